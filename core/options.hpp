@@ -1,0 +1,146 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include <ipminmax/linalg/symmetric_solver.hpp>
+
+namespace ipminmax {
+
+enum class Globalization : std::uint8_t {
+  None  ///< the paper's Algorithm 1: no line search
+};
+enum class BarrierRule : std::uint8_t {
+  Ipopt,  ///< mu <- max(tol/10, min(kappa_mu mu, mu^theta_mu)) while E_mu <= kappa_eps mu
+  Paper   ///< b <- sigma b when |g(z,b)| <= b
+};
+enum class Scaling : std::uint8_t { None, GradientBased, User };
+enum class BoundMultiplierInit : std::uint8_t { Constant, MuBased };
+
+/// All settings of a solve. Names, defaults and meanings are Ipopt's unless a name begins with
+/// minmax_. option_table() lists them with bounds and texts.
+struct SolverOptions {
+  // Termination
+  double tol = 1e-8;
+  double dual_inf_tol = 1.0;
+  double constr_viol_tol = 1e-4;
+  double compl_inf_tol = 1e-4;
+  double acceptable_tol = 1e-6;
+  int acceptable_iter = 15;
+  double acceptable_dual_inf_tol = 1e10;
+  double acceptable_constr_viol_tol = 1e-2;
+  double acceptable_compl_inf_tol = 1e-2;
+  double acceptable_obj_change_tol = 1e20;
+  int max_iter = 3000;
+  double max_cpu_time = 1e20;
+  double max_wall_time = 1e20;
+  double diverging_iterates_tol = 1e20;
+  double s_max = 100.0;
+
+  // Model
+  double nlp_lower_bound_inf = -1e19;
+  double nlp_upper_bound_inf = 1e19;
+  double bound_relax_factor = 1e-8;
+  bool honor_original_bounds = false;
+  Scaling nlp_scaling_method = Scaling::GradientBased;
+  double nlp_scaling_max_gradient = 100.0;
+  double nlp_scaling_min_value = 1e-8;
+  double obj_scaling_factor = 1.0;
+
+  // Starting point
+  double bound_push = 1e-2;
+  double bound_frac = 1e-2;
+  double slack_bound_push = 1e-2;
+  double slack_bound_frac = 1e-2;
+  double bound_mult_init_val = 1.0;
+  BoundMultiplierInit bound_mult_init_method = BoundMultiplierInit::Constant;
+  double constr_mult_init_max = 1e3;
+  bool warm_start_init_point = false;
+  double warm_start_bound_push = 1e-3;
+  double warm_start_bound_frac = 1e-3;
+  double warm_start_slack_bound_push = 1e-3;
+  double warm_start_slack_bound_frac = 1e-3;
+  double warm_start_mult_bound_push = 1e-3;
+  double warm_start_mult_init_max = 1e6;
+
+  // Barrier
+  double mu_init = 0.1;
+  double mu_target = 0.0;
+  double mu_linear_decrease_factor = 0.2;
+  double mu_superlinear_decrease_power = 1.5;
+  double barrier_tol_factor = 10.0;
+  double tau_min = 0.99;
+  double kappa_sigma = 1e10;
+  BarrierRule minmax_barrier_rule = BarrierRule::Ipopt;
+
+  // Method
+  Globalization minmax_globalization = Globalization::None;
+  bool minmax_instability = true;
+  bool minmax_warm_start_shifts = true;
+  double minmax_freeze_tol = 0.0;
+  bool minmax_pure_newton = false;
+
+  // Hessian and Jacobian shifts
+  double first_hessian_perturbation = 1e-4;
+  double min_hessian_perturbation = 1e-20;
+  double max_hessian_perturbation = 1e20;
+  double perturb_inc_fact_first = 100.0;
+  double perturb_inc_fact = 8.0;
+  double perturb_dec_fact = 1.0 / 3.0;
+  double jacobian_regularization_value = 1e-8;
+  double jacobian_regularization_exponent = 0.25;
+
+  // Linear systems
+  LinearSolver linear_solver = LinearSolver::Auto;
+  Ordering minmax_ordering = Ordering::Best;
+  double minmax_ldlt_gamma = 1e-8;
+  double mumps_pivtol = 1e-6;
+  double mumps_pivtolmax = 0.1;
+  int mumps_mem_percent = 1000;
+  int max_refinement_steps = 10;
+  double residual_ratio_max = 1e-10;
+  double residual_ratio_singular = 1e-5;
+
+  // Certificate
+  double minmax_curvature_tol = 1e-8;
+};
+
+/// One row of the option table.
+struct OptionInfo {
+  struct Number {
+    double SolverOptions::*member;
+    double lower, upper;
+    bool lower_strict, upper_strict;
+  };
+  struct Integer {
+    int SolverOptions::*member;
+    int lower, upper;
+  };
+  struct Flag {  ///< yes / no
+    bool SolverOptions::*member;
+  };
+  struct Choice {
+    std::vector<std::string_view> names;
+    std::vector<std::string_view> texts;
+    std::function<void(SolverOptions&, std::size_t)> set;
+    std::function<std::size_t(const SolverOptions&)> get;
+  };
+  std::string_view name;
+  std::string_view category;
+  std::string_view text;  ///< one sentence, with the symbol of the paper or of Ipopt's report
+  std::variant<Number, Integer, Flag, Choice> kind;
+};
+
+/// Every option of the solver, in the order of SolverOptions. The defaults are those of a
+/// value-initialized SolverOptions.
+[[nodiscard]] std::span<const OptionInfo> option_table();
+
+/// First error as "tol = nan is not in (0, inf)", empty when all values are allowed.
+[[nodiscard]] std::string check(const SolverOptions& options);
+
+}  // namespace ipminmax

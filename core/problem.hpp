@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <ipminmax/linalg/symmetric_matrix.hpp>
+
+namespace ipminmax {
+
+/// Who chooses a variable or owns a constraint: the minimizer x or the maximizer y.
+enum class Player : std::uint8_t { Min, Max };
+
+/// What does not change during a solve. n variables v and m constraints g of both players, in any
+/// order. Bounds outside (nlp_lower_bound_inf, nlp_upper_bound_inf) are absent bounds.
+struct ProblemStructure {
+  std::vector<Player> variable_players;    ///< n
+  std::vector<Player> constraint_players;  ///< m; see implied_constraint_players
+  std::vector<double> variable_lower;      ///< n
+  std::vector<double> variable_upper;      ///< n
+  std::vector<double> constraint_lower;    ///< m; equal to the upper bound for an equality
+  std::vector<double> constraint_upper;    ///< m
+  std::vector<Triplet> jacobian;           ///< row = constraint, col = variable; duplicates add
+  std::vector<Triplet> hessian;            ///< one of (i,j) and (j,i); duplicates add
+  std::vector<std::string> variable_names;    ///< n or empty; used in messages
+  std::vector<std::string> constraint_names;  ///< m or empty; used in messages
+};
+
+/// A constraint with a Jacobian entry in a Max variable belongs to Max, any other to Min.
+/// Indices must be in range.
+[[nodiscard]] std::vector<Player> implied_constraint_players(const ProblemStructure& structure);
+
+/// Where a solve starts. Spans are writable and hold zeros on entry.
+struct StartingPoint {
+  std::span<double> v;        ///< n
+  bool needs_multipliers = false;  ///< whether the following are read (warm start)
+  std::span<double> lambda;   ///< m
+  std::span<double> z_lower;  ///< n; signs as in Result
+  std::span<double> z_upper;  ///< n
+};
+
+/// Scaling chosen by the model (nlp_scaling_method user-scaling).
+struct UserScaling {
+  double objective = 1.0;
+  std::vector<double> variables;    ///< n, or empty: none
+  std::vector<double> constraints;  ///< m, or empty: none
+};
+
+/// A model: min over x, max over y of f(v) subject to bounds on v and g(v).
+///
+/// Evaluations return false when the function is undefined at v; the solver then shortens its step.
+/// new_v is false when v is the same as in the last evaluation call of any kind. Values are written
+/// in the order of the structure's triplets.
+class Problem {
+ public:
+  virtual ~Problem() = default;
+
+  [[nodiscard]] virtual const ProblemStructure& structure() const = 0;
+
+  /// False: no starting point can be given.
+  [[nodiscard]] virtual bool starting_point(StartingPoint& start) = 0;
+
+  /// False: the model has no scaling of its own.
+  [[nodiscard]] virtual bool user_scaling(UserScaling&) { return false; }
+
+  [[nodiscard]] virtual bool objective(std::span<const double> v, bool new_v, double& f) = 0;
+  [[nodiscard]] virtual bool gradient(std::span<const double> v, bool new_v,
+                                      std::span<double> grad) = 0;
+  [[nodiscard]] virtual bool constraints(std::span<const double> v, bool new_v,
+                                         std::span<double> g) = 0;
+  [[nodiscard]] virtual bool jacobian(std::span<const double> v, bool new_v,
+                                      std::span<double> values) = 0;
+  /// Hessian of sigma f + lambda' g.
+  [[nodiscard]] virtual bool hessian(std::span<const double> v, bool new_v, double sigma,
+                                     std::span<const double> lambda, bool new_lambda,
+                                     std::span<double> values) = 0;
+};
+
+}  // namespace ipminmax

@@ -1,0 +1,133 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <ipminmax/linalg/inertia.hpp>
+
+namespace ipminmax {
+
+/// Why a solve stopped. What the returned point is stands in Certificate::kind.
+enum class Status : std::uint8_t {
+  InternalError,               ///< starts as failure
+  Solved,                      ///< first-order conditions to tol, second-order test passed
+  SolvedDegenerate,            ///< first-order conditions to tol, second-order test undecided
+  SolvedToAcceptableLevel,     ///< acceptable_* tolerances, second-order test not refuted
+  NotLocalMinmax,              ///< first-order point whose curvature has a definite wrong sign
+  NoLocalMinmaxFound,          ///< gave up: the branch of inner maxima ends, iterates cycle
+  InnerUnbounded,              ///< the maximization over y looks unbounded
+  OuterUnbounded,              ///< the objective decreases without bound in x
+  DivergingIterates,           ///< |v| above diverging_iterates_tol
+  LocallyInfeasible,           ///< the violation of a player's constraints is locally minimal
+  InnerInfeasible,             ///< the Max constraints cannot be met near x
+  MaxIterations,
+  MaxCpuTime,
+  MaxWallTime,
+  TinyStep,                    ///< no progress possible with steps above rounding
+  RestorationFailed,
+  InertiaCorrectionFailed,     ///< no shift up to max_hessian_perturbation gave the inertias
+  LinearSolverFailed,
+  EvaluationFailed,            ///< the model is undefined at the starting point or around an iterate
+  InvalidNumber,               ///< the model returned NaN or infinity
+  UserStop,
+  InvalidProblem,
+  InvalidOption,
+  TooFewDegreesOfFreedom,
+  OutOfMemory
+};
+
+/// Short name, as printed.
+[[nodiscard]] std::string_view name_of(Status status);
+
+/// True for Solved, SolvedDegenerate and SolvedToAcceptableLevel.
+[[nodiscard]] bool is_success(Status status);
+
+enum class PointKind : std::uint8_t {
+  LocalMinmax,      ///< first-order point, both inertias right with margin, LICQ
+  FirstOrderPoint,  ///< first-order point; second-order test undecided or failed, see the verdict
+  FeasiblePoint,
+  InfeasiblePoint
+};
+[[nodiscard]] std::string_view name_of(PointKind kind);
+
+/// Outcome of the second-order test.
+enum class SecondOrder : std::uint8_t {
+  NotTested,  ///< not a first-order point
+  Satisfied,
+  Undecided,  ///< a singular matrix, dependent active constraints or weakly active bounds
+  Violated    ///< an inertia with a definite wrong sign
+};
+[[nodiscard]] std::string_view name_of(SecondOrder outcome);
+
+/// What was found at the returned point, with all regularization off. Inertias are those of
+/// K (section "KKT system" of core/algorithm.md; the paper's J_zz) and of its (y, lambda_y) part
+/// K_yy (the paper's J_yy), slack rows included, as in the paper's Proposition "Second order
+/// sufficient conditions for constrained minmax".
+struct Certificate {
+  PointKind kind = PointKind::InfeasiblePoint;
+  SecondOrder second_order = SecondOrder::NotTested;
+  Inertia inner, inner_expected;
+  Inertia full, full_expected;
+  double margin = 0.0;       ///< curvature (scaled problem) that can be taken away from either
+                             ///< player while both inertias stay right; 0 unless Satisfied
+  bool licq_min = false;     ///< gradients of the Min player's active constraints independent
+  bool licq_max = false;     ///< the same for Max
+  Index weakly_active_min = 0;  ///< Min bounds and inequalities without strict complementarity
+  Index weakly_active_max = 0;
+};
+
+/// Errors of the first-order conditions. Infinity norms; total is Ipopt's scaled E_0, the others
+/// are unscaled.
+struct KktError {
+  double primal = 0.0;           ///< constraint and bound violation
+  double dual_min = 0.0;         ///< gradient of the Lagrangian in the Min variables
+  double dual_max = 0.0;         ///< in the Max variables
+  double complementarity = 0.0;  ///< of bounds and inequalities
+  double total = 0.0;
+};
+
+/// Seconds spent, by stage.
+struct Timing {
+  double total = 0.0;
+  double evaluations = 0.0;     ///< the model's functions
+  double assembly = 0.0;
+  double analysis = 0.0;        ///< orderings and symbolic factorizations
+  double factorization = 0.0;
+  double solves = 0.0;          ///< back substitution and refinement
+};
+
+struct Counts {
+  Index objective = 0, gradient = 0, constraints = 0, jacobian = 0, hessian = 0;  ///< model calls
+  Index factorizations_full = 0;   ///< of K
+  Index factorizations_inner = 0;  ///< of K_yy
+  Index solves = 0;                ///< linear systems, refinement not counted
+  Index analyses = 0;              ///< symbolic analyses
+  Index instability_raises = 0;    ///< times line 7 of Algorithm 1 raised delta_x
+};
+
+/// Answer of a solve, in the units of the model. Multipliers satisfy
+/// grad f + J' lambda - z_lower + z_upper = 0 for every variable, so those of a Max variable's
+/// bounds are <= 0.
+struct Result {
+  Status status = Status::InternalError;
+  Certificate certificate;
+  std::string message;
+  std::vector<double> v;            ///< n
+  std::vector<double> lambda;       ///< m
+  std::vector<double> z_lower;      ///< n
+  std::vector<double> z_upper;      ///< n
+  std::vector<double> constraints;  ///< m, values g(v)
+  double objective = 0.0;
+  KktError error;
+  double mu = 0.0;                  ///< last barrier parameter
+  Index iterations = 0;
+  Index factorizations = 0;         ///< of K and K_yy together
+  double seconds = 0.0;             ///< wall time
+  double cpu_seconds = 0.0;
+  Counts counts;
+  Timing timing;
+};
+
+}  // namespace ipminmax

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string_view>
+
+#include <ipminmax/core/options.hpp>
+#include <ipminmax/core/problem.hpp>
+#include <ipminmax/core/result.hpp>
+
+namespace ipminmax {
+
+/// State of the method after an iteration; iteration 0 is the starting point. Quantities of the
+/// step are those of the step that led here and zero at iteration 0.
+struct IterationInfo {
+  Index iteration = 0;
+  double objective = 0.0;       ///< unscaled
+  KktError error;
+  double mu = 0.0;
+  double step_norm = 0.0;       ///< infinity norm of the primal step
+  double delta_x = 0.0;         ///< Hessian shift of the Min variables (the paper's epsilon_x)
+  double delta_y = 0.0;         ///< Hessian shift of the Max variables (the paper's epsilon_y)
+  double alpha_dual = 0.0;
+  double alpha_primal = 0.0;
+  char step_kind = ' ';         ///< one letter, see core/algorithm.md
+  Index trials = 0;             ///< trial points of the line search
+};
+
+/// What a solve tells while it runs. Every member may be empty.
+struct SolveObserver {
+  /// Called once per iteration including 0; false stops with Status::UserStop.
+  std::function<bool(const IterationInfo&)> on_iteration;
+  /// Messages a user should see (warnings, changes of phase), without line end.
+  std::function<void(std::string_view)> message;
+};
+
+using IterationCallback = std::function<bool(const IterationInfo&)>;
+
+/// Solves the problem. Never throws for what the model or the numbers do; exceptions thrown by the
+/// model's functions pass through, std::bad_alloc gives Status::OutOfMemory.
+[[nodiscard]] Result solve(Problem& problem, const SolverOptions& options,
+                           const IterationCallback& on_iteration = {});
+[[nodiscard]] Result solve(Problem& problem, const SolverOptions& options,
+                           const SolveObserver& observer);
+
+}  // namespace ipminmax

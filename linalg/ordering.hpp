@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <ipminmax/linalg/symmetric_matrix.hpp>
+#include <ipminmax/linalg/symmetric_solver.hpp>
+
+namespace ipminmax {
+
+/// new_index[i] is the place of row i in the elimination order. Deterministic. Pord is not
+/// available outside MUMPS and throws std::invalid_argument, as Best does.
+[[nodiscard]] std::vector<Index> fill_reducing_ordering(const SymmetricMatrix& matrix,
+                                                        Ordering ordering);
+
+/// Entries of the factor L (with diagonal) and operations of an LDL' factorization without
+/// pivoting in the given order.
+struct FactorSize {
+  std::int64_t entries = 0;
+  double flops = 0.0;
+};
+[[nodiscard]] FactorSize predict_factor_size(const SymmetricMatrix& matrix,
+                                             std::span<const Index> new_index);
+
+}  // namespace ipminmax

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include <ipminmax/linalg/inertia.hpp>
+#include <ipminmax/linalg/symmetric_matrix.hpp>
+
+namespace ipminmax {
+
+/// Fill-reducing ordering.
+enum class Ordering : std::uint8_t { Best, Amd, Pord, Metis };
+
+/// What the symbolic analysis predicts.
+struct Analysis {
+  bool ok = false;                 ///< false: out of memory or an internal failure of the backend
+  Ordering ordering = Ordering::Amd;
+  std::int64_t factor_entries = 0; ///< predicted entries of the factor
+  double flops = 0.0;              ///< predicted floating point operations of one factorization
+};
+
+enum class FactorizationStatus : std::uint8_t {
+  Failed,       ///< starts as failure; the backend broke down (vanishing pivot without pivoting, NaN)
+  OutOfMemory,  ///< also after the retries with more memory
+  Singular,     ///< factorized, but inertia.zero > 0: solves are not meaningful
+  Ok
+};
+
+struct Factorization {
+  FactorizationStatus status = FactorizationStatus::Failed;
+  Inertia inertia;
+  double smallest_pivot = 0.0;  ///< smallest |eigenvalue| of the (block) diagonal factor; 0 if unknown
+};
+
+struct SymmetricSolverOptions {
+  Ordering ordering = Ordering::Best;  ///< Best compares the orderings by predicted flops
+  double ldlt_gamma = 1e-8;            ///< signed regularization Gamma of the unpivoted factorization
+  double mumps_pivot_tolerance = 1e-6;
+  double mumps_pivot_tolerance_max = 0.1;
+  Index mumps_memory_percent = 1000;   ///< extra workspace, percent of the estimate (MUMPS ICNTL(14))
+};
+
+/// Direct solver for A u = b with A symmetric indefinite. Order of calls:
+///   1. analyze       once per pattern; only the pattern of the matrix is read
+///   2. factorize     any number of times; matrix has the analyzed pattern, values may differ
+///   3. solve_in_place  any number of times after a factorize that returned Ok
+///   4. increase_quality, then 2 again, when a solution was not accurate
+/// A failed factorize may be followed by another factorize with other values.
+/// factorize and solve_in_place allocate nothing of their own after the first call.
+/// One solver object belongs to one thread at a time; several objects may be used at once.
+class SymmetricSolver {
+ public:
+  virtual ~SymmetricSolver() = default;
+
+  /// signs: expected sign (+1 or -1) of each pivot, length dimension; read by solvers that do not
+  /// pivot (the paper's Gamma), ignored by the others.
+  [[nodiscard]] virtual Analysis analyze(const SymmetricMatrix& matrix,
+                                         std::span<const std::int8_t> signs) = 0;
+
+  [[nodiscard]] virtual Factorization factorize(const SymmetricMatrix& matrix) = 0;
+
+  /// rhs: columns right-hand sides of length dimension one after the other, overwritten by the
+  /// solutions. No iterative refinement.
+  virtual void solve_in_place(std::span<double> rhs, Index columns = 1) = 0;
+
+  /// True when the next factorize will be more accurate than the last one (larger pivot threshold,
+  /// pivoting instead of none); false when nothing better is left.
+  [[nodiscard]] virtual bool increase_quality() = 0;
+
+  /// Whether pivoting makes the inertia reliable for any matrix.
+  [[nodiscard]] virtual bool pivots() const = 0;
+
+  [[nodiscard]] virtual std::string_view name() const = 0;
+};
+
+enum class LinearSolver : std::uint8_t { Auto, Mumps, Ldlt, Lapack };
+
+/// A solver of the given kind. Auto chooses at analyze: LAPACK for tiny matrices, LDL' where the
+/// predicted fill is low, MUMPS otherwise; its increase_quality moves from LDL' to a pivoting solver.
+[[nodiscard]] std::unique_ptr<SymmetricSolver> make_symmetric_solver(
+    LinearSolver kind, const SymmetricSolverOptions& options);
+
+}  // namespace ipminmax
