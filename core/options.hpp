@@ -2,13 +2,12 @@
 
 #include <cstdint>
 #include <functional>
+#include <ipminmax/linalg/symmetric_solver.hpp>
 #include <span>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
-
-#include <ipminmax/linalg/symmetric_solver.hpp>
 
 namespace ipminmax {
 

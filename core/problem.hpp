@@ -1,11 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <ipminmax/linalg/symmetric_matrix.hpp>
 #include <span>
 #include <string>
 #include <vector>
-
-#include <ipminmax/linalg/symmetric_matrix.hpp>
 
 namespace ipminmax {
 
@@ -15,14 +14,14 @@ enum class Player : std::uint8_t { Min, Max };
 /// What does not change during a solve. n variables v and m constraints g of both players, in any
 /// order. Bounds outside (nlp_lower_bound_inf, nlp_upper_bound_inf) are absent bounds.
 struct ProblemStructure {
-  std::vector<Player> variable_players;    ///< n
-  std::vector<Player> constraint_players;  ///< m; see implied_constraint_players
-  std::vector<double> variable_lower;      ///< n
-  std::vector<double> variable_upper;      ///< n
-  std::vector<double> constraint_lower;    ///< m; equal to the upper bound for an equality
-  std::vector<double> constraint_upper;    ///< m
-  std::vector<Triplet> jacobian;           ///< row = constraint, col = variable; duplicates add
-  std::vector<Triplet> hessian;            ///< one of (i,j) and (j,i); duplicates add
+  std::vector<Player> variable_players;       ///< n
+  std::vector<Player> constraint_players;     ///< m; see implied_constraint_players
+  std::vector<double> variable_lower;         ///< n
+  std::vector<double> variable_upper;         ///< n
+  std::vector<double> constraint_lower;       ///< m; equal to the upper bound for an equality
+  std::vector<double> constraint_upper;       ///< m
+  std::vector<Triplet> jacobian;              ///< row = constraint, col = variable; duplicates add
+  std::vector<Triplet> hessian;               ///< one of (i,j) and (j,i); duplicates add
   std::vector<std::string> variable_names;    ///< n or empty; used in messages
   std::vector<std::string> constraint_names;  ///< m or empty; used in messages
 };
@@ -33,11 +32,11 @@ struct ProblemStructure {
 
 /// Where a solve starts. Spans are writable and hold zeros on entry.
 struct StartingPoint {
-  std::span<double> v;        ///< n
+  std::span<double> v;             ///< n
   bool needs_multipliers = false;  ///< whether the following are read (warm start)
-  std::span<double> lambda;   ///< m
-  std::span<double> z_lower;  ///< n; signs as in Result
-  std::span<double> z_upper;  ///< n
+  std::span<double> lambda;        ///< m
+  std::span<double> z_lower;       ///< n; signs as in Result
+  std::span<double> z_upper;       ///< n
 };
 
 /// Scaling chosen by the model (nlp_scaling_method user-scaling).

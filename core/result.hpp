@@ -1,36 +1,35 @@
 #pragma once
 
 #include <cstdint>
+#include <ipminmax/linalg/inertia.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include <ipminmax/linalg/inertia.hpp>
 
 namespace ipminmax {
 
 /// Why a solve stopped. What the returned point is stands in Certificate::kind.
 enum class Status : std::uint8_t {
-  InternalError,               ///< starts as failure
-  Solved,                      ///< first-order conditions to tol, second-order test passed
-  SolvedDegenerate,            ///< first-order conditions to tol, second-order test undecided
-  SolvedToAcceptableLevel,     ///< acceptable_* tolerances, second-order test not refuted
-  NotLocalMinmax,              ///< first-order point whose curvature has a definite wrong sign
-  NoLocalMinmaxFound,          ///< gave up: the branch of inner maxima ends, iterates cycle
-  InnerUnbounded,              ///< the maximization over y looks unbounded
-  OuterUnbounded,              ///< the objective decreases without bound in x
-  DivergingIterates,           ///< |v| above diverging_iterates_tol
-  LocallyInfeasible,           ///< the violation of a player's constraints is locally minimal
-  InnerInfeasible,             ///< the Max constraints cannot be met near x
+  InternalError,            ///< starts as failure
+  Solved,                   ///< first-order conditions to tol, second-order test passed
+  SolvedDegenerate,         ///< first-order conditions to tol, second-order test undecided
+  SolvedToAcceptableLevel,  ///< acceptable_* tolerances, second-order test not refuted
+  NotLocalMinmax,           ///< first-order point whose curvature has a definite wrong sign
+  NoLocalMinmaxFound,       ///< gave up: the branch of inner maxima ends, iterates cycle
+  InnerUnbounded,           ///< the maximization over y looks unbounded
+  OuterUnbounded,           ///< the objective decreases without bound in x
+  DivergingIterates,        ///< |v| above diverging_iterates_tol
+  LocallyInfeasible,        ///< the violation of a player's constraints is locally minimal
+  InnerInfeasible,          ///< the Max constraints cannot be met near x
   MaxIterations,
   MaxCpuTime,
   MaxWallTime,
-  TinyStep,                    ///< no progress possible with steps above rounding
+  TinyStep,  ///< no progress possible with steps above rounding
   RestorationFailed,
-  InertiaCorrectionFailed,     ///< no shift up to max_hessian_perturbation gave the inertias
+  InertiaCorrectionFailed,  ///< no shift up to max_hessian_perturbation gave the inertias
   LinearSolverFailed,
-  EvaluationFailed,            ///< the model is undefined at the starting point or around an iterate
-  InvalidNumber,               ///< the model returned NaN or infinity
+  EvaluationFailed,  ///< the model is undefined at the starting point or around an iterate
+  InvalidNumber,     ///< the model returned NaN or infinity
   UserStop,
   InvalidProblem,
   InvalidOption,
@@ -70,10 +69,10 @@ struct Certificate {
   SecondOrder second_order = SecondOrder::NotTested;
   Inertia inner, inner_expected;
   Inertia full, full_expected;
-  double margin = 0.0;       ///< curvature (scaled problem) that can be taken away from either
-                             ///< player while both inertias stay right; 0 unless Satisfied
-  bool licq_min = false;     ///< gradients of the Min player's active constraints independent
-  bool licq_max = false;     ///< the same for Max
+  double margin = 0.0;          ///< curvature (scaled problem) that can be taken away from either
+                                ///< player while both inertias stay right; 0 unless Satisfied
+  bool licq_min = false;        ///< gradients of the Min player's active constraints independent
+  bool licq_max = false;        ///< the same for Max
   Index weakly_active_min = 0;  ///< Min bounds and inequalities without strict complementarity
   Index weakly_active_max = 0;
 };
@@ -91,20 +90,20 @@ struct KktError {
 /// Seconds spent, by stage.
 struct Timing {
   double total = 0.0;
-  double evaluations = 0.0;     ///< the model's functions
+  double evaluations = 0.0;  ///< the model's functions
   double assembly = 0.0;
-  double analysis = 0.0;        ///< orderings and symbolic factorizations
+  double analysis = 0.0;  ///< orderings and symbolic factorizations
   double factorization = 0.0;
-  double solves = 0.0;          ///< back substitution and refinement
+  double solves = 0.0;  ///< back substitution and refinement
 };
 
 struct Counts {
   Index objective = 0, gradient = 0, constraints = 0, jacobian = 0, hessian = 0;  ///< model calls
-  Index factorizations_full = 0;   ///< of K
-  Index factorizations_inner = 0;  ///< of K_yy
-  Index solves = 0;                ///< linear systems, refinement not counted
-  Index analyses = 0;              ///< symbolic analyses
-  Index instability_raises = 0;    ///< times line 7 of Algorithm 1 raised delta_x
+  Index factorizations_full = 0;                                                  ///< of K
+  Index factorizations_inner = 0;                                                 ///< of K_yy
+  Index solves = 0;              ///< linear systems, refinement not counted
+  Index analyses = 0;            ///< symbolic analyses
+  Index instability_raises = 0;  ///< times line 7 of Algorithm 1 raised delta_x
 };
 
 /// Answer of a solve, in the units of the model. Multipliers satisfy
@@ -121,10 +120,10 @@ struct Result {
   std::vector<double> constraints;  ///< m, values g(v)
   double objective = 0.0;
   KktError error;
-  double mu = 0.0;                  ///< last barrier parameter
+  double mu = 0.0;  ///< last barrier parameter
   Index iterations = 0;
-  Index factorizations = 0;         ///< of K and K_yy together
-  double seconds = 0.0;             ///< wall time
+  Index factorizations = 0;  ///< of K and K_yy together
+  double seconds = 0.0;      ///< wall time
   double cpu_seconds = 0.0;
   Counts counts;
   Timing timing;

@@ -1,12 +1,11 @@
 #pragma once
 
 #include <functional>
-#include <span>
-#include <string_view>
-
 #include <ipminmax/core/options.hpp>
 #include <ipminmax/core/problem.hpp>
 #include <ipminmax/core/result.hpp>
+#include <span>
+#include <string_view>
 
 namespace ipminmax {
 
@@ -14,16 +13,16 @@ namespace ipminmax {
 /// step are those of the step that led here and zero at iteration 0.
 struct IterationInfo {
   Index iteration = 0;
-  double objective = 0.0;       ///< unscaled
+  double objective = 0.0;  ///< unscaled
   KktError error;
   double mu = 0.0;
-  double step_norm = 0.0;       ///< infinity norm of the primal step
-  double delta_x = 0.0;         ///< Hessian shift of the Min variables (the paper's epsilon_x)
-  double delta_y = 0.0;         ///< Hessian shift of the Max variables (the paper's epsilon_y)
+  double step_norm = 0.0;  ///< infinity norm of the primal step
+  double delta_x = 0.0;    ///< Hessian shift of the Min variables (the paper's epsilon_x)
+  double delta_y = 0.0;    ///< Hessian shift of the Max variables (the paper's epsilon_y)
   double alpha_dual = 0.0;
   double alpha_primal = 0.0;
-  char step_kind = ' ';         ///< one letter, see core/algorithm.md
-  Index trials = 0;             ///< trial points of the line search
+  char step_kind = ' ';  ///< one letter, see core/algorithm.md
+  Index trials = 0;      ///< trial points of the line search
 };
 
 /// What a solve tells while it runs. Every member may be empty.

@@ -1,0 +1,619 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <ipminmax/core/canonical_problem.hpp>
+#include <ipminmax/core/timer.hpp>
+#include <limits>
+#include <sstream>
+#include <utility>
+
+namespace ipminmax {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+std::string named(std::string_view kind, const std::vector<std::string>& names, Index i) {
+  std::ostringstream text;
+  text << kind << ' ' << i;
+  if (at(i) < names.size() && !names[at(i)].empty()) text << " (" << names[at(i)] << ')';
+  return text.str();
+}
+
+std::string number(double value) {
+  std::ostringstream text;
+  text.precision(17);
+  text << value;
+  return text.str();
+}
+
+/// First entry that is NaN or infinite, -1 when there is none.
+Index first_not_finite(std::span<const double> values) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!std::isfinite(values[i])) return static_cast<Index>(i);
+  }
+  return -1;
+}
+
+/// Start value inside (lower, upper): Waechter and Biegler 2006, section 3.6.
+double push_inside(double value, double lower, double upper, double push, double fraction) {
+  const bool has_lower = lower > -kInfinity;
+  const bool has_upper = upper < kInfinity;
+  const double width = has_lower && has_upper ? fraction * (upper - lower) : kInfinity;
+  if (has_lower) {
+    value = std::max(value, lower + std::min(push * std::max(1.0, std::abs(lower)), width));
+  }
+  if (has_upper) {
+    value = std::min(value, upper - std::min(push * std::max(1.0, std::abs(upper)), width));
+  }
+  return value;
+}
+
+}  // namespace
+
+CanonicalProblem::CanonicalProblem(Problem& problem, const SolverOptions& options, Counts& counts,
+                                   Timing& timing)
+    : problem_(problem),
+      structure_(problem.structure()),
+      options_(options),
+      counts_(counts),
+      timing_(timing) {}
+
+std::string CanonicalProblem::variable_name(Index i) const {
+  return named("variable", structure_.variable_names, i);
+}
+
+std::string CanonicalProblem::constraint_name(Index i) const {
+  return named("constraint", structure_.constraint_names, i);
+}
+
+std::string CanonicalProblem::fail(Status status, std::string message) {
+  error_status_ = status;
+  return message;
+}
+
+std::string CanonicalProblem::build() {
+  if (auto error = validate(); !error.empty()) return error;
+  if (auto error = index_variables(); !error.empty()) return error;
+  index_constraints();
+  map_entries();
+  if (auto error = scale(); !error.empty()) return error;
+  set_bounds();
+  return {};
+}
+
+std::string CanonicalProblem::validate() {
+  const ProblemStructure& s = structure_;
+  const auto n = static_cast<Index>(s.variable_players.size());
+  const auto m = static_cast<Index>(s.constraint_players.size());
+  if (s.variable_lower.size() != at(n) || s.variable_upper.size() != at(n)) {
+    return "the bounds of the variables do not have one entry per variable";
+  }
+  if (s.constraint_lower.size() != at(m) || s.constraint_upper.size() != at(m)) {
+    return "the bounds of the constraints do not have one entry per constraint";
+  }
+  const auto bad_bounds = [](const std::string& name, double lower, double upper) -> std::string {
+    if (std::isnan(lower) || std::isnan(upper)) return name + " has a bound that is NaN";
+    if (lower > upper) {
+      return name + " has inconsistent bounds: lower " + number(lower) + " above upper " +
+             number(upper);
+    }
+    if (lower == kInfinity) return name + " has the lower bound +infinity";
+    if (upper == -kInfinity) return name + " has the upper bound -infinity";
+    return {};
+  };
+  for (Index i = 0; i < n; ++i) {
+    auto error = bad_bounds(variable_name(i), s.variable_lower[at(i)], s.variable_upper[at(i)]);
+    if (!error.empty()) return error;
+  }
+  for (Index j = 0; j < m; ++j) {
+    auto error =
+        bad_bounds(constraint_name(j), s.constraint_lower[at(j)], s.constraint_upper[at(j)]);
+    if (!error.empty()) return error;
+  }
+  for (std::size_t k = 0; k < s.jacobian.size(); ++k) {
+    const auto [row, col] = s.jacobian[k];
+    if (row < 0 || row >= m || col < 0 || col >= n) {
+      std::ostringstream text;
+      text << "entry " << k << " of the Jacobian's structure is at row " << row << ", column "
+           << col << ", outside " << m << " constraints and " << n << " variables (0-based)";
+      return text.str();
+    }
+    if (s.constraint_players[at(row)] == Player::Min &&
+        s.variable_players[at(col)] == Player::Max) {
+      return constraint_name(row) + " belongs to the Min player but depends on the Max player's " +
+             variable_name(col);
+    }
+  }
+  for (std::size_t k = 0; k < s.hessian.size(); ++k) {
+    const auto [row, col] = s.hessian[k];
+    if (row < 0 || row >= n || col < 0 || col >= n) {
+      std::ostringstream text;
+      text << "entry " << k << " of the Hessian's structure is at row " << row << ", column " << col
+           << ", outside " << n << " variables (0-based)";
+      return text.str();
+    }
+  }
+  return {};
+}
+
+std::string CanonicalProblem::index_variables() {
+  const auto& players = structure_.variable_players;
+  variable_of_model_.assign(players.size(), -1);
+  model_v_.assign(players.size(), 0.0);
+  const auto is_fixed = [&](std::size_t i) {
+    return structure_.variable_lower[i] == structure_.variable_upper[i];
+  };
+  std::array<Index, 2> free{}, equalities{}, inequalities{};
+  for (std::size_t i = 0; i < players.size(); ++i) {
+    if (!is_fixed(i)) ++free[players[i] == Player::Max];
+  }
+  for (std::size_t j = 0; j < structure_.constraint_players.size(); ++j) {
+    const bool max = structure_.constraint_players[j] == Player::Max;
+    if (structure_.constraint_lower[j] == structure_.constraint_upper[j]) {
+      ++equalities[max];
+    } else if (structure_.constraint_lower[j] > options_.nlp_lower_bound_inf ||
+               structure_.constraint_upper[j] < options_.nlp_upper_bound_inf) {
+      ++inequalities[max];
+    }
+  }
+  for (const bool max : {false, true}) {
+    if (equalities[max] > free[max]) {
+      std::ostringstream text;
+      text << "too few degrees of freedom: the " << (max ? "Max" : "Min") << " player has "
+           << free[max] << " free variables and " << equalities[max] << " equality constraints";
+      return fail(Status::TooFewDegreesOfFreedom, text.str());
+    }
+  }
+
+  x_ = {0, free[0]};
+  x_slacks_ = {x_.end, x_.end + inequalities[0]};
+  y_ = {x_slacks_.end, x_slacks_.end + free[1]};
+  y_slacks_ = {y_.end, y_.end + inequalities[1]};
+  min_constraints_ = {0, equalities[0] + inequalities[0]};
+  max_constraints_ = {min_constraints_.end, min_constraints_.end + equalities[1] + inequalities[1]};
+
+  model_variable_.assign(at(variables()), -1);
+  std::array<Index, 2> next{x_.begin, y_.begin};
+  for (std::size_t i = 0; i < players.size(); ++i) {
+    if (is_fixed(i)) {
+      model_v_[i] = structure_.variable_lower[i];
+      continue;
+    }
+    const Index canonical = next[players[i] == Player::Max]++;
+    variable_of_model_[i] = canonical;
+    model_variable_[at(canonical)] = static_cast<Index>(i);
+  }
+  return {};
+}
+
+void CanonicalProblem::index_constraints() {
+  const std::size_t m = structure_.constraint_players.size();
+  constraint_of_model_.assign(m, -1);
+  model_constraint_.assign(at(constraints()), -1);
+  slack_of_constraint_.assign(at(constraints()), -1);
+  std::array<Index, 2> next{min_constraints_.begin, max_constraints_.begin};
+  std::array<Index, 2> next_slack{x_slacks_.begin, y_slacks_.begin};
+  for (std::size_t j = 0; j < m; ++j) {
+    const double lower = structure_.constraint_lower[j];
+    const double upper = structure_.constraint_upper[j];
+    const bool equality = lower == upper;
+    if (!equality && lower <= options_.nlp_lower_bound_inf &&
+        upper >= options_.nlp_upper_bound_inf) {
+      continue;
+    }
+    const bool max = structure_.constraint_players[j] == Player::Max;
+    const Index canonical = next[max]++;
+    constraint_of_model_[j] = canonical;
+    model_constraint_[at(canonical)] = static_cast<Index>(j);
+    if (!equality) slack_of_constraint_[at(canonical)] = next_slack[max]++;
+  }
+}
+
+void CanonicalProblem::map_entries() {
+  const ProblemStructure& s = structure_;
+  for (std::size_t k = 0; k < s.jacobian.size(); ++k) {
+    const Index row = constraint_of_model_[at(s.jacobian[k].row)];
+    const Index col = variable_of_model_[at(s.jacobian[k].col)];
+    if (row < 0 || col < 0) continue;
+    jacobian_.push_back({row, col});
+    jacobian_source_.push_back(static_cast<Index>(k));
+  }
+  for (std::size_t k = 0; k < s.hessian.size(); ++k) {
+    const Index row = variable_of_model_[at(s.hessian[k].row)];
+    const Index col = variable_of_model_[at(s.hessian[k].col)];
+    if (row < 0 || col < 0) continue;
+    hessian_.push_back({std::max(row, col), std::min(row, col)});
+    hessian_source_.push_back(static_cast<Index>(k));
+  }
+  model_g_.assign(s.constraint_players.size(), 0.0);
+  model_lambda_.assign(s.constraint_players.size(), 0.0);
+  model_gradient_.assign(s.variable_players.size(), 0.0);
+  model_jacobian_.assign(s.jacobian.size(), 0.0);
+  model_hessian_.assign(s.hessian.size(), 0.0);
+}
+
+std::string CanonicalProblem::scale() {
+  objective_scale_ = options_.obj_scaling_factor;
+  col_scale_.assign(at(variables()), 1.0);
+  row_scale_.assign(at(constraints()), 1.0);
+
+  // The starting point fixes the scaling; the fixed variables keep their value.
+  std::vector<double> start(model_v_.size(), 0.0);
+  start_lambda_.assign(model_g_.size(), 0.0);
+  start_z_lower_.assign(start.size(), 0.0);
+  start_z_upper_.assign(start.size(), 0.0);
+  StartingPoint request{.v = start,
+                        .needs_multipliers = options_.warm_start_init_point,
+                        .lambda = start_lambda_,
+                        .z_lower = start_z_lower_,
+                        .z_upper = start_z_upper_};
+  if (!problem_.starting_point(request)) return "the model gives no starting point";
+  if (const Index i = first_not_finite(start); i >= 0) {
+    return fail(Status::InvalidNumber,
+                "the starting point of " + variable_name(i) + " is not a finite number");
+  }
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    if (variable_of_model_[i] >= 0) model_v_[i] = start[i];
+  }
+
+  if (options_.nlp_scaling_method == Scaling::User) {
+    UserScaling scaling;
+    if (problem_.user_scaling(scaling)) {
+      const auto usable = [](double factor) { return std::isfinite(factor) && factor > 0.0; };
+      if (!std::isfinite(scaling.objective) || scaling.objective == 0.0) {
+        return "the model's scaling factor of the objective is zero or not finite";
+      }
+      objective_scale_ *= scaling.objective;
+      for (std::size_t i = 0; i < scaling.variables.size(); ++i) {
+        if (!usable(scaling.variables[i])) {
+          return "the model's scaling factor of " + variable_name(static_cast<Index>(i)) +
+                 " is not a positive number";
+        }
+        if (variable_of_model_[i] >= 0) {
+          col_scale_[at(variable_of_model_[i])] = scaling.variables[i];
+        }
+      }
+      for (std::size_t j = 0; j < scaling.constraints.size(); ++j) {
+        if (!usable(scaling.constraints[j])) {
+          return "the model's scaling factor of " + constraint_name(static_cast<Index>(j)) +
+                 " is not a positive number";
+        }
+        if (constraint_of_model_[j] >= 0) {
+          row_scale_[at(constraint_of_model_[j])] = scaling.constraints[j];
+        }
+      }
+    }
+  } else if (options_.nlp_scaling_method == Scaling::GradientBased) {
+    if (auto error = gradient_based_scaling(); !error.empty()) return error;
+  }
+
+  // Slacks are measured as their constraints.
+  for (std::size_t j = 0; j < slack_of_constraint_.size(); ++j) {
+    if (slack_of_constraint_[j] >= 0) col_scale_[at(slack_of_constraint_[j])] = row_scale_[j];
+  }
+  jacobian_scale_.resize(jacobian_.size());
+  for (std::size_t k = 0; k < jacobian_.size(); ++k) {
+    jacobian_scale_[k] = row_scale_[at(jacobian_[k].row)] / col_scale_[at(jacobian_[k].col)];
+  }
+  const bool variables_scaled =
+      std::any_of(col_scale_.begin(), col_scale_.begin() + x_.end,
+                  [](double d) { return d != 1.0; }) ||
+      std::any_of(col_scale_.begin() + y_.begin, col_scale_.begin() + y_.end,
+                  [](double d) { return d != 1.0; });
+  if (variables_scaled) {
+    hessian_scale_.resize(hessian_.size());
+    for (std::size_t k = 0; k < hessian_.size(); ++k) {
+      hessian_scale_[k] = 1.0 / (col_scale_[at(hessian_[k].row)] * col_scale_[at(hessian_[k].col)]);
+    }
+  }
+  return {};
+}
+
+std::string CanonicalProblem::gradient_based_scaling() {
+  // Gradients at the starting point are scaled down to nlp_scaling_max_gradient, as in Ipopt.
+  const double largest = options_.nlp_scaling_max_gradient;
+  const auto factor = [&](double norm) {
+    return norm > largest ? std::max(largest / norm, options_.nlp_scaling_min_value) : 1.0;
+  };
+  new_point_ = true;
+  if (!problem_.gradient(model_v_, take_new_point(), model_gradient_)) {
+    return fail(Status::EvaluationFailed,
+                "the gradient of the objective is undefined at the starting point");
+  }
+  ++counts_.gradient;
+  double norm = 0.0;
+  for (std::size_t i = 0; i < model_gradient_.size(); ++i) {
+    if (!std::isfinite(model_gradient_[i])) {
+      return fail(Status::InvalidNumber, "the gradient of the objective in " +
+                                             variable_name(static_cast<Index>(i)) +
+                                             " is not finite at the starting point");
+    }
+    if (variable_of_model_[i] >= 0) norm = std::max(norm, std::abs(model_gradient_[i]));
+  }
+  objective_scale_ *= factor(norm);
+
+  if (constraints() == 0) return {};
+  if (!problem_.jacobian(model_v_, take_new_point(), model_jacobian_)) {
+    return fail(Status::EvaluationFailed,
+                "the Jacobian of the constraints is undefined at the starting point");
+  }
+  ++counts_.jacobian;
+  std::vector<double> row_norm(row_scale_.size(), 0.0);
+  for (std::size_t k = 0; k < jacobian_.size(); ++k) {
+    const double value = model_jacobian_[at(jacobian_source_[k])];
+    if (!std::isfinite(value)) {
+      return fail(Status::InvalidNumber,
+                  "the Jacobian of " + constraint_name(model_constraint_[at(jacobian_[k].row)]) +
+                      " in " + variable_name(model_variable_[at(jacobian_[k].col)]) +
+                      " is not finite at the starting point");
+    }
+    row_norm[at(jacobian_[k].row)] = std::max(row_norm[at(jacobian_[k].row)], std::abs(value));
+  }
+  for (std::size_t j = 0; j < row_scale_.size(); ++j) row_scale_[j] = factor(row_norm[j]);
+  return {};
+}
+
+void CanonicalProblem::set_bounds() {
+  const Index n = variables();
+  lower_.setConstant(n, -kInfinity);
+  upper_.setConstant(n, kInfinity);
+  right_hand_side_.setZero(constraints());
+  const auto set = [&](Index variable, double lower, double upper) {
+    const double scale = col_scale_[at(variable)];
+    const double relax = options_.bound_relax_factor;
+    if (lower > options_.nlp_lower_bound_inf) {
+      lower_[variable] = scale * (lower - relax * std::max(1.0, std::abs(lower)));
+    }
+    if (upper < options_.nlp_upper_bound_inf) {
+      upper_[variable] = scale * (upper + relax * std::max(1.0, std::abs(upper)));
+    }
+  };
+  for (Index i = 0; i < n; ++i) {
+    const Index model = model_variable_[at(i)];
+    if (model >= 0)
+      set(i, structure_.variable_lower[at(model)], structure_.variable_upper[at(model)]);
+  }
+  for (Index j = 0; j < constraints(); ++j) {
+    const auto model = at(model_constraint_[at(j)]);
+    const Index slack = slack_of_constraint_[at(j)];
+    if (slack >= 0) {
+      set(slack, structure_.constraint_lower[model], structure_.constraint_upper[model]);
+    } else {
+      right_hand_side_[j] = row_scale_[at(j)] * structure_.constraint_lower[model];
+    }
+  }
+  for (Index i = 0; i < n; ++i) {
+    if (lower_[i] > -kInfinity) lower_bounded_.push_back(i);
+    if (upper_[i] < kInfinity) upper_bounded_.push_back(i);
+  }
+}
+
+bool CanonicalProblem::take_new_point() { return std::exchange(new_point_, false); }
+
+void CanonicalProblem::load(const Eigen::VectorXd& v) {
+  const auto copy = [&](IndexRange range) {
+    for (Index i = range.begin; i < range.end; ++i) {
+      const double value = v[i] / col_scale_[at(i)];
+      double& target = model_v_[at(model_variable_[at(i)])];
+      if (target != value) {
+        target = value;
+        new_point_ = true;
+      }
+    }
+  };
+  copy(x_);
+  copy(y_);
+}
+
+EvaluationStatus CanonicalProblem::undefined(std::string_view function) {
+  evaluation_error_ = std::string(function) + " is undefined";
+  return EvaluationStatus::Undefined;
+}
+
+EvaluationStatus CanonicalProblem::not_finite(std::string_view function, std::string_view entry) {
+  evaluation_error_ = std::string(function) + " is NaN or infinite";
+  if (!entry.empty()) evaluation_error_ += " in " + std::string(entry);
+  return EvaluationStatus::NotFinite;
+}
+
+Iterate CanonicalProblem::starting_point() {
+  Iterate start;
+  const bool warm = options_.warm_start_init_point;
+  const Index n = variables();
+  start.v.setZero(n);
+  start.lambda.setZero(constraints());
+  start.z_lower.setZero(n);
+  start.z_upper.setZero(n);
+  for (Index i = 0; i < n; ++i) {
+    const Index model = model_variable_[at(i)];
+    if (model < 0) continue;
+    start.v[i] = push_inside(model_v_[at(model)] * col_scale_[at(i)], lower_[i], upper_[i],
+                             warm ? options_.warm_start_bound_push : options_.bound_push,
+                             warm ? options_.warm_start_bound_frac : options_.bound_frac);
+  }
+  if (!warm) return start;
+
+  // The model's multipliers: signs of Result, so those of a Max variable's bounds are <= 0.
+  const double largest = options_.warm_start_mult_init_max;
+  for (Index i = 0; i < n; ++i) {
+    const Index model = model_variable_[at(i)];
+    if (model < 0) continue;
+    const double factor = sign(i) * objective_scale_ / col_scale_[at(i)];
+    start.z_lower[i] = start_z_lower_[at(model)] * factor;
+    start.z_upper[i] = start_z_upper_[at(model)] * factor;
+  }
+  for (Index j = 0; j < constraints(); ++j) {
+    const double value =
+        start_lambda_[at(model_constraint_[at(j)])] * objective_scale_ / row_scale_[at(j)];
+    start.lambda[j] = std::clamp(value, -largest, largest);
+    // A slack's stationarity: -lambda + sign (-z_lower + z_upper) = 0.
+    if (const Index slack = slack_of_constraint_[at(j)]; slack >= 0) {
+      start.z_lower[slack] = std::max(-sign(slack) * start.lambda[j], 0.0);
+      start.z_upper[slack] = std::max(sign(slack) * start.lambda[j], 0.0);
+    }
+  }
+  return start;
+}
+
+void CanonicalProblem::start_slacks(Iterate& start, const Eigen::VectorXd& c) const {
+  // With the slacks at zero, c holds g; push it inside the slack's bounds.
+  const bool warm = options_.warm_start_init_point;
+  for (Index j = 0; j < constraints(); ++j) {
+    const Index slack = slack_of_constraint_[at(j)];
+    if (slack < 0) continue;
+    start.v[slack] =
+        push_inside(c[j], lower_[slack], upper_[slack],
+                    warm ? options_.warm_start_slack_bound_push : options_.slack_bound_push,
+                    warm ? options_.warm_start_slack_bound_frac : options_.slack_bound_frac);
+  }
+}
+
+EvaluationStatus CanonicalProblem::objective(const Eigen::VectorXd& v, double& f) {
+  const ScopedTimer timer(timing_.evaluations);
+  load(v);
+  ++counts_.objective;
+  double value = 0.0;
+  if (!problem_.objective(model_v_, take_new_point(), value)) return undefined("the objective");
+  if (!std::isfinite(value)) return not_finite("the objective", {});
+  f = objective_scale_ * value;
+  return EvaluationStatus::Ok;
+}
+
+EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::VectorXd& c) {
+  if (constraints() == 0) return EvaluationStatus::Ok;
+  const ScopedTimer timer(timing_.evaluations);
+  load(v);
+  ++counts_.constraints;
+  if (!problem_.constraints(model_v_, take_new_point(), model_g_)) {
+    return undefined("the vector of constraints");
+  }
+  for (Index j = 0; j < constraints(); ++j) {
+    const Index model = model_constraint_[at(j)];
+    const double value = model_g_[at(model)];
+    if (!std::isfinite(value)) return not_finite("the constraint function", constraint_name(model));
+    const Index slack = slack_of_constraint_[at(j)];
+    c[j] = row_scale_[at(j)] * value - (slack >= 0 ? v[slack] : right_hand_side_[j]);
+  }
+  return EvaluationStatus::Ok;
+}
+
+EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
+                                                     Evaluation& evaluation) {
+  const ScopedTimer timer(timing_.evaluations);
+  load(v);
+  ++counts_.gradient;
+  if (!problem_.gradient(model_v_, take_new_point(), model_gradient_)) {
+    return undefined("the gradient of the objective");
+  }
+  for (Index i = 0; i < variables(); ++i) {
+    const Index model = model_variable_[at(i)];
+    if (model < 0) {
+      evaluation.gradient[i] = 0.0;
+      continue;
+    }
+    const double value = model_gradient_[at(model)];
+    if (!std::isfinite(value)) {
+      return not_finite("the gradient of the objective", variable_name(model));
+    }
+    evaluation.gradient[i] = objective_scale_ * value / col_scale_[at(i)];
+  }
+  if (constraints() == 0) return EvaluationStatus::Ok;
+  ++counts_.jacobian;
+  if (!problem_.jacobian(model_v_, take_new_point(), model_jacobian_)) {
+    return undefined("the Jacobian of the constraints");
+  }
+  for (std::size_t k = 0; k < jacobian_.size(); ++k) {
+    const double value = model_jacobian_[at(jacobian_source_[k])];
+    if (!std::isfinite(value)) {
+      return not_finite(
+          "the Jacobian of " + constraint_name(model_constraint_[at(jacobian_[k].row)]),
+          variable_name(model_variable_[at(jacobian_[k].col)]));
+    }
+    evaluation.jacobian[k] = jacobian_scale_[k] * value;
+  }
+  return EvaluationStatus::Ok;
+}
+
+EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
+                                                      const Eigen::VectorXd& lambda,
+                                                      Evaluation& evaluation) {
+  const ScopedTimer timer(timing_.evaluations);
+  load(v);
+  for (Index j = 0; j < constraints(); ++j) {
+    model_lambda_[at(model_constraint_[at(j)])] = row_scale_[at(j)] * lambda[j];
+  }
+  ++counts_.hessian;
+  if (!problem_.hessian(model_v_, take_new_point(), objective_scale_, model_lambda_, true,
+                        model_hessian_)) {
+    return undefined("the Hessian of the Lagrangian");
+  }
+  for (std::size_t k = 0; k < hessian_.size(); ++k) {
+    const double value = model_hessian_[at(hessian_source_[k])];
+    if (!std::isfinite(value)) {
+      return not_finite("the Hessian of the Lagrangian",
+                        variable_name(model_variable_[at(hessian_[k].row)]) + " and " +
+                            variable_name(model_variable_[at(hessian_[k].col)]));
+    }
+    evaluation.hessian[k] = hessian_scale_.empty() ? value : hessian_scale_[k] * value;
+  }
+  return EvaluationStatus::Ok;
+}
+
+void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
+  const ProblemStructure& s = structure_;
+  load(iterate.v);
+  result.v = model_v_;
+  result.lambda.assign(s.constraint_players.size(), 0.0);
+  result.z_lower.assign(s.variable_players.size(), 0.0);
+  result.z_upper.assign(s.variable_players.size(), 0.0);
+  for (Index i = 0; i < variables(); ++i) {
+    const Index model = model_variable_[at(i)];
+    if (model < 0) continue;
+    const double factor = sign(i) * col_scale_[at(i)] / objective_scale_;
+    result.z_lower[at(model)] = factor * iterate.z_lower[i];
+    result.z_upper[at(model)] = factor * iterate.z_upper[i];
+    if (options_.honor_original_bounds) {
+      result.v[at(model)] =
+          std::clamp(result.v[at(model)], s.variable_lower[at(model)], s.variable_upper[at(model)]);
+    }
+  }
+  for (Index j = 0; j < constraints(); ++j) {
+    result.lambda[at(model_constraint_[at(j)])] =
+        iterate.lambda[j] * row_scale_[at(j)] / objective_scale_;
+  }
+  restore_fixed_multipliers(result);
+
+  result.constraints.assign(s.constraint_players.size(), 0.0);
+  if (!problem_.objective(result.v, true, result.objective)) {
+    result.objective = std::numeric_limits<double>::quiet_NaN();
+  }
+  if (!result.constraints.empty() && !problem_.constraints(result.v, false, result.constraints)) {
+    std::fill(result.constraints.begin(), result.constraints.end(),
+              std::numeric_limits<double>::quiet_NaN());
+  }
+  new_point_ = true;
+}
+
+void CanonicalProblem::restore_fixed_multipliers(Result& result) {
+  // A fixed variable's bounds balance grad f + J' lambda.
+  const bool any_fixed = std::any_of(variable_of_model_.begin(), variable_of_model_.end(),
+                                     [](Index i) { return i < 0; });
+  if (!any_fixed) return;
+  if (!problem_.gradient(result.v, true, model_gradient_)) return;
+  if (!model_jacobian_.empty() && !problem_.jacobian(result.v, false, model_jacobian_)) return;
+  for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
+    const auto [row, col] = structure_.jacobian[k];
+    model_gradient_[at(col)] += model_jacobian_[k] * result.lambda[at(row)];
+  }
+  for (std::size_t i = 0; i < variable_of_model_.size(); ++i) {
+    if (variable_of_model_[i] >= 0) continue;
+    const double sign = structure_.variable_players[i] == Player::Max ? -1.0 : 1.0;
+    const double z = sign * model_gradient_[i];
+    result.z_lower[i] = sign * std::max(z, 0.0);
+    result.z_upper[i] = sign * std::max(-z, 0.0);
+  }
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,147 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <ipminmax/core/iterate.hpp>
+#include <ipminmax/core/options.hpp>
+#include <ipminmax/core/problem.hpp>
+#include <ipminmax/core/result.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace ipminmax {
+
+/// Half-open range of indices.
+struct IndexRange {
+  Index begin = 0;
+  Index end = 0;
+  [[nodiscard]] Index size() const { return end - begin; }
+  [[nodiscard]] bool contains(Index i) const { return begin <= i && i < end; }
+};
+
+/// What an evaluation of the model gave.
+enum class EvaluationStatus : std::uint8_t { Ok, Undefined, NotFinite };
+
+/// The problem that the method works on:
+///
+///     min over (x, s_x)   max over (y, s_y)   f(v)   s.t.  c(v) = 0,  lower <= v <= upper
+///
+/// Variables are ordered x | s_x | y | s_y and constraints Min | Max. Fixed variables are left out,
+/// constraints without bounds too; every inequality g(v) in [l, u] has become g(v) - s = 0 with a
+/// slack s in [l, u] owned by the constraint's owner. Everything is scaled, bounds are relaxed by
+/// bound_relax_factor.
+class CanonicalProblem {
+ public:
+  CanonicalProblem(Problem& problem, const SolverOptions& options, Counts& counts, Timing& timing);
+
+  /// Checks the model and builds the canonical form. The error names what is wrong; the status
+  /// that goes with it is error_status().
+  [[nodiscard]] std::string build();
+  [[nodiscard]] Status error_status() const { return error_status_; }
+
+  [[nodiscard]] Index variables() const { return y_slacks_.end; }
+  [[nodiscard]] Index constraints() const { return max_constraints_.end; }
+  [[nodiscard]] IndexRange x() const { return x_; }  ///< Min variables of the model
+  [[nodiscard]] IndexRange x_slacks() const { return x_slacks_; }
+  [[nodiscard]] IndexRange y() const { return y_; }  ///< Max variables of the model
+  [[nodiscard]] IndexRange y_slacks() const { return y_slacks_; }
+  [[nodiscard]] IndexRange min_constraints() const { return min_constraints_; }
+  [[nodiscard]] IndexRange max_constraints() const { return max_constraints_; }
+  [[nodiscard]] bool owned_by_max(Index variable) const { return variable >= y_.begin; }
+  /// +1 for Min variables, -1 for Max: the sign of barrier terms and bound multipliers.
+  [[nodiscard]] double sign(Index variable) const { return owned_by_max(variable) ? -1.0 : 1.0; }
+
+  [[nodiscard]] const Eigen::VectorXd& lower() const { return lower_; }
+  [[nodiscard]] const Eigen::VectorXd& upper() const { return upper_; }
+  [[nodiscard]] std::span<const Index> lower_bounded() const { return lower_bounded_; }
+  [[nodiscard]] std::span<const Index> upper_bounded() const { return upper_bounded_; }
+  /// Slack variable of each constraint, -1 for an equality.
+  [[nodiscard]] std::span<const Index> slack_of_constraint() const { return slack_of_constraint_; }
+
+  /// Patterns without the slacks' entries (which are -1): row = constraint, col = variable.
+  [[nodiscard]] std::span<const Triplet> jacobian() const { return jacobian_; }
+  [[nodiscard]] std::span<const Triplet> hessian() const { return hessian_; }
+
+  /// Starting point within the bounds, slacks at zero, multipliers as the model gives them (zero
+  /// otherwise).
+  [[nodiscard]] Iterate starting_point();
+  /// Sets the slacks from c evaluated with the slacks at zero.
+  void start_slacks(Iterate& start, const Eigen::VectorXd& c) const;
+
+  [[nodiscard]] EvaluationStatus objective(const Eigen::VectorXd& v, double& f);
+  /// c, slacks included.
+  [[nodiscard]] EvaluationStatus constraints(const Eigen::VectorXd& v, Eigen::VectorXd& c);
+  /// Gradient and Jacobian.
+  [[nodiscard]] EvaluationStatus first_derivatives(const Eigen::VectorXd& v,
+                                                   Evaluation& evaluation);
+  [[nodiscard]] EvaluationStatus second_derivatives(const Eigen::VectorXd& v,
+                                                    const Eigen::VectorXd& lambda,
+                                                    Evaluation& evaluation);
+  /// Names the function and entry of the last evaluation that was not Ok.
+  [[nodiscard]] const std::string& evaluation_error() const { return evaluation_error_; }
+
+  /// Fills v, lambda, z, constraints, objective of the result in the model's units.
+  void restore(const Iterate& iterate, Result& result);
+  [[nodiscard]] double unscaled_objective(double f) const { return f / objective_scale_; }
+  /// Factor by which a canonical constraint was scaled.
+  [[nodiscard]] double constraint_scale(Index constraint) const {
+    return row_scale_[static_cast<std::size_t>(constraint)];
+  }
+  [[nodiscard]] double objective_scale() const { return objective_scale_; }
+  /// Factor by which a canonical variable was scaled.
+  [[nodiscard]] double variable_scale(Index variable) const {
+    return col_scale_[static_cast<std::size_t>(variable)];
+  }
+
+  /// Name of a model variable or constraint for messages.
+  [[nodiscard]] std::string variable_name(Index model_variable) const;
+  [[nodiscard]] std::string constraint_name(Index model_constraint) const;
+
+ private:
+  [[nodiscard]] std::string validate();
+  [[nodiscard]] std::string index_variables();
+  void index_constraints();
+  void map_entries();
+  [[nodiscard]] std::string scale();
+  [[nodiscard]] std::string gradient_based_scaling();
+  void set_bounds();
+  void load(const Eigen::VectorXd& v);
+  [[nodiscard]] bool take_new_point();
+  void restore_fixed_multipliers(Result& result);
+  EvaluationStatus undefined(std::string_view function);
+  EvaluationStatus not_finite(std::string_view function, std::string_view entry);
+  [[nodiscard]] std::string fail(Status status, std::string message);
+
+  Problem& problem_;
+  const ProblemStructure& structure_;
+  const SolverOptions& options_;
+  Counts& counts_;
+  Timing& timing_;
+  Status error_status_ = Status::InvalidProblem;
+
+  IndexRange x_, x_slacks_, y_, y_slacks_, min_constraints_, max_constraints_;
+  std::vector<Index> variable_of_model_;    ///< canonical variable of a model variable, -1 if fixed
+  std::vector<Index> model_variable_;       ///< model variable of a canonical one, -1 for slacks
+  std::vector<Index> constraint_of_model_;  ///< -1 for constraints without bounds
+  std::vector<Index> model_constraint_;
+  std::vector<Index> slack_of_constraint_;
+  std::vector<Index> lower_bounded_, upper_bounded_;
+  Eigen::VectorXd lower_, upper_;
+  Eigen::VectorXd right_hand_side_;  ///< of equalities, scaled; 0 for inequalities
+  std::vector<Triplet> jacobian_, hessian_;
+  std::vector<Index> jacobian_source_, hessian_source_;  ///< model triplet of each canonical one
+  std::vector<double> jacobian_scale_, hessian_scale_;   ///< hessian_scale_ empty: all one
+  double objective_scale_ = 1.0;
+  std::vector<double> col_scale_, row_scale_;
+
+  std::vector<double> start_lambda_, start_z_lower_, start_z_upper_;  ///< as the model gave them
+
+  // Buffers in the model's shapes
+  std::vector<double> model_v_, model_g_, model_gradient_, model_lambda_;
+  std::vector<double> model_jacobian_, model_hessian_;
+  bool new_point_ = true;
+  std::string evaluation_error_;
+};
+
+}  // namespace ipminmax

@@ -1,0 +1,222 @@
+#include <algorithm>
+#include <cmath>
+#include <ipminmax/core/certificate.hpp>
+#include <ipminmax/core/residual.hpp>
+#include <ipminmax/core/step_length.hpp>
+
+namespace ipminmax {
+namespace {
+
+/// z / s above which a bound is active, and its inverse below which it is inactive.
+constexpr double kStrictRatio = 100.0;
+/// Barrier curvature of a slack that is away from its bounds; not 0, because slack rows are
+/// eliminated by dividing by it.
+constexpr double kInactiveCurvature = 1e-12;
+
+/// Newton's method counts as contracting when the second step with the same matrix is at most this
+/// fraction of the first (1/4 for x^3 at 0, below it quadratic convergence is near).
+constexpr double kContraction = 0.1;
+/// Relative length of a Newton step that is rounding.
+constexpr double kNegligibleStep = 1e-10;
+
+struct BoundClasses {
+  std::vector<bool> active;      ///< per canonical variable; weakly active ones included
+  Eigen::VectorXd with_weak;     ///< barrier curvature, weakly active bounds keep theirs
+  Eigen::VectorXd without_weak;  ///< barrier curvature, weakly active bounds count as inactive
+  Index weak_min = 0, weak_max = 0;
+};
+
+BoundClasses classify(const CanonicalProblem& canonical, const Iterate& iterate) {
+  BoundClasses classes;
+  const Index n = canonical.variables();
+  classes.active.assign(static_cast<std::size_t>(n), false);
+  classes.with_weak.setZero(n);
+  for (const IndexRange slacks : {canonical.x_slacks(), canonical.y_slacks()}) {
+    for (Index i = slacks.begin; i < slacks.end; ++i) classes.with_weak[i] = kInactiveCurvature;
+  }
+  classes.without_weak = classes.with_weak;
+  const auto add = [&](Index i, double distance, double multiplier) {
+    const double ratio = multiplier / distance;
+    if (ratio < 1.0 / kStrictRatio) return;
+    classes.active[static_cast<std::size_t>(i)] = true;
+    classes.with_weak[i] += ratio;
+    if (ratio > kStrictRatio) {
+      classes.without_weak[i] += ratio;
+    } else {
+      ++(canonical.owned_by_max(i) ? classes.weak_max : classes.weak_min);
+    }
+  };
+  for (const Index i : canonical.lower_bounded()) {
+    add(i, iterate.v[i] - canonical.lower()[i], iterate.z_lower[i]);
+  }
+  for (const Index i : canonical.upper_bounded()) {
+    add(i, canonical.upper()[i] - iterate.v[i], iterate.z_upper[i]);
+  }
+  return classes;
+}
+
+/// Whether both inertias are right with the given curvature added to x and taken from y.
+struct InertiaTest {
+  bool inner = false;
+  bool full = false;
+  [[nodiscard]] bool both() const { return inner && full; }
+};
+
+Step zero_step(const CanonicalProblem& canonical) {
+  Step step;
+  step.v.setZero(canonical.variables());
+  step.lambda.setZero(canonical.constraints());
+  step.z_lower.setZero(canonical.variables());
+  step.z_upper.setZero(canonical.variables());
+  return step;
+}
+
+double max_norm(const Eigen::VectorXd& v) {
+  return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
+}
+
+/// Simplified Newton from the iterate at fixed mu: the second step must be a fraction of the first.
+bool newton_contracts(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& iterate,
+                      const Evaluation& evaluation, double mu) {
+  kkt.assemble(iterate, evaluation);
+  if (kkt.factorize({}).status != FactorizationStatus::Ok) return false;
+  NewtonResidual rhs = zero_step(canonical);
+  Step step = zero_step(canonical);
+  Eigen::VectorXd dual;
+  dual_residual(canonical, iterate, evaluation, dual);
+  newton_residual(canonical, iterate, evaluation, dual, mu, rhs);
+  if (!kkt.solve(evaluation, rhs, step)) return false;
+  const double first = max_norm(step.v);
+  if (first <= kNegligibleStep * (1.0 + max_norm(iterate.v))) return true;
+
+  constexpr double kTau = 0.99;
+  const StepLength alpha = largest_step(canonical, iterate, step, kTau);
+  if (std::min(alpha.primal, alpha.dual) < 1.0) return false;
+  Iterate next = iterate;
+  advance(step, {}, next);
+  Evaluation there = evaluation;
+  if (canonical.constraints(next.v, there.c) != EvaluationStatus::Ok ||
+      canonical.first_derivatives(next.v, there) != EvaluationStatus::Ok) {
+    return false;
+  }
+  dual_residual(canonical, next, there, dual);
+  newton_residual(canonical, next, there, dual, mu, rhs);
+  return kkt.solve(evaluation, rhs, step) && max_norm(step.v) <= kContraction * first;
+}
+
+class SecondOrderTest {
+ public:
+  SecondOrderTest(const CanonicalProblem& canonical, KktSystem& kkt, const Evaluation& evaluation,
+                  const SolverOptions& options)
+      : canonical_(canonical), kkt_(kkt), evaluation_(evaluation), options_(options) {}
+
+  /// Right with curvature to spare: satisfied beyond doubt.
+  InertiaTest survives(const Eigen::VectorXd& curvature, double margin) {
+    kkt_.assemble(evaluation_, curvature);
+    InertiaTest test;
+    test.inner = kkt_.has_expected_inner_inertia(kkt_.factorize_inner({.y = -margin}));
+    test.full = kkt_.has_expected_inertia(kkt_.factorize({.x = -margin}));
+    if (!kkt_.pivots() && test.both() && !backward_stable()) test = {};
+    return test;
+  }
+
+  /// Right when some curvature is given: not refuted.
+  InertiaTest helped(const Eigen::VectorXd& curvature, double margin, bool inner_satisfied) {
+    kkt_.assemble(evaluation_, curvature);
+    const double multiplier_shift = options_.jacobian_regularization_value;
+    const Regularization help{.x = margin,
+                              .y = inner_satisfied ? 0.0 : margin,
+                              .lambda_x = multiplier_shift,
+                              .lambda_y = multiplier_shift};
+    InertiaTest test;
+    test.inner = inner_satisfied || kkt_.has_expected_inner_inertia(kkt_.factorize_inner(help));
+    test.full = kkt_.has_expected_inertia(kkt_.factorize(help));
+    return test;
+  }
+
+ private:
+  /// Without pivoting an inertia is trusted only when the factors reproduce the matrix: a system
+  /// with a generic right-hand side must refine to a small residual.
+  bool backward_stable() {
+    NewtonResidual rhs = zero_step(canonical_);
+    Step step = zero_step(canonical_);
+    for (Index i = 0; i < canonical_.variables(); ++i) rhs.v[i] = std::sin(1.0 + i);
+    for (Index j = 0; j < canonical_.constraints(); ++j) rhs.lambda[j] = std::cos(1.0 + j);
+    return kkt_.solve(evaluation_, rhs, step) && kkt_.solve_inner(evaluation_, rhs, step);
+  }
+
+  const CanonicalProblem& canonical_;
+  KktSystem& kkt_;
+  const Evaluation& evaluation_;
+  const SolverOptions& options_;
+};
+
+SecondOrder second_order(const CanonicalProblem& canonical, KktSystem& kkt,
+                         const BoundClasses& classes, const Evaluation& evaluation,
+                         const SolverOptions& options, Certificate& certificate) {
+  SecondOrderTest test(canonical, kkt, evaluation, options);
+  kkt.assemble(evaluation, classes.without_weak);
+  // Gamma distorts curvature by gamma, so the margin has to dominate it.
+  const double margin = std::max(options.minmax_curvature_tol * std::max(kkt.hessian_norm(), 1.0),
+                                 kkt.pivots() ? 0.0 : 2.0 * options.minmax_ldlt_gamma);
+  const InertiaTest spare = test.survives(classes.without_weak, margin);
+  if (spare.both()) {
+    certificate.margin = margin;
+    const KktSystem::RankFinding rank = kkt.active_rank(evaluation, classes.active);
+    certificate.licq_min = rank.full_min;
+    certificate.licq_max = rank.full_max;
+    // Independent Max gradients make the inner maximum follow x; a Min point needs none.
+    const bool inner_follows = rank.full_max || kkt.layout().x.size() == 0;
+    return inner_follows ? SecondOrder::Satisfied : SecondOrder::Undecided;
+  }
+  const InertiaTest helped = test.helped(classes.with_weak, margin, spare.inner);
+  if (helped.both()) {
+    const KktSystem::RankFinding rank = kkt.active_rank(evaluation, classes.active);
+    certificate.licq_min = rank.full_min;
+    certificate.licq_max = rank.full_max;
+    return SecondOrder::Undecided;
+  }
+  return SecondOrder::Violated;
+}
+
+}  // namespace
+
+Certificate certify(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& iterate,
+                    const Evaluation& evaluation, double mu, const SolverOptions& options) {
+  Certificate certificate;
+  const BoundClasses classes = classify(canonical, iterate);
+  certificate.weakly_active_min = classes.weak_min;
+  certificate.weakly_active_max = classes.weak_max;
+  certificate.inner_expected = kkt.layout().expected_inner();
+  certificate.full_expected = kkt.layout().expected();
+
+  certificate.second_order =
+      second_order(canonical, kkt, classes, evaluation, options, certificate);
+  // Anything but a clear yes is asked again with pivoting.
+  if (certificate.second_order != SecondOrder::Satisfied && !kkt.pivots()) {
+    while (!kkt.pivots() && kkt.increase_quality()) {
+    }
+    certificate.second_order =
+        second_order(canonical, kkt, classes, evaluation, options, certificate);
+  }
+  if (certificate.second_order == SecondOrder::Satisfied &&
+      !newton_contracts(canonical, kkt, iterate, evaluation, mu)) {
+    certificate.second_order = SecondOrder::Undecided;
+    certificate.margin = 0.0;
+  }
+  if (certificate.second_order == SecondOrder::Satisfied) {
+    // Inertias right with curvature taken away are right without.
+    certificate.inner = certificate.inner_expected;
+    certificate.full = certificate.full_expected;
+  } else {
+    kkt.assemble(evaluation, classes.without_weak);
+    certificate.inner = kkt.factorize_inner({}).inertia;
+    certificate.full = kkt.factorize({}).inertia;
+  }
+  certificate.kind = certificate.second_order == SecondOrder::Satisfied
+                         ? PointKind::LocalMinmax
+                         : PointKind::FirstOrderPoint;
+  return certificate;
+}
+
+}  // namespace ipminmax

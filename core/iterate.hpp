@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace ipminmax {
+
+/// Primal-dual point of the canonical problem. Bound multipliers are positive for both players
+/// where the bound exists and zero elsewhere.
+struct Iterate {
+  Eigen::VectorXd v;        ///< canonical variables
+  Eigen::VectorXd lambda;   ///< canonical constraints
+  Eigen::VectorXd z_lower;  ///< canonical variables
+  Eigen::VectorXd z_upper;  ///< canonical variables
+};
+
+/// Newton step of an Iterate, same shapes.
+struct Step {
+  Eigen::VectorXd v, lambda, z_lower, z_upper;
+};
+
+/// Values of the canonical functions at a point (scaled).
+struct Evaluation {
+  double f = 0.0;
+  Eigen::VectorXd c;             ///< constraints, slacks included: zero when feasible
+  Eigen::VectorXd gradient;      ///< of f
+  std::vector<double> jacobian;  ///< per triplet of CanonicalProblem::jacobian()
+  std::vector<double> hessian;   ///< of f + lambda' c, per triplet of CanonicalProblem::hessian()
+};
+
+}  // namespace ipminmax

@@ -1,0 +1,467 @@
+#include <algorithm>
+#include <cmath>
+#include <ipminmax/core/kkt_system.hpp>
+#include <ipminmax/core/timer.hpp>
+#include <limits>
+
+namespace ipminmax {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+SymmetricSolverOptions solver_options(const SolverOptions& options) {
+  return {.ordering = options.minmax_ordering,
+          .ldlt_gamma = options.minmax_ldlt_gamma,
+          .mumps_pivot_tolerance = options.mumps_pivtol,
+          .mumps_pivot_tolerance_max = options.mumps_pivtolmax,
+          .mumps_memory_percent = options.mumps_mem_percent};
+}
+
+void resize(Step& step, const CanonicalProblem& canonical) {
+  step.v.setZero(canonical.variables());
+  step.lambda.setZero(canonical.constraints());
+  step.z_lower.setZero(canonical.variables());
+  step.z_upper.setZero(canonical.variables());
+}
+
+double max_norm(const Eigen::VectorXd& v) {
+  return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
+}
+
+double max_norm(const Step& step) {
+  return std::max(std::max(max_norm(step.v), max_norm(step.lambda)),
+                  std::max(max_norm(step.z_lower), max_norm(step.z_upper)));
+}
+
+}  // namespace
+
+KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayout& layout,
+                   const SolverOptions& options)
+    : canonical_(canonical),
+      variable_row_(at(canonical.variables()), -1),
+      constraint_row_(at(canonical.constraints()), -1),
+      solver_(make_symmetric_solver(options.linear_solver, solver_options(options))) {
+  const bool full = which == Which::Full;
+  const Index y_offset = full ? layout.y.begin : 0;
+  const Index lambda_y_offset = full ? layout.lambda_y.begin : layout.y.size();
+  const Index dimension = full ? layout.dimension() : layout.y.size() + layout.lambda_y.size();
+  variables_ = {full ? 0 : canonical.y().begin, canonical.variables()};
+  constraints_ = {full ? 0 : canonical.max_constraints().begin, canonical.constraints()};
+
+  const auto number = [](std::vector<Index>& rows, IndexRange range, Index offset) {
+    for (Index i = range.begin; i < range.end; ++i) rows[at(i)] = offset + (i - range.begin);
+  };
+  if (full) {
+    number(variable_row_, canonical.x(), layout.x.begin);
+    number(constraint_row_, canonical.min_constraints(), layout.lambda_x.begin);
+  }
+  number(variable_row_, canonical.y(), y_offset);
+  number(constraint_row_, canonical.max_constraints(), lambda_y_offset);
+
+  std::vector<Triplet> entries;
+  for (std::size_t k = 0; k < canonical.hessian().size(); ++k) {
+    const Index row = variable_row_[at(canonical.hessian()[k].row)];
+    const Index col = variable_row_[at(canonical.hessian()[k].col)];
+    if (row < 0 || col < 0) continue;
+    hessian_entries_.push_back(static_cast<Index>(k));
+    entries.push_back({row, col});
+  }
+  for (std::size_t k = 0; k < canonical.jacobian().size(); ++k) {
+    const Index row = constraint_row_[at(canonical.jacobian()[k].row)];
+    const Index col = variable_row_[at(canonical.jacobian()[k].col)];
+    if (row < 0 || col < 0) continue;
+    jacobian_entries_.push_back(static_cast<Index>(k));
+    entries.push_back({row, col});
+  }
+  matrix_ = SymmetricMatrix(dimension, entries);
+  const auto positions = matrix_.triplet_positions();
+  const auto split = positions.begin() + static_cast<std::ptrdiff_t>(hessian_entries_.size());
+  hessian_positions_.assign(positions.begin(), split);
+  jacobian_positions_.assign(split, positions.end());
+  diagonal_.assign(at(dimension), 0.0);
+
+  const std::vector<std::int8_t> signs = layout.signs();
+  signs_.assign(at(dimension), 1);
+  for (Index i = variables_.begin; i < variables_.end; ++i) {
+    if (const Index row = variable_row_[at(i)]; row >= 0) {
+      signs_[at(row)] = canonical.owned_by_max(i) ? -1 : 1;
+    }
+  }
+  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
+    signs_[at(constraint_row_[at(j)])] = canonical.max_constraints().contains(j) ? 1 : -1;
+  }
+}
+
+bool KktBlock::analyze() { return empty() || solver_->analyze(matrix_, signs_).ok; }
+
+void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature) {
+  matrix_.set_zero();
+  const auto values = matrix_.values();
+  hessian_norm_ = 0.0;
+  for (std::size_t k = 0; k < hessian_entries_.size(); ++k) {
+    const double value = evaluation.hessian[at(hessian_entries_[k])];
+    values[at(hessian_positions_[k])] += value;
+    hessian_norm_ = std::max(hessian_norm_, std::abs(value));
+  }
+  for (std::size_t k = 0; k < jacobian_entries_.size(); ++k) {
+    values[at(jacobian_positions_[k])] += evaluation.jacobian[at(jacobian_entries_[k])];
+  }
+  for (Index i = variables_.begin; i < variables_.end; ++i) {
+    const Index row = variable_row_[at(i)];
+    if (row < 0) continue;
+    diagonal_[at(row)] =
+        values[at(matrix_.diagonal_position(row))] + canonical_.sign(i) * barrier_curvature[i];
+  }
+  const auto slack_of = canonical_.slack_of_constraint();
+  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
+    const Index slack = slack_of[at(j)];
+    diagonal_[at(constraint_row_[at(j)])] =
+        slack < 0 ? 0.0 : -canonical_.sign(slack) / barrier_curvature[slack];
+  }
+}
+
+void KktBlock::assemble_projection(const Evaluation& evaluation,
+                                   const Eigen::VectorXd& column_factor,
+                                   const Eigen::VectorXd& row_factor,
+                                   const Eigen::VectorXd& multiplier_diagonal) {
+  matrix_.set_zero();
+  const auto values = matrix_.values();
+  for (std::size_t k = 0; k < jacobian_entries_.size(); ++k) {
+    const auto [row, col] = canonical_.jacobian()[at(jacobian_entries_[k])];
+    if (canonical_.owned_by_max(col) != canonical_.max_constraints().contains(row)) continue;
+    values[at(jacobian_positions_[k])] +=
+        column_factor[col] * row_factor[row] * evaluation.jacobian[at(jacobian_entries_[k])];
+  }
+  for (Index i = variables_.begin; i < variables_.end; ++i) {
+    if (const Index row = variable_row_[at(i)]; row >= 0) diagonal_[at(row)] = canonical_.sign(i);
+  }
+  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
+    diagonal_[at(constraint_row_[at(j)])] = multiplier_diagonal[j];
+  }
+}
+
+Factorization KktBlock::factorize(const Regularization& shift) {
+  const auto values = matrix_.values();
+  for (Index i = variables_.begin; i < variables_.end; ++i) {
+    const Index row = variable_row_[at(i)];
+    if (row < 0) continue;
+    values[at(matrix_.diagonal_position(row))] =
+        diagonal_[at(row)] + (canonical_.owned_by_max(i) ? -shift.y : shift.x);
+  }
+  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
+    const Index row = constraint_row_[at(j)];
+    values[at(matrix_.diagonal_position(row))] =
+        diagonal_[at(row)] +
+        (canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x);
+  }
+  return solver_->factorize(matrix_);
+}
+
+void KktBlock::subtract_product(const Evaluation& evaluation, const Eigen::VectorXd& v,
+                                const Eigen::VectorXd& lambda, Eigen::VectorXd& product_v,
+                                Eigen::VectorXd& product_c) const {
+  const auto hessian = canonical_.hessian();
+  for (const Index k : hessian_entries_) {
+    const auto [row, col] = hessian[at(k)];
+    const double value = evaluation.hessian[at(k)];
+    product_v[row] -= value * v[col];
+    if (row != col) product_v[col] -= value * v[row];
+  }
+  const auto jacobian = canonical_.jacobian();
+  for (const Index k : jacobian_entries_) {
+    const auto [row, col] = jacobian[at(k)];
+    const double value = evaluation.jacobian[at(k)];
+    product_c[row] -= value * v[col];
+    product_v[col] -= value * lambda[row];
+  }
+}
+
+KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& options,
+                     Counts& counts, Timing& timing)
+    : canonical_(canonical),
+      options_(options),
+      counts_(counts),
+      timing_(timing),
+      layout_(canonical),
+      full_(KktBlock::Which::Full, canonical, layout_, options),
+      inner_(KktBlock::Which::Inner, canonical, layout_, options),
+      curvature_(Eigen::VectorXd::Zero(canonical.variables())),
+      distance_lower_(Eigen::VectorXd::Ones(canonical.variables())),
+      distance_upper_(Eigen::VectorXd::Ones(canonical.variables())),
+      z_lower_(Eigen::VectorXd::Zero(canonical.variables())),
+      z_upper_(Eigen::VectorXd::Zero(canonical.variables())),
+      rhs_(at(layout_.dimension()), 0.0) {
+  resize(residual_, canonical);
+  resize(correction_, canonical);
+}
+
+bool KktSystem::analyze() {
+  const ScopedTimer timer(timing_.analysis);
+  counts_.analyses += inner_.empty() ? 1 : 2;
+  return full_.analyze() && inner_.analyze();
+}
+
+void KktSystem::assemble(const Iterate& iterate, const Evaluation& evaluation) {
+  const ScopedTimer timer(timing_.assembly);
+  z_lower_ = iterate.z_lower;
+  z_upper_ = iterate.z_upper;
+  curvature_.setZero();
+  for (const Index i : canonical_.lower_bounded()) {
+    distance_lower_[i] = iterate.v[i] - canonical_.lower()[i];
+    curvature_[i] += z_lower_[i] / distance_lower_[i];
+  }
+  for (const Index i : canonical_.upper_bounded()) {
+    distance_upper_[i] = canonical_.upper()[i] - iterate.v[i];
+    curvature_[i] += z_upper_[i] / distance_upper_[i];
+  }
+  full_.assemble(evaluation, curvature_);
+  inner_.assemble(evaluation, curvature_);
+}
+
+void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature) {
+  const ScopedTimer timer(timing_.assembly);
+  curvature_ = barrier_curvature;
+  distance_lower_.setOnes();
+  distance_upper_.setOnes();
+  z_lower_.setZero();
+  z_upper_.setZero();
+  full_.assemble(evaluation, curvature_);
+  inner_.assemble(evaluation, curvature_);
+}
+
+Factorization KktSystem::factorize(const Regularization& shift) {
+  const ScopedTimer timer(timing_.factorization);
+  ++counts_.factorizations_full;
+  shift_ = shift;
+  Factorization result = full_.factorize(shift);
+  result.inertia = layout_.with_slacks(result.inertia);
+  return result;
+}
+
+Factorization KktSystem::factorize_inner(const Regularization& shift) {
+  inner_shift_ = shift;
+  if (inner_.empty()) {
+    return {.status = FactorizationStatus::Ok, .inertia = layout_.expected_inner()};
+  }
+  const ScopedTimer timer(timing_.factorization);
+  ++counts_.factorizations_inner;
+  Factorization result = inner_.factorize(shift);
+  result.inertia = layout_.with_slacks_inner(result.inertia);
+  return result;
+}
+
+bool KktSystem::increase_quality() {
+  const bool full = full_.increase_quality();
+  const bool inner = !inner_.empty() && inner_.increase_quality();
+  return full || inner;
+}
+
+void KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& step) {
+  // Bound multipliers: S dz_l + z_l dv = r, S dz_u - z_u dv = r, so that the variables' rows read
+  //   (W + sign Sigma) dv + J' dlambda = r_v + sign (r_zl / S_l - r_zu / S_u) =: t.
+  const auto slack_of = canonical_.slack_of_constraint();
+  const auto t = [&](Index i) {
+    return rhs.v[i] + canonical_.sign(i) * (rhs.z_lower[i] / distance_lower_[i] -
+                                            rhs.z_upper[i] / distance_upper_[i]);
+  };
+  const std::span<double> reduced(rhs_.data(), at(block.dimension()));
+  for (Index i = block.variables().begin; i < block.variables().end; ++i) {
+    if (const Index row = block.row_of_variable(i); row >= 0) reduced[at(row)] = t(i);
+  }
+  // Slack s of constraint j: sign Sigma_s ds - dlambda_j = t_s, eliminated.
+  for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
+    const Index slack = slack_of[at(j)];
+    reduced[at(block.row_of_constraint(j))] =
+        rhs.lambda[j] + (slack < 0 ? 0.0 : canonical_.sign(slack) * t(slack) / curvature_[slack]);
+  }
+  block.solve_in_place(reduced);
+
+  for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
+    step.lambda[j] = reduced[at(block.row_of_constraint(j))];
+    if (const Index slack = slack_of[at(j)]; slack >= 0) {
+      step.v[slack] = canonical_.sign(slack) * (t(slack) + step.lambda[j]) / curvature_[slack];
+    }
+  }
+  for (Index i = block.variables().begin; i < block.variables().end; ++i) {
+    if (const Index row = block.row_of_variable(i); row >= 0) step.v[i] = reduced[at(row)];
+    step.z_lower[i] = (rhs.z_lower[i] - z_lower_[i] * step.v[i]) / distance_lower_[i];
+    step.z_upper[i] = (rhs.z_upper[i] + z_upper_[i] * step.v[i]) / distance_upper_[i];
+  }
+}
+
+void KktSystem::subtract_product(const KktBlock& block, const Regularization& shift,
+                                 const Evaluation& evaluation, const Step& step,
+                                 NewtonResidual& residual) const {
+  block.subtract_product(evaluation, step.v, step.lambda, residual.v, residual.lambda);
+  for (Index i = block.variables().begin; i < block.variables().end; ++i) {
+    const double sign = canonical_.sign(i);
+    const bool is_slack = block.row_of_variable(i) < 0;
+    const double delta = is_slack ? 0.0 : (sign > 0.0 ? shift.x : -shift.y);
+    residual.v[i] -= delta * step.v[i] + sign * (step.z_upper[i] - step.z_lower[i]);
+    residual.z_lower[i] -= z_lower_[i] * step.v[i] + distance_lower_[i] * step.z_lower[i];
+    residual.z_upper[i] -= distance_upper_[i] * step.z_upper[i] - z_upper_[i] * step.v[i];
+  }
+  const auto slack_of = canonical_.slack_of_constraint();
+  for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
+    const double delta =
+        canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x;
+    residual.lambda[j] -= delta * step.lambda[j];
+    if (const Index slack = slack_of[at(j)]; slack >= 0) {
+      residual.lambda[j] += step.v[slack];
+      residual.v[slack] += step.lambda[j];
+    }
+  }
+}
+
+bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evaluation& evaluation,
+                      const NewtonResidual& rhs, Step& step) {
+  const ScopedTimer timer(timing_.solves);
+  ++counts_.solves;
+  solve_reduced(block, rhs, step);
+  // Refinement: stops at residual_ratio_max, or when the residual no longer falls.
+  const double rhs_norm = max_norm(rhs);
+  double last_ratio = std::numeric_limits<double>::infinity();
+  for (Index k = 0;; ++k) {
+    residual_.v = rhs.v;
+    residual_.lambda = rhs.lambda;
+    residual_.z_lower = rhs.z_lower;
+    residual_.z_upper = rhs.z_upper;
+    subtract_product(block, shift, evaluation, step, residual_);
+    const double scale = std::min(max_norm(step), 1e6 * rhs_norm) + rhs_norm;
+    const double ratio = scale > 0.0 ? max_norm(residual_) / scale : 0.0;
+    if (!std::isfinite(ratio)) return false;
+    if (ratio <= options_.residual_ratio_max) return true;
+    if (k == options_.max_refinement_steps || ratio > 0.9 * last_ratio) {
+      return std::min(ratio, last_ratio) <= options_.residual_ratio_singular;
+    }
+    last_ratio = ratio;
+    solve_reduced(block, residual_, correction_);
+    step.v += correction_.v;
+    step.lambda += correction_.lambda;
+    step.z_lower += correction_.z_lower;
+    step.z_upper += correction_.z_upper;
+  }
+}
+
+bool KktSystem::solve(const Evaluation& evaluation, const NewtonResidual& rhs, Step& step) {
+  return solve(full_, shift_, evaluation, rhs, step);
+}
+
+bool KktSystem::solve_inner(const Evaluation& evaluation, const NewtonResidual& rhs, Step& step) {
+  return solve(inner_, inner_shift_, evaluation, rhs, step);
+}
+
+bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluation& evaluation,
+                                          Eigen::VectorXd& lambda) {
+  // [I A'; A 0] (d, lambda) = (-g, 0) for each player, slacks with curvature 1:
+  // first lambda_y from the y-rows, then lambda_x with J_yx' lambda_y on the right-hand side.
+  lambda.setZero(canonical_.constraints());
+  if (canonical_.constraints() == 0) return true;
+  Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(canonical_.constraints());
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    if (const Index slack = canonical_.slack_of_constraint()[at(j)]; slack >= 0) {
+      diagonal[j] = -canonical_.sign(slack);
+    }
+  }
+  full_.assemble_projection(evaluation, Eigen::VectorXd::Ones(canonical_.variables()),
+                            Eigen::VectorXd::Ones(canonical_.constraints()), diagonal);
+  shift_ = {};
+  {
+    const ScopedTimer timer(timing_.factorization);
+    ++counts_.factorizations_full;
+    if (full_.factorize(shift_).status != FactorizationStatus::Ok) return false;
+  }
+
+  curvature_.setOnes();
+  distance_lower_.setOnes();
+  distance_upper_.setOnes();
+  z_lower_.setZero();
+  z_upper_.setZero();
+  NewtonResidual rhs;
+  Step step;
+  resize(rhs, canonical_);
+  resize(step, canonical_);
+  const ScopedTimer timer(timing_.solves);
+  counts_.solves += 2;
+  for (const bool max : {true, false}) {
+    const IndexRange variables = {max ? canonical_.y().begin : 0,
+                                  max ? canonical_.variables() : canonical_.y().begin};
+    rhs.v.setZero();
+    for (Index i = variables.begin; i < variables.end; ++i) {
+      rhs.v[i] =
+          -evaluation.gradient[i] - canonical_.sign(i) * (iterate.z_upper[i] - iterate.z_lower[i]);
+    }
+    if (!max) {
+      const auto jacobian = canonical_.jacobian();
+      for (std::size_t k = 0; k < jacobian.size(); ++k) {
+        const auto [row, col] = jacobian[k];
+        if (canonical_.max_constraints().contains(row) && !canonical_.owned_by_max(col)) {
+          rhs.v[col] -= evaluation.jacobian[k] * lambda[row];
+        }
+      }
+    }
+    solve_reduced(full_, rhs, step);
+    const IndexRange own = max ? canonical_.max_constraints() : canonical_.min_constraints();
+    for (Index j = own.begin; j < own.end; ++j) lambda[j] = step.lambda[j];
+  }
+  return lambda.allFinite();
+}
+
+KktSystem::RankFinding KktSystem::active_rank(const Evaluation& evaluation,
+                                              const std::vector<bool>& active) {
+  // Rows of active constraints normalized, columns at bounds removed: with the diagonal
+  // +-tolerance the inertia is the expected one iff A A' > tolerance I. Without pivoting the
+  // tolerance has to dominate Gamma.
+  const double tolerance = full_.pivots() ? 1e-14 : 4.0 * options_.minmax_ldlt_gamma;
+  const auto slack_of = canonical_.slack_of_constraint();
+  Eigen::VectorXd columns = Eigen::VectorXd::Ones(canonical_.variables());
+  for (Index i = 0; i < canonical_.variables(); ++i) {
+    if (active[at(i)]) columns[i] = 0.0;
+  }
+  Eigen::VectorXd rows = Eigen::VectorXd::Zero(canonical_.constraints());
+  const auto jacobian = canonical_.jacobian();
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    const auto [row, col] = jacobian[k];
+    if (canonical_.owned_by_max(col) != canonical_.max_constraints().contains(row)) continue;
+    const double value = columns[col] * evaluation.jacobian[k];
+    rows[row] += value * value;
+  }
+  RankFinding finding{true, true};
+  Eigen::VectorXd diagonal(canonical_.constraints());
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    const bool max = canonical_.max_constraints().contains(j);
+    const double expected = max ? 1.0 : -1.0;
+    const Index slack = slack_of[at(j)];
+    if (slack >= 0 && !active[at(slack)]) {
+      rows[j] = 0.0;
+      diagonal[j] = expected;
+    } else if (rows[j] == 0.0) {
+      (max ? finding.full_max : finding.full_min) = false;
+      diagonal[j] = expected;
+    } else {
+      rows[j] = 1.0 / std::sqrt(rows[j]);
+      diagonal[j] = -expected * tolerance;
+    }
+  }
+  const auto full_rank = [&](KktBlock& block, Inertia expected, Index& count) {
+    block.assemble_projection(evaluation, columns, rows, diagonal);
+    const ScopedTimer timer(timing_.factorization);
+    ++count;
+    const Factorization f = block.factorize({});
+    return f.status == FactorizationStatus::Ok && f.inertia == expected;
+  };
+  // The players are uncoupled here; only when the whole fails is the Max player's part asked alone.
+  const Inertia expected{layout_.x.size() + layout_.lambda_y.size(),
+                         layout_.y.size() + layout_.lambda_x.size(), 0};
+  if (full_.empty() || full_rank(full_, expected, counts_.factorizations_full)) return finding;
+  const Inertia expected_inner{layout_.lambda_y.size(), layout_.y.size(), 0};
+  if (inner_.empty() || full_rank(inner_, expected_inner, counts_.factorizations_inner)) {
+    finding.full_min = false;
+  } else {
+    finding.full_max = false;
+    finding.full_min = false;
+  }
+  return finding;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,166 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <ipminmax/core/canonical_problem.hpp>
+#include <ipminmax/core/iterate.hpp>
+#include <ipminmax/core/kkt_layout.hpp>
+#include <ipminmax/core/options.hpp>
+#include <ipminmax/core/result.hpp>
+#include <ipminmax/linalg/symmetric_matrix.hpp>
+#include <ipminmax/linalg/symmetric_solver.hpp>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace ipminmax {
+
+/// Shifts of the diagonal of the KKT matrix (the paper's E(z)): + x and - y on the players'
+/// variables, not on slacks; - lambda_x and + lambda_y on the multiplier rows.
+struct Regularization {
+  double x = 0.0;
+  double y = 0.0;
+  double lambda_x = 0.0;
+  double lambda_y = 0.0;
+  friend bool operator==(const Regularization&, const Regularization&) = default;
+};
+
+/// Right-hand side of the unreduced primal-dual Newton system, same shapes as a Step.
+using NewtonResidual = Step;
+
+/// One of the two KKT matrices with its solver: K over all rows, or K_yy over (y, lambda_y).
+/// Positions of all entries are found once; afterwards only values move.
+class KktBlock {
+ public:
+  enum class Which : std::uint8_t { Full, Inner };
+
+  KktBlock(Which which, const CanonicalProblem& canonical, const KktLayout& layout,
+           const SolverOptions& options);
+
+  [[nodiscard]] bool empty() const { return matrix_.dimension() == 0; }
+  [[nodiscard]] bool analyze();
+
+  /// Takes the values of W, J and the barrier curvatures at zero shift.
+  void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature);
+  /// W = I for Min, -I for Max, no coupling of the players, and the given diagonal on the
+  /// multiplier rows (per canonical constraint): the matrix of least-squares multipliers and of
+  /// the rank test. Columns of J are multiplied by column_factor, rows by row_factor.
+  void assemble_projection(const Evaluation& evaluation, const Eigen::VectorXd& column_factor,
+                           const Eigen::VectorXd& row_factor,
+                           const Eigen::VectorXd& multiplier_diagonal);
+
+  [[nodiscard]] Factorization factorize(const Regularization& shift);
+  [[nodiscard]] bool increase_quality() { return solver_->increase_quality(); }
+  [[nodiscard]] bool pivots() const { return empty() || solver_->pivots(); }
+
+  /// Solution of the reduced system for a right-hand side in rows of this block, in place.
+  void solve_in_place(std::span<double> rhs) { solver_->solve_in_place(rhs); }
+
+  [[nodiscard]] Index dimension() const { return matrix_.dimension(); }
+  /// Row of a canonical variable or constraint, -1 when it is not in this block.
+  [[nodiscard]] Index row_of_variable(Index i) const {
+    return variable_row_[static_cast<std::size_t>(i)];
+  }
+  [[nodiscard]] Index row_of_constraint(Index j) const {
+    return constraint_row_[static_cast<std::size_t>(j)];
+  }
+  [[nodiscard]] IndexRange variables() const { return variables_; }      ///< canonical, with slacks
+  [[nodiscard]] IndexRange constraints() const { return constraints_; }  ///< canonical
+  [[nodiscard]] double max_norm_hessian() const { return hessian_norm_; }
+
+  /// (product_v, product_c) -= [W J'; J 0] (v, lambda), restricted to this block.
+  void subtract_product(const Evaluation& evaluation, const Eigen::VectorXd& v,
+                        const Eigen::VectorXd& lambda, Eigen::VectorXd& product_v,
+                        Eigen::VectorXd& product_c) const;
+
+ private:
+  const CanonicalProblem& canonical_;
+  IndexRange variables_, constraints_;
+  std::vector<Index> variable_row_, constraint_row_;
+  std::vector<std::int8_t> signs_;
+  SymmetricMatrix matrix_;
+  std::vector<Index> hessian_entries_, jacobian_entries_;      ///< triplets that lie in the block
+  std::vector<Index> hessian_positions_, jacobian_positions_;  ///< their places in the matrix
+  std::vector<double> diagonal_;                               ///< at zero shift, per row
+  std::unique_ptr<SymmetricSolver> solver_;
+  double hessian_norm_ = 0.0;
+};
+
+/// The Newton system of the primal-dual equations (paper's eq. (interiorpoint)) at one iterate.
+class KktSystem {
+ public:
+  KktSystem(const CanonicalProblem& canonical, const SolverOptions& options, Counts& counts,
+            Timing& timing);
+
+  [[nodiscard]] const KktLayout& layout() const { return layout_; }
+
+  /// Orderings and symbolic factorizations; false: out of memory.
+  [[nodiscard]] bool analyze();
+
+  void assemble(const Iterate& iterate, const Evaluation& evaluation);
+  /// As assemble, with the barrier curvatures given (certificate).
+  void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature);
+
+  /// Factorizes K or K_yy with shifts; inertias count the slack rows.
+  [[nodiscard]] Factorization factorize(const Regularization& shift);
+  [[nodiscard]] Factorization factorize_inner(const Regularization& shift);
+  [[nodiscard]] bool has_expected_inertia(const Factorization& f) const {
+    return f.status == FactorizationStatus::Ok && f.inertia == layout_.expected();
+  }
+  [[nodiscard]] bool has_expected_inner_inertia(const Factorization& f) const {
+    return f.status == FactorizationStatus::Ok && f.inertia == layout_.expected_inner();
+  }
+
+  /// Solves the unreduced Newton system for the right-hand side with the last factorization of K,
+  /// with refinement against the unreduced equations. False: inaccurate.
+  [[nodiscard]] bool solve(const Evaluation& evaluation, const NewtonResidual& rhs, Step& step);
+  /// The same for the maximizer alone, x held: K_yy's last factorization; the step's other parts
+  /// are zero.
+  [[nodiscard]] bool solve_inner(const Evaluation& evaluation, const NewtonResidual& rhs,
+                                 Step& step);
+
+  /// True when another factorization will be more accurate; factorize anew after it.
+  [[nodiscard]] bool increase_quality();
+  /// Whether both factorizations pivot, so that their inertias hold for any matrix.
+  [[nodiscard]] bool pivots() const { return full_.pivots() && inner_.pivots(); }
+
+  /// Least-squares multipliers: lambda_y from the y-rows, then lambda_x from the x-rows.
+  /// False: the constraints' gradients are dependent or the solve failed.
+  [[nodiscard]] bool least_squares_multipliers(const Iterate& iterate, const Evaluation& evaluation,
+                                               Eigen::VectorXd& lambda);
+
+  struct RankFinding {
+    bool full_min = false;
+    bool full_max = false;
+  };
+  /// Whether the gradients of each player's active constraints are independent. active: per
+  /// canonical variable (slacks stand for their inequality).
+  [[nodiscard]] RankFinding active_rank(const Evaluation& evaluation,
+                                        const std::vector<bool>& active);
+
+  [[nodiscard]] double hessian_norm() const { return full_.max_norm_hessian(); }
+
+ private:
+  /// A right-hand side or solution restricted to a block: reduced, solved, expanded.
+  void solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& step);
+  [[nodiscard]] bool solve(KktBlock& block, const Regularization& shift,
+                           const Evaluation& evaluation, const NewtonResidual& rhs, Step& step);
+  void subtract_product(const KktBlock& block, const Regularization& shift,
+                        const Evaluation& evaluation, const Step& step,
+                        NewtonResidual& residual) const;
+
+  const CanonicalProblem& canonical_;
+  const SolverOptions& options_;
+  Counts& counts_;
+  Timing& timing_;
+  KktLayout layout_;
+  KktBlock full_, inner_;
+  Regularization shift_, inner_shift_;  ///< of the factorizations at hand
+  Eigen::VectorXd curvature_;           ///< barrier curvature Sigma per canonical variable, >= 0
+  Eigen::VectorXd distance_lower_, distance_upper_;  ///< to the bounds, 1 where there is none
+  Eigen::VectorXd z_lower_, z_upper_;                ///< bound multipliers of the last assemble
+  NewtonResidual residual_;
+  Step correction_;
+  std::vector<double> rhs_;
+};
+
+}  // namespace ipminmax

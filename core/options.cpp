@@ -1,0 +1,279 @@
+#include <ipminmax/core/options.hpp>
+#include <limits>
+#include <sstream>
+
+namespace ipminmax {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kIntMax = std::numeric_limits<int>::max();
+
+using Number = OptionInfo::Number;
+using Integer = OptionInfo::Integer;
+using Flag = OptionInfo::Flag;
+using Choice = OptionInfo::Choice;
+
+Number positive(double SolverOptions::*member) { return {member, 0.0, kInfinity, true, true}; }
+Number nonnegative(double SolverOptions::*member) { return {member, 0.0, kInfinity, false, true}; }
+Number any(double SolverOptions::*member) { return {member, -kInfinity, kInfinity, true, true}; }
+/// In the open interval (lower, upper).
+Number open(double SolverOptions::*member, double lower, double upper) {
+  return {member, lower, upper, true, true};
+}
+Number above(double SolverOptions::*member, double lower) {
+  return {member, lower, kInfinity, true, true};
+}
+/// In [0, upper].
+Number closed_upto(double SolverOptions::*member, double upper) {
+  return {member, 0.0, upper, false, false};
+}
+Integer at_least(int SolverOptions::*member, int lower) { return {member, lower, kIntMax}; }
+
+/// An enumeration whose values are 0, 1, ... in the order of the names.
+template <class Enum>
+Choice choice(Enum SolverOptions::*member, std::vector<std::string_view> names,
+              std::vector<std::string_view> texts) {
+  return {
+      std::move(names), std::move(texts),
+      [member](SolverOptions& options, std::size_t i) { options.*member = static_cast<Enum>(i); },
+      [member](const SolverOptions& options) { return static_cast<std::size_t>(options.*member); }};
+}
+
+std::vector<OptionInfo> make_table() {
+  using O = SolverOptions;
+  const std::string_view termination = "Termination";
+  const std::string_view model = "Model";
+  const std::string_view start = "Initialization";
+  const std::string_view barrier = "Barrier Parameter";
+  const std::string_view method = "Minmax Method";
+  const std::string_view shifts = "Hessian and Jacobian Shifts";
+  const std::string_view linear = "Linear Solver";
+  return {
+      {"tol", termination, "Desired convergence tolerance of the scaled first-order error E_0.",
+       positive(&O::tol)},
+      {"dual_inf_tol", termination,
+       "Desired unscaled tolerance of the gradient of the Lagrangian, both players.",
+       positive(&O::dual_inf_tol)},
+      {"constr_viol_tol", termination, "Desired unscaled tolerance of the constraint violation.",
+       positive(&O::constr_viol_tol)},
+      {"compl_inf_tol", termination, "Desired unscaled tolerance of the complementarity.",
+       positive(&O::compl_inf_tol)},
+      {"acceptable_tol", termination, "Acceptable tolerance of the scaled first-order error E_0.",
+       positive(&O::acceptable_tol)},
+      {"acceptable_iter", termination,
+       "Number of acceptable iterates in a row that stops the solve; 0 switches this off.",
+       at_least(&O::acceptable_iter, 0)},
+      {"acceptable_dual_inf_tol", termination, "Acceptance threshold of the dual infeasibility.",
+       positive(&O::acceptable_dual_inf_tol)},
+      {"acceptable_constr_viol_tol", termination,
+       "Acceptance threshold of the constraint violation.",
+       positive(&O::acceptable_constr_viol_tol)},
+      {"acceptable_compl_inf_tol", termination, "Acceptance threshold of the complementarity.",
+       positive(&O::acceptable_compl_inf_tol)},
+      {"acceptable_obj_change_tol", termination,
+       "Acceptance threshold of the relative change of the objective in the last iteration.",
+       nonnegative(&O::acceptable_obj_change_tol)},
+      {"max_iter", termination, "Maximum number of iterations.", at_least(&O::max_iter, 0)},
+      {"max_cpu_time", termination, "Maximum number of CPU seconds.", positive(&O::max_cpu_time)},
+      {"max_wall_time", termination, "Maximum number of wall clock seconds.",
+       positive(&O::max_wall_time)},
+      {"diverging_iterates_tol", termination,
+       "Infinity norm of the variables above which the solve stops as diverging.",
+       positive(&O::diverging_iterates_tol)},
+      {"s_max", termination, "Threshold of the multipliers above which E_0 is scaled down.",
+       positive(&O::s_max)},
+
+      {"nlp_lower_bound_inf", model, "Lower bounds at or below this value are absent.",
+       any(&O::nlp_lower_bound_inf)},
+      {"nlp_upper_bound_inf", model, "Upper bounds at or above this value are absent.",
+       any(&O::nlp_upper_bound_inf)},
+      {"bound_relax_factor", model,
+       "Factor by which bounds are relaxed before the solve, times max(1, |bound|).",
+       nonnegative(&O::bound_relax_factor)},
+      {"honor_original_bounds", model,
+       "Whether the returned point is projected into the original bounds.",
+       Flag{&O::honor_original_bounds}},
+      {"nlp_scaling_method", model, "How objective and constraints are scaled.",
+       choice(&O::nlp_scaling_method, {"none", "gradient-based", "user-scaling"},
+              {"no scaling",
+               "scale the gradients at the starting point down to "
+               "nlp_scaling_max_gradient",
+               "factors given by the model"})},
+      {"nlp_scaling_max_gradient", model, "Largest gradient after gradient-based scaling.",
+       positive(&O::nlp_scaling_max_gradient)},
+      {"nlp_scaling_min_value", model, "Smallest factor of gradient-based scaling.",
+       nonnegative(&O::nlp_scaling_min_value)},
+      {"obj_scaling_factor", model, "Additional factor of the objective.",
+       any(&O::obj_scaling_factor)},
+
+      {"bound_push", start, "Least absolute distance of the starting point to the bounds.",
+       positive(&O::bound_push)},
+      {"bound_frac", start, "Least relative distance of the starting point to the bounds.",
+       Number{&O::bound_frac, 0.0, 0.5, true, false}},
+      {"slack_bound_push", start, "Least absolute distance of the first slacks to their bounds.",
+       positive(&O::slack_bound_push)},
+      {"slack_bound_frac", start, "Least relative distance of the first slacks to their bounds.",
+       Number{&O::slack_bound_frac, 0.0, 0.5, true, false}},
+      {"bound_mult_init_val", start, "First value of the bound multipliers.",
+       positive(&O::bound_mult_init_val)},
+      {"bound_mult_init_method", start, "How the bound multipliers start.",
+       choice(&O::bound_mult_init_method, {"constant", "mu-based"},
+              {"at bound_mult_init_val", "at mu_init over the distance to the bound"})},
+      {"constr_mult_init_max", start,
+       "Largest least-squares multiplier of the constraints that is kept; when one is larger, or "
+       "at 0, all start at zero.",
+       nonnegative(&O::constr_mult_init_max)},
+      {"warm_start_init_point", start, "Whether the model gives first values of all multipliers.",
+       Flag{&O::warm_start_init_point}},
+      {"warm_start_bound_push", start, "bound_push of a warm start.",
+       positive(&O::warm_start_bound_push)},
+      {"warm_start_bound_frac", start, "bound_frac of a warm start.",
+       Number{&O::warm_start_bound_frac, 0.0, 0.5, true, false}},
+      {"warm_start_slack_bound_push", start, "slack_bound_push of a warm start.",
+       positive(&O::warm_start_slack_bound_push)},
+      {"warm_start_slack_bound_frac", start, "slack_bound_frac of a warm start.",
+       Number{&O::warm_start_slack_bound_frac, 0.0, 0.5, true, false}},
+      {"warm_start_mult_bound_push", start, "Least value of the bound multipliers of a warm start.",
+       positive(&O::warm_start_mult_bound_push)},
+      {"warm_start_mult_init_max", start, "Largest multiplier of a warm start.",
+       positive(&O::warm_start_mult_init_max)},
+
+      {"mu_init", barrier, "First barrier parameter (the paper's b).", positive(&O::mu_init)},
+      {"mu_target", barrier, "Barrier parameter at which the solve stops.",
+       nonnegative(&O::mu_target)},
+      {"mu_linear_decrease_factor", barrier,
+       "kappa_mu of Ipopt's rule, sigma of the paper's Algorithm 1.",
+       open(&O::mu_linear_decrease_factor, 0.0, 1.0)},
+      {"mu_superlinear_decrease_power", barrier, "theta_mu of Ipopt's rule.",
+       open(&O::mu_superlinear_decrease_power, 1.0, 2.0)},
+      {"barrier_tol_factor", barrier,
+       "kappa_epsilon: a barrier problem is solved when E_mu <= kappa_epsilon mu.",
+       positive(&O::barrier_tol_factor)},
+      {"tau_min", barrier, "Lower bound of the fraction-to-the-boundary parameter tau.",
+       open(&O::tau_min, 0.0, 1.0)},
+      {"kappa_sigma", barrier,
+       "Bound multipliers stay within [mu/(kappa_sigma s), kappa_sigma mu/s].",
+       Number{&O::kappa_sigma, 1.0, kInfinity, false, true}},
+      {"minmax_barrier_rule", barrier, "How the barrier parameter decreases.",
+       choice(&O::minmax_barrier_rule, {"ipopt", "paper"},
+              {"mu <- max(tol/10, min(kappa_mu mu, mu^theta_mu)) while E_mu <= kappa_epsilon mu",
+               "mu <- sigma mu when |g(z,mu)| <= mu (line 10 of Algorithm 1)"})},
+
+      {"minmax_globalization", method, "Which steps are accepted.",
+       choice(&O::minmax_globalization, {"none"}, {"every step: the paper's Algorithm 1"})},
+      {"minmax_instability", method,
+       "Whether line 7 of Algorithm 1 keeps first-order points from attracting when K has the "
+       "right inertia and K_yy has not.",
+       Flag{&O::minmax_instability}},
+      {"minmax_warm_start_shifts", method,
+       "Whether shifts start from those of the last iteration (Ipopt's rule) or from zero as in "
+       "the paper.",
+       Flag{&O::minmax_warm_start_shifts}},
+      {"minmax_freeze_tol", method,
+       "delta_epsilon of Algorithm 1: shifts are kept while |g(z,mu)| is at most this.",
+       nonnegative(&O::minmax_freeze_tol)},
+      {"minmax_pure_newton", method,
+       "No shifts at all: Newton's method, attracted by every first-order point (for comparison).",
+       Flag{&O::minmax_pure_newton}},
+
+      {"first_hessian_perturbation", shifts, "First shift tried.",
+       positive(&O::first_hessian_perturbation)},
+      {"min_hessian_perturbation", shifts, "Smallest shift tried.",
+       nonnegative(&O::min_hessian_perturbation)},
+      {"max_hessian_perturbation", shifts, "Shift above which the correction gives up.",
+       positive(&O::max_hessian_perturbation)},
+      {"perturb_inc_fact_first", shifts, "Growth of the very first shift of a solve.",
+       above(&O::perturb_inc_fact_first, 1.0)},
+      {"perturb_inc_fact", shifts, "Growth of a shift that was too small.",
+       above(&O::perturb_inc_fact, 1.0)},
+      {"perturb_dec_fact", shifts, "Factor of the last shift that is tried first.",
+       open(&O::perturb_dec_fact, 0.0, 1.0)},
+      {"jacobian_regularization_value", shifts,
+       "Shift of the multiplier rows when a Jacobian looks rank-deficient.",
+       nonnegative(&O::jacobian_regularization_value)},
+      {"jacobian_regularization_exponent", shifts,
+       "Power of mu that multiplies jacobian_regularization_value.",
+       nonnegative(&O::jacobian_regularization_exponent)},
+
+      {"linear_solver", linear, "Factorization of the KKT matrices.",
+       choice(&O::linear_solver, {"auto", "mumps", "ldlt", "lapack"},
+              {"chosen by size and predicted fill", "MUMPS, sparse with pivoting",
+               "sparse LDL' without pivoting on the signed-regularized matrix",
+               "LAPACK, dense Bunch-Kaufman"})},
+      {"minmax_ordering", linear, "Fill-reducing ordering.",
+       choice(&O::minmax_ordering, {"best", "amd", "pord", "metis"},
+              {"least predicted operations", "approximate minimum degree",
+               "PORD (MUMPS only; AMD elsewhere)", "METIS nested dissection"})},
+      {"minmax_ldlt_gamma", linear,
+       "Signed regularization of linear_solver ldlt (the paper's Gamma).",
+       nonnegative(&O::minmax_ldlt_gamma)},
+      {"mumps_pivtol", linear, "Pivot threshold of MUMPS.", closed_upto(&O::mumps_pivtol, 1.0)},
+      {"mumps_pivtolmax", linear, "Largest pivot threshold of MUMPS.",
+       closed_upto(&O::mumps_pivtolmax, 1.0)},
+      {"mumps_mem_percent", linear, "Extra workspace of MUMPS in percent of its estimate.",
+       at_least(&O::mumps_mem_percent, 0)},
+      {"max_refinement_steps", linear, "Largest number of refinement steps per linear system.",
+       at_least(&O::max_refinement_steps, 0)},
+      {"residual_ratio_max", linear, "Residual ratio at which refinement stops.",
+       positive(&O::residual_ratio_max)},
+      {"residual_ratio_singular", linear,
+       "Residual ratio above which a factorization counts as inaccurate.",
+       positive(&O::residual_ratio_singular)},
+
+      {"minmax_curvature_tol", method,
+       "Curvature, relative to the largest entry of the Hessian, below which the second-order "
+       "test calls an eigenvalue zero.",
+       positive(&O::minmax_curvature_tol)},
+  };
+}
+
+template <class T>
+std::string out_of_range(const OptionInfo& info, T value, T lower, T upper, bool lower_strict,
+                         bool upper_strict) {
+  std::ostringstream text;
+  text << info.name << " = " << value << " is not in " << (lower_strict ? '(' : '[') << lower
+       << ", " << upper << (upper_strict ? ')' : ']');
+  return text.str();
+}
+
+std::string check(const OptionInfo& info, const SolverOptions& options) {
+  if (const auto* number = std::get_if<Number>(&info.kind)) {
+    const double value = options.*(number->member);
+    const bool low_ok = number->lower_strict ? value > number->lower : value >= number->lower;
+    const bool high_ok = number->upper_strict ? value < number->upper : value <= number->upper;
+    if (!(low_ok && high_ok)) {
+      return out_of_range(info, value, number->lower, number->upper, number->lower_strict,
+                          number->upper_strict);
+    }
+  } else if (const auto* integer = std::get_if<Integer>(&info.kind)) {
+    const int value = options.*(integer->member);
+    if (value < integer->lower || value > integer->upper) {
+      return out_of_range(info, value, integer->lower, integer->upper, false, false);
+    }
+  } else if (const auto* names = std::get_if<Choice>(&info.kind)) {
+    if (names->get(options) >= names->names.size()) {
+      return std::string(info.name) + " is not one of its choices";
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::span<const OptionInfo> option_table() {
+  static const std::vector<OptionInfo> table = make_table();
+  return table;
+}
+
+std::string check(const SolverOptions& options) {
+  for (const OptionInfo& info : option_table()) {
+    if (auto error = check(info, options); !error.empty()) return error;
+  }
+  if (!(options.nlp_lower_bound_inf < options.nlp_upper_bound_inf)) {
+    return "nlp_lower_bound_inf is not below nlp_upper_bound_inf";
+  }
+  if (options.obj_scaling_factor == 0.0) return "obj_scaling_factor = 0 removes the objective";
+  return {};
+}
+
+}  // namespace ipminmax

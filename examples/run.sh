@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds the library and the examples in build/release and runs an example
+# with the given arguments; default: pursuit_evasion. JOBS: default all cores.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+example=${1:-pursuit_evasion}
+shift || true
+
+cd "$root"
+cmake/install_dependencies.sh gnuplot-nox
+cmake --preset release
+cmake --build build/release --target "$example" -j "${JOBS:-$(nproc)}"
+export OPENBLAS_NUM_THREADS=${OPENBLAS_NUM_THREADS:-1}
+cd build/release/examples
+exec "./$example" "$@"

@@ -1,0 +1,119 @@
+#include <ipminmax/linalg/symmetric_matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace ipminmax {
+
+namespace {
+
+std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
+
+void check_entries(Index dimension, std::span<const Triplet> entries) {
+  if (dimension < 0) {
+    throw std::invalid_argument("SymmetricMatrix: negative dimension " + std::to_string(dimension));
+  }
+  const auto max_entries = as_size(std::numeric_limits<Index>::max() - dimension);
+  if (entries.size() > max_entries) {
+    throw std::length_error("SymmetricMatrix: more entries than an Index can count");
+  }
+  for (const Triplet& entry : entries) {
+    if (!(0 <= std::min(entry.row, entry.col) && std::max(entry.row, entry.col) < dimension)) {
+      throw std::invalid_argument("SymmetricMatrix: entry (" + std::to_string(entry.row) + ", " +
+                                  std::to_string(entry.col) + ") is outside dimension " +
+                                  std::to_string(dimension));
+    }
+  }
+}
+
+/// Counts in starts[k + 1] to starts of buckets.
+void accumulate_counts(std::vector<Index>& starts) {
+  for (std::size_t k = 1; k < starts.size(); ++k) starts[k] += starts[k - 1];
+}
+
+}  // namespace
+
+SymmetricMatrix::SymmetricMatrix(Index dimension, std::span<const Triplet> entries)
+    : dimension_(dimension) {
+  check_entries(dimension, entries);
+  const std::size_t n = as_size(dimension);
+  const std::size_t triplets = entries.size();
+
+  // The diagonal is appended as items triplets, ..., triplets + n - 1.
+  const std::size_t items = triplets + n;
+  const auto lower_row = [&](std::size_t k) {
+    return k < triplets ? std::max(entries[k].row, entries[k].col)
+                        : static_cast<Index>(k - triplets);
+  };
+  const auto lower_col = [&](std::size_t k) {
+    return k < triplets ? std::min(entries[k].row, entries[k].col)
+                        : static_cast<Index>(k - triplets);
+  };
+
+  // Two bucket sorts, by row and then (stably) by column, leave every column's rows ascending.
+  std::vector<Index> next(n + 1, 0);
+  for (std::size_t k = 0; k < items; ++k) ++next[as_size(lower_row(k)) + 1];
+  accumulate_counts(next);
+  std::vector<Index> by_row(items);
+  for (std::size_t k = 0; k < items; ++k) {
+    by_row[as_size(next[as_size(lower_row(k))]++)] = static_cast<Index>(k);
+  }
+
+  std::vector<Index> starts(n + 1, 0);
+  for (std::size_t k = 0; k < items; ++k) ++starts[as_size(lower_col(k)) + 1];
+  accumulate_counts(starts);
+  next = starts;
+  std::vector<Index> sorted(items);
+  for (const Index k : by_row) sorted[as_size(next[as_size(lower_col(as_size(k)))]++)] = k;
+
+  column_starts_.assign(n + 1, 0);
+  rows_.reserve(items);
+  triplet_positions_.resize(triplets);
+  for (std::size_t j = 0; j < n; ++j) {
+    Index last_row = -1;
+    for (Index p = starts[j]; p < starts[j + 1]; ++p) {
+      const std::size_t k = as_size(sorted[as_size(p)]);
+      const Index row = lower_row(k);
+      if (row != last_row) rows_.push_back(row);
+      last_row = row;
+      if (k < triplets) triplet_positions_[k] = static_cast<Index>(rows_.size()) - 1;
+    }
+    column_starts_[j + 1] = static_cast<Index>(rows_.size());
+  }
+  rows_.shrink_to_fit();
+  values_.assign(rows_.size(), 0.0);
+}
+
+void SymmetricMatrix::set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
+
+void SymmetricMatrix::multiply(std::span<const double> x, std::span<double> product) const {
+  std::fill(product.begin(), product.end(), 0.0);
+  const std::size_t n = as_size(dimension_);
+  for (std::size_t j = 0; j < n; ++j) {
+    const std::size_t begin = as_size(column_starts_[j]);
+    const std::size_t end = as_size(column_starts_[j + 1]);
+    const double x_j = x[j];
+    double sum = values_[begin] * x_j;
+    for (std::size_t p = begin + 1; p < end; ++p) {
+      const std::size_t i = as_size(rows_[p]);
+      product[i] += values_[p] * x_j;
+      sum += values_[p] * x[i];
+    }
+    product[j] += sum;
+  }
+}
+
+double SymmetricMatrix::max_norm() const {
+  double norm = 0.0;
+  for (const double value : values_) {
+    const double magnitude = std::abs(value);
+    if (!(magnitude <= norm)) norm = magnitude;  // true for NaN, too
+    if (std::isnan(norm)) break;
+  }
+  return norm;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# Installs the build folder $1 into a fresh prefix, then builds and runs the consumer with CMake and
+# with a plain compiler call. CXX and CXXFLAGS as for the library.
+set -euo pipefail
+source_dir=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+build_dir=$(cd "$1" && pwd)
+cxx=${CXX:-g++}
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+prefix=$work/prefix
+
+cmake --install "$build_dir" --prefix "$prefix" >"$work/install.log" || { cat "$work/install.log"; exit 1; }
+# Moving the prefix must not matter.
+mv "$prefix" "$work/moved"
+prefix=$work/moved
+
+echo "== find_package"
+cmake -S "$source_dir" -B "$work/cmake" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CXX_COMPILER="$cxx" \
+  >"$work/cmake.log" || { cat "$work/cmake.log"; exit 1; }
+cmake --build "$work/cmake"
+"$work/cmake/consumer"
+
+pc_dir=$(dirname "$(find "$prefix" -name ipminmax.pc)")
+export PKG_CONFIG_PATH=$pc_dir${PKG_CONFIG_PATH:+:$PKG_CONFIG_PATH}
+export LD_LIBRARY_PATH=$(dirname "$pc_dir")${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
+for static in "" --static; do
+  echo "== pkg-config $static"
+  # shellcheck disable=SC2046,SC2086
+  "$cxx" -std=c++20 ${CXXFLAGS:-} "$source_dir/consumer.cpp" -o "$work/consumer" \
+    $(pkg-config $static --cflags --libs ipminmax ipopt)
+  "$work/consumer"
+done
