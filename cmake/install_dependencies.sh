@@ -5,6 +5,11 @@ set -euo pipefail
 
 packages=(build-essential cmake pkg-config coinor-libipopt-dev libmumps-seq-dev libmetis-dev
           libeigen3-dev libamplsolver-dev liblapack-dev libopenblas0-pthread libgtest-dev "$@")
+if ! command -v dpkg-query >/dev/null; then
+  echo "No Debian system. Needed under their local names: ${packages[*]}" >&2
+  exit 0
+fi
+
 missing=()
 for package in "${packages[@]}"; do
   if ! dpkg-query -W -f='${Status}\n' "$package" 2>/dev/null | grep -q ' installed$'; then

@@ -21,8 +21,9 @@ cmake --build "$work/cmake"
 "$work/cmake/consumer"
 
 pc_dir=$(dirname "$(find "$prefix" -name ipminmax.pc)")
+lib_dir=${pc_dir%/pkgconfig}
 export PKG_CONFIG_PATH=$pc_dir${PKG_CONFIG_PATH:+:$PKG_CONFIG_PATH}
-export LD_LIBRARY_PATH=$(dirname "$pc_dir")${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
+export LD_LIBRARY_PATH=$lib_dir${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
 for static in "" --static; do
   echo "== pkg-config $static"
   # shellcheck disable=SC2046,SC2086
