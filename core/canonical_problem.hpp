@@ -48,6 +48,12 @@ class CanonicalProblem {
   [[nodiscard]] IndexRange y_slacks() const { return y_slacks_; }
   [[nodiscard]] IndexRange min_constraints() const { return min_constraints_; }
   [[nodiscard]] IndexRange max_constraints() const { return max_constraints_; }
+  [[nodiscard]] Index max_size() const { return variables() - y_.begin; }  ///< slacks included
+  /// Whether the Max player has any bound or inequality.
+  [[nodiscard]] bool has_max_bounds() const {
+    return (!lower_bounded_.empty() && owned_by_max(lower_bounded_.back())) ||
+           (!upper_bounded_.empty() && owned_by_max(upper_bounded_.back()));
+  }
   [[nodiscard]] bool owned_by_max(Index variable) const { return variable >= y_.begin; }
   /// +1 for Min variables, -1 for Max: the sign of barrier terms and bound multipliers.
   [[nodiscard]] double sign(Index variable) const { return owned_by_max(variable) ? -1.0 : 1.0; }

@@ -62,15 +62,6 @@ struct InertiaTest {
   [[nodiscard]] bool both() const { return inner && full; }
 };
 
-Step zero_step(const CanonicalProblem& canonical) {
-  Step step;
-  step.v.setZero(canonical.variables());
-  step.lambda.setZero(canonical.constraints());
-  step.z_lower.setZero(canonical.variables());
-  step.z_upper.setZero(canonical.variables());
-  return step;
-}
-
 double max_norm(const Eigen::VectorXd& v) {
   return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
 }

@@ -17,23 +17,19 @@ SymmetricSolverOptions solver_options(const SolverOptions& options) {
           .mumps_memory_percent = options.mumps_mem_percent};
 }
 
-void resize(Step& step, const CanonicalProblem& canonical) {
-  step.v.setZero(canonical.variables());
-  step.lambda.setZero(canonical.constraints());
-  step.z_lower.setZero(canonical.variables());
-  step.z_upper.setZero(canonical.variables());
-}
-
-double max_norm(const Eigen::VectorXd& v) {
-  return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
-}
-
-double max_norm(const Step& step) {
-  return std::max(std::max(max_norm(step.v), max_norm(step.lambda)),
-                  std::max(max_norm(step.z_lower), max_norm(step.z_upper)));
+template <class Vector>
+double max_norm(const Vector& v) {
+  return v.size() == 0 ? 0.0 : v.template lpNorm<Eigen::Infinity>();
 }
 
 }  // namespace
+
+Step zero_step(const CanonicalProblem& canonical) {
+  return {.v = Eigen::VectorXd::Zero(canonical.variables()),
+          .lambda = Eigen::VectorXd::Zero(canonical.constraints()),
+          .z_lower = Eigen::VectorXd::Zero(canonical.variables()),
+          .z_upper = Eigen::VectorXd::Zero(canonical.variables())};
+}
 
 KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayout& layout,
                    const SolverOptions& options)
@@ -191,8 +187,7 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
       z_lower_(Eigen::VectorXd::Zero(canonical.variables())),
       z_upper_(Eigen::VectorXd::Zero(canonical.variables())),
       rhs_(at(layout_.dimension()), 0.0) {
-  resize(residual_, canonical);
-  resize(correction_, canonical);
+  residual_ = correction_ = zero_step(canonical);
 }
 
 bool KktSystem::analyze() {
@@ -201,8 +196,7 @@ bool KktSystem::analyze() {
   return full_.analyze() && inner_.analyze();
 }
 
-void KktSystem::assemble(const Iterate& iterate, const Evaluation& evaluation) {
-  const ScopedTimer timer(timing_.assembly);
+void KktSystem::take_barrier_terms(const Iterate& iterate) {
   z_lower_ = iterate.z_lower;
   z_upper_ = iterate.z_upper;
   curvature_.setZero();
@@ -214,7 +208,18 @@ void KktSystem::assemble(const Iterate& iterate, const Evaluation& evaluation) {
     distance_upper_[i] = canonical_.upper()[i] - iterate.v[i];
     curvature_[i] += z_upper_[i] / distance_upper_[i];
   }
+}
+
+void KktSystem::assemble(const Iterate& iterate, const Evaluation& evaluation) {
+  const ScopedTimer timer(timing_.assembly);
+  take_barrier_terms(iterate);
   full_.assemble(evaluation, curvature_);
+  inner_.assemble(evaluation, curvature_);
+}
+
+void KktSystem::assemble_inner(const Iterate& iterate, const Evaluation& evaluation) {
+  const ScopedTimer timer(timing_.assembly);
+  take_barrier_terms(iterate);
   inner_.assemble(evaluation, curvature_);
 }
 
@@ -317,9 +322,24 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
                       const NewtonResidual& rhs, Step& step) {
   const ScopedTimer timer(timing_.solves);
   ++counts_.solves;
+  // The block owns the tails of the canonical vectors; nothing else enters or changes.
+  const Index n = block.variables().size();
+  const Index m = block.constraints().size();
+  const auto clear_head = [&](Step& s) {
+    s.v.head(block.variables().begin).setZero();
+    s.lambda.head(block.constraints().begin).setZero();
+    s.z_lower.head(block.variables().begin).setZero();
+    s.z_upper.head(block.variables().begin).setZero();
+  };
+  const auto norm = [&](const Step& s) {
+    return std::max({max_norm(s.v.tail(n)), max_norm(s.lambda.tail(m)), max_norm(s.z_lower.tail(n)),
+                     max_norm(s.z_upper.tail(n))});
+  };
+  clear_head(step);
+  clear_head(correction_);
   solve_reduced(block, rhs, step);
   // Refinement: stops at residual_ratio_max, or when the residual no longer falls.
-  const double rhs_norm = max_norm(rhs);
+  const double rhs_norm = norm(rhs);
   double last_ratio = std::numeric_limits<double>::infinity();
   for (Index k = 0;; ++k) {
     residual_.v = rhs.v;
@@ -327,8 +347,8 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
     residual_.z_lower = rhs.z_lower;
     residual_.z_upper = rhs.z_upper;
     subtract_product(block, shift, evaluation, step, residual_);
-    const double scale = std::min(max_norm(step), 1e6 * rhs_norm) + rhs_norm;
-    const double ratio = scale > 0.0 ? max_norm(residual_) / scale : 0.0;
+    const double scale = std::min(norm(step), 1e6 * rhs_norm) + rhs_norm;
+    const double ratio = scale > 0.0 ? norm(residual_) / scale : 0.0;
     if (!std::isfinite(ratio)) return false;
     if (ratio <= options_.residual_ratio_max) return true;
     if (k == options_.max_refinement_steps || ratio > 0.9 * last_ratio) {
@@ -336,10 +356,10 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
     }
     last_ratio = ratio;
     solve_reduced(block, residual_, correction_);
-    step.v += correction_.v;
-    step.lambda += correction_.lambda;
-    step.z_lower += correction_.z_lower;
-    step.z_upper += correction_.z_upper;
+    step.v.tail(n) += correction_.v.tail(n);
+    step.lambda.tail(m) += correction_.lambda.tail(m);
+    step.z_lower.tail(n) += correction_.z_lower.tail(n);
+    step.z_upper.tail(n) += correction_.z_upper.tail(n);
   }
 }
 
@@ -377,10 +397,8 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
   distance_upper_.setOnes();
   z_lower_.setZero();
   z_upper_.setZero();
-  NewtonResidual rhs;
-  Step step;
-  resize(rhs, canonical_);
-  resize(step, canonical_);
+  NewtonResidual rhs = zero_step(canonical_);
+  Step step = rhs;
   const ScopedTimer timer(timing_.solves);
   counts_.solves += 2;
   for (const bool max : {true, false}) {

@@ -24,6 +24,9 @@ struct Regularization {
   friend bool operator==(const Regularization&, const Regularization&) = default;
 };
 
+/// Step of zeros in the shapes of the problem.
+[[nodiscard]] Step zero_step(const CanonicalProblem& canonical);
+
 /// Right-hand side of the unreduced primal-dual Newton system, same shapes as a Step.
 using NewtonResidual = Step;
 
@@ -97,6 +100,11 @@ class KktSystem {
   [[nodiscard]] bool analyze();
 
   void assemble(const Iterate& iterate, const Evaluation& evaluation);
+  /// K_yy alone; K keeps the values of the last assemble, but must not be solved with.
+  void assemble_inner(const Iterate& iterate, const Evaluation& evaluation);
+  /// Barrier terms of another point than the last assembled one: before solving with a K that was
+  /// factorized at this point.
+  void take_barrier_terms(const Iterate& iterate);
   /// As assemble, with the barrier curvatures given (certificate).
   void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature);
 

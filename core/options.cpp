@@ -160,7 +160,9 @@ std::vector<OptionInfo> make_table() {
                "mu <- sigma mu when |g(z,mu)| <= mu (line 10 of Algorithm 1)"})},
 
       {"minmax_globalization", method, "Which steps are accepted.",
-       choice(&O::minmax_globalization, {"none"}, {"every step: the paper's Algorithm 1"})},
+       choice(&O::minmax_globalization, {"none", "filter"},
+              {"every step: the paper's Algorithm 1",
+               "filter line search on phi(x), the local maximum over y"})},
       {"minmax_instability", method,
        "Whether line 7 of Algorithm 1 keeps first-order points from attracting when K has the "
        "right inertia and K_yy has not.",

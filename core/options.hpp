@@ -12,7 +12,8 @@
 namespace ipminmax {
 
 enum class Globalization : std::uint8_t {
-  None  ///< the paper's Algorithm 1: no line search
+  None,   ///< the paper's Algorithm 1: no line search
+  Filter  ///< filter line search on the local maximum over y
 };
 enum class BarrierRule : std::uint8_t {
   Ipopt,  ///< mu <- max(tol/10, min(kappa_mu mu, mu^theta_mu)) while E_mu <= kappa_eps mu

@@ -3,6 +3,7 @@
 #include <ipminmax/core/barrier.hpp>
 #include <ipminmax/core/canonical_problem.hpp>
 #include <ipminmax/core/certificate.hpp>
+#include <ipminmax/core/globalization.hpp>
 #include <ipminmax/core/inertia_correction.hpp>
 #include <ipminmax/core/initial_point.hpp>
 #include <ipminmax/core/iterate.hpp>
@@ -13,6 +14,7 @@
 #include <ipminmax/core/timer.hpp>
 #include <new>
 #include <optional>
+#include <utility>
 
 namespace ipminmax {
 namespace {
@@ -33,10 +35,12 @@ class Solver {
   [[nodiscard]] std::optional<Status> start();
   [[nodiscard]] std::optional<Status> evaluate_start();
   [[nodiscard]] std::optional<Status> iterate();
+  [[nodiscard]] std::optional<Status> algorithm_one_step();
   [[nodiscard]] std::optional<Status> compute_step();
   [[nodiscard]] std::optional<Status> take_step();
   [[nodiscard]] std::optional<Status> evaluate_derivatives();
   [[nodiscard]] std::optional<Status> stop_reason();
+  [[nodiscard]] bool leave_wrong_point(Status stop);
   [[nodiscard]] Status certified_status(Status when_not_refuted);
   [[nodiscard]] bool converged(const KktError& error) const;
   [[nodiscard]] bool acceptable(const KktError& error);
@@ -55,10 +59,11 @@ class Solver {
   CanonicalProblem canonical_;
   std::optional<KktSystem> kkt_;
   std::optional<InertiaCorrection> correction_;
+  std::optional<GlobalizedMethod> method_;  ///< empty for Algorithm 1
 
-  Iterate iterate_, trial_;
-  Evaluation evaluation_;
-  Eigen::VectorXd trial_c_, dual_;
+  Point point_;
+  Iterate trial_;
+  Eigen::VectorXd trial_c_;
   NewtonResidual rhs_;
   Step step_;
   Regularization shift_;
@@ -67,6 +72,7 @@ class Solver {
   double last_objective_ = 0.0;
   Index acceptable_count_ = 0;
   bool started_ = false;
+  bool escaped_ = false;  ///< the iteration's step was an escape from a wrong first-order point
 };
 
 Result Solver::run() {
@@ -101,10 +107,10 @@ std::optional<Status> Solver::start() {
     step->z_lower.setZero(n);
     step->z_upper.setZero(n);
   }
-  evaluation_.c.setZero(m);
-  evaluation_.gradient.setZero(n);
-  evaluation_.jacobian.assign(canonical_.jacobian().size(), 0.0);
-  evaluation_.hessian.assign(canonical_.hessian().size(), 0.0);
+  point_.evaluation.c.setZero(m);
+  point_.evaluation.gradient.setZero(n);
+  point_.evaluation.jacobian.assign(canonical_.jacobian().size(), 0.0);
+  point_.evaluation.hessian.assign(canonical_.hessian().size(), 0.0);
   trial_c_.setZero(m);
 
   if (!kkt_->analyze()) {
@@ -113,51 +119,62 @@ std::optional<Status> Solver::start() {
   }
   if (auto status = evaluate_start()) return status;
   started_ = true;
-  trial_ = iterate_;
+  trial_ = point_.iterate;
   info_.mu = options_.mu_init;
   mu_final_ = final_barrier(options_, canonical_.objective_scale());
   info_.mu = std::max(info_.mu, mu_final_);
   update_error();
+  if (options_.minmax_globalization == Globalization::Filter) {
+    method_.emplace(canonical_, *kkt_, *correction_, options_, result_.counts);
+    method_->start(point_);
+  }
   return std::nullopt;
 }
 
 std::optional<Status> Solver::evaluate_start() {
-  iterate_ = canonical_.starting_point();
+  point_.iterate = canonical_.starting_point();
   const std::string_view where = "at the starting point";
-  auto status = canonical_.objective(iterate_.v, evaluation_.f);
+  auto status = canonical_.objective(point_.iterate.v, point_.evaluation.f);
   if (status == EvaluationStatus::Ok) {
-    status = canonical_.constraints(iterate_.v, evaluation_.c);
+    status = canonical_.constraints(point_.iterate.v, point_.evaluation.c);
   }
   if (status != EvaluationStatus::Ok) return evaluation_failure(status, where);
-  canonical_.start_slacks(iterate_, evaluation_.c);
+  canonical_.start_slacks(point_.iterate, point_.evaluation.c);
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     if (const Index s = canonical_.slack_of_constraint()[static_cast<std::size_t>(j)]; s >= 0) {
-      evaluation_.c[j] -= iterate_.v[s];
+      point_.evaluation.c[j] -= point_.iterate.v[s];
     }
   }
-  start_bound_multipliers(canonical_, options_, iterate_);
-  status = canonical_.first_derivatives(iterate_.v, evaluation_);
+  start_bound_multipliers(canonical_, options_, point_.iterate);
+  status = canonical_.first_derivatives(point_.iterate.v, point_.evaluation);
   if (status != EvaluationStatus::Ok) return evaluation_failure(status, where);
 
   if (!options_.warm_start_init_point && canonical_.constraints() > 0 &&
       options_.constr_mult_init_max > 0.0) {
     // Least-squares multipliers, dropped when large: Waechter and Biegler 2006, section 3.6.
-    const bool ok = kkt_->least_squares_multipliers(iterate_, evaluation_, iterate_.lambda);
-    if (!ok || iterate_.lambda.lpNorm<Eigen::Infinity>() > options_.constr_mult_init_max) {
-      iterate_.lambda.setZero();
+    const bool ok =
+        kkt_->least_squares_multipliers(point_.iterate, point_.evaluation, point_.iterate.lambda);
+    if (!ok || point_.iterate.lambda.lpNorm<Eigen::Infinity>() > options_.constr_mult_init_max) {
+      point_.iterate.lambda.setZero();
     }
   }
-  status = canonical_.second_derivatives(iterate_.v, iterate_.lambda, evaluation_);
+  status =
+      canonical_.second_derivatives(point_.iterate.v, point_.iterate.lambda, point_.evaluation);
   if (status != EvaluationStatus::Ok) return evaluation_failure(status, where);
   return std::nullopt;
 }
 
 std::optional<Status> Solver::stop_reason() {
   if (observer_.on_iteration && !observer_.on_iteration(info_)) return Status::UserStop;
-  if (converged(info_.error)) return certified_status(Status::Solved);
-  if (acceptable(info_.error)) return certified_status(Status::SolvedToAcceptableLevel);
+  std::optional<Status> stop;
+  if (converged(info_.error)) {
+    stop = certified_status(Status::Solved);
+  } else if (acceptable(info_.error)) {
+    stop = certified_status(Status::SolvedToAcceptableLevel);
+  }
+  if (stop && !leave_wrong_point(*stop)) return stop;
   if (canonical_.variables() > 0 &&
-      iterate_.v.lpNorm<Eigen::Infinity>() > options_.diverging_iterates_tol) {
+      point_.iterate.v.lpNorm<Eigen::Infinity>() > options_.diverging_iterates_tol) {
     return Status::DivergingIterates;
   }
   if (info_.iteration >= options_.max_iter) return Status::MaxIterations;
@@ -188,7 +205,8 @@ bool Solver::acceptable(const KktError& error) {
 }
 
 Status Solver::certified_status(Status when_not_refuted) {
-  result_.certificate = certify(canonical_, *kkt_, iterate_, evaluation_, info_.mu, options_);
+  result_.certificate =
+      certify(canonical_, *kkt_, point_.iterate, point_.evaluation, info_.mu, options_);
   switch (result_.certificate.second_order) {
     case SecondOrder::Violated:
       return Status::NotLocalMinmax;
@@ -199,30 +217,54 @@ Status Solver::certified_status(Status when_not_refuted) {
   }
 }
 
+bool Solver::leave_wrong_point(Status stop) {
+  // A first-order point that is no local minmax: go on along the offending curvature.
+  if (stop != Status::NotLocalMinmax || !method_ || info_.iteration >= options_.max_iter) {
+    return false;
+  }
+  if (!method_->escape(point_, info_.mu, info_)) return false;
+  result_.certificate = {};
+  acceptable_count_ = 0;
+  update_error();
+  escaped_ = true;
+  return true;
+}
+
 std::optional<Status> Solver::iterate() {
-  update_barrier();
-  if (auto status = compute_step()) return status;
-  if (auto status = take_step()) return status;
-  if (auto status = evaluate_derivatives()) return status;
+  if (std::exchange(escaped_, false)) return std::nullopt;
   last_objective_ = info_.objective;
+  update_barrier();
+  const auto status = method_ ? method_->step(point_, info_.mu, info_) : algorithm_one_step();
+  if (method_ && status) result_.message = method_->message();
+  if (status) return status;
   update_error();
   return std::nullopt;
 }
 
+std::optional<Status> Solver::algorithm_one_step() {
+  if (auto status = compute_step()) return status;
+  if (auto status = take_step()) return status;
+  return evaluate_derivatives();
+}
+
 void Solver::update_barrier() {
   const auto error = [&](double mu) {
-    return barrier_error(canonical_, iterate_, evaluation_, dual_, mu, options_.s_max);
+    return barrier_error(canonical_, point_.iterate, point_.evaluation, point_.dual, mu,
+                         options_.s_max);
   };
+  const double last_mu = info_.mu;
   info_.mu = next_barrier(
       info_.mu, mu_final_, [&](double mu) { return error(mu).scaled; },
       [&](double mu) { return error(mu).norm(); }, options_);
+  if (method_ && info_.mu != last_mu) method_->barrier_changed();
 }
 
 std::optional<Status> Solver::compute_step() {
-  newton_residual(canonical_, iterate_, evaluation_, dual_, info_.mu, rhs_);
-  kkt_->assemble(iterate_, evaluation_);
-  const double residual_norm =
-      barrier_error(canonical_, iterate_, evaluation_, dual_, info_.mu, options_.s_max).norm();
+  newton_residual(canonical_, point_.iterate, point_.evaluation, point_.dual, info_.mu, rhs_);
+  kkt_->assemble(point_.iterate, point_.evaluation);
+  const double residual_norm = barrier_error(canonical_, point_.iterate, point_.evaluation,
+                                             point_.dual, info_.mu, options_.s_max)
+                                   .norm();
   for (;;) {
     const Index raises = result_.counts.instability_raises;
     const bool frozen = options_.minmax_pure_newton || residual_norm <= options_.minmax_freeze_tol;
@@ -245,7 +287,7 @@ std::optional<Status> Solver::compute_step() {
     info_.step_kind = result_.counts.instability_raises > raises ? 'i'
                       : shift_ == Regularization{}               ? 'n'
                                                                  : 's';
-    if (kkt_->solve(evaluation_, rhs_, step_)) return std::nullopt;
+    if (kkt_->solve(point_.evaluation, rhs_, step_)) return std::nullopt;
     if (!kkt_->increase_quality()) {
       result_.message = "the Newton system cannot be solved accurately";
       return Status::LinearSolverFailed;
@@ -255,14 +297,14 @@ std::optional<Status> Solver::compute_step() {
 
 std::optional<Status> Solver::take_step() {
   const double tau = boundary_fraction(info_.mu, options_);
-  StepLength alpha = largest_step(canonical_, iterate_, step_, tau);
+  StepLength alpha = largest_step(canonical_, point_.iterate, step_, tau);
   // One step length for everything, as in Algorithm 1.
   alpha.primal = alpha.dual = std::min(alpha.primal, alpha.dual);
   EvaluationStatus status = EvaluationStatus::Ok;
   for (info_.trials = 1; info_.trials <= kMaxCuts; ++info_.trials) {
-    trial_ = iterate_;
+    trial_ = point_.iterate;
     advance(step_, alpha, trial_);
-    status = canonical_.objective(trial_.v, evaluation_.f);
+    status = canonical_.objective(trial_.v, point_.evaluation.f);
     if (status == EvaluationStatus::Ok) status = canonical_.constraints(trial_.v, trial_c_);
     if (status == EvaluationStatus::Ok) break;
     alpha.primal = alpha.dual = 0.5 * alpha.primal;
@@ -273,25 +315,27 @@ std::optional<Status> Solver::take_step() {
   info_.alpha_primal = alpha.primal;
   info_.alpha_dual = alpha.dual;
   info_.step_norm = canonical_.variables() > 0 ? step_.v.lpNorm<Eigen::Infinity>() : 0.0;
-  std::swap(iterate_, trial_);
-  std::swap(evaluation_.c, trial_c_);
-  clip_bound_multipliers(canonical_, info_.mu, options_.kappa_sigma, iterate_);
+  std::swap(point_.iterate, trial_);
+  std::swap(point_.evaluation.c, trial_c_);
+  clip_bound_multipliers(canonical_, info_.mu, options_.kappa_sigma, point_.iterate);
   return std::nullopt;
 }
 
 std::optional<Status> Solver::evaluate_derivatives() {
-  auto status = canonical_.first_derivatives(iterate_.v, evaluation_);
+  auto status = canonical_.first_derivatives(point_.iterate.v, point_.evaluation);
   if (status == EvaluationStatus::Ok) {
-    status = canonical_.second_derivatives(iterate_.v, iterate_.lambda, evaluation_);
+    status =
+        canonical_.second_derivatives(point_.iterate.v, point_.iterate.lambda, point_.evaluation);
   }
   if (status != EvaluationStatus::Ok) return evaluation_failure(status, "at an iterate");
   return std::nullopt;
 }
 
 void Solver::update_error() {
-  dual_residual(canonical_, iterate_, evaluation_, dual_);
-  info_.error = kkt_error(canonical_, iterate_, evaluation_, dual_, options_.s_max);
-  info_.objective = canonical_.unscaled_objective(evaluation_.f);
+  dual_residual(canonical_, point_.iterate, point_.evaluation, point_.dual);
+  info_.error =
+      kkt_error(canonical_, point_.iterate, point_.evaluation, point_.dual, options_.s_max);
+  info_.objective = canonical_.unscaled_objective(point_.evaluation.f);
 }
 
 Status Solver::evaluation_failure(EvaluationStatus status, std::string_view where) {
@@ -302,7 +346,7 @@ Status Solver::evaluation_failure(EvaluationStatus status, std::string_view wher
 Result Solver::finish(Status status) {
   result_.status = status;
   if (started_) {
-    canonical_.restore(iterate_, result_);
+    canonical_.restore(point_.iterate, result_);
     result_.error = info_.error;
     result_.mu = info_.mu;
     result_.iterations = info_.iteration;

@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <ipminmax/adapter/minmax_tnlp.hpp>
 #include <stdexcept>
 #include <vector>
-
-#include <ipminmax/adapter/minmax_tnlp.hpp>
 
 /// The homicidal chauffeur as a model predictive control problem.
 ///

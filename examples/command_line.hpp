@@ -26,7 +26,7 @@ class CommandLine {
 
   /// An option that sets a number.
   template <class T>
-    requires std::is_arithmetic_v<T>
+  requires std::is_arithmetic_v<T>
   void add(std::string name, T& target, std::string text) {
     add(std::move(name), std::is_integral_v<T> ? "N" : "X", std::move(text),
         [&target](const std::string& value) { target = number<T>(value); });

@@ -6,15 +6,14 @@
 // Without Max variables Ipminmax is a minimizer: an Ipopt program is ported by changing the type of
 // its application, and the answers can be compared line by line.
 
+#include <IpIpoptApplication.hpp>
+#include <IpSolveStatistics.hpp>
+#include <IpTNLP.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <exception>
-
-#include <IpIpoptApplication.hpp>
-#include <IpSolveStatistics.hpp>
-#include <IpTNLP.hpp>
 #include <ipminmax/adapter/minmax_application.hpp>
 
 using Ipopt::Index;
@@ -170,15 +169,15 @@ Answer solve_with_ipminmax() {
 
 template <std::size_t N>
 void print_rows(const char* name, const std::array<Number, N>& a, const std::array<Number, N>& b) {
-  for (std::size_t i = 0; i < N; ++i)
-    std::printf("%-9s[%zu] %18.9f %18.9f\n", name, i, a[i], b[i]);
+  for (std::size_t i = 0; i < N; ++i) std::printf("%-9s[%zu] %18.9f %18.9f\n", name, i, a[i], b[i]);
 }
 
 int run() {
   const Answer a = solve_with_ipopt();
   const Answer b = solve_with_ipminmax();
   std::printf("Hock-Schittkowski 71 %11s %18s\n", "Ipopt", "Ipminmax");
-  std::printf("%-12s %18d %18d\n", "status", static_cast<int>(a.status), static_cast<int>(b.status));
+  std::printf("%-12s %18d %18d\n", "status", static_cast<int>(a.status),
+              static_cast<int>(b.status));
   std::printf("%-12s %18d %18d\n", "iterations", a.iterations, b.iterations);
   std::printf("%-12s %18.9f %18.9f\n", "objective", a.objective, b.objective);
   print_rows("x", a.x, b.x);

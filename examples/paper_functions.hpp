@@ -2,10 +2,9 @@
 
 #include <array>
 #include <cmath>
+#include <ipminmax/core/problem.hpp>
 #include <span>
 #include <string_view>
-
-#include <ipminmax/core/problem.hpp>
 
 /// The four functions f(x, y) of two scalars in the paper's benchmark of unconstrained minmax
 /// (Table 1), with exact derivatives.
@@ -54,8 +53,8 @@ inline Derivatives f2(double x, double y) {
 inline Derivatives f3(double x, double y) {
   const double dx = x - 0.25, dy = y - 0.75;
   const double e = std::exp(-dx * dx - dy * dy);
-  return {(x - 0.5) * (y - 0.5) + e,  (y - 0.5) - 2.0 * dx * e,    (x - 0.5) - 2.0 * dy * e,
-          (4.0 * dx * dx - 2.0) * e, 1.0 + 4.0 * dx * dy * e, (4.0 * dy * dy - 2.0) * e};
+  return {(x - 0.5) * (y - 0.5) + e, (y - 0.5) - 2.0 * dx * e, (x - 0.5) - 2.0 * dy * e,
+          (4.0 * dx * dx - 2.0) * e, 1.0 + 4.0 * dx * dy * e,  (4.0 * dy * dy - 2.0) * e};
 }
 
 inline Derivatives f4(double x, double y) { return {x * y, y, x, 0.0, 1.0, 0.0}; }

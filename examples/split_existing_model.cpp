@@ -1,7 +1,7 @@
 // An existing Ipopt model, unchanged, split between two players from outside.
 //
-// LineFit below knows nothing of minmax: it fits a line to points whose abscissae t_i are only known
-// up to errors delta_i with |delta| <= rho,
+// LineFit below knows nothing of minmax: it fits a line to points whose abscissae t_i are only
+// known up to errors delta_i with |delta| <= rho,
 //
 //   f(a, b, delta) = sum_i (a + b (t_i + delta_i) - s_i)^2.
 //
@@ -10,18 +10,17 @@
 // hurt it. The inner problem maximizes a convex function, so it is not concave, yet here its answer
 // is known, max over delta = (|r| + rho |b|)^2 with r_i = a + b t_i - s_i, and checks the solver's.
 
+#include <IpIpoptApplication.hpp>
+#include <IpTNLP.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <exception>
-#include <vector>
-
-#include <IpIpoptApplication.hpp>
-#include <IpTNLP.hpp>
 #include <ipminmax/adapter/minmax_application.hpp>
 #include <ipminmax/adapter/minmax_tnlp.hpp>
+#include <vector>
 
 using Ipopt::Index;
 using Ipopt::Number;

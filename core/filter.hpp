@@ -1,0 +1,52 @@
+#pragma once
+
+#include <vector>
+
+namespace ipminmax {
+
+/// Violation of a player's constraints (1-norm) and the barrier objective that the player wants
+/// small, at one point.
+struct Merit {
+  double theta = 0.0;
+  double phi = 0.0;
+};
+
+/// The filter of Waechter and Biegler 2006, section 2.3: pairs (theta, phi) that later points must
+/// improve on in one of the two. Constants are the paper's, names too.
+class Filter {
+ public:
+  enum class Verdict : unsigned char {
+    Reject,
+    Armijo,     ///< a step on phi: sufficient decrease of phi, the filter stays as it is
+    Sufficient  ///< theta or phi decreased enough; the point left is added to the filter
+  };
+
+  /// Forgets all pairs. The first violation of a solve fixes theta_min and theta_max.
+  void reset() { entries_.clear(); }
+  void set_scale(double first_theta);
+
+  /// Whether a step of length alpha from one point to another is acceptable; slope is the
+  /// directional derivative of phi.
+  [[nodiscard]] Verdict test(const Merit& from, double slope, double alpha, const Merit& to) const;
+
+  /// Records the point that was left by an accepted step.
+  void add(const Merit& from);
+
+  /// Not dominated by a pair of the filter and not above theta_max.
+  [[nodiscard]] bool acceptable(const Merit& merit) const;
+
+  /// Step length below which the search gives up (eq. (23)).
+  [[nodiscard]] double smallest_step(const Merit& from, double slope) const;
+
+ private:
+  struct Entry {
+    double theta, phi;
+  };
+  [[nodiscard]] bool is_phi_step(double theta, double slope, double alpha) const;
+
+  std::vector<Entry> entries_;
+  double theta_min_ = 1e-4;
+  double theta_max_ = 1e4;
+};
+
+}  // namespace ipminmax

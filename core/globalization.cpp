@@ -1,0 +1,467 @@
+#include <algorithm>
+#include <cmath>
+#include <ipminmax/core/barrier.hpp>
+#include <ipminmax/core/globalization.hpp>
+#include <ipminmax/core/residual.hpp>
+#include <ipminmax/core/step_length.hpp>
+#include <limits>
+
+namespace ipminmax {
+namespace {
+
+// Constants of the prototype study, see core/algorithm.md.
+constexpr double kInnerFraction = 0.5;      // theta: |q| against the predicted outer decrease
+constexpr double kInnerRelative = 1e-3;     // t_in: |q| against |f_b|
+constexpr double kInnerErrorFactor = 10.0;  // kappa_y: E_y against mu
+constexpr double kFastContraction = 0.9;    // kappa_f
+constexpr Index kFastPause = 2;
+constexpr int kInnerSteps = 50;
+constexpr int kInnerCorrections = 4;
+constexpr Index kSlowSteps = 4;
+constexpr double kSlowLength = 0.13;
+constexpr Index kMaxLeaps = 6;
+constexpr Index kMaxEscapes = 30;
+constexpr Index kMaxInnerFailures = 100;
+constexpr Index kMaxSoftSteps = 10;
+constexpr double kSoftContraction = 0.9999;
+constexpr int kSecondOrderSteps = 4;
+constexpr double kSecondOrderDecrease = 0.99;  // kappa_soc
+constexpr int kMaxTrials = 60;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+double max_norm(const Eigen::VectorXd& v) {
+  return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
+}
+
+}  // namespace
+
+GlobalizedMethod::GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt,
+                                   InertiaCorrection& correction, const SolverOptions& options,
+                                   Counts& counts)
+    : canonical_(canonical),
+      kkt_(kkt),
+      correction_(correction),
+      options_(options),
+      counts_(counts),
+      inner_(canonical, kkt, correction, options) {
+  rhs_ = step_ = correction_step_ = zero_step(canonical);
+  direction_.step = trial_direction_.step = rhs_;
+}
+
+void GlobalizedMethod::start(const Point& point) {
+  trial_ = point;
+  filter_.set_scale(violation(point.evaluation.c, canonical_.min_constraints()));
+}
+
+void GlobalizedMethod::barrier_changed() {
+  filter_.reset();
+  soft_steps_ = 0;
+}
+
+bool GlobalizedMethod::evaluate_values(Point& point) {
+  return canonical_.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok &&
+         canonical_.constraints(point.iterate.v, point.evaluation.c) == EvaluationStatus::Ok;
+}
+
+bool GlobalizedMethod::evaluate_derivatives(Point& point) {
+  if (canonical_.first_derivatives(point.iterate.v, point.evaluation) != EvaluationStatus::Ok ||
+      canonical_.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
+          EvaluationStatus::Ok) {
+    return false;
+  }
+  dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
+  return true;
+}
+
+Merit GlobalizedMethod::merit(const Point& point, double mu) const {
+  return {violation(point.evaluation.c, canonical_.min_constraints()),
+          barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu)};
+}
+
+double GlobalizedMethod::norm_error(const Point& point, double mu) const {
+  return barrier_error(canonical_, point.iterate, point.evaluation, point.dual, mu, options_.s_max)
+      .norm();
+}
+
+double GlobalizedMethod::inner_target(const Point& point, double mu) const {
+  const double value = std::abs(merit(point, mu).phi);
+  double target = std::min(kInnerFraction * last_slope_, kInnerRelative * (1.0 + value));
+  if (canonical_.has_max_bounds()) target = std::min(target, std::max(1e-2 * mu, 1e-13));
+  return std::max(target, 1e-14 * (1.0 + value));
+}
+
+void GlobalizedMethod::set_trial(const Point& from, const Step& step, double alpha_primal,
+                                 double alpha_dual, double mu) {
+  trial_.iterate = from.iterate;
+  advance(step, {alpha_primal, alpha_dual}, trial_.iterate);
+  clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, trial_.iterate);
+}
+
+void GlobalizedMethod::accept(Point& point) {
+  std::swap(point, trial_);
+  std::swap(direction_, trial_direction_);
+  direction_known_ = has_max();
+}
+
+std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationInfo& info) {
+  info.trials = 0;
+  if (!has_max()) return outer_step(point, mu, info);
+
+  // Inner Newton step at this point; the factorization of an accepted trial point is still at hand.
+  const bool known =
+      direction_known_ && direction_.shift.y == 0.0 && inner_.renew(point, mu, direction_);
+  if (!known && !inner_.direction(point, mu, direction_)) {
+    message_ = "no shift of the Max variables gives K_yy the expected inertia";
+    return Status::InertiaCorrectionFailed;
+  }
+  direction_known_ = false;
+  if (direction_.shift.y == 0.0 && fast_pause_ == 0) {
+    if (fast_step(point, mu, info)) return std::nullopt;
+    fast_pause_ = kFastPause;
+    if (!inner_.direction(point, mu, direction_)) return Status::InertiaCorrectionFailed;
+  } else if (fast_pause_ > 0) {
+    --fast_pause_;
+  }
+
+  const double target = inner_target(point, mu);
+  const bool inner_solved =
+      direction_.shift.y == 0.0 && std::abs(direction_.gain) <= target &&
+      (!canonical_.has_max_bounds() || inner_.error(point, mu) <= kInnerErrorFactor * mu);
+  if (!inner_solved) {
+    if (inner_pause_ > 0) {
+      --inner_pause_;
+      return shifted_joint_step(point, mu, info);
+    }
+    const Point before = point;
+    const auto outcome = inner_.maximize(point, mu, target, kInnerSteps, kInfinity, direction_);
+    if (outcome != InnerMaximizer::Outcome::Maximum) {
+      point = before;
+      if (++inner_failures_ > kMaxInnerFailures) {
+        message_ = "no local maximum over the Max variables was found";
+        return outcome == InnerMaximizer::Outcome::Unbounded ? Status::InnerUnbounded
+                                                             : Status::NoLocalMinmaxFound;
+      }
+      inner_pause_ = std::min<Index>(Index{1} << std::min<Index>(inner_failures_ - 1, 4), 16) - 1;
+      return shifted_joint_step(point, mu, info);
+    }
+    filter_.reset();
+  }
+  inner_failures_ = 0;
+  return outer_step(point, mu, info);
+}
+
+bool GlobalizedMethod::newton_step(const Point& point, double mu, Regularization& shift) {
+  kkt_.assemble(point.iterate, point.evaluation);
+  newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
+  for (;;) {
+    Regularization trial = shift;
+    if (!correction_.correct_full(mu, trial)) return false;
+    if (kkt_.solve(point.evaluation, rhs_, step_)) {
+      shift = trial;
+      return true;
+    }
+    if (!kkt_.increase_quality()) return false;
+  }
+}
+
+bool GlobalizedMethod::fast_step(Point& point, double mu, IterationInfo& info) {
+  // Both inertias right without shifts and the residual contracts: Newton's method.
+  kkt_.assemble(point.iterate, point.evaluation);
+  newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
+  if (!kkt_.has_expected_inertia(kkt_.factorize({})) ||
+      !kkt_.solve(point.evaluation, rhs_, step_)) {
+    return false;
+  }
+  const StepLength alpha =
+      largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
+  set_trial(point, step_, alpha.primal, alpha.dual, mu);
+  ++info.trials;
+  if (!evaluate_values(trial_) || !evaluate_derivatives(trial_)) return false;
+  if (!(norm_error(trial_, mu) <= kFastContraction * norm_error(point, mu))) return false;
+  if (!inner_.unshifted_direction(trial_, mu, trial_direction_)) return false;
+  info.delta_x = info.delta_y = 0.0;
+  info.alpha_primal = alpha.primal;
+  info.alpha_dual = alpha.dual;
+  info.step_norm = max_norm(step_.v);
+  info.step_kind = 'n';
+  accept(point);
+  filter_.reset();
+  slow_steps_ = 0;
+  return true;
+}
+
+std::optional<Status> GlobalizedMethod::shifted_joint_step(Point& point, double mu,
+                                                           IterationInfo& info) {
+  // Algorithm 1 of the paper: no inner maximum is in reach from here.
+  kkt_.assemble(point.iterate, point.evaluation);
+  newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
+  const auto shift = correction_.correct(mu);
+  if (!shift || !kkt_.solve(point.evaluation, rhs_, step_)) {
+    message_ = "no shift of the Hessian gives the KKT matrix the expected inertia";
+    return Status::InertiaCorrectionFailed;
+  }
+  StepLength alpha =
+      largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
+  const double longest = 10.0 * (1.0 + max_norm(point.iterate.v));
+  if (max_norm(step_.v) > longest) {
+    alpha.primal = std::min(alpha.primal, longest / max_norm(step_.v));
+  }
+  for (int cuts = 0; cuts < kMaxTrials; ++cuts, alpha.primal *= 0.5) {
+    set_trial(point, step_, alpha.primal, alpha.dual, mu);
+    ++info.trials;
+    if (!evaluate_values(trial_) || !evaluate_derivatives(trial_)) continue;
+    std::swap(point, trial_);
+    direction_known_ = false;
+    filter_.reset();
+    info.delta_x = shift->x;
+    info.delta_y = shift->y;
+    info.alpha_primal = alpha.primal;
+    info.alpha_dual = alpha.dual;
+    info.step_norm = max_norm(step_.v);
+    info.step_kind = 'j';
+    return std::nullopt;
+  }
+  message_ = canonical_.evaluation_error();
+  return Status::EvaluationFailed;
+}
+
+double GlobalizedMethod::outer_slope(const Point& point, double mu) {
+  // d/dx of phi along d_x: grad_x f_b + W_xy d_Y + J_yx' (lambda_y + dlambda_Y).
+  barrier_gradient(canonical_, point, mu, gradient_);
+  if (has_max()) {
+    const Index y = canonical_.y().begin;
+    const auto hessian = canonical_.hessian();
+    for (std::size_t k = 0; k < hessian.size(); ++k) {
+      const auto [row, col] = hessian[k];  // row >= col: row is the Max variable of a mixed entry
+      if (row >= y && col < y) {
+        gradient_[col] += point.evaluation.hessian[k] * direction_.step.v[row];
+      }
+    }
+    const auto jacobian = canonical_.jacobian();
+    for (std::size_t k = 0; k < jacobian.size(); ++k) {
+      const auto [row, col] = jacobian[k];
+      if (col < y && canonical_.max_constraints().contains(row)) {
+        gradient_[col] += point.evaluation.jacobian[k] *
+                          (point.iterate.lambda[row] + direction_.step.lambda[row]);
+      }
+    }
+  }
+  return gradient_.head(canonical_.y().begin).dot(step_.v.head(canonical_.y().begin));
+}
+
+GlobalizedMethod::Trial GlobalizedMethod::evaluate_trial(double mu, double slope, double alpha,
+                                                         double upper_bound) {
+  Trial result;
+  if (!evaluate_values(trial_)) return result;
+  if (has_max()) {
+    // A trial point must keep a local maximum over y in sight.
+    if (!evaluate_derivatives(trial_)) return result;
+    if (!inner_.unshifted_direction(trial_, mu, trial_direction_)) return result;
+    const double value = std::abs(merit(trial_, mu).phi);
+    double allowed =
+        std::min(kInnerFraction * alpha * std::abs(slope), kInnerRelative * (1.0 + value));
+    allowed = std::max(allowed, 1e-14 * (1.0 + value));
+    if (std::abs(trial_direction_.gain) > allowed &&
+        inner_.maximize(trial_, mu, allowed, kInnerCorrections, upper_bound, trial_direction_) !=
+            InnerMaximizer::Outcome::Maximum) {
+      return result;
+    }
+  }
+  result.merit = merit(trial_, mu);
+  if (has_max()) result.merit.phi += trial_direction_.gain;
+  result.usable = std::isfinite(result.merit.phi);
+  return result;
+}
+
+std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, IterationInfo& info) {
+  Regularization shift;
+  if (has_max()) {
+    shift = direction_.shift;
+    shift.x = shift.lambda_x = 0.0;
+  }
+  if (!newton_step(point, mu, shift)) {
+    message_ = "no shift of the Hessian gives the KKT matrix the expected inertia";
+    return Status::InertiaCorrectionFailed;
+  }
+  info.delta_x = shift.x;
+  info.delta_y = shift.y;
+  info.step_norm = max_norm(step_.v);
+  info.step_kind = shift.x > 0.0 ? 's' : 'f';
+  if (search(point, mu, info)) return std::nullopt;
+  if (soft_steps_ < kMaxSoftSteps && soft_step(point, mu, info)) {
+    ++soft_steps_;
+    return std::nullopt;
+  }
+  return leap(point, mu, info);
+}
+
+bool GlobalizedMethod::search(Point& point, double mu, IterationInfo& info) {
+  const StepLength alpha =
+      largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
+  const double slope = outer_slope(point, mu);
+  last_slope_ = std::abs(slope);
+  Merit from = merit(point, mu);
+  if (has_max()) from.phi += direction_.gain;
+  // phi above this cannot be accepted when there is no violation to reduce.
+  const double upper_bound = from.theta == 0.0 ? from.phi : kInfinity;
+  const double smallest = filter_.smallest_step(from, slope);
+  info.alpha_dual = alpha.dual;
+
+  double t = alpha.primal;
+  for (int k = 0; k < kMaxTrials && t >= smallest; ++k, t *= 0.5) {
+    set_trial(point, step_, t, alpha.dual, mu);
+    ++info.trials;
+    info.alpha_primal = t;
+    const Trial trial = evaluate_trial(mu, slope, t, upper_bound);
+    bool accepted = false;
+    if (trial.usable) {
+      const auto verdict = filter_.test(from, slope, t, trial.merit);
+      accepted = verdict != Filter::Verdict::Reject;
+      if (verdict == Filter::Verdict::Sufficient) filter_.add(from);
+      if (!accepted && k == 0 && trial.merit.theta >= from.theta &&
+          from.theta + trial.merit.theta > 0.0) {
+        accepted = second_order_correction(point, mu, from, slope, t, trial.merit.theta, info);
+      }
+    }
+    if (!accepted) continue;
+    if (!has_max() && !evaluate_derivatives(trial_)) continue;
+    accept(point);
+    slow_steps_ = info.alpha_primal <= kSlowLength ? slow_steps_ + 1 : 0;
+    soft_steps_ = 0;
+    if (has_max() && slow_steps_ >= kSlowSteps) fast_pause_ = 0;
+    return true;
+  }
+  return false;
+}
+
+bool GlobalizedMethod::second_order_correction(const Point& point, double mu, const Merit& from,
+                                               double slope, double alpha, double first_theta,
+                                               IterationInfo& info) {
+  // Waechter and Biegler 2006, section 2.4: same matrix, c_soc = alpha c + c(trial).
+  Eigen::VectorXd c = alpha * point.evaluation.c + trial_.evaluation.c;
+  double last_theta = first_theta;
+  const double tau = boundary_fraction(mu, options_);
+  if (has_max()) kkt_.take_barrier_terms(point.iterate);
+  for (int k = 0; k < kSecondOrderSteps; ++k) {
+    newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
+    rhs_.lambda = -c;
+    if (!kkt_.solve(point.evaluation, rhs_, correction_step_)) return false;
+    const StepLength a = largest_step(canonical_, point.iterate, correction_step_, tau);
+    set_trial(point, correction_step_, a.primal, a.dual, mu);
+    ++info.trials;
+    const Trial trial = evaluate_trial(mu, slope, alpha, kInfinity);
+    if (!trial.usable) return false;
+    const auto verdict = filter_.test(from, slope, alpha, trial.merit);
+    if (verdict != Filter::Verdict::Reject) {
+      if (verdict == Filter::Verdict::Sufficient) filter_.add(from);
+      info.alpha_primal = a.primal;
+      info.alpha_dual = a.dual;
+      info.step_kind = 'c';
+      return true;
+    }
+    if (trial.merit.theta > kSecondOrderDecrease * last_theta) return false;
+    last_theta = trial.merit.theta;
+    c = a.primal * c + trial_.evaluation.c;
+    if (has_max()) kkt_.take_barrier_terms(point.iterate);
+  }
+  return false;
+}
+
+bool GlobalizedMethod::soft_step(Point& point, double mu, IterationInfo& info) {
+  // Near rounding no merit function sees the progress that the residual still makes.
+  const StepLength alpha =
+      largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
+  const double both = std::min(alpha.primal, alpha.dual);
+  set_trial(point, step_, both, both, mu);
+  ++info.trials;
+  if (!evaluate_values(trial_) || !evaluate_derivatives(trial_)) return false;
+  if (!(norm_error(trial_, mu) <= kSoftContraction * norm_error(point, mu))) return false;
+  if (has_max() && !inner_.unshifted_direction(trial_, mu, trial_direction_)) return false;
+  info.alpha_primal = info.alpha_dual = both;
+  info.step_kind = 'r';
+  accept(point);
+  return true;
+}
+
+std::optional<Status> GlobalizedMethod::leap(Point& point, double mu, IterationInfo& info) {
+  // No step is acceptable: take a long one all the same, finitely often.
+  if (++leaps_ > kMaxLeaps) {
+    message_ = has_max() ? "the branch of inner maxima ends here: no local minmax found"
+                         : "no acceptable step found";
+    return has_max() ? Status::NoLocalMinmaxFound : Status::TinyStep;
+  }
+  StepLength alpha =
+      largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
+  for (int cuts = 0; cuts < kMaxTrials; ++cuts, alpha.primal *= 0.5) {
+    set_trial(point, step_, alpha.primal, alpha.dual, mu);
+    ++info.trials;
+    if (!evaluate_values(trial_) || !evaluate_derivatives(trial_)) continue;
+    std::swap(point, trial_);
+    direction_known_ = false;
+    filter_.reset();
+    slow_steps_ = 0;
+    info.alpha_primal = alpha.primal;
+    info.alpha_dual = alpha.dual;
+    info.step_kind = 'l';
+    return std::nullopt;
+  }
+  message_ = canonical_.evaluation_error();
+  return Status::EvaluationFailed;
+}
+
+bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
+  if (++escapes_ > kMaxEscapes) return false;
+  direction_known_ = false;
+  filter_.reset();
+  info.trials = 0;
+  if (has_max()) {
+    if (!inner_.direction(point, mu, direction_)) return false;
+    if (direction_.shift.y > 0.0) {
+      const auto outcome =
+          inner_.maximize(point, mu, inner_target(point, mu), kInnerSteps, kInfinity, direction_);
+      info.step_kind = 'e';
+      return outcome == InnerMaximizer::Outcome::Maximum ||
+             outcome == InnerMaximizer::Outcome::NotFound;
+    }
+  }
+  // Inverse iteration with the shifted K turns to the direction of least curvature of phi.
+  Regularization shift = has_max() ? direction_.shift : Regularization{};
+  if (!newton_step(point, mu, shift)) return false;
+  const Index nx = canonical_.y().begin;
+  rhs_ = zero_step(canonical_);
+  for (Index i = 0; i < nx; ++i) rhs_.v[i] = std::sin(1.0 + i);
+  for (int k = 0; k < 6; ++k) {
+    if (!kkt_.solve(point.evaluation, rhs_, step_)) return false;
+    const double norm = step_.v.head(nx).norm();
+    if (!(norm > 0.0)) return false;
+    rhs_.v.head(nx) = step_.v.head(nx) / norm;
+    step_.v /= norm;
+  }
+  step_.lambda.setZero();
+  step_.z_lower.setZero();
+  step_.z_upper.setZero();
+  Merit from = merit(point, mu);
+  if (has_max()) from.phi += direction_.gain;
+  if (outer_slope(point, mu) > 0.0) step_.v = -step_.v;
+  const double length = 0.1 * (1.0 + max_norm(point.iterate.v));
+  for (double t = length; t > 1e-6 * length; t *= 0.5) {
+    for (const double sign : {1.0, -1.0}) {
+      correction_step_ = step_;
+      correction_step_.v *= sign * t;
+      const StepLength a = largest_step(canonical_, point.iterate, correction_step_, 0.9);
+      set_trial(point, correction_step_, a.primal, a.dual, mu);
+      ++info.trials;
+      const Trial trial = evaluate_trial(mu, 1.0, t, kInfinity);
+      if (!trial.usable || !(trial.merit.phi < from.phi - 1e-10 * (1.0 + std::abs(from.phi))))
+        continue;
+      if (!has_max() && !evaluate_derivatives(trial_)) continue;
+      accept(point);
+      info.alpha_primal = a.primal;
+      info.step_kind = 'e';
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <ipminmax/core/canonical_problem.hpp>
+#include <ipminmax/core/filter.hpp>
+#include <ipminmax/core/inertia_correction.hpp>
+#include <ipminmax/core/inner_maximizer.hpp>
+#include <ipminmax/core/kkt_system.hpp>
+#include <ipminmax/core/merit.hpp>
+#include <ipminmax/core/solver.hpp>
+#include <optional>
+#include <string>
+
+namespace ipminmax {
+
+/// The globalized method, core/algorithm.md: the minimizer descends on phi(x), the local maximum
+/// over y, estimated by the barrier value plus the predicted gain of the inner Newton step.
+/// Without Max variables this is Ipopt's filter line search.
+class GlobalizedMethod {
+ public:
+  GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
+                   const SolverOptions& options, Counts& counts);
+
+  /// Once, at the first point.
+  void start(const Point& point);
+  /// The barrier parameter changed: earlier merits no longer compare.
+  void barrier_changed();
+
+  /// One iteration: moves the point, fully evaluated at its end, and describes the step in info.
+  /// A status ends the solve; message() says more.
+  [[nodiscard]] std::optional<Status> step(Point& point, double mu, IterationInfo& info);
+
+  /// Leaves a first-order point with a wrong inertia along a direction of the offending curvature.
+  /// False: none of the allowed attempts is left, or none helps.
+  [[nodiscard]] bool escape(Point& point, double mu, IterationInfo& info);
+
+  [[nodiscard]] const std::string& message() const { return message_; }
+
+ private:
+  struct Trial {
+    bool usable = false;
+    Merit merit;
+  };
+  [[nodiscard]] bool has_max() const { return canonical_.max_size() > 0; }
+  [[nodiscard]] bool fast_step(Point& point, double mu, IterationInfo& info);
+  [[nodiscard]] std::optional<Status> shifted_joint_step(Point& point, double mu,
+                                                         IterationInfo& info);
+  [[nodiscard]] std::optional<Status> outer_step(Point& point, double mu, IterationInfo& info);
+  [[nodiscard]] bool newton_step(const Point& point, double mu, Regularization& shift);
+  [[nodiscard]] bool search(Point& point, double mu, IterationInfo& info);
+  [[nodiscard]] bool second_order_correction(const Point& point, double mu, const Merit& from,
+                                             double slope, double alpha, double first_theta,
+                                             IterationInfo& info);
+  [[nodiscard]] bool soft_step(Point& point, double mu, IterationInfo& info);
+  [[nodiscard]] std::optional<Status> leap(Point& point, double mu, IterationInfo& info);
+  [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha, double upper_bound);
+  void set_trial(const Point& from, const Step& step, double alpha_primal, double alpha_dual,
+                 double mu);
+  [[nodiscard]] bool evaluate_values(Point& point);
+  [[nodiscard]] bool evaluate_derivatives(Point& point);
+  void accept(Point& point);
+  [[nodiscard]] double inner_target(const Point& point, double mu) const;
+  [[nodiscard]] double outer_slope(const Point& point, double mu);
+  [[nodiscard]] double norm_error(const Point& point, double mu) const;
+  [[nodiscard]] Merit merit(const Point& point, double mu) const;
+
+  CanonicalProblem& canonical_;
+  KktSystem& kkt_;
+  InertiaCorrection& correction_;
+  const SolverOptions& options_;
+  Counts& counts_;
+  InnerMaximizer inner_;
+  Filter filter_;
+
+  Point trial_;
+  InnerDirection direction_;        ///< inner Newton step at the current point
+  InnerDirection trial_direction_;  ///< at the trial point
+  bool direction_known_ = false;    ///< direction_ belongs to the current point and mu's factor
+  NewtonResidual rhs_;
+  Step step_, correction_step_;
+  Eigen::VectorXd gradient_;
+  double last_slope_ = 1e20;
+  Index fast_pause_ = 0;  ///< iterations without the fast path after it failed
+  Index slow_steps_ = 0;  ///< short accepted steps in a row
+  Index leaps_ = 0;
+  Index escapes_ = 0;
+  Index soft_steps_ = 0;
+  Index inner_pause_ = 0;  ///< joint steps before the inner phase is tried again
+  Index inner_failures_ = 0;
+  std::string message_;
+};
+
+}  // namespace ipminmax

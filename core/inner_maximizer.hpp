@@ -1,0 +1,65 @@
+#pragma once
+
+#include <ipminmax/core/canonical_problem.hpp>
+#include <ipminmax/core/filter.hpp>
+#include <ipminmax/core/inertia_correction.hpp>
+#include <ipminmax/core/kkt_system.hpp>
+#include <ipminmax/core/merit.hpp>
+
+namespace ipminmax {
+
+/// Newton step of the inner maximization at fixed x.
+struct InnerDirection {
+  Step step;
+  double gain = 0.0;     ///< q: predicted increase of the barrier objective
+  Regularization shift;  ///< of K_yy
+};
+
+/// Maximizes the barrier objective over (y, s_y) at fixed x: Newton steps from K_yy alone, filter
+/// on (violation of the Max constraints, minus value), second-order correction.
+class InnerMaximizer {
+ public:
+  InnerMaximizer(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
+                 const SolverOptions& options);
+
+  enum class Outcome : std::uint8_t {
+    Maximum,     ///< K_yy right at zero shift and the gain at most the target
+    AboveBound,  ///< feasible with a value above the bound: phi(x) is larger still
+    NotFound,    ///< no maximum within the allowed steps
+    Unbounded    ///< y runs away
+  };
+
+  /// Assembles and factorizes K_yy at the point, shifted as needed; false: no shift helps.
+  [[nodiscard]] bool direction(const Point& point, double mu, InnerDirection& out);
+  /// The same with zero shift only; false when the inertia is wrong.
+  [[nodiscard]] bool unshifted_direction(const Point& point, double mu, InnerDirection& out);
+  /// Direction for another mu from the factorization at hand (same point).
+  [[nodiscard]] bool renew(const Point& point, double mu, InnerDirection& out);
+
+  /// Moves y, s_y and their multipliers of the point; out is the direction at its end.
+  [[nodiscard]] Outcome maximize(Point& point, double mu, double target, int max_steps,
+                                 double upper_bound, InnerDirection& out);
+
+  /// Error of the inner first-order conditions at mu.
+  [[nodiscard]] double error(const Point& point, double mu) const;
+
+ private:
+  [[nodiscard]] bool search(Point& point, double mu, InnerDirection& direction);
+  [[nodiscard]] bool escape(Point& point, double mu, InnerDirection& direction);
+  [[nodiscard]] bool evaluate_merit(Point& trial, double mu, Merit& merit);
+  [[nodiscard]] bool evaluate_derivatives(Point& point);
+  void move(const Point& from, const Step& step, double alpha_primal, double alpha_dual, double mu,
+            Point& to) const;
+
+  CanonicalProblem& canonical_;
+  KktSystem& kkt_;
+  InertiaCorrection& correction_;
+  const SolverOptions& options_;
+  Filter filter_;
+  Point trial_;
+  NewtonResidual rhs_;
+  Step correction_step_;
+  Eigen::VectorXd gradient_;
+};
+
+}  // namespace ipminmax
