@@ -1,7 +1,9 @@
 #pragma once
 
+#include <type_traits>
 #include <vector>
 
+#include <IpSmartPtr.hpp>
 #include <IpTNLP.hpp>
 
 #include <ipminmax/adapter/ipopt_version.hpp>
@@ -10,28 +12,99 @@
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
+static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Index, int>,
+              "Ipminmax needs an Ipopt with double precision numbers and int indices");
+
 /// An Ipopt model that says who owns what. One vector of variables, one of constraints, one
 /// objective and one Hessian of the Lagrangian sigma f + lambda' g serve both players.
 class MinMaxTNLP : public Ipopt::TNLP {
  public:
-  /// players: n entries, all Min on entry. False stops with Invalid_Problem_Definition.
+  /// players: n entries, all Min on entry. False stops with Invalid_Problem_Definition; so does
+  /// throwing INVALID_TNLP, whose message is then reported.
   virtual bool get_variable_players(Ipopt::Index n, Player* players) = 0;
 
   /// players: m entries; on entry what the Jacobian's structure implies (Max when the constraint
   /// has an entry in a Max variable). Override to give a constraint in Min variables to Max.
-  /// False stops with Invalid_Problem_Definition.
+  /// False or INVALID_TNLP as in get_variable_players.
   virtual bool get_constraint_players(Ipopt::Index m, Player* players);
 };
 
-/// Any unmodified Ipopt model, split from outside. Every call is passed on to the model.
+/// Any unmodified Ipopt model, split from outside. Every call is passed on to the model. An index
+/// that is out of range or given twice stops the solve with Invalid_Problem_Definition.
 class SplitTNLP : public MinMaxTNLP {
  public:
   /// max_variables: 0-based indices of the variables that the maximizer chooses.
   /// max_constraints: 0-based constraints given to Max besides the implied ones.
+  /// Throws std::invalid_argument when model is null.
   SplitTNLP(Ipopt::SmartPtr<Ipopt::TNLP> model, std::vector<Ipopt::Index> max_variables,
             std::vector<Ipopt::Index> max_constraints = {});
 
-  // (overrides of every TNLP method follow)
+  SplitTNLP(const SplitTNLP&) = delete;
+  SplitTNLP& operator=(const SplitTNLP&) = delete;
+
+  /// The model that is split.
+  [[nodiscard]] Ipopt::SmartPtr<Ipopt::TNLP> model() const { return model_; }
+
+  bool get_variable_players(Ipopt::Index n, Player* players) override;
+  bool get_constraint_players(Ipopt::Index m, Player* players) override;
+
+  bool get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
+                    Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) override;
+  bool get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& var_string_md,
+                            IntegerMetaDataMapType& var_integer_md,
+                            NumericMetaDataMapType& var_numeric_md, Ipopt::Index m,
+                            StringMetaDataMapType& con_string_md,
+                            IntegerMetaDataMapType& con_integer_md,
+                            NumericMetaDataMapType& con_numeric_md) override;
+  bool get_bounds_info(Ipopt::Index n, Ipopt::Number* x_l, Ipopt::Number* x_u, Ipopt::Index m,
+                       Ipopt::Number* g_l, Ipopt::Number* g_u) override;
+  bool get_scaling_parameters(Ipopt::Number& obj_scaling, bool& use_x_scaling, Ipopt::Index n,
+                              Ipopt::Number* x_scaling, bool& use_g_scaling, Ipopt::Index m,
+                              Ipopt::Number* g_scaling) override;
+  bool get_variables_linearity(Ipopt::Index n, LinearityType* var_types) override;
+  bool get_constraints_linearity(Ipopt::Index m, LinearityType* const_types) override;
+  bool get_starting_point(Ipopt::Index n, bool init_x, Ipopt::Number* x, bool init_z,
+                          Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m, bool init_lambda,
+                          Ipopt::Number* lambda) override;
+  bool get_warm_start_iterate(Ipopt::IteratesVector& warm_start_iterate) override;
+  bool eval_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
+              Ipopt::Number& obj_value) override;
+  bool eval_grad_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
+                   Ipopt::Number* grad_f) override;
+  bool eval_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
+              Ipopt::Number* g) override;
+  bool eval_jac_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
+                  Ipopt::Index nele_jac, Ipopt::Index* iRow, Ipopt::Index* jCol,
+                  Ipopt::Number* values) override;
+  bool eval_h(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Number obj_factor,
+              Ipopt::Index m, const Ipopt::Number* lambda, bool new_lambda, Ipopt::Index nele_hess,
+              Ipopt::Index* iRow, Ipopt::Index* jCol, Ipopt::Number* values) override;
+  void finalize_solution(Ipopt::SolverReturn status, Ipopt::Index n, const Ipopt::Number* x,
+                         const Ipopt::Number* z_L, const Ipopt::Number* z_U, Ipopt::Index m,
+                         const Ipopt::Number* g, const Ipopt::Number* lambda,
+                         Ipopt::Number obj_value, const Ipopt::IpoptData* ip_data,
+                         Ipopt::IpoptCalculatedQuantities* ip_cq) override;
+  void finalize_metadata(Ipopt::Index n, const StringMetaDataMapType& var_string_md,
+                         const IntegerMetaDataMapType& var_integer_md,
+                         const NumericMetaDataMapType& var_numeric_md, Ipopt::Index m,
+                         const StringMetaDataMapType& con_string_md,
+                         const IntegerMetaDataMapType& con_integer_md,
+                         const NumericMetaDataMapType& con_numeric_md) override;
+  bool intermediate_callback(Ipopt::AlgorithmMode mode, Ipopt::Index iter,
+                             Ipopt::Number obj_value, Ipopt::Number inf_pr, Ipopt::Number inf_du,
+                             Ipopt::Number mu, Ipopt::Number d_norm,
+                             Ipopt::Number regularization_size, Ipopt::Number alpha_du,
+                             Ipopt::Number alpha_pr, Ipopt::Index ls_trials,
+                             const Ipopt::IpoptData* ip_data,
+                             Ipopt::IpoptCalculatedQuantities* ip_cq) override;
+  Ipopt::Index get_number_of_nonlinear_variables() override;
+  bool get_list_of_nonlinear_variables(Ipopt::Index num_nonlin_vars,
+                                       Ipopt::Index* pos_nonlin_vars) override;
+
+ private:
+  Ipopt::SmartPtr<Ipopt::TNLP> model_;
+  std::vector<Ipopt::Index> max_variables_;
+  std::vector<Ipopt::Index> max_constraints_;
 };
 
 }  // namespace IPMINMAX_IPOPT_ABI

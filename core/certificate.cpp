@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <ipminmax/core/certificate.hpp>
+#include <ipminmax/core/merit.hpp>
 #include <ipminmax/core/residual.hpp>
 #include <ipminmax/core/step_length.hpp>
+#include <utility>
 
 namespace ipminmax {
 namespace {
@@ -66,33 +68,54 @@ double max_norm(const Eigen::VectorXd& v) {
   return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
 }
 
-/// Simplified Newton from the iterate at fixed mu: the second step must be a fraction of the first.
-bool newton_contracts(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& iterate,
-                      const Evaluation& evaluation, double mu) {
-  kkt.assemble(iterate, evaluation);
+/// Newton's method at fixed mu from a point: whether the second step with the same matrix is a
+/// fraction of the first. The point is left at the end of the first step.
+bool newton_contracts_here(CanonicalProblem& canonical, KktSystem& kkt, double mu, Point& point,
+                           bool& stop) {
+  stop = true;
+  kkt.assemble(point.iterate, point.evaluation);
   if (kkt.factorize({}).status != FactorizationStatus::Ok) return false;
   NewtonResidual rhs = zero_step(canonical);
   Step step = zero_step(canonical);
-  Eigen::VectorXd dual;
-  dual_residual(canonical, iterate, evaluation, dual);
-  newton_residual(canonical, iterate, evaluation, dual, mu, rhs);
-  if (!kkt.solve(evaluation, rhs, step)) return false;
+  newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
+  if (!kkt.solve(point.evaluation, rhs, step)) return false;
   const double first = max_norm(step.v);
-  if (first <= kNegligibleStep * (1.0 + max_norm(iterate.v))) return true;
+  if (first <= kNegligibleStep * (1.0 + max_norm(point.iterate.v))) return true;
 
   constexpr double kTau = 0.99;
-  const StepLength alpha = largest_step(canonical, iterate, step, kTau);
-  if (std::min(alpha.primal, alpha.dual) < 1.0) return false;
-  Iterate next = iterate;
-  advance(step, {}, next);
-  Evaluation there = evaluation;
-  if (canonical.constraints(next.v, there.c) != EvaluationStatus::Ok ||
-      canonical.first_derivatives(next.v, there) != EvaluationStatus::Ok) {
+  const StepLength alpha = largest_step(canonical, point.iterate, step, kTau);
+  const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
+  Point next = point;
+  advance(step, alpha, next.iterate);
+  if (canonical.constraints(next.iterate.v, next.evaluation.c) != EvaluationStatus::Ok ||
+      canonical.first_derivatives(next.iterate.v, next.evaluation) != EvaluationStatus::Ok) {
     return false;
   }
-  dual_residual(canonical, next, there, dual);
-  newton_residual(canonical, next, there, dual, mu, rhs);
-  return kkt.solve(evaluation, rhs, step) && max_norm(step.v) <= kContraction * first;
+  dual_residual(canonical, next.iterate, next.evaluation, next.dual);
+  newton_residual(canonical, next.iterate, next.evaluation, next.dual, mu, rhs);
+  // Solved with the first point's matrix, barrier terms included.
+  if (!kkt.solve(point.evaluation, rhs, step)) return false;
+  stop = false;
+  std::swap(point, next);
+  return full && max_norm(step.v) <= kContraction * first;
+}
+
+/// Whether Newton's method for the equations at mu converges fast from the iterate; a weakly active
+/// bound may need a few steps to get there.
+bool newton_contracts(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& iterate,
+                      const Evaluation& evaluation, double mu) {
+  constexpr int kRounds = 4;
+  Point point{iterate, evaluation, {}};
+  dual_residual(canonical, iterate, evaluation, point.dual);
+  for (int round = 0;; ++round) {
+    bool stop = false;
+    if (newton_contracts_here(canonical, kkt, mu, point, stop)) return true;
+    if (stop || round == kRounds) return false;
+    if (canonical.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
+        EvaluationStatus::Ok) {
+      return false;
+    }
+  }
 }
 
 class SecondOrderTest {

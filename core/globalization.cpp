@@ -27,6 +27,8 @@ constexpr double kSoftContraction = 0.9999;
 constexpr int kSecondOrderSteps = 4;
 constexpr double kSecondOrderDecrease = 0.99;  // kappa_soc
 constexpr int kMaxTrials = 60;
+constexpr int kRoughTrials = 6;       // with an inexact inner maximum
+constexpr double kExactGain = 1e-13;  // |q| of an exact one
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double max_norm(const Eigen::VectorXd& v) {
@@ -274,20 +276,35 @@ GlobalizedMethod::Trial GlobalizedMethod::evaluate_trial(double mu, double slope
 }
 
 std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, IterationInfo& info) {
-  Regularization shift;
-  if (has_max()) {
-    shift = direction_.shift;
-    shift.x = shift.lambda_x = 0.0;
+  bool inner_exact = !has_max();
+  for (;;) {
+    Regularization shift;
+    if (has_max()) {
+      shift = direction_.shift;
+      shift.x = shift.lambda_x = 0.0;
+    }
+    if (!newton_step(point, mu, shift)) {
+      message_ = "no shift of the Hessian gives the KKT matrix the expected inertia";
+      return Status::InertiaCorrectionFailed;
+    }
+    info.delta_x = shift.x;
+    info.delta_y = shift.y;
+    info.step_norm = max_norm(step_.v);
+    info.step_kind = shift.x > 0.0 ? 's' : 'f';
+    if (search(point, mu, inner_exact ? kMaxTrials : kRoughTrials, info)) return std::nullopt;
+    // Rejections may be the fault of phi's estimate: make it exact and search once more.
+    if (inner_exact || std::abs(direction_.gain) <= kExactGain) break;
+    inner_exact = true;
+    Point refined = point;
+    if (inner_.maximize(refined, mu, kExactGain, kInnerSteps, kInfinity, direction_) ==
+        InnerMaximizer::Outcome::Maximum) {
+      point = refined;
+      filter_.reset();
+    } else if (!inner_.direction(point, mu, direction_)) {
+      message_ = "no shift of the Max variables gives K_yy the expected inertia";
+      return Status::InertiaCorrectionFailed;
+    }
   }
-  if (!newton_step(point, mu, shift)) {
-    message_ = "no shift of the Hessian gives the KKT matrix the expected inertia";
-    return Status::InertiaCorrectionFailed;
-  }
-  info.delta_x = shift.x;
-  info.delta_y = shift.y;
-  info.step_norm = max_norm(step_.v);
-  info.step_kind = shift.x > 0.0 ? 's' : 'f';
-  if (search(point, mu, info)) return std::nullopt;
   if (soft_steps_ < kMaxSoftSteps && soft_step(point, mu, info)) {
     ++soft_steps_;
     return std::nullopt;
@@ -295,7 +312,7 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
   return leap(point, mu, info);
 }
 
-bool GlobalizedMethod::search(Point& point, double mu, IterationInfo& info) {
+bool GlobalizedMethod::search(Point& point, double mu, int max_trials, IterationInfo& info) {
   const StepLength alpha =
       largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
   const double slope = outer_slope(point, mu);
@@ -308,7 +325,7 @@ bool GlobalizedMethod::search(Point& point, double mu, IterationInfo& info) {
   info.alpha_dual = alpha.dual;
 
   double t = alpha.primal;
-  for (int k = 0; k < kMaxTrials && t >= smallest; ++k, t *= 0.5) {
+  for (int k = 0; k < max_trials && t >= smallest; ++k, t *= 0.5) {
     set_trial(point, step_, t, alpha.dual, mu);
     ++info.trials;
     info.alpha_primal = t;

@@ -46,7 +46,7 @@ class GlobalizedMethod {
                                                          IterationInfo& info);
   [[nodiscard]] std::optional<Status> outer_step(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] bool newton_step(const Point& point, double mu, Regularization& shift);
-  [[nodiscard]] bool search(Point& point, double mu, IterationInfo& info);
+  [[nodiscard]] bool search(Point& point, double mu, int max_trials, IterationInfo& info);
   [[nodiscard]] bool second_order_correction(const Point& point, double mu, const Merit& from,
                                              double slope, double alpha, double first_theta,
                                              IterationInfo& info);

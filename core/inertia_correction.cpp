@@ -119,18 +119,20 @@ bool InertiaCorrection::raise_for_instability(Regularization& shift) {
     scaled.x *= fraction;
     scaled.y *= fraction;
     if (!kkt_.has_expected_inertia(kkt_.factorize(scaled))) break;
-    const double raised = shift.x == 0.0 ? first_shift(last_x_) : next_shift(shift.x, 1.0);
+    const double raised = std::max(
+        shift.x == 0.0 ? first_shift(last_x_) : next_shift(shift.x, 1.0),
+        options_.minmax_warm_start_shifts ? options_.perturb_dec_fact * last_raised_x_ : 0.0);
     if (raised > kInstabilityCap) break;
     shift.x = raised;
   }
   if (shift.x > accepted_x) {
     ++counts_.instability_raises;
-    last_x_ = shift.x;
+    last_raised_x_ = shift.x;
   }
-  // Larger delta_x keeps K's inertia in exact arithmetic.
-  while (!kkt_.has_expected_inertia(kkt_.factorize(shift))) {
-    shift.x = next_shift(std::max(shift.x, options_.first_hessian_perturbation), 1.0);
-    if (shift.x > options_.max_hessian_perturbation) return false;
+  // Larger delta_x keeps K's inertia in exact arithmetic; where rounding disagrees, do without.
+  if (!kkt_.has_expected_inertia(kkt_.factorize(shift))) {
+    shift.x = accepted_x;
+    if (!kkt_.has_expected_inertia(kkt_.factorize(shift))) return false;
   }
   return restore_inner();
 }

@@ -27,7 +27,7 @@ class InertiaCorrection {
   [[nodiscard]] bool correct_full(double mu, Regularization& shift);
 
   /// Forgets the last shifts.
-  void reset() { last_x_ = last_y_ = 0.0; }
+  void reset() { last_x_ = last_raised_x_ = last_y_ = 0.0; }
 
   /// Shift of Max at which K_yy still had a wrong inertia in the last correct_inner; 0 if none > 0.
   [[nodiscard]] double last_failed_y() const { return failed_y_; }
@@ -43,6 +43,7 @@ class InertiaCorrection {
   const SolverOptions& options_;
   Counts& counts_;
   double last_x_ = 0.0;
+  double last_raised_x_ = 0.0;  ///< of line 7; kept apart, it says nothing about K's own need
   double last_y_ = 0.0;
   double failed_y_ = 0.0;
 };

@@ -62,6 +62,17 @@ inline State advance(const State& s, const Control& c, Number speed) {
           s.ex + c.dx, s.ey + c.dy};
 }
 
+/// The control as an actuator applies it: cut to what the player is able to do.
+inline Control saturate(Control c, const Parameters& limits) {
+  c.u = std::clamp(c.u, -limits.u_max, limits.u_max);
+  const Number pace = std::hypot(c.dx, c.dy);
+  if (pace > limits.d_max) {
+    c.dx *= limits.d_max / pace;
+    c.dy *= limits.d_max / pace;
+  }
+  return c;
+}
+
 inline Number squared_distance(const State& s) {
   return (s.px - s.ex) * (s.px - s.ex) + (s.py - s.ey) * (s.py - s.ey);
 }

@@ -8,9 +8,9 @@
 //   certified pursuit_evasion --refined 40     the same pursuit in 40 smaller steps pursuit_evasion
 //   --figure         the paper's figure: what the instability rule changes
 //
-// A solve may end at a point that is no certified local minmax. Its controls are applied all the
-// same, because in closed loop something has to be; so every mean is printed with the share of
-// certified solves.
+// A solve may end at a point that is no certified local minmax, or not even feasible. Its controls
+// are applied all the same, cut to the players' limits, because in closed loop something has to be;
+// so every mean is printed with the share of certified solves.
 
 #include <algorithm>
 #include <array>
@@ -23,10 +23,9 @@
 #include <fstream>
 #include <ipminmax/adapter/minmax_application.hpp>
 #include <limits>
-#include <memory>
 #include <stdexcept>
 #include <string>
-#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "chauffeur_tnlp.hpp"
@@ -38,6 +37,7 @@ using chauffeur::Control;
 using chauffeur::State;
 
 constexpr int kNever = std::numeric_limits<int>::max();
+constexpr double kLimitTolerance = 1e-4;  // relative; tol leaves the limits a little soft
 
 struct Settings {
   chauffeur::Parameters parameters;
@@ -45,6 +45,7 @@ struct Settings {
   Control guess{0.01, 0.002, 0.001};  ///< of every stage at the first step; not symmetric
   int steps = 50;
   int instability_from = 1;   ///< first step with line 7 of Algorithm 1
+  bool saturate = true;       ///< cut controls to their limits before they are applied
   std::string globalization;  ///< empty: the solver's default
   bool cold_shifts = false;
   bool paper_rules = false;
@@ -61,8 +62,9 @@ struct Step {
   double squared_distance = 0.0;  ///< |p - e|^2 after the step
   double cost = 0.0;              ///< objective of the solve, without the scale
   double milliseconds = 0.0;
-  Control control;  ///< applied
-  State state;      ///< after the step
+  Control control;      ///< applied
+  double excess = 0.0;  ///< the larger of |u| / u_max and |d| / d_max before it was cut
+  State state;          ///< after the step
 };
 
 struct Run {
@@ -93,6 +95,7 @@ void use_set(const std::string& name, Settings& settings) {
     if (name != std::string(1, set.name)) continue;
     settings.parameters = set.parameters;
     settings.start = set.start;
+    if (set.name == 'A') settings.max_iter = 100;
     return;
   }
   throw std::invalid_argument("the sets are A, B, C, D and E");
@@ -107,8 +110,9 @@ void set_options(const Settings& settings, Ipopt::OptionsList& options) {
   options.SetStringValue("sb", "yes");
   options.SetNumericValue("tol", settings.tol);
   options.SetIntegerValue("max_iter", settings.max_iter);
-  if (!settings.globalization.empty())
-    options.SetStringValue("minmax_globalization", settings.globalization);
+  if (!settings.globalization.empty() &&
+      !options.SetStringValue("minmax_globalization", settings.globalization))
+    throw std::invalid_argument("minmax_globalization has no value " + settings.globalization);
   if (settings.cold_shifts) options.SetStringValue("minmax_warm_start_shifts", "no");
   if (!settings.paper_rules) return;
   options.SetStringValue("minmax_barrier_rule", "paper");
@@ -121,8 +125,12 @@ void set_options(const Settings& settings, Ipopt::OptionsList& options) {
   options.SetIntegerValue("acceptable_iter", 0);
 }
 
+double excess(const Control& c, const chauffeur::Parameters& limits) {
+  return std::max(std::abs(c.u) / limits.u_max, std::hypot(c.dx, c.dy) / limits.d_max);
+}
+
 void print_step(const Step& step) {
-  std::printf("%4d  %-24s %4s %5d %5d %11.5f %12.4f %9.3f\n", step.t, step.status.c_str(),
+  std::printf("%4d  %-35s %4s %5d %5d %11.5f %12.4f %9.3f\n", step.t, step.status.c_str(),
               step.certified ? "yes" : "-", step.iterations, step.factorizations,
               step.squared_distance, step.cost, step.milliseconds);
 }
@@ -138,7 +146,8 @@ Run closed_loop(const Settings& settings, const std::string& title) {
     throw std::runtime_error("the solver refuses its options");
 
   std::printf(
-      "\n%s\n   t  status                   cert  iter  fact     |p-e|^2         cost        ms\n",
+      "\n%s\n   t  status                              cert  iter  fact     |p-e|^2         cost   "
+      "     ms\n",
       title.c_str());
   for (int t = 1; t <= settings.steps; ++t) {
     app->Options()->SetStringValue("minmax_instability",
@@ -151,49 +160,78 @@ Run closed_loop(const Settings& settings, const std::string& title) {
       app->ReOptimizeTNLP(Ipopt::GetRawPtr(model));  // same structure: keeps the ordering
     }
     const ipminmax::Result& result = app->LastResult();
-    const Control control = model->controls().front();
+    if (result.status == ipminmax::Status::InvalidOption ||
+        result.status == ipminmax::Status::InvalidProblem)
+      throw std::runtime_error(result.message);
+    const Control wanted = model->controls().front();
+    const Control control =
+        settings.saturate ? chauffeur::saturate(wanted, settings.parameters) : wanted;
     state = advance(state, control, settings.parameters.speed);
 
-    run.steps.push_back({t, std::string(name_of(result.status)),
-                         result.certificate.kind == ipminmax::PointKind::LocalMinmax,
-                         result.iterations, result.factorizations, squared_distance(state),
-                         result.objective / settings.parameters.scale, 1e3 * result.seconds,
-                         control, state});
+    Step step;
+    step.t = t;
+    step.status = name_of(result.status);
+    step.certified = result.certificate.kind == ipminmax::PointKind::LocalMinmax;
+    step.iterations = result.iterations;
+    step.factorizations = result.factorizations;
+    step.squared_distance = squared_distance(state);
+    step.cost = result.objective / settings.parameters.scale;
+    step.milliseconds = 1e3 * result.seconds;
+    step.control = control;
+    step.excess = excess(wanted, settings.parameters);
+    step.state = state;
+    run.steps.push_back(std::move(step));
     print_step(run.steps.back());
   }
   return run;
 }
 
-/// "mean |p-e|^2 2.0 over steps 1 to 50 (47 of 50 solves certified)" for steps first to last.
-void print_mean(const Run& run, int first, int last) {
-  double sum = 0.0;
+/// Mean over steps first to last, with the share of certified solves.
+struct Mean {
+  double squared_distance = 0.0;
   int certified = 0;
+  int steps = 0;
+};
+
+Mean mean_of(const Run& run, int first, int last) {
+  Mean mean;
+  mean.steps = last - first + 1;
   for (int t = first; t <= last; ++t) {
     const Step& step = run.steps[static_cast<std::size_t>(t - 1)];
-    sum += step.squared_distance;
-    certified += step.certified;
+    mean.squared_distance += step.squared_distance / mean.steps;
+    mean.certified += step.certified ? 1 : 0;
   }
-  const int number = last - first + 1;
-  std::printf("  mean |p-e|^2 %8.4f over steps %d to %d (%d of %d solves certified)\n",
-              sum / number, first, last, certified, number);
+  return mean;
 }
 
-void print_summary(const Run& run, int instability_from) {
+void print_mean(const Run& run, int first, int last) {
+  const Mean mean = mean_of(run, first, last);
+  std::printf("  mean |p-e|^2 %8.4f over steps %d to %d (%d of %d solves certified)\n",
+              mean.squared_distance, first, last, mean.certified, mean.steps);
+}
+
+void print_summary(const Run& run, const Settings& settings) {
   const int steps = static_cast<int>(run.steps.size());
+  const int from = settings.instability_from;
   std::printf("%s\n", run.title.c_str());
   print_mean(run, 1, steps);
-  if (instability_from > 1 && instability_from <= steps) {
-    print_mean(run, 1, instability_from - 1);
-    print_mean(run, instability_from, steps);
+  if (from > 1 && from <= steps) {
+    print_mean(run, 1, from - 1);
+    print_mean(run, from, steps);
   }
-  double milliseconds = 0.0;
-  int iterations = 0;
+  double milliseconds = 0.0, iterations = 0.0, largest = 0.0;
+  int beyond = 0;
   for (const Step& step : run.steps) {
     milliseconds += step.milliseconds;
     iterations += step.iterations;
+    largest = std::max(largest, step.excess);
+    beyond += step.excess > 1.0 + kLimitTolerance ? 1 : 0;
   }
   std::printf("  mean time %.3f ms, mean iterations %.1f\n", milliseconds / steps,
-              static_cast<double>(iterations) / steps);
+              iterations / steps);
+  if (beyond > 0)
+    std::printf("  %d of %d solves ended with a control beyond its limit, up to %.1f times; %s\n",
+                beyond, steps, largest, settings.saturate ? "it was cut" : "it was NOT cut");
 }
 
 // ---- Files --------------------------------------------------------------------------------------
@@ -213,18 +251,55 @@ void write_csv(const Run& run, const std::filesystem::path& file) {
   std::printf("wrote %s\n", file.string().c_str());
 }
 
-/// One panel per run: both trajectories, circles where the solve was not certified.
+/// Square around both trajectories, with a margin.
+struct Window {
+  double x = 0.0, y = 0.0, half = 0.0;
+};
+
+Window window_of(const Run& run) {
+  double left = run.start.px, right = left, low = run.start.py, high = low;
+  const auto include = [&](double x, double y) {
+    left = std::min(left, x);
+    right = std::max(right, x);
+    low = std::min(low, y);
+    high = std::max(high, y);
+  };
+  include(run.start.ex, run.start.ey);
+  for (const Step& step : run.steps) {
+    include(step.state.px, step.state.py);
+    include(step.state.ex, step.state.ey);
+  }
+  return {0.5 * (left + right), 0.5 * (low + high), 0.55 * std::max(right - left, high - low)};
+}
+
+/// Both trajectories, with circles where the solve was not certified and squares at the start.
+void draw_panel(std::FILE* out, const Run& run, std::size_t data) {
+  const Mean mean = mean_of(run, 1, static_cast<int>(run.steps.size()));
+  const Window w = window_of(run);
+  std::fprintf(out, "set xrange [%g:%g]\nset yrange [%g:%g]\n", w.x - w.half, w.x + w.half,
+               w.y - w.half, w.y + w.half);
+  std::fprintf(out, "set title \"%s\\nmean |p-e|^2 %.3f, %d of %d solves certified\"\n",
+               run.title.c_str(), mean.squared_distance, mean.certified, mean.steps);
+  std::fprintf(out,
+               "plot $run%zu using 1:2 with linespoints pt 7 ps 0.5 lc rgb '#c03030' "
+               "title 'pursuer', "
+               "'' using 3:4 with linespoints pt 7 ps 0.5 lc rgb '#3050c0' title 'evader', "
+               "'' using 3:($5 == 0 ? $4 : NaN) with points pt 6 ps 1.3 lc rgb '#808080' "
+               "title 'not certified', "
+               "'' every ::0::0 using 1:2 with points pt 4 ps 1.6 lc rgb '#c03030' notitle, "
+               "'' every ::0::0 using 3:4 with points pt 4 ps 1.6 lc rgb '#3050c0' notitle\n",
+               data);
+}
+
+/// One panel per run, by gnuplot.
 void draw(const std::vector<Run>& runs, const std::filesystem::path& file) {
   if (std::system("command -v gnuplot >/dev/null 2>&1") != 0) {
     std::printf("gnuplot is not installed: no picture\n");
     return;
   }
-  const auto close = [](std::FILE* pipe) { return pclose(pipe); };
-  const std::unique_ptr<std::FILE, decltype(close)> pipe(popen("gnuplot", "w"), close);
-  if (!pipe) throw std::runtime_error("cannot start gnuplot");
-  std::FILE* out = pipe.get();
-
-  std::fprintf(out, "set terminal pngcairo size %zu,560\nset output '%s'\n", 520 * runs.size(),
+  std::FILE* out = popen("gnuplot", "w");
+  if (out == nullptr) throw std::runtime_error("cannot start gnuplot");
+  std::fprintf(out, "set terminal pngcairo size %zu,600\nset output '%s'\n", 520 * runs.size(),
                file.string().c_str());
   for (std::size_t k = 0; k < runs.size(); ++k) {
     const State& s = runs[k].start;
@@ -234,22 +309,11 @@ void draw(const std::vector<Run>& runs, const std::filesystem::path& file) {
                    step.state.ey, step.certified ? 1 : 0);
     std::fprintf(out, "END\n");
   }
-  std::fprintf(out,
-               "set multiplot layout 1,%zu\nset size ratio -1\nset key below\nset grid\n"
-               "set offsets graph 0.05, graph 0.05, graph 0.05, graph 0.05\n",
+  std::fprintf(out, "set multiplot layout 1,%zu\nset size square\nset key below\nset grid\n",
                runs.size());
-  for (std::size_t k = 0; k < runs.size(); ++k)
-    std::fprintf(out,
-                 "set title \"%s\"\n"
-                 "plot $run%zu using 1:2 with linespoints pt 7 ps 0.5 lc rgb '#c03030' "
-                 "title 'pursuer', "
-                 "'' using 3:4 with linespoints pt 7 ps 0.5 lc rgb '#3050c0' title 'evader', "
-                 "'' using 3:($5 == 0 ? $4 : NaN) with points pt 6 ps 1.3 lc rgb '#808080' "
-                 "title 'not certified', "
-                 "'' every ::0::0 using 1:2 with points pt 4 ps 1.6 lc rgb '#c03030' notitle, "
-                 "'' every ::0::0 using 3:4 with points pt 4 ps 1.6 lc rgb '#3050c0' notitle\n",
-                 runs[k].title.c_str(), k);
+  for (std::size_t k = 0; k < runs.size(); ++k) draw_panel(out, runs[k], k);
   std::fprintf(out, "unset multiplot\n");
+  if (pclose(out) != 0) throw std::runtime_error("gnuplot cannot draw " + file.string());
   std::printf("wrote %s\n", file.string().c_str());
 }
 
@@ -264,7 +328,7 @@ std::string title_of(int instability_from) {
 void single_run(const Settings& settings, const std::filesystem::path& output) {
   const Run run = closed_loop(settings, title_of(settings.instability_from));
   std::printf("\n");
-  print_summary(run, settings.instability_from);
+  print_summary(run, settings);
   write_csv(run, output / "pursuit_evasion.csv");
   draw({run}, output / "pursuit_evasion.png");
 }
@@ -282,17 +346,20 @@ void figure(Settings settings, const std::filesystem::path& output) {
   }
   std::printf("\n");
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    print_summary(runs[k], from[k]);
+    settings.instability_from = from[k];
+    print_summary(runs[k], settings);
     write_csv(runs[k], output / ("figure_" + std::to_string(k + 1) + ".csv"));
   }
   draw(runs, output / "figure.png");
   std::printf(
-      "\nThe paper prints no parameters. Sets A to E were selected by search among about 1500 "
-      "BECAUSE\n"
-      "they show its pattern, which is fragile: it starts with controls of solves that did not\n"
-      "converge, and with other shift or barrier rules the curves may coincide or swap roles. "
-      "Read\n"
-      "every mean with its share of certified solves.\n");
+      "\nThe paper prints no parameters. Sets A to E were selected by search among about 1500\n"
+      "BECAUSE they show its pattern. The pattern is fragile: it depends on controls of solves "
+      "that\n"
+      "did not converge, applied as they are, even beyond the players' limits. With --saturate "
+      "yes,\n"
+      "another starting guess, other shift or barrier rules, the curves may coincide or swap "
+      "roles.\n"
+      "Read every mean with its share of certified solves.\n");
 }
 
 int first_step_with_rule(const std::string& text) {
@@ -325,6 +392,7 @@ int run(int argc, char** argv) {
                    [&](const std::string&) {
                      if (!chose_parameters) use_set("C", settings);
                      figure_mode = true;
+                     settings.saturate = false;
                    });
   command_line.add("--set", "A|B|C|D|E", "parameters and start that show the figure's pattern",
                    [&](const std::string& name) {
@@ -357,6 +425,12 @@ int run(int argc, char** argv) {
                         "shifts start anew in every iteration");
   command_line.add_flag("--paper-rules", settings.paper_rules,
                         "barrier rule and starting values as in the figure");
+  command_line.add("--saturate", "yes|no",
+                   "cut controls to their limits before they are applied (yes; no with --figure)",
+                   [&](const std::string& text) {
+                     if (text != "yes" && text != "no") throw std::invalid_argument("yes or no");
+                     settings.saturate = text == "yes";
+                   });
   command_line.add("--tol", settings.tol, "tolerance of a solve (1e-6)");
   command_line.add("--max-iter", settings.max_iter, "iterations of a solve (200)");
   command_line.add("--output", output, "folder for the .csv and .png files (.)");

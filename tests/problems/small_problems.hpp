@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -17,12 +18,12 @@ enum class Expectation : std::uint8_t {
 
 /// A solution; multipliers with the signs of Result.
 struct KnownSolution {
-  std::vector<double> v;
+  std::vector<double> v{};
   double objective = 0.0;
-  std::vector<double> lambda;   ///< m
-  std::vector<double> z_lower;  ///< n, or empty: all zero
-  std::vector<double> z_upper;  ///< n, or empty: all zero
-  bool global = false;          ///< proven to be the global minmax
+  std::vector<double> lambda{};   ///< m
+  std::vector<double> z_lower{};  ///< n, or empty: all zero
+  std::vector<double> z_upper{};  ///< n, or empty: all zero
+  bool global = false;            ///< proven to be the global minmax
 };
 
 struct Interval {
@@ -31,14 +32,14 @@ struct Interval {
 };
 
 struct SmallProblem {
-  std::string name;
+  std::string name{};
   Expectation expectation = Expectation::Local;
-  Model model;
-  std::vector<std::vector<double>> starts;
-  std::vector<KnownSolution> solutions;  ///< none for Expectation::None
+  Model model{};
+  std::vector<std::vector<double>> starts{};
+  std::vector<KnownSolution> solutions{};  ///< none for Expectation::None
   /// First-order points that are not local minmax.
-  std::vector<std::vector<double>> not_minmax;
-  std::vector<Interval> random_start_box;  ///< n
+  std::vector<std::vector<double>> not_minmax{};
+  std::vector<Interval> random_start_box{};  ///< n
 };
 
 /// Problems with known answers, from the literature and constructed. Made once.

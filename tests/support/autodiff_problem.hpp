@@ -316,8 +316,9 @@ class AutodiffProblem final : public Problem {
     for (const Expression& constraint : constraints_) include(constraint);
     for (std::size_t col = 0; col < n; ++col) {
       const Mask from_diagonal = pattern[col] >> col << col;
-      for_each(from_diagonal,
-               [&](Index row) { structure_.hessian.push_back({row, static_cast<Index>(col)}); });
+      for_each(from_diagonal, [&](Index row) {
+        structure_.hessian.push_back({row, static_cast<Index>(col)});
+      });
     }
   }
 

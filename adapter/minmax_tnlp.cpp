@@ -1,0 +1,173 @@
+#include <ipminmax/adapter/minmax_tnlp.hpp>
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+namespace {
+
+/// Gives players[i] to Max for every index i. what: "variable" or "constraint".
+void give_to_max(const std::vector<Index>& indices, Index size, const std::string& what,
+                 Player* players) {
+  const std::string list = "SplitTNLP: max_" + what + "s";
+  std::vector<std::ptrdiff_t> first_place(static_cast<std::size_t>(size), -1);
+  for (std::size_t k = 0; k < indices.size(); ++k) {
+    const Index i = indices[k];
+    if (i < 0 || i >= size) {
+      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP,
+                      list + "[" + std::to_string(k) + "] = " + std::to_string(i) +
+                          " is out of range: the model has " + std::to_string(size) + " " + what +
+                          "s (indices are 0-based)");
+    }
+    std::ptrdiff_t& place = first_place[static_cast<std::size_t>(i)];
+    if (place >= 0) {
+      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP,
+                      list + " holds index " + std::to_string(i) + " twice, at places " +
+                          std::to_string(place) + " and " + std::to_string(k));
+    }
+    place = static_cast<std::ptrdiff_t>(k);
+    players[i] = Player::Max;
+  }
+}
+
+}  // namespace
+
+bool MinMaxTNLP::get_constraint_players(Ipopt::Index, Player*) { return true; }
+
+SplitTNLP::SplitTNLP(Ipopt::SmartPtr<Ipopt::TNLP> model, std::vector<Ipopt::Index> max_variables,
+                     std::vector<Ipopt::Index> max_constraints)
+    : model_(std::move(model)),
+      max_variables_(std::move(max_variables)),
+      max_constraints_(std::move(max_constraints)) {
+  if (Ipopt::IsNull(model_)) throw std::invalid_argument("SplitTNLP: the model is null");
+}
+
+bool SplitTNLP::get_variable_players(Ipopt::Index n, Player* players) {
+  give_to_max(max_variables_, n, "variable", players);
+  return true;
+}
+
+bool SplitTNLP::get_constraint_players(Ipopt::Index m, Player* players) {
+  give_to_max(max_constraints_, m, "constraint", players);
+  return true;
+}
+
+bool SplitTNLP::get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
+                             Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) {
+  return model_->get_nlp_info(n, m, nnz_jac_g, nnz_h_lag, index_style);
+}
+
+bool SplitTNLP::get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& var_string_md,
+                                     IntegerMetaDataMapType& var_integer_md,
+                                     NumericMetaDataMapType& var_numeric_md, Ipopt::Index m,
+                                     StringMetaDataMapType& con_string_md,
+                                     IntegerMetaDataMapType& con_integer_md,
+                                     NumericMetaDataMapType& con_numeric_md) {
+  return model_->get_var_con_metadata(n, var_string_md, var_integer_md, var_numeric_md, m,
+                                      con_string_md, con_integer_md, con_numeric_md);
+}
+
+bool SplitTNLP::get_bounds_info(Ipopt::Index n, Ipopt::Number* x_l, Ipopt::Number* x_u,
+                                Ipopt::Index m, Ipopt::Number* g_l, Ipopt::Number* g_u) {
+  return model_->get_bounds_info(n, x_l, x_u, m, g_l, g_u);
+}
+
+bool SplitTNLP::get_scaling_parameters(Ipopt::Number& obj_scaling, bool& use_x_scaling,
+                                       Ipopt::Index n, Ipopt::Number* x_scaling,
+                                       bool& use_g_scaling, Ipopt::Index m,
+                                       Ipopt::Number* g_scaling) {
+  return model_->get_scaling_parameters(obj_scaling, use_x_scaling, n, x_scaling, use_g_scaling, m,
+                                        g_scaling);
+}
+
+bool SplitTNLP::get_variables_linearity(Ipopt::Index n, LinearityType* var_types) {
+  return model_->get_variables_linearity(n, var_types);
+}
+
+bool SplitTNLP::get_constraints_linearity(Ipopt::Index m, LinearityType* const_types) {
+  return model_->get_constraints_linearity(m, const_types);
+}
+
+bool SplitTNLP::get_starting_point(Ipopt::Index n, bool init_x, Ipopt::Number* x, bool init_z,
+                                   Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m,
+                                   bool init_lambda, Ipopt::Number* lambda) {
+  return model_->get_starting_point(n, init_x, x, init_z, z_L, z_U, m, init_lambda, lambda);
+}
+
+bool SplitTNLP::get_warm_start_iterate(Ipopt::IteratesVector& warm_start_iterate) {
+  return model_->get_warm_start_iterate(warm_start_iterate);
+}
+
+bool SplitTNLP::eval_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
+                       Ipopt::Number& obj_value) {
+  return model_->eval_f(n, x, new_x, obj_value);
+}
+
+bool SplitTNLP::eval_grad_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
+                            Ipopt::Number* grad_f) {
+  return model_->eval_grad_f(n, x, new_x, grad_f);
+}
+
+bool SplitTNLP::eval_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
+                       Ipopt::Number* g) {
+  return model_->eval_g(n, x, new_x, m, g);
+}
+
+bool SplitTNLP::eval_jac_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
+                           Ipopt::Index nele_jac, Ipopt::Index* iRow, Ipopt::Index* jCol,
+                           Ipopt::Number* values) {
+  return model_->eval_jac_g(n, x, new_x, m, nele_jac, iRow, jCol, values);
+}
+
+bool SplitTNLP::eval_h(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
+                       Ipopt::Number obj_factor, Ipopt::Index m, const Ipopt::Number* lambda,
+                       bool new_lambda, Ipopt::Index nele_hess, Ipopt::Index* iRow,
+                       Ipopt::Index* jCol, Ipopt::Number* values) {
+  return model_->eval_h(n, x, new_x, obj_factor, m, lambda, new_lambda, nele_hess, iRow, jCol,
+                        values);
+}
+
+void SplitTNLP::finalize_solution(Ipopt::SolverReturn status, Ipopt::Index n,
+                                  const Ipopt::Number* x, const Ipopt::Number* z_L,
+                                  const Ipopt::Number* z_U, Ipopt::Index m, const Ipopt::Number* g,
+                                  const Ipopt::Number* lambda, Ipopt::Number obj_value,
+                                  const Ipopt::IpoptData* ip_data,
+                                  Ipopt::IpoptCalculatedQuantities* ip_cq) {
+  model_->finalize_solution(status, n, x, z_L, z_U, m, g, lambda, obj_value, ip_data, ip_cq);
+}
+
+void SplitTNLP::finalize_metadata(Ipopt::Index n, const StringMetaDataMapType& var_string_md,
+                                  const IntegerMetaDataMapType& var_integer_md,
+                                  const NumericMetaDataMapType& var_numeric_md, Ipopt::Index m,
+                                  const StringMetaDataMapType& con_string_md,
+                                  const IntegerMetaDataMapType& con_integer_md,
+                                  const NumericMetaDataMapType& con_numeric_md) {
+  model_->finalize_metadata(n, var_string_md, var_integer_md, var_numeric_md, m, con_string_md,
+                            con_integer_md, con_numeric_md);
+}
+
+bool SplitTNLP::intermediate_callback(Ipopt::AlgorithmMode mode, Ipopt::Index iter,
+                                      Ipopt::Number obj_value, Ipopt::Number inf_pr,
+                                      Ipopt::Number inf_du, Ipopt::Number mu, Ipopt::Number d_norm,
+                                      Ipopt::Number regularization_size, Ipopt::Number alpha_du,
+                                      Ipopt::Number alpha_pr, Ipopt::Index ls_trials,
+                                      const Ipopt::IpoptData* ip_data,
+                                      Ipopt::IpoptCalculatedQuantities* ip_cq) {
+  return model_->intermediate_callback(mode, iter, obj_value, inf_pr, inf_du, mu, d_norm,
+                                       regularization_size, alpha_du, alpha_pr, ls_trials, ip_data,
+                                       ip_cq);
+}
+
+Ipopt::Index SplitTNLP::get_number_of_nonlinear_variables() {
+  return model_->get_number_of_nonlinear_variables();
+}
+
+bool SplitTNLP::get_list_of_nonlinear_variables(Ipopt::Index num_nonlin_vars,
+                                                Ipopt::Index* pos_nonlin_vars) {
+  return model_->get_list_of_nonlinear_variables(num_nonlin_vars, pos_nonlin_vars);
+}
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

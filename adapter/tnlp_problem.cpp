@@ -1,0 +1,303 @@
+#include <ipminmax/adapter/tnlp_problem.hpp>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <utility>
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+namespace {
+
+constexpr Index kNotSet = std::numeric_limits<Index>::min();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::size_t size_of(Index n) { return static_cast<std::size_t>(n); }
+
+/// Models tell the structure call from the value call by which pointers are null, so an empty array
+/// needs an address too.
+template <class T>
+T* address(std::span<T> values) {
+  static std::remove_const_t<T> nothing{};
+  return values.empty() ? &nothing : values.data();
+}
+template <class T>
+T* address(std::vector<T>& values) {
+  return address(std::span<T>(values));
+}
+
+std::string number(Index i) { return std::to_string(i); }
+
+/// One matrix of the model, as its structure call left it.
+struct StructureCall {
+  std::string matrix;  ///< "Jacobian" or "Hessian"
+  std::vector<Index> rows;
+  std::vector<Index> cols;
+  Index row_count = 0;
+  Index col_count = 0;
+  Index first = 0;  ///< 0 for C_STYLE, 1 for FORTRAN_STYLE
+
+  StructureCall(std::string name, Index entries, Index row_size, Index col_size, Index first_index)
+      : matrix(std::move(name)),
+        rows(size_of(entries), kNotSet),
+        cols(size_of(entries), kNotSet),
+        row_count(row_size),
+        col_count(col_size),
+        first(first_index) {}
+
+  [[nodiscard]] bool in_range(Index i, Index count) const {
+    return i >= first && i - first < count;
+  }
+  [[nodiscard]] std::string range(Index count) const {
+    if (count == 0) return "none exist";
+    return number(first) + " to " + number(count - 1 + first);
+  }
+
+  [[nodiscard]] std::string error_of(std::size_t k) const {
+    const std::string entry = matrix + " entry " + std::to_string(k);
+    if (rows[k] == kNotSet || cols[k] == kNotSet) return entry + " was not set by the model";
+    return entry + " is at row " + number(rows[k]) + ", column " + number(cols[k]) +
+           ", outside the matrix (rows " + range(row_count) + ", columns " + range(col_count) +
+           (first == 0 ? ", C style)" : ", Fortran style)");
+  }
+
+  /// 0-based triplets; error is set when an entry is outside the matrix.
+  [[nodiscard]] std::vector<Triplet> triplets(std::string& error) const {
+    std::vector<Triplet> result(rows.size());
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      if (!in_range(rows[k], row_count) || !in_range(cols[k], col_count)) {
+        error = error_of(k);
+        return {};
+      }
+      result[k] = {rows[k] - first, cols[k] - first};
+    }
+    return result;
+  }
+};
+
+std::vector<std::string> names_of(const Ipopt::TNLP::StringMetaDataMapType& strings, Index count) {
+  const auto names = strings.find("idx_names");
+  if (names == strings.end() || names->second.size() != size_of(count)) return {};
+  return names->second;
+}
+
+/// Players from the metadata "player", when there. what: "variable" or "constraint".
+std::string read_players(const Ipopt::TNLP::IntegerMetaDataMapType& integers,
+                         const std::string& what, std::vector<Player>& players) {
+  const auto found = integers.find("player");
+  if (found == integers.end()) return {};
+  const auto& values = found->second;
+  const std::string metadata = what + " metadata \"player\"";
+  if (values.size() != players.size()) {
+    return metadata + " has " + std::to_string(values.size()) + " values for " +
+           std::to_string(players.size()) + " " + what + "s";
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (values[i] != 0 && values[i] != 1) {
+      return metadata + " is " + number(values[i]) + " at index " + std::to_string(i) +
+             "; it must be 0 (Min) or 1 (Max)";
+    }
+    players[i] = values[i] == 1 ? Player::Max : Player::Min;
+  }
+  return {};
+}
+
+}  // namespace
+
+TnlpProblem::TnlpProblem(Ipopt::SmartPtr<Ipopt::TNLP> model) : model_(std::move(model)) {}
+
+std::string TnlpProblem::load() {
+  if (auto error = load_sizes(); !error.empty()) return error;
+  load_metadata();
+  if (auto error = load_bounds(); !error.empty()) return error;
+  if (auto error = load_jacobian_structure(); !error.empty()) return error;
+  if (auto error = load_hessian_structure(); !error.empty()) return error;
+  if (auto error = load_players(); !error.empty()) return error;
+  return load_bounds();  // Ipopt asks twice
+}
+
+std::string TnlpProblem::load_sizes() {
+  if (!model_->get_nlp_info(n_, m_, jacobian_entries_, hessian_entries_, index_style_)) {
+    return "get_nlp_info returned false";
+  }
+  const std::array<std::pair<const char*, Index>, 4> sizes{{{"n", n_},
+                                                            {"m", m_},
+                                                            {"nnz_jac_g", jacobian_entries_},
+                                                            {"nnz_h_lag", hessian_entries_}}};
+  for (const auto& [name, size] : sizes) {
+    if (size < 0) return "get_nlp_info set " + std::string(name) + " = " + number(size);
+  }
+  if (index_style_ != Ipopt::TNLP::C_STYLE && index_style_ != Ipopt::TNLP::FORTRAN_STYLE) {
+    return "get_nlp_info set index_style = " + number(static_cast<Index>(index_style_));
+  }
+  return {};
+}
+
+void TnlpProblem::load_metadata() {
+  Metadata& v = variable_metadata_;
+  Metadata& g = constraint_metadata_;
+  if (!model_->get_var_con_metadata(n_, v.strings, v.integers, v.numbers, m_, g.strings,
+                                    g.integers, g.numbers)) {
+    v = {};
+    g = {};
+  }
+  structure_.variable_names = names_of(v.strings, n_);
+  structure_.constraint_names = names_of(g.strings, m_);
+}
+
+std::string TnlpProblem::load_bounds() {
+  // NaN marks what the model leaves unset; the core names it.
+  structure_.variable_lower.assign(size_of(n_), kNaN);
+  structure_.variable_upper.assign(size_of(n_), kNaN);
+  structure_.constraint_lower.assign(size_of(m_), kNaN);
+  structure_.constraint_upper.assign(size_of(m_), kNaN);
+  if (!model_->get_bounds_info(n_, address(structure_.variable_lower),
+                               address(structure_.variable_upper), m_,
+                               address(structure_.constraint_lower),
+                               address(structure_.constraint_upper))) {
+    return "get_bounds_info returned false";
+  }
+  return {};
+}
+
+std::string TnlpProblem::load_jacobian_structure() {
+  const Index first = index_style_ == Ipopt::TNLP::C_STYLE ? 0 : 1;
+  StructureCall call("Jacobian", jacobian_entries_, m_, n_, first);
+  if (!model_->eval_jac_g(n_, nullptr, false, m_, jacobian_entries_, address(call.rows),
+                          address(call.cols), nullptr)) {
+    return "eval_jac_g returned false when asked for the structure of the Jacobian";
+  }
+  std::string error;
+  structure_.jacobian = call.triplets(error);
+  return error;
+}
+
+std::string TnlpProblem::load_hessian_structure() {
+  const Index first = index_style_ == Ipopt::TNLP::C_STYLE ? 0 : 1;
+  StructureCall call("Hessian", hessian_entries_, n_, n_, first);
+  if (!model_->eval_h(n_, nullptr, false, 0.0, m_, nullptr, false, hessian_entries_,
+                      address(call.rows), address(call.cols), nullptr)) {
+    return "eval_h returned false when asked for the structure of the Hessian: second derivatives "
+           "are needed, an approximation of them is not available";
+  }
+  std::string error;
+  structure_.hessian = call.triplets(error);
+  return error;
+}
+
+std::string TnlpProblem::load_players() {
+  structure_.variable_players.assign(size_of(n_), Player::Min);
+  try {
+    if (auto* model = dynamic_cast<MinMaxTNLP*>(Ipopt::GetRawPtr(model_))) {
+      return load_players_of(*model);
+    }
+  } catch (const Ipopt::TNLP::INVALID_TNLP& error) {
+    return error.Message();
+  }
+  return load_players_of_metadata();
+}
+
+std::string TnlpProblem::load_players_of(MinMaxTNLP& model) {
+  if (!model.get_variable_players(n_, address(structure_.variable_players))) {
+    return "get_variable_players returned false";
+  }
+  structure_.constraint_players = implied_constraint_players(structure_);
+  if (!model.get_constraint_players(m_, address(structure_.constraint_players))) {
+    return "get_constraint_players returned false";
+  }
+  return {};
+}
+
+std::string TnlpProblem::load_players_of_metadata() {
+  if (auto error = read_players(variable_metadata_.integers, "variable",
+                                structure_.variable_players);
+      !error.empty()) {
+    return error;
+  }
+  structure_.constraint_players = implied_constraint_players(structure_);
+  return read_players(constraint_metadata_.integers, "constraint", structure_.constraint_players);
+}
+
+bool TnlpProblem::starting_point(StartingPoint& start) {
+  const bool warm = start.needs_multipliers;
+  std::vector<double> scratch(size_of(2 * n_ + m_ + 1), 0.0);  // for what is not asked for
+  double* z_lower = warm ? address(start.z_lower) : scratch.data();
+  double* z_upper = warm ? address(start.z_upper) : scratch.data() + n_;
+  double* lambda = warm ? address(start.lambda) : scratch.data() + 2 * n_;
+  if (!model_->get_starting_point(n_, true, address(start.v), warm, z_lower, z_upper, m_, warm,
+                                  lambda)) {
+    return false;
+  }
+  last_point_.assign(start.v.begin(), start.v.end());
+  started_ = true;
+  return true;
+}
+
+bool TnlpProblem::user_scaling(UserScaling& scaling) {
+  bool scale_variables = false;
+  bool scale_constraints = false;
+  scaling.objective = 1.0;
+  scaling.variables.assign(size_of(n_), 1.0);
+  scaling.constraints.assign(size_of(m_), 1.0);
+  const bool ok = model_->get_scaling_parameters(
+      scaling.objective, scale_variables, n_, address(scaling.variables), scale_constraints, m_,
+      address(scaling.constraints));
+  if (!scale_variables) scaling.variables.clear();
+  if (!scale_constraints) scaling.constraints.clear();
+  return ok;
+}
+
+bool TnlpProblem::objective(std::span<const double> v, bool new_v, double& f) {
+  return model_->eval_f(n_, address(v), new_v, f);
+}
+
+bool TnlpProblem::gradient(std::span<const double> v, bool new_v, std::span<double> grad) {
+  last_point_.assign(v.begin(), v.end());
+  return model_->eval_grad_f(n_, address(v), new_v, address(grad));
+}
+
+bool TnlpProblem::constraints(std::span<const double> v, bool new_v, std::span<double> g) {
+  return model_->eval_g(n_, address(v), new_v, m_, address(g));
+}
+
+bool TnlpProblem::jacobian(std::span<const double> v, bool new_v, std::span<double> values) {
+  return model_->eval_jac_g(n_, address(v), new_v, m_, jacobian_entries_, nullptr, nullptr,
+                            address(values));
+}
+
+bool TnlpProblem::hessian(std::span<const double> v, bool new_v, double sigma,
+                          std::span<const double> lambda, bool new_lambda,
+                          std::span<double> values) {
+  return model_->eval_h(n_, address(v), new_v, sigma, m_, address(lambda), new_lambda,
+                        hessian_entries_, nullptr, nullptr, address(values));
+}
+
+bool TnlpProblem::report(const IterationInfo& info) {
+  return model_->intermediate_callback(
+      Ipopt::RegularMode, info.iteration, info.objective, info.error.primal,
+      std::max(info.error.dual_min, info.error.dual_max), info.mu, info.step_norm,
+      std::max(info.delta_x, info.delta_y), info.alpha_dual, info.alpha_primal, info.trials,
+      nullptr, nullptr);
+}
+
+void TnlpProblem::finalize(Ipopt::SolverReturn status, const Result& result) {
+  const Metadata& v = variable_metadata_;
+  const Metadata& g = constraint_metadata_;
+  model_->finalize_metadata(n_, v.strings, v.integers, v.numbers, m_, g.strings, g.integers,
+                            g.numbers);
+
+  const std::vector<double> zeros(size_of(std::max({n_, m_, 1})), 0.0);
+  const auto address_or_zeros = [&](const std::vector<double>& values, Index length) {
+    return values.size() == size_of(length) && length > 0 ? values.data() : zeros.data();
+  };
+  const bool solved = result.v.size() == size_of(n_);
+  model_->finalize_solution(status, n_, address_or_zeros(solved ? result.v : last_point_, n_),
+                            address_or_zeros(result.z_lower, n_),
+                            address_or_zeros(result.z_upper, n_), m_,
+                            address_or_zeros(result.constraints, m_),
+                            address_or_zeros(result.lambda, m_), result.objective, nullptr,
+                            nullptr);
+}
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

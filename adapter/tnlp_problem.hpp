@@ -1,0 +1,86 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <ipminmax/adapter/minmax_tnlp.hpp>
+#include <ipminmax/core/problem.hpp>
+#include <ipminmax/core/solver.hpp>
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+
+/// An Ipopt model as the core sees it. Calls the model in Ipopt's order:
+///   1. load: get_nlp_info, get_var_con_metadata, get_bounds_info, structure of eval_jac_g,
+///      structure of eval_h, players, get_bounds_info again
+///   2. starting_point and evaluations, while the core solves; report after each iteration
+///   3. finalize: finalize_metadata, finalize_solution
+/// Exceptions of the model pass through.
+class TnlpProblem : public Problem {
+ public:
+  /// model: a MinMaxTNLP, or a plain TNLP: then every variable is Min unless the model's integer
+  /// variable metadata "player" says otherwise (n entries, 0 Min, 1 Max; the same for constraints).
+  explicit TnlpProblem(Ipopt::SmartPtr<Ipopt::TNLP> model);
+
+  /// Reads everything that does not change. Returns what is wrong with it, empty when nothing is.
+  /// To be called once, before anything else.
+  [[nodiscard]] std::string load();
+
+  /// Passes the iteration on to intermediate_callback; false when the model wants to stop.
+  [[nodiscard]] bool report(const IterationInfo& info);
+
+  /// Whether the model has given a starting point.
+  [[nodiscard]] bool started() const { return started_; }
+
+  /// Hands the answer to the model. Where the result has no vectors (an exception, functions
+  /// undefined at the start) x is the last point at which first derivatives were asked for, and
+  /// multipliers and constraint values are zero, as in Ipopt.
+  void finalize(Ipopt::SolverReturn status, const Result& result);
+
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+  [[nodiscard]] bool starting_point(StartingPoint& start) override;
+  [[nodiscard]] bool user_scaling(UserScaling& scaling) override;
+  [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override;
+  [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
+                              std::span<double> grad) override;
+  [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
+                                 std::span<double> g) override;
+  [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
+                              std::span<double> values) override;
+  [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
+                             std::span<const double> lambda, bool new_lambda,
+                             std::span<double> values) override;
+
+ private:
+  struct Metadata {
+    Ipopt::TNLP::StringMetaDataMapType strings;
+    Ipopt::TNLP::IntegerMetaDataMapType integers;
+    Ipopt::TNLP::NumericMetaDataMapType numbers;
+  };
+
+  // Each returns what is wrong, empty when nothing is.
+  [[nodiscard]] std::string load_sizes();
+  void load_metadata();
+  [[nodiscard]] std::string load_bounds();
+  [[nodiscard]] std::string load_jacobian_structure();
+  [[nodiscard]] std::string load_hessian_structure();
+  [[nodiscard]] std::string load_players();
+  [[nodiscard]] std::string load_players_of(MinMaxTNLP& model);
+  [[nodiscard]] std::string load_players_of_metadata();
+
+  Ipopt::SmartPtr<Ipopt::TNLP> model_;
+  Index n_ = 0;
+  Index m_ = 0;
+  Index jacobian_entries_ = 0;
+  Index hessian_entries_ = 0;
+  Ipopt::TNLP::IndexStyleEnum index_style_ = Ipopt::TNLP::C_STYLE;
+  Metadata variable_metadata_;
+  Metadata constraint_metadata_;
+  ProblemStructure structure_;
+  bool started_ = false;
+  std::vector<double> last_point_;  ///< see finalize
+};
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax
