@@ -1,10 +1,12 @@
 #pragma once
 
+#include <iosfwd>
 #include <memory>
 #include <string>
 
 #include <IpIpoptApplication.hpp>
 
+#include <ipminmax/adapter/minmax_statistics.hpp>
 #include <ipminmax/adapter/minmax_tnlp.hpp>
 #include <ipminmax/core/result.hpp>
 
@@ -12,6 +14,15 @@ namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
 /// Ipopt's IpoptApplication with a player split: porting a program is changing this type's name.
+///
+/// The model's methods are called in Ipopt's order, finalize_metadata and finalize_solution included;
+/// ip_data and ip_cq are null, so the get_curr_* methods of Ipopt 3.14's TNLP return false. As in
+/// Ipopt, finalize_solution is not called when the solve stops before its first iterate (invalid
+/// option, invalid problem, too few degrees of freedom).
+///
+/// Exceptions of the model end the solve as in Ipopt: Unrecoverable_Exception for Ipopt's own types,
+/// else NonIpopt_Exception_Thrown, or the exception passes through after
+/// RethrowNonIpoptException(true).
 class MinMaxApplication : public Ipopt::ReferencedObject {
  public:
   explicit MinMaxApplication(bool create_console_out = true);
@@ -20,23 +31,37 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   MinMaxApplication(const MinMaxApplication&) = delete;
   MinMaxApplication& operator=(const MinMaxApplication&) = delete;
 
-  /// Reads ipminmax.opt (or the file named by option_file_name) when present.
+  /// Reads ipminmax.opt (or the file named by option_file_name) when present. Each Initialize
+  /// returns Invalid_Option when an option is unknown or has a bad value, and says which.
   Ipopt::ApplicationReturnStatus Initialize();
-  /// Reads the given options file; "" reads none.
+  /// Reads the given options file; "" reads none, a missing one is no error.
   Ipopt::ApplicationReturnStatus Initialize(const std::string& options_file);
   Ipopt::ApplicationReturnStatus Initialize(const char* options_file);
+  /// Reads options from the stream.
+  Ipopt::ApplicationReturnStatus Initialize(std::istream& options);
 
   Ipopt::SmartPtr<Ipopt::OptionsList> Options();
+  Ipopt::SmartPtr<const Ipopt::OptionsList> Options() const;
   Ipopt::SmartPtr<Ipopt::Journalist> Jnlst();
   Ipopt::SmartPtr<Ipopt::RegisteredOptions> RegOptions();
 
   /// A MinMaxTNLP, or a plain TNLP: then a minimization, or split by the integer metadata "player".
   Ipopt::ApplicationReturnStatus OptimizeTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
-  /// The model of the last OptimizeTNLP again, with the same structure.
+  /// The model of the last OptimizeTNLP again, with the same structure. Throws INVALID_WARMSTART
+  /// when it is another model or nothing was solved before.
   Ipopt::ApplicationReturnStatus ReOptimizeTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
 
   /// Answer of the last solve, with the certificate.
   [[nodiscard]] const Result& LastResult() const;
+  /// Statistics of the last solve; null when it stopped before its first iterate.
+  [[nodiscard]] Ipopt::SmartPtr<MinMaxStatistics> Statistics() const;
+
+  /// Adds an output file; false when it cannot be opened.
+  bool OpenOutputFile(const std::string& file_name, Ipopt::EJournalLevel print_level);
+  /// Prints the banner now instead of before the first solve.
+  void PrintCopyrightMessage();
+  /// Whether exceptions of the model that are not Ipopt's pass through OptimizeTNLP (default no).
+  void RethrowNonIpoptException(bool dorethrow);
 
  private:
   struct Implementation;

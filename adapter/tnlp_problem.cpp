@@ -220,10 +220,13 @@ std::string TnlpProblem::load_players_of_metadata() {
 
 bool TnlpProblem::starting_point(StartingPoint& start) {
   const bool warm = start.needs_multipliers;
-  std::vector<double> scratch(size_of(2 * n_ + m_ + 1), 0.0);  // for what is not asked for
-  double* z_lower = warm ? address(start.z_lower) : scratch.data();
-  double* z_upper = warm ? address(start.z_upper) : scratch.data() + n_;
-  double* lambda = warm ? address(start.lambda) : scratch.data() + 2 * n_;
+  // What is not asked for still gets an array, as from Ipopt.
+  std::vector<double> no_z_lower(warm ? 0 : size_of(n_));
+  std::vector<double> no_z_upper(warm ? 0 : size_of(n_));
+  std::vector<double> no_lambda(warm ? 0 : size_of(m_));
+  double* z_lower = warm ? address(start.z_lower) : address(no_z_lower);
+  double* z_upper = warm ? address(start.z_upper) : address(no_z_upper);
+  double* lambda = warm ? address(start.lambda) : address(no_lambda);
   if (!model_->get_starting_point(n_, true, address(start.v), warm, z_lower, z_upper, m_, warm,
                                   lambda)) {
     return false;

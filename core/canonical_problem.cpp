@@ -538,15 +538,16 @@ EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
 
 EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
                                                       const Eigen::VectorXd& lambda,
-                                                      Evaluation& evaluation) {
+                                                      Evaluation& evaluation,
+                                                      double objective_factor) {
   const ScopedTimer timer(timing_.evaluations);
   load(v);
   for (Index j = 0; j < constraints(); ++j) {
     model_lambda_[at(model_constraint_[at(j)])] = row_scale_[at(j)] * lambda[j];
   }
   ++counts_.hessian;
-  if (!problem_.hessian(model_v_, take_new_point(), objective_scale_, model_lambda_, true,
-                        model_hessian_)) {
+  if (!problem_.hessian(model_v_, take_new_point(), objective_factor * objective_scale_,
+                        model_lambda_, true, model_hessian_)) {
     return undefined("the Hessian of the Lagrangian");
   }
   for (std::size_t k = 0; k < hessian_.size(); ++k) {

@@ -83,7 +83,13 @@ class CanonicalProblem {
                                                    Evaluation& evaluation);
   [[nodiscard]] EvaluationStatus second_derivatives(const Eigen::VectorXd& v,
                                                     const Eigen::VectorXd& lambda,
-                                                    Evaluation& evaluation);
+                                                    Evaluation& evaluation,
+                                                    double objective_factor = 1.0);
+  /// The point in the model's variables, until the next evaluation.
+  [[nodiscard]] std::span<const double> model_point(const Eigen::VectorXd& v) {
+    load(v);
+    return model_v_;
+  }
   /// Names the function and entry of the last evaluation that was not Ok.
   [[nodiscard]] const std::string& evaluation_error() const { return evaluation_error_; }
 

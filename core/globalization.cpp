@@ -3,6 +3,7 @@
 #include <ipminmax/core/barrier.hpp>
 #include <ipminmax/core/globalization.hpp>
 #include <ipminmax/core/residual.hpp>
+#include <ipminmax/core/restoration.hpp>
 #include <ipminmax/core/step_length.hpp>
 #include <limits>
 
@@ -25,9 +26,13 @@ constexpr Index kMaxInnerFailures = 100;
 constexpr Index kMaxSoftSteps = 10;
 constexpr double kSoftContraction = 0.9999;
 constexpr int kSecondOrderSteps = 4;
-constexpr double kSecondOrderDecrease = 0.99;  // kappa_soc
+constexpr double kSecondOrderDecrease = 0.99;       // kappa_soc
+constexpr double kRestorationDecrease = 0.9;        // kappa_resto
+constexpr double kLargestRestoredMultiplier = 1e3;  // bound_mult_reset_threshold of Ipopt
+constexpr double kFeasible = 1e-9;                  // violation that restoration cannot improve
 constexpr int kMaxTrials = 60;
-constexpr int kRoughTrials = 6;       // with an inexact inner maximum
+constexpr int kRoughTrials = 6;  // with an inexact inner maximum
+constexpr int kExactTrials = 14;
 constexpr double kExactGain = 1e-13;  // |q| of an exact one
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -39,12 +44,12 @@ double max_norm(const Eigen::VectorXd& v) {
 
 GlobalizedMethod::GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt,
                                    InertiaCorrection& correction, const SolverOptions& options,
-                                   Counts& counts)
+                                   bool allow_restoration)
     : canonical_(canonical),
       kkt_(kkt),
       correction_(correction),
       options_(options),
-      counts_(counts),
+      allow_restoration_(allow_restoration),
       inner_(canonical, kkt, correction, options) {
   rhs_ = step_ = correction_step_ = zero_step(canonical);
   direction_.step = trial_direction_.step = rhs_;
@@ -284,6 +289,7 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
       shift.x = shift.lambda_x = 0.0;
     }
     if (!newton_step(point, mu, shift)) {
+      if (can_restore(point)) return restore(point, mu, info);
       message_ = "no shift of the Hessian gives the KKT matrix the expected inertia";
       return Status::InertiaCorrectionFailed;
     }
@@ -291,25 +297,88 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
     info.delta_y = shift.y;
     info.step_norm = max_norm(step_.v);
     info.step_kind = shift.x > 0.0 ? 's' : 'f';
-    if (search(point, mu, inner_exact ? kMaxTrials : kRoughTrials, info)) return std::nullopt;
+    if (search(point, mu,
+               !has_max()    ? kMaxTrials
+               : inner_exact ? kExactTrials
+                             : kRoughTrials,
+               info))
+      return std::nullopt;
     // Rejections may be the fault of phi's estimate: make it exact and search once more.
     if (inner_exact || std::abs(direction_.gain) <= kExactGain) break;
     inner_exact = true;
     Point refined = point;
-    if (inner_.maximize(refined, mu, kExactGain, kInnerSteps, kInfinity, direction_) ==
+    if (inner_.maximize(refined, mu, kExactGain, kInnerSteps, kInfinity, direction_) !=
         InnerMaximizer::Outcome::Maximum) {
-      point = refined;
-      filter_.reset();
-    } else if (!inner_.direction(point, mu, direction_)) {
-      message_ = "no shift of the Max variables gives K_yy the expected inertia";
-      return Status::InertiaCorrectionFailed;
+      return leap(point, mu, info);  // the branch ends before its maximum
     }
+    point = refined;
+    filter_.reset();
   }
   if (soft_steps_ < kMaxSoftSteps && soft_step(point, mu, info)) {
     ++soft_steps_;
     return std::nullopt;
   }
-  return leap(point, mu, info);
+  return can_restore(point) ? restore(point, mu, info) : leap(point, mu, info);
+}
+
+bool GlobalizedMethod::can_restore(const Point& point) const {
+  return allow_restoration_ && point.evaluation.c.size() > 0 &&
+         point.evaluation.c.lpNorm<1>() > kFeasible;
+}
+
+std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, IterationInfo& info) {
+  // The violation that counts is that of both players: Max constraints are restored with Min's.
+  const auto total = [&](const Eigen::VectorXd& c) { return c.lpNorm<1>(); };
+  const double start_theta = total(point.evaluation.c);
+  Merit from = merit(point, mu);
+  if (has_max()) from.phi += direction_.gain;
+  filter_.add(from);
+  const auto acceptable = [&](const Eigen::VectorXd& v, const Eigen::VectorXd& c) {
+    if (total(c) > kRestorationDecrease * start_theta) return false;
+    double f = 0.0;
+    if (canonical_.objective(v, f) != EvaluationStatus::Ok) return false;
+    return has_max() || filter_.acceptable({total(c), barrier_objective(canonical_, v, f, mu)});
+  };
+  Index allowed = std::max<Index>(0, options_.max_iter - info.iteration);
+  trial_.iterate = point.iterate;
+  trial_.evaluation = point.evaluation;
+  const auto outcome = restore_feasibility(canonical_, options_, mu, acceptable, trial_, allowed);
+  switch (outcome) {
+    case RestorationOutcome::Restored:
+      break;
+    case RestorationOutcome::LocallyInfeasible:
+      message_ = "the violation of the constraints is at a local minimum";
+      return Status::LocallyInfeasible;
+    case RestorationOutcome::Stopped:
+      return Status::MaxIterations;
+    case RestorationOutcome::Failed:
+      message_ = "the feasibility restoration failed";
+      return Status::RestorationFailed;
+  }
+  // Multipliers start anew: bounds at mu / s, constraints by least squares.
+  for (const Index i : canonical_.lower_bounded()) {
+    trial_.iterate.z_lower[i] =
+        std::min(kLargestRestoredMultiplier, mu / (trial_.iterate.v[i] - canonical_.lower()[i]));
+  }
+  for (const Index i : canonical_.upper_bounded()) {
+    trial_.iterate.z_upper[i] =
+        std::min(kLargestRestoredMultiplier, mu / (canonical_.upper()[i] - trial_.iterate.v[i]));
+  }
+  if (!evaluate_values(trial_) ||
+      canonical_.first_derivatives(trial_.iterate.v, trial_.evaluation) != EvaluationStatus::Ok) {
+    return Status::EvaluationFailed;
+  }
+  if (!kkt_.least_squares_multipliers(trial_.iterate, trial_.evaluation, trial_.iterate.lambda) ||
+      trial_.iterate.lambda.lpNorm<Eigen::Infinity>() > options_.constr_mult_init_max) {
+    trial_.iterate.lambda.setZero();
+  }
+  if (!evaluate_derivatives(trial_)) return Status::EvaluationFailed;
+  std::swap(point, trial_);
+  direction_known_ = false;
+  soft_steps_ = 0;
+  info.step_kind = 'R';
+  info.alpha_primal = info.alpha_dual = 1.0;
+  return std::nullopt;
 }
 
 bool GlobalizedMethod::search(Point& point, double mu, int max_trials, IterationInfo& info) {

@@ -18,7 +18,7 @@ namespace ipminmax {
 class GlobalizedMethod {
  public:
   GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
-                   const SolverOptions& options, Counts& counts);
+                   const SolverOptions& options, bool allow_restoration);
 
   /// Once, at the first point.
   void start(const Point& point);
@@ -51,6 +51,8 @@ class GlobalizedMethod {
                                              double slope, double alpha, double first_theta,
                                              IterationInfo& info);
   [[nodiscard]] bool soft_step(Point& point, double mu, IterationInfo& info);
+  [[nodiscard]] bool can_restore(const Point& point) const;
+  [[nodiscard]] std::optional<Status> restore(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] std::optional<Status> leap(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha, double upper_bound);
   void set_trial(const Point& from, const Step& step, double alpha_primal, double alpha_dual,
@@ -67,7 +69,7 @@ class GlobalizedMethod {
   KktSystem& kkt_;
   InertiaCorrection& correction_;
   const SolverOptions& options_;
-  Counts& counts_;
+  bool allow_restoration_;
   InnerMaximizer inner_;
   Filter filter_;
 

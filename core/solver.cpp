@@ -24,8 +24,9 @@ constexpr int kMaxCuts = 40;
 
 class Solver {
  public:
-  Solver(Problem& problem, const SolverOptions& options, const SolveObserver& observer)
+  Solver(Problem& problem, const SolverOptions& options, const SolveObserver& observer, bool nested)
       : options_(options),
+        nested_(nested),
         observer_(observer),
         canonical_(problem, options, result_.counts, result_.timing) {}
 
@@ -53,6 +54,7 @@ class Solver {
   Result finish(Status status);
 
   const SolverOptions& options_;
+  bool nested_;  ///< feasibility restoration of another solve
   const SolveObserver& observer_;
   Result result_;
   Stopwatch stopwatch_;
@@ -125,7 +127,7 @@ std::optional<Status> Solver::start() {
   info_.mu = std::max(info_.mu, mu_final_);
   update_error();
   if (options_.minmax_globalization == Globalization::Filter) {
-    method_.emplace(canonical_, *kkt_, *correction_, options_, result_.counts);
+    method_.emplace(canonical_, *kkt_, *correction_, options_, !nested_);
     method_->start(point_);
   }
   return std::nullopt;
@@ -165,7 +167,10 @@ std::optional<Status> Solver::evaluate_start() {
 }
 
 std::optional<Status> Solver::stop_reason() {
-  if (observer_.on_iteration && !observer_.on_iteration(info_)) return Status::UserStop;
+  if (observer_.on_iteration) {
+    info_.v = canonical_.model_point(point_.iterate.v);
+    if (!observer_.on_iteration(info_)) return Status::UserStop;
+  }
   std::optional<Status> stop;
   if (converged(info_.error)) {
     stop = certified_status(Status::Solved);
@@ -205,6 +210,7 @@ bool Solver::acceptable(const KktError& error) {
 }
 
 Status Solver::certified_status(Status when_not_refuted) {
+  if (nested_) return when_not_refuted;
   result_.certificate =
       certify(canonical_, *kkt_, point_.iterate, point_.evaluation, info_.mu, options_);
   switch (result_.certificate.second_order) {
@@ -367,7 +373,11 @@ Result Solver::finish(Status status) {
 }  // namespace
 
 Result solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
-  return Solver(problem, options, observer).run();
+  return Solver(problem, options, observer, false).run();
+}
+
+Result solve_nested(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
+  return Solver(problem, options, observer, true).run();
 }
 
 Result solve(Problem& problem, const SolverOptions& options,

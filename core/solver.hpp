@@ -21,8 +21,9 @@ struct IterationInfo {
   double delta_y = 0.0;    ///< Hessian shift of the Max variables (the paper's epsilon_y)
   double alpha_dual = 0.0;
   double alpha_primal = 0.0;
-  char step_kind = ' ';  ///< one letter, see core/algorithm.md
-  Index trials = 0;      ///< trial points of the line search
+  char step_kind = ' ';       ///< one letter, see core/algorithm.md
+  Index trials = 0;           ///< trial points of the line search
+  std::span<const double> v;  ///< the iterate, n; valid during the callback
 };
 
 /// What a solve tells while it runs. Every member may be empty.
@@ -41,5 +42,9 @@ using IterationCallback = std::function<bool(const IterationInfo&)>;
                            const IterationCallback& on_iteration = {});
 [[nodiscard]] Result solve(Problem& problem, const SolverOptions& options,
                            const SolveObserver& observer);
+
+/// A solve inside a solve: no feasibility restoration and no certificate of its own.
+[[nodiscard]] Result solve_nested(Problem& problem, const SolverOptions& options,
+                                  const SolveObserver& observer);
 
 }  // namespace ipminmax

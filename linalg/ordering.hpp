@@ -23,4 +23,19 @@ struct FactorSize {
 [[nodiscard]] FactorSize predict_factor_size(const SymmetricMatrix& matrix,
                                              std::span<const Index> new_index);
 
+/// An ordering and what it costs.
+struct OrderingChoice {
+  Ordering ordering = Ordering::Amd;
+  std::vector<Index> new_index;
+  FactorSize size;
+};
+
+/// The ordering asked for; Best takes Amd or Metis by predicted flops, and looks at Metis only
+/// where a better factorization could repay the search.
+[[nodiscard]] OrderingChoice choose_ordering(const SymmetricMatrix& matrix, Ordering ordering);
+
+/// Predicted flops from which several orderings are worth comparing for a matrix of this size:
+/// below, the factorizations of a whole solve cost less than another ordering.
+[[nodiscard]] double worthwhile_flops(const SymmetricMatrix& matrix);
+
 }  // namespace ipminmax

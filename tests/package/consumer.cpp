@@ -22,12 +22,11 @@ int main() {
               result.message.c_str());
 
   const auto near = [](double a, double b) { return std::abs(a - b) < 1e-6; };
-  const bool right = status == Ipopt::Solve_Succeeded &&
-                     certificate.kind == ipminmax::PointKind::LocalMinmax &&
-                     certificate.inner == certificate.inner_expected &&
-                     certificate.full == certificate.full_expected && near(model->x, 3.0) &&
-                     near(model->y, 3.0) && near(model->multiplier, 6.0) &&
-                     near(model->objective, -18.0) && near(result.v[0], 3.0);
+  const bool right =
+      status == Ipopt::Solve_Succeeded && certificate.kind == ipminmax::PointKind::LocalMinmax &&
+      certificate.inner == certificate.inner_expected &&
+      certificate.full == certificate.full_expected && near(model->x, 3.0) && near(model->y, 3.0) &&
+      near(model->multiplier, 6.0) && near(model->objective, -18.0) && near(result.v[0], 3.0);
   std::puts(right ? "certified local minmax" : "WRONG ANSWER");
   return right ? 0 : 1;
 }

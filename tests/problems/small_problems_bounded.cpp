@@ -72,6 +72,7 @@ SmallProblem kbeam_weapons() {
   p.solutions.push_back({.v = {0.1579527207670044, 0.5},
                          .objective = -1.8784234416561842,
                          .z_upper = {0.0, -0.10329151504824212}});
+  p.not_minmax = {{0.0, 0.0}};
   p.random_start_box = {{-0.5, 0.5}, {-0.5, 0.5}};
   return p;
 }
@@ -221,6 +222,16 @@ SmallProblem ea3() {
                          .objective = 0.09779430278156873,
                          .z_upper = {0.01134557432317941, 0.0},
                          .global = true});
+  p.solutions.push_back({.v = {8.380014234759651, 10.0},
+                         .objective = -0.07655316802534964,
+                         .z_upper = {0.0, -0.00826583231312787}});
+  p.solutions.push_back({.v = {10.0, 8.380014234759651},
+                         .objective = 0.07655316802534964,
+                         .z_upper = {0.00826583231312787, 0.0}});
+  p.solutions.push_back({.v = {2.1256833085981275, 10.0},
+                         .objective = -0.09779430278156873,
+                         .z_upper = {0.0, -0.011345574323179187}});
+  p.not_minmax = {{0.0, 7.725251836937707}, {7.725251836937707, 0.0}};
   p.random_start_box = {{0.0, 10.0}, {0.0, 10.0}};
   return p;
 }
@@ -235,6 +246,14 @@ SmallProblem ea5() {
   p.starts = {{0.0, 5.0}};
   p.solutions.push_back(
       {.v = {0.5, 10.0}, .objective = 9506.5, .z_upper = {1951.0, -1950.0}, .global = true});
+  p.solutions.push_back({.v = {-0.5, 10.0},
+                         .objective = 9508.5,
+                         .z_lower = {1947.0, 0.0},
+                         .z_upper = {0.0, -1950.0}});
+  p.solutions.push_back({.v = {0.16126202313958898, 0.0},
+                         .objective = 0.7711096853441531,
+                         .z_lower = {0.0, -5.201088021414667}});
+  p.not_minmax = {{-0.0005002501375875635, 10.0}, {0.5, 0.25}};
   p.random_start_box = {{-0.5, 0.5}, {0.0, 10.0}};
   return p;
 }

@@ -1,0 +1,300 @@
+#include <ipminmax/adapter/application_options.hpp>
+
+#include <IpJournalist.hpp>
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <istream>
+#include <limits>
+#include <optional>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+namespace {
+
+// --- Registration ---------------------------------------------------------------------------------
+
+void register_number(Ipopt::RegisteredOptions& registry, const OptionInfo& info,
+                     const OptionInfo::Number& kind) {
+  const std::string name(info.name);
+  const std::string text(info.text);
+  const double value = SolverOptions{}.*(kind.member);
+  const bool bounded_below = std::isfinite(kind.lower);
+  const bool bounded_above = std::isfinite(kind.upper);
+  if (bounded_below && bounded_above) {
+    registry.AddBoundedNumberOption(name, text, kind.lower, kind.lower_strict, kind.upper,
+                                    kind.upper_strict, value);
+  } else if (bounded_below) {
+    registry.AddLowerBoundedNumberOption(name, text, kind.lower, kind.lower_strict, value);
+  } else if (bounded_above) {
+    registry.AddUpperBoundedNumberOption(name, text, kind.upper, kind.upper_strict, value);
+  } else {
+    registry.AddNumberOption(name, text, value);
+  }
+}
+
+void register_integer(Ipopt::RegisteredOptions& registry, const OptionInfo& info,
+                      const OptionInfo::Integer& kind) {
+  const std::string name(info.name);
+  const std::string text(info.text);
+  const int value = SolverOptions{}.*(kind.member);
+  if (kind.upper == std::numeric_limits<int>::max()) {
+    registry.AddLowerBoundedIntegerOption(name, text, kind.lower, value);
+  } else {
+    registry.AddBoundedIntegerOption(name, text, kind.lower, kind.upper, value);
+  }
+}
+
+void register_flag(Ipopt::RegisteredOptions& registry, const std::string& name,
+                   const std::string& text, bool value) {
+  registry.AddStringOption2(name, text, value ? "yes" : "no", "no", "", "yes", "");
+}
+
+void register_choice(Ipopt::RegisteredOptions& registry, const OptionInfo& info,
+                     const OptionInfo::Choice& kind) {
+  const std::vector<std::string> names(kind.names.begin(), kind.names.end());
+  const std::vector<std::string> texts(kind.texts.begin(), kind.texts.end());
+  registry.AddStringOption(std::string(info.name), std::string(info.text),
+                           names.at(kind.get(SolverOptions{})), names, texts);
+}
+
+void register_application_options(Ipopt::RegisteredOptions& registry) {
+  registry.SetRegisteringCategory("Output");
+  registry.AddBoundedIntegerOption(
+      "print_level",
+      "Verbosity of the console: 0 nothing, 1 errors, 3 summary, 4 also problem statistics and "
+      "warnings, 5 also one line per iteration.",
+      0, Ipopt::J_LAST_LEVEL - 1, Ipopt::J_ITERSUMMARY);
+  registry.AddStringOption1("output_file", "Name of an output file; empty: none.", "", "*",
+                            "any file name");
+  registry.AddBoundedIntegerOption("file_print_level",
+                                   "Verbosity of the output file; unset: that of print_level.", 0,
+                                   Ipopt::J_LAST_LEVEL - 1, Ipopt::J_ITERSUMMARY);
+  register_flag(registry, "print_user_options", "Whether the options that were set are printed.",
+                false);
+  register_flag(registry, "print_timing_statistics", "Whether the time of each stage is printed.",
+                false);
+  register_flag(registry, "sb", "Whether the banner is suppressed.", false);
+  registry.SetRegisteringCategory("Miscellaneous");
+  registry.AddStringOption1("option_file_name", "Name of the options file; empty: none.",
+                            "ipminmax.opt", "*", "any file name");
+}
+
+// --- Options files --------------------------------------------------------------------------------
+
+struct Token {
+  std::string text;
+  int line = 1;
+};
+
+/// Splits an options file as Ipopt does, and counts lines.
+class Tokenizer {
+ public:
+  explicit Tokenizer(std::istream& input) : input_(input) {}
+
+  /// Empty at the end of the input or inside an open quotation, see unterminated().
+  [[nodiscard]] std::optional<Token> next() {
+    skip_blanks_and_comments();
+    if (peek() == kEnd) return std::nullopt;
+    Token token{{}, line_};
+    bool quoted = false;
+    if (peek() == '"') {
+      get();
+      quoted = true;
+    }
+    for (int c = peek(); c != kEnd && (quoted || std::isspace(c) == 0); c = peek()) {
+      get();
+      if (quoted && c == '"') return token;
+      token.text += static_cast<char>(c);
+    }
+    if (quoted) {
+      unterminated_ = token.line;
+      return std::nullopt;
+    }
+    return token;
+  }
+
+  /// Line at which a quotation began that never ended.
+  [[nodiscard]] std::optional<int> unterminated() const { return unterminated_; }
+
+ private:
+  static constexpr int kEnd = std::char_traits<char>::eof();
+
+  int peek() { return input_.good() ? input_.peek() : kEnd; }
+  int get() {
+    const int c = input_.get();
+    if (c == '\n') ++line_;
+    return c;
+  }
+  void skip_blanks_and_comments() {
+    for (int c = peek(); c != kEnd && (std::isspace(c) != 0 || c == '#'); c = peek()) {
+      if (c == '#') {
+        while (peek() != kEnd && peek() != '\n') get();
+      } else {
+        get();
+      }
+    }
+  }
+
+  std::istream& input_;
+  int line_ = 1;
+  std::optional<int> unterminated_;
+};
+
+/// The whole text as a number; Fortran's exponent letter d is accepted, as in Ipopt.
+std::optional<double> parse_number(std::string text) {
+  const auto exponent = [](char c) { return c == 'd' || c == 'D'; };
+  if (text.find_first_of("0123456789") != std::string::npos) {
+    std::replace_if(text.begin(), text.end(), exponent, 'e');
+  }
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0') return std::nullopt;
+  return value;
+}
+
+std::optional<int> parse_integer(const std::string& text) {
+  const char* begin = text.data() + (text.starts_with('+') ? 1 : 0);
+  const char* end = text.data() + text.size();
+  int value = 0;
+  const auto [stop, error] = std::from_chars(begin, end, value);
+  if (error != std::errc{} || stop != end) return std::nullopt;
+  return value;
+}
+
+std::string interval_of(const Ipopt::RegisteredOption& option) {
+  const bool number = option.Type() == Ipopt::OT_Number;
+  std::ostringstream text;
+  if (!option.HasLower()) {
+    text << "(-inf";
+  } else if (number) {
+    text << (option.LowerStrict() ? '(' : '[') << option.LowerNumber();
+  } else {
+    text << '[' << option.LowerInteger();
+  }
+  text << ", ";
+  if (!option.HasUpper()) {
+    text << "inf)";
+  } else if (number) {
+    text << option.UpperNumber() << (option.UpperStrict() ? ')' : ']');
+  } else {
+    text << option.UpperInteger() << ']';
+  }
+  return text.str();
+}
+
+/// Whether name already has this value; setting it again would only warn.
+template <class Value, class Get>
+bool is_set_to(const Value& value, Get get) {
+  Value present{};
+  return get(present) && present == value;
+}
+
+/// Sets one option from its text. Returns what is wrong, empty when nothing is.
+std::string set_option(const std::string& name, const std::string& text,
+                       Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list) {
+  const Ipopt::SmartPtr<const Ipopt::RegisteredOption> option = registry.GetOption(name);
+  if (Ipopt::IsNull(option)) return "unknown option \"" + name + "\"";
+  const std::string setting = name + " = " + text;
+  bool done = false;
+  if (option->Type() == Ipopt::OT_Number) {
+    const auto value = parse_number(text);
+    if (!value) return setting + " is not a number";
+    // Ipopt's own check accepts NaN.
+    if (std::isnan(*value) || !option->IsValidNumberSetting(*value)) {
+      return setting + " is not in " + interval_of(*option);
+    }
+    done = is_set_to(*value, [&](double& v) { return list.GetNumericValue(name, v, ""); }) ||
+           list.SetNumericValue(name, *value, false);
+  } else if (option->Type() == Ipopt::OT_Integer) {
+    const auto value = parse_integer(text);
+    if (!value) return setting + " is not an integer";
+    if (!option->IsValidIntegerSetting(*value)) {
+      return setting + " is not in " + interval_of(*option);
+    }
+    done = is_set_to(*value, [&](Ipopt::Index& v) { return list.GetIntegerValue(name, v, ""); }) ||
+           list.SetIntegerValue(name, *value, false);
+  } else {
+    if (!option->IsValidStringSetting(text)) {
+      std::string error = setting + " is not one of:";
+      for (const auto& entry : option->GetValidStrings()) error += " " + entry.value_;
+      return error;
+    }
+    done = is_set_to(text, [&](std::string& v) { return list.GetStringValue(name, v, ""); }) ||
+           list.SetStringValue(name, text, false);
+  }
+  return done ? std::string() : setting + " was refused";
+}
+
+// --- Typed values ---------------------------------------------------------------------------------
+
+void copy_option(const OptionInfo& info, const Ipopt::OptionsList& list, SolverOptions& options) {
+  const std::string name(info.name);
+  if (const auto* number = std::get_if<OptionInfo::Number>(&info.kind)) {
+    double value = 0.0;
+    if (list.GetNumericValue(name, value, "")) options.*(number->member) = value;
+  } else if (const auto* integer = std::get_if<OptionInfo::Integer>(&info.kind)) {
+    Ipopt::Index value = 0;
+    if (list.GetIntegerValue(name, value, "")) options.*(integer->member) = value;
+  } else if (const auto* flag = std::get_if<OptionInfo::Flag>(&info.kind)) {
+    bool value = false;
+    if (list.GetBoolValue(name, value, "")) options.*(flag->member) = value;
+  } else if (const auto* choice = std::get_if<OptionInfo::Choice>(&info.kind)) {
+    Ipopt::Index value = 0;
+    if (list.GetEnumValue(name, value, "")) choice->set(options, static_cast<std::size_t>(value));
+  }
+}
+
+}  // namespace
+
+void register_options(Ipopt::RegisteredOptions& registry) {
+  for (const OptionInfo& info : option_table()) {
+    registry.SetRegisteringCategory(std::string(info.category));
+    if (const auto* number = std::get_if<OptionInfo::Number>(&info.kind)) {
+      register_number(registry, info, *number);
+    } else if (const auto* integer = std::get_if<OptionInfo::Integer>(&info.kind)) {
+      register_integer(registry, info, *integer);
+    } else if (const auto* flag = std::get_if<OptionInfo::Flag>(&info.kind)) {
+      register_flag(registry, std::string(info.name), std::string(info.text),
+                    SolverOptions{}.*(flag->member));
+    } else if (const auto* choice = std::get_if<OptionInfo::Choice>(&info.kind)) {
+      register_choice(registry, info, *choice);
+    }
+  }
+  register_application_options(registry);
+}
+
+std::string read_options(std::istream& input, const std::string& source,
+                         Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list) {
+  Tokenizer tokens(input);
+  const auto error_at = [&](int line, const std::string& text) {
+    return source + ", line " + std::to_string(line) + ": " + text;
+  };
+  while (const auto name = tokens.next()) {
+    const auto value = tokens.next();
+    if (tokens.unterminated()) break;
+    if (!value) return error_at(name->line, "option \"" + name->text + "\" has no value");
+    if (auto error = set_option(name->text, value->text, registry, list); !error.empty()) {
+      return error_at(name->line, error);
+    }
+  }
+  if (tokens.unterminated()) return error_at(*tokens.unterminated(), "a quotation never ends");
+  return {};
+}
+
+std::string solver_options(const Ipopt::OptionsList& list, SolverOptions& options) {
+  try {
+    for (const OptionInfo& info : option_table()) copy_option(info, list, options);
+  } catch (const Ipopt::OPTION_INVALID& error) {
+    return error.Message();
+  }
+  return check(options);
+}
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

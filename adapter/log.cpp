@@ -1,0 +1,262 @@
+#include <ipminmax/adapter/log.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <vector>
+
+namespace ipminmax::log {
+namespace {
+
+#if defined(__GNUC__)
+__attribute__((format(printf, 1, 2)))
+#endif
+std::string
+format(const char* pattern, ...) {
+  std::va_list arguments;
+  va_start(arguments, pattern);
+  std::va_list again;
+  va_copy(again, arguments);
+  const int length = std::vsnprintf(nullptr, 0, pattern, arguments);
+  va_end(arguments);
+  std::string text(length > 0 ? static_cast<std::size_t>(length) : 0, '\0');
+  std::vsnprintf(text.data(), text.size() + 1, pattern, again);
+  va_end(again);
+  return text;
+}
+
+std::string log10_or_dash(double value) {
+  return value > 0.0 ? format("%.1f", std::log10(value)) : "-";
+}
+
+const char* yes_no(bool value) { return value ? "yes" : "no"; }
+
+/// Counts of one row of the problem statistics: those of Min and those of Max.
+struct PerPlayer {
+  std::array<long, 2> count{};
+  long& of(Player player) { return count[player == Player::Max ? 1 : 0]; }
+};
+
+std::string row(const char* label, const PerPlayer& value) {
+  return format("%s %9ld %9ld\n", label, value.count[0], value.count[1]);
+}
+
+struct Bounds {
+  const SolverOptions& options;
+  [[nodiscard]] bool has_lower(double lower) const { return lower > options.nlp_lower_bound_inf; }
+  [[nodiscard]] bool has_upper(double upper) const { return upper < options.nlp_upper_bound_inf; }
+};
+
+/// How many variables or constraints have which bounds.
+struct BoundCounts {
+  PerPlayer total, equal, only_lower, both, only_upper;
+
+  BoundCounts(const std::vector<double>& lower, const std::vector<double>& upper,
+              const std::vector<Player>& players, const Bounds& bounds) {
+    for (std::size_t i = 0; i < players.size(); ++i) {
+      ++total.of(players[i]);
+      const bool has_lower = bounds.has_lower(lower[i]);
+      const bool has_upper = bounds.has_upper(upper[i]);
+      if (has_lower && has_upper && lower[i] == upper[i]) {
+        ++equal.of(players[i]);
+      } else if (has_lower && has_upper) {
+        ++both.of(players[i]);
+      } else if (has_lower) {
+        ++only_lower.of(players[i]);
+      } else if (has_upper) {
+        ++only_upper.of(players[i]);
+      }
+    }
+  }
+};
+
+std::string inertia_row(const char* label, const Inertia& found, const Inertia& expected) {
+  return format("%s %9d %6d %6d   %9d %6d %6d\n", label, found.positive, found.negative, found.zero,
+                expected.positive, expected.negative, expected.zero);
+}
+
+std::string certificate_report(const Certificate& certificate) {
+  const std::string outcome(name_of(certificate.second_order));
+  const std::string kind(name_of(certificate.kind));
+  std::string text = format("Second-order test.......: %s\nReturned point..........: %s\n",
+                            outcome.c_str(), kind.c_str());
+  if (certificate.second_order == SecondOrder::NotTested) return text;
+  text += "                           found: +      -      0   expected: +      -      0\n";
+  text += inertia_row("Inertia of K_yy.........:", certificate.inner, certificate.inner_expected);
+  text += inertia_row("Inertia of K............:", certificate.full, certificate.full_expected);
+  text += format("Curvature margin........: %24.16e\n", certificate.margin);
+  text += format("Independent gradients...: Min %s, Max %s\n", yes_no(certificate.licq_min),
+                 yes_no(certificate.licq_max));
+  text += format("Weakly active bounds....: Min %d, Max %d\n", certificate.weakly_active_min,
+                 certificate.weakly_active_max);
+  return text;
+}
+
+/// Which player a wrong inertia belongs to. K_yy right and K wrong: the minimizer.
+std::string wrong_curvature(const Certificate& certificate) {
+  if (certificate.inner != certificate.inner_expected) {
+    return "curvature of the maximizer has the wrong sign";
+  }
+  return "curvature of the minimizer has the wrong sign";
+}
+
+std::string exit_text(const Result& result) {
+  switch (result.status) {
+    case Status::Solved: return "Local Minmax Found.";
+    case Status::SolvedDegenerate:
+      return "First-order point found; the second-order test is undecided (degenerate point).";
+    case Status::SolvedToAcceptableLevel: return "Solved To Acceptable Level.";
+    case Status::NotLocalMinmax:
+      return "First-order point found, but it is not a local minmax: " +
+             wrong_curvature(result.certificate) + ".";
+    case Status::NoLocalMinmaxFound: return "No local minmax found from this starting point.";
+    case Status::InnerUnbounded: return "The maximization over y looks unbounded.";
+    case Status::OuterUnbounded: return "The minimization over x looks unbounded.";
+    case Status::DivergingIterates: return "Iterates diverging; problem might be unbounded.";
+    case Status::LocallyInfeasible:
+      return "Converged to a point of local infeasibility. Problem may be infeasible.";
+    case Status::InnerInfeasible:
+      return "The maximizer's constraints cannot be met near the returned point. Problem may be "
+             "infeasible.";
+    case Status::MaxIterations: return "Maximum Number of Iterations Exceeded.";
+    case Status::MaxCpuTime: return "Maximum CPU time exceeded.";
+    case Status::MaxWallTime: return "Maximum wallclock time exceeded.";
+    case Status::TinyStep: return "Search Direction is becoming Too Small.";
+    case Status::RestorationFailed: return "Restoration Failed!";
+    case Status::InertiaCorrectionFailed:
+      return "Error in step computation: no regularization gives the expected inertia.";
+    case Status::LinearSolverFailed: return "Error in step computation: linear solver failed.";
+    case Status::EvaluationFailed: return "A function of the model could not be evaluated.";
+    case Status::InvalidNumber: return "Invalid number in function or derivative detected.";
+    case Status::UserStop: return "Stopping optimization at current point as requested by user.";
+    case Status::InvalidProblem: return "Invalid problem definition.";
+    case Status::InvalidOption: return "Invalid option encountered.";
+    case Status::TooFewDegreesOfFreedom: return "Problem has too few degrees of freedom.";
+    case Status::OutOfMemory: return "Not enough memory.";
+    case Status::InternalError: return "Internal error.";
+  }
+  return "Internal error.";
+}
+
+}  // namespace
+
+std::string banner() {
+  return "\n"
+         "******************************************************************************\n"
+         "This program contains Ipminmax, an interior-point solver for constrained\n"
+         "nonconvex-nonconcave minmax problems, released under the BSD 3-Clause License.\n"
+         "******************************************************************************\n\n";
+}
+
+std::string problem_statistics(const ProblemStructure& structure, const SolverOptions& options) {
+  const Bounds bounds{options};
+  const auto& constraint_players = structure.constraint_players;
+  const BoundCounts variables(structure.variable_lower, structure.variable_upper,
+                              structure.variable_players, bounds);
+  const BoundCounts constraints(structure.constraint_lower, structure.constraint_upper,
+                                constraint_players, bounds);
+  PerPlayer equality_nonzeros, inequality_nonzeros, inequalities;
+  for (const Triplet& entry : structure.jacobian) {
+    const auto i = static_cast<std::size_t>(entry.row);
+    const bool equality = structure.constraint_lower[i] == structure.constraint_upper[i];
+    ++(equality ? equality_nonzeros : inequality_nonzeros).of(constraint_players[i]);
+  }
+  for (const std::size_t p : {0U, 1U}) {
+    inequalities.count[p] = constraints.total.count[p] - constraints.equal.count[p];
+  }
+  std::string text = "                                                            Min       Max\n";
+  text += row("Number of nonzeros in equality constraint Jacobian...:", equality_nonzeros);
+  text += row("Number of nonzeros in inequality constraint Jacobian.:", inequality_nonzeros);
+  text += format("Number of nonzeros in Lagrangian Hessian.............: %9zu\n\n",
+                 structure.hessian.size());
+  text += row("Total number of variables............................:", variables.total);
+  text += row("                                     fixed variables:", variables.equal);
+  text += row("                     variables with only lower bounds:", variables.only_lower);
+  text += row("                variables with lower and upper bounds:", variables.both);
+  text += row("                     variables with only upper bounds:", variables.only_upper);
+  text += row("Total number of equality constraints.................:", constraints.equal);
+  text += row("Total number of inequality constraints...............:", inequalities);
+  text += row("        inequality constraints with only lower bounds:", constraints.only_lower);
+  text += row("   inequality constraints with lower and upper bounds:", constraints.both);
+  text += row("        inequality constraints with only upper bounds:", constraints.only_upper);
+  return text + "\n";
+}
+
+std::string iteration_header() {
+  return "iter    objective    inf_pr   inf_dx   inf_dy  lg(mu)  ||d||   lg(rgx) lg(rgy) alpha_du "
+         "alpha_pr   ls\n";
+}
+
+std::string iteration_row(const IterationInfo& info) {
+  const KktError& error = info.error;
+  std::string text =
+      format("%4d %14.7e %8.2e %8.2e %8.2e %6s ", info.iteration, info.objective, error.primal,
+             error.dual_min, error.dual_max, log10_or_dash(info.mu).c_str());
+  if (info.iteration == 0) {  // no step led here
+    return text + "    -          -       -        -        -     -\n";
+  }
+  return text + format("%8.2e %7s %7s %8.2e %8.2e%c %3d\n", info.step_norm,
+                       log10_or_dash(info.delta_x).c_str(), log10_or_dash(info.delta_y).c_str(),
+                       info.alpha_dual, info.alpha_primal, info.step_kind, info.trials);
+}
+
+std::string summary(const Result& result) {
+  const KktError& error = result.error;
+  std::string text = format("\nNumber of Iterations....: %d\n\n", result.iterations);
+  text += format("Objective...............: %24.16e\n", result.objective);
+  text += format("Dual infeasibility, Min.: %24.16e\n", error.dual_min);
+  text += format("Dual infeasibility, Max.: %24.16e\n", error.dual_max);
+  text += format("Constraint violation....: %24.16e\n", error.primal);
+  text += format("Complementarity.........: %24.16e\n", error.complementarity);
+  text += format("Overall scaled error....: %24.16e\n\n", error.total);
+  return text + certificate_report(result.certificate);
+}
+
+std::string work(const Result& result) {
+  const Counts& counts = result.counts;
+  const auto line = [](const char* label, Index count) {
+    return format("%s = %d\n", label, count);
+  };
+  std::string text = "\n";
+  text += line("Number of objective function evaluations             ", counts.objective);
+  text += line("Number of objective gradient evaluations             ", counts.gradient);
+  text += line("Number of constraint evaluations                     ", counts.constraints);
+  text += line("Number of constraint Jacobian evaluations            ", counts.jacobian);
+  text += line("Number of Lagrangian Hessian evaluations             ", counts.hessian);
+  text += line("Number of factorizations of K                        ", counts.factorizations_full);
+  text += line("Number of factorizations of K_yy                     ", counts.factorizations_inner);
+  text += line("Number of linear systems solved                      ", counts.solves);
+  text += format("Total seconds in Ipminmax (w/o function evaluations)  = %10.3f\n",
+                 result.timing.total - result.timing.evaluations);
+  text += format("Total seconds in function evaluations                 = %10.3f\n",
+                 result.timing.evaluations);
+  return text;
+}
+
+std::string timing(const Timing& timing) {
+  const double rest = timing.total - timing.evaluations - timing.assembly - timing.analysis -
+                      timing.factorization - timing.solves;
+  const auto line = [](const char* label, double seconds) {
+    return format("%s: %10.3f\n", label, seconds);
+  };
+  std::string text = "\nTiming Statistics (wall clock seconds):\n\n";
+  text += line("Total...................", timing.total);
+  text += line(" Function evaluations...", timing.evaluations);
+  text += line(" KKT assembly...........", timing.assembly);
+  text += line(" Symbolic analysis......", timing.analysis);
+  text += line(" Factorization..........", timing.factorization);
+  text += line(" Solves and refinement..", timing.solves);
+  text += line(" Everything else........", rest);
+  return text;
+}
+
+std::string exit_line(const Result& result) {
+  std::string text = "\nEXIT: " + exit_text(result) + "\n";
+  if (!result.message.empty() && result.message != name_of(result.status)) {
+    text += "      " + result.message + "\n";
+  }
+  return text;
+}
+
+}  // namespace ipminmax::log

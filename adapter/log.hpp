@@ -1,0 +1,53 @@
+#pragma once
+
+#include <string>
+
+#include <ipminmax/core/options.hpp>
+#include <ipminmax/core/problem.hpp>
+#include <ipminmax/core/result.hpp>
+#include <ipminmax/core/solver.hpp>
+
+/// The texts of the console log, in Ipopt's layout. Plain ASCII; every text ends with a line end.
+namespace ipminmax::log {
+
+/// Name, version and licence of the program.
+[[nodiscard]] std::string banner();
+
+/// Sizes of the problem per player. Bounds count as absent outside the options'
+/// (nlp_lower_bound_inf, nlp_upper_bound_inf).
+[[nodiscard]] std::string problem_statistics(const ProblemStructure& structure,
+                                             const SolverOptions& options);
+
+/// Headings of the iteration table:
+///   iter       iteration, 0 is the starting point
+///   objective  f, unscaled
+///   inf_pr     violation of constraints and bounds
+///   inf_dx     gradient of the Lagrangian in the Min variables
+///   inf_dy     gradient of the Lagrangian in the Max variables
+///   lg(mu)     log10 of the barrier parameter
+///   ||d||      primal step
+///   lg(rgx)    log10 of the Hessian shift of the Min variables
+///   lg(rgy)    log10 of the Hessian shift of the Max variables
+///   alpha_du   step length of the bound multipliers
+///   alpha_pr   step length of everything else, with one letter for the kind of step
+///   ls         trial points of the line search
+/// Norms are infinity norms, unscaled. A dash stands where nothing was done.
+[[nodiscard]] std::string iteration_header();
+
+/// One line of the iteration table.
+[[nodiscard]] std::string iteration_row(const IterationInfo& info);
+
+/// Objective and errors at the returned point, then the certificate.
+[[nodiscard]] std::string summary(const Result& result);
+
+/// Numbers of evaluations, factorizations and solves, and the time used.
+[[nodiscard]] std::string work(const Result& result);
+
+/// Seconds by stage.
+[[nodiscard]] std::string timing(const Timing& timing);
+
+/// The last line, "EXIT: ...": what the returned point is, in words, and the core's message when
+/// that says more.
+[[nodiscard]] std::string exit_line(const Result& result);
+
+}  // namespace ipminmax::log

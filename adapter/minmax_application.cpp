@@ -1,0 +1,349 @@
+#include <ipminmax/adapter/minmax_application.hpp>
+
+#include <IpOptionsList.hpp>
+#include <IpRegOptions.hpp>
+#include <exception>
+#include <fstream>
+#include <new>
+#include <sstream>
+#include <utility>
+
+#include <ipminmax/adapter/application_options.hpp>
+#include <ipminmax/adapter/log.hpp>
+#include <ipminmax/adapter/status.hpp>
+#include <ipminmax/adapter/tnlp_problem.hpp>
+#include <ipminmax/core/solver.hpp>
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+
+using Ipopt::ApplicationReturnStatus;
+using Ipopt::EJournalCategory;
+using Ipopt::EJournalLevel;
+using Ipopt::SmartPtr;
+
+namespace {
+
+constexpr Index kRowsPerHeader = 10;
+
+}  // namespace
+
+struct MinMaxApplication::Implementation {
+  SmartPtr<Ipopt::Journalist> journalist = new Ipopt::Journalist();
+  SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
+  SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(registry, journalist);
+  SmartPtr<Ipopt::TNLP> model;
+  SmartPtr<MinMaxStatistics> statistics;
+  Result result;
+  bool banner_printed = false;
+  bool rethrow = false;
+
+  explicit Implementation(bool create_console_out);
+
+  [[nodiscard]] ApplicationReturnStatus initialize(std::istream& options,
+                                                   const std::string& source);
+  [[nodiscard]] ApplicationReturnStatus set_up_output();
+  [[nodiscard]] bool open_output_file(const std::string& file_name, EJournalLevel level);
+  [[nodiscard]] ApplicationReturnStatus optimize();
+  [[nodiscard]] ApplicationReturnStatus run();
+  [[nodiscard]] SolveObserver observer_of(TnlpProblem& problem);
+  [[nodiscard]] ApplicationReturnStatus stop(Status status, std::string message);
+  [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem);
+  [[nodiscard]] ApplicationReturnStatus report_exception();
+
+  [[nodiscard]] std::string string_option(const char* name) const;
+  [[nodiscard]] bool flag(const char* name) const;
+  [[nodiscard]] EJournalLevel level_option(const char* name) const;
+  void set_console_level();
+  void print_banner();
+  void print_user_options();
+  void print(EJournalLevel level, EJournalCategory category, const std::string& text) const {
+    journalist->Printf(level, category, "%s", text.c_str());
+  }
+};
+
+MinMaxApplication::Implementation::Implementation(bool create_console_out) {
+  register_options(*registry);
+  if (create_console_out) {
+    journalist->AddFileJournal("console", "stdout", Ipopt::J_ITERSUMMARY);
+    set_console_level();
+  }
+}
+
+// --- Options and output ---------------------------------------------------------------------------
+
+std::string MinMaxApplication::Implementation::string_option(const char* name) const {
+  std::string value;
+  list->GetStringValue(name, value, "");
+  return value;
+}
+
+bool MinMaxApplication::Implementation::flag(const char* name) const {
+  bool value = false;
+  list->GetBoolValue(name, value, "");
+  return value;
+}
+
+EJournalLevel MinMaxApplication::Implementation::level_option(const char* name) const {
+  Ipopt::Index value = 0;
+  list->GetIntegerValue(name, value, "");
+  return static_cast<EJournalLevel>(value);
+}
+
+void MinMaxApplication::Implementation::set_console_level() {
+  const SmartPtr<Ipopt::Journal> console = journalist->GetJournal("console");
+  if (Ipopt::IsNull(console)) return;
+  console->SetAllPrintLevels(level_option("print_level"));
+  console->SetPrintLevel(Ipopt::J_DBG, Ipopt::J_NONE);
+}
+
+bool MinMaxApplication::Implementation::open_output_file(const std::string& file_name,
+                                                         EJournalLevel level) {
+  const std::string journal_name = "OutputFile:" + file_name;
+  SmartPtr<Ipopt::Journal> journal = journalist->GetJournal(journal_name);
+  if (Ipopt::IsNull(journal)) {
+    journal = journalist->AddFileJournal(journal_name, file_name, level);
+    if (Ipopt::IsNull(journal)) return false;
+  }
+  journal->SetAllPrintLevels(level);
+  journal->SetPrintLevel(Ipopt::J_DBG, Ipopt::J_NONE);
+  return true;
+}
+
+ApplicationReturnStatus MinMaxApplication::Implementation::set_up_output() {
+  set_console_level();
+  const std::string file_name = string_option("output_file");
+  if (file_name.empty()) return Ipopt::Solve_Succeeded;
+  Ipopt::Index unused = 0;
+  const bool own_level = list->GetIntegerValue("file_print_level", unused, "");
+  if (open_output_file(file_name, level_option(own_level ? "file_print_level" : "print_level"))) {
+    return Ipopt::Solve_Succeeded;
+  }
+  print(Ipopt::J_ERROR, Ipopt::J_INITIALIZATION,
+        "Error opening output file \"" + file_name + "\"\n");
+  return Ipopt::Invalid_Option;
+}
+
+ApplicationReturnStatus MinMaxApplication::Implementation::initialize(std::istream& options,
+                                                                      const std::string& source) {
+  try {
+    std::string error = read_options(options, source, *registry, *list);
+    if (error.empty()) {
+      SolverOptions unused;
+      error = solver_options(*list, unused);
+    }
+    if (!error.empty()) {
+      print(Ipopt::J_ERROR, Ipopt::J_INITIALIZATION, "Invalid option: " + error + "\n");
+      return Ipopt::Invalid_Option;
+    }
+    return set_up_output();
+  } catch (...) {
+    return report_exception();
+  }
+}
+
+void MinMaxApplication::Implementation::print_banner() {
+  print(Ipopt::J_SUMMARY, Ipopt::J_MAIN, log::banner());
+  banner_printed = true;
+}
+
+void MinMaxApplication::Implementation::print_user_options() {
+  std::string text;
+  list->PrintUserOptions(text);
+  print(Ipopt::J_ERROR, Ipopt::J_MAIN, "\nList of user-set options:\n\n" + text + "\n");
+}
+
+// --- Solve ----------------------------------------------------------------------------------------
+
+/// To be called while an exception is handled: says what it is and returns Ipopt's status, or
+/// passes it on.
+ApplicationReturnStatus MinMaxApplication::Implementation::report_exception() {
+  result.status = Status::InternalError;
+  try {
+    throw;
+  } catch (const Ipopt::IpoptException& error) {
+    result.message = error.Message();
+    error.ReportException(*journalist);
+    print(Ipopt::J_SUMMARY, Ipopt::J_MAIN,
+          "\nEXIT: Some uncaught Ipopt exception encountered.\n");
+    return Ipopt::Unrecoverable_Exception;
+  } catch (const std::bad_alloc&) {
+    return stop(Status::OutOfMemory, "out of memory");
+  } catch (...) {
+    if (rethrow) {
+      journalist->FlushBuffer();
+      throw;
+    }
+    result.message = "unknown exception";
+    try {
+      throw;
+    } catch (const std::exception& error) {
+      result.message = error.what();
+    } catch (...) {  // keeps the message above
+    }
+    print(Ipopt::J_ERROR, Ipopt::J_MAIN, "Exception of the model: " + result.message + "\n");
+    print(Ipopt::J_SUMMARY, Ipopt::J_MAIN, "\nEXIT: Exception thrown by the model.\n");
+    return Ipopt::NonIpopt_Exception_Thrown;
+  }
+}
+
+ApplicationReturnStatus MinMaxApplication::Implementation::stop(Status status,
+                                                                std::string message) {
+  result.status = status;
+  result.message = std::move(message);
+  print(Ipopt::J_ERROR, Ipopt::J_MAIN, log::exit_line(result));
+  return application_status(status);
+}
+
+SolveObserver MinMaxApplication::Implementation::observer_of(TnlpProblem& problem) {
+  SolveObserver observer;
+  observer.on_iteration = [this, &problem](const IterationInfo& info) {
+    if (info.iteration % kRowsPerHeader == 0) {
+      print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN,
+            (info.iteration > 0 ? "\n" : "") + log::iteration_header());
+    }
+    print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::iteration_row(info));
+    return problem.report(info);
+  };
+  observer.message = [this](std::string_view text) {
+    print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
+  };
+  return observer;
+}
+
+ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& problem) {
+  if (!has_iterate(result.status)) {
+    print(Ipopt::J_ERROR, Ipopt::J_MAIN, log::exit_line(result));
+    return application_status(result.status);
+  }
+  print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::summary(result));
+  print(Ipopt::J_SUMMARY, Ipopt::J_STATISTICS, log::work(result));
+  if (flag("print_timing_statistics")) {
+    print(Ipopt::J_SUMMARY, Ipopt::J_TIMING_STATISTICS, log::timing(result.timing));
+  }
+  print(Ipopt::J_SUMMARY, Ipopt::J_MAIN, log::exit_line(result));
+  statistics = new MinMaxStatistics(result);
+  if (problem.started()) problem.finalize(solver_return(result.status), result);
+  return application_status(result.status);
+}
+
+ApplicationReturnStatus MinMaxApplication::Implementation::run() {
+  if (!banner_printed && !flag("sb")) print_banner();
+  SolverOptions options;
+  if (auto error = solver_options(*list, options); !error.empty()) {
+    return stop(Status::InvalidOption, std::move(error));
+  }
+  if (flag("print_user_options")) print_user_options();
+  if (Ipopt::IsNull(model)) return stop(Status::InvalidProblem, "the model is null");
+
+  TnlpProblem problem(model);
+  if (auto error = problem.load(); !error.empty()) {
+    return stop(Status::InvalidProblem, std::move(error));
+  }
+  print(Ipopt::J_WARNING, Ipopt::J_STATISTICS,
+        log::problem_statistics(problem.structure(), options));
+  try {
+    result = solve(problem, options, observer_of(problem));
+  } catch (...) {
+    const ApplicationReturnStatus status = report_exception();
+    if (problem.started()) {
+      problem.finalize(
+          status == Ipopt::Insufficient_Memory ? Ipopt::OUT_OF_MEMORY : Ipopt::INTERNAL_ERROR,
+          result);
+    }
+    return status;
+  }
+  return finish(problem);
+}
+
+ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
+  result = {};
+  statistics = nullptr;
+  ApplicationReturnStatus status = Ipopt::Internal_Error;
+  try {
+    set_console_level();
+    status = run();
+  } catch (...) {
+    status = report_exception();
+  }
+  journalist->FlushBuffer();
+  return status;
+}
+
+// --- Public methods -------------------------------------------------------------------------------
+
+MinMaxApplication::MinMaxApplication(bool create_console_out)
+    : implementation_(std::make_unique<Implementation>(create_console_out)) {}
+
+MinMaxApplication::~MinMaxApplication() = default;
+
+ApplicationReturnStatus MinMaxApplication::Initialize() {
+  const std::string file_name = implementation_->string_option("option_file_name");
+  if (!file_name.empty() && file_name != "ipminmax.opt") {
+    implementation_->print(Ipopt::J_SUMMARY, Ipopt::J_MAIN,
+                           "Using option file \"" + file_name + "\".\n\n");
+  }
+  return Initialize(file_name);
+}
+
+ApplicationReturnStatus MinMaxApplication::Initialize(const std::string& options_file) {
+  std::ifstream file;
+  if (!options_file.empty()) file.open(options_file);
+  if (file.is_open()) return implementation_->initialize(file, options_file);
+  std::istringstream nothing;
+  return implementation_->initialize(nothing, options_file);
+}
+
+ApplicationReturnStatus MinMaxApplication::Initialize(const char* options_file) {
+  return Initialize(std::string(options_file != nullptr ? options_file : ""));
+}
+
+ApplicationReturnStatus MinMaxApplication::Initialize(std::istream& options) {
+  return implementation_->initialize(options, "options");
+}
+
+SmartPtr<Ipopt::OptionsList> MinMaxApplication::Options() { return implementation_->list; }
+
+SmartPtr<const Ipopt::OptionsList> MinMaxApplication::Options() const {
+  return Ipopt::ConstPtr(implementation_->list);
+}
+
+SmartPtr<Ipopt::Journalist> MinMaxApplication::Jnlst() { return implementation_->journalist; }
+
+SmartPtr<Ipopt::RegisteredOptions> MinMaxApplication::RegOptions() {
+  return implementation_->registry;
+}
+
+ApplicationReturnStatus MinMaxApplication::OptimizeTNLP(const SmartPtr<Ipopt::TNLP>& model) {
+  implementation_->model = model;
+  return implementation_->optimize();
+}
+
+ApplicationReturnStatus MinMaxApplication::ReOptimizeTNLP(const SmartPtr<Ipopt::TNLP>& model) {
+  if (Ipopt::IsNull(implementation_->model)) {
+    THROW_EXCEPTION(Ipopt::INVALID_WARMSTART, "ReOptimizeTNLP called before OptimizeTNLP.");
+  }
+  if (Ipopt::GetRawPtr(model) != Ipopt::GetRawPtr(implementation_->model)) {
+    THROW_EXCEPTION(Ipopt::INVALID_WARMSTART, "ReOptimizeTNLP called for different TNLP.");
+  }
+  return implementation_->optimize();
+}
+
+const Result& MinMaxApplication::LastResult() const { return implementation_->result; }
+
+SmartPtr<MinMaxStatistics> MinMaxApplication::Statistics() const {
+  return implementation_->statistics;
+}
+
+bool MinMaxApplication::OpenOutputFile(const std::string& file_name, EJournalLevel print_level) {
+  return implementation_->open_output_file(file_name, print_level);
+}
+
+void MinMaxApplication::PrintCopyrightMessage() { implementation_->print_banner(); }
+
+void MinMaxApplication::RethrowNonIpoptException(bool dorethrow) {
+  implementation_->rethrow = dorethrow;
+}
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

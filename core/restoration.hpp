@@ -1,0 +1,30 @@
+#pragma once
+
+#include <functional>
+#include <ipminmax/core/canonical_problem.hpp>
+#include <ipminmax/core/merit.hpp>
+#include <ipminmax/core/options.hpp>
+#include <ipminmax/core/solver.hpp>
+
+namespace ipminmax {
+
+enum class RestorationOutcome : std::uint8_t {
+  Restored,           ///< the point was moved to an acceptable one
+  LocallyInfeasible,  ///< the violation is at a local minimum above the tolerance
+  Failed,
+  Stopped  ///< by the iteration or time limit
+};
+
+/// Feasibility restoration, Waechter and Biegler 2006, section 3.3: minimizes over all variables of
+/// both players
+///
+///     rho sum(p + n) + zeta/2 |D (v - v_R)|^2   s.t.  c(v) - p + n = 0,  bounds of v,  p, n >= 0
+///
+/// until acceptable(v, c) holds. Moves only v of the point; its values and multipliers are the
+/// caller's to renew. iterations: those still allowed, reduced by those used.
+[[nodiscard]] RestorationOutcome restore_feasibility(
+    CanonicalProblem& canonical, const SolverOptions& options, double mu,
+    const std::function<bool(const Eigen::VectorXd& v, const Eigen::VectorXd& c)>& acceptable,
+    Point& point, Index& iterations);
+
+}  // namespace ipminmax

@@ -1,0 +1,125 @@
+#include <ipminmax/linalg/auto_solver.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <numeric>
+
+#include <ipminmax/linalg/lapack_solver.hpp>
+#include <ipminmax/linalg/mumps_solver.hpp>
+#include <ipminmax/linalg/ordering.hpp>
+
+namespace ipminmax {
+
+namespace {
+
+// Measured on KKT matrices; see choose_ldlt.
+constexpr Index kDenseDimension = 24;           // at most this: LAPACK
+constexpr Index kDensePivotingDimension = 100;  // at most this: LAPACK when pivoting is needed
+constexpr double kLdltMaxFlopsPerEntry = 100.0;
+
+bool choose_ldlt(const FactorSize& size) {
+  return size.flops <= kLdltMaxFlopsPerEntry * static_cast<double>(size.entries);
+}
+
+double norm(std::span<const double> v) {
+  return std::sqrt(std::inner_product(v.begin(), v.end(), v.begin(), 0.0));
+}
+
+}  // namespace
+
+AutoSolver::AutoSolver(const SymmetricSolverOptions& options) : options_(options), ldlt_(options) {}
+
+AutoSolver::~AutoSolver() = default;
+
+Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) {
+  const Index n = matrix.dimension();
+  use_ldlt_ = ldlt_is_current_ = pivoting_analyzed_ = false;
+  if (n <= kDensePivotingDimension) {
+    pivoting_ = std::make_unique<LapackSolver>();
+  } else {
+    pivoting_ = std::make_unique<MumpsSolver>(options_);
+  }
+  if (n > kDenseDimension && !signs.empty() && options_.ordering != Ordering::Pord) {
+    try {
+      const OrderingChoice choice = choose_ordering(matrix, options_.ordering);
+      if (choose_ldlt(choice.size)) {
+        const Analysis analysis = ldlt_.analyze(matrix, signs, choice);
+        for (auto* workspace : {&direction_, &image_, &product_}) {
+          workspace->resize(static_cast<std::size_t>(n));
+        }
+        use_ldlt_ = ldlt_is_current_ = analysis.ok;
+        if (use_ldlt_) return analysis;
+      }
+    } catch (const std::bad_alloc&) {
+      return {};
+    }
+  }
+  const Analysis analysis = pivoting_->analyze(matrix, signs);
+  pivoting_analyzed_ = true;
+  return analysis;
+}
+
+/// Inverse iteration with the factors of A + Gamma: 1 / |(A + Gamma)^-1 w|, |w| = 1, bounds the
+/// smallest |eigenvalue| from above, closely after two steps. When it is well above gamma, Gamma has
+/// changed no eigenvalue's sign (Weyl); when A u = w still holds for the computed u, rounding has
+/// not either.
+bool AutoSolver::inertia_is_certain(const SymmetricMatrix& matrix) {
+  constexpr double kMargin = 10.0;    // smallest eigenvalue over gamma
+  constexpr double kMaxError = 0.25;  // |A u - w|, of which Gamma u is at most 1 / kMargin
+  std::vector<double>& w = direction_;
+  std::vector<double>& u = image_;
+  for (std::size_t i = 0; i < u.size(); ++i) {  // any start without the matrix's symmetries
+    u[i] = (i % 2 == 0 ? 1.0 : -1.0) * (1.0 + static_cast<double>(i % 7) / 16.0);
+  }
+  double length = norm(u);
+  for (int step = 0; step < 2; ++step) {
+    for (std::size_t i = 0; i < u.size(); ++i) u[i] /= length;
+    w = u;
+    ldlt_.solve_in_place(u);
+    length = norm(u);
+    if (!(std::isfinite(length) && length > 0.0)) return false;
+  }
+  if (length * kMargin * options_.ldlt_gamma > 1.0) return false;
+  matrix.multiply(u, product_);
+  for (std::size_t i = 0; i < u.size(); ++i) product_[i] -= w[i];
+  return norm(product_) <= kMaxError;
+}
+
+Factorization AutoSolver::factorize_pivoting(const SymmetricMatrix& matrix) {
+  ldlt_is_current_ = false;
+  if (!pivoting_analyzed_) {
+    if (!pivoting_->analyze(matrix, {}).ok) return {FactorizationStatus::OutOfMemory, {}, 0.0};
+    pivoting_analyzed_ = true;
+  }
+  return pivoting_->factorize(matrix);
+}
+
+Factorization AutoSolver::factorize(const SymmetricMatrix& matrix) {
+  if (!use_ldlt_) return factorize_pivoting(matrix);
+  const Factorization result = ldlt_.factorize(matrix);
+  ldlt_is_current_ = result.status == FactorizationStatus::Ok && inertia_is_certain(matrix);
+  if (ldlt_is_current_) return result;
+  if (!std::isfinite(matrix.max_norm())) return {};
+  return factorize_pivoting(matrix);
+}
+
+void AutoSolver::solve_in_place(std::span<double> rhs, Index columns) {
+  if (ldlt_is_current_) {
+    ldlt_.solve_in_place(rhs, columns);
+  } else {
+    pivoting_->solve_in_place(rhs, columns);
+  }
+}
+
+bool AutoSolver::increase_quality() {
+  const bool left_ldlt = ldlt_is_current_;
+  use_ldlt_ = ldlt_is_current_ = false;
+  return left_ldlt || pivoting_->increase_quality();
+}
+
+bool AutoSolver::pivots() const { return !ldlt_is_current_; }
+
+std::string_view AutoSolver::name() const { return "auto"; }
+
+}  // namespace ipminmax

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <ipminmax/linalg/ldlt_solver.hpp>
+#include <ipminmax/linalg/symmetric_solver.hpp>
+
+namespace ipminmax {
+
+/// Chooses by size and predicted fill: LAPACK for tiny matrices, LDL' without pivoting where fill
+/// is low, MUMPS elsewhere. A factorization by LDL' that breaks down, or whose inertia its Gamma or
+/// rounding may have decided, is repeated by a pivoting solver.
+class AutoSolver final : public SymmetricSolver {
+ public:
+  explicit AutoSolver(const SymmetricSolverOptions& options);
+  ~AutoSolver() override;
+
+  /// Without signs (an empty span) only pivoting solvers are considered.
+  [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix,
+                                 std::span<const std::int8_t> signs) override;
+  [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
+  void solve_in_place(std::span<double> rhs, Index columns = 1) override;
+
+  /// The first call after an LDL' factorization leaves LDL' for good.
+  [[nodiscard]] bool increase_quality() override;
+
+  /// Whether the last factorization (before any: the next one) pivots.
+  [[nodiscard]] bool pivots() const override;
+  [[nodiscard]] std::string_view name() const override;
+
+ private:
+  [[nodiscard]] bool inertia_is_certain(const SymmetricMatrix& matrix);
+  [[nodiscard]] Factorization factorize_pivoting(const SymmetricMatrix& matrix);
+
+  SymmetricSolverOptions options_;
+  LdltSolver ldlt_;
+  std::unique_ptr<SymmetricSolver> pivoting_;
+  bool pivoting_analyzed_ = false;
+  bool use_ldlt_ = false;       // for the next factorization
+  bool ldlt_is_current_ = false;  // the last factorization, before any the next
+  std::vector<double> direction_, image_, product_;  // workspace of inertia_is_certain
+};
+
+}  // namespace ipminmax

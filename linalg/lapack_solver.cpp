@@ -1,0 +1,199 @@
+#include <ipminmax/linalg/lapack_solver.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <new>
+
+extern "C" {
+// The last argument is Fortran's hidden length of uplo.
+void dsytrf_(const char* uplo, const int* n, double* a, const int* lda, int* ipiv, double* work,
+             const int* lwork, int* info, std::size_t uplo_length);
+void dsytrs_(const char* uplo, const int* n, const int* nrhs, const double* a, const int* lda,
+             const int* ipiv, double* b, const int* ldb, int* info, std::size_t uplo_length);
+}
+
+namespace ipminmax {
+
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
+
+/// The power of two next to 1 / sqrt(norm); 1 for an empty row.
+double equilibrating_factor(double norm) {
+  return norm > 0.0 ? std::ldexp(1.0, -std::ilogb(norm) / 2) : 1.0;
+}
+
+/// Counts pivots as they come.
+struct PivotCounter {
+  double zero_below;
+  Factorization result;
+
+  /// scaled: an eigenvalue of a diagonal block of the equilibrated factor; unscaled: of the matrix.
+  void count(double scaled, double unscaled) {
+    if (!(std::abs(scaled) > zero_below)) {
+      ++result.inertia.zero;
+    } else {
+      ++(scaled > 0.0 ? result.inertia.positive : result.inertia.negative);
+    }
+    result.smallest_pivot = std::min(result.smallest_pivot, std::abs(unscaled));
+  }
+};
+
+struct EigenvaluePair {
+  double larger, smaller;  // in absolute value
+};
+
+/// Eigenvalues of [a b; b c], the smaller one without cancellation.
+EigenvaluePair eigenvalues(double a, double b, double c) {
+  const double mean = 0.5 * (a + c);
+  const double radius = std::hypot(0.5 * (a - c), b);
+  const double larger = mean >= 0.0 ? mean + radius : mean - radius;
+  if (larger == 0.0) return {0.0, 0.0};
+  return {larger, a * (c / larger) - b * (b / larger)};
+}
+
+}  // namespace
+
+Analysis LapackSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t>) {
+  factorized_ = false;
+  dimension_ = matrix.dimension();
+  const double n = dimension_;
+  Analysis analysis{false, Ordering::Amd, static_cast<std::int64_t>(n * (n + 1.0) / 2.0),
+                    n * n * n / 3.0};
+  const auto size = as_size(dimension_);
+  try {
+    dense_.resize(size * size);
+    scale_.resize(size);
+    row_norms_.resize(size);
+    interchanges_.resize(size);
+    int info = 0;
+    const int query = -1;
+    const int leading = std::max(1, dimension_);
+    double work_size = 1.0;
+    dsytrf_("L", &dimension_, dense_.data(), &leading, interchanges_.data(), &work_size, &query,
+            &info, 1);
+    work_.resize(std::max<std::size_t>(1, static_cast<std::size_t>(work_size)));
+  } catch (const std::bad_alloc&) {
+    return analysis;
+  }
+  analysis.ok = true;
+  return analysis;
+}
+
+/// scale_ so that the largest entry of every row of S A S is about 1 (Ruiz's iteration).
+void LapackSolver::equilibrate(const SymmetricMatrix& matrix) {
+  const auto starts = matrix.column_starts();
+  const auto rows = matrix.rows();
+  const auto values = matrix.values();
+  std::fill(scale_.begin(), scale_.end(), 1.0);
+  constexpr int kSweeps = 4;
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    std::fill(row_norms_.begin(), row_norms_.end(), 0.0);
+    for (std::size_t j = 0; j < scale_.size(); ++j) {
+      for (auto p = as_size(starts[j]); p < as_size(starts[j + 1]); ++p) {
+        const auto i = as_size(rows[p]);
+        const double magnitude = std::abs(values[p]) * scale_[i] * scale_[j];
+        row_norms_[i] = std::max(row_norms_[i], magnitude);
+        row_norms_[j] = std::max(row_norms_[j], magnitude);
+      }
+    }
+    for (std::size_t i = 0; i < scale_.size(); ++i) {
+      scale_[i] *= equilibrating_factor(row_norms_[i]);
+    }
+  }
+}
+
+/// dense_ = S A S
+void LapackSolver::load_values(const SymmetricMatrix& matrix) {
+  const auto starts = matrix.column_starts();
+  const auto rows = matrix.rows();
+  const auto values = matrix.values();
+  const std::size_t n = scale_.size();
+  std::fill(dense_.begin(), dense_.end(), 0.0);
+  for (std::size_t j = 0; j < n; ++j) {
+    for (auto p = as_size(starts[j]); p < as_size(starts[j + 1]); ++p) {
+      const auto i = as_size(rows[p]);
+      dense_[i + j * n] = values[p] * scale_[i] * scale_[j];
+    }
+  }
+}
+
+/// Inertia from the 1x1 and 2x2 blocks of the factor.
+Factorization LapackSolver::count_pivots() {
+  const std::size_t n = scale_.size();
+  // Rounding errors of the factorization are a small multiple of n eps, entries being about 1.
+  const double zero_below =
+      8.0 * static_cast<double>(n) * std::numeric_limits<double>::epsilon();
+  PivotCounter counter{zero_below, {}};
+  counter.result.smallest_pivot = n > 0 ? std::numeric_limits<double>::infinity() : 0.0;
+
+  // Interchanges move rows, so the scales of the pivot rows are found by following them.
+  std::vector<double>& scale = row_norms_;
+  scale = scale_;
+  for (std::size_t k = 0; k < n;) {
+    const auto d = [&](std::size_t i, std::size_t j) { return dense_[i + j * n]; };
+    if (interchanges_[k] > 0) {
+      std::swap(scale[k], scale[as_size(interchanges_[k] - 1)]);
+      counter.count(d(k, k), d(k, k) / (scale[k] * scale[k]));
+      k += 1;
+    } else {
+      std::swap(scale[k + 1], scale[as_size(-interchanges_[k] - 1)]);
+      const double s = scale[k];
+      const double t = scale[k + 1];
+      const auto scaled = eigenvalues(d(k, k), d(k + 1, k), d(k + 1, k + 1));
+      const auto unscaled =
+          eigenvalues(d(k, k) / (s * s), d(k + 1, k) / (s * t), d(k + 1, k + 1) / (t * t));
+      counter.count(scaled.larger, unscaled.larger);
+      counter.count(scaled.smaller, unscaled.smaller);
+      k += 2;
+    }
+  }
+  counter.result.status = counter.result.inertia.zero > 0 ? FactorizationStatus::Singular
+                                                          : FactorizationStatus::Ok;
+  return counter.result;
+}
+
+Factorization LapackSolver::factorize(const SymmetricMatrix& matrix) {
+  factorized_ = false;
+  if (!std::isfinite(matrix.max_norm())) return {};
+  if (dimension_ == 0) {
+    factorized_ = true;
+    return {FactorizationStatus::Ok, {}, 0.0};
+  }
+  equilibrate(matrix);
+  load_values(matrix);
+  int info = 0;
+  const int work_size = static_cast<int>(work_.size());
+  dsytrf_("L", &dimension_, dense_.data(), &dimension_, interchanges_.data(), work_.data(),
+          &work_size, &info, 1);
+  if (info < 0) return {};  // info > 0: an exactly zero pivot, counted below
+  Factorization result = count_pivots();
+  factorized_ = result.status == FactorizationStatus::Ok;
+  return result;
+}
+
+/// A^-1 = S (S A S)^-1 S
+void LapackSolver::solve_in_place(std::span<double> rhs, Index columns) {
+  if (!factorized_) {
+    std::fill(rhs.begin(), rhs.end(), kNaN);
+    return;
+  }
+  if (dimension_ == 0) return;
+  const std::size_t n = scale_.size();
+  const auto apply_scale = [&] {
+    for (std::size_t k = 0; k < rhs.size(); k += n) {
+      for (std::size_t i = 0; i < n; ++i) rhs[k + i] *= scale_[i];
+    }
+  };
+  int info = 0;
+  apply_scale();
+  dsytrs_("L", &dimension_, &columns, dense_.data(), &dimension_, interchanges_.data(), rhs.data(),
+          &dimension_, &info, 1);
+  apply_scale();
+}
+
+}  // namespace ipminmax

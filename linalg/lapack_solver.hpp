@@ -1,0 +1,38 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <ipminmax/linalg/symmetric_solver.hpp>
+
+namespace ipminmax {
+
+/// Dense Bunch-Kaufman factorization (LAPACK dsytrf) of the equilibrated matrix S A S, S diagonal
+/// with powers of two: no rounding, and "tiny" has a meaning for rows of very different size.
+/// A pivot counts as zero when it is within rounding of zero there.
+class LapackSolver final : public SymmetricSolver {
+ public:
+  [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix,
+                                 std::span<const std::int8_t> signs) override;
+  [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
+  void solve_in_place(std::span<double> rhs, Index columns = 1) override;
+  [[nodiscard]] bool increase_quality() override { return false; }
+  [[nodiscard]] bool pivots() const override { return true; }
+  [[nodiscard]] std::string_view name() const override { return "lapack"; }
+
+ private:
+  void equilibrate(const SymmetricMatrix& matrix);
+  void load_values(const SymmetricMatrix& matrix);
+  [[nodiscard]] Factorization count_pivots();
+
+  Index dimension_ = 0;
+  std::vector<double> dense_;       // dimension x dimension by columns, lower triangle
+  std::vector<double> scale_;       // diagonal of S
+  std::vector<double> row_norms_;   // workspace
+  std::vector<Index> interchanges_;
+  std::vector<double> work_;
+  bool factorized_ = false;
+};
+
+}  // namespace ipminmax

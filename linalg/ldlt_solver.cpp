@@ -1,0 +1,162 @@
+#include <ipminmax/linalg/ldlt_solver.hpp>
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <stdexcept>
+
+namespace ipminmax {
+
+namespace {
+
+using UpperMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
+using NaturalLdlt =
+    Eigen::SimplicialLDLT<UpperMatrix, Eigen::Upper, Eigen::NaturalOrdering<Index>>;
+
+/// Eigen's factorization without the copies that its factorize() and vectorD() make.
+class InPlaceLdlt : public NaturalLdlt {
+ public:
+  void factorize_upper(const UpperMatrix& upper) { this->factorize_preordered<true>(upper); }
+  [[nodiscard]] const Eigen::VectorXd& pivots() const { return m_diag; }
+};
+
+std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+struct LdltSolver::Factor {
+  UpperMatrix upper;  // P (A + Gamma) P', upper triangle
+  InPlaceLdlt ldlt;
+  Eigen::VectorXd permuted;  // one right-hand side in elimination order
+};
+
+LdltSolver::LdltSolver(const SymmetricSolverOptions& options)
+    : options_(options), factor_(std::make_unique<Factor>()) {}
+
+LdltSolver::~LdltSolver() = default;
+
+Analysis LdltSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) {
+  try {
+    // PORD exists only inside MUMPS.
+    const Ordering ordering =
+        options_.ordering == Ordering::Pord ? Ordering::Best : options_.ordering;
+    return analyze(matrix, signs, choose_ordering(matrix, ordering));
+  } catch (const std::bad_alloc&) {
+    return {};
+  }
+}
+
+Analysis LdltSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs,
+                             const OrderingChoice& ordering) {
+  if (signs.size() != as_size(matrix.dimension())) {
+    throw std::invalid_argument("LdltSolver: one sign per row is needed");
+  }
+  factorized_ = false;
+  Analysis analysis{false, ordering.ordering, ordering.size.entries, ordering.size.flops};
+  if (ordering.size.entries > std::numeric_limits<Index>::max()) return analysis;
+  try {
+    new_index_ = ordering.new_index;
+    build_pattern(matrix, signs);
+    factor_->ldlt.analyzePattern(factor_->upper);
+    factor_->permuted.resize(matrix.dimension());
+  } catch (const std::bad_alloc&) {
+    return analysis;
+  }
+  analysis.ok = true;
+  return analysis;
+}
+
+void LdltSolver::build_pattern(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) {
+  const Index n = matrix.dimension();
+  const auto starts = matrix.column_starts();
+  const auto rows = matrix.rows();
+  UpperMatrix& upper = factor_->upper;
+  upper.resize(n, n);
+  upper.resizeNonZeros(matrix.nonzeros());
+  Index* upper_starts = upper.outerIndexPtr();
+  Index* upper_rows = upper.innerIndexPtr();
+
+  const auto for_each_entry = [&](auto&& visit) {  // visit(position, row, column), row <= column
+    for (Index j = 0; j < n; ++j) {
+      for (Index p = starts[as_size(j)]; p < starts[as_size(j) + 1]; ++p) {
+        const auto [row, column] =
+            std::minmax(new_index_[as_size(rows[as_size(p)])], new_index_[as_size(j)]);
+        visit(p, row, column);
+      }
+    }
+  };
+  std::fill(upper_starts, upper_starts + n + 1, 0);
+  for_each_entry([&](Index, Index, Index column) { ++upper_starts[column + 1]; });
+  for (Index k = 0; k < n; ++k) upper_starts[k + 1] += upper_starts[k];
+  std::vector<Index> next(upper_starts, upper_starts + n);
+  upper_index_.resize(as_size(matrix.nonzeros()));
+  for_each_entry([&](Index p, Index row, Index column) {
+    const Index position = next[as_size(column)]++;
+    upper_rows[position] = row;
+    upper_index_[as_size(p)] = position;
+  });
+
+  gamma_.resize(as_size(n));
+  std::transform(signs.begin(), signs.end(), gamma_.begin(),
+                 [&](std::int8_t sign) { return options_.ldlt_gamma * sign; });
+}
+
+/// upper = P (A + Gamma) P'. False when a value is not finite.
+bool LdltSolver::load_values(const SymmetricMatrix& matrix) {
+  const auto values = matrix.values();
+  double* upper = factor_->upper.valuePtr();
+  double zero_if_finite = 0.0;
+  for (std::size_t p = 0; p < values.size(); ++p) {
+    zero_if_finite += 0.0 * values[p];
+    upper[upper_index_[p]] = values[p];
+  }
+  for (Index i = 0; i < matrix.dimension(); ++i) {
+    upper[upper_index_[as_size(matrix.diagonal_position(i))]] += gamma_[as_size(i)];
+  }
+  return zero_if_finite == 0.0;
+}
+
+Factorization LdltSolver::factorize(const SymmetricMatrix& matrix) {
+  factorized_ = false;
+  Factorization result;
+  if (!load_values(matrix)) return result;
+  if (matrix.dimension() == 0) {
+    factorized_ = true;
+    result.status = FactorizationStatus::Ok;
+    return result;
+  }
+  factor_->ldlt.factorize_upper(factor_->upper);
+  if (factor_->ldlt.info() != Eigen::Success) return result;
+
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const double pivot : factor_->ldlt.pivots()) {
+    if (!std::isfinite(pivot)) return result;
+    ++(pivot > 0.0 ? result.inertia.positive : result.inertia.negative);
+    smallest = std::min(smallest, std::abs(pivot));
+  }
+  result.smallest_pivot = smallest;
+  result.status = FactorizationStatus::Ok;
+  factorized_ = true;
+  return result;
+}
+
+void LdltSolver::solve_in_place(std::span<double> rhs, Index columns) {
+  if (!factorized_) {
+    std::fill(rhs.begin(), rhs.end(), std::numeric_limits<double>::quiet_NaN());
+    return;
+  }
+  Eigen::VectorXd& x = factor_->permuted;
+  const std::size_t n = new_index_.size();
+  for (std::size_t c = 0; c < as_size(columns) && n > 0; ++c) {
+    double* column = rhs.data() + c * n;
+    for (std::size_t i = 0; i < n; ++i) x[new_index_[i]] = column[i];
+    factor_->ldlt.matrixL().solveInPlace(x);
+    x.array() /= factor_->ldlt.pivots().array();
+    factor_->ldlt.matrixU().solveInPlace(x);
+    for (std::size_t i = 0; i < n; ++i) column[i] = x[new_index_[i]];
+  }
+}
+
+}  // namespace ipminmax

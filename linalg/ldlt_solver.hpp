@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <ipminmax/linalg/ordering.hpp>
+#include <ipminmax/linalg/symmetric_solver.hpp>
+
+namespace ipminmax {
+
+/// Sparse LDL' without pivoting of A + Gamma, Gamma = diag(gamma signs_i): the paper's way to make
+/// every pivot of a KKT matrix appear. Solutions are those of A + Gamma, to be refined against A.
+///
+/// The inertia is that of A + Gamma. It is that of A when no eigenvalue of A lies within gamma of
+/// zero; a singular A is therefore reported with a definite inertia, or as Failed, never reliably
+/// as Singular.
+class LdltSolver final : public SymmetricSolver {
+ public:
+  explicit LdltSolver(const SymmetricSolverOptions& options);
+  ~LdltSolver() override;
+
+  /// Throws std::invalid_argument unless there is one sign per row.
+  [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix,
+                                 std::span<const std::int8_t> signs) override;
+
+  /// As above, with an ordering made before.
+  [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs,
+                                 const OrderingChoice& ordering);
+
+  [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
+  void solve_in_place(std::span<double> rhs, Index columns = 1) override;
+  [[nodiscard]] bool increase_quality() override { return false; }
+  [[nodiscard]] bool pivots() const override { return false; }
+  [[nodiscard]] std::string_view name() const override { return "ldlt"; }
+
+ private:
+  struct Factor;  // hides Eigen
+  void build_pattern(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs);
+  bool load_values(const SymmetricMatrix& matrix);
+
+  SymmetricSolverOptions options_;
+  std::vector<Index> new_index_;    // place of row i in the elimination order
+  std::vector<Index> upper_index_;  // position in the permuted upper triangle of each matrix entry
+  std::vector<double> gamma_;       // diagonal of Gamma
+  std::unique_ptr<Factor> factor_;
+  bool factorized_ = false;
+};
+
+}  // namespace ipminmax

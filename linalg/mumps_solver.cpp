@@ -1,0 +1,211 @@
+#include <ipminmax/linalg/mumps_solver.hpp>
+
+#include <dmumps_c.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <type_traits>
+
+#include <ipminmax/linalg/library_lock.hpp>
+#include <ipminmax/linalg/ordering.hpp>
+
+namespace ipminmax {
+
+namespace {
+
+static_assert(std::is_same_v<MUMPS_INT, Index>, "MUMPS must be built with 32-bit integers");
+
+std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
+
+// Values of JOB and INFOG(1) from the MUMPS users' guide.
+enum Job { kInitialize = -1, kTerminate = -2, kAnalyze = 1, kFactorize = 2, kSolve = 3 };
+constexpr int kSingular = -10;
+constexpr int kOutOfMemory = -13;
+constexpr bool wants_more_workspace(int status) { return status == -8 || status == -9; }
+
+// ICNTL(7); never automatic, which may take SCOTCH: not deterministic.
+constexpr int kOrderAmd = 0;
+constexpr int kOrderGiven = 1;
+constexpr int kOrderPord = 4;
+
+}  // namespace
+
+/// One MUMPS instance, from JOB = -1 to JOB = -2.
+struct MumpsSolver::Instance {
+  Instance() {
+    data.sym = 2;  // symmetric indefinite
+    data.par = 1;
+    data.comm_fortran = -987654;  // MPI_COMM_WORLD
+    run(kInitialize);
+    for (int k = 1; k <= 4; ++k) icntl(k) = 0;  // no output
+    icntl(6) = 0;                               // no matching: the analysis sees no values
+    icntl(8) = 77;                              // scaling chosen by MUMPS
+    icntl(10) = 0;                              // no refinement
+    icntl(12) = 1;                              // usual ordering, not the matching's
+    icntl(13) = 1;                              // no ScaLAPACK at the root: exact inertia
+    icntl(24) = 1;                              // null pivots are detected and counted
+  }
+  ~Instance() { run(kTerminate); }
+  Instance(const Instance&) = delete;
+  Instance& operator=(const Instance&) = delete;
+
+  /// Returns INFOG(1).
+  int run(Job job) {
+    const LibraryLock lock;
+    data.job = job;
+    dmumps_c(&data);
+    return infog(1);
+  }
+
+  // As in the users' guide: 1-based.
+  int& icntl(int k) { return data.icntl[k - 1]; }
+  double& cntl(int k) { return data.cntl[k - 1]; }
+  [[nodiscard]] int infog(int k) const { return data.infog[k - 1]; }
+  [[nodiscard]] double rinfog(int k) const { return data.rinfog[k - 1]; }
+
+  DMUMPS_STRUC_C data{};
+};
+
+MumpsSolver::MumpsSolver(const SymmetricSolverOptions& options)
+    : options_(options),
+      pivot_tolerance_(options.mumps_pivot_tolerance),
+      memory_percent_(options.mumps_memory_percent) {}
+
+MumpsSolver::~MumpsSolver() = default;
+
+void MumpsSolver::load_pattern(const SymmetricMatrix& matrix) {
+  const auto starts = matrix.column_starts();
+  const auto rows = matrix.rows();
+  rows_.resize(rows.size());
+  columns_.resize(rows.size());
+  values_.assign(rows.size(), 0.0);
+  for (Index j = 0; j < dimension_; ++j) {
+    for (auto p = as_size(starts[as_size(j)]); p < as_size(starts[as_size(j) + 1]); ++p) {
+      rows_[p] = rows[p] + 1;
+      columns_[p] = j + 1;
+    }
+  }
+  DMUMPS_STRUC_C& data = instance_->data;
+  data.n = dimension_;
+  data.nnz = matrix.nonzeros();
+  data.irn = rows_.data();
+  data.jcn = columns_.data();
+  data.a = values_.data();
+}
+
+Analysis MumpsSolver::analyze_with(Ordering ordering, const SymmetricMatrix& matrix) {
+  if (ordering == Ordering::Metis) {
+    if (metis_order_.empty()) {
+      metis_order_ = fill_reducing_ordering(matrix, Ordering::Metis);
+      for (Index& place : metis_order_) ++place;
+    }
+    instance_->data.perm_in = metis_order_.data();
+    instance_->icntl(7) = kOrderGiven;
+  } else {
+    instance_->icntl(7) = ordering == Ordering::Pord ? kOrderPord : kOrderAmd;
+  }
+  const int status = instance_->run(kAnalyze);
+  const int entries = instance_->infog(20);  // negative: in millions
+  return {status >= 0, ordering, entries >= 0 ? entries : -std::int64_t{1000000} * entries,
+          instance_->rinfog(1)};
+}
+
+/// The ordering with the fewest flops, left as the current analysis of the instance.
+Analysis MumpsSolver::best_analysis(const SymmetricMatrix& matrix) {
+  Analysis best = analyze_with(Ordering::Amd, matrix);
+  Ordering current = Ordering::Amd;
+  if (best.ok && best.flops < worthwhile_flops(matrix)) return best;
+  for (const Ordering candidate : {Ordering::Pord, Ordering::Metis}) {
+    const Analysis analysis = analyze_with(candidate, matrix);
+    current = candidate;
+    if (analysis.ok && (!best.ok || analysis.flops < best.flops)) best = analysis;
+  }
+  return best.ok && best.ordering != current ? analyze_with(best.ordering, matrix) : best;
+}
+
+Analysis MumpsSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t>) {
+  factorized_ = false;
+  instance_.reset();
+  metis_order_.clear();
+  memory_percent_ = options_.mumps_memory_percent;
+  dimension_ = matrix.dimension();
+  const Ordering wanted = options_.ordering;
+  if (dimension_ == 0) {
+    return {true, wanted == Ordering::Best ? Ordering::Amd : wanted, 0, 0.0};
+  }
+  try {
+    instance_ = std::make_unique<Instance>();
+    load_pattern(matrix);
+    return wanted == Ordering::Best ? best_analysis(matrix) : analyze_with(wanted, matrix);
+  } catch (const std::bad_alloc&) {
+    instance_.reset();
+    return {};
+  }
+}
+
+/// INFOG(1) of the factorization after retries with more workspace.
+int MumpsSolver::factorize_with_enough_memory() {
+  constexpr Index kMaxPercent = 1'000'000;
+  constexpr Index kMinPercent = 20;
+  for (;;) {
+    instance_->icntl(14) = memory_percent_;
+    const int status = instance_->run(kFactorize);
+    if (wants_more_workspace(status) && memory_percent_ < kMaxPercent) {
+      memory_percent_ = std::max(kMinPercent, 2 * memory_percent_);
+    } else {
+      return status;
+    }
+  }
+}
+
+Factorization MumpsSolver::factorize(const SymmetricMatrix& matrix) {
+  factorized_ = false;
+  Factorization result;
+  if (dimension_ == 0) {
+    factorized_ = true;
+    result.status = FactorizationStatus::Ok;
+    return result;
+  }
+  if (instance_ == nullptr || !std::isfinite(matrix.max_norm())) return result;
+  std::copy(matrix.values().begin(), matrix.values().end(), values_.begin());
+  instance_->cntl(1) = pivot_tolerance_;
+
+  const int status = factorize_with_enough_memory();
+  if (wants_more_workspace(status) || status == kOutOfMemory) {
+    result.status = FactorizationStatus::OutOfMemory;
+    return result;
+  }
+  if (status < 0 && status != kSingular) return result;
+
+  const int null_pivots = status == kSingular ? 1 : instance_->infog(28);
+  result.inertia.negative = instance_->infog(12);
+  result.inertia.zero = null_pivots;
+  result.inertia.positive = dimension_ - result.inertia.negative - null_pivots;
+  result.status = null_pivots > 0 ? FactorizationStatus::Singular : FactorizationStatus::Ok;
+  factorized_ = result.status == FactorizationStatus::Ok;
+  return result;
+}
+
+void MumpsSolver::solve_in_place(std::span<double> rhs, Index columns) {
+  if (factorized_ && dimension_ == 0) return;
+  if (factorized_) {
+    instance_->data.rhs = rhs.data();
+    instance_->data.nrhs = columns;
+    instance_->data.lrhs = dimension_;
+    if (instance_->run(kSolve) >= 0) return;
+  }
+  std::fill(rhs.begin(), rhs.end(), std::numeric_limits<double>::quiet_NaN());
+}
+
+/// Ipopt's rule.
+bool MumpsSolver::increase_quality() {
+  if (!(pivot_tolerance_ < options_.mumps_pivot_tolerance_max)) return false;
+  pivot_tolerance_ =
+      std::min(options_.mumps_pivot_tolerance_max, std::pow(pivot_tolerance_, 0.75));
+  return true;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <ipminmax/linalg/symmetric_solver.hpp>
+
+namespace ipminmax {
+
+/// Multifrontal LDL' with threshold pivoting (sequential MUMPS, SYM = 2). Null pivots are counted as
+/// zero eigenvalues. Calls are serialized over all threads of the process.
+class MumpsSolver final : public SymmetricSolver {
+ public:
+  explicit MumpsSolver(const SymmetricSolverOptions& options);
+  ~MumpsSolver() override;
+
+  [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix,
+                                 std::span<const std::int8_t> signs) override;
+  [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
+  void solve_in_place(std::span<double> rhs, Index columns = 1) override;
+  [[nodiscard]] bool increase_quality() override;
+  [[nodiscard]] bool pivots() const override { return true; }
+  [[nodiscard]] std::string_view name() const override { return "mumps"; }
+
+ private:
+  struct Instance;  // hides the MUMPS structure
+  void load_pattern(const SymmetricMatrix& matrix);
+  Analysis analyze_with(Ordering ordering, const SymmetricMatrix& matrix);
+  Analysis best_analysis(const SymmetricMatrix& matrix);
+  [[nodiscard]] int factorize_with_enough_memory();
+
+  SymmetricSolverOptions options_;
+  double pivot_tolerance_;
+  Index memory_percent_;
+  Index dimension_ = 0;
+  std::vector<Index> rows_, columns_;  // 1-based
+  std::vector<double> values_;
+  std::vector<Index> metis_order_;     // 1-based; empty until needed
+  std::unique_ptr<Instance> instance_;
+  bool factorized_ = false;
+};
+
+}  // namespace ipminmax

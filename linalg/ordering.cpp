@@ -1,0 +1,259 @@
+#include <ipminmax/linalg/ordering.hpp>
+
+#include <metis.h>
+
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <limits>
+#include <new>
+#include <numeric>
+#include <stdexcept>
+#include <type_traits>
+
+#include <ipminmax/linalg/library_lock.hpp>
+
+namespace ipminmax {
+
+namespace {
+
+static_assert(std::is_same_v<idx_t, Index>, "METIS must be built with 32-bit indices");
+
+std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
+
+/// Compressed lists of indices: list k is items[starts[k]], ..., items[starts[k + 1] - 1].
+struct Lists {
+  std::vector<Index> starts;
+  std::vector<Index> items;
+
+  [[nodiscard]] std::span<const Index> operator[](Index k) const {
+    const auto begin = as_size(starts[as_size(k)]);
+    return {items.data() + begin, as_size(starts[as_size(k) + 1]) - begin};
+  }
+};
+
+/// Calls visit(i, j), i > j, for every off-diagonal entry of the lower triangle.
+template <class Visitor>
+void for_each_off_diagonal(const SymmetricMatrix& matrix, Visitor&& visit) {
+  const auto starts = matrix.column_starts();
+  const auto rows = matrix.rows();
+  for (Index j = 0; j < matrix.dimension(); ++j) {
+    for (Index p = starts[as_size(j)] + 1; p < starts[as_size(j) + 1]; ++p) {
+      visit(rows[as_size(p)], j);
+    }
+  }
+}
+
+/// Lists of each pair (k, item) that for_each_pair(visit) hands to visit(k, item), in two passes.
+template <class ForEachPair>
+Lists collect(Index count, ForEachPair&& for_each_pair) {
+  Lists lists;
+  lists.starts.assign(as_size(count) + 1, 0);
+  for_each_pair([&](Index k, Index) { ++lists.starts[as_size(k) + 1]; });
+  std::partial_sum(lists.starts.begin(), lists.starts.end(), lists.starts.begin());
+  lists.items.resize(as_size(lists.starts.back()));
+  std::vector<Index> next(lists.starts.begin(), lists.starts.end() - 1);
+  for_each_pair([&](Index k, Index item) { lists.items[as_size(next[as_size(k)]++)] = item; });
+  return lists;
+}
+
+/// Neighbours of every vertex, without itself.
+Lists adjacency(const SymmetricMatrix& matrix) {
+  const auto off_diagonals = static_cast<std::int64_t>(matrix.nonzeros()) - matrix.dimension();
+  if (2 * off_diagonals > std::numeric_limits<Index>::max()) throw std::bad_alloc();
+  return collect(matrix.dimension(), [&](auto&& add) {
+    for_each_off_diagonal(matrix, [&](Index i, Index j) {
+      add(i, j);
+      add(j, i);
+    });
+  });
+}
+
+std::vector<Index> identity_ordering(Index dimension) {
+  std::vector<Index> new_index(as_size(dimension));
+  std::iota(new_index.begin(), new_index.end(), 0);
+  return new_index;
+}
+
+std::vector<Index> amd_ordering(const SymmetricMatrix& matrix) {
+  const Index n = matrix.dimension();
+  const Lists graph = adjacency(matrix);
+  // The values are never read, but Eigen's map wants some.
+  const std::vector<double> values(graph.items.size(), 1.0);
+  Eigen::SparseMatrix<double, Eigen::ColMajor, Index> pattern =
+      Eigen::Map<const Eigen::SparseMatrix<double, Eigen::ColMajor, Index>>(
+          n, n, static_cast<Eigen::Index>(graph.items.size()), graph.starts.data(),
+          graph.items.data(), values.data());
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> order;
+  Eigen::internal::minimum_degree_ordering(pattern, order);  // order[k]: the row eliminated k-th
+
+  std::vector<Index> new_index(as_size(n));
+  for (Index k = 0; k < n; ++k) new_index[as_size(order.indices()[k])] = k;
+  return new_index;
+}
+
+std::vector<Index> metis_ordering(const SymmetricMatrix& matrix) {
+  const Index n = matrix.dimension();
+  Lists graph = adjacency(matrix);
+  if (graph.items.empty()) return identity_ordering(n);
+  std::vector<Index> order(as_size(n));      // order[k]: the row eliminated k-th
+  std::vector<Index> new_index(as_size(n));  // METIS calls it iperm
+  idx_t options[METIS_NOPTIONS];
+  METIS_SetDefaultOptions(options);
+  options[METIS_OPTION_SEED] = 1;
+  idx_t vertices = n;
+  const LibraryLock lock;
+  const int status = METIS_NodeND(&vertices, graph.starts.data(), graph.items.data(), nullptr,
+                                  options, order.data(), new_index.data());
+  if (status == METIS_ERROR_MEMORY) throw std::bad_alloc();
+  if (status != METIS_OK) return identity_ordering(n);
+  return new_index;
+}
+
+/// parent[j] of every node in the elimination tree, -1 at roots (Liu, with path compression).
+/// before[k]: the neighbours of k that are eliminated before it.
+std::vector<Index> elimination_tree(const Lists& before, Index n) {
+  std::vector<Index> parent(as_size(n), -1);
+  std::vector<Index> ancestor(as_size(n), -1);
+  for (Index k = 0; k < n; ++k) {
+    for (Index i : before[k]) {
+      while (i != -1 && i < k) {
+        const Index next = ancestor[as_size(i)];
+        ancestor[as_size(i)] = k;
+        if (next == -1) parent[as_size(i)] = k;
+        i = next;
+      }
+    }
+  }
+  return parent;
+}
+
+/// Nodes in postorder: children before parents, every subtree contiguous.
+std::vector<Index> postorder(const std::vector<Index>& parent) {
+  const Index n = static_cast<Index>(parent.size());
+  std::vector<Index> first_child(parent.size(), -1);
+  std::vector<Index> sibling(parent.size(), -1);
+  for (Index j = n - 1; j >= 0; --j) {
+    const Index p = parent[as_size(j)];
+    if (p == -1) continue;
+    sibling[as_size(j)] = first_child[as_size(p)];
+    first_child[as_size(p)] = j;
+  }
+  std::vector<Index> post;
+  post.reserve(parent.size());
+  std::vector<Index> stack;
+  for (Index root = 0; root < n; ++root) {
+    if (parent[as_size(root)] != -1) continue;
+    stack.push_back(root);
+    while (!stack.empty()) {
+      const Index node = stack.back();
+      const Index child = first_child[as_size(node)];
+      if (child == -1) {
+        post.push_back(node);
+        stack.pop_back();
+      } else {
+        first_child[as_size(node)] = sibling[as_size(child)];
+        stack.push_back(child);
+      }
+    }
+  }
+  return post;
+}
+
+/// Entries of every column of L, diagonal included, without forming L: each entry of A adds one to
+/// the column where its row subtree starts and takes one away where two of its branches meet
+/// (Gilbert, Ng and Peyton 1994). after[j]: the neighbours of j eliminated after it.
+std::vector<Index> column_counts(const Lists& after, const std::vector<Index>& parent) {
+  const std::size_t n = parent.size();
+  const std::vector<Index> post = postorder(parent);
+  std::vector<Index> first(n, -1);  // postorder number of the first descendant
+  std::vector<Index> count(n, 0);
+  for (std::size_t k = 0; k < n; ++k) {
+    Index j = post[k];
+    count[as_size(j)] = first[as_size(j)] == -1 ? 1 : 0;  // a leaf of the tree
+    for (; j != -1 && first[as_size(j)] == -1; j = parent[as_size(j)]) {
+      first[as_size(j)] = static_cast<Index>(k);
+    }
+  }
+
+  std::vector<Index> max_first(n, -1);      // of row i: largest first[] of its leaves so far
+  std::vector<Index> previous_leaf(n, -1);  // of row i
+  std::vector<Index> ancestor(n);           // disjoint sets: root of the part already visited
+  std::iota(ancestor.begin(), ancestor.end(), 0);
+  for (const Index j : post) {
+    const Index up = parent[as_size(j)];
+    if (up != -1) --count[as_size(up)];
+    for (const Index i : after[j]) {
+      if (first[as_size(j)] <= max_first[as_size(i)]) continue;  // j is no leaf of row subtree i
+      max_first[as_size(i)] = first[as_size(j)];
+      ++count[as_size(j)];
+      const Index leaf = previous_leaf[as_size(i)];
+      previous_leaf[as_size(i)] = j;
+      if (leaf == -1) continue;
+      Index meet = leaf;
+      while (meet != ancestor[as_size(meet)]) meet = ancestor[as_size(meet)];
+      for (Index s = leaf; s != meet;) {
+        const Index next = ancestor[as_size(s)];
+        ancestor[as_size(s)] = meet;
+        s = next;
+      }
+      --count[as_size(meet)];
+    }
+    if (up != -1) ancestor[as_size(j)] = up;
+  }
+  for (std::size_t j = 0; j < n; ++j) {  // parent[j] > j
+    if (parent[j] != -1) count[as_size(parent[j])] += count[j];
+  }
+  return count;
+}
+
+}  // namespace
+
+std::vector<Index> fill_reducing_ordering(const SymmetricMatrix& matrix, Ordering ordering) {
+  if (ordering != Ordering::Amd && ordering != Ordering::Metis) {
+    throw std::invalid_argument("fill_reducing_ordering: only Amd and Metis");
+  }
+  if (matrix.dimension() <= 1) return identity_ordering(matrix.dimension());
+  return ordering == Ordering::Amd ? amd_ordering(matrix) : metis_ordering(matrix);
+}
+
+FactorSize predict_factor_size(const SymmetricMatrix& matrix, std::span<const Index> new_index) {
+  const Index n = matrix.dimension();
+  const auto collect_permuted = [&](bool later_neighbours) {
+    return collect(n, [&](auto&& add) {
+      for_each_off_diagonal(matrix, [&](Index i, Index j) {
+        const auto [early, late] = std::minmax(new_index[as_size(i)], new_index[as_size(j)]);
+        if (later_neighbours) {
+          add(early, late);
+        } else {
+          add(late, early);
+        }
+      });
+    });
+  };
+  const std::vector<Index> parent = elimination_tree(collect_permuted(false), n);
+  FactorSize size;
+  for (const Index entries : column_counts(collect_permuted(true), parent)) {
+    const double below = entries - 1;
+    size.entries += entries;
+    size.flops += below * (below + 2.0);  // one division, and below + 1 multiply-adds, per entry
+  }
+  return size;
+}
+
+double worthwhile_flops(const SymmetricMatrix& matrix) { return 50.0 * matrix.nonzeros(); }
+
+OrderingChoice choose_ordering(const SymmetricMatrix& matrix, Ordering ordering) {
+  const auto measured = [&](Ordering candidate) {
+    OrderingChoice choice{candidate, fill_reducing_ordering(matrix, candidate), {}};
+    choice.size = predict_factor_size(matrix, choice.new_index);
+    return choice;
+  };
+  if (ordering != Ordering::Best) return measured(ordering);
+  OrderingChoice amd = measured(Ordering::Amd);
+  if (amd.size.flops < worthwhile_flops(matrix)) return amd;
+  OrderingChoice metis = measured(Ordering::Metis);
+  return metis.size.flops < amd.size.flops ? metis : amd;
+}
+
+}  // namespace ipminmax
