@@ -23,6 +23,7 @@
 #include <fstream>
 #include <ipminmax/adapter/minmax_application.hpp>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -44,13 +45,13 @@ struct Settings {
   State start;
   Control guess{0.01, 0.002, 0.001};  ///< of every stage at the first step; not symmetric
   int steps = 50;
-  int instability_from = 1;   ///< first step with line 7 of Algorithm 1
-  bool saturate = true;       ///< cut controls to their limits before they are applied
-  std::string globalization;  ///< empty: the solver's default
+  int instability_from = 1;  ///< first step with line 7 of Algorithm 1
+  bool saturate = true;      ///< cut controls to their limits before they are applied
   bool cold_shifts = false;
   bool paper_rules = false;
   double tol = 1e-6;
   int max_iter = 200;
+  std::string solver_options;  ///< lines "name value", as in an options file
 };
 
 struct Step {
@@ -103,26 +104,31 @@ void use_set(const std::string& name, Settings& settings) {
 
 // ---- The closed loop ----------------------------------------------------------------------------
 
-/// The options common to all steps. With paper_rules: Algorithm 1 as printed, that is shifts that
-/// start anew in every iteration, b <- 0.2 b when |g(z, b)| <= b, no line search, no scaling.
-void set_options(const Settings& settings, Ipopt::OptionsList& options) {
+/// The options common to all steps. With paper_rules: Algorithm 1 as printed, that is no line search,
+/// no scaling, b <- 0.2 b when |g(z, b)| <= b, and a growing factor of 10 for the shifts.
+void set_options(const Settings& settings, ipminmax::MinMaxApplication& app) {
+  Ipopt::OptionsList& options = *app.Options();
   options.SetIntegerValue("print_level", 0);
   options.SetStringValue("sb", "yes");
   options.SetNumericValue("tol", settings.tol);
   options.SetIntegerValue("max_iter", settings.max_iter);
-  if (!settings.globalization.empty() &&
-      !options.SetStringValue("minmax_globalization", settings.globalization))
-    throw std::invalid_argument("minmax_globalization has no value " + settings.globalization);
   if (settings.cold_shifts) options.SetStringValue("minmax_warm_start_shifts", "no");
-  if (!settings.paper_rules) return;
-  options.SetStringValue("minmax_barrier_rule", "paper");
-  options.SetStringValue("nlp_scaling_method", "none");
-  options.SetStringValue("bound_mult_init_method", "mu-based");
-  options.SetNumericValue("constr_mult_init_max", 0.0);
-  options.SetNumericValue("bound_relax_factor", 0.0);
-  options.SetNumericValue("perturb_inc_fact_first", 10.0);
-  options.SetNumericValue("perturb_inc_fact", 10.0);
-  options.SetIntegerValue("acceptable_iter", 0);
+  if (settings.paper_rules) {
+    options.SetStringValue("minmax_barrier_rule", "paper");
+    options.SetStringValue("nlp_scaling_method", "none");
+    options.SetStringValue("bound_mult_init_method", "mu-based");
+    options.SetNumericValue("constr_mult_init_max", 0.0);
+    options.SetNumericValue("bound_relax_factor", 0.0);
+    options.SetNumericValue("perturb_inc_fact_first", 10.0);
+    options.SetNumericValue("perturb_inc_fact", 10.0);
+    options.SetIntegerValue("acceptable_iter", 0);
+  }
+  std::istringstream user_options(settings.solver_options);
+  try {
+    options.ReadFromStream(*app.Jnlst(), user_options);
+  } catch (const Ipopt::IpoptException& error) {
+    throw std::invalid_argument(error.Message());
+  }
 }
 
 double excess(const Control& c, const chauffeur::Parameters& limits) {
@@ -141,7 +147,7 @@ Run closed_loop(const Settings& settings, const std::string& title) {
   const Ipopt::SmartPtr<chauffeur::ChauffeurTNLP> model =
       new chauffeur::ChauffeurTNLP(settings.parameters, state, settings.guess);
   const Ipopt::SmartPtr<ipminmax::MinMaxApplication> app = new ipminmax::MinMaxApplication;
-  set_options(settings, *app->Options());
+  set_options(settings, *app);
   if (app->Initialize("") != Ipopt::Solve_Succeeded)
     throw std::runtime_error("the solver refuses its options");
 
@@ -335,7 +341,7 @@ void single_run(const Settings& settings, const std::filesystem::path& output) {
 
 /// Three runs from the same start, with Algorithm 1 as printed in the paper.
 void figure(Settings settings, const std::filesystem::path& output) {
-  settings.globalization = "none";
+  settings.solver_options += "minmax_globalization none\n";
   settings.cold_shifts = true;
   settings.paper_rules = true;
   std::vector<Run> runs;
@@ -420,7 +426,16 @@ int run(int argc, char** argv) {
   command_line.add(
       "--instability", "yes|no|STEP", "line 7 of Algorithm 1: on, off, on from a step",
       [&](const std::string& text) { settings.instability_from = first_step_with_rule(text); });
-  command_line.add("--globalization", settings.globalization, "option minmax_globalization");
+  command_line.add("--globalization", "NAME", "the same as --option minmax_globalization=NAME",
+                   [&](const std::string& text) {
+                     settings.solver_options += "minmax_globalization " + text + '\n';
+                   });
+  command_line.add("--option", "NAME=VALUE", "any option of the solver", [&](std::string text) {
+    const std::size_t equal = text.find('=');
+    if (equal == std::string::npos) throw std::invalid_argument("NAME=VALUE is needed");
+    text[equal] = ' ';
+    settings.solver_options += text + '\n';
+  });
   command_line.add_flag("--cold-shifts", settings.cold_shifts,
                         "shifts start anew in every iteration");
   command_line.add_flag("--paper-rules", settings.paper_rules,

@@ -57,11 +57,14 @@ Lists collect(Index count, ForEachPair&& for_each_pair) {
   return lists;
 }
 
-/// Neighbours of every vertex, without itself.
-Lists adjacency(const SymmetricMatrix& matrix) {
-  const auto off_diagonals = static_cast<std::int64_t>(matrix.nonzeros()) - matrix.dimension();
-  if (2 * off_diagonals > std::numeric_limits<Index>::max()) throw std::bad_alloc();
-  return collect(matrix.dimension(), [&](auto&& add) {
+/// Neighbours of every row in the graph of the matrix, itself among them on request.
+Lists adjacency(const SymmetricMatrix& matrix, bool with_diagonal) {
+  const Index n = matrix.dimension();
+  if (2 * static_cast<std::int64_t>(matrix.nonzeros()) > std::numeric_limits<Index>::max()) {
+    throw std::bad_alloc();
+  }
+  return collect(n, [&](auto&& add) {
+    for (Index j = 0; with_diagonal && j < n; ++j) add(j, j);
     for_each_off_diagonal(matrix, [&](Index i, Index j) {
       add(i, j);
       add(j, i);
@@ -77,13 +80,12 @@ std::vector<Index> identity_ordering(Index dimension) {
 
 std::vector<Index> amd_ordering(const SymmetricMatrix& matrix) {
   const Index n = matrix.dimension();
-  const Lists graph = adjacency(matrix);
-  // The values are never read, but Eigen's map wants some.
-  const std::vector<double> values(graph.items.size(), 1.0);
-  Eigen::SparseMatrix<double, Eigen::ColMajor, Index> pattern =
-      Eigen::Map<const Eigen::SparseMatrix<double, Eigen::ColMajor, Index>>(
-          n, n, static_cast<Eigen::Index>(graph.items.size()), graph.starts.data(),
-          graph.items.data(), values.data());
+  // With the diagonal: Eigen puts rows without one last.
+  const Lists graph = adjacency(matrix, /*with_diagonal=*/true);
+  const std::vector<double> values(graph.items.size(), 1.0);  // Eigen's map wants some
+  using Matrix = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
+  Matrix pattern = Eigen::Map<const Matrix>(n, n, static_cast<Eigen::Index>(graph.items.size()),
+                                            graph.starts.data(), graph.items.data(), values.data());
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> order;
   Eigen::internal::minimum_degree_ordering(pattern, order);  // order[k]: the row eliminated k-th
 
@@ -94,7 +96,7 @@ std::vector<Index> amd_ordering(const SymmetricMatrix& matrix) {
 
 std::vector<Index> metis_ordering(const SymmetricMatrix& matrix) {
   const Index n = matrix.dimension();
-  Lists graph = adjacency(matrix);
+  Lists graph = adjacency(matrix, /*with_diagonal=*/false);
   if (graph.items.empty()) return identity_ordering(n);
   std::vector<Index> order(as_size(n));      // order[k]: the row eliminated k-th
   std::vector<Index> new_index(as_size(n));  // METIS calls it iperm
