@@ -205,8 +205,8 @@ std::string set_option(const std::string& name, const std::string& text,
   if (option->Type() == Ipopt::OT_Number) {
     const auto value = parse_number(text);
     if (!value) return setting + " is not a number";
-    // Ipopt's own check accepts NaN.
-    if (std::isnan(*value) || !option->IsValidNumberSetting(*value)) {
+    // Ipopt's own check accepts NaN and infinity.
+    if (!std::isfinite(*value) || !option->IsValidNumberSetting(*value)) {
       return setting + " is not in " + interval_of(*option);
     }
     done = is_set_to(*value, [&](double& v) { return list.GetNumericValue(name, v, ""); }) ||

@@ -7,8 +7,7 @@
 // versions is an undefined symbol at link time.
 #define IPMINMAX_CONCAT_(a, b, c, d) a##b##c##d
 #define IPMINMAX_CONCAT(a, b, c, d) IPMINMAX_CONCAT_(a, b, c, d)
-#define IPMINMAX_IPOPT_ABI \
-  IPMINMAX_CONCAT(ipopt_, IPOPT_VERSION_MAJOR, _, IPOPT_VERSION_MINOR)
+#define IPMINMAX_IPOPT_ABI IPMINMAX_CONCAT(ipopt_, IPOPT_VERSION_MAJOR, _, IPOPT_VERSION_MINOR)
 
 #define IPMINMAX_IPOPT_AT_LEAST(major, minor) \
   (IPOPT_VERSION_MAJOR > (major) ||           \

@@ -103,38 +103,58 @@ std::string wrong_curvature(const Certificate& certificate) {
 
 std::string exit_text(const Result& result) {
   switch (result.status) {
-    case Status::Solved: return "Local Minmax Found.";
+    case Status::Solved:
+      return "Local Minmax Found.";
     case Status::SolvedDegenerate:
       return "First-order point found; the second-order test is undecided (degenerate point).";
-    case Status::SolvedToAcceptableLevel: return "Solved To Acceptable Level.";
+    case Status::SolvedToAcceptableLevel:
+      return "Solved To Acceptable Level.";
     case Status::NotLocalMinmax:
       return "First-order point found, but it is not a local minmax: " +
              wrong_curvature(result.certificate) + ".";
-    case Status::NoLocalMinmaxFound: return "No local minmax found from this starting point.";
-    case Status::InnerUnbounded: return "The maximization over y looks unbounded.";
-    case Status::OuterUnbounded: return "The minimization over x looks unbounded.";
-    case Status::DivergingIterates: return "Iterates diverging; problem might be unbounded.";
+    case Status::NoLocalMinmaxFound:
+      return "No local minmax found from this starting point.";
+    case Status::InnerUnbounded:
+      return "The maximization over y looks unbounded.";
+    case Status::OuterUnbounded:
+      return "The minimization over x looks unbounded.";
+    case Status::DivergingIterates:
+      return "Iterates diverging; problem might be unbounded.";
     case Status::LocallyInfeasible:
       return "Converged to a point of local infeasibility. Problem may be infeasible.";
     case Status::InnerInfeasible:
       return "The maximizer's constraints cannot be met near the returned point. Problem may be "
              "infeasible.";
-    case Status::MaxIterations: return "Maximum Number of Iterations Exceeded.";
-    case Status::MaxCpuTime: return "Maximum CPU time exceeded.";
-    case Status::MaxWallTime: return "Maximum wallclock time exceeded.";
-    case Status::TinyStep: return "Search Direction is becoming Too Small.";
-    case Status::RestorationFailed: return "Restoration Failed!";
+    case Status::MaxIterations:
+      return "Maximum Number of Iterations Exceeded.";
+    case Status::MaxCpuTime:
+      return "Maximum CPU time exceeded.";
+    case Status::MaxWallTime:
+      return "Maximum wallclock time exceeded.";
+    case Status::TinyStep:
+      return "Search Direction is becoming Too Small.";
+    case Status::RestorationFailed:
+      return "Restoration Failed!";
     case Status::InertiaCorrectionFailed:
       return "Error in step computation: no regularization gives the expected inertia.";
-    case Status::LinearSolverFailed: return "Error in step computation: linear solver failed.";
-    case Status::EvaluationFailed: return "A function of the model could not be evaluated.";
-    case Status::InvalidNumber: return "Invalid number in function or derivative detected.";
-    case Status::UserStop: return "Stopping optimization at current point as requested by user.";
-    case Status::InvalidProblem: return "Invalid problem definition.";
-    case Status::InvalidOption: return "Invalid option encountered.";
-    case Status::TooFewDegreesOfFreedom: return "Problem has too few degrees of freedom.";
-    case Status::OutOfMemory: return "Not enough memory.";
-    case Status::InternalError: return "Internal error.";
+    case Status::LinearSolverFailed:
+      return "Error in step computation: linear solver failed.";
+    case Status::EvaluationFailed:
+      return "A function of the model could not be evaluated.";
+    case Status::InvalidNumber:
+      return "Invalid number in function or derivative detected.";
+    case Status::UserStop:
+      return "Stopping optimization at current point as requested by user.";
+    case Status::InvalidProblem:
+      return "Invalid problem definition.";
+    case Status::InvalidOption:
+      return "Invalid option encountered.";
+    case Status::TooFewDegreesOfFreedom:
+      return "Problem has too few degrees of freedom.";
+    case Status::OutOfMemory:
+      return "Not enough memory.";
+    case Status::InternalError:
+      return "Internal error.";
   }
   return "Internal error.";
 }
@@ -184,8 +204,9 @@ std::string problem_statistics(const ProblemStructure& structure, const SolverOp
 }
 
 std::string iteration_header() {
-  return "iter    objective    inf_pr   inf_dx   inf_dy  lg(mu)  ||d||   lg(rgx) lg(rgy) alpha_du "
-         "alpha_pr   ls\n";
+  return format("%4s %14s %8s %8s %8s %6s %8s %7s %7s %8s %8s  %3s\n", "iter", "objective",
+                "inf_pr", "inf_dx", "inf_dy", "lg(mu)", "||d||", "lg(rgx)", "lg(rgy)", "alpha_du",
+                "alpha_pr", "ls");
 }
 
 std::string iteration_row(const IterationInfo& info) {
@@ -194,7 +215,7 @@ std::string iteration_row(const IterationInfo& info) {
       format("%4d %14.7e %8.2e %8.2e %8.2e %6s ", info.iteration, info.objective, error.primal,
              error.dual_min, error.dual_max, log10_or_dash(info.mu).c_str());
   if (info.iteration == 0) {  // no step led here
-    return text + "    -          -       -        -        -     -\n";
+    return text + format("%8s %7s %7s %8s %8s  %3s\n", "-", "-", "-", "-", "-", "-");
   }
   return text + format("%8.2e %7s %7s %8.2e %8.2e%c %3d\n", info.step_norm,
                        log10_or_dash(info.delta_x).c_str(), log10_or_dash(info.delta_y).c_str(),
@@ -225,7 +246,8 @@ std::string work(const Result& result) {
   text += line("Number of constraint Jacobian evaluations            ", counts.jacobian);
   text += line("Number of Lagrangian Hessian evaluations             ", counts.hessian);
   text += line("Number of factorizations of K                        ", counts.factorizations_full);
-  text += line("Number of factorizations of K_yy                     ", counts.factorizations_inner);
+  text +=
+      line("Number of factorizations of K_yy                     ", counts.factorizations_inner);
   text += line("Number of linear systems solved                      ", counts.solves);
   text += format("Total seconds in Ipminmax (w/o function evaluations)  = %10.3f\n",
                  result.timing.total - result.timing.evaluations);

@@ -164,8 +164,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::report_exception() {
   } catch (const Ipopt::IpoptException& error) {
     result.message = error.Message();
     error.ReportException(*journalist);
-    print(Ipopt::J_SUMMARY, Ipopt::J_MAIN,
-          "\nEXIT: Some uncaught Ipopt exception encountered.\n");
+    print(Ipopt::J_SUMMARY, Ipopt::J_MAIN, "\nEXIT: Some uncaught Ipopt exception encountered.\n");
     return Ipopt::Unrecoverable_Exception;
   } catch (const std::bad_alloc&) {
     return stop(Status::OutOfMemory, "out of memory");

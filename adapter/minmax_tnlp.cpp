@@ -23,9 +23,9 @@ void give_to_max(const std::vector<Index>& indices, Index size, const std::strin
     }
     std::ptrdiff_t& place = first_place[static_cast<std::size_t>(i)];
     if (place >= 0) {
-      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP,
-                      list + " holds index " + std::to_string(i) + " twice, at places " +
-                          std::to_string(place) + " and " + std::to_string(k));
+      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, list + " holds index " + std::to_string(i) +
+                                                     " twice, at places " + std::to_string(place) +
+                                                     " and " + std::to_string(k));
     }
     place = static_cast<std::ptrdiff_t>(k);
     players[i] = Player::Max;
@@ -121,10 +121,10 @@ bool SplitTNLP::eval_jac_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, I
   return model_->eval_jac_g(n, x, new_x, m, nele_jac, iRow, jCol, values);
 }
 
-bool SplitTNLP::eval_h(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
-                       Ipopt::Number obj_factor, Ipopt::Index m, const Ipopt::Number* lambda,
-                       bool new_lambda, Ipopt::Index nele_hess, Ipopt::Index* iRow,
-                       Ipopt::Index* jCol, Ipopt::Number* values) {
+bool SplitTNLP::eval_h(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Number obj_factor,
+                       Ipopt::Index m, const Ipopt::Number* lambda, bool new_lambda,
+                       Ipopt::Index nele_hess, Ipopt::Index* iRow, Ipopt::Index* jCol,
+                       Ipopt::Number* values) {
   return model_->eval_h(n, x, new_x, obj_factor, m, lambda, new_lambda, nele_hess, iRow, jCol,
                         values);
 }

@@ -90,11 +90,10 @@ class SplitTNLP : public MinMaxTNLP {
                          const StringMetaDataMapType& con_string_md,
                          const IntegerMetaDataMapType& con_integer_md,
                          const NumericMetaDataMapType& con_numeric_md) override;
-  bool intermediate_callback(Ipopt::AlgorithmMode mode, Ipopt::Index iter,
-                             Ipopt::Number obj_value, Ipopt::Number inf_pr, Ipopt::Number inf_du,
-                             Ipopt::Number mu, Ipopt::Number d_norm,
-                             Ipopt::Number regularization_size, Ipopt::Number alpha_du,
-                             Ipopt::Number alpha_pr, Ipopt::Index ls_trials,
+  bool intermediate_callback(Ipopt::AlgorithmMode mode, Ipopt::Index iter, Ipopt::Number obj_value,
+                             Ipopt::Number inf_pr, Ipopt::Number inf_du, Ipopt::Number mu,
+                             Ipopt::Number d_norm, Ipopt::Number regularization_size,
+                             Ipopt::Number alpha_du, Ipopt::Number alpha_pr, Ipopt::Index ls_trials,
                              const Ipopt::IpoptData* ip_data,
                              Ipopt::IpoptCalculatedQuantities* ip_cq) override;
   Ipopt::Index get_number_of_nonlinear_variables() override;

@@ -6,35 +6,51 @@ inline namespace IPMINMAX_IPOPT_ABI {
 Ipopt::ApplicationReturnStatus application_status(Status status) {
   switch (status) {
     case Status::Solved:
-    case Status::SolvedDegenerate: return Ipopt::Solve_Succeeded;
-    case Status::SolvedToAcceptableLevel: return Ipopt::Solved_To_Acceptable_Level;
+    case Status::SolvedDegenerate:
+      return Ipopt::Solve_Succeeded;
+    case Status::SolvedToAcceptableLevel:
+      return Ipopt::Solved_To_Acceptable_Level;
     case Status::NotLocalMinmax:
     case Status::NoLocalMinmaxFound:
-    case Status::TinyStep: return Ipopt::Search_Direction_Becomes_Too_Small;
+    case Status::TinyStep:
+      return Ipopt::Search_Direction_Becomes_Too_Small;
     case Status::InnerUnbounded:
     case Status::OuterUnbounded:
-    case Status::DivergingIterates: return Ipopt::Diverging_Iterates;
+    case Status::DivergingIterates:
+      return Ipopt::Diverging_Iterates;
     case Status::LocallyInfeasible:
-    case Status::InnerInfeasible: return Ipopt::Infeasible_Problem_Detected;
-    case Status::MaxIterations: return Ipopt::Maximum_Iterations_Exceeded;
-    case Status::MaxCpuTime: return Ipopt::Maximum_CpuTime_Exceeded;
+    case Status::InnerInfeasible:
+      return Ipopt::Infeasible_Problem_Detected;
+    case Status::MaxIterations:
+      return Ipopt::Maximum_Iterations_Exceeded;
+    case Status::MaxCpuTime:
+      return Ipopt::Maximum_CpuTime_Exceeded;
     case Status::MaxWallTime:
 #if IPMINMAX_IPOPT_AT_LEAST(3, 14)
       return Ipopt::Maximum_WallTime_Exceeded;
 #else
       return Ipopt::Maximum_CpuTime_Exceeded;
 #endif
-    case Status::RestorationFailed: return Ipopt::Restoration_Failed;
+    case Status::RestorationFailed:
+      return Ipopt::Restoration_Failed;
     case Status::InertiaCorrectionFailed:
-    case Status::LinearSolverFailed: return Ipopt::Error_In_Step_Computation;
+    case Status::LinearSolverFailed:
+      return Ipopt::Error_In_Step_Computation;
     case Status::EvaluationFailed:
-    case Status::InvalidNumber: return Ipopt::Invalid_Number_Detected;
-    case Status::UserStop: return Ipopt::User_Requested_Stop;
-    case Status::InvalidProblem: return Ipopt::Invalid_Problem_Definition;
-    case Status::InvalidOption: return Ipopt::Invalid_Option;
-    case Status::TooFewDegreesOfFreedom: return Ipopt::Not_Enough_Degrees_Of_Freedom;
-    case Status::OutOfMemory: return Ipopt::Insufficient_Memory;
-    case Status::InternalError: return Ipopt::Internal_Error;
+    case Status::InvalidNumber:
+      return Ipopt::Invalid_Number_Detected;
+    case Status::UserStop:
+      return Ipopt::User_Requested_Stop;
+    case Status::InvalidProblem:
+      return Ipopt::Invalid_Problem_Definition;
+    case Status::InvalidOption:
+      return Ipopt::Invalid_Option;
+    case Status::TooFewDegreesOfFreedom:
+      return Ipopt::Not_Enough_Degrees_Of_Freedom;
+    case Status::OutOfMemory:
+      return Ipopt::Insufficient_Memory;
+    case Status::InternalError:
+      return Ipopt::Internal_Error;
   }
   return Ipopt::Internal_Error;
 }
@@ -42,35 +58,50 @@ Ipopt::ApplicationReturnStatus application_status(Status status) {
 Ipopt::SolverReturn solver_return(Status status) {
   switch (status) {
     case Status::Solved:
-    case Status::SolvedDegenerate: return Ipopt::SUCCESS;
-    case Status::SolvedToAcceptableLevel: return Ipopt::STOP_AT_ACCEPTABLE_POINT;
+    case Status::SolvedDegenerate:
+      return Ipopt::SUCCESS;
+    case Status::SolvedToAcceptableLevel:
+      return Ipopt::STOP_AT_ACCEPTABLE_POINT;
     case Status::NotLocalMinmax:
     case Status::NoLocalMinmaxFound:
-    case Status::TinyStep: return Ipopt::STOP_AT_TINY_STEP;
+    case Status::TinyStep:
+      return Ipopt::STOP_AT_TINY_STEP;
     case Status::InnerUnbounded:
     case Status::OuterUnbounded:
-    case Status::DivergingIterates: return Ipopt::DIVERGING_ITERATES;
+    case Status::DivergingIterates:
+      return Ipopt::DIVERGING_ITERATES;
     case Status::LocallyInfeasible:
-    case Status::InnerInfeasible: return Ipopt::LOCAL_INFEASIBILITY;
-    case Status::MaxIterations: return Ipopt::MAXITER_EXCEEDED;
-    case Status::MaxCpuTime: return Ipopt::CPUTIME_EXCEEDED;
+    case Status::InnerInfeasible:
+      return Ipopt::LOCAL_INFEASIBILITY;
+    case Status::MaxIterations:
+      return Ipopt::MAXITER_EXCEEDED;
+    case Status::MaxCpuTime:
+      return Ipopt::CPUTIME_EXCEEDED;
     case Status::MaxWallTime:
 #if IPMINMAX_IPOPT_AT_LEAST(3, 14)
       return Ipopt::WALLTIME_EXCEEDED;
 #else
       return Ipopt::CPUTIME_EXCEEDED;
 #endif
-    case Status::RestorationFailed: return Ipopt::RESTORATION_FAILURE;
+    case Status::RestorationFailed:
+      return Ipopt::RESTORATION_FAILURE;
     case Status::InertiaCorrectionFailed:
-    case Status::LinearSolverFailed: return Ipopt::ERROR_IN_STEP_COMPUTATION;
+    case Status::LinearSolverFailed:
+      return Ipopt::ERROR_IN_STEP_COMPUTATION;
     case Status::EvaluationFailed:
-    case Status::InvalidNumber: return Ipopt::INVALID_NUMBER_DETECTED;
-    case Status::UserStop: return Ipopt::USER_REQUESTED_STOP;
-    case Status::InvalidOption: return Ipopt::INVALID_OPTION;
-    case Status::TooFewDegreesOfFreedom: return Ipopt::TOO_FEW_DEGREES_OF_FREEDOM;
-    case Status::OutOfMemory: return Ipopt::OUT_OF_MEMORY;
+    case Status::InvalidNumber:
+      return Ipopt::INVALID_NUMBER_DETECTED;
+    case Status::UserStop:
+      return Ipopt::USER_REQUESTED_STOP;
+    case Status::InvalidOption:
+      return Ipopt::INVALID_OPTION;
+    case Status::TooFewDegreesOfFreedom:
+      return Ipopt::TOO_FEW_DEGREES_OF_FREEDOM;
+    case Status::OutOfMemory:
+      return Ipopt::OUT_OF_MEMORY;
     case Status::InvalidProblem:
-    case Status::InternalError: return Ipopt::INTERNAL_ERROR;
+    case Status::InternalError:
+      return Ipopt::INTERNAL_ERROR;
   }
   return Ipopt::INTERNAL_ERROR;
 }

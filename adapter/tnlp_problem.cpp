@@ -120,10 +120,8 @@ std::string TnlpProblem::load_sizes() {
   if (!model_->get_nlp_info(n_, m_, jacobian_entries_, hessian_entries_, index_style_)) {
     return "get_nlp_info returned false";
   }
-  const std::array<std::pair<const char*, Index>, 4> sizes{{{"n", n_},
-                                                            {"m", m_},
-                                                            {"nnz_jac_g", jacobian_entries_},
-                                                            {"nnz_h_lag", hessian_entries_}}};
+  const std::array<std::pair<const char*, Index>, 4> sizes{
+      {{"n", n_}, {"m", m_}, {"nnz_jac_g", jacobian_entries_}, {"nnz_h_lag", hessian_entries_}}};
   for (const auto& [name, size] : sizes) {
     if (size < 0) return "get_nlp_info set " + std::string(name) + " = " + number(size);
   }
@@ -136,8 +134,8 @@ std::string TnlpProblem::load_sizes() {
 void TnlpProblem::load_metadata() {
   Metadata& v = variable_metadata_;
   Metadata& g = constraint_metadata_;
-  if (!model_->get_var_con_metadata(n_, v.strings, v.integers, v.numbers, m_, g.strings,
-                                    g.integers, g.numbers)) {
+  if (!model_->get_var_con_metadata(n_, v.strings, v.integers, v.numbers, m_, g.strings, g.integers,
+                                    g.numbers)) {
     v = {};
     g = {};
   }
@@ -151,10 +149,9 @@ std::string TnlpProblem::load_bounds() {
   structure_.variable_upper.assign(size_of(n_), kNaN);
   structure_.constraint_lower.assign(size_of(m_), kNaN);
   structure_.constraint_upper.assign(size_of(m_), kNaN);
-  if (!model_->get_bounds_info(n_, address(structure_.variable_lower),
-                               address(structure_.variable_upper), m_,
-                               address(structure_.constraint_lower),
-                               address(structure_.constraint_upper))) {
+  if (!model_->get_bounds_info(
+          n_, address(structure_.variable_lower), address(structure_.variable_upper), m_,
+          address(structure_.constraint_lower), address(structure_.constraint_upper))) {
     return "get_bounds_info returned false";
   }
   return {};
@@ -209,8 +206,8 @@ std::string TnlpProblem::load_players_of(MinMaxTNLP& model) {
 }
 
 std::string TnlpProblem::load_players_of_metadata() {
-  if (auto error = read_players(variable_metadata_.integers, "variable",
-                                structure_.variable_players);
+  if (auto error =
+          read_players(variable_metadata_.integers, "variable", structure_.variable_players);
       !error.empty()) {
     return error;
   }
@@ -242,9 +239,9 @@ bool TnlpProblem::user_scaling(UserScaling& scaling) {
   scaling.objective = 1.0;
   scaling.variables.assign(size_of(n_), 1.0);
   scaling.constraints.assign(size_of(m_), 1.0);
-  const bool ok = model_->get_scaling_parameters(
-      scaling.objective, scale_variables, n_, address(scaling.variables), scale_constraints, m_,
-      address(scaling.constraints));
+  const bool ok = model_->get_scaling_parameters(scaling.objective, scale_variables, n_,
+                                                 address(scaling.variables), scale_constraints, m_,
+                                                 address(scaling.constraints));
   if (!scale_variables) scaling.variables.clear();
   if (!scale_constraints) scaling.constraints.clear();
   return ok;
@@ -294,12 +291,11 @@ void TnlpProblem::finalize(Ipopt::SolverReturn status, const Result& result) {
     return values.size() == size_of(length) && length > 0 ? values.data() : zeros.data();
   };
   const bool solved = result.v.size() == size_of(n_);
-  model_->finalize_solution(status, n_, address_or_zeros(solved ? result.v : last_point_, n_),
-                            address_or_zeros(result.z_lower, n_),
-                            address_or_zeros(result.z_upper, n_), m_,
-                            address_or_zeros(result.constraints, m_),
-                            address_or_zeros(result.lambda, m_), result.objective, nullptr,
-                            nullptr);
+  model_->finalize_solution(
+      status, n_, address_or_zeros(solved ? result.v : last_point_, n_),
+      address_or_zeros(result.z_lower, n_), address_or_zeros(result.z_upper, n_), m_,
+      address_or_zeros(result.constraints, m_), address_or_zeros(result.lambda, m_),
+      result.objective, nullptr, nullptr);
 }
 
 }  // namespace IPMINMAX_IPOPT_ABI

@@ -20,9 +20,10 @@ constexpr int kInnerSteps = 50;
 constexpr int kInnerCorrections = 4;
 constexpr Index kSlowSteps = 4;
 constexpr double kSlowLength = 0.13;
-constexpr Index kMaxLeaps = 6;
+constexpr Index kMaxSetbacks = 15;
 constexpr Index kMaxEscapes = 30;
-constexpr Index kMaxInnerFailures = 100;
+constexpr Index kMaxJointSteps = 40;
+constexpr double kBranchJump = 1e-2;
 constexpr Index kMaxSoftSteps = 10;
 constexpr double kSoftContraction = 0.9999;
 constexpr int kSecondOrderSteps = 4;
@@ -139,22 +140,45 @@ std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationI
       --inner_pause_;
       return shifted_joint_step(point, mu, info);
     }
+    const double estimate =
+        merit(point, mu).phi + (direction_.shift.y == 0.0 ? direction_.gain : 0.0);
     const Point before = point;
     const auto outcome = inner_.maximize(point, mu, target, kInnerSteps, kInfinity, direction_);
     if (outcome != InnerMaximizer::Outcome::Maximum) {
       point = before;
-      if (++inner_failures_ > kMaxInnerFailures) {
-        message_ = "no local maximum over the Max variables was found";
-        return outcome == InnerMaximizer::Outcome::Unbounded ? Status::InnerUnbounded
-                                                             : Status::NoLocalMinmaxFound;
-      }
-      inner_pause_ = std::min<Index>(Index{1} << std::min<Index>(inner_failures_ - 1, 4), 16) - 1;
+      ++inner_failures_;
+      inner_unbounded_ += outcome == InnerMaximizer::Outcome::Unbounded;
+      if (auto status = set_back()) return status;
+      inner_pause_ = (Index{1} << std::min<Index>(inner_failures_ - 1, 4)) - 1;
       return shifted_joint_step(point, mu, info);
     }
     filter_.reset();
+    if (auto status = check_branch(estimate, point, mu)) return status;
   }
   inner_failures_ = 0;
   return outer_step(point, mu, info);
+}
+
+std::optional<Status> GlobalizedMethod::check_branch(double estimate, const Point& point,
+                                                     double mu) {
+  // phi above its estimate: another branch of inner maxima than the one descended on.
+  const double value = merit(point, mu).phi;
+  if (value <= estimate + kBranchJump * (1.0 + std::abs(value))) return std::nullopt;
+  return set_back();
+}
+
+std::optional<Status> GlobalizedMethod::set_back() {
+  if (++setbacks_ <= kMaxSetbacks && joint_steps_ <= kMaxJointSteps) return std::nullopt;
+  if (!has_max()) {
+    message_ = "no acceptable step found";
+    return Status::TinyStep;
+  }
+  if (2 * inner_unbounded_ > setbacks_) {
+    message_ = "the maximization over the Max variables looks unbounded";
+    return Status::InnerUnbounded;
+  }
+  message_ = "the branches of inner maxima followed from here end or meet in a kink";
+  return Status::NoLocalMinmaxFound;
 }
 
 bool GlobalizedMethod::newton_step(const Point& point, double mu, Regularization& shift) {
@@ -200,6 +224,7 @@ bool GlobalizedMethod::fast_step(Point& point, double mu, IterationInfo& info) {
 std::optional<Status> GlobalizedMethod::shifted_joint_step(Point& point, double mu,
                                                            IterationInfo& info) {
   // Algorithm 1 of the paper: no inner maximum is in reach from here.
+  ++joint_steps_;
   kkt_.assemble(point.iterate, point.evaluation);
   newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
   const auto shift = correction_.correct(mu);
@@ -311,8 +336,10 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
         InnerMaximizer::Outcome::Maximum) {
       return leap(point, mu, info);  // the branch ends before its maximum
     }
+    const double estimate = merit(point, mu).phi;
     point = refined;
     filter_.reset();
+    if (auto status = check_branch(estimate, point, mu)) return status;
   }
   if (soft_steps_ < kMaxSoftSteps && soft_step(point, mu, info)) {
     ++soft_steps_;
@@ -471,11 +498,7 @@ bool GlobalizedMethod::soft_step(Point& point, double mu, IterationInfo& info) {
 
 std::optional<Status> GlobalizedMethod::leap(Point& point, double mu, IterationInfo& info) {
   // No step is acceptable: take a long one all the same, finitely often.
-  if (++leaps_ > kMaxLeaps) {
-    message_ = has_max() ? "the branch of inner maxima ends here: no local minmax found"
-                         : "no acceptable step found";
-    return has_max() ? Status::NoLocalMinmaxFound : Status::TinyStep;
-  }
+  if (auto status = set_back()) return status;
   StepLength alpha =
       largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
   for (int cuts = 0; cuts < kMaxTrials; ++cuts, alpha.primal *= 0.5) {

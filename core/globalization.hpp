@@ -53,6 +53,8 @@ class GlobalizedMethod {
   [[nodiscard]] bool soft_step(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] bool can_restore(const Point& point) const;
   [[nodiscard]] std::optional<Status> restore(Point& point, double mu, IterationInfo& info);
+  [[nodiscard]] std::optional<Status> check_branch(double estimate, const Point& point, double mu);
+  [[nodiscard]] std::optional<Status> set_back();
   [[nodiscard]] std::optional<Status> leap(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha, double upper_bound);
   void set_trial(const Point& from, const Step& step, double alpha_primal, double alpha_dual,
@@ -83,11 +85,13 @@ class GlobalizedMethod {
   double last_slope_ = 1e20;
   Index fast_pause_ = 0;  ///< iterations without the fast path after it failed
   Index slow_steps_ = 0;  ///< short accepted steps in a row
-  Index leaps_ = 0;
   Index escapes_ = 0;
   Index soft_steps_ = 0;
-  Index inner_pause_ = 0;  ///< joint steps before the inner phase is tried again
-  Index inner_failures_ = 0;
+  Index inner_pause_ = 0;      ///< joint steps before the inner phase is tried again
+  Index inner_failures_ = 0;   ///< in a row
+  Index inner_unbounded_ = 0;  ///< inner phases in which y ran away
+  Index joint_steps_ = 0;      ///< shifted joint steps of the whole solve
+  Index setbacks_ = 0;         ///< leaps, failed inner phases and jumps to another branch
   std::string message_;
 };
 

@@ -73,6 +73,13 @@ class Solver {
   double mu_final_ = 0.0;
   double last_objective_ = 0.0;
   Index acceptable_count_ = 0;
+  /// A first-order point with an undecided second-order test that was left for a better one.
+  struct DegeneratePoint {
+    Point point;
+    Certificate certificate;
+    IterationInfo info;
+  };
+  std::optional<DegeneratePoint> degenerate_point_;
   bool started_ = false;
   bool escaped_ = false;  ///< the iteration's step was an escape from a wrong first-order point
 };
@@ -224,11 +231,16 @@ Status Solver::certified_status(Status when_not_refuted) {
 }
 
 bool Solver::leave_wrong_point(Status stop) {
-  // A first-order point that is no local minmax: go on along the offending curvature.
-  if (stop != Status::NotLocalMinmax || !method_ || info_.iteration >= options_.max_iter) {
-    return false;
-  }
+  if (!method_ || nested_ || info_.iteration >= options_.max_iter) return false;
+  // A degenerate point is left only when the inner maximum is clear, and kept for the case that
+  // nothing better comes.
+  const Certificate& found = result_.certificate;
+  const bool degenerate =
+      stop == Status::SolvedDegenerate && found.inner == found.inner_expected && !degenerate_point_;
+  if (stop != Status::NotLocalMinmax && !degenerate) return false;
+  const Point here = point_;
   if (!method_->escape(point_, info_.mu, info_)) return false;
+  if (degenerate) degenerate_point_ = DegeneratePoint{here, found, info_};
   result_.certificate = {};
   acceptable_count_ = 0;
   update_error();
@@ -350,6 +362,15 @@ Status Solver::evaluation_failure(EvaluationStatus status, std::string_view wher
 }
 
 Result Solver::finish(Status status) {
+  if (degenerate_point_ && !is_success(status) && status != Status::UserStop) {
+    status = Status::SolvedDegenerate;
+    result_.message.clear();
+    point_ = degenerate_point_->point;
+    result_.certificate = degenerate_point_->certificate;
+    const Index iterations = info_.iteration;
+    info_ = degenerate_point_->info;
+    info_.iteration = iterations;
+  }
   result_.status = status;
   if (started_) {
     canonical_.restore(point_.iterate, result_);

@@ -148,7 +148,7 @@ Answer solve_with_ipopt() {
   const auto status = app->OptimizeTNLP(Ipopt::GetRawPtr(model));
   answer = model->answer();
   answer.status = status;
-  answer.iterations = app->Statistics()->IterationCount();
+  if (Ipopt::IsValid(app->Statistics())) answer.iterations = app->Statistics()->IterationCount();
   return answer;
 }
 

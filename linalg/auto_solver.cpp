@@ -16,7 +16,7 @@ namespace {
 // Measured on KKT matrices; see choose_ldlt.
 constexpr Index kDenseDimension = 24;           // at most this: LAPACK
 constexpr Index kDensePivotingDimension = 100;  // at most this: LAPACK when pivoting is needed
-constexpr double kLdltMaxFlopsPerEntry = 100.0;
+constexpr double kLdltMaxFlopsPerEntry = 150.0;
 
 bool choose_ldlt(const FactorSize& size) {
   return size.flops <= kLdltMaxFlopsPerEntry * static_cast<double>(size.entries);

@@ -24,6 +24,14 @@ class InPlaceLdlt : public NaturalLdlt {
 
 std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
 
+/// Diagonal of Gamma over gamma: not quite +-1, because equal weights of opposite sign cancel. The
+/// pivots of W + Gamma for f = s |x - y|^2, W = 2 s [1 -1; -1 1], would be 2 s and gamma^2 / 2 s.
+double gamma_weight(std::size_t row, std::int8_t sign) {
+  constexpr double kGoldenRatio = 0.6180339887498949;
+  const double spread = 0.75 + 0.25 * std::fmod(static_cast<double>(row) * kGoldenRatio, 1.0);
+  return sign > 0 ? spread : -0.5 * spread;
+}
+
 }  // namespace
 
 struct LdltSolver::Factor {
@@ -100,9 +108,7 @@ void LdltSolver::build_pattern(const SymmetricMatrix& matrix, std::span<const st
 
   gamma_.resize(as_size(n));
   for (std::size_t i = 0; i < gamma_.size(); ++i) {
-    const double f = std::fmod(static_cast<double>(i) * 0.6180339887498949, 1.0);
-    (void)f;
-    gamma_[i] = options_.ldlt_gamma * signs[i] * (signs[i]>0?1.0:0.2718281828);
+    gamma_[i] = options_.ldlt_gamma * gamma_weight(i, signs[i]);
   }
 }
 

@@ -243,7 +243,7 @@ FactorSize predict_factor_size(const SymmetricMatrix& matrix, std::span<const In
   return size;
 }
 
-double worthwhile_flops(const SymmetricMatrix& matrix) { return 50.0 * matrix.nonzeros(); }
+double worthwhile_flops(const SymmetricMatrix& matrix) { return 200.0 * matrix.nonzeros(); }
 
 OrderingChoice choose_ordering(const SymmetricMatrix& matrix, Ordering ordering) {
   const auto measured = [&](Ordering candidate) {

@@ -102,8 +102,7 @@ TEST(SplitTnlp, PassesEveryCallOn) {
   EXPECT_EQ(c[1], -0.5);
   std::vector<Ipopt::Index> rows(4), cols(4);
   std::vector<double> values(4);
-  EXPECT_TRUE(
-      split->eval_jac_g(3, nullptr, false, 2, 4, rows.data(), cols.data(), nullptr));
+  EXPECT_TRUE(split->eval_jac_g(3, nullptr, false, 2, 4, rows.data(), cols.data(), nullptr));
   EXPECT_EQ(cols[1], 2);
   EXPECT_TRUE(split->eval_jac_g(3, a.data(), false, 2, 4, nullptr, nullptr, values.data()));
   EXPECT_EQ(values[3], -1.0);
@@ -153,8 +152,7 @@ TEST(SplitTnlp, WrongIndicesAreNamed) {
   EXPECT_EQ(load_error({1, 0, 1}, {}),
             "SplitTNLP: max_variables holds index 1 twice, at places 0 and 2");
   EXPECT_NE(load_error({1}, {2}).find("max_constraints[0] = 2"), std::string::npos);
-  EXPECT_NE(load_error({1}, {0, 0}).find("max_constraints holds index 0 twice"),
-            std::string::npos);
+  EXPECT_NE(load_error({1}, {0, 0}).find("max_constraints holds index 0 twice"), std::string::npos);
 }
 
 TEST(SplitTnlp, ANullModelIsRefused) {

@@ -87,8 +87,7 @@ TEST(TnlpProblem, ReadsPlayersAndNamesFromMetadata) {
   model->constraint_strings["idx_names"] = {"too", "many", "names"};
   TnlpProblem problem(GetRawPtr(model));
   ASSERT_EQ(problem.load(), "");
-  EXPECT_EQ(problem.structure().variable_players,
-            (Players{Player::Min, Player::Max, Player::Min}));
+  EXPECT_EQ(problem.structure().variable_players, (Players{Player::Min, Player::Max, Player::Min}));
   EXPECT_EQ(problem.structure().constraint_players, (Players{Player::Min, Player::Max}));
   EXPECT_EQ(problem.structure().variable_names, (std::vector<std::string>{"a", "b", "c"}));
   EXPECT_TRUE(problem.structure().constraint_names.empty());
@@ -107,8 +106,7 @@ TEST(TnlpProblem, WrongPlayerMetadataIsNamed) {
     model->constraint_integers["player"] = std::move(constraints);
     return TnlpProblem(GetRawPtr(model)).load();
   };
-  EXPECT_EQ(error_of({0, 1}, {0, 1}),
-            "variable metadata \"player\" has 2 values for 3 variables");
+  EXPECT_EQ(error_of({0, 1}, {0, 1}), "variable metadata \"player\" has 2 values for 3 variables");
   EXPECT_EQ(error_of({0, 2, 0}, {0, 1}),
             "variable metadata \"player\" is 2 at index 1; it must be 0 (Min) or 1 (Max)");
   EXPECT_EQ(error_of({0, 1, 0}, {}),
@@ -135,7 +133,7 @@ TEST(TnlpProblem, RefusalsAreNamed) {
        "needed, an approximation of them is not available"}};
   for (const auto& [method, message] : cases) {
     const SmartPtr<Model> model = new Model;
-    model->on_call = [&](const std::string& name) { return name != method; };
+    model->on_call = [refused = method](const std::string& name) { return name != refused; };
     EXPECT_EQ(TnlpProblem(GetRawPtr(model)).load(), message);
   }
 }

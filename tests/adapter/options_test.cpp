@@ -1,0 +1,235 @@
+// Options: registered from the core's table, read from files, copied back with their types.
+#include <gtest/gtest.h>
+
+#include <IpJournalist.hpp>
+#include <cstdio>
+#include <fstream>
+#include <ipminmax/adapter/application_options.hpp>
+#include <ipminmax/adapter/minmax_application.hpp>
+#include <limits>
+#include <sstream>
+
+#include "adapter/model.hpp"
+
+namespace ipminmax {
+namespace {
+
+using Ipopt::SmartPtr;
+
+class Options : public testing::Test {
+ protected:
+  Options() { register_options(*registry); }
+
+  std::string read(const std::string& text) {
+    std::istringstream input(text);
+    return read_options(input, "file.opt", *registry, *list);
+  }
+  SolverOptions values() {
+    SolverOptions options;
+    EXPECT_EQ(solver_options(*list, options), "");
+    return options;
+  }
+
+  SmartPtr<Ipopt::Journalist> journalist = new Ipopt::Journalist();
+  SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
+  SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(registry, journalist);
+};
+
+TEST_F(Options, EveryOptionOfTheCoreIsRegisteredWithItsDefault) {
+  const SolverOptions defaults;
+  for (const OptionInfo& info : option_table()) {
+    const std::string name(info.name);
+    const SmartPtr<const Ipopt::RegisteredOption> option = registry->GetOption(name);
+    ASSERT_TRUE(IsValid(option)) << name;
+    if (const auto* number = std::get_if<OptionInfo::Number>(&info.kind)) {
+      EXPECT_EQ(option->DefaultNumber(), defaults.*(number->member)) << name;
+    } else if (const auto* integer = std::get_if<OptionInfo::Integer>(&info.kind)) {
+      EXPECT_EQ(option->DefaultInteger(), defaults.*(integer->member)) << name;
+    } else if (const auto* flag = std::get_if<OptionInfo::Flag>(&info.kind)) {
+      EXPECT_EQ(option->DefaultString(), defaults.*(flag->member) ? "yes" : "no") << name;
+    } else {
+      const auto& choice = std::get<OptionInfo::Choice>(info.kind);
+      EXPECT_EQ(option->DefaultString(), choice.names[choice.get(defaults)]) << name;
+    }
+  }
+}
+
+// Whatever is registered comes back into SolverOptions: every option is set to another value.
+TEST_F(Options, EveryOptionOfTheCoreIsCopied) {
+  SolverOptions expected;
+  for (const OptionInfo& info : option_table()) {
+    const std::string name(info.name);
+    if (const auto* number = std::get_if<OptionInfo::Number>(&info.kind)) {
+      const double value = number->lower >= 0 ? 0.25 : -8.0;
+      if (!registry->GetOption(name)->IsValidNumberSetting(value)) continue;
+      list->SetNumericValue(name, value);
+      expected.*(number->member) = value;
+    } else if (const auto* integer = std::get_if<OptionInfo::Integer>(&info.kind)) {
+      list->SetIntegerValue(name, 7);
+      expected.*(integer->member) = 7;
+    } else if (const auto* flag = std::get_if<OptionInfo::Flag>(&info.kind)) {
+      bool& value = expected.*(flag->member);
+      value = !value;
+      list->SetStringValue(name, value ? "yes" : "no");
+    } else {
+      const auto& choice = std::get<OptionInfo::Choice>(info.kind);
+      list->SetStringValue(name, std::string(choice.names.back()));
+      choice.set(expected, choice.names.size() - 1);
+    }
+  }
+  SolverOptions options;
+  static_cast<void>(solver_options(*list, options));  // values may contradict each other
+  for (const OptionInfo& info : option_table()) {
+    if (const auto* number = std::get_if<OptionInfo::Number>(&info.kind)) {
+      EXPECT_EQ(options.*(number->member), expected.*(number->member)) << info.name;
+    } else if (const auto* integer = std::get_if<OptionInfo::Integer>(&info.kind)) {
+      EXPECT_EQ(options.*(integer->member), expected.*(integer->member)) << info.name;
+    } else if (const auto* flag = std::get_if<OptionInfo::Flag>(&info.kind)) {
+      EXPECT_EQ(options.*(flag->member), expected.*(flag->member)) << info.name;
+    } else {
+      const auto& choice = std::get<OptionInfo::Choice>(info.kind);
+      EXPECT_EQ(choice.get(options), choice.get(expected)) << info.name;
+    }
+  }
+}
+
+TEST_F(Options, DefaultsAreTheCores) {
+  const SolverOptions options = values();
+  EXPECT_EQ(options.tol, SolverOptions{}.tol);
+  EXPECT_EQ(options.perturb_dec_fact, 1.0 / 3.0);  // all digits
+}
+
+TEST_F(Options, ReadsAFileAsIpoptDoes) {
+  ASSERT_EQ(read("# a comment\n"
+                 "tol 1d-6   max_iter\t17 # another\r\n"
+                 "\n"
+                 "warm_start_init_point YES\n"
+                 "\"linear_solver\" \"mumps\"\n"
+                 "mu_init\n2.5D-1\n"
+                 "print_level +3"),
+            "");
+  const SolverOptions options = values();
+  EXPECT_EQ(options.tol, 1e-6);
+  EXPECT_EQ(options.max_iter, 17);
+  EXPECT_TRUE(options.warm_start_init_point);
+  EXPECT_EQ(options.linear_solver, LinearSolver::Mumps);
+  EXPECT_EQ(options.mu_init, 0.25);
+}
+
+TEST_F(Options, FileErrorsNameTheLineAndTheOption) {
+  EXPECT_EQ(read("tol 1e-6\n\nmu_int 0.1\n"), "file.opt, line 3: unknown option \"mu_int\"");
+  EXPECT_EQ(read("mu_init -1"), "file.opt, line 1: mu_init = -1 is not in (0, inf)");
+  EXPECT_EQ(read("\nmu_init nan"), "file.opt, line 2: mu_init = nan is not in (0, inf)");
+  EXPECT_EQ(read("mu_init inf"), "file.opt, line 1: mu_init = inf is not in (0, inf)");
+  EXPECT_EQ(read("bound_frac 0.7"), "file.opt, line 1: bound_frac = 0.7 is not in (0, 0.5]");
+  EXPECT_EQ(read("mu_init small"), "file.opt, line 1: mu_init = small is not a number");
+  EXPECT_EQ(read("mu_init 1e-1x"), "file.opt, line 1: mu_init = 1e-1x is not a number");
+  EXPECT_EQ(read("max_iter 1e3"), "file.opt, line 1: max_iter = 1e3 is not an integer");
+  EXPECT_EQ(read("max_iter 99999999999"),
+            "file.opt, line 1: max_iter = 99999999999 is not an integer");
+  EXPECT_EQ(read("max_iter -1"), "file.opt, line 1: max_iter = -1 is not in [0, inf)");
+  EXPECT_EQ(read("print_level 13"), "file.opt, line 1: print_level = 13 is not in [0, 12]");
+  EXPECT_EQ(read("nlp_scaling_method some"),
+            "file.opt, line 1: nlp_scaling_method = some is not one of: none gradient-based "
+            "user-scaling");
+  EXPECT_EQ(read("tol 1e-7\nmax_iter"), "file.opt, line 2: option \"max_iter\" has no value");
+  EXPECT_EQ(read("tol \"1e-7\nmax_iter 3"), "file.opt, line 1: a quotation never ends");
+}
+
+TEST_F(Options, AFileValueStays) {
+  ASSERT_EQ(read("max_iter 17"), "");
+  EXPECT_TRUE(list->SetIntegerValue("max_iter", 18));  // as in Ipopt: true, and no effect
+  EXPECT_EQ(values().max_iter, 17);
+  EXPECT_EQ(read("max_iter 17"), "");
+}
+
+TEST_F(Options, NaNIsFoundOut) {
+  list->SetNumericValue("tol", std::numeric_limits<double>::quiet_NaN());
+  SolverOptions options;
+  EXPECT_NE(solver_options(*list, options).find("tol = "), std::string::npos);
+}
+
+// --- Through the application ----------------------------------------------------------------------
+
+class OptionFile : public testing::Test {
+ protected:
+  OptionFile() : name(testing::TempDir() + "ipminmax_options_test.opt") {}
+  ~OptionFile() override { std::remove(name.c_str()); }
+  void write(const std::string& text) { std::ofstream(name) << text; }
+
+  Ipopt::Index max_iter() {
+    Ipopt::Index value = 0;
+    app->Options()->GetIntegerValue("max_iter", value, "");
+    return value;
+  }
+
+  std::string name;
+  SmartPtr<MinMaxApplication> app = new MinMaxApplication(false);
+};
+
+TEST_F(OptionFile, IsReadWhenNamed) {
+  write("max_iter 11\n");
+  EXPECT_EQ(app->Initialize(name), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(max_iter(), 11);
+}
+
+TEST_F(OptionFile, IsReadWhenNamedByAnOption) {
+  write("max_iter 12\n");
+  app->Options()->SetStringValue("option_file_name", name);
+  EXPECT_EQ(app->Initialize(), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(max_iter(), 12);
+}
+
+TEST_F(OptionFile, AStringLiteralIsAFileName) {
+  EXPECT_EQ(app->Initialize("no such file.opt"), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(max_iter(), 3000);
+}
+
+TEST_F(OptionFile, ErrorsAreInvalidOption) {
+  for (const char* text : {"mu_int 0.1\n", "tol -1\n", "tol nan\n", "max_iter many\n"}) {
+    write(text);
+    const SmartPtr<MinMaxApplication> fresh = new MinMaxApplication(false);
+    EXPECT_EQ(fresh->Initialize(name), Ipopt::Invalid_Option) << text;
+  }
+}
+
+TEST_F(OptionFile, CanBeReadAgain) {
+  write("max_iter 11\n");
+  EXPECT_EQ(app->Initialize(name), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(app->Initialize(name), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(max_iter(), 11);
+  write("max_iter 11\nbad 1\n");
+  EXPECT_EQ(app->Initialize(name), Ipopt::Invalid_Option);
+}
+
+TEST_F(OptionFile, ErrorsAreSaidOnTheConsole) {
+  write("tol 1e-6\nmu_int 0.1\n");
+  testing::internal::CaptureStdout();
+  {
+    const SmartPtr<MinMaxApplication> loud = new MinMaxApplication;
+    EXPECT_EQ(loud->Initialize(name), Ipopt::Invalid_Option);
+    loud->Jnlst()->FlushBuffer();
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStdout(),
+            "Invalid option: " + name + ", line 2: unknown option \"mu_int\"\n");
+}
+
+TEST_F(OptionFile, WrongSetCallsReturnFalse) {
+  EXPECT_FALSE(app->Options()->SetNumericValue("no_option", 1.0));
+  EXPECT_FALSE(app->Options()->SetNumericValue("tol", -1.0));
+  EXPECT_FALSE(app->Options()->SetStringValue("tol", "1"));
+  EXPECT_TRUE(app->Options()->SetNumericValue("tol", 1e-5));
+}
+
+TEST_F(OptionFile, NaNStopsTheSolve) {
+  app->Options()->SetNumericValue("tol", std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(app->Initialize(""), Ipopt::Invalid_Option);
+  const SmartPtr<Model> model = new Model;
+  EXPECT_EQ(app->OptimizeTNLP(GetRawPtr(model)), Ipopt::Invalid_Option);
+  EXPECT_EQ(app->LastResult().status, Status::InvalidOption);
+  EXPECT_NE(app->LastResult().message.find("tol"), std::string::npos);
+  EXPECT_TRUE(model->calls.empty());
+}
+
+}  // namespace
+}  // namespace ipminmax

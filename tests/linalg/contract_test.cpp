@@ -1,0 +1,379 @@
+// What every linear solver promises, run against all of them.
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <ipminmax/linalg/symmetric_solver.hpp>
+
+#include "test_matrices.hpp"
+
+namespace ipminmax {
+namespace {
+
+using test::chauffeur_kkt;
+using test::grid_kkt;
+using test::KktMatrix;
+using test::MatrixBuilder;
+using test::random_kkt;
+
+struct Backend {
+  std::string name;
+  LinearSolver kind = LinearSolver::Auto;
+  Ordering ordering = Ordering::Best;
+};
+
+void PrintTo(const Backend& backend, std::ostream* out) { *out << backend.name; }
+
+struct Spectrum {
+  Inertia inertia;
+  double smallest = 0.0, largest = 0.0;  // absolute values
+};
+
+/// From dense eigenvalues; zero: within rounding of the largest one.
+Spectrum spectrum(const SymmetricMatrix& matrix) {
+  const Index n = matrix.dimension();
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(n, n);
+  for (Index j = 0; j < n; ++j) {
+    for (Index p = matrix.column_starts()[static_cast<std::size_t>(j)];
+         p < matrix.column_starts()[static_cast<std::size_t>(j) + 1]; ++p) {
+      dense(matrix.rows()[static_cast<std::size_t>(p)], j) =
+          matrix.values()[static_cast<std::size_t>(p)];
+    }
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(dense, Eigen::EigenvaluesOnly);
+  const Eigen::VectorXd magnitudes = eigen.eigenvalues().cwiseAbs();
+  Spectrum result{{}, magnitudes.minCoeff(), magnitudes.maxCoeff()};
+  for (const double value : eigen.eigenvalues()) {
+    if (std::abs(value) <= 1e-14 * n * result.largest) {
+      ++result.inertia.zero;
+    } else {
+      ++(value > 0.0 ? result.inertia.positive : result.inertia.negative);
+    }
+  }
+  return result;
+}
+
+std::vector<double> random_vector(std::size_t size, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  std::vector<double> v(size);
+  for (double& value : v) value = uniform(random);
+  return v;
+}
+
+double largest(const std::vector<double>& v) {
+  double result = 0.0;
+  for (const double value : v) result = std::max(result, std::isnan(value) ? INFINITY : std::abs(value));
+  return result;
+}
+
+class Contract : public testing::TestWithParam<Backend> {
+ protected:
+  [[nodiscard]] std::unique_ptr<SymmetricSolver> make() const {
+    SymmetricSolverOptions options;
+    options.ordering = GetParam().ordering;
+    return make_symmetric_solver(GetParam().kind, options);
+  }
+  [[nodiscard]] bool unpivoted() const { return GetParam().kind == LinearSolver::Ldlt; }
+
+  /// Solves A u = b, with the steps of refinement against A that a caller would make, and
+  /// multiplies back: |A u - b| / (|A| |u| + |b|).
+  static double backward_error(SymmetricSolver& solver, const SymmetricMatrix& matrix,
+                               const std::vector<double>& b) {
+    std::vector<double> u(b.size(), 0.0), residual = b, product(b.size());
+    const int refinements = solver.pivots() ? 1 : 6;
+    for (int step = 0; step <= refinements; ++step) {
+      solver.solve_in_place(residual);
+      for (std::size_t i = 0; i < u.size(); ++i) u[i] += residual[i];
+      matrix.multiply(u, product);
+      for (std::size_t i = 0; i < u.size(); ++i) residual[i] = b[i] - product[i];
+    }
+    return largest(residual) / (matrix.max_norm() * largest(u) + largest(b));
+  }
+
+  /// Inertia against eigenvalues, solution against the matrix.
+  void expect_correct(SymmetricSolver& solver, const KktMatrix& kkt) const {
+    SCOPED_TRACE(kkt.name);
+    const Spectrum expected = spectrum(kkt.matrix);
+    ASSERT_EQ(expected.inertia.zero, 0) << "not a test of a regular matrix";
+    const Factorization result = solver.factorize(kkt.matrix);
+    ASSERT_EQ(result.status, FactorizationStatus::Ok);
+    EXPECT_EQ(result.inertia, expected.inertia)
+        << "negative " << result.inertia.negative << " of " << expected.inertia.negative
+        << ", eigenvalues " << expected.smallest << " to " << expected.largest;
+    const auto b = random_vector(static_cast<std::size_t>(kkt.matrix.dimension()), 5);
+    EXPECT_LT(backward_error(solver, kkt.matrix, b), 1e-14);
+  }
+
+  void expect_correct(const KktMatrix& kkt) const {
+    const auto solver = make();
+    ASSERT_TRUE(solver->analyze(kkt.matrix, kkt.signs).ok);
+    expect_correct(*solver, kkt);
+  }
+
+  /// A singular matrix: pivoting solvers find the nullity. Without pivoting the inertia is that of
+  /// A + Gamma, in which each zero eigenvalue has taken a sign, or the factorization has failed.
+  void expect_singular(const KktMatrix& kkt) const {
+    SCOPED_TRACE(kkt.name);
+    const Inertia expected = spectrum(kkt.matrix).inertia;
+    ASSERT_GT(expected.zero, 0);
+    const auto solver = make();
+    ASSERT_TRUE(solver->analyze(kkt.matrix, kkt.signs).ok);
+    const Factorization result = solver->factorize(kkt.matrix);
+    if (!unpivoted()) {
+      EXPECT_EQ(result.status, FactorizationStatus::Singular);
+      EXPECT_EQ(result.inertia, expected)
+          << result.inertia.positive << " " << result.inertia.negative << " "
+          << result.inertia.zero << " for " << expected.positive << " " << expected.negative << " "
+          << expected.zero;
+    } else if (result.status == FactorizationStatus::Ok) {
+      EXPECT_EQ(result.inertia.zero, 0);
+      EXPECT_GE(result.inertia.positive, expected.positive);
+      EXPECT_GE(result.inertia.negative, expected.negative);
+    } else {
+      EXPECT_EQ(result.status, FactorizationStatus::Failed);
+    }
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(
+    Solvers, Contract,
+    testing::Values(Backend{"auto", LinearSolver::Auto}, Backend{"ldlt", LinearSolver::Ldlt},
+                    Backend{"ldlt_amd", LinearSolver::Ldlt, Ordering::Amd},
+                    Backend{"ldlt_metis", LinearSolver::Ldlt, Ordering::Metis},
+                    Backend{"lapack", LinearSolver::Lapack}, Backend{"mumps", LinearSolver::Mumps},
+                    Backend{"mumps_amd", LinearSolver::Mumps, Ordering::Amd},
+                    Backend{"mumps_pord", LinearSolver::Mumps, Ordering::Pord},
+                    Backend{"mumps_metis", LinearSolver::Mumps, Ordering::Metis}),
+    [](const auto& test) { return test.param.name; });
+
+KktMatrix diagonal_matrix(const std::vector<double>& values) {
+  const auto n = static_cast<Index>(values.size());
+  MatrixBuilder builder(n);
+  KktMatrix result{"diagonal", {}, {}};
+  for (Index i = 0; i < n; ++i) {
+    builder.add(i, i, values[static_cast<std::size_t>(i)]);
+    result.signs.push_back(values[static_cast<std::size_t>(i)] < 0.0 ? -1 : 1);
+  }
+  result.matrix = builder.build();
+  return result;
+}
+
+TEST_P(Contract, Definite) {
+  expect_correct(diagonal_matrix({1.0, 2.0, 3.0, 1e-3}));
+  expect_correct(diagonal_matrix(std::vector<double>(40, -2.0)));
+  MatrixBuilder laplace(60);
+  for (Index i = 0; i < 60; ++i) {
+    laplace.add(i, i, 2.0);
+    if (i > 0) laplace.add(i, i - 1, -1.0);
+  }
+  expect_correct({"laplace", laplace.build(), std::vector<std::int8_t>(60, 1)});
+}
+
+TEST_P(Contract, Indefinite) {
+  expect_correct(diagonal_matrix({1.0, -2.0, 3.0, -1e-3}));
+  MatrixBuilder swap(2);  // no diagonal pivot exists
+  swap.add(1, 0, 1.0);
+  expect_correct({"swap", swap.build(), {1, -1}});
+  for (unsigned seed = 1; seed <= 5; ++seed) {  // any signs, unlike those promised
+    expect_correct(random_kkt({{40, 0, 0, 0}, 0.3, 0.0}, seed));
+  }
+}
+
+TEST_P(Contract, RandomMinmaxKkt) {
+  std::mt19937 random(3);
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    std::uniform_int_distribution<Index> size(1, seed <= 30 ? 6 : 20);
+    test::Blocks blocks{size(random), size(random), 0, 0};
+    blocks.lambda_x = std::uniform_int_distribution<Index>(0, blocks.x / 2)(random);
+    blocks.lambda_y = std::uniform_int_distribution<Index>(0, blocks.y / 2)(random);
+    const KktMatrix kkt = random_kkt({blocks, 0.5, 0.0}, seed);
+    // A nearly singular matrix has no inertia to agree on.
+    if (spectrum(kkt.matrix).smallest > 1e-5) expect_correct(kkt);
+  }
+}
+
+TEST_P(Contract, BarrierDiagonals) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    for (const double decades : {3.0, 6.0, 8.0}) {
+      const KktMatrix kkt = random_kkt({{10, 8, 4, 3}, 0.4, decades}, seed);
+      // The dense eigenvalues that are compared with are themselves good to 1e-16 of the largest.
+      const Spectrum s = spectrum(kkt.matrix);
+      if (s.smallest > 1e-5 && s.smallest > 1e-13 * s.largest) expect_correct(kkt);
+    }
+  }
+}
+
+TEST_P(Contract, ChauffeurKkt) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    for (const double barrier : {1.0, 1e3, 1e6}) expect_correct(chauffeur_kkt(20, seed, barrier));
+  }
+}
+
+TEST_P(Contract, LargerSparseKkt) {
+  expect_correct(grid_kkt(14, 1));
+  expect_correct(chauffeur_kkt(60, 1));
+  const KktMatrix sparse = random_kkt({{150, 150, 70, 70}, 0.01, 1.0}, 8);
+  if (spectrum(sparse.matrix).smallest > 1e-5) expect_correct(sparse);
+}
+
+TEST_P(Contract, Singular) {
+  expect_singular(diagonal_matrix({1.0, 0.0, -3.0}));
+  expect_singular(diagonal_matrix(std::vector<double>(30, 0.0)));
+  MatrixBuilder ones(30);  // rank one
+  for (Index i = 0; i < 30; ++i) {
+    for (Index j = 0; j <= i; ++j) ones.add(i, j, 1.0);
+  }
+  expect_singular({"ones", ones.build(), std::vector<std::int8_t>(30, 1)});
+}
+
+TEST_P(Contract, RankDeficientConstraintRows) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    expect_singular(random_kkt({{6, 5, 3, 3}, 0.6, 0.0, true}, seed));
+    expect_singular(random_kkt({{20, 16, 8, 7}, 0.3, 2.0, true}, seed));
+  }
+}
+
+TEST_P(Contract, SeveralRightHandSides) {
+  const KktMatrix kkt = chauffeur_kkt(10, 2);
+  const auto solver = make();
+  ASSERT_TRUE(solver->analyze(kkt.matrix, kkt.signs).ok);
+  ASSERT_EQ(solver->factorize(kkt.matrix).status, FactorizationStatus::Ok);
+  constexpr Index kColumns = 7;
+  const auto n = static_cast<std::size_t>(kkt.matrix.dimension());
+  const auto rhs = random_vector(n * kColumns, 1);
+  auto together = rhs;
+  solver->solve_in_place(together, kColumns);
+  for (std::size_t c = 0; c < kColumns; ++c) {
+    std::vector<double> alone(rhs.begin() + static_cast<std::ptrdiff_t>(c * n),
+                              rhs.begin() + static_cast<std::ptrdiff_t>((c + 1) * n));
+    solver->solve_in_place(alone);
+    const double scale = largest(alone);
+    for (std::size_t i = 0; i < n; ++i) {
+      EXPECT_NEAR(together[c * n + i], alone[i], 1e-7 * scale) << c << " " << i;
+    }
+  }
+}
+
+TEST_P(Contract, RefactorizesWithOtherValues) {
+  const auto solver = make();
+  const KktMatrix first = chauffeur_kkt(15, 1);
+  ASSERT_TRUE(solver->analyze(first.matrix, first.signs).ok);
+  expect_correct(*solver, first);
+  for (unsigned seed = 2; seed <= 6; ++seed) {
+    expect_correct(*solver, chauffeur_kkt(15, seed, 100.0 * seed));
+  }
+}
+
+TEST_P(Contract, AnalyzesAnotherPattern) {
+  const auto solver = make();
+  for (const KktMatrix& kkt :
+       {chauffeur_kkt(3, 1), grid_kkt(8, 1), diagonal_matrix({1.0, -1.0}), chauffeur_kkt(12, 1)}) {
+    ASSERT_TRUE(solver->analyze(kkt.matrix, kkt.signs).ok);
+    expect_correct(*solver, kkt);
+  }
+}
+
+TEST_P(Contract, SameBitsWhenRunTwice) {
+  for (const KktMatrix& kkt : {chauffeur_kkt(40, 1), grid_kkt(20, 1)}) {
+    std::vector<std::vector<double>> solutions;
+    for (int run = 0; run < 2; ++run) {
+      (void)std::rand();  // orderings must not depend on its state
+      const auto solver = make();
+      ASSERT_TRUE(solver->analyze(kkt.matrix, kkt.signs).ok);
+      ASSERT_EQ(solver->factorize(kkt.matrix).status, FactorizationStatus::Ok);
+      solutions.push_back(random_vector(static_cast<std::size_t>(kkt.matrix.dimension()), 1));
+      solver->solve_in_place(solutions.back());
+    }
+    EXPECT_EQ(solutions[0], solutions[1]) << kkt.name;
+  }
+}
+
+TEST_P(Contract, NotANumberFails) {
+  const KktMatrix good = chauffeur_kkt(8, 1);
+  const auto solver = make();
+  ASSERT_TRUE(solver->analyze(good.matrix, good.signs).ok);
+  for (const double value : {std::numeric_limits<double>::quiet_NaN(),
+                             std::numeric_limits<double>::infinity(),
+                             -std::numeric_limits<double>::infinity()}) {
+    KktMatrix bad = good;
+    bad.matrix.values()[bad.matrix.values().size() / 2] = value;
+    EXPECT_EQ(solver->factorize(bad.matrix).status, FactorizationStatus::Failed);
+    expect_correct(*solver, good);  // and is none the worse for it
+  }
+}
+
+TEST_P(Contract, SolveWithoutFactorsGivesNaN) {
+  KktMatrix kkt = chauffeur_kkt(8, 1);
+  const auto solver = make();
+  ASSERT_TRUE(solver->analyze(kkt.matrix, kkt.signs).ok);
+  kkt.matrix.values()[0] = std::numeric_limits<double>::quiet_NaN();
+  ASSERT_EQ(solver->factorize(kkt.matrix).status, FactorizationStatus::Failed);
+  std::vector<double> rhs(static_cast<std::size_t>(kkt.matrix.dimension()), 1.0);
+  solver->solve_in_place(rhs);
+  EXPECT_TRUE(std::isnan(rhs[0]));
+}
+
+TEST_P(Contract, DimensionZeroAndOne) {
+  const auto solver = make();
+  const SymmetricMatrix empty(0, {});
+  ASSERT_TRUE(solver->analyze(empty, {}).ok);
+  const Factorization result = solver->factorize(empty);
+  EXPECT_EQ(result.status, FactorizationStatus::Ok);
+  EXPECT_EQ(result.inertia, Inertia{});
+  solver->solve_in_place({}, 1);
+
+  expect_correct(diagonal_matrix({-4.0}));
+}
+
+TEST_P(Contract, IncreasesQualityFinitelyOften) {
+  const KktMatrix kkt = chauffeur_kkt(12, 1);
+  const auto solver = make();
+  ASSERT_TRUE(solver->analyze(kkt.matrix, kkt.signs).ok);
+  int increases = 0;
+  expect_correct(*solver, kkt);
+  while (solver->increase_quality()) {
+    ASSERT_LT(++increases, 50);
+    expect_correct(*solver, kkt);
+    EXPECT_TRUE(solver->pivots());
+  }
+  switch (GetParam().kind) {
+    case LinearSolver::Mumps: EXPECT_GT(increases, 2); break;  // pivot tolerance 1e-6 to 0.1
+    case LinearSolver::Auto: EXPECT_GE(increases, 1); break;
+    default: EXPECT_EQ(increases, 0);
+  }
+}
+
+TEST_P(Contract, TwoThreadsWithSolversOfTheirOwn) {
+  const KktMatrix kkt = chauffeur_kkt(15, 1);
+  const Inertia expected = spectrum(kkt.matrix).inertia;
+  const auto work = [&](std::vector<double>& solution, bool& right) {
+    right = true;
+    for (int run = 0; run < 10; ++run) {
+      const auto solver = make();
+      right = right && solver->analyze(kkt.matrix, kkt.signs).ok;
+      right = right && solver->factorize(kkt.matrix).inertia == expected;
+      solution = random_vector(static_cast<std::size_t>(kkt.matrix.dimension()), 1);
+      solver->solve_in_place(solution);
+    }
+  };
+  std::vector<double> solution[2];
+  bool right[2] = {false, false};
+  std::thread first(work, std::ref(solution[0]), std::ref(right[0]));
+  std::thread second(work, std::ref(solution[1]), std::ref(right[1]));
+  first.join();
+  second.join();
+  EXPECT_TRUE(right[0] && right[1]);
+  EXPECT_EQ(solution[0], solution[1]);
+}
+
+}  // namespace
+}  // namespace ipminmax
