@@ -79,7 +79,7 @@ struct SolverOptions {
   BarrierRule minmax_barrier_rule = BarrierRule::Ipopt;
 
   // Method
-  Globalization minmax_globalization = Globalization::None;
+  Globalization minmax_globalization = Globalization::Filter;
   bool minmax_instability = true;
   bool minmax_warm_start_shifts = true;
   double minmax_freeze_tol = 0.0;
@@ -98,7 +98,7 @@ struct SolverOptions {
   // Linear systems
   LinearSolver linear_solver = LinearSolver::Auto;
   Ordering minmax_ordering = Ordering::Best;
-  double minmax_ldlt_gamma = 1e-8;
+  double minmax_ldlt_gamma = 1e-10;
   double mumps_pivtol = 1e-6;
   double mumps_pivtolmax = 0.1;
   int mumps_mem_percent = 1000;

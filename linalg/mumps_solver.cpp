@@ -31,6 +31,14 @@ constexpr int kOrderAmd = 0;
 constexpr int kOrderGiven = 1;
 constexpr int kOrderPord = 4;
 
+/// PORD ends the process on a graph without structure (a full matrix), and its two stages are of
+/// no use on small ones.
+bool pord_can_order(const SymmetricMatrix& matrix) {
+  constexpr Index kSmall = 100;
+  const auto n = static_cast<std::int64_t>(matrix.dimension());
+  return n > kSmall && matrix.nonzeros() < n * (n + 1) / 2;
+}
+
 }  // namespace
 
 /// One MUMPS instance, from JOB = -1 to JOB = -2.
@@ -47,6 +55,7 @@ struct MumpsSolver::Instance {
     icntl(12) = 1;                              // usual ordering, not the matching's
     icntl(13) = 1;                              // no ScaLAPACK at the root: exact inertia
     icntl(24) = 1;                              // null pivots are detected and counted
+    cntl(3) = 1e-12;  // a null pivot, rows being scaled to about 1; found by trial
   }
   ~Instance() { run(kTerminate); }
   Instance(const Instance&) = delete;
@@ -97,6 +106,7 @@ void MumpsSolver::load_pattern(const SymmetricMatrix& matrix) {
 }
 
 Analysis MumpsSolver::analyze_with(Ordering ordering, const SymmetricMatrix& matrix) {
+  if (ordering == Ordering::Pord && !pord_can_order(matrix)) ordering = Ordering::Amd;
   if (ordering == Ordering::Metis) {
     if (metis_order_.empty()) {
       metis_order_ = fill_reducing_ordering(matrix, Ordering::Metis);

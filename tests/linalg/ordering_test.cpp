@@ -79,7 +79,7 @@ TEST(Ordering, PredictionIsTheFactorOfEigen) {
 }
 
 TEST(Ordering, IsAPermutationThatReducesFill) {
-  const auto grid = grid_kkt(30, 1).matrix;
+  const auto grid = grid_kkt(60, 1).matrix;
   const FactorSize natural = predict_factor_size(grid, natural_order(grid.dimension()));
   for (const Ordering ordering : {Ordering::Amd, Ordering::Metis}) {
     const auto order = fill_reducing_ordering(grid, ordering);

@@ -1,0 +1,195 @@
+// What the choosing solver and the dense one promise beyond the common contract.
+#include <ipminmax/linalg/auto_solver.hpp>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include <ipminmax/linalg/lapack_solver.hpp>
+#include <ipminmax/linalg/ldlt_solver.hpp>
+#include <ipminmax/linalg/mumps_solver.hpp>
+
+#include "test_matrices.hpp"
+
+namespace ipminmax {
+namespace {
+
+using test::chauffeur_kkt;
+using test::grid_kkt;
+using test::KktMatrix;
+using test::MatrixBuilder;
+using test::random_kkt;
+
+TEST(AutoSolver, UsesLdltOnChainsAndLeavesItForGood) {
+  const KktMatrix chain = chauffeur_kkt(40, 1);
+  AutoSolver solver({});
+  ASSERT_TRUE(solver.analyze(chain.matrix, chain.signs).ok);
+  EXPECT_FALSE(solver.pivots());
+  const Inertia by_ldlt = solver.factorize(chain.matrix).inertia;
+  EXPECT_FALSE(solver.pivots());
+  ASSERT_TRUE(solver.increase_quality());
+  EXPECT_TRUE(solver.pivots());
+  for (int run = 0; run < 2; ++run) {
+    const Factorization result = solver.factorize(chain.matrix);
+    EXPECT_EQ(result.status, FactorizationStatus::Ok);
+    EXPECT_EQ(result.inertia, by_ldlt);
+    EXPECT_TRUE(solver.pivots());
+  }
+  EXPECT_TRUE(solver.increase_quality());  // now the pivot tolerance of MUMPS
+}
+
+TEST(AutoSolver, PivotsOnTinyMatricesAndWithoutSigns) {
+  const KktMatrix tiny = random_kkt({{3, 3, 1, 1}, 0.5, 0.0}, 1);
+  AutoSolver solver({});
+  ASSERT_TRUE(solver.analyze(tiny.matrix, tiny.signs).ok);
+  EXPECT_TRUE(solver.pivots());
+  const KktMatrix chain = chauffeur_kkt(40, 1);
+  ASSERT_TRUE(solver.analyze(chain.matrix, {}).ok);
+  EXPECT_TRUE(solver.pivots());
+}
+
+TEST(AutoSolver, PivotsWhereFrontsAreLarge) {
+  const KktMatrix filled = random_kkt({{400, 400, 200, 200}, 3.0 / 400.0, 1.0}, 1);
+  AutoSolver solver({});
+  const Analysis analysis = solver.analyze(filled.matrix, filled.signs);
+  ASSERT_TRUE(analysis.ok);
+  EXPECT_TRUE(solver.pivots());
+  EXPECT_GT(analysis.flops, 100.0 * static_cast<double>(analysis.factor_entries));
+}
+
+TEST(AutoSolver, PivotsWhenGammaDecidesTheInertia) {
+  // One eigenvalue of -1e-9, which A + Gamma shows as positive.
+  constexpr Index n = 50;
+  MatrixBuilder builder(n);
+  for (Index i = 0; i < n; ++i) builder.add(i, i, i == 20 ? -1e-9 : 1.0);
+  const SymmetricMatrix matrix = builder.build();
+  const std::vector<std::int8_t> signs(n, 1);
+
+  LdltSolver ldlt({});
+  ASSERT_TRUE(ldlt.analyze(matrix, signs).ok);
+  EXPECT_EQ(ldlt.factorize(matrix).inertia, (Inertia{n, 0, 0}));
+  AutoSolver solver({});
+  ASSERT_TRUE(solver.analyze(matrix, signs).ok);
+  EXPECT_FALSE(solver.pivots());
+  EXPECT_EQ(solver.factorize(matrix).inertia, (Inertia{n - 1, 1, 0}));
+  EXPECT_TRUE(solver.pivots());
+}
+
+TEST(AutoSolver, SingularMatricesAreSeenThroughLdlt) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const KktMatrix kkt = random_kkt({{60, 50, 20, 20}, 0.05, 0.0, true}, seed);
+    AutoSolver solver({});
+    ASSERT_TRUE(solver.analyze(kkt.matrix, kkt.signs).ok);
+    ASSERT_FALSE(solver.pivots());
+    EXPECT_EQ(solver.factorize(kkt.matrix).status, FactorizationStatus::Singular) << seed;
+  }
+}
+
+TEST(AutoSolver, AZeroPivotIsRepairedAndLdltTriedAgain) {
+  const KktMatrix chain = chauffeur_kkt(20, 1);
+  SymmetricSolverOptions no_gamma;
+  no_gamma.ldlt_gamma = 0.0;  // the zero diagonals of the multipliers are then pivots
+  no_gamma.ordering = Ordering::Metis;
+  LdltSolver ldlt(no_gamma);
+  ASSERT_TRUE(ldlt.analyze(chain.matrix, chain.signs).ok);
+  EXPECT_EQ(ldlt.factorize(chain.matrix).status, FactorizationStatus::Failed);
+
+  AutoSolver solver(no_gamma);
+  ASSERT_TRUE(solver.analyze(chain.matrix, chain.signs).ok);
+  const Factorization result = solver.factorize(chain.matrix);
+  EXPECT_EQ(result.status, FactorizationStatus::Ok);
+  EXPECT_TRUE(solver.pivots());
+  SymmetricMatrix easy = chain.matrix;
+  easy.set_zero();
+  for (Index i = 0; i < easy.dimension(); ++i) {
+    easy.values()[static_cast<std::size_t>(easy.diagonal_position(i))] = i % 3 == 0 ? -1.0 : 2.0;
+  }
+  EXPECT_EQ(solver.factorize(easy).inertia, (Inertia{200, 100, 0}));
+  EXPECT_FALSE(solver.pivots());
+}
+
+TEST(LdltSolver, NeedsOneSignPerRow) {
+  LdltSolver solver({});
+  const std::vector<std::int8_t> signs(2, 1);
+  EXPECT_THROW((void)solver.analyze(SymmetricMatrix(3, {}), signs), std::invalid_argument);
+}
+
+TEST(LdltSolver, ReportsTheSmallestPivot) {
+  const std::vector<Triplet> diagonal{{0, 0}, {1, 1}, {2, 2}};
+  SymmetricMatrix matrix(3, diagonal);
+  const double values[] = {2.0, -0.25, 1.0};
+  std::copy(std::begin(values), std::end(values), matrix.values().begin());
+  LdltSolver solver({});
+  ASSERT_TRUE(solver.analyze(matrix, std::vector<std::int8_t>{1, -1, 1}).ok);
+  EXPECT_NEAR(solver.factorize(matrix).smallest_pivot, 0.25, 1e-7);
+}
+
+TEST(LapackSolver, SmallRowsAreNotZeroRows) {
+  // Late in a barrier method: entries of 1e12 next to a pivot of 1e-6.
+  MatrixBuilder builder(4);
+  builder.add(0, 0, 1e12);
+  builder.add(1, 1, -1e12);
+  builder.add(2, 2, 1e-6);
+  builder.add(3, 3, -1e-9);
+  const SymmetricMatrix matrix = builder.build();
+  LapackSolver solver;
+  ASSERT_TRUE(solver.analyze(matrix, {}).ok);
+  const Factorization result = solver.factorize(matrix);
+  EXPECT_EQ(result.inertia, (Inertia{2, 2, 0}));
+  EXPECT_DOUBLE_EQ(result.smallest_pivot, 1e-9);
+}
+
+TEST(MumpsSolver, OrderingsAreThoseAskedFor) {
+  const KktMatrix kkt = grid_kkt(20, 1);
+  const KktMatrix full = random_kkt({{150, 0, 0, 0}, 1.1, 0.0}, 1);
+  for (const Ordering ordering : {Ordering::Amd, Ordering::Pord, Ordering::Metis}) {
+    SymmetricSolverOptions options;
+    options.ordering = ordering;
+    MumpsSolver solver(options);
+    EXPECT_EQ(solver.analyze(kkt.matrix, {}).ordering, ordering);
+    // PORD cannot order a full matrix, and would end the process.
+    const Ordering expected = ordering == Ordering::Pord ? Ordering::Amd : ordering;
+    EXPECT_EQ(solver.analyze(full.matrix, {}).ordering, expected);
+    EXPECT_EQ(solver.factorize(full.matrix).status, FactorizationStatus::Ok);
+  }
+}
+
+TEST(MumpsSolver, MetisPermutationReducesFill) {
+  const KktMatrix kkt = grid_kkt(40, 1);
+  SymmetricSolverOptions options;
+  options.ordering = Ordering::Metis;
+  MumpsSolver metis(options);
+  options.ordering = Ordering::Amd;
+  MumpsSolver amd(options);
+  // The inverse permutation would fill in about 13 times.
+  EXPECT_LT(metis.analyze(kkt.matrix, {}).factor_entries,
+            2 * amd.analyze(kkt.matrix, {}).factor_entries);
+}
+
+TEST(MumpsSolver, BestHasTheFewestFlops) {
+  const KktMatrix kkt = grid_kkt(60, 1);
+  MumpsSolver best({});
+  const Analysis analysis = best.analyze(kkt.matrix, {});
+  for (const Ordering ordering : {Ordering::Amd, Ordering::Pord, Ordering::Metis}) {
+    SymmetricSolverOptions options;
+    options.ordering = ordering;
+    MumpsSolver solver(options);
+    EXPECT_LE(analysis.flops, solver.analyze(kkt.matrix, {}).flops);
+  }
+}
+
+TEST(MumpsSolver, RetriesWithMoreWorkspace) {
+  SymmetricSolverOptions options;
+  options.mumps_memory_percent = 0;
+  options.mumps_pivot_tolerance = 0.1;  // many delayed pivots
+  MumpsSolver solver(options);
+  const KktMatrix kkt = random_kkt({{200, 200, 100, 100}, 0.02, 0.0}, 1);
+  ASSERT_TRUE(solver.analyze(kkt.matrix, kkt.signs).ok);
+  EXPECT_EQ(solver.factorize(kkt.matrix).status, FactorizationStatus::Ok);
+}
+
+}  // namespace
+}  // namespace ipminmax

@@ -1,0 +1,31 @@
+#include <regression/hock_schittkowski.hpp>
+
+#include <algorithm>
+#include <iterator>
+#include <stdexcept>
+
+#include <regression/hock_schittkowski_groups.hpp>
+
+namespace ipminmax::testing {
+
+const std::vector<MinimizationProblem>& hock_schittkowski() {
+  static const std::vector<MinimizationProblem> problems = [] {
+    std::vector<MinimizationProblem> all;
+    for (auto group : {hock_schittkowski_001_to_050(), hock_schittkowski_051_to_100(),
+                       hock_schittkowski_101_to_119(), schittkowski_from_201(),
+                       hock_schittkowski_variants()}) {
+      std::ranges::move(group, std::back_inserter(all));
+    }
+    return all;
+  }();
+  return problems;
+}
+
+const MinimizationProblem& hock_schittkowski(const std::string& name) {
+  const auto& problems = hock_schittkowski();
+  const auto found = std::ranges::find(problems, name, &MinimizationProblem::name);
+  if (found == problems.end()) throw std::out_of_range("no problem " + name);
+  return *found;
+}
+
+}  // namespace ipminmax::testing
