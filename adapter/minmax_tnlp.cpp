@@ -1,5 +1,6 @@
 #include <ipminmax/adapter/minmax_tnlp.hpp>
 
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -16,10 +17,10 @@ void give_to_max(const std::vector<Index>& indices, Index size, const std::strin
   for (std::size_t k = 0; k < indices.size(); ++k) {
     const Index i = indices[k];
     if (i < 0 || i >= size) {
-      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP,
-                      list + "[" + std::to_string(k) + "] = " + std::to_string(i) +
-                          " is out of range: the model has " + std::to_string(size) + " " + what +
-                          "s (indices are 0-based)");
+      std::ostringstream text;
+      text << list << "[" << k << "] = " << i << " is out of range: the model has " << size << " "
+           << what << "s (indices are 0-based)";
+      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, text.str());
     }
     std::ptrdiff_t& place = first_place[static_cast<std::size_t>(i)];
     if (place >= 0) {
@@ -36,9 +37,10 @@ void give_to_max(const std::vector<Index>& indices, Index size, const std::strin
 
 bool MinMaxTNLP::get_constraint_players(Ipopt::Index, Player*) { return true; }
 
-SplitTNLP::SplitTNLP(Ipopt::SmartPtr<Ipopt::TNLP> model, std::vector<Ipopt::Index> max_variables,
+SplitTNLP::SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
+                     std::vector<Ipopt::Index> max_variables,
                      std::vector<Ipopt::Index> max_constraints)
-    : model_(std::move(model)),
+    : model_(model),
       max_variables_(std::move(max_variables)),
       max_constraints_(std::move(max_constraints)) {
   if (Ipopt::IsNull(model_)) throw std::invalid_argument("SplitTNLP: the model is null");

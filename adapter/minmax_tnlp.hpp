@@ -36,7 +36,7 @@ class SplitTNLP : public MinMaxTNLP {
   /// max_variables: 0-based indices of the variables that the maximizer chooses.
   /// max_constraints: 0-based constraints given to Max besides the implied ones.
   /// Throws std::invalid_argument when model is null.
-  SplitTNLP(Ipopt::SmartPtr<Ipopt::TNLP> model, std::vector<Ipopt::Index> max_variables,
+  SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model, std::vector<Ipopt::Index> max_variables,
             std::vector<Ipopt::Index> max_constraints = {});
 
   SplitTNLP(const SplitTNLP&) = delete;

@@ -2,6 +2,17 @@
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
+namespace {
+
+#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
+constexpr auto kWallTimeStatus = Ipopt::Maximum_WallTime_Exceeded;
+constexpr auto kWallTimeReturn = Ipopt::WALLTIME_EXCEEDED;
+#else
+constexpr auto kWallTimeStatus = Ipopt::Maximum_CpuTime_Exceeded;
+constexpr auto kWallTimeReturn = Ipopt::CPUTIME_EXCEEDED;
+#endif
+
+}  // namespace
 
 Ipopt::ApplicationReturnStatus application_status(Status status) {
   switch (status) {
@@ -26,11 +37,7 @@ Ipopt::ApplicationReturnStatus application_status(Status status) {
     case Status::MaxCpuTime:
       return Ipopt::Maximum_CpuTime_Exceeded;
     case Status::MaxWallTime:
-#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
-      return Ipopt::Maximum_WallTime_Exceeded;
-#else
-      return Ipopt::Maximum_CpuTime_Exceeded;
-#endif
+      return kWallTimeStatus;
     case Status::RestorationFailed:
       return Ipopt::Restoration_Failed;
     case Status::InertiaCorrectionFailed:
@@ -78,11 +85,7 @@ Ipopt::SolverReturn solver_return(Status status) {
     case Status::MaxCpuTime:
       return Ipopt::CPUTIME_EXCEEDED;
     case Status::MaxWallTime:
-#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
-      return Ipopt::WALLTIME_EXCEEDED;
-#else
-      return Ipopt::CPUTIME_EXCEEDED;
-#endif
+      return kWallTimeReturn;
     case Status::RestorationFailed:
       return Ipopt::RESTORATION_FAILURE;
     case Status::InertiaCorrectionFailed:

@@ -104,7 +104,7 @@ std::string read_players(const Ipopt::TNLP::IntegerMetaDataMapType& integers,
 
 }  // namespace
 
-TnlpProblem::TnlpProblem(Ipopt::SmartPtr<Ipopt::TNLP> model) : model_(std::move(model)) {}
+TnlpProblem::TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model) : model_(model) {}
 
 std::string TnlpProblem::load() {
   if (auto error = load_sizes(); !error.empty()) return error;

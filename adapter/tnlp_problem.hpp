@@ -21,7 +21,7 @@ class TnlpProblem : public Problem {
  public:
   /// model: a MinMaxTNLP, or a plain TNLP: then every variable is Min unless the model's integer
   /// variable metadata "player" says otherwise (n entries, 0 Min, 1 Max; the same for constraints).
-  explicit TnlpProblem(Ipopt::SmartPtr<Ipopt::TNLP> model);
+  explicit TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
 
   /// Reads everything that does not change. Returns what is wrong with it, empty when nothing is.
   /// To be called once, before anything else.

@@ -120,6 +120,54 @@ TEST(Application, AWrongModelIsAnInvalidProblem) {
   EXPECT_TRUE(IsNull(app->Statistics()));
 }
 
+TEST(Application, AMinConstraintWithAMaxVariableIsInvalid) {
+  const SmartPtr<Model> model = new Model;
+  model->variable_integers["player"] = {0, 1, 0};
+  model->variable_strings["idx_names"] = {"thrust", "wind", "mass"};
+  model->constraint_strings["idx_names"] = {"budget", "drift"};
+  model->constraint_integers["player"] = {0, 0};
+  const auto app = silent_application();
+  EXPECT_EQ(app->OptimizeTNLP(GetRawPtr(model)), Ipopt::Invalid_Problem_Definition);
+  EXPECT_NE(app->LastResult().message.find("drift"), std::string::npos)
+      << app->LastResult().message;
+  EXPECT_NE(app->LastResult().message.find("wind"), std::string::npos) << app->LastResult().message;
+  EXPECT_EQ(model->final.count, 0);
+}
+
+TEST(Application, AModelWithoutVariables) {
+  class Empty : public Model {
+   public:
+    bool get_nlp_info(Index& n, Index& m, Index& jac, Index& hess, IndexStyleEnum& s) override {
+      n = m = jac = hess = 0;
+      s = C_STYLE;
+      return true;
+    }
+    bool get_bounds_info(Index, Number*, Number*, Index, Number*, Number*) override { return true; }
+    bool get_starting_point(Index, bool, Number*, bool, Number*, Number*, Index, bool,
+                            Number*) override {
+      return true;
+    }
+    bool eval_f(Index, const Number*, bool, Number& f) override {
+      f = 3.0;
+      return true;
+    }
+    bool eval_grad_f(Index, const Number*, bool, Number*) override { return true; }
+    bool eval_g(Index, const Number*, bool, Index, Number*) override { return true; }
+    bool eval_jac_g(Index, const Number*, bool, Index, Index, Index*, Index*, Number*) override {
+      return true;
+    }
+    bool eval_h(Index, const Number*, bool, Number, Index, const Number*, bool, Index, Index*,
+                Index*, Number*) override {
+      return true;
+    }
+  };
+  const SmartPtr<Model> model = new Empty;
+  const auto app = silent_application();
+  EXPECT_EQ(app->OptimizeTNLP(GetRawPtr(model)), Ipopt::Solve_Succeeded)
+      << app->LastResult().message;
+  EXPECT_EQ(model->final.objective, 3.0);
+}
+
 TEST(Application, IterationCallback) {
   const SmartPtr<Model> model = new Model;
   const auto app = silent_application();
