@@ -30,7 +30,7 @@ constexpr int kSecondOrderSteps = 4;
 constexpr double kSecondOrderDecrease = 0.99;       // kappa_soc
 constexpr double kRestorationDecrease = 0.9;        // kappa_resto
 constexpr double kLargestRestoredMultiplier = 1e3;  // bound_mult_reset_threshold of Ipopt
-constexpr double kFeasible = 1e-9;                  // violation that restoration cannot improve
+constexpr double kAlmostFeasible = 1e2;  // violation over tol below which nothing is restored
 constexpr int kMaxTrials = 60;
 constexpr int kRoughTrials = 6;  // with an inexact inner maximum
 constexpr int kExactTrials = 14;
@@ -350,7 +350,7 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
 
 bool GlobalizedMethod::can_restore(const Point& point) const {
   return allow_restoration_ && point.evaluation.c.size() > 0 &&
-         point.evaluation.c.lpNorm<1>() > kFeasible;
+         point.evaluation.c.lpNorm<Eigen::Infinity>() > kAlmostFeasible * options_.tol;
 }
 
 std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, IterationInfo& info) {
@@ -379,6 +379,7 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
     case RestorationOutcome::Stopped:
       return Status::MaxIterations;
     case RestorationOutcome::Failed:
+      if (has_max()) return leap(point, mu, info);
       message_ = "the feasibility restoration failed";
       return Status::RestorationFailed;
   }

@@ -226,9 +226,10 @@ void KktSystem::assemble_inner(const Iterate& iterate, const Evaluation& evaluat
 void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature) {
   const ScopedTimer timer(timing_.assembly);
   curvature_ = barrier_curvature;
+  // In the unreduced equations: a bound at distance 1 with this multiplier.
   distance_lower_.setOnes();
   distance_upper_.setOnes();
-  z_lower_.setZero();
+  z_lower_ = curvature_;
   z_upper_.setZero();
   full_.assemble(evaluation, curvature_);
   inner_.assemble(evaluation, curvature_);

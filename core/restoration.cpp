@@ -174,8 +174,10 @@ RestorationOutcome restore_feasibility(
     point.iterate.v = v;
     return RestorationOutcome::Restored;
   }
-  if (is_success(result.status) || result.status == Status::NotLocalMinmax) {
-    return RestorationOutcome::LocallyInfeasible;
+  if (is_success(result.status)) {
+    const bool feasible =
+        problem.read(result.v, v, c) && c.lpNorm<Eigen::Infinity>() <= options.constr_viol_tol;
+    return feasible ? RestorationOutcome::Failed : RestorationOutcome::LocallyInfeasible;
   }
   return result.status == Status::MaxIterations || result.status == Status::MaxCpuTime ||
                  result.status == Status::MaxWallTime

@@ -40,8 +40,8 @@ class AutoSolver final : public SymmetricSolver {
   LdltSolver ldlt_;
   std::unique_ptr<SymmetricSolver> pivoting_;
   bool pivoting_analyzed_ = false;
-  bool use_ldlt_ = false;       // for the next factorization
-  bool ldlt_is_current_ = false;  // the last factorization, before any the next
+  bool use_ldlt_ = false;                            // for the next factorization
+  bool ldlt_is_current_ = false;                     // the last factorization, before any the next
   std::vector<double> direction_, image_, product_;  // workspace of inertia_is_certain
 };
 

@@ -126,8 +126,7 @@ void LapackSolver::load_values(const SymmetricMatrix& matrix) {
 Factorization LapackSolver::count_pivots() {
   const std::size_t n = scale_.size();
   // Rounding errors of the factorization are a small multiple of n eps, entries being about 1.
-  const double zero_below =
-      8.0 * static_cast<double>(n) * std::numeric_limits<double>::epsilon();
+  const double zero_below = 8.0 * static_cast<double>(n) * std::numeric_limits<double>::epsilon();
   PivotCounter counter{zero_below, {}};
   counter.result.smallest_pivot = n > 0 ? std::numeric_limits<double>::infinity() : 0.0;
 
@@ -152,8 +151,8 @@ Factorization LapackSolver::count_pivots() {
       k += 2;
     }
   }
-  counter.result.status = counter.result.inertia.zero > 0 ? FactorizationStatus::Singular
-                                                          : FactorizationStatus::Ok;
+  counter.result.status =
+      counter.result.inertia.zero > 0 ? FactorizationStatus::Singular : FactorizationStatus::Ok;
   return counter.result;
 }
 

@@ -27,9 +27,9 @@ class LapackSolver final : public SymmetricSolver {
   [[nodiscard]] Factorization count_pivots();
 
   Index dimension_ = 0;
-  std::vector<double> dense_;       // dimension x dimension by columns, lower triangle
-  std::vector<double> scale_;       // diagonal of S
-  std::vector<double> row_norms_;   // workspace
+  std::vector<double> dense_;      // dimension x dimension by columns, lower triangle
+  std::vector<double> scale_;      // diagonal of S
+  std::vector<double> row_norms_;  // workspace
   std::vector<Index> interchanges_;
   std::vector<double> work_;
   bool factorized_ = false;

@@ -12,8 +12,7 @@ namespace ipminmax {
 namespace {
 
 using UpperMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
-using NaturalLdlt =
-    Eigen::SimplicialLDLT<UpperMatrix, Eigen::Upper, Eigen::NaturalOrdering<Index>>;
+using NaturalLdlt = Eigen::SimplicialLDLT<UpperMatrix, Eigen::Upper, Eigen::NaturalOrdering<Index>>;
 
 /// Eigen's factorization without the copies that its factorize() and vectorD() make.
 class InPlaceLdlt : public NaturalLdlt {

@@ -213,8 +213,7 @@ void MumpsSolver::solve_in_place(std::span<double> rhs, Index columns) {
 /// Ipopt's rule.
 bool MumpsSolver::increase_quality() {
   if (!(pivot_tolerance_ < options_.mumps_pivot_tolerance_max)) return false;
-  pivot_tolerance_ =
-      std::min(options_.mumps_pivot_tolerance_max, std::pow(pivot_tolerance_, 0.75));
+  pivot_tolerance_ = std::min(options_.mumps_pivot_tolerance_max, std::pow(pivot_tolerance_, 0.75));
   return true;
 }
 

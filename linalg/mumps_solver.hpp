@@ -38,7 +38,7 @@ class MumpsSolver final : public SymmetricSolver {
   Index dimension_ = 0;
   std::vector<Index> rows_, columns_;  // 1-based
   std::vector<double> values_;
-  std::vector<Index> metis_order_;     // 1-based; empty until needed
+  std::vector<Index> metis_order_;  // 1-based; empty until needed
   std::unique_ptr<Instance> instance_;
   bool factorized_ = false;
 };

@@ -82,10 +82,10 @@ std::vector<Index> amd_ordering(const SymmetricMatrix& matrix) {
   const Index n = matrix.dimension();
   // With the diagonal: Eigen puts rows without one last.
   const Lists graph = adjacency(matrix, /*with_diagonal=*/true);
-  const std::vector<double> values(graph.items.size(), 1.0);  // Eigen's map wants some
-  using Matrix = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
-  Matrix pattern = Eigen::Map<const Matrix>(n, n, static_cast<Eigen::Index>(graph.items.size()),
-                                            graph.starts.data(), graph.items.data(), values.data());
+  Eigen::SparseMatrix<double, Eigen::ColMajor, Index> pattern(n, n);  // values are never read
+  pattern.resizeNonZeros(static_cast<Eigen::Index>(graph.items.size()));
+  std::copy(graph.starts.begin(), graph.starts.end(), pattern.outerIndexPtr());
+  std::copy(graph.items.begin(), graph.items.end(), pattern.innerIndexPtr());
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> order;
   Eigen::internal::minimum_degree_ordering(pattern, order);  // order[k]: the row eliminated k-th
 

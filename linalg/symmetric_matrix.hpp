@@ -28,9 +28,11 @@ class SymmetricMatrix {
 
   [[nodiscard]] Index dimension() const { return dimension_; }
   [[nodiscard]] Index nonzeros() const { return static_cast<Index>(rows_.size()); }
-  [[nodiscard]] std::span<const Index> column_starts() const { return column_starts_; }  ///< dimension+1
-  [[nodiscard]] std::span<const Index> rows() const { return rows_; }                    ///< nonzeros
-  [[nodiscard]] std::span<const double> values() const { return values_; }               ///< nonzeros
+  [[nodiscard]] std::span<const Index> column_starts() const {
+    return column_starts_;
+  }                                                                         ///< dimension+1
+  [[nodiscard]] std::span<const Index> rows() const { return rows_; }       ///< nonzeros
+  [[nodiscard]] std::span<const double> values() const { return values_; }  ///< nonzeros
   [[nodiscard]] std::span<double> values() { return values_; }
 
   /// Position in values() of each triplet given to the constructor, in their order.

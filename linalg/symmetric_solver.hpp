@@ -15,14 +15,14 @@ enum class Ordering : std::uint8_t { Best, Amd, Pord, Metis };
 
 /// What the symbolic analysis predicts.
 struct Analysis {
-  bool ok = false;                 ///< false: out of memory or an internal failure of the backend
+  bool ok = false;  ///< false: out of memory or an internal failure of the backend
   Ordering ordering = Ordering::Amd;
-  std::int64_t factor_entries = 0; ///< predicted entries of the factor
-  double flops = 0.0;              ///< predicted floating point operations of one factorization
+  std::int64_t factor_entries = 0;  ///< predicted entries of the factor
+  double flops = 0.0;               ///< predicted floating point operations of one factorization
 };
 
 enum class FactorizationStatus : std::uint8_t {
-  Failed,       ///< starts as failure; the backend broke down (vanishing pivot without pivoting, NaN)
+  Failed,  ///< starts as failure; the backend broke down (vanishing pivot without pivoting, NaN)
   OutOfMemory,  ///< also after the retries with more memory
   Singular,     ///< factorized, but inertia.zero > 0: solves are not meaningful
   Ok
@@ -31,15 +31,17 @@ enum class FactorizationStatus : std::uint8_t {
 struct Factorization {
   FactorizationStatus status = FactorizationStatus::Failed;
   Inertia inertia;
-  double smallest_pivot = 0.0;  ///< smallest |eigenvalue| of the (block) diagonal factor; 0 if unknown
+  double smallest_pivot =
+      0.0;  ///< smallest |eigenvalue| of the (block) diagonal factor; 0 if unknown
 };
 
 struct SymmetricSolverOptions {
   Ordering ordering = Ordering::Best;  ///< Best compares the orderings by predicted flops
-  double ldlt_gamma = 1e-8;            ///< signed regularization Gamma of the unpivoted factorization
+  double ldlt_gamma = 1e-8;  ///< signed regularization Gamma of the unpivoted factorization
   double mumps_pivot_tolerance = 1e-6;
   double mumps_pivot_tolerance_max = 0.1;
-  Index mumps_memory_percent = 1000;   ///< extra workspace, percent of the estimate (MUMPS ICNTL(14))
+  Index mumps_memory_percent =
+      1000;  ///< extra workspace, percent of the estimate (MUMPS ICNTL(14))
 };
 
 /// Direct solver for A u = b with A symmetric indefinite. Order of calls:

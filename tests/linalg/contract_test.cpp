@@ -73,7 +73,8 @@ std::vector<double> random_vector(std::size_t size, unsigned seed) {
 
 double largest(const std::vector<double>& v) {
   double result = 0.0;
-  for (const double value : v) result = std::max(result, std::isnan(value) ? INFINITY : std::abs(value));
+  for (const double value : v)
+    result = std::max(result, std::isnan(value) ? INFINITY : std::abs(value));
   return result;
 }
 
@@ -133,9 +134,8 @@ class Contract : public testing::TestWithParam<Backend> {
     if (!unpivoted()) {
       EXPECT_EQ(result.status, FactorizationStatus::Singular);
       EXPECT_EQ(result.inertia, expected)
-          << result.inertia.positive << " " << result.inertia.negative << " "
-          << result.inertia.zero << " for " << expected.positive << " " << expected.negative << " "
-          << expected.zero;
+          << result.inertia.positive << " " << result.inertia.negative << " " << result.inertia.zero
+          << " for " << expected.positive << " " << expected.negative << " " << expected.zero;
     } else if (result.status == FactorizationStatus::Ok) {
       EXPECT_EQ(result.inertia.zero, 0);
       EXPECT_GE(result.inertia.positive, expected.positive);
@@ -308,9 +308,9 @@ TEST_P(Contract, NotANumberFails) {
   const KktMatrix good = chauffeur_kkt(8, 1);
   const auto solver = make();
   ASSERT_TRUE(solver->analyze(good.matrix, good.signs).ok);
-  for (const double value : {std::numeric_limits<double>::quiet_NaN(),
-                             std::numeric_limits<double>::infinity(),
-                             -std::numeric_limits<double>::infinity()}) {
+  for (const double value :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+        -std::numeric_limits<double>::infinity()}) {
     KktMatrix bad = good;
     bad.matrix.values()[bad.matrix.values().size() / 2] = value;
     EXPECT_EQ(solver->factorize(bad.matrix).status, FactorizationStatus::Failed);
@@ -353,9 +353,14 @@ TEST_P(Contract, IncreasesQualityFinitelyOften) {
     EXPECT_TRUE(solver->pivots());
   }
   switch (GetParam().kind) {
-    case LinearSolver::Mumps: EXPECT_GT(increases, 2); break;  // pivot tolerance 1e-6 to 0.1
-    case LinearSolver::Auto: EXPECT_GE(increases, 1); break;
-    default: EXPECT_EQ(increases, 0);
+    case LinearSolver::Mumps:
+      EXPECT_GT(increases, 2);
+      break;  // pivot tolerance 1e-6 to 0.1
+    case LinearSolver::Auto:
+      EXPECT_GE(increases, 1);
+      break;
+    default:
+      EXPECT_EQ(increases, 0);
   }
 }
 

@@ -33,13 +33,15 @@ std::vector<Index> natural_order(Index n) {
 
 /// Entries of L with diagonal and operations, from the column counts of Eigen's own symbolic
 /// factorization of the permuted matrix.
-FactorSize factor_size_by_eigen(const SymmetricMatrix& matrix, const std::vector<Index>& new_index) {
+FactorSize factor_size_by_eigen(const SymmetricMatrix& matrix,
+                                const std::vector<Index>& new_index) {
   using Sparse = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
   std::vector<Eigen::Triplet<double, Index>> entries;
   for (Index j = 0; j < matrix.dimension(); ++j) {
     for (Index p = matrix.column_starts()[static_cast<std::size_t>(j)];
          p < matrix.column_starts()[static_cast<std::size_t>(j) + 1]; ++p) {
-      const Index a = new_index[static_cast<std::size_t>(matrix.rows()[static_cast<std::size_t>(p)])];
+      const Index a =
+          new_index[static_cast<std::size_t>(matrix.rows()[static_cast<std::size_t>(p)])];
       const Index b = new_index[static_cast<std::size_t>(j)];
       // Diagonally dominant, so that the numbers do not matter.
       entries.emplace_back(std::min(a, b), std::max(a, b), a == b ? 1e4 : 1.0);

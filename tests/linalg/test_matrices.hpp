@@ -51,8 +51,7 @@ struct Blocks {
   [[nodiscard]] std::vector<std::int8_t> signs() const {
     std::vector<std::int8_t> result;
     const auto append = [&](Index count, int sign) {
-      result.insert(result.end(), static_cast<std::size_t>(count),
-                    static_cast<std::int8_t>(sign));
+      result.insert(result.end(), static_cast<std::size_t>(count), static_cast<std::int8_t>(sign));
     };
     append(x, 1);
     append(y, -1);
@@ -65,9 +64,9 @@ struct Blocks {
 /// How random_kkt fills the blocks.
 struct RandomKkt {
   Blocks blocks;
-  double density = 0.4;          // of the blocks W and J
-  double barrier_decades = 0.0;  // diagonals S between 10^-decades and 10^decades; 0: none
-  bool repeat_last_rows = false; // last row of J_x and of (J_yx J_yy) twice: a singular matrix
+  double density = 0.4;           // of the blocks W and J
+  double barrier_decades = 0.0;   // diagonals S between 10^-decades and 10^decades; 0: none
+  bool repeat_last_rows = false;  // last row of J_x and of (J_yx J_yy) twice: a singular matrix
 };
 
 /// | W_xx + S_x  W_xy         J_x'  J_yx' |
@@ -119,8 +118,8 @@ inline KktMatrix chauffeur_kkt(Index steps, unsigned seed, double barrier = 10.0
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   const Blocks b{4 * steps, 5 * steps, 3 * steps, 3 * steps};
   MatrixBuilder builder(b.dimension());
-  const auto x = [](Index t, Index k) { return 4 * t + k; };                  // u, p1, p2, theta
-  const auto y = [&](Index t, Index k) { return b.x + 5 * t + k; };           // d1, d2, e1, e2, s
+  const auto x = [](Index t, Index k) { return 4 * t + k; };         // u, p1, p2, theta
+  const auto y = [&](Index t, Index k) { return b.x + 5 * t + k; };  // d1, d2, e1, e2, s
   const auto lx = [&](Index t, Index k) { return b.x + b.y + 3 * t + k; };
   const auto ly = [&](Index t, Index k) { return b.x + b.y + b.lambda_x + 3 * t + k; };
   for (Index t = 0; t < steps; ++t) {

@@ -11,9 +11,9 @@ namespace ipminmax::testing {
 const std::vector<MinimizationProblem>& hock_schittkowski() {
   static const std::vector<MinimizationProblem> problems = [] {
     std::vector<MinimizationProblem> all;
-    for (auto group : {hock_schittkowski_001_to_050(), hock_schittkowski_051_to_100(),
-                       hock_schittkowski_101_to_119(), schittkowski_from_201(),
-                       hock_schittkowski_variants()}) {
+    for (auto group :
+         {hock_schittkowski_001_to_050(), hock_schittkowski_051_to_100(),
+          hock_schittkowski_101_to_119(), schittkowski_from_201(), hock_schittkowski_variants()}) {
       std::ranges::move(group, std::back_inserter(all));
     }
     return all;

@@ -414,8 +414,7 @@ MinimizationProblem hs046() {
 
 // The published value 0 at (1, 1, 1, 1, 1) is no minimum: the cubic term makes it lower nearby.
 MinimizationProblem hs047() {
-  Draft p("hs047", -0.0267141887,
-          {2.0, std::numbers::sqrt2, -1.0, 2.0 - std::numbers::sqrt2, 0.5});
+  Draft p("hs047", -0.0267141887, {2.0, std::numbers::sqrt2, -1.0, 2.0 - std::numbers::sqrt2, 0.5});
   const auto [x1, x2, x3, x4, x5] = p.variables<5>();
   p.minimize(square(x1 - x2) + cube(x2 - x3) + pow(x3 - x4, 4.0) + pow(x4 - x5, 4.0));
   p.equal(x1 + square(x2) + cube(x3), 3.0);

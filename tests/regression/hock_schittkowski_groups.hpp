@@ -70,6 +70,23 @@ class Draft {
   return 100.0 * square(x2 - square(x1)) + square(1.0 - x1);
 }
 
+/// Data of Colville's first problem, 86, and of its dual, 117.
+namespace colville {
+inline constexpr double kA[10][5] = {{-16.0, 2.0, 0.0, 1.0, 0.0},    {0.0, -2.0, 0.0, 4.0, 2.0},
+                                     {-3.5, 0.0, 2.0, 0.0, 0.0},     {0.0, -2.0, 0.0, -4.0, -1.0},
+                                     {0.0, -9.0, -2.0, 1.0, -2.8},   {2.0, 0.0, -4.0, 0.0, 0.0},
+                                     {-1.0, -1.0, -1.0, -1.0, -1.0}, {-1.0, -2.0, -3.0, -2.0, -1.0},
+                                     {1.0, 2.0, 3.0, 4.0, 5.0},      {1.0, 1.0, 1.0, 1.0, 1.0}};
+inline constexpr double kB[10] = {-40.0, -2.0, -0.25, -4.0, -4.0, -1.0, -40.0, -60.0, 5.0, 1.0};
+inline constexpr double kC[5][5] = {{30.0, -20.0, -10.0, 32.0, -10.0},
+                                    {-20.0, 39.0, -6.0, -31.0, 32.0},
+                                    {-10.0, -6.0, 10.0, -6.0, -10.0},
+                                    {32.0, -31.0, -6.0, 39.0, -20.0},
+                                    {-10.0, 32.0, -10.0, -20.0, 30.0}};
+inline constexpr double kD[5] = {4.0, 8.0, 10.0, 6.0, 2.0};
+inline constexpr double kE[5] = {-15.0, -27.0, -36.0, -18.0, -12.0};
+}  // namespace colville
+
 [[nodiscard]] std::vector<MinimizationProblem> hock_schittkowski_001_to_050();
 [[nodiscard]] std::vector<MinimizationProblem> hock_schittkowski_051_to_100();
 [[nodiscard]] std::vector<MinimizationProblem> hock_schittkowski_101_to_119();

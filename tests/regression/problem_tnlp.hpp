@@ -63,7 +63,9 @@ class ProblemTnlp : public Ipopt::TNLP {
                           double* z_upper, Ipopt::Index m, bool init_lambda,
                           double* lambda) override {
     std::fill_n(x, n, 0.0);
-    StartingPoint start{.v = {x, size(n)}, .needs_multipliers = init_z || init_lambda};
+    StartingPoint start;
+    start.v = {x, size(n)};
+    start.needs_multipliers = init_z || init_lambda;
     if (init_z) {
       start.z_lower = {z_lower, size(n)};
       start.z_upper = {z_upper, size(n)};
@@ -117,8 +119,8 @@ class ProblemTnlp : public Ipopt::TNLP {
 
   void finalize_solution(Ipopt::SolverReturn, Ipopt::Index n, const double* x,
                          const double* z_lower, const double* z_upper, Ipopt::Index m,
-                         const double* g, const double* lambda, double f,
-                         const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
+                         const double* g, const double* lambda, double f, const Ipopt::IpoptData*,
+                         Ipopt::IpoptCalculatedQuantities*) override {
     answer_.v.assign(x, x + n);
     answer_.z_lower.assign(z_lower, z_lower + n);
     answer_.z_upper.assign(z_upper, z_upper + n);
@@ -147,8 +149,8 @@ class FactorizationCounter : public Ipopt::Journal {
     constexpr const char* kMessage = "Calling MUMPS-2 for numerical factorization";
     if (std::strncmp(text, kMessage, std::strlen(kMessage)) == 0) ++count_;
   }
-  void PrintfImpl(Ipopt::EJournalCategory category, Ipopt::EJournalLevel level,
-                  const char* format, va_list) override {
+  void PrintfImpl(Ipopt::EJournalCategory category, Ipopt::EJournalLevel level, const char* format,
+                  va_list) override {
     PrintImpl(category, level, format);
   }
   void FlushBufferImpl() override {}
@@ -168,7 +170,8 @@ inline IpoptAnswer solve_with_ipopt(
   if (set_options) set_options(*application->Options());
   const Ipopt::SmartPtr<FactorizationCounter> factorizations = new FactorizationCounter;
   application->Jnlst()->AddJournal(Ipopt::GetRawPtr(factorizations));
-  IpoptAnswer failure{.status = application->Initialize("")};
+  IpoptAnswer failure;
+  failure.status = application->Initialize("");
   if (failure.status != Ipopt::Solve_Succeeded) return failure;
 
   const Ipopt::ApplicationReturnStatus status = application->OptimizeTNLP(model);
