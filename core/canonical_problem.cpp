@@ -587,9 +587,11 @@ void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
   restore_fixed_multipliers(result);
 
   result.constraints.assign(s.constraint_players.size(), 0.0);
+  ++counts_.objective;
   if (!problem_.objective(result.v, true, result.objective)) {
     result.objective = std::numeric_limits<double>::quiet_NaN();
   }
+  counts_.constraints += result.constraints.empty() ? 0 : 1;
   if (!result.constraints.empty() && !problem_.constraints(result.v, false, result.constraints)) {
     std::fill(result.constraints.begin(), result.constraints.end(),
               std::numeric_limits<double>::quiet_NaN());
@@ -602,7 +604,9 @@ void CanonicalProblem::restore_fixed_multipliers(Result& result) {
   const bool any_fixed = std::any_of(variable_of_model_.begin(), variable_of_model_.end(),
                                      [](Index i) { return i < 0; });
   if (!any_fixed) return;
+  ++counts_.gradient;
   if (!problem_.gradient(result.v, true, model_gradient_)) return;
+  counts_.jacobian += model_jacobian_.empty() ? 0 : 1;
   if (!model_jacobian_.empty() && !problem_.jacobian(result.v, false, model_jacobian_)) return;
   for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
     const auto [row, col] = structure_.jacobian[k];

@@ -236,9 +236,10 @@ void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& ba
 }
 
 Factorization KktSystem::factorize(const Regularization& shift) {
+  shift_ = shift;
+  if (full_.empty()) return {.status = FactorizationStatus::Ok, .inertia = layout_.expected()};
   const ScopedTimer timer(timing_.factorization);
   ++counts_.factorizations_full;
-  shift_ = shift;
   Factorization result = full_.factorize(shift);
   result.inertia = layout_.with_slacks(result.inertia);
   return result;
@@ -257,7 +258,7 @@ Factorization KktSystem::factorize_inner(const Regularization& shift) {
 }
 
 bool KktSystem::increase_quality() {
-  const bool full = full_.increase_quality();
+  const bool full = !full_.empty() && full_.increase_quality();
   const bool inner = !inner_.empty() && inner_.increase_quality();
   return full || inner;
 }
@@ -280,7 +281,7 @@ void KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& 
     reduced[at(block.row_of_constraint(j))] =
         rhs.lambda[j] + (slack < 0 ? 0.0 : canonical_.sign(slack) * t(slack) / curvature_[slack]);
   }
-  block.solve_in_place(reduced);
+  if (!block.empty()) block.solve_in_place(reduced);
 
   for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
     step.lambda[j] = reduced[at(block.row_of_constraint(j))];

@@ -175,7 +175,8 @@ std::vector<OptionInfo> make_table() {
        "delta_epsilon of Algorithm 1: shifts are kept while |g(z,mu)| is at most this.",
        nonnegative(&O::minmax_freeze_tol)},
       {"minmax_pure_newton", method,
-       "No shifts at all: Newton's method, attracted by every first-order point (for comparison).",
+       "No shifts and no globalization: Newton's method, attracted by every first-order point (for "
+       "comparison).",
        Flag{&O::minmax_pure_newton}},
 
       {"first_hessian_perturbation", shifts, "First shift tried.",

@@ -133,7 +133,7 @@ std::optional<Status> Solver::start() {
   mu_final_ = final_barrier(options_, canonical_.objective_scale());
   info_.mu = std::max(info_.mu, mu_final_);
   update_error();
-  if (options_.minmax_globalization == Globalization::Filter) {
+  if (options_.minmax_globalization == Globalization::Filter && !options_.minmax_pure_newton) {
     method_.emplace(canonical_, *kkt_, *correction_, options_, !nested_);
     method_->start(point_);
   }

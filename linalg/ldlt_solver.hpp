@@ -12,7 +12,8 @@
 namespace ipminmax {
 
 /// Sparse LDL' without pivoting of A + Gamma, Gamma = diag(signs_i gamma_i), gamma_i <= gamma: the
-/// paper's way to make every pivot of a KKT matrix appear. Solutions are those of A + Gamma, to be refined against A.
+/// paper's way to make every pivot of a KKT matrix appear. Solutions are those of A + Gamma, to be
+/// refined against A.
 ///
 /// The inertia is that of A + Gamma. It is that of A when no eigenvalue of A lies within gamma of
 /// zero; a singular A is therefore reported with a definite inertia, or as Failed, never reliably

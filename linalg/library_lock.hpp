@@ -6,26 +6,32 @@
 
 namespace ipminmax {
 
-/// Held around every call of MUMPS and METIS. Both keep process-wide state: MUMPS is not
-/// thread-safe, and METIS and PORD draw from rand(). The lock lends them a freshly seeded
-/// generator, so that orderings are reproducible, and gives the caller's generator back.
+/// Held around every call of MUMPS and METIS: MUMPS is not thread-safe, and both draw from rand().
 class LibraryLock {
  public:
-  LibraryLock() : lock_(mutex()) { previous_ = initstate(kSeed, state_.data(), state_.size()); }
-  ~LibraryLock() { setstate(previous_); }
-  LibraryLock(const LibraryLock&) = delete;
-  LibraryLock& operator=(const LibraryLock&) = delete;
+  LibraryLock() : lock_(mutex()) {}
 
  private:
-  static constexpr unsigned kSeed = 1;
   static std::mutex& mutex() {
     static std::mutex process_wide;
     return process_wide;
   }
-
   std::lock_guard<std::mutex> lock_;
+};
+
+/// Lends METIS and PORD a freshly seeded rand(), so that orderings are reproducible, and gives the
+/// caller's generator back. To be used under a LibraryLock.
+class ReproducibleRand {
+ public:
+  ReproducibleRand() : previous_(initstate(kSeed, state_.data(), state_.size())) {}
+  ~ReproducibleRand() { setstate(previous_); }
+  ReproducibleRand(const ReproducibleRand&) = delete;
+  ReproducibleRand& operator=(const ReproducibleRand&) = delete;
+
+ private:
+  static constexpr unsigned kSeed = 1;
   std::array<char, 128> state_{};
-  char* previous_ = nullptr;
+  char* previous_;
 };
 
 }  // namespace ipminmax

@@ -3,10 +3,10 @@
 #include <dmumps_c.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <new>
+#include <optional>
 #include <type_traits>
 
 #include <ipminmax/linalg/library_lock.hpp>
@@ -64,6 +64,8 @@ struct MumpsSolver::Instance {
   /// Returns INFOG(1).
   int run(Job job) {
     const LibraryLock lock;
+    std::optional<ReproducibleRand> rand;
+    if (job == kAnalyze) rand.emplace();
     data.job = job;
     dmumps_c(&data);
     return infog(1);
@@ -156,14 +158,19 @@ Analysis MumpsSolver::analyze(const SymmetricMatrix& matrix, std::span<const std
   }
 }
 
-/// INFOG(1) of the factorization after retries with more workspace.
+/// INFOG(1) of the factorization. Retries with more workspace when that was too small, and once
+/// with little when the generous default could not be allocated.
 int MumpsSolver::factorize_with_enough_memory() {
   constexpr Index kMaxPercent = 1'000'000;
   constexpr Index kMinPercent = 20;
+  bool economize = memory_percent_ > kMinPercent;
   for (;;) {
     instance_->icntl(14) = memory_percent_;
     const int status = instance_->run(kFactorize);
-    if (wants_more_workspace(status) && memory_percent_ < kMaxPercent) {
+    if (status == kOutOfMemory && economize) {
+      economize = false;
+      memory_percent_ = kMinPercent;
+    } else if (wants_more_workspace(status) && memory_percent_ < kMaxPercent) {
       memory_percent_ = std::max(kMinPercent, 2 * memory_percent_);
     } else {
       return status;

@@ -10,8 +10,8 @@
 
 namespace ipminmax {
 
-/// Multifrontal LDL' with threshold pivoting (sequential MUMPS, SYM = 2). Null pivots are counted as
-/// zero eigenvalues. Calls are serialized over all threads of the process.
+/// Multifrontal LDL' with threshold pivoting (sequential MUMPS, SYM = 2). Null pivots are counted
+/// as zero eigenvalues. Calls are serialized over all threads of the process.
 class MumpsSolver final : public SymmetricSolver {
  public:
   explicit MumpsSolver(const SymmetricSolverOptions& options);

@@ -105,6 +105,7 @@ std::vector<Index> metis_ordering(const SymmetricMatrix& matrix) {
   options[METIS_OPTION_SEED] = 1;
   idx_t vertices = n;
   const LibraryLock lock;
+  const ReproducibleRand rand;
   const int status = METIS_NodeND(&vertices, graph.starts.data(), graph.items.data(), nullptr,
                                   options, order.data(), new_index.data());
   if (status == METIS_ERROR_MEMORY) throw std::bad_alloc();

@@ -191,5 +191,14 @@ TEST(MumpsSolver, RetriesWithMoreWorkspace) {
   EXPECT_EQ(solver.factorize(kkt.matrix).status, FactorizationStatus::Ok);
 }
 
+TEST(MumpsSolver, RetriesWithLessWorkspace) {
+  SymmetricSolverOptions options;
+  options.mumps_memory_percent = 1'000'000'000;  // of some MB: no machine has it
+  MumpsSolver solver(options);
+  const KktMatrix kkt = grid_kkt(60, 1);
+  ASSERT_TRUE(solver.analyze(kkt.matrix, kkt.signs).ok);
+  EXPECT_EQ(solver.factorize(kkt.matrix).status, FactorizationStatus::Ok);
+}
+
 }  // namespace
 }  // namespace ipminmax

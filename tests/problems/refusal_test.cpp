@@ -260,6 +260,45 @@ TEST(Refusal, WrongCurvatureAlongAnActiveInequality) {
   }
 }
 
+/// At (0,0) the bound y >= 0 is active with multiplier 0. Where it is left (x > 0) the outer value is
+/// x^2/2, where it stays active (x < 0) it is -x^2/2: no local minmax, though a test that takes the
+/// bound for inactive passes. The only local minmax is (-1,0).
+TEST(Refusal, WeaklyActiveMaxBoundWithOneBadBranch) {
+  Model model;
+  const Expression x = model.variable(kMin, "x", -1.0, 1.0);
+  const Expression y = model.variable(kMax, "y", 0.0, 3.0);
+  model.objective(-0.5 * square(x) + 2.0 * x * y - square(y));
+  AutodiffProblem problem(model);
+  for (const double x0 : {1e-6, 1e-3, 0.1, 0.5, 0.9}) {
+    for (const double y0 : {1e-6, 1e-3, 0.1, 0.5, 1.0}) {
+      problem.set_start({x0, y0});
+      const Result result = solve(problem, start_in_place());
+      if (result.certificate.kind == PointKind::LocalMinmax || result.status == Status::Solved) {
+        EXPECT_NEAR(result.v[0], -1.0, 1e-5) << "from " << x0 << ", " << y0;
+        EXPECT_NEAR(result.v[1], 0.0, 1e-5);
+      }
+    }
+  }
+}
+
+/// The same for Min: x >= 0 is active with multiplier 0 and only it stops the descent along -x^2.
+TEST(Refusal, WeaklyActiveMinBoundWithNegativeCurvature) {
+  Model model;
+  const Expression x = model.variable(kMin, "x", 0.0, 1.0);
+  const Expression y = model.variable(kMax, "y");
+  model.objective(-square(x) - square(y - x));
+  expect_refused("weak bound of Min", model, {1e-9, 0.0});
+}
+
+/// f is convex in y and the bound's multiplier is 0, so moving off the bound pays.
+TEST(Refusal, WeaklyActiveMaxBoundWithPositiveCurvature) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y", 0.0, 1.0);
+  model.objective(square(x) + square(y));
+  expect_refused("weak bound of Max", model, {0.0, 1e-9});
+}
+
 TEST(Refusal, StationaryPointsOfTheCollection) {
   for (const SmallProblem& known : small_problems()) {
     for (const auto& point : known.not_minmax) expect_refused(known.name, known.model, point);

@@ -503,7 +503,7 @@ ScalableProblem f12_robust_ls(int rows, int n) {
 
 namespace {
 
-constexpr double kGammaSquared = 2.0;
+constexpr double kGammaSquared = 20.0;
 constexpr double kControlWeight = 0.1;
 
 /// Variables u_0..u_{T-1}, w_0..w_{T-1}, s_1..s_T (two entries each).
@@ -533,20 +533,29 @@ std::unique_ptr<QuadraticProblem> oscillator_game(int horizon, const Eigen::Vect
   return problem;
 }
 
-/// s0' P_0 s0 / 2 of the coupled Riccati recursion; throws when the maximization is not concave.
+/// s0' P_0 s0 / 2 of the coupled Riccati recursion: the value of the saddle point. Throws unless the
+/// maximization over all w for given u is strictly concave, which the recursion without u tells.
 double riccati_value(int horizon, const Eigen::Vector2d& s0) {
   const Eigen::Matrix2d a{{0.98, 0.1}, {-0.1, 0.95}};
   const Eigen::Matrix2d g{{0.005, 0.1}, {0.1, 0.05}};  // columns: u, w
   Eigen::Matrix2d p = Eigen::Matrix2d::Identity();
+  Eigen::Matrix2d without_u = p;
   for (int k = 0; k < horizon; ++k) {
     Eigen::Matrix2d weights = g.transpose() * p * g;
-    if (kGammaSquared - weights(1, 1) <= 0.0) throw std::logic_error("gamma is too small");
     weights(0, 0) += kControlWeight;
     weights(1, 1) -= kGammaSquared;
     const Eigen::Matrix2d coupling = g.transpose() * p * a;
     p = (Eigen::Matrix2d::Identity() + a.transpose() * p * a -
          coupling.transpose() * weights.inverse() * coupling)
             .eval();
+
+    const Eigen::Vector2d d = g.col(1);
+    const double concavity = kGammaSquared - d.dot(without_u * d);
+    if (concavity <= 0.0) throw std::logic_error("the maximization over w is not concave");
+    const Eigen::Vector2d response = a.transpose() * without_u * d;
+    without_u = (Eigen::Matrix2d::Identity() + a.transpose() * without_u * a +
+                 response * response.transpose() / concavity)
+                    .eval();
   }
   return 0.5 * s0.dot(p * s0);
 }
@@ -566,7 +575,9 @@ ScalableProblem f16_lq_game(int horizon) {
 
 ScalableProblem f17_mpc_box(int horizon) {
   ScalableProblem p = named("f17_mpc_box", horizon);
-  auto problem = oscillator_game(horizon, Eigen::Vector2d(1.0, 0.5));
+  const Eigen::Vector2d s0(1.0, 0.5);
+  (void)riccati_value(horizon, s0);  // concave
+  auto problem = oscillator_game(horizon, s0);
   for (Index k = 0; k < horizon; ++k) {
     problem->set_bounds(k, -0.5, 0.5);
     problem->set_bounds(horizon + k, -0.02, 0.02);

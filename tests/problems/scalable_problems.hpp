@@ -44,7 +44,7 @@ struct ScalableProblem {
 
 /// Finite-horizon linear-quadratic difference game (Basar, Bernhard): a damped oscillator with
 /// control u, disturbance w, states s in the Max block. The value is s0'P s0/2 by the coupled
-/// Riccati recursion. T + 3T variables, 2T equalities of Max.
+/// Riccati recursion; the weight of w makes the maximization concave. T + 3T variables, 2T equalities of Max.
 [[nodiscard]] ScalableProblem f16_lq_game(int horizon);
 
 /// The same with |u| <= .5 and |w| <= .02; convex-concave after elimination of the states, so a

@@ -12,18 +12,25 @@
 namespace ipminmax::testing {
 namespace {
 
+enum class Due {
+  Certificate,
+  FirstOrderPoint,  ///< weakly active bounds leave the second-order test undecided
+  Honesty           ///< many points without a local minmax nearby: it may give up
+};
+
 struct Instance {
   const char* name;
   std::function<ScalableProblem()> make;
   double objective = std::nan("");  ///< published value, where the instance is reproducible
-  double seconds = 20.0;            ///< generous; a quadratic cost would exceed it
+  Due due = Due::Certificate;
+  double seconds = 20.0;  ///< generous; a quadratic cost would exceed it
 };
 
 const Instance kInstances[] = {
     {"f01_quad_300", [] { return f01_quad(300); }, 1.0},
     {"f01_quad_5000", [] { return f01_quad(5000); }, 1.0},
     {"f03_quad_box_240", [] { return f03_quad_box(240); }},
-    {"f03_quad_box_6000", [] { return f03_quad_box(6000); }},
+    {"f03_quad_box_6000", [] { return f03_quad_box(6000); }, std::nan(""), Due::Honesty},
     {"f05_trig_300", [] { return f05_trig(300); }},
     {"f05_trig_5000", [] { return f05_trig(5000); }},
     {"f10_ball_halfspace_300", [] { return f10_ball_halfspace(300); }, 4.5},
@@ -35,7 +42,7 @@ const Instance kInstances[] = {
     {"f17_mpc_box_60", [] { return f17_mpc_box(60); }},
     {"f17_mpc_box_400", [] { return f17_mpc_box(400); }},
     {"f19_pde_150", [] { return f19_pde(150); }, 3.41463706048},
-    {"f19_pde_2000", [] { return f19_pde(2000); }, 45.2528216458},
+    {"f19_pde_2000", [] { return f19_pde(2000); }, 45.2528216458, Due::FirstOrderPoint},
     {"f23_sphere_200", [] { return f23_sphere(200); }, 0.777020482179},
     {"f23_sphere_1000", [] { return f23_sphere(1000); }, 0.730138594021},
 };
@@ -75,10 +82,16 @@ TEST_P(ScalableSlow, IsSolved) {
   std::printf("%-26s %-40s iterations %4d factorizations %5d seconds %.2f f %.10g (%.10g)\n",
               GetParam().name, std::string(name_of(result.status)).c_str(), result.iterations,
               result.factorizations, result.seconds, result.objective, known.objective);
-  EXPECT_EQ(result.status, Status::Solved) << result.message;
-  EXPECT_LE(stationarity(problem, result.v, result.lambda, result.z_lower, result.z_upper), 1e-5);
-  if (known.unique_value) {
-    EXPECT_NEAR(result.objective, known.objective, 1e-6 * (1.0 + std::abs(known.objective)));
+  if (GetParam().due == Due::Certificate) {
+    EXPECT_EQ(name_of(result.status), name_of(Status::Solved)) << result.message;
+  } else if (GetParam().due == Due::FirstOrderPoint) {
+    EXPECT_TRUE(is_success(result.status)) << name_of(result.status) << ": " << result.message;
+  }
+  if (is_success(result.status)) {
+    EXPECT_LE(stationarity(problem, result.v, result.lambda, result.z_lower, result.z_upper), 1e-5);
+    if (known.unique_value) {
+      EXPECT_NEAR(result.objective, known.objective, 1e-6 * (1.0 + std::abs(known.objective)));
+    }
   }
   EXPECT_LE(result.seconds, GetParam().seconds);
 }

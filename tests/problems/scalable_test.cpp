@@ -102,7 +102,7 @@ TEST_P(Scalable, IsSolved) {
   const DenseOptimality found = judge(problem_, result);
   EXPECT_TRUE(is_sound(result, found)) << name_of(result.status) << ": " << found;
   if (GetParam().must_certify) {
-    EXPECT_EQ(result.status, Status::Solved) << name_of(result.status) << ": " << result.message;
+    EXPECT_EQ(name_of(result.status), name_of(Status::Solved)) << result.message;
     if (known_.unique_value) {
       EXPECT_NEAR(result.objective, known_.objective, 1e-6 * (1.0 + std::abs(known_.objective)));
     }

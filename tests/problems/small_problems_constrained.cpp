@@ -100,6 +100,9 @@ SmallProblem haurie90() {
                          .lambda = {0.0, -1.25, 0.0, 0.0},
                          .z_upper = {2.75, 0.0},
                          .global = true});
+  // The two constraints that meet at (2, 6) pinch y: a local minmax without independent gradients.
+  p.solutions.push_back(
+      {.v = {2.0, 6.0}, .objective = 32.0, .lambda = {-2.5, 0.0, 0.0, 0.0}, .z_lower = {8.5, 0.0}});
   p.random_start_box = {{2.0, 12.0}, {0.0, 12.0}};
   return p;
 }

@@ -77,7 +77,7 @@ MinimizationProblem hs043_empty_row() {
 }
 
 MinimizationProblem hs012_narrow_range() {
-  Draft p("hs012_narrow_range", -30.0, {0.0, 0.0});
+  Draft p("hs012_narrow_range", -30.0, {2.0, 2.0});
   const auto [x1, x2] = p.variables<2>();
   p.minimize(0.5 * square(x1) + square(x2) - x1 * x2 - 7.0 * x1 - 7.0 * x2);
   p.range(25.0 - 1e-3, 4.0 * square(x1) + square(x2), 25.0);
@@ -86,7 +86,7 @@ MinimizationProblem hs012_narrow_range() {
 
 // Nothing is left to choose: two equations, two variables, an objective to evaluate.
 MinimizationProblem hs008_square() {
-  Draft p("hs008_square", -5.5978, {2.0, 1.0});
+  Draft p("hs008_square", -7.62987, {2.0, 1.0});
   const auto [x1, x2] = p.variables<2>();
   p.minimize(x1 - 2.0 * x2 - square(x1) / 10.0);
   p.equal(square(x1) + square(x2), 25.0);

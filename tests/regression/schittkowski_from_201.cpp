@@ -75,7 +75,7 @@ MinimizationProblem hs215() {
 }
 
 MinimizationProblem hs216() {
-  Draft p("hs216", 1.0, {-1.2, 1.0});
+  Draft p("hs216", 0.99937523, {-1.2, 1.0});
   const auto [x1, x2] = p.variables<2>(-3.0, 10.0);
   p.minimize(100.0 * square(square(x1) - x2) + square(x1 - 1.0));
   p.equal(x1 * (x1 - 4.0) - 2.0 * x2, -12.0);
@@ -362,7 +362,7 @@ MinimizationProblem hs275() { return hilbert("hs275", 4); }
 MinimizationProblem hs276() { return hilbert("hs276", 6); }
 
 MinimizationProblem hs325() {
-  Draft p("hs325", -3.7913414, {-3.0, 0.0});
+  Draft p("hs325", 3.7913414, {-3.0, 0.0});
   const auto [x1, x2] = p.variables<2>();
   p.minimize(square(x1) + x2);
   p.at_most(x1 + x2, 1.0);
