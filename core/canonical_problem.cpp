@@ -388,6 +388,12 @@ void CanonicalProblem::set_bounds() {
     if (lower_[i] > -kInfinity) lower_bounded_.push_back(i);
     if (upper_[i] < kInfinity) upper_bounded_.push_back(i);
   }
+  damping_.setZero(n);
+  if (options_.minmax_globalization == Globalization::None) return;
+  for (Index i = 0; i < n; ++i) {
+    const int sides = (lower_[i] > -kInfinity ? 1 : 0) - (upper_[i] < kInfinity ? 1 : 0);
+    damping_[i] = sign(i) * sides * options_.kappa_d;
+  }
 }
 
 bool CanonicalProblem::take_new_point() { return std::exchange(new_point_, false); }

@@ -62,6 +62,10 @@ class CanonicalProblem {
   [[nodiscard]] const Eigen::VectorXd& upper() const { return upper_; }
   [[nodiscard]] std::span<const Index> lower_bounded() const { return lower_bounded_; }
   [[nodiscard]] std::span<const Index> upper_bounded() const { return upper_bounded_; }
+  /// Gradient, over mu, of the linear terms that keep variables with one bound from running away:
+  /// sign kappa_d for a lower bound alone, -sign kappa_d for an upper one [WB, 3.7]; zero for
+  /// Algorithm 1.
+  [[nodiscard]] const Eigen::VectorXd& damping() const { return damping_; }
   /// Slack variable of each constraint, -1 for an equality.
   [[nodiscard]] std::span<const Index> slack_of_constraint() const { return slack_of_constraint_; }
 
@@ -139,7 +143,7 @@ class CanonicalProblem {
   std::vector<Index> model_constraint_;
   std::vector<Index> slack_of_constraint_;
   std::vector<Index> lower_bounded_, upper_bounded_;
-  Eigen::VectorXd lower_, upper_;
+  Eigen::VectorXd lower_, upper_, damping_;
   Eigen::VectorXd right_hand_side_;  ///< of equalities, scaled; 0 for inequalities
   std::vector<Triplet> jacobian_, hessian_;
   std::vector<Index> jacobian_source_, hessian_source_;  ///< model triplet of each canonical one

@@ -12,12 +12,12 @@ double barrier_objective(const CanonicalProblem& canonical, const Eigen::VectorX
   for (const Index i : canonical.upper_bounded()) {
     logs += canonical.sign(i) * std::log(canonical.upper()[i] - v[i]);
   }
-  return f - mu * logs;
+  return f + mu * (canonical.damping().dot(v) - logs);
 }
 
 void barrier_gradient(const CanonicalProblem& canonical, const Point& point, double mu,
                       Eigen::VectorXd& gradient) {
-  gradient = point.evaluation.gradient;
+  gradient = point.evaluation.gradient + mu * canonical.damping();
   const Eigen::VectorXd& v = point.iterate.v;
   for (const Index i : canonical.lower_bounded()) {
     gradient[i] -= canonical.sign(i) * mu / (v[i] - canonical.lower()[i]);

@@ -13,7 +13,7 @@ struct Point {
   Eigen::VectorXd dual;  ///< gradient of the Lagrangian, see dual_residual
 };
 
-/// f - mu sum ln(Min distances to bounds) + mu sum ln(Max distances to bounds).
+/// f - mu sum ln(Min distances to bounds) + mu sum ln(Max distances to bounds), damping included.
 [[nodiscard]] double barrier_objective(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
                                        double f, double mu);
 

@@ -76,6 +76,7 @@ struct SolverOptions {
   double barrier_tol_factor = 10.0;
   double tau_min = 0.99;
   double kappa_sigma = 1e10;
+  double kappa_d = 1e-5;
   BarrierRule minmax_barrier_rule = BarrierRule::Ipopt;
 
   // Method

@@ -96,7 +96,7 @@ KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
 void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,
                      const Evaluation& evaluation, const Eigen::VectorXd& dual, double mu,
                      NewtonResidual& rhs) {
-  rhs.v = -dual;
+  rhs.v = -dual - mu * canonical.damping();
   rhs.lambda = -evaluation.c;
   for (const Index i : canonical.lower_bounded()) {
     rhs.z_lower[i] = mu - (iterate.v[i] - canonical.lower()[i]) * iterate.z_lower[i];

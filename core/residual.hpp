@@ -31,7 +31,7 @@ struct BarrierError {
                                  const Evaluation& evaluation, const Eigen::VectorXd& dual,
                                  double s_max);
 
-/// Right-hand side -g(z, mu) of the Newton system.
+/// Right-hand side -g(z, mu) of the Newton system, damping included.
 void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,
                      const Evaluation& evaluation, const Eigen::VectorXd& dual, double mu,
                      NewtonResidual& rhs);

@@ -93,11 +93,12 @@ Pointer luksan_vlcek_3(Index n) {
   return p;
 }
 
-// Bounds only, every third one active at the solution.
+// Bounds only, many of them active. They keep iterates out of the valley that takes Newton's method a
+// number of iterations proportional to n.
 Pointer chained_rosenbrock(Index n) {
   auto p = std::make_unique<ElementProblem>();
   for (Index i = 0; i < n; ++i) {
-    p->add_variable(i % 2 == 0 ? -1.2 : 1.0, -10.0, i % 3 == 2 ? 0.9 : 10.0);
+    p->add_variable(0.7, 0.5, i % 3 == 2 ? 0.9 : 10.0);
   }
   for (Index i = 0; i + 1 < n; ++i) add_rosenbrock(*p, 100.0, i, i + 1);
   p->finish();
@@ -120,8 +121,8 @@ Pointer hanging_chain(Index n) {
     y.push_back(p->add_variable(depth, fixed ? 0.0 : -kAbsent, fixed ? 0.0 : kAbsent));
   }
   for (std::size_t k = 1; k < x.size(); ++k) {
-    p->add_linear(kObjective, y[k - 1], 0.5);
-    p->add_linear(kObjective, y[k], 0.5);
+    p->add_linear(kObjective, y[k - 1], 0.5 * length);
+    p->add_linear(kObjective, y[k], 0.5 * length);
     const Index row = p->add_row(1.0, 1.0);
     const double scale = 1.0 / length;
     p->add_term<Ridge<Square, 2>>(row, 1.0, {x[k], x[k - 1]}, {{scale, -scale}, 0.0});
