@@ -187,13 +187,11 @@ SecondOrder second_order(const CanonicalProblem& canonical, KktSystem& kkt,
     return inner_follows ? SecondOrder::Satisfied : SecondOrder::Undecided;
   }
   const InertiaTest helped = test.helped(classes.with_weak, margin, spare.inner);
-  if (helped.both()) {
-    const KktSystem::RankFinding rank = kkt.active_rank(evaluation, classes.active);
-    certificate.licq_min = rank.full_min;
-    certificate.licq_max = rank.full_max;
-    return SecondOrder::Undecided;
-  }
-  return SecondOrder::Violated;
+  const KktSystem::RankFinding rank = kkt.active_rank(evaluation, classes.active);
+  certificate.licq_min = rank.full_min;
+  certificate.licq_max = rank.full_max;
+  // Where an active gradient vanishes the second-order conditions are not necessary.
+  return helped.both() || rank.vanishing ? SecondOrder::Undecided : SecondOrder::Violated;
 }
 
 }  // namespace
@@ -201,6 +199,7 @@ SecondOrder second_order(const CanonicalProblem& canonical, KktSystem& kkt,
 Certificate certify(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& iterate,
                     const Evaluation& evaluation, double mu, const SolverOptions& options) {
   Certificate certificate;
+  kkt.require_certain_inertia(true);
   const BoundClasses classes = classify(canonical, iterate);
   certificate.weakly_active_min = classes.weak_min;
   certificate.weakly_active_max = classes.weak_max;
@@ -233,6 +232,7 @@ Certificate certify(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& 
   certificate.kind = certificate.second_order == SecondOrder::Satisfied
                          ? PointKind::LocalMinmax
                          : PointKind::FirstOrderPoint;
+  kkt.require_certain_inertia(false);
   return certificate;
 }
 

@@ -9,6 +9,9 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+/// Norm of an active constraint's gradient (scaled problem) that counts as zero.
+constexpr double kVanishingGradient = 1e-8;
+
 SymmetricSolverOptions solver_options(const SolverOptions& options) {
   return {.ordering = options.minmax_ordering,
           .ldlt_gamma = options.minmax_ldlt_gamma,
@@ -188,6 +191,7 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
       z_upper_(Eigen::VectorXd::Zero(canonical.variables())),
       rhs_(at(layout_.dimension()), 0.0) {
   residual_ = correction_ = zero_step(canonical);
+  require_certain_inertia(false);
 }
 
 bool KktSystem::analyze() {
@@ -430,9 +434,10 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
 KktSystem::RankFinding KktSystem::active_rank(const Evaluation& evaluation,
                                               const std::vector<bool>& active) {
   // Rows of active constraints normalized, columns at bounds removed: with the diagonal
-  // +-tolerance the inertia is the expected one iff A A' > tolerance I. Without pivoting the
-  // tolerance has to dominate Gamma.
-  const double tolerance = full_.pivots() ? 1e-14 : 4.0 * options_.minmax_ldlt_gamma;
+  // +-tolerance the inertia is the expected one iff A A' > tolerance I. Where Gamma stays in the
+  // matrix unchecked, the tolerance has to dominate it.
+  const double tolerance =
+      options_.linear_solver == LinearSolver::Ldlt ? 4.0 * options_.minmax_ldlt_gamma : 1e-14;
   const auto slack_of = canonical_.slack_of_constraint();
   Eigen::VectorXd columns = Eigen::VectorXd::Ones(canonical_.variables());
   for (Index i = 0; i < canonical_.variables(); ++i) {
@@ -446,7 +451,7 @@ KktSystem::RankFinding KktSystem::active_rank(const Evaluation& evaluation,
     const double value = columns[col] * evaluation.jacobian[k];
     rows[row] += value * value;
   }
-  RankFinding finding{true, true};
+  RankFinding finding{.full_min = true, .full_max = true};
   Eigen::VectorXd diagonal(canonical_.constraints());
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     const bool max = canonical_.max_constraints().contains(j);
@@ -455,8 +460,9 @@ KktSystem::RankFinding KktSystem::active_rank(const Evaluation& evaluation,
     if (slack >= 0 && !active[at(slack)]) {
       rows[j] = 0.0;
       diagonal[j] = expected;
-    } else if (rows[j] == 0.0) {
+    } else if (rows[j] <= kVanishingGradient * kVanishingGradient) {
       (max ? finding.full_max : finding.full_min) = false;
+      finding.vanishing = true;
       diagonal[j] = expected;
     } else {
       rows[j] = 1.0 / std::sqrt(rows[j]);

@@ -54,6 +54,7 @@ class KktBlock {
   [[nodiscard]] Factorization factorize(const Regularization& shift);
   [[nodiscard]] bool increase_quality() { return solver_->increase_quality(); }
   [[nodiscard]] bool pivots() const { return empty() || solver_->pivots(); }
+  void require_certain_inertia(bool certain) { solver_->require_certain_inertia(certain); }
 
   /// Solution of the reduced system for a right-hand side in rows of this block, in place.
   void solve_in_place(std::span<double> rhs) { solver_->solve_in_place(rhs); }
@@ -128,6 +129,11 @@ class KktSystem {
 
   /// True when another factorization will be more accurate; factorize anew after it.
   [[nodiscard]] bool increase_quality();
+  /// False while iterating, where a wrong inertia costs a step; true for the certificate.
+  void require_certain_inertia(bool certain) {
+    full_.require_certain_inertia(certain);
+    inner_.require_certain_inertia(certain);
+  }
   /// Whether both factorizations pivot, so that their inertias hold for any matrix.
   [[nodiscard]] bool pivots() const { return full_.pivots() && inner_.pivots(); }
 
@@ -139,6 +145,7 @@ class KktSystem {
   struct RankFinding {
     bool full_min = false;
     bool full_max = false;
+    bool vanishing = false;  ///< an active gradient is zero: no constraint qualification at all
   };
   /// Whether the gradients of each player's active constraints are independent. active: per
   /// canonical variable (slacks stand for their inequality).

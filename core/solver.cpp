@@ -21,6 +21,8 @@ namespace {
 
 /// Halvings of a step whose end point the model cannot evaluate.
 constexpr int kMaxCuts = 40;
+/// Size of the variables (scaled problem) at which a failed solve counts as diverged.
+constexpr double kRunaway = 1e10;
 
 class Solver {
  public:
@@ -51,6 +53,7 @@ class Solver {
   void say(std::string_view text) const {
     if (observer_.message) observer_.message(text);
   }
+  [[nodiscard]] Status name_divergence(Status status);
   Result finish(Status status);
 
   const SolverOptions& options_;
@@ -361,7 +364,24 @@ Status Solver::evaluation_failure(EvaluationStatus status, std::string_view wher
   return status == EvaluationStatus::NotFinite ? Status::InvalidNumber : Status::EvaluationFailed;
 }
 
+Status Solver::name_divergence(Status status) {
+  // Numbers that stopped a method whose iterates had run away say little; the running away does.
+  const bool stopped = status == Status::InertiaCorrectionFailed ||
+                       status == Status::LinearSolverFailed || status == Status::TinyStep ||
+                       status == Status::MaxIterations || status == Status::RestorationFailed;
+  const Eigen::VectorXd& v = point_.iterate.v;
+  if (!started_ || !stopped || v.size() == 0 || v.lpNorm<Eigen::Infinity>() < kRunaway) {
+    return status;
+  }
+  const Index y = canonical_.y().begin;
+  const bool max_runs = v.size() > y && v.tail(v.size() - y).lpNorm<Eigen::Infinity>() >= kRunaway;
+  result_.message = max_runs ? "the maximization over the Max variables looks unbounded"
+                             : "the minimization looks unbounded";
+  return max_runs ? Status::InnerUnbounded : Status::OuterUnbounded;
+}
+
 Result Solver::finish(Status status) {
+  status = name_divergence(status);
   if (degenerate_point_ && !is_success(status) && status != Status::UserStop) {
     status = Status::SolvedDegenerate;
     result_.message.clear();

@@ -323,7 +323,7 @@ void draw(const std::vector<Run>& runs, const std::filesystem::path& file) {
   std::printf("wrote %s\n", file.string().c_str());
 }
 
-// ---- The two modes ------------------------------------------------------------------------------
+// ---- The three modes ------------------------------------------------------------------------------
 
 std::string title_of(int instability_from) {
   if (instability_from == 1) return "with the instability rule";
@@ -370,6 +370,45 @@ void figure(Settings settings, const std::filesystem::path& output) {
       "the lowest in all variations tried. Read every mean with its share of certified solves.\n");
 }
 
+/// One cold solve of the refined family for each T, best time of three, and the exponents p of the
+/// fits by T^p.
+void scaling(Settings settings) {
+  std::printf(
+      "\n     T  variables  status                              cert  iter  fact          ms"
+      "   ms/iter\n");
+  // Least-squares lines of log(time per iteration) and log(iterations) over log T.
+  double n = 0.0, x = 0.0, xx = 0.0, time = 0.0, time_x = 0.0, iterations = 0.0, iterations_x = 0.0;
+  for (const int horizon : {10, 20, 30, 50, 100, 200, 300, 500, 1000}) {
+    settings.parameters = chauffeur::refined(horizon);
+    const Ipopt::SmartPtr<ipminmax::MinMaxApplication> app = new ipminmax::MinMaxApplication;
+    set_options(settings, *app);
+    if (app->Initialize("") != Ipopt::Solve_Succeeded)
+      throw std::runtime_error("the solver refuses its options");
+    ipminmax::Result best;
+    for (int repetition = 0; repetition < 3; ++repetition) {
+      app->OptimizeTNLP(
+          new chauffeur::ChauffeurTNLP(settings.parameters, settings.start, settings.guess));
+      if (repetition == 0 || app->LastResult().seconds < best.seconds) best = app->LastResult();
+    }
+    const double per_iteration = 1e3 * best.seconds / std::max(best.iterations, 1);
+    const bool certified = best.certificate.kind == ipminmax::PointKind::LocalMinmax;
+    std::printf("%6d %10zu  %-35s %-4s %5d %5d %11.3f %9.4f\n", horizon, best.v.size(),
+                std::string(name_of(best.status)).c_str(), certified ? "yes" : "-", best.iterations,
+                best.factorizations, 1e3 * best.seconds, per_iteration);
+    const double log_t = std::log(horizon);
+    n += 1.0;
+    x += log_t;
+    xx += log_t * log_t;
+    time += std::log(per_iteration);
+    time_x += log_t * std::log(per_iteration);
+    iterations += std::log(std::max(best.iterations, 1));
+    iterations_x += log_t * std::log(std::max(best.iterations, 1));
+  }
+  const double spread = n * xx - x * x;
+  std::printf("\ntime per iteration ~ T^%.2f, iterations ~ T^%.2f (least-squares fits)\n",
+              (n * time_x - x * time) / spread, (n * iterations_x - x * iterations) / spread);
+}
+
 int first_step_with_rule(const std::string& text) {
   if (text == "yes") return 1;
   if (text == "no") return kNever;
@@ -391,6 +430,7 @@ int run(int argc, char** argv) {
   chauffeur::Parameters& p = settings.parameters;
   std::string output = ".";
   bool figure_mode = false;
+  bool scaling_mode = false;
   bool chose_parameters = false;
 
   CommandLine command_line(
@@ -402,6 +442,8 @@ int run(int argc, char** argv) {
                      figure_mode = true;
                      settings.saturate = false;
                    });
+  command_line.add_flag("--scaling", scaling_mode,
+                        "time and iterations of one solve of the refined family, T = 10 to 1000");
   command_line.add("--set", "A|B|C|D|E", "parameters and start that show the figure's pattern",
                    [&](const std::string& name) {
                      use_set(name, settings);
@@ -459,6 +501,10 @@ int run(int argc, char** argv) {
   if (!command_line.parse(argc, argv)) return 0;
   check(settings);
 
+  if (scaling_mode) {
+    scaling(settings);
+    return 0;
+  }
   std::filesystem::create_directories(output);
   if (figure_mode)
     figure(settings, output);

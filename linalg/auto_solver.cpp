@@ -68,7 +68,7 @@ Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
 /// smallest |eigenvalue| from above, closely after two steps. When it is well above gamma, Gamma
 /// has changed no eigenvalue's sign (Weyl); when A u = w still holds for the computed u, rounding
 /// has not either.
-bool AutoSolver::inertia_is_certain(const SymmetricMatrix& matrix) {
+bool AutoSolver::inertia_is_certain(const SymmetricMatrix& matrix, double gamma) {
   constexpr double kMargin = 10.0;    // smallest eigenvalue over gamma
   constexpr double kMaxError = 0.25;  // |A u - w|, of which Gamma u is at most 1 / kMargin
   std::vector<double>& w = direction_;
@@ -84,7 +84,7 @@ bool AutoSolver::inertia_is_certain(const SymmetricMatrix& matrix) {
     length = norm(u);
     if (!(std::isfinite(length) && length > 0.0)) return false;
   }
-  if (length * kMargin * options_.ldlt_gamma > 1.0) return false;
+  if (length * kMargin * gamma > 1.0) return false;
   matrix.multiply(u, product_);
   for (std::size_t i = 0; i < u.size(); ++i) product_[i] -= w[i];
   return norm(product_) <= kMaxError;
@@ -101,9 +101,16 @@ Factorization AutoSolver::factorize_pivoting(const SymmetricMatrix& matrix) {
 
 Factorization AutoSolver::factorize(const SymmetricMatrix& matrix) {
   if (!use_ldlt_) return factorize_pivoting(matrix);
-  const Factorization result = ldlt_.factorize(matrix);
-  ldlt_is_current_ = result.status == FactorizationStatus::Ok && inertia_is_certain(matrix);
-  if (ldlt_is_current_) return result;
+  // A smaller Gamma moves fewer eigenvalues but costs digits; the check sees both.
+  constexpr double kSmallerGamma = 1e-3;
+  for (const double factor : {1.0, kSmallerGamma}) {
+    ldlt_.scale_gamma(factor);
+    const Factorization result = ldlt_.factorize(matrix);
+    ldlt_is_current_ = result.status == FactorizationStatus::Ok &&
+                       (!certain_ || inertia_is_certain(matrix, factor * options_.ldlt_gamma));
+    if (ldlt_is_current_) return result;
+    if (!certain_) break;
+  }
   if (!std::isfinite(matrix.max_norm())) return {};
   return factorize_pivoting(matrix);
 }

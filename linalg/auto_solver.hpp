@@ -28,17 +28,21 @@ class AutoSolver final : public SymmetricSolver {
   /// The first call after an LDL' factorization leaves LDL' for good.
   [[nodiscard]] bool increase_quality() override;
 
+  /// True at first: every LDL' inertia is checked, at about the cost of the factorization.
+  void require_certain_inertia(bool certain) override { certain_ = certain; }
+
   /// Whether the last factorization (before any: the next one) pivots.
   [[nodiscard]] bool pivots() const override;
   [[nodiscard]] std::string_view name() const override;
 
  private:
-  [[nodiscard]] bool inertia_is_certain(const SymmetricMatrix& matrix);
+  [[nodiscard]] bool inertia_is_certain(const SymmetricMatrix& matrix, double gamma);
   [[nodiscard]] Factorization factorize_pivoting(const SymmetricMatrix& matrix);
 
   SymmetricSolverOptions options_;
   LdltSolver ldlt_;
   std::unique_ptr<SymmetricSolver> pivoting_;
+  bool certain_ = true;
   bool pivoting_analyzed_ = false;
   bool use_ldlt_ = false;                            // for the next factorization
   bool ldlt_is_current_ = false;                     // the last factorization, before any the next

@@ -121,7 +121,7 @@ bool LdltSolver::load_values(const SymmetricMatrix& matrix) {
     upper[upper_index_[p]] = values[p];
   }
   for (Index i = 0; i < matrix.dimension(); ++i) {
-    upper[upper_index_[as_size(matrix.diagonal_position(i))]] += gamma_[as_size(i)];
+    upper[upper_index_[as_size(matrix.diagonal_position(i))]] += gamma_factor_ * gamma_[as_size(i)];
   }
   return zero_if_finite == 0.0;
 }

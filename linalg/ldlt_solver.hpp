@@ -33,6 +33,8 @@ class LdltSolver final : public SymmetricSolver {
 
   [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
+  /// Factor of Gamma in the following factorizations.
+  void scale_gamma(double factor) { gamma_factor_ = factor; }
   [[nodiscard]] bool increase_quality() override { return false; }
   [[nodiscard]] bool pivots() const override { return false; }
   [[nodiscard]] std::string_view name() const override { return "ldlt"; }
@@ -46,6 +48,7 @@ class LdltSolver final : public SymmetricSolver {
   std::vector<Index> new_index_;    // place of row i in the elimination order
   std::vector<Index> upper_index_;  // position in the permuted upper triangle of each matrix entry
   std::vector<double> gamma_;       // diagonal of Gamma
+  double gamma_factor_ = 1.0;
   std::unique_ptr<Factor> factor_;
   bool factorized_ = false;
 };

@@ -71,6 +71,11 @@ class SymmetricSolver {
   /// pivoting instead of none); false when nothing better is left.
   [[nodiscard]] virtual bool increase_quality() = 0;
 
+  /// Whether factorize must return an inertia that holds for the matrix itself, whatever that costs;
+  /// false allows one that regularization or rounding may have decided. Matters only to solvers
+  /// that can do both.
+  virtual void require_certain_inertia(bool /*certain*/) {}
+
   /// Whether pivoting makes the inertia reliable for any matrix.
   [[nodiscard]] virtual bool pivots() const = 0;
 

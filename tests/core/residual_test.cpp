@@ -116,7 +116,7 @@ TEST_F(ResidualTest, KktErrorIsInTheModelsUnits) {
 TEST_F(ResidualTest, NewtonResidualIsMinusTheResidual) {
   NewtonResidual rhs = zero_step(canonical_);
   newton_residual(canonical_, point_.iterate, point_.evaluation, point_.dual, 0.5, rhs);
-  EXPECT_TRUE(rhs.v.isApprox(-kDual));
+  EXPECT_TRUE(rhs.v.isApprox(-kDual - 0.5 * canonical_.damping()));
   EXPECT_TRUE(rhs.lambda.isApprox(Eigen::VectorXd{{-0.5, 0.0, 0.5}}));
   EXPECT_TRUE(rhs.z_lower.isApprox(Eigen::VectorXd{{-0.5, 0.5 - 0.3125, 0.0, 0.0}}));
   EXPECT_TRUE(rhs.z_upper.isApprox(Eigen::VectorXd{{-1.0, 0.0, -2.5, -4.5}}));

@@ -61,10 +61,10 @@ TEST(AutoSolver, PivotsWhereFrontsAreLarge) {
 }
 
 TEST(AutoSolver, PivotsWhenGammaDecidesTheInertia) {
-  // One eigenvalue of -1e-9, which A + Gamma shows as positive.
+  // One eigenvalue of -1e-12, which A + Gamma shows as positive.
   constexpr Index n = 50;
   MatrixBuilder builder(n);
-  for (Index i = 0; i < n; ++i) builder.add(i, i, i == 20 ? -1e-9 : 1.0);
+  for (Index i = 0; i < n; ++i) builder.add(i, i, i == 20 ? -1e-12 : 1.0);
   const SymmetricMatrix matrix = builder.build();
   const std::vector<std::int8_t> signs(n, 1);
 
@@ -74,8 +74,24 @@ TEST(AutoSolver, PivotsWhenGammaDecidesTheInertia) {
   AutoSolver solver({});
   ASSERT_TRUE(solver.analyze(matrix, signs).ok);
   EXPECT_FALSE(solver.pivots());
+  solver.require_certain_inertia(false);
+  EXPECT_EQ(solver.factorize(matrix).inertia, (Inertia{n, 0, 0}));
+  EXPECT_FALSE(solver.pivots());
+  solver.require_certain_inertia(true);
   EXPECT_EQ(solver.factorize(matrix).inertia, (Inertia{n - 1, 1, 0}));
   EXPECT_TRUE(solver.pivots());
+}
+
+TEST(AutoSolver, ASmallerGammaSavesThePivoting) {
+  // -1e-9 is hidden by Gamma but not by a thousandth of it.
+  constexpr Index n = 50;
+  MatrixBuilder builder(n);
+  for (Index i = 0; i < n; ++i) builder.add(i, i, i == 20 ? -1e-9 : 1.0);
+  const SymmetricMatrix matrix = builder.build();
+  AutoSolver solver({});
+  ASSERT_TRUE(solver.analyze(matrix, std::vector<std::int8_t>(n, 1)).ok);
+  EXPECT_EQ(solver.factorize(matrix).inertia, (Inertia{n - 1, 1, 0}));
+  EXPECT_FALSE(solver.pivots());
 }
 
 TEST(AutoSolver, SingularMatricesAreSeenThroughLdlt) {

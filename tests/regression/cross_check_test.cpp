@@ -1,0 +1,209 @@
+// Minimizations solved by Ipopt and by this solver. A solved point may not be worse than Ipopt's
+// unless it is another local minimum; what dense linear algebra refutes may not be called solved.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include <ipminmax/core/solver.hpp>
+#include <regression/hock_schittkowski.hpp>
+#include <regression/problem_tnlp.hpp>
+#include <support/judge_result.hpp>
+
+namespace ipminmax::testing {
+namespace {
+
+SolverOptions filter_options() {
+  SolverOptions options;
+  options.minmax_globalization = Globalization::Filter;
+  return options;
+}
+
+/// Both answers to one problem.
+struct Answers {
+  IpoptAnswer ipopt;
+  Result ours;
+
+  explicit Answers(const MinimizationProblem& known) {
+    AutodiffProblem problem(known.model, known.start);
+    ipopt = solve_with_ipopt(problem);
+    ours = solve(problem, filter_options());
+  }
+
+  [[nodiscard]] double objective_difference() const {
+    return (ours.objective - ipopt.objective) / std::max(1.0, std::abs(ipopt.objective));
+  }
+  [[nodiscard]] bool same_point(double tolerance = 1e-4) const {
+    return !ours.v.empty() && near(ours.v, ipopt.v, tolerance);
+  }
+
+  /// Relative to the largest entry, at least 1.
+  static bool near(const std::vector<double>& a, const std::vector<double>& b, double tolerance) {
+    double difference = 0.0;
+    double size = 1.0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      difference = std::max(difference, std::abs(a[i] - b[i]));
+      size = std::max(size, std::abs(b[i]));
+    }
+    return difference <= tolerance * size;
+  }
+};
+
+/// What a solve to tol 1e-8 leaves in the units of the model: bounds and rows are relaxed by 1e-8 of
+/// their size, and the stopping test sees the objective divided by its largest slope at the start
+/// over 100.
+DenseTolerances tolerances_for(Problem& problem, const std::vector<double>& start) {
+  double size = 50.0;
+  const ProblemStructure& structure = problem.structure();
+  for (const auto* bounds : {&structure.variable_lower, &structure.variable_upper,
+                             &structure.constraint_lower, &structure.constraint_upper}) {
+    for (const double bound : *bounds) {
+      if (std::abs(bound) < 1e19) size = std::max(size, std::abs(bound));
+    }
+  }
+  std::vector<double> gradient(start.size());
+  if (problem.gradient(start, true, gradient)) {
+    for (const double slope : gradient) size = std::max(size, std::abs(slope) / 100.0);
+  }
+  return {.first_order = 2e-8 * size, .curvature = 1e-5};
+}
+
+class CrossCheck : public ::testing::TestWithParam<std::size_t> {
+ protected:
+  const MinimizationProblem& known_ = hock_schittkowski()[GetParam()];
+  Answers answers_{known_};
+  const Result& ours_ = answers_.ours;
+  const IpoptAnswer& ipopt_ = answers_.ipopt;
+};
+
+TEST_P(CrossCheck, AnswerIsSound) {
+  AutodiffProblem problem(known_.model, known_.start);
+  const DenseOptimality found = judge(problem, ours_, tolerances_for(problem, known_.start));
+  EXPECT_TRUE(is_sound(ours_, found) ||
+              (ours_.status == Status::SolvedDegenerate && known_.degenerate))
+      << name_of(ours_.status) << ", kind " << name_of(ours_.certificate.kind) << " at "
+      << ::testing::PrintToString(ours_.v) << ", but found " << found;
+}
+
+TEST_P(CrossCheck, SolvesWhatIpoptSolves) {
+  if (ipopt_.solved() && !known_.degenerate) {
+    EXPECT_TRUE(is_success(ours_.status)) << ours_.message;
+  }
+}
+
+TEST_P(CrossCheck, IsNotWorse) {
+  if (!ipopt_.solved() || !is_success(ours_.status)) return;
+  const double difference = answers_.objective_difference();
+  if (difference <= 1e-6) {
+    if (difference < -1e-6) {
+      std::printf("%s: better than Ipopt, %.8g < %.8g\n", known_.name.c_str(), ours_.objective,
+                  ipopt_.objective);
+    }
+    return;
+  }
+  EXPECT_TRUE(known_.several_minima || known_.degenerate)
+      << ours_.objective << " > " << ipopt_.objective;
+  EXPECT_FALSE(answers_.same_point()) << ours_.objective << " > " << ipopt_.objective;
+  std::printf("%s: another local minimum, %.8g > %.8g\n", known_.name.c_str(), ours_.objective,
+              ipopt_.objective);
+}
+
+TEST_P(CrossCheck, BestKnownObjectiveIsNotUndercut) {
+  if (!is_success(ours_.status)) return;
+  // Bounds and rows are relaxed by 1e-8, which multipliers magnify.
+  double multipliers = 1.0;
+  for (const auto* vector : {&ours_.lambda, &ours_.z_lower, &ours_.z_upper}) {
+    for (const double value : *vector) multipliers += std::abs(value);
+  }
+  if (known_.degenerate) return;
+  EXPECT_GE(ours_.objective,
+            known_.objective - 1e-6 * std::max(multipliers, std::abs(known_.objective)));
+  if (!known_.several_minima) {
+    EXPECT_LE(ours_.objective,
+              known_.objective + 1e-6 * std::max(multipliers, std::abs(known_.objective)));
+  }
+}
+
+TEST_P(CrossCheck, MultipliersAgreeWherePointsDo) {
+  if (!ipopt_.solved() || ours_.status != Status::Solved || known_.degenerate ||
+      !answers_.same_point(1e-6)) {
+    return;
+  }
+  constexpr double kTolerance = 1e-4;
+  EXPECT_TRUE(Answers::near(ours_.lambda, ipopt_.lambda, kTolerance))
+      << ::testing::PrintToString(ours_.lambda) << " and "
+      << ::testing::PrintToString(ipopt_.lambda);
+  // Ipopt 3.11 leaves the bound multipliers of fixed variables at zero.
+  const ProblemStructure structure = AutodiffProblem(known_.model).structure();
+  for (std::size_t i = 0; i < ours_.v.size(); ++i) {
+    if (structure.variable_lower[i] == structure.variable_upper[i]) continue;
+    const double size = 1.0 + std::abs(ipopt_.z_lower[i]) + std::abs(ipopt_.z_upper[i]);
+    EXPECT_NEAR(ours_.z_lower[i], ipopt_.z_lower[i], kTolerance * size) << "variable " << i;
+    EXPECT_NEAR(ours_.z_upper[i], ipopt_.z_upper[i], kTolerance * size) << "variable " << i;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(HockSchittkowski, CrossCheck,
+                         ::testing::Range<std::size_t>(0, hock_schittkowski().size()),
+                         [](const auto& instance) {
+                           return hock_schittkowski()[instance.param].name;
+                         });
+
+/// Geometric mean of the ratios ours / Ipopt's of a count.
+class RatioMean {
+ public:
+  void add(Index ours, Index ipopt) {
+    sum_ += std::log((static_cast<double>(ours) + 1.0) / (static_cast<double>(ipopt) + 1.0));
+    ++count_;
+  }
+  [[nodiscard]] double mean() const { return count_ == 0 ? 1.0 : std::exp(sum_ / count_); }
+
+ private:
+  double sum_ = 0.0;
+  int count_ = 0;
+};
+
+// Over the problems where both end at the same objective.
+TEST(CrossCheckTable, EffortIsThatOfIpopt) {
+  RatioMean iterations, evaluations, factorizations;
+  int solved = 0, ipopt_solved = 0, compared = 0;
+  std::printf("%-22s %7s %16s %5s %5s %5s   %-36s %16s %5s %5s %5s\n", "problem", "Ipopt",
+              "objective", "iter", "evals", "fact", "this solver", "objective", "iter", "evals",
+              "fact");
+  for (const MinimizationProblem& known : hock_schittkowski()) {
+    const auto [ipopt, ours] = Answers(known);
+    std::printf("%-22s %7d %16.8g %5d %5d %5d   %-36s %16.8g %5d %5d %5d\n", known.name.c_str(),
+                static_cast<int>(ipopt.status), ipopt.objective, static_cast<int>(ipopt.iterations),
+                static_cast<int>(ipopt.counts.objective),
+                static_cast<int>(ipopt.counts.factorizations_full),
+                std::string(name_of(ours.status)).c_str(), ours.objective,
+                static_cast<int>(ours.iterations), static_cast<int>(ours.counts.objective),
+                static_cast<int>(ours.factorizations));
+    ipopt_solved += ipopt.solved();
+    solved += is_success(ours.status);
+    if (!ipopt.solved() || !is_success(ours.status) ||
+        std::abs(ours.objective - ipopt.objective) >
+            1e-5 * std::max(1.0, std::abs(ipopt.objective))) {
+      continue;
+    }
+    ++compared;
+    iterations.add(ours.iterations, ipopt.iterations);
+    evaluations.add(ours.counts.objective, ipopt.counts.objective);
+    factorizations.add(ours.factorizations, ipopt.counts.factorizations_full);
+  }
+  std::printf("%zu problems; solved by Ipopt %d, by this solver %d\n", hock_schittkowski().size(),
+              ipopt_solved, solved);
+  std::printf(
+      "geometric means of ours / Ipopt's over %d: iterations %.3f, objective evaluations "
+      "%.3f, factorizations %.3f\n",
+      compared, iterations.mean(), evaluations.mean(), factorizations.mean());
+  EXPECT_GE(solved, ipopt_solved - 2);
+  EXPECT_LE(iterations.mean(), 1.25);
+  EXPECT_LE(evaluations.mean(), 1.5);
+}
+
+}  // namespace
+}  // namespace ipminmax::testing

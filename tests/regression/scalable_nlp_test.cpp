@@ -1,0 +1,110 @@
+// Derivatives of the scalable families against finite differences, and their solutions against
+// Ipopt's.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <random>
+#include <string>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include <ipminmax/core/solver.hpp>
+#include <regression/problem_tnlp.hpp>
+#include <regression/scalable_nlp.hpp>
+#include <support/dense_optimality.hpp>
+
+namespace ipminmax::testing {
+namespace {
+
+class Scalable : public ::testing::TestWithParam<std::size_t> {
+ protected:
+  const ScalableNlp& family_ = scalable_nlps()[GetParam()];
+};
+
+/// The start, moved a little, inside the bounds.
+Eigen::VectorXd moved_start(Problem& problem) {
+  const ProblemStructure& structure = problem.structure();
+  Eigen::VectorXd v =
+      Eigen::VectorXd::Zero(static_cast<Eigen::Index>(structure.variable_lower.size()));
+  StartingPoint start;
+  start.v = {v.data(), structure.variable_lower.size()};
+  EXPECT_TRUE(problem.starting_point(start));
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> factor(0.9, 1.1);
+  for (double& value : v) value = value * factor(random) + 0.01 * (factor(random) - 0.9);
+  return v;
+}
+
+TEST_P(Scalable, DerivativesAreThoseOfTheFunctions) {
+  constexpr double kStep = 1e-6;
+  const auto problem = family_.make(100);
+  const Eigen::VectorXd v = moved_start(*problem);
+  const DenseEvaluation here(*problem, v);
+  ASSERT_TRUE(here.ok);
+  Eigen::VectorXd lambda(here.constraints.size());
+  for (Eigen::Index i = 0; i < lambda.size(); ++i) lambda[i] = std::sin(static_cast<double>(i));
+  constexpr double kSigma = 0.7;
+  const Eigen::MatrixXd hessian = dense_hessian(*problem, v, kSigma, lambda);
+
+  for (Eigen::Index j = 0; j < v.size(); ++j) {
+    const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(v.size(), j);
+    const DenseEvaluation up(*problem, v + step);
+    const DenseEvaluation down(*problem, v - step);
+    ASSERT_TRUE(up.ok && down.ok);
+    const auto near = [](double derivative, double difference) {
+      return std::abs(derivative - difference) <= 1e-5 * (1.0 + std::abs(derivative));
+    };
+    // Differences of large values lose digits.
+    const double slope = (up.objective - down.objective) / (2.0 * kStep);
+    EXPECT_NEAR(here.gradient[j], slope,
+                1e-5 * (1.0 + std::abs(slope)) + 1e-9 * std::abs(here.objective))
+        << "gradient, variable " << j;
+    const Eigen::VectorXd column = (up.constraints - down.constraints) / (2.0 * kStep);
+    for (Eigen::Index i = 0; i < column.size(); ++i) {
+      EXPECT_TRUE(near(here.jacobian(i, j), column[i])) << "Jacobian " << i << " " << j;
+    }
+    const Eigen::VectorXd curvature = (kSigma * (up.gradient - down.gradient) +
+                                       (up.jacobian - down.jacobian).transpose() * lambda) /
+                                      (2.0 * kStep);
+    for (Eigen::Index i = 0; i < v.size(); ++i) {
+      EXPECT_TRUE(near(hessian(i, j), curvature[i]))
+          << "Hessian " << i << " " << j << ": " << hessian(i, j) << " " << curvature[i];
+    }
+  }
+}
+
+TEST_P(Scalable, SolutionIsThatOfIpopt) {
+  const auto problem = family_.make(1000);
+  const IpoptAnswer ipopt = solve_with_ipopt(*problem);
+  SolverOptions options;
+  options.minmax_globalization = Globalization::Filter;
+  const Result ours = solve(*problem, options);
+  std::printf("%-28s n %5zu m %5zu Ipopt %16.9g in %3d iterations, %16.9g in %3d iterations: %s\n",
+              family_.name.c_str(), problem->structure().variable_lower.size(),
+              problem->structure().constraint_lower.size(), ipopt.objective,
+              static_cast<int>(ipopt.iterations), ours.objective, static_cast<int>(ours.iterations),
+              std::string(name_of(ours.status)).c_str());
+  EXPECT_TRUE(ipopt.solved()) << ipopt.status;
+  EXPECT_TRUE(is_success(ours.status)) << ours.message;
+  EXPECT_NEAR(ours.objective, ipopt.objective, 1e-6 * std::max(1.0, std::abs(ipopt.objective)));
+  EXPECT_LE(ours.iterations, 2 * ipopt.iterations + 10);
+}
+
+TEST_P(Scalable, EntriesGrowWithSizeOnly) {
+  const auto entries_per_variable = [&](Index n) {
+    const auto problem = family_.make(n);
+    const ProblemStructure& structure = problem->structure();
+    return static_cast<double>(structure.jacobian.size() + structure.hessian.size()) /
+           static_cast<double>(structure.variable_lower.size());
+  };
+  EXPECT_LE(entries_per_variable(100000), 1.5 * entries_per_variable(1000));
+}
+
+INSTANTIATE_TEST_SUITE_P(Regression, Scalable,
+                         ::testing::Range<std::size_t>(0, scalable_nlps().size()),
+                         [](const auto& instance) { return scalable_nlps()[instance.param].name; });
+
+}  // namespace
+}  // namespace ipminmax::testing
