@@ -23,6 +23,7 @@ constexpr double kSlowLength = 0.13;
 constexpr Index kMaxSetbacks = 15;
 constexpr Index kMaxEscapes = 30;
 constexpr Index kMaxJointSteps = 40;
+constexpr double kLongStep = 4.0;
 constexpr double kBranchJump = 1e-2;
 constexpr Index kMaxSoftSteps = 10;
 constexpr double kSoftContraction = 0.9999;
@@ -422,6 +423,11 @@ bool GlobalizedMethod::search(Point& point, double mu, int max_trials, Iteration
   info.alpha_dual = alpha.dual;
 
   double t = alpha.primal;
+  if (has_max()) {
+    // phi is known along one branch of inner maxima only: no step far out of its neighbourhood.
+    const double longest = kLongStep * (1.0 + max_norm(point.iterate.v));
+    t = std::min(t, longest / std::max(max_norm(step_.v), longest));
+  }
   for (int k = 0; k < max_trials && t >= smallest; ++k, t *= 0.5) {
     set_trial(point, step_, t, alpha.dual, mu);
     ++info.trials;

@@ -153,7 +153,10 @@ TEST_F(Options, NaNIsFoundOut) {
 
 class OptionFile : public testing::Test {
  protected:
-  OptionFile() : name(testing::TempDir() + "ipminmax_options_test.opt") {}
+  // Named after the test: tests run at the same time.
+  OptionFile()
+      : name(testing::TempDir() + "ipminmax_" +
+             testing::UnitTest::GetInstance()->current_test_info()->name() + ".opt") {}
   ~OptionFile() override { std::remove(name.c_str()); }
   void write(const std::string& text) { std::ofstream(name) << text; }
 

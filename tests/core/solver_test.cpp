@@ -1,0 +1,439 @@
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <ipminmax/core/solver.hpp>
+#include <support/autodiff_problem.hpp>
+
+namespace ipminmax {
+namespace {
+
+using testing::AutodiffProblem;
+using testing::Expression;
+using testing::kNoBound;
+using testing::Model;
+
+constexpr Player kMin = Player::Min;
+constexpr Player kMax = Player::Max;
+
+SolverOptions with(Globalization globalization) {
+  SolverOptions options;
+  options.minmax_globalization = globalization;
+  return options;
+}
+
+/// Passes every call on and counts it.
+class Counted final : public Problem {
+ public:
+  explicit Counted(Problem& model) : model_(model) {}
+  Counts counts;
+
+  const ProblemStructure& structure() const override { return model_.structure(); }
+  bool starting_point(StartingPoint& start) override { return model_.starting_point(start); }
+  bool objective(std::span<const double> v, bool fresh, double& f) override {
+    ++counts.objective;
+    return model_.objective(v, fresh, f);
+  }
+  bool gradient(std::span<const double> v, bool fresh, std::span<double> out) override {
+    ++counts.gradient;
+    return model_.gradient(v, fresh, out);
+  }
+  bool constraints(std::span<const double> v, bool fresh, std::span<double> out) override {
+    ++counts.constraints;
+    return model_.constraints(v, fresh, out);
+  }
+  bool jacobian(std::span<const double> v, bool fresh, std::span<double> out) override {
+    ++counts.jacobian;
+    return model_.jacobian(v, fresh, out);
+  }
+  bool hessian(std::span<const double> v, bool fresh, double sigma, std::span<const double> lambda,
+               bool fresh_lambda, std::span<double> out) override {
+    ++counts.hessian;
+    return model_.hessian(v, fresh, sigma, lambda, fresh_lambda, out);
+  }
+
+ private:
+  Problem& model_;
+};
+
+AutodiffProblem hs071() {
+  Model model;
+  std::vector<Expression> x;
+  for (const char* name : {"x1", "x2", "x3", "x4"}) {
+    x.push_back(model.variable(kMin, name, 1.0, 5.0));
+  }
+  model.objective(x[0] * x[3] * (x[0] + x[1] + x[2]) + x[2]);
+  model.constraint(x[0] * x[1] * x[2] * x[3], 25.0, kNoBound);
+  model.constraint(square(x[0]) + square(x[1]) + square(x[2]) + square(x[3]), 40.0, 40.0);
+  return AutodiffProblem(model, {1.0, 5.0, 5.0, 1.0});
+}
+
+/// min over x in [0, 3], max over y of (x - 2)^2 + 2y - y^2 / 2 s.t. x >= 0.5 and y <= x / 2.
+/// The inner maximum is y = x / 2, so phi = (x - 2)^2 + x - x^2 / 8: x = 12/7, y = 6/7,
+/// lambda of y - x/2 <= 0 is -f_y = -(2 - y) = -8/7.
+AutodiffProblem constrained_minmax() {
+  Model model;
+  const Expression y = model.variable(kMax, "y");
+  const Expression x = model.variable(kMin, "x", 0.0, 3.0);
+  model.objective(square(x - 2.0) + 2.0 * y - 0.5 * square(y));
+  model.constraint(y - 0.5 * x, -kNoBound, 0.0);
+  model.constraint(1.0 * x, 0.5, kNoBound);
+  return AutodiffProblem(model, {-1.0, 1.0});
+}
+
+/// Largest entry of grad f + J' lambda - z_lower + z_upper.
+double stationarity(Problem& problem, const Result& result) {
+  const ProblemStructure& shape = problem.structure();
+  std::vector<double> gradient(result.v.size());
+  std::vector<double> jacobian(shape.jacobian.size());
+  EXPECT_TRUE(problem.gradient(result.v, true, gradient));
+  EXPECT_TRUE(problem.jacobian(result.v, false, jacobian));
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    gradient[static_cast<std::size_t>(shape.jacobian[k].col)] +=
+        jacobian[k] * result.lambda[static_cast<std::size_t>(shape.jacobian[k].row)];
+  }
+  double largest = 0.0;
+  for (std::size_t i = 0; i < gradient.size(); ++i) {
+    largest = std::max(largest, std::abs(gradient[i] - result.z_lower[i] + result.z_upper[i]));
+  }
+  return largest;
+}
+
+void expect_feasible(const Problem& problem, const Result& result, double tolerance = 1e-6) {
+  const ProblemStructure& shape = problem.structure();
+  for (std::size_t i = 0; i < result.v.size(); ++i) {
+    EXPECT_GE(result.v[i], shape.variable_lower[i] - tolerance);
+    EXPECT_LE(result.v[i], shape.variable_upper[i] + tolerance);
+  }
+  ASSERT_EQ(result.constraints.size(), shape.constraint_lower.size());
+  for (std::size_t j = 0; j < result.constraints.size(); ++j) {
+    EXPECT_GE(result.constraints[j], shape.constraint_lower[j] - tolerance);
+    EXPECT_LE(result.constraints[j], shape.constraint_upper[j] + tolerance);
+  }
+}
+
+class BothMethods : public ::testing::TestWithParam<Globalization> {};
+
+TEST_P(BothMethods, SolveHs071) {
+  AutodiffProblem problem = hs071();
+  const Result result = solve(problem, with(GetParam()));
+  ASSERT_EQ(result.status, Status::Solved) << result.message;
+  EXPECT_NEAR(result.objective, 17.0140173, 1e-6);
+  const double expected[] = {1.0, 4.74299963, 3.82114998, 1.37940829};
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(result.v[i], expected[i], 1e-6);
+  EXPECT_NEAR(result.lambda[0], -0.55229366, 1e-6);
+  EXPECT_NEAR(result.lambda[1], 0.16146857, 1e-6);
+  EXPECT_NEAR(result.z_lower[0], 1.08787121, 1e-6);
+  EXPECT_LT(stationarity(problem, result), 1e-7);
+  EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax);
+  expect_feasible(problem, result);
+}
+
+TEST_P(BothMethods, SolveAConstrainedMinmax) {
+  AutodiffProblem problem = constrained_minmax();
+  const Result result = solve(problem, with(GetParam()));
+  ASSERT_EQ(result.status, Status::Solved) << result.message;
+  EXPECT_NEAR(result.v[0], 6.0 / 7.0, 1e-6);
+  EXPECT_NEAR(result.v[1], 12.0 / 7.0, 1e-6);
+  EXPECT_NEAR(result.lambda[0], -8.0 / 7.0, 1e-6);
+  EXPECT_NEAR(result.lambda[1], 0.0, 1e-6);
+  EXPECT_LT(stationarity(problem, result), 1e-7);
+  EXPECT_EQ(result.certificate.second_order, SecondOrder::Satisfied);
+  EXPECT_TRUE(result.certificate.licq_min && result.certificate.licq_max);
+  EXPECT_EQ(result.certificate.inner_expected, (Inertia{1, 2, 0}));
+  EXPECT_EQ(result.certificate.full_expected, (Inertia{2 + 1, 2 + 1, 0}));
+  expect_feasible(problem, result);
+}
+
+TEST_P(BothMethods, SolveUnderGradientScalingToTheSameMultipliers) {
+  // The same problem with an objective 1e5 times as large: scaled back inside.
+  Model model;
+  const Expression y = model.variable(kMax, "y");
+  const Expression x = model.variable(kMin, "x", 0.0, 3.0);
+  model.objective(1e5 * (square(x - 2.0) + 2.0 * y - 0.5 * square(y)));
+  model.constraint(y - 0.5 * x, -kNoBound, 0.0);
+  AutodiffProblem problem(model, {-1.0, 1.0});
+  const Result result = solve(problem, with(GetParam()));
+  ASSERT_EQ(result.status, Status::Solved) << result.message;
+  EXPECT_NEAR(result.v[1], 12.0 / 7.0, 1e-5);
+  EXPECT_NEAR(result.lambda[0], -8e5 / 7.0, 1.0);
+}
+
+TEST_P(BothMethods, GiveBoundMultipliersTheSignOfTheirOwner) {
+  // min over x >= 1 of x, max over y <= 2 of y.
+  Model model;
+  const Expression x = model.variable(kMin, "x", 1.0);
+  const Expression y = model.variable(kMax, "y", -kNoBound, 2.0);
+  model.objective(x + 3.0 * y);
+  AutodiffProblem problem(model, {5.0, 0.0});
+  const Result result = solve(problem, with(GetParam()));
+  ASSERT_EQ(result.status, Status::Solved) << result.message;
+  EXPECT_NEAR(result.z_lower[0], 1.0, 1e-6);
+  EXPECT_NEAR(result.z_upper[1], -3.0, 1e-6);
+  EXPECT_EQ(result.z_upper[0], 0.0);
+  EXPECT_EQ(result.z_lower[1], 0.0);
+}
+
+TEST_P(BothMethods, GiveTheSameBitsTwice) {
+  for (int which = 0; which < 2; ++which) {
+    std::vector<Result> results;
+    std::vector<std::vector<double>> paths(2);
+    for (std::vector<double>& path : paths) {
+      AutodiffProblem problem = which == 0 ? hs071() : constrained_minmax();
+      results.push_back(solve(problem, with(GetParam()), [&](const IterationInfo& info) {
+        path.insert(path.end(), info.v.begin(), info.v.end());
+        return true;
+      }));
+    }
+    const auto same_bits = [](const std::vector<double>& a, const std::vector<double>& b) {
+      return a.size() == b.size() &&
+             std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+    };
+    EXPECT_TRUE(same_bits(paths[0], paths[1]));
+    EXPECT_TRUE(same_bits(results[0].v, results[1].v));
+    EXPECT_TRUE(same_bits(results[0].lambda, results[1].lambda));
+    EXPECT_TRUE(same_bits(results[0].z_lower, results[1].z_lower));
+    EXPECT_EQ(results[0].iterations, results[1].iterations);
+    EXPECT_EQ(results[0].factorizations, results[1].factorizations);
+  }
+}
+
+TEST_P(BothMethods, CountWhatTheyDo) {
+  AutodiffProblem problem = constrained_minmax();
+  Counted counted(problem);
+  Index calls = 0;
+  Index last = -1;
+  const Result result = solve(counted, with(GetParam()), [&](const IterationInfo& info) {
+    EXPECT_EQ(info.iteration, last + 1);
+    last = info.iteration;
+    ++calls;
+    return true;
+  });
+  ASSERT_EQ(result.status, Status::Solved);
+  EXPECT_EQ(calls, result.iterations + 1) << "iteration 0 is the starting point";
+  EXPECT_EQ(result.factorizations,
+            result.counts.factorizations_full + result.counts.factorizations_inner);
+  EXPECT_GE(result.counts.factorizations_full, result.iterations);
+  EXPECT_GE(result.counts.solves, result.iterations);
+  EXPECT_EQ(result.counts.analyses, 2);
+  EXPECT_EQ(result.counts.hessian, counted.counts.hessian);
+  EXPECT_EQ(result.counts.objective, counted.counts.objective);
+  EXPECT_EQ(result.counts.constraints, counted.counts.constraints);
+  EXPECT_EQ(result.counts.gradient, counted.counts.gradient);
+  EXPECT_EQ(result.counts.jacobian, counted.counts.jacobian);
+}
+
+TEST_P(BothMethods, MeasureTheirTime) {
+  AutodiffProblem problem = constrained_minmax();
+  const Result result = solve(problem, with(GetParam()));
+  EXPECT_GT(result.seconds, 0.0);
+  EXPECT_EQ(result.timing.total, result.seconds);
+  const Timing& t = result.timing;
+  for (const double part : {t.evaluations, t.assembly, t.analysis, t.factorization, t.solves}) {
+    EXPECT_GE(part, 0.0);
+    EXPECT_LE(part, result.seconds);
+  }
+}
+
+TEST_P(BothMethods, ReportTheErrorsOfTheReturnedPoint) {
+  AutodiffProblem problem = constrained_minmax();
+  KktError last;
+  const SolverOptions options = with(GetParam());
+  const Result result = solve(problem, options, [&](const IterationInfo& info) {
+    last = info.error;
+    return true;
+  });
+  EXPECT_EQ(result.error.total, last.total);
+  EXPECT_LE(result.error.total, options.tol);
+  EXPECT_LE(result.mu, options.mu_init);
+  EXPECT_NEAR(std::max(result.error.dual_min, result.error.dual_max), stationarity(problem, result),
+              1e-10);
+}
+
+TEST_P(BothMethods, EndAtTheIterationLimitWithTheirPoint) {
+  AutodiffProblem problem = hs071();
+  SolverOptions options = with(GetParam());
+  options.max_iter = 2;
+  const Result result = solve(problem, options);
+  EXPECT_EQ(result.status, Status::MaxIterations);
+  EXPECT_EQ(result.iterations, 2);
+  EXPECT_EQ(result.v.size(), 4U);
+  EXPECT_EQ(result.certificate.second_order, SecondOrder::NotTested);
+  EXPECT_FALSE(is_success(result.status));
+}
+
+TEST_P(BothMethods, CallADegenerateSolutionDegenerate) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(x * y);
+  AutodiffProblem problem(model, {1.0, 1.0});
+  const Result result = solve(problem, with(GetParam()));
+  ASSERT_EQ(result.status, Status::SolvedDegenerate) << result.message;
+  EXPECT_TRUE(is_success(result.status));
+  EXPECT_EQ(result.certificate.kind, PointKind::FirstOrderPoint);
+  EXPECT_EQ(result.certificate.second_order, SecondOrder::Undecided);
+}
+
+TEST_P(BothMethods, StopAsDivergingWhenTheObjectiveHasNoMinimum) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  model.objective(-1.0 * square(x));
+  AutodiffProblem problem(model, {1.0});
+  SolverOptions options = with(GetParam());
+  options.diverging_iterates_tol = 1e6;
+  options.max_iter = 5000;
+  const Result result = solve(problem, options);
+  EXPECT_FALSE(is_success(result.status));
+  EXPECT_TRUE(result.status == Status::DivergingIterates || result.status == Status::OuterUnbounded)
+      << name_of(result.status);
+}
+
+TEST_P(BothMethods, KeepTheFreeVariableThatNothingDependsOnUndecided) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  model.variable(kMin, "unused");
+  model.objective(square(x - 1.0));
+  AutodiffProblem problem(model, {0.0, 3.0});
+  const Result result = solve(problem, with(GetParam()));
+  EXPECT_EQ(result.status, Status::SolvedDegenerate);
+  EXPECT_NEAR(result.v[0], 1.0, 1e-6);
+  EXPECT_NEAR(result.v[1], 3.0, 1e-6) << "nothing moves it";
+}
+
+INSTANTIATE_TEST_SUITE_P(Globalizations, BothMethods,
+                         ::testing::Values(Globalization::None, Globalization::Filter),
+                         [](const auto& instance) {
+                           return instance.param == Globalization::None ? "None" : "Filter";
+                         });
+
+TEST(SolveStatus, WithoutShiftsAWrongPointIsNotALocalMinmax) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(square(x) + square(y) + 0.5 * x * y);
+  AutodiffProblem problem(model, {1.0, 1.0});
+  SolverOptions options = with(Globalization::None);
+  options.minmax_pure_newton = true;
+  const Result result = solve(problem, options);
+  EXPECT_EQ(result.status, Status::NotLocalMinmax);
+  EXPECT_EQ(result.certificate.second_order, SecondOrder::Violated);
+  EXPECT_EQ(result.certificate.kind, PointKind::FirstOrderPoint);
+  EXPECT_NE(result.certificate.inner, result.certificate.inner_expected);
+}
+
+TEST(SolveStatus, AnInnerProblemWithoutMaximumIsNoSuccess) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(square(x) + square(y));
+  AutodiffProblem problem(model, {1.0, 1.0});
+  SolverOptions options;
+  options.max_iter = 500;
+  const Result result = solve(problem, options);
+  EXPECT_FALSE(is_success(result.status)) << name_of(result.status);
+  EXPECT_NE(result.certificate.kind, PointKind::LocalMinmax);
+}
+
+TEST(SolveStatus, IncompatibleConstraintsAreLocallyInfeasible) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression z = model.variable(kMin, "z");
+  model.objective(square(x) + square(z));
+  model.constraint(square(x) + square(z), -kNoBound, 1.0);
+  model.constraint(x + z, 4.0, kNoBound);
+  AutodiffProblem problem(model, {0.5, 0.25});
+  const Result result = solve(problem, {});
+  EXPECT_EQ(result.status, Status::LocallyInfeasible) << name_of(result.status);
+  EXPECT_EQ(result.certificate.kind, PointKind::InfeasiblePoint);
+  EXPECT_GT(result.error.primal, 0.1);
+}
+
+TEST(SolveStatus, ALooseToleranceStopsAtTheAcceptableLevel) {
+  AutodiffProblem problem = hs071();
+  SolverOptions options;
+  options.tol = 1e-13;
+  options.acceptable_tol = 1e-1;
+  options.acceptable_iter = 1;
+  const Result result = solve(problem, options);
+  EXPECT_EQ(result.status, Status::SolvedToAcceptableLevel);
+  EXPECT_TRUE(is_success(result.status));
+  EXPECT_GT(result.error.total, options.tol);
+}
+
+TEST(SolveStatus, EveryStatusHasItsOwnName) {
+  std::vector<std::string_view> names;
+  for (int s = 0; s <= static_cast<int>(Status::OutOfMemory); ++s) {
+    const std::string_view name = name_of(static_cast<Status>(s));
+    EXPECT_FALSE(name.empty());
+    for (const std::string_view other : names) EXPECT_NE(name, other);
+    names.push_back(name);
+  }
+  for (const Status s :
+       {Status::Solved, Status::SolvedDegenerate, Status::SolvedToAcceptableLevel}) {
+    EXPECT_TRUE(is_success(s));
+  }
+  for (const Status s : {Status::InternalError, Status::NotLocalMinmax, Status::UserStop,
+                         Status::MaxIterations, Status::LocallyInfeasible}) {
+    EXPECT_FALSE(is_success(s));
+  }
+}
+
+TEST(WarmStart, FromTheSolutionTakesFewIterations) {
+  class Restarted final : public Problem {
+   public:
+    Restarted(AutodiffProblem& model, Result from) : model_(model), from_(std::move(from)) {}
+    const ProblemStructure& structure() const override { return model_.structure(); }
+    bool starting_point(StartingPoint& start) override {
+      std::copy(from_.v.begin(), from_.v.end(), start.v.begin());
+      EXPECT_TRUE(start.needs_multipliers);
+      std::copy(from_.lambda.begin(), from_.lambda.end(), start.lambda.begin());
+      std::copy(from_.z_lower.begin(), from_.z_lower.end(), start.z_lower.begin());
+      std::copy(from_.z_upper.begin(), from_.z_upper.end(), start.z_upper.begin());
+      return true;
+    }
+    bool objective(std::span<const double> v, bool fresh, double& f) override {
+      return model_.objective(v, fresh, f);
+    }
+    bool gradient(std::span<const double> v, bool fresh, std::span<double> out) override {
+      return model_.gradient(v, fresh, out);
+    }
+    bool constraints(std::span<const double> v, bool fresh, std::span<double> out) override {
+      return model_.constraints(v, fresh, out);
+    }
+    bool jacobian(std::span<const double> v, bool fresh, std::span<double> out) override {
+      return model_.jacobian(v, fresh, out);
+    }
+    bool hessian(std::span<const double> v, bool fresh, double sigma,
+                 std::span<const double> lambda, bool fresh_lambda,
+                 std::span<double> out) override {
+      return model_.hessian(v, fresh, sigma, lambda, fresh_lambda, out);
+    }
+
+   private:
+    AutodiffProblem& model_;
+    Result from_;
+  };
+
+  AutodiffProblem problem = hs071();
+  const Result cold = solve(problem, {});
+  ASSERT_EQ(cold.status, Status::Solved);
+  Restarted again(problem, cold);
+  SolverOptions options;
+  options.warm_start_init_point = true;
+  options.warm_start_bound_push = options.warm_start_bound_frac = 1e-9;
+  options.warm_start_slack_bound_push = options.warm_start_slack_bound_frac = 1e-9;
+  options.warm_start_mult_bound_push = 1e-9;
+  options.mu_init = 1e-8;
+  const Result warm = solve(again, options);
+  ASSERT_EQ(warm.status, Status::Solved) << warm.message;
+  EXPECT_LT(warm.iterations, cold.iterations / 2 + 1);
+  EXPECT_NEAR(warm.objective, cold.objective, 1e-7);
+}
+
+}  // namespace
+}  // namespace ipminmax
