@@ -265,6 +265,13 @@ std::string CanonicalProblem::scale() {
       if (!std::isfinite(scaling.objective) || scaling.objective == 0.0) {
         return "the model's scaling factor of the objective is zero or not finite";
       }
+      const auto fits = [](const std::vector<double>& factors, std::size_t size) {
+        return factors.empty() || factors.size() == size;
+      };
+      if (!fits(scaling.variables, variable_of_model_.size()) ||
+          !fits(scaling.constraints, constraint_of_model_.size())) {
+        return "the model's scaling factors do not have one entry per variable and constraint";
+      }
       objective_scale_ *= scaling.objective;
       for (std::size_t i = 0; i < scaling.variables.size(); ++i) {
         if (!usable(scaling.variables[i])) {

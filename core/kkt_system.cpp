@@ -476,15 +476,15 @@ KktSystem::RankFinding KktSystem::active_rank(const Evaluation& evaluation,
     const Factorization f = block.factorize({});
     return f.status == FactorizationStatus::Ok && f.inertia == expected;
   };
-  // The players are uncoupled here; only when the whole fails is the Max player's part asked alone.
+  // The players are uncoupled here. Max is tested alone: in the whole matrix two equal deficiencies
+  // of the players would cancel.
+  const Inertia expected_inner{layout_.lambda_y.size(), layout_.y.size(), 0};
+  if (!inner_.empty() && !full_rank(inner_, expected_inner, counts_.factorizations_inner)) {
+    return {.full_min = false, .full_max = false, .vanishing = finding.vanishing};
+  }
   const Inertia expected{layout_.x.size() + layout_.lambda_y.size(),
                          layout_.y.size() + layout_.lambda_x.size(), 0};
-  if (full_.empty() || full_rank(full_, expected, counts_.factorizations_full)) return finding;
-  const Inertia expected_inner{layout_.lambda_y.size(), layout_.y.size(), 0};
-  if (inner_.empty() || full_rank(inner_, expected_inner, counts_.factorizations_inner)) {
-    finding.full_min = false;
-  } else {
-    finding.full_max = false;
+  if (!full_.empty() && !full_rank(full_, expected, counts_.factorizations_full)) {
     finding.full_min = false;
   }
   return finding;
