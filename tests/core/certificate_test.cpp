@@ -458,6 +458,22 @@ TEST(DependentConstraints, OfActiveInequalitiesFailLicq) {
   EXPECT_EQ(found.second_order, SecondOrder::Undecided);
 }
 
+TEST(DependentConstraints, OfBothPlayersAtOnceAreSeen) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(2.0 * y + 2.0 * x);
+  model.constraint(1.0 * x, 0.0, kNoBound);
+  model.constraint(3.0 * x, 0.0, kNoBound);
+  model.constraint(1.0 * y, -kNoBound, 0.0);
+  model.constraint(3.0 * y, -kNoBound, 0.0);
+  const Certificate found = certify(model, {0.0, 0.0}, {-1.0, -1.0 / 3.0, -1.0, -1.0 / 3.0});
+  EXPECT_FALSE(found.licq_min);
+  EXPECT_FALSE(found.licq_max);
+  EXPECT_EQ(found.second_order, SecondOrder::Undecided);
+  EXPECT_NE(found.kind, PointKind::LocalMinmax);
+}
+
 TEST(CertificateOfNothing, IsSatisfied) {
   const Certificate found = certify(Model{}, {});
   EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
