@@ -18,7 +18,7 @@ namespace ipminmax {
 class GlobalizedMethod {
  public:
   GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
-                   const SolverOptions& options, bool allow_restoration);
+                   const SolverOptions& options, bool allow_restoration, bool repeated = false);
 
   /// Once, at the first point.
   void start(const Point& point);
@@ -72,13 +72,19 @@ class GlobalizedMethod {
   InertiaCorrection& correction_;
   const SolverOptions& options_;
   bool allow_restoration_;
+  bool repeated_;  ///< the search from another starting point failed before
   InnerMaximizer inner_;
+  Index max_setbacks_;
+  Index steps_ = 0;
   Filter filter_;
 
   Point trial_;
   InnerDirection direction_;        ///< inner Newton step at the current point
   InnerDirection trial_direction_;  ///< at the trial point
-  bool direction_known_ = false;    ///< direction_ belongs to the current point and mu's factor
+  /// What is known of K at the point without shifts: step_ then holds the Newton step.
+  enum class UnshiftedStep : std::uint8_t { Unknown, Wrong, Right };
+  UnshiftedStep unshifted_step_ = UnshiftedStep::Unknown;
+  bool direction_known_ = false;  ///< direction_ belongs to the current point and mu's factor
   NewtonResidual rhs_;
   Step step_, correction_step_;
   Eigen::VectorXd gradient_;

@@ -52,7 +52,10 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
   return true;
 }
 
-bool InertiaCorrection::correct_full(double mu, Regularization& shift) {
+bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero_fails) {
+  // Where the last first guess was too small, zero is not worth a factorization.
+  const double first = first_shift(last_x_);
+  if (zero_fails || (first_x_failed_ && shift.x == 0.0)) shift.x = first;
   for (int raises = 0;; ++raises) {
     const Factorization f = kkt_.factorize(shift);
     if (kkt_.has_expected_inertia(f)) break;
@@ -66,6 +69,17 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift) {
     }
     shift.x = shift.x == 0.0 ? first_shift(last_x_) : next_shift(shift.x, last_x_);
     if (shift.x > options_.max_hessian_perturbation) return false;
+  }
+  first_x_failed_ = shift.x > first;
+  if (last_x_ == 0.0 && shift.x > first && options_.minmax_warm_start_shifts &&
+      kkt_.layout().y.size() > 0) {
+    // The first shift of a solve grew in large strides: try half of the last one (of its logarithm).
+    Regularization smaller = shift;
+    smaller.x /= std::sqrt(options_.perturb_inc_fact_first);
+    if (kkt_.has_expected_inertia(kkt_.factorize(smaller)))
+      shift = smaller;
+    else if (!kkt_.has_expected_inertia(kkt_.factorize(shift)))
+      return false;
   }
   if (shift.x > 0.0) last_x_ = shift.x;
   return true;

@@ -24,7 +24,8 @@ class InertiaCorrection {
   /// K_yy alone.
   [[nodiscard]] bool correct_inner(double mu, Regularization& shift);
   /// K, given shifts that are right for K_yy.
-  [[nodiscard]] bool correct_full(double mu, Regularization& shift);
+  /// zero_fails: the inertia without shift is known to be wrong already.
+  [[nodiscard]] bool correct_full(double mu, Regularization& shift, bool zero_fails = false);
 
   /// Forgets the last shifts.
   void reset() { last_x_ = last_raised_x_ = last_y_ = 0.0; }
@@ -42,6 +43,7 @@ class InertiaCorrection {
   KktSystem& kkt_;
   const SolverOptions& options_;
   Counts& counts_;
+  bool first_x_failed_ = false;
   double last_x_ = 0.0;
   double last_raised_x_ = 0.0;  ///< of line 7; kept apart, it says nothing about K's own need
   double last_y_ = 0.0;

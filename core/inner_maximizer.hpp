@@ -36,9 +36,13 @@ class InnerMaximizer {
   /// Direction for another mu from the factorization at hand (same point).
   [[nodiscard]] bool renew(const Point& point, double mu, InnerDirection& out);
 
-  /// Moves y, s_y and their multipliers of the point; out is the direction at its end.
+  /// Moves y, s_y and their multipliers of the point; out is the direction at its end. When known,
+  /// out is already the direction at the point, whose K_yy was the last factorized.
   [[nodiscard]] Outcome maximize(Point& point, double mu, double target, int max_steps,
-                                 double upper_bound, InnerDirection& out);
+                                 double upper_bound, InnerDirection& out, bool known);
+
+  /// Whether the Max constraints hold closely enough to compare values.
+  [[nodiscard]] bool feasible(const Point& point, double mu) const;
 
   /// Error of the inner first-order conditions at mu.
   [[nodiscard]] double error(const Point& point, double mu) const;

@@ -181,6 +181,11 @@ std::vector<OptionInfo> make_table() {
        "No shifts and no globalization: Newton's method, attracted by every first-order point (for "
        "comparison).",
        Flag{&O::minmax_pure_newton}},
+      {"minmax_max_restarts", method,
+       "Other starting points tried, the same in every run, when the search from the model's finds "
+       "no "
+       "local minmax; 0 for none. Problems without Max variables are never restarted.",
+       Integer{&O::minmax_max_restarts, 0, 1000000}},
 
       {"first_hessian_perturbation", shifts, "First shift tried.",
        positive(&O::first_hessian_perturbation)},

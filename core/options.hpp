@@ -85,6 +85,7 @@ struct SolverOptions {
   bool minmax_warm_start_shifts = true;
   double minmax_freeze_tol = 0.0;
   bool minmax_pure_newton = false;
+  int minmax_max_restarts = 20;
 
   // Hessian and Jacobian shifts
   double first_hessian_perturbation = 1e-4;

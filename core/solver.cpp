@@ -9,6 +9,7 @@
 #include <ipminmax/core/iterate.hpp>
 #include <ipminmax/core/kkt_system.hpp>
 #include <ipminmax/core/residual.hpp>
+#include <ipminmax/core/restart.hpp>
 #include <ipminmax/core/solver.hpp>
 #include <ipminmax/core/step_length.hpp>
 #include <ipminmax/core/timer.hpp>
@@ -23,6 +24,38 @@ namespace {
 constexpr int kMaxCuts = 40;
 /// Size of the variables (scaled problem) at which a failed solve counts as diverged.
 constexpr double kRunaway = 1e10;
+/// Multiplier of a Max constraint (scaled problem) at which a failed solve has left the maximizer
+/// without room.
+constexpr double kLargeMultiplier = 1e6;
+/// Growth of |v| by a Newton step, as a share of 1 + |v|, that counts as a run to infinity when
+/// that many steps in a row pass through first-order points.
+constexpr double kOutwardStep = 5e-4;
+constexpr int kOutwardSteps = 3;
+
+double max_norm(const Eigen::VectorXd& v) {
+  return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
+}
+
+/// Whether a search that ended so may do better from another starting point.
+bool search_failed(Status status) {
+  switch (status) {
+    case Status::NotLocalMinmax:
+    case Status::NoLocalMinmaxFound:
+    case Status::InnerUnbounded:
+    case Status::OuterUnbounded:
+    case Status::DivergingIterates:
+    case Status::LocallyInfeasible:
+    case Status::InnerInfeasible:
+    case Status::TinyStep:
+    case Status::RestorationFailed:
+    case Status::InertiaCorrectionFailed:
+    case Status::LinearSolverFailed:
+    case Status::EvaluationFailed:
+      return true;
+    default:
+      return false;
+  }
+}
 
 class Solver {
  public:
@@ -36,7 +69,11 @@ class Solver {
 
  private:
   [[nodiscard]] std::optional<Status> start();
-  [[nodiscard]] std::optional<Status> evaluate_start();
+  [[nodiscard]] std::optional<Status> evaluate_start(const SolverOptions& options);
+  [[nodiscard]] bool start_elsewhere(Status failed);
+  struct Stop;
+  [[nodiscard]] Stop stop_here(Status status) const;
+  void report(const Stop& stop);
   [[nodiscard]] std::optional<Status> iterate();
   [[nodiscard]] std::optional<Status> algorithm_one_step();
   [[nodiscard]] std::optional<Status> compute_step();
@@ -46,6 +83,7 @@ class Solver {
   [[nodiscard]] bool leave_wrong_point(Status stop);
   [[nodiscard]] Status certified_status(Status when_not_refuted);
   [[nodiscard]] bool converged(const KktError& error) const;
+  [[nodiscard]] bool runs_to_infinity();
   [[nodiscard]] bool acceptable(const KktError& error);
   [[nodiscard]] Status evaluation_failure(EvaluationStatus status, std::string_view where);
   void update_error();
@@ -76,13 +114,18 @@ class Solver {
   double mu_final_ = 0.0;
   double last_objective_ = 0.0;
   Index acceptable_count_ = 0;
-  /// A first-order point with an undecided second-order test that was left for a better one.
-  struct DegeneratePoint {
+  /// Where a search stopped that went on elsewhere.
+  struct Stop {
+    Status status;
+    std::string message;
     Point point;
     Certificate certificate;
     IterationInfo info;
   };
-  std::optional<DegeneratePoint> degenerate_point_;
+  std::optional<Stop> degenerate_point_;  ///< undecided second-order test, left for a better point
+  std::optional<Stop> first_failure_;     ///< of the search from the model's starting point
+  Iterate start_;                         ///< the model's
+  Index restarts_ = 0;
   bool started_ = false;
   bool escaped_ = false;  ///< the iteration's step was an escape from a wrong first-order point
 };
@@ -99,8 +142,9 @@ Result Solver::run() {
     }
     if (auto status = start()) return finish(*status);
     for (;; ++info_.iteration) {
-      if (auto status = stop_reason()) return finish(*status);
-      if (auto status = iterate()) return finish(*status);
+      auto status = stop_reason();
+      if (!status) status = iterate();
+      if (status && !start_elsewhere(*status)) return finish(*status);
     }
   } catch (const std::bad_alloc&) {
     result_.message = "out of memory";
@@ -129,7 +173,8 @@ std::optional<Status> Solver::start() {
     result_.message = "out of memory in the analysis of the KKT matrix";
     return Status::OutOfMemory;
   }
-  if (auto status = evaluate_start()) return status;
+  point_.iterate = start_ = canonical_.starting_point();
+  if (auto status = evaluate_start(options_)) return status;
   started_ = true;
   trial_ = point_.iterate;
   info_.mu = options_.mu_init;
@@ -143,8 +188,7 @@ std::optional<Status> Solver::start() {
   return std::nullopt;
 }
 
-std::optional<Status> Solver::evaluate_start() {
-  point_.iterate = canonical_.starting_point();
+std::optional<Status> Solver::evaluate_start(const SolverOptions& options) {
   const std::string_view where = "at the starting point";
   auto status = canonical_.objective(point_.iterate.v, point_.evaluation.f);
   if (status == EvaluationStatus::Ok) {
@@ -157,16 +201,16 @@ std::optional<Status> Solver::evaluate_start() {
       point_.evaluation.c[j] -= point_.iterate.v[s];
     }
   }
-  start_bound_multipliers(canonical_, options_, point_.iterate);
+  start_bound_multipliers(canonical_, options, point_.iterate);
   status = canonical_.first_derivatives(point_.iterate.v, point_.evaluation);
   if (status != EvaluationStatus::Ok) return evaluation_failure(status, where);
 
-  if (!options_.warm_start_init_point && canonical_.constraints() > 0 &&
-      options_.constr_mult_init_max > 0.0) {
+  if (!options.warm_start_init_point && canonical_.constraints() > 0 &&
+      options.constr_mult_init_max > 0.0) {
     // Least-squares multipliers, dropped when large: Waechter and Biegler 2006, section 3.6.
     const bool ok =
         kkt_->least_squares_multipliers(point_.iterate, point_.evaluation, point_.iterate.lambda);
-    if (!ok || point_.iterate.lambda.lpNorm<Eigen::Infinity>() > options_.constr_mult_init_max) {
+    if (!ok || point_.iterate.lambda.lpNorm<Eigen::Infinity>() > options.constr_mult_init_max) {
       point_.iterate.lambda.setZero();
     }
   }
@@ -174,6 +218,50 @@ std::optional<Status> Solver::evaluate_start() {
       canonical_.second_derivatives(point_.iterate.v, point_.iterate.lambda, point_.evaluation);
   if (status != EvaluationStatus::Ok) return evaluation_failure(status, where);
   return std::nullopt;
+}
+
+bool Solver::start_elsewhere(Status failed) {
+  if (!method_ || nested_ || canonical_.max_size() == 0 || degenerate_point_ ||
+      !search_failed(failed) || info_.iteration >= options_.max_iter ||
+      info_.iteration >= restart_iterations(canonical_.x().size() + canonical_.y().size())) {
+    return false;
+  }
+  SolverOptions cold = options_;
+  cold.warm_start_init_point = false;
+  const Stop stop = stop_here(name_divergence(failed));
+  do {
+    if (restarts_ >= options_.minmax_max_restarts) return false;
+    point_.iterate = restart_point(canonical_, start_, ++restarts_);
+  } while (evaluate_start(cold));
+  if (!first_failure_) first_failure_ = stop;
+  say("no local minmax found from here, new start " + std::to_string(restarts_));
+
+  result_.certificate = {};
+  result_.message.clear();
+  acceptable_count_ = 0;
+  escaped_ = false;
+  const Index iteration = info_.iteration;
+  info_ = {};
+  info_.iteration = iteration;
+  info_.mu = std::max(options_.mu_init, mu_final_);
+  info_.step_kind = 'w';
+  method_.emplace(canonical_, *kkt_, *correction_, options_, true, true);
+  method_->start(point_);
+  update_error();
+  return true;
+}
+
+Solver::Stop Solver::stop_here(Status status) const {
+  return {status, result_.message, point_, result_.certificate, info_};
+}
+
+void Solver::report(const Stop& stop) {
+  result_.message = stop.message;
+  result_.certificate = stop.certificate;
+  point_ = stop.point;
+  const Index iterations = info_.iteration;
+  info_ = stop.info;
+  info_.iteration = iterations;
 }
 
 std::optional<Status> Solver::stop_reason() {
@@ -227,10 +315,44 @@ Status Solver::certified_status(Status when_not_refuted) {
     case SecondOrder::Violated:
       return Status::NotLocalMinmax;
     case SecondOrder::Undecided:
+      if (runs_to_infinity()) {
+        result_.message = "the iterates run to infinity, where the gradient vanishes";
+        return Status::DivergingIterates;
+      }
       return when_not_refuted == Status::Solved ? Status::SolvedDegenerate : when_not_refuted;
     default:
       return when_not_refuted;
   }
+}
+
+bool Solver::runs_to_infinity() {
+  // Newton's method, continued from a first-order point without curvature.
+  Point here = point_;
+  bool outward = true;
+  for (int k = 0; k < kOutwardSteps && outward; ++k) {
+    const double norm = max_norm(point_.iterate.v);
+    newton_residual(canonical_, point_.iterate, point_.evaluation, point_.dual, info_.mu, rhs_);
+    kkt_->assemble(point_.iterate, point_.evaluation);
+    outward = kkt_->factorize({}).status == FactorizationStatus::Ok &&
+              kkt_->solve(point_.evaluation, rhs_, step_);
+    if (!outward) break;
+    advance(step_,
+            largest_step(canonical_, point_.iterate, step_, boundary_fraction(info_.mu, options_)),
+            point_.iterate);
+    const double growth = max_norm(point_.iterate.v) - norm;
+    outward =
+        growth > kOutwardStep * (1.0 + norm) &&
+        canonical_.objective(point_.iterate.v, point_.evaluation.f) == EvaluationStatus::Ok &&
+        canonical_.constraints(point_.iterate.v, point_.evaluation.c) == EvaluationStatus::Ok &&
+        !evaluate_derivatives();
+    if (!outward) break;
+    dual_residual(canonical_, point_.iterate, point_.evaluation, point_.dual);
+    outward = converged(
+        kkt_error(canonical_, point_.iterate, point_.evaluation, point_.dual, options_.s_max));
+  }
+  point_ = std::move(here);
+  result_.message.clear();
+  return outward;
 }
 
 bool Solver::leave_wrong_point(Status stop) {
@@ -241,9 +363,9 @@ bool Solver::leave_wrong_point(Status stop) {
   const bool degenerate =
       stop == Status::SolvedDegenerate && found.inner == found.inner_expected && !degenerate_point_;
   if (stop != Status::NotLocalMinmax && !degenerate) return false;
-  const Point here = point_;
+  Stop here = stop_here(stop);
   if (!method_->escape(point_, info_.mu, info_)) return false;
-  if (degenerate) degenerate_point_ = DegeneratePoint{here, found, info_};
+  if (degenerate) degenerate_point_ = std::move(here);
   result_.certificate = {};
   acceptable_count_ = 0;
   update_error();
@@ -367,10 +489,21 @@ Status Solver::evaluation_failure(EvaluationStatus status, std::string_view wher
 Status Solver::name_divergence(Status status) {
   // Numbers that stopped a method whose iterates had run away say little; the running away does.
   const bool stopped = status == Status::InertiaCorrectionFailed ||
-                       status == Status::LinearSolverFailed || status == Status::TinyStep ||
-                       status == Status::MaxIterations || status == Status::RestorationFailed;
+                       status == Status::EvaluationFailed || status == Status::LinearSolverFailed ||
+                       status == Status::TinyStep || status == Status::MaxIterations ||
+                       status == Status::RestorationFailed;
   const Eigen::VectorXd& v = point_.iterate.v;
-  if (!started_ || !stopped || v.size() == 0 || v.lpNorm<Eigen::Infinity>() < kRunaway) {
+  if (!started_ || !stopped) return status;
+  const IndexRange max_constraints = canonical_.max_constraints();
+  if (max_norm(v) < kRunaway) {
+    const auto multipliers =
+        point_.iterate.lambda.segment(max_constraints.begin, max_constraints.size());
+    if (max_constraints.size() > 0 && multipliers.lpNorm<Eigen::Infinity>() > kLargeMultiplier) {
+      result_.message =
+          "the minimizer leaves the maximizer no feasible point: "
+          "the multipliers of the Max constraints grow without bound";
+      return Status::InnerInfeasible;
+    }
     return status;
   }
   const Index y = canonical_.y().begin;
@@ -383,13 +516,12 @@ Status Solver::name_divergence(Status status) {
 Result Solver::finish(Status status) {
   status = name_divergence(status);
   if (degenerate_point_ && !is_success(status) && status != Status::UserStop) {
-    status = Status::SolvedDegenerate;
-    result_.message.clear();
-    point_ = degenerate_point_->point;
-    result_.certificate = degenerate_point_->certificate;
-    const Index iterations = info_.iteration;
-    info_ = degenerate_point_->info;
-    info_.iteration = iterations;
+    status = degenerate_point_->status;
+    report(*degenerate_point_);
+  } else if (first_failure_ && search_failed(status)) {
+    status = first_failure_->status;
+    report(*first_failure_);
+    result_.message += " (nor from " + std::to_string(restarts_) + " other starting points)";
   }
   result_.status = status;
   if (started_) {
