@@ -32,6 +32,9 @@ constexpr Index kMaxEscapes = 30;
 constexpr Index kMaxJointSteps = 40;
 constexpr double kLongStep = 4.0;
 constexpr double kBranchJump = 1e-2;
+constexpr double kProgress = 0.9;  // of the violation
+constexpr double kSmallProgress = 1e-4;
+constexpr Index kStaleSteps = 8;
 constexpr Index kMaxSoftSteps = 10;
 constexpr double kSoftContraction = 0.9999;
 constexpr int kSecondOrderSteps = 4;
@@ -75,6 +78,8 @@ void GlobalizedMethod::start(const Point& point) {
 
 void GlobalizedMethod::barrier_changed() {
   filter_.reset();
+  best_ = {kInfinity, kInfinity};
+  stale_steps_ = 0;
   soft_steps_ = 0;
 }
 
@@ -173,6 +178,7 @@ std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationI
     if (auto status = check_branch(estimate, point, mu)) return status;
   }
   inner_failures_ = 0;
+  if (auto status = check_progress(point, mu)) return status;
   return outer_step(point, mu, info);
 }
 
@@ -182,6 +188,22 @@ std::optional<Status> GlobalizedMethod::check_branch(double estimate, const Poin
   const double value = merit(point, mu).phi;
   if (value <= estimate + kBranchJump * (1.0 + std::abs(value))) return std::nullopt;
   return set_back();
+}
+
+std::optional<Status> GlobalizedMethod::check_progress(const Point& point, double mu) {
+  // Jumps between two branches too small for check_branch, to and fro over a kink.
+  const Merit now = merit(point, mu);
+  const bool better = now.theta < kProgress * best_.theta ||
+                      now.phi < best_.phi - kSmallProgress * (1.0 + std::abs(best_.phi));
+  if (better) {
+    best_.theta = std::min(best_.theta, now.theta);
+    best_.phi = std::min(best_.phi, now.phi);
+    stale_steps_ = 0;
+  } else if (++stale_steps_ >= kStaleSteps) {
+    stale_steps_ = 0;
+    return set_back();
+  }
+  return std::nullopt;
 }
 
 std::optional<Status> GlobalizedMethod::set_back() {

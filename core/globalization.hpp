@@ -54,6 +54,7 @@ class GlobalizedMethod {
   [[nodiscard]] bool can_restore(const Point& point) const;
   [[nodiscard]] std::optional<Status> restore(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] std::optional<Status> check_branch(double estimate, const Point& point, double mu);
+  [[nodiscard]] std::optional<Status> check_progress(const Point& point, double mu);
   [[nodiscard]] std::optional<Status> set_back();
   [[nodiscard]] std::optional<Status> leap(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha, double upper_bound);
@@ -75,6 +76,8 @@ class GlobalizedMethod {
   bool repeated_;  ///< the search from another starting point failed before
   InnerMaximizer inner_;
   Index max_setbacks_;
+  Merit best_{1e300, 1e300};  ///< least violation and value at this mu
+  Index stale_steps_ = 0;     ///< in a row that improved neither
   Index steps_ = 0;
   Filter filter_;
 

@@ -177,6 +177,9 @@ std::vector<OptionInfo> make_table() {
       {"minmax_freeze_tol", method,
        "delta_epsilon of Algorithm 1: shifts are kept while |g(z,mu)| is at most this.",
        nonnegative(&O::minmax_freeze_tol)},
+      {"minmax_residual_watchdog", method,
+       "Algorithm 1 halves its steps while the residual exceeds the largest of the last ten.",
+       Flag{&O::minmax_residual_watchdog}},
       {"minmax_pure_newton", method,
        "No shifts and no globalization: Newton's method, attracted by every first-order point (for "
        "comparison).",

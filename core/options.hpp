@@ -84,6 +84,7 @@ struct SolverOptions {
   bool minmax_instability = true;
   bool minmax_warm_start_shifts = true;
   double minmax_freeze_tol = 0.0;
+  bool minmax_residual_watchdog = false;
   bool minmax_pure_newton = false;
   int minmax_max_restarts = 20;
 

@@ -18,6 +18,7 @@ double uniform(std::mt19937_64& generator) {
 constexpr Index kIterationsPerCell = 8;  // of a grid with two cells per dimension
 constexpr Index kMostIterations = 200;
 constexpr Index kLargeProblem = 50;
+constexpr Index kLastResortIterations = 100;
 constexpr Index kIterationsOfLargeProblem = 32;
 
 /// Half-width of the box, over max(1, |v|), where bounds are missing.
@@ -31,6 +32,17 @@ Index restart_iterations(Index variables) {
   if (variables > kLargeProblem) return kIterationsOfLargeProblem;
   if (variables > 8) return kMostIterations;
   return std::min(kMostIterations, kIterationsPerCell << variables);
+}
+
+Index last_resort_iterations(const CanonicalProblem& canonical) {
+  const Index variables = canonical.x().size() + canonical.y().size();
+  if (variables <= 2 || variables > kLargeProblem) return 0;
+  for (const IndexRange range : {canonical.x(), canonical.y()}) {
+    for (Index i = range.begin; i < range.end; ++i) {
+      if (!std::isfinite(canonical.upper()[i] - canonical.lower()[i])) return 0;
+    }
+  }
+  return kLastResortIterations;
 }
 
 Iterate restart_point(const CanonicalProblem& canonical, const Iterate& start, Index number) {

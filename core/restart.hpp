@@ -16,4 +16,9 @@ namespace ipminmax {
 /// search grows with the dimension; large problems are too costly to be searched at random.
 [[nodiscard]] Index restart_iterations(Index variables);
 
+/// Iterations of Algorithm 1, as a last resort, from the model's starting point: its undirected
+/// steps search a box well. None where a variable lacks a bound, none for one variable a player, none
+/// for large problems.
+[[nodiscard]] Index last_resort_iterations(const CanonicalProblem& canonical);
+
 }  // namespace ipminmax

@@ -24,6 +24,9 @@ namespace {
 constexpr int kMaxCuts = 40;
 /// Size of the variables (scaled problem) at which a failed solve counts as diverged.
 constexpr double kRunaway = 1e10;
+/// minmax_residual_watchdog: residuals looked back on, and the shortest step it asks for.
+constexpr std::size_t kWatchedResiduals = 10;
+constexpr double kShortestWatchedStep = 1e-3;
 /// Multiplier of a Max constraint (scaled problem) at which a failed solve has left the maximizer
 /// without room.
 constexpr double kLargeMultiplier = 1e6;
@@ -77,7 +80,7 @@ class Solver {
   [[nodiscard]] std::optional<Status> iterate();
   [[nodiscard]] std::optional<Status> algorithm_one_step();
   [[nodiscard]] std::optional<Status> compute_step();
-  [[nodiscard]] std::optional<Status> take_step();
+  [[nodiscard]] std::optional<Status> take_step(double longest);
   [[nodiscard]] std::optional<Status> evaluate_derivatives();
   [[nodiscard]] std::optional<Status> stop_reason();
   [[nodiscard]] bool leave_wrong_point(Status stop);
@@ -113,6 +116,7 @@ class Solver {
   IterationInfo info_;
   double mu_final_ = 0.0;
   double last_objective_ = 0.0;
+  std::vector<double> last_residuals_;  ///< of the watchdog
   Index acceptable_count_ = 0;
   /// Where a search stopped that went on elsewhere.
   struct Stop {
@@ -126,6 +130,7 @@ class Solver {
   std::optional<Stop> first_failure_;     ///< of the search from the model's starting point
   Iterate start_;                         ///< the model's
   Index restarts_ = 0;
+  std::optional<Index> last_resort_end_;  ///< iteration at which Algorithm 1 gives up, too
   bool started_ = false;
   bool escaped_ = false;  ///< the iteration's step was an escape from a wrong first-order point
 };
@@ -222,19 +227,35 @@ std::optional<Status> Solver::evaluate_start(const SolverOptions& options) {
 
 bool Solver::start_elsewhere(Status failed) {
   if (!method_ || nested_ || canonical_.max_size() == 0 || degenerate_point_ ||
-      !search_failed(failed) || info_.iteration >= options_.max_iter ||
-      info_.iteration >= restart_iterations(canonical_.x().size() + canonical_.y().size())) {
+      options_.minmax_max_restarts == 0 || !search_failed(failed) ||
+      info_.iteration >= options_.max_iter) {
     return false;
   }
+  Stop stop = stop_here(name_divergence(failed));
   SolverOptions cold = options_;
   cold.warm_start_init_point = false;
-  const Stop stop = stop_here(name_divergence(failed));
-  do {
-    if (restarts_ >= options_.minmax_max_restarts) return false;
+  const Index variables = canonical_.x().size() + canonical_.y().size();
+  bool begun = false;
+  while (!begun && restarts_ < options_.minmax_max_restarts &&
+         info_.iteration < restart_iterations(variables)) {
     point_.iterate = restart_point(canonical_, start_, ++restarts_);
-  } while (evaluate_start(cold));
-  if (!first_failure_) first_failure_ = stop;
-  say("no local minmax found from here, new start " + std::to_string(restarts_));
+    begun = !evaluate_start(cold);
+  }
+  const bool last_resort = !begun;
+  if (last_resort) {
+    const Index iterations = last_resort_iterations(canonical_);
+    point_.iterate = start_;
+    if (iterations == 0 || evaluate_start(options_)) return false;
+    last_resort_end_ = info_.iteration + iterations;
+    method_.reset();
+  } else {
+    method_.emplace(canonical_, *kkt_, *correction_, options_, true, true);
+    method_->start(point_);
+  }
+  if (!first_failure_) first_failure_ = std::move(stop);
+  say("no local minmax found from here; " + (last_resort
+                                                 ? "Algorithm 1 from the first point"
+                                                 : "new start " + std::to_string(restarts_)));
 
   result_.certificate = {};
   result_.message.clear();
@@ -245,8 +266,6 @@ bool Solver::start_elsewhere(Status failed) {
   info_.iteration = iteration;
   info_.mu = std::max(options_.mu_init, mu_final_);
   info_.step_kind = 'w';
-  method_.emplace(canonical_, *kkt_, *correction_, options_, true, true);
-  method_->start(point_);
   update_error();
   return true;
 }
@@ -375,6 +394,7 @@ bool Solver::leave_wrong_point(Status stop) {
 
 std::optional<Status> Solver::iterate() {
   if (std::exchange(escaped_, false)) return std::nullopt;
+  if (last_resort_end_ && info_.iteration >= *last_resort_end_) return Status::NoLocalMinmaxFound;
   last_objective_ = info_.objective;
   update_barrier();
   const auto status = method_ ? method_->step(point_, info_.mu, info_) : algorithm_one_step();
@@ -386,8 +406,29 @@ std::optional<Status> Solver::iterate() {
 
 std::optional<Status> Solver::algorithm_one_step() {
   if (auto status = compute_step()) return status;
-  if (auto status = take_step()) return status;
-  return evaluate_derivatives();
+  if (!options_.minmax_residual_watchdog) {
+    if (auto status = take_step(1.0)) return status;
+    return evaluate_derivatives();
+  }
+  // Halve the step while the residual exceeds the largest of the last few.
+  const Point from = point_;
+  for (double longest = 1.0;; longest *= 0.5) {
+    if (auto status = take_step(longest)) return status;
+    if (auto status = evaluate_derivatives()) return status;
+    dual_residual(canonical_, point_.iterate, point_.evaluation, point_.dual);
+    const double norm = barrier_error(canonical_, point_.iterate, point_.evaluation, point_.dual,
+                                      info_.mu, options_.s_max)
+                            .norm();
+    const bool falls =
+        last_residuals_.empty() || norm <= *std::ranges::max_element(last_residuals_);
+    if (falls || longest < kShortestWatchedStep) {
+      last_residuals_.push_back(norm);
+      if (last_residuals_.size() > kWatchedResiduals)
+        last_residuals_.erase(last_residuals_.begin());
+      return std::nullopt;
+    }
+    point_ = from;
+  }
 }
 
 void Solver::update_barrier() {
@@ -438,11 +479,11 @@ std::optional<Status> Solver::compute_step() {
   }
 }
 
-std::optional<Status> Solver::take_step() {
+std::optional<Status> Solver::take_step(double longest) {
   const double tau = boundary_fraction(info_.mu, options_);
   StepLength alpha = largest_step(canonical_, point_.iterate, step_, tau);
   // One step length for everything, as in Algorithm 1.
-  alpha.primal = alpha.dual = std::min(alpha.primal, alpha.dual);
+  alpha.primal = alpha.dual = std::min({alpha.primal, alpha.dual, longest});
   EvaluationStatus status = EvaluationStatus::Ok;
   for (info_.trials = 1; info_.trials <= kMaxCuts; ++info_.trials) {
     trial_ = point_.iterate;
