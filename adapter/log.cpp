@@ -86,6 +86,10 @@ std::string certificate_report(const Certificate& certificate) {
   text += inertia_row("Inertia of K_yy.........:", certificate.inner, certificate.inner_expected);
   text += inertia_row("Inertia of K............:", certificate.full, certificate.full_expected);
   text += format("Curvature margin........: %24.16e\n", certificate.margin);
+  if (certificate.finite_differences) {
+    text += format("Second derivatives......: finite differences, error estimate %.1e\n",
+                   certificate.hessian_error);
+  }
   text += format("Independent gradients...: Min %s, Max %s\n", yes_no(certificate.licq_min),
                  yes_no(certificate.licq_max));
   text += format("Weakly active bounds....: Min %d, Max %d\n", certificate.weakly_active_min,

@@ -3,6 +3,7 @@
 #include <ipminmax/core/barrier.hpp>
 #include <ipminmax/core/canonical_problem.hpp>
 #include <ipminmax/core/certificate.hpp>
+#include <ipminmax/core/finite_difference_hessian.hpp>
 #include <ipminmax/core/globalization.hpp>
 #include <ipminmax/core/inertia_correction.hpp>
 #include <ipminmax/core/initial_point.hpp>
@@ -413,7 +414,58 @@ Result Solver::finish(Status status) {
 
 }  // namespace
 
+namespace {
+
+/// With second derivatives from differences. Where the certificate finds that the pattern missed
+/// an entry, the pattern grows and the solve starts anew.
+Result solve_with_differences(Problem& problem, const SolverOptions& options,
+                              const SolveObserver& observer) {
+  constexpr int kRestarts = 5;
+  const Stopwatch stopwatch;
+  const auto say = [&](const std::string& text) {
+    if (observer.message) observer.message(text);
+  };
+  Result result;
+  try {
+    FiniteDifferenceHessian model(problem, options);
+    for (int restarts = 0;; ++restarts) {
+      say("Second derivatives from finite differences: " +
+          std::to_string(model.structure().hessian.size()) + " entries by " +
+          std::to_string(model.groups()) + " groups of variables.");
+      result = Solver(model, options, observer, false).run();
+      if (restarts == kRestarts || result.status == Status::UserStop || !model.widen()) break;
+      say("The Hessian has entries that its structure misses: starting anew with more.");
+    }
+    result.counts.gradient += model.gradients();
+    result.counts.jacobian += model.jacobians();
+  } catch (const std::bad_alloc&) {
+    result = {};
+    result.status = Status::OutOfMemory;
+    result.message = "out of memory";
+  }
+  result.seconds = result.timing.total = stopwatch.wall();
+  result.cpu_seconds = stopwatch.cpu();
+  return result;
+}
+
+}  // namespace
+
 Result solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
+  const bool has_hessian = problem.structure().has_hessian;
+  const auto approximation = options.hessian_approximation;
+  if (check(options).empty()) {
+    if (approximation == HessianApproximation::Exact && !has_hessian) {
+      Result result;
+      result.status = Status::InvalidOption;
+      result.message =
+          "hessian_approximation = exact needs second derivatives, and the model has none; "
+          "finite-difference-values takes differences of first derivatives";
+      return result;
+    }
+    if (approximation == HessianApproximation::FiniteDifferenceValues || !has_hessian) {
+      return solve_with_differences(problem, options, observer);
+    }
+  }
   return Solver(problem, options, observer, false).run();
 }
 
