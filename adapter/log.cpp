@@ -207,6 +207,27 @@ std::string problem_statistics(const ProblemStructure& structure, const SolverOp
   return text + "\n";
 }
 
+std::string derivative_test(const DerivativeReport& report, const ProblemStructure& structure) {
+  if (!report.failure.empty()) return "Derivative test not possible: " + report.failure + ".\n\n";
+  std::string text = format("Derivative test: %d first and %d second derivatives.\n",
+                            report.first_tested, report.second_tested);
+  for (const std::string& remark : report.remarks) text += remark + "\n";
+  for (const DerivativeEntry& entry : report.entries) {
+    text += entry.finding == DerivativeFinding::Agrees ? "  " : "* ";
+    text += describe(entry, structure);
+    text += entry.finding == DerivativeFinding::Missing ? std::string(": not in the structure")
+                                                        : format(": %23.16e", entry.exact);
+    text += format(" ~ %23.16e  [%9.3e]\n", entry.approximate, entry.relative_error);
+    if (entry.crosses_players) {
+      text += "  A constraint of Min must not vary with a variable of Max.\n";
+    }
+  }
+  const Index wrong = report.first_wrong + report.second_wrong;
+  text += wrong == 0 ? std::string("No errors detected by derivative test.\n\n")
+                     : format("Derivative test detected %d error(s).\n\n", wrong);
+  return text;
+}
+
 std::string iteration_header() {
   return format("%4s %14s %8s %8s %8s %6s %8s %7s %7s %8s %8s  %3s\n", "iter", "objective",
                 "inf_pr", "inf_dx", "inf_dy", "lg(mu)", "||d||", "lg(rgx)", "lg(rgy)", "alpha_du",
