@@ -552,6 +552,95 @@ TEST(MissingEntries, DoNotMakeACertificate) {
   }));
 }
 
+// --- Stated errors in the certificate -------------------------------------------------------------
+
+/// A problem that states errors of its Hessian's rows.
+class WithErrors final : public Problem {
+ public:
+  WithErrors(const Model& model, std::vector<double> start, std::vector<double> errors)
+      : problem_(model, std::move(start)), errors_(std::move(errors)) {}
+  [[nodiscard]] const ProblemStructure& structure() const override { return problem_.structure(); }
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    return problem_.starting_point(start);
+  }
+  [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
+    scaling.variables.assign(errors_.size(), 10.0);
+    return true;
+  }
+  [[nodiscard]] bool objective(std::span<const double> v, bool n, double& f) override {
+    return problem_.objective(v, n, f);
+  }
+  [[nodiscard]] bool gradient(std::span<const double> v, bool n, std::span<double> grad) override {
+    return problem_.gradient(v, n, grad);
+  }
+  [[nodiscard]] bool constraints(std::span<const double> v, bool n, std::span<double> g) override {
+    return problem_.constraints(v, n, g);
+  }
+  [[nodiscard]] bool jacobian(std::span<const double> v, bool n,
+                              std::span<double> values) override {
+    return problem_.jacobian(v, n, values);
+  }
+  [[nodiscard]] bool hessian(std::span<const double> v, bool n, double sigma,
+                             std::span<const double> lambda, bool new_lambda,
+                             std::span<double> values) override {
+    return problem_.hessian(v, n, sigma, lambda, new_lambda, values);
+  }
+  [[nodiscard]] bool hessian_errors(std::span<const double>, double, std::span<const double>,
+                                    std::span<double> row_errors) override {
+    std::ranges::copy(errors_, row_errors.begin());
+    return true;
+  }
+
+ private:
+  AutodiffProblem problem_;
+  std::vector<double> errors_;
+};
+
+/// Verdict on (0, 0) of f = xx x^2/2 + xy x y + yy y^2/2 with these errors.
+SecondOrder verdict(double xx, double xy, double yy, std::vector<double> errors,
+                    const SolverOptions& options = {}) {
+  Model model;
+  const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
+  model.objective(0.5 * xx * square(x) + xy * x * y + 0.5 * yy * square(y));
+  WithErrors problem(model, {0.0, 0.0}, std::move(errors));
+  const Result result = solve(problem, options);
+  const Certificate& certificate = result.certificate;
+  EXPECT_EQ(certificate.finite_differences, certificate.second_order != SecondOrder::NotTested);
+  EXPECT_EQ(certificate.kind == PointKind::LocalMinmax,
+            certificate.second_order == SecondOrder::Satisfied);
+  return certificate.second_order;
+}
+
+TEST(StatedErrors, AreHeldAgainstTheCurvatureOfBothPlayers) {
+  EXPECT_EQ(verdict(1.0, 0.0, -1.0, {0.0, 0.0}), SecondOrder::Satisfied);
+  EXPECT_EQ(verdict(1.0, 0.0, -1.0, {0.9, 0.9}), SecondOrder::Satisfied);
+  EXPECT_EQ(verdict(1.0, 0.0, -1.0, {1.1, 0.0}), SecondOrder::Undecided);
+  EXPECT_EQ(verdict(1.0, 0.0, -1.0, {0.0, 1.1}), SecondOrder::Undecided);
+  EXPECT_EQ(verdict(1.0, 0.0, -1.0, {kInfinity, 0.0}), SecondOrder::Undecided);
+}
+
+/// phi'' = xx - xy^2 / yy = -90 + 100 / (1 + e): an error of the maximizer's curvature counts a
+/// hundredfold for the minimizer.
+TEST(StatedErrors, OfTheMaximizerReachTheMinimizer) {
+  EXPECT_EQ(verdict(-90.0, 10.0, -1.0, {0.0, 0.1}), SecondOrder::Satisfied);
+  EXPECT_EQ(verdict(-90.0, 10.0, -1.0, {0.0, 0.12}), SecondOrder::Undecided);
+}
+
+TEST(StatedErrors, MakeAWrongSignUndecided) {
+  EXPECT_EQ(verdict(-1.0, 0.0, -1.0, {1.1, 0.0}), SecondOrder::Undecided);
+  EXPECT_EQ(verdict(1.0, 0.0, 1.0, {0.0, 1.1}), SecondOrder::Undecided);
+  // Definitely wrong: left along the curvature, never returned as an answer.
+  EXPECT_NE(verdict(-1.0, 0.0, -1.0, {0.9, 0.0}), SecondOrder::Undecided);
+  EXPECT_NE(verdict(1.0, 0.0, 1.0, {0.0, 0.9}), SecondOrder::Undecided);
+}
+
+TEST(StatedErrors, AreScaledWithTheVariables) {
+  SolverOptions options;
+  options.nlp_scaling_method = Scaling::User;
+  EXPECT_EQ(verdict(1.0, 0.0, -1.0, {0.9, 0.9}, options), SecondOrder::Satisfied);
+  EXPECT_EQ(verdict(1.0, 0.0, -1.0, {1.1, 0.0}, options), SecondOrder::Undecided);
+}
+
 // --- Solve ----------------------------------------------------------------------------------------
 
 Model game() {
