@@ -174,8 +174,7 @@ bool FiniteDifferenceHessian::take_start() {
 }
 
 bool FiniteDifferenceHessian::starting_point(StartingPoint& start) {
-  // A model is asked once, unless a second solve asks again.
-  if (!start_) return model_.starting_point(start);
+  if (!start_ && !take_start()) return false;  // the model is asked once
   std::ranges::copy(start_->v, start.v.begin());
   std::ranges::copy(start_->lambda, start.lambda.begin());
   std::ranges::copy(start_->z_lower, start.z_lower.begin());

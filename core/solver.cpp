@@ -13,6 +13,7 @@
 #include <ipminmax/core/solver.hpp>
 #include <ipminmax/core/step_length.hpp>
 #include <ipminmax/core/timer.hpp>
+#include <limits>
 #include <new>
 #include <optional>
 #include <utility>
@@ -416,8 +417,13 @@ Result Solver::finish(Status status) {
 
 namespace {
 
-/// With second derivatives from differences. Where the certificate finds that the pattern missed
-/// an entry, the pattern grows and the solve starts anew.
+bool stopped_from_outside(Status status) {
+  return status == Status::UserStop || status == Status::MaxCpuTime ||
+         status == Status::MaxWallTime;
+}
+
+/// With second derivatives from differences. Where the pattern turns out to have missed entries at
+/// the end of a solve, it grows and the solve starts anew.
 Result solve_with_differences(Problem& problem, const SolverOptions& options,
                               const SolveObserver& observer) {
   constexpr int kRestarts = 5;
@@ -428,12 +434,23 @@ Result solve_with_differences(Problem& problem, const SolverOptions& options,
   Result result;
   try {
     FiniteDifferenceHessian model(problem, options);
+    SolverOptions limits = options;
     for (int restarts = 0;; ++restarts) {
       say("Second derivatives from finite differences: " +
           std::to_string(model.structure().hessian.size()) + " entries by " +
           std::to_string(model.groups()) + " groups of variables.");
-      result = Solver(model, options, observer, false).run();
-      if (restarts == kRestarts || result.status == Status::UserStop || !model.widen()) break;
+      const double least = std::numeric_limits<double>::min();
+      limits.max_wall_time = std::max(options.max_wall_time - stopwatch.wall(), least);
+      limits.max_cpu_time = std::max(options.max_cpu_time - stopwatch.cpu(), least);
+      result = Solver(model, limits, observer, false).run();
+      if (restarts == kRestarts || stopped_from_outside(result.status)) break;
+      // The certificate has looked at points that it tested; elsewhere a wrong Hessian may be why
+      // the solve failed.
+      if (result.certificate.second_order == SecondOrder::NotTested && !result.v.empty()) {
+        std::vector<double> unused(result.v.size());
+        static_cast<void>(model.hessian_errors(result.v, 1.0, result.lambda, unused));
+      }
+      if (!model.widen()) break;
       say("The Hessian has entries that its structure misses: starting anew with more.");
     }
     result.counts.gradient += model.gradients();

@@ -20,6 +20,7 @@
 #include <ipminmax/core/solver.hpp>
 #include <support/autodiff_problem.hpp>
 #include <support/dense_optimality.hpp>
+#include <support/function_problem.hpp>
 #include <support/without_hessian.hpp>
 
 namespace ipminmax::testing {
@@ -550,6 +551,37 @@ TEST(MissingEntries, DoNotMakeACertificate) {
   EXPECT_TRUE(std::ranges::any_of(messages, [](const std::string& text) {
     return text.find("entries that its structure misses") != std::string::npos;
   }));
+}
+
+/// f = (x-20)^2/2 - y^2/2 + max(0, x-10)^2 y / 100: the players meet far from where the sparsity was
+/// looked for.
+TEST(MissingEntries, AreAddedWhenTheyAppear) {
+  const auto beyond = [](const VectorXd& v) { return std::max(0.0, v[0] - 10.0); };
+  const auto square = [](double a) { return a * a; };
+  FunctionProblem problem(
+      {kMin, kMax}, Eigen::Vector2d(0.0, 0.0),
+      [&](const VectorXd& v) {
+        return 0.5 * square(v[0] - 20.0) - 0.5 * square(v[1]) + square(beyond(v)) * v[1] / 100.0;
+      },
+      [&](const VectorXd& v) -> VectorXd {
+        return Eigen::Vector2d(v[0] - 20.0 + beyond(v) * v[1] / 50.0,
+                               -v[1] + square(beyond(v)) / 100.0);
+      },
+      [&](const VectorXd& v) -> MatrixXd {
+        const bool met = v[0] > 10.0;
+        return MatrixXd{{1.0 + (met ? v[1] / 50.0 : 0.0), beyond(v) / 50.0},
+                        {beyond(v) / 50.0, -1.0}};
+      });
+  WithoutHessian blind(problem);
+  EXPECT_EQ(pairs_of(FiniteDifferenceHessian(blind, SolverOptions{}).structure()),
+            (Pairs{{0, 0}, {1, 1}}));
+  const Result exact = solve(problem, SolverOptions{});
+  const Result found = solve(blind, SolverOptions{});
+  ASSERT_EQ(exact.status, Status::Solved);
+  EXPECT_EQ(found.status, Status::Solved) << found.message;
+  EXPECT_EQ(found.certificate.kind, PointKind::LocalMinmax);
+  EXPECT_NEAR(found.v[0], exact.v[0], 1e-6);
+  EXPECT_NEAR(found.v[1], exact.v[1], 1e-6);
 }
 
 // --- Stated errors in the certificate -------------------------------------------------------------
