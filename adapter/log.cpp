@@ -86,6 +86,10 @@ std::string certificate_report(const Certificate& certificate) {
   text += inertia_row("Inertia of K_yy.........:", certificate.inner, certificate.inner_expected);
   text += inertia_row("Inertia of K............:", certificate.full, certificate.full_expected);
   text += format("Curvature margin........: %24.16e\n", certificate.margin);
+  if (certificate.finite_differences) {
+    text += format("Second derivatives......: finite differences, error estimate %.1e\n",
+                   certificate.hessian_error);
+  }
   text += format("Independent gradients...: Min %s, Max %s\n", yes_no(certificate.licq_min),
                  yes_no(certificate.licq_max));
   text += format("Weakly active bounds....: Min %d, Max %d\n", certificate.weakly_active_min,
@@ -201,6 +205,27 @@ std::string problem_statistics(const ProblemStructure& structure, const SolverOp
   text += row("   inequality constraints with lower and upper bounds:", constraints.both);
   text += row("        inequality constraints with only upper bounds:", constraints.only_upper);
   return text + "\n";
+}
+
+std::string derivative_test(const DerivativeReport& report, const ProblemStructure& structure) {
+  if (!report.failure.empty()) return "Derivative test not possible: " + report.failure + ".\n\n";
+  std::string text = format("Derivative test: %d first and %d second derivatives.\n",
+                            report.first_tested, report.second_tested);
+  for (const std::string& remark : report.remarks) text += remark + "\n";
+  for (const DerivativeEntry& entry : report.entries) {
+    text += entry.finding == DerivativeFinding::Agrees ? "  " : "* ";
+    text += describe(entry, structure);
+    text += entry.finding == DerivativeFinding::Missing ? std::string(": not in the structure")
+                                                        : format(": %23.16e", entry.exact);
+    text += format(" ~ %23.16e  [%9.3e]\n", entry.approximate, entry.relative_error);
+    if (entry.crosses_players) {
+      text += "  A constraint of Min must not vary with a variable of Max.\n";
+    }
+  }
+  const Index wrong = report.first_wrong + report.second_wrong;
+  text += wrong == 0 ? std::string("No errors detected by derivative test.\n\n")
+                     : format("Derivative test detected %d error(s).\n\n", wrong);
+  return text;
 }
 
 std::string iteration_header() {

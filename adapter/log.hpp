@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include <ipminmax/core/derivative_test.hpp>
 #include <ipminmax/core/options.hpp>
 #include <ipminmax/core/problem.hpp>
 #include <ipminmax/core/result.hpp>
@@ -17,6 +18,11 @@ namespace ipminmax::log {
 /// (nlp_lower_bound_inf, nlp_upper_bound_inf).
 [[nodiscard]] std::string problem_statistics(const ProblemStructure& structure,
                                              const SolverOptions& options);
+
+/// What the derivative test found: one line per wrong entry (* in front) or, with
+/// derivative_test_print_all, per entry.
+[[nodiscard]] std::string derivative_test(const DerivativeReport& report,
+                                          const ProblemStructure& structure);
 
 /// Headings of the iteration table:
 ///   iter       iteration, 0 is the starting point

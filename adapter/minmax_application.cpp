@@ -242,6 +242,10 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
   print(Ipopt::J_WARNING, Ipopt::J_STATISTICS,
         log::problem_statistics(problem.structure(), options));
   try {
+    if (options.derivative_test != DerivativeTest::None) {
+      print(Ipopt::J_SUMMARY, Ipopt::J_NLP,
+            log::derivative_test(test_derivatives(problem, options), problem.structure()));
+    }
     result = solve(problem, options, observer_of(problem));
   } catch (...) {
     const ApplicationReturnStatus status = report_exception();

@@ -555,9 +555,7 @@ EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
                                                       double objective_factor) {
   const ScopedTimer timer(timing_.evaluations);
   load(v);
-  for (Index j = 0; j < constraints(); ++j) {
-    model_lambda_[at(model_constraint_[at(j)])] = row_scale_[at(j)] * lambda[j];
-  }
+  load_multipliers(lambda);
   ++counts_.hessian;
   if (!problem_.hessian(model_v_, take_new_point(), objective_factor * objective_scale_,
                         model_lambda_, true, model_hessian_)) {
@@ -573,6 +571,31 @@ EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
     evaluation.hessian[k] = hessian_scale_.empty() ? value : hessian_scale_[k] * value;
   }
   return EvaluationStatus::Ok;
+}
+
+void CanonicalProblem::load_multipliers(const Eigen::VectorXd& lambda) {
+  for (Index j = 0; j < constraints(); ++j) {
+    model_lambda_[at(model_constraint_[at(j)])] = row_scale_[at(j)] * lambda[j];
+  }
+}
+
+std::optional<Eigen::VectorXd> CanonicalProblem::hessian_error(const Eigen::VectorXd& v,
+                                                               const Eigen::VectorXd& lambda) {
+  const ScopedTimer timer(timing_.evaluations);
+  load(v);
+  load_multipliers(lambda);
+  std::vector<double> rows(model_v_.size(), 0.0);
+  if (!problem_.hessian_errors(model_v_, objective_scale_, model_lambda_, rows)) {
+    return std::nullopt;
+  }
+  // |d'Ed| <= sum |E_ij| (d_i^2 + d_j^2)/2: the row sums of |E| bound E, and scale as its diagonal.
+  Eigen::VectorXd error = Eigen::VectorXd::Zero(variables());
+  for (Index i = 0; i < variables(); ++i) {
+    if (const Index model = model_variable_[at(i)]; model >= 0) {
+      error[i] = rows[at(model)] / (col_scale_[at(i)] * col_scale_[at(i)]);
+    }
+  }
+  return error;
 }
 
 void CanonicalProblem::restore(const Iterate& iterate, Result& result) {

@@ -89,6 +89,10 @@ class CanonicalProblem {
                                                     const Eigen::VectorXd& lambda,
                                                     Evaluation& evaluation,
                                                     double objective_factor = 1.0);
+  /// Diagonal R with -R <= error of the Hessian of f + lambda' c <= R as quadratic forms, per
+  /// canonical variable; infinite where unknown. Empty: exact up to rounding.
+  [[nodiscard]] std::optional<Eigen::VectorXd> hessian_error(const Eigen::VectorXd& v,
+                                                             const Eigen::VectorXd& lambda);
   /// The point in the model's variables, until the next evaluation.
   [[nodiscard]] std::span<const double> model_point(const Eigen::VectorXd& v) {
     load(v);
@@ -123,6 +127,7 @@ class CanonicalProblem {
   [[nodiscard]] std::string gradient_based_scaling();
   void set_bounds();
   void load(const Eigen::VectorXd& v);
+  void load_multipliers(const Eigen::VectorXd& lambda);
   [[nodiscard]] bool take_new_point();
   void restore_fixed_multipliers(Result& result);
   EvaluationStatus undefined(std::string_view function);

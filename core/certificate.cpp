@@ -120,23 +120,32 @@ bool newton_contracts(CanonicalProblem& canonical, KktSystem& kkt, const Iterate
 
 class SecondOrderTest {
  public:
+  /// error: diagonal bound of the error of W, zero when W is exact.
   SecondOrderTest(const CanonicalProblem& canonical, KktSystem& kkt, const Evaluation& evaluation,
-                  const SolverOptions& options)
-      : canonical_(canonical), kkt_(kkt), evaluation_(evaluation), options_(options) {}
+                  const Eigen::VectorXd& error, const SolverOptions& options)
+      : canonical_(canonical),
+        kkt_(kkt),
+        evaluation_(evaluation),
+        error_(error),
+        options_(options) {}
 
   /// Right with curvature to spare: satisfied beyond doubt.
   InertiaTest survives(const Eigen::VectorXd& curvature, double margin) {
-    kkt_.assemble(evaluation_, curvature);
     InertiaTest test;
+    // The worst W for the maximizer has + error in y; for the minimizer - error everywhere, for then
+    // phi'' = W_xx - W_xy W_yy^-1 W_yx (on the tangent spaces) is smallest.
+    kkt_.assemble(evaluation_, shifted(curvature, 0.0, -1.0));
     test.inner = kkt_.has_expected_inner_inertia(kkt_.factorize_inner({.y = -margin}));
+    const bool inner_stable = test.inner && (kkt_.pivots() || inner_backward_stable());
+    if (has_error()) kkt_.assemble(evaluation_, shifted(curvature, -1.0, 1.0));
     test.full = kkt_.has_expected_inertia(kkt_.factorize({.x = -margin}));
-    if (!kkt_.pivots() && test.both() && !backward_stable()) test = {};
+    if (test.both() && !kkt_.pivots() && !(inner_stable && backward_stable())) test = {};
     return test;
   }
 
   /// Right when some curvature is given: not refuted.
   InertiaTest helped(const Eigen::VectorXd& curvature, double margin, bool inner_satisfied) {
-    kkt_.assemble(evaluation_, curvature);
+    kkt_.assemble(evaluation_, shifted(curvature, 1.0, 1.0));
     const double multiplier_shift = options_.jacobian_regularization_value;
     const Regularization help{.x = margin,
                               .y = inner_satisfied ? 0.0 : margin,
@@ -144,6 +153,7 @@ class SecondOrderTest {
                               .lambda_y = multiplier_shift};
     InertiaTest test;
     test.inner = inner_satisfied || kkt_.has_expected_inner_inertia(kkt_.factorize_inner(help));
+    if (has_error() && inner_satisfied) kkt_.assemble(evaluation_, shifted(curvature, 1.0, -1.0));
     test.full = kkt_.has_expected_inertia(kkt_.factorize(help));
     return test;
   }
@@ -152,26 +162,49 @@ class SecondOrderTest {
   /// Without pivoting an inertia is trusted only when the factors reproduce the matrix: a system
   /// with a generic right-hand side must refine to a small residual.
   bool backward_stable() {
-    NewtonResidual rhs = zero_step(canonical_);
+    const NewtonResidual rhs = generic_right_hand_side();
     Step step = zero_step(canonical_);
+    return kkt_.solve(evaluation_, rhs, step);
+  }
+  bool inner_backward_stable() {
+    const NewtonResidual rhs = generic_right_hand_side();
+    Step step = zero_step(canonical_);
+    return kkt_.solve_inner(evaluation_, rhs, step);
+  }
+  [[nodiscard]] NewtonResidual generic_right_hand_side() const {
+    NewtonResidual rhs = zero_step(canonical_);
     // Slack rows are eliminated exactly, so they need no test.
     for (const IndexRange range : {canonical_.x(), canonical_.y()}) {
       for (Index i = range.begin; i < range.end; ++i) rhs.v[i] = std::sin(1.0 + i);
     }
     for (Index j = 0; j < canonical_.constraints(); ++j) rhs.lambda[j] = std::cos(1.0 + j);
-    return kkt_.solve(evaluation_, rhs, step) && kkt_.solve_inner(evaluation_, rhs, step);
+    return rhs;
+  }
+
+  [[nodiscard]] bool has_error() const { return error_.size() > 0; }
+  /// Barrier curvatures with so many times the error added to Min and Max variables.
+  [[nodiscard]] Eigen::VectorXd shifted(const Eigen::VectorXd& curvature, double min_times,
+                                        double max_times) const {
+    if (!has_error()) return curvature;
+    Eigen::VectorXd result = curvature;
+    for (Index i = 0; i < canonical_.variables(); ++i) {
+      result[i] += (canonical_.owned_by_max(i) ? max_times : min_times) * error_[i];
+    }
+    return result;
   }
 
   const CanonicalProblem& canonical_;
   KktSystem& kkt_;
   const Evaluation& evaluation_;
+  const Eigen::VectorXd& error_;
   const SolverOptions& options_;
 };
 
 SecondOrder second_order(const CanonicalProblem& canonical, KktSystem& kkt,
                          const BoundClasses& classes, const Evaluation& evaluation,
-                         const SolverOptions& options, Certificate& certificate) {
-  SecondOrderTest test(canonical, kkt, evaluation, options);
+                         const Eigen::VectorXd& error, const SolverOptions& options,
+                         Certificate& certificate) {
+  SecondOrderTest test(canonical, kkt, evaluation, error, options);
   kkt.assemble(evaluation, classes.without_weak);
   // Gamma distorts curvature by gamma, so the margin has to dominate it.
   const double margin = std::max(options.minmax_curvature_tol * std::max(kkt.hessian_norm(), 1.0),
@@ -205,15 +238,21 @@ Certificate certify(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& 
   certificate.weakly_active_max = classes.weak_max;
   certificate.inner_expected = kkt.layout().expected_inner();
   certificate.full_expected = kkt.layout().expected();
+  const auto hessian_error = canonical.hessian_error(iterate.v, iterate.lambda);
+  const Eigen::VectorXd error = hessian_error.value_or(Eigen::VectorXd());
+  certificate.finite_differences = hessian_error.has_value();
+  certificate.hessian_error = max_norm(error);
+  const bool unknown = !error.allFinite();
 
   certificate.second_order =
-      second_order(canonical, kkt, classes, evaluation, options, certificate);
+      unknown ? SecondOrder::Undecided
+              : second_order(canonical, kkt, classes, evaluation, error, options, certificate);
   // Anything but a clear yes is asked again with pivoting.
-  if (certificate.second_order != SecondOrder::Satisfied && !kkt.pivots()) {
+  if (certificate.second_order != SecondOrder::Satisfied && !unknown && !kkt.pivots()) {
     while (!kkt.pivots() && kkt.increase_quality()) {
     }
     certificate.second_order =
-        second_order(canonical, kkt, classes, evaluation, options, certificate);
+        second_order(canonical, kkt, classes, evaluation, error, options, certificate);
   }
   if (certificate.second_order == SecondOrder::Satisfied &&
       !newton_contracts(canonical, kkt, iterate, evaluation, mu)) {

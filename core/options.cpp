@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <ipminmax/core/options.hpp>
 #include <limits>
 #include <sstream>
@@ -39,10 +41,28 @@ Choice choice(Enum SolverOptions::*member, std::vector<std::string_view> names,
       [member](const SolverOptions& options) { return static_cast<std::size_t>(options.*member); }};
 }
 
+/// limited-memory is listed so that setting it is answered by check, not by a list of values.
+Choice hessian_choice() {
+  using H = HessianApproximation;
+  static constexpr std::array kValues{H::LimitedMemory, H::Exact, H::FiniteDifferenceValues};
+  return {{"limited-memory", "exact", "finite-difference-values"},
+          {"refused: a quasi-Newton matrix has no inertia to certify with",
+           "second derivatives of the model",
+           "differences of gradient and Jacobian; also chosen when the option is not set and the "
+           "model has no second derivatives"},
+          [](SolverOptions& options, std::size_t i) { options.hessian_approximation = kValues[i]; },
+          [](const SolverOptions& options) {
+            if (options.hessian_approximation == H::Unset) return std::size_t{1};
+            return static_cast<std::size_t>(
+                std::ranges::find(kValues, options.hessian_approximation) - kValues.begin());
+          }};
+}
+
 std::vector<OptionInfo> make_table() {
   using O = SolverOptions;
   const std::string_view termination = "Termination";
   const std::string_view model = "Model";
+  const std::string_view derivatives = "Derivative Checker";
   const std::string_view start = "Initialization";
   const std::string_view barrier = "Barrier Parameter";
   const std::string_view method = "Minmax Method";
@@ -105,6 +125,32 @@ std::vector<OptionInfo> make_table() {
        nonnegative(&O::nlp_scaling_min_value)},
       {"obj_scaling_factor", model, "Additional factor of the objective.",
        any(&O::obj_scaling_factor)},
+      {"hessian_approximation", model, "Where the Hessian of the Lagrangian comes from.",
+       hessian_choice()},
+      {"minmax_difference_step", model,
+       "Step of the differences that replace second derivatives, times max(1, |v|).",
+       open(&O::minmax_difference_step, 0.0, 1.0)},
+
+      {"derivative_test", derivatives, "Derivatives compared with differences before the solve.",
+       choice(&O::derivative_test, {"none", "first-order", "second-order", "only-second-order"},
+              {"no test", "gradient and Jacobian", "also the Hessian", "the Hessian alone"})},
+      {"derivative_test_tol", derivatives,
+       "Relative error above which a derivative counts as wrong.",
+       positive(&O::derivative_test_tol)},
+      {"derivative_test_perturbation", derivatives,
+       "Step of the derivative test's differences, times max(1, |v|).",
+       positive(&O::derivative_test_perturbation)},
+      {"derivative_test_print_all", derivatives,
+       "Whether the derivative test prints all entries or the wrong ones.",
+       Flag{&O::derivative_test_print_all}},
+      {"derivative_test_first_index", derivatives,
+       "First variable (first-order) or constraint (second-order, -1 the objective) tested, from "
+       "0; "
+       "-2: all.",
+       at_least(&O::derivative_test_first_index, -2)},
+      {"point_perturbation_radius", derivatives,
+       "Largest distance per variable of the derivative test's point from the starting point.",
+       nonnegative(&O::point_perturbation_radius)},
 
       {"bound_push", start, "Least absolute distance of the starting point to the bounds.",
        positive(&O::bound_push)},
@@ -285,6 +331,11 @@ std::string check(const SolverOptions& options) {
   }
   if (!(options.nlp_lower_bound_inf < options.nlp_upper_bound_inf)) {
     return "nlp_lower_bound_inf is not below nlp_upper_bound_inf";
+  }
+  if (options.hessian_approximation == HessianApproximation::LimitedMemory) {
+    return "hessian_approximation = limited-memory is not available: a quasi-Newton matrix has no "
+           "inertia to certify a local minmax with; finite-difference-values needs no second "
+           "derivatives either";
   }
   if (options.obj_scaling_factor == 0.0) return "obj_scaling_factor = 0 removes the objective";
   return {};

@@ -20,6 +20,13 @@ enum class BarrierRule : std::uint8_t {
   Paper   ///< b <- sigma b when |g(z,b)| <= b
 };
 enum class Scaling : std::uint8_t { None, GradientBased, User };
+enum class HessianApproximation : std::uint8_t {
+  Unset,                   ///< exact, or differences where the model has no second derivatives
+  Exact,                   ///< the model's second derivatives
+  FiniteDifferenceValues,  ///< differences of the model's first derivatives
+  LimitedMemory  ///< Ipopt's; refused: a quasi-Newton matrix has no inertia to certify with
+};
+enum class DerivativeTest : std::uint8_t { None, FirstOrder, SecondOrder, OnlySecondOrder };
 enum class BoundMultiplierInit : std::uint8_t { Constant, MuBased };
 
 /// All settings of a solve. Names, defaults and meanings are Ipopt's unless a name begins with
@@ -51,6 +58,16 @@ struct SolverOptions {
   double nlp_scaling_max_gradient = 100.0;
   double nlp_scaling_min_value = 1e-8;
   double obj_scaling_factor = 1.0;
+  HessianApproximation hessian_approximation = HessianApproximation::Unset;
+  double minmax_difference_step = 6e-6;
+
+  // Derivative test (test_derivatives)
+  DerivativeTest derivative_test = DerivativeTest::None;
+  double derivative_test_tol = 1e-4;
+  double derivative_test_perturbation = 1e-8;
+  bool derivative_test_print_all = false;
+  int derivative_test_first_index = -2;
+  double point_perturbation_radius = 10.0;
 
   // Starting point
   double bound_push = 1e-2;

@@ -3,6 +3,7 @@
 #include <ipminmax/core/barrier.hpp>
 #include <ipminmax/core/canonical_problem.hpp>
 #include <ipminmax/core/certificate.hpp>
+#include <ipminmax/core/finite_difference_hessian.hpp>
 #include <ipminmax/core/globalization.hpp>
 #include <ipminmax/core/inertia_correction.hpp>
 #include <ipminmax/core/initial_point.hpp>
@@ -13,6 +14,7 @@
 #include <ipminmax/core/solver.hpp>
 #include <ipminmax/core/step_length.hpp>
 #include <ipminmax/core/timer.hpp>
+#include <limits>
 #include <new>
 #include <optional>
 #include <utility>
@@ -586,7 +588,74 @@ Result Solver::finish(Status status) {
 
 }  // namespace
 
+namespace {
+
+bool stopped_from_outside(Status status) {
+  return status == Status::UserStop || status == Status::MaxCpuTime ||
+         status == Status::MaxWallTime;
+}
+
+/// With second derivatives from differences. Where the pattern turns out to have missed entries at
+/// the end of a solve, it grows and the solve starts anew.
+Result solve_with_differences(Problem& problem, const SolverOptions& options,
+                              const SolveObserver& observer) {
+  constexpr int kRestarts = 5;
+  const Stopwatch stopwatch;
+  const auto say = [&](const std::string& text) {
+    if (observer.message) observer.message(text);
+  };
+  Result result;
+  try {
+    FiniteDifferenceHessian model(problem, options);
+    SolverOptions limits = options;
+    for (int restarts = 0;; ++restarts) {
+      say("Second derivatives from finite differences: " +
+          std::to_string(model.structure().hessian.size()) + " entries by " +
+          std::to_string(model.groups()) + " groups of variables.");
+      const double least = std::numeric_limits<double>::min();
+      limits.max_wall_time = std::max(options.max_wall_time - stopwatch.wall(), least);
+      limits.max_cpu_time = std::max(options.max_cpu_time - stopwatch.cpu(), least);
+      result = Solver(model, limits, observer, false).run();
+      if (restarts == kRestarts || stopped_from_outside(result.status)) break;
+      // The certificate has looked at points that it tested; elsewhere a wrong Hessian may be why
+      // the solve failed.
+      if (result.certificate.second_order == SecondOrder::NotTested && !result.v.empty()) {
+        std::vector<double> unused(result.v.size());
+        static_cast<void>(model.hessian_errors(result.v, 1.0, result.lambda, unused));
+      }
+      if (!model.widen()) break;
+      say("The Hessian has entries that its structure misses: starting anew with more.");
+    }
+    result.counts.gradient += model.gradients();
+    result.counts.jacobian += model.jacobians();
+  } catch (const std::bad_alloc&) {
+    result = {};
+    result.status = Status::OutOfMemory;
+    result.message = "out of memory";
+  }
+  result.seconds = result.timing.total = stopwatch.wall();
+  result.cpu_seconds = stopwatch.cpu();
+  return result;
+}
+
+}  // namespace
+
 Result solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
+  const bool has_hessian = problem.structure().has_hessian;
+  const auto approximation = options.hessian_approximation;
+  if (check(options).empty()) {
+    if (approximation == HessianApproximation::Exact && !has_hessian) {
+      Result result;
+      result.status = Status::InvalidOption;
+      result.message =
+          "hessian_approximation = exact needs second derivatives, and the model has none; "
+          "finite-difference-values takes differences of first derivatives";
+      return result;
+    }
+    if (approximation == HessianApproximation::FiniteDifferenceValues || !has_hessian) {
+      return solve_with_differences(problem, options, observer);
+    }
+  }
   return Solver(problem, options, observer, false).run();
 }
 
