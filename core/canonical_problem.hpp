@@ -73,9 +73,9 @@ class CanonicalProblem {
   [[nodiscard]] std::span<const Triplet> jacobian() const { return jacobian_; }
   [[nodiscard]] std::span<const Triplet> hessian() const { return hessian_; }
 
-  /// Starting point within the bounds, slacks at zero, multipliers as the model gives them (zero
-  /// otherwise).
-  [[nodiscard]] Iterate starting_point();
+  /// The model's starting point, which is asked for once, pushed into the bounds; slacks at zero,
+  /// multipliers zero or, for a warm start, those of the model.
+  [[nodiscard]] const Iterate& starting_point() const { return start_; }
   /// Sets the slacks from c evaluated with the slacks at zero.
   void start_slacks(Iterate& start, const Eigen::VectorXd& c) const;
 
@@ -119,9 +119,19 @@ class CanonicalProblem {
   [[nodiscard]] std::string index_variables();
   void index_constraints();
   void map_entries();
+  [[nodiscard]] std::string read_start();
+  [[nodiscard]] std::string check_start();
   [[nodiscard]] std::string scale();
+  [[nodiscard]] std::string user_scaling();
   [[nodiscard]] std::string gradient_based_scaling();
-  void set_bounds();
+  [[nodiscard]] std::string scale_gradients();
+  void set_bounds(Index variable, double lower, double upper);
+  void set_variable_bounds();
+  void set_constraint_bounds();
+  void list_bounds();
+  void push_start();
+  void start_multipliers();
+  void scale_entries();
   void load(const Eigen::VectorXd& v);
   [[nodiscard]] bool take_new_point();
   void restore_fixed_multipliers(Result& result);
@@ -151,7 +161,10 @@ class CanonicalProblem {
   double objective_scale_ = 1.0;
   std::vector<double> col_scale_, row_scale_;
 
-  std::vector<double> start_lambda_, start_z_lower_, start_z_upper_;  ///< as the model gave them
+  struct {
+    std::vector<double> v, lambda, z_lower, z_upper;
+  } model_start_;  ///< as the model gave it
+  Iterate start_;
 
   // Buffers in the model's shapes
   std::vector<double> model_v_, model_g_, model_gradient_, model_lambda_;

@@ -46,13 +46,14 @@ double max_norm(const Eigen::VectorXd& v) {
 
 GlobalizedMethod::GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt,
                                    InertiaCorrection& correction, const SolverOptions& options,
-                                   bool allow_restoration)
+                                   TimeLimit& limit, bool allow_restoration)
     : canonical_(canonical),
       kkt_(kkt),
       correction_(correction),
       options_(options),
+      limit_(limit),
       allow_restoration_(allow_restoration),
-      inner_(canonical, kkt, correction, options) {
+      inner_(canonical, kkt, correction, options, limit) {
   rhs_ = step_ = correction_step_ = zero_step(canonical);
   direction_.step = trial_direction_.step = rhs_;
 }
@@ -147,6 +148,7 @@ std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationI
     const auto outcome = inner_.maximize(point, mu, target, kInnerSteps, kInfinity, direction_);
     if (outcome != InnerMaximizer::Outcome::Maximum) {
       point = before;
+      if (limit_.expired()) return limit_.exceeded();
       ++inner_failures_;
       inner_unbounded_ += outcome == InnerMaximizer::Outcome::Unbounded;
       if (auto status = set_back()) return status;
@@ -315,7 +317,7 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
       shift.x = shift.lambda_x = 0.0;
     }
     if (!newton_step(point, mu, shift)) {
-      if (can_restore(point)) return restore(point, mu, info);
+      if (can_restore(point) && !limit_.expired()) return restore(point, mu, info);
       message_ = "no shift of the Hessian gives the KKT matrix the expected inertia";
       return Status::InertiaCorrectionFailed;
     }
@@ -329,12 +331,14 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
                              : kRoughTrials,
                info))
       return std::nullopt;
+    if (limit_.expired()) return limit_.exceeded();  // no other step in haste
     // Rejections may be the fault of phi's estimate: make it exact and search once more.
     if (inner_exact || std::abs(direction_.gain) <= kExactGain) break;
     inner_exact = true;
     Point refined = point;
     if (inner_.maximize(refined, mu, kExactGain, kInnerSteps, kInfinity, direction_) !=
         InnerMaximizer::Outcome::Maximum) {
+      if (limit_.expired()) return limit_.exceeded();
       return leap(point, mu, info);  // the branch ends before its maximum
     }
     const double estimate = merit(point, mu).phi;
@@ -370,7 +374,9 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
   Index allowed = std::max<Index>(0, options_.max_iter - info.iteration);
   trial_.iterate = point.iterate;
   trial_.evaluation = point.evaluation;
-  const auto outcome = restore_feasibility(canonical_, options_, mu, acceptable, trial_, allowed);
+  SolverOptions options = options_;
+  limit_.pass_on(options);
+  const auto outcome = restore_feasibility(canonical_, options, mu, acceptable, trial_, allowed);
   switch (outcome) {
     case RestorationOutcome::Restored:
       break;
@@ -378,7 +384,7 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
       message_ = "the violation of the constraints is at a local minimum";
       return Status::LocallyInfeasible;
     case RestorationOutcome::Stopped:
-      return Status::MaxIterations;
+      return limit_.expired() ? limit_.exceeded() : Status::MaxIterations;
     case RestorationOutcome::Failed:
       if (has_max()) return leap(point, mu, info);
       message_ = "the feasibility restoration failed";
@@ -428,7 +434,7 @@ bool GlobalizedMethod::search(Point& point, double mu, int max_trials, Iteration
     const double longest = kLongStep * (1.0 + max_norm(point.iterate.v));
     t = std::min(t, longest / std::max(max_norm(step_.v), longest));
   }
-  for (int k = 0; k < max_trials && t >= smallest; ++k, t *= 0.5) {
+  for (int k = 0; k < max_trials && t >= smallest && !limit_.expired(); ++k, t *= 0.5) {
     set_trial(point, step_, t, alpha.dual, mu);
     ++info.trials;
     info.alpha_primal = t;
@@ -560,7 +566,7 @@ bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
   if (has_max()) from.phi += direction_.gain;
   if (outer_slope(point, mu) > 0.0) step_.v = -step_.v;
   const double length = 0.1 * (1.0 + max_norm(point.iterate.v));
-  for (double t = length; t > 1e-6 * length; t *= 0.5) {
+  for (double t = length; t > 1e-6 * length && !limit_.expired(); t *= 0.5) {
     for (const double sign : {1.0, -1.0}) {
       correction_step_ = step_;
       correction_step_.v *= sign * t;

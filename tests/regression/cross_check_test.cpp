@@ -52,6 +52,16 @@ struct Answers {
   }
 };
 
+// A logarithm is undefined at the model's own start, which the bounds push back inside.
+TEST(StartOutsideTheBounds, IsSolvedAsByIpopt) {
+  MinimizationProblem known = hock_schittkowski("hs112");
+  known.start[0] = -0.05;
+  const Answers answers(known);
+  EXPECT_TRUE(answers.ipopt.solved());
+  EXPECT_EQ(answers.ours.status, Status::Solved) << answers.ours.message;
+  EXPECT_NEAR(answers.ours.objective, answers.ipopt.objective, 1e-6);
+}
+
 /// What a solve to tol 1e-8 leaves in the units of the model: bounds and rows are relaxed by 1e-8 of
 /// their size, and the stopping test sees the objective divided by its largest slope at the start
 /// over 100.
