@@ -77,6 +77,7 @@ class Solver {
   double mu_final_ = 0.0;
   double last_objective_ = 0.0;
   Index acceptable_count_ = 0;
+  Index reported_full_ = 0, reported_inner_ = 0;  ///< factorizations told to the observer
   /// A first-order point with an undecided second-order test that was left for a better one.
   struct DegeneratePoint {
     Point point;
@@ -180,6 +181,11 @@ std::optional<Status> Solver::evaluate_start() {
 std::optional<Status> Solver::stop_reason() {
   if (observer_.on_iteration) {
     info_.v = canonical_.model_point(point_.iterate.v);
+    const Counts& counts = result_.counts;
+    info_.factorizations_full = counts.factorizations_full - reported_full_;
+    info_.factorizations_inner = counts.factorizations_inner - reported_inner_;
+    reported_full_ = counts.factorizations_full;
+    reported_inner_ = counts.factorizations_inner;
     if (!observer_.on_iteration(info_)) return Status::UserStop;
   }
   std::optional<Status> stop;
