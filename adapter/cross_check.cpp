@@ -133,9 +133,10 @@ std::string ipopt_options_text(const CrossCheckSettings& settings, bool inner) {
     const OptionInfo* info = find_option(name);
     const bool shared = info != nullptr && !name.starts_with("minmax_") &&
                         name != "linear_solver" && Ipopt::IsValid(registry->GetOption(name));
-    const bool ours = inner && shared &&
-                      (info->category == "Initialization" ||
-                       info->category == "Barrier Parameter" || name == "bound_relax_factor");
+    const bool ours =
+        inner && shared &&
+        (info->category == "Initialization" || info->category == "Barrier Parameter" ||
+         name == "bound_relax_factor" || name == "fixed_variable_treatment");
     if (shared && !ours) text += text_of(setting);
   }
   for (const OptionSetting& setting : settings.ipopt_options) text += text_of(setting);

@@ -141,12 +141,17 @@ std::string CanonicalProblem::index_variables() {
   const auto& players = structure_.variable_players;
   variable_of_model_.assign(players.size(), -1);
   model_v_.assign(players.size(), 0.0);
+  const auto treatment = options_.fixed_variable_treatment;
+  const bool takes_out = treatment == FixedVariableTreatment::MakeParameter ||
+                         treatment == FixedVariableTreatment::MakeParameterNodual;
   const auto is_fixed = [&](std::size_t i) {
-    return structure_.variable_lower[i] == structure_.variable_upper[i];
+    return takes_out && has_equal_bounds(static_cast<Index>(i));
   };
   std::array<Index, 2> free{}, equalities{}, inequalities{};
   for (std::size_t i = 0; i < players.size(); ++i) {
-    if (!is_fixed(i)) ++free[players[i] == Player::Max];
+    const bool max = players[i] == Player::Max;
+    if (!is_fixed(i)) ++free[max];
+    if (is_fixed_by_constraint(static_cast<Index>(i))) ++equalities[max];
   }
   for (std::size_t j = 0; j < structure_.constraint_players.size(); ++j) {
     const bool max = structure_.constraint_players[j] == Player::Max;
@@ -187,10 +192,26 @@ std::string CanonicalProblem::index_variables() {
   return {};
 }
 
+bool CanonicalProblem::has_equal_bounds(Index i) const {
+  return structure_.variable_lower[at(i)] == structure_.variable_upper[at(i)];
+}
+
+bool CanonicalProblem::is_fixed_by_constraint(Index i) const {
+  return options_.fixed_variable_treatment == FixedVariableTreatment::MakeConstraint &&
+         has_equal_bounds(i);
+}
+
+std::string CanonicalProblem::row_name(Index constraint) const {
+  const Index model = model_constraint_[at(constraint)];
+  if (model >= 0) return constraint_name(model);
+  return "fixed " + variable_name(model_variable_[at(fixing_variable_[at(constraint)])]);
+}
+
 void CanonicalProblem::index_constraints() {
   const std::size_t m = structure_.constraint_players.size();
   constraint_of_model_.assign(m, -1);
   model_constraint_.assign(at(constraints()), -1);
+  fixing_variable_.assign(at(constraints()), -1);
   slack_of_constraint_.assign(at(constraints()), -1);
   std::array<Index, 2> next{min_constraints_.begin, max_constraints_.begin};
   std::array<Index, 2> next_slack{x_slacks_.begin, y_slacks_.begin};
@@ -208,6 +229,11 @@ void CanonicalProblem::index_constraints() {
     model_constraint_[at(canonical)] = static_cast<Index>(j);
     if (!equality) slack_of_constraint_[at(canonical)] = next_slack[max]++;
   }
+  for (Index i = 0; i < variables(); ++i) {
+    const Index model = model_variable_[at(i)];
+    if (model < 0 || !is_fixed_by_constraint(model)) continue;
+    fixing_variable_[at(next[owned_by_max(i)]++)] = i;
+  }
 }
 
 void CanonicalProblem::map_entries() {
@@ -218,6 +244,11 @@ void CanonicalProblem::map_entries() {
     if (row < 0 || col < 0) continue;
     jacobian_.push_back({row, col});
     jacobian_source_.push_back(static_cast<Index>(k));
+  }
+  for (Index j = 0; j < constraints(); ++j) {
+    if (fixing_variable_[at(j)] < 0) continue;
+    jacobian_.push_back({j, fixing_variable_[at(j)]});
+    jacobian_source_.push_back(-1);
   }
   for (std::size_t k = 0; k < s.hessian.size(); ++k) {
     const Index row = variable_of_model_[at(s.hessian[k].row)];
@@ -260,7 +291,7 @@ std::string CanonicalProblem::check_start() {
   if (!options_.warm_start_init_point) return {};
   // Multipliers of bounds that do not exist are not read, as in Ipopt.
   for (const Index j : model_constraint_) {
-    if (!std::isfinite(model_start_.lambda[at(j)])) {
+    if (j >= 0 && !std::isfinite(model_start_.lambda[at(j)])) {
       return refuse("multiplier of " + constraint_name(j));
     }
   }
@@ -365,9 +396,15 @@ void CanonicalProblem::start_multipliers() {
     }
   }
   for (Index j = 0; j < constraints(); ++j) {
-    const double value =
-        model_start_.lambda[at(model_constraint_[at(j)])] * objective_scale_ / row_scale_[at(j)];
-    start_.lambda[j] = std::clamp(value, -largest, largest);
+    const Index model = model_constraint_[at(j)];
+    double value = 0.0;
+    if (model >= 0) {
+      value = model_start_.lambda[at(model)];
+    } else {  // -z_L + z_U and the multiplier of v = value stand for each other
+      const auto i = at(model_variable_[at(fixing_variable_[at(j)])]);
+      value = model_start_.z_upper[i] - model_start_.z_lower[i];
+    }
+    start_.lambda[j] = std::clamp(value * objective_scale_ / row_scale_[at(j)], -largest, largest);
     // A slack's stationarity: -lambda + sign (-z_lower + z_upper) = 0.
     if (const Index slack = slack_of_constraint_[at(j)]; slack >= 0) {
       start_.z_lower[slack] = std::max(-sign(slack) * start_.lambda[j], 0.0);
@@ -426,7 +463,7 @@ std::string CanonicalProblem::scale_gradients() {
     norm = std::max(norm, std::abs(model_gradient_[at(i)]));
   }
   std::vector<double> row_norm(row_scale_.size(), 0.0);
-  if (constraints() > 0) {
+  if (constraints() > 0 && !model_g_.empty()) {
     ++counts_.jacobian;
     if (!problem_.jacobian(model_v_, take_new_point(), model_jacobian_)) {
       return fail(Status::EvaluationFailed,
@@ -434,12 +471,11 @@ std::string CanonicalProblem::scale_gradients() {
     }
   }
   for (std::size_t k = 0; k < jacobian_.size(); ++k) {
-    const double value = model_jacobian_[at(jacobian_source_[k])];
+    const double value = model_jacobian(k);
     if (!std::isfinite(value)) {
-      return fail(Status::InvalidNumber,
-                  "the Jacobian of " + constraint_name(model_constraint_[at(jacobian_[k].row)]) +
-                      " in " + variable_name(model_variable_[at(jacobian_[k].col)]) +
-                      " is not finite at the starting point");
+      return fail(Status::InvalidNumber, "the Jacobian of " + row_name(jacobian_[k].row) + " in " +
+                                             variable_name(model_variable_[at(jacobian_[k].col)]) +
+                                             " is not finite at the starting point");
     }
     row_norm[at(jacobian_[k].row)] = std::max(row_norm[at(jacobian_[k].row)], std::abs(value));
   }
@@ -464,7 +500,7 @@ void CanonicalProblem::set_variable_bounds() {
   upper_.setConstant(variables(), kInfinity);
   for (Index i = 0; i < variables(); ++i) {
     const Index model = model_variable_[at(i)];
-    if (model < 0) continue;
+    if (model < 0 || is_fixed_by_constraint(model)) continue;
     set_bounds(i, structure_.variable_lower[at(model)], structure_.variable_upper[at(model)]);
   }
 }
@@ -472,6 +508,11 @@ void CanonicalProblem::set_variable_bounds() {
 void CanonicalProblem::set_constraint_bounds() {
   right_hand_side_.setZero(constraints());
   for (Index j = 0; j < constraints(); ++j) {
+    if (const Index i = fixing_variable_[at(j)]; i >= 0) {
+      right_hand_side_[j] =
+          row_scale_[at(j)] * structure_.variable_lower[at(model_variable_[at(i)])];
+      continue;
+    }
     const auto model = at(model_constraint_[at(j)]);
     const Index slack = slack_of_constraint_[at(j)];
     if (slack >= 0) {
@@ -552,14 +593,17 @@ EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::
   if (constraints() == 0) return EvaluationStatus::Ok;
   const ScopedTimer timer(timing_.evaluations);
   load(v);
-  ++counts_.constraints;
-  if (!problem_.constraints(model_v_, take_new_point(), model_g_)) {
-    return undefined("the vector of constraints");
+  if (!model_g_.empty()) {  // else all rows fix a variable
+    ++counts_.constraints;
+    if (!problem_.constraints(model_v_, take_new_point(), model_g_)) {
+      return undefined("the vector of constraints");
+    }
   }
   for (Index j = 0; j < constraints(); ++j) {
-    const Index model = model_constraint_[at(j)];
-    const double value = model_g_[at(model)];
-    if (!std::isfinite(value)) return not_finite("the constraint function", constraint_name(model));
+    const Index fixed = fixing_variable_[at(j)];
+    const double value =
+        fixed >= 0 ? v[fixed] / col_scale_[at(fixed)] : model_g_[at(model_constraint_[at(j)])];
+    if (!std::isfinite(value)) return not_finite("the constraint function", row_name(j));
     const Index slack = slack_of_constraint_[at(j)];
     c[j] = row_scale_[at(j)] * value - (slack >= 0 ? v[slack] : right_hand_side_[j]);
   }
@@ -587,16 +631,17 @@ EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
     evaluation.gradient[i] = objective_scale_ * value / col_scale_[at(i)];
   }
   if (constraints() == 0) return EvaluationStatus::Ok;
-  ++counts_.jacobian;
-  if (!problem_.jacobian(model_v_, take_new_point(), model_jacobian_)) {
-    return undefined("the Jacobian of the constraints");
+  if (!model_g_.empty()) {
+    ++counts_.jacobian;
+    if (!problem_.jacobian(model_v_, take_new_point(), model_jacobian_)) {
+      return undefined("the Jacobian of the constraints");
+    }
   }
   for (std::size_t k = 0; k < jacobian_.size(); ++k) {
-    const double value = model_jacobian_[at(jacobian_source_[k])];
+    const double value = model_jacobian(k);
     if (!std::isfinite(value)) {
-      return not_finite(
-          "the Jacobian of " + constraint_name(model_constraint_[at(jacobian_[k].row)]),
-          variable_name(model_variable_[at(jacobian_[k].col)]));
+      return not_finite("the Jacobian of " + row_name(jacobian_[k].row),
+                        variable_name(model_variable_[at(jacobian_[k].col)]));
     }
     evaluation.jacobian[k] = jacobian_scale_[k] * value;
   }
@@ -610,7 +655,8 @@ EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
   const ScopedTimer timer(timing_.evaluations);
   load(v);
   for (Index j = 0; j < constraints(); ++j) {
-    model_lambda_[at(model_constraint_[at(j)])] = row_scale_[at(j)] * lambda[j];
+    const Index model = model_constraint_[at(j)];
+    if (model >= 0) model_lambda_[at(model)] = row_scale_[at(j)] * lambda[j];
   }
   ++counts_.hessian;
   if (!problem_.hessian(model_v_, take_new_point(), objective_factor * objective_scale_,
@@ -648,8 +694,12 @@ void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
     }
   }
   for (Index j = 0; j < constraints(); ++j) {
-    result.lambda[at(model_constraint_[at(j)])] =
-        iterate.lambda[j] * row_scale_[at(j)] / objective_scale_;
+    const double value = iterate.lambda[j] * row_scale_[at(j)] / objective_scale_;
+    if (const Index fixed = fixing_variable_[at(j)]; fixed >= 0) {
+      set_fixed_multiplier(model_variable_[at(fixed)], -value, result);
+    } else {
+      result.lambda[at(model_constraint_[at(j)])] = value;
+    }
   }
   restore_fixed_multipliers(result);
 
@@ -668,6 +718,7 @@ void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
 
 void CanonicalProblem::restore_fixed_multipliers(Result& result) {
   // A fixed variable's bounds balance grad f + J' lambda.
+  if (options_.fixed_variable_treatment == FixedVariableTreatment::MakeParameterNodual) return;
   const bool any_fixed = std::any_of(variable_of_model_.begin(), variable_of_model_.end(),
                                      [](Index i) { return i < 0; });
   if (!any_fixed) return;
@@ -682,11 +733,17 @@ void CanonicalProblem::restore_fixed_multipliers(Result& result) {
   for (std::size_t i = 0; i < variable_of_model_.size(); ++i) {
     // Where the derivative does not exist there is no multiplier.
     if (variable_of_model_[i] >= 0 || !std::isfinite(model_gradient_[i])) continue;
-    const double sign = structure_.variable_players[i] == Player::Max ? -1.0 : 1.0;
-    const double z = sign * model_gradient_[i];
-    result.z_lower[i] = sign * std::max(z, 0.0);
-    result.z_upper[i] = sign * std::max(-z, 0.0);
+    set_fixed_multiplier(static_cast<Index>(i), model_gradient_[i], result);
   }
+}
+
+void CanonicalProblem::set_fixed_multiplier(Index model_variable, double slope,
+                                            Result& result) const {
+  // z_L - z_U = slope, on the side that gives the owner's sign.
+  const auto i = at(model_variable);
+  const double sign = structure_.variable_players[i] == Player::Max ? -1.0 : 1.0;
+  result.z_lower[i] = sign * std::max(sign * slope, 0.0);
+  result.z_upper[i] = sign * std::max(-sign * slope, 0.0);
 }
 
 }  // namespace ipminmax
