@@ -234,17 +234,22 @@ std::string iteration_header() {
                 "alpha_pr", "ls");
 }
 
-std::string iteration_row(const IterationInfo& info) {
+std::string iteration_row(const IterationInfo& info, bool with_info) {
   const KktError& error = info.error;
   std::string text =
       format("%4d %14.7e %8.2e %8.2e %8.2e %6s ", info.iteration, info.objective, error.primal,
              error.dual_min, error.dual_max, log10_or_dash(info.mu).c_str());
   if (info.iteration == 0) {  // no step led here
-    return text + format("%8s %7s %7s %8s %8s  %3s\n", "-", "-", "-", "-", "-", "-");
+    text += format("%8s %7s %7s %8s %8s  %3s", "-", "-", "-", "-", "-", "-");
+  } else {
+    text += format("%8.2e %7s %7s %8.2e %8.2e%c %3d", info.step_norm,
+                   log10_or_dash(info.delta_x).c_str(), log10_or_dash(info.delta_y).c_str(),
+                   info.alpha_dual, info.alpha_primal, info.step_kind, info.trials);
   }
-  return text + format("%8.2e %7s %7s %8.2e %8.2e%c %3d\n", info.step_norm,
-                       log10_or_dash(info.delta_x).c_str(), log10_or_dash(info.delta_y).c_str(),
-                       info.alpha_dual, info.alpha_primal, info.step_kind, info.trials);
+  if (with_info) {
+    text += format(" K %d Kyy %d", info.factorizations_full, info.factorizations_inner);
+  }
+  return text + "\n";
 }
 
 std::string summary(const Result& result) {

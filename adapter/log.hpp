@@ -40,8 +40,9 @@ namespace ipminmax::log {
 /// Norms are infinity norms, unscaled. A dash stands where nothing was done.
 [[nodiscard]] std::string iteration_header();
 
-/// One line of the iteration table.
-[[nodiscard]] std::string iteration_row(const IterationInfo& info);
+/// One line of the iteration table. with_info: ends with the factorizations of K and of K_yy since
+/// the iteration before, as "K 1 Kyy 3" (print_info_string).
+[[nodiscard]] std::string iteration_row(const IterationInfo& info, bool with_info = false);
 
 /// Objective and errors at the returned point, then the certificate.
 [[nodiscard]] std::string summary(const Result& result);

@@ -56,14 +56,15 @@ double max_norm(const Eigen::VectorXd& v) {
 
 GlobalizedMethod::GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt,
                                    InertiaCorrection& correction, const SolverOptions& options,
-                                   bool allow_restoration, bool repeated)
+                                   TimeLimit& limit, bool allow_restoration, bool repeated)
     : canonical_(canonical),
       kkt_(kkt),
       correction_(correction),
       options_(options),
+      limit_(limit),
       allow_restoration_(allow_restoration),
       repeated_(repeated),
-      inner_(canonical, kkt, correction, options),
+      inner_(canonical, kkt, correction, options, limit),
       max_setbacks_(std::min(
           kFewestSetbacks + (canonical.x().size() + canonical.y().size()) / kVariablesPerSetback,
           kMostSetbacks)) {
@@ -168,6 +169,7 @@ std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationI
     unshifted_step_ = UnshiftedStep::Unknown;
     if (outcome != InnerMaximizer::Outcome::Maximum) {
       point = before;
+      if (limit_.expired()) return limit_.exceeded();
       ++inner_failures_;
       inner_unbounded_ += outcome == InnerMaximizer::Outcome::Unbounded;
       if (auto status = set_back()) return status;
@@ -361,7 +363,7 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
     }
     const bool at_hand = unshifted_step_ == UnshiftedStep::Right && shift == Regularization{};
     if (!at_hand && !newton_step(point, mu, shift)) {
-      if (can_restore(point)) return restore(point, mu, info);
+      if (can_restore(point) && !limit_.expired()) return restore(point, mu, info);
       message_ = "no shift of the Hessian gives the KKT matrix the expected inertia";
       return Status::InertiaCorrectionFailed;
     }
@@ -375,12 +377,14 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
                              : kRoughTrials,
                info))
       return std::nullopt;
+    if (limit_.expired()) return limit_.exceeded();  // no other step in haste
     // Rejections may be the fault of phi's estimate: make it exact and search once more.
     if (inner_exact || std::abs(direction_.gain) <= kExactGain) break;
     inner_exact = true;
     Point refined = point;
     if (inner_.maximize(refined, mu, kExactGain, kInnerSteps, kInfinity, direction_, false) !=
         InnerMaximizer::Outcome::Maximum) {
+      if (limit_.expired()) return limit_.exceeded();
       return leap(point, mu, info);  // the branch ends before its maximum
     }
     const double estimate = merit(point, mu).phi;
@@ -421,7 +425,9 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
   Index allowed = std::max<Index>(0, options_.max_iter - info.iteration);
   trial_.iterate = point.iterate;
   trial_.evaluation = point.evaluation;
-  const auto outcome = restore_feasibility(canonical_, options_, mu, acceptable, trial_, allowed);
+  SolverOptions options = options_;
+  limit_.pass_on(options);
+  const auto outcome = restore_feasibility(canonical_, options, mu, acceptable, trial_, allowed);
   switch (outcome) {
     case RestorationOutcome::Restored:
       break;
@@ -429,7 +435,7 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
       message_ = "the violation of the constraints is at a local minimum";
       return Status::LocallyInfeasible;
     case RestorationOutcome::Stopped:
-      return Status::MaxIterations;
+      return limit_.expired() ? limit_.exceeded() : Status::MaxIterations;
     case RestorationOutcome::Failed:
       if (has_max()) return leap(point, mu, info);
       message_ = "the feasibility restoration failed";
@@ -479,7 +485,7 @@ bool GlobalizedMethod::search(Point& point, double mu, int max_trials, Iteration
     const double longest = kLongStep * (1.0 + max_norm(point.iterate.v));
     t = std::min(t, longest / std::max(max_norm(step_.v), longest));
   }
-  for (int k = 0; k < max_trials && t >= smallest; ++k, t *= 0.5) {
+  for (int k = 0; k < max_trials && t >= smallest && !limit_.expired(); ++k, t *= 0.5) {
     set_trial(point, step_, t, alpha.dual, mu);
     ++info.trials;
     info.alpha_primal = t;
@@ -611,7 +617,7 @@ bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
   if (has_max()) from.phi += direction_.gain;
   if (outer_slope(point, mu) > 0.0) step_.v = -step_.v;
   const double length = 0.1 * (1.0 + max_norm(point.iterate.v));
-  for (double t = length; t > 1e-6 * length; t *= 0.5) {
+  for (double t = length; t > 1e-6 * length && !limit_.expired(); t *= 0.5) {
     for (const double sign : {1.0, -1.0}) {
       correction_step_ = step_;
       correction_step_.v *= sign * t;

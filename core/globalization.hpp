@@ -18,7 +18,8 @@ namespace ipminmax {
 class GlobalizedMethod {
  public:
   GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
-                   const SolverOptions& options, bool allow_restoration, bool repeated = false);
+                   const SolverOptions& options, TimeLimit& limit, bool allow_restoration,
+                   bool repeated = false);
 
   /// Once, at the first point.
   void start(const Point& point);
@@ -26,7 +27,7 @@ class GlobalizedMethod {
   void barrier_changed();
 
   /// One iteration: moves the point, fully evaluated at its end, and describes the step in info.
-  /// A status ends the solve; message() says more.
+  /// A status ends the solve; message() says more. Past the time limit any status may come.
   [[nodiscard]] std::optional<Status> step(Point& point, double mu, IterationInfo& info);
 
   /// Leaves a first-order point with a wrong inertia along a direction of the offending curvature.
@@ -72,6 +73,7 @@ class GlobalizedMethod {
   KktSystem& kkt_;
   InertiaCorrection& correction_;
   const SolverOptions& options_;
+  TimeLimit& limit_;
   bool allow_restoration_;
   bool repeated_;  ///< the search from another starting point failed before
   InnerMaximizer inner_;

@@ -27,8 +27,9 @@ double tail_norm(const Eigen::VectorXd& v, Index begin) {
 }  // namespace
 
 InnerMaximizer::InnerMaximizer(CanonicalProblem& canonical, KktSystem& kkt,
-                               InertiaCorrection& correction, const SolverOptions& options)
-    : canonical_(canonical), kkt_(kkt), correction_(correction), options_(options) {
+                               InertiaCorrection& correction, const SolverOptions& options,
+                               TimeLimit& limit)
+    : canonical_(canonical), kkt_(kkt), correction_(correction), options_(options), limit_(limit) {
   for (Step* step : {&rhs_, &correction_step_}) *step = zero_step(canonical);
 }
 
@@ -127,7 +128,7 @@ bool InnerMaximizer::search(Point& point, double mu, InnerDirection& direction) 
     return true;
   };
   bool first = true;
-  for (double t = alpha.primal; t >= smallest; t *= 0.5, first = false) {
+  for (double t = alpha.primal; t >= smallest && !limit_.expired(); t *= 0.5, first = false) {
     move(point, d, t, alpha.dual, mu, trial_);
     const bool defined = evaluate_merit(trial_, mu, to);
     if (defined) {
@@ -177,7 +178,7 @@ bool InnerMaximizer::escape(Point& point, double mu, InnerDirection& direction) 
   const Merit from{violation(point.evaluation.c, canonical_.max_constraints()),
                    -barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu)};
   trial_.evaluation = point.evaluation;
-  for (double t = length; t > 1e-6 * length; t *= 0.5) {
+  for (double t = length; t > 1e-6 * length && !limit_.expired(); t *= 0.5) {
     for (const double sign : {1.0, -1.0}) {
       direction.step.v.setZero();
       direction.step.v.tail(n) = sign * t * w.v.tail(n);
@@ -231,7 +232,7 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
         ++far_shifted_steps > kFarShiftedSteps) {
       return Outcome::Unbounded;
     }
-    if (k >= max_steps) return Outcome::NotFound;
+    if (k >= max_steps || limit_.expired()) return Outcome::NotFound;
     const bool stationary = error(point, mu) <= std::max(options_.tol, 1e-3 * std::min(1.0, mu));
     if (!unshifted && stationary) {
       if (!escape(point, mu, out)) return Outcome::NotFound;

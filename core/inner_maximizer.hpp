@@ -20,12 +20,12 @@ struct InnerDirection {
 class InnerMaximizer {
  public:
   InnerMaximizer(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
-                 const SolverOptions& options);
+                 const SolverOptions& options, TimeLimit& limit);
 
   enum class Outcome : std::uint8_t {
     Maximum,     ///< K_yy right at zero shift and the gain at most the target
     AboveBound,  ///< feasible with a value above the bound: phi(x) is larger still
-    NotFound,    ///< no maximum within the allowed steps
+    NotFound,    ///< no maximum within the allowed steps or the time limit
     Unbounded    ///< y runs away
   };
 
@@ -59,6 +59,7 @@ class InnerMaximizer {
   KktSystem& kkt_;
   InertiaCorrection& correction_;
   const SolverOptions& options_;
+  TimeLimit& limit_;
   Filter filter_;
   Point trial_;
   NewtonResidual rhs_;

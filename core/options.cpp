@@ -113,6 +113,13 @@ std::vector<OptionInfo> make_table() {
       {"honor_original_bounds", model,
        "Whether the returned point is projected into the original bounds.",
        Flag{&O::honor_original_bounds}},
+      {"fixed_variable_treatment", model, "What becomes of variables with equal bounds.",
+       choice(&O::fixed_variable_treatment,
+              {"make_parameter", "make_parameter_nodual", "make_constraint", "relax_bounds"},
+              {"they are taken out; their multipliers cost a gradient and a Jacobian at the end",
+               "they are taken out; their multipliers are zero",
+               "they become free variables, each with an equality constraint of its owner",
+               "their bounds are moved apart by bound_relax_factor, which must be positive"})},
       {"nlp_scaling_method", model, "How objective and constraints are scaled.",
        choice(&O::nlp_scaling_method, {"none", "gradient-based", "user-scaling"},
               {"no scaling",
@@ -336,6 +343,10 @@ std::string check(const SolverOptions& options) {
     return "hessian_approximation = limited-memory is not available: a quasi-Newton matrix has no "
            "inertia to certify a local minmax with; finite-difference-values needs no second "
            "derivatives either";
+  }
+  if (options.fixed_variable_treatment == FixedVariableTreatment::RelaxBounds &&
+      options.bound_relax_factor == 0.0) {
+    return "fixed_variable_treatment = relax_bounds needs a positive bound_relax_factor";
   }
   if (options.obj_scaling_factor == 0.0) return "obj_scaling_factor = 0 removes the objective";
   return {};

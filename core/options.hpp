@@ -27,6 +27,12 @@ enum class HessianApproximation : std::uint8_t {
   LimitedMemory  ///< Ipopt's; refused: a quasi-Newton matrix has no inertia to certify with
 };
 enum class DerivativeTest : std::uint8_t { None, FirstOrder, SecondOrder, OnlySecondOrder };
+enum class FixedVariableTreatment : std::uint8_t {
+  MakeParameter,        ///< taken out; multipliers by one more gradient and Jacobian
+  MakeParameterNodual,  ///< taken out; multipliers zero
+  MakeConstraint,       ///< free variable with an equality constraint of its owner
+  RelaxBounds           ///< bounds moved apart by bound_relax_factor
+};
 enum class BoundMultiplierInit : std::uint8_t { Constant, MuBased };
 
 /// All settings of a solve. Names, defaults and meanings are Ipopt's unless a name begins with
@@ -54,6 +60,7 @@ struct SolverOptions {
   double nlp_upper_bound_inf = 1e19;
   double bound_relax_factor = 1e-8;
   bool honor_original_bounds = false;
+  FixedVariableTreatment fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
   Scaling nlp_scaling_method = Scaling::GradientBased;
   double nlp_scaling_max_gradient = 100.0;
   double nlp_scaling_min_value = 1e-8;

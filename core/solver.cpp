@@ -68,6 +68,7 @@ class Solver {
       : options_(options),
         nested_(nested),
         observer_(observer),
+        limit_(options),
         canonical_(problem, options, result_.counts, result_.timing) {}
 
   Result run();
@@ -103,7 +104,7 @@ class Solver {
   bool nested_;  ///< feasibility restoration of another solve
   const SolveObserver& observer_;
   Result result_;
-  Stopwatch stopwatch_;
+  TimeLimit limit_;
   CanonicalProblem canonical_;
   std::optional<KktSystem> kkt_;
   std::optional<InertiaCorrection> correction_;
@@ -120,6 +121,7 @@ class Solver {
   double last_objective_ = 0.0;
   std::vector<double> last_residuals_;  ///< of the watchdog
   Index acceptable_count_ = 0;
+  Index reported_full_ = 0, reported_inner_ = 0;  ///< factorizations told to the observer
   /// Where a search stopped that went on elsewhere.
   struct Stop {
     Status status;
@@ -161,7 +163,7 @@ Result Solver::run() {
 
 std::optional<Status> Solver::start() {
   kkt_.emplace(canonical_, options_, result_.counts, result_.timing);
-  correction_.emplace(*kkt_, options_, result_.counts);
+  correction_.emplace(*kkt_, options_, result_.counts, limit_);
   const Index n = canonical_.variables();
   const Index m = canonical_.constraints();
   for (Step* step : {&rhs_, &step_}) {
@@ -189,7 +191,7 @@ std::optional<Status> Solver::start() {
   info_.mu = std::max(info_.mu, mu_final_);
   update_error();
   if (options_.minmax_globalization == Globalization::Filter && !options_.minmax_pure_newton) {
-    method_.emplace(canonical_, *kkt_, *correction_, options_, !nested_);
+    method_.emplace(canonical_, *kkt_, *correction_, options_, limit_, !nested_);
     method_->start(point_);
   }
   return std::nullopt;
@@ -251,7 +253,7 @@ bool Solver::start_elsewhere(Status failed) {
     last_resort_end_ = info_.iteration + iterations;
     method_.reset();
   } else {
-    method_.emplace(canonical_, *kkt_, *correction_, options_, true, true);
+    method_.emplace(canonical_, *kkt_, *correction_, options_, limit_, true, true);
     method_->start(point_);
   }
   if (!first_failure_) first_failure_ = std::move(stop);
@@ -288,6 +290,11 @@ void Solver::report(const Stop& stop) {
 std::optional<Status> Solver::stop_reason() {
   if (observer_.on_iteration) {
     info_.v = canonical_.model_point(point_.iterate.v);
+    const Counts& counts = result_.counts;
+    info_.factorizations_full = counts.factorizations_full - reported_full_;
+    info_.factorizations_inner = counts.factorizations_inner - reported_inner_;
+    reported_full_ = counts.factorizations_full;
+    reported_inner_ = counts.factorizations_inner;
     if (!observer_.on_iteration(info_)) return Status::UserStop;
   }
   std::optional<Status> stop;
@@ -302,8 +309,7 @@ std::optional<Status> Solver::stop_reason() {
     return Status::DivergingIterates;
   }
   if (info_.iteration >= options_.max_iter) return Status::MaxIterations;
-  if (stopwatch_.cpu() > options_.max_cpu_time) return Status::MaxCpuTime;
-  if (stopwatch_.wall() > options_.max_wall_time) return Status::MaxWallTime;
+  if (limit_.expired()) return limit_.exceeded();
   return std::nullopt;
 }
 
@@ -400,6 +406,11 @@ std::optional<Status> Solver::iterate() {
   last_objective_ = info_.objective;
   update_barrier();
   const auto status = method_ ? method_->step(point_, info_.mu, info_) : algorithm_one_step();
+  if (status && limit_.exceeded()) {  // whatever failed was cut short
+    result_.message.clear();
+    if (method_) update_error();  // of the inner maximization's last point
+    return limit_.exceeded();
+  }
   if (method_ && status) result_.message = method_->message();
   if (status) return status;
   update_error();
@@ -580,8 +591,8 @@ Result Solver::finish(Status status) {
   }
   if (result_.message.empty()) result_.message = std::string(name_of(status));
   result_.factorizations = result_.counts.factorizations_full + result_.counts.factorizations_inner;
-  result_.seconds = stopwatch_.wall();
-  result_.cpu_seconds = stopwatch_.cpu();
+  result_.seconds = limit_.stopwatch().wall();
+  result_.cpu_seconds = limit_.stopwatch().cpu();
   result_.timing.total = result_.seconds;
   return std::move(result_);
 }

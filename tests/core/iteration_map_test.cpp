@@ -2,8 +2,8 @@
 
 #include <complex>
 
-#include <Eigen/Dense>
 #include <gtest/gtest.h>
+#include <Eigen/Dense>
 
 #include <ipminmax/core/canonical_problem.hpp>
 #include <ipminmax/core/inertia_correction.hpp>
@@ -22,8 +22,7 @@ class IterationMap {
   IterationMap(std::vector<Player> players, const Eigen::MatrixXd& hessian,
                const SolverOptions& options = {})
       : options_(options),
-        problem_(FunctionProblem::quadratic(players, hessian,
-                                            Eigen::VectorXd::Zero(hessian.rows()),
+        problem_(FunctionProblem::quadratic(players, hessian, Eigen::VectorXd::Zero(hessian.rows()),
                                             Eigen::VectorXd::Zero(hessian.rows()))),
         canonical_(problem_, options_, counts_, timing_) {
     EXPECT_EQ(canonical_.build(), "");
@@ -173,14 +172,11 @@ TEST(Line7, IsSkippedWhereTheInnerMatrixIsOnlySingular) {
 
 // Example 1: min x^3 - 3x, minimum at 1, maximum at -1.
 FunctionProblem cubic(double start) {
-  return FunctionProblem({Player::Min}, Eigen::VectorXd::Constant(1, start),
-                         [](const Eigen::VectorXd& v) { return v[0] * v[0] * v[0] - 3 * v[0]; },
-                         [](const Eigen::VectorXd& v) {
-                           return Eigen::VectorXd::Constant(1, 3 * v[0] * v[0] - 3);
-                         },
-                         [](const Eigen::VectorXd& v) {
-                           return Eigen::MatrixXd::Constant(1, 1, 6 * v[0]);
-                         });
+  return FunctionProblem(
+      {Player::Min}, Eigen::VectorXd::Constant(1, start),
+      [](const Eigen::VectorXd& v) { return v[0] * v[0] * v[0] - 3 * v[0]; },
+      [](const Eigen::VectorXd& v) { return Eigen::VectorXd::Constant(1, 3 * v[0] * v[0] - 3); },
+      [](const Eigen::VectorXd& v) { return Eigen::MatrixXd::Constant(1, 1, 6 * v[0]); });
 }
 
 TEST(PaperExample1, TheModifiedNewtonMethodFindsTheMinimum) {
