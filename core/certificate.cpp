@@ -132,8 +132,8 @@ class SecondOrderTest {
   /// Right with curvature to spare: satisfied beyond doubt.
   InertiaTest survives(const Eigen::VectorXd& curvature, double margin) {
     InertiaTest test;
-    // The worst W for the maximizer has + error in y; for the minimizer - error everywhere, for then
-    // phi'' = W_xx - W_xy W_yy^-1 W_yx (on the tangent spaces) is smallest.
+    // The worst W for the maximizer has + error in y; for the minimizer - error everywhere, for
+    // then phi'' = W_xx - W_xy W_yy^-1 W_yx (on the tangent spaces) is smallest.
     kkt_.assemble(evaluation_, shifted(curvature, 0.0, -1.0));
     test.inner = kkt_.has_expected_inner_inertia(kkt_.factorize_inner({.y = -margin}));
     const bool inner_stable = test.inner && (kkt_.pivots() || inner_backward_stable());

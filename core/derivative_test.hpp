@@ -45,15 +45,17 @@ struct DerivativeReport {
 
 /// Compares the model's derivatives with forward differences, as Ipopt's derivative checker: at a
 /// random point within point_perturbation_radius of the starting point and within the bounds, with
-/// steps derivative_test_perturbation max(1, |v|), away from a bound or an undefined point. An entry
-/// is wrong when its relative error is at least derivative_test_tol and more than rounding explains.
+/// steps derivative_test_perturbation max(1, |v|), away from a bound or an undefined point. An
+/// entry is wrong when its relative error is at least derivative_test_tol and more than rounding
+/// explains.
 ///
-/// Rows outside the structures are compared with zero, so a nonzero that the Jacobian or the Hessian
-/// misses is found, and with it a Min constraint that varies with a Max variable. Second derivatives
-/// of f and of every g_k are tested one by one.
+/// Rows outside the structures are compared with zero, so a nonzero that the Jacobian or the
+/// Hessian misses is found, and with it a Min constraint that varies with a Max variable. Second
+/// derivatives of f and of every g_k are tested one by one.
 [[nodiscard]] DerivativeReport test_derivatives(Problem& problem, const SolverOptions& options);
 
-/// "Jacobian of constraint 0 (balance) of Min in variable 2 (y) of Max"; names where there are some.
+/// "Jacobian of constraint 0 (balance) of Min in variable 2 (y) of Max"; names where there are
+/// some.
 [[nodiscard]] std::string describe(const DerivativeEntry& entry, const ProblemStructure& structure);
 
 }  // namespace ipminmax

@@ -56,7 +56,7 @@ void make_unique(std::vector<Triplet>& pattern) {
 
 }  // namespace
 
-// --- Pattern --------------------------------------------------------------------------------------
+// --- Pattern -------------------------------------------------------------------------------------
 
 FiniteDifferenceHessian::FiniteDifferenceHessian(Problem& model, const SolverOptions& options)
     : model_(model),
@@ -119,8 +119,8 @@ void FiniteDifferenceHessian::set_pattern(std::vector<Triplet> pattern) {
 }
 
 void FiniteDifferenceHessian::verify_detection(std::span<const double> start) {
-  // Each round ends with a pattern that has passed at fresh points, or one that has grown; rows that
-  // disagree with nothing left to fill are not a matter of sparsity.
+  // Each round ends with a pattern that has passed at fresh points, or one that has grown; rows
+  // that disagree with nothing left to fill are not a matter of sparsity.
   constexpr int kPoints = 3;
   PointSampler sampler(structure_, start);
   std::uniform_real_distribution<double> multiplier(0.5, 1.5);
@@ -160,7 +160,7 @@ bool FiniteDifferenceHessian::widen() {
   return fill(std::exchange(missing_, {}));
 }
 
-// --- The model, passed on -------------------------------------------------------------------------
+// --- The model, passed on ------------------------------------------------------------------------
 
 bool FiniteDifferenceHessian::take_start() {
   const std::size_t n = structure_.variable_lower.size();
@@ -216,7 +216,7 @@ bool FiniteDifferenceHessian::jacobian(std::span<const double> v, bool new_v,
   return true;
 }
 
-// --- Differences ----------------------------------------------------------------------------------
+// --- Differences ---------------------------------------------------------------------------------
 
 bool FiniteDifferenceHessian::evaluate(std::span<const double> v, const Multipliers& multipliers,
                                        FirstDerivatives& derivatives) {
@@ -362,7 +362,7 @@ bool FiniteDifferenceHessian::hessian(std::span<const double> v, bool, double si
   return differences(v, {sigma, lambda}, 1.0, values, {});
 }
 
-// --- Errors ---------------------------------------------------------------------------------------
+// --- Errors --------------------------------------------------------------------------------------
 
 bool FiniteDifferenceHessian::values_with_errors(std::span<const double> v,
                                                  const Multipliers& multipliers,

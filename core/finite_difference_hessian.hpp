@@ -12,8 +12,8 @@
 
 namespace ipminmax {
 
-/// A model whose Hessian of sigma f + lambda' g comes from differences of its gradient and Jacobian;
-/// everything else is passed on.
+/// A model whose Hessian of sigma f + lambda' g comes from differences of its gradient and
+/// Jacobian; everything else is passed on.
 ///
 /// The pattern is the model's structure of the Hessian or, when it has none, detected
 /// (detect_hessian_pattern) and then checked: H d must agree with the difference along a random
@@ -23,8 +23,8 @@ namespace ipminmax {
 ///
 /// Variables are perturbed in groups (color_hessian) by minmax_difference_step max(1, |v|): to both
 /// sides, or twice to one side near a bound, either way with an error of second order in the step.
-/// Where a point is undefined, the group's variables are perturbed one by one, to the other side and
-/// with smaller steps; when nothing helps, the Hessian is undefined.
+/// Where a point is undefined, the group's variables are perturbed one by one, to the other side
+/// and with smaller steps; when nothing helps, the Hessian is undefined.
 class FiniteDifferenceHessian final : public Problem {
  public:
   /// The model must outlive this object. Detection evaluates it around its starting point. Only a
@@ -67,7 +67,7 @@ class FiniteDifferenceHessian final : public Problem {
   struct Offsets {
     double first = 0.0, second = 0.0;
   };
-  /// A point of the Lagrangian's gradient.
+  /// Weights of f and g in the Lagrangian.
   struct Multipliers {
     double sigma;
     std::span<const double> lambda;
@@ -101,8 +101,8 @@ class FiniteDifferenceHessian final : public Problem {
                                       std::span<double> values, std::span<double> rounding);
   void subtract_base(const FirstDerivatives& derivatives, const Multipliers& multipliers,
                      std::vector<double>& change);
-  /// Rows in which the values disagree with the difference along a random direction; empty optional:
-  /// undefined along every direction tried.
+  /// Rows in which the values disagree with the difference along a random direction; empty
+  /// optional: undefined along every direction tried.
   [[nodiscard]] std::optional<std::vector<Index>> disagreeing_rows(std::span<const double> v,
                                                                    const Multipliers& multipliers,
                                                                    std::span<const double> values,

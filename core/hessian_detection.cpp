@@ -76,8 +76,8 @@ class Detector {
     }
   }
 
-  /// Rows whose derivatives change when the groups' variables move to other_; empty optional: no
-  /// such point is defined.
+  /// Rows whose derivatives change when the groups' variables move to other_, or part
+  /// of the way; false: no such point is defined.
   bool changed_rows(const std::vector<const Group*>& groups, std::vector<bool>& changed) {
     trial_ = base_.v;
     for (const double fraction : {1.0, 0.1, 1e-2, 1e-4}) {

@@ -43,7 +43,7 @@ std::string printed(const SmartPtr<Ipopt::TNLP>& model, const std::string& optio
   return testing::internal::GetCapturedStdout();
 }
 
-// --- Without second derivatives -------------------------------------------------------------------
+// --- Without second derivatives ------------------------------------------------------------------
 
 /// As a TNLP that does not override eval_h.
 class WithoutEvalH : public Model {
@@ -221,8 +221,8 @@ TEST(NoSecondDerivatives, HS071IsSolved) {
   EXPECT_LE(result.iterations, 12);
 }
 
-/// The pursuit game over 300 stages, 8 variables each: the number of differences does not grow with the
-/// horizon, and neither do the iterations.
+/// The pursuit game over 300 stages, 8 variables each: the number of differences does not grow with
+/// the horizon, and neither do the iterations.
 class Chauffeur : public chauffeur::ChauffeurTNLP {
  public:
   Chauffeur(Index horizon, bool structure)
@@ -260,9 +260,9 @@ TEST(NoSecondDerivatives, ALongPursuitIsSolved) {
   }
 }
 
-// --- Derivative test ------------------------------------------------------------------------------
+// --- Derivative test -----------------------------------------------------------------------------
 
-/// The gradient in y and one second derivative are wrong, one Jacobian entry is not in the structure.
+/// The gradient in y and the second derivative in x0 and y may be wrong.
 class Wrong : public Model {
  public:
   bool eval_grad_f(Index n, const Number* x, bool new_x, Number* grad) override {

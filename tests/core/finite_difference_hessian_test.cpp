@@ -48,7 +48,7 @@ SolverOptions with_differences() {
   return options;
 }
 
-// --- Colouring ------------------------------------------------------------------------------------
+// --- Colouring -----------------------------------------------------------------------------------
 
 std::vector<Triplet> band(Index n, Index half_width) {
   std::vector<Triplet> pattern;
@@ -142,7 +142,7 @@ TEST(Coloring, GridTakesAConstantNumberOfGroups) {
   EXPECT_LE(grid(60), 8U);
 }
 
-// --- Values ---------------------------------------------------------------------------------------
+// --- Values --------------------------------------------------------------------------------------
 
 /// Both players, bounds, nonlinear and linear constraints, no dense Hessian.
 Model mixed_model() {
@@ -379,7 +379,7 @@ TEST(Differences, CostTwoEvaluationsPerGroup) {
   EXPECT_EQ(differences.gradients(), 2 * 3);
 }
 
-// --- Detection ------------------------------------------------------------------------------------
+// --- Detection -----------------------------------------------------------------------------------
 
 Pairs detected(const Model& model, std::vector<double> start) {
   AutodiffProblem problem(model, std::move(start));
@@ -508,7 +508,7 @@ TEST(Detection, TakesFewEvaluationsForABand) {
   EXPECT_LE(blind.gradients, 140);
 }
 
-// --- Missing entries ------------------------------------------------------------------------------
+// --- Missing entries -----------------------------------------------------------------------------
 
 /// The structure hides 3xy.
 TEST(MissingEntries, AreFoundByTheErrorEstimate) {
@@ -553,8 +553,8 @@ TEST(MissingEntries, DoNotMakeACertificate) {
   }));
 }
 
-/// f = (x-20)^2/2 - y^2/2 + max(0, x-10)^2 y / 100: the players meet far from where the sparsity was
-/// looked for.
+/// f = (x-20)^2/2 - y^2/2 + max(0, x-10)^2 y / 100: the players meet far from where the sparsity
+/// was looked for.
 TEST(MissingEntries, AreAddedWhenTheyAppear) {
   const auto beyond = [](const VectorXd& v) { return std::max(0.0, v[0] - 10.0); };
   const auto square = [](double a) { return a * a; };
@@ -584,7 +584,7 @@ TEST(MissingEntries, AreAddedWhenTheyAppear) {
   EXPECT_NEAR(found.v[1], exact.v[1], 1e-6);
 }
 
-// --- Stated errors in the certificate -------------------------------------------------------------
+// --- Stated errors in the certificate ------------------------------------------------------------
 
 /// A problem that states errors of its Hessian's rows.
 class WithErrors final : public Problem {
@@ -673,7 +673,7 @@ TEST(StatedErrors, AreScaledWithTheVariables) {
   EXPECT_EQ(verdict(1.0, 0.0, -1.0, {1.1, 0.0}, options), SecondOrder::Undecided);
 }
 
-// --- Solve ----------------------------------------------------------------------------------------
+// --- Solve ---------------------------------------------------------------------------------------
 
 Model game() {
   Model model;
@@ -720,7 +720,8 @@ TEST(SolveWithDifferences, RefusesLimitedMemory) {
   EXPECT_EQ(solve(problem, options).status, Status::InvalidOption);
 }
 
-/// The true curvature of y is kappa; the model's gradient carries noise that the differences enlarge.
+/// The true curvature of y is kappa; the model's gradient carries noise that the differences
+/// enlarge.
 Result solve_noisy(double kappa, double noise) {
   class Noisy final : public Problem {
    public:

@@ -1,5 +1,5 @@
-// The minimizations without second derivatives: differences lose next to nothing, and certify no more
-// than is true.
+// The minimizations without second derivatives: differences lose next to nothing, and certify no
+// more than is true.
 
 #include <algorithm>
 #include <cmath>
