@@ -82,7 +82,9 @@ double fitted_exponent(std::span<const double> x, std::span<const double> y) {
 std::vector<std::vector<double>> alternate(const Effort& effort,
                                            std::span<const std::function<double()>> contestants) {
   std::vector<std::vector<double>> times(contestants.size());
-  for (const auto& contestant : contestants) (void)contestant();
+  if (effort.warm_up) {
+    for (const auto& contestant : contestants) (void)contestant();
+  }
   const Clock clock;
   for (int round = 0; round < effort.max_rounds; ++round) {
     if (round >= effort.min_rounds && clock.seconds() >= effort.seconds) break;

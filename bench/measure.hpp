@@ -42,11 +42,12 @@ struct Effort {
   double seconds = 2.0;
   int min_rounds = 3;
   int max_rounds = 31;
+  bool warm_up = true;  ///< an untimed round first; of no use to child processes
 };
 
 /// Calls the contestants in turn, round after round, so that a change of the machine's speed meets
 /// all of them; every second round goes backwards. A contestant returns the seconds it took.
-/// result[contestant][round]; an untimed round comes first.
+/// result[contestant][round].
 [[nodiscard]] std::vector<std::vector<double>> alternate(
     const Effort& effort, std::span<const std::function<double()>> contestants);
 
