@@ -86,7 +86,7 @@ Game chauffeur_game(int horizon) {
   return game;
 }
 
-// --- Robust MPC ------------------------------------------------------------------------------------
+// --- Linear dynamics ------------------------------------------------------------------------------------
 
 /// A quadratic game with linear Max equalities without these and their states: dense, and with
 /// gradients only, for first-order methods.
@@ -187,10 +187,12 @@ class EliminatedProblem final : public Problem {
   double constant_ = 0.0;
 };
 
-Game mpc_game(int horizon) {
-  Game game{.name = "robust MPC T=" + std::to_string(horizon)};
-  game.problem = ipminmax::testing::f17_mpc_box(horizon).problem;
-  for (Index i = 2 * horizon; i < 4 * horizon; ++i) game.states.push_back(i);
+/// states: the last ones of the variables. Starts: random controls within bounds (unbounded ones
+/// in [-1, 1]) and the states that follow.
+Game linear_dynamics_game(std::string name, std::unique_ptr<Problem> problem, Index states) {
+  Game game{.name = std::move(name), .problem = std::move(problem)};
+  const auto n = static_cast<Index>(game.problem->structure().variable_lower.size());
+  for (Index i = n - states; i < n; ++i) game.states.push_back(i);
   const auto eliminated = std::make_shared<EliminatedProblem>(*game.problem, game.states);
   game.reduced = std::make_unique<EliminatedProblem>(*eliminated);
   game.reduce = [eliminated](std::span<const double> v) { return eliminated->reduce(v); };
@@ -200,11 +202,23 @@ Game mpc_game(int horizon) {
     const ipminmax::ProblemStructure& s = eliminated->structure();
     std::vector<double> z;
     for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
-      z.push_back(uniform(random, s.variable_lower[i], s.variable_upper[i]));
+      const bool bounded = s.variable_upper[i] < 1e19;
+      z.push_back(bounded ? uniform(random, s.variable_lower[i], s.variable_upper[i])
+                          : uniform(random, -1.0, 1.0));
     }
     return eliminated->lift(z);
   };
   return game;
+}
+
+Game mpc_game(int horizon) {
+  return linear_dynamics_game("robust MPC T=" + std::to_string(horizon),
+                              ipminmax::testing::f17_mpc_box(horizon).problem, 2 * horizon);
+}
+
+Game elliptic_control_game(int nodes) {
+  return linear_dynamics_game("elliptic control " + std::to_string(nodes),
+                              ipminmax::testing::f19_pde(nodes).problem, nodes);
 }
 
 // --- Others ----------------------------------------------------------------------------------------
@@ -261,6 +275,7 @@ std::vector<Game> games() {
   all.push_back(regression_game(30, 10));
   all.push_back(mpc_game(20));
   all.push_back(mpc_game(60));
+  all.push_back(elliptic_control_game(50));
   all.push_back(small_game("paper_f3", true));
   all.push_back(small_game("rh7", true));
   all.push_back(small_game("attack_ball", false));  // Y depends on x
