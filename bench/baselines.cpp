@@ -145,18 +145,18 @@ void run(const Settings& settings, int starts, int rounds, const Limits& limits,
 }  // namespace bench
 
 int main(int argc, char** argv) {
-  bench::Settings settings{.seconds = 60.0, .csv = {}};
+  bench::Settings settings{.seconds = 150.0, .csv = {}};
   int starts = 0;
   int rounds = 3;
   bench::Limits limits;
   std::string game;
   CommandLine command_line("baselines: ways to solve a minmax problem");
-  command_line.add("--starts", starts, "random starts for each game (10 for each minute)");
+  command_line.add("--starts", starts, "random starts for each game (one for each 15 seconds)");
   command_line.add("--rounds", rounds, "repetitions of quick solves (3)");
   command_line.add("--limit", limits.seconds, "seconds for one solve (5)");
   command_line.add("--game", game, "only those whose name contains it");
   return bench::run_program(argc, argv, command_line, settings, [&] {
-    if (starts == 0) starts = std::max(3, static_cast<int>(settings.seconds / 6.0));
+    if (starts == 0) starts = std::max(3, static_cast<int>(settings.seconds / 15.0));
     if (starts < 1 || rounds < 1) throw std::invalid_argument("--starts and --rounds from 1 on");
     bench::print_environment();
     bench::run(settings, starts, rounds, limits, game);

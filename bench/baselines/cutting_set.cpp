@@ -242,12 +242,12 @@ class ScenarioProblem final : public Problem {
 };
 
 /// The better of two local maxima over y: from the last worst case and from the start.
-IpoptAnswer pessimize(InnerProblem& inner, const std::vector<double>& v,
+IpoptAnswer pessimize(IpoptMinimizer& ipopt, InnerProblem& inner, const std::vector<double>& v,
                       std::span<const double> start, const Players& players, double seconds) {
   inner.point() = v;
-  IpoptAnswer best = minimize_by_ipopt(inner, kTolerance, seconds);
+  IpoptAnswer best = ipopt.minimize(inner, seconds);
   for (const Index i : players.y) inner.point()[at(i)] = start[at(i)];
-  IpoptAnswer other = minimize_by_ipopt(inner, kTolerance, seconds);
+  IpoptAnswer other = ipopt.minimize(inner, seconds);
   const bool better =
       solved_well(other) && (!solved_well(best) || other.objective < best.objective - kTolerance);
   return better ? other : best;
@@ -266,17 +266,19 @@ Answer solve_cutting_set(Game& game, std::span<const double> start, const Limits
 
   std::vector<double> v(start.begin(), start.end());
   InnerProblem inner(counted, players, v);
+  IpoptMinimizer ipopt(kTolerance);
   double value = 0.0;
   if (counted.objective(v, true, value)) master.add_scenario(v, value);
   while (master.scenarios() > 0 && master.scenarios() <= kMaxScenarios) {
     const double left = limits.seconds - clock.seconds();
     if (left <= 0.0) break;
-    const IpoptAnswer outer = minimize_by_ipopt(master, kTolerance, left);
+    const IpoptAnswer outer = ipopt.minimize(master, left);
     if (!solved_well(outer)) break;
     master.take_states(outer.v);
     master.put_x(outer.v, v);
     const double t = master.t_of(outer.v);
-    const IpoptAnswer worst = pessimize(inner, v, start, players, limits.seconds - clock.seconds());
+    const IpoptAnswer worst =
+        pessimize(ipopt, inner, v, start, players, limits.seconds - clock.seconds());
     if (!solved_well(worst)) break;
     inner.point() = v;
     v = inner.point_with(worst.v);

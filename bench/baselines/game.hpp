@@ -94,7 +94,7 @@ using Method = std::function<Answer(Game&, std::span<const double>, const Limits
 /// Finds the steps of both: the best of a grid, on starts of their own.
 void tune_first_order(Game& game, Random& random);
 
-/// Whether a local minmax that the library certifies lies within 1e-4 (1 + |v|) of a point: solves
+/// Whether a local minmax that the library certifies lies within 1e-3 max(1, |v|) of a point: solves
 /// from there with small barrier parameters.
 [[nodiscard]] bool is_local_minmax(Problem& problem, const std::vector<double>& v);
 

@@ -14,27 +14,35 @@ namespace bench {
 
 using ipminmax::testing::IpoptAnswer;
 
-/// Minimizes a Problem by Ipopt, silently.
-inline IpoptAnswer minimize_by_ipopt(Problem& problem, double tolerance, double seconds,
-                                     const std::function<void(Ipopt::OptionsList&)>& more = {}) {
-  const Ipopt::SmartPtr<ipminmax::testing::ProblemTnlp> model =
-      new ipminmax::testing::ProblemTnlp(problem);
-  const Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
-  Ipopt::OptionsList& options = *application->Options();
-  options.SetIntegerValue("print_level", 0);
-  options.SetStringValue("sb", "yes");
-  options.SetStringValue("linear_solver", "mumps");
-  options.SetNumericValue("tol", tolerance);
-  options.SetNumericValue("max_cpu_time", std::max(seconds, 1e-3));
-  if (more) more(options);
-  if (application->Initialize("") != Ipopt::Solve_Succeeded) {
-    throw std::runtime_error("Ipopt refuses its options");
+/// Ipopt, silent, for any number of minimizations one after the other.
+class IpoptMinimizer {
+ public:
+  explicit IpoptMinimizer(double tolerance) {
+    options().SetIntegerValue("print_level", 0);
+    options().SetStringValue("sb", "yes");
+    options().SetStringValue("linear_solver", "mumps");
+    options().SetNumericValue("tol", tolerance);
+    if (application_->Initialize("") != Ipopt::Solve_Succeeded) {
+      throw std::runtime_error("Ipopt refuses its options");
+    }
   }
-  const Ipopt::ApplicationReturnStatus status = application->OptimizeTNLP(GetRawPtr(model));
-  IpoptAnswer answer = model->answer();
-  answer.status = status;
-  return answer;
-}
+
+  /// For the following minimizations.
+  [[nodiscard]] Ipopt::OptionsList& options() { return *application_->Options(); }
+
+  [[nodiscard]] IpoptAnswer minimize(Problem& problem, double seconds) {
+    const Ipopt::SmartPtr<ipminmax::testing::ProblemTnlp> model =
+        new ipminmax::testing::ProblemTnlp(problem);
+    options().SetNumericValue("max_cpu_time", std::max(seconds, 1e-3));
+    const Ipopt::ApplicationReturnStatus status = application_->OptimizeTNLP(GetRawPtr(model));
+    IpoptAnswer answer = model->answer();
+    answer.status = status;
+    return answer;
+  }
+
+ private:
+  Ipopt::SmartPtr<Ipopt::IpoptApplication> application_ = new Ipopt::IpoptApplication(false);
+};
 
 inline bool solved_well(const IpoptAnswer& answer) {
   return answer.status == Ipopt::Solve_Succeeded ||

@@ -116,7 +116,7 @@ class OuterProblem final : public Problem {
     if (left <= 0.0) return false;
     const std::vector<double> before = inner_.point();
     inner_.point() = with_x(x);
-    const IpoptAnswer answer = minimize_by_ipopt(inner_, kInnerTolerance, left);
+    const IpoptAnswer answer = ipopt_.minimize(inner_, left);
     if (!solved_well(answer)) {
       inner_.point() = before;
       return false;
@@ -130,6 +130,7 @@ class OuterProblem final : public Problem {
   Problem& game_;
   Players players_;
   InnerProblem inner_;
+  IpoptMinimizer ipopt_{kInnerTolerance};
   const Clock& clock_;
   double seconds_;
   ipminmax::ProblemStructure structure_;
@@ -145,10 +146,9 @@ Answer solve_nested_ipopt(Game& game, std::span<const double> start, const Limit
   const Clock clock;
   ForwardingProblem counted(*game.problem);
   OuterProblem problem(counted, {start.begin(), start.end()}, clock, limits.seconds);
-  const IpoptAnswer found =
-      minimize_by_ipopt(problem, kOuterTolerance, limits.seconds, [](Ipopt::OptionsList& options) {
-        options.SetStringValue("hessian_approximation", "limited-memory");
-      });
+  IpoptMinimizer outer(kOuterTolerance);
+  outer.options().SetStringValue("hessian_approximation", "limited-memory");
+  const IpoptAnswer found = outer.minimize(problem, limits.seconds);
   Answer answer;
   if (!found.v.empty()) answer.v = problem.point_of(found.v);
   answer.claims = solved_well(found) && !answer.v.empty();

@@ -54,7 +54,7 @@ Answer solve_pure_newton(Game& game, std::span<const double> start, const Limits
 }
 
 bool is_local_minmax(Problem& problem, const std::vector<double>& v) {
-  constexpr double kNear = 1e-4;
+  constexpr double kNear = 1e-3;
   double size = 1.0;
   for (const double value : v) {
     if (!std::isfinite(value)) return false;

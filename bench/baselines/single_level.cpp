@@ -333,26 +333,23 @@ Answer solve_single_level(Game& game, std::span<const double> start, const Limit
   const Clock clock;
   ForwardingProblem counted(*game.problem);
   SingleLevelProblem problem(counted, {start.begin(), start.end()});
+  IpoptMinimizer ipopt(1e-8);
+  for (const char* push :
+       {"warm_start_bound_push", "warm_start_bound_frac", "warm_start_slack_bound_push",
+        "warm_start_slack_bound_frac", "warm_start_mult_bound_push"}) {
+    ipopt.options().SetNumericValue(push, 1e-9);
+  }
   Answer answer;
   for (double t = kFirstRelaxation; t > 0.5 * kLastRelaxation; t *= 0.1) {
     problem.relax(t);
-    const bool first = t == kFirstRelaxation;
-    const IpoptAnswer found = minimize_by_ipopt(
-        problem, std::min(1e-8, t), limits.seconds - clock.seconds(),
-        [&](Ipopt::OptionsList& options) {
-          if (first) return;
-          options.SetStringValue("warm_start_init_point", "yes");
-          options.SetNumericValue("mu_init", t);
-          for (const char* push :
-               {"warm_start_bound_push", "warm_start_bound_frac", "warm_start_slack_bound_push",
-                "warm_start_slack_bound_frac", "warm_start_mult_bound_push"}) {
-            options.SetNumericValue(push, 1e-9);
-          }
-        });
+    ipopt.options().SetNumericValue("tol", std::min(1e-8, t));
+    const IpoptAnswer found = ipopt.minimize(problem, limits.seconds - clock.seconds());
     answer.claims = solved_well(found);
     if (!found.v.empty()) answer.v.assign(found.v.begin(), found.v.begin() + std::ssize(start));
     if (!answer.claims) break;
     problem.start_from(found);
+    ipopt.options().SetStringValue("warm_start_init_point", "yes");
+    ipopt.options().SetNumericValue("mu_init", 0.1 * t);
   }
   answer.seconds = clock.seconds();
   answer.counts = counted.counts();
