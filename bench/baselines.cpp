@@ -153,7 +153,7 @@ int main(int argc, char** argv) {
   CommandLine command_line("baselines: ways to solve a minmax problem");
   command_line.add("--starts", starts, "random starts for each game (one for each 15 seconds)");
   command_line.add("--rounds", rounds, "repetitions of quick solves (3)");
-  command_line.add("--limit", limits.seconds, "seconds for one solve (5)");
+  command_line.add("--limit", limits.seconds, "CPU seconds for one solve (5)");
   command_line.add("--game", game, "only those whose name contains it");
   return bench::run_program(argc, argv, command_line, settings, [&] {
     if (starts == 0) starts = std::max(3, static_cast<int>(settings.seconds / 15.0));

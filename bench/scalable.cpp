@@ -65,9 +65,10 @@ double status_megabytes(const std::string& key) {
 struct Report {
   double unknowns = 0.0, seconds = 0.0, iterations = 0.0, certified = 0.0, success = 0.0;
   double factorizations_full = 0.0, factorizations_inner = 0.0;
-  double distance = 0.0;        ///< |v - v*|
-  double peak_megabytes = 0.0;  ///< VmHWM after the solve - VmRSS before it
-  static constexpr std::size_t kFields = 9;
+  double distance = 0.0;                       ///< |v - v*|
+  double peak_megabytes = 0.0;                 ///< VmHWM after the solve - VmRSS before it
+  double analysis = 0.0, factorization = 0.0;  ///< shares of the time
+  static constexpr std::size_t kFields = 11;
   [[nodiscard]] std::array<double*, kFields> fields() {
     return {&unknowns,
             &seconds,
@@ -77,7 +78,9 @@ struct Report {
             &factorizations_full,
             &factorizations_inner,
             &distance,
-            &peak_megabytes};
+            &peak_megabytes,
+            &analysis,
+            &factorization};
   }
 };
 
@@ -95,6 +98,8 @@ void solve_as_child(const Family& family, Index unknowns, const std::string& sol
   const ipminmax::ProblemStructure& s = problem->structure();
   report.unknowns = static_cast<double>(s.variable_lower.size() + s.constraint_lower.size());
   report.iterations = result.iterations;
+  report.analysis = result.timing.analysis / result.timing.total;
+  report.factorization = result.timing.factorization / result.timing.total;
   report.certified = result.certificate.kind == ipminmax::PointKind::LocalMinmax ? 1.0 : 0.0;
   report.success = is_success(result.status) ? 1.0 : 0.0;
   report.factorizations_full = result.counts.factorizations_full;
@@ -154,17 +159,23 @@ void add_mumps_memory(const ipminmax::SymmetricMatrix& matrix, MumpsMemory& memo
   run(-2);
 }
 
-/// Prints: predicted entries and flops of K, and MUMPS's figures.
-void analyze_as_child(const Family& family, Index unknowns) {
+/// Prints the predicted entries and flops of K, or what MUMPS says of its memory.
+void analyze_as_child(const Family& family, Index unknowns, bool by_mumps) {
   const auto problem = family.make(unknowns);
-  const KktMatrices matrices = kkt_matrices_after(*problem, 0);
-  const ipminmax::OrderingChoice choice =
-      choose_ordering(matrices.full.matrix, ipminmax::Ordering::Best);
-  MumpsMemory memory;
-  add_mumps_memory(matrices.full.matrix, memory);
-  add_mumps_memory(matrices.inner.matrix, memory);
-  std::printf("%lld %.17g %.17g %.17g\n", static_cast<long long>(choice.size.entries),
-              choice.size.flops, memory.estimated, memory.used);
+  ipminmax::SolverOptions options;  // the pattern is all that counts
+  options.linear_solver = ipminmax::LinearSolver::Ldlt;
+  options.minmax_ordering = ipminmax::Ordering::Amd;
+  const KktMatrices matrices = kkt_matrices_after(*problem, 0, options);
+  if (by_mumps) {
+    MumpsMemory memory;
+    add_mumps_memory(matrices.full.matrix, memory);
+    add_mumps_memory(matrices.inner.matrix, memory);
+    std::printf("%.17g %.17g\n", memory.used, memory.estimated);
+  } else {
+    const ipminmax::FactorSize size =
+        choose_ordering(matrices.full.matrix, ipminmax::Ordering::Best).size;
+    std::printf("%.17g %.17g\n", static_cast<double>(size.entries), size.flops);
+  }
 }
 
 // --- The parent ------------------------------------------------------------------------------------
@@ -194,55 +205,70 @@ Report solve_in_child(const Family& family, Index unknowns, const char* solver, 
   return report;
 }
 
+/// Two numbers from an analyzing child, NaN when it failed.
+std::array<double, 2> analyze_in_child(const char* what, const Family& family, Index unknowns) {
+  const std::vector<double> numbers =
+      child(std::string("--child-analyze ") + what + " --family " + family.name + " --unknowns " +
+            std::to_string(unknowns));
+  if (numbers.size() != 2) return {std::nan(""), std::nan("")};
+  return {numbers[0], numbers[1]};
+}
+
 struct Growth {
   std::vector<double> unknowns{}, per_iteration{}, entries{}, flops{};
 };
 
+/// One row per size; stops where the flops say that the next size would take longer than limit.
+Growth grow(const Family& family, Index largest, double limit, double seconds, Table& table) {
+  Growth growth;
+  double last_flops = 0.0, last_seconds = 0.0;
+  for (Index unknowns = 1000; unknowns <= largest; unknowns *= 10) {
+    const auto [entries, flops] = analyze_in_child("sizes", family, unknowns);
+    const double expected = last_flops > 0.0 ? last_seconds * flops / last_flops : 0.0;
+    if (!(expected <= limit)) {
+      std::printf("%s with %d unknowns left out: about %.0f s, above --limit\n", family.name,
+                  unknowns, expected);
+      break;
+    }
+    Report with_auto, with_mumps;
+    const std::vector<std::function<double()>> contestants = {
+        [&] { return (with_auto = solve_in_child(family, unknowns, "auto", limit)).seconds; },
+        [&] { return (with_mumps = solve_in_child(family, unknowns, "mumps", limit)).seconds; }};
+    const Effort effort{
+        .seconds = seconds / 4.0, .min_rounds = 1, .max_rounds = 9, .warm_up = false};
+    const auto times = alternate(effort, contestants);
+    const auto [used, estimated] = analyze_in_child("mumps", family, unknowns);
+    const Spread time = spread(times[0]);
+    const double per_iteration = time.median / std::max(with_auto.iterations, 1.0);
+    table.row().text(family.name).integer(static_cast<std::int64_t>(with_auto.unknowns));
+    table.text(with_auto.certified > 0.0 ? "yes" : with_auto.success > 0.0 ? "undecided" : "no");
+    table.number(with_auto.iterations).number(with_auto.factorizations_full);
+    table.number(with_auto.factorizations_inner).number(with_auto.distance, 2).time(time);
+    table.time(per_iteration).percent(with_auto.analysis).percent(with_auto.factorization);
+    table.time(spread(times[1]).median).number(spread_of_ratios(times[1], times[0]));
+    table.number(entries).number(flops).number(with_auto.peak_megabytes);
+    table.number(with_mumps.peak_megabytes).number(used).number(estimated);
+    last_flops = flops;
+    last_seconds = std::max(time.median, spread(times[1]).median);
+    if (with_auto.success == 0.0) continue;
+    growth.unknowns.push_back(with_auto.unknowns);
+    growth.per_iteration.push_back(per_iteration);
+    growth.entries.push_back(entries);
+    growth.flops.push_back(flops);
+  }
+  return growth;
+}
+
 void run(const Settings& settings, Index largest, double limit, const std::string& only) {
   Table table({"family", "unknowns", "cert", "iter", "fact K", "fact K_yy", "|v - v*|", "time",
-               "time/iter", "with MUMPS", "MUMPS / auto", "L entries", "L flops", "peak MB",
-               "peak MB MUMPS", "MUMPS says used", "estimated"});
+               "time/iter", "analysis", "fact", "with MUMPS", "MUMPS / auto", "L entries",
+               "L flops", "peak MB", "peak MB MUMPS", "MUMPS says used", "estimated"});
   Table growths({"family", "unknowns from", "to", "entries ~ N^", "flops ~ N^", "time/iter ~ N^",
                  "time/iter ~ entries^"});
   for (const Family& family : kFamilies) {
     if (!only.empty() && only != family.name) continue;
-    Growth growth;
-    for (Index unknowns = 1000; unknowns <= largest; unknowns *= 10) {
-      const std::vector<double> analysis =
-          child("--child-analyze --family " + std::string(family.name) + " --unknowns " +
-                std::to_string(unknowns));
-      Report with_auto, with_mumps;
-      const std::vector<std::function<double()>> contestants = {
-          [&] { return (with_auto = solve_in_child(family, unknowns, "auto", limit)).seconds; },
-          [&] { return (with_mumps = solve_in_child(family, unknowns, "mumps", limit)).seconds; }};
-      const Effort effort{
-          .seconds = settings.seconds / 12.0, .min_rounds = 1, .max_rounds = 9, .warm_up = false};
-      const auto times = alternate(effort, contestants);
-      const Spread time = spread(times[0]);
-      const double per_iteration = time.median / std::max(with_auto.iterations, 1.0);
-      table.row().text(family.name).integer(static_cast<std::int64_t>(with_auto.unknowns));
-      table.text(with_auto.certified > 0.0 ? "yes" : with_auto.success > 0.0 ? "undecided" : "no");
-      table.number(with_auto.iterations).number(with_auto.factorizations_full);
-      table.number(with_auto.factorizations_inner).number(with_auto.distance, 2).time(time);
-      table.time(per_iteration).time(spread(times[1]).median);
-      table.number(spread_of_ratios(times[1], times[0]));
-      const bool analyzed = analysis.size() == 4;
-      for (const std::size_t k : {0U, 1U}) {
-        analyzed ? table.number(analysis[k]) : table.none();
-      }
-      table.number(with_auto.peak_megabytes).number(with_mumps.peak_megabytes);
-      for (const std::size_t k : {3U, 2U}) {
-        analyzed ? table.number(analysis[k]) : table.none();
-      }
-      if (analyzed && with_auto.success > 0.0) {
-        growth.unknowns.push_back(with_auto.unknowns);
-        growth.per_iteration.push_back(per_iteration);
-        growth.entries.push_back(analysis[0]);
-        growth.flops.push_back(analysis[1]);
-      }
-      const double slower = std::max(time.median, spread(times[1]).median);
-      if (slower * 15.0 > limit) break;  // the next size would not finish
-    }
+    const double seconds = settings.seconds / static_cast<double>(std::size(kFamilies));
+    const Growth growth = grow(family, largest, limit, seconds, table);
     if (growth.unknowns.size() < 2) continue;
     growths.row().text(family.name).number(growth.unknowns.front(), 8);
     growths.number(growth.unknowns.back(), 8);
@@ -263,23 +289,22 @@ void run(const Settings& settings, Index largest, double limit, const std::strin
 
 int main(int argc, char** argv) {
   bench::Settings settings;
-  std::string family, solver;
+  std::string family, solver, analyze;
   int unknowns = 1000000;
   double limit = 120.0;
-  bool analyze = false;
   CommandLine command_line("scalable: time and memory of sparse minmax problems of any size");
   command_line.add("--family", family, "only this one: quartic_chain, quartic_grid, elliptic_grid");
   command_line.add("--unknowns", unknowns, "largest number, variables and multipliers (1000000)");
   command_line.add("--limit", limit, "seconds for one solve (120)");
   command_line.add("--child-solve", solver, "auto or mumps: one solve, for the parent process");
-  command_line.add_flag("--child-analyze", analyze, "factor sizes, for the parent process");
+  command_line.add("--child-analyze", analyze, "sizes or mumps: figures for the parent process");
   return bench::run_program(argc, argv, command_line, settings, [&] {
     if (unknowns < 100) throw std::invalid_argument("--unknowns must be at least 100");
     if (!family.empty()) (void)bench::family_named(family);
     if (!solver.empty()) {
       bench::solve_as_child(bench::family_named(family), unknowns, solver, limit);
-    } else if (analyze) {
-      bench::analyze_as_child(bench::family_named(family), unknowns);
+    } else if (!analyze.empty()) {
+      bench::analyze_as_child(bench::family_named(family), unknowns, analyze == "mumps");
     } else {
       bench::print_environment();
       bench::run(settings, unknowns, limit, family);

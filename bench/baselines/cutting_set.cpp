@@ -257,6 +257,7 @@ IpoptAnswer pessimize(IpoptMinimizer& ipopt, InnerProblem& inner, const std::vec
 
 Answer solve_cutting_set(Game& game, std::span<const double> start, const Limits& limits) {
   const Clock clock;
+  const CpuClock cpu;
   ForwardingProblem counted(*game.problem);
   const Players players(counted.structure());
   ScenarioProblem master(counted, players, game.states);
@@ -270,7 +271,7 @@ Answer solve_cutting_set(Game& game, std::span<const double> start, const Limits
   double value = 0.0;
   if (counted.objective(v, true, value)) master.add_scenario(v, value);
   while (master.scenarios() > 0 && master.scenarios() <= kMaxScenarios) {
-    const double left = limits.seconds - clock.seconds();
+    const double left = limits.seconds - cpu.seconds();
     if (left <= 0.0) break;
     const IpoptAnswer outer = ipopt.minimize(master, left);
     if (!solved_well(outer)) break;
@@ -278,7 +279,7 @@ Answer solve_cutting_set(Game& game, std::span<const double> start, const Limits
     master.put_x(outer.v, v);
     const double t = master.t_of(outer.v);
     const IpoptAnswer worst =
-        pessimize(ipopt, inner, v, start, players, limits.seconds - clock.seconds());
+        pessimize(ipopt, inner, v, start, players, limits.seconds - cpu.seconds());
     if (!solved_well(worst)) break;
     inner.point() = v;
     v = inner.point_with(worst.v);

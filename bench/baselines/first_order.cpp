@@ -26,7 +26,7 @@ class FirstOrderMethod {
   /// Steps from z until the residual is small; returns the last one, infinite when z ran away.
   double run(std::vector<double>& z, const Game::Steps& steps, bool extragradient, int count,
              double seconds) {
-    const Clock clock;
+    const CpuClock clock;
     game_.project(z);
     double residual = INFINITY;
     for (int k = 0; k < count; ++k) {

@@ -48,7 +48,7 @@ struct Game {
 };
 
 struct Limits {
-  double seconds = 5.0;
+  double seconds = 5.0;  ///< CPU time
 };
 
 struct Answer {

@@ -16,11 +16,10 @@ constexpr double kOuterTolerance = 1e-7;  // what the inner tolerance leaves of 
 /// last y; with the inner multipliers lambda, phi' = f_x + J_yx' lambda.
 class OuterProblem final : public Problem {
  public:
-  OuterProblem(Problem& game, std::vector<double> start, const Clock& clock, double seconds)
+  OuterProblem(Problem& game, std::vector<double> start, double seconds)
       : game_(game),
         players_(game.structure()),
         inner_(game, players_, std::move(start)),
-        clock_(clock),
         seconds_(seconds) {
     const ipminmax::ProblemStructure& s = game.structure();
     for (const Index i : players_.x) {
@@ -131,7 +130,7 @@ class OuterProblem final : public Problem {
   Players players_;
   InnerProblem inner_;
   IpoptMinimizer ipopt_{kInnerTolerance};
-  const Clock& clock_;
+  CpuClock clock_;
   double seconds_;
   ipminmax::ProblemStructure structure_;
   std::vector<std::size_t> jacobian_entries_;
@@ -145,7 +144,7 @@ class OuterProblem final : public Problem {
 Answer solve_nested_ipopt(Game& game, std::span<const double> start, const Limits& limits) {
   const Clock clock;
   ForwardingProblem counted(*game.problem);
-  OuterProblem problem(counted, {start.begin(), start.end()}, clock, limits.seconds);
+  OuterProblem problem(counted, {start.begin(), start.end()}, limits.seconds);
   IpoptMinimizer outer(kOuterTolerance);
   outer.options().SetStringValue("hessian_approximation", "limited-memory");
   const IpoptAnswer found = outer.minimize(problem, limits.seconds);

@@ -32,13 +32,13 @@ Answer solve_by_us(Game& game, std::span<const double> start, const SolverOption
 
 Answer solve_filter(Game& game, std::span<const double> start, const Limits& limits) {
   SolverOptions options;
-  options.max_wall_time = limits.seconds;
+  options.max_cpu_time = limits.seconds;
   return solve_by_us(game, start, options);
 }
 
 Answer solve_algorithm_one(Game& game, std::span<const double> start, const Limits& limits) {
   SolverOptions options;
-  options.max_wall_time = limits.seconds;
+  options.max_cpu_time = limits.seconds;
   options.max_iter = 500;
   options.minmax_globalization = ipminmax::Globalization::None;
   return solve_by_us(game, start, options);
@@ -46,7 +46,7 @@ Answer solve_algorithm_one(Game& game, std::span<const double> start, const Limi
 
 Answer solve_pure_newton(Game& game, std::span<const double> start, const Limits& limits) {
   SolverOptions options;
-  options.max_wall_time = limits.seconds;
+  options.max_cpu_time = limits.seconds;
   options.max_iter = 500;
   options.minmax_globalization = ipminmax::Globalization::None;
   options.minmax_pure_newton = true;

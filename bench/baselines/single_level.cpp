@@ -331,6 +331,7 @@ class SingleLevelProblem final : public Problem {
 
 Answer solve_single_level(Game& game, std::span<const double> start, const Limits& limits) {
   const Clock clock;
+  const CpuClock cpu;
   ForwardingProblem counted(*game.problem);
   SingleLevelProblem problem(counted, {start.begin(), start.end()});
   IpoptMinimizer ipopt(1e-8);
@@ -343,7 +344,7 @@ Answer solve_single_level(Game& game, std::span<const double> start, const Limit
   for (double t = kFirstRelaxation; t > 0.5 * kLastRelaxation; t *= 0.1) {
     problem.relax(t);
     ipopt.options().SetNumericValue("tol", std::min(1e-8, t));
-    const IpoptAnswer found = ipopt.minimize(problem, limits.seconds - clock.seconds());
+    const IpoptAnswer found = ipopt.minimize(problem, limits.seconds - cpu.seconds());
     answer.claims = solved_well(found);
     if (!found.v.empty()) answer.v.assign(found.v.begin(), found.v.begin() + std::ssize(start));
     if (!answer.claims) break;
