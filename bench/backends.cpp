@@ -18,6 +18,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -215,8 +216,8 @@ class MatrixReport {
       table.number(static_cast<double>(m.prepared.analysis.factor_entries));
       table.number(m.prepared.analysis.flops).number(flops_per_entry());
       table.time(m.prepared.analysis_seconds).time(line.time).number(line.time.median / best());
-      table.text(std::to_string(m.inertia.positive) + "+ " + std::to_string(m.inertia.negative) +
-                 "- " + std::to_string(m.inertia.zero) + "0");
+      table.text(std::to_string(m.inertia.positive) + " " + std::to_string(m.inertia.negative) +
+                 " " + std::to_string(m.inertia.zero));
     }
   }
 
@@ -275,7 +276,7 @@ void report(const std::vector<std::string>& names, const std::vector<KktMatrix>&
                  "MUMPS (best ordering)", "LAPACK", "auto", "auto / best", "analysis of auto",
                  "auto takes", "ordering"});
   Table every({"matrix", "rows", "entries", "backend", "ordering", "L entries", "L flops",
-               "flops/entry", "analysis", "factorization", "time / best", "inertia"});
+               "flops/entry", "analysis", "factorization", "time / best", "inertia + - 0"});
   for (std::size_t k = 0; k < names.size(); ++k) {
     const MatrixReport matrix(names[k], matrices[k], measurements);
     matrix.add_summary(summary);
@@ -435,13 +436,19 @@ void run(const Settings& settings, const std::string& only, bool all) {
 }  // namespace bench
 
 int main(int argc, char** argv) {
-  // Google Benchmark takes its own options out of the command line.
+  // Google Benchmark's own options are for it, the others for us.
   std::string interleave = "--benchmark_enable_random_interleaving=true";
-  std::vector<char*> arguments(argv, argv + argc);
-  arguments.insert(arguments.begin() + 1, interleave.data());
-  int count = argc + 1;
-  arguments.push_back(nullptr);
-  benchmark::Initialize(&count, arguments.data());
+  std::vector<char*> for_google = {argv[0], interleave.data()}, for_us = {argv[0]};
+  for (int i = 1; i < argc; ++i) {
+    (std::string_view(argv[i]).starts_with("--benchmark_") ? for_google : for_us)
+        .push_back(argv[i]);
+  }
+  int google_count = static_cast<int>(for_google.size());
+  for_google.push_back(nullptr);
+  benchmark::Initialize(&google_count, for_google.data());
+  if (benchmark::ReportUnrecognizedArguments(google_count, for_google.data())) return 2;
+  const int count = static_cast<int>(for_us.size());
+  for_us.push_back(nullptr);
 
   bench::Settings settings{.seconds = 60.0, .csv = {}};
   std::string only;
@@ -451,7 +458,7 @@ int main(int argc, char** argv) {
   command_line.add("--matrices", only, "only those whose name contains it");
   command_line.add_flag("--all", all, "prints every backend and ordering, not only the best");
   command_line.add_flag("--child-blas", child, "times for the parent process");
-  return bench::run_program(count, arguments.data(), command_line, settings, [&] {
+  return bench::run_program(count, for_us.data(), command_line, settings, [&] {
     if (child) {
       bench::time_blas_as_child(only);
     } else {

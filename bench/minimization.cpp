@@ -193,12 +193,12 @@ void run(const Settings& settings, Index n, double limit, const std::string& onl
   }
   if (families.empty()) throw std::invalid_argument("no family " + only);
   Effort effort{.seconds = settings.seconds / static_cast<double>(families.size()),
-                .min_rounds = 3,
-                .max_rounds = 9};
+                .min_rounds = 2,
+                .max_rounds = 9,
+                .warm_up = false};
   const std::vector<const ScalableNlp*> quick = run(settings, families, n, effort, limit);
   if (!large || quick.empty()) return;
   effort.min_rounds = 1;
-  effort.warm_up = false;
   (void)run(settings, quick, 10 * n, effort, 10.0 * limit);
 }
 

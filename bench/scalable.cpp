@@ -291,15 +291,16 @@ int main(int argc, char** argv) {
   bench::Settings settings;
   std::string family, solver, analyze;
   int unknowns = 1000000;
-  double limit = 120.0;
+  double limit = 0.0;
   CommandLine command_line("scalable: time and memory of sparse minmax problems of any size");
   command_line.add("--family", family, "only this one: quartic_chain, quartic_grid, elliptic_grid");
   command_line.add("--unknowns", unknowns, "largest number, variables and multipliers (1000000)");
-  command_line.add("--limit", limit, "seconds for one solve (120)");
+  command_line.add("--limit", limit, "seconds for one solve (6 x --seconds)");
   command_line.add("--child-solve", solver, "auto or mumps: one solve, for the parent process");
   command_line.add("--child-analyze", analyze, "sizes or mumps: figures for the parent process");
   return bench::run_program(argc, argv, command_line, settings, [&] {
     if (unknowns < 100) throw std::invalid_argument("--unknowns must be at least 100");
+    if (limit <= 0.0) limit = 6.0 * settings.seconds;
     if (!family.empty()) (void)bench::family_named(family);
     if (!solver.empty()) {
       bench::solve_as_child(bench::family_named(family), unknowns, solver, limit);

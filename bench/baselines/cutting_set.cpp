@@ -21,22 +21,22 @@ constexpr std::size_t kMaxScenarios = 100;
 
 class ScenarioProblem final : public Problem {
  public:
-  ScenarioProblem(Problem& game, const Players& players, const std::vector<Index>& states)
-      : game_(game), s_(game.structure()), players_(players), states_(states) {
+  ScenarioProblem(Problem& game, const std::vector<Index>& states)
+      : game_(game), s_(game.structure()), players_(s_), states_(states) {
     place_.assign(s_.variable_lower.size(), -1);
     for (std::size_t i = 0; i < states.size(); ++i) place_[at(states[i])] = static_cast<Index>(i);
-    for (const Index i : players.x) {
+    for (const Index i : players_.x) {
       structure_.variable_lower.push_back(s_.variable_lower[at(i)]);
       structure_.variable_upper.push_back(s_.variable_upper[at(i)]);
     }
     structure_.variable_lower.push_back(-kInfinity);  // t
     structure_.variable_upper.push_back(kInfinity);
-    for (const Index j : players.min_constraints) {
+    for (const Index j : players_.min_constraints) {
       structure_.constraint_lower.push_back(s_.constraint_lower[at(j)]);
       structure_.constraint_upper.push_back(s_.constraint_upper[at(j)]);
     }
     if (!states.empty()) {
-      for (const Index j : players.max_constraints) {
+      for (const Index j : players_.max_constraints) {
         if (s_.constraint_lower[at(j)] == s_.constraint_upper[at(j)]) equalities_.push_back(j);
       }
     }
@@ -231,7 +231,7 @@ class ScenarioProblem final : public Problem {
 
   Problem& game_;
   const ipminmax::ProblemStructure& s_;
-  const Players& players_;
+  Players players_;
   const std::vector<Index>& states_;
   std::vector<Index> place_;       ///< of a state among the states, -1 for others
   std::vector<Index> equalities_;  ///< Max equalities, that is the states' equations
@@ -255,12 +255,19 @@ IpoptAnswer pessimize(IpoptMinimizer& ipopt, InnerProblem& inner, const std::vec
 
 }  // namespace
 
+std::unique_ptr<Problem> scenario_problem(const Game& game,
+                                          std::span<const std::vector<double>> scenarios) {
+  auto problem = std::make_unique<ScenarioProblem>(*game.problem, game.states);
+  for (const std::vector<double>& scenario : scenarios) problem->add_scenario(scenario, 1.0);
+  return problem;
+}
+
 Answer solve_cutting_set(Game& game, std::span<const double> start, const Limits& limits) {
   const Clock clock;
   const CpuClock cpu;
   ForwardingProblem counted(*game.problem);
   const Players players(counted.structure());
-  ScenarioProblem master(counted, players, game.states);
+  ScenarioProblem master(counted, game.states);
   Answer answer;
   answer.applicable = master.applicable();
   if (!answer.applicable) return answer;

@@ -94,6 +94,13 @@ using Method = std::function<Answer(Game&, std::span<const double>, const Limits
 /// Finds the steps of both: the best of a grid, on starts of their own.
 void tune_first_order(Game& game, Random& random);
 
+/// The problems that (a) and (c) hand to Ipopt, for tests of their derivatives. game must outlive
+/// them; the last needs applicable scenarios.
+[[nodiscard]] std::unique_ptr<Problem> single_level_problem(const Game& game,
+                                                            std::span<const double> start);
+[[nodiscard]] std::unique_ptr<Problem> scenario_problem(
+    const Game& game, std::span<const std::vector<double>> scenarios);
+
 /// Whether a local minmax that the library certifies lies within 1e-3 max(1, |v|) of a point: solves
 /// from there with small barrier parameters.
 [[nodiscard]] bool is_local_minmax(Problem& problem, const std::vector<double>& v);

@@ -329,6 +329,11 @@ class SingleLevelProblem final : public Problem {
 
 }  // namespace
 
+std::unique_ptr<Problem> single_level_problem(const Game& game, std::span<const double> start) {
+  return std::make_unique<SingleLevelProblem>(*game.problem,
+                                              std::vector<double>(start.begin(), start.end()));
+}
+
 Answer solve_single_level(Game& game, std::span<const double> start, const Limits& limits) {
   const Clock clock;
   const CpuClock cpu;
