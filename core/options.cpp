@@ -46,6 +46,7 @@ std::vector<OptionInfo> make_table() {
   const std::string_view start = "Initialization";
   const std::string_view barrier = "Barrier Parameter";
   const std::string_view method = "Minmax Method";
+  const std::string_view multistart = "Multistart";
   const std::string_view shifts = "Hessian and Jacobian Shifts";
   const std::string_view linear = "Linear Solver";
   return {
@@ -181,6 +182,19 @@ std::vector<OptionInfo> make_table() {
        "No shifts and no globalization: Newton's method, attracted by every first-order point (for "
        "comparison).",
        Flag{&O::minmax_pure_newton}},
+
+      {"minmax_starts", multistart,
+       "Number of starting points: the model's, then random ones; the best point is returned.",
+       at_least(&O::minmax_starts, 1)},
+      {"minmax_start_seed", multistart, "Seed of the random starting points.",
+       at_least(&O::minmax_start_seed, 0)},
+      {"minmax_start_radius", multistart,
+       "Half width r max(1, |s|) of the box around the model's starting point s in which variables "
+       "without two bounds start; those with two bounds start anywhere between them.",
+       positive(&O::minmax_start_radius)},
+      {"minmax_distinct_tol", multistart,
+       "Distance, relative to max(1, |v|), up to which two certified points are the same.",
+       positive(&O::minmax_distinct_tol)},
 
       {"first_hessian_perturbation", shifts, "First shift tried.",
        positive(&O::first_hessian_perturbation)},
