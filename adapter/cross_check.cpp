@@ -72,6 +72,11 @@ class ProblemView final : public Problem {
                               std::span<double> values) override {
     return base_.jacobian(v, new_v, values);
   }
+  [[nodiscard]] bool hessian_errors(std::span<const double> v, double sigma,
+                                    std::span<const double> lambda,
+                                    std::span<double> row_errors) override {
+    return base_.hessian_errors(v, sign_ * sigma, lambda, row_errors);
+  }
   [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
                              std::span<const double> lambda, bool new_lambda,
                              std::span<double> values) override {

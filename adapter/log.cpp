@@ -1,5 +1,6 @@
 #include <ipminmax/adapter/log.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdarg>
@@ -250,6 +251,41 @@ std::string iteration_row(const IterationInfo& info, bool with_info) {
     text += format(" K %d Kyy %d", info.factorizations_full, info.factorizations_inner);
   }
   return text + "\n";
+}
+
+std::string start_header() {
+  return format("%6s %14s %8s %6s %4s  %s\n", "start", "objective", "error", "iter", "cert",
+                "status");
+}
+
+std::string start_row(Index start, const Result& result) {
+  const bool certified = result.certificate.kind == PointKind::LocalMinmax;
+  return format("%6d %14.7e %8.2e %6d %4s  %s\n", start, result.objective, result.error.total,
+                result.iterations, certified ? "yes" : "-",
+                std::string(name_of(result.status)).c_str());
+}
+
+std::string multistart_summary(const MultistartResult& result) {
+  constexpr std::size_t kMostPoints = 20;
+  std::string text = format("\nMultistart: %d starts, %zu distinct certified points\n",
+                            result.starts, result.points.size());
+  if (!result.points.empty()) {
+    text += format("\n%6s %24s %6s %12s %10s\n", "rank", "local minmax value", "found",
+                   "first start", "margin");
+  }
+  for (std::size_t k = 0; k < std::min(kMostPoints, result.points.size()); ++k) {
+    const DistinctPoint& point = result.points[k];
+    text += format("%6zu %24.16e %6d %12d %10.2e\n", k + 1, point.result.objective, point.found,
+                   point.first_start, point.result.certificate.margin);
+  }
+  if (result.points.size() > kMostPoints) {
+    text += format("%6s and %zu more\n", "...", result.points.size() - kMostPoints);
+  }
+  text += "\n";
+  for (const auto& [status, count] : result.statuses) {
+    text += format("%6d %s\n", count, std::string(name_of(status)).c_str());
+  }
+  return text;
 }
 
 std::string summary(const Result& result) {

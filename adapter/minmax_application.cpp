@@ -16,6 +16,7 @@
 #include <ipminmax/adapter/options_documentation.hpp>
 #include <ipminmax/adapter/status.hpp>
 #include <ipminmax/adapter/tnlp_problem.hpp>
+#include <ipminmax/core/multistart.hpp>
 #include <ipminmax/core/solver.hpp>
 
 namespace ipminmax {
@@ -81,6 +82,7 @@ struct MinMaxApplication::Implementation {
   [[nodiscard]] ApplicationReturnStatus optimize();
   [[nodiscard]] ApplicationReturnStatus run();
   [[nodiscard]] SolveObserver observer_of(TnlpProblem& problem);
+  [[nodiscard]] Result solve_from_many_starts(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] ApplicationReturnStatus stop(Status status, std::string message);
   [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem);
   [[nodiscard]] ApplicationReturnStatus report_exception();
@@ -261,6 +263,29 @@ SolveObserver MinMaxApplication::Implementation::observer_of(TnlpProblem& proble
   return observer;
 }
 
+Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& problem,
+                                                                 const SolverOptions& options) {
+  MultistartObserver observer;
+  observer.on_iteration = [this, &problem, rows = IterationRows(*list)](
+                              Index, const IterationInfo& info) mutable {
+    if (info.iteration == 0) rows = IterationRows(*list);
+    print(Ipopt::J_DETAILED, Ipopt::J_MAIN, rows.text(info));
+    return problem.report(info);
+  };
+  observer.on_result = [this](Index start, const Result& found) {
+    if (start == 0) print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::start_header());
+    print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::start_row(start, found));
+  };
+  observer.message = [this](Index, std::string_view text) {
+    print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
+  };
+  MultistartResult found = multistart(problem, options, observer);
+  if (has_iterate(found.best.status)) {
+    print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::multistart_summary(found));
+  }
+  return std::move(found.best);
+}
+
 ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& problem) {
   if (!has_iterate(result.status)) {
     print(Ipopt::J_ERROR, Ipopt::J_MAIN, log::exit_line(result));
@@ -299,7 +324,8 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
       print(Ipopt::J_SUMMARY, Ipopt::J_NLP,
             log::derivative_test(test_derivatives(problem, options), problem.structure()));
     }
-    result = solve(problem, options, observer_of(problem));
+    result = options.minmax_starts > 1 ? solve_from_many_starts(problem, options)
+                                       : solve(problem, options, observer_of(problem));
   } catch (...) {
     const ApplicationReturnStatus status = report_exception();
     if (problem.started()) {

@@ -18,6 +18,10 @@ constexpr double kInactiveCurvature = 1e-12;
 /// Newton's method counts as contracting when the second step with the same matrix is at most this
 /// fraction of the first (1/4 for x^3 at 0, below it quadratic convergence is near).
 constexpr double kContraction = 0.1;
+/// Margins so many times minmax_curvature_tol owe nothing to the distance to the solution, if that
+/// is below the fraction of the margin.
+constexpr double kClear = 100.0;
+constexpr double kNear = 0.1;
 /// Relative length of a Newton step that is rounding.
 constexpr double kNegligibleStep = 1e-10;
 
@@ -69,9 +73,10 @@ double max_norm(const Eigen::VectorXd& v) {
 }
 
 /// Newton's method at fixed mu from a point: whether the second step with the same matrix is a
-/// fraction of the first. The point is left at the end of the first step.
+/// fraction of the first. The point is left at the end of the first step, whose length is added to
+/// distance.
 bool newton_contracts_here(CanonicalProblem& canonical, KktSystem& kkt, double mu, Point& point,
-                           bool& stop) {
+                           bool& stop, double& distance) {
   stop = true;
   kkt.assemble(point.iterate, point.evaluation);
   if (kkt.factorize({}).status != FactorizationStatus::Ok) return false;
@@ -80,6 +85,7 @@ bool newton_contracts_here(CanonicalProblem& canonical, KktSystem& kkt, double m
   newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
   if (!kkt.solve(point.evaluation, rhs, step)) return false;
   const double first = max_norm(step.v);
+  distance += first;
   if (first <= kNegligibleStep * (1.0 + max_norm(point.iterate.v))) return true;
 
   constexpr double kTau = 0.99;
@@ -100,22 +106,38 @@ bool newton_contracts_here(CanonicalProblem& canonical, KktSystem& kkt, double m
   return full && max_norm(step.v) <= kContraction * first;
 }
 
-/// Whether Newton's method for the equations at mu converges fast from the iterate; a weakly active
-/// bound may need a few steps to get there.
-bool newton_contracts(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& iterate,
-                      const Evaluation& evaluation, double mu) {
+/// Whether Newton's method for the equations at mu converges fast from the point; a weakly active
+/// bound may need a few steps to get there. Leaves the point where that was seen, its Hessian that
+/// of one step before.
+bool newton_contracts(CanonicalProblem& canonical, KktSystem& kkt, double mu, Point& point,
+                      double& distance) {
   constexpr int kRounds = 4;
-  Point point{iterate, evaluation, {}};
-  dual_residual(canonical, iterate, evaluation, point.dual);
   for (int round = 0;; ++round) {
     bool stop = false;
-    if (newton_contracts_here(canonical, kkt, mu, point, stop)) return true;
+    if (newton_contracts_here(canonical, kkt, mu, point, stop, distance)) return true;
     if (stop || round == kRounds) return false;
     if (canonical.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
         EvaluationStatus::Ok) {
       return false;
     }
   }
+}
+
+/// Goes on to the solution that Newton's method converges to, with derivatives of all orders there.
+bool refine(CanonicalProblem& canonical, KktSystem& kkt, double mu, Point& point) {
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    bool stop = false;
+    double distance = 0.0;
+    if (canonical.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
+            EvaluationStatus::Ok ||
+        !newton_contracts_here(canonical, kkt, mu, point, stop, distance)) {
+      return false;
+    }
+    if (stop) return true;  // the step was negligible
+  }
+  return canonical.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) ==
+         EvaluationStatus::Ok;
 }
 
 class SecondOrderTest {
@@ -203,15 +225,20 @@ class SecondOrderTest {
 SecondOrder second_order(const CanonicalProblem& canonical, KktSystem& kkt,
                          const BoundClasses& classes, const Evaluation& evaluation,
                          const Eigen::VectorXd& error, const SolverOptions& options,
-                         Certificate& certificate) {
+                         Certificate& certificate, bool& clear) {
   SecondOrderTest test(canonical, kkt, evaluation, error, options);
   kkt.assemble(evaluation, classes.without_weak);
   // Gamma distorts curvature by gamma, so the margin has to dominate it.
   const double margin = std::max(options.minmax_curvature_tol * std::max(kkt.hessian_norm(), 1.0),
                                  kkt.pivots() ? 0.0 : 2.0 * options.minmax_ldlt_gamma);
-  const InertiaTest spare = test.survives(classes.without_weak, margin);
-  if (spare.both()) {
+  certificate.margin = kClear * margin;
+  InertiaTest spare = test.survives(classes.without_weak, certificate.margin);
+  clear = spare.both();
+  if (!clear) {
     certificate.margin = margin;
+    spare = test.survives(classes.without_weak, margin);
+  }
+  if (spare.both()) {
     const KktSystem::RankFinding rank = kkt.active_rank(evaluation, classes.active);
     certificate.licq_min = rank.full_min;
     certificate.licq_max = rank.full_max;
@@ -219,6 +246,7 @@ SecondOrder second_order(const CanonicalProblem& canonical, KktSystem& kkt,
     const bool inner_follows = rank.full_max || kkt.layout().x.size() == 0;
     return inner_follows ? SecondOrder::Satisfied : SecondOrder::Undecided;
   }
+  certificate.margin = 0.0;
   const InertiaTest helped = test.helped(classes.with_weak, margin, spare.inner);
   const KktSystem::RankFinding rank = kkt.active_rank(evaluation, classes.active);
   certificate.licq_min = rank.full_min;
@@ -244,20 +272,33 @@ Certificate certify(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& 
   certificate.hessian_error = max_norm(error);
   const bool unknown = !error.allFinite();
 
-  certificate.second_order =
-      unknown ? SecondOrder::Undecided
-              : second_order(canonical, kkt, classes, evaluation, error, options, certificate);
+  bool clear = false;
+  certificate.second_order = unknown ? SecondOrder::Undecided
+                                     : second_order(canonical, kkt, classes, evaluation, error,
+                                                    options, certificate, clear);
   // Anything but a clear yes is asked again with pivoting.
   if (certificate.second_order != SecondOrder::Satisfied && !unknown && !kkt.pivots()) {
     while (!kkt.pivots() && kkt.increase_quality()) {
     }
     certificate.second_order =
-        second_order(canonical, kkt, classes, evaluation, error, options, certificate);
+        second_order(canonical, kkt, classes, evaluation, error, options, certificate, clear);
   }
-  if (certificate.second_order == SecondOrder::Satisfied &&
-      !newton_contracts(canonical, kkt, iterate, evaluation, mu)) {
-    certificate.second_order = SecondOrder::Undecided;
-    certificate.margin = 0.0;
+  if (certificate.second_order == SecondOrder::Satisfied) {
+    Point point{iterate, evaluation, {}};
+    dual_residual(canonical, iterate, evaluation, point.dual);
+    double distance = 0.0;  // to the solution
+    bool confirmed = newton_contracts(canonical, kkt, mu, point, distance);
+    clear = clear && distance <= kNear * kClear * options.minmax_curvature_tol;
+    if (confirmed && !clear) {
+      // So little curvature may be due to the distance to the solution (f = x^2 + y^3 + x y).
+      confirmed = refine(canonical, kkt, mu, point) &&
+                  second_order(canonical, kkt, classify(canonical, point.iterate), point.evaluation,
+                               error, options, certificate, clear) == SecondOrder::Satisfied;
+    }
+    if (!confirmed) {
+      certificate.second_order = SecondOrder::Undecided;
+      certificate.margin = 0.0;
+    }
   }
   if (certificate.second_order == SecondOrder::Satisfied) {
     // Inertias right with curvature taken away are right without.

@@ -66,6 +66,7 @@ std::vector<OptionInfo> make_table() {
   const std::string_view start = "Initialization";
   const std::string_view barrier = "Barrier Parameter";
   const std::string_view method = "Minmax Method";
+  const std::string_view multistart = "Multistart";
   const std::string_view shifts = "Hessian and Jacobian Shifts";
   const std::string_view linear = "Linear Solver";
   return {
@@ -242,6 +243,19 @@ std::vector<OptionInfo> make_table() {
        "no "
        "local minmax; 0 for none. Problems without Max variables are never restarted.",
        Integer{&O::minmax_max_restarts, 0, 1000000}},
+
+      {"minmax_starts", multistart,
+       "Number of starting points: the model's, then random ones; the best point is returned.",
+       at_least(&O::minmax_starts, 1)},
+      {"minmax_start_seed", multistart, "Seed of the random starting points.",
+       at_least(&O::minmax_start_seed, 0)},
+      {"minmax_start_radius", multistart,
+       "Half width r max(1, |s|) of the box around the model's starting point s in which variables "
+       "without two bounds start; those with two bounds start anywhere between them.",
+       positive(&O::minmax_start_radius)},
+      {"minmax_distinct_tol", multistart,
+       "Distance, relative to max(1, |v|), up to which two certified points are the same.",
+       positive(&O::minmax_distinct_tol)},
 
       {"first_hessian_perturbation", shifts, "First shift tried.",
        positive(&O::first_hessian_perturbation)},

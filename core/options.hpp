@@ -112,6 +112,12 @@ struct SolverOptions {
   bool minmax_pure_newton = false;
   int minmax_max_restarts = 20;
 
+  // Multistart; solve makes one start whatever these say, see multistart.hpp
+  int minmax_starts = 1;
+  int minmax_start_seed = 1;
+  double minmax_start_radius = 10.0;
+  double minmax_distinct_tol = 1e-4;
+
   // Hessian and Jacobian shifts
   double first_hessian_perturbation = 1e-4;
   double min_hessian_perturbation = 1e-20;
