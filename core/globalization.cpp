@@ -26,8 +26,8 @@ constexpr Index kFewestSetbacks = 3;
 constexpr Index kMostSetbacks = 15;
 constexpr Index kVariablesPerSetback = 10;
 // Iterations after which the fewest setbacks suffice, from the model's start and from others.
-constexpr Index kLongSearch = 30;
-constexpr Index kLongRepeatedSearch = 26;
+constexpr Index kLongSearch = 20;
+constexpr Index kLongRepeatedSearch = 12;
 constexpr Index kMaxEscapes = 30;
 constexpr Index kMaxJointSteps = 40;
 constexpr double kLongStep = 4.0;

@@ -18,8 +18,8 @@ double uniform(std::mt19937_64& generator) {
 constexpr Index kIterationsPerCell = 8;  // of a grid with two cells per dimension
 constexpr Index kMostIterations = 200;
 constexpr Index kLargeProblem = 50;
-constexpr Index kLastResortIterations = 100;
-constexpr Index kIterationsOfLargeProblem = 32;
+constexpr Index kLastResortIterations = 150;
+constexpr Index kIterationsOfLargeProblem = 40;
 
 /// Half-width of the box, over max(1, |v|), where bounds are missing.
 constexpr double kReach = 3.0;

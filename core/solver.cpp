@@ -251,6 +251,7 @@ bool Solver::start_elsewhere(Status failed) {
     point_.iterate = start_;
     if (iterations == 0 || evaluate_start(options_)) return false;
     last_resort_end_ = info_.iteration + iterations;
+    correction_->reset();
     method_.reset();
   } else {
     method_.emplace(canonical_, *kkt_, *correction_, options_, limit_, true, true);
