@@ -119,8 +119,10 @@ ApplicationReturnStatus MinMaxApplication::Implementation::set_up_output() {
   if (open_output_file(file_name, level_option(own_level ? "file_print_level" : "print_level"))) {
     return Ipopt::Solve_Succeeded;
   }
-  print(Ipopt::J_ERROR, Ipopt::J_INITIALIZATION,
-        "Error opening output file \"" + file_name + "\"\n");
+  result = {};
+  result.status = Status::InvalidOption;
+  result.message = "Error opening output file \"" + file_name + "\"";
+  print(Ipopt::J_ERROR, Ipopt::J_INITIALIZATION, result.message + "\n");
   return Ipopt::Invalid_Option;
 }
 
@@ -134,6 +136,9 @@ ApplicationReturnStatus MinMaxApplication::Implementation::initialize(std::istre
     }
     if (!error.empty()) {
       print(Ipopt::J_ERROR, Ipopt::J_INITIALIZATION, "Invalid option: " + error + "\n");
+      result = {};
+      result.status = Status::InvalidOption;
+      result.message = std::move(error);
       return Ipopt::Invalid_Option;
     }
     return set_up_output();
