@@ -283,6 +283,7 @@ MinMaxApplication::~MinMaxApplication() = default;
 
 ApplicationReturnStatus MinMaxApplication::Initialize() {
   const std::string file_name = implementation_->string_option("option_file_name");
+  implementation_->set_console_level();  // print_level may have been set by now
   if (!file_name.empty() && file_name != "ipminmax.opt") {
     implementation_->print(Ipopt::J_SUMMARY, Ipopt::J_MAIN,
                            "Using option file \"" + file_name + "\".\n\n");
