@@ -198,9 +198,11 @@ bool is_set_to(const Value& value, Get get) {
   return get(present) && present == value;
 }
 
-/// Sets one option from its text. Returns what is wrong, empty when nothing is.
+}  // namespace
+
 std::string set_option(const std::string& name, const std::string& text,
-                       Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list) {
+                       Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
+                       bool allow_clobber) {
   const Ipopt::SmartPtr<const Ipopt::RegisteredOption> option = registry.GetOption(name);
   if (Ipopt::IsNull(option)) return "unknown option \"" + name + "\"";
   const std::string setting = name + " = " + text;
@@ -213,7 +215,7 @@ std::string set_option(const std::string& name, const std::string& text,
       return setting + " is not in " + interval_of(*option);
     }
     done = is_set_to(*value, [&](double& v) { return list.GetNumericValue(name, v, ""); }) ||
-           list.SetNumericValue(name, *value, false);
+           list.SetNumericValue(name, *value, allow_clobber);
   } else if (option->Type() == Ipopt::OT_Integer) {
     const auto value = parse_integer(text);
     if (!value) return setting + " is not an integer";
@@ -221,7 +223,7 @@ std::string set_option(const std::string& name, const std::string& text,
       return setting + " is not in " + interval_of(*option);
     }
     done = is_set_to(*value, [&](Ipopt::Index& v) { return list.GetIntegerValue(name, v, ""); }) ||
-           list.SetIntegerValue(name, *value, false);
+           list.SetIntegerValue(name, *value, allow_clobber);
   } else {
     if (!option->IsValidStringSetting(text)) {
       const auto others = ipopt_only_linear_solvers();  // accepted, but not worth proposing
@@ -235,10 +237,12 @@ std::string set_option(const std::string& name, const std::string& text,
       return error;
     }
     done = is_set_to(text, [&](std::string& v) { return list.GetStringValue(name, v, ""); }) ||
-           list.SetStringValue(name, text, false);
+           list.SetStringValue(name, text, allow_clobber);
   }
   return done ? std::string() : setting + " was refused";
 }
+
+namespace {
 
 // --- Typed values ---------------------------------------------------------------------------------
 
@@ -325,7 +329,7 @@ std::string read_options(std::istream& input, const std::string& source,
     const auto value = tokens.next();
     if (tokens.unterminated()) break;
     if (!value) return error_at(name->line, "option \"" + name->text + "\" has no value");
-    if (auto error = set_option(name->text, value->text, registry, list); !error.empty()) {
+    if (auto error = set_option(name->text, value->text, registry, list, false); !error.empty()) {
       return error_at(name->line, error);
     }
   }

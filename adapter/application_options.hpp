@@ -48,6 +48,12 @@ void register_options(Ipopt::RegisteredOptions& registry);
                                        Ipopt::RegisteredOptions& registry,
                                        Ipopt::OptionsList& list);
 
+/// Sets one option from its text. allow_clobber: whether later calls may overwrite it. Returns what is
+/// wrong ("tol = -1 is not in (0, inf)"), empty when nothing is.
+[[nodiscard]] std::string set_option(const std::string& name, const std::string& text,
+                                     Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
+                                     bool allow_clobber);
+
 /// Copies the values that were set to options and checks all, also for options of Ipopt that are
 /// refused. Returns the first error, empty when there is none.
 [[nodiscard]] std::string solver_options(const Ipopt::OptionsList& list, SolverOptions& options);

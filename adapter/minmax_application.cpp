@@ -157,8 +157,10 @@ ApplicationReturnStatus MinMaxApplication::Implementation::set_up_output() {
   if (open_output_file(file_name, level_option(own_level ? "file_print_level" : "print_level"))) {
     return Ipopt::Solve_Succeeded;
   }
-  print(Ipopt::J_ERROR, Ipopt::J_INITIALIZATION,
-        "Error opening output file \"" + file_name + "\"\n");
+  result = {};
+  result.status = Status::InvalidOption;
+  result.message = "Error opening output file \"" + file_name + "\"";
+  print(Ipopt::J_ERROR, Ipopt::J_INITIALIZATION, result.message + "\n");
   return Ipopt::Invalid_Option;
 }
 
@@ -172,6 +174,9 @@ ApplicationReturnStatus MinMaxApplication::Implementation::initialize(std::istre
     }
     if (!error.empty()) {
       print(Ipopt::J_ERROR, Ipopt::J_INITIALIZATION, "Invalid option: " + error + "\n");
+      result = {};
+      result.status = Status::InvalidOption;
+      result.message = std::move(error);
       return Ipopt::Invalid_Option;
     }
     const ApplicationReturnStatus status = set_up_output();
@@ -361,6 +366,7 @@ MinMaxApplication::~MinMaxApplication() = default;
 
 ApplicationReturnStatus MinMaxApplication::Initialize() {
   const std::string file_name = implementation_->string_option("option_file_name");
+  implementation_->set_console_level();  // print_level may have been set by now
   if (!file_name.empty() && file_name != "ipminmax.opt") {
     implementation_->print(Ipopt::J_SUMMARY, Ipopt::J_MAIN,
                            "Using option file \"" + file_name + "\".\n\n");

@@ -57,7 +57,8 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// when it is another model or nothing was solved before.
   Ipopt::ApplicationReturnStatus ReOptimizeTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
 
-  /// Answer of the last solve, with the certificate.
+  /// Answer of the last solve, with the certificate; after a failed Initialize its status and
+  /// message only.
   [[nodiscard]] const Result& LastResult() const;
   /// Statistics of the last solve; null when it stopped before its first iterate.
   [[nodiscard]] Ipopt::SmartPtr<MinMaxStatistics> Statistics() const;

@@ -36,6 +36,9 @@ constexpr double kLargeMultiplier = 1e6;
 /// that many steps in a row pass through first-order points.
 constexpr double kOutwardStep = 5e-4;
 constexpr int kOutwardSteps = 3;
+/// Second derivatives below this, that many times farther out than the start, have died out.
+constexpr double kDiedOut = 1e-100;
+constexpr double kFarAway = 10.0;
 
 double max_norm(const Eigen::VectorXd& v) {
   return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
@@ -355,6 +358,13 @@ Status Solver::certified_status(Status when_not_refuted) {
 
 bool Solver::runs_to_infinity() {
   // Newton's method, continued from a first-order point without curvature.
+  const auto& hessian = point_.evaluation.hessian;
+  const bool died_out =
+      std::ranges::all_of(hessian, [](double value) { return std::abs(value) < kDiedOut; });
+  if (!hessian.empty() && died_out &&
+      max_norm(point_.iterate.v) > kFarAway * (1.0 + max_norm(start_.v))) {
+    return true;
+  }
   Point here = point_;
   bool outward = true;
   for (int k = 0; k < kOutwardSteps && outward; ++k) {

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Installs the build folder $1 into a fresh prefix, then builds and runs the consumer with CMake and
-# with a plain compiler call. CXX and CXXFLAGS as for the library.
+# with a plain compiler call, in C++ and in C. CC, CXX and CXXFLAGS as for the library.
 set -euo pipefail
 source_dir=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build_dir=$(cd "$1" && pwd)
 cxx=${CXX:-g++}
+cc=${CC:-gcc}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 prefix=$work/prefix
@@ -16,9 +17,11 @@ prefix=$work/moved
 
 echo "== find_package"
 cmake -S "$source_dir" -B "$work/cmake" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CXX_COMPILER="$cxx" \
+  -DCMAKE_C_COMPILER="$cc" \
   >"$work/cmake.log" || { cat "$work/cmake.log"; exit 1; }
 cmake --build "$work/cmake"
 "$work/cmake/consumer"
+"$work/cmake/c_consumer"
 
 pc_dir=$(dirname "$(find "$prefix" -name ipminmax.pc)")
 lib_dir=${pc_dir%/pkgconfig}
@@ -30,4 +33,39 @@ for static in "" --static; do
   "$cxx" -std=c++20 ${CXXFLAGS:-} "$source_dir/consumer.cpp" -o "$work/consumer" \
     $(pkg-config $static --cflags --libs ipminmax ipopt)
   "$work/consumer"
+  # shellcheck disable=SC2046,SC2086
+  "$cc" -std=c99 -pedantic ${CXXFLAGS:-} "$source_dir/consumer.c" -o "$work/c_consumer" \
+    $(pkg-config $static --cflags --libs ipminmax ipopt) -lm
+  "$work/c_consumer"
 done
+
+echo "== header together with Ipopt's, as C99 and as C++"
+cat >"$work/both.c" <<'END'
+#include <IpStdCInterface.h>
+#include <ipminmax.h>
+static Eval_F_CB eval_f;
+static IpminmaxEval_F_CB eval_f_of_ours;
+int main(void) {
+  return eval_f != 0 || eval_f_of_ours != 0 ||
+         (int)Maximum_Iterations_Exceeded != (int)IPMINMAX_MAXIMUM_ITERATIONS_EXCEEDED;
+}
+END
+# shellcheck disable=SC2046
+"$cc" -std=c99 -Wall -Wextra $(pkg-config --cflags ipminmax ipopt) "$work/both.c" -o "$work/both"
+"$work/both"
+echo '#include <ipminmax.h>' >"$work/header.c"
+"$cc" -std=c99 -pedantic -Wall -Wextra -Werror -I"$prefix/include" -fsyntax-only "$work/header.c"
+"$cxx" -Wall -Wextra -Werror -I"$prefix/include" -x c++ -fsyntax-only "$work/header.c"
+
+echo "== no C name of libipopt's"
+ours=$(find "$lib_dir" -name 'libipminmax_adapter.so' -o -name 'libipminmax_adapter.a' | head -1)
+ipopt=$(find -L $(pkg-config --variable=libdir ipopt) /usr/lib /usr/lib/*-linux-gnu -maxdepth 1 \
+  -name libipopt.so 2>/dev/null | head -1 || true)
+c_names() { sed -n 's/.* [TDBRVW] \([A-Za-z][A-Za-z0-9_]*\)$/\1/p' | sort -u; }
+if [ "${ours##*.}" = so ]; then nm -D --defined-only "$ours"; else nm -g --defined-only "$ours"; fi \
+  | c_names >"$work/ours"
+nm -D --defined-only "$ipopt" | c_names >"$work/theirs"
+grep -qx IpminmaxCreate "$work/ours"  # both lists were read
+grep -qx CreateIpoptProblem "$work/theirs"
+if comm -12 "$work/ours" "$work/theirs" | grep .; then exit 1; fi
+if grep -v '^Ipminmax' "$work/ours"; then echo "C names without the prefix"; exit 1; fi

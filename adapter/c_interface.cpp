@@ -1,0 +1,676 @@
+#include <IpOptionsList.hpp>
+#include <IpRegOptions.hpp>
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <ipminmax/adapter/ipminmax.h>
+#include <ipminmax/adapter/application_options.hpp>
+#include <ipminmax/adapter/minmax_application.hpp>
+#include <ipminmax/adapter/minmax_tnlp.hpp>
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+namespace {
+
+using Ipopt::Index;
+using Ipopt::Number;
+using Ipopt::SmartPtr;
+
+// The header repeats these values, so that it does not need Ipopt's or the core's.
+template <class Ours, class Theirs>
+constexpr bool same(Ours ours, Theirs theirs) {
+  return static_cast<int>(ours) == static_cast<int>(theirs);
+}
+static_assert(same(IPMINMAX_SOLVE_SUCCEEDED, Ipopt::Solve_Succeeded));
+static_assert(same(IPMINMAX_SOLVED_TO_ACCEPTABLE_LEVEL, Ipopt::Solved_To_Acceptable_Level));
+static_assert(same(IPMINMAX_INFEASIBLE_PROBLEM_DETECTED, Ipopt::Infeasible_Problem_Detected));
+static_assert(same(IPMINMAX_SEARCH_DIRECTION_BECOMES_TOO_SMALL,
+                   Ipopt::Search_Direction_Becomes_Too_Small));
+static_assert(same(IPMINMAX_DIVERGING_ITERATES, Ipopt::Diverging_Iterates));
+static_assert(same(IPMINMAX_USER_REQUESTED_STOP, Ipopt::User_Requested_Stop));
+static_assert(same(IPMINMAX_FEASIBLE_POINT_FOUND, Ipopt::Feasible_Point_Found));
+static_assert(same(IPMINMAX_MAXIMUM_ITERATIONS_EXCEEDED, Ipopt::Maximum_Iterations_Exceeded));
+static_assert(same(IPMINMAX_RESTORATION_FAILED, Ipopt::Restoration_Failed));
+static_assert(same(IPMINMAX_ERROR_IN_STEP_COMPUTATION, Ipopt::Error_In_Step_Computation));
+static_assert(same(IPMINMAX_MAXIMUM_CPUTIME_EXCEEDED, Ipopt::Maximum_CpuTime_Exceeded));
+#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
+static_assert(same(IPMINMAX_MAXIMUM_WALLTIME_EXCEEDED, Ipopt::Maximum_WallTime_Exceeded));
+#endif
+static_assert(same(IPMINMAX_NOT_ENOUGH_DEGREES_OF_FREEDOM, Ipopt::Not_Enough_Degrees_Of_Freedom));
+static_assert(same(IPMINMAX_INVALID_PROBLEM_DEFINITION, Ipopt::Invalid_Problem_Definition));
+static_assert(same(IPMINMAX_INVALID_OPTION, Ipopt::Invalid_Option));
+static_assert(same(IPMINMAX_INVALID_NUMBER_DETECTED, Ipopt::Invalid_Number_Detected));
+static_assert(same(IPMINMAX_UNRECOVERABLE_EXCEPTION, Ipopt::Unrecoverable_Exception));
+static_assert(same(IPMINMAX_NONIPOPT_EXCEPTION_THROWN, Ipopt::NonIpopt_Exception_Thrown));
+static_assert(same(IPMINMAX_INSUFFICIENT_MEMORY, Ipopt::Insufficient_Memory));
+static_assert(same(IPMINMAX_INTERNAL_ERROR, Ipopt::Internal_Error));
+static_assert(same(IPMINMAX_MIN, Player::Min) && same(IPMINMAX_MAX, Player::Max));
+static_assert(same(IPMINMAX_C_STYLE, Ipopt::TNLP::C_STYLE) &&
+              same(IPMINMAX_FORTRAN_STYLE, Ipopt::TNLP::FORTRAN_STYLE));
+static_assert(same(IPMINMAX_LOCAL_MINMAX, PointKind::LocalMinmax) &&
+              same(IPMINMAX_FIRST_ORDER_POINT, PointKind::FirstOrderPoint) &&
+              same(IPMINMAX_FEASIBLE_POINT, PointKind::FeasiblePoint) &&
+              same(IPMINMAX_INFEASIBLE_POINT, PointKind::InfeasiblePoint));
+static_assert(same(IPMINMAX_NOT_TESTED, SecondOrder::NotTested) &&
+              same(IPMINMAX_SATISFIED, SecondOrder::Satisfied) &&
+              same(IPMINMAX_UNDECIDED, SecondOrder::Undecided) &&
+              same(IPMINMAX_VIOLATED, SecondOrder::Violated));
+
+std::size_t size_of(Index n) { return static_cast<std::size_t>(n); }
+
+void copy(const std::vector<double>& from, double* to) {
+  if (to != nullptr) std::copy(from.begin(), from.end(), to);
+}
+
+/// What IpminmaxCreate was given; arrays have n or m entries.
+struct Definition {
+  Index n = 0, m = 0, nele_jac = 0, nele_hess = 0;
+  Ipopt::TNLP::IndexStyleEnum index_style = Ipopt::TNLP::C_STYLE;
+  std::vector<double> x_lower, x_upper, g_lower, g_upper;
+  std::vector<int> variable_players;
+  std::vector<int> constraint_players;  ///< m, or empty: implied
+  IpminmaxEval_F_CB eval_f = nullptr;
+  IpminmaxEval_G_CB eval_g = nullptr;
+  IpminmaxEval_Grad_F_CB eval_grad_f = nullptr;
+  IpminmaxEval_Jac_G_CB eval_jac_g = nullptr;
+  IpminmaxEval_H_CB eval_h = nullptr;
+};
+
+/// Primal and dual variables: n, m, n, n.
+struct Point {
+  std::vector<double> x, lambda, z_lower, z_upper;
+};
+
+/// The C model as an Ipopt model.
+class CallbackTNLP : public MinMaxTNLP {
+ public:
+  explicit CallbackTNLP(Definition definition) : d_(std::move(definition)) {}
+
+  [[nodiscard]] const Definition& definition() const { return d_; }
+
+  IpminmaxIntermediate_CB intermediate = nullptr;
+  double objective_scaling = 1.0;
+  std::vector<double> x_scaling, g_scaling;  ///< n and m, or empty: none
+  void* user_data = nullptr;
+  Point start;   ///< multipliers may be empty unless the start is warm
+  Point answer;  ///< of finalize_solution
+  std::vector<double> g;
+  double objective = 0.0;
+
+  bool get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_lag,
+                    IndexStyleEnum& index_style) override {
+    n = d_.n;
+    m = d_.m;
+    nnz_jac_g = d_.nele_jac;
+    nnz_h_lag = d_.nele_hess;
+    index_style = d_.index_style;
+    return true;
+  }
+
+  bool get_variable_players(Index, Player* players) override {
+    std::transform(d_.variable_players.begin(), d_.variable_players.end(), players, player);
+    return true;
+  }
+
+  bool get_constraint_players(Index, Player* players) override {
+    std::transform(d_.constraint_players.begin(), d_.constraint_players.end(), players, player);
+    return true;
+  }
+
+  bool get_bounds_info(Index, Number* x_l, Number* x_u, Index, Number* g_l, Number* g_u) override {
+    copy(d_.x_lower, x_l);
+    copy(d_.x_upper, x_u);
+    copy(d_.g_lower, g_l);
+    copy(d_.g_upper, g_u);
+    return true;
+  }
+
+  bool get_scaling_parameters(Number& obj_scaling, bool& use_x_scaling, Index,
+                              Number* x_scaling_out, bool& use_g_scaling, Index,
+                              Number* g_scaling_out) override {
+    obj_scaling = objective_scaling;
+    use_x_scaling = !x_scaling.empty();
+    use_g_scaling = !g_scaling.empty();
+    copy(x_scaling, x_scaling_out);
+    copy(g_scaling, g_scaling_out);
+    return true;
+  }
+
+  bool get_starting_point(Index, bool init_x, Number* x, bool init_z, Number* z_L, Number* z_U,
+                          Index, bool init_lambda, Number* lambda) override {
+    if (init_x) copy(start.x, x);
+    if (init_z) copy(start.z_lower, z_L);
+    if (init_z) copy(start.z_upper, z_U);
+    if (init_lambda) copy(start.lambda, lambda);
+    return true;
+  }
+
+  bool eval_f(Index n, const Number* x, bool new_x, Number& obj_value) override {
+    return d_.eval_f(n, writable(x), new_x, &obj_value, user_data) != 0;
+  }
+
+  bool eval_grad_f(Index n, const Number* x, bool new_x, Number* grad_f) override {
+    return d_.eval_grad_f(n, writable(x), new_x, grad_f, user_data) != 0;
+  }
+
+  bool eval_g(Index n, const Number* x, bool new_x, Index m, Number* values) override {
+    return d_.eval_g == nullptr || d_.eval_g(n, writable(x), new_x, m, values, user_data) != 0;
+  }
+
+  bool eval_jac_g(Index n, const Number* x, bool new_x, Index m, Index nele_jac, Index* iRow,
+                  Index* jCol, Number* values) override {
+    return d_.eval_jac_g == nullptr ||
+           d_.eval_jac_g(n, writable(x), new_x, m, nele_jac, iRow, jCol, values, user_data) != 0;
+  }
+
+  bool eval_h(Index n, const Number* x, bool new_x, Number obj_factor, Index m,
+              const Number* lambda, bool new_lambda, Index nele_hess, Index* iRow, Index* jCol,
+              Number* values) override {
+    return d_.eval_h != nullptr &&
+           d_.eval_h(n, writable(x), new_x, obj_factor, m, writable(lambda), new_lambda, nele_hess,
+                     iRow, jCol, values, user_data) != 0;
+  }
+
+  bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iter, Number obj_value, Number inf_pr,
+                             Number inf_du, Number mu, Number d_norm, Number regularization_size,
+                             Number alpha_du, Number alpha_pr, Index ls_trials,
+                             const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
+    return intermediate == nullptr ||
+           intermediate(static_cast<int>(mode), iter, obj_value, inf_pr, inf_du, mu, d_norm,
+                        regularization_size, alpha_du, alpha_pr, ls_trials, user_data) != 0;
+  }
+
+  void finalize_solution(Ipopt::SolverReturn, Index n, const Number* x, const Number* z_L,
+                         const Number* z_U, Index m, const Number* g_values, const Number* lambda,
+                         Number obj_value, const Ipopt::IpoptData*,
+                         Ipopt::IpoptCalculatedQuantities*) override {
+    answer.x.assign(x, x + n);
+    answer.z_lower.assign(z_L, z_L + n);
+    answer.z_upper.assign(z_U, z_U + n);
+    answer.lambda.assign(lambda, lambda + m);
+    g.assign(g_values, g_values + m);
+    objective = obj_value;
+    finalized = true;
+  }
+
+  bool finalized = false;  ///< whether the current solve has an answer
+
+ private:
+  // Ipopt's C callbacks take pointers to non-const and promise not to write.
+  static double* writable(const double* values) { return const_cast<double*>(values); }
+  static Player player(int value) { return static_cast<Player>(value); }
+
+  Definition d_;
+};
+
+/// Message of calls without a problem; no allocation, so that it can report out of memory.
+thread_local std::array<char, 512> creation_message{};
+
+void say_without_problem(const char* text) noexcept {
+  std::snprintf(creation_message.data(), creation_message.size(), "%s", text);
+}
+
+std::string at(const char* array, std::size_t i) {
+  return std::string(array) + "[" + std::to_string(i) + "]";
+}
+
+/// Copies count entries; error names the array when it is missing or the entry that is NaN.
+std::vector<double> read_array(const double* values, Index count, const char* name,
+                               std::string& error) {
+  if (count <= 0 || !error.empty()) return {};
+  if (values == nullptr) {
+    error = std::string(name) + " is NULL";
+    return {};
+  }
+  const std::vector<double> result(values, values + count);
+  const auto nan = std::find_if(result.begin(), result.end(), [](double v) { return v != v; });
+  if (nan != result.end()) error = at(name, size_of(Index(nan - result.begin()))) + " is NaN";
+  return result;
+}
+
+std::vector<int> read_players(const int* players, Index count, const char* name,
+                              std::string& error) {
+  if (players == nullptr || count <= 0 || !error.empty()) return {};
+  const std::vector<int> result(players, players + count);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    if (result[i] == IPMINMAX_MIN || result[i] == IPMINMAX_MAX) continue;
+    error = at(name, i) + " = " + std::to_string(result[i]) +
+            "; it must be 0 (IPMINMAX_MIN) or 1 (IPMINMAX_MAX)";
+    break;
+  }
+  return result;
+}
+
+/// What is wrong with sizes and callbacks; empty when nothing is.
+std::string error_of(const Definition& d, int index_style, const int* variable_players) {
+  if (d.n < 1) return "n = " + std::to_string(d.n) + "; it must be at least 1";
+  if (d.m < 0) return "m = " + std::to_string(d.m) + " is negative";
+  if (d.nele_jac < 0) return "nele_jac = " + std::to_string(d.nele_jac) + " is negative";
+  if (d.nele_hess < 0) return "nele_hess = " + std::to_string(d.nele_hess) + " is negative";
+  if (d.m == 0 && d.nele_jac > 0) {
+    return "nele_jac = " + std::to_string(d.nele_jac) + " without constraints";
+  }
+  if (index_style != IPMINMAX_C_STYLE && index_style != IPMINMAX_FORTRAN_STYLE) {
+    return "index_style = " + std::to_string(index_style) + "; it must be 0 (C) or 1 (Fortran)";
+  }
+  if (d.eval_f == nullptr) return "eval_f is NULL";
+  if (d.eval_grad_f == nullptr) return "eval_grad_f is NULL";
+  if (d.m > 0 && d.eval_g == nullptr) return "eval_g is NULL";
+  if (d.m > 0 && d.eval_jac_g == nullptr) return "eval_jac_g is NULL";
+  if (variable_players == nullptr) return "variable_players is NULL";
+  return {};
+}
+
+/// Copies scaling factors; NULL is none.
+std::vector<double> read_scaling(const double* values, Index count, const char* name,
+                                 std::string& error) {
+  if (values == nullptr) return {};
+  std::vector<double> result = read_array(values, count, name, error);
+  for (std::size_t i = 0; i < result.size() && error.empty(); ++i) {
+    if (!std::isfinite(result[i]) || !(result[i] > 0.0)) {
+      error = at(name, i) + " = " + std::to_string(result[i]) + " is not a positive number";
+    }
+  }
+  return result;
+}
+
+template <class Value>
+std::string text_of(Value value) {
+  std::array<char, 64> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
+  return {buffer.data(), end};
+}
+
+std::string name_of(Ipopt::RegisteredOptionType type) {
+  if (type == Ipopt::OT_Number) return "a number";
+  if (type == Ipopt::OT_Integer) return "an integer";
+  return "a string";
+}
+
+}  // namespace
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax
+
+/// What an IpminmaxProblem points to.
+struct IpminmaxProblemInfo {
+  explicit IpminmaxProblemInfo(ipminmax::Definition definition)
+      : model(new ipminmax::CallbackTNLP(std::move(definition))),
+        application(new ipminmax::MinMaxApplication) {}
+
+  Ipopt::SmartPtr<ipminmax::CallbackTNLP> model;
+  Ipopt::SmartPtr<ipminmax::MinMaxApplication> application;
+  bool solving = false;
+  bool answered = false;  ///< whether the last solve has an iterate to report
+  std::string status;     ///< name of the last solve's status
+  std::string message;
+  const char* fixed_message = nullptr;  ///< in place of message, where memory is short
+};
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+namespace {
+
+using Problem = ::IpminmaxProblemInfo;
+
+void say(Problem* problem, std::string text) noexcept {
+  if (problem == nullptr) return say_without_problem(text.c_str());
+  problem->fixed_message = nullptr;
+  problem->message = std::move(text);
+}
+
+void say_fixed(Problem* problem, const char* text) noexcept {
+  if (problem == nullptr) return say_without_problem(text);
+  problem->fixed_message = text;
+}
+
+/// Runs action, which returns an error or nothing; 1 when there is none. No exception leaves.
+template <class Action>
+int guarded(Problem* problem, Action action) noexcept {
+  if (problem == nullptr) {
+    say_without_problem("the problem is NULL");
+    return 0;
+  }
+  try {
+    std::string error = action();
+    if (error.empty()) return 1;
+    say(problem, std::move(error));
+  } catch (const std::bad_alloc&) {
+    say_fixed(problem, "out of memory");
+  } catch (...) {
+    say_fixed(problem, "internal error: unexpected exception");
+  }
+  return 0;
+}
+
+int add_option(Problem* problem, const char* keyword, Ipopt::RegisteredOptionType type,
+               auto make_text) noexcept {
+  return guarded(problem, [&]() -> std::string {
+    if (keyword == nullptr) return "the option's name is NULL";
+    const auto registry = problem->application->RegOptions();
+    const SmartPtr<const Ipopt::RegisteredOption> option = registry->GetOption(keyword);
+    const std::string name(keyword);
+    if (Ipopt::IsNull(option)) return "unknown option \"" + name + "\"";
+    if (option->Type() != type) {
+      return name + " is " + name_of(option->Type()) + " option, not " + name_of(type) + " option";
+    }
+    return set_option(name, make_text(), *registry, *problem->application->Options(), true);
+  });
+}
+
+bool is_warm(const Problem& problem) {
+  bool warm = false;
+  problem.application->Options()->GetBoolValue("warm_start_init_point", warm, "");
+  return warm;
+}
+
+/// warm_start_init_point is yes while this lives.
+class WarmStart {
+ public:
+  explicit WarmStart(Problem& problem) : problem_(problem), was_warm_(is_warm(problem)) {
+    if (!was_warm_) set("yes");
+  }
+  ~WarmStart() {
+    try {
+      if (!was_warm_) set("no");
+    } catch (...) {  // only memory can be short; the next IpminmaxSolve then wants multipliers
+    }
+  }
+  WarmStart(const WarmStart&) = delete;
+  WarmStart& operator=(const WarmStart&) = delete;
+
+ private:
+  void set(const char* value) {
+    problem_.application->Options()->SetStringValue("warm_start_init_point", value);
+  }
+  Problem& problem_;
+  bool was_warm_;
+};
+
+/// Where IpminmaxSolve writes; all but x may be null.
+struct Output {
+  double *x, *g, *objective, *lambda, *z_lower, *z_upper;
+};
+
+IpminmaxReturnStatus stop(Problem& problem, Status status, std::string message) {
+  problem.status = ipminmax::name_of(status);
+  say(&problem, std::move(message));
+  return status == Status::InvalidOption ? IPMINMAX_INVALID_OPTION
+                                         : IPMINMAX_INVALID_PROBLEM_DEFINITION;
+}
+
+/// Copies the answer out.
+void write(const CallbackTNLP& model, const Output& out) {
+  copy(model.answer.x, out.x);
+  copy(model.g, out.g);
+  copy(model.answer.lambda, out.lambda);
+  copy(model.answer.z_lower, out.z_lower);
+  copy(model.answer.z_upper, out.z_upper);
+  if (out.objective != nullptr) *out.objective = model.objective;
+}
+
+/// Solves from the model's start, options read.
+IpminmaxReturnStatus run(Problem& problem, const Output& out, bool again) {
+  MinMaxApplication& application = *problem.application;
+  const SmartPtr<Ipopt::TNLP> model = Ipopt::GetRawPtr(problem.model);
+  const auto status = again ? application.ReOptimizeTNLP(model) : application.OptimizeTNLP(model);
+  const Result& result = application.LastResult();
+  problem.status = ipminmax::name_of(result.status);
+  say(&problem, result.message);
+  problem.answered = Ipopt::IsValid(application.Statistics());
+  if (problem.model->finalized) write(*problem.model, out);
+  return static_cast<IpminmaxReturnStatus>(status);
+}
+
+IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data, bool again) {
+  CallbackTNLP& model = *problem.model;
+  const Definition& d = model.definition();
+  if (again && !problem.answered) {
+    return stop(problem, Status::InvalidProblem,
+                "IpminmaxSolveAgain needs a last solve with a final point");
+  }
+  problem.answered = false;
+  model.finalized = false;
+  model.user_data = user_data;
+  if (out.x == nullptr) return stop(problem, Status::InvalidProblem, "x is NULL");
+  if (problem.application->Initialize() != Ipopt::Solve_Succeeded) {
+    return stop(problem, Status::InvalidOption, problem.application->LastResult().message);
+  }
+
+  model.start.x.assign(out.x, out.x + d.n);
+  if (again) {
+    model.start.lambda = model.answer.lambda;
+    model.start.z_lower = model.answer.z_lower;
+    model.start.z_upper = model.answer.z_upper;
+    const WarmStart warm(problem);
+    if (!is_warm(problem)) {
+      return stop(problem, Status::InvalidOption,
+                  "the options file sets warm_start_init_point = no: cannot solve again from the "
+                  "last multipliers");
+    }
+    return run(problem, out, true);
+  }
+  if (is_warm(problem)) {
+    const char* missing = d.m > 0 && out.lambda == nullptr ? "mult_g"
+                          : out.z_lower == nullptr         ? "mult_x_L"
+                          : out.z_upper == nullptr         ? "mult_x_U"
+                                                           : nullptr;
+    if (missing != nullptr) {
+      return stop(problem, Status::InvalidProblem,
+                  std::string("warm_start_init_point = yes, but ") + missing + " is NULL");
+    }
+    model.start.lambda.clear();
+    if (d.m > 0) model.start.lambda.assign(out.lambda, out.lambda + d.m);
+    model.start.z_lower.assign(out.z_lower, out.z_lower + d.n);
+    model.start.z_upper.assign(out.z_upper, out.z_upper + d.n);
+  }
+  return run(problem, out, false);
+}
+
+IpminmaxReturnStatus solve_guarded(Problem* problem, const Output& out, void* user_data,
+                                   bool again) noexcept {
+  if (problem == nullptr) {
+    say_without_problem("the problem is NULL");
+    return IPMINMAX_INVALID_PROBLEM_DEFINITION;
+  }
+  if (problem->solving) {
+    say_fixed(problem, "the problem is being solved: no solve inside its own callbacks");
+    return IPMINMAX_INVALID_PROBLEM_DEFINITION;
+  }
+  problem->solving = true;
+  IpminmaxReturnStatus status = IPMINMAX_INTERNAL_ERROR;
+  try {
+    status = start(*problem, out, user_data, again);
+  } catch (const std::bad_alloc&) {
+    say_fixed(problem, "out of memory");
+    status = IPMINMAX_INSUFFICIENT_MEMORY;
+  } catch (...) {
+    say_fixed(problem, "internal error: unexpected exception");
+  }
+  problem->solving = false;
+  return status;
+}
+
+IpminmaxInertia to_c(const Inertia& inertia) {
+  return {inertia.positive, inertia.negative, inertia.zero};
+}
+
+std::string error_of_answer(const Problem& problem, const void* target) {
+  if (target == nullptr) return "the structure to be filled is NULL";
+  if (!problem.answered) return "no solve has reached a first iterate";
+  return {};
+}
+
+}  // namespace
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax
+
+// --- The C functions ------------------------------------------------------------------------------
+
+using namespace ipminmax;  // this file ends here
+
+IpminmaxProblem IpminmaxCreate(int n, const double* x_L, const double* x_U, int m,
+                               const double* g_L, const double* g_U, int nele_jac, int nele_hess,
+                               int index_style, IpminmaxEval_F_CB eval_f, IpminmaxEval_G_CB eval_g,
+                               IpminmaxEval_Grad_F_CB eval_grad_f, IpminmaxEval_Jac_G_CB eval_jac_g,
+                               IpminmaxEval_H_CB eval_h, const int* variable_players,
+                               const int* constraint_players) {
+  try {
+    Definition d;
+    d.n = n;
+    d.m = m;
+    d.nele_jac = nele_jac;
+    d.nele_hess = nele_hess;
+    d.eval_f = eval_f;
+    d.eval_g = eval_g;
+    d.eval_grad_f = eval_grad_f;
+    d.eval_jac_g = eval_jac_g;
+    d.eval_h = eval_h;
+    std::string error = error_of(d, index_style, variable_players);
+    d.index_style =
+        index_style == IPMINMAX_C_STYLE ? Ipopt::TNLP::C_STYLE : Ipopt::TNLP::FORTRAN_STYLE;
+    d.x_lower = read_array(x_L, n, "x_L", error);
+    d.x_upper = read_array(x_U, n, "x_U", error);
+    d.g_lower = read_array(g_L, m, "g_L", error);
+    d.g_upper = read_array(g_U, m, "g_U", error);
+    d.variable_players = read_players(variable_players, n, "variable_players", error);
+    d.constraint_players = read_players(constraint_players, m, "constraint_players", error);
+    if (error.empty()) return new IpminmaxProblemInfo(std::move(d));
+    say_without_problem(error.c_str());
+  } catch (const std::bad_alloc&) {
+    say_without_problem("out of memory");
+  } catch (...) {
+    say_without_problem("internal error: unexpected exception");
+  }
+  return nullptr;
+}
+
+void IpminmaxFree(IpminmaxProblem problem) { delete problem; }
+
+int IpminmaxAddStrOption(IpminmaxProblem problem, const char* keyword, const char* val) {
+  if (problem != nullptr && val == nullptr) {
+    say_fixed(problem, "the option's value is NULL");
+    return 0;
+  }
+  return add_option(problem, keyword, Ipopt::OT_String, [=] { return std::string(val); });
+}
+
+int IpminmaxAddNumOption(IpminmaxProblem problem, const char* keyword, double val) {
+  return add_option(problem, keyword, Ipopt::OT_Number, [=] { return text_of(val); });
+}
+
+int IpminmaxAddIntOption(IpminmaxProblem problem, const char* keyword, int val) {
+  return add_option(problem, keyword, Ipopt::OT_Integer, [=] { return text_of(val); });
+}
+
+int IpminmaxOpenOutputFile(IpminmaxProblem problem, const char* file_name, int print_level) {
+  return guarded(problem, [&]() -> std::string {
+    if (file_name == nullptr) return "the file's name is NULL";
+    if (print_level < 0 || print_level >= Ipopt::J_LAST_LEVEL) {
+      return "print_level = " + std::to_string(print_level) + " is not in [0, " +
+             std::to_string(Ipopt::J_LAST_LEVEL - 1) + "]";
+    }
+    const auto level = static_cast<Ipopt::EJournalLevel>(print_level);
+    if (problem->application->OpenOutputFile(file_name, level)) return {};
+    return "cannot open output file \"" + std::string(file_name) + "\"";
+  });
+}
+
+int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double* x_scaling,
+                       const double* g_scaling) {
+  return guarded(problem, [&]() -> std::string {
+    CallbackTNLP& model = *problem->model;
+    std::string error;
+    // A negative objective factor is left to the solver's own check.
+    if (!std::isfinite(obj_scaling) || obj_scaling == 0.0) {
+      return "obj_scaling = " + std::to_string(obj_scaling) + " is not a nonzero number";
+    }
+    auto x = read_scaling(x_scaling, model.definition().n, "x_scaling", error);
+    auto g = read_scaling(g_scaling, model.definition().m, "g_scaling", error);
+    if (!error.empty()) return error;
+    model.objective_scaling = obj_scaling;
+    model.x_scaling = std::move(x);
+    model.g_scaling = std::move(g);
+    return {};
+  });
+}
+
+int IpminmaxSetIntermediateCallback(IpminmaxProblem problem,
+                                    IpminmaxIntermediate_CB intermediate_cb) {
+  return guarded(problem, [&]() -> std::string {
+    problem->model->intermediate = intermediate_cb;
+    return {};
+  });
+}
+
+IpminmaxReturnStatus IpminmaxSolve(IpminmaxProblem problem, double* x, double* g, double* obj_val,
+                                   double* mult_g, double* mult_x_L, double* mult_x_U,
+                                   void* user_data) {
+  return solve_guarded(problem, {x, g, obj_val, mult_g, mult_x_L, mult_x_U}, user_data, false);
+}
+
+IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double* x, double* g,
+                                        double* obj_val, double* mult_g, double* mult_x_L,
+                                        double* mult_x_U, void* user_data) {
+  return solve_guarded(problem, {x, g, obj_val, mult_g, mult_x_L, mult_x_U}, user_data, true);
+}
+
+int IpminmaxGetCertificate(IpminmaxProblem problem, IpminmaxCertificate* certificate) {
+  return guarded(problem, [&]() -> std::string {
+    if (auto error = error_of_answer(*problem, certificate); !error.empty()) return error;
+    const Certificate& from = problem->application->LastResult().certificate;
+    certificate->point_kind = static_cast<IpminmaxPointKind>(from.kind);
+    certificate->second_order = static_cast<IpminmaxSecondOrder>(from.second_order);
+    certificate->inner = to_c(from.inner);
+    certificate->inner_expected = to_c(from.inner_expected);
+    certificate->full = to_c(from.full);
+    certificate->full_expected = to_c(from.full_expected);
+    certificate->margin = from.margin;
+    certificate->licq_min = from.licq_min ? 1 : 0;
+    certificate->licq_max = from.licq_max ? 1 : 0;
+    certificate->weakly_active_min = from.weakly_active_min;
+    certificate->weakly_active_max = from.weakly_active_max;
+    return {};
+  });
+}
+
+int IpminmaxGetStatistics(IpminmaxProblem problem, IpminmaxStatistics* statistics) {
+  return guarded(problem, [&]() -> std::string {
+    if (auto error = error_of_answer(*problem, statistics); !error.empty()) return error;
+    const Result& from = problem->application->LastResult();
+    statistics->iterations = from.iterations;
+    statistics->factorizations = from.factorizations;
+    statistics->objective_evaluations = from.counts.objective;
+    statistics->gradient_evaluations = from.counts.gradient;
+    statistics->constraint_evaluations = from.counts.constraints;
+    statistics->jacobian_evaluations = from.counts.jacobian;
+    statistics->hessian_evaluations = from.counts.hessian;
+    statistics->seconds = from.seconds;
+    statistics->cpu_seconds = from.cpu_seconds;
+    statistics->primal_error = from.error.primal;
+    statistics->dual_error_min = from.error.dual_min;
+    statistics->dual_error_max = from.error.dual_max;
+    statistics->complementarity_error = from.error.complementarity;
+    statistics->error = from.error.total;
+    return {};
+  });
+}
+
+const char* IpminmaxStatusName(IpminmaxProblem problem) {
+  return problem != nullptr ? problem->status.c_str() : "";
+}
+
+const char* IpminmaxMessage(IpminmaxProblem problem) {
+  if (problem == nullptr) return creation_message.data();
+  return problem->fixed_message != nullptr ? problem->fixed_message : problem->message.c_str();
+}
+
+const char* IpminmaxVersion() { return IPMINMAX_VERSION; }

@@ -1,0 +1,177 @@
+/* C interface of Ipminmax, in the shape of Ipopt's IpStdCInterface.h:
+ *
+ *   IpminmaxProblem problem = IpminmaxCreate(...);
+ *   if (!problem) { puts(IpminmaxMessage(NULL)); return 1; }
+ *   IpminmaxAddNumOption(problem, "tol", 1e-9);
+ *   IpminmaxSolve(problem, x, ...);
+ *   IpminmaxGetCertificate(problem, &certificate);
+ *   IpminmaxFree(problem);
+ *
+ * One problem may be used by one thread at a time, and not from inside its own callbacks. No C++
+ * exception leaves these functions. Functions that return int return 1 for success and 0 for
+ * failure; IpminmaxMessage then says what is wrong. */
+#ifndef IPMINMAX_H
+#define IPMINMAX_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Who chooses a variable or owns a constraint. */
+enum IpminmaxPlayer { IPMINMAX_MIN = 0, IPMINMAX_MAX = 1 };
+
+enum IpminmaxIndexStyle { IPMINMAX_C_STYLE = 0, IPMINMAX_FORTRAN_STYLE = 1 };
+
+/* Values of Ipopt's ApplicationReturnStatus. */
+enum IpminmaxReturnStatus {
+  IPMINMAX_SOLVE_SUCCEEDED = 0,
+  IPMINMAX_SOLVED_TO_ACCEPTABLE_LEVEL = 1,
+  IPMINMAX_INFEASIBLE_PROBLEM_DETECTED = 2,
+  IPMINMAX_SEARCH_DIRECTION_BECOMES_TOO_SMALL = 3,
+  IPMINMAX_DIVERGING_ITERATES = 4,
+  IPMINMAX_USER_REQUESTED_STOP = 5,
+  IPMINMAX_FEASIBLE_POINT_FOUND = 6,
+  IPMINMAX_MAXIMUM_ITERATIONS_EXCEEDED = -1,
+  IPMINMAX_RESTORATION_FAILED = -2,
+  IPMINMAX_ERROR_IN_STEP_COMPUTATION = -3,
+  IPMINMAX_MAXIMUM_CPUTIME_EXCEEDED = -4,
+  IPMINMAX_MAXIMUM_WALLTIME_EXCEEDED = -5, /* with Ipopt 3.14; with 3.11 -4 stands in */
+  IPMINMAX_NOT_ENOUGH_DEGREES_OF_FREEDOM = -10,
+  IPMINMAX_INVALID_PROBLEM_DEFINITION = -11,
+  IPMINMAX_INVALID_OPTION = -12,
+  IPMINMAX_INVALID_NUMBER_DETECTED = -13,
+  IPMINMAX_UNRECOVERABLE_EXCEPTION = -100,
+  IPMINMAX_NONIPOPT_EXCEPTION_THROWN = -101,
+  IPMINMAX_INSUFFICIENT_MEMORY = -102,
+  IPMINMAX_INTERNAL_ERROR = -199
+};
+
+enum IpminmaxPointKind {
+  IPMINMAX_LOCAL_MINMAX = 0,      /* certified: both inertias right with margin, LICQ */
+  IPMINMAX_FIRST_ORDER_POINT = 1, /* stationary, not certified */
+  IPMINMAX_FEASIBLE_POINT = 2,
+  IPMINMAX_INFEASIBLE_POINT = 3
+};
+
+enum IpminmaxSecondOrder {
+  IPMINMAX_NOT_TESTED = 0, /* not a first-order point */
+  IPMINMAX_SATISFIED = 1,
+  IPMINMAX_UNDECIDED = 2, /* a zero eigenvalue, dependent or weakly active constraints */
+  IPMINMAX_VIOLATED = 3   /* an eigenvalue has a definite wrong sign: not a local minmax */
+};
+
+typedef struct IpminmaxInertia {
+  int positive, negative, zero; /* numbers of eigenvalues */
+} IpminmaxInertia;
+
+/* What was found at the returned point; README.md, "Status and certificate". */
+typedef struct IpminmaxCertificate {
+  enum IpminmaxPointKind point_kind;
+  enum IpminmaxSecondOrder second_order;
+  IpminmaxInertia inner, inner_expected; /* of the maximizer's KKT matrix */
+  IpminmaxInertia full, full_expected;   /* of both players' */
+  double margin;                         /* curvature to spare in the test; 0 unless satisfied */
+  int licq_min, licq_max; /* 1: gradients of the player's active constraints independent */
+  int weakly_active_min, weakly_active_max; /* active bounds and inequalities, multiplier ~ 0 */
+} IpminmaxCertificate;
+
+typedef struct IpminmaxStatistics {
+  int iterations;
+  int factorizations;
+  int objective_evaluations, gradient_evaluations, constraint_evaluations, jacobian_evaluations,
+      hessian_evaluations;
+  double seconds; /* wall time */
+  double cpu_seconds;
+  /* Errors of the first-order conditions, infinity norms, unscaled; error is Ipopt's scaled E_0. */
+  double primal_error, dual_error_min, dual_error_max, complementarity_error;
+  double error;
+} IpminmaxStatistics;
+
+/* The model's functions, with Ipopt's arguments. Return nonzero for success, 0 when the function is
+ * undefined at x. x and lambda must not be written to. Matrix structure is asked for with values ==
+ * NULL, values with iRow == jCol == NULL. The Hessian is that of obj_factor f + lambda' g, one of
+ * the entries (i,j) and (j,i); duplicates add. */
+typedef int (*IpminmaxEval_F_CB)(int n, double *x, int new_x, double *obj_value, void *user_data);
+typedef int (*IpminmaxEval_Grad_F_CB)(int n, double *x, int new_x, double *grad_f, void *user_data);
+typedef int (*IpminmaxEval_G_CB)(int n, double *x, int new_x, int m, double *g, void *user_data);
+typedef int (*IpminmaxEval_Jac_G_CB)(int n, double *x, int new_x, int m, int nele_jac, int *iRow,
+                                     int *jCol, double *values, void *user_data);
+typedef int (*IpminmaxEval_H_CB)(int n, double *x, int new_x, double obj_factor, int m,
+                                 double *lambda, int new_lambda, int nele_hess, int *iRow,
+                                 int *jCol, double *values, void *user_data);
+/* Called after each iteration; 0 stops the solve. alg_mod is 0. */
+typedef int (*IpminmaxIntermediate_CB)(int alg_mod, int iter_count, double obj_value, double inf_pr,
+                                       double inf_du, double mu, double d_norm,
+                                       double regularization_size, double alpha_du, double alpha_pr,
+                                       int ls_trials, void *user_data);
+
+typedef struct IpminmaxProblemInfo *IpminmaxProblem;
+
+/* n >= 1 variables with bounds x_L, x_U (n), m >= 0 constraints with bounds g_L, g_U (m); bounds
+ * outside (nlp_lower_bound_inf, nlp_upper_bound_inf), by default +-1e19, are absent. nele_jac,
+ * nele_hess: entries of Jacobian and Hessian. eval_g and eval_jac_g may be NULL when m is 0;
+ * eval_h may be NULL: second derivatives are then differences of first ones.
+ * variable_players: n values of IpminmaxPlayer; all IPMINMAX_MIN is a minimization.
+ * constraint_players: m values, or NULL: a constraint with an entry in a Max variable is Max's.
+ * Arrays are copied. NULL when something is wrong; IpminmaxMessage(NULL) says what. */
+IpminmaxProblem IpminmaxCreate(int n, const double *x_L, const double *x_U, int m,
+                               const double *g_L, const double *g_U, int nele_jac, int nele_hess,
+                               int index_style, IpminmaxEval_F_CB eval_f, IpminmaxEval_G_CB eval_g,
+                               IpminmaxEval_Grad_F_CB eval_grad_f, IpminmaxEval_Jac_G_CB eval_jac_g,
+                               IpminmaxEval_H_CB eval_h, const int *variable_players,
+                               const int *constraint_players);
+
+/* NULL is allowed. */
+void IpminmaxFree(IpminmaxProblem problem);
+
+/* Options by name, for the next solves; a file ipminmax.opt is read by each solve. */
+int IpminmaxAddStrOption(IpminmaxProblem problem, const char *keyword, const char *val);
+int IpminmaxAddNumOption(IpminmaxProblem problem, const char *keyword, double val);
+int IpminmaxAddIntOption(IpminmaxProblem problem, const char *keyword, int val);
+
+/* print_level: 0 to 12. */
+int IpminmaxOpenOutputFile(IpminmaxProblem problem, const char *file_name, int print_level);
+
+/* Used with nlp_scaling_method user-scaling. x_scaling (n) and g_scaling (m), or NULL: none. */
+int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double *x_scaling,
+                       const double *g_scaling);
+
+/* NULL: none. */
+int IpminmaxSetIntermediateCallback(IpminmaxProblem problem,
+                                    IpminmaxIntermediate_CB intermediate_cb);
+
+/* x (n): in the starting point, out the last point. Outputs, each may be NULL: g (m), obj_val,
+ * mult_g (m), mult_x_L (n), mult_x_U (n); with warm_start_init_point yes the multipliers are also
+ * inputs and may not be NULL. grad f + J' mult_g - mult_x_L + mult_x_U = 0, so multipliers of a Max
+ * variable's bounds are <= 0. Outputs are untouched when the solve stops before its first
+ * iterate. */
+enum IpminmaxReturnStatus IpminmaxSolve(IpminmaxProblem problem, double *x, double *g,
+                                        double *obj_val, double *mult_g, double *mult_x_L,
+                                        double *mult_x_U, void *user_data);
+
+/* The same structure again, warm started (as with warm_start_init_point yes) from x and the
+ * multipliers of the last solve; user_data may have changed what the functions return. Arguments as
+ * in IpminmaxSolve, multipliers out only. Invalid_Problem_Definition when there is no last point. */
+enum IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double *x, double *g,
+                                             double *obj_val, double *mult_g, double *mult_x_L,
+                                             double *mult_x_U, void *user_data);
+
+/* Of the last solve; 0 when it stopped before its first iterate. */
+int IpminmaxGetCertificate(IpminmaxProblem problem, IpminmaxCertificate *certificate);
+int IpminmaxGetStatistics(IpminmaxProblem problem, IpminmaxStatistics *statistics);
+
+/* Why the last solve stopped, finer than the return status; "" before the first solve. */
+const char *IpminmaxStatusName(IpminmaxProblem problem);
+
+/* What the last failed call on the problem, or its last solve, has to say; for NULL what was wrong
+ * in this thread's last call that failed without a problem. Valid until the next call. */
+const char *IpminmaxMessage(IpminmaxProblem problem);
+
+/* "major.minor.patch" of the library. */
+const char *IpminmaxVersion(void);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* IPMINMAX_H */

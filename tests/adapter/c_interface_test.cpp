@@ -1,0 +1,560 @@
+// ipminmax.h: the same solves as through MinMaxApplication, and what bad input gives.
+#include <gtest/gtest.h>
+
+#include <ipminmax.h>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <ipminmax/adapter/minmax_application.hpp>
+#include <limits>
+#include <memory>
+#include <new>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "adapter/model.hpp"
+
+namespace ipminmax {
+namespace {
+
+using Ipopt::SmartPtr;
+using Row = std::array<double, 11>;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// Model that keeps what intermediate_callback is told.
+class Recorder : public Model {
+ public:
+  std::vector<Row> rows;
+
+  bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iter, Number f, Number inf_pr,
+                             Number inf_du, Number mu, Number d_norm, Number regularization,
+                             Number alpha_du, Number alpha_pr, Index trials,
+                             const Ipopt::IpoptData* data,
+                             Ipopt::IpoptCalculatedQuantities* cq) override {
+    rows.push_back({static_cast<double>(mode), static_cast<double>(iter), f, inf_pr, inf_du, mu,
+                    d_norm, regularization, alpha_du, alpha_pr, static_cast<double>(trials)});
+    return Model::intermediate_callback(mode, iter, f, inf_pr, inf_du, mu, d_norm, regularization,
+                                        alpha_du, alpha_pr, trials, data, cq);
+  }
+};
+
+// C callbacks whose user data is a Recorder.
+Recorder& model_of(void* user_data) { return *static_cast<Recorder*>(user_data); }
+
+int eval_f(int n, double* x, int new_x, double* f, void* user_data) {
+  return model_of(user_data).eval_f(n, x, new_x != 0, *f) ? 1 : 0;
+}
+int eval_grad_f(int n, double* x, int new_x, double* grad, void* user_data) {
+  return model_of(user_data).eval_grad_f(n, x, new_x != 0, grad) ? 1 : 0;
+}
+int eval_g(int n, double* x, int new_x, int m, double* g, void* user_data) {
+  return model_of(user_data).eval_g(n, x, new_x != 0, m, g) ? 1 : 0;
+}
+int eval_jac_g(int n, double* x, int new_x, int m, int entries, int* row, int* col, double* values,
+               void* user_data) {
+  return model_of(user_data).eval_jac_g(n, x, new_x != 0, m, entries, row, col, values) ? 1 : 0;
+}
+int eval_h(int n, double* x, int new_x, double sigma, int m, double* lambda, int new_lambda,
+           int entries, int* row, int* col, double* values, void* user_data) {
+  return model_of(user_data).eval_h(n, x, new_x != 0, sigma, m, lambda, new_lambda != 0, entries,
+                                    row, col, values)
+             ? 1
+             : 0;
+}
+int intermediate(int mode, int iter, double f, double inf_pr, double inf_du, double mu,
+                 double d_norm, double regularization, double alpha_du, double alpha_pr, int trials,
+                 void* user_data) {
+  return model_of(user_data).intermediate_callback(static_cast<Ipopt::AlgorithmMode>(mode), iter, f,
+                                                   inf_pr, inf_du, mu, d_norm, regularization,
+                                                   alpha_du, alpha_pr, trials, nullptr, nullptr)
+             ? 1
+             : 0;
+}
+
+struct Free {
+  void operator()(IpminmaxProblem problem) const { IpminmaxFree(problem); }
+};
+using ProblemPtr = std::unique_ptr<IpminmaxProblemInfo, Free>;
+
+/// Arguments of IpminmaxCreate for the Model; tests change one.
+struct Arguments {
+  int n = 3, m = 2, nele_jac = 4, nele_hess = 4, style = IPMINMAX_C_STYLE;
+  std::vector<double> x_L{-10.0, -5.0, -1e20}, x_U{1e20, 5.0, 1e20}, g_L{1.0, -1e20}, g_U{1.0, 4.0};
+  std::vector<int> variable_players{IPMINMAX_MIN, IPMINMAX_MAX, IPMINMAX_MIN};
+  std::vector<int> constraint_players;
+  IpminmaxEval_F_CB f = eval_f;
+  IpminmaxEval_G_CB g = eval_g;
+  IpminmaxEval_Grad_F_CB grad_f = eval_grad_f;
+  IpminmaxEval_Jac_G_CB jac_g = eval_jac_g;
+  IpminmaxEval_H_CB h = eval_h;
+
+  [[nodiscard]] ProblemPtr create() const {
+    const auto data = [](const auto& values) { return values.empty() ? nullptr : values.data(); };
+    ProblemPtr problem(IpminmaxCreate(n, data(x_L), data(x_U), m, data(g_L), data(g_U), nele_jac,
+                                      nele_hess, style, f, g, grad_f, jac_g, h,
+                                      data(variable_players), data(constraint_players)));
+    if (problem) {
+      EXPECT_EQ(IpminmaxAddIntOption(problem.get(), "print_level", 0), 1);
+      EXPECT_EQ(IpminmaxAddStrOption(problem.get(), "option_file_name", ""), 1);
+    }
+    return problem;
+  }
+};
+
+struct Answer {
+  IpminmaxReturnStatus status = IPMINMAX_INTERNAL_ERROR;
+  std::vector<double> x{1.0, 0.5, 0.0}, g{7.0, 7.0}, lambda{7.0, 7.0}, z_L{7.0, 7.0, 7.0},
+      z_U{7.0, 7.0, 7.0};
+  double f = 7.0;
+};
+
+void solve_into(const ProblemPtr& problem, Recorder& model, Answer& answer) {
+  answer.status = IpminmaxSolve(problem.get(), answer.x.data(), answer.g.data(), &answer.f,
+                                answer.lambda.data(), answer.z_L.data(), answer.z_U.data(), &model);
+}
+
+Answer solve(const ProblemPtr& problem, Recorder& model) {
+  Answer answer;
+  solve_into(problem, model, answer);
+  return answer;
+}
+
+std::string message(const ProblemPtr& problem) { return IpminmaxMessage(problem.get()); }
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// The model through MinMaxApplication.
+SmartPtr<MinMaxApplication> solve_in_cpp(const SmartPtr<Recorder>& model,
+                                         const std::string& options = "") {
+  SmartPtr<MinMaxApplication> app = new MinMaxApplication(false);
+  std::istringstream text(options);
+  EXPECT_EQ(app->Initialize(text), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(app->OptimizeTNLP(new SplitTNLP(GetRawPtr(model), {1})), Ipopt::Solve_Succeeded);
+  return app;
+}
+
+IpminmaxInertia inertia(const Inertia& of) { return {of.positive, of.negative, of.zero}; }
+bool equal(const IpminmaxInertia& a, const IpminmaxInertia& b) {
+  return std::tie(a.positive, a.negative, a.zero) == std::tie(b.positive, b.negative, b.zero);
+}
+
+TEST(CInterface, IteratesAndAnswerAreThoseOfTheTnlp) {
+  for (const auto style : {Ipopt::TNLP::C_STYLE, Ipopt::TNLP::FORTRAN_STYLE}) {
+    const SmartPtr<Recorder> cpp = new Recorder;
+    const auto app = solve_in_cpp(cpp);
+    const Result& result = app->LastResult();
+
+    Recorder model;
+    model.style = style;
+    Arguments arguments;
+    arguments.style = static_cast<int>(style);
+    const auto problem = arguments.create();
+    ASSERT_TRUE(problem) << IpminmaxMessage(nullptr);
+    ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), intermediate), 1);
+    const Answer answer = solve(problem, model);
+
+    EXPECT_EQ(answer.status, IPMINMAX_SOLVE_SUCCEEDED);
+    EXPECT_GT(model.rows.size(), 3U);
+    EXPECT_EQ(model.rows, cpp->rows);
+    EXPECT_EQ(answer.x, result.v);
+    EXPECT_EQ(answer.g, result.constraints);
+    EXPECT_EQ(answer.lambda, result.lambda);
+    EXPECT_EQ(answer.z_L, result.z_lower);
+    EXPECT_EQ(answer.z_U, result.z_upper);
+    EXPECT_EQ(answer.f, result.objective);
+    EXPECT_NEAR(answer.x[0], 4.0 / 21.0, 1e-6);
+    EXPECT_NEAR(answer.lambda[0], -34.0 / 21.0, 1e-6);
+    EXPECT_EQ(IpminmaxStatusName(problem.get()), std::string(name_of(result.status)));
+    EXPECT_EQ(message(problem), result.message);
+
+    IpminmaxCertificate c;
+    ASSERT_EQ(IpminmaxGetCertificate(problem.get(), &c), 1);
+    EXPECT_EQ(c.point_kind, IPMINMAX_LOCAL_MINMAX);
+    EXPECT_EQ(c.second_order, IPMINMAX_SATISFIED);
+    EXPECT_TRUE(equal(c.inner, inertia(result.certificate.inner)));
+    EXPECT_TRUE(equal(c.inner_expected, c.inner));
+    EXPECT_TRUE(equal(c.full, inertia(result.certificate.full)));
+    EXPECT_TRUE(equal(c.full_expected, c.full));
+    EXPECT_GT(c.full.positive, c.inner.positive);
+    EXPECT_EQ(c.margin, result.certificate.margin);
+    EXPECT_GT(c.margin, 0.0);
+    EXPECT_EQ(c.licq_min, 1);
+    EXPECT_EQ(c.licq_max, 1);
+    EXPECT_EQ(c.weakly_active_min, 0);
+    EXPECT_EQ(c.weakly_active_max, 0);
+
+    IpminmaxStatistics s;
+    ASSERT_EQ(IpminmaxGetStatistics(problem.get(), &s), 1);
+    EXPECT_EQ(s.iterations, result.iterations);
+    EXPECT_EQ(s.factorizations, result.factorizations);
+    EXPECT_EQ(s.objective_evaluations, model.evaluations);
+    EXPECT_EQ(s.hessian_evaluations, model.count("eval_h"));
+    EXPECT_EQ(s.error, result.error.total);
+    EXPECT_LE(s.error, 1e-8);
+    EXPECT_GT(s.seconds, 0.0);
+  }
+}
+
+TEST(CInterface, ConstraintPlayersAreUsed) {
+  Recorder model;
+  Arguments arguments;
+  arguments.constraint_players = {IPMINMAX_MIN, IPMINMAX_MAX};
+  EXPECT_EQ(solve(arguments.create(), model).status, IPMINMAX_SOLVE_SUCCEEDED);
+  arguments.constraint_players = {IPMINMAX_MIN, IPMINMAX_MIN};  // g1 reads y
+  const auto problem = arguments.create();
+  EXPECT_EQ(solve(problem, model).status, IPMINMAX_INVALID_PROBLEM_DEFINITION);
+  EXPECT_FALSE(message(problem).empty());
+}
+
+// --- Hock-Schittkowski 71 as a minimization, in C callbacks of its own ---------------------------
+
+int hs071_f(int, double* x, int, double* f, void*) {
+  *f = x[0] * x[3] * (x[0] + x[1] + x[2]) + x[2];
+  return 1;
+}
+int hs071_grad(int, double* x, int, double* grad, void*) {
+  grad[0] = x[3] * (2.0 * x[0] + x[1] + x[2]);
+  grad[1] = x[0] * x[3];
+  grad[2] = x[0] * x[3] + 1.0;
+  grad[3] = x[0] * (x[0] + x[1] + x[2]);
+  return 1;
+}
+int hs071_g(int, double* x, int, int, double* g, void*) {
+  g[0] = x[0] * x[1] * x[2] * x[3];
+  g[1] = x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3];
+  return 1;
+}
+int hs071_jac(int, double* x, int, int, int, int* row, int* col, double* values, void*) {
+  for (int k = 0; k < 8; ++k) {
+    if (values == nullptr) {
+      row[k] = k / 4;
+      col[k] = k % 4;
+    } else if (k < 4) {
+      values[k] = 1.0;
+      for (int i = 0; i < 4; ++i) values[k] *= i == k ? 1.0 : x[i];
+    } else {
+      values[k] = 2.0 * x[k - 4];
+    }
+  }
+  return 1;
+}
+int hs071_h(int, double* x, int, double sigma, int, double* lambda, int, int, int* row, int* col,
+            double* values, void*) {
+  int k = 0;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j <= i; ++j, ++k) {
+      if (values == nullptr) {
+        row[k] = i;
+        col[k] = j;
+        continue;
+      }
+      double product = 1.0;
+      for (int l = 0; l < 4; ++l) product *= l == i || l == j ? 1.0 : x[l];
+      values[k] = i == j ? 2.0 * lambda[1] : lambda[0] * product;
+    }
+  }
+  if (values == nullptr) return 1;
+  values[0] += sigma * 2.0 * x[3];  // entries (0,0), (1,0), (2,0), (3,0), (3,1), (3,2)
+  values[1] += sigma * x[3];
+  values[3] += sigma * x[3];
+  values[6] += sigma * (2.0 * x[0] + x[1] + x[2]);
+  values[7] += sigma * x[0];
+  values[8] += sigma * x[0];
+  return 1;
+}
+
+TEST(CInterface, MinimizesHS071) {
+  const std::vector<double> x_L(4, 1.0), x_U(4, 5.0), g_L{25.0, 40.0}, g_U{2e19, 40.0};
+  const std::vector<int> players(4, IPMINMAX_MIN);
+  const ProblemPtr problem(IpminmaxCreate(4, x_L.data(), x_U.data(), 2, g_L.data(), g_U.data(), 8,
+                                          10, 0, hs071_f, hs071_g, hs071_grad, hs071_jac, hs071_h,
+                                          players.data(), nullptr));
+  ASSERT_TRUE(problem);
+  ASSERT_EQ(IpminmaxAddIntOption(problem.get(), "print_level", 0), 1);
+  std::vector<double> x{1.0, 5.0, 5.0, 1.0}, lambda(2), z_L(4), z_U(4);
+  double f = 0.0;
+  ASSERT_EQ(IpminmaxSolve(problem.get(), x.data(), nullptr, &f, lambda.data(), z_L.data(),
+                          z_U.data(), nullptr),
+            IPMINMAX_SOLVE_SUCCEEDED);
+  EXPECT_NEAR(f, 17.0140172, 1e-6);
+  EXPECT_NEAR(x[1], 4.7429994, 1e-6);
+  EXPECT_NEAR(x[2], 3.8211503, 1e-6);
+  EXPECT_NEAR(lambda[0], -0.5522936, 1e-5);
+  EXPECT_NEAR(lambda[1], 0.1614686, 1e-5);
+  EXPECT_NEAR(z_L[0], 1.0878712, 1e-5);
+}
+
+// --- Solves that end otherwise --------------------------------------------------------------------
+
+TEST(CInterface, TheUserStops) {
+  Recorder model;
+  model.on_iteration = [](int iteration) { return iteration < 2; };
+  const auto problem = Arguments().create();
+  ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), intermediate), 1);
+  EXPECT_EQ(solve(problem, model).status, IPMINMAX_USER_REQUESTED_STOP);
+  EXPECT_EQ(model.rows.size(), 3U);
+  IpminmaxCertificate certificate;
+  ASSERT_EQ(IpminmaxGetCertificate(problem.get(), &certificate), 1);
+  EXPECT_NE(certificate.point_kind, IPMINMAX_LOCAL_MINMAX);
+  ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), nullptr), 1);
+  EXPECT_EQ(solve(problem, model).status, IPMINMAX_SOLVE_SUCCEEDED);
+  EXPECT_EQ(model.rows.size(), 3U);
+}
+
+TEST(CInterface, ExceptionsOfCallbacksDoNotPass) {
+  const auto problem = Arguments().create();
+  Recorder model;
+  model.on_call = [](const std::string& name) -> bool {
+    if (name == "eval_grad_f") throw std::runtime_error("no gradient today");
+    return true;
+  };
+  EXPECT_EQ(solve(problem, model).status, IPMINMAX_NONIPOPT_EXCEPTION_THROWN);
+  EXPECT_TRUE(contains(message(problem), "no gradient today"));
+  IpminmaxStatistics statistics;
+  EXPECT_EQ(IpminmaxGetStatistics(problem.get(), &statistics), 0);
+
+  model.on_call = [](const std::string& name) -> bool {
+    if (name == "eval_h") throw std::bad_alloc();
+    return true;
+  };
+  EXPECT_EQ(solve(problem, model).status, IPMINMAX_INSUFFICIENT_MEMORY);
+  EXPECT_TRUE(contains(message(problem), "memory"));
+}
+
+TEST(CInterface, WithoutHessianDifferencesTakeItsPlace) {
+  const auto exact = Arguments().create();
+  Recorder model;
+  const Answer expected = solve(exact, model);
+  Arguments arguments;
+  arguments.h = nullptr;
+  const auto problem = arguments.create();
+  ASSERT_TRUE(problem) << IpminmaxMessage(nullptr);
+  const Answer answer = solve(problem, model);
+  EXPECT_EQ(answer.status, IPMINMAX_SOLVE_SUCCEEDED) << message(problem);
+  ASSERT_EQ(answer.x.size(), expected.x.size());
+  for (std::size_t i = 0; i < answer.x.size(); ++i) EXPECT_NEAR(answer.x[i], expected.x[i], 1e-6);
+
+  ASSERT_EQ(IpminmaxAddStrOption(problem.get(), "hessian_approximation", "exact"), 1);
+  const Answer refused = solve(problem, model);
+  EXPECT_EQ(refused.status, IPMINMAX_INVALID_OPTION);
+  EXPECT_TRUE(contains(message(problem), "hessian")) << message(problem);
+  EXPECT_EQ(refused.f, 7.0);  // outputs untouched
+  EXPECT_EQ(refused.x, Answer().x);
+}
+
+TEST(CInterface, NoSolveInsideItsOwnCallback) {
+  const auto problem = Arguments().create();
+  Recorder model;
+  IpminmaxReturnStatus inner = IPMINMAX_SOLVE_SUCCEEDED;
+  std::string text;
+  model.on_iteration = [&](int) {
+    Recorder other;
+    inner = solve(problem, other).status;
+    text = message(problem);
+    return true;
+  };
+  ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), intermediate), 1);
+  EXPECT_EQ(solve(problem, model).status, IPMINMAX_SOLVE_SUCCEEDED);
+  EXPECT_EQ(inner, IPMINMAX_INVALID_PROBLEM_DEFINITION);
+  EXPECT_TRUE(contains(text, "inside its own callbacks"));
+}
+
+// --- Scaling, warm start, output ------------------------------------------------------------------
+
+TEST(CInterface, UserScalingChangesThePathNotTheAnswer) {
+  Recorder plain, scaled;
+  const auto problem = Arguments().create();
+  ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), intermediate), 1);
+  ASSERT_EQ(IpminmaxAddStrOption(problem.get(), "nlp_scaling_method", "user-scaling"), 1);
+  const Answer first = solve(problem, plain);
+  const std::vector<double> x_scaling{2.0, 0.5, 3.0}, g_scaling{10.0, 0.1};
+  ASSERT_EQ(IpminmaxSetScaling(problem.get(), 5.0, x_scaling.data(), g_scaling.data()), 1);
+  const Answer second = solve(problem, scaled);
+  EXPECT_EQ(second.status, IPMINMAX_SOLVE_SUCCEEDED) << message(problem);
+  EXPECT_NE(plain.rows, scaled.rows);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(first.x[i], second.x[i], 1e-6);
+  for (std::size_t j = 0; j < 2; ++j) EXPECT_NEAR(first.lambda[j], second.lambda[j], 1e-6);
+
+  EXPECT_EQ(IpminmaxSetScaling(problem.get(), kNaN, nullptr, nullptr), 0);
+  EXPECT_TRUE(contains(message(problem), "obj_scaling"));
+  const std::vector<double> bad{1.0, kNaN, 1.0}, zero{1.0, 0.0};
+  EXPECT_EQ(IpminmaxSetScaling(problem.get(), 1.0, bad.data(), nullptr), 0);
+  EXPECT_TRUE(contains(message(problem), "x_scaling[1]")) << message(problem);
+  EXPECT_EQ(IpminmaxSetScaling(problem.get(), 1.0, nullptr, zero.data()), 0);
+  EXPECT_TRUE(contains(message(problem), "g_scaling[1]")) << message(problem);
+}
+
+TEST(CInterface, SolvesAgainFromTheLastMultipliers) {
+  const auto problem = Arguments().create();
+  Recorder model;
+  Answer answer;
+  const auto again = [&] {
+    return IpminmaxSolveAgain(problem.get(), answer.x.data(), answer.g.data(), &answer.f,
+                              answer.lambda.data(), nullptr, nullptr, &model);
+  };
+  EXPECT_EQ(again(), IPMINMAX_INVALID_PROBLEM_DEFINITION);
+  EXPECT_TRUE(contains(message(problem), "IpminmaxSolveAgain"));
+
+  ASSERT_EQ(IpminmaxAddNumOption(problem.get(), "mu_init", 1e-6), 1);
+  solve_into(problem, model, answer);
+  ASSERT_EQ(answer.status, IPMINMAX_SOLVE_SUCCEEDED);
+  IpminmaxStatistics cold, warm;
+  ASSERT_EQ(IpminmaxGetStatistics(problem.get(), &cold), 1);
+  EXPECT_EQ(again(), IPMINMAX_SOLVE_SUCCEEDED) << message(problem);
+  ASSERT_EQ(IpminmaxGetStatistics(problem.get(), &warm), 1);
+  EXPECT_LT(warm.iterations, cold.iterations);
+  EXPECT_NEAR(answer.x[0], 4.0 / 21.0, 1e-6);
+
+  // The warm start was for that call: multipliers are not asked for afterwards.
+  EXPECT_EQ(IpminmaxSolve(problem.get(), answer.x.data(), nullptr, nullptr, nullptr, nullptr,
+                          nullptr, &model),
+            IPMINMAX_SOLVE_SUCCEEDED);
+}
+
+TEST(CInterface, AWarmStartNeedsMultipliers) {
+  const auto problem = Arguments().create();
+  Recorder model;
+  Answer answer = solve(problem, model);
+  ASSERT_EQ(IpminmaxAddStrOption(problem.get(), "warm_start_init_point", "yes"), 1);
+  EXPECT_EQ(IpminmaxSolve(problem.get(), answer.x.data(), nullptr, nullptr, answer.lambda.data(),
+                          nullptr, answer.z_U.data(), &model),
+            IPMINMAX_INVALID_PROBLEM_DEFINITION);
+  EXPECT_TRUE(contains(message(problem), "mult_x_L is NULL")) << message(problem);
+  solve_into(problem, model, answer);
+  EXPECT_EQ(answer.status, IPMINMAX_SOLVE_SUCCEEDED) << message(problem);
+}
+
+TEST(CInterface, OutputFile) {
+  const auto problem = Arguments().create();
+  const std::string file = ::testing::TempDir() + "c_interface_test.out";
+  ASSERT_EQ(IpminmaxOpenOutputFile(problem.get(), file.c_str(), 5), 1) << message(problem);
+  Recorder model;
+  EXPECT_EQ(solve(problem, model).status, IPMINMAX_SOLVE_SUCCEEDED);
+  std::ifstream stream(file);
+  std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  EXPECT_TRUE(contains(text, "inf_pr")) << text;
+  std::remove(file.c_str());
+  EXPECT_EQ(IpminmaxOpenOutputFile(problem.get(), "/nonexistent/folder/file", 5), 0);
+  EXPECT_TRUE(contains(message(problem), "/nonexistent/folder/file"));
+  EXPECT_EQ(IpminmaxOpenOutputFile(problem.get(), file.c_str(), 13), 0);
+  EXPECT_TRUE(contains(message(problem), "print_level = 13"));
+  EXPECT_EQ(IpminmaxOpenOutputFile(problem.get(), nullptr, 5), 0);
+}
+
+// --- Bad input ------------------------------------------------------------------------------------
+
+TEST(CInterface, CreateNamesWhatIsWrong) {
+  const auto expect_refusal = [](const std::string& part, auto change) {
+    Arguments arguments;
+    change(arguments);
+    EXPECT_FALSE(arguments.create()) << part;
+    EXPECT_TRUE(contains(IpminmaxMessage(nullptr), part)) << IpminmaxMessage(nullptr);
+  };
+  expect_refusal("n = -1", [](Arguments& a) { a.n = -1; });
+  expect_refusal("n = 0", [](Arguments& a) { a.n = 0; });
+  expect_refusal("m = -2", [](Arguments& a) { a.m = -2; });
+  expect_refusal("nele_jac = -1", [](Arguments& a) { a.nele_jac = -1; });
+  expect_refusal("nele_jac = 4 without", [](Arguments& a) { a.m = 0; });
+  expect_refusal("nele_hess = -3", [](Arguments& a) { a.nele_hess = -3; });
+  expect_refusal("index_style = 2", [](Arguments& a) { a.style = 2; });
+  expect_refusal("eval_f is NULL", [](Arguments& a) { a.f = nullptr; });
+  expect_refusal("eval_g is NULL", [](Arguments& a) { a.g = nullptr; });
+  expect_refusal("eval_grad_f is NULL", [](Arguments& a) { a.grad_f = nullptr; });
+  expect_refusal("eval_jac_g is NULL", [](Arguments& a) { a.jac_g = nullptr; });
+  expect_refusal("x_L is NULL", [](Arguments& a) { a.x_L.clear(); });
+  expect_refusal("g_U is NULL", [](Arguments& a) { a.g_U.clear(); });
+  expect_refusal("x_U[1] is NaN", [](Arguments& a) { a.x_U[1] = kNaN; });
+  expect_refusal("g_L[1] is NaN", [](Arguments& a) { a.g_L[1] = kNaN; });
+  expect_refusal("variable_players is NULL", [](Arguments& a) { a.variable_players.clear(); });
+  expect_refusal("variable_players[2] = 5", [](Arguments& a) { a.variable_players[2] = 5; });
+  expect_refusal("constraint_players[1] = -1", [](Arguments& a) {
+    a.constraint_players = {0, -1};
+  });
+}
+
+TEST(CInterface, OptionsNameWhatIsWrong) {
+  const auto problem = Arguments().create();
+  const auto expect_message = [&](int done, const std::string& part) {
+    EXPECT_EQ(done, 0) << part;
+    EXPECT_TRUE(contains(message(problem), part)) << message(problem);
+  };
+  IpminmaxProblem p = problem.get();
+  expect_message(IpminmaxAddNumOption(p, "tool", 1.0), "unknown option \"tool\"");
+  expect_message(IpminmaxAddNumOption(p, "tol", -1.0), "tol = -1");
+  expect_message(IpminmaxAddNumOption(p, "tol", kNaN), "tol = nan");
+  expect_message(IpminmaxAddIntOption(p, "tol", 1), "tol is a number option");
+  expect_message(IpminmaxAddStrOption(p, "max_iter", "5"), "max_iter is an integer option");
+  expect_message(IpminmaxAddIntOption(p, "max_iter", -5), "max_iter = -5");
+  expect_message(IpminmaxAddStrOption(p, "linear_solver", "nothing"), "linear_solver = nothing");
+  expect_message(IpminmaxAddStrOption(p, "linear_solver", nullptr), "NULL");
+  expect_message(IpminmaxAddStrOption(p, nullptr, "x"), "NULL");
+
+  // Values may be changed until the solve.
+  ASSERT_EQ(IpminmaxAddIntOption(p, "max_iter", 100), 1);
+  ASSERT_EQ(IpminmaxAddIntOption(p, "max_iter", 1), 1);
+  Recorder model;
+  EXPECT_EQ(solve(problem, model).status, IPMINMAX_MAXIMUM_ITERATIONS_EXCEEDED);
+}
+
+TEST(CInterface, TheOptionsFileIsReadAndItsErrorsReported) {
+  const std::string file = ::testing::TempDir() + "c_interface_test.opt";
+  const auto problem = Arguments().create();
+  ASSERT_EQ(IpminmaxAddStrOption(problem.get(), "option_file_name", file.c_str()), 1);
+  Recorder model;
+  std::ofstream(file) << "max_iter 1\n";
+  EXPECT_EQ(solve(problem, model).status, IPMINMAX_MAXIMUM_ITERATIONS_EXCEEDED);
+  std::ofstream(file) << "max_iter 1\nmax_itre 2\n";
+  EXPECT_EQ(solve(problem, model).status, IPMINMAX_INVALID_OPTION);
+  EXPECT_TRUE(contains(message(problem), "line 2: unknown option \"max_itre\""))
+      << message(problem);
+  IpminmaxCertificate certificate;
+  EXPECT_EQ(IpminmaxGetCertificate(problem.get(), &certificate), 0);
+  std::remove(file.c_str());
+}
+
+TEST(CInterface, NullsAreRefused) {
+  const auto expect_null = [](int done) {
+    EXPECT_EQ(done, 0);
+    EXPECT_STREQ(IpminmaxMessage(nullptr), "the problem is NULL");
+  };
+  IpminmaxFree(nullptr);
+  double x = 0.0;
+  IpminmaxCertificate certificate;
+  IpminmaxStatistics statistics;
+  expect_null(IpminmaxAddNumOption(nullptr, "tol", 1.0));
+  expect_null(IpminmaxAddIntOption(nullptr, "max_iter", 1));
+  expect_null(IpminmaxAddStrOption(nullptr, "sb", nullptr));
+  expect_null(IpminmaxOpenOutputFile(nullptr, "file", 1));
+  expect_null(IpminmaxSetScaling(nullptr, 1.0, nullptr, nullptr));
+  expect_null(IpminmaxSetIntermediateCallback(nullptr, nullptr));
+  expect_null(IpminmaxGetCertificate(nullptr, &certificate));
+  expect_null(IpminmaxGetStatistics(nullptr, &statistics));
+  EXPECT_EQ(IpminmaxSolve(nullptr, &x, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr),
+            IPMINMAX_INVALID_PROBLEM_DEFINITION);
+  EXPECT_EQ(IpminmaxSolveAgain(nullptr, &x, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr),
+            IPMINMAX_INVALID_PROBLEM_DEFINITION);
+  EXPECT_STREQ(IpminmaxStatusName(nullptr), "");
+
+  const auto problem = Arguments().create();
+  Recorder model;
+  EXPECT_STREQ(IpminmaxStatusName(problem.get()), "");
+  EXPECT_EQ(IpminmaxGetCertificate(problem.get(), &certificate), 0);
+  EXPECT_FALSE(message(problem).empty());
+  EXPECT_EQ(
+      IpminmaxSolve(problem.get(), nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, &model),
+      IPMINMAX_INVALID_PROBLEM_DEFINITION);
+  EXPECT_EQ(message(problem), "x is NULL");
+  solve(problem, model);
+  EXPECT_EQ(IpminmaxGetCertificate(problem.get(), nullptr), 0);
+}
+
+TEST(CInterface, Version) { EXPECT_EQ(std::string(IpminmaxVersion()).find("0."), 0U); }
+
+}  // namespace
+}  // namespace ipminmax
