@@ -138,10 +138,10 @@ std::string markdown_row(const DocumentedOption& option) {
 
 std::string advice_table(const std::vector<IpoptOptionAdvice>& table) {
   std::string text = "\n| option | what to know |\n|---|---|\n";
-  for (const auto& [name, advice] : table) {
-    const bool own = std::ranges::any_of(
-        list_options(), [&](const DocumentedOption& option) { return option.name == name; });
-    if (!own) text += "| `" + std::string(name) + "` | " + escaped(advice) + " |\n";
+  const std::vector<DocumentedOption> options = list_options();
+  for (const IpoptOptionAdvice& row : table) {
+    if (std::ranges::find(options, row.name, &DocumentedOption::name) != options.end()) continue;
+    text += "| `" + std::string(row.name) + "` | " + escaped(row.advice) + " |\n";
   }
   return text;
 }

@@ -35,7 +35,7 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
   for (int raises = 0;; ++raises) {
     const Factorization f = kkt_.factorize_inner(shift);
     if (kkt_.has_expected_inner_inertia(f)) break;
-    if (f.status == FactorizationStatus::OutOfMemory || limit_.expired()) return false;
+    if (f.status == FactorizationStatus::OutOfMemory || out_of_time()) return false;
     // Zero eigenvalues, or positive ones missing whatever the shift: J_yy may be rank-deficient.
     const bool dependent =
         f.inertia.zero > 0 || (raises >= kRaisesBeforeMultiplierShift &&
@@ -59,7 +59,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
   for (int raises = 0;; ++raises) {
     const Factorization f = kkt_.factorize(shift);
     if (kkt_.has_expected_inertia(f)) break;
-    if (f.status == FactorizationStatus::OutOfMemory || limit_.expired()) return false;
+    if (f.status == FactorizationStatus::OutOfMemory || out_of_time()) return false;
     const bool dependent =
         f.inertia.zero > 0 || (raises >= kRaisesBeforeMultiplierShift &&
                                f.inertia.negative < kkt_.layout().expected().negative);
@@ -107,7 +107,7 @@ double InertiaCorrection::failing_inner_shift(const Regularization& shift) {
   Regularization trial = shift;
   for (trial.y = shift.y / options_.perturb_inc_fact; trial.y > kSingularShift;
        trial.y /= options_.perturb_inc_fact) {
-    if (limit_.expired()) break;
+    if (out_of_time()) break;
     if (!kkt_.has_expected_inner_inertia(kkt_.factorize_inner(trial))) return trial.y;
   }
   return 0.0;
@@ -133,7 +133,7 @@ bool InertiaCorrection::raise_for_instability(Regularization& shift) {
     Regularization scaled = shift;
     scaled.x *= fraction;
     scaled.y *= fraction;
-    if (!kkt_.has_expected_inertia(kkt_.factorize(scaled)) || limit_.expired()) break;
+    if (!kkt_.has_expected_inertia(kkt_.factorize(scaled)) || out_of_time()) break;
     const double raised = std::max(
         shift.x == 0.0 ? first_shift(last_x_) : next_shift(shift.x, 1.0),
         options_.minmax_warm_start_shifts ? options_.perturb_dec_fact * last_raised_x_ : 0.0);

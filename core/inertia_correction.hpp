@@ -15,7 +15,9 @@ namespace ipminmax {
 /// first_hessian_perturbation as in the paper. Deterministic.
 class InertiaCorrection {
  public:
-  InertiaCorrection(KktSystem& kkt, const SolverOptions& options, Counts& counts, TimeLimit& limit)
+  /// limit: asked after each factorization that was not right; null for none.
+  InertiaCorrection(KktSystem& kkt, const SolverOptions& options, Counts& counts,
+                    TimeLimit* limit = nullptr)
       : kkt_(kkt), options_(options), counts_(counts), limit_(limit) {}
 
   /// Leaves K factorized with the returned shifts and K_yy with its part of them. Empty: no shift
@@ -35,6 +37,7 @@ class InertiaCorrection {
   [[nodiscard]] double last_failed_y() const { return failed_y_; }
 
  private:
+  [[nodiscard]] bool out_of_time() const { return limit_ != nullptr && limit_->expired(); }
   [[nodiscard]] bool raise_for_instability(Regularization& shift);
   [[nodiscard]] double failing_inner_shift(const Regularization& shift);
   [[nodiscard]] double first_shift(double last) const;
@@ -44,8 +47,8 @@ class InertiaCorrection {
   KktSystem& kkt_;
   const SolverOptions& options_;
   Counts& counts_;
-  TimeLimit& limit_;
-  bool first_x_failed_ = false;
+  TimeLimit* limit_;
+  bool first_x_failed_ = false;  ///< the last first guess of delta_x was too small
   double last_x_ = 0.0;
   double last_raised_x_ = 0.0;  ///< of line 7; kept apart, it says nothing about K's own need
   double last_y_ = 0.0;

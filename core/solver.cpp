@@ -166,7 +166,7 @@ Result Solver::run() {
 
 std::optional<Status> Solver::start() {
   kkt_.emplace(canonical_, options_, result_.counts, result_.timing);
-  correction_.emplace(*kkt_, options_, result_.counts, limit_);
+  correction_.emplace(*kkt_, options_, result_.counts, &limit_);
   const Index n = canonical_.variables();
   const Index m = canonical_.constraints();
   for (Step* step : {&rhs_, &step_}) {

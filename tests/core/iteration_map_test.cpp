@@ -28,7 +28,7 @@ class IterationMap {
     EXPECT_EQ(canonical_.build(), "");
     kkt_ = std::make_unique<KktSystem>(canonical_, options_, counts_, timing_);
     EXPECT_TRUE(kkt_->analyze());
-    correction_ = std::make_unique<InertiaCorrection>(*kkt_, options_, counts_, limit_);
+    correction_ = std::make_unique<InertiaCorrection>(*kkt_, options_, counts_);
     iterate_ = canonical_.starting_point();
     evaluation_.gradient.setZero(canonical_.variables());
     evaluation_.hessian.assign(canonical_.hessian().size(), 0.0);
@@ -65,7 +65,6 @@ class IterationMap {
   FunctionProblem problem_;
   CanonicalProblem canonical_;
   std::unique_ptr<KktSystem> kkt_;
-  TimeLimit limit_{options_};
   std::unique_ptr<InertiaCorrection> correction_;
   Iterate iterate_;
   Evaluation evaluation_;
