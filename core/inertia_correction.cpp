@@ -14,6 +14,11 @@ constexpr int kRaisesBeforeMultiplierShift = 4;
 
 }  // namespace
 
+bool InertiaCorrection::economical() const {
+  return options_.minmax_warm_start_shifts &&
+         options_.minmax_globalization == Globalization::Filter;
+}
+
 double InertiaCorrection::first_shift(double last) const {
   if (!options_.minmax_warm_start_shifts || last == 0.0) return options_.first_hessian_perturbation;
   return std::max(options_.min_hessian_perturbation, options_.perturb_dec_fact * last);
@@ -55,7 +60,7 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
 bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero_fails) {
   // Where the last first guess was too small, zero is not worth a factorization.
   const double first = first_shift(last_x_);
-  if (zero_fails || (first_x_failed_ && shift.x == 0.0)) shift.x = first;
+  if (zero_fails || (economical() && first_x_failed_ && shift.x == 0.0)) shift.x = first;
   for (int raises = 0;; ++raises) {
     const Factorization f = kkt_.factorize(shift);
     if (kkt_.has_expected_inertia(f)) break;
@@ -71,8 +76,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
     if (shift.x > options_.max_hessian_perturbation) return false;
   }
   first_x_failed_ = shift.x > first;
-  if (last_x_ == 0.0 && shift.x > first && options_.minmax_warm_start_shifts &&
-      kkt_.layout().y.size() > 0) {
+  if (last_x_ == 0.0 && shift.x > first && economical() && kkt_.layout().y.size() > 0) {
     // The first shift of a solve grew in large strides: try half of the last one (of its logarithm).
     Regularization smaller = shift;
     smaller.x /= std::sqrt(options_.perturb_inc_fact_first);

@@ -40,6 +40,8 @@ class InertiaCorrection {
   [[nodiscard]] bool out_of_time() const { return limit_ != nullptr && limit_->expired(); }
   [[nodiscard]] bool raise_for_instability(Regularization& shift);
   [[nodiscard]] double failing_inner_shift(const Regularization& shift);
+  /// Whether factorizations may be saved that Algorithm 1 spends.
+  [[nodiscard]] bool economical() const;
   [[nodiscard]] double first_shift(double last) const;
   [[nodiscard]] double next_shift(double shift, double last) const;
   [[nodiscard]] double multiplier_shift(double mu) const;
