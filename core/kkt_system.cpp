@@ -453,6 +453,7 @@ KktSystem::RankFinding KktSystem::active_rank(const Evaluation& evaluation,
   }
   RankFinding finding{.full_min = true, .full_max = true};
   Eigen::VectorXd diagonal(canonical_.constraints());
+  bool any_min = false, any_max = false;  // rows whose independence is in question
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     const bool max = canonical_.max_constraints().contains(j);
     const double expected = max ? 1.0 : -1.0;
@@ -467,6 +468,7 @@ KktSystem::RankFinding KktSystem::active_rank(const Evaluation& evaluation,
     } else {
       rows[j] = 1.0 / std::sqrt(rows[j]);
       diagonal[j] = -expected * tolerance;
+      (max ? any_max : any_min) = true;
     }
   }
   const auto full_rank = [&](KktBlock& block, Inertia expected, Index& count) {
@@ -479,12 +481,12 @@ KktSystem::RankFinding KktSystem::active_rank(const Evaluation& evaluation,
   // The players are uncoupled here. Max is tested alone: in the whole matrix two equal deficiencies
   // of the players would cancel.
   const Inertia expected_inner{layout_.lambda_y.size(), layout_.y.size(), 0};
-  if (!inner_.empty() && !full_rank(inner_, expected_inner, counts_.factorizations_inner)) {
+  if (any_max && !full_rank(inner_, expected_inner, counts_.factorizations_inner)) {
     return {.full_min = false, .full_max = false, .vanishing = finding.vanishing};
   }
   const Inertia expected{layout_.x.size() + layout_.lambda_y.size(),
                          layout_.y.size() + layout_.lambda_x.size(), 0};
-  if (!full_.empty() && !full_rank(full_, expected, counts_.factorizations_full)) {
+  if (any_min && !full_rank(full_, expected, counts_.factorizations_full)) {
     finding.full_min = false;
   }
   return finding;
