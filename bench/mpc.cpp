@@ -30,6 +30,8 @@ using ipminmax::SolverOptions;
 
 constexpr double kTolerance = 1e-6;
 constexpr int kMaxIterations = 200;
+constexpr double kWarmBarrier = 1e-6;  // mu_init of a warm start
+constexpr double kWarmPush = 1e-6;
 constexpr Control kGuess{0.01, 0.002, 0.001};
 
 /// What to solve at one time step, and where a solve may start.
@@ -63,6 +65,10 @@ SolverOptions options_with(double mu_init, bool multipliers) {
   options.max_iter = kMaxIterations;
   options.mu_init = mu_init;
   options.warm_start_init_point = multipliers;
+  // The shifted solution is close: it is not pushed away from its bounds.
+  options.warm_start_bound_push = options.warm_start_bound_frac = kWarmPush;
+  options.warm_start_slack_bound_push = options.warm_start_slack_bound_frac = kWarmPush;
+  options.warm_start_mult_bound_push = kWarmPush;
   return options;
 }
 
@@ -143,7 +149,7 @@ class Comparison {
     const std::vector<std::function<double()>> contestants = {
         by_core(0, *from_guess, options_with(0.1, false)),
         by_core(1, *from_controls, options_with(0.1, false)),
-        by_core(2, from_solution, options_with(1e-4, true)),
+        by_core(2, from_solution, options_with(kWarmBarrier, true)),
         [&] {
           // As a user's program does: the model keeps the controls of the answer.
           model_->set_state(task.state);
@@ -209,7 +215,7 @@ class Comparison {
   bool optimized_ = false;
   std::vector<Contestant> contestants_ = {{"cold"},
                                           {"shifted controls"},
-                                          {"shifted primal-dual, mu_init 1e-4"},
+                                          {"shifted primal-dual, mu_init 1e-6"},
                                           {"shifted controls, MinMaxApplication"}};
 };
 
@@ -230,12 +236,16 @@ int main(int argc, char** argv) {
   chauffeur::Parameters parameters;  // steering and walking expensive: almost always solvable
   int steps = 50;
   CommandLine command_line("mpc: time of the solves of a model predictive controller");
+  bool refined = false;
+  command_line.add_flag("--refined", refined, "the family whose local minmax exists for every T");
+  command_line.add("--gamma-u", parameters.gamma_u, "price of steering (80)");
   command_line.add("--horizon", parameters.horizon, "T, stages to look ahead (20)");
   command_line.add("--steps", steps, "time steps of the closed loop (50)");
   return bench::run_program(argc, argv, command_line, settings, [&] {
     if (parameters.horizon < 1 || steps < 2) {
       throw std::invalid_argument("--horizon must be at least 1 and --steps at least 2");
     }
+    if (refined) parameters = chauffeur::refined(parameters.horizon);
     bench::print_environment();
     bench::run(settings, parameters, steps);
   });
