@@ -36,6 +36,10 @@ constexpr double kLargeMultiplier = 1e6;
 /// that many steps in a row pass through first-order points.
 constexpr double kOutwardStep = 5e-4;
 constexpr int kOutwardSteps = 3;
+/// Unscaled gradient of the Lagrangian above which a degenerate point is not taken for a solution at
+/// once where the objective is scaled down, and the iterations that it may take to do better.
+constexpr double kFlatGradient = 1e-4;
+constexpr Index kHiddenIterations = 50;
 /// Second derivatives below this, that many times farther out than the start, have died out.
 constexpr double kDiedOut = 1e-100;
 constexpr double kFarAway = 10.0;
@@ -89,6 +93,7 @@ class Solver {
   [[nodiscard]] std::optional<Status> take_step(double longest);
   [[nodiscard]] std::optional<Status> evaluate_derivatives();
   [[nodiscard]] std::optional<Status> stop_reason();
+  [[nodiscard]] bool hidden_by_scaling(Status stop);
   [[nodiscard]] bool leave_wrong_point(Status stop);
   [[nodiscard]] Status certified_status(Status when_not_refuted);
   [[nodiscard]] bool converged(const KktError& error) const;
@@ -138,6 +143,7 @@ class Solver {
   Iterate start_;                         ///< the model's
   Index restarts_ = 0;
   std::optional<Index> last_resort_end_;  ///< iteration at which Algorithm 1 gives up, too
+  Index hidden_iterations_ = 0;  ///< beyond points that meet the tolerances by their scaling
   bool started_ = false;
   bool escaped_ = false;  ///< the iteration's step was an escape from a wrong first-order point
 };
@@ -307,7 +313,7 @@ std::optional<Status> Solver::stop_reason() {
   } else if (acceptable(info_.error)) {
     stop = certified_status(Status::SolvedToAcceptableLevel);
   }
-  if (stop && !leave_wrong_point(*stop)) return stop;
+  if (stop && !hidden_by_scaling(*stop) && !leave_wrong_point(*stop)) return stop;
   if (canonical_.variables() > 0 &&
       point_.iterate.v.lpNorm<Eigen::Infinity>() > options_.diverging_iterates_tol) {
     return Status::DivergingIterates;
@@ -391,6 +397,19 @@ bool Solver::runs_to_infinity() {
   point_ = std::move(here);
   result_.message.clear();
   return outward;
+}
+
+bool Solver::hidden_by_scaling(Status stop) {
+  // A gradient that was huge at the start scales the objective down so far that any flat place meets
+  // the tolerances: go on for a while. Minimizations end here, as Ipopt's do.
+  const double gradient = std::max(info_.error.dual_min, info_.error.dual_max);
+  if (stop != Status::SolvedDegenerate || nested_ || canonical_.max_size() == 0 ||
+      canonical_.objective_scale() >= 1.0 || gradient <= kFlatGradient ||
+      ++hidden_iterations_ > kHiddenIterations) {
+    return false;
+  }
+  result_.certificate = {};
+  return true;
 }
 
 bool Solver::leave_wrong_point(Status stop) {
