@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include <ipminmax/adapter/ipopt_only_options.hpp>
+
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
@@ -57,32 +59,33 @@ void register_flag(Ipopt::RegisteredOptions& registry, const std::string& name,
 
 void register_choice(Ipopt::RegisteredOptions& registry, const OptionInfo& info,
                      const OptionInfo::Choice& kind) {
-  const std::vector<std::string> names(kind.names.begin(), kind.names.end());
-  const std::vector<std::string> texts(kind.texts.begin(), kind.texts.end());
+  std::vector<std::string> names(kind.names.begin(), kind.names.end());
+  std::vector<std::string> texts(kind.texts.begin(), kind.texts.end());
+  if (info.name == "linear_solver") {
+    const auto others = ipopt_only_linear_solvers();
+    names.insert(names.end(), others.begin(), others.end());
+    texts.resize(names.size(), "Ipopt only; auto is used");
+  }
   registry.AddStringOption(std::string(info.name), std::string(info.text),
                            names.at(kind.get(SolverOptions{})), names, texts);
 }
 
 void register_application_options(Ipopt::RegisteredOptions& registry) {
-  registry.SetRegisteringCategory("Output");
-  registry.AddBoundedIntegerOption(
-      "print_level",
-      "Verbosity of the console: 0 nothing, 1 errors, 3 summary, 4 also problem statistics and "
-      "warnings, 5 also one line per iteration.",
-      0, Ipopt::J_LAST_LEVEL - 1, Ipopt::J_ITERSUMMARY);
-  registry.AddStringOption1("output_file", "Name of an output file; empty: none.", "", "*",
-                            "any file name");
-  registry.AddBoundedIntegerOption("file_print_level",
-                                   "Verbosity of the output file; unset: that of print_level.", 0,
-                                   Ipopt::J_LAST_LEVEL - 1, Ipopt::J_ITERSUMMARY);
-  register_flag(registry, "print_user_options", "Whether the options that were set are printed.",
-                false);
-  register_flag(registry, "print_timing_statistics", "Whether the time of each stage is printed.",
-                false);
-  register_flag(registry, "sb", "Whether the banner is suppressed.", false);
-  registry.SetRegisteringCategory("Miscellaneous");
-  registry.AddStringOption1("option_file_name", "Name of the options file; empty: none.",
-                            "ipminmax.opt", "*", "any file name");
+  for (const ApplicationOption& row : application_option_table()) {
+    registry.SetRegisteringCategory(std::string(row.category));
+    const std::string name(row.name);
+    const std::string text(row.text);
+    if (const auto* integer = std::get_if<ApplicationOption::Integer>(&row.kind)) {
+      registry.AddBoundedIntegerOption(name, text, integer->lower, integer->upper, integer->value);
+    } else if (const auto* number = std::get_if<ApplicationOption::Number>(&row.kind)) {
+      registry.AddLowerBoundedNumberOption(name, text, number->lower, false, number->value);
+    } else if (const auto* flag = std::get_if<ApplicationOption::Flag>(&row.kind)) {
+      register_flag(registry, name, text, flag->value);
+    } else {
+      registry.AddStringOption1(
+          name, text, std::string(std::get<ApplicationOption::Name>(row.kind).value), "*", "");
+    }
+  }
 }
 
 // --- Options files --------------------------------------------------------------------------------
@@ -221,8 +224,14 @@ std::string set_option(const std::string& name, const std::string& text,
            list.SetIntegerValue(name, *value, false);
   } else {
     if (!option->IsValidStringSetting(text)) {
+      const auto others = ipopt_only_linear_solvers();  // accepted, but not worth proposing
       std::string error = setting + " is not one of:";
-      for (const auto& entry : option->GetValidStrings()) error += " " + entry.value_;
+      for (const auto& entry : option->GetValidStrings()) {
+        if (name != "linear_solver" ||
+            std::find(others.begin(), others.end(), entry.value_) == others.end()) {
+          error += " " + entry.value_;
+        }
+      }
       return error;
     }
     done = is_set_to(text, [&](std::string& v) { return list.GetStringValue(name, v, ""); }) ||
@@ -246,7 +255,9 @@ void copy_option(const OptionInfo& info, const Ipopt::OptionsList& list, SolverO
     if (list.GetBoolValue(name, value, "")) options.*(flag->member) = value;
   } else if (const auto* choice = std::get_if<OptionInfo::Choice>(&info.kind)) {
     Ipopt::Index value = 0;
-    if (list.GetEnumValue(name, value, "")) choice->set(options, static_cast<std::size_t>(value));
+    const bool is_set = list.GetEnumValue(name, value, "");
+    const auto i = static_cast<std::size_t>(value);
+    if (is_set && i < choice->names.size()) choice->set(options, i);  // others: Ipopt's solvers
   }
 }
 
@@ -267,6 +278,41 @@ void register_options(Ipopt::RegisteredOptions& registry) {
     }
   }
   register_application_options(registry);
+  register_ipopt_only_options(registry);
+}
+
+const std::vector<ApplicationOption>& application_option_table() {
+  using Integer = ApplicationOption::Integer;
+  using Number = ApplicationOption::Number;
+  using Flag = ApplicationOption::Flag;
+  using Name = ApplicationOption::Name;
+  const std::string_view output = "Output";
+  const std::string_view miscellaneous = "Miscellaneous";
+  constexpr int kLastLevel = Ipopt::J_LAST_LEVEL - 1;
+  static const std::vector<ApplicationOption> table = {
+      {"print_level", output,
+       "Verbosity of the console: 0 nothing, 1 errors, 2 options without effect, 3 summary, 4 also "
+       "problem statistics and warnings, 5 also one line per iteration.",
+       Integer{0, kLastLevel, Ipopt::J_ITERSUMMARY}},
+      {"output_file", output, "Name of an output file; empty: none.", Name{""}},
+      {"file_print_level", output, "Verbosity of the output file; unset: that of print_level.",
+       Integer{0, kLastLevel, Ipopt::J_ITERSUMMARY}},
+      {"print_frequency_iter", output, "An iteration is printed when its number is a multiple.",
+       Integer{1, std::numeric_limits<int>::max(), 1}},
+      {"print_frequency_time", output,
+       "Seconds that have to pass after a printed iteration before the next.", Number{0.0, 0.0}},
+      {"print_info_string", output,
+       "Whether the number of factorizations of K and of K_yy ends each iteration's line.",
+       Flag{false}},
+      {"print_user_options", output, "Whether the options that were set are printed.", Flag{false}},
+      {"print_options_documentation", output, "Whether all options are listed.", Flag{false}},
+      {"print_timing_statistics", output, "Whether the time of each stage is printed.",
+       Flag{false}},
+      {"sb", output, "Whether the banner is suppressed.", Flag{false}},
+      {"option_file_name", miscellaneous, "Name of the options file; empty: none.",
+       Name{"ipminmax.opt"}},
+  };
+  return table;
 }
 
 std::string read_options(std::istream& input, const std::string& source,
@@ -293,6 +339,7 @@ std::string solver_options(const Ipopt::OptionsList& list, SolverOptions& option
   } catch (const Ipopt::OPTION_INVALID& error) {
     return error.Message();
   }
+  if (auto error = refused_ipopt_option(list); !error.empty()) return error;
   return check(options);
 }
 

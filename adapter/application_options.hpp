@@ -2,6 +2,9 @@
 
 #include <iosfwd>
 #include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
 
 #include <IpOptionsList.hpp>
 #include <IpRegOptions.hpp>
@@ -12,8 +15,29 @@
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
-/// Registers the solver's options from option_table() and those of the application (output and
-/// options file), with Ipopt's names.
+/// One option of the application: output and options file. Names and meanings are Ipopt's.
+struct ApplicationOption {
+  struct Integer {
+    int lower, upper, value;
+  };
+  struct Number {  ///< at least lower
+    double lower, value;
+  };
+  struct Flag {
+    bool value;
+  };
+  struct Name {
+    std::string_view value;
+  };
+  std::string_view name;
+  std::string_view category;
+  std::string_view text;
+  std::variant<Integer, Number, Flag, Name> kind;
+};
+[[nodiscard]] const std::vector<ApplicationOption>& application_option_table();
+
+/// Registers the solver's options from option_table(), those of the application, and those that
+/// only Ipopt has (ipopt_only_options.hpp).
 void register_options(Ipopt::RegisteredOptions& registry);
 
 /// Sets the options of a file in Ipopt's format: name and value separated by blanks or line ends,
@@ -24,8 +48,8 @@ void register_options(Ipopt::RegisteredOptions& registry);
                                        Ipopt::RegisteredOptions& registry,
                                        Ipopt::OptionsList& list);
 
-/// Copies the values that were set to options and checks all. Returns the first error, empty when
-/// there is none.
+/// Copies the values that were set to options and checks all, also for options of Ipopt that are
+/// refused. Returns the first error, empty when there is none.
 [[nodiscard]] std::string solver_options(const Ipopt::OptionsList& list, SolverOptions& options);
 
 }  // namespace IPMINMAX_IPOPT_ABI

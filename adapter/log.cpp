@@ -1,5 +1,6 @@
 #include <ipminmax/adapter/log.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdarg>
@@ -86,6 +87,10 @@ std::string certificate_report(const Certificate& certificate) {
   text += inertia_row("Inertia of K_yy.........:", certificate.inner, certificate.inner_expected);
   text += inertia_row("Inertia of K............:", certificate.full, certificate.full_expected);
   text += format("Curvature margin........: %24.16e\n", certificate.margin);
+  if (certificate.finite_differences) {
+    text += format("Second derivatives......: finite differences, error estimate %.1e\n",
+                   certificate.hessian_error);
+  }
   text += format("Independent gradients...: Min %s, Max %s\n", yes_no(certificate.licq_min),
                  yes_no(certificate.licq_max));
   text += format("Weakly active bounds....: Min %d, Max %d\n", certificate.weakly_active_min,
@@ -203,23 +208,84 @@ std::string problem_statistics(const ProblemStructure& structure, const SolverOp
   return text + "\n";
 }
 
+std::string derivative_test(const DerivativeReport& report, const ProblemStructure& structure) {
+  if (!report.failure.empty()) return "Derivative test not possible: " + report.failure + ".\n\n";
+  std::string text = format("Derivative test: %d first and %d second derivatives.\n",
+                            report.first_tested, report.second_tested);
+  for (const std::string& remark : report.remarks) text += remark + "\n";
+  for (const DerivativeEntry& entry : report.entries) {
+    text += entry.finding == DerivativeFinding::Agrees ? "  " : "* ";
+    text += describe(entry, structure);
+    text += entry.finding == DerivativeFinding::Missing ? std::string(": not in the structure")
+                                                        : format(": %23.16e", entry.exact);
+    text += format(" ~ %23.16e  [%9.3e]\n", entry.approximate, entry.relative_error);
+    if (entry.crosses_players) {
+      text += "  A constraint of Min must not vary with a variable of Max.\n";
+    }
+  }
+  const Index wrong = report.first_wrong + report.second_wrong;
+  text += wrong == 0 ? std::string("No errors detected by derivative test.\n\n")
+                     : format("Derivative test detected %d error(s).\n\n", wrong);
+  return text;
+}
+
 std::string iteration_header() {
   return format("%4s %14s %8s %8s %8s %6s %8s %7s %7s %8s %8s  %3s\n", "iter", "objective",
                 "inf_pr", "inf_dx", "inf_dy", "lg(mu)", "||d||", "lg(rgx)", "lg(rgy)", "alpha_du",
                 "alpha_pr", "ls");
 }
 
-std::string iteration_row(const IterationInfo& info) {
+std::string iteration_row(const IterationInfo& info, bool with_info) {
   const KktError& error = info.error;
   std::string text =
       format("%4d %14.7e %8.2e %8.2e %8.2e %6s ", info.iteration, info.objective, error.primal,
              error.dual_min, error.dual_max, log10_or_dash(info.mu).c_str());
   if (info.iteration == 0) {  // no step led here
-    return text + format("%8s %7s %7s %8s %8s  %3s\n", "-", "-", "-", "-", "-", "-");
+    text += format("%8s %7s %7s %8s %8s  %3s", "-", "-", "-", "-", "-", "-");
+  } else {
+    text += format("%8.2e %7s %7s %8.2e %8.2e%c %3d", info.step_norm,
+                   log10_or_dash(info.delta_x).c_str(), log10_or_dash(info.delta_y).c_str(),
+                   info.alpha_dual, info.alpha_primal, info.step_kind, info.trials);
   }
-  return text + format("%8.2e %7s %7s %8.2e %8.2e%c %3d\n", info.step_norm,
-                       log10_or_dash(info.delta_x).c_str(), log10_or_dash(info.delta_y).c_str(),
-                       info.alpha_dual, info.alpha_primal, info.step_kind, info.trials);
+  if (with_info) {
+    text += format(" K %d Kyy %d", info.factorizations_full, info.factorizations_inner);
+  }
+  return text + "\n";
+}
+
+std::string start_header() {
+  return format("%6s %14s %8s %6s %4s  %s\n", "start", "objective", "error", "iter", "cert",
+                "status");
+}
+
+std::string start_row(Index start, const Result& result) {
+  const bool certified = result.certificate.kind == PointKind::LocalMinmax;
+  return format("%6d %14.7e %8.2e %6d %4s  %s\n", start, result.objective, result.error.total,
+                result.iterations, certified ? "yes" : "-",
+                std::string(name_of(result.status)).c_str());
+}
+
+std::string multistart_summary(const MultistartResult& result) {
+  constexpr std::size_t kMostPoints = 20;
+  std::string text = format("\nMultistart: %d starts, %zu distinct certified points\n",
+                            result.starts, result.points.size());
+  if (!result.points.empty()) {
+    text += format("\n%6s %24s %6s %12s %10s\n", "rank", "local minmax value", "found",
+                   "first start", "margin");
+  }
+  for (std::size_t k = 0; k < std::min(kMostPoints, result.points.size()); ++k) {
+    const DistinctPoint& point = result.points[k];
+    text += format("%6zu %24.16e %6d %12d %10.2e\n", k + 1, point.result.objective, point.found,
+                   point.first_start, point.result.certificate.margin);
+  }
+  if (result.points.size() > kMostPoints) {
+    text += format("%6s and %zu more\n", "...", result.points.size() - kMostPoints);
+  }
+  text += "\n";
+  for (const auto& [status, count] : result.statuses) {
+    text += format("%6d %s\n", count, std::string(name_of(status)).c_str());
+  }
+  return text;
 }
 
 std::string summary(const Result& result) {

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include <ipminmax/core/derivative_test.hpp>
+#include <ipminmax/core/multistart.hpp>
 #include <ipminmax/core/options.hpp>
 #include <ipminmax/core/problem.hpp>
 #include <ipminmax/core/result.hpp>
@@ -17,6 +19,11 @@ namespace ipminmax::log {
 /// (nlp_lower_bound_inf, nlp_upper_bound_inf).
 [[nodiscard]] std::string problem_statistics(const ProblemStructure& structure,
                                              const SolverOptions& options);
+
+/// What the derivative test found: one line per wrong entry (* in front) or, with
+/// derivative_test_print_all, per entry.
+[[nodiscard]] std::string derivative_test(const DerivativeReport& report,
+                                          const ProblemStructure& structure);
 
 /// Headings of the iteration table:
 ///   iter       iteration, 0 is the starting point
@@ -34,8 +41,24 @@ namespace ipminmax::log {
 /// Norms are infinity norms, unscaled. A dash stands where nothing was done.
 [[nodiscard]] std::string iteration_header();
 
-/// One line of the iteration table.
-[[nodiscard]] std::string iteration_row(const IterationInfo& info);
+/// One line of the iteration table. with_info: ends with the factorizations of K and of K_yy since
+/// the iteration before, as "K 1 Kyy 3" (print_info_string).
+[[nodiscard]] std::string iteration_row(const IterationInfo& info, bool with_info = false);
+
+/// Headings of the table of a multistart:
+///   start      0 is the model's starting point
+///   objective  f at its end, unscaled
+///   error      overall scaled error
+///   iter       iterations
+///   cert       "yes": certified local minmax
+///   status     why it ended
+[[nodiscard]] std::string start_header();
+
+/// One line of that table.
+[[nodiscard]] std::string start_row(Index start, const Result& result);
+
+/// Distinct certified points, smallest local minmax value first, and how often each status occurred.
+[[nodiscard]] std::string multistart_summary(const MultistartResult& result);
 
 /// Objective and errors at the returned point, then the certificate.
 [[nodiscard]] std::string summary(const Result& result);

@@ -2,16 +2,21 @@
 
 #include <IpOptionsList.hpp>
 #include <IpRegOptions.hpp>
+#include <chrono>
 #include <exception>
 #include <fstream>
 #include <new>
+#include <set>
 #include <sstream>
 #include <utility>
 
 #include <ipminmax/adapter/application_options.hpp>
+#include <ipminmax/adapter/ipopt_only_options.hpp>
 #include <ipminmax/adapter/log.hpp>
+#include <ipminmax/adapter/options_documentation.hpp>
 #include <ipminmax/adapter/status.hpp>
 #include <ipminmax/adapter/tnlp_problem.hpp>
+#include <ipminmax/core/multistart.hpp>
 #include <ipminmax/core/solver.hpp>
 
 namespace ipminmax {
@@ -24,7 +29,35 @@ using Ipopt::SmartPtr;
 
 namespace {
 
-constexpr Index kRowsPerHeader = 10;
+/// The iteration table: which rows are printed, and when the header is repeated.
+class IterationRows {
+ public:
+  explicit IterationRows(const Ipopt::OptionsList& list) {
+    list.GetIntegerValue("print_frequency_iter", every_, "");
+    list.GetNumericValue("print_frequency_time", pause_, "");
+    list.GetBoolValue("print_info_string", with_info_, "");
+  }
+
+  /// Empty when the iteration is not due.
+  [[nodiscard]] std::string text(const IterationInfo& info) {
+    constexpr Index kRowsPerHeader = 10;
+    const auto now = std::chrono::steady_clock::now();
+    if (info.iteration % every_ != 0) return {};
+    if (rows_ > 0 && std::chrono::duration<double>(now - last_).count() < pause_) return {};
+    last_ = now;
+    std::string text;
+    if (rows_ % kRowsPerHeader == 0) text = (rows_ > 0 ? "\n" : "") + log::iteration_header();
+    ++rows_;
+    return text + log::iteration_row(info, with_info_);
+  }
+
+ private:
+  Index every_ = 1;
+  double pause_ = 0.0;
+  bool with_info_ = false;
+  Index rows_ = 0;
+  std::chrono::steady_clock::time_point last_;
+};
 
 }  // namespace
 
@@ -36,6 +69,8 @@ struct MinMaxApplication::Implementation {
   SmartPtr<MinMaxStatistics> statistics;
   Result result;
   bool banner_printed = false;
+  bool documentation_printed = false;
+  std::set<std::string> ignored_options;  ///< messages already printed
   bool rethrow = false;
 
   explicit Implementation(bool create_console_out);
@@ -47,6 +82,7 @@ struct MinMaxApplication::Implementation {
   [[nodiscard]] ApplicationReturnStatus optimize();
   [[nodiscard]] ApplicationReturnStatus run();
   [[nodiscard]] SolveObserver observer_of(TnlpProblem& problem);
+  [[nodiscard]] Result solve_from_many_starts(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] ApplicationReturnStatus stop(Status status, std::string message);
   [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem);
   [[nodiscard]] ApplicationReturnStatus report_exception();
@@ -57,6 +93,8 @@ struct MinMaxApplication::Implementation {
   void set_console_level();
   void print_banner();
   void print_user_options();
+  void print_options_documentation();
+  void print_ignored_options();
   void print(EJournalLevel level, EJournalCategory category, const std::string& text) const {
     journalist->Printf(level, category, "%s", text.c_str());
   }
@@ -136,7 +174,9 @@ ApplicationReturnStatus MinMaxApplication::Implementation::initialize(std::istre
       print(Ipopt::J_ERROR, Ipopt::J_INITIALIZATION, "Invalid option: " + error + "\n");
       return Ipopt::Invalid_Option;
     }
-    return set_up_output();
+    const ApplicationReturnStatus status = set_up_output();
+    if (status == Ipopt::Solve_Succeeded) print_options_documentation();
+    return status;
   } catch (...) {
     return report_exception();
   }
@@ -148,9 +188,25 @@ void MinMaxApplication::Implementation::print_banner() {
 }
 
 void MinMaxApplication::Implementation::print_user_options() {
-  std::string text;
-  list->PrintUserOptions(text);
-  print(Ipopt::J_ERROR, Ipopt::J_MAIN, "\nList of user-set options:\n\n" + text + "\n");
+  print(Ipopt::J_ERROR, Ipopt::J_MAIN,
+        "\nList of user-set options:\n\n" + user_options_text(*list) + "\n");
+}
+
+void MinMaxApplication::Implementation::print_options_documentation() {
+  if (documentation_printed || !flag("print_options_documentation")) return;
+  print(Ipopt::J_SUMMARY, Ipopt::J_MAIN, "\n# List of options\n");
+  std::istringstream lines(options_text());  // line by line: journals of Ipopt may have a buffer
+  for (std::string line; std::getline(lines, line);) {
+    print(Ipopt::J_SUMMARY, Ipopt::J_MAIN, line + "\n");
+  }
+  documentation_printed = true;
+}
+
+void MinMaxApplication::Implementation::print_ignored_options() {
+  for (const std::string& message : ignored_ipopt_options(*list)) {
+    if (!ignored_options.insert(message).second) continue;
+    print(Ipopt::J_STRONGWARNING, Ipopt::J_MAIN, "Option " + message + ".\n");
+  }
 }
 
 // --- Solve ----------------------------------------------------------------------------------------
@@ -196,18 +252,38 @@ ApplicationReturnStatus MinMaxApplication::Implementation::stop(Status status,
 
 SolveObserver MinMaxApplication::Implementation::observer_of(TnlpProblem& problem) {
   SolveObserver observer;
-  observer.on_iteration = [this, &problem](const IterationInfo& info) {
-    if (info.iteration % kRowsPerHeader == 0) {
-      print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN,
-            (info.iteration > 0 ? "\n" : "") + log::iteration_header());
-    }
-    print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::iteration_row(info));
+  observer.on_iteration = [this, &problem,
+                           rows = IterationRows(*list)](const IterationInfo& info) mutable {
+    print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, rows.text(info));
     return problem.report(info);
   };
   observer.message = [this](std::string_view text) {
     print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
   };
   return observer;
+}
+
+Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& problem,
+                                                                 const SolverOptions& options) {
+  MultistartObserver observer;
+  observer.on_iteration = [this, &problem, rows = IterationRows(*list)](
+                              Index, const IterationInfo& info) mutable {
+    if (info.iteration == 0) rows = IterationRows(*list);
+    print(Ipopt::J_DETAILED, Ipopt::J_MAIN, rows.text(info));
+    return problem.report(info);
+  };
+  observer.on_result = [this](Index start, const Result& found) {
+    if (start == 0) print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::start_header());
+    print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::start_row(start, found));
+  };
+  observer.message = [this](Index, std::string_view text) {
+    print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
+  };
+  MultistartResult found = multistart(problem, options, observer);
+  if (has_iterate(found.best.status)) {
+    print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::multistart_summary(found));
+  }
+  return std::move(found.best);
 }
 
 ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& problem) {
@@ -233,6 +309,8 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
     return stop(Status::InvalidOption, std::move(error));
   }
   if (flag("print_user_options")) print_user_options();
+  print_options_documentation();
+  print_ignored_options();
   if (Ipopt::IsNull(model)) return stop(Status::InvalidProblem, "the model is null");
 
   TnlpProblem problem(model);
@@ -242,7 +320,12 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
   print(Ipopt::J_WARNING, Ipopt::J_STATISTICS,
         log::problem_statistics(problem.structure(), options));
   try {
-    result = solve(problem, options, observer_of(problem));
+    if (options.derivative_test != DerivativeTest::None) {
+      print(Ipopt::J_SUMMARY, Ipopt::J_NLP,
+            log::derivative_test(test_derivatives(problem, options), problem.structure()));
+    }
+    result = options.minmax_starts > 1 ? solve_from_many_starts(problem, options)
+                                       : solve(problem, options, observer_of(problem));
   } catch (...) {
     const ApplicationReturnStatus status = report_exception();
     if (problem.started()) {

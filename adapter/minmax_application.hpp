@@ -46,6 +46,12 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   Ipopt::SmartPtr<Ipopt::RegisteredOptions> RegOptions();
 
   /// A MinMaxTNLP, or a plain TNLP: then a minimization, or split by the integer metadata "player".
+  ///
+  /// With minmax_starts above 1 it is solved from that many starting points, the model's first, and
+  /// the best point is the answer: the certified one with the smallest local minmax value, or else
+  /// what core/multistart.hpp calls better. intermediate_callback counts iterations from 0 in each
+  /// start and stops all of them; finalize_solution is called once. Iterations, evaluations and
+  /// times are those of all starts.
   Ipopt::ApplicationReturnStatus OptimizeTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
   /// The model of the last OptimizeTNLP again, with the same structure. Throws INVALID_WARMSTART
   /// when it is another model or nothing was solved before.

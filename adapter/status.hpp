@@ -2,6 +2,7 @@
 
 #include <IpAlgTypes.hpp>
 #include <IpReturnCodes.hpp>
+#include <string_view>
 
 #include <ipminmax/adapter/ipopt_version.hpp>
 #include <ipminmax/core/result.hpp>
@@ -18,6 +19,9 @@ inline namespace IPMINMAX_IPOPT_ABI {
 /// Whether a solve that ends so has an iterate to report: false when it stopped before the first.
 /// As in Ipopt, finalize_solution is called only then.
 [[nodiscard]] bool has_iterate(Status status);
+
+/// The enumerator's name, as "Solve_Succeeded".
+[[nodiscard]] std::string_view name_of(Ipopt::ApplicationReturnStatus status);
 
 }  // namespace IPMINMAX_IPOPT_ABI
 }  // namespace ipminmax

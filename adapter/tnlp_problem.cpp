@@ -174,12 +174,38 @@ std::string TnlpProblem::load_hessian_structure() {
   StructureCall call("Hessian", hessian_entries_, n_, n_, first);
   if (!model_->eval_h(n_, nullptr, false, 0.0, m_, nullptr, false, hessian_entries_,
                       address(call.rows), address(call.cols), nullptr)) {
-    return "eval_h returned false when asked for the structure of the Hessian: second derivatives "
-           "are needed, an approximation of them is not available";
+    structure_.has_hessian = false;  // what a TNLP without eval_h does
+    hessian_entries_ = 0;
+    return load_nonlinear_variables();
   }
   std::string error;
   structure_.hessian = call.triplets(error);
   return error;
+}
+
+std::string TnlpProblem::load_nonlinear_variables() {
+  const Index count = model_->get_number_of_nonlinear_variables();
+  if (count < 0) return {};
+  if (count > n_) {
+    return "get_number_of_nonlinear_variables returned " + number(count) + " of " + number(n_) +
+           " variables";
+  }
+  std::vector<Index> variables(size_of(count), kNotSet);
+  if (!model_->get_list_of_nonlinear_variables(count, address(variables))) {
+    return "get_list_of_nonlinear_variables returned false";
+  }
+  const Index first = index_style_ == Ipopt::TNLP::C_STYLE ? 0 : 1;
+  for (Index& i : variables) {
+    if (i < first || i - first >= n_) {
+      return i == kNotSet
+                 ? "get_list_of_nonlinear_variables left an entry unset"
+                 : "get_list_of_nonlinear_variables lists variable " + number(i) +
+                       ", but the variables are " + number(first) + " to " + number(n_ - 1 + first);
+    }
+    i -= first;
+  }
+  structure_.nonlinear_variables = std::move(variables);
+  return {};
 }
 
 std::string TnlpProblem::load_players() {

@@ -13,7 +13,8 @@ inline namespace IPMINMAX_IPOPT_ABI {
 
 /// An Ipopt model as the core sees it. Calls the model in Ipopt's order:
 ///   1. load: get_nlp_info, get_var_con_metadata, get_bounds_info, structure of eval_jac_g,
-///      structure of eval_h, players, get_bounds_info again
+///      structure of eval_h (where it returns false, the nonlinear variables instead), players,
+///      get_bounds_info again
 ///   2. starting_point and evaluations, while the core solves; report after each iteration
 ///   3. finalize: finalize_metadata, finalize_solution
 /// Exceptions of the model pass through.
@@ -65,6 +66,7 @@ class TnlpProblem : public Problem {
   [[nodiscard]] std::string load_bounds();
   [[nodiscard]] std::string load_jacobian_structure();
   [[nodiscard]] std::string load_hessian_structure();
+  [[nodiscard]] std::string load_nonlinear_variables();
   [[nodiscard]] std::string load_players();
   [[nodiscard]] std::string load_players_of(MinMaxTNLP& model);
   [[nodiscard]] std::string load_players_of_metadata();

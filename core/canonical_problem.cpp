@@ -78,9 +78,8 @@ std::string CanonicalProblem::build() {
   if (auto error = index_variables(); !error.empty()) return error;
   index_constraints();
   map_entries();
-  if (auto error = scale(); !error.empty()) return error;
-  set_bounds();
-  return {};
+  if (auto error = read_start(); !error.empty()) return error;
+  return scale();
 }
 
 std::string CanonicalProblem::validate() {
@@ -142,12 +141,17 @@ std::string CanonicalProblem::index_variables() {
   const auto& players = structure_.variable_players;
   variable_of_model_.assign(players.size(), -1);
   model_v_.assign(players.size(), 0.0);
+  const auto treatment = options_.fixed_variable_treatment;
+  const bool takes_out = treatment == FixedVariableTreatment::MakeParameter ||
+                         treatment == FixedVariableTreatment::MakeParameterNodual;
   const auto is_fixed = [&](std::size_t i) {
-    return structure_.variable_lower[i] == structure_.variable_upper[i];
+    return takes_out && has_equal_bounds(static_cast<Index>(i));
   };
   std::array<Index, 2> free{}, equalities{}, inequalities{};
   for (std::size_t i = 0; i < players.size(); ++i) {
-    if (!is_fixed(i)) ++free[players[i] == Player::Max];
+    const bool max = players[i] == Player::Max;
+    if (!is_fixed(i)) ++free[max];
+    if (is_fixed_by_constraint(static_cast<Index>(i))) ++equalities[max];
   }
   for (std::size_t j = 0; j < structure_.constraint_players.size(); ++j) {
     const bool max = structure_.constraint_players[j] == Player::Max;
@@ -188,10 +192,26 @@ std::string CanonicalProblem::index_variables() {
   return {};
 }
 
+bool CanonicalProblem::has_equal_bounds(Index i) const {
+  return structure_.variable_lower[at(i)] == structure_.variable_upper[at(i)];
+}
+
+bool CanonicalProblem::is_fixed_by_constraint(Index i) const {
+  return options_.fixed_variable_treatment == FixedVariableTreatment::MakeConstraint &&
+         has_equal_bounds(i);
+}
+
+std::string CanonicalProblem::row_name(Index constraint) const {
+  const Index model = model_constraint_[at(constraint)];
+  if (model >= 0) return constraint_name(model);
+  return "fixed " + variable_name(model_variable_[at(fixing_variable_[at(constraint)])]);
+}
+
 void CanonicalProblem::index_constraints() {
   const std::size_t m = structure_.constraint_players.size();
   constraint_of_model_.assign(m, -1);
   model_constraint_.assign(at(constraints()), -1);
+  fixing_variable_.assign(at(constraints()), -1);
   slack_of_constraint_.assign(at(constraints()), -1);
   std::array<Index, 2> next{min_constraints_.begin, max_constraints_.begin};
   std::array<Index, 2> next_slack{x_slacks_.begin, y_slacks_.begin};
@@ -209,6 +229,11 @@ void CanonicalProblem::index_constraints() {
     model_constraint_[at(canonical)] = static_cast<Index>(j);
     if (!equality) slack_of_constraint_[at(canonical)] = next_slack[max]++;
   }
+  for (Index i = 0; i < variables(); ++i) {
+    const Index model = model_variable_[at(i)];
+    if (model < 0 || !is_fixed_by_constraint(model)) continue;
+    fixing_variable_[at(next[owned_by_max(i)]++)] = i;
+  }
 }
 
 void CanonicalProblem::map_entries() {
@@ -219,6 +244,11 @@ void CanonicalProblem::map_entries() {
     if (row < 0 || col < 0) continue;
     jacobian_.push_back({row, col});
     jacobian_source_.push_back(static_cast<Index>(k));
+  }
+  for (Index j = 0; j < constraints(); ++j) {
+    if (fixing_variable_[at(j)] < 0) continue;
+    jacobian_.push_back({j, fixing_variable_[at(j)]});
+    jacobian_source_.push_back(-1);
   }
   for (std::size_t k = 0; k < s.hessian.size(); ++k) {
     const Index row = variable_of_model_[at(s.hessian[k].row)];
@@ -234,65 +264,58 @@ void CanonicalProblem::map_entries() {
   model_hessian_.assign(s.hessian.size(), 0.0);
 }
 
-std::string CanonicalProblem::scale() {
+std::string CanonicalProblem::read_start() {
   objective_scale_ = options_.obj_scaling_factor;
   col_scale_.assign(at(variables()), 1.0);
   row_scale_.assign(at(constraints()), 1.0);
-
-  // The starting point fixes the scaling; the fixed variables keep their value.
-  std::vector<double> start(model_v_.size(), 0.0);
-  start_lambda_.assign(model_g_.size(), 0.0);
-  start_z_lower_.assign(start.size(), 0.0);
-  start_z_upper_.assign(start.size(), 0.0);
-  StartingPoint request{.v = start,
+  model_start_.v.assign(model_v_.size(), 0.0);
+  model_start_.lambda.assign(model_g_.size(), 0.0);
+  model_start_.z_lower.assign(model_v_.size(), 0.0);
+  model_start_.z_upper.assign(model_v_.size(), 0.0);
+  StartingPoint request{.v = model_start_.v,
                         .needs_multipliers = options_.warm_start_init_point,
-                        .lambda = start_lambda_,
-                        .z_lower = start_z_lower_,
-                        .z_upper = start_z_upper_};
+                        .lambda = model_start_.lambda,
+                        .z_lower = model_start_.z_lower,
+                        .z_upper = model_start_.z_upper};
   if (!problem_.starting_point(request)) return "the model gives no starting point";
-  if (const Index i = first_not_finite(start); i >= 0) {
-    return fail(Status::InvalidNumber,
-                "the starting point of " + variable_name(i) + " is not a finite number");
-  }
-  for (std::size_t i = 0; i < start.size(); ++i) {
-    if (variable_of_model_[i] >= 0) model_v_[i] = start[i];
-  }
+  return check_start();
+}
 
-  if (options_.nlp_scaling_method == Scaling::User) {
-    UserScaling scaling;
-    if (problem_.user_scaling(scaling)) {
-      const auto usable = [](double factor) { return std::isfinite(factor) && factor > 0.0; };
-      if (!std::isfinite(scaling.objective) || scaling.objective == 0.0) {
-        return "the model's scaling factor of the objective is zero or not finite";
-      }
-      const auto fits = [](const std::vector<double>& factors, std::size_t size) {
-        return factors.empty() || factors.size() == size;
-      };
-      if (!fits(scaling.variables, variable_of_model_.size()) ||
-          !fits(scaling.constraints, constraint_of_model_.size())) {
-        return "the model's scaling factors do not have one entry per variable and constraint";
-      }
-      objective_scale_ *= scaling.objective;
-      for (std::size_t i = 0; i < scaling.variables.size(); ++i) {
-        if (!usable(scaling.variables[i])) {
-          return "the model's scaling factor of " + variable_name(static_cast<Index>(i)) +
-                 " is not a positive number";
-        }
-        if (variable_of_model_[i] >= 0) {
-          col_scale_[at(variable_of_model_[i])] = scaling.variables[i];
-        }
-      }
-      for (std::size_t j = 0; j < scaling.constraints.size(); ++j) {
-        if (!usable(scaling.constraints[j])) {
-          return "the model's scaling factor of " + constraint_name(static_cast<Index>(j)) +
-                 " is not a positive number";
-        }
-        if (constraint_of_model_[j] >= 0) {
-          row_scale_[at(constraint_of_model_[j])] = scaling.constraints[j];
-        }
-      }
+std::string CanonicalProblem::check_start() {
+  const auto refuse = [&](const std::string& what) {
+    return fail(Status::InvalidNumber, "the starting " + what + " is not a finite number");
+  };
+  if (const Index i = first_not_finite(model_start_.v); i >= 0) {
+    return refuse("point of " + variable_name(i));
+  }
+  if (!options_.warm_start_init_point) return {};
+  // Multipliers of bounds that do not exist are not read, as in Ipopt.
+  for (const Index j : model_constraint_) {
+    if (j >= 0 && !std::isfinite(model_start_.lambda[at(j)])) {
+      return refuse("multiplier of " + constraint_name(j));
     }
-  } else if (options_.nlp_scaling_method == Scaling::GradientBased) {
+  }
+  for (const Index i : model_variable_) {
+    if (i < 0) continue;
+    if (structure_.variable_lower[at(i)] > options_.nlp_lower_bound_inf &&
+        !std::isfinite(model_start_.z_lower[at(i)])) {
+      return refuse("multiplier of the lower bound of " + variable_name(i));
+    }
+    if (structure_.variable_upper[at(i)] < options_.nlp_upper_bound_inf &&
+        !std::isfinite(model_start_.z_upper[at(i)])) {
+      return refuse("multiplier of the upper bound of " + variable_name(i));
+    }
+  }
+  return {};
+}
+
+std::string CanonicalProblem::scale() {
+  if (options_.nlp_scaling_method == Scaling::User) {
+    if (auto error = user_scaling(); !error.empty()) return error;
+  }
+  set_variable_bounds();
+  push_start();
+  if (options_.nlp_scaling_method == Scaling::GradientBased) {
     if (auto error = gradient_based_scaling(); !error.empty()) return error;
   }
 
@@ -300,6 +323,97 @@ std::string CanonicalProblem::scale() {
   for (std::size_t j = 0; j < slack_of_constraint_.size(); ++j) {
     if (slack_of_constraint_[j] >= 0) col_scale_[at(slack_of_constraint_[j])] = row_scale_[j];
   }
+  set_constraint_bounds();
+  list_bounds();
+  if (options_.warm_start_init_point) start_multipliers();
+  scale_entries();
+  return {};
+}
+
+std::string CanonicalProblem::user_scaling() {
+  UserScaling scaling;
+  if (!problem_.user_scaling(scaling)) return {};
+  const auto usable = [](double factor) { return std::isfinite(factor) && factor > 0.0; };
+  if (!std::isfinite(scaling.objective) || scaling.objective == 0.0) {
+    return "the model's scaling factor of the objective is zero or not finite";
+  }
+  const auto fits = [](const std::vector<double>& factors, std::size_t size) {
+    return factors.empty() || factors.size() == size;
+  };
+  if (!fits(scaling.variables, variable_of_model_.size()) ||
+      !fits(scaling.constraints, constraint_of_model_.size())) {
+    return "the model's scaling factors do not have one entry per variable and constraint";
+  }
+  objective_scale_ *= scaling.objective;
+  for (std::size_t i = 0; i < scaling.variables.size(); ++i) {
+    if (!usable(scaling.variables[i])) {
+      return "the model's scaling factor of " + variable_name(static_cast<Index>(i)) +
+             " is not a positive number";
+    }
+    if (variable_of_model_[i] >= 0) col_scale_[at(variable_of_model_[i])] = scaling.variables[i];
+  }
+  for (std::size_t j = 0; j < scaling.constraints.size(); ++j) {
+    if (!usable(scaling.constraints[j])) {
+      return "the model's scaling factor of " + constraint_name(static_cast<Index>(j)) +
+             " is not a positive number";
+    }
+    if (constraint_of_model_[j] >= 0) {
+      row_scale_[at(constraint_of_model_[j])] = scaling.constraints[j];
+    }
+  }
+  return {};
+}
+
+void CanonicalProblem::push_start() {
+  const bool warm = options_.warm_start_init_point;
+  const Index n = variables();
+  start_.v.setZero(n);
+  start_.lambda.setZero(constraints());
+  start_.z_lower.setZero(n);
+  start_.z_upper.setZero(n);
+  for (Index i = 0; i < n; ++i) {
+    const Index model = model_variable_[at(i)];
+    if (model < 0) continue;
+    start_.v[i] = push_inside(model_start_.v[at(model)] * col_scale_[at(i)], lower_[i], upper_[i],
+                              warm ? options_.warm_start_bound_push : options_.bound_push,
+                              warm ? options_.warm_start_bound_frac : options_.bound_frac);
+  }
+}
+
+void CanonicalProblem::start_multipliers() {
+  // Signs of Result, so those of a Max variable's bounds are <= 0.
+  const double largest = options_.warm_start_mult_init_max;
+  for (const Index i : lower_bounded_) {
+    if (const Index model = model_variable_[at(i)]; model >= 0) {
+      start_.z_lower[i] =
+          model_start_.z_lower[at(model)] * sign(i) * objective_scale_ / col_scale_[at(i)];
+    }
+  }
+  for (const Index i : upper_bounded_) {
+    if (const Index model = model_variable_[at(i)]; model >= 0) {
+      start_.z_upper[i] =
+          model_start_.z_upper[at(model)] * sign(i) * objective_scale_ / col_scale_[at(i)];
+    }
+  }
+  for (Index j = 0; j < constraints(); ++j) {
+    const Index model = model_constraint_[at(j)];
+    double value = 0.0;
+    if (model >= 0) {
+      value = model_start_.lambda[at(model)];
+    } else {  // -z_L + z_U and the multiplier of v = value stand for each other
+      const auto i = at(model_variable_[at(fixing_variable_[at(j)])]);
+      value = model_start_.z_upper[i] - model_start_.z_lower[i];
+    }
+    start_.lambda[j] = std::clamp(value * objective_scale_ / row_scale_[at(j)], -largest, largest);
+    // A slack's stationarity: -lambda + sign (-z_lower + z_upper) = 0.
+    if (const Index slack = slack_of_constraint_[at(j)]; slack >= 0) {
+      start_.z_lower[slack] = std::max(-sign(slack) * start_.lambda[j], 0.0);
+      start_.z_upper[slack] = std::max(sign(slack) * start_.lambda[j], 0.0);
+    }
+  }
+}
+
+void CanonicalProblem::scale_entries() {
   jacobian_scale_.resize(jacobian_.size());
   for (std::size_t k = 0; k < jacobian_.size(); ++k) {
     jacobian_scale_[k] = row_scale_[at(jacobian_[k].row)] / col_scale_[at(jacobian_[k].col)];
@@ -309,88 +423,108 @@ std::string CanonicalProblem::scale() {
                   [](double d) { return d != 1.0; }) ||
       std::any_of(col_scale_.begin() + y_.begin, col_scale_.begin() + y_.end,
                   [](double d) { return d != 1.0; });
-  if (variables_scaled) {
-    hessian_scale_.resize(hessian_.size());
-    for (std::size_t k = 0; k < hessian_.size(); ++k) {
-      hessian_scale_[k] = 1.0 / (col_scale_[at(hessian_[k].row)] * col_scale_[at(hessian_[k].col)]);
-    }
+  if (!variables_scaled) return;
+  hessian_scale_.resize(hessian_.size());
+  for (std::size_t k = 0; k < hessian_.size(); ++k) {
+    hessian_scale_[k] = 1.0 / (col_scale_[at(hessian_[k].row)] * col_scale_[at(hessian_[k].col)]);
   }
-  return {};
 }
 
 std::string CanonicalProblem::gradient_based_scaling() {
-  // Gradients at the starting point are scaled down to nlp_scaling_max_gradient, as in Ipopt.
+  // At the model's own point, as in Ipopt. It may lie outside its bounds, where the functions need
+  // not be defined; then where the solve starts.
+  for (const Index i : model_variable_) {
+    if (i >= 0) model_v_[at(i)] = model_start_.v[at(i)];
+  }
+  new_point_ = true;
+  std::string error = scale_gradients();
+  if (error.empty()) return {};
+  load(start_.v);
+  return new_point_ ? scale_gradients() : error;
+}
+
+std::string CanonicalProblem::scale_gradients() {
   const double largest = options_.nlp_scaling_max_gradient;
   const auto factor = [&](double norm) {
     return norm > largest ? std::max(largest / norm, options_.nlp_scaling_min_value) : 1.0;
   };
-  new_point_ = true;
+  ++counts_.gradient;
   if (!problem_.gradient(model_v_, take_new_point(), model_gradient_)) {
     return fail(Status::EvaluationFailed,
                 "the gradient of the objective is undefined at the starting point");
   }
-  ++counts_.gradient;
   double norm = 0.0;
-  for (std::size_t i = 0; i < model_gradient_.size(); ++i) {
-    if (!std::isfinite(model_gradient_[i])) {
-      return fail(Status::InvalidNumber, "the gradient of the objective in " +
-                                             variable_name(static_cast<Index>(i)) +
+  for (const Index i : model_variable_) {
+    if (i < 0) continue;
+    if (!std::isfinite(model_gradient_[at(i)])) {
+      return fail(Status::InvalidNumber, "the gradient of the objective in " + variable_name(i) +
                                              " is not finite at the starting point");
     }
-    if (variable_of_model_[i] >= 0) norm = std::max(norm, std::abs(model_gradient_[i]));
+    norm = std::max(norm, std::abs(model_gradient_[at(i)]));
   }
-  objective_scale_ *= factor(norm);
-
-  if (constraints() == 0) return {};
-  if (!problem_.jacobian(model_v_, take_new_point(), model_jacobian_)) {
-    return fail(Status::EvaluationFailed,
-                "the Jacobian of the constraints is undefined at the starting point");
-  }
-  ++counts_.jacobian;
   std::vector<double> row_norm(row_scale_.size(), 0.0);
+  if (constraints() > 0 && !model_g_.empty()) {
+    ++counts_.jacobian;
+    if (!problem_.jacobian(model_v_, take_new_point(), model_jacobian_)) {
+      return fail(Status::EvaluationFailed,
+                  "the Jacobian of the constraints is undefined at the starting point");
+    }
+  }
   for (std::size_t k = 0; k < jacobian_.size(); ++k) {
-    const double value = model_jacobian_[at(jacobian_source_[k])];
+    const double value = model_jacobian(k);
     if (!std::isfinite(value)) {
-      return fail(Status::InvalidNumber,
-                  "the Jacobian of " + constraint_name(model_constraint_[at(jacobian_[k].row)]) +
-                      " in " + variable_name(model_variable_[at(jacobian_[k].col)]) +
-                      " is not finite at the starting point");
+      return fail(Status::InvalidNumber, "the Jacobian of " + row_name(jacobian_[k].row) + " in " +
+                                             variable_name(model_variable_[at(jacobian_[k].col)]) +
+                                             " is not finite at the starting point");
     }
     row_norm[at(jacobian_[k].row)] = std::max(row_norm[at(jacobian_[k].row)], std::abs(value));
   }
+  objective_scale_ *= factor(norm);
   for (std::size_t j = 0; j < row_scale_.size(); ++j) row_scale_[j] = factor(row_norm[j]);
   return {};
 }
 
-void CanonicalProblem::set_bounds() {
-  const Index n = variables();
-  lower_.setConstant(n, -kInfinity);
-  upper_.setConstant(n, kInfinity);
-  right_hand_side_.setZero(constraints());
-  const auto set = [&](Index variable, double lower, double upper) {
-    const double scale = col_scale_[at(variable)];
-    const double relax = options_.bound_relax_factor;
-    if (lower > options_.nlp_lower_bound_inf) {
-      lower_[variable] = scale * (lower - relax * std::max(1.0, std::abs(lower)));
-    }
-    if (upper < options_.nlp_upper_bound_inf) {
-      upper_[variable] = scale * (upper + relax * std::max(1.0, std::abs(upper)));
-    }
-  };
-  for (Index i = 0; i < n; ++i) {
-    const Index model = model_variable_[at(i)];
-    if (model >= 0)
-      set(i, structure_.variable_lower[at(model)], structure_.variable_upper[at(model)]);
+void CanonicalProblem::set_bounds(Index variable, double lower, double upper) {
+  const double scale = col_scale_[at(variable)];
+  const double relax = options_.bound_relax_factor;
+  if (lower > options_.nlp_lower_bound_inf) {
+    lower_[variable] = scale * (lower - relax * std::max(1.0, std::abs(lower)));
   }
+  if (upper < options_.nlp_upper_bound_inf) {
+    upper_[variable] = scale * (upper + relax * std::max(1.0, std::abs(upper)));
+  }
+}
+
+void CanonicalProblem::set_variable_bounds() {
+  lower_.setConstant(variables(), -kInfinity);
+  upper_.setConstant(variables(), kInfinity);
+  for (Index i = 0; i < variables(); ++i) {
+    const Index model = model_variable_[at(i)];
+    if (model < 0 || is_fixed_by_constraint(model)) continue;
+    set_bounds(i, structure_.variable_lower[at(model)], structure_.variable_upper[at(model)]);
+  }
+}
+
+void CanonicalProblem::set_constraint_bounds() {
+  right_hand_side_.setZero(constraints());
   for (Index j = 0; j < constraints(); ++j) {
+    if (const Index i = fixing_variable_[at(j)]; i >= 0) {
+      right_hand_side_[j] =
+          row_scale_[at(j)] * structure_.variable_lower[at(model_variable_[at(i)])];
+      continue;
+    }
     const auto model = at(model_constraint_[at(j)]);
     const Index slack = slack_of_constraint_[at(j)];
     if (slack >= 0) {
-      set(slack, structure_.constraint_lower[model], structure_.constraint_upper[model]);
+      set_bounds(slack, structure_.constraint_lower[model], structure_.constraint_upper[model]);
     } else {
       right_hand_side_[j] = row_scale_[at(j)] * structure_.constraint_lower[model];
     }
   }
+}
+
+void CanonicalProblem::list_bounds() {
+  const Index n = variables();
   for (Index i = 0; i < n; ++i) {
     if (lower_[i] > -kInfinity) lower_bounded_.push_back(i);
     if (upper_[i] < kInfinity) upper_bounded_.push_back(i);
@@ -431,45 +565,6 @@ EvaluationStatus CanonicalProblem::not_finite(std::string_view function, std::st
   return EvaluationStatus::NotFinite;
 }
 
-Iterate CanonicalProblem::starting_point() {
-  Iterate start;
-  const bool warm = options_.warm_start_init_point;
-  const Index n = variables();
-  start.v.setZero(n);
-  start.lambda.setZero(constraints());
-  start.z_lower.setZero(n);
-  start.z_upper.setZero(n);
-  for (Index i = 0; i < n; ++i) {
-    const Index model = model_variable_[at(i)];
-    if (model < 0) continue;
-    start.v[i] = push_inside(model_v_[at(model)] * col_scale_[at(i)], lower_[i], upper_[i],
-                             warm ? options_.warm_start_bound_push : options_.bound_push,
-                             warm ? options_.warm_start_bound_frac : options_.bound_frac);
-  }
-  if (!warm) return start;
-
-  // The model's multipliers: signs of Result, so those of a Max variable's bounds are <= 0.
-  const double largest = options_.warm_start_mult_init_max;
-  for (Index i = 0; i < n; ++i) {
-    const Index model = model_variable_[at(i)];
-    if (model < 0) continue;
-    const double factor = sign(i) * objective_scale_ / col_scale_[at(i)];
-    start.z_lower[i] = start_z_lower_[at(model)] * factor;
-    start.z_upper[i] = start_z_upper_[at(model)] * factor;
-  }
-  for (Index j = 0; j < constraints(); ++j) {
-    const double value =
-        start_lambda_[at(model_constraint_[at(j)])] * objective_scale_ / row_scale_[at(j)];
-    start.lambda[j] = std::clamp(value, -largest, largest);
-    // A slack's stationarity: -lambda + sign (-z_lower + z_upper) = 0.
-    if (const Index slack = slack_of_constraint_[at(j)]; slack >= 0) {
-      start.z_lower[slack] = std::max(-sign(slack) * start.lambda[j], 0.0);
-      start.z_upper[slack] = std::max(sign(slack) * start.lambda[j], 0.0);
-    }
-  }
-  return start;
-}
-
 void CanonicalProblem::start_slacks(Iterate& start, const Eigen::VectorXd& c) const {
   // With the slacks at zero, c holds g; push it inside the slack's bounds.
   const bool warm = options_.warm_start_init_point;
@@ -498,14 +593,17 @@ EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::
   if (constraints() == 0) return EvaluationStatus::Ok;
   const ScopedTimer timer(timing_.evaluations);
   load(v);
-  ++counts_.constraints;
-  if (!problem_.constraints(model_v_, take_new_point(), model_g_)) {
-    return undefined("the vector of constraints");
+  if (!model_g_.empty()) {  // else all rows fix a variable
+    ++counts_.constraints;
+    if (!problem_.constraints(model_v_, take_new_point(), model_g_)) {
+      return undefined("the vector of constraints");
+    }
   }
   for (Index j = 0; j < constraints(); ++j) {
-    const Index model = model_constraint_[at(j)];
-    const double value = model_g_[at(model)];
-    if (!std::isfinite(value)) return not_finite("the constraint function", constraint_name(model));
+    const Index fixed = fixing_variable_[at(j)];
+    const double value =
+        fixed >= 0 ? v[fixed] / col_scale_[at(fixed)] : model_g_[at(model_constraint_[at(j)])];
+    if (!std::isfinite(value)) return not_finite("the constraint function", row_name(j));
     const Index slack = slack_of_constraint_[at(j)];
     c[j] = row_scale_[at(j)] * value - (slack >= 0 ? v[slack] : right_hand_side_[j]);
   }
@@ -533,16 +631,17 @@ EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
     evaluation.gradient[i] = objective_scale_ * value / col_scale_[at(i)];
   }
   if (constraints() == 0) return EvaluationStatus::Ok;
-  ++counts_.jacobian;
-  if (!problem_.jacobian(model_v_, take_new_point(), model_jacobian_)) {
-    return undefined("the Jacobian of the constraints");
+  if (!model_g_.empty()) {
+    ++counts_.jacobian;
+    if (!problem_.jacobian(model_v_, take_new_point(), model_jacobian_)) {
+      return undefined("the Jacobian of the constraints");
+    }
   }
   for (std::size_t k = 0; k < jacobian_.size(); ++k) {
-    const double value = model_jacobian_[at(jacobian_source_[k])];
+    const double value = model_jacobian(k);
     if (!std::isfinite(value)) {
-      return not_finite(
-          "the Jacobian of " + constraint_name(model_constraint_[at(jacobian_[k].row)]),
-          variable_name(model_variable_[at(jacobian_[k].col)]));
+      return not_finite("the Jacobian of " + row_name(jacobian_[k].row),
+                        variable_name(model_variable_[at(jacobian_[k].col)]));
     }
     evaluation.jacobian[k] = jacobian_scale_[k] * value;
   }
@@ -555,9 +654,7 @@ EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
                                                       double objective_factor) {
   const ScopedTimer timer(timing_.evaluations);
   load(v);
-  for (Index j = 0; j < constraints(); ++j) {
-    model_lambda_[at(model_constraint_[at(j)])] = row_scale_[at(j)] * lambda[j];
-  }
+  load_multipliers(lambda);
   ++counts_.hessian;
   if (!problem_.hessian(model_v_, take_new_point(), objective_factor * objective_scale_,
                         model_lambda_, true, model_hessian_)) {
@@ -573,6 +670,32 @@ EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
     evaluation.hessian[k] = hessian_scale_.empty() ? value : hessian_scale_[k] * value;
   }
   return EvaluationStatus::Ok;
+}
+
+void CanonicalProblem::load_multipliers(const Eigen::VectorXd& lambda) {
+  for (Index j = 0; j < constraints(); ++j) {
+    const Index model = model_constraint_[at(j)];
+    if (model >= 0) model_lambda_[at(model)] = row_scale_[at(j)] * lambda[j];
+  }
+}
+
+std::optional<Eigen::VectorXd> CanonicalProblem::hessian_error(const Eigen::VectorXd& v,
+                                                               const Eigen::VectorXd& lambda) {
+  const ScopedTimer timer(timing_.evaluations);
+  load(v);
+  load_multipliers(lambda);
+  std::vector<double> rows(model_v_.size(), 0.0);
+  if (!problem_.hessian_errors(model_v_, objective_scale_, model_lambda_, rows)) {
+    return std::nullopt;
+  }
+  // |d'Ed| <= sum |E_ij| (d_i^2 + d_j^2)/2: the row sums of |E| bound E, and scale as its diagonal.
+  Eigen::VectorXd error = Eigen::VectorXd::Zero(variables());
+  for (Index i = 0; i < variables(); ++i) {
+    if (const Index model = model_variable_[at(i)]; model >= 0) {
+      error[i] = rows[at(model)] / (col_scale_[at(i)] * col_scale_[at(i)]);
+    }
+  }
+  return error;
 }
 
 void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
@@ -594,8 +717,12 @@ void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
     }
   }
   for (Index j = 0; j < constraints(); ++j) {
-    result.lambda[at(model_constraint_[at(j)])] =
-        iterate.lambda[j] * row_scale_[at(j)] / objective_scale_;
+    const double value = iterate.lambda[j] * row_scale_[at(j)] / objective_scale_;
+    if (const Index fixed = fixing_variable_[at(j)]; fixed >= 0) {
+      set_fixed_multiplier(model_variable_[at(fixed)], -value, result);
+    } else {
+      result.lambda[at(model_constraint_[at(j)])] = value;
+    }
   }
   restore_fixed_multipliers(result);
 
@@ -614,6 +741,7 @@ void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
 
 void CanonicalProblem::restore_fixed_multipliers(Result& result) {
   // A fixed variable's bounds balance grad f + J' lambda.
+  if (options_.fixed_variable_treatment == FixedVariableTreatment::MakeParameterNodual) return;
   const bool any_fixed = std::any_of(variable_of_model_.begin(), variable_of_model_.end(),
                                      [](Index i) { return i < 0; });
   if (!any_fixed) return;
@@ -626,12 +754,19 @@ void CanonicalProblem::restore_fixed_multipliers(Result& result) {
     model_gradient_[at(col)] += model_jacobian_[k] * result.lambda[at(row)];
   }
   for (std::size_t i = 0; i < variable_of_model_.size(); ++i) {
-    if (variable_of_model_[i] >= 0) continue;
-    const double sign = structure_.variable_players[i] == Player::Max ? -1.0 : 1.0;
-    const double z = sign * model_gradient_[i];
-    result.z_lower[i] = sign * std::max(z, 0.0);
-    result.z_upper[i] = sign * std::max(-z, 0.0);
+    // Where the derivative does not exist there is no multiplier.
+    if (variable_of_model_[i] >= 0 || !std::isfinite(model_gradient_[i])) continue;
+    set_fixed_multiplier(static_cast<Index>(i), model_gradient_[i], result);
   }
+}
+
+void CanonicalProblem::set_fixed_multiplier(Index model_variable, double slope,
+                                            Result& result) const {
+  // z_L - z_U = slope, on the side that gives the owner's sign.
+  const auto i = at(model_variable);
+  const double sign = structure_.variable_players[i] == Player::Max ? -1.0 : 1.0;
+  result.z_lower[i] = sign * std::max(sign * slope, 0.0);
+  result.z_upper[i] = sign * std::max(-sign * slope, 0.0);
 }
 
 }  // namespace ipminmax

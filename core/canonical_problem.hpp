@@ -27,8 +27,8 @@ enum class EvaluationStatus : std::uint8_t { Ok, Undefined, NotFinite };
 ///
 ///     min over (x, s_x)   max over (y, s_y)   f(v)   s.t.  c(v) = 0,  lower <= v <= upper
 ///
-/// Variables are ordered x | s_x | y | s_y and constraints Min | Max. Fixed variables are left out,
-/// constraints without bounds too; every inequality g(v) in [l, u] has become g(v) - s = 0 with a
+/// Variables are ordered x | s_x | y | s_y and constraints Min | Max. Fixed variables are left out
+/// (fixed_variable_treatment has alternatives), constraints without bounds too; every inequality g(v) in [l, u] has become g(v) - s = 0 with a
 /// slack s in [l, u] owned by the constraint's owner. Everything is scaled, bounds are relaxed by
 /// bound_relax_factor.
 class CanonicalProblem {
@@ -73,9 +73,9 @@ class CanonicalProblem {
   [[nodiscard]] std::span<const Triplet> jacobian() const { return jacobian_; }
   [[nodiscard]] std::span<const Triplet> hessian() const { return hessian_; }
 
-  /// Starting point within the bounds, slacks at zero, multipliers as the model gives them (zero
-  /// otherwise).
-  [[nodiscard]] Iterate starting_point();
+  /// The model's starting point, which is asked for once, pushed into the bounds; slacks at zero,
+  /// multipliers zero or, for a warm start, those of the model.
+  [[nodiscard]] const Iterate& starting_point() const { return start_; }
   /// Sets the slacks from c evaluated with the slacks at zero.
   void start_slacks(Iterate& start, const Eigen::VectorXd& c) const;
 
@@ -89,6 +89,10 @@ class CanonicalProblem {
                                                     const Eigen::VectorXd& lambda,
                                                     Evaluation& evaluation,
                                                     double objective_factor = 1.0);
+  /// Diagonal R with -R <= error of the Hessian of f + lambda' c <= R as quadratic forms, per
+  /// canonical variable; infinite where unknown. Empty: exact up to rounding.
+  [[nodiscard]] std::optional<Eigen::VectorXd> hessian_error(const Eigen::VectorXd& v,
+                                                             const Eigen::VectorXd& lambda);
   /// The point in the model's variables, until the next evaluation.
   [[nodiscard]] std::span<const double> model_point(const Eigen::VectorXd& v) {
     load(v);
@@ -119,12 +123,32 @@ class CanonicalProblem {
   [[nodiscard]] std::string index_variables();
   void index_constraints();
   void map_entries();
+  [[nodiscard]] std::string read_start();
+  [[nodiscard]] std::string check_start();
   [[nodiscard]] std::string scale();
+  [[nodiscard]] std::string user_scaling();
   [[nodiscard]] std::string gradient_based_scaling();
-  void set_bounds();
+  [[nodiscard]] std::string scale_gradients();
+  void set_bounds(Index variable, double lower, double upper);
+  void set_variable_bounds();
+  void set_constraint_bounds();
+  void list_bounds();
+  void push_start();
+  void start_multipliers();
+  void scale_entries();
   void load(const Eigen::VectorXd& v);
+  void load_multipliers(const Eigen::VectorXd& lambda);
   [[nodiscard]] bool take_new_point();
+  [[nodiscard]] bool has_equal_bounds(Index model_variable) const;
+  [[nodiscard]] bool is_fixed_by_constraint(Index model_variable) const;
+  [[nodiscard]] std::string row_name(Index constraint) const;
+  /// Value of a canonical Jacobian entry, unscaled, after the model's Jacobian was evaluated.
+  [[nodiscard]] double model_jacobian(std::size_t entry) const {
+    const Index source = jacobian_source_[entry];
+    return source >= 0 ? model_jacobian_[static_cast<std::size_t>(source)] : 1.0;
+  }
   void restore_fixed_multipliers(Result& result);
+  void set_fixed_multiplier(Index model_variable, double slope, Result& result) const;
   EvaluationStatus undefined(std::string_view function);
   EvaluationStatus not_finite(std::string_view function, std::string_view entry);
   [[nodiscard]] std::string fail(Status status, std::string message);
@@ -140,18 +164,23 @@ class CanonicalProblem {
   std::vector<Index> variable_of_model_;    ///< canonical variable of a model variable, -1 if fixed
   std::vector<Index> model_variable_;       ///< model variable of a canonical one, -1 for slacks
   std::vector<Index> constraint_of_model_;  ///< -1 for constraints without bounds
-  std::vector<Index> model_constraint_;
+  std::vector<Index> model_constraint_;     ///< -1 where a variable is fixed by the constraint
+  std::vector<Index> fixing_variable_;      ///< canonical variable of such a constraint, else -1
   std::vector<Index> slack_of_constraint_;
   std::vector<Index> lower_bounded_, upper_bounded_;
   Eigen::VectorXd lower_, upper_, damping_;
   Eigen::VectorXd right_hand_side_;  ///< of equalities, scaled; 0 for inequalities
   std::vector<Triplet> jacobian_, hessian_;
-  std::vector<Index> jacobian_source_, hessian_source_;  ///< model triplet of each canonical one
-  std::vector<double> jacobian_scale_, hessian_scale_;   ///< hessian_scale_ empty: all one
+  /// Model triplet of each canonical one; -1 for the entry of a constraint that fixes a variable.
+  std::vector<Index> jacobian_source_, hessian_source_;
+  std::vector<double> jacobian_scale_, hessian_scale_;  ///< hessian_scale_ empty: all one
   double objective_scale_ = 1.0;
   std::vector<double> col_scale_, row_scale_;
 
-  std::vector<double> start_lambda_, start_z_lower_, start_z_upper_;  ///< as the model gave them
+  struct {
+    std::vector<double> v, lambda, z_lower, z_upper;
+  } model_start_;  ///< as the model gave it
+  Iterate start_;
 
   // Buffers in the model's shapes
   std::vector<double> model_v_, model_g_, model_gradient_, model_lambda_;

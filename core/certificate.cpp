@@ -18,6 +18,10 @@ constexpr double kInactiveCurvature = 1e-12;
 /// Newton's method counts as contracting when the second step with the same matrix is at most this
 /// fraction of the first (1/4 for x^3 at 0, below it quadratic convergence is near).
 constexpr double kContraction = 0.1;
+/// Margins so many times minmax_curvature_tol owe nothing to the distance to the solution, if that
+/// is below the fraction of the margin.
+constexpr double kClear = 100.0;
+constexpr double kNear = 0.1;
 /// Relative length of a Newton step that is rounding.
 constexpr double kNegligibleStep = 1e-10;
 
@@ -69,9 +73,10 @@ double max_norm(const Eigen::VectorXd& v) {
 }
 
 /// Newton's method at fixed mu from a point: whether the second step with the same matrix is a
-/// fraction of the first. The point is left at the end of the first step.
+/// fraction of the first. The point is left at the end of the first step, whose length is added to
+/// distance.
 bool newton_contracts_here(CanonicalProblem& canonical, KktSystem& kkt, double mu, Point& point,
-                           bool& stop) {
+                           bool& stop, double& distance) {
   stop = true;
   kkt.assemble(point.iterate, point.evaluation);
   if (kkt.factorize({}).status != FactorizationStatus::Ok) return false;
@@ -80,6 +85,7 @@ bool newton_contracts_here(CanonicalProblem& canonical, KktSystem& kkt, double m
   newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
   if (!kkt.solve(point.evaluation, rhs, step)) return false;
   const double first = max_norm(step.v);
+  distance += first;
   if (first <= kNegligibleStep * (1.0 + max_norm(point.iterate.v))) return true;
 
   constexpr double kTau = 0.99;
@@ -100,16 +106,15 @@ bool newton_contracts_here(CanonicalProblem& canonical, KktSystem& kkt, double m
   return full && max_norm(step.v) <= kContraction * first;
 }
 
-/// Whether Newton's method for the equations at mu converges fast from the iterate; a weakly active
-/// bound may need a few steps to get there.
-bool newton_contracts(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& iterate,
-                      const Evaluation& evaluation, double mu) {
+/// Whether Newton's method for the equations at mu converges fast from the point; a weakly active
+/// bound may need a few steps to get there. Leaves the point where that was seen, its Hessian that
+/// of one step before.
+bool newton_contracts(CanonicalProblem& canonical, KktSystem& kkt, double mu, Point& point,
+                      double& distance) {
   constexpr int kRounds = 4;
-  Point point{iterate, evaluation, {}};
-  dual_residual(canonical, iterate, evaluation, point.dual);
   for (int round = 0;; ++round) {
     bool stop = false;
-    if (newton_contracts_here(canonical, kkt, mu, point, stop)) return true;
+    if (newton_contracts_here(canonical, kkt, mu, point, stop, distance)) return true;
     if (stop || round == kRounds) return false;
     if (canonical.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
         EvaluationStatus::Ok) {
@@ -118,25 +123,51 @@ bool newton_contracts(CanonicalProblem& canonical, KktSystem& kkt, const Iterate
   }
 }
 
+/// Goes on to the solution that Newton's method converges to, with derivatives of all orders there.
+bool refine(CanonicalProblem& canonical, KktSystem& kkt, double mu, Point& point) {
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    bool stop = false;
+    double distance = 0.0;
+    if (canonical.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
+            EvaluationStatus::Ok ||
+        !newton_contracts_here(canonical, kkt, mu, point, stop, distance)) {
+      return false;
+    }
+    if (stop) return true;  // the step was negligible
+  }
+  return canonical.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) ==
+         EvaluationStatus::Ok;
+}
+
 class SecondOrderTest {
  public:
+  /// error: diagonal bound of the error of W, zero when W is exact.
   SecondOrderTest(const CanonicalProblem& canonical, KktSystem& kkt, const Evaluation& evaluation,
-                  const SolverOptions& options)
-      : canonical_(canonical), kkt_(kkt), evaluation_(evaluation), options_(options) {}
+                  const Eigen::VectorXd& error, const SolverOptions& options)
+      : canonical_(canonical),
+        kkt_(kkt),
+        evaluation_(evaluation),
+        error_(error),
+        options_(options) {}
 
   /// Right with curvature to spare: satisfied beyond doubt.
   InertiaTest survives(const Eigen::VectorXd& curvature, double margin) {
-    kkt_.assemble(evaluation_, curvature);
     InertiaTest test;
+    // The worst W for the maximizer has + error in y; for the minimizer - error everywhere, for
+    // then phi'' = W_xx - W_xy W_yy^-1 W_yx (on the tangent spaces) is smallest.
+    kkt_.assemble(evaluation_, shifted(curvature, 0.0, -1.0));
     test.inner = kkt_.has_expected_inner_inertia(kkt_.factorize_inner({.y = -margin}));
+    const bool inner_stable = test.inner && (kkt_.pivots() || inner_backward_stable());
+    if (has_error()) kkt_.assemble(evaluation_, shifted(curvature, -1.0, 1.0));
     test.full = kkt_.has_expected_inertia(kkt_.factorize({.x = -margin}));
-    if (!kkt_.pivots() && test.both() && !backward_stable()) test = {};
+    if (test.both() && !kkt_.pivots() && !(inner_stable && backward_stable())) test = {};
     return test;
   }
 
   /// Right when some curvature is given: not refuted.
   InertiaTest helped(const Eigen::VectorXd& curvature, double margin, bool inner_satisfied) {
-    kkt_.assemble(evaluation_, curvature);
+    kkt_.assemble(evaluation_, shifted(curvature, 1.0, 1.0));
     const double multiplier_shift = options_.jacobian_regularization_value;
     const Regularization help{.x = margin,
                               .y = inner_satisfied ? 0.0 : margin,
@@ -144,6 +175,7 @@ class SecondOrderTest {
                               .lambda_y = multiplier_shift};
     InertiaTest test;
     test.inner = inner_satisfied || kkt_.has_expected_inner_inertia(kkt_.factorize_inner(help));
+    if (has_error() && inner_satisfied) kkt_.assemble(evaluation_, shifted(curvature, 1.0, -1.0));
     test.full = kkt_.has_expected_inertia(kkt_.factorize(help));
     return test;
   }
@@ -152,33 +184,61 @@ class SecondOrderTest {
   /// Without pivoting an inertia is trusted only when the factors reproduce the matrix: a system
   /// with a generic right-hand side must refine to a small residual.
   bool backward_stable() {
-    NewtonResidual rhs = zero_step(canonical_);
+    const NewtonResidual rhs = generic_right_hand_side();
     Step step = zero_step(canonical_);
+    return kkt_.solve(evaluation_, rhs, step);
+  }
+  bool inner_backward_stable() {
+    const NewtonResidual rhs = generic_right_hand_side();
+    Step step = zero_step(canonical_);
+    return kkt_.solve_inner(evaluation_, rhs, step);
+  }
+  [[nodiscard]] NewtonResidual generic_right_hand_side() const {
+    NewtonResidual rhs = zero_step(canonical_);
     // Slack rows are eliminated exactly, so they need no test.
     for (const IndexRange range : {canonical_.x(), canonical_.y()}) {
       for (Index i = range.begin; i < range.end; ++i) rhs.v[i] = std::sin(1.0 + i);
     }
     for (Index j = 0; j < canonical_.constraints(); ++j) rhs.lambda[j] = std::cos(1.0 + j);
-    return kkt_.solve(evaluation_, rhs, step) && kkt_.solve_inner(evaluation_, rhs, step);
+    return rhs;
+  }
+
+  [[nodiscard]] bool has_error() const { return error_.size() > 0; }
+  /// Barrier curvatures with so many times the error added to Min and Max variables.
+  [[nodiscard]] Eigen::VectorXd shifted(const Eigen::VectorXd& curvature, double min_times,
+                                        double max_times) const {
+    if (!has_error()) return curvature;
+    Eigen::VectorXd result = curvature;
+    for (Index i = 0; i < canonical_.variables(); ++i) {
+      result[i] += (canonical_.owned_by_max(i) ? max_times : min_times) * error_[i];
+    }
+    return result;
   }
 
   const CanonicalProblem& canonical_;
   KktSystem& kkt_;
   const Evaluation& evaluation_;
+  const Eigen::VectorXd& error_;
   const SolverOptions& options_;
 };
 
 SecondOrder second_order(const CanonicalProblem& canonical, KktSystem& kkt,
                          const BoundClasses& classes, const Evaluation& evaluation,
-                         const SolverOptions& options, Certificate& certificate) {
-  SecondOrderTest test(canonical, kkt, evaluation, options);
+                         const Eigen::VectorXd& error, const SolverOptions& options,
+                         Certificate& certificate, bool& clear) {
+  SecondOrderTest test(canonical, kkt, evaluation, error, options);
   kkt.assemble(evaluation, classes.without_weak);
   // Gamma distorts curvature by gamma, so the margin has to dominate it.
   const double margin = std::max(options.minmax_curvature_tol * std::max(kkt.hessian_norm(), 1.0),
                                  kkt.pivots() ? 0.0 : 2.0 * options.minmax_ldlt_gamma);
-  const InertiaTest spare = test.survives(classes.without_weak, margin);
-  if (spare.both()) {
+  certificate.margin = kClear * margin;
+  InertiaTest spare = test.survives(classes.without_weak, certificate.margin);
+  clear = spare.both();
+  if (!clear) {
     certificate.margin = margin;
+    spare = test.survives(classes.without_weak, margin);
+  }
+  if (spare.both()) {
     const KktSystem::RankFinding rank = kkt.active_rank(evaluation, classes.active);
     certificate.licq_min = rank.full_min;
     certificate.licq_max = rank.full_max;
@@ -186,6 +246,7 @@ SecondOrder second_order(const CanonicalProblem& canonical, KktSystem& kkt,
     const bool inner_follows = rank.full_max || kkt.layout().x.size() == 0;
     return inner_follows ? SecondOrder::Satisfied : SecondOrder::Undecided;
   }
+  certificate.margin = 0.0;
   const InertiaTest helped = test.helped(classes.with_weak, margin, spare.inner);
   const KktSystem::RankFinding rank = kkt.active_rank(evaluation, classes.active);
   certificate.licq_min = rank.full_min;
@@ -205,20 +266,39 @@ Certificate certify(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& 
   certificate.weakly_active_max = classes.weak_max;
   certificate.inner_expected = kkt.layout().expected_inner();
   certificate.full_expected = kkt.layout().expected();
+  const auto hessian_error = canonical.hessian_error(iterate.v, iterate.lambda);
+  const Eigen::VectorXd error = hessian_error.value_or(Eigen::VectorXd());
+  certificate.finite_differences = hessian_error.has_value();
+  certificate.hessian_error = max_norm(error);
+  const bool unknown = !error.allFinite();
 
-  certificate.second_order =
-      second_order(canonical, kkt, classes, evaluation, options, certificate);
+  bool clear = false;
+  certificate.second_order = unknown ? SecondOrder::Undecided
+                                     : second_order(canonical, kkt, classes, evaluation, error,
+                                                    options, certificate, clear);
   // Anything but a clear yes is asked again with pivoting.
-  if (certificate.second_order != SecondOrder::Satisfied && !kkt.pivots()) {
+  if (certificate.second_order != SecondOrder::Satisfied && !unknown && !kkt.pivots()) {
     while (!kkt.pivots() && kkt.increase_quality()) {
     }
     certificate.second_order =
-        second_order(canonical, kkt, classes, evaluation, options, certificate);
+        second_order(canonical, kkt, classes, evaluation, error, options, certificate, clear);
   }
-  if (certificate.second_order == SecondOrder::Satisfied &&
-      !newton_contracts(canonical, kkt, iterate, evaluation, mu)) {
-    certificate.second_order = SecondOrder::Undecided;
-    certificate.margin = 0.0;
+  if (certificate.second_order == SecondOrder::Satisfied) {
+    Point point{iterate, evaluation, {}};
+    dual_residual(canonical, iterate, evaluation, point.dual);
+    double distance = 0.0;  // to the solution
+    bool confirmed = newton_contracts(canonical, kkt, mu, point, distance);
+    clear = clear && distance <= kNear * kClear * options.minmax_curvature_tol;
+    if (confirmed && !clear) {
+      // So little curvature may be due to the distance to the solution (f = x^2 + y^3 + x y).
+      confirmed = refine(canonical, kkt, mu, point) &&
+                  second_order(canonical, kkt, classify(canonical, point.iterate), point.evaluation,
+                               error, options, certificate, clear) == SecondOrder::Satisfied;
+    }
+    if (!confirmed) {
+      certificate.second_order = SecondOrder::Undecided;
+      certificate.margin = 0.0;
+    }
   }
   if (certificate.second_order == SecondOrder::Satisfied) {
     // Inertias right with curvature taken away are right without.

@@ -17,6 +17,8 @@ namespace ipminmax {
 /// A wrong sign counts only beyond minmax_curvature_tol times the largest Hessian entry, a right
 /// one only if it would survive that much curvature taken away and if Newton's method for the
 /// equations at mu contracts fast: else the curvature may vanish at the solution nearby (f = x^3).
+/// Where the Hessian is inexact, a sign counts only if every Hessian within the estimated error has
+/// it.
 /// The KKT matrices are left at the certificate's values.
 [[nodiscard]] Certificate certify(CanonicalProblem& canonical, KktSystem& kkt,
                                   const Iterate& iterate, const Evaluation& evaluation, double mu,

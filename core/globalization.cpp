@@ -12,7 +12,7 @@ namespace {
 
 // Constants of the prototype study, see core/algorithm.md.
 constexpr double kInnerFraction = 0.5;      // theta: |q| against the predicted outer decrease
-constexpr double kInnerRelative = 1e-3;     // t_in: |q| against |f_b|
+constexpr double kInnerRelative = 0.1;      // t_in: |q| against |f_b|
 constexpr double kInnerErrorFactor = 10.0;  // kappa_y: E_y against mu
 constexpr double kFastContraction = 0.9;    // kappa_f
 constexpr Index kFastPause = 2;
@@ -20,11 +20,21 @@ constexpr int kInnerSteps = 50;
 constexpr int kInnerCorrections = 4;
 constexpr Index kSlowSteps = 4;
 constexpr double kSlowLength = 0.13;
-constexpr Index kMaxSetbacks = 15;
+// Setbacks before the search is given up, to begin anew elsewhere: cheap where there are few
+// variables, so after a few.
+constexpr Index kFewestSetbacks = 3;
+constexpr Index kMostSetbacks = 15;
+constexpr Index kVariablesPerSetback = 10;
+// Iterations after which the fewest setbacks suffice, from the model's start and from others.
+constexpr Index kLongSearch = 30;
+constexpr Index kLongRepeatedSearch = 26;
 constexpr Index kMaxEscapes = 30;
 constexpr Index kMaxJointSteps = 40;
 constexpr double kLongStep = 4.0;
 constexpr double kBranchJump = 1e-2;
+constexpr double kProgress = 0.9;  // of the violation
+constexpr double kSmallProgress = 1e-4;
+constexpr Index kStaleSteps = 8;
 constexpr Index kMaxSoftSteps = 10;
 constexpr double kSoftContraction = 0.9999;
 constexpr int kSecondOrderSteps = 4;
@@ -33,9 +43,9 @@ constexpr double kRestorationDecrease = 0.9;        // kappa_resto
 constexpr double kLargestRestoredMultiplier = 1e3;  // bound_mult_reset_threshold of Ipopt
 constexpr double kAlmostFeasible = 1e2;  // violation over tol below which nothing is restored
 constexpr int kMaxTrials = 60;
-constexpr int kRoughTrials = 6;  // with an inexact inner maximum
-constexpr int kExactTrials = 14;
-constexpr double kExactGain = 1e-13;  // |q| of an exact one
+constexpr int kRoughTrials = 4;  // with an inexact inner maximum
+constexpr int kExactTrials = 10;
+constexpr double kExactGain = 1e-9;  // |q| of an exact one
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double max_norm(const Eigen::VectorXd& v) {
@@ -46,13 +56,18 @@ double max_norm(const Eigen::VectorXd& v) {
 
 GlobalizedMethod::GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt,
                                    InertiaCorrection& correction, const SolverOptions& options,
-                                   bool allow_restoration)
+                                   TimeLimit& limit, bool allow_restoration, bool repeated)
     : canonical_(canonical),
       kkt_(kkt),
       correction_(correction),
       options_(options),
+      limit_(limit),
       allow_restoration_(allow_restoration),
-      inner_(canonical, kkt, correction, options) {
+      repeated_(repeated),
+      inner_(canonical, kkt, correction, options, limit),
+      max_setbacks_(std::min(
+          kFewestSetbacks + (canonical.x().size() + canonical.y().size()) / kVariablesPerSetback,
+          kMostSetbacks)) {
   rhs_ = step_ = correction_step_ = zero_step(canonical);
   direction_.step = trial_direction_.step = rhs_;
 }
@@ -64,6 +79,8 @@ void GlobalizedMethod::start(const Point& point) {
 
 void GlobalizedMethod::barrier_changed() {
   filter_.reset();
+  best_ = {kInfinity, kInfinity};
+  stale_steps_ = 0;
   soft_steps_ = 0;
 }
 
@@ -114,6 +131,7 @@ void GlobalizedMethod::accept(Point& point) {
 
 std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationInfo& info) {
   info.trials = 0;
+  ++steps_;
   if (!has_max()) return outer_step(point, mu, info);
 
   // Inner Newton step at this point; the factorization of an accepted trial point is still at hand.
@@ -124,10 +142,12 @@ std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationI
     return Status::InertiaCorrectionFailed;
   }
   direction_known_ = false;
+  unshifted_step_ = UnshiftedStep::Unknown;
+  bool factor_at_hand = true;  // that of K_yy belongs to the point
   if (direction_.shift.y == 0.0 && fast_pause_ == 0) {
     if (fast_step(point, mu, info)) return std::nullopt;
     fast_pause_ = kFastPause;
-    if (!inner_.direction(point, mu, direction_)) return Status::InertiaCorrectionFailed;
+    factor_at_hand = unshifted_step_ == UnshiftedStep::Wrong;
   } else if (fast_pause_ > 0) {
     --fast_pause_;
   }
@@ -144,9 +164,12 @@ std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationI
     const double estimate =
         merit(point, mu).phi + (direction_.shift.y == 0.0 ? direction_.gain : 0.0);
     const Point before = point;
-    const auto outcome = inner_.maximize(point, mu, target, kInnerSteps, kInfinity, direction_);
+    const auto outcome =
+        inner_.maximize(point, mu, target, kInnerSteps, kInfinity, direction_, factor_at_hand);
+    unshifted_step_ = UnshiftedStep::Unknown;
     if (outcome != InnerMaximizer::Outcome::Maximum) {
       point = before;
+      if (limit_.expired()) return limit_.exceeded();
       ++inner_failures_;
       inner_unbounded_ += outcome == InnerMaximizer::Outcome::Unbounded;
       if (auto status = set_back()) return status;
@@ -157,6 +180,7 @@ std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationI
     if (auto status = check_branch(estimate, point, mu)) return status;
   }
   inner_failures_ = 0;
+  if (auto status = check_progress(point, mu)) return status;
   return outer_step(point, mu, info);
 }
 
@@ -168,8 +192,26 @@ std::optional<Status> GlobalizedMethod::check_branch(double estimate, const Poin
   return set_back();
 }
 
+std::optional<Status> GlobalizedMethod::check_progress(const Point& point, double mu) {
+  // Jumps between two branches too small for check_branch, to and fro over a kink.
+  const Merit now = merit(point, mu);
+  const bool better = now.theta < kProgress * best_.theta ||
+                      now.phi < best_.phi - kSmallProgress * (1.0 + std::abs(best_.phi));
+  if (better) {
+    best_.theta = std::min(best_.theta, now.theta);
+    best_.phi = std::min(best_.phi, now.phi);
+    stale_steps_ = 0;
+  } else if (++stale_steps_ >= kStaleSteps) {
+    stale_steps_ = 0;
+    return set_back();
+  }
+  return std::nullopt;
+}
+
 std::optional<Status> GlobalizedMethod::set_back() {
-  if (++setbacks_ <= kMaxSetbacks && joint_steps_ <= kMaxJointSteps) return std::nullopt;
+  const bool is_long = steps_ > (repeated_ ? kLongRepeatedSearch : kLongSearch);
+  const Index allowed = is_long ? kFewestSetbacks : max_setbacks_;
+  if (++setbacks_ <= allowed && joint_steps_ <= kMaxJointSteps) return std::nullopt;
   if (!has_max()) {
     message_ = "no acceptable step found";
     return Status::TinyStep;
@@ -187,7 +229,8 @@ bool GlobalizedMethod::newton_step(const Point& point, double mu, Regularization
   newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
   for (;;) {
     Regularization trial = shift;
-    if (!correction_.correct_full(mu, trial)) return false;
+    const bool zero_fails = unshifted_step_ == UnshiftedStep::Wrong && shift == Regularization{};
+    if (!correction_.correct_full(mu, trial, zero_fails)) return false;
     if (kkt_.solve(point.evaluation, rhs_, step_)) {
       shift = trial;
       return true;
@@ -200,10 +243,12 @@ bool GlobalizedMethod::fast_step(Point& point, double mu, IterationInfo& info) {
   // Both inertias right without shifts and the residual contracts: Newton's method.
   kkt_.assemble(point.iterate, point.evaluation);
   newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
+  unshifted_step_ = UnshiftedStep::Wrong;
   if (!kkt_.has_expected_inertia(kkt_.factorize({})) ||
       !kkt_.solve(point.evaluation, rhs_, step_)) {
     return false;
   }
+  unshifted_step_ = UnshiftedStep::Right;
   const StepLength alpha =
       largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
   set_trial(point, step_, alpha.primal, alpha.dual, mu);
@@ -287,6 +332,8 @@ GlobalizedMethod::Trial GlobalizedMethod::evaluate_trial(double mu, double slope
   Trial result;
   if (!evaluate_values(trial_)) return result;
   if (has_max()) {
+    // phi(x) is at least the value at any feasible y.
+    if (inner_.feasible(trial_, mu) && merit(trial_, mu).phi > upper_bound) return result;
     // A trial point must keep a local maximum over y in sight.
     if (!evaluate_derivatives(trial_)) return result;
     if (!inner_.unshifted_direction(trial_, mu, trial_direction_)) return result;
@@ -295,8 +342,8 @@ GlobalizedMethod::Trial GlobalizedMethod::evaluate_trial(double mu, double slope
         std::min(kInnerFraction * alpha * std::abs(slope), kInnerRelative * (1.0 + value));
     allowed = std::max(allowed, 1e-14 * (1.0 + value));
     if (std::abs(trial_direction_.gain) > allowed &&
-        inner_.maximize(trial_, mu, allowed, kInnerCorrections, upper_bound, trial_direction_) !=
-            InnerMaximizer::Outcome::Maximum) {
+        inner_.maximize(trial_, mu, allowed, kInnerCorrections, upper_bound, trial_direction_,
+                        true) != InnerMaximizer::Outcome::Maximum) {
       return result;
     }
   }
@@ -314,8 +361,9 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
       shift = direction_.shift;
       shift.x = shift.lambda_x = 0.0;
     }
-    if (!newton_step(point, mu, shift)) {
-      if (can_restore(point)) return restore(point, mu, info);
+    const bool at_hand = unshifted_step_ == UnshiftedStep::Right && shift == Regularization{};
+    if (!at_hand && !newton_step(point, mu, shift)) {
+      if (can_restore(point) && !limit_.expired()) return restore(point, mu, info);
       message_ = "no shift of the Hessian gives the KKT matrix the expected inertia";
       return Status::InertiaCorrectionFailed;
     }
@@ -329,16 +377,19 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
                              : kRoughTrials,
                info))
       return std::nullopt;
+    if (limit_.expired()) return limit_.exceeded();  // no other step in haste
     // Rejections may be the fault of phi's estimate: make it exact and search once more.
     if (inner_exact || std::abs(direction_.gain) <= kExactGain) break;
     inner_exact = true;
     Point refined = point;
-    if (inner_.maximize(refined, mu, kExactGain, kInnerSteps, kInfinity, direction_) !=
+    if (inner_.maximize(refined, mu, kExactGain, kInnerSteps, kInfinity, direction_, false) !=
         InnerMaximizer::Outcome::Maximum) {
+      if (limit_.expired()) return limit_.exceeded();
       return leap(point, mu, info);  // the branch ends before its maximum
     }
     const double estimate = merit(point, mu).phi;
     point = refined;
+    unshifted_step_ = UnshiftedStep::Unknown;
     filter_.reset();
     if (auto status = check_branch(estimate, point, mu)) return status;
   }
@@ -355,6 +406,10 @@ bool GlobalizedMethod::can_restore(const Point& point) const {
 }
 
 std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, IterationInfo& info) {
+  // Where a branch of inner maxima ends, restorations may go round in circles.
+  if (has_max()) {
+    if (auto status = set_back()) return status;
+  }
   // The violation that counts is that of both players: Max constraints are restored with Min's.
   const auto total = [&](const Eigen::VectorXd& c) { return c.lpNorm<1>(); };
   const double start_theta = total(point.evaluation.c);
@@ -370,7 +425,9 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
   Index allowed = std::max<Index>(0, options_.max_iter - info.iteration);
   trial_.iterate = point.iterate;
   trial_.evaluation = point.evaluation;
-  const auto outcome = restore_feasibility(canonical_, options_, mu, acceptable, trial_, allowed);
+  SolverOptions options = options_;
+  limit_.pass_on(options);
+  const auto outcome = restore_feasibility(canonical_, options, mu, acceptable, trial_, allowed);
   switch (outcome) {
     case RestorationOutcome::Restored:
       break;
@@ -378,7 +435,7 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
       message_ = "the violation of the constraints is at a local minimum";
       return Status::LocallyInfeasible;
     case RestorationOutcome::Stopped:
-      return Status::MaxIterations;
+      return limit_.expired() ? limit_.exceeded() : Status::MaxIterations;
     case RestorationOutcome::Failed:
       if (has_max()) return leap(point, mu, info);
       message_ = "the feasibility restoration failed";
@@ -428,7 +485,7 @@ bool GlobalizedMethod::search(Point& point, double mu, int max_trials, Iteration
     const double longest = kLongStep * (1.0 + max_norm(point.iterate.v));
     t = std::min(t, longest / std::max(max_norm(step_.v), longest));
   }
-  for (int k = 0; k < max_trials && t >= smallest; ++k, t *= 0.5) {
+  for (int k = 0; k < max_trials && t >= smallest && !limit_.expired(); ++k, t *= 0.5) {
     set_trial(point, step_, t, alpha.dual, mu);
     ++info.trials;
     info.alpha_primal = t;
@@ -533,8 +590,8 @@ bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
   if (has_max()) {
     if (!inner_.direction(point, mu, direction_)) return false;
     if (direction_.shift.y > 0.0) {
-      const auto outcome =
-          inner_.maximize(point, mu, inner_target(point, mu), kInnerSteps, kInfinity, direction_);
+      const auto outcome = inner_.maximize(point, mu, inner_target(point, mu), kInnerSteps,
+                                           kInfinity, direction_, true);
       info.step_kind = 'e';
       return outcome == InnerMaximizer::Outcome::Maximum ||
              outcome == InnerMaximizer::Outcome::NotFound;
@@ -560,7 +617,7 @@ bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
   if (has_max()) from.phi += direction_.gain;
   if (outer_slope(point, mu) > 0.0) step_.v = -step_.v;
   const double length = 0.1 * (1.0 + max_norm(point.iterate.v));
-  for (double t = length; t > 1e-6 * length; t *= 0.5) {
+  for (double t = length; t > 1e-6 * length && !limit_.expired(); t *= 0.5) {
     for (const double sign : {1.0, -1.0}) {
       correction_step_ = step_;
       correction_step_.v *= sign * t;

@@ -18,7 +18,8 @@ namespace ipminmax {
 class GlobalizedMethod {
  public:
   GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
-                   const SolverOptions& options, bool allow_restoration);
+                   const SolverOptions& options, TimeLimit& limit, bool allow_restoration,
+                   bool repeated = false);
 
   /// Once, at the first point.
   void start(const Point& point);
@@ -26,7 +27,7 @@ class GlobalizedMethod {
   void barrier_changed();
 
   /// One iteration: moves the point, fully evaluated at its end, and describes the step in info.
-  /// A status ends the solve; message() says more.
+  /// A status ends the solve; message() says more. Past the time limit any status may come.
   [[nodiscard]] std::optional<Status> step(Point& point, double mu, IterationInfo& info);
 
   /// Leaves a first-order point with a wrong inertia along a direction of the offending curvature.
@@ -54,6 +55,7 @@ class GlobalizedMethod {
   [[nodiscard]] bool can_restore(const Point& point) const;
   [[nodiscard]] std::optional<Status> restore(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] std::optional<Status> check_branch(double estimate, const Point& point, double mu);
+  [[nodiscard]] std::optional<Status> check_progress(const Point& point, double mu);
   [[nodiscard]] std::optional<Status> set_back();
   [[nodiscard]] std::optional<Status> leap(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha, double upper_bound);
@@ -71,14 +73,23 @@ class GlobalizedMethod {
   KktSystem& kkt_;
   InertiaCorrection& correction_;
   const SolverOptions& options_;
+  TimeLimit& limit_;
   bool allow_restoration_;
+  bool repeated_;  ///< the search from another starting point failed before
   InnerMaximizer inner_;
+  Index max_setbacks_;
+  Merit best_{1e300, 1e300};  ///< least violation and value at this mu
+  Index stale_steps_ = 0;     ///< in a row that improved neither
+  Index steps_ = 0;
   Filter filter_;
 
   Point trial_;
   InnerDirection direction_;        ///< inner Newton step at the current point
   InnerDirection trial_direction_;  ///< at the trial point
-  bool direction_known_ = false;    ///< direction_ belongs to the current point and mu's factor
+  /// What is known of K at the point without shifts: step_ then holds the Newton step.
+  enum class UnshiftedStep : std::uint8_t { Unknown, Wrong, Right };
+  UnshiftedStep unshifted_step_ = UnshiftedStep::Unknown;
+  bool direction_known_ = false;  ///< direction_ belongs to the current point and mu's factor
   NewtonResidual rhs_;
   Step step_, correction_step_;
   Eigen::VectorXd gradient_;

@@ -35,7 +35,7 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
   for (int raises = 0;; ++raises) {
     const Factorization f = kkt_.factorize_inner(shift);
     if (kkt_.has_expected_inner_inertia(f)) break;
-    if (f.status == FactorizationStatus::OutOfMemory) return false;
+    if (f.status == FactorizationStatus::OutOfMemory || limit_.expired()) return false;
     // Zero eigenvalues, or positive ones missing whatever the shift: J_yy may be rank-deficient.
     const bool dependent =
         f.inertia.zero > 0 || (raises >= kRaisesBeforeMultiplierShift &&
@@ -52,11 +52,14 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
   return true;
 }
 
-bool InertiaCorrection::correct_full(double mu, Regularization& shift) {
+bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero_fails) {
+  // Where the last first guess was too small, zero is not worth a factorization.
+  const double first = first_shift(last_x_);
+  if (zero_fails || (first_x_failed_ && shift.x == 0.0)) shift.x = first;
   for (int raises = 0;; ++raises) {
     const Factorization f = kkt_.factorize(shift);
     if (kkt_.has_expected_inertia(f)) break;
-    if (f.status == FactorizationStatus::OutOfMemory) return false;
+    if (f.status == FactorizationStatus::OutOfMemory || limit_.expired()) return false;
     const bool dependent =
         f.inertia.zero > 0 || (raises >= kRaisesBeforeMultiplierShift &&
                                f.inertia.negative < kkt_.layout().expected().negative);
@@ -66,6 +69,17 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift) {
     }
     shift.x = shift.x == 0.0 ? first_shift(last_x_) : next_shift(shift.x, last_x_);
     if (shift.x > options_.max_hessian_perturbation) return false;
+  }
+  first_x_failed_ = shift.x > first;
+  if (last_x_ == 0.0 && shift.x > first && options_.minmax_warm_start_shifts &&
+      kkt_.layout().y.size() > 0) {
+    // The first shift of a solve grew in large strides: try half of the last one (of its logarithm).
+    Regularization smaller = shift;
+    smaller.x /= std::sqrt(options_.perturb_inc_fact_first);
+    if (kkt_.has_expected_inertia(kkt_.factorize(smaller)))
+      shift = smaller;
+    else if (!kkt_.has_expected_inertia(kkt_.factorize(shift)))
+      return false;
   }
   if (shift.x > 0.0) last_x_ = shift.x;
   return true;
@@ -93,6 +107,7 @@ double InertiaCorrection::failing_inner_shift(const Regularization& shift) {
   Regularization trial = shift;
   for (trial.y = shift.y / options_.perturb_inc_fact; trial.y > kSingularShift;
        trial.y /= options_.perturb_inc_fact) {
+    if (limit_.expired()) break;
     if (!kkt_.has_expected_inner_inertia(kkt_.factorize_inner(trial))) return trial.y;
   }
   return 0.0;
@@ -118,7 +133,7 @@ bool InertiaCorrection::raise_for_instability(Regularization& shift) {
     Regularization scaled = shift;
     scaled.x *= fraction;
     scaled.y *= fraction;
-    if (!kkt_.has_expected_inertia(kkt_.factorize(scaled))) break;
+    if (!kkt_.has_expected_inertia(kkt_.factorize(scaled)) || limit_.expired()) break;
     const double raised = std::max(
         shift.x == 0.0 ? first_shift(last_x_) : next_shift(shift.x, 1.0),
         options_.minmax_warm_start_shifts ? options_.perturb_dec_fact * last_raised_x_ : 0.0);

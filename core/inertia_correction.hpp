@@ -2,6 +2,7 @@
 
 #include <ipminmax/core/kkt_system.hpp>
 #include <ipminmax/core/options.hpp>
+#include <ipminmax/core/timer.hpp>
 #include <optional>
 
 namespace ipminmax {
@@ -14,17 +15,18 @@ namespace ipminmax {
 /// first_hessian_perturbation as in the paper. Deterministic.
 class InertiaCorrection {
  public:
-  InertiaCorrection(KktSystem& kkt, const SolverOptions& options, Counts& counts)
-      : kkt_(kkt), options_(options), counts_(counts) {}
+  InertiaCorrection(KktSystem& kkt, const SolverOptions& options, Counts& counts, TimeLimit& limit)
+      : kkt_(kkt), options_(options), counts_(counts), limit_(limit) {}
 
   /// Leaves K factorized with the returned shifts and K_yy with its part of them. Empty: no shift
-  /// up to max_hessian_perturbation gave the inertias.
+  /// up to max_hessian_perturbation gave the inertias, or the time limit is exceeded.
   [[nodiscard]] std::optional<Regularization> correct(double mu);
 
   /// K_yy alone.
   [[nodiscard]] bool correct_inner(double mu, Regularization& shift);
   /// K, given shifts that are right for K_yy.
-  [[nodiscard]] bool correct_full(double mu, Regularization& shift);
+  /// zero_fails: the inertia without shift is known to be wrong already.
+  [[nodiscard]] bool correct_full(double mu, Regularization& shift, bool zero_fails = false);
 
   /// Forgets the last shifts.
   void reset() { last_x_ = last_raised_x_ = last_y_ = 0.0; }
@@ -42,6 +44,8 @@ class InertiaCorrection {
   KktSystem& kkt_;
   const SolverOptions& options_;
   Counts& counts_;
+  TimeLimit& limit_;
+  bool first_x_failed_ = false;
   double last_x_ = 0.0;
   double last_raised_x_ = 0.0;  ///< of line 7; kept apart, it says nothing about K's own need
   double last_y_ = 0.0;

@@ -12,6 +12,8 @@ constexpr double kSecondOrderDecrease = 0.99;  // kappa_soc
 constexpr int kSecondOrderSteps = 4;
 /// A step of y longer than this times (1 + |y|) is cut.
 constexpr double kLongStep = 10.0;
+/// Violation of the Max constraints, over max(1, mu), at which values are compared.
+constexpr double kFeasible = 1e-6;
 /// Growth of |y| that counts as running away.
 constexpr double kRunaway = 1e4;
 /// Shifted steps allowed once y has left its neighbourhood.
@@ -25,8 +27,9 @@ double tail_norm(const Eigen::VectorXd& v, Index begin) {
 }  // namespace
 
 InnerMaximizer::InnerMaximizer(CanonicalProblem& canonical, KktSystem& kkt,
-                               InertiaCorrection& correction, const SolverOptions& options)
-    : canonical_(canonical), kkt_(kkt), correction_(correction), options_(options) {
+                               InertiaCorrection& correction, const SolverOptions& options,
+                               TimeLimit& limit)
+    : canonical_(canonical), kkt_(kkt), correction_(correction), options_(options), limit_(limit) {
   for (Step* step : {&rhs_, &correction_step_}) *step = zero_step(canonical);
 }
 
@@ -125,7 +128,7 @@ bool InnerMaximizer::search(Point& point, double mu, InnerDirection& direction) 
     return true;
   };
   bool first = true;
-  for (double t = alpha.primal; t >= smallest; t *= 0.5, first = false) {
+  for (double t = alpha.primal; t >= smallest && !limit_.expired(); t *= 0.5, first = false) {
     move(point, d, t, alpha.dual, mu, trial_);
     const bool defined = evaluate_merit(trial_, mu, to);
     if (defined) {
@@ -175,7 +178,7 @@ bool InnerMaximizer::escape(Point& point, double mu, InnerDirection& direction) 
   const Merit from{violation(point.evaluation.c, canonical_.max_constraints()),
                    -barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu)};
   trial_.evaluation = point.evaluation;
-  for (double t = length; t > 1e-6 * length; t *= 0.5) {
+  for (double t = length; t > 1e-6 * length && !limit_.expired(); t *= 0.5) {
     for (const double sign : {1.0, -1.0}) {
       direction.step.v.setZero();
       direction.step.v.tail(n) = sign * t * w.v.tail(n);
@@ -196,9 +199,14 @@ bool InnerMaximizer::escape(Point& point, double mu, InnerDirection& direction) 
   return false;
 }
 
+bool InnerMaximizer::feasible(const Point& point, double mu) const {
+  return violation(point.evaluation.c, canonical_.max_constraints()) <=
+         kFeasible * std::max(1.0, mu);
+}
+
 InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double target,
                                                  int max_steps, double upper_bound,
-                                                 InnerDirection& out) {
+                                                 InnerDirection& out, bool known) {
   filter_.reset();
   filter_.set_scale(violation(point.evaluation.c, canonical_.max_constraints()));
   const Eigen::VectorXd start = point.iterate.v;
@@ -206,14 +214,14 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
   const double start_norm = tail_norm(start, canonical_.y().begin);
   int far_shifted_steps = 0;
   for (int k = 0;; ++k) {
-    if (!direction(point, mu, out)) return Outcome::NotFound;
+    if ((k > 0 || !known) && !direction(point, mu, out)) return Outcome::NotFound;
     const double theta = violation(point.evaluation.c, canonical_.max_constraints());
-    const double feasible = 1e-6 * std::max(1.0, mu);
+    const double feasible_theta = kFeasible * std::max(1.0, mu);
     const bool unshifted = out.shift.y == 0.0;
-    if (unshifted && std::abs(out.gain) <= target && theta <= std::max(feasible, target)) {
+    if (unshifted && std::abs(out.gain) <= target && theta <= std::max(feasible_theta, target)) {
       return Outcome::Maximum;
     }
-    if (theta <= feasible &&
+    if (theta <= feasible_theta &&
         barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu) > upper_bound) {
       return Outcome::AboveBound;
     }
@@ -224,7 +232,7 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
         ++far_shifted_steps > kFarShiftedSteps) {
       return Outcome::Unbounded;
     }
-    if (k >= max_steps) return Outcome::NotFound;
+    if (k >= max_steps || limit_.expired()) return Outcome::NotFound;
     const bool stationary = error(point, mu) <= std::max(options_.tol, 1e-3 * std::min(1.0, mu));
     if (!unshifted && stationary) {
       if (!escape(point, mu, out)) return Outcome::NotFound;
@@ -232,7 +240,7 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
       // Rounding: a step predicted to gain nothing visible ends the search.
       const double value = barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu);
       const bool rounding = unshifted && std::abs(out.gain) <= 1e-9 * (1.0 + std::abs(value)) &&
-                            theta <= std::max(feasible, target);
+                            theta <= std::max(feasible_theta, target);
       return rounding ? Outcome::Maximum : Outcome::NotFound;
     }
   }

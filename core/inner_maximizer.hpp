@@ -20,12 +20,12 @@ struct InnerDirection {
 class InnerMaximizer {
  public:
   InnerMaximizer(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
-                 const SolverOptions& options);
+                 const SolverOptions& options, TimeLimit& limit);
 
   enum class Outcome : std::uint8_t {
     Maximum,     ///< K_yy right at zero shift and the gain at most the target
     AboveBound,  ///< feasible with a value above the bound: phi(x) is larger still
-    NotFound,    ///< no maximum within the allowed steps
+    NotFound,    ///< no maximum within the allowed steps or the time limit
     Unbounded    ///< y runs away
   };
 
@@ -36,9 +36,13 @@ class InnerMaximizer {
   /// Direction for another mu from the factorization at hand (same point).
   [[nodiscard]] bool renew(const Point& point, double mu, InnerDirection& out);
 
-  /// Moves y, s_y and their multipliers of the point; out is the direction at its end.
+  /// Moves y, s_y and their multipliers of the point; out is the direction at its end. When known,
+  /// out is already the direction at the point, whose K_yy was the last factorized.
   [[nodiscard]] Outcome maximize(Point& point, double mu, double target, int max_steps,
-                                 double upper_bound, InnerDirection& out);
+                                 double upper_bound, InnerDirection& out, bool known);
+
+  /// Whether the Max constraints hold closely enough to compare values.
+  [[nodiscard]] bool feasible(const Point& point, double mu) const;
 
   /// Error of the inner first-order conditions at mu.
   [[nodiscard]] double error(const Point& point, double mu) const;
@@ -55,6 +59,7 @@ class InnerMaximizer {
   KktSystem& kkt_;
   InertiaCorrection& correction_;
   const SolverOptions& options_;
+  TimeLimit& limit_;
   Filter filter_;
   Point trial_;
   NewtonResidual rhs_;

@@ -60,6 +60,9 @@ class KktBlock {
   void solve_in_place(std::span<double> rhs) { solver_->solve_in_place(rhs); }
 
   [[nodiscard]] Index dimension() const { return matrix_.dimension(); }
+  /// The matrix of the last factorize, and the expected sign of each pivot.
+  [[nodiscard]] const SymmetricMatrix& matrix() const { return matrix_; }
+  [[nodiscard]] std::span<const std::int8_t> signs() const { return signs_; }
   /// Row of a canonical variable or constraint, -1 when it is not in this block.
   [[nodiscard]] Index row_of_variable(Index i) const {
     return variable_row_[static_cast<std::size_t>(i)];

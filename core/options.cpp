@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <ipminmax/core/options.hpp>
 #include <limits>
 #include <sstream>
@@ -39,13 +41,32 @@ Choice choice(Enum SolverOptions::*member, std::vector<std::string_view> names,
       [member](const SolverOptions& options) { return static_cast<std::size_t>(options.*member); }};
 }
 
+/// limited-memory is listed so that setting it is answered by check, not by a list of values.
+Choice hessian_choice() {
+  using H = HessianApproximation;
+  static constexpr std::array kValues{H::LimitedMemory, H::Exact, H::FiniteDifferenceValues};
+  return {{"limited-memory", "exact", "finite-difference-values"},
+          {"refused: a quasi-Newton matrix has no inertia to certify with",
+           "second derivatives of the model",
+           "differences of gradient and Jacobian; also chosen when the option is not set and the "
+           "model has no second derivatives"},
+          [](SolverOptions& options, std::size_t i) { options.hessian_approximation = kValues[i]; },
+          [](const SolverOptions& options) {
+            if (options.hessian_approximation == H::Unset) return std::size_t{1};
+            return static_cast<std::size_t>(
+                std::ranges::find(kValues, options.hessian_approximation) - kValues.begin());
+          }};
+}
+
 std::vector<OptionInfo> make_table() {
   using O = SolverOptions;
   const std::string_view termination = "Termination";
   const std::string_view model = "Model";
+  const std::string_view derivatives = "Derivative Checker";
   const std::string_view start = "Initialization";
   const std::string_view barrier = "Barrier Parameter";
   const std::string_view method = "Minmax Method";
+  const std::string_view multistart = "Multistart";
   const std::string_view shifts = "Hessian and Jacobian Shifts";
   const std::string_view linear = "Linear Solver";
   return {
@@ -93,6 +114,13 @@ std::vector<OptionInfo> make_table() {
       {"honor_original_bounds", model,
        "Whether the returned point is projected into the original bounds.",
        Flag{&O::honor_original_bounds}},
+      {"fixed_variable_treatment", model, "What becomes of variables with equal bounds.",
+       choice(&O::fixed_variable_treatment,
+              {"make_parameter", "make_parameter_nodual", "make_constraint", "relax_bounds"},
+              {"they are taken out; their multipliers cost a gradient and a Jacobian at the end",
+               "they are taken out; their multipliers are zero",
+               "they become free variables, each with an equality constraint of its owner",
+               "their bounds are moved apart by bound_relax_factor, which must be positive"})},
       {"nlp_scaling_method", model, "How objective and constraints are scaled.",
        choice(&O::nlp_scaling_method, {"none", "gradient-based", "user-scaling"},
               {"no scaling",
@@ -105,6 +133,32 @@ std::vector<OptionInfo> make_table() {
        nonnegative(&O::nlp_scaling_min_value)},
       {"obj_scaling_factor", model, "Additional factor of the objective.",
        any(&O::obj_scaling_factor)},
+      {"hessian_approximation", model, "Where the Hessian of the Lagrangian comes from.",
+       hessian_choice()},
+      {"minmax_difference_step", model,
+       "Step of the differences that replace second derivatives, times max(1, |v|).",
+       open(&O::minmax_difference_step, 0.0, 1.0)},
+
+      {"derivative_test", derivatives, "Derivatives compared with differences before the solve.",
+       choice(&O::derivative_test, {"none", "first-order", "second-order", "only-second-order"},
+              {"no test", "gradient and Jacobian", "also the Hessian", "the Hessian alone"})},
+      {"derivative_test_tol", derivatives,
+       "Relative error above which a derivative counts as wrong.",
+       positive(&O::derivative_test_tol)},
+      {"derivative_test_perturbation", derivatives,
+       "Step of the derivative test's differences, times max(1, |v|).",
+       positive(&O::derivative_test_perturbation)},
+      {"derivative_test_print_all", derivatives,
+       "Whether the derivative test prints all entries or the wrong ones.",
+       Flag{&O::derivative_test_print_all}},
+      {"derivative_test_first_index", derivatives,
+       "First variable (first-order) or constraint (second-order, -1 the objective) tested, from "
+       "0; "
+       "-2: all.",
+       at_least(&O::derivative_test_first_index, -2)},
+      {"point_perturbation_radius", derivatives,
+       "Largest distance per variable of the derivative test's point from the starting point.",
+       nonnegative(&O::point_perturbation_radius)},
 
       {"bound_push", start, "Least absolute distance of the starting point to the bounds.",
        positive(&O::bound_push)},
@@ -177,10 +231,31 @@ std::vector<OptionInfo> make_table() {
       {"minmax_freeze_tol", method,
        "delta_epsilon of Algorithm 1: shifts are kept while |g(z,mu)| is at most this.",
        nonnegative(&O::minmax_freeze_tol)},
+      {"minmax_residual_watchdog", method,
+       "Algorithm 1 halves its steps while the residual exceeds the largest of the last ten.",
+       Flag{&O::minmax_residual_watchdog}},
       {"minmax_pure_newton", method,
        "No shifts and no globalization: Newton's method, attracted by every first-order point (for "
        "comparison).",
        Flag{&O::minmax_pure_newton}},
+      {"minmax_max_restarts", method,
+       "Other starting points tried, the same in every run, when the search from the model's finds "
+       "no "
+       "local minmax; 0 for none. Problems without Max variables are never restarted.",
+       Integer{&O::minmax_max_restarts, 0, 1000000}},
+
+      {"minmax_starts", multistart,
+       "Number of starting points: the model's, then random ones; the best point is returned.",
+       at_least(&O::minmax_starts, 1)},
+      {"minmax_start_seed", multistart, "Seed of the random starting points.",
+       at_least(&O::minmax_start_seed, 0)},
+      {"minmax_start_radius", multistart,
+       "Half width r max(1, |s|) of the box around the model's starting point s in which variables "
+       "without two bounds start; those with two bounds start anywhere between them.",
+       positive(&O::minmax_start_radius)},
+      {"minmax_distinct_tol", multistart,
+       "Distance, relative to max(1, |v|), up to which two certified points are the same.",
+       positive(&O::minmax_distinct_tol)},
 
       {"first_hessian_perturbation", shifts, "First shift tried.",
        positive(&O::first_hessian_perturbation)},
@@ -277,6 +352,15 @@ std::string check(const SolverOptions& options) {
   }
   if (!(options.nlp_lower_bound_inf < options.nlp_upper_bound_inf)) {
     return "nlp_lower_bound_inf is not below nlp_upper_bound_inf";
+  }
+  if (options.hessian_approximation == HessianApproximation::LimitedMemory) {
+    return "hessian_approximation = limited-memory is not available: a quasi-Newton matrix has no "
+           "inertia to certify a local minmax with; finite-difference-values needs no second "
+           "derivatives either";
+  }
+  if (options.fixed_variable_treatment == FixedVariableTreatment::RelaxBounds &&
+      options.bound_relax_factor == 0.0) {
+    return "fixed_variable_treatment = relax_bounds needs a positive bound_relax_factor";
   }
   if (options.obj_scaling_factor == 0.0) return "obj_scaling_factor = 0 removes the objective";
   return {};

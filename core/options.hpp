@@ -20,6 +20,19 @@ enum class BarrierRule : std::uint8_t {
   Paper   ///< b <- sigma b when |g(z,b)| <= b
 };
 enum class Scaling : std::uint8_t { None, GradientBased, User };
+enum class HessianApproximation : std::uint8_t {
+  Unset,                   ///< exact, or differences where the model has no second derivatives
+  Exact,                   ///< the model's second derivatives
+  FiniteDifferenceValues,  ///< differences of the model's first derivatives
+  LimitedMemory  ///< Ipopt's; refused: a quasi-Newton matrix has no inertia to certify with
+};
+enum class DerivativeTest : std::uint8_t { None, FirstOrder, SecondOrder, OnlySecondOrder };
+enum class FixedVariableTreatment : std::uint8_t {
+  MakeParameter,        ///< taken out; multipliers by one more gradient and Jacobian
+  MakeParameterNodual,  ///< taken out; multipliers zero
+  MakeConstraint,       ///< free variable with an equality constraint of its owner
+  RelaxBounds           ///< bounds moved apart by bound_relax_factor
+};
 enum class BoundMultiplierInit : std::uint8_t { Constant, MuBased };
 
 /// All settings of a solve. Names, defaults and meanings are Ipopt's unless a name begins with
@@ -47,10 +60,21 @@ struct SolverOptions {
   double nlp_upper_bound_inf = 1e19;
   double bound_relax_factor = 1e-8;
   bool honor_original_bounds = false;
+  FixedVariableTreatment fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
   Scaling nlp_scaling_method = Scaling::GradientBased;
   double nlp_scaling_max_gradient = 100.0;
   double nlp_scaling_min_value = 1e-8;
   double obj_scaling_factor = 1.0;
+  HessianApproximation hessian_approximation = HessianApproximation::Unset;
+  double minmax_difference_step = 6e-6;
+
+  // Derivative test (test_derivatives)
+  DerivativeTest derivative_test = DerivativeTest::None;
+  double derivative_test_tol = 1e-4;
+  double derivative_test_perturbation = 1e-8;
+  bool derivative_test_print_all = false;
+  int derivative_test_first_index = -2;
+  double point_perturbation_radius = 10.0;
 
   // Starting point
   double bound_push = 1e-2;
@@ -84,7 +108,15 @@ struct SolverOptions {
   bool minmax_instability = true;
   bool minmax_warm_start_shifts = true;
   double minmax_freeze_tol = 0.0;
+  bool minmax_residual_watchdog = false;
   bool minmax_pure_newton = false;
+  int minmax_max_restarts = 20;
+
+  // Multistart; solve makes one start whatever these say, see multistart.hpp
+  int minmax_starts = 1;
+  int minmax_start_seed = 1;
+  double minmax_start_radius = 10.0;
+  double minmax_distinct_tol = 1e-4;
 
   // Hessian and Jacobian shifts
   double first_hessian_perturbation = 1e-4;

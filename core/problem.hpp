@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <ipminmax/linalg/symmetric_matrix.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,6 +25,10 @@ struct ProblemStructure {
   std::vector<Triplet> hessian;               ///< one of (i,j) and (j,i); duplicates add
   std::vector<std::string> variable_names;    ///< n or empty; used in messages
   std::vector<std::string> constraint_names;  ///< m or empty; used in messages
+  bool has_hessian = true;  ///< false: the model has no second derivatives, hessian is empty
+  /// Variables in which f or g are nonlinear, where the model says so; used when the structure of
+  /// the Hessian is not given.
+  std::optional<std::vector<Index>> nonlinear_variables{};
 };
 
 /// A constraint with a Jacobian entry in a Max variable belongs to Max, any other to Min.
@@ -74,6 +79,14 @@ class Problem {
   [[nodiscard]] virtual bool hessian(std::span<const double> v, bool new_v, double sigma,
                                      std::span<const double> lambda, bool new_lambda,
                                      std::span<double> values) = 0;
+  /// Errors of the Hessian at these arguments, n: row_errors[i] = sum over j of |error of H(i,j)|,
+  /// entries that the structure misses included; infinity where nothing is known. False: the
+  /// Hessian is exact up to rounding.
+  [[nodiscard]] virtual bool hessian_errors(std::span<const double> /*v*/, double /*sigma*/,
+                                            std::span<const double> /*lambda*/,
+                                            std::span<double> /*row_errors*/) {
+    return false;
+  }
 };
 
 }  // namespace ipminmax

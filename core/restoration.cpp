@@ -141,6 +141,7 @@ SolverOptions restoration_options(const SolverOptions& options, double mu, Index
   inner.nlp_scaling_method = Scaling::None;
   inner.obj_scaling_factor = 1.0;
   inner.bound_relax_factor = 0.0;
+  inner.fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
   inner.max_iter = iterations;
   inner.mu_init = mu;
   inner.warm_start_init_point = true;

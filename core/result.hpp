@@ -75,6 +75,9 @@ struct Certificate {
   bool licq_max = false;        ///< the same for Max
   Index weakly_active_min = 0;  ///< Min bounds and inequalities without strict complementarity
   Index weakly_active_max = 0;
+  bool finite_differences = false;  ///< second derivatives came from differences
+  double hessian_error = 0.0;       ///< curvature (scaled problem) by which these may be wrong, as
+                                    ///< estimated; the tests hold in spite of it
 };
 
 /// Errors of the first-order conditions. Infinity norms; total is Ipopt's scaled E_0, the others

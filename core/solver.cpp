@@ -3,15 +3,18 @@
 #include <ipminmax/core/barrier.hpp>
 #include <ipminmax/core/canonical_problem.hpp>
 #include <ipminmax/core/certificate.hpp>
+#include <ipminmax/core/finite_difference_hessian.hpp>
 #include <ipminmax/core/globalization.hpp>
 #include <ipminmax/core/inertia_correction.hpp>
 #include <ipminmax/core/initial_point.hpp>
 #include <ipminmax/core/iterate.hpp>
 #include <ipminmax/core/kkt_system.hpp>
 #include <ipminmax/core/residual.hpp>
+#include <ipminmax/core/restart.hpp>
 #include <ipminmax/core/solver.hpp>
 #include <ipminmax/core/step_length.hpp>
 #include <ipminmax/core/timer.hpp>
+#include <limits>
 #include <new>
 #include <optional>
 #include <utility>
@@ -23,6 +26,41 @@ namespace {
 constexpr int kMaxCuts = 40;
 /// Size of the variables (scaled problem) at which a failed solve counts as diverged.
 constexpr double kRunaway = 1e10;
+/// minmax_residual_watchdog: residuals looked back on, and the shortest step it asks for.
+constexpr std::size_t kWatchedResiduals = 10;
+constexpr double kShortestWatchedStep = 1e-3;
+/// Multiplier of a Max constraint (scaled problem) at which a failed solve has left the maximizer
+/// without room.
+constexpr double kLargeMultiplier = 1e6;
+/// Growth of |v| by a Newton step, as a share of 1 + |v|, that counts as a run to infinity when
+/// that many steps in a row pass through first-order points.
+constexpr double kOutwardStep = 5e-4;
+constexpr int kOutwardSteps = 3;
+
+double max_norm(const Eigen::VectorXd& v) {
+  return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
+}
+
+/// Whether a search that ended so may do better from another starting point.
+bool search_failed(Status status) {
+  switch (status) {
+    case Status::NotLocalMinmax:
+    case Status::NoLocalMinmaxFound:
+    case Status::InnerUnbounded:
+    case Status::OuterUnbounded:
+    case Status::DivergingIterates:
+    case Status::LocallyInfeasible:
+    case Status::InnerInfeasible:
+    case Status::TinyStep:
+    case Status::RestorationFailed:
+    case Status::InertiaCorrectionFailed:
+    case Status::LinearSolverFailed:
+    case Status::EvaluationFailed:
+      return true;
+    default:
+      return false;
+  }
+}
 
 class Solver {
  public:
@@ -30,22 +68,28 @@ class Solver {
       : options_(options),
         nested_(nested),
         observer_(observer),
+        limit_(options),
         canonical_(problem, options, result_.counts, result_.timing) {}
 
   Result run();
 
  private:
   [[nodiscard]] std::optional<Status> start();
-  [[nodiscard]] std::optional<Status> evaluate_start();
+  [[nodiscard]] std::optional<Status> evaluate_start(const SolverOptions& options);
+  [[nodiscard]] bool start_elsewhere(Status failed);
+  struct Stop;
+  [[nodiscard]] Stop stop_here(Status status) const;
+  void report(const Stop& stop);
   [[nodiscard]] std::optional<Status> iterate();
   [[nodiscard]] std::optional<Status> algorithm_one_step();
   [[nodiscard]] std::optional<Status> compute_step();
-  [[nodiscard]] std::optional<Status> take_step();
+  [[nodiscard]] std::optional<Status> take_step(double longest);
   [[nodiscard]] std::optional<Status> evaluate_derivatives();
   [[nodiscard]] std::optional<Status> stop_reason();
   [[nodiscard]] bool leave_wrong_point(Status stop);
   [[nodiscard]] Status certified_status(Status when_not_refuted);
   [[nodiscard]] bool converged(const KktError& error) const;
+  [[nodiscard]] bool runs_to_infinity();
   [[nodiscard]] bool acceptable(const KktError& error);
   [[nodiscard]] Status evaluation_failure(EvaluationStatus status, std::string_view where);
   void update_error();
@@ -60,7 +104,7 @@ class Solver {
   bool nested_;  ///< feasibility restoration of another solve
   const SolveObserver& observer_;
   Result result_;
-  Stopwatch stopwatch_;
+  TimeLimit limit_;
   CanonicalProblem canonical_;
   std::optional<KktSystem> kkt_;
   std::optional<InertiaCorrection> correction_;
@@ -75,14 +119,22 @@ class Solver {
   IterationInfo info_;
   double mu_final_ = 0.0;
   double last_objective_ = 0.0;
+  std::vector<double> last_residuals_;  ///< of the watchdog
   Index acceptable_count_ = 0;
-  /// A first-order point with an undecided second-order test that was left for a better one.
-  struct DegeneratePoint {
+  Index reported_full_ = 0, reported_inner_ = 0;  ///< factorizations told to the observer
+  /// Where a search stopped that went on elsewhere.
+  struct Stop {
+    Status status;
+    std::string message;
     Point point;
     Certificate certificate;
     IterationInfo info;
   };
-  std::optional<DegeneratePoint> degenerate_point_;
+  std::optional<Stop> degenerate_point_;  ///< undecided second-order test, left for a better point
+  std::optional<Stop> first_failure_;     ///< of the search from the model's starting point
+  Iterate start_;                         ///< the model's
+  Index restarts_ = 0;
+  std::optional<Index> last_resort_end_;  ///< iteration at which Algorithm 1 gives up, too
   bool started_ = false;
   bool escaped_ = false;  ///< the iteration's step was an escape from a wrong first-order point
 };
@@ -99,8 +151,9 @@ Result Solver::run() {
     }
     if (auto status = start()) return finish(*status);
     for (;; ++info_.iteration) {
-      if (auto status = stop_reason()) return finish(*status);
-      if (auto status = iterate()) return finish(*status);
+      auto status = stop_reason();
+      if (!status) status = iterate();
+      if (status && !start_elsewhere(*status)) return finish(*status);
     }
   } catch (const std::bad_alloc&) {
     result_.message = "out of memory";
@@ -110,7 +163,7 @@ Result Solver::run() {
 
 std::optional<Status> Solver::start() {
   kkt_.emplace(canonical_, options_, result_.counts, result_.timing);
-  correction_.emplace(*kkt_, options_, result_.counts);
+  correction_.emplace(*kkt_, options_, result_.counts, limit_);
   const Index n = canonical_.variables();
   const Index m = canonical_.constraints();
   for (Step* step : {&rhs_, &step_}) {
@@ -129,7 +182,8 @@ std::optional<Status> Solver::start() {
     result_.message = "out of memory in the analysis of the KKT matrix";
     return Status::OutOfMemory;
   }
-  if (auto status = evaluate_start()) return status;
+  point_.iterate = start_ = canonical_.starting_point();
+  if (auto status = evaluate_start(options_)) return status;
   started_ = true;
   trial_ = point_.iterate;
   info_.mu = options_.mu_init;
@@ -137,14 +191,13 @@ std::optional<Status> Solver::start() {
   info_.mu = std::max(info_.mu, mu_final_);
   update_error();
   if (options_.minmax_globalization == Globalization::Filter && !options_.minmax_pure_newton) {
-    method_.emplace(canonical_, *kkt_, *correction_, options_, !nested_);
+    method_.emplace(canonical_, *kkt_, *correction_, options_, limit_, !nested_);
     method_->start(point_);
   }
   return std::nullopt;
 }
 
-std::optional<Status> Solver::evaluate_start() {
-  point_.iterate = canonical_.starting_point();
+std::optional<Status> Solver::evaluate_start(const SolverOptions& options) {
   const std::string_view where = "at the starting point";
   auto status = canonical_.objective(point_.iterate.v, point_.evaluation.f);
   if (status == EvaluationStatus::Ok) {
@@ -157,16 +210,16 @@ std::optional<Status> Solver::evaluate_start() {
       point_.evaluation.c[j] -= point_.iterate.v[s];
     }
   }
-  start_bound_multipliers(canonical_, options_, point_.iterate);
+  start_bound_multipliers(canonical_, options, point_.iterate);
   status = canonical_.first_derivatives(point_.iterate.v, point_.evaluation);
   if (status != EvaluationStatus::Ok) return evaluation_failure(status, where);
 
-  if (!options_.warm_start_init_point && canonical_.constraints() > 0 &&
-      options_.constr_mult_init_max > 0.0) {
+  if (!options.warm_start_init_point && canonical_.constraints() > 0 &&
+      options.constr_mult_init_max > 0.0) {
     // Least-squares multipliers, dropped when large: Waechter and Biegler 2006, section 3.6.
     const bool ok =
         kkt_->least_squares_multipliers(point_.iterate, point_.evaluation, point_.iterate.lambda);
-    if (!ok || point_.iterate.lambda.lpNorm<Eigen::Infinity>() > options_.constr_mult_init_max) {
+    if (!ok || point_.iterate.lambda.lpNorm<Eigen::Infinity>() > options.constr_mult_init_max) {
       point_.iterate.lambda.setZero();
     }
   }
@@ -176,9 +229,72 @@ std::optional<Status> Solver::evaluate_start() {
   return std::nullopt;
 }
 
+bool Solver::start_elsewhere(Status failed) {
+  if (!method_ || nested_ || canonical_.max_size() == 0 || degenerate_point_ ||
+      options_.minmax_max_restarts == 0 || !search_failed(failed) ||
+      info_.iteration >= options_.max_iter) {
+    return false;
+  }
+  Stop stop = stop_here(name_divergence(failed));
+  SolverOptions cold = options_;
+  cold.warm_start_init_point = false;
+  const Index variables = canonical_.x().size() + canonical_.y().size();
+  bool begun = false;
+  while (!begun && restarts_ < options_.minmax_max_restarts &&
+         info_.iteration < restart_iterations(variables)) {
+    point_.iterate = restart_point(canonical_, start_, ++restarts_);
+    begun = !evaluate_start(cold);
+  }
+  const bool last_resort = !begun;
+  if (last_resort) {
+    const Index iterations = last_resort_iterations(canonical_);
+    point_.iterate = start_;
+    if (iterations == 0 || evaluate_start(options_)) return false;
+    last_resort_end_ = info_.iteration + iterations;
+    method_.reset();
+  } else {
+    method_.emplace(canonical_, *kkt_, *correction_, options_, limit_, true, true);
+    method_->start(point_);
+  }
+  if (!first_failure_) first_failure_ = std::move(stop);
+  say("no local minmax found from here; " + (last_resort
+                                                 ? "Algorithm 1 from the first point"
+                                                 : "new start " + std::to_string(restarts_)));
+
+  result_.certificate = {};
+  result_.message.clear();
+  acceptable_count_ = 0;
+  escaped_ = false;
+  const Index iteration = info_.iteration;
+  info_ = {};
+  info_.iteration = iteration;
+  info_.mu = std::max(options_.mu_init, mu_final_);
+  info_.step_kind = 'w';
+  update_error();
+  return true;
+}
+
+Solver::Stop Solver::stop_here(Status status) const {
+  return {status, result_.message, point_, result_.certificate, info_};
+}
+
+void Solver::report(const Stop& stop) {
+  result_.message = stop.message;
+  result_.certificate = stop.certificate;
+  point_ = stop.point;
+  const Index iterations = info_.iteration;
+  info_ = stop.info;
+  info_.iteration = iterations;
+}
+
 std::optional<Status> Solver::stop_reason() {
   if (observer_.on_iteration) {
     info_.v = canonical_.model_point(point_.iterate.v);
+    const Counts& counts = result_.counts;
+    info_.factorizations_full = counts.factorizations_full - reported_full_;
+    info_.factorizations_inner = counts.factorizations_inner - reported_inner_;
+    reported_full_ = counts.factorizations_full;
+    reported_inner_ = counts.factorizations_inner;
     if (!observer_.on_iteration(info_)) return Status::UserStop;
   }
   std::optional<Status> stop;
@@ -193,8 +309,7 @@ std::optional<Status> Solver::stop_reason() {
     return Status::DivergingIterates;
   }
   if (info_.iteration >= options_.max_iter) return Status::MaxIterations;
-  if (stopwatch_.cpu() > options_.max_cpu_time) return Status::MaxCpuTime;
-  if (stopwatch_.wall() > options_.max_wall_time) return Status::MaxWallTime;
+  if (limit_.expired()) return limit_.exceeded();
   return std::nullopt;
 }
 
@@ -227,10 +342,44 @@ Status Solver::certified_status(Status when_not_refuted) {
     case SecondOrder::Violated:
       return Status::NotLocalMinmax;
     case SecondOrder::Undecided:
+      if (runs_to_infinity()) {
+        result_.message = "the iterates run to infinity, where the gradient vanishes";
+        return Status::DivergingIterates;
+      }
       return when_not_refuted == Status::Solved ? Status::SolvedDegenerate : when_not_refuted;
     default:
       return when_not_refuted;
   }
+}
+
+bool Solver::runs_to_infinity() {
+  // Newton's method, continued from a first-order point without curvature.
+  Point here = point_;
+  bool outward = true;
+  for (int k = 0; k < kOutwardSteps && outward; ++k) {
+    const double norm = max_norm(point_.iterate.v);
+    newton_residual(canonical_, point_.iterate, point_.evaluation, point_.dual, info_.mu, rhs_);
+    kkt_->assemble(point_.iterate, point_.evaluation);
+    outward = kkt_->factorize({}).status == FactorizationStatus::Ok &&
+              kkt_->solve(point_.evaluation, rhs_, step_);
+    if (!outward) break;
+    advance(step_,
+            largest_step(canonical_, point_.iterate, step_, boundary_fraction(info_.mu, options_)),
+            point_.iterate);
+    const double growth = max_norm(point_.iterate.v) - norm;
+    outward =
+        growth > kOutwardStep * (1.0 + norm) &&
+        canonical_.objective(point_.iterate.v, point_.evaluation.f) == EvaluationStatus::Ok &&
+        canonical_.constraints(point_.iterate.v, point_.evaluation.c) == EvaluationStatus::Ok &&
+        !evaluate_derivatives();
+    if (!outward) break;
+    dual_residual(canonical_, point_.iterate, point_.evaluation, point_.dual);
+    outward = converged(
+        kkt_error(canonical_, point_.iterate, point_.evaluation, point_.dual, options_.s_max));
+  }
+  point_ = std::move(here);
+  result_.message.clear();
+  return outward;
 }
 
 bool Solver::leave_wrong_point(Status stop) {
@@ -241,9 +390,9 @@ bool Solver::leave_wrong_point(Status stop) {
   const bool degenerate =
       stop == Status::SolvedDegenerate && found.inner == found.inner_expected && !degenerate_point_;
   if (stop != Status::NotLocalMinmax && !degenerate) return false;
-  const Point here = point_;
+  Stop here = stop_here(stop);
   if (!method_->escape(point_, info_.mu, info_)) return false;
-  if (degenerate) degenerate_point_ = DegeneratePoint{here, found, info_};
+  if (degenerate) degenerate_point_ = std::move(here);
   result_.certificate = {};
   acceptable_count_ = 0;
   update_error();
@@ -253,9 +402,15 @@ bool Solver::leave_wrong_point(Status stop) {
 
 std::optional<Status> Solver::iterate() {
   if (std::exchange(escaped_, false)) return std::nullopt;
+  if (last_resort_end_ && info_.iteration >= *last_resort_end_) return Status::NoLocalMinmaxFound;
   last_objective_ = info_.objective;
   update_barrier();
   const auto status = method_ ? method_->step(point_, info_.mu, info_) : algorithm_one_step();
+  if (status && limit_.exceeded()) {  // whatever failed was cut short
+    result_.message.clear();
+    if (method_) update_error();  // of the inner maximization's last point
+    return limit_.exceeded();
+  }
   if (method_ && status) result_.message = method_->message();
   if (status) return status;
   update_error();
@@ -264,8 +419,29 @@ std::optional<Status> Solver::iterate() {
 
 std::optional<Status> Solver::algorithm_one_step() {
   if (auto status = compute_step()) return status;
-  if (auto status = take_step()) return status;
-  return evaluate_derivatives();
+  if (!options_.minmax_residual_watchdog) {
+    if (auto status = take_step(1.0)) return status;
+    return evaluate_derivatives();
+  }
+  // Halve the step while the residual exceeds the largest of the last few.
+  const Point from = point_;
+  for (double longest = 1.0;; longest *= 0.5) {
+    if (auto status = take_step(longest)) return status;
+    if (auto status = evaluate_derivatives()) return status;
+    dual_residual(canonical_, point_.iterate, point_.evaluation, point_.dual);
+    const double norm = barrier_error(canonical_, point_.iterate, point_.evaluation, point_.dual,
+                                      info_.mu, options_.s_max)
+                            .norm();
+    const bool falls =
+        last_residuals_.empty() || norm <= *std::ranges::max_element(last_residuals_);
+    if (falls || longest < kShortestWatchedStep) {
+      last_residuals_.push_back(norm);
+      if (last_residuals_.size() > kWatchedResiduals)
+        last_residuals_.erase(last_residuals_.begin());
+      return std::nullopt;
+    }
+    point_ = from;
+  }
 }
 
 void Solver::update_barrier() {
@@ -316,11 +492,11 @@ std::optional<Status> Solver::compute_step() {
   }
 }
 
-std::optional<Status> Solver::take_step() {
+std::optional<Status> Solver::take_step(double longest) {
   const double tau = boundary_fraction(info_.mu, options_);
   StepLength alpha = largest_step(canonical_, point_.iterate, step_, tau);
   // One step length for everything, as in Algorithm 1.
-  alpha.primal = alpha.dual = std::min(alpha.primal, alpha.dual);
+  alpha.primal = alpha.dual = std::min({alpha.primal, alpha.dual, longest});
   EvaluationStatus status = EvaluationStatus::Ok;
   for (info_.trials = 1; info_.trials <= kMaxCuts; ++info_.trials) {
     trial_ = point_.iterate;
@@ -367,10 +543,21 @@ Status Solver::evaluation_failure(EvaluationStatus status, std::string_view wher
 Status Solver::name_divergence(Status status) {
   // Numbers that stopped a method whose iterates had run away say little; the running away does.
   const bool stopped = status == Status::InertiaCorrectionFailed ||
-                       status == Status::LinearSolverFailed || status == Status::TinyStep ||
-                       status == Status::MaxIterations || status == Status::RestorationFailed;
+                       status == Status::EvaluationFailed || status == Status::LinearSolverFailed ||
+                       status == Status::TinyStep || status == Status::MaxIterations ||
+                       status == Status::RestorationFailed;
   const Eigen::VectorXd& v = point_.iterate.v;
-  if (!started_ || !stopped || v.size() == 0 || v.lpNorm<Eigen::Infinity>() < kRunaway) {
+  if (!started_ || !stopped) return status;
+  const IndexRange max_constraints = canonical_.max_constraints();
+  if (max_norm(v) < kRunaway) {
+    const auto multipliers =
+        point_.iterate.lambda.segment(max_constraints.begin, max_constraints.size());
+    if (max_constraints.size() > 0 && multipliers.lpNorm<Eigen::Infinity>() > kLargeMultiplier) {
+      result_.message =
+          "the minimizer leaves the maximizer no feasible point: "
+          "the multipliers of the Max constraints grow without bound";
+      return Status::InnerInfeasible;
+    }
     return status;
   }
   const Index y = canonical_.y().begin;
@@ -383,13 +570,12 @@ Status Solver::name_divergence(Status status) {
 Result Solver::finish(Status status) {
   status = name_divergence(status);
   if (degenerate_point_ && !is_success(status) && status != Status::UserStop) {
-    status = Status::SolvedDegenerate;
-    result_.message.clear();
-    point_ = degenerate_point_->point;
-    result_.certificate = degenerate_point_->certificate;
-    const Index iterations = info_.iteration;
-    info_ = degenerate_point_->info;
-    info_.iteration = iterations;
+    status = degenerate_point_->status;
+    report(*degenerate_point_);
+  } else if (first_failure_ && search_failed(status)) {
+    status = first_failure_->status;
+    report(*first_failure_);
+    result_.message += " (nor from " + std::to_string(restarts_) + " other starting points)";
   }
   result_.status = status;
   if (started_) {
@@ -405,15 +591,82 @@ Result Solver::finish(Status status) {
   }
   if (result_.message.empty()) result_.message = std::string(name_of(status));
   result_.factorizations = result_.counts.factorizations_full + result_.counts.factorizations_inner;
-  result_.seconds = stopwatch_.wall();
-  result_.cpu_seconds = stopwatch_.cpu();
+  result_.seconds = limit_.stopwatch().wall();
+  result_.cpu_seconds = limit_.stopwatch().cpu();
   result_.timing.total = result_.seconds;
   return std::move(result_);
 }
 
 }  // namespace
 
+namespace {
+
+bool stopped_from_outside(Status status) {
+  return status == Status::UserStop || status == Status::MaxCpuTime ||
+         status == Status::MaxWallTime;
+}
+
+/// With second derivatives from differences. Where the pattern turns out to have missed entries at
+/// the end of a solve, it grows and the solve starts anew.
+Result solve_with_differences(Problem& problem, const SolverOptions& options,
+                              const SolveObserver& observer) {
+  constexpr int kRestarts = 5;
+  const Stopwatch stopwatch;
+  const auto say = [&](const std::string& text) {
+    if (observer.message) observer.message(text);
+  };
+  Result result;
+  try {
+    FiniteDifferenceHessian model(problem, options);
+    SolverOptions limits = options;
+    for (int restarts = 0;; ++restarts) {
+      say("Second derivatives from finite differences: " +
+          std::to_string(model.structure().hessian.size()) + " entries by " +
+          std::to_string(model.groups()) + " groups of variables.");
+      const double least = std::numeric_limits<double>::min();
+      limits.max_wall_time = std::max(options.max_wall_time - stopwatch.wall(), least);
+      limits.max_cpu_time = std::max(options.max_cpu_time - stopwatch.cpu(), least);
+      result = Solver(model, limits, observer, false).run();
+      if (restarts == kRestarts || stopped_from_outside(result.status)) break;
+      // The certificate has looked at points that it tested; elsewhere a wrong Hessian may be why
+      // the solve failed.
+      if (result.certificate.second_order == SecondOrder::NotTested && !result.v.empty()) {
+        std::vector<double> unused(result.v.size());
+        static_cast<void>(model.hessian_errors(result.v, 1.0, result.lambda, unused));
+      }
+      if (!model.widen()) break;
+      say("The Hessian has entries that its structure misses: starting anew with more.");
+    }
+    result.counts.gradient += model.gradients();
+    result.counts.jacobian += model.jacobians();
+  } catch (const std::bad_alloc&) {
+    result = {};
+    result.status = Status::OutOfMemory;
+    result.message = "out of memory";
+  }
+  result.seconds = result.timing.total = stopwatch.wall();
+  result.cpu_seconds = stopwatch.cpu();
+  return result;
+}
+
+}  // namespace
+
 Result solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
+  const bool has_hessian = problem.structure().has_hessian;
+  const auto approximation = options.hessian_approximation;
+  if (check(options).empty()) {
+    if (approximation == HessianApproximation::Exact && !has_hessian) {
+      Result result;
+      result.status = Status::InvalidOption;
+      result.message =
+          "hessian_approximation = exact needs second derivatives, and the model has none; "
+          "finite-difference-values takes differences of first derivatives";
+      return result;
+    }
+    if (approximation == HessianApproximation::FiniteDifferenceValues || !has_hessian) {
+      return solve_with_differences(problem, options, observer);
+    }
+  }
   return Solver(problem, options, observer, false).run();
 }
 

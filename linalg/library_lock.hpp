@@ -7,16 +7,17 @@
 namespace ipminmax {
 
 /// Held around every call of MUMPS and METIS: MUMPS is not thread-safe, and both draw from rand().
+/// A thread may hold it several times: Ipopt's whole solve is such a call, and its model may solve.
 class LibraryLock {
  public:
   LibraryLock() : lock_(mutex()) {}
 
  private:
-  static std::mutex& mutex() {
-    static std::mutex process_wide;
+  static std::recursive_mutex& mutex() {
+    static std::recursive_mutex process_wide;
     return process_wide;
   }
-  std::lock_guard<std::mutex> lock_;
+  std::lock_guard<std::recursive_mutex> lock_;
 };
 
 /// Lends METIS and PORD a freshly seeded rand(), so that orderings are reproducible, and gives the

@@ -424,10 +424,47 @@ TEST(Console, BannerOptionsAndTimes) {
   EXPECT_FALSE(contains(console({{"sb", "yes"}}, problem), "This program contains Ipminmax"));
   const std::string options = console({{"print_user_options", "yes"}, {"tol", "1e-7"}}, problem);
   EXPECT_TRUE(contains(options, "List of user-set options:"));
-  EXPECT_TRUE(contains(options, "tol = 1e-07"));
+  EXPECT_TRUE(contains(options, "\ntol                               1e-07"));
   EXPECT_FALSE(contains(console({}, problem), "Timing Statistics"));
   EXPECT_TRUE(
       contains(console({{"print_timing_statistics", "yes"}}, problem), "Timing Statistics"));
+}
+
+/// Iterations in the table, and how often its header stands.
+struct Table {
+  std::vector<int> iterations;
+  int headers = 0;
+  bool with_info = false;
+
+  explicit Table(const std::string& text) {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+      headers += contains(line, "inf_dx");
+      int number = -1;
+      if (std::sscanf(line.c_str(), "%4d %*e %*e %*e %*e", &number) == 1 && line.size() > 60) {
+        iterations.push_back(number);
+        with_info = contains(line, " K ") && contains(line, " Kyy ");
+      }
+    }
+  }
+};
+
+TEST(Console, PrintFrequency) {
+  const auto table = [](const std::vector<std::pair<std::string, std::string>>& options) {
+    return Table(console(options, split(new Model)));
+  };
+  const Table all = table({});
+  ASSERT_GT(all.iterations.size(), 5U);
+  EXPECT_FALSE(all.with_info);
+  EXPECT_EQ(all.iterations.back() + 1, static_cast<int>(all.iterations.size()));
+  EXPECT_EQ(all.headers, 1 + static_cast<int>(all.iterations.size() - 1) / 10);
+
+  const Table third = table({{"print_frequency_iter", "3"}, {"print_info_string", "yes"}});
+  EXPECT_EQ(third.iterations.size(), (all.iterations.size() + 2) / 3);
+  EXPECT_EQ(third.iterations[1], 3);
+  EXPECT_TRUE(third.with_info);
+
+  EXPECT_EQ(table({{"print_frequency_time", "1000"}}).iterations, std::vector<int>{0});
 }
 
 TEST(Console, NoConsole) {

@@ -66,6 +66,9 @@ class Faulty final : public Problem {
     before("starting_point");
     const bool ok = undefined != "starting_point" && model_.starting_point(start);
     if (poisoned == "starting_point") start.v[entry] = poison;
+    if (poisoned == "start lambda") start.lambda[entry] = poison;
+    if (poisoned == "start z_lower") start.z_lower[entry] = poison;
+    if (poisoned == "start z_upper") start.z_upper[entry] = poison;
     return ok;
   }
   bool objective(std::span<const double> v, bool fresh, double& f) override {
@@ -277,7 +280,105 @@ TEST(BadStart, NumbersHaveToBeFinite) {
   }
 }
 
+TEST(BadStart, MultipliersHaveToBeFinite) {
+  struct Case {
+    const char* array;
+    const char* name;
+  };
+  for (const Case& c : {Case{"start lambda", "multiplier of constraint 1 (link)"},
+                        Case{"start z_lower", "lower bound of variable 1 (load)"},
+                        Case{"start z_upper", "upper bound of variable 1 (load)"}}) {
+    for (const double value : {kNaN, kInf, -kInf}) {
+      for (const auto globalization : {Globalization::None, Globalization::Filter}) {
+        Faulty problem;
+        problem.poisoned = c.array;
+        problem.entry = 1;
+        problem.poison = value;
+        SolverOptions options = with(globalization);
+        EXPECT_EQ(solve(problem, options).status, Status::Solved) << "a cold start reads none";
+        options.warm_start_init_point = true;
+        const Result result = solve(problem, options);
+        EXPECT_EQ(result.status, Status::InvalidNumber) << name_of(result.status);
+        EXPECT_TRUE(contains(result.message, "starting multiplier")) << result.message;
+        EXPECT_TRUE(contains(result.message, c.name)) << result.message;
+      }
+    }
+  }
+}
+
+TEST(BadStart, MultipliersOfAbsentBoundsAreNotRead) {
+  for (const char* array : {"start z_lower", "start z_upper"}) {
+    Faulty problem;
+    problem.shape.variable_lower[1] = -kInf;
+    problem.shape.variable_upper[1] = kInf;
+    problem.poisoned = array;
+    problem.entry = 1;
+    SolverOptions options;
+    options.warm_start_init_point = true;
+    EXPECT_EQ(solve(problem, options).status, Status::Solved);
+  }
+}
+
+/// Undefined where x is not positive.
+Model logarithms(double lower) {
+  Model model;
+  const Expression x = model.variable(kMin, "x", lower, 9.0);
+  const Expression z = model.variable(kMin, "z", -1.0, 1.0);
+  model.objective(square(x - 2.0) - log(x) + square(z));
+  model.constraint(log(x) + z, -kNoBound, 1.0);
+  return model;
+}
+
+TEST(StartOutsideTheBounds, FunctionsNeedNotBeDefinedThere) {
+  for (const auto scaling : {Scaling::None, Scaling::GradientBased}) {
+    for (const double x : {-0.05, 0.0}) {
+      AutodiffProblem problem(logarithms(1e-6), {x, 0.25});
+      SolverOptions options;
+      options.nlp_scaling_method = scaling;
+      const Result result = solve(problem, options);
+      EXPECT_EQ(result.status, Status::Solved) << result.message;
+    }
+  }
+}
+
+TEST(StartOutsideTheBounds, IsStillAnErrorWithoutBounds) {
+  for (const auto scaling : {Scaling::None, Scaling::GradientBased}) {
+    AutodiffProblem problem(logarithms(-kNoBound), {-0.05, 0.25});
+    SolverOptions options;
+    options.nlp_scaling_method = scaling;
+    EXPECT_EQ(solve(problem, options).status, Status::EvaluationFailed);
+  }
+}
+
 // --- Evaluations ---------------------------------------------------------------------------------
+
+/// Values that the solve has no use for are not checked, as in Ipopt: derivatives in a fixed
+/// variable may not even exist (a root at zero).
+TEST(UnusedValues, OfFixedVariablesMayBeAnything) {
+  for (const double value : {kNaN, kInf, -kInf}) {
+    for (const auto scaling : {Scaling::None, Scaling::GradientBased}) {
+      for (const std::string function : {"gradient", "jacobian", "hessian"}) {
+        Faulty problem;
+        problem.shape.variable_lower[1] = problem.shape.variable_upper[1] = 0.5;
+        const auto& triplets =
+            function == "jacobian" ? problem.shape.jacobian : problem.shape.hessian;
+        for (problem.entry = 0; function != "gradient" && triplets[problem.entry].col != 1;) {
+          ++problem.entry;
+        }
+        if (function == "gradient") problem.entry = 1;
+        problem.poisoned = function;
+        problem.poison = value;
+        SolverOptions options;
+        options.nlp_scaling_method = scaling;
+        const Result result = solve(problem, options);
+        EXPECT_EQ(result.status, Status::Solved) << function << ": " << result.message;
+        for (const auto* multipliers : {&result.lambda, &result.z_lower, &result.z_upper}) {
+          for (const double z : *multipliers) EXPECT_TRUE(std::isfinite(z)) << function;
+        }
+      }
+    }
+  }
+}
 
 /// Every combination of function, method and scaling.
 struct Setting {
@@ -417,7 +518,7 @@ INSTANTIATE_TEST_SUITE_P(EveryFunction, BadEvaluation, ::testing::ValuesIn(setti
 class UndefinedRegion : public ::testing::TestWithParam<Globalization> {};
 
 TEST_P(UndefinedRegion, IsLeftByCuttingTheStep) {
-  // log x: the full Newton step from 10 lands at a negative x.
+  // The Newton step from the convex side of 1/x + x/4 overshoots, whatever the shift.
   for (const bool nan : {false, true}) {
     for (const std::string function : {"objective", "constraints"}) {
       Model model;
@@ -426,11 +527,11 @@ TEST_P(UndefinedRegion, IsLeftByCuttingTheStep) {
       model.objective(pow(x, -1.0) + 0.25 * x - square(y));
       model.constraint(x + y, -100.0, 100.0);
       model.constraint(1.0 * y, -100.0, 100.0);
-      Faulty problem(model, {9.0, 0.5});
+      Faulty problem(model, {GetParam() == Globalization::None ? 0.7 : 9.0, 0.5});
       (nan ? problem.poisoned : problem.undefined) = function;
       int refused = 0;
       problem.forbidden = [&](std::span<const double> v) {
-        const bool outside = v[0] <= 0.5 || v[0] > 9.5;
+        const bool outside = v[0] <= 0.5 || v[0] > 9.5 || (v[0] > 0.99 && v[0] < 1.2);
         refused += outside;
         return outside;
       };

@@ -426,6 +426,14 @@ TEST(CanonicalStart, IsPushedInsideAsWaechterAndBieglerDo) {
   EXPECT_DOUBLE_EQ(start(9.0, 0.0, 0.25, true), 0.245);
 }
 
+TEST(CanonicalStart, StaysTheSameWhateverIsEvaluated) {
+  Canonical c(mixed_model(), plain_options());
+  const Eigen::VectorXd start = c.problem.starting_point().v;
+  double f = 0.0;
+  ASSERT_EQ(c.problem.objective(Eigen::VectorXd::Constant(6, 0.5), f), EvaluationStatus::Ok);
+  EXPECT_EQ(c.problem.starting_point().v, start);
+}
+
 TEST(CanonicalStart, SlacksStartAtTheirConstraintPushedInside) {
   FixedValues model = mixed_model();
   SolverOptions options = plain_options();

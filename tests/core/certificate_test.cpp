@@ -264,6 +264,21 @@ TEST(DegeneratePowers, AreNeverSatisfiedOnTheWayToZero) {
 }
 
 // min over x of x, x >= 0: the multiplier 1 has the right sign.
+TEST(DegeneratePowers, AreSeenThroughANonsingularMatrix) {
+  // x^2 + y^3 + x y: K is nonsingular at 0 although K_yy is not, so Newton's method converges fast, and
+  // on its way there K_yy has little curvature of either sign.
+  for (const int power : {3, 5}) {
+    for (const double y : {-1e-6, -8.6e-9, -1e-10, 0.0, 1e-10, 8.6e-9, 1e-6}) {
+      Model model;
+      const Expression x = model.variable(kMin, "x");
+      const Expression z = model.variable(kMax, "y");
+      model.objective(square(x) + x * z + z * square(z) * (power == 5 ? square(z) : 1.0));
+      const Certificate found = certify(model, {-0.5 * y, y}, {});
+      EXPECT_NE(found.kind, PointKind::LocalMinmax) << power << ' ' << y;
+    }
+  }
+}
+
 TEST(ActiveBounds, WithTheRightMultiplierReplaceCurvature) {
   for (const Player player : {kMin, kMax}) {
     const double sign = player == kMin ? 1.0 : -1.0;

@@ -2,8 +2,8 @@
 
 #include <complex>
 
-#include <Eigen/Dense>
 #include <gtest/gtest.h>
+#include <Eigen/Dense>
 
 #include <ipminmax/core/canonical_problem.hpp>
 #include <ipminmax/core/inertia_correction.hpp>
@@ -22,14 +22,13 @@ class IterationMap {
   IterationMap(std::vector<Player> players, const Eigen::MatrixXd& hessian,
                const SolverOptions& options = {})
       : options_(options),
-        problem_(FunctionProblem::quadratic(players, hessian,
-                                            Eigen::VectorXd::Zero(hessian.rows()),
+        problem_(FunctionProblem::quadratic(players, hessian, Eigen::VectorXd::Zero(hessian.rows()),
                                             Eigen::VectorXd::Zero(hessian.rows()))),
         canonical_(problem_, options_, counts_, timing_) {
     EXPECT_EQ(canonical_.build(), "");
     kkt_ = std::make_unique<KktSystem>(canonical_, options_, counts_, timing_);
     EXPECT_TRUE(kkt_->analyze());
-    correction_ = std::make_unique<InertiaCorrection>(*kkt_, options_, counts_);
+    correction_ = std::make_unique<InertiaCorrection>(*kkt_, options_, counts_, limit_);
     iterate_ = canonical_.starting_point();
     evaluation_.gradient.setZero(canonical_.variables());
     evaluation_.hessian.assign(canonical_.hessian().size(), 0.0);
@@ -66,6 +65,7 @@ class IterationMap {
   FunctionProblem problem_;
   CanonicalProblem canonical_;
   std::unique_ptr<KktSystem> kkt_;
+  TimeLimit limit_{options_};
   std::unique_ptr<InertiaCorrection> correction_;
   Iterate iterate_;
   Evaluation evaluation_;
@@ -173,14 +173,11 @@ TEST(Line7, IsSkippedWhereTheInnerMatrixIsOnlySingular) {
 
 // Example 1: min x^3 - 3x, minimum at 1, maximum at -1.
 FunctionProblem cubic(double start) {
-  return FunctionProblem({Player::Min}, Eigen::VectorXd::Constant(1, start),
-                         [](const Eigen::VectorXd& v) { return v[0] * v[0] * v[0] - 3 * v[0]; },
-                         [](const Eigen::VectorXd& v) {
-                           return Eigen::VectorXd::Constant(1, 3 * v[0] * v[0] - 3);
-                         },
-                         [](const Eigen::VectorXd& v) {
-                           return Eigen::MatrixXd::Constant(1, 1, 6 * v[0]);
-                         });
+  return FunctionProblem(
+      {Player::Min}, Eigen::VectorXd::Constant(1, start),
+      [](const Eigen::VectorXd& v) { return v[0] * v[0] * v[0] - 3 * v[0]; },
+      [](const Eigen::VectorXd& v) { return Eigen::VectorXd::Constant(1, 3 * v[0] * v[0] - 3); },
+      [](const Eigen::VectorXd& v) { return Eigen::MatrixXd::Constant(1, 1, 6 * v[0]); });
 }
 
 TEST(PaperExample1, TheModifiedNewtonMethodFindsTheMinimum) {

@@ -127,7 +127,8 @@ TEST(OptionTable, ChoicesGiveBackWhatWasSet) {
       SolverOptions options;
       choice->set(options, i);
       EXPECT_EQ(choice->get(options), i) << info.name;
-      EXPECT_EQ(check(options), "") << info.name;
+      const bool refused = choice->names[i] == "limited-memory";
+      EXPECT_EQ(check(options).empty(), !refused) << info.name;
     }
   }
   EXPECT_GT(choices, 0);
@@ -148,6 +149,15 @@ TEST(OptionTable, ChoicesMeanWhatTheyAreCalled) {
   EXPECT_EQ(set("nlp_scaling_method", "none").nlp_scaling_method, Scaling::None);
   EXPECT_EQ(set("nlp_scaling_method", "gradient-based").nlp_scaling_method, Scaling::GradientBased);
   EXPECT_EQ(set("nlp_scaling_method", "user-scaling").nlp_scaling_method, Scaling::User);
+  EXPECT_EQ(set("hessian_approximation", "exact").hessian_approximation,
+            HessianApproximation::Exact);
+  EXPECT_EQ(set("hessian_approximation", "finite-difference-values").hessian_approximation,
+            HessianApproximation::FiniteDifferenceValues);
+  EXPECT_EQ(set("derivative_test", "none").derivative_test, DerivativeTest::None);
+  EXPECT_EQ(set("derivative_test", "first-order").derivative_test, DerivativeTest::FirstOrder);
+  EXPECT_EQ(set("derivative_test", "second-order").derivative_test, DerivativeTest::SecondOrder);
+  EXPECT_EQ(set("derivative_test", "only-second-order").derivative_test,
+            DerivativeTest::OnlySecondOrder);
   EXPECT_EQ(set("bound_mult_init_method", "constant").bound_mult_init_method,
             BoundMultiplierInit::Constant);
   EXPECT_EQ(set("bound_mult_init_method", "mu-based").bound_mult_init_method,
@@ -162,9 +172,17 @@ TEST(OptionTable, ChoicesMeanWhatTheyAreCalled) {
   EXPECT_EQ(set("minmax_ordering", "metis").minmax_ordering, Ordering::Metis);
 }
 
+TEST(OptionTable, TheHessianIsExactUnlessSetOtherwise) {
+  const auto& choice = std::get<OptionInfo::Choice>(row("hessian_approximation").kind);
+  EXPECT_EQ(choice.names[choice.get(SolverOptions{})], "exact");
+}
+
 TEST(OptionTable, ReadsTheDefaultsOfTheStruct) {
   // Ipopt's documented defaults of the options that carry its names.
   const std::map<std::string_view, double> ipopt = {{"tol", 1e-8},
+                                                    {"derivative_test_tol", 1e-4},
+                                                    {"derivative_test_perturbation", 1e-8},
+                                                    {"point_perturbation_radius", 10.0},
                                                     {"dual_inf_tol", 1.0},
                                                     {"constr_viol_tol", 1e-4},
                                                     {"compl_inf_tol", 1e-4},
@@ -302,6 +320,14 @@ TEST(Check, RefusesInfinitiesInTheWrongOrder) {
   options.nlp_lower_bound_inf = 1.0;
   options.nlp_upper_bound_inf = 1.0;
   EXPECT_NE(check(options).find("nlp_lower_bound_inf"), std::string::npos);
+}
+
+TEST(Check, RefusesAQuasiNewtonMatrixAndNamesTheAlternative) {
+  SolverOptions options;
+  options.hessian_approximation = HessianApproximation::LimitedMemory;
+  EXPECT_NE(check(options).find("hessian_approximation = limited-memory"), std::string::npos);
+  EXPECT_NE(check(options).find("inertia"), std::string::npos);
+  EXPECT_NE(check(options).find("finite-difference-values"), std::string::npos);
 }
 
 TEST(Check, RefusesAnObjectiveScaledAway) {

@@ -10,6 +10,7 @@
 #include <ipminmax/core/solver.hpp>
 #include <problems/small_problems.hpp>
 #include <support/judge_result.hpp>
+#include <support/without_hessian.hpp>
 
 namespace ipminmax::testing {
 namespace {
@@ -37,12 +38,16 @@ void expect_refused(const std::string& what, const Model& model, const std::vect
   for (const bool scaled : {true, false}) {
     SolverOptions options = start_in_place();
     if (!scaled) options.nlp_scaling_method = Scaling::None;
-    const Result result = solve(problem, options);
-    const DenseOptimality found = judge(problem, result);
-    EXPECT_TRUE(is_sound(result, found)) << name_of(result.status) << ": " << found;
-    if (is_success(result.status) || result.certificate.kind == PointKind::LocalMinmax) {
-      EXPECT_GT(distance(result.v, point), 1e-3)
-          << name_of(result.status) << ", " << name_of(result.certificate.kind) << ": " << found;
+    for (const bool with_hessian : {true, false}) {
+      SCOPED_TRACE(with_hessian ? "exact Hessian" : "differences");
+      WithoutHessian blind(problem);
+      const Result result = with_hessian ? solve(problem, options) : solve(blind, options);
+      const DenseOptimality found = judge(problem, result);
+      EXPECT_TRUE(is_sound(result, found)) << name_of(result.status) << ": " << found;
+      if (is_success(result.status) || result.certificate.kind == PointKind::LocalMinmax) {
+        EXPECT_GT(distance(result.v, point), 1e-3)
+            << name_of(result.status) << ", " << name_of(result.certificate.kind) << ": " << found;
+      }
     }
   }
 }

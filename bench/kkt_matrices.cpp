@@ -1,0 +1,94 @@
+#include "kkt_matrices.hpp"
+
+#include <stdexcept>
+
+#include <ipminmax/core/canonical_problem.hpp>
+#include <ipminmax/core/initial_point.hpp>
+#include <ipminmax/core/kkt_layout.hpp>
+#include <ipminmax/core/kkt_system.hpp>
+#include <ipminmax/core/solver.hpp>
+
+#include "forwarding_problem.hpp"
+#include "measure.hpp"
+
+namespace bench {
+namespace {
+
+using ipminmax::KktBlock;
+
+KktMatrix copy_of(KktBlock& block) {
+  if (block.empty()) return {};
+  if (!block.analyze()) throw std::runtime_error("out of memory in the analysis");
+  (void)block.factorize({});  // completes the diagonal
+  return {block.matrix(), {block.signs().begin(), block.signs().end()}};
+}
+
+}  // namespace
+
+KktMatrices kkt_matrices_at(ipminmax::Problem& problem, const ipminmax::Result& result,
+                            const ipminmax::SolverOptions& options) {
+  StartedProblem started(problem, result);
+  ipminmax::SolverOptions warm = options;
+  warm.warm_start_init_point = true;
+  for (double ipminmax::SolverOptions::*push :
+       {&ipminmax::SolverOptions::warm_start_bound_push,
+        &ipminmax::SolverOptions::warm_start_bound_frac,
+        &ipminmax::SolverOptions::warm_start_slack_bound_push,
+        &ipminmax::SolverOptions::warm_start_slack_bound_frac,
+        &ipminmax::SolverOptions::warm_start_mult_bound_push}) {
+    warm.*push = 1e-14;
+  }
+  ipminmax::Counts counts;
+  ipminmax::Timing timing;
+  ipminmax::CanonicalProblem canonical(started, warm, counts, timing);
+  if (const std::string error = canonical.build(); !error.empty()) throw std::runtime_error(error);
+
+  ipminmax::Iterate iterate = canonical.starting_point();
+  ipminmax::Evaluation evaluation;
+  evaluation.c.setZero(canonical.constraints());
+  evaluation.gradient.setZero(canonical.variables());
+  evaluation.jacobian.assign(canonical.jacobian().size(), 0.0);
+  evaluation.hessian.assign(canonical.hessian().size(), 0.0);
+  using ipminmax::EvaluationStatus;
+  if (canonical.constraints(iterate.v, evaluation.c) != EvaluationStatus::Ok) {
+    throw std::runtime_error(canonical.evaluation_error());
+  }
+  canonical.start_slacks(iterate, evaluation.c);
+  ipminmax::start_bound_multipliers(canonical, warm, iterate);
+  if (canonical.first_derivatives(iterate.v, evaluation) != EvaluationStatus::Ok ||
+      canonical.second_derivatives(iterate.v, iterate.lambda, evaluation) != EvaluationStatus::Ok) {
+    throw std::runtime_error(canonical.evaluation_error());
+  }
+  Eigen::VectorXd curvature = Eigen::VectorXd::Zero(canonical.variables());
+  for (const Index i : canonical.lower_bounded()) {
+    curvature[i] += iterate.z_lower[i] / (iterate.v[i] - canonical.lower()[i]);
+  }
+  for (const Index i : canonical.upper_bounded()) {
+    curvature[i] += iterate.z_upper[i] / (canonical.upper()[i] - iterate.v[i]);
+  }
+  const ipminmax::KktLayout layout(canonical);
+  KktBlock full(KktBlock::Which::Full, canonical, layout, warm);
+  KktBlock inner(KktBlock::Which::Inner, canonical, layout, warm);
+  full.assemble(evaluation, curvature);
+  inner.assemble(evaluation, curvature);
+  return {copy_of(full), copy_of(inner)};
+}
+
+KktMatrices kkt_matrices_after(ipminmax::Problem& problem, int iterations,
+                               ipminmax::SolverOptions options) {
+  options.max_iter = iterations;
+  return kkt_matrices_at(problem, ipminmax::solve(problem, options), options);
+}
+
+double time_factorization(ipminmax::SymmetricSolver& solver,
+                          const ipminmax::SymmetricMatrix& matrix, double seconds) {
+  const Clock clock;
+  int count = 0;
+  do {
+    (void)solver.factorize(matrix);
+    ++count;
+  } while (clock.seconds() < seconds);
+  return clock.seconds() / count;
+}
+
+}  // namespace bench

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <functional>
+#include <ipminmax/core/options.hpp>
+#include <ipminmax/core/problem.hpp>
+#include <ipminmax/core/result.hpp>
+#include <ipminmax/core/solver.hpp>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace ipminmax {
+
+/// A certified local minmax that one or more starts led to.
+struct DistinctPoint {
+  Result result;          ///< of the first start with Status::Solved, else the first of all
+  Index first_start = 0;  ///< that start
+  Index found = 0;        ///< number of starts that ended here
+};
+
+/// Answer of a multistart.
+struct MultistartResult {
+  /// The best point, see better(). Its counts, iterations, factorizations and times are those of all
+  /// starts together.
+  Result best;
+  Index best_start = 0;
+  /// Certified points, the smallest local minmax value first; equal values in the order of the
+  /// starts. A local minmax value says nothing about other branches of inner maxima: the first row
+  /// is the best value known, neither a global minmax nor a bound of it.
+  std::vector<DistinctPoint> points;
+  /// How often each status occurred, in the order of the enumeration; zero counts left out.
+  std::vector<std::pair<Status, Index>> statuses;
+  Index starts = 0;  ///< made, those that were interrupted included
+  /// UserStop, MaxCpuTime or MaxWallTime when not all starts were made to their end.
+  std::optional<Status> interrupted;
+};
+
+/// What a multistart tells while it runs. Every member may be empty. Calls come from several
+/// threads, one at a time.
+struct MultistartObserver {
+  /// Called once per iteration of every start, see SolveObserver; false stops all starts.
+  std::function<bool(Index start, const IterationInfo&)> on_iteration;
+  /// Called when a start has ended, in the order of their ends.
+  std::function<void(Index start, const Result&)> on_result;
+  /// Messages of a start a user should see, without line end.
+  std::function<void(Index start, std::string_view)> message;
+};
+
+/// Makes one model; all must be the same problem.
+using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
+
+/// Whether a is a better answer than b. Classes, best first:
+///   1. certified local minmax: the smaller objective;
+///   2. first-order point to tol or the acceptable level whose second-order test is undecided: first
+///      those whose inner maximum is clear (inertia of K_yy as expected), as otherwise the objective
+///      need not be a value of the maximum; then the smaller objective;
+///   3. feasible point that is not stationary: the smaller error.total, since its objective may be
+///      small for want of maximization only;
+///   4. first-order point that the second-order test refuted: the smaller error.total;
+///   5. infeasible point: the smaller violation;
+///   6. no point at all.
+[[nodiscard]] bool better(const Result& a, const Result& b);
+
+/// Solves from max(minmax_starts, 1 + given.size()) starting points and collects what was found.
+///
+/// Start 0 is the model's own and runs first, alone; when it ends for a reason that no other start
+/// can change (invalid problem, option or too few degrees of freedom) it stays the only one. The
+/// given points follow, then random ones, uniform in a box: [lower, upper] for a variable with two
+/// bounds, else what the bounds leave of [s - r, s + r] around the model's start s with
+/// r = minmax_start_radius max(1, |s|). Only start 0 uses the model's multipliers
+/// (warm_start_init_point).
+///
+/// max_iter and tolerances hold for each start, max_cpu_time and max_wall_time for all together.
+/// Two certified points are the same when they differ by at most minmax_distinct_tol max(1, |v|) in
+/// infinity norm.
+///
+/// Calling thread only. Exceptions pass through as from solve; a given point whose length is not n
+/// throws std::invalid_argument.
+[[nodiscard]] MultistartResult multistart(Problem& problem, const SolverOptions& options,
+                                          const MultistartObserver& observer = {},
+                                          const std::vector<std::vector<double>>& given = {});
+
+/// The same with up to `threads` threads (at least 1; the calling thread is one of them), each with
+/// a model of its own made in the calling thread. The answer does not depend on the number of
+/// threads unless a time limit or the observer interrupts. An exception of the model stops the
+/// starts after its own; the exception of the earliest start passes through when all threads have
+/// ended. MUMPS is not thread-safe and runs in one thread at a time, the other linear solvers in
+/// parallel.
+[[nodiscard]] MultistartResult multistart(const ProblemFactory& make_problem, int threads,
+                                          const SolverOptions& options,
+                                          const MultistartObserver& observer = {},
+                                          const std::vector<std::vector<double>>& given = {});
+
+}  // namespace ipminmax

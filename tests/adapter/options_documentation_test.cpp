@@ -1,0 +1,264 @@
+// The list of options, docs/options.md, and what becomes of options that only Ipopt has.
+//
+// To renew docs/options.md after a change of the tables:
+//     IPMINMAX_WRITE_DOCS=1 build/tests/adapter_options_documentation_test
+#include <cstdlib>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <IpIpoptApplication.hpp>
+#include <IpJournalist.hpp>
+#include <ipminmax/adapter/application_options.hpp>
+#include <ipminmax/adapter/ipopt_only_options.hpp>
+#include <ipminmax/adapter/minmax_application.hpp>
+#include <ipminmax/adapter/options_documentation.hpp>
+
+#include "adapter/model.hpp"
+
+namespace ipminmax {
+namespace {
+
+using Ipopt::SmartPtr;
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+const DocumentedOption& documented(const std::string& name) {
+  static const std::vector<DocumentedOption> all = list_options();
+  for (const DocumentedOption& option : all) {
+    if (option.name == name) return option;
+  }
+  throw std::out_of_range(name);
+}
+
+TEST(ListOptions, HoldsEveryOptionOnceWithAText) {
+  std::set<std::string> names;
+  std::set<std::string> closed;
+  std::string category;
+  for (const DocumentedOption& option : list_options()) {
+    EXPECT_TRUE(names.insert(option.name).second) << option.name;
+    EXPECT_FALSE(option.text.empty()) << option.name;
+    EXPECT_EQ(option.text.back(), '.') << option.name;
+    if (option.category != category) {
+      EXPECT_TRUE(closed.insert(option.category).second) << option.category << " comes twice";
+      category = option.category;
+    }
+  }
+  EXPECT_EQ(names.size(), option_table().size() + application_option_table().size());
+}
+
+TEST(ListOptions, AgreesWithTheRegistry) {
+  const SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
+  register_options(*registry);
+  for (const DocumentedOption& option : list_options()) {
+    const SmartPtr<const Ipopt::RegisteredOption> registered = registry->GetOption(option.name);
+    ASSERT_TRUE(Ipopt::IsValid(registered)) << option.name;
+    if (option.type == "number") {
+      EXPECT_EQ(std::stod(option.default_value), registered->DefaultNumber()) << option.name;
+    } else if (option.type == "integer") {
+      EXPECT_EQ(std::stoi(option.default_value), registered->DefaultInteger()) << option.name;
+    } else {
+      EXPECT_EQ(option.default_value, registered->DefaultString()) << option.name;
+      EXPECT_EQ(registered->Type(), Ipopt::OT_String) << option.name;
+    }
+    for (const auto& value : option.values) {
+      EXPECT_TRUE(registered->IsValidStringSetting(value.name)) << option.name;
+    }
+  }
+}
+
+TEST(ListOptions, ShowsTypeRangeAndDefault) {
+  EXPECT_EQ(documented("tol").type, "number");
+  EXPECT_EQ(documented("tol").range, "(0, inf)");
+  EXPECT_EQ(documented("tol").default_value, "1e-08");
+  EXPECT_EQ(documented("bound_frac").range, "(0, 0.5]");
+  EXPECT_EQ(documented("max_iter").range, "[0, inf)");
+  EXPECT_EQ(documented("print_level").range, "[0, 12]");
+  EXPECT_EQ(documented("perturb_dec_fact").default_value, "0.3333333333333333");
+  EXPECT_EQ(documented("sb").type, "yes/no");
+  EXPECT_EQ(documented("linear_solver").default_value, "auto");
+  EXPECT_EQ(documented("linear_solver").values.size(), 4U) << "without Ipopt's own";
+  EXPECT_EQ(documented("option_file_name").default_value, "ipminmax.opt");
+}
+
+TEST(OptionsText, IsReadableOnATerminal) {
+  const std::string text = options_text();
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100U) << line;
+  EXPECT_TRUE(contains(text, "### Termination ###"));
+  EXPECT_TRUE(contains(text, "tol                              number in (0, inf)"));
+  EXPECT_TRUE(contains(text, "      mumps: MUMPS, sparse with pivoting\n"));
+  for (const char c : text) EXPECT_TRUE(c == '\n' || (c >= ' ' && c <= '~'));
+}
+
+TEST(OptionsMarkdown, IsThePageInDocs) {
+  const std::string path = std::string(IPMINMAX_SOURCE_DIR) + "/docs/options.md";
+  if (std::getenv("IPMINMAX_WRITE_DOCS") != nullptr) std::ofstream(path) << options_markdown();
+  std::ifstream file(path);
+  std::stringstream page;
+  page << file.rdbuf();
+  EXPECT_EQ(page.str(), options_markdown()) << "the head of this file says how to renew the page";
+}
+
+TEST(OptionsMarkdown, EveryRowHasFourCells) {
+  std::istringstream lines(options_markdown());
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("| `")) continue;
+    int bars = 0;
+    for (std::size_t i = 0; i < line.size(); ++i)
+      bars += line[i] == '|' && line[i - (i > 0)] != '\\';
+    EXPECT_TRUE(bars == 5 || bars == 3) << line;
+  }
+}
+
+// --- Through the application ----------------------------------------------------------------------
+
+using Settings = std::vector<std::pair<std::string, std::string>>;
+
+struct Solved {
+  Ipopt::ApplicationReturnStatus initialized = Ipopt::Internal_Error;
+  Ipopt::ApplicationReturnStatus status = Ipopt::Internal_Error;
+  std::string console;
+};
+
+Solved run(const Settings& settings) {
+  Solved result;
+  testing::internal::CaptureStdout();
+  {
+    const SmartPtr<MinMaxApplication> app = new MinMaxApplication;
+    std::ostringstream text;
+    for (const auto& [name, value] : settings) text << name << " \"" << value << "\"\n";
+    std::istringstream input(text.str());
+    result.initialized = app->Initialize(input);
+    const SmartPtr<Ipopt::TNLP> model = new SplitTNLP(new Model, {1});
+    result.status = app->OptimizeTNLP(model);
+    app->Jnlst()->FlushBuffer();
+  }
+  result.console = testing::internal::GetCapturedStdout();
+  return result;
+}
+
+TEST(PrintOptionsDocumentation, PrintsTheListOnce) {
+  const std::string text = run({{"print_options_documentation", "yes"}}).console;
+  const std::size_t first = text.find("### Termination ###");
+  ASSERT_NE(first, std::string::npos);
+  EXPECT_EQ(text.find("### Termination ###", first + 1), std::string::npos);
+  EXPECT_TRUE(contains(text, "minmax_curvature_tol"));
+  EXPECT_FALSE(contains(run({}).console, "### Termination ###"));
+}
+
+TEST(PrintUserOptions, SaysWhatIsUsed) {
+  const std::string text = run({{"print_user_options", "yes"},
+                                {"tol", "1e-7"},
+                                {"max_iter", "50"},
+                                {"linear_solver", "lapack"},
+                                {"mu_strategy", "adaptive"}})
+                               .console;
+  const auto line = [&](const std::string& name) {
+    const std::size_t begin = text.find("\n" + name + " ");
+    if (begin == std::string::npos) return std::string();
+    return text.substr(begin + 1, text.find('\n', begin + 1) - begin - 1);
+  };
+  for (const char* name : {"tol", "max_iter", "linear_solver", "print_user_options"}) {
+    EXPECT_TRUE(line(name).ends_with(" yes")) << name << ": " << line(name);
+  }
+  EXPECT_TRUE(contains(line("tol"), "1e-07"));
+  EXPECT_TRUE(contains(line("linear_solver"), "lapack"));
+  EXPECT_TRUE(line("mu_strategy").ends_with(" no")) << line("mu_strategy");
+  EXPECT_EQ(line("mu_init"), "");
+}
+
+TEST(IpoptOnlyOptions, ThatSteerIpoptsAlgorithmAreAcceptedAndNamed) {
+  for (const auto& [name, value, part] :
+       std::vector<std::tuple<std::string, std::string, std::string>>{
+           {"mu_strategy", "adaptive", "minmax_barrier_rule"},
+           {"mu_oracle", "probing", "minmax_barrier_rule"},
+           {"max_soc", "0", "Ipopt's own algorithm"},
+           {"watchdog_shortened_iter_trigger", "3", "Ipopt's own algorithm"},
+           {"ma57_pivtol", "1e-06", "linear solver that is not built in"},
+           {"linear_solver", "ma57", "auto is used"},
+           {"recalc_y", "yes", "Ipopt's own algorithm"},
+           {"hessian_constant", "yes", "evaluated anew"},
+           {"accept_every_trial_step", "yes", "minmax_globalization none"}}) {
+    const Solved result = run({{name, value}});
+    EXPECT_EQ(result.initialized, Ipopt::Solve_Succeeded) << name;
+    EXPECT_EQ(result.status, Ipopt::Solve_Succeeded) << name;
+    EXPECT_TRUE(contains(result.console, "Option " + name + " = " + value + " has no effect"))
+        << name << '\n'
+        << result.console;
+    EXPECT_TRUE(contains(result.console, part)) << result.console;
+  }
+}
+
+TEST(IpoptOnlyOptions, AtIpoptsDefaultSayNothing) {
+  const Solved result = run({{"mu_strategy", "monotone"},
+                             {"hessian_approximation", "exact"},
+                             {"max_soc", "4"},
+                             {"fixed_variable_treatment", "make_parameter"},
+                             {"derivative_test", "none"}});
+  EXPECT_EQ(result.status, Ipopt::Solve_Succeeded);
+  EXPECT_FALSE(contains(result.console, "has no effect")) << result.console;
+}
+
+TEST(IpoptOnlyOptions, ThatChangeTheQuestionAreRefused) {
+  for (const auto& [name, value] : Settings{{"hessian_approximation", "limited-memory"},
+                                            {"jacobian_approximation", "finite-difference-values"},
+                                            {"nlp_scaling_obj_target_gradient", "1"},
+                                            {"warm_start_entire_iterate", "yes"}}) {
+    const Solved result = run({{name, value}});
+    EXPECT_EQ(result.initialized, Ipopt::Invalid_Option) << name;
+    EXPECT_EQ(result.status, Ipopt::Invalid_Option) << name;
+    EXPECT_TRUE(contains(result.console, name + " = " + value)) << result.console;
+    EXPECT_TRUE(contains(result.console, "not available")) << result.console;
+  }
+}
+
+TEST(IpoptOnlyOptions, KeepIpoptsRangesAndValues) {
+  for (const auto& [name, value] : Settings{{"mu_strategy", "clever"}, {"max_soc", "-1"}}) {
+    const Solved result = run({{name, value}});
+    EXPECT_EQ(result.initialized, Ipopt::Invalid_Option) << name;
+    EXPECT_TRUE(contains(result.console, name + " = " + value + " is not ")) << result.console;
+  }
+  const Solved solver = run({{"linear_solver", "gauss"}});
+  EXPECT_TRUE(
+      contains(solver.console, "linear_solver = gauss is not one of: auto mumps ldlt lapack\n"))
+      << solver.console;
+  EXPECT_TRUE(contains(run({{"mu_strateggy", "adaptive"}}).console, "unknown option"));
+}
+
+TEST(IpoptOnlyOptions, SetByCallAreHandledAlike) {
+  const SmartPtr<MinMaxApplication> app = new MinMaxApplication(false);
+  EXPECT_TRUE(app->Options()->SetStringValue("mu_strategy", "adaptive"));
+  EXPECT_TRUE(app->Options()->SetStringValue("linear_solver", "ma27"));
+  EXPECT_EQ(app->Initialize(""), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(ignored_ipopt_options(*app->Options()).size(), 2U);
+  const SmartPtr<Ipopt::TNLP> model = new SplitTNLP(new Model, {1});
+  EXPECT_EQ(app->OptimizeTNLP(model), Ipopt::Solve_Succeeded);
+  app->Options()->SetStringValue("jacobian_approximation", "finite-difference-values");
+  EXPECT_EQ(app->OptimizeTNLP(model), Ipopt::Invalid_Option);
+  EXPECT_TRUE(contains(app->LastResult().message, "eval_jac_g"));
+}
+
+// Every option that Ipopt knows is ours or known by name.
+TEST(IpoptOnlyOptions, NoneOfIpoptsIsUnknown) {
+  const SmartPtr<Ipopt::RegisteredOptions> ipopt = new Ipopt::RegisteredOptions();
+  Ipopt::IpoptApplication::RegisterAllIpoptOptions(ipopt);
+  const SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
+  register_options(*registry);
+  ASSERT_GT(ipopt->RegisteredOptionsList().size(), 200U);
+  for (const auto& [name, option] : ipopt->RegisteredOptionsList()) {
+    const SmartPtr<const Ipopt::RegisteredOption> own = registry->GetOption(name);
+    ASSERT_TRUE(Ipopt::IsValid(own)) << name;
+    EXPECT_EQ(own->Type(), option->Type()) << name;
+  }
+}
+
+}  // namespace
+}  // namespace ipminmax

@@ -1,0 +1,177 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include <ipminmax/core/restart.hpp>
+#include <ipminmax/core/solver.hpp>
+#include <problems/small_problems.hpp>
+#include <support/autodiff_problem.hpp>
+
+namespace ipminmax {
+namespace {
+
+using testing::AutodiffProblem;
+using testing::Expression;
+using testing::kNoBound;
+using testing::Model;
+
+constexpr Player kMin = Player::Min;
+constexpr Player kMax = Player::Max;
+
+/// Bounds of every kind.
+Model box_model() {
+  Model model;
+  const Expression a = model.variable(kMin, "bounded", -3.0, 2.0);
+  const Expression b = model.variable(kMin, "free");
+  const Expression c = model.variable(kMax, "above", 5.0, kNoBound);
+  const Expression d = model.variable(kMax, "wide", -1e6, 1e6);
+  model.objective(square(a) + square(b) - square(c) - square(d));
+  model.constraint(c + d, -kNoBound, 1e3);
+  return model;
+}
+
+TEST(RestartPoint, LiesWithinTheBoundsAndTheReach) {
+  AutodiffProblem problem(box_model(), {0.0, 20.0, 6.0, 1.0});
+  const SolverOptions options;
+  Counts counts;
+  Timing timing;
+  CanonicalProblem canonical(problem, options, counts, timing);
+  ASSERT_EQ(canonical.build(), "");
+  const Iterate start = canonical.starting_point();
+  double least = 0.0, most = 0.0;
+  for (Index number = 1; number <= 200; ++number) {
+    const Iterate point = restart_point(canonical, start, number);
+    for (Index i = 0; i < canonical.variables(); ++i) {
+      if (i >= canonical.y_slacks().begin) {
+        EXPECT_EQ(point.v[i], 0.0) << "slacks are set from the constraints";
+        continue;
+      }
+      EXPECT_GT(point.v[i], canonical.lower()[i]);
+      EXPECT_LT(point.v[i], canonical.upper()[i]);
+    }
+    least = std::min(least, point.v[0]);
+    most = std::max(most, point.v[0]);
+    EXPECT_LE(std::abs(point.v[1] - (number % 2 != 0 ? 20.0 : 0.0)), 60.0);
+    EXPECT_LE(point.v[2], 6.0 + 18.0);
+    EXPECT_LE(std::abs(point.v[3]), 1.0 + 3.0);
+    EXPECT_EQ(point.v, restart_point(canonical, start, number).v) << "the same in every run";
+    EXPECT_NE(point.v, restart_point(canonical, start, number + 1).v);
+  }
+  EXPECT_LT(least, -2.5);
+  EXPECT_GT(most, 1.5);
+}
+
+TEST(RestartIterations, GrowWithTheDimensionAndEndForLargeProblems) {
+  EXPECT_LT(restart_iterations(2), 60);
+  for (Index n = 2; n < 50; ++n) EXPECT_LE(restart_iterations(n), restart_iterations(n + 1)) << n;
+  EXPECT_LT(restart_iterations(51), 60);
+}
+
+/// forsaken with a wider box: from (4, -3) the descent goes round a ring without a local minmax.
+Model ring() {
+  Model model;
+  const Expression x = model.variable(kMin, "x", -2.0, 2.0);
+  const Expression y = model.variable(kMax, "y", -2.0, 2.0);
+  const auto phi = [](const Expression& z) {
+    return 0.25 * square(z) - 0.5 * pow(z, 4.0) + 1.0 / 6.0 * pow(z, 6.0);
+  };
+  model.objective(x * (y - 0.45) + phi(x) - phi(y));
+  return model;
+}
+
+TEST(Restarts, AreBoundedWhereNothingIsToBeFound) {
+  AutodiffProblem problem(ring(), {1.2, 0.5});
+  const Result result = solve(problem, SolverOptions{});
+  EXPECT_EQ(result.status, Status::NoLocalMinmaxFound) << name_of(result.status);
+  EXPECT_LE(result.iterations, 60);
+  EXPECT_NE(result.message.find("other starting points"), std::string::npos) << result.message;
+
+  SolverOptions once;
+  once.minmax_max_restarts = 0;
+  const Result single = solve(problem, once);
+  EXPECT_EQ(single.status, Status::NoLocalMinmaxFound);
+  EXPECT_LT(single.iterations, result.iterations);
+  EXPECT_EQ(single.message.find("other starting points"), std::string::npos) << single.message;
+}
+
+TEST(Restarts, FindWhatTheFirstSearchMisses) {
+  const auto& problems = testing::small_problems();
+  const auto known = std::ranges::find(problems, std::string("forsaken_variant"),
+                                       [](const auto& p) { return std::string(p.name); });
+  ASSERT_NE(known, problems.end());
+  AutodiffProblem problem(known->model);
+  SolverOptions once;
+  once.minmax_max_restarts = 0;
+  int starts = 0, at_once = 0, in_all = 0;
+  for (double x = -1.4; x < 1.5; x += 0.4) {
+    for (double y = -1.4; y < 1.5; y += 0.4) {
+      problem.set_start({x, y});
+      ++starts;
+      at_once += solve(problem, once).certificate.kind == PointKind::LocalMinmax;
+      in_all += solve(problem, SolverOptions{}).certificate.kind == PointKind::LocalMinmax;
+    }
+  }
+  EXPECT_LT(at_once, starts);
+  EXPECT_EQ(in_all, starts);
+}
+
+TEST(Restarts, AreNotForMinimizers) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  model.objective(-1.0 * square(x) + x);  // unbounded below
+  AutodiffProblem problem(model, {0.3});
+  bool restarted = false;
+  const Result result = solve(problem, SolverOptions{}, [&](const IterationInfo& info) {
+    restarted |= info.step_kind == 'w';
+    return true;
+  });
+  EXPECT_FALSE(restarted);
+  EXPECT_FALSE(is_success(result.status)) << name_of(result.status);
+}
+
+TEST(RunsToInfinity, WhereTheGradientVanishesAreNamed) {
+  // max over y of -exp(-y): its supremum 0 is at infinity; the gradient dies on the way.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(square(x) - exp(-1.0 * y));
+  AutodiffProblem problem(model, {0.3, 0.0});
+  for (const Globalization globalization : {Globalization::None, Globalization::Filter}) {
+    SolverOptions options;
+    options.minmax_globalization = globalization;
+    const Result result = solve(problem, options);
+    EXPECT_EQ(result.status, Status::DivergingIterates) << name_of(result.status);
+    EXPECT_NE(result.certificate.kind, PointKind::LocalMinmax);
+  }
+}
+
+TEST(RunsToInfinity, AreNotDegenerateSolutions) {
+  // y = 0 has no curvature, but Newton's method stays near it.
+  for (const double start : {0.5, 30.0}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    const Expression y = model.variable(kMax, "y");
+    model.objective(square(x) - pow(y, 4.0));
+    AutodiffProblem problem(model, {0.3, start});
+    EXPECT_EQ(solve(problem, SolverOptions{}).status, Status::SolvedDegenerate);
+  }
+}
+
+TEST(VanishingMaxSet, IsNamed) {
+  // y^2 <= 1 - x with f = x-decreasing value: the minimizer gains by x -> 1, where Y(x) = {0} has no
+  // interior and beyond which it is empty.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(-1.0 * x + 0.1 * y);
+  model.constraint(square(y) + x, -kNoBound, 1.0);
+  AutodiffProblem problem(model, {0.0, 0.1});
+  const Result result = solve(problem, SolverOptions{});
+  EXPECT_EQ(result.status, Status::InnerInfeasible) << name_of(result.status);
+  EXPECT_NE(result.certificate.kind, PointKind::LocalMinmax);
+}
+
+}  // namespace
+}  // namespace ipminmax

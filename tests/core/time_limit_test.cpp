@@ -1,0 +1,133 @@
+// Time limits act inside iterations too: between factorizations, inner steps and restoration steps.
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <ipminmax/core/solver.hpp>
+#include <support/autodiff_problem.hpp>
+#include <support/function_problem.hpp>
+
+namespace ipminmax {
+namespace {
+
+using testing::AutodiffProblem;
+using testing::Expression;
+using testing::FunctionProblem;
+using testing::kNoBound;
+using testing::Model;
+
+constexpr Player kMin = Player::Min;
+constexpr Player kMax = Player::Max;
+constexpr double kLimit = 0.05;
+
+/// Concave in x, convex in y: each player needs a shift. 60 + 60 variables, dense.
+FunctionProblem wrong_curvature() {
+  constexpr Eigen::Index kSize = 120;
+  std::vector<Player> players(60, kMin);
+  players.resize(kSize, kMax);
+  Eigen::MatrixXd h = Eigen::MatrixXd::Constant(kSize, kSize, 0.01);
+  for (Eigen::Index i = 0; i < kSize; ++i) h(i, i) = i < 60 ? -3.0 : 3.0;
+  return FunctionProblem::quadratic(players, h, Eigen::VectorXd::Ones(kSize),
+                                    Eigen::VectorXd::Zero(kSize));
+}
+
+class TimeLimitOf : public ::testing::TestWithParam<Globalization> {};
+
+TEST_P(TimeLimitOf, AnIterationWithThousandsOfFactorizations) {
+  FunctionProblem problem = wrong_curvature();
+  SolverOptions options;
+  options.minmax_globalization = GetParam();
+  // From 1e-20 to 3 in steps of 1 permille: 47000 factorizations of each matrix.
+  options.first_hessian_perturbation = 1e-20;
+  options.perturb_inc_fact = options.perturb_inc_fact_first = 1.001;
+  for (const bool wall : {true, false}) {
+    options.max_wall_time = wall ? kLimit : 1e20;
+    options.max_cpu_time = wall ? 1e20 : kLimit;
+    const Result result = solve(problem, options);
+    EXPECT_EQ(result.status, wall ? Status::MaxWallTime : Status::MaxCpuTime)
+        << name_of(result.status) << ": " << result.message;
+    EXPECT_EQ(result.message, name_of(result.status));
+    EXPECT_LT(wall ? result.seconds : result.cpu_seconds, 10 * kLimit);
+    EXPECT_EQ(result.v.size(), 120U);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Globalizations, TimeLimitOf,
+                         ::testing::Values(Globalization::None, Globalization::Filter));
+
+/// Passes on a model whose objective takes a while.
+class Slow final : public Problem {
+ public:
+  Slow(Problem& model, std::chrono::milliseconds pause) : model_(model), pause_(pause) {}
+  const ProblemStructure& structure() const override { return model_.structure(); }
+  bool starting_point(StartingPoint& start) override { return model_.starting_point(start); }
+  bool objective(std::span<const double> v, bool fresh, double& f) override {
+    return model_.objective(v, fresh, f);
+  }
+  bool gradient(std::span<const double> v, bool fresh, std::span<double> out) override {
+    return model_.gradient(v, fresh, out);
+  }
+  bool constraints(std::span<const double> v, bool fresh, std::span<double> out) override {
+    return model_.constraints(v, fresh, out);
+  }
+  bool jacobian(std::span<const double> v, bool fresh, std::span<double> out) override {
+    std::this_thread::sleep_for(pause_);
+    return model_.jacobian(v, fresh, out);
+  }
+  bool hessian(std::span<const double> v, bool fresh, double sigma, std::span<const double> lambda,
+               bool fresh_lambda, std::span<double> out) override {
+    return model_.hessian(v, fresh, sigma, lambda, fresh_lambda, out);
+  }
+
+ private:
+  Problem& model_;
+  std::chrono::milliseconds pause_;
+};
+
+TEST(TimeLimit, OfALongInnerMaximization) {
+  // y climbs a curved ridge, -Rosenbrock's function, in one inner phase.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y0 = model.variable(kMax, "y0");
+  const Expression y1 = model.variable(kMax, "y1");
+  model.objective(square(x) - 100.0 * square(y1 - square(y0)) - square(1.0 - y0) + 0.1 * x * y0);
+  model.constraint(y0 + y1, -100.0, 100.0);
+  AutodiffProblem ridge(model, {1.0, -1.2, 1.0});
+
+  SolverOptions options;
+  const Result free = solve(ridge, options);
+  ASSERT_TRUE(is_success(free.status)) << free.message;
+  ASSERT_GT(free.counts.jacobian, 3 * free.iterations) << "inner steps do the work";
+
+  Slow problem(ridge, std::chrono::milliseconds(20));
+  options.max_wall_time = 0.15;
+  const Result result = solve(problem, options);
+  EXPECT_EQ(result.status, Status::MaxWallTime) << name_of(result.status);
+  EXPECT_LT(result.seconds, 0.3);
+}
+
+TEST(TimeLimit, OfARestoration) {
+  Model model;
+  const Expression x0 = model.variable(kMin, "x0", -1e3, 1e3);
+  const Expression x1 = model.variable(kMin, "x1", -1e3, 1e3);
+  model.objective(x0 + x1);
+  model.constraint(100.0 * square(x1 - square(x0)) + square(1.0 - x0), -kNoBound, -1.0);
+  AutodiffProblem infeasible(model, {-1.2, 1.0});
+  SolverOptions options;
+  const Result free = solve(infeasible, options);
+  ASSERT_EQ(free.status, Status::LocallyInfeasible) << name_of(free.status);
+
+  Slow problem(infeasible, std::chrono::milliseconds(20));
+  const double needed = 0.02 * free.counts.jacobian;
+  options.max_wall_time = 0.5 * needed;
+  const Result result = solve(problem, options);
+  EXPECT_EQ(result.status, Status::MaxWallTime) << name_of(result.status);
+  EXPECT_LT(result.seconds, 0.75 * needed);
+}
+
+}  // namespace
+}  // namespace ipminmax

@@ -1,0 +1,10 @@
+# Runs PROGRAM: it has to succeed and print what the file EXPECTED holds (anything when it is empty).
+execute_process(COMMAND "${PROGRAM}" RESULT_VARIABLE result OUTPUT_VARIABLE output
+                ERROR_VARIABLE errors)
+file(READ "${EXPECTED}" expected)
+if(NOT result EQUAL 0)
+  message(FATAL_ERROR "${PROGRAM} ended with ${result}:\n${output}${errors}")
+endif()
+if(NOT expected STREQUAL "" AND NOT output STREQUAL expected)
+  message(FATAL_ERROR "The page shows\n${expected}but ${PROGRAM} prints\n${output}")
+endif()
