@@ -3,13 +3,14 @@
 // solve_result_num tells); 1 for a model that cannot be used; 2 for a bad option or usage.
 
 #include <cstdlib>
+#include <iomanip>
 #include <iostream>
 #include <map>
 #include <sstream>
 #include <stdexcept>
 
 #include <ipminmax/adapter/minmax_application.hpp>
-#include <ipminmax/core/options.hpp>
+#include <ipminmax/adapter/options_documentation.hpp>
 
 #include "nl_problem.hpp"
 
@@ -82,19 +83,49 @@ int take_integer(Assignments& assignments, const std::string& name, int missing,
   return value;
 }
 
+const char option_texts[] =
+    "objno    objective to use, from 1; 0 for none (default 1)\n"
+    "wantsol  1: write stub.sol (default 0; -AMPL and -s also write it)\n";
+
 const char usage[] =
     "usage: ipminmax stub [-AMPL] [-s] [name=value ...]\n"
     "  -AMPL  called by AMPL: write stub.sol\n"
     "  -s     write stub.sol, as wantsol=1 does\n"
     "  -v     version\n"
+    "  -=     all options\n"
     "  -?     this text\n"
-    "Options: those of ipminmax.opt, objno (objective, 1-based, 0 for none) and wantsol (0 or 1).\n"
+    "Options: those of ipminmax.opt, and objno and wantsol, see -=.\n"
     "The environment variable ipminmax_options holds assignments too; the command line overrides\n"
     "it, and both override ipminmax.opt.\n";
 
-int solve(const std::string& stub, bool write, Assignments assignments) {
+/// What the point is, in the words of the model's sense, and how the solve ended.
+std::string message_of(const ipminmax::Result& result, const ipminmax::NlProblem& problem) {
+  std::ostringstream message;
+  message << "Ipminmax " IPMINMAX_VERSION ": ";
+  if (result.certificate.kind == ipminmax::PointKind::LocalMinmax) {
+    const bool game = problem.has_max_player();
+    message << "certified local "
+            << (problem.maximizes() ? (game ? "maxmin" : "maximum")
+                                    : (game ? "minmax" : "minimum"));
+    if (result.status != Status::Solved) message << ", " << name_of(result.status);
+  } else {
+    message << name_of(result.status);
+  }
+  if (!result.message.empty() && result.message != name_of(result.status))
+    message << " (" << result.message << ")";
+  if (!result.v.empty()) {
+    message << std::setprecision(10) << "\nobjective "
+            << (problem.maximizes() ? -result.objective : result.objective) << ", "
+            << result.iterations << " iterations; second-order test of "
+            << (problem.has_max_player() ? "both players " : "the solution ")
+            << name_of(result.certificate.second_order);
+  }
+  return message.str();
+}
+
+int solve(const std::string& stub, bool called_by_ampl, bool write, Assignments assignments) {
   const int objective = take_integer(assignments, "objno", -1, 0, 1 << 30);
-  write = take_integer(assignments, "wantsol", 0, 0, 1) == 1 || write;
+  write = take_integer(assignments, "wantsol", 0, 0, 1) == 1 || write || called_by_ampl;
 
   Ipopt::SmartPtr<ipminmax::MinMaxApplication> application = new ipminmax::MinMaxApplication();
   std::ostringstream set;
@@ -108,12 +139,10 @@ int solve(const std::string& stub, bool write, Assignments assignments) {
       application->OptimizeTNLP(Ipopt::SmartPtr<Ipopt::TNLP>(Ipopt::GetRawPtr(problem)));
   if (ended == Ipopt::Invalid_Option) return 2;
   const ipminmax::Result& result = application->LastResult();
-  std::ostringstream message;
-  message << "Ipminmax 0.1: " << name_of(result.status) << "; " << name_of(result.certificate.kind)
-          << ", second-order test " << name_of(result.certificate.second_order) << "; "
-          << result.iterations << " iterations";
-  std::cout << message.str() << '\n';
-  if (write) problem->write_solution(message.str(), solve_result(result.status), result);
+  const std::string message = message_of(result, *problem);
+  if (write)
+    problem->write_solution(message, solve_result(result.status), result);  // AMPL prints it
+  if (!called_by_ampl) std::cout << message << '\n';
   return 0;
 }
 
@@ -122,7 +151,7 @@ int solve(const std::string& stub, bool write, Assignments assignments) {
 int main(int argc, char** argv) {
   try {
     std::string stub;
-    bool write = false;
+    bool called_by_ampl = false, write = false;
     Assignments assignments;
     if (const char* environment = std::getenv("ipminmax_options")) {
       std::istringstream words(environment);
@@ -130,10 +159,15 @@ int main(int argc, char** argv) {
     }
     for (int i = 1; i < argc; ++i) {
       const std::string word = argv[i];
-      if (word == "-AMPL" || word == "-s") {
+      if (word == "-AMPL") {
+        called_by_ampl = true;
+      } else if (word == "-s") {
         write = true;
       } else if (word == "-v") {
-        std::cout << "Ipminmax 0.1.0\n";
+        std::cout << "Ipminmax " IPMINMAX_VERSION "\n";
+        return 0;
+      } else if (word == "-=") {
+        std::cout << option_texts << '\n' << ipminmax::options_text();
         return 0;
       } else if (word == "-?") {
         std::cout << usage;
@@ -147,7 +181,7 @@ int main(int argc, char** argv) {
       }
     }
     if (stub.empty()) throw std::invalid_argument(std::string("no model given\n") + usage);
-    return solve(stub, write, std::move(assignments));
+    return solve(stub, called_by_ampl, write, std::move(assignments));
   } catch (const std::invalid_argument& error) {
     std::cerr << "ipminmax: " << error.what() << '\n';
     return 2;

@@ -1,10 +1,19 @@
 #include "nl_problem.hpp"
 
+#include <setjmp.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
 #include <stdexcept>
 
 #include <asl_pfgh.h>
@@ -15,79 +24,168 @@ namespace ipminmax {
 namespace {
 
 char player_name[] = "player", z_lower_name[] = "ipopt_zL_out", z_upper_name[] = "ipopt_zU_out";
+char sosno_name[] = "sosno", sos_name[] = "sos";
 SufDecl suffixes[] = {
     {player_name, nullptr, ASL_Sufkind_var, 0},
     {player_name, nullptr, ASL_Sufkind_con, 0},
+    {sosno_name, nullptr, ASL_Sufkind_var, 0},
+    {sos_name, nullptr, ASL_Sufkind_var, 0},
     {z_lower_name, nullptr, ASL_Sufkind_var | ASL_Sufkind_real | ASL_Sufkind_outonly, 0},
     {z_upper_name, nullptr, ASL_Sufkind_var | ASL_Sufkind_real | ASL_Sufkind_outonly, 0}};
 
-/// ASL ends the process or crashes on some damaged files: a child process tries first.
-template <class Read>
-void try_in_child(const std::string& stub, Read read) {
+constexpr unsigned kReadSeconds = 20, kBytesPerSecond = 1000000;  ///< of a file that is read
+constexpr int kRefused = 3;  ///< exit code of the child that wrote a message
+
+/// ASL ends the process, crashes or hangs on some damaged files: a child process tries first.
+/// Throws what the child threw or, when it ended otherwise, what it wrote on stderr.
+template <class Try>
+void try_in_child(const std::string& file, unsigned seconds, Try attempt) {
+  int ends[2];
+  if (pipe(ends) != 0) throw std::runtime_error("cannot open a pipe to read " + file);
+  std::fflush(nullptr);
   const pid_t child = fork();
-  if (child < 0) throw std::runtime_error("cannot start a process to read " + stub);
+  if (child < 0) throw std::runtime_error("cannot start a process to read " + file);
   if (child == 0) {
+    const rlimit no_core{0, 0};
+    setrlimit(RLIMIT_CORE, &no_core);
+    dup2(ends[1], STDERR_FILENO);
+    close(ends[0]);
+    close(ends[1]);
+    signal(SIGALRM, SIG_DFL);
+    alarm(seconds);
     try {
-      read();
-    } catch (const std::exception&) {
-      _exit(0);  // the parent meets and reports the same error
+      attempt();
+    } catch (const std::exception& error) {
+      std::fflush(nullptr);
+      [[maybe_unused]] const ssize_t written =
+          write(STDERR_FILENO, error.what(), std::strlen(error.what()));
+      _exit(kRefused);
     }
     _exit(0);
   }
+  close(ends[1]);
+  constexpr std::size_t kLongest = 2000;
+  std::string text;
+  char buffer[512];
+  for (ssize_t got = 0; (got = ::read(ends[0], buffer, sizeof buffer)) > 0;)
+    text.append(buffer, std::min(static_cast<std::size_t>(got), kLongest - text.size()));
+  close(ends[0]);
   int status = 0;
-  if (waitpid(child, &status, 0) < 0 || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
-    throw std::runtime_error("cannot read " + stub + ": damaged or not an .nl file");
+  const bool ended = waitpid(child, &status, 0) == child;
+  if (ended && WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
+  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
+  if (ended && WIFEXITED(status) && WEXITSTATUS(status) == kRefused) throw std::runtime_error(text);
+  if (ended && WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM)
+    throw std::runtime_error("cannot read " + file + ": no end after " + std::to_string(seconds) +
+                             " seconds");
+  throw std::runtime_error("cannot read " + file + ": damaged or not an .nl file" +
+                           (text.empty() ? "" : "\n" + text));
+}
+
+/// False when a derivative that ASL computes does not exist, which it answers with a longjmp.
+bool hessian_values(ASL* asl, double* values, double* weights, double* multipliers) {
+  Jmp_buf jump;
+  err_jmp1 = &jump;
+  const bool defined = setjmp(jump.jb) == 0;
+  // Given an objective instead of -1, ASL ignores its weight.
+  if (defined) sphes(values, -1, weights, multipliers);
+  err_jmp1 = nullptr;
+  return defined;
 }
 
 }  // namespace
 
 NlProblem::NlProblem(const std::string& stub, int objective) {
-  try_in_child(stub, [&] { read(stub); });
-  read(stub);
-  ASL* asl = asl_;
-  refuse_unsupported();
-  if (objective > n_obj)
-    throw std::runtime_error("objno = " + std::to_string(objective) + ", but the model has " +
-                             std::to_string(n_obj) + " objectives");
-  objective_ = objective < 0 ? (n_obj > 0 ? 0 : -1) : objective - 1;
-  if (objective_ >= 0 && objtype[objective_])
-    throw std::runtime_error("maximize is not supported: minimize the negative objective");
-
-  variable_players_.assign(static_cast<std::size_t>(n_var), Player::Min);
-  const SufDesc* players = suf_get(player_name, ASL_Sufkind_var);
-  for (int i = 0; players->u.i && i < n_var; ++i) {
-    if (players->u.i[i] != 0 && players->u.i[i] != 1)
-      throw std::runtime_error(std::string("variable ") + var_name(i) + ": suffix player is " +
-                               std::to_string(players->u.i[i]) + ", not 0 (Min) or 1 (Max)");
-    if (players->u.i[i] == 1) variable_players_[static_cast<std::size_t>(i)] = Player::Max;
-  }
-  players = suf_get(player_name, ASL_Sufkind_con);
-  for (int i = 0; players->u.i && i < n_con; ++i) {
-    if (players->u.i[i] != 0 && players->u.i[i] != 1)
-      throw std::runtime_error(std::string("constraint ") + con_name(i) + ": suffix player is " +
-                               std::to_string(players->u.i[i]) + ", not 0 (Min) or 1 (Max)");
-    if (players->u.i[i] == 1) max_constraints_.push_back(i);
-  }
-  hessian_entries_ =
-      static_cast<int>(sphsetup(objective_, objective_ >= 0 ? 1 : 0, n_con > 0 ? 1 : 0, 1));
+  file_ = stub;
+  if (!std::filesystem::is_regular_file(file_)) file_ += ".nl";
+  if (!std::filesystem::is_regular_file(file_)) throw std::runtime_error("cannot open " + stub);
+  const auto bytes = std::filesystem::file_size(file_);
+  try_in_child(file_, kReadSeconds + static_cast<unsigned>(bytes / kBytesPerSecond), [&] {
+    load(objective);
+    evaluate_all_at_start();
+  });
+  load(objective);
 }
 
-NlProblem::~NlProblem() { ASL_free(&asl_); }
+NlProblem::~NlProblem() {
+  if (asl_) ASL_free(&asl_);
+}
 
-void NlProblem::read(const std::string& stub) {
+void NlProblem::load(int objective) {
+  try {
+    read();
+    choose_objective(objective);
+    read_players();
+  } catch (...) {
+    ASL_free(&asl_);
+    throw;
+  }
+  ASL* asl = asl_;
+  hessian_entries_ = static_cast<int>(sphsetup(-1, n_obj > 0 ? 1 : 0, n_con > 0 ? 1 : 0, 1));
+}
+
+void NlProblem::read() {
   asl_ = ASL_alloc(ASL_read_pfgh);
   ASL* asl = asl_;
   return_nofile = 1;
-  std::string name = stub;
-  FILE* file = jac0dim(name.data(), static_cast<ftnlen>(name.size()));
-  if (!file) throw std::runtime_error("cannot open " + stub);
+  FILE* file = jac0dim(file_.data(), static_cast<ftnlen>(file_.size()));
+  if (!file) throw std::runtime_error("cannot open " + file_);
+  try {
+    refuse_unsupported();
+    // Every variable, row and nonzero takes a byte or more.
+    const auto bytes = static_cast<double>(std::filesystem::file_size(file_));
+    const double counts[] = {double(n_var), double(n_con), double(n_obj), double(nzc), double(nzo)};
+    if (n_var <= 0 ||
+        std::ranges::any_of(counts, [&](double c) { return !(0 <= c && c <= bytes); }))
+      throw std::runtime_error("cannot read " + file_ + ": wrong counts in the header");
+    std::ifstream text(file_, std::ios::binary);
+    const bool is_text = text.get() == 'g';
+    text.seekg(-1, std::ios::end);
+    if (is_text && text.get() != '\n')
+      throw std::runtime_error("cannot read " + file_ + ": cut within a line");
+  } catch (...) {
+    std::fclose(file);
+    throw;
+  }
+  // Bounds that the file does not give stay NaN.
+  constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+  variable_bounds_.assign(2 * static_cast<std::size_t>(n_var), kMissing);
+  constraint_bounds_.assign(2 * static_cast<std::size_t>(n_con) + 1, kMissing);
+  LUv = variable_bounds_.data();
+  LUrhs = constraint_bounds_.data();
+  constraint_bounds_.back() = 0.0;
   suf_declare(suffixes, static_cast<int>(std::size(suffixes)));
   want_xpi0 = 3;
   const int error = pfgh_read(file, ASL_return_read_err | ASL_findgroups);
-  if (error != ASL_readerr_none)
-    throw std::runtime_error("cannot read " + stub +
-                             (error == ASL_readerr_unavail ? ": an imported function is missing"
-                                                           : ": damaged .nl file"));
+  if (error == ASL_readerr_unavail)
+    throw std::runtime_error("cannot read " + file_ + ": an imported function is not available");
+  if (error != ASL_readerr_none) throw std::runtime_error("cannot read " + file_);
+  require_complete();
+}
+
+void NlProblem::require_complete() {
+  ASL* asl = asl_;
+  const auto missing = [](double value) { return std::isnan(value); };
+  std::string what;
+  if (std::ranges::any_of(variable_bounds_, missing))
+    what = "bounds of variables";
+  else if (std::ranges::any_of(constraint_bounds_, missing))
+    what = "bounds of constraints";
+  std::size_t entries = 0;
+  for (int i = 0; i < n_con; ++i)
+    for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) ++entries;
+  if (entries != static_cast<std::size_t>(nzc)) what = "nonzeros of the Jacobian";
+  entries = 0;
+  for (int i = 0; i < n_obj; ++i)
+    for (const ograd* entry = Ograd[i]; entry; entry = entry->next) ++entries;
+  if (entries != static_cast<std::size_t>(nzo)) what = "nonzeros of the objectives";
+  const auto* full = reinterpret_cast<const ASL_pfgh*>(asl);
+  for (int i = 0; i < n_con; ++i)
+    if (!full->I.con2_de_[i].e) what = "the expression of a constraint";
+  for (int i = 0; i < n_obj; ++i)
+    if (!full->I.obj2_de_[i].e) what = "the expression of an objective";
+  if (!what.empty())
+    throw std::runtime_error("cannot read " + file_ + ": " + what + " missing, file incomplete");
 }
 
 void NlProblem::refuse_unsupported() {
@@ -107,6 +205,67 @@ void NlProblem::refuse_unsupported() {
   if (integer >= 0)
     throw std::runtime_error(std::string("variable ") + var_name(integer) +
                              " is integer: only continuous variables are supported");
+}
+
+void NlProblem::choose_objective(int objective) {
+  ASL* asl = asl_;
+  if (objective > n_obj)
+    throw std::runtime_error("objno = " + std::to_string(objective) + ", but the model has " +
+                             std::to_string(n_obj) + " objectives");
+  objective_ = objective < 0 ? (n_obj > 0 ? 0 : -1) : objective - 1;
+  sign_ = objective_ >= 0 && objtype[objective_] ? -1.0 : 1.0;
+}
+
+void NlProblem::read_players() {
+  ASL* asl = asl_;
+  for (char* name : {sosno_name, sos_name})
+    if (const SufDesc* sets = suf_get(name, ASL_Sufkind_var); sets->u.i)
+      throw std::runtime_error("special ordered sets are not supported");
+  const auto is_max = [](int value, const char* kind, const char* name) {
+    if (value != 0 && value != 1)
+      throw std::runtime_error(std::string(kind) + " " + name + ": suffix player is " +
+                               std::to_string(value) + ", not 0 (Min) or 1 (Max)");
+    return value == 1;
+  };
+  variable_players_.assign(static_cast<std::size_t>(n_var), Player::Min);
+  const SufDesc* players = suf_get(player_name, ASL_Sufkind_var);
+  for (int i = 0; players->u.i && i < n_var; ++i)
+    if (is_max(players->u.i[i], "variable", var_name(i)))
+      variable_players_[static_cast<std::size_t>(i)] = Player::Max;
+  players = suf_get(player_name, ASL_Sufkind_con);
+  for (int i = 0; players->u.i && i < n_con; ++i)
+    if (is_max(players->u.i[i], "constraint", con_name(i))) max_constraints_.push_back(i);
+}
+
+/// Whether the results are defined does not matter here: a damaged formula crashes.
+void NlProblem::evaluate_all_at_start() {
+  ASL* asl = asl_;
+  std::vector<double> x(static_cast<std::size_t>(n_var)), g(static_cast<std::size_t>(n_con)),
+      jacobian(static_cast<std::size_t>(nzc)), lambda(g.size(), 1.0), gradient(x.size()),
+      hessian(static_cast<std::size_t>(hessian_entries_));
+  std::vector<int> rows(hessian.size()), columns(hessian.size());
+  get_starting_point(n_var, true, x.data(), false, nullptr, nullptr, n_con, false, nullptr);
+  eval_grad_f(n_var, x.data(), true, gradient.data());
+  eval_jac_g(n_var, x.data(), true, n_con, static_cast<int>(nzc), nullptr, nullptr,
+             jacobian.data());
+  eval_h(n_var, x.data(), true, 1.0, n_con, lambda.data(), true, hessian_entries_, rows.data(),
+         columns.data(), nullptr);
+  eval_h(n_var, x.data(), true, 1.0, n_con, lambda.data(), true, hessian_entries_, nullptr, nullptr,
+         hessian.data());
+}
+
+bool NlProblem::has_max_player() const {
+  return std::ranges::find(variable_players_, Player::Max) != variable_players_.end();
+}
+
+bool NlProblem::get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& variable_strings,
+                                     IntegerMetaDataMapType&, NumericMetaDataMapType&,
+                                     Ipopt::Index m, StringMetaDataMapType& constraint_strings,
+                                     IntegerMetaDataMapType&, NumericMetaDataMapType&) {
+  ASL* asl = asl_;
+  for (int i = 0; i < n; ++i) variable_strings["idx_names"].emplace_back(var_name(i));
+  for (int i = 0; i < m; ++i) constraint_strings["idx_names"].emplace_back(con_name(i));
+  return true;
 }
 
 bool NlProblem::get_variable_players(Ipopt::Index, Player* players) {
@@ -229,8 +388,11 @@ bool NlProblem::eval_h(Ipopt::Index n, const double* x, bool, double sigma, Ipop
   std::vector<double> weights(static_cast<std::size_t>(n_obj) + 1, 0.0);
   if (objective_ >= 0) weights[static_cast<std::size_t>(objective_)] = sign_ * sigma;
   std::vector<double> multipliers(lambda, lambda + m);
-  sphes(values, objective_, objective_ >= 0 ? weights.data() : nullptr,
-        m > 0 ? multipliers.data() : nullptr);
+  if (!hessian_values(asl, values, n_obj > 0 ? weights.data() : nullptr,
+                      m > 0 ? multipliers.data() : nullptr)) {
+    x_.clear();  // ASL's state is unknown
+    return false;
+  }
   return std::all_of(values, values + hessian_entries_, [](double v) { return std::isfinite(v); });
 }
 
@@ -244,6 +406,8 @@ void NlProblem::write_solution(const std::string& message, int solve_result, con
   if (!lower.empty()) suf_rput(z_lower_name, ASL_Sufkind_var, lower.data());
   if (!upper.empty()) suf_rput(z_upper_name, ASL_Sufkind_var, upper.data());
   solve_result_num = solve_result;
+  obj_no = objective_;
+  amplflag = 1;  // write_sol prints nothing
   std::string text = message;
   write_sol(text.data(), x.empty() ? nullptr : x.data(), pi.empty() ? nullptr : pi.data(), nullptr);
 }

@@ -10,12 +10,14 @@ struct ASL;
 
 namespace ipminmax {
 
-/// A minimization in AMPL's .nl format. Integer suffix `player` (0 Min, 1 Max) carries the split.
+/// A model in AMPL's .nl format. Integer suffix `player` (0 or 1) carries the split: with a
+/// `minimize` objective 0 is Min and 1 is Max. A `maximize` objective f is solved as -f: its player
+/// 0 maximizes f, 1 minimizes it, and objective and gradients here are those of -f.
 class NlProblem : public MinMaxTNLP {
  public:
   /// Reads stub.nl (stub with or without its ending). objective: 1-based, 0 for none; -1 takes the
-  /// first when there is one. Throws std::runtime_error when the file cannot be used; reading errors
-  /// found by ASL itself, printed on stderr, also end in it.
+  /// first when there is one. Reads and evaluates in a child process first, so that a damaged file
+  /// cannot end or stop this one. Throws std::runtime_error when the file cannot be used.
   NlProblem(const std::string& stub, int objective);
   ~NlProblem() override;
   NlProblem(const NlProblem&) = delete;
@@ -24,8 +26,15 @@ class NlProblem : public MinMaxTNLP {
   /// Writes stub.sol with AMPL's signs of the multipliers.
   void write_solution(const std::string& message, int solve_result, const Result& result);
 
+  [[nodiscard]] bool maximizes() const { return sign_ < 0.0; }
+  [[nodiscard]] bool has_max_player() const;
+
   bool get_variable_players(Ipopt::Index n, Player* players) override;
   bool get_constraint_players(Ipopt::Index m, Player* players) override;
+  bool get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& variable_strings,
+                            IntegerMetaDataMapType&, NumericMetaDataMapType&, Ipopt::Index m,
+                            StringMetaDataMapType& constraint_strings, IntegerMetaDataMapType&,
+                            NumericMetaDataMapType&) override;
   bool get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
                     Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) override;
   bool get_bounds_info(Ipopt::Index n, double* x_l, double* x_u, Ipopt::Index m, double* g_l,
@@ -46,14 +55,21 @@ class NlProblem : public MinMaxTNLP {
                          const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {}
 
  private:
-  void read(const std::string& stub);
+  void load(int objective);
+  void read();
   void refuse_unsupported();
+  void require_complete();
+  void choose_objective(int objective);
+  void read_players();
+  void evaluate_all_at_start();
   /// Values of f and g at x, which ASL's derivatives build on. False where one is undefined.
   bool evaluate(const double* x);
 
+  std::string file_;
   ASL* asl_ = nullptr;
-  int objective_ = -1;  ///< 0-based, -1 for none
-  double sign_ = 1.0;   ///< -1: the model maximizes
+  std::vector<double> variable_bounds_, constraint_bounds_;  ///< pairs (lower, upper), for ASL
+  int objective_ = -1;                                       ///< 0-based, -1 for none
+  double sign_ = 1.0;                                        ///< -1: the model maximizes
   int hessian_entries_ = 0;
   std::vector<Player> variable_players_;
   std::vector<int> max_constraints_;
