@@ -9,6 +9,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include <ipminmax/adapter/application_options.hpp>
 #include <ipminmax/adapter/minmax_application.hpp>
 #include <ipminmax/adapter/options_documentation.hpp>
 
@@ -98,6 +99,18 @@ const char usage[] =
     "The environment variable ipminmax_options holds assignments too; the command line overrides\n"
     "it, and both override ipminmax.opt.\n";
 
+/// Sets an option as a line of an options file would. Throws when it is unknown or has a bad value.
+void set_option(ipminmax::MinMaxApplication& application, const std::string& name,
+                const std::string& value) {
+  std::istringstream line(name + " \"" + value + "\"\n");
+  std::string error =
+      ipminmax::read_options(line, "", *application.RegOptions(), *application.Options());
+  if (!error.empty()) error.erase(0, error.find(": ") + 2);  // "line 1" says nothing here
+  ipminmax::SolverOptions unused;
+  if (error.empty()) error = ipminmax::solver_options(*application.Options(), unused);
+  if (!error.empty()) throw std::invalid_argument(error);
+}
+
 /// What the point is, in the words of the model's sense, and how the solve ended.
 std::string message_of(const ipminmax::Result& result, const ipminmax::NlProblem& problem) {
   std::ostringstream message;
@@ -128,10 +141,7 @@ int solve(const std::string& stub, bool called_by_ampl, bool write, Assignments 
   write = take_integer(assignments, "wantsol", 0, 0, 1) == 1 || write || called_by_ampl;
 
   Ipopt::SmartPtr<ipminmax::MinMaxApplication> application = new ipminmax::MinMaxApplication();
-  std::ostringstream set;
-  for (const auto& [name, value] : assignments) set << name << " \"" << value << "\"\n";
-  std::istringstream options(set.str());
-  if (application->Initialize(options) != Ipopt::Solve_Succeeded) return 2;
+  for (const auto& [name, value] : assignments) set_option(*application, name, value);
   if (application->Initialize() != Ipopt::Solve_Succeeded) return 2;
 
   Ipopt::SmartPtr<ipminmax::NlProblem> problem = new ipminmax::NlProblem(stub, objective);

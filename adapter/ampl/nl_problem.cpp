@@ -85,11 +85,11 @@ void try_in_child(const std::string& file, unsigned seconds, Try attempt) {
 /// False when a derivative that ASL computes does not exist, which it answers with a longjmp.
 bool hessian_values(ASL* asl, double* values, double* weights, double* multipliers) {
   Jmp_buf jump;
-  err_jmp1 = &jump;
+  err_jmp = &jump;  // a failed objgrd leaves it pointing into its ended frame
   const bool defined = setjmp(jump.jb) == 0;
   // Given an objective instead of -1, ASL ignores its weight.
   if (defined) sphes(values, -1, weights, multipliers);
-  err_jmp1 = nullptr;
+  err_jmp = nullptr;
   return defined;
 }
 
