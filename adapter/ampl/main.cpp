@@ -1,6 +1,6 @@
 // ipminmax stub [-AMPL] [-s] [name=value ...]: solves an AMPL model.
-// Exit code: 0 when a .sol file was or could be written, whatever the outcome of the solve (which
-// solve_result_num tells); 1 for a model that cannot be used; 2 for a bad option or usage.
+// Exit code: 0 when the solve ended, whatever its outcome (solve_result_num in stub.sol tells); 1 for
+// a model that cannot be used; 2 for a bad option or usage.
 
 #include <cstdlib>
 #include <iomanip>

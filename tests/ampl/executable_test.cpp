@@ -87,6 +87,29 @@ class AmplExecutable : public Ampl {
   }
 };
 
+// min over x, max over y of x^2 + 2 x + x y - y^2, x + y <= 10 for Max: y = x / 2, x = -0.8. The
+// linear terms and the constraint stand in segments G and J.
+TEST_F(AmplExecutable, LinearPartsCount) {
+  std::filesystem::copy(IPMINMAX_SOURCE_DIR "/tests/package/saddle.nl", path("model.nl"));
+  ASSERT_EQ(run("model.nl -s print_level=0 tol=1e-10"), 0) << err_;
+  EXPECT_TRUE(printed("certified local minmax")) << out_;
+  NlProblem problem(path("model.nl"), -1);
+  const double v[] = {3.0, 5.0};
+  double f = 0.0, g = 0.0, gradient[2], jacobian[2];
+  ASSERT_TRUE(problem.eval_f(2, v, true, f) && problem.eval_g(2, v, true, 1, &g) &&
+              problem.eval_grad_f(2, v, true, gradient) &&
+              problem.eval_jac_g(2, v, true, 1, 2, nullptr, nullptr, jacobian));
+  EXPECT_EQ(f, 9.0 + 6.0 + 15.0 - 25.0);
+  EXPECT_EQ(gradient[0], 6.0 + 2.0 + 5.0);
+  EXPECT_EQ(gradient[1], 3.0 - 10.0);
+  EXPECT_EQ(g, 8.0);
+  EXPECT_EQ(jacobian[0], 1.0);
+  EXPECT_EQ(jacobian[1], 1.0);
+  const std::string solution = get("model.sol");
+  EXPECT_NE(solution.find("objno 0 0"), std::string::npos);
+  EXPECT_TRUE(printed("objective -0.8,")) << out_;
+}
+
 TEST_F(AmplExecutable, IntegerVariablesAreRefusedByName) {
   put("model.col", "machines\n");
   const std::vector<std::string> words = {"machines", "integer"};
