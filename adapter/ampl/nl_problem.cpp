@@ -12,7 +12,6 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <stdexcept>
 
@@ -138,11 +137,6 @@ void NlProblem::read() {
     if (n_var <= 0 ||
         std::ranges::any_of(counts, [&](double c) { return !(0 <= c && c <= bytes); }))
       throw std::runtime_error("cannot read " + file_ + ": wrong counts in the header");
-    std::ifstream text(file_, std::ios::binary);
-    const bool is_text = text.get() == 'g';
-    text.seekg(-1, std::ios::end);
-    if (is_text && text.get() != '\n')
-      throw std::runtime_error("cannot read " + file_ + ": cut within a line");
   } catch (...) {
     std::fclose(file);
     throw;

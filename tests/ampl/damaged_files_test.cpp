@@ -97,5 +97,16 @@ TEST_F(AmplDamaged, OtherFilesAreRefused) {
     EXPECT_NE(message_for(content), "");
 }
 
+TEST_F(AmplDamaged, ImpossibleCountsAreRefusedBeforeMemoryIsAsked) {
+  for (const char* count : {"2000000000", "0", "-3"}) {
+    std::string text = minimization(Format::Text);
+    const std::size_t first = text.find('\n') + 2;
+    text.replace(first, text.find(' ', first) - first, count);
+    EXPECT_NE(message_for(text), "") << count;
+    if (count[0] == '2')
+      EXPECT_NE(message_for(text).find("wrong counts"), std::string::npos) << message_for(text);
+  }
+}
+
 }  // namespace
 }  // namespace ipminmax::testing
