@@ -103,8 +103,9 @@ TEST_F(AmplDamaged, ImpossibleCountsAreRefusedBeforeMemoryIsAsked) {
     const std::size_t first = text.find('\n') + 2;
     text.replace(first, text.find(' ', first) - first, count);
     EXPECT_NE(message_for(text), "") << count;
-    if (count[0] == '2')
+    if (count[0] == '2') {
       EXPECT_NE(message_for(text).find("wrong counts"), std::string::npos) << message_for(text);
+    }
   }
 }
 
