@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs the build folder $1 into a fresh prefix, then builds and runs the consumer with CMake and
-# with a plain compiler call, in C++ and in C. CC, CXX and CXXFLAGS as for the library.
+# with a plain compiler call, in C++ and in C, and runs the installed executable. CC, CXX and CXXFLAGS as
+# for the library.
 set -euo pipefail
 source_dir=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build_dir=$(cd "$1" && pwd)
@@ -22,6 +23,14 @@ cmake -S "$source_dir" -B "$work/cmake" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CX
 cmake --build "$work/cmake"
 "$work/cmake/consumer"
 "$work/cmake/c_consumer"
+
+if [ -x "$prefix/bin/ipminmax" ]; then  # not built without the AMPL solver library
+  echo "== ipminmax saddle.nl"
+  cp "$source_dir/saddle.nl" "$work"
+  "$prefix/bin/ipminmax" "$work/saddle.nl" -s | tee "$work/saddle.log"
+  grep -q "certified local minmax" "$work/saddle.log"
+  grep -q "^objno 0 0$" "$work/saddle.sol"
+fi
 
 pc_dir=$(dirname "$(find "$prefix" -name ipminmax.pc)")
 lib_dir=${pc_dir%/pkgconfig}

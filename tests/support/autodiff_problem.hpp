@@ -160,6 +160,7 @@ class Model {
 
  private:
   friend class AutodiffProblem;
+  friend class NlWriter;
 
   std::shared_ptr<Tape> tape_ = std::make_shared<Tape>();
   ProblemStructure structure_;  ///< without Jacobian, Hessian and constraint players

@@ -1,0 +1,409 @@
+#include "nl_problem.hpp"
+
+#include <setjmp.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <stdexcept>
+
+#include <asl_pfgh.h>
+#include <getstub.h>
+#undef filename
+
+namespace ipminmax {
+namespace {
+
+char player_name[] = "player", z_lower_name[] = "ipopt_zL_out", z_upper_name[] = "ipopt_zU_out";
+char sosno_name[] = "sosno", sos_name[] = "sos";
+SufDecl suffixes[] = {
+    {player_name, nullptr, ASL_Sufkind_var, 0},
+    {player_name, nullptr, ASL_Sufkind_con, 0},
+    {sosno_name, nullptr, ASL_Sufkind_var, 0},
+    {sos_name, nullptr, ASL_Sufkind_var, 0},
+    {z_lower_name, nullptr, ASL_Sufkind_var | ASL_Sufkind_real | ASL_Sufkind_outonly, 0},
+    {z_upper_name, nullptr, ASL_Sufkind_var | ASL_Sufkind_real | ASL_Sufkind_outonly, 0}};
+
+constexpr unsigned kReadSeconds = 20, kBytesPerSecond = 1000000;  ///< of a file that is read
+constexpr int kRefused = 3;  ///< exit code of the child that wrote a message
+
+/// ASL ends the process, crashes or hangs on some damaged files: a child process tries first.
+/// Throws what the child threw or, when it ended otherwise, what it wrote on stderr.
+template <class Try>
+void try_in_child(const std::string& file, unsigned seconds, Try attempt) {
+  int ends[2];
+  if (pipe(ends) != 0) throw std::runtime_error("cannot open a pipe to read " + file);
+  std::fflush(nullptr);
+  const pid_t child = fork();
+  if (child < 0) throw std::runtime_error("cannot start a process to read " + file);
+  if (child == 0) {
+    const rlimit no_core{0, 0};
+    setrlimit(RLIMIT_CORE, &no_core);
+    dup2(ends[1], STDERR_FILENO);
+    close(ends[0]);
+    close(ends[1]);
+    signal(SIGALRM, SIG_DFL);
+    alarm(seconds);
+    try {
+      attempt();
+    } catch (const std::exception& error) {
+      std::fflush(nullptr);
+      [[maybe_unused]] const ssize_t written =
+          write(STDERR_FILENO, error.what(), std::strlen(error.what()));
+      _exit(kRefused);
+    }
+    _exit(0);
+  }
+  close(ends[1]);
+  constexpr std::size_t kLongest = 2000;
+  std::string text;
+  char buffer[512];
+  for (ssize_t got = 0; (got = ::read(ends[0], buffer, sizeof buffer)) > 0;)
+    text.append(buffer, std::min(static_cast<std::size_t>(got), kLongest - text.size()));
+  close(ends[0]);
+  int status = 0;
+  const bool ended = waitpid(child, &status, 0) == child;
+  if (ended && WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
+  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
+  if (ended && WIFEXITED(status) && WEXITSTATUS(status) == kRefused) throw std::runtime_error(text);
+  if (ended && WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM)
+    throw std::runtime_error("cannot read " + file + ": no end after " + std::to_string(seconds) +
+                             " seconds");
+  throw std::runtime_error("cannot read " + file + ": damaged or not an .nl file" +
+                           (text.empty() ? "" : "\n" + text));
+}
+
+/// False when a derivative that ASL computes does not exist, which it answers with a longjmp.
+bool hessian_values(ASL* asl, double* values, double* weights, double* multipliers) {
+  Jmp_buf jump;
+  err_jmp = &jump;  // a failed objgrd leaves it pointing into its ended frame
+  const bool defined = setjmp(jump.jb) == 0;
+  // Given an objective instead of -1, ASL ignores its weight.
+  if (defined) sphes(values, -1, weights, multipliers);
+  err_jmp = nullptr;
+  return defined;
+}
+
+}  // namespace
+
+NlProblem::NlProblem(const std::string& stub, int objective) {
+  file_ = stub;
+  if (!std::filesystem::is_regular_file(file_)) file_ += ".nl";
+  if (!std::filesystem::is_regular_file(file_)) throw std::runtime_error("cannot open " + stub);
+  const auto bytes = std::filesystem::file_size(file_);
+  try_in_child(file_, kReadSeconds + static_cast<unsigned>(bytes / kBytesPerSecond), [&] {
+    load(objective);
+    evaluate_all_at_start();
+  });
+  load(objective);
+}
+
+NlProblem::~NlProblem() {
+  if (asl_) ASL_free(&asl_);
+}
+
+void NlProblem::load(int objective) {
+  try {
+    read();
+    choose_objective(objective);
+    read_players();
+  } catch (...) {
+    ASL_free(&asl_);
+    throw;
+  }
+  ASL* asl = asl_;
+  hessian_entries_ = static_cast<int>(sphsetup(-1, n_obj > 0 ? 1 : 0, n_con > 0 ? 1 : 0, 1));
+}
+
+void NlProblem::read() {
+  asl_ = ASL_alloc(ASL_read_pfgh);
+  ASL* asl = asl_;
+  return_nofile = 1;
+  FILE* file = jac0dim(file_.data(), static_cast<ftnlen>(file_.size()));
+  if (!file) throw std::runtime_error("cannot open " + file_);
+  try {
+    refuse_unsupported();
+    // Every variable, row and nonzero takes a byte or more.
+    const auto bytes = static_cast<double>(std::filesystem::file_size(file_));
+    const double counts[] = {double(n_var), double(n_con), double(n_obj), double(nzc), double(nzo)};
+    if (n_var <= 0 ||
+        std::ranges::any_of(counts, [&](double c) { return !(0 <= c && c <= bytes); }))
+      throw std::runtime_error("cannot read " + file_ + ": wrong counts in the header");
+  } catch (...) {
+    std::fclose(file);
+    throw;
+  }
+  // Bounds that the file does not give stay NaN.
+  constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+  variable_bounds_.assign(2 * static_cast<std::size_t>(n_var), kMissing);
+  constraint_bounds_.assign(2 * static_cast<std::size_t>(n_con) + 1, kMissing);
+  LUv = variable_bounds_.data();
+  LUrhs = constraint_bounds_.data();
+  constraint_bounds_.back() = 0.0;
+  suf_declare(suffixes, static_cast<int>(std::size(suffixes)));
+  want_xpi0 = 3;
+  const int error = pfgh_read(file, ASL_return_read_err | ASL_findgroups);
+  if (error == ASL_readerr_unavail)
+    throw std::runtime_error("cannot read " + file_ + ": an imported function is not available");
+  if (error != ASL_readerr_none) throw std::runtime_error("cannot read " + file_);
+  require_complete();
+}
+
+void NlProblem::require_complete() {
+  ASL* asl = asl_;
+  const auto missing = [](double value) { return std::isnan(value); };
+  std::string what;
+  if (std::ranges::any_of(variable_bounds_, missing))
+    what = "bounds of variables";
+  else if (std::ranges::any_of(constraint_bounds_, missing))
+    what = "bounds of constraints";
+  std::size_t entries = 0;
+  for (int i = 0; i < n_con; ++i)
+    for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) ++entries;
+  if (entries != static_cast<std::size_t>(nzc)) what = "nonzeros of the Jacobian";
+  entries = 0;
+  for (int i = 0; i < n_obj; ++i)
+    for (const ograd* entry = Ograd[i]; entry; entry = entry->next) ++entries;
+  if (entries != static_cast<std::size_t>(nzo)) what = "nonzeros of the objectives";
+  const auto* full = reinterpret_cast<const ASL_pfgh*>(asl);
+  for (int i = 0; i < n_con; ++i)
+    if (!full->I.con2_de_[i].e) what = "the expression of a constraint";
+  for (int i = 0; i < n_obj; ++i)
+    if (!full->I.obj2_de_[i].e) what = "the expression of an objective";
+  if (!what.empty())
+    throw std::runtime_error("cannot read " + file_ + ": " + what + " missing, file incomplete");
+}
+
+void NlProblem::refuse_unsupported() {
+  ASL* asl = asl_;
+  if (n_cc > 0) throw std::runtime_error("complementarity constraints are not supported");
+  if (n_lcon > 0) throw std::runtime_error("logical constraints are not supported");
+  // Within each group of nonlinear variables, and at the end, the integer ones come last.
+  int integer = -1;
+  if (nlvbi > 0)
+    integer = nlvb - nlvbi;
+  else if (nlvci > 0)
+    integer = nlvc - nlvci;
+  else if (nlvoi > 0)
+    integer = nlvo - nlvoi;
+  else if (nbv + niv > 0)
+    integer = n_var - nbv - niv;
+  if (integer >= 0)
+    throw std::runtime_error(std::string("variable ") + var_name(integer) +
+                             " is integer: only continuous variables are supported");
+}
+
+void NlProblem::choose_objective(int objective) {
+  ASL* asl = asl_;
+  if (objective > n_obj)
+    throw std::runtime_error("objno = " + std::to_string(objective) + ", but the model has " +
+                             std::to_string(n_obj) + " objectives");
+  objective_ = objective < 0 ? (n_obj > 0 ? 0 : -1) : objective - 1;
+  sign_ = objective_ >= 0 && objtype[objective_] ? -1.0 : 1.0;
+}
+
+void NlProblem::read_players() {
+  ASL* asl = asl_;
+  for (char* name : {sosno_name, sos_name})
+    if (const SufDesc* sets = suf_get(name, ASL_Sufkind_var); sets->u.i)
+      throw std::runtime_error("special ordered sets are not supported");
+  const auto is_max = [](int value, const char* kind, const char* name) {
+    if (value != 0 && value != 1)
+      throw std::runtime_error(std::string(kind) + " " + name + ": suffix player is " +
+                               std::to_string(value) + ", not 0 (Min) or 1 (Max)");
+    return value == 1;
+  };
+  variable_players_.assign(static_cast<std::size_t>(n_var), Player::Min);
+  const SufDesc* players = suf_get(player_name, ASL_Sufkind_var);
+  for (int i = 0; players->u.i && i < n_var; ++i)
+    if (is_max(players->u.i[i], "variable", var_name(i)))
+      variable_players_[static_cast<std::size_t>(i)] = Player::Max;
+  players = suf_get(player_name, ASL_Sufkind_con);
+  for (int i = 0; players->u.i && i < n_con; ++i)
+    if (is_max(players->u.i[i], "constraint", con_name(i))) max_constraints_.push_back(i);
+}
+
+/// Whether the results are defined does not matter here: a damaged formula crashes.
+void NlProblem::evaluate_all_at_start() {
+  ASL* asl = asl_;
+  std::vector<double> x(static_cast<std::size_t>(n_var)), g(static_cast<std::size_t>(n_con)),
+      jacobian(static_cast<std::size_t>(nzc)), lambda(g.size(), 1.0), gradient(x.size()),
+      hessian(static_cast<std::size_t>(hessian_entries_));
+  std::vector<int> rows(hessian.size()), columns(hessian.size());
+  get_starting_point(n_var, true, x.data(), false, nullptr, nullptr, n_con, false, nullptr);
+  eval_grad_f(n_var, x.data(), true, gradient.data());
+  eval_jac_g(n_var, x.data(), true, n_con, static_cast<int>(nzc), nullptr, nullptr,
+             jacobian.data());
+  eval_h(n_var, x.data(), true, 1.0, n_con, lambda.data(), true, hessian_entries_, rows.data(),
+         columns.data(), nullptr);
+  eval_h(n_var, x.data(), true, 1.0, n_con, lambda.data(), true, hessian_entries_, nullptr, nullptr,
+         hessian.data());
+}
+
+bool NlProblem::has_max_player() const {
+  return std::ranges::find(variable_players_, Player::Max) != variable_players_.end();
+}
+
+bool NlProblem::get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& variable_strings,
+                                     IntegerMetaDataMapType&, NumericMetaDataMapType&,
+                                     Ipopt::Index m, StringMetaDataMapType& constraint_strings,
+                                     IntegerMetaDataMapType&, NumericMetaDataMapType&) {
+  ASL* asl = asl_;
+  for (int i = 0; i < n; ++i) variable_strings["idx_names"].emplace_back(var_name(i));
+  for (int i = 0; i < m; ++i) constraint_strings["idx_names"].emplace_back(con_name(i));
+  return true;
+}
+
+bool NlProblem::get_variable_players(Ipopt::Index, Player* players) {
+  std::copy(variable_players_.begin(), variable_players_.end(), players);
+  return true;
+}
+
+bool NlProblem::get_constraint_players(Ipopt::Index, Player* players) {
+  for (const int i : max_constraints_) players[i] = Player::Max;
+  return true;
+}
+
+bool NlProblem::get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
+                             Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) {
+  ASL* asl = asl_;
+  n = n_var;
+  m = n_con;
+  nnz_jac_g = static_cast<int>(nzc);
+  nnz_h_lag = hessian_entries_;
+  index_style = C_STYLE;
+  return true;
+}
+
+bool NlProblem::get_bounds_info(Ipopt::Index n, double* x_l, double* x_u, Ipopt::Index m,
+                                double* g_l, double* g_u) {
+  ASL* asl = asl_;
+  for (int i = 0; i < n; ++i) {
+    x_l[i] = LUv[2 * i];
+    x_u[i] = LUv[2 * i + 1];
+  }
+  for (int i = 0; i < m; ++i) {
+    g_l[i] = LUrhs[2 * i];
+    g_u[i] = LUrhs[2 * i + 1];
+  }
+  return true;
+}
+
+bool NlProblem::get_starting_point(Ipopt::Index n, bool init_x, double* x, bool init_z, double* z_L,
+                                   double* z_U, Ipopt::Index m, bool init_lambda, double* lambda) {
+  ASL* asl = asl_;
+  for (int i = 0; init_x && i < n; ++i)
+    x[i] = X0 ? X0[i] : std::max(LUv[2 * i], std::min(0.0, LUv[2 * i + 1]));
+  for (int i = 0; init_z && i < n; ++i) {
+    const double side = variable_players_[static_cast<std::size_t>(i)] == Player::Min ? 1.0 : -1.0;
+    z_L[i] = z_U[i] = side;
+  }
+  // AMPL: grad f = J' pi; ours: sign grad f + J' lambda = 0.
+  for (int i = 0; init_lambda && i < m; ++i) lambda[i] = pi0 ? -sign_ * pi0[i] : 0.0;
+  return true;
+}
+
+bool NlProblem::evaluate(const double* x) {
+  ASL* asl = asl_;
+  if (!x_.empty() && std::equal(x_.begin(), x_.end(), x)) return defined_;
+  x_.assign(x, x + n_var);
+  g_.resize(static_cast<std::size_t>(n_con));
+  fint error = 0;
+  f_ = objective_ >= 0 ? sign_ * objval(objective_, x_.data(), &error) : 0.0;
+  fint constraint_error = 0;
+  if (n_con > 0) conval(x_.data(), g_.data(), &constraint_error);
+  defined_ = error == 0 && constraint_error == 0;
+  return defined_;
+}
+
+bool NlProblem::eval_f(Ipopt::Index, const double* x, bool, double& value) {
+  if (!evaluate(x)) return false;
+  value = f_;
+  return true;
+}
+
+bool NlProblem::eval_grad_f(Ipopt::Index n, const double* x, bool, double* gradient) {
+  ASL* asl = asl_;
+  if (!evaluate(x)) return false;
+  std::fill(gradient, gradient + n, 0.0);
+  if (objective_ < 0) return true;
+  fint error = 0;
+  objgrd(objective_, x_.data(), gradient, &error);
+  for (int i = 0; i < n; ++i) gradient[i] *= sign_;
+  return error == 0;
+}
+
+bool NlProblem::eval_g(Ipopt::Index, const double* x, bool, Ipopt::Index, double* g) {
+  if (!evaluate(x)) return false;
+  std::copy(g_.begin(), g_.end(), g);
+  return true;
+}
+
+bool NlProblem::eval_jac_g(Ipopt::Index, const double* x, bool, Ipopt::Index m, Ipopt::Index,
+                           Ipopt::Index* rows, Ipopt::Index* columns, double* values) {
+  ASL* asl = asl_;
+  if (!values) {
+    for (int i = 0; i < m; ++i)
+      for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) {
+        rows[entry->goff] = i;
+        columns[entry->goff] = entry->varno;
+      }
+    return true;
+  }
+  if (!evaluate(x)) return false;
+  fint error = 0;
+  if (m > 0) jacval(x_.data(), values, &error);
+  return error == 0;
+}
+
+bool NlProblem::eval_h(Ipopt::Index n, const double* x, bool, double sigma, Ipopt::Index m,
+                       const double* lambda, bool, Ipopt::Index, Ipopt::Index* rows,
+                       Ipopt::Index* columns, double* values) {
+  ASL* asl = asl_;
+  if (!values) {
+    // ASL stores the upper triangle by columns, which is the lower one by rows.
+    int entry = 0;
+    for (int j = 0; j < n; ++j)
+      for (; entry < sputinfo->hcolstarts[j + 1]; ++entry) {
+        rows[entry] = j;
+        columns[entry] = static_cast<int>(sputinfo->hrownos[entry]);
+      }
+    return true;
+  }
+  if (!evaluate(x)) return false;
+  std::vector<double> weights(static_cast<std::size_t>(n_obj) + 1, 0.0);
+  if (objective_ >= 0) weights[static_cast<std::size_t>(objective_)] = sign_ * sigma;
+  std::vector<double> multipliers(lambda, lambda + m);
+  if (!hessian_values(asl, values, n_obj > 0 ? weights.data() : nullptr,
+                      m > 0 ? multipliers.data() : nullptr)) {
+    x_.clear();  // ASL's state is unknown
+    return false;
+  }
+  return std::all_of(values, values + hessian_entries_, [](double v) { return std::isfinite(v); });
+}
+
+void NlProblem::write_solution(const std::string& message, int solve_result, const Result& result) {
+  ASL* asl = asl_;
+  std::vector<double> x = result.v, pi = result.lambda, lower = result.z_lower,
+                      upper = result.z_upper;
+  for (double& value : pi) value *= -sign_;
+  for (double& value : lower) value *= sign_;
+  for (double& value : upper) value *= -sign_;
+  if (!lower.empty()) suf_rput(z_lower_name, ASL_Sufkind_var, lower.data());
+  if (!upper.empty()) suf_rput(z_upper_name, ASL_Sufkind_var, upper.data());
+  solve_result_num = solve_result;
+  obj_no = objective_;
+  amplflag = 1;  // write_sol prints nothing
+  std::string text = message;
+  write_sol(text.data(), x.empty() ? nullptr : x.data(), pi.empty() ? nullptr : pi.data(), nullptr);
+}
+
+}  // namespace ipminmax

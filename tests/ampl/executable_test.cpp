@@ -1,0 +1,340 @@
+// What the executable accepts and refuses, and what it answers.
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <ampl/ampl_fixture.hpp>
+#include <nl_problem.hpp>
+#include <support/nl_writer.hpp>
+
+namespace ipminmax::testing {
+namespace {
+
+/// Parts of a small text file. Every formula reads variable 0; all coefficients of linear parts are
+/// zero.
+struct Parts {
+  struct Objective {
+    bool maximize = false;
+    std::string formula;
+  };
+  std::vector<Objective> objectives;
+  std::vector<std::string> constraints;  ///< formulas
+  std::string rows;                      ///< lines of segment r
+  std::string sizes = "0 0";             ///< ranges and equations, logical constraints
+  std::string complementarity;
+  std::string nonlinear = "1 1 1";     ///< variables in constraints, objectives, both
+  std::string functions = "0";         ///< number
+  std::string integers = "0 0 0 0 0";  ///< binary, integer, nonlinear integers in both, con, obj
+  std::string segments;                ///< S, F, x, d
+  std::string bounds = "3";
+
+  [[nodiscard]] std::string text() const {
+    const std::string m = std::to_string(constraints.size()),
+                      objs = std::to_string(objectives.size());
+    std::string text = "g3 1 1 0\n 1 " + m + " " + objs + " " + sizes + "\n " + m + " " + objs +
+                       complementarity + "\n 0 0\n " + nonlinear + "\n 0 " + functions + " 0 1\n " +
+                       integers + "\n " + m + " " + objs + "\n 0 0\n 0 0 0 0 0\n" + segments;
+    for (std::size_t i = 0; i < constraints.size(); ++i)
+      text += "C" + std::to_string(i) + "\n" + constraints[i];
+    for (std::size_t i = 0; i < objectives.size(); ++i)
+      text += "O" + std::to_string(i) + (objectives[i].maximize ? " 1\n" : " 0\n") +
+              objectives[i].formula;
+    if (!constraints.empty()) text += "r\n" + rows;
+    text += "b\n" + bounds + "\nk0\n";
+    for (std::size_t i = 0; i < constraints.size(); ++i)
+      text += "J" + std::to_string(i) + " 1\n0 0\n";
+    for (std::size_t i = 0; i < objectives.size(); ++i)
+      text += "G" + std::to_string(i) + " 1\n0 0\n";
+    return text;
+  }
+};
+
+const std::string kSquare = "o5\no0\nv0\nn-3\nn2\n";              // (v - 3)^2
+const std::string kNegativeSquare = "o16\no5\no0\nv0\nn4\nn2\n";  // -(v + 4)^2
+const std::string kLog = "o43\nv0\n";
+
+Parts minimize(const std::string& formula) {
+  Parts parts;
+  parts.objectives = {{.maximize = false, .formula = formula}};
+  return parts;
+}
+
+class AmplExecutable : public Ampl {
+ protected:
+  int solve(const Parts& parts, const std::string& arguments = "",
+            const std::string& environment = "") {
+    put("model.nl", parts.text());
+    return run("model.nl -s print_level=0 " + arguments, environment);
+  }
+  /// Whether the model is refused with all these words.
+  ::testing::AssertionResult refused(const Parts& parts, const std::vector<std::string>& words) {
+    const int code = solve(parts);
+    if (code != 1 || std::filesystem::exists(path("model.sol")))
+      return ::testing::AssertionFailure() << "exit code " << code;
+    for (const std::string& word : words)
+      if (err_.find(word) == std::string::npos)
+        return ::testing::AssertionFailure() << "no \"" << word << "\" in " << err_;
+    return ::testing::AssertionSuccess();
+  }
+  [[nodiscard]] bool printed(const std::string& text) const {
+    return out_.find(text) != std::string::npos;
+  }
+  [[nodiscard]] bool solution_has(const std::string& text) const {
+    return get("model.sol").find(text) != std::string::npos;
+  }
+};
+
+// min over x, max over y of x^2 + 2 x + x y - y^2, x + y <= 10 for Max: y = x / 2, x = -0.8. The
+// linear terms and the constraint stand in segments G and J.
+TEST_F(AmplExecutable, LinearPartsCount) {
+  std::filesystem::copy(IPMINMAX_SOURCE_DIR "/tests/package/saddle.nl", path("model.nl"));
+  ASSERT_EQ(run("model.nl -s print_level=0 tol=1e-10"), 0) << err_;
+  EXPECT_TRUE(printed("certified local minmax")) << out_;
+  NlProblem problem(path("model.nl"), -1);
+  const double v[] = {3.0, 5.0};
+  double f = 0.0, g = 0.0, gradient[2], jacobian[2];
+  ASSERT_TRUE(problem.eval_f(2, v, true, f) && problem.eval_g(2, v, true, 1, &g) &&
+              problem.eval_grad_f(2, v, true, gradient) &&
+              problem.eval_jac_g(2, v, true, 1, 2, nullptr, nullptr, jacobian));
+  EXPECT_EQ(f, 9.0 + 6.0 + 15.0 - 25.0);
+  EXPECT_EQ(gradient[0], 6.0 + 2.0 + 5.0);
+  EXPECT_EQ(gradient[1], 3.0 - 10.0);
+  EXPECT_EQ(g, 8.0);
+  EXPECT_EQ(jacobian[0], 1.0);
+  EXPECT_EQ(jacobian[1], 1.0);
+  const std::string solution = get("model.sol");
+  EXPECT_NE(solution.find("objno 0 0"), std::string::npos);
+  EXPECT_TRUE(printed("objective -0.8,")) << out_;
+}
+
+TEST_F(AmplExecutable, IntegerVariablesAreRefusedByName) {
+  put("model.col", "machines\n");
+  const std::vector<std::string> words = {"machines", "integer"};
+  Parts both = minimize(kSquare);
+  both.integers = "0 0 1 0 0";
+  EXPECT_TRUE(refused(both, words));
+  Parts constraints = minimize(kSquare);
+  constraints.nonlinear = "1 0 0";
+  constraints.integers = "0 0 0 1 0";
+  EXPECT_TRUE(refused(constraints, words));
+  Parts objective = minimize(kSquare);
+  objective.nonlinear = "0 1 0";
+  objective.integers = "0 0 0 0 1";
+  EXPECT_TRUE(refused(objective, words));
+  Parts linear = minimize("n0\n");
+  linear.nonlinear = "0 0 0";
+  linear.integers = "0 1 0 0 0";
+  EXPECT_TRUE(refused(linear, words));
+  linear.integers = "1 0 0 0 0";
+  EXPECT_TRUE(refused(linear, words));
+}
+
+TEST_F(AmplExecutable, UnsupportedModelsAreRefused) {
+  Parts complementary = minimize(kSquare);
+  complementary.constraints = {"v0\n"};
+  complementary.rows = "5 1 1\n";
+  EXPECT_TRUE(refused(complementary, {"cannot read"}));  // the header counts none
+  complementary.complementarity = " 0 1 0 0";
+  EXPECT_TRUE(refused(complementary, {"complementarity"}));
+  Parts logical = minimize(kSquare);
+  logical.sizes = "0 0 1";
+  EXPECT_TRUE(refused(logical, {"logical"}));
+  Parts imported = minimize("f0 1\nv0\n");
+  imported.functions = "1";
+  imported.segments = "F0 1 1 mystery\n";
+  EXPECT_TRUE(refused(imported, {"function mystery", "not available"}));
+  Parts sets = minimize(kSquare);
+  sets.segments = "S0 1 sosno\n0 1\n";
+  EXPECT_TRUE(refused(sets, {"special ordered sets"}));
+}
+
+TEST_F(AmplExecutable, BadSuffixValuesAreRefusedByName) {
+  put("model.col", "toll\n");
+  put("model.row", "budget\n");
+  Parts parts = minimize(kSquare);
+  parts.segments = "S0 1 player\n0 2\n";
+  EXPECT_TRUE(refused(parts, {"variable toll", "player is 2"}));
+  parts.constraints = {"v0\n"};
+  parts.rows = "1 9\n";
+  parts.segments = "S1 1 player\n0 -1\n";
+  EXPECT_TRUE(refused(parts, {"constraint budget", "player is -1"}));
+}
+
+TEST_F(AmplExecutable, ConstraintSuffixGivesTheOwner) {
+  Model model;
+  const Expression x = model.variable(Player::Min, "x");
+  const Expression y = model.variable(Player::Max, "y");
+  model.objective(square(x) - square(y) + x * y);
+  model.constraint(x, -5.0, 5.0);
+  model.constraint(x, -kNoBound, 9.0, Player::Max);
+  model.constraint(x + y, -kNoBound, 9.0);
+  const std::string file =
+      put("model.nl", NlWriter(model, {1.0, 1.0}, NlWriter::Format::Text).write());
+  NlProblem problem(file, -1);
+  std::vector<Player> players(3, Player::Min);
+  ASSERT_TRUE(problem.get_constraint_players(3, players.data()));
+  EXPECT_EQ(players, (std::vector{Player::Min, Player::Max, Player::Max}));
+  ASSERT_EQ(run("model.nl -s print_level=0"), 0);
+  EXPECT_TRUE(printed("certified local minmax")) << out_;
+}
+
+TEST_F(AmplExecutable, UndefinedValuesAndDerivativesDoNotEndIt) {
+  Parts parts = minimize(kLog);
+  parts.segments = "x1\n0 -1\n";
+  ASSERT_EQ(solve(parts), 0) << err_;
+  EXPECT_TRUE(printed("evaluation failed")) << out_;
+  EXPECT_TRUE(solution_has("objno 0 503"));
+  // At 0 sqrt(v) has a value and no derivative.
+  parts = minimize("o0\no39\nv0\no5\nv0\nn2\n");
+  parts.segments = "x1\n0 0\n";
+  ASSERT_EQ(solve(parts), 0) << err_;
+  EXPECT_TRUE(printed("evaluation failed")) << out_;
+  NlProblem problem(path("model.nl"), -1);
+  const double zero = 0.0, four = 4.0;
+  double value = 0.0;
+  EXPECT_FALSE(problem.eval_grad_f(1, &zero, true, &value));
+  EXPECT_FALSE(problem.eval_h(1, &zero, true, 1.0, 0, nullptr, true, 1, nullptr, nullptr, &value));
+  ASSERT_TRUE(problem.eval_h(1, &four, true, 1.0, 0, nullptr, true, 1, nullptr, nullptr, &value));
+  EXPECT_NEAR(value, 2.0 - 0.25 / 8.0, 1e-14);
+  // The first Newton step of v - 10 log v from 25 goes below zero.
+  parts = minimize("o0\nv0\no2\nn-10\n" + kLog);
+  parts.segments = "x1\n0 25\n";
+  ASSERT_EQ(solve(parts), 0) << err_;
+  EXPECT_TRUE(printed("certified local minimum")) << out_;
+}
+
+TEST_F(AmplExecutable, ObjectiveIsChosen) {
+  Parts parts = minimize(kSquare);
+  parts.objectives.push_back({.maximize = true, .formula = kNegativeSquare});
+  ASSERT_EQ(solve(parts), 0) << err_;
+  EXPECT_TRUE(printed("certified local minimum")) << out_;
+  EXPECT_TRUE(solution_has("\n3\nobjno 0 0\n")) << get("model.sol");
+  ASSERT_EQ(solve(parts, "objno=2"), 0) << err_;
+  EXPECT_TRUE(printed("certified local maximum")) << out_;
+  EXPECT_TRUE(solution_has("\n-4\nobjno 1 0\n")) << get("model.sol");
+  ASSERT_EQ(solve(parts, "objno=0"), 0) << err_;
+  EXPECT_TRUE(solution_has("\nobjno -1 ")) << get("model.sol");
+  EXPECT_EQ(solve(parts, "objno=3"), 1);
+  EXPECT_NE(err_.find("has 2 objectives"), std::string::npos) << err_;
+  EXPECT_EQ(solve(parts, "objno=x"), 2);
+  EXPECT_NE(err_.find("objno = x"), std::string::npos) << err_;
+}
+
+TEST_F(AmplExecutable, NoObjectiveIsFeasibility) {
+  Parts parts;
+  parts.constraints = {"o5\nv0\nn2\n"};
+  parts.rows = "4 4\n";
+  parts.segments = "x1\n0 1\n";
+  ASSERT_EQ(solve(parts), 0) << err_;
+  EXPECT_TRUE(solution_has("\nobjno -1 0\n")) << get("model.sol");
+  EXPECT_TRUE(printed("objective 0,")) << out_;
+}
+
+TEST_F(AmplExecutable, StartAndMultipliersAreAmpls) {
+  for (const bool maximize : {false, true}) {
+    Parts parts;
+    parts.objectives = {{.maximize = maximize, .formula = maximize ? "o16\n" + kSquare : kSquare}};
+    parts.constraints = {"v0\n"};
+    parts.rows = "1 2\n";
+    parts.segments = "d1\n0 0.5\nx1\n0 1.5\n";
+    const std::string file = put("model.nl", parts.text());
+    NlProblem problem(file, -1);
+    EXPECT_EQ(problem.maximizes(), maximize);
+    double v = 0.0, lambda = 0.0, z_lower = 0.0, z_upper = 0.0;
+    ASSERT_TRUE(
+        problem.get_starting_point(1, true, &v, true, &z_lower, &z_upper, 1, true, &lambda));
+    EXPECT_EQ(v, 1.5);
+    EXPECT_EQ(lambda, maximize ? 0.5 : -0.5);
+    // v <= 2: the optimal value +-(v - 3)^2 changes by -+2 per unit of the bound.
+    ASSERT_EQ(run("model -AMPL print_level=0 tol=1e-10"), 0);
+    EXPECT_TRUE(solution_has(maximize ? "\n1\n1\n1\n1\n2.0" : "\n1\n1\n1\n1\n-2.0") ||
+                solution_has(maximize ? "\n1\n1\n1\n1\n1.9999" : "\n1\n1\n1\n1\n-1.9999"))
+        << get("model.sol");
+  }
+}
+
+TEST_F(AmplExecutable, SolveResultsTellTheOutcome) {
+  const auto outcome = [&](const Parts& parts, const std::string& arguments) {
+    EXPECT_EQ(solve(parts, arguments), 0) << err_;
+    const std::string text = get("model.sol");
+    const std::size_t at = text.find("\nobjno 0 ");
+    return at == std::string::npos ? -1 : std::stoi(text.substr(at + 9));
+  };
+  EXPECT_EQ(outcome(minimize(kSquare), ""), 0);
+  Parts parts = minimize(kSquare);
+  parts.constraints = {"o5\nv0\nn2\n"};
+  parts.rows = "1 -1\n";
+  EXPECT_EQ(outcome(parts, ""), 200);
+  EXPECT_EQ(outcome(minimize("v0\n"), ""), 302);
+  EXPECT_EQ(outcome(minimize(kLog), "max_iter=0"), 503);  // no start given: log 0
+  EXPECT_EQ(outcome(minimize(kSquare), "max_iter=0"), 400);
+  parts = minimize(kSquare);
+  parts.segments = "S0 1 player\n0 1\n";
+  EXPECT_EQ(outcome(parts, ""), 301);
+}
+
+TEST_F(AmplExecutable, CommandLineOverridesEnvironmentOverridesFile) {
+  const Parts parts = minimize(kSquare);
+  const auto stopped = [&] { return printed("maximum number of iterations"); };
+  put("ipminmax.opt", "max_iter 0\n");
+  ASSERT_EQ(solve(parts), 0) << err_;
+  EXPECT_TRUE(stopped()) << out_;
+  ASSERT_EQ(solve(parts, "", "ipminmax_options=max_iter=50"), 0) << err_;
+  EXPECT_FALSE(stopped()) << out_;
+  ASSERT_EQ(solve(parts, "max_iter=0", "ipminmax_options=max_iter=50"), 0) << err_;
+  EXPECT_TRUE(stopped()) << out_;
+  put("ipminmax.opt", "max_iter 50\n");
+  ASSERT_EQ(solve(parts, "", "ipminmax_options='tol=1e-6 max_iter=0'"), 0) << err_;
+  EXPECT_TRUE(stopped()) << out_;
+}
+
+TEST_F(AmplExecutable, BadOptionsAreNamed) {
+  const auto refusal = [&](const std::string& arguments, const std::string& environment = "") {
+    EXPECT_EQ(solve(minimize(kSquare), arguments, environment), 2) << out_;
+    return err_ + out_;
+  };
+  EXPECT_NE(refusal("tol=abc").find("tol = abc"), std::string::npos);
+  EXPECT_NE(refusal("tox=1").find("unknown option \"tox\""), std::string::npos);
+  EXPECT_NE(refusal("tol").find("expected name=value"), std::string::npos);
+  EXPECT_NE(refusal("", "ipminmax_options=tux=1").find("tux"), std::string::npos);
+  EXPECT_NE(refusal("wantsol=7").find("wantsol = 7"), std::string::npos);
+  EXPECT_NE(refusal("-x").find("unknown flag -x"), std::string::npos);
+  EXPECT_EQ(run(""), 2);
+  EXPECT_EQ(run("none"), 1);
+  EXPECT_NE(err_.find("cannot open none"), std::string::npos);
+  put("ipminmax.opt", "tol 1e-6\nmax_itr 5\n");
+  EXPECT_NE(refusal("").find("ipminmax.opt, line 2"), std::string::npos);
+}
+
+TEST_F(AmplExecutable, FlagsTellAboutIt) {
+  ASSERT_EQ(run("-v"), 0);
+  EXPECT_TRUE(printed("Ipminmax 0.")) << out_;
+  ASSERT_EQ(run("'-?'"), 0);
+  EXPECT_TRUE(printed("usage: ipminmax")) << out_;
+  ASSERT_EQ(run("-="), 0);
+  for (const char* name : {"objno", "wantsol", "tol ", "minmax_starts", "print_level"})
+    EXPECT_TRUE(printed(name)) << name;
+}
+
+TEST_F(AmplExecutable, TheSolutionFileIsWrittenOnDemand) {
+  put("model.nl", minimize(kSquare).text());
+  const auto written = [&] { return std::filesystem::remove(path("model.sol")); };
+  ASSERT_EQ(run("model print_level=0"), 0);
+  EXPECT_FALSE(written());
+  EXPECT_TRUE(printed("certified local minimum"));
+  EXPECT_EQ(out_.find("certified"), out_.rfind("certified")) << out_;  // once
+  ASSERT_EQ(run("model -s print_level=0"), 0);
+  EXPECT_TRUE(written());
+  EXPECT_EQ(out_.find("certified"), out_.rfind("certified")) << out_;
+  ASSERT_EQ(run("model wantsol=1 print_level=0"), 0);
+  EXPECT_TRUE(written());
+  ASSERT_EQ(run("model -AMPL print_level=0"), 0);
+  EXPECT_EQ(out_, "");  // AMPL prints the message that the file holds
+  EXPECT_TRUE(solution_has("certified local minimum"));
+}
+
+}  // namespace
+}  // namespace ipminmax::testing
