@@ -167,8 +167,8 @@ const std::vector<IpoptOptionAdvice>& refused_ipopt_option_advice() {
 
 const std::vector<IpoptOptionAdvice>& ignored_ipopt_option_advice() {
   static const std::string_view barrier =
-      "the barrier parameter decreases monotonically, see mu_init, mu_linear_decrease_factor and "
-      "minmax_barrier_rule";
+      "not a setting of the adaptive strategy here, see mu_strategy, mu_oracle and "
+      "adaptive_mu_globalization";
   static const std::string_view other_solver =
       "it belongs to a linear solver that is not built in, see linear_solver";
   static const std::string_view restoration = "the feasibility restoration has no settings";

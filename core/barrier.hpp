@@ -1,7 +1,13 @@
 #pragma once
 
 #include <functional>
+#include <ipminmax/core/canonical_problem.hpp>
+#include <ipminmax/core/iterate.hpp>
+#include <ipminmax/core/merit.hpp>
 #include <ipminmax/core/options.hpp>
+#include <list>
+#include <optional>
+#include <vector>
 
 namespace ipminmax {
 
@@ -17,5 +23,81 @@ namespace ipminmax {
 
 /// Fraction-to-the-boundary parameter: tau = max(tau_min, 1 - mu).
 [[nodiscard]] double boundary_fraction(double mu, const SolverOptions& options);
+
+/// Complementarity products (distance to a bound) * z of an iterate.
+struct Complementarity {
+  double average = 0.0;
+  double smallest = 0.0;
+  Index bounds = 0;
+};
+[[nodiscard]] Complementarity complementarity_of(const CanonicalProblem& canonical,
+                                                 const Iterate& iterate);
+
+/// LOQO's rule, Nocedal, Waechter, Waltz 2009, eq. (3.6): small when the products are equal.
+[[nodiscard]] double loqo_barrier(const Complementarity& products);
+
+/// Mehrotra's probing: average (average after the step to mu = 0, over average)^3. affine: that
+/// step.
+[[nodiscard]] double probing_barrier(const CanonicalProblem& canonical, const Iterate& iterate,
+                                     const Step& affine);
+
+/// Squared residuals at mu = 0, each divided by its number of equations.
+struct SquaredResidual {
+  double dual = 0.0;
+  double primal = 0.0;
+  double complementarity = 0.0;
+  [[nodiscard]] double total() const { return dual + primal + complementarity; }
+};
+[[nodiscard]] SquaredResidual squared_residual(const CanonicalProblem& canonical,
+                                               const Iterate& iterate, const Evaluation& evaluation,
+                                               const Eigen::VectorXd& dual);
+
+/// The mu whose Newton step, affine + mu / average * centering, cut at the bounds, leaves the least
+/// residual by its linear model; Nocedal, Waechter, Waltz 2009, section 4, without its exact
+/// line search. centering: the step's change from mu = 0 to the average complementarity.
+[[nodiscard]] double quality_function_barrier(const CanonicalProblem& canonical,
+                                              const Iterate& iterate,
+                                              const SquaredResidual& residual, const Step& affine,
+                                              const Step& centering, double tau_min);
+
+/// What the adaptive strategy asks of the current point.
+struct BarrierState {
+  double residual = 0.0;       ///< squared, total
+  Merit merit;                 ///< violation and objective, without barrier
+  double average = 0.0;        ///< complementarity
+  double barrier_error = 0.0;  ///< E_mu
+  bool step_accepted = true;   ///< false: the line search found no acceptable step
+};
+
+/// mu_strategy adaptive: the oracle's mu while the iterates make progress, else Ipopt's monotone
+/// rule until they do again. Waechter and Biegler's solver Ipopt; Nocedal, Waechter, Waltz 2009.
+class AdaptiveBarrier {
+ public:
+  /// lowest: least mu of monotone phases; least_free: of the oracle.
+  AdaptiveBarrier(const SolverOptions& options, double lowest, double least_free,
+                  double first_average);
+
+  /// oracle: empty when it has no answer. monotone(mu): the monotone rule.
+  [[nodiscard]] double next(double mu, const BarrierState& now,
+                            const std::function<std::optional<double>()>& oracle,
+                            const std::function<double(double)>& monotone);
+
+  /// Forgets the earlier points: the iterates have moved elsewhere.
+  void reset();
+  [[nodiscard]] bool is_free() const { return free_; }
+
+ private:
+  [[nodiscard]] bool progress(const BarrierState& now) const;
+  void remember(const BarrierState& now);
+
+  const SolverOptions& options_;
+  double lowest_, least_free_, largest_;
+  bool free_ = true;
+  std::list<double> residuals_;
+  std::vector<Merit> filter_;
+};
+
+/// Least mu of the oracles: mu_min, at most half the smaller tolerance, at least mu_target.
+[[nodiscard]] double least_adaptive_barrier(const SolverOptions& options, double objective_scale);
 
 }  // namespace ipminmax

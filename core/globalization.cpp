@@ -42,6 +42,7 @@ constexpr double kSecondOrderDecrease = 0.99;       // kappa_soc
 constexpr double kRestorationDecrease = 0.9;        // kappa_resto
 constexpr double kLargestRestoredMultiplier = 1e3;  // bound_mult_reset_threshold of Ipopt
 constexpr double kAlmostFeasible = 1e2;  // violation over tol below which nothing is restored
+constexpr int kConstraintSteps = 8;      // back to the constraints after an escape
 constexpr int kMaxTrials = 60;
 constexpr int kRoughTrials = 4;  // with an inexact inner maximum
 constexpr int kExactTrials = 10;
@@ -582,6 +583,30 @@ std::optional<Status> GlobalizedMethod::leap(Point& point, double mu, IterationI
   return Status::EvaluationFailed;
 }
 
+GlobalizedMethod::Trial GlobalizedMethod::back_to_constraints(const Point& point, double mu,
+                                                              Trial trial) {
+  // A direction of curvature is tangent to the constraints, which bend: Newton steps on c with the
+  // matrix factorized at the point.
+  NewtonResidual rhs = zero_step(canonical_);
+  Step back = rhs;
+  Point best = trial_;
+  for (int k = 0; k < kConstraintSteps && trial.merit.theta > options_.tol; ++k) {
+    rhs.lambda = -trial_.evaluation.c;
+    if (!kkt_.solve(point.evaluation, rhs, back)) break;
+    back.lambda.setZero();
+    back.z_lower.setZero();
+    back.z_upper.setZero();
+    const Point from = trial_;
+    set_trial(from, back, largest_step(canonical_, from.iterate, back, 0.9).primal, 0.0, mu);
+    const Trial next = evaluate_trial(mu, 1.0, 1.0, kInfinity);
+    if (!next.usable || !(next.merit.theta < trial.merit.theta)) break;
+    trial = next;
+    best = trial_;
+  }
+  trial_ = std::move(best);
+  return trial;
+}
+
 bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
   if (++escapes_ > kMaxEscapes) return false;
   direction_known_ = false;
@@ -603,7 +628,9 @@ bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
   const Index nx = canonical_.y().begin;
   rhs_ = zero_step(canonical_);
   for (Index i = 0; i < nx; ++i) rhs_.v[i] = std::sin(1.0 + i);
-  for (int k = 0; k < 6; ++k) {
+  // A shift far above what K needs makes the iteration slow.
+  const int solves = has_max() ? 6 : 60;
+  for (int k = 0; k < solves; ++k) {
     if (!kkt_.solve(point.evaluation, rhs_, step_)) return false;
     const double norm = step_.v.head(nx).norm();
     if (!(norm > 0.0)) return false;
@@ -616,6 +643,8 @@ bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
   Merit from = merit(point, mu);
   if (has_max()) from.phi += direction_.gain;
   if (outer_slope(point, mu) > 0.0) step_.v = -step_.v;
+  // Twice the largest multiplier makes the violation's l1 norm an exact penalty.
+  const double penalty = has_max() ? 0.0 : 2.0 * max_norm(point.iterate.lambda);
   const double length = 0.1 * (1.0 + max_norm(point.iterate.v));
   for (double t = length; t > 1e-6 * length && !limit_.expired(); t *= 0.5) {
     for (const double sign : {1.0, -1.0}) {
@@ -624,9 +653,11 @@ bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
       const StepLength a = largest_step(canonical_, point.iterate, correction_step_, 0.9);
       set_trial(point, correction_step_, a.primal, a.dual, mu);
       ++info.trials;
-      const Trial trial = evaluate_trial(mu, 1.0, t, kInfinity);
-      if (!trial.usable || !(trial.merit.phi < from.phi - 1e-10 * (1.0 + std::abs(from.phi))))
-        continue;
+      Trial trial = evaluate_trial(mu, 1.0, t, kInfinity);
+      if (trial.usable && !has_max()) trial = back_to_constraints(point, mu, trial);
+      // A violation left over may not pay for the decrease.
+      const double change = trial.merit.phi - from.phi + penalty * (trial.merit.theta - from.theta);
+      if (!trial.usable || !(change < -1e-10 * (1.0 + std::abs(from.phi)))) continue;
       if (!has_max() && !evaluate_derivatives(trial_)) continue;
       accept(point);
       info.alpha_primal = a.primal;

@@ -59,6 +59,8 @@ class GlobalizedMethod {
   [[nodiscard]] std::optional<Status> set_back();
   [[nodiscard]] std::optional<Status> leap(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha, double upper_bound);
+  /// The trial point moved towards the constraints of the minimizer; no Max variables.
+  [[nodiscard]] Trial back_to_constraints(const Point& point, double mu, Trial trial);
   void set_trial(const Point& from, const Step& step, double alpha_primal, double alpha_dual,
                  double mu);
   [[nodiscard]] bool evaluate_values(Point& point);

@@ -215,6 +215,40 @@ std::vector<OptionInfo> make_table() {
        choice(&O::minmax_barrier_rule, {"ipopt", "paper"},
               {"mu <- max(tol/10, min(kappa_mu mu, mu^theta_mu)) while E_mu <= kappa_epsilon mu",
                "mu <- sigma mu when |g(z,mu)| <= mu (line 10 of Algorithm 1)"})},
+      {"mu_strategy", barrier, "Whether the barrier parameter only decreases.",
+       choice(&O::mu_strategy, {"monotone", "adaptive"},
+              {"as minmax_barrier_rule says",
+               "chosen anew in every iteration by mu_oracle; monotone by Ipopt's rule while "
+               "adaptive_mu_globalization sees no progress"})},
+      {"mu_oracle", barrier, "How the adaptive strategy chooses mu.",
+       choice(&O::mu_oracle, {"quality-function", "probing", "loqo"},
+              {"least residual predicted by the linear model of the step; one more factorization",
+               "Mehrotra's predictor step; one more factorization",
+               "LOQO's formula from the spread of the complementarity products"})},
+      {"adaptive_mu_globalization", barrier,
+       "Test of the adaptive strategy's progress. Ipopt's default is obj-constr-filter.",
+       choice(&O::adaptive_mu_globalization,
+              {"obj-constr-filter", "kkt-error", "never-monotone-mode"},
+              {"filter on objective and violation; only without Max variables, for whom the "
+               "objective may rise",
+               "reduction of the first-order residual", "none: no guarantee of convergence"})},
+      {"mu_max", barrier,
+       "Largest mu of the adaptive strategy, not below mu_min; 0: mu_max_fact times the average "
+       "complementarity of "
+       "the starting point, as in Ipopt when the option is not set.",
+       nonnegative(&O::mu_max)},
+      {"mu_max_fact", barrier, "See mu_max.", positive(&O::mu_max_fact)},
+      {"mu_min", barrier,
+       "Least mu of the adaptive strategy, at most half of the smaller of tol and compl_inf_tol.",
+       positive(&O::mu_min)},
+      {"adaptive_mu_kkterror_red_iters", barrier,
+       "Earlier residuals of which kkt-error must reduce one.",
+       at_least(&O::adaptive_mu_kkterror_red_iters, 0)},
+      {"adaptive_mu_kkterror_red_fact", barrier, "Reduction that kkt-error asks for.",
+       open(&O::adaptive_mu_kkterror_red_fact, 0.0, 1.0)},
+      {"adaptive_mu_monotone_init_factor", barrier,
+       "Factor of the average complementarity with which a monotone phase begins.",
+       positive(&O::adaptive_mu_monotone_init_factor)},
 
       {"minmax_globalization", method, "Which steps are accepted.",
        choice(&O::minmax_globalization, {"none", "filter"},
@@ -361,6 +395,10 @@ std::string check(const SolverOptions& options) {
   if (options.fixed_variable_treatment == FixedVariableTreatment::RelaxBounds &&
       options.bound_relax_factor == 0.0) {
     return "fixed_variable_treatment = relax_bounds needs a positive bound_relax_factor";
+  }
+  if (options.mu_strategy == BarrierStrategy::Adaptive &&
+      options.minmax_barrier_rule == BarrierRule::Paper) {
+    return "mu_strategy = adaptive and minmax_barrier_rule = paper exclude each other";
   }
   if (options.obj_scaling_factor == 0.0) return "obj_scaling_factor = 0 removes the objective";
   return {};

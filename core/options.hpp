@@ -19,6 +19,14 @@ enum class BarrierRule : std::uint8_t {
   Ipopt,  ///< mu <- max(tol/10, min(kappa_mu mu, mu^theta_mu)) while E_mu <= kappa_eps mu
   Paper   ///< b <- sigma b when |g(z,b)| <= b
 };
+enum class BarrierStrategy : std::uint8_t { Monotone, Adaptive };
+enum class BarrierOracle : std::uint8_t { QualityFunction, Probing, Loqo };
+/// How the adaptive strategy notices that its free choice of mu makes no progress.
+enum class AdaptiveGlobalization : std::uint8_t {
+  ObjectiveFilter,  ///< obj-constr-filter: filter on objective and violation
+  KktError,         ///< squared residual of the first-order conditions against earlier ones
+  NeverMonotone     ///< no test, no guarantee
+};
 enum class Scaling : std::uint8_t { None, GradientBased, User };
 enum class HessianApproximation : std::uint8_t {
   Unset,                   ///< exact, or differences where the model has no second derivatives
@@ -102,6 +110,15 @@ struct SolverOptions {
   double kappa_sigma = 1e10;
   double kappa_d = 1e-5;
   BarrierRule minmax_barrier_rule = BarrierRule::Ipopt;
+  BarrierStrategy mu_strategy = BarrierStrategy::Monotone;
+  BarrierOracle mu_oracle = BarrierOracle::QualityFunction;
+  AdaptiveGlobalization adaptive_mu_globalization = AdaptiveGlobalization::KktError;
+  double mu_max = 0.0;
+  double mu_max_fact = 1e3;
+  double mu_min = 1e-11;
+  int adaptive_mu_kkterror_red_iters = 4;
+  double adaptive_mu_kkterror_red_fact = 0.9999;
+  double adaptive_mu_monotone_init_factor = 0.8;
 
   // Method
   Globalization minmax_globalization = Globalization::Filter;

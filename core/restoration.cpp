@@ -138,6 +138,7 @@ SolverOptions restoration_options(const SolverOptions& options, double mu, Index
   SolverOptions inner = options;
   inner.minmax_globalization = Globalization::Filter;
   inner.minmax_barrier_rule = BarrierRule::Ipopt;
+  inner.mu_strategy = BarrierStrategy::Monotone;
   inner.nlp_scaling_method = Scaling::None;
   inner.obj_scaling_factor = 1.0;
   inner.bound_relax_factor = 0.0;

@@ -102,6 +102,7 @@ class Solver {
   [[nodiscard]] Status evaluation_failure(EvaluationStatus status, std::string_view where);
   void update_error();
   void update_barrier();
+  [[nodiscard]] std::optional<double> ask_oracle();
   void say(std::string_view text) const {
     if (observer_.message) observer_.message(text);
   }
@@ -116,7 +117,8 @@ class Solver {
   CanonicalProblem canonical_;
   std::optional<KktSystem> kkt_;
   std::optional<InertiaCorrection> correction_;
-  std::optional<GlobalizedMethod> method_;  ///< empty for Algorithm 1
+  std::optional<GlobalizedMethod> method_;   ///< empty for Algorithm 1
+  std::optional<AdaptiveBarrier> adaptive_;  ///< empty for mu_strategy monotone
 
   Point point_;
   Iterate trial_;
@@ -157,6 +159,13 @@ Result Solver::run() {
     if (auto error = canonical_.build(); !error.empty()) {
       result_.message = error;
       return finish(canonical_.error_status());
+    }
+    if (options_.mu_strategy == BarrierStrategy::Adaptive && canonical_.max_size() > 0 &&
+        options_.adaptive_mu_globalization == AdaptiveGlobalization::ObjectiveFilter) {
+      result_.message =
+          "adaptive_mu_globalization = obj-constr-filter is not available with Max variables, for "
+          "whom the objective may rise; kkt-error is";
+      return finish(Status::InvalidOption);
     }
     if (auto status = start()) return finish(*status);
     for (;; ++info_.iteration) {
@@ -199,6 +208,12 @@ std::optional<Status> Solver::start() {
   mu_final_ = final_barrier(options_, canonical_.objective_scale());
   info_.mu = std::max(info_.mu, mu_final_);
   update_error();
+  const Complementarity products = complementarity_of(canonical_, point_.iterate);
+  if (options_.mu_strategy == BarrierStrategy::Adaptive && products.bounds > 0) {
+    adaptive_.emplace(options_, mu_final_,
+                      least_adaptive_barrier(options_, canonical_.objective_scale()),
+                      products.average);
+  }
   if (options_.minmax_globalization == Globalization::Filter && !options_.minmax_pure_newton) {
     method_.emplace(canonical_, *kkt_, *correction_, options_, limit_, !nested_);
     method_->start(point_);
@@ -281,6 +296,7 @@ bool Solver::start_elsewhere(Status failed) {
   info_.mu = std::max(options_.mu_init, mu_final_);
   info_.step_kind = 'w';
   update_error();
+  if (adaptive_) adaptive_->reset();
   return true;
 }
 
@@ -346,6 +362,8 @@ bool Solver::acceptable(const KktError& error) {
 
 Status Solver::certified_status(Status when_not_refuted) {
   if (nested_) return when_not_refuted;
+  // The oracle's mu may be far above the complementarity that was reached.
+  if (adaptive_) info_.mu = std::min(info_.mu, mu_final_);
   result_.certificate =
       certify(canonical_, *kkt_, point_.iterate, point_.evaluation, info_.mu, options_);
   switch (result_.certificate.second_order) {
@@ -426,6 +444,7 @@ bool Solver::leave_wrong_point(Status stop) {
   result_.certificate = {};
   acceptable_count_ = 0;
   update_error();
+  if (adaptive_) adaptive_->reset();
   escaped_ = true;
   return true;
 }
@@ -480,10 +499,52 @@ void Solver::update_barrier() {
                          options_.s_max);
   };
   const double last_mu = info_.mu;
-  info_.mu = next_barrier(
-      info_.mu, mu_final_, [&](double mu) { return error(mu).scaled; },
-      [&](double mu) { return error(mu).norm(); }, options_);
+  const auto monotone = [&](double from) {
+    return next_barrier(
+        from, mu_final_, [&](double mu) { return error(mu).scaled; },
+        [&](double mu) { return error(mu).norm(); }, options_);
+  };
+  if (adaptive_) {
+    BarrierState now;
+    now.residual =
+        squared_residual(canonical_, point_.iterate, point_.evaluation, point_.dual).total();
+    now.merit = {point_.evaluation.c.lpNorm<1>(), point_.evaluation.f};
+    now.average = complementarity_of(canonical_, point_.iterate).average;
+    now.barrier_error = error(last_mu).scaled;
+    now.step_accepted = info_.step_kind != 'l' && info_.step_kind != 'R';
+    info_.mu = adaptive_->next(
+        last_mu, now, [&] { return ask_oracle(); }, monotone);
+  } else {
+    info_.mu = monotone(last_mu);
+  }
   if (method_ && info_.mu != last_mu) method_->barrier_changed();
+}
+
+std::optional<double> Solver::ask_oracle() {
+  const Complementarity products = complementarity_of(canonical_, point_.iterate);
+  if (options_.mu_oracle == BarrierOracle::Loqo) return loqo_barrier(products);
+
+  // The Newton step to mu = 0, with shifts of its own: the step's memory of shifts stays as it is.
+  InertiaCorrection correction = *correction_;
+  newton_residual(canonical_, point_.iterate, point_.evaluation, point_.dual, 0.0, rhs_);
+  kkt_->assemble(point_.iterate, point_.evaluation);
+  if (!correction.correct(info_.mu) || !kkt_->solve(point_.evaluation, rhs_, step_)) {
+    return std::nullopt;
+  }
+  if (options_.mu_oracle == BarrierOracle::Probing) {
+    return probing_barrier(canonical_, point_.iterate, step_);
+  }
+  const Step affine = step_;
+  const double average = products.average;
+  rhs_ = zero_step(canonical_);
+  rhs_.v = -average * canonical_.damping();
+  for (const Index i : canonical_.lower_bounded()) rhs_.z_lower[i] = average;
+  for (const Index i : canonical_.upper_bounded()) rhs_.z_upper[i] = average;
+  if (!kkt_->solve(point_.evaluation, rhs_, step_)) return std::nullopt;
+  return quality_function_barrier(
+      canonical_, point_.iterate,
+      squared_residual(canonical_, point_.iterate, point_.evaluation, point_.dual), affine, step_,
+      options_.tau_min);
 }
 
 std::optional<Status> Solver::compute_step() {

@@ -159,7 +159,7 @@ TEST(PrintUserOptions, SaysWhatIsUsed) {
                                 {"tol", "1e-7"},
                                 {"max_iter", "50"},
                                 {"linear_solver", "lapack"},
-                                {"mu_strategy", "adaptive"}})
+                                {"quality_function_max_section_steps", "4"}})
                                .console;
   const auto line = [&](const std::string& name) {
     const std::size_t begin = text.find("\n" + name + " ");
@@ -171,15 +171,16 @@ TEST(PrintUserOptions, SaysWhatIsUsed) {
   }
   EXPECT_TRUE(contains(line("tol"), "1e-07"));
   EXPECT_TRUE(contains(line("linear_solver"), "lapack"));
-  EXPECT_TRUE(line("mu_strategy").ends_with(" no")) << line("mu_strategy");
+  const std::string ignored = line("quality_function_max_section_steps");
+  EXPECT_TRUE(ignored.ends_with(" no")) << ignored;
   EXPECT_EQ(line("mu_init"), "");
 }
 
 TEST(IpoptOnlyOptions, ThatSteerIpoptsAlgorithmAreAcceptedAndNamed) {
   for (const auto& [name, value, part] :
        std::vector<std::tuple<std::string, std::string, std::string>>{
-           {"mu_strategy", "adaptive", "minmax_barrier_rule"},
-           {"mu_oracle", "probing", "minmax_barrier_rule"},
+           {"quality_function_max_section_steps", "4", "mu_oracle"},
+           {"sigma_max", "10", "mu_oracle"},
            {"max_soc", "0", "Ipopt's own algorithm"},
            {"watchdog_shortened_iter_trigger", "3", "Ipopt's own algorithm"},
            {"ma57_pivtol", "1e-06", "linear solver that is not built in"},
@@ -221,7 +222,7 @@ TEST(IpoptOnlyOptions, ThatChangeTheQuestionAreRefused) {
 }
 
 TEST(IpoptOnlyOptions, KeepIpoptsRangesAndValues) {
-  for (const auto& [name, value] : Settings{{"mu_strategy", "clever"}, {"max_soc", "-1"}}) {
+  for (const auto& [name, value] : Settings{{"fixed_mu_oracle", "clever"}, {"max_soc", "-1"}}) {
     const Solved result = run({{name, value}});
     EXPECT_EQ(result.initialized, Ipopt::Invalid_Option) << name;
     EXPECT_TRUE(contains(result.console, name + " = " + value + " is not ")) << result.console;
@@ -235,7 +236,7 @@ TEST(IpoptOnlyOptions, KeepIpoptsRangesAndValues) {
 
 TEST(IpoptOnlyOptions, SetByCallAreHandledAlike) {
   const SmartPtr<MinMaxApplication> app = new MinMaxApplication(false);
-  EXPECT_TRUE(app->Options()->SetStringValue("mu_strategy", "adaptive"));
+  EXPECT_TRUE(app->Options()->SetStringValue("fixed_mu_oracle", "loqo"));
   EXPECT_TRUE(app->Options()->SetStringValue("linear_solver", "ma27"));
   EXPECT_EQ(app->Initialize(""), Ipopt::Solve_Succeeded);
   EXPECT_EQ(ignored_ipopt_options(*app->Options()).size(), 2U);
