@@ -33,7 +33,7 @@ struct Complementarity {
 [[nodiscard]] Complementarity complementarity_of(const CanonicalProblem& canonical,
                                                  const Iterate& iterate);
 
-/// LOQO's rule, Nocedal, Waechter, Waltz 2009, eq. (3.6): small when the products are equal.
+/// LOQO's rule, Nocedal, Waechter, Waltz 2009: small when the products are equal.
 [[nodiscard]] double loqo_barrier(const Complementarity& products);
 
 /// Mehrotra's probing: average (average after the step to mu = 0, over average)^3. affine: that
@@ -53,7 +53,7 @@ struct SquaredResidual {
                                                const Eigen::VectorXd& dual);
 
 /// The mu whose Newton step, affine + mu / average * centering, cut at the bounds, leaves the least
-/// residual by its linear model; Nocedal, Waechter, Waltz 2009, section 4, without its exact
+/// residual by its linear model; Nocedal, Waechter, Waltz 2009, without its exact
 /// line search. centering: the step's change from mu = 0 to the average complementarity.
 [[nodiscard]] double quality_function_barrier(const CanonicalProblem& canonical,
                                               const Iterate& iterate,

@@ -283,7 +283,7 @@ class DenseJudge {
     Eigen::MatrixXd coupling(ny + k, nx);
     coupling.topRows(ny) = h(y_, x_);
     coupling.bottomRows(k) = max_rows(Eigen::all, x_);
-    if (ny + k == 0) return h(x_, x_);
+    if (ny + k == 0 || nx == 0) return h(x_, x_);
     const Eigen::MatrixXd response = inner.fullPivLu().solve(coupling);
     return h(x_, x_) - coupling.transpose() * response;
   }
