@@ -67,6 +67,7 @@ struct MinMaxApplication::Implementation {
   SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(registry, journalist);
   SmartPtr<Ipopt::TNLP> model;
   SmartPtr<MinMaxStatistics> statistics;
+  RepeatedSolver solver;
   Result result;
   bool banner_printed = false;
   bool documentation_printed = false;
@@ -330,7 +331,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
             log::derivative_test(test_derivatives(problem, options), problem.structure()));
     }
     result = options.minmax_starts > 1 ? solve_from_many_starts(problem, options)
-                                       : solve(problem, options, observer_of(problem));
+                                       : solver.solve(problem, options, observer_of(problem));
   } catch (...) {
     const ApplicationReturnStatus status = report_exception();
     if (problem.started()) {
@@ -404,6 +405,7 @@ SmartPtr<Ipopt::RegisteredOptions> MinMaxApplication::RegOptions() {
 
 ApplicationReturnStatus MinMaxApplication::OptimizeTNLP(const SmartPtr<Ipopt::TNLP>& model) {
   implementation_->model = model;
+  implementation_->solver.reset();
   return implementation_->optimize();
 }
 

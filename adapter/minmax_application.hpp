@@ -53,8 +53,10 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// start and stops all of them; finalize_solution is called once. Iterations, evaluations and
   /// times are those of all starts.
   Ipopt::ApplicationReturnStatus OptimizeTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
-  /// The model of the last OptimizeTNLP again, with the same structure. Throws INVALID_WARMSTART
-  /// when it is another model or nothing was solved before.
+  /// The model of the last OptimizeTNLP again, with other numbers. Orderings, symbolic
+  /// factorizations, scaling and the last shifts are kept (core/solver.hpp, RepeatedSolver; with
+  /// minmax_starts above 1 nothing is). Where the structure has changed after all, it is analyzed
+  /// anew. Throws INVALID_WARMSTART when it is another model or nothing was solved before.
   Ipopt::ApplicationReturnStatus ReOptimizeTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
 
   /// Answer of the last solve, with the certificate; after a failed Initialize its status and

@@ -73,13 +73,13 @@ std::string CanonicalProblem::fail(Status status, std::string message) {
   return message;
 }
 
-std::string CanonicalProblem::build() {
+std::string CanonicalProblem::build(const std::optional<GradientScaling>& kept) {
   if (auto error = validate(); !error.empty()) return error;
   if (auto error = index_variables(); !error.empty()) return error;
   index_constraints();
   map_entries();
   if (auto error = read_start(); !error.empty()) return error;
-  return scale();
+  return scale(kept);
 }
 
 std::string CanonicalProblem::validate() {
@@ -309,14 +309,23 @@ std::string CanonicalProblem::check_start() {
   return {};
 }
 
-std::string CanonicalProblem::scale() {
+std::string CanonicalProblem::scale(const std::optional<GradientScaling>& kept) {
   if (options_.nlp_scaling_method == Scaling::User) {
     if (auto error = user_scaling(); !error.empty()) return error;
   }
   set_variable_bounds();
   push_start();
   if (options_.nlp_scaling_method == Scaling::GradientBased) {
-    if (auto error = gradient_based_scaling(); !error.empty()) return error;
+    const bool fits = kept && kept->largest_gradient == options_.nlp_scaling_max_gradient &&
+                      kept->least_factor == options_.nlp_scaling_min_value &&
+                      kept->constraints.size() == row_scale_.size();
+    if (fits) {
+      gradient_scaling_ = kept;
+    } else if (auto error = gradient_based_scaling(); !error.empty()) {
+      return error;
+    }
+    objective_scale_ *= gradient_scaling_->objective;
+    row_scale_ = gradient_scaling_->constraints;
   }
 
   // Slacks are measured as their constraints.
@@ -479,8 +488,11 @@ std::string CanonicalProblem::scale_gradients() {
     }
     row_norm[at(jacobian_[k].row)] = std::max(row_norm[at(jacobian_[k].row)], std::abs(value));
   }
-  objective_scale_ *= factor(norm);
-  for (std::size_t j = 0; j < row_scale_.size(); ++j) row_scale_[j] = factor(row_norm[j]);
+  for (double& scale : row_norm) scale = factor(scale);
+  gradient_scaling_ = {.objective = factor(norm),
+                       .constraints = std::move(row_norm),
+                       .largest_gradient = largest,
+                       .least_factor = options_.nlp_scaling_min_value};
   return {};
 }
 

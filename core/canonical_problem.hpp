@@ -23,6 +23,13 @@ struct IndexRange {
 /// What an evaluation of the model gave.
 enum class EvaluationStatus : std::uint8_t { Ok, Undefined, NotFinite };
 
+/// Factors of a gradient-based scaling with the options that they were made with.
+struct GradientScaling {
+  double objective = 1.0;           ///< obj_scaling_factor not included
+  std::vector<double> constraints;  ///< canonical
+  double largest_gradient = 0.0, least_factor = 0.0;
+};
+
 /// The problem that the method works on:
 ///
 ///     min over (x, s_x)   max over (y, s_y)   f(v)   s.t.  c(v) = 0,  lower <= v <= upper
@@ -36,8 +43,13 @@ class CanonicalProblem {
   CanonicalProblem(Problem& problem, const SolverOptions& options, Counts& counts, Timing& timing);
 
   /// Checks the model and builds the canonical form. The error names what is wrong; the status
-  /// that goes with it is error_status().
-  [[nodiscard]] std::string build();
+  /// that goes with it is error_status(). kept: the scaling of a problem of the same shape, to be
+  /// used instead of a new one.
+  [[nodiscard]] std::string build(const std::optional<GradientScaling>& kept = std::nullopt);
+  /// The gradient-based scaling, if that is the method.
+  [[nodiscard]] const std::optional<GradientScaling>& gradient_scaling() const {
+    return gradient_scaling_;
+  }
   [[nodiscard]] Status error_status() const { return error_status_; }
 
   [[nodiscard]] Index variables() const { return y_slacks_.end; }
@@ -125,7 +137,7 @@ class CanonicalProblem {
   void map_entries();
   [[nodiscard]] std::string read_start();
   [[nodiscard]] std::string check_start();
-  [[nodiscard]] std::string scale();
+  [[nodiscard]] std::string scale(const std::optional<GradientScaling>& kept);
   [[nodiscard]] std::string user_scaling();
   [[nodiscard]] std::string gradient_based_scaling();
   [[nodiscard]] std::string scale_gradients();
@@ -176,6 +188,7 @@ class CanonicalProblem {
   std::vector<double> jacobian_scale_, hessian_scale_;  ///< hessian_scale_ empty: all one
   double objective_scale_ = 1.0;
   std::vector<double> col_scale_, row_scale_;
+  std::optional<GradientScaling> gradient_scaling_;
 
   struct {
     std::vector<double> v, lambda, z_lower, z_upper;

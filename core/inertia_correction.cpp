@@ -50,17 +50,17 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
       continue;
     }
     failed_y_ = shift.y;
-    shift.y = shift.y == 0.0 ? first_shift(last_y_) : next_shift(shift.y, last_y_);
+    shift.y = shift.y == 0.0 ? first_shift(last_.y) : next_shift(shift.y, last_.y);
     if (shift.y > options_.max_hessian_perturbation) return false;
   }
-  if (shift.y > 0.0) last_y_ = shift.y;
+  if (shift.y > 0.0) last_.y = shift.y;
   return true;
 }
 
 bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero_fails) {
   // Where the last first guess was too small, zero is not worth a factorization.
-  const double first = first_shift(last_x_);
-  if (zero_fails || (economical() && first_x_failed_ && shift.x == 0.0)) shift.x = first;
+  const double first = first_shift(last_.x);
+  if (zero_fails || (economical() && last_.first_x_failed && shift.x == 0.0)) shift.x = first;
   for (int raises = 0;; ++raises) {
     const Factorization f = kkt_.factorize(shift);
     if (kkt_.has_expected_inertia(f)) break;
@@ -72,11 +72,11 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
       shift.lambda_x = multiplier_shift(mu);
       continue;
     }
-    shift.x = shift.x == 0.0 ? first_shift(last_x_) : next_shift(shift.x, last_x_);
+    shift.x = shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, last_.x);
     if (shift.x > options_.max_hessian_perturbation) return false;
   }
-  first_x_failed_ = shift.x > first;
-  if (last_x_ == 0.0 && shift.x > first && economical() && kkt_.layout().y.size() > 0) {
+  last_.first_x_failed = shift.x > first;
+  if (last_.x == 0.0 && shift.x > first && economical() && kkt_.layout().y.size() > 0) {
     // The first shift of a solve grew in large strides: try half of the last one (of its logarithm).
     Regularization smaller = shift;
     smaller.x /= std::sqrt(options_.perturb_inc_fact_first);
@@ -85,7 +85,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
     else if (!kkt_.has_expected_inertia(kkt_.factorize(shift)))
       return false;
   }
-  if (shift.x > 0.0) last_x_ = shift.x;
+  if (shift.x > 0.0) last_.x = shift.x;
   return true;
 }
 
@@ -139,14 +139,14 @@ bool InertiaCorrection::raise_for_instability(Regularization& shift) {
     scaled.y *= fraction;
     if (!kkt_.has_expected_inertia(kkt_.factorize(scaled)) || out_of_time()) break;
     const double raised = std::max(
-        shift.x == 0.0 ? first_shift(last_x_) : next_shift(shift.x, 1.0),
-        options_.minmax_warm_start_shifts ? options_.perturb_dec_fact * last_raised_x_ : 0.0);
+        shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, 1.0),
+        options_.minmax_warm_start_shifts ? options_.perturb_dec_fact * last_.raised_x : 0.0);
     if (raised > kInstabilityCap) break;
     shift.x = raised;
   }
   if (shift.x > accepted_x) {
     ++counts_.instability_raises;
-    last_raised_x_ = shift.x;
+    last_.raised_x = shift.x;
   }
   // Larger delta_x keeps K's inertia in exact arithmetic; where rounding disagrees, do without.
   if (!kkt_.has_expected_inertia(kkt_.factorize(shift))) {

@@ -7,6 +7,14 @@
 
 namespace ipminmax {
 
+/// The shifts last used, from which the next ones are guessed.
+struct ShiftMemory {
+  bool first_x_failed = false;  ///< the last first guess of delta_x was too small
+  double x = 0.0;
+  double raised_x = 0.0;  ///< of line 7; kept apart, it says nothing about K's own need
+  double y = 0.0;
+};
+
 /// Chooses the shifts of the KKT matrices: the paper's (ConsLQAC) and line 7 of Algorithm 1.
 ///
 /// First (delta_y, delta_ly) grow until K_yy has the expected inertia, then (delta_x, delta_lx)
@@ -30,8 +38,9 @@ class InertiaCorrection {
   /// zero_fails: the inertia without shift is known to be wrong already.
   [[nodiscard]] bool correct_full(double mu, Regularization& shift, bool zero_fails = false);
 
-  /// Forgets the last shifts.
-  void reset() { last_x_ = last_raised_x_ = last_y_ = 0.0; }
+  /// The last shifts, to be taken up by the next solve.
+  [[nodiscard]] const ShiftMemory& memory() const { return last_; }
+  void remember(const ShiftMemory& memory) { last_ = memory; }
 
   /// Shift of Max at which K_yy still had a wrong inertia in the last correct_inner; 0 if none > 0.
   [[nodiscard]] double last_failed_y() const { return failed_y_; }
@@ -50,10 +59,7 @@ class InertiaCorrection {
   const SolverOptions& options_;
   Counts& counts_;
   TimeLimit* limit_;
-  bool first_x_failed_ = false;  ///< the last first guess of delta_x was too small
-  double last_x_ = 0.0;
-  double last_raised_x_ = 0.0;  ///< of line 7; kept apart, it says nothing about K's own need
-  double last_y_ = 0.0;
+  ShiftMemory last_;
   double failed_y_ = 0.0;
 };
 

@@ -3,6 +3,7 @@
 #include <ipminmax/core/kkt_system.hpp>
 #include <ipminmax/core/timer.hpp>
 #include <limits>
+#include <utility>
 
 namespace ipminmax {
 namespace {
@@ -92,6 +93,11 @@ KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayo
 }
 
 bool KktBlock::analyze() { return empty() || solver_->analyze(matrix_, signs_).ok; }
+
+void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
+  solver_ = std::move(solver);
+  if (!empty()) solver_->reset_quality();
+}
 
 void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature) {
   matrix_.set_zero();
@@ -194,10 +200,24 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
   require_certain_inertia(false);
 }
 
-bool KktSystem::analyze() {
+bool KktSystem::analyze(const std::optional<KktAnalysis>& kept) {
+  if (kept && kept->linear_solver == options_.linear_solver &&
+      kept->options == solver_options(options_)) {
+    full_.adopt(kept->full);
+    inner_.adopt(kept->inner);
+    require_certain_inertia(false);
+    return true;
+  }
   const ScopedTimer timer(timing_.analysis);
   counts_.analyses += inner_.empty() ? 1 : 2;
   return full_.analyze() && inner_.analyze();
+}
+
+KktAnalysis KktSystem::analysis() const {
+  return {.linear_solver = options_.linear_solver,
+          .options = solver_options(options_),
+          .full = full_.solver(),
+          .inner = inner_.solver()};
 }
 
 void KktSystem::take_barrier_terms(const Iterate& iterate) {

@@ -9,6 +9,7 @@
 #include <ipminmax/linalg/symmetric_matrix.hpp>
 #include <ipminmax/linalg/symmetric_solver.hpp>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -30,6 +31,13 @@ struct Regularization {
 /// Right-hand side of the unreduced primal-dual Newton system, same shapes as a Step.
 using NewtonResidual = Step;
 
+/// Analyzed solvers of K and K_yy with the options that they were made with.
+struct KktAnalysis {
+  LinearSolver linear_solver{};
+  SymmetricSolverOptions options;
+  std::shared_ptr<SymmetricSolver> full, inner;
+};
+
 /// One of the two KKT matrices with its solver: K over all rows, or K_yy over (y, lambda_y).
 /// Positions of all entries are found once; afterwards only values move.
 class KktBlock {
@@ -41,6 +49,9 @@ class KktBlock {
 
   [[nodiscard]] bool empty() const { return matrix_.dimension() == 0; }
   [[nodiscard]] bool analyze();
+  /// The analyzed solver, and its use for a block with the same pattern, instead of analyze.
+  [[nodiscard]] const std::shared_ptr<SymmetricSolver>& solver() const { return solver_; }
+  void adopt(std::shared_ptr<SymmetricSolver> solver);
 
   /// Takes the values of W, J and the barrier curvatures at zero shift.
   void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature);
@@ -88,7 +99,7 @@ class KktBlock {
   std::vector<Index> hessian_entries_, jacobian_entries_;      ///< triplets that lie in the block
   std::vector<Index> hessian_positions_, jacobian_positions_;  ///< their places in the matrix
   std::vector<double> diagonal_;                               ///< at zero shift, per row
-  std::unique_ptr<SymmetricSolver> solver_;
+  std::shared_ptr<SymmetricSolver> solver_;
   double hessian_norm_ = 0.0;
 };
 
@@ -100,8 +111,11 @@ class KktSystem {
 
   [[nodiscard]] const KktLayout& layout() const { return layout_; }
 
-  /// Orderings and symbolic factorizations; false: out of memory.
-  [[nodiscard]] bool analyze();
+  /// Orderings and symbolic factorizations; false: out of memory. kept: those of a problem of the
+  /// same shape, to be used instead of new ones where the linear solver's options are the same.
+  [[nodiscard]] bool analyze(const std::optional<KktAnalysis>& kept = std::nullopt);
+  /// For another system of the same shape, when this one is used no more.
+  [[nodiscard]] KktAnalysis analysis() const;
 
   void assemble(const Iterate& iterate, const Evaluation& evaluation);
   /// K_yy alone; K keeps the values of the last assemble, but must not be solved with.

@@ -9,6 +9,7 @@
 #include <ipminmax/core/initial_point.hpp>
 #include <ipminmax/core/iterate.hpp>
 #include <ipminmax/core/kkt_system.hpp>
+#include <ipminmax/core/model_shape.hpp>
 #include <ipminmax/core/residual.hpp>
 #include <ipminmax/core/restart.hpp>
 #include <ipminmax/core/solver.hpp>
@@ -20,6 +21,15 @@
 #include <utility>
 
 namespace ipminmax {
+
+/// What a solve leaves to the next one.
+struct KeptWork {
+  ModelShape shape;
+  std::optional<GradientScaling> scaling;
+  std::optional<KktAnalysis> analysis;
+  ShiftMemory shifts;
+};
+
 namespace {
 
 /// Halvings of a step whose end point the model cannot evaluate.
@@ -71,9 +81,13 @@ bool search_failed(Status status) {
 
 class Solver {
  public:
-  Solver(Problem& problem, const SolverOptions& options, const SolveObserver& observer, bool nested)
-      : options_(options),
+  /// kept: of the last solve, replaced by that of this one. Null: nothing is kept.
+  Solver(Problem& problem, const SolverOptions& options, const SolveObserver& observer, bool nested,
+         KeptWork* kept)
+      : problem_(problem),
+        options_(options),
         nested_(nested),
+        kept_(kept),
         observer_(observer),
         limit_(options),
         canonical_(problem, options, result_.counts, result_.timing) {}
@@ -81,6 +95,8 @@ class Solver {
   Result run();
 
  private:
+  void match_kept_work();
+  void keep_work(Status status);
   [[nodiscard]] std::optional<Status> start();
   [[nodiscard]] std::optional<Status> evaluate_start(const SolverOptions& options);
   [[nodiscard]] bool start_elsewhere(Status failed);
@@ -109,8 +125,10 @@ class Solver {
   [[nodiscard]] Status name_divergence(Status status);
   Result finish(Status status);
 
+  Problem& problem_;
   const SolverOptions& options_;
   bool nested_;  ///< feasibility restoration of another solve
+  KeptWork* kept_;
   const SolveObserver& observer_;
   Result result_;
   TimeLimit limit_;
@@ -146,6 +164,7 @@ class Solver {
   Index restarts_ = 0;
   std::optional<Index> last_resort_end_;  ///< iteration at which Algorithm 1 gives up, too
   Index hidden_iterations_ = 0;  ///< beyond points that meet the tolerances by their scaling
+  bool analyzed_ = false;
   bool started_ = false;
   bool escaped_ = false;  ///< the iteration's step was an escape from a wrong first-order point
 };
@@ -156,7 +175,8 @@ Result Solver::run() {
     return finish(Status::InvalidOption);
   }
   try {
-    if (auto error = canonical_.build(); !error.empty()) {
+    match_kept_work();
+    if (auto error = canonical_.build(kept_ ? kept_->scaling : std::nullopt); !error.empty()) {
       result_.message = error;
       return finish(canonical_.error_status());
     }
@@ -179,6 +199,34 @@ Result Solver::run() {
   }
 }
 
+void Solver::match_kept_work() {
+  if (!kept_) return;
+  const ProblemStructure& s = problem_.structure();
+  const std::size_t n = s.variable_players.size();
+  const std::size_t m = s.constraint_players.size();
+  if (s.variable_lower.size() != n || s.variable_upper.size() != n ||
+      s.constraint_lower.size() != m || s.constraint_upper.size() != m) {
+    *kept_ = {};  // a bad model
+    return;
+  }
+  ModelShape shape = shape_of(s, options_);
+  if (kept_->shape != shape) {
+    *kept_ = {};
+    kept_->shape = std::move(shape);
+  }
+}
+
+void Solver::keep_work(Status status) {
+  if (!kept_) return;
+  if (!analyzed_ || status == Status::OutOfMemory) {
+    *kept_ = {};
+    return;
+  }
+  kept_->scaling = canonical_.gradient_scaling();
+  kept_->analysis = kkt_->analysis();
+  kept_->shifts = is_success(status) ? correction_->memory() : ShiftMemory{};
+}
+
 std::optional<Status> Solver::start() {
   kkt_.emplace(canonical_, options_, result_.counts, result_.timing);
   correction_.emplace(*kkt_, options_, result_.counts, &limit_);
@@ -196,10 +244,12 @@ std::optional<Status> Solver::start() {
   point_.evaluation.hessian.assign(canonical_.hessian().size(), 0.0);
   trial_c_.setZero(m);
 
-  if (!kkt_->analyze()) {
+  if (!kkt_->analyze(kept_ ? kept_->analysis : std::nullopt)) {
     result_.message = "out of memory in the analysis of the KKT matrix";
     return Status::OutOfMemory;
   }
+  analyzed_ = true;
+  if (kept_ && options_.minmax_warm_start_shifts) correction_->remember(kept_->shifts);
   point_.iterate = start_ = canonical_.starting_point();
   if (auto status = evaluate_start(options_)) return status;
   started_ = true;
@@ -275,7 +325,7 @@ bool Solver::start_elsewhere(Status failed) {
     point_.iterate = start_;
     if (iterations == 0 || evaluate_start(options_)) return false;
     last_resort_end_ = info_.iteration + iterations;
-    correction_->reset();
+    correction_->remember({});
     method_.reset();
   } else {
     method_.emplace(canonical_, *kkt_, *correction_, options_, limit_, true, true);
@@ -668,6 +718,7 @@ Result Solver::finish(Status status) {
     report(*first_failure_);
     result_.message += " (nor from " + std::to_string(restarts_) + " other starting points)";
   }
+  keep_work(status);
   result_.status = status;
   if (started_) {
     canonical_.restore(point_.iterate, result_);
@@ -700,7 +751,7 @@ bool stopped_from_outside(Status status) {
 /// With second derivatives from differences. Where the pattern turns out to have missed entries at
 /// the end of a solve, it grows and the solve starts anew.
 Result solve_with_differences(Problem& problem, const SolverOptions& options,
-                              const SolveObserver& observer) {
+                              const SolveObserver& observer, KeptWork* kept) {
   constexpr int kRestarts = 5;
   const Stopwatch stopwatch;
   const auto say = [&](const std::string& text) {
@@ -717,7 +768,7 @@ Result solve_with_differences(Problem& problem, const SolverOptions& options,
       const double least = std::numeric_limits<double>::min();
       limits.max_wall_time = std::max(options.max_wall_time - stopwatch.wall(), least);
       limits.max_cpu_time = std::max(options.max_cpu_time - stopwatch.cpu(), least);
-      result = Solver(model, limits, observer, false).run();
+      result = Solver(model, limits, observer, false, kept).run();
       if (restarts == kRestarts || stopped_from_outside(result.status)) break;
       // The certificate has looked at points that it tested; elsewhere a wrong Hessian may be why
       // the solve failed.
@@ -740,9 +791,8 @@ Result solve_with_differences(Problem& problem, const SolverOptions& options,
   return result;
 }
 
-}  // namespace
-
-Result solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
+Result solve_keeping(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
+                     KeptWork* kept) {
   const bool has_hessian = problem.structure().has_hessian;
   const auto approximation = options.hessian_approximation;
   if (check(options).empty()) {
@@ -755,14 +805,37 @@ Result solve(Problem& problem, const SolverOptions& options, const SolveObserver
       return result;
     }
     if (approximation == HessianApproximation::FiniteDifferenceValues || !has_hessian) {
-      return solve_with_differences(problem, options, observer);
+      return solve_with_differences(problem, options, observer, kept);
     }
   }
-  return Solver(problem, options, observer, false).run();
+  return Solver(problem, options, observer, false, kept).run();
 }
 
+}  // namespace
+
+Result solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
+  return solve_keeping(problem, options, observer, nullptr);
+}
+
+RepeatedSolver::RepeatedSolver() = default;
+RepeatedSolver::~RepeatedSolver() = default;
+RepeatedSolver::RepeatedSolver(RepeatedSolver&&) noexcept = default;
+RepeatedSolver& RepeatedSolver::operator=(RepeatedSolver&&) noexcept = default;
+
+Result RepeatedSolver::solve(Problem& problem, const SolverOptions& options,
+                             const SolveObserver& observer) {
+  // Taken out, so that an exception of the model leaves nothing half made.
+  std::unique_ptr<KeptWork> kept = std::move(kept_);
+  if (!kept) kept = std::make_unique<KeptWork>();
+  Result result = solve_keeping(problem, options, observer, kept.get());
+  kept_ = std::move(kept);
+  return result;
+}
+
+void RepeatedSolver::reset() { kept_.reset(); }
+
 Result solve_nested(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
-  return Solver(problem, options, observer, true).run();
+  return Solver(problem, options, observer, true, nullptr).run();
 }
 
 Result solve(Problem& problem, const SolverOptions& options,

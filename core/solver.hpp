@@ -4,6 +4,7 @@
 #include <ipminmax/core/options.hpp>
 #include <ipminmax/core/problem.hpp>
 #include <ipminmax/core/result.hpp>
+#include <memory>
 #include <span>
 #include <string_view>
 
@@ -44,6 +45,35 @@ using IterationCallback = std::function<bool(const IterationInfo&)>;
                            const IterationCallback& on_iteration = {});
 [[nodiscard]] Result solve(Problem& problem, const SolverOptions& options,
                            const SolveObserver& observer);
+
+struct KeptWork;
+
+/// Solves again and again models of the same structure, whose numbers may differ: objective,
+/// constraint functions, values of bounds, starting point; so may the options. Kept from one solve
+/// to the next are
+///   - the orderings and symbolic factorizations: Counts::analyses of the next Result is 0,
+///   - the gradient-based scaling,
+///   - the shifts last used (unless minmax_warm_start_shifts is off or the last solve failed).
+/// The structure is compared each time: when players, patterns, or the kinds of bounds and
+/// constraints have changed (absent, one-sided, equal), or an option that one of the three depends
+/// on, what no longer fits is made anew. For one thread at a time.
+class RepeatedSolver {
+ public:
+  RepeatedSolver();
+  ~RepeatedSolver();
+  RepeatedSolver(RepeatedSolver&&) noexcept;
+  RepeatedSolver& operator=(RepeatedSolver&&) noexcept;
+
+  /// As the function solve. After an exception of the model the next solve begins anew.
+  [[nodiscard]] Result solve(Problem& problem, const SolverOptions& options,
+                             const SolveObserver& observer = {});
+
+  /// Forgets what was kept.
+  void reset();
+
+ private:
+  std::unique_ptr<KeptWork> kept_;
+};
 
 /// A solve inside a solve: no feasibility restoration and no certificate of its own.
 [[nodiscard]] Result solve_nested(Problem& problem, const SolverOptions& options,

@@ -38,7 +38,7 @@ AutoSolver::~AutoSolver() = default;
 
 Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) {
   const Index n = matrix.dimension();
-  use_ldlt_ = ldlt_is_current_ = pivoting_analyzed_ = false;
+  ldlt_analyzed_ = use_ldlt_ = ldlt_is_current_ = pivoting_analyzed_ = false;
   if (n <= kDensePivotingDimension) {
     pivoting_ = std::make_unique<LapackSolver>();
   } else {
@@ -52,7 +52,7 @@ Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
         for (auto* workspace : {&direction_, &image_, &product_}) {
           workspace->resize(static_cast<std::size_t>(n));
         }
-        use_ldlt_ = ldlt_is_current_ = analysis.ok;
+        ldlt_analyzed_ = use_ldlt_ = ldlt_is_current_ = analysis.ok;
         if (use_ldlt_) return analysis;
       }
     } catch (const std::bad_alloc&) {
@@ -127,6 +127,11 @@ bool AutoSolver::increase_quality() {
   const bool left_ldlt = ldlt_is_current_;
   use_ldlt_ = ldlt_is_current_ = false;
   return left_ldlt || pivoting_->increase_quality();
+}
+
+void AutoSolver::reset_quality() {
+  use_ldlt_ = ldlt_is_current_ = ldlt_analyzed_;
+  pivoting_->reset_quality();
 }
 
 bool AutoSolver::pivots() const { return !ldlt_is_current_; }

@@ -27,6 +27,7 @@ class AutoSolver final : public SymmetricSolver {
 
   /// The first call after an LDL' factorization leaves LDL' for good.
   [[nodiscard]] bool increase_quality() override;
+  void reset_quality() override;
 
   /// True at first: every LDL' inertia is checked, at about the cost of the factorization.
   void require_certain_inertia(bool certain) override { certain_ = certain; }
@@ -44,6 +45,7 @@ class AutoSolver final : public SymmetricSolver {
   std::unique_ptr<SymmetricSolver> pivoting_;
   bool certain_ = true;
   bool pivoting_analyzed_ = false;
+  bool ldlt_analyzed_ = false;
   bool use_ldlt_ = false;                            // for the next factorization
   bool ldlt_is_current_ = false;                     // the last factorization, before any the next
   std::vector<double> direction_, image_, product_;  // workspace of inertia_is_certain

@@ -18,6 +18,7 @@ class LapackSolver final : public SymmetricSolver {
   [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
   [[nodiscard]] bool increase_quality() override { return false; }
+  void reset_quality() override {}
   [[nodiscard]] bool pivots() const override { return true; }
   [[nodiscard]] std::string_view name() const override { return "lapack"; }
 

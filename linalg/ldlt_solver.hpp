@@ -36,6 +36,7 @@ class LdltSolver final : public SymmetricSolver {
   /// Factor of Gamma in the following factorizations.
   void scale_gamma(double factor) { gamma_factor_ = factor; }
   [[nodiscard]] bool increase_quality() override { return false; }
+  void reset_quality() override {}
   [[nodiscard]] bool pivots() const override { return false; }
   [[nodiscard]] std::string_view name() const override { return "ldlt"; }
 

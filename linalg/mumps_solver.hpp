@@ -22,6 +22,7 @@ class MumpsSolver final : public SymmetricSolver {
   [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
   [[nodiscard]] bool increase_quality() override;
+  void reset_quality() override { pivot_tolerance_ = options_.mumps_pivot_tolerance; }
   [[nodiscard]] bool pivots() const override { return true; }
   [[nodiscard]] std::string_view name() const override { return "mumps"; }
 

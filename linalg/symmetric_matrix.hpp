@@ -11,6 +11,7 @@ namespace ipminmax {
 struct Triplet {
   Index row = 0;
   Index col = 0;
+  friend bool operator==(const Triplet&, const Triplet&) = default;
 };
 
 /// Symmetric sparse matrix with a fixed pattern; only values change after construction.

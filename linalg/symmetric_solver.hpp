@@ -42,6 +42,7 @@ struct SymmetricSolverOptions {
   double mumps_pivot_tolerance_max = 0.1;
   Index mumps_memory_percent =
       1000;  ///< extra workspace, percent of the estimate (MUMPS ICNTL(14))
+  friend bool operator==(const SymmetricSolverOptions&, const SymmetricSolverOptions&) = default;
 };
 
 /// Direct solver for A u = b with A symmetric indefinite. Order of calls:
@@ -70,6 +71,8 @@ class SymmetricSolver {
   /// True when the next factorize will be more accurate than the last one (larger pivot threshold,
   /// pivoting instead of none); false when nothing better is left.
   [[nodiscard]] virtual bool increase_quality() = 0;
+  /// Undoes all calls of increase_quality; the analysis stays.
+  virtual void reset_quality() = 0;
 
   /// Whether factorize must return an inertia that holds for the matrix itself, whatever that costs;
   /// false allows one that regularization or rounding may have decided. Matters only to solvers

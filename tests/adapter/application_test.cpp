@@ -333,9 +333,70 @@ TEST(Application, ReOptimize) {
   ASSERT_EQ(app->OptimizeTNLP(problem), Ipopt::Solve_Succeeded);
   const auto first = app->LastResult().v;
   EXPECT_THROW(app->ReOptimizeTNLP(split(model)), Ipopt::INVALID_WARMSTART);
+  EXPECT_EQ(app->LastResult().counts.analyses, 2);
   EXPECT_EQ(app->ReOptimizeTNLP(problem), Ipopt::Solve_Succeeded);
   EXPECT_EQ(app->LastResult().v, first);
+  EXPECT_EQ(app->LastResult().counts.analyses, 0);
   EXPECT_EQ(model->final.count, 2);
+  EXPECT_EQ(model->count("get_bounds_info"), 4) << "bounds may have changed";
+
+  ASSERT_EQ(app->OptimizeTNLP(problem), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(app->LastResult().counts.analyses, 2) << "as if for the first time";
+
+  // A solve that an exception ended leaves nothing to go on with, and is no obstacle.
+  model->on_call = [](const std::string& name) -> bool {
+    if (name == "eval_h") throw std::runtime_error("no");
+    return true;
+  };
+  EXPECT_EQ(app->ReOptimizeTNLP(problem), Ipopt::NonIpopt_Exception_Thrown);
+  model->on_call = [](const std::string&) { return true; };
+  EXPECT_EQ(app->ReOptimizeTNLP(problem), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(app->LastResult().v, first);
+}
+
+/// The model with another upper bound of y and another right-hand side of g0.
+class ChangingModel : public Model {
+ public:
+  double upper_y = 5.0;
+  double sum = 1.0;
+
+  bool get_bounds_info(Index n, Number* x_l, Number* x_u, Index m, Number* g_l,
+                       Number* g_u) override {
+    const bool ok = Model::get_bounds_info(n, x_l, x_u, m, g_l, g_u);
+    x_u[1] = upper_y;
+    g_l[0] = g_u[0] = sum;
+    return ok;
+  }
+};
+
+TEST(Application, ReOptimizeSeesWhatChanged) {
+  const SmartPtr<ChangingModel> model = new ChangingModel;
+  const SmartPtr<Ipopt::TNLP> problem = split(GetRawPtr(model));
+  const auto again = silent_application();
+  ASSERT_EQ(again->OptimizeTNLP(problem), Ipopt::Solve_Succeeded);
+  const auto expect_as_fresh = [&](Index analyses) {
+    const auto fresh = silent_application();
+    EXPECT_EQ(again->ReOptimizeTNLP(problem), fresh->OptimizeTNLP(problem));
+    EXPECT_EQ(again->LastResult().counts.analyses, analyses);
+    ASSERT_EQ(again->LastResult().v.size(), fresh->LastResult().v.size());
+    for (std::size_t i = 0; i < fresh->LastResult().v.size(); ++i) {
+      EXPECT_NEAR(again->LastResult().v[i], fresh->LastResult().v[i], 1e-6);
+    }
+  };
+  model->sum = 2.0;  // scales the solution
+  expect_as_fresh(0);
+  EXPECT_NEAR(again->LastResult().v[0], 8.0 / 21.0, 1e-6);
+  model->upper_y = 0.25;  // active now
+  expect_as_fresh(0);
+  EXPECT_NEAR(again->LastResult().v[1], 0.25, 1e-6);
+  model->upper_y = 1e20;  // a bound less
+  expect_as_fresh(2);
+  model->upper_y = -5.0;  // y is fixed
+  expect_as_fresh(2);
+  model->upper_y = -6.0;
+  EXPECT_EQ(again->ReOptimizeTNLP(problem), Ipopt::Invalid_Problem_Definition);
+  model->upper_y = 5.0;
+  expect_as_fresh(2);
 }
 
 TEST(Application, WarmStartAsksForMultipliers) {

@@ -362,6 +362,24 @@ TEST_P(Contract, IncreasesQualityFinitelyOften) {
     default:
       EXPECT_EQ(increases, 0);
   }
+  const auto as_new = make();
+  ASSERT_TRUE(as_new->analyze(kkt.matrix, kkt.signs).ok);
+  solver->reset_quality();
+  EXPECT_EQ(solver->pivots(), as_new->pivots());
+  std::vector<double> solution[2];
+  for (SymmetricSolver* s : {solver.get(), as_new.get()}) {
+    EXPECT_EQ(s->factorize(kkt.matrix).status, FactorizationStatus::Ok);
+    std::vector<double>& u = solution[s == solver.get()];
+    u = random_vector(static_cast<std::size_t>(kkt.matrix.dimension()), 1);
+    s->solve_in_place(u);
+  }
+  EXPECT_EQ(solution[0], solution[1]) << "as if the quality had never been increased";
+  int increases_again = 0;
+  while (solver->increase_quality()) {
+    ASSERT_LT(++increases_again, 50);
+    expect_correct(*solver, kkt);
+  }
+  EXPECT_EQ(increases_again, increases);
 }
 
 TEST_P(Contract, TwoThreadsWithSolversOfTheirOwn) {
