@@ -503,6 +503,17 @@ IpminmaxInertia to_c(const Inertia& inertia) {
   return {inertia.positive, inertia.negative, inertia.zero};
 }
 
+constexpr const char* kNoCallback =
+    "there is a current iterate only inside the intermediate callback";
+
+/// What is wrong with array sizes given to the functions for the current iterate.
+std::string error_of_sizes(const Problem& problem, int n, int m) {
+  const Definition& d = problem.model->definition();
+  if (n != d.n) return "n = " + std::to_string(n) + ", but there are " + std::to_string(d.n);
+  if (m != d.m) return "m = " + std::to_string(m) + ", but there are " + std::to_string(d.m);
+  return {};
+}
+
 std::string error_of_answer(const Problem& problem, const void* target) {
   if (target == nullptr) return "the structure to be filled is NULL";
   if (!problem.answered) return "no solve has reached a first iterate";
@@ -638,16 +649,23 @@ int IpminmaxGetCertificate(IpminmaxProblem problem, IpminmaxCertificate* certifi
     certificate->licq_max = from.licq_max ? 1 : 0;
     certificate->weakly_active_min = from.weakly_active_min;
     certificate->weakly_active_max = from.weakly_active_max;
+    certificate->finite_differences = from.finite_differences ? 1 : 0;
+    certificate->hessian_error = from.hessian_error;
     return {};
   });
 }
 
 int IpminmaxGetStatistics(IpminmaxProblem problem, IpminmaxStatistics* statistics) {
   return guarded(problem, [&]() -> std::string {
-    if (auto error = error_of_answer(*problem, statistics); !error.empty()) return error;
-    const Result& from = problem->application->LastResult();
+    Result current;
+    const bool now = statistics != nullptr && problem->application->GetCurrentIterate(current);
+    if (!now) {
+      if (auto error = error_of_answer(*problem, statistics); !error.empty()) return error;
+    }
+    const Result& from = now ? current : problem->application->LastResult();
     statistics->iterations = from.iterations;
     statistics->factorizations = from.factorizations;
+    statistics->analyses = from.counts.analyses;
     statistics->objective_evaluations = from.counts.objective;
     statistics->gradient_evaluations = from.counts.gradient;
     statistics->constraint_evaluations = from.counts.constraints;
@@ -660,6 +678,44 @@ int IpminmaxGetStatistics(IpminmaxProblem problem, IpminmaxStatistics* statistic
     statistics->dual_error_max = from.error.dual_max;
     statistics->complementarity_error = from.error.complementarity;
     statistics->error = from.error.total;
+    return {};
+  });
+}
+
+int IpminmaxGetCurrentIterate(IpminmaxProblem problem, int n, double* x, double* z_L, double* z_U,
+                              int m, double* g, double* lambda) {
+  return guarded(problem, [&]() -> std::string {
+    if (auto error = error_of_sizes(*problem, n, m); !error.empty()) return error;
+    Result current;
+    if (!problem->application->GetCurrentIterate(current)) return kNoCallback;
+    copy(current.v, x);
+    copy(current.z_lower, z_L);
+    copy(current.z_upper, z_U);
+    copy(current.constraints, g);
+    copy(current.lambda, lambda);
+    return {};
+  });
+}
+
+int IpminmaxGetCurrentViolations(IpminmaxProblem problem, int n, double* x_L_violation,
+                                 double* x_U_violation, double* compl_x_L, double* compl_x_U,
+                                 double* grad_lag_x, int m, double* nlp_constraint_violation,
+                                 double* compl_g) {
+  return guarded(problem, [&]() -> std::string {
+    if (auto error = error_of_sizes(*problem, n, m); !error.empty()) return error;
+    Result inside;
+    if (!problem->application->GetCurrentIterate(inside)) return kNoCallback;
+    Violations found;
+    if (!problem->application->GetCurrentViolations(found)) {
+      return "the first derivatives are undefined at the iterate";
+    }
+    copy(found.lower_bound, x_L_violation);
+    copy(found.upper_bound, x_U_violation);
+    copy(found.lower_complementarity, compl_x_L);
+    copy(found.upper_complementarity, compl_x_U);
+    copy(found.lagrangian_gradient, grad_lag_x);
+    copy(found.constraint, nlp_constraint_violation);
+    copy(found.constraint_complementarity, compl_g);
     return {};
   });
 }

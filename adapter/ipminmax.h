@@ -7,7 +7,8 @@
  *   IpminmaxGetCertificate(problem, &certificate);
  *   IpminmaxFree(problem);
  *
- * One problem may be used by one thread at a time, and not from inside its own callbacks. No C++
+ * One problem may be used by one thread at a time, and from inside its own callbacks only by
+ * IpminmaxGetCurrentIterate, IpminmaxGetCurrentViolations and IpminmaxGetStatistics. No C++
  * exception leaves these functions. Functions that return int return 1 for success and 0 for
  * failure; IpminmaxMessage then says what is wrong. */
 #ifndef IPMINMAX_H
@@ -73,11 +74,16 @@ typedef struct IpminmaxCertificate {
   double margin;                         /* curvature to spare in the test; 0 unless satisfied */
   int licq_min, licq_max; /* 1: gradients of the player's active constraints independent */
   int weakly_active_min, weakly_active_max; /* active bounds and inequalities, multiplier ~ 0 */
+  int finite_differences; /* 1: second derivatives are differences of first ones */
+  /* Curvature by which those may be wrong, as estimated; the verdict allows for it. 0 when they are
+   * the model's. Infinite: the differences could not be trusted at all. */
+  double hessian_error;
 } IpminmaxCertificate;
 
 typedef struct IpminmaxStatistics {
   int iterations;
   int factorizations;
+  int analyses; /* orderings and symbolic factorizations; 0: those of an earlier solve were used */
   int objective_evaluations, gradient_evaluations, constraint_evaluations, jacobian_evaluations,
       hessian_evaluations;
   double seconds; /* wall time */
@@ -99,7 +105,9 @@ typedef int (*IpminmaxEval_Jac_G_CB)(int n, double *x, int new_x, int m, int nel
 typedef int (*IpminmaxEval_H_CB)(int n, double *x, int new_x, double obj_factor, int m,
                                  double *lambda, int new_lambda, int nele_hess, int *iRow,
                                  int *jCol, double *values, void *user_data);
-/* Called after each iteration; 0 stops the solve. alg_mod is 0. */
+/* Called after each iteration, the starting point included; 0 stops the solve at that point.
+ * alg_mod is 0, or 1 in the iterations of a feasibility restoration, during which iter_count stands
+ * still. */
 typedef int (*IpminmaxIntermediate_CB)(int alg_mod, int iter_count, double obj_value, double inf_pr,
                                        double inf_du, double mu, double d_norm,
                                        double regularization_size, double alpha_du, double alpha_pr,
@@ -156,9 +164,31 @@ enum IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double *x,
                                              double *obj_val, double *mult_g, double *mult_x_L,
                                              double *mult_x_U, void *user_data);
 
-/* Of the last solve; 0 when it stopped before its first iterate. */
+/* Of the last solve; 0 when it stopped before its first iterate. IpminmaxGetStatistics, called from
+ * the intermediate callback, gives those of the current solve, the errors split by player. */
 int IpminmaxGetCertificate(IpminmaxProblem problem, IpminmaxCertificate *certificate);
 int IpminmaxGetStatistics(IpminmaxProblem problem, IpminmaxStatistics *statistics);
+
+/* Inside the intermediate callback only, 0 elsewhere: the iterate, as IpminmaxSolve would return it
+ * if the callback stopped now. Unscaled; arrays of n: x, z_L, z_U, of m: g, lambda; each may be NULL.
+ * Evaluates eval_f and eval_g, with fixed variables also eval_grad_f and eval_jac_g. */
+int IpminmaxGetCurrentIterate(IpminmaxProblem problem, int n, double *x, double *z_L, double *z_U,
+                              int m, double *g, double *lambda);
+
+/* Inside the intermediate callback only, 0 elsewhere: by how much the iterate misses the first-order
+ * conditions. Unscaled, zero where there is no bound; each may be NULL. Evaluates eval_grad_f and
+ * eval_jac_g; 0 where these are undefined.
+ *   x_L_violation, x_U_violation (n)  max(x_L - x, 0), max(x - x_U, 0)
+ *   compl_x_L, compl_x_U (n)          (x - x_L) z_L, (x_U - x) z_U; 0 for a fixed variable
+ *   grad_lag_x (n)                    grad f + J' lambda - z_L + z_U
+ *   nlp_constraint_violation (m)      max(g_L - g, g - g_U, 0)
+ *   compl_g (m)                       (g_U - g) lambda where lambda presses against g_U (positive
+ *                                     for a constraint of Min, negative for Max), else
+ *                                     (g - g_L) lambda; 0 for an equation */
+int IpminmaxGetCurrentViolations(IpminmaxProblem problem, int n, double *x_L_violation,
+                                 double *x_U_violation, double *compl_x_L, double *compl_x_U,
+                                 double *grad_lag_x, int m, double *nlp_constraint_violation,
+                                 double *compl_g);
 
 /* Why the last solve stopped, finer than the return status; "" before the first solve. */
 const char *IpminmaxStatusName(IpminmaxProblem problem);

@@ -6,6 +6,7 @@
 #include <exception>
 #include <fstream>
 #include <new>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <utility>
@@ -42,7 +43,7 @@ class IterationRows {
   [[nodiscard]] std::string text(const IterationInfo& info) {
     constexpr Index kRowsPerHeader = 10;
     const auto now = std::chrono::steady_clock::now();
-    if (info.iteration % every_ != 0) return {};
+    if (info.restoration || info.iteration % every_ != 0) return {};
     if (rows_ > 0 && std::chrono::duration<double>(now - last_).count() < pause_) return {};
     last_ = now;
     std::string text;
@@ -73,6 +74,18 @@ struct MinMaxApplication::Implementation {
   bool documentation_printed = false;
   std::set<std::string> ignored_options;  ///< messages already printed
   bool rethrow = false;
+  /// What intermediate_callback may ask about, while it runs.
+  struct Current {
+    TnlpProblem& problem;
+    const SolverOptions& options;
+    const IterationInfo& info;
+    std::optional<Result> result;  ///< once asked for
+    const Result& at() {
+      if (!result) result = info.result();
+      return *result;
+    }
+  };
+  std::optional<Current> current;
 
   explicit Implementation(bool create_console_out);
 
@@ -82,7 +95,9 @@ struct MinMaxApplication::Implementation {
   [[nodiscard]] bool open_output_file(const std::string& file_name, EJournalLevel level);
   [[nodiscard]] ApplicationReturnStatus optimize();
   [[nodiscard]] ApplicationReturnStatus run();
-  [[nodiscard]] SolveObserver observer_of(TnlpProblem& problem);
+  [[nodiscard]] bool call_back(TnlpProblem& problem, const SolverOptions& options,
+                               const IterationInfo& info);
+  [[nodiscard]] SolveObserver observer_of(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] Result solve_from_many_starts(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] ApplicationReturnStatus stop(Status status, std::string message);
   [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem);
@@ -256,12 +271,24 @@ ApplicationReturnStatus MinMaxApplication::Implementation::stop(Status status,
   return application_status(status);
 }
 
-SolveObserver MinMaxApplication::Implementation::observer_of(TnlpProblem& problem) {
+bool MinMaxApplication::Implementation::call_back(TnlpProblem& problem,
+                                                  const SolverOptions& options,
+                                                  const IterationInfo& info) {
+  struct Reset {
+    std::optional<Current>& current;
+    ~Reset() { current.reset(); }
+  } const reset{current};
+  current.emplace(Current{problem, options, info, std::nullopt});
+  return problem.report(info);
+}
+
+SolveObserver MinMaxApplication::Implementation::observer_of(TnlpProblem& problem,
+                                                             const SolverOptions& options) {
   SolveObserver observer;
-  observer.on_iteration = [this, &problem,
+  observer.on_iteration = [this, &problem, &options,
                            rows = IterationRows(*list)](const IterationInfo& info) mutable {
     print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, rows.text(info));
-    return problem.report(info);
+    return call_back(problem, options, info);
   };
   observer.message = [this](std::string_view text) {
     print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
@@ -272,11 +299,11 @@ SolveObserver MinMaxApplication::Implementation::observer_of(TnlpProblem& proble
 Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& problem,
                                                                  const SolverOptions& options) {
   MultistartObserver observer;
-  observer.on_iteration = [this, &problem, rows = IterationRows(*list)](
+  observer.on_iteration = [this, &problem, &options, rows = IterationRows(*list)](
                               Index, const IterationInfo& info) mutable {
     if (info.iteration == 0) rows = IterationRows(*list);
     print(Ipopt::J_DETAILED, Ipopt::J_MAIN, rows.text(info));
-    return problem.report(info);
+    return call_back(problem, options, info);
   };
   observer.on_result = [this](Index start, const Result& found) {
     if (start == 0) print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::start_header());
@@ -330,8 +357,9 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
       print(Ipopt::J_SUMMARY, Ipopt::J_NLP,
             log::derivative_test(test_derivatives(problem, options), problem.structure()));
     }
-    result = options.minmax_starts > 1 ? solve_from_many_starts(problem, options)
-                                       : solver.solve(problem, options, observer_of(problem));
+    result = options.minmax_starts > 1
+                 ? solve_from_many_starts(problem, options)
+                 : solver.solve(problem, options, observer_of(problem, options));
   } catch (...) {
     const ApplicationReturnStatus status = report_exception();
     if (problem.started()) {
@@ -417,6 +445,20 @@ ApplicationReturnStatus MinMaxApplication::ReOptimizeTNLP(const SmartPtr<Ipopt::
     THROW_EXCEPTION(Ipopt::INVALID_WARMSTART, "ReOptimizeTNLP called for different TNLP.");
   }
   return implementation_->optimize();
+}
+
+bool MinMaxApplication::GetCurrentIterate(Result& iterate) const {
+  if (!implementation_->current) return false;
+  iterate = implementation_->current->at();
+  return true;
+}
+
+bool MinMaxApplication::GetCurrentViolations(Violations& violations) const {
+  if (!implementation_->current) return false;
+  Implementation::Current& current = *implementation_->current;
+  auto found = violations_at(current.problem, current.at(), current.options);
+  if (found) violations = std::move(*found);
+  return found.has_value();
 }
 
 const Result& MinMaxApplication::LastResult() const { return implementation_->result; }

@@ -9,6 +9,7 @@
 #include <ipminmax/adapter/minmax_statistics.hpp>
 #include <ipminmax/adapter/minmax_tnlp.hpp>
 #include <ipminmax/core/result.hpp>
+#include <ipminmax/core/violations.hpp>
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -16,8 +17,8 @@ inline namespace IPMINMAX_IPOPT_ABI {
 /// Ipopt's IpoptApplication with a player split: porting a program is changing this type's name.
 ///
 /// The model's methods are called in Ipopt's order, finalize_metadata and finalize_solution included;
-/// ip_data and ip_cq are null, so the get_curr_* methods of Ipopt 3.14's TNLP return false. As in
-/// Ipopt, finalize_solution is not called when the solve stops before its first iterate (invalid
+/// ip_data and ip_cq are null, so the get_curr_* methods of Ipopt 3.14's TNLP return false;
+/// GetCurrentIterate and GetCurrentViolations here answer instead. As in Ipopt, finalize_solution is not called when the solve stops before its first iterate (invalid
 /// option, invalid problem, too few degrees of freedom).
 ///
 /// Exceptions of the model end the solve as in Ipopt: Unrecoverable_Exception for Ipopt's own types,
@@ -58,6 +59,15 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// minmax_starts above 1 nothing is). Where the structure has changed after all, it is analyzed
   /// anew. Throws INVALID_WARMSTART when it is another model or nothing was solved before.
   Ipopt::ApplicationReturnStatus ReOptimizeTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
+
+  /// Inside intermediate_callback: the iterate, as LastResult() would hold it if the callback stopped
+  /// the solve now: v, lambda, z_lower, z_upper, constraints in the model's order and units, error
+  /// (inf_du split by player), mu, counts. Evaluates objective and constraints, with fixed variables
+  /// their derivatives, once per callback. False, and nothing is touched, anywhere else.
+  bool GetCurrentIterate(Result& iterate) const;
+  /// Inside intermediate_callback: by how much the iterate misses the first-order conditions, entry
+  /// by entry. Evaluates gradient and Jacobian. False where these are undefined, and anywhere else.
+  bool GetCurrentViolations(Violations& violations) const;
 
   /// Answer of the last solve, with the certificate; after a failed Initialize its status and
   /// message only.

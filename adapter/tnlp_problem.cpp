@@ -300,10 +300,10 @@ bool TnlpProblem::hessian(std::span<const double> v, bool new_v, double sigma,
 
 bool TnlpProblem::report(const IterationInfo& info) {
   return model_->intermediate_callback(
-      Ipopt::RegularMode, info.iteration, info.objective, info.error.primal,
-      std::max(info.error.dual_min, info.error.dual_max), info.mu, info.step_norm,
-      std::max(info.delta_x, info.delta_y), info.alpha_dual, info.alpha_primal, info.trials,
-      nullptr, nullptr);
+      info.restoration ? Ipopt::RestorationPhaseMode : Ipopt::RegularMode, info.iteration,
+      info.objective, info.error.primal, std::max(info.error.dual_min, info.error.dual_max),
+      info.mu, info.step_norm, std::max(info.delta_x, info.delta_y), info.alpha_dual,
+      info.alpha_primal, info.trials, nullptr, nullptr);
 }
 
 void TnlpProblem::finalize(Ipopt::SolverReturn status, const Result& result) {

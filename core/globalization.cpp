@@ -428,7 +428,8 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
   trial_.evaluation = point.evaluation;
   SolverOptions options = options_;
   limit_.pass_on(options);
-  const auto outcome = restore_feasibility(canonical_, options, mu, acceptable, trial_, allowed);
+  const auto outcome = restore_feasibility(canonical_, options, mu, acceptable,
+                                           restoration_observer_, trial_, allowed);
   switch (outcome) {
     case RestorationOutcome::Restored:
       break;
@@ -437,6 +438,12 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
       return Status::LocallyInfeasible;
     case RestorationOutcome::Stopped:
       return limit_.expired() ? limit_.exceeded() : Status::MaxIterations;
+    case RestorationOutcome::UserStop:
+      std::swap(point, trial_);
+      if (evaluate_values(point)) {
+        static_cast<void>(canonical_.first_derivatives(point.iterate.v, point.evaluation));
+      }
+      return Status::UserStop;
     case RestorationOutcome::Failed:
       if (has_max()) return leap(point, mu, info);
       message_ = "the feasibility restoration failed";

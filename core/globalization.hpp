@@ -6,6 +6,7 @@
 #include <ipminmax/core/inner_maximizer.hpp>
 #include <ipminmax/core/kkt_system.hpp>
 #include <ipminmax/core/merit.hpp>
+#include <ipminmax/core/restoration.hpp>
 #include <ipminmax/core/solver.hpp>
 #include <optional>
 #include <string>
@@ -33,6 +34,12 @@ class GlobalizedMethod {
   /// Leaves a first-order point with a wrong inertia along a direction of the offending curvature.
   /// False: none of the allowed attempts is left, or none helps.
   [[nodiscard]] bool escape(Point& point, double mu, IterationInfo& info);
+
+  /// To be told of restorations' iterations. A stop ends the step with Status::UserStop, the point
+  /// moved to where it happened, its values and first derivatives renewed where they exist.
+  void observe_restorations(RestorationObserver observer) {
+    restoration_observer_ = std::move(observer);
+  }
 
   [[nodiscard]] const std::string& message() const { return message_; }
 
@@ -77,6 +84,7 @@ class GlobalizedMethod {
   const SolverOptions& options_;
   TimeLimit& limit_;
   bool allow_restoration_;
+  RestorationObserver restoration_observer_;
   bool repeated_;  ///< the search from another starting point failed before
   InnerMaximizer inner_;
   Index max_setbacks_;

@@ -103,6 +103,11 @@ class Solver {
   struct Stop;
   [[nodiscard]] Stop stop_here(Status status) const;
   void report(const Stop& stop);
+  void start_method(bool repeated);
+  [[nodiscard]] bool tell_restoration(const IterationInfo& nested, const Eigen::VectorXd& v,
+                                      const Eigen::VectorXd& c);
+  void describe(const Iterate& iterate, const KktError& error, Result& result);
+  void set_totals(Result& result) const;
   [[nodiscard]] std::optional<Status> iterate();
   [[nodiscard]] std::optional<Status> algorithm_one_step();
   [[nodiscard]] std::optional<Status> compute_step();
@@ -265,10 +270,19 @@ std::optional<Status> Solver::start() {
                       products.average);
   }
   if (options_.minmax_globalization == Globalization::Filter && !options_.minmax_pure_newton) {
-    method_.emplace(canonical_, *kkt_, *correction_, options_, limit_, !nested_);
-    method_->start(point_);
+    start_method(false);
   }
   return std::nullopt;
+}
+
+void Solver::start_method(bool repeated) {
+  method_.emplace(canonical_, *kkt_, *correction_, options_, limit_, !nested_, repeated);
+  method_->start(point_);
+  if (observer_.on_iteration && !nested_) {
+    method_->observe_restorations([this](const auto& nested, const auto& v, const auto& c) {
+      return tell_restoration(nested, v, c);
+    });
+  }
 }
 
 std::optional<Status> Solver::evaluate_start(const SolverOptions& options) {
@@ -328,8 +342,7 @@ bool Solver::start_elsewhere(Status failed) {
     correction_->remember({});
     method_.reset();
   } else {
-    method_.emplace(canonical_, *kkt_, *correction_, options_, limit_, true, true);
-    method_->start(point_);
+    start_method(true);
   }
   if (!first_failure_) first_failure_ = std::move(stop);
   say("no local minmax found from here; " + (last_resort
@@ -371,6 +384,13 @@ std::optional<Status> Solver::stop_reason() {
     info_.factorizations_inner = counts.factorizations_inner - reported_inner_;
     reported_full_ = counts.factorizations_full;
     reported_inner_ = counts.factorizations_inner;
+    info_.result = [this] {
+      Result result;
+      result.status = Status::UserStop;
+      result.message = std::string(name_of(result.status));
+      describe(point_.iterate, info_.error, result);
+      return result;
+    };
     if (!observer_.on_iteration(info_)) return Status::UserStop;
   }
   std::optional<Status> stop;
@@ -387,6 +407,40 @@ std::optional<Status> Solver::stop_reason() {
   if (info_.iteration >= options_.max_iter) return Status::MaxIterations;
   if (limit_.expired()) return limit_.exceeded();
   return std::nullopt;
+}
+
+bool Solver::tell_restoration(const IterationInfo& nested, const Eigen::VectorXd& v,
+                              const Eigen::VectorXd& c) {
+  IterationInfo info = nested;
+  info.restoration = true;
+  info.iteration = info_.iteration + 1;
+  info.factorizations_full = info.factorizations_inner = 0;
+  double f = std::numeric_limits<double>::quiet_NaN();
+  if (canonical_.objective(v, f) != EvaluationStatus::Ok) {
+    f = std::numeric_limits<double>::quiet_NaN();
+  }
+  info.objective = canonical_.unscaled_objective(f);
+  info.error.primal = 0.0;
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    info.error.primal =
+        std::max(info.error.primal, std::abs(c[j]) / canonical_.constraint_scale(j));
+  }
+  info.v = canonical_.model_point(v);
+  info.result = [&] {
+    Point here = point_;
+    here.iterate.v = v;
+    here.evaluation.c = c;
+    static_cast<void>(canonical_.first_derivatives(v, here.evaluation));
+    dual_residual(canonical_, here.iterate, here.evaluation, here.dual);
+    Result result;
+    result.status = Status::UserStop;
+    result.message = std::string(name_of(result.status));
+    describe(here.iterate,
+             kkt_error(canonical_, here.iterate, here.evaluation, here.dual, options_.s_max),
+             result);
+    return result;
+  };
+  return observer_.on_iteration(info);
 }
 
 bool Solver::converged(const KktError& error) const {
@@ -511,6 +565,7 @@ std::optional<Status> Solver::iterate() {
     return limit_.exceeded();
   }
   if (method_ && status) result_.message = method_->message();
+  if (status == Status::UserStop) update_error();  // in a restoration
   if (status) return status;
   update_error();
   return std::nullopt;
@@ -720,23 +775,34 @@ Result Solver::finish(Status status) {
   }
   keep_work(status);
   result_.status = status;
-  if (started_) {
-    canonical_.restore(point_.iterate, result_);
-    result_.error = info_.error;
-    result_.mu = info_.mu;
-    result_.iterations = info_.iteration;
-    if (result_.certificate.second_order == SecondOrder::NotTested) {
-      result_.certificate.kind = info_.error.primal <= options_.constr_viol_tol
-                                     ? PointKind::FeasiblePoint
-                                     : PointKind::InfeasiblePoint;
-    }
-  }
   if (result_.message.empty()) result_.message = std::string(name_of(status));
-  result_.factorizations = result_.counts.factorizations_full + result_.counts.factorizations_inner;
-  result_.seconds = limit_.stopwatch().wall();
-  result_.cpu_seconds = limit_.stopwatch().cpu();
-  result_.timing.total = result_.seconds;
+  if (started_) {
+    describe(point_.iterate, info_.error, result_);
+  } else {
+    set_totals(result_);
+  }
   return std::move(result_);
+}
+
+void Solver::describe(const Iterate& iterate, const KktError& error, Result& result) {
+  canonical_.restore(iterate, result);
+  result.error = error;
+  result.mu = info_.mu;
+  result.iterations = info_.iteration;
+  if (result.certificate.second_order == SecondOrder::NotTested) {
+    result.certificate.kind = error.primal <= options_.constr_viol_tol ? PointKind::FeasiblePoint
+                                                                       : PointKind::InfeasiblePoint;
+  }
+  set_totals(result);
+}
+
+void Solver::set_totals(Result& result) const {
+  result.counts = result_.counts;
+  result.timing = result_.timing;
+  result.factorizations = result.counts.factorizations_full + result.counts.factorizations_inner;
+  result.seconds = limit_.stopwatch().wall();
+  result.cpu_seconds = limit_.stopwatch().cpu();
+  result.timing.total = result.seconds;
 }
 
 }  // namespace

@@ -12,8 +12,13 @@ namespace ipminmax {
 
 /// State of the method after an iteration; iteration 0 is the starting point. Quantities of the
 /// step are those of the step that led here and zero at iteration 0.
+///
+/// Iterations of a feasibility restoration are told, too, with restoration set and the number of the
+/// iteration that waits for it. Objective and error.primal are then those of the model (the objective
+/// NaN where undefined); mu, the step and the other errors are those of the restoration problem.
 struct IterationInfo {
   Index iteration = 0;
+  bool restoration = false;
   double objective = 0.0;  ///< unscaled
   KktError error;
   double mu = 0.0;
@@ -27,11 +32,15 @@ struct IterationInfo {
   Index factorizations_full = 0;   ///< of K since the last call
   Index factorizations_inner = 0;  ///< of K_yy since the last call
   std::span<const double> v;       ///< the iterate, n; valid during the callback
+  /// What the solve would return if the callback stopped it now, for the callback's use only. Each
+  /// call evaluates objective and constraints, with fixed variables also their derivatives.
+  std::function<Result()> result;
 };
 
 /// What a solve tells while it runs. Every member may be empty.
 struct SolveObserver {
-  /// Called once per iteration including 0; false stops with Status::UserStop.
+  /// Called once per iteration including 0, and in those of a restoration; false stops with
+  /// Status::UserStop at the iterate.
   std::function<bool(const IterationInfo&)> on_iteration;
   /// Messages a user should see (warnings, changes of phase), without line end.
   std::function<void(std::string_view)> message;
