@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <ipminmax/core/options.hpp>
+#include <ipminmax/core/problem.hpp>
+#include <ipminmax/core/result.hpp>
+
+namespace ipminmax {
+
+/// By how much a point misses the first-order conditions, entry by entry, in the model's units and
+/// order. Zero where there is no bound.
+struct Violations {
+  std::vector<double> lower_bound;            ///< n, max(x_L - x, 0)
+  std::vector<double> upper_bound;            ///< n, max(x - x_U, 0)
+  std::vector<double> lower_complementarity;  ///< n, (x - x_L) z_L; 0 for a fixed variable
+  std::vector<double> upper_complementarity;  ///< n, (x_U - x) z_U; 0 for a fixed variable
+  std::vector<double> lagrangian_gradient;    ///< n, grad f + J' lambda - z_L + z_U
+  std::vector<double> constraint;             ///< m, max(g_L - g, g - g_U, 0)
+  /// m, (g_U - g) times the part of lambda that presses against g_U (positive for a constraint of
+  /// Min, negative for one of Max), or (g - g_L) times the other; 0 for an equation.
+  std::vector<double> constraint_complementarity;
+};
+
+/// Violations at the point of a result (v, lambda, z_lower, z_upper, constraints). Evaluates
+/// gradient and Jacobian; empty when one is undefined there.
+[[nodiscard]] std::optional<Violations> violations_at(Problem& problem, const Result& point,
+                                                      const SolverOptions& options);
+
+}  // namespace ipminmax
