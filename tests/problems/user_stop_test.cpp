@@ -23,8 +23,35 @@ struct Case {
   std::vector<double> start;
 };
 
+/// Waechter and Biegler (2000): from this start no line search reaches feasibility.
+Model needs_restoration() {
+  Model model;
+  const Expression a = model.variable(Player::Min, "a");
+  const Expression b = model.variable(Player::Min, "b", 0.0);
+  const Expression c = model.variable(Player::Min, "c", 0.0);
+  model.objective(a);
+  model.constraint(square(a) - b - 1.0, 0.0, 0.0);
+  model.constraint(a - c - 0.5, 0.0, 0.0);
+  return model;
+}
+
+/// The restoration ends where the violation is least.
+Model infeasible() {
+  Model model;
+  const Expression a = model.variable(Player::Min, "a");
+  const Expression y = model.variable(Player::Max, "y", -2.0, 2.0);
+  const Expression b = model.variable(Player::Min, "b");
+  model.objective(square(a) + a * y - square(y) + b);
+  model.constraint(square(a) + square(b) + exp(b), -kNoBound, -1.0);
+  return model;
+}
+
 std::vector<Case> cases() {
-  std::vector<Case> all;
+  std::vector<Case> all = {{"needs_restoration", needs_restoration(), {-2.0, 3.0, 1.0}},
+                           {"infeasible", infeasible(), {4.0, 1.0, 3.0}}};
+  for (const IllPosed& problem : ill_posed()) {
+    all.push_back({problem.name, problem.model, problem.start});
+  }
   for (const SmallProblem& problem : small_problems()) {
     for (const auto& start : problem.starts) all.push_back({problem.name, problem.model, start});
   }
@@ -90,7 +117,7 @@ void stop_at(const Case& c, std::size_t call) {
 }
 
 TEST(UserStop, ReturnsTheIterateAfterEveryKindOfStep) {
-  constexpr int kStopsPerKind = 5;
+  constexpr int kStopsPerKind = 6;
   std::map<char, int> stops;
   for (const Case& c : cases()) {
     AutodiffProblem problem(c.model, c.start);
@@ -100,8 +127,9 @@ TEST(UserStop, ReturnsTheIterateAfterEveryKindOfStep) {
       return true;
     }));
     for (std::size_t call = 0; call < kinds.size(); ++call) {
-      const bool first = kinds.find(kinds[call]) == call;
-      if (first && stops[kinds[call]]++ < kStopsPerKind) stop_at(c, call);
+      const char kind = kinds[call];
+      const bool end = kinds.find(kind) == call || (kind == '*' && kinds.rfind(kind) == call);
+      if (end && stops[kind]++ < kStopsPerKind) stop_at(c, call);
     }
   }
   // The start, Newton and filter steps, shifted ones, escapes, new starts, restorations, and the

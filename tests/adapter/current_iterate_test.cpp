@@ -1,0 +1,336 @@
+// What intermediate_callback may ask of the iterate: GetCurrentIterate and GetCurrentViolations.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <ipminmax/adapter/minmax_application.hpp>
+#include <ipminmax/adapter/problem_tnlp.hpp>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <problems/small_problems.hpp>
+#include <regression/hock_schittkowski.hpp>
+#include <regression/not_minima.hpp>
+#include <support/autodiff_problem.hpp>
+
+namespace ipminmax::testing {
+namespace {
+
+using Ipopt::SmartPtr;
+
+/// What intermediate_callback is told.
+struct Told {
+  Ipopt::AlgorithmMode mode;
+  Index iteration;
+  double objective, inf_pr, inf_du, mu;
+};
+
+/// A Problem as Ipopt's model, that asks a function in each callback and keeps the final answer.
+class Watched : public ProblemTnlp {
+ public:
+  explicit Watched(Problem& problem) : ProblemTnlp(problem) {}
+
+  std::function<bool(const Told&)> on_iteration = [](const Told&) { return true; };
+  std::function<void()> on_end = [] {};
+  int ends = 0;
+  Ipopt::SolverReturn status = Ipopt::UNASSIGNED;
+
+  bool intermediate_callback(Ipopt::AlgorithmMode mode, Ipopt::Index iter, double f, double inf_pr,
+                             double inf_du, double mu, double, double, double, double, Ipopt::Index,
+                             const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
+    return on_iteration({mode, iter, f, inf_pr, inf_du, mu});
+  }
+  void finalize_solution(Ipopt::SolverReturn reason, Ipopt::Index n, const double* x,
+                         const double* z_L, const double* z_U, Ipopt::Index m, const double* g,
+                         const double* lambda, double f, const Ipopt::IpoptData* data,
+                         Ipopt::IpoptCalculatedQuantities* cq) override {
+    ProblemTnlp::finalize_solution(reason, n, x, z_L, z_U, m, g, lambda, f, data, cq);
+    status = reason;
+    ++ends;
+    on_end();
+  }
+};
+
+/// A model, the problem of its formulas, and an application without output.
+struct Setting {
+  explicit Setting(const Model& formulas, const std::vector<double>& start)
+      : problem(formulas, start), watched(new Watched(problem)) {
+    const ProblemStructure& s = problem.structure();
+    const auto indices = [](const std::vector<Player>& players) {
+      std::vector<Ipopt::Index> of_max;
+      for (std::size_t i = 0; i < players.size(); ++i) {
+        if (players[i] == Player::Max) of_max.push_back(static_cast<Ipopt::Index>(i));
+      }
+      return of_max;
+    };
+    model = new SplitTNLP(GetRawPtr(watched), indices(s.variable_players),
+                          indices(s.constraint_players));
+    EXPECT_EQ(application->Initialize(""), Ipopt::Solve_Succeeded);
+  }
+  Ipopt::ApplicationReturnStatus solve() { return application->OptimizeTNLP(GetRawPtr(model)); }
+
+  AutodiffProblem problem;
+  SmartPtr<Watched> watched;
+  SmartPtr<SplitTNLP> model;
+  SmartPtr<MinMaxApplication> application = new MinMaxApplication(false);
+};
+
+/// Free rows, fixed variables of both players, inequalities and equations of both.
+Model everything() {
+  Model model;
+  const Expression a = model.variable(Player::Min, "a", -3.0, 4.0);
+  const Expression p = model.variable(Player::Min, "p", 0.5, 0.5);
+  const Expression y = model.variable(Player::Max, "y", -kNoBound, 2.0);
+  const Expression q = model.variable(Player::Max, "q", -1.0, -1.0);
+  const Expression b = model.variable(Player::Min, "b", 0.1);
+  const Expression w = model.variable(Player::Max, "w");
+  model.objective(square(a - 1.0) + 3.0 * a * y - square(y) * 2.0 + exp(b) + p * a + q * y -
+                  square(w) + w * b);
+  model.constraint(a * b + p, -kNoBound, kNoBound);
+  model.constraint(a + b, -kNoBound, 1.5);
+  model.constraint(square(a) + y, -4.0, 8.0);
+  model.constraint(w + 2.0 * y + q, 0.25, 0.25);
+  model.constraint(square(y) + square(w), -kNoBound, kNoBound);
+  model.constraint(y + w, -5.0, kNoBound);
+  return model;
+}
+
+double distance(double value, double lower, double upper) {
+  return std::max({lower - value, value - upper, 0.0});
+}
+
+/// Compares iterate and violations with the model's functions.
+void expect_consistent(AutodiffProblem& problem, const Told& told, const Result& at,
+                       const Violations& found) {
+  const ProblemStructure& s = problem.structure();
+  const std::size_t n = s.variable_players.size(), m = s.constraint_players.size();
+  double f = 0.0;
+  std::vector<double> g(m), gradient(n), jacobian(s.jacobian.size());
+  ASSERT_TRUE(problem.objective(at.v, true, f) && problem.constraints(at.v, false, g) &&
+              problem.gradient(at.v, false, gradient) && problem.jacobian(at.v, false, jacobian));
+  EXPECT_EQ(at.objective, f);
+  EXPECT_EQ(at.constraints, g);
+  EXPECT_NEAR(told.objective, f, 1e-12 * (1.0 + std::abs(f)));
+  EXPECT_EQ(at.error.primal, told.inf_pr);
+  EXPECT_EQ(std::max(at.error.dual_min, at.error.dual_max), told.inf_du);
+  EXPECT_EQ(at.mu, told.mu);
+
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    gradient[static_cast<std::size_t>(s.jacobian[k].col)] +=
+        jacobian[k] * at.lambda[static_cast<std::size_t>(s.jacobian[k].row)];
+  }
+  double of_min = 0.0, of_max = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool max = s.variable_players[i] == Player::Max;
+    const double lower = s.variable_lower[i], upper = s.variable_upper[i];
+    const double slope = gradient[i] - at.z_lower[i] + at.z_upper[i];
+    EXPECT_NEAR(found.lagrangian_gradient[i], slope, 1e-11 * (1.0 + std::abs(gradient[i]))) << i;
+    double& largest = max ? of_max : of_min;
+    largest = std::max(largest, std::abs(slope));
+    EXPECT_EQ(found.lower_bound[i], std::max(lower - at.v[i], 0.0)) << i;
+    EXPECT_EQ(found.upper_bound[i], std::max(at.v[i] - upper, 0.0)) << i;
+    // The sign of a bound's multiplier is the player's.
+    EXPECT_GE(max ? -at.z_lower[i] : at.z_lower[i], 0.0) << i;
+    EXPECT_GE(max ? -at.z_upper[i] : at.z_upper[i], 0.0) << i;
+    const bool fixed = lower == upper;
+    if (fixed) {
+      EXPECT_EQ(at.v[i], lower);
+      EXPECT_NEAR(slope, 0.0, 1e-11 * (1.0 + std::abs(gradient[i]))) << i;
+    }
+    const double below = fixed || lower < -1e19 ? 0.0 : (at.v[i] - lower) * at.z_lower[i];
+    const double above = fixed || upper > 1e19 ? 0.0 : (upper - at.v[i]) * at.z_upper[i];
+    EXPECT_EQ(found.lower_complementarity[i], below) << i;
+    EXPECT_EQ(found.upper_complementarity[i], above) << i;
+  }
+  // The errors hold for the slacks of inequalities, too.
+  EXPECT_LE(of_min, at.error.dual_min * (1.0 + 1e-9) + 1e-11);
+  EXPECT_LE(of_max, at.error.dual_max * (1.0 + 1e-9) + 1e-11);
+  for (std::size_t j = 0; j < m; ++j) {
+    const double lower = s.constraint_lower[j], upper = s.constraint_upper[j];
+    EXPECT_EQ(found.constraint[j], distance(g[j], lower, upper)) << j;
+    const double pressure = s.constraint_players[j] == Player::Max ? -at.lambda[j] : at.lambda[j];
+    double product = 0.0;
+    if (lower != upper && pressure > 0.0 && upper < 1e19) product = (upper - g[j]) * at.lambda[j];
+    if (lower != upper && pressure < 0.0 && lower > -1e19) product = (g[j] - lower) * at.lambda[j];
+    EXPECT_EQ(found.constraint_complementarity[j], product) << j;
+  }
+}
+
+TEST(CurrentIterate, AgreesWithTheModelAtEveryIteration) {
+  struct Case {
+    const char* name;
+    Model model;
+    std::vector<double> start;
+    const char* scaling;
+  };
+  const MinimizationProblem& hs071 = hock_schittkowski("hs071");
+  std::vector<Case> cases = {
+      {"everything", everything(), {0.0, 0.5, 0.0, -1.0, 0.5, 0.0}, "gradient-based"},
+      {"everything, not scaled", everything(), {0.0, 0.5, 0.0, -1.0, 0.5, 0.0}, "none"},
+      {"hs071", hs071.model, hs071.start, "gradient-based"}};
+  for (const char* name : {"hyperbola", "attack_ball", "bolib_tp7", "tc5"}) {
+    cases.push_back(
+        {name, small_problem(name).model, small_problem(name).starts.front(), "gradient-based"});
+  }
+  for (const Case& c : cases) {
+    SCOPED_TRACE(c.name);
+    Setting setting(c.model, c.start);
+    setting.application->Options()->SetStringValue("nlp_scaling_method", c.scaling);
+    Index calls = 0;
+    Result last;
+    Violations at_last;
+    setting.watched->on_iteration = [&](const Told& told) {
+      SCOPED_TRACE("iteration " + std::to_string(told.iteration));
+      ++calls;
+      EXPECT_TRUE(setting.application->GetCurrentIterate(last));
+      EXPECT_TRUE(setting.application->GetCurrentViolations(at_last));
+      expect_consistent(setting.problem, told, last, at_last);
+      return !::testing::Test::HasFatalFailure();
+    };
+    ASSERT_EQ(setting.solve(), Ipopt::Solve_Succeeded);
+    const Result& answer = setting.application->LastResult();
+    EXPECT_EQ(calls, answer.iterations + 1);
+    EXPECT_EQ(last.v, answer.v);  // the last iterate is the answer
+    EXPECT_EQ(last.lambda, answer.lambda);
+    EXPECT_EQ(last.z_lower, answer.z_lower);
+    const auto largest = [](const std::vector<double>& values) {
+      double norm = 0.0;
+      for (const double value : values) norm = std::max(norm, std::abs(value));
+      return norm;
+    };
+    EXPECT_LT(largest(at_last.lagrangian_gradient), 1e-6);
+    EXPECT_LT(largest(at_last.constraint), 1e-6);
+    EXPECT_LT(largest(at_last.lower_complementarity), 1e-6);
+    EXPECT_LT(largest(at_last.constraint_complementarity), 1e-6);
+  }
+}
+
+TEST(CurrentIterate, SplitsTheDualErrorByPlayer) {
+  // No inequalities: the errors are those of the variables alone.
+  Model model;
+  const Expression x = model.variable(Player::Min, "x");
+  const Expression y = model.variable(Player::Max, "y");
+  model.objective(exp(x) + x * y - pow(y - 1.0, 4.0) - square(y));
+  Setting setting(model, {2.0, -1.0});
+  bool apart = false;
+  setting.watched->on_iteration = [&](const Told& told) {
+    Result at;
+    Violations found;
+    EXPECT_TRUE(setting.application->GetCurrentIterate(at));
+    EXPECT_TRUE(setting.application->GetCurrentViolations(found));
+    EXPECT_NEAR(at.error.dual_min, std::abs(std::exp(at.v[0]) + at.v[1]), 1e-12);
+    EXPECT_NEAR(at.error.dual_max,
+                std::abs(at.v[0] - 4.0 * std::pow(at.v[1] - 1.0, 3.0) - 2.0 * at.v[1]), 1e-12);
+    EXPECT_NEAR(std::abs(found.lagrangian_gradient[0]), at.error.dual_min, 1e-12);
+    EXPECT_NEAR(std::abs(found.lagrangian_gradient[1]), at.error.dual_max, 1e-12);
+    apart = apart || at.error.dual_min != at.error.dual_max;
+    return told.iteration < 100;
+  };
+  EXPECT_EQ(setting.solve(), Ipopt::Solve_Succeeded);
+  EXPECT_TRUE(apart);
+}
+
+TEST(CurrentIterate, ThereIsNoneOutsideTheCallback) {
+  Setting setting(everything(), {0.0, 0.5, 0.0, -1.0, 0.5, 0.0});
+  Result at;
+  at.objective = 7.0;
+  at.v = {1.0};
+  Violations found;
+  found.constraint = {2.0};
+  const auto expect_none = [&](const char* where) {
+    EXPECT_FALSE(setting.application->GetCurrentIterate(at)) << where;
+    EXPECT_FALSE(setting.application->GetCurrentViolations(found)) << where;
+    EXPECT_EQ(at.objective, 7.0);
+    EXPECT_EQ(at.v, std::vector{1.0});
+    EXPECT_EQ(found.constraint, std::vector{2.0});
+  };
+  expect_none("before");
+  setting.watched->on_end = [&] { expect_none("in finalize_solution"); };
+  ASSERT_EQ(setting.solve(), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(setting.watched->ends, 1);
+  expect_none("after");
+  setting.watched->on_end = [] {};
+  setting.watched->on_iteration = [](const Told&) -> bool { throw std::runtime_error("stop"); };
+  EXPECT_EQ(setting.solve(), Ipopt::NonIpopt_Exception_Thrown);
+  expect_none("after an exception");
+}
+
+/// The user stops at the given call; everything that comes back is the iterate there.
+void stop_at(const Model& model, const std::vector<double>& start, int call,
+             const char* options = "") {
+  SCOPED_TRACE("call " + std::to_string(call));
+  Setting setting(model, start);
+  std::istringstream text(options);
+  ASSERT_EQ(setting.application->Initialize(text), Ipopt::Solve_Succeeded);
+  Result seen;
+  int calls = 0;
+  setting.watched->on_iteration = [&](const Told&) {
+    if (calls++ < call) return true;
+    EXPECT_TRUE(setting.application->GetCurrentIterate(seen));
+    return false;
+  };
+  ASSERT_EQ(setting.solve(), Ipopt::User_Requested_Stop);
+  ASSERT_EQ(calls, call + 1);
+  EXPECT_EQ(setting.watched->ends, 1);
+  EXPECT_EQ(setting.watched->status, Ipopt::USER_REQUESTED_STOP);
+  const IpoptAnswer& final = setting.watched->answer();
+  const Result& result = setting.application->LastResult();
+  EXPECT_EQ(result.status, Status::UserStop);
+  EXPECT_EQ(final.v, seen.v);
+  EXPECT_EQ(final.lambda, seen.lambda);
+  EXPECT_EQ(final.z_lower, seen.z_lower);
+  EXPECT_EQ(final.z_upper, seen.z_upper);
+  EXPECT_EQ(final.constraints, seen.constraints);
+  EXPECT_EQ(final.objective, seen.objective);
+  EXPECT_EQ(result.v, seen.v);
+  EXPECT_EQ(result.error.total, seen.error.total);
+}
+
+/// Calls of a solve whose mode is that of a restoration, and the number of all.
+std::vector<int> restoration_calls(const Model& model, const std::vector<double>& start) {
+  Setting setting(model, start);
+  std::vector<int> found;
+  int calls = 0;
+  setting.watched->on_iteration = [&](const Told& told) {
+    if (told.mode == Ipopt::RestorationPhaseMode) {
+      found.push_back(calls);
+      Result at;
+      EXPECT_TRUE(setting.application->GetCurrentIterate(at));
+      EXPECT_NEAR(told.objective, at.objective, 1e-12 * (1.0 + std::abs(at.objective)));
+      EXPECT_EQ(told.inf_pr, at.error.primal);
+    }
+    ++calls;
+    return true;
+  };
+  static_cast<void>(setting.solve());
+  return found;
+}
+
+TEST(UserStop, ReturnsTheIterate) {
+  const MinimizationProblem& hs071 = hock_schittkowski("hs071");
+  for (const int call : {0, 1, 5}) {
+    stop_at(everything(), {0.0, 0.5, 0.0, -1.0, 0.5, 0.0}, call);
+    stop_at(hs071.model, hs071.start, call);
+  }
+  // Of several starts the best point so far: here that of the first.
+  stop_at(hs071.model, hs071.start, 4, "minmax_starts 3\n");
+}
+
+TEST(UserStop, ReturnsTheIterateOfARestoration) {
+  int stops = 0;
+  for (const IllPosed& problem : ill_posed()) {
+    const std::vector<int> calls = restoration_calls(problem.model, problem.start);
+    if (calls.empty()) continue;
+    ++stops;
+    SCOPED_TRACE(problem.name);
+    stop_at(problem.model, problem.start, calls.front());
+    stop_at(problem.model, problem.start, calls.back());
+  }
+  EXPECT_GT(stops, 2);
+}
+
+}  // namespace
+}  // namespace ipminmax::testing
