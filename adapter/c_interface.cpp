@@ -96,6 +96,7 @@ class CallbackTNLP : public MinMaxTNLP {
   explicit CallbackTNLP(Definition definition) : d_(std::move(definition)) {}
 
   [[nodiscard]] const Definition& definition() const { return d_; }
+  [[nodiscard]] Definition& definition() { return d_; }
 
   IpminmaxIntermediate_CB intermediate = nullptr;
   double objective_scaling = 1.0;
@@ -610,6 +611,29 @@ int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double
     model.objective_scaling = obj_scaling;
     model.x_scaling = std::move(x);
     model.g_scaling = std::move(g);
+    return {};
+  });
+}
+
+int IpminmaxSetBounds(IpminmaxProblem problem, const double* x_L, const double* x_U,
+                      const double* g_L, const double* g_U) {
+  return guarded(problem, [&]() -> std::string {
+    if (problem->solving) return "the problem is being solved: its bounds cannot change";
+    Definition& d = problem->model->definition();
+    std::string error;
+    const auto read = [&](const double* values, const std::vector<double>& present,
+                          const char* name) {
+      return values == nullptr
+                 ? present
+                 : read_array(values, static_cast<Index>(present.size()), name, error);
+    };
+    auto x_lower = read(x_L, d.x_lower, "x_L"), x_upper = read(x_U, d.x_upper, "x_U");
+    auto g_lower = read(g_L, d.g_lower, "g_L"), g_upper = read(g_U, d.g_upper, "g_U");
+    if (!error.empty()) return error;
+    d.x_lower = std::move(x_lower);
+    d.x_upper = std::move(x_upper);
+    d.g_lower = std::move(g_lower);
+    d.g_upper = std::move(g_upper);
     return {};
   });
 }

@@ -144,6 +144,11 @@ int IpminmaxOpenOutputFile(IpminmaxProblem problem, const char *file_name, int p
 int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double *x_scaling,
                        const double *g_scaling);
 
+/* New bounds for the next solves: x_L, x_U (n), g_L, g_U (m); each may be NULL: as before. While
+ * bounds stay of the same kind (absent, one-sided, equal) IpminmaxSolveAgain needs no new analysis. */
+int IpminmaxSetBounds(IpminmaxProblem problem, const double *x_L, const double *x_U,
+                      const double *g_L, const double *g_U);
+
 /* NULL: none. */
 int IpminmaxSetIntermediateCallback(IpminmaxProblem problem,
                                     IpminmaxIntermediate_CB intermediate_cb);
@@ -158,8 +163,9 @@ enum IpminmaxReturnStatus IpminmaxSolve(IpminmaxProblem problem, double *x, doub
                                         double *mult_x_U, void *user_data);
 
 /* The same structure again, warm started (as with warm_start_init_point yes) from x and the
- * multipliers of the last solve; user_data may have changed what the functions return. Arguments as
- * in IpminmaxSolve, multipliers out only. Invalid_Problem_Definition when there is no last point. */
+ * multipliers of the last solve; user_data and IpminmaxSetBounds may have changed the numbers.
+ * Orderings, symbolic factorizations, scaling and the last shifts of the Hessian are kept
+ * (IpminmaxStatistics.analyses is 0). Arguments as in IpminmaxSolve, multipliers out only. Invalid_Problem_Definition when there is no last point. */
 enum IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double *x, double *g,
                                              double *obj_val, double *mult_g, double *mult_x_L,
                                              double *mult_x_U, void *user_data);

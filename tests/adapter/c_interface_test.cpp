@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <ipminmax.h>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -188,11 +189,15 @@ TEST(CInterface, IteratesAndAnswerAreThoseOfTheTnlp) {
     EXPECT_EQ(c.licq_max, 1);
     EXPECT_EQ(c.weakly_active_min, 0);
     EXPECT_EQ(c.weakly_active_max, 0);
+    EXPECT_EQ(c.finite_differences, 0);
+    EXPECT_EQ(c.hessian_error, 0.0);
 
     IpminmaxStatistics s;
     ASSERT_EQ(IpminmaxGetStatistics(problem.get(), &s), 1);
     EXPECT_EQ(s.iterations, result.iterations);
     EXPECT_EQ(s.factorizations, result.factorizations);
+    EXPECT_EQ(s.analyses, result.counts.analyses);
+    EXPECT_EQ(s.analyses, 2);
     EXPECT_EQ(s.objective_evaluations, model.evaluations);
     EXPECT_EQ(s.hessian_evaluations, model.count("eval_h"));
     EXPECT_EQ(s.error, result.error.total);
@@ -307,6 +312,82 @@ TEST(CInterface, TheUserStops) {
   EXPECT_EQ(model.rows.size(), 3U);
 }
 
+TEST(CInterface, TheCurrentIterateIsSeenInsideTheCallback) {
+  const auto problem = Arguments().create();
+  Recorder model;
+  Answer at;
+  std::vector<double> x_low(3), x_up(3), compl_low(3), compl_up(3), slope(3), violation(2),
+      compl_g(2);
+  const auto iterate = [&](int n, int m) {
+    return IpminmaxGetCurrentIterate(problem.get(), n, at.x.data(), at.z_L.data(), at.z_U.data(), m,
+                                     at.g.data(), at.lambda.data());
+  };
+  const auto violations = [&] {
+    return IpminmaxGetCurrentViolations(problem.get(), 3, x_low.data(), x_up.data(),
+                                        compl_low.data(), compl_up.data(), slope.data(), 2,
+                                        violation.data(), compl_g.data());
+  };
+  const auto expect_none = [&] {
+    EXPECT_EQ(iterate(3, 2), 0);
+    EXPECT_TRUE(contains(message(problem), "only inside the intermediate callback"));
+    EXPECT_EQ(violations(), 0);
+    EXPECT_TRUE(contains(message(problem), "only inside the intermediate callback"));
+  };
+  expect_none();
+  EXPECT_EQ(at.g, Answer().g);  // untouched
+
+  model.on_iteration = [&](int iteration) {
+    EXPECT_EQ(iterate(4, 2), 0);
+    EXPECT_TRUE(contains(message(problem), "n = 4"));
+    EXPECT_EQ(iterate(3, 1), 0);
+    EXPECT_TRUE(contains(message(problem), "m = 1"));
+    EXPECT_EQ(iterate(3, 2), 1) << message(problem);
+    EXPECT_EQ(violations(), 1) << message(problem);
+    EXPECT_EQ(
+        IpminmaxGetCurrentIterate(problem.get(), 3, nullptr, nullptr, nullptr, 2, nullptr, nullptr),
+        1);
+    IpminmaxStatistics now;
+    EXPECT_EQ(IpminmaxGetStatistics(problem.get(), &now), 1);
+    EXPECT_EQ(now.iterations, iteration);
+    const Row& told = model.rows.back();
+    EXPECT_EQ(now.primal_error, told[3]);
+    EXPECT_EQ(std::max(now.dual_error_min, now.dual_error_max), told[4]);
+
+    // The model's functions at x: see adapter/model.hpp.
+    const auto& x = at.x;
+    EXPECT_EQ(at.g, (std::vector{x[0] + x[2], x[1] - x[0]}));
+    EXPECT_NEAR(2.0 * x[0] * x[0] + x[2] * x[2] + 3.0 * x[0] * x[1] - x[1] * x[1], told[2], 1e-12);
+    EXPECT_NEAR(slope[0],
+                4.0 * x[0] + 3.0 * x[1] + at.lambda[0] - at.lambda[1] - at.z_L[0] + at.z_U[0],
+                1e-12);
+    EXPECT_NEAR(slope[1], 3.0 * x[0] - 2.0 * x[1] + at.lambda[1] - at.z_L[1] + at.z_U[1], 1e-12);
+    EXPECT_NEAR(slope[2], 2.0 * x[2] + at.lambda[0], 1e-12);
+    EXPECT_NEAR(std::max(std::abs(slope[0]), std::abs(slope[2])), now.dual_error_min, 1e-12);
+    EXPECT_LE(std::abs(slope[1]), now.dual_error_max + 1e-12);  // g1 has a slack
+    EXPECT_EQ(violation[0], std::abs(at.g[0] - 1.0));
+    EXPECT_EQ(violation[1], std::max(at.g[1] - 4.0, 0.0));
+    EXPECT_EQ(compl_low[0], (x[0] + 10.0) * at.z_L[0]);
+    EXPECT_EQ(compl_up[0], 0.0);  // no upper bound
+    EXPECT_EQ(compl_up[1], (5.0 - x[1]) * at.z_U[1]);
+    EXPECT_EQ(compl_g[0], 0.0);
+    if (at.lambda[1] < 0.0) {  // g1 is Max's
+      EXPECT_EQ(compl_g[1], (4.0 - at.g[1]) * at.lambda[1]);
+    }
+    EXPECT_EQ(x_low, std::vector<double>(3, 0.0));
+    EXPECT_EQ(x_up, std::vector<double>(3, 0.0));
+    return iteration < 3;
+  };
+  ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), intermediate), 1);
+  const Answer answer = solve(problem, model);
+  EXPECT_EQ(answer.status, IPMINMAX_USER_REQUESTED_STOP);
+  EXPECT_EQ(answer.x, at.x);
+  EXPECT_EQ(answer.g, at.g);
+  EXPECT_EQ(answer.lambda, at.lambda);
+  EXPECT_EQ(answer.z_L, at.z_L);
+  EXPECT_EQ(answer.z_U, at.z_U);
+  expect_none();
+}
+
 TEST(CInterface, ExceptionsOfCallbacksDoNotPass) {
   const auto problem = Arguments().create();
   Recorder model;
@@ -339,6 +420,14 @@ TEST(CInterface, WithoutHessianDifferencesTakeItsPlace) {
   EXPECT_EQ(answer.status, IPMINMAX_SOLVE_SUCCEEDED) << message(problem);
   ASSERT_EQ(answer.x.size(), expected.x.size());
   for (std::size_t i = 0; i < answer.x.size(); ++i) EXPECT_NEAR(answer.x[i], expected.x[i], 1e-6);
+
+  // The certificate says where its curvature came from, and how wrong it may be.
+  IpminmaxCertificate certificate;
+  ASSERT_EQ(IpminmaxGetCertificate(problem.get(), &certificate), 1);
+  EXPECT_EQ(certificate.point_kind, IPMINMAX_LOCAL_MINMAX);
+  EXPECT_EQ(certificate.finite_differences, 1);
+  EXPECT_GT(certificate.hessian_error, 0.0);
+  EXPECT_LT(certificate.hessian_error, 1e-3);
 
   ASSERT_EQ(IpminmaxAddStrOption(problem.get(), "hessian_approximation", "exact"), 1);
   const Answer refused = solve(problem, model);
@@ -409,6 +498,30 @@ TEST(CInterface, SolvesAgainFromTheLastMultipliers) {
   EXPECT_EQ(again(), IPMINMAX_SOLVE_SUCCEEDED) << message(problem);
   ASSERT_EQ(IpminmaxGetStatistics(problem.get(), &warm), 1);
   EXPECT_LT(warm.iterations, cold.iterations);
+  EXPECT_EQ(cold.analyses, 2);
+  EXPECT_EQ(warm.analyses, 0);
+  EXPECT_NEAR(answer.x[0], 4.0 / 21.0, 1e-6);
+
+  // Other numbers, the same structure: g0 = 2 instead of 1 doubles the solution.
+  const std::vector<double> two{2.0, -1e20}, two_up{2.0, 4.0}, bad{2.0, kNaN};
+  ASSERT_EQ(IpminmaxSetBounds(problem.get(), nullptr, nullptr, two.data(), two_up.data()), 1);
+  EXPECT_EQ(again(), IPMINMAX_SOLVE_SUCCEEDED) << message(problem);
+  ASSERT_EQ(IpminmaxGetStatistics(problem.get(), &warm), 1);
+  EXPECT_EQ(warm.analyses, 0);
+  EXPECT_NEAR(answer.x[0], 8.0 / 21.0, 1e-6);
+  EXPECT_EQ(IpminmaxSetBounds(problem.get(), nullptr, nullptr, nullptr, bad.data()), 0);
+  EXPECT_TRUE(contains(message(problem), "g_U[1] is NaN")) << message(problem);
+  EXPECT_EQ(again(), IPMINMAX_SOLVE_SUCCEEDED);
+  EXPECT_NEAR(answer.x[0], 8.0 / 21.0, 1e-6);  // untouched by the refused bounds
+
+  // An inequality more is another structure: analyzed anew, not taken for the old one.
+  const std::vector<double> inequality{1.0, -1e20}, inequality_up{3.0, 4.0};
+  ASSERT_EQ(
+      IpminmaxSetBounds(problem.get(), nullptr, nullptr, inequality.data(), inequality_up.data()),
+      1);
+  EXPECT_EQ(again(), IPMINMAX_SOLVE_SUCCEEDED) << message(problem);
+  ASSERT_EQ(IpminmaxGetStatistics(problem.get(), &warm), 1);
+  EXPECT_EQ(warm.analyses, 2);
   EXPECT_NEAR(answer.x[0], 4.0 / 21.0, 1e-6);
 
   // The warm start was for that call: multipliers are not asked for afterwards.
