@@ -14,7 +14,7 @@
 #include <problems/small_problems.hpp>
 #include <regression/hock_schittkowski.hpp>
 #include <regression/not_minima.hpp>
-#include <support/autodiff_problem.hpp>
+#include <support/mixed_model.hpp>
 
 namespace ipminmax::testing {
 namespace {
@@ -77,26 +77,6 @@ struct Setting {
   SmartPtr<SplitTNLP> model;
   SmartPtr<MinMaxApplication> application = new MinMaxApplication(false);
 };
-
-/// Free rows, fixed variables of both players, inequalities and equations of both.
-Model everything() {
-  Model model;
-  const Expression a = model.variable(Player::Min, "a", -3.0, 4.0);
-  const Expression p = model.variable(Player::Min, "p", 0.5, 0.5);
-  const Expression y = model.variable(Player::Max, "y", -kNoBound, 2.0);
-  const Expression q = model.variable(Player::Max, "q", -1.0, -1.0);
-  const Expression b = model.variable(Player::Min, "b", 0.1);
-  const Expression w = model.variable(Player::Max, "w");
-  model.objective(square(a - 1.0) + 3.0 * a * y - square(y) * 2.0 + exp(b) + p * a + q * y -
-                  square(w) + w * b);
-  model.constraint(a * b + p, -kNoBound, kNoBound);
-  model.constraint(a + b, -kNoBound, 1.5);
-  model.constraint(square(a) + y, -4.0, 8.0);
-  model.constraint(w + 2.0 * y + q, 0.25, 0.25);
-  model.constraint(square(y) + square(w), -kNoBound, kNoBound);
-  model.constraint(y + w, -5.0, kNoBound);
-  return model;
-}
 
 double distance(double value, double lower, double upper) {
   return std::max({lower - value, value - upper, 0.0});
@@ -167,10 +147,9 @@ TEST(CurrentIterate, AgreesWithTheModelAtEveryIteration) {
     const char* scaling;
   };
   const MinimizationProblem& hs071 = hock_schittkowski("hs071");
-  std::vector<Case> cases = {
-      {"everything", everything(), {0.0, 0.5, 0.0, -1.0, 0.5, 0.0}, "gradient-based"},
-      {"everything, not scaled", everything(), {0.0, 0.5, 0.0, -1.0, 0.5, 0.0}, "none"},
-      {"hs071", hs071.model, hs071.start, "gradient-based"}};
+  std::vector<Case> cases = {{"mixed", mixed_model(), kMixedStart, "gradient-based"},
+                             {"mixed, not scaled", mixed_model(), kMixedStart, "none"},
+                             {"hs071", hs071.model, hs071.start, "gradient-based"}};
   for (const char* name : {"hyperbola", "attack_ball", "bolib_tp7", "tc5"}) {
     cases.push_back(
         {name, small_problem(name).model, small_problem(name).starts.front(), "gradient-based"});
@@ -234,7 +213,7 @@ TEST(CurrentIterate, SplitsTheDualErrorByPlayer) {
 }
 
 TEST(CurrentIterate, ThereIsNoneOutsideTheCallback) {
-  Setting setting(everything(), {0.0, 0.5, 0.0, -1.0, 0.5, 0.0});
+  Setting setting(mixed_model(), kMixedStart);
   Result at;
   at.objective = 7.0;
   at.v = {1.0};
@@ -312,7 +291,7 @@ std::vector<int> restoration_calls(const Model& model, const std::vector<double>
 TEST(UserStop, ReturnsTheIterate) {
   const MinimizationProblem& hs071 = hock_schittkowski("hs071");
   for (const int call : {0, 1, 5}) {
-    stop_at(everything(), {0.0, 0.5, 0.0, -1.0, 0.5, 0.0}, call);
+    stop_at(mixed_model(), kMixedStart, call);
     stop_at(hs071.model, hs071.start, call);
   }
   // Of several starts the best point so far: here that of the first.
