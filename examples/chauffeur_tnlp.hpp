@@ -4,8 +4,12 @@
 #include <cmath>
 #include <cstddef>
 #include <ipminmax/adapter/minmax_tnlp.hpp>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 #include <vector>
+
+#include "horizon_shift.hpp"
 
 /// The homicidal chauffeur as a model predictive control problem.
 ///
@@ -101,6 +105,13 @@ class ChauffeurTNLP : public ipminmax::MinMaxTNLP {
   /// Moves the controls one stage ahead and repeats the last: the start for the next time step.
   void shift_controls() { std::shift_left(controls_.begin(), controls_.end(), 1); }
 
+  /// The stages in a point of this model.
+  [[nodiscard]] HorizonShift horizon_shift() const {
+    return {static_cast<std::size_t>(horizon()), {{0, kVariables}}, {{0, kConstraints}}};
+  }
+  /// The next solves start here, multipliers included; empty: from the controls.
+  void set_start(std::optional<PrimalDual> start) { start_ = std::move(start); }
+
   /// Objective of the last answer.
   [[nodiscard]] Number objective() const { return objective_; }
 
@@ -137,9 +148,17 @@ class ChauffeurTNLP : public ipminmax::MinMaxTNLP {
     return true;
   }
 
-  /// The controls as they are and the states that follow from them. No multipliers.
-  bool get_starting_point(Index, bool, Number* x, bool init_z, Number*, Number*, Index,
-                          bool init_lambda, Number*) override {
+  /// The point of set_start, or the controls as they are and the states that follow from them,
+  /// without multipliers.
+  bool get_starting_point(Index, bool, Number* x, bool init_z, Number* z_L, Number* z_U, Index,
+                          bool init_lambda, Number* lambda) override {
+    if (start_) {
+      std::copy(start_->v.begin(), start_->v.end(), x);
+      if (init_z) std::copy(start_->z_lower.begin(), start_->z_lower.end(), z_L);
+      if (init_z) std::copy(start_->z_upper.begin(), start_->z_upper.end(), z_U);
+      if (init_lambda) std::copy(start_->lambda.begin(), start_->lambda.end(), lambda);
+      return true;
+    }
     if (init_z || init_lambda) return false;
     State s = state_;
     for (Index i = 0; i < horizon(); ++i) {
@@ -317,6 +336,7 @@ class ChauffeurTNLP : public ipminmax::MinMaxTNLP {
   Parameters parameters_;
   State state_;
   std::vector<Control> controls_;
+  std::optional<PrimalDual> start_;
   Number objective_ = 0.0;
 };
 

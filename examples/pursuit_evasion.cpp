@@ -4,9 +4,17 @@
 // stages, apply their first control, and look again. The program prints one line per step and a
 // summary, and writes the trajectory as .csv and, where gnuplot is installed, as .png.
 //
-//   pursuit_evasion                  a run where steering is expensive: almost every solve is
-//   certified pursuit_evasion --refined 40     the same pursuit in 40 smaller steps pursuit_evasion
-//   --figure         the paper's figure: what the instability rule changes
+//   pursuit_evasion
+//       a run where steering is expensive: almost every solve is certified
+//
+//   pursuit_evasion --refined 40
+//       the same pursuit in 40 smaller steps
+//
+//   pursuit_evasion --refined 40 --compare
+//       what it saves to start from the last solution, moved one stage ahead
+//
+//   pursuit_evasion --figure
+//       the paper's figure: what the instability rule changes
 //
 // A solve may end at a point that is no certified local minmax, or not even feasible. Its controls
 // are applied all the same, cut to the players' limits, because in closed loop something has to be;
@@ -23,6 +31,7 @@
 #include <fstream>
 #include <ipminmax/adapter/minmax_application.hpp>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -38,6 +47,7 @@ using chauffeur::Control;
 using chauffeur::State;
 
 constexpr int kNever = std::numeric_limits<int>::max();
+constexpr double kWarmBarrier = 1e-6;     // mu_init where a solve starts from the last solution
 constexpr double kLimitTolerance = 1e-4;  // relative; tol leaves the limits a little soft
 
 struct Settings {
@@ -48,9 +58,11 @@ struct Settings {
   int instability_from = 1;  ///< first step with line 7 of Algorithm 1
   bool saturate = true;      ///< cut controls to their limits before they are applied
   bool cold_shifts = false;
+  bool warm = true;  ///< start from the last certified solution, multipliers included
   bool paper_rules = false;
   double tol = 1e-6;
   int max_iter = 200;
+  bool compare = false;        ///< solve every problem from the guess, too
   std::string solver_options;  ///< lines "name value", as in an options file
 };
 
@@ -60,6 +72,7 @@ struct Step {
   bool certified = false;
   int iterations = 0;
   int factorizations = 0;
+  int analyses = 0;               ///< orderings and symbolic factorizations
   double squared_distance = 0.0;  ///< |p - e|^2 after the step
   double cost = 0.0;              ///< objective of the solve, without the scale
   double milliseconds = 0.0;
@@ -72,6 +85,7 @@ struct Run {
   std::string title;
   State start;
   std::vector<Step> steps;
+  std::vector<Step> cold;  ///< with --compare: the same problems from the guess
 };
 
 // ---- Parameter sets -----------------------------------------------------------------------------
@@ -136,24 +150,61 @@ double excess(const Control& c, const chauffeur::Parameters& limits) {
 }
 
 void print_step(const Step& step) {
-  std::printf("%4d  %-35s %4s %5d %5d %11.5f %12.4f %9.3f\n", step.t, step.status.c_str(),
-              step.certified ? "yes" : "-", step.iterations, step.factorizations,
+  std::printf("%4d  %-35s %4s %5d %5d %5d %11.5f %12.4f %9.3f\n", step.t, step.status.c_str(),
+              step.certified ? "yes" : "-", step.iterations, step.factorizations, step.analyses,
               step.squared_distance, step.cost, step.milliseconds);
 }
 
-Run closed_loop(const Settings& settings, const std::string& title) {
-  Run run{title, settings.start, {}};
-  State state = settings.start;
-  const Ipopt::SmartPtr<chauffeur::ChauffeurTNLP> model =
-      new chauffeur::ChauffeurTNLP(settings.parameters, state, settings.guess);
-  const Ipopt::SmartPtr<ipminmax::MinMaxApplication> app = new ipminmax::MinMaxApplication;
+Ipopt::SmartPtr<ipminmax::MinMaxApplication> application(const Settings& settings) {
+  Ipopt::SmartPtr<ipminmax::MinMaxApplication> app = new ipminmax::MinMaxApplication;
   set_options(settings, *app);
   if (app->Initialize("") != Ipopt::Solve_Succeeded)
     throw std::runtime_error("the solver refuses its options");
+  return app;
+}
+
+/// What a step's line says of the solve.
+Step step_of(const ipminmax::Result& result, int t, const Settings& settings) {
+  if (result.status == ipminmax::Status::InvalidOption ||
+      result.status == ipminmax::Status::InvalidProblem)
+    throw std::runtime_error(result.message);
+  Step step;
+  step.t = t;
+  step.status = name_of(result.status);
+  step.certified = result.certificate.kind == ipminmax::PointKind::LocalMinmax;
+  step.iterations = result.iterations;
+  step.factorizations = result.factorizations;
+  step.analyses = result.counts.analyses;
+  step.cost = result.objective / settings.parameters.scale;
+  step.milliseconds = 1e3 * result.seconds;
+  return step;
+}
+
+/// The start of the next solve: the last solution one stage ahead, or, after a solve that was not
+/// certified, its controls alone, for its multipliers may be anything.
+void start_next(const Settings& settings, chauffeur::ChauffeurTNLP& model,
+                ipminmax::MinMaxApplication& app) {
+  model.shift_controls();
+  model.set_start(std::nullopt);
+  if (!settings.warm) return;
+  if (app.LastResult().certificate.kind == ipminmax::PointKind::LocalMinmax) {
+    model.set_start(model.horizon_shift().next(app.LastResult()));
+    warm_start(*app.Options(), kWarmBarrier);
+  } else {
+    cold_start(*app.Options());
+  }
+}
+
+Run closed_loop(const Settings& settings, const std::string& title) {
+  Run run{title, settings.start, {}, {}};
+  State state = settings.start;
+  const Ipopt::SmartPtr<chauffeur::ChauffeurTNLP> model =
+      new chauffeur::ChauffeurTNLP(settings.parameters, state, settings.guess);
+  const Ipopt::SmartPtr<ipminmax::MinMaxApplication> app = application(settings);
 
   std::printf(
-      "\n%s\n   t  status                              cert  iter  fact     |p-e|^2         cost   "
-      "     ms\n",
+      "\n%s\n   t  status                              cert  iter  fact  anal     |p-e|^2         "
+      "cost        ms\n",
       title.c_str());
   for (int t = 1; t <= settings.steps; ++t) {
     app->Options()->SetStringValue("minmax_instability",
@@ -162,27 +213,21 @@ Run closed_loop(const Settings& settings, const std::string& title) {
     if (t == 1) {
       app->OptimizeTNLP(Ipopt::GetRawPtr(model));
     } else {
-      model->shift_controls();
-      app->ReOptimizeTNLP(Ipopt::GetRawPtr(model));  // same structure: keeps the ordering
+      start_next(settings, *model, *app);
+      app->ReOptimizeTNLP(Ipopt::GetRawPtr(model));  // same structure: nothing is analyzed again
     }
-    const ipminmax::Result& result = app->LastResult();
-    if (result.status == ipminmax::Status::InvalidOption ||
-        result.status == ipminmax::Status::InvalidProblem)
-      throw std::runtime_error(result.message);
+    Step step = step_of(app->LastResult(), t, settings);
+    if (settings.compare && t > 1) {
+      const Ipopt::SmartPtr<ipminmax::MinMaxApplication> other = application(settings);
+      other->OptimizeTNLP(new chauffeur::ChauffeurTNLP(settings.parameters, state, settings.guess));
+      run.cold.push_back(step_of(other->LastResult(), t, settings));
+    }
     const Control wanted = model->controls().front();
     const Control control =
         settings.saturate ? chauffeur::saturate(wanted, settings.parameters) : wanted;
     state = advance(state, control, settings.parameters.speed);
 
-    Step step;
-    step.t = t;
-    step.status = name_of(result.status);
-    step.certified = result.certificate.kind == ipminmax::PointKind::LocalMinmax;
-    step.iterations = result.iterations;
-    step.factorizations = result.factorizations;
     step.squared_distance = squared_distance(state);
-    step.cost = result.objective / settings.parameters.scale;
-    step.milliseconds = 1e3 * result.seconds;
     step.control = control;
     step.excess = excess(wanted, settings.parameters);
     step.state = state;
@@ -238,6 +283,33 @@ void print_summary(const Run& run, const Settings& settings) {
   if (beyond > 0)
     std::printf("  %d of %d solves ended with a control beyond its limit, up to %.1f times; %s\n",
                 beyond, steps, largest, settings.saturate ? "it was cut" : "it was NOT cut");
+}
+
+/// What the starts from the last solution saved, over steps 2 to the last.
+void print_comparison(const Run& run) {
+  if (run.cold.empty()) return;
+  struct Total {
+    double iterations = 0.0, milliseconds = 0.0;
+    int analyses = 0, certified = 0;
+    void add(const Step& step) {
+      iterations += step.iterations;
+      milliseconds += step.milliseconds;
+      analyses += step.analyses;
+      certified += step.certified ? 1 : 0;
+    }
+  } warm, cold;
+  for (const Step& step : run.cold) cold.add(step);
+  for (auto step = run.steps.begin() + 1; step != run.steps.end(); ++step) warm.add(*step);
+  const auto solves = static_cast<double>(run.cold.size());
+  const auto print = [&](const char* name, const Total& total) {
+    std::printf("  %-24s %6.1f iterations, %7.3f ms a solve, %3d analyses, %d of %zu certified\n",
+                name, total.iterations / solves, total.milliseconds / solves, total.analyses,
+                total.certified, run.cold.size());
+  };
+  print("from the last solution", warm);
+  print("from the guess", cold);
+  std::printf("  warm / cold: iterations %.2f, time %.2f\n", warm.iterations / cold.iterations,
+              warm.milliseconds / cold.milliseconds);
 }
 
 // ---- Files --------------------------------------------------------------------------------------
@@ -335,6 +407,7 @@ void single_run(const Settings& settings, const std::filesystem::path& output) {
   const Run run = closed_loop(settings, title_of(settings.instability_from));
   std::printf("\n");
   print_summary(run, settings);
+  print_comparison(run);
   write_csv(run, output / "pursuit_evasion.csv");
   draw({run}, output / "pursuit_evasion.png");
 }
@@ -343,6 +416,7 @@ void single_run(const Settings& settings, const std::filesystem::path& output) {
 void figure(Settings settings, const std::filesystem::path& output) {
   settings.solver_options += "minmax_globalization none\n";
   settings.cold_shifts = true;
+  settings.warm = false;
   settings.paper_rules = true;
   std::vector<Run> runs;
   const std::array<int, 3> from = {1, kNever, 25};
@@ -489,6 +563,14 @@ int run(int argc, char** argv) {
                         "shifts start anew in every iteration");
   command_line.add_flag("--paper-rules", settings.paper_rules,
                         "barrier rule and starting values as in the figure");
+  command_line.add("--warm", "yes|no",
+                   "start from the last solution one stage ahead (yes), or from its controls",
+                   [&](const std::string& text) {
+                     if (text != "yes" && text != "no") throw std::invalid_argument("yes or no");
+                     settings.warm = text == "yes";
+                   });
+  command_line.add_flag("--compare", settings.compare,
+                        "solve every problem from the guess, too, and compare");
   command_line.add("--saturate", "yes|no",
                    "cut controls to their limits before they are applied (yes; no with --figure)",
                    [&](const std::string& text) {

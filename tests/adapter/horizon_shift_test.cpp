@@ -1,0 +1,52 @@
+// The helper of the examples that moves a solution one stage ahead.
+#include <gtest/gtest.h>
+
+#include <ipminmax/adapter/minmax_application.hpp>
+#include <stdexcept>
+#include <vector>
+
+#include "../../examples/horizon_shift.hpp"
+
+namespace ipminmax {
+namespace {
+
+TEST(HorizonShift, MovesEveryBlockOneStageAhead) {
+  Result last;
+  last.v = {9.0, 1.0, 2.0, 3.0, 10.0, 11.0, 20.0, 21.0, 30.0, 31.0};
+  last.z_lower = {0.9, 0.1, 0.2, 0.3, 1.0, 1.1, 2.0, 2.1, 3.0, 3.1};
+  last.z_upper = std::vector<double>(10, 0.0);
+  last.lambda = {4.0, 5.0, 6.0, 7.0};
+  // A parameter, three stages of one control, three stages of two states; one row per stage, and a
+  // terminal one.
+  const HorizonShift shift(3, {{1, 1}, {4, 2}}, {{0, 1}});
+  const PrimalDual next = shift.next(last);
+  EXPECT_EQ(next.v, (std::vector{9.0, 2.0, 3.0, 3.0, 20.0, 21.0, 30.0, 31.0, 30.0, 31.0}));
+  EXPECT_EQ(next.z_lower, (std::vector{0.9, 0.2, 0.3, 0.3, 2.0, 2.1, 3.0, 3.1, 3.0, 3.1}));
+  EXPECT_EQ(next.z_upper, last.z_upper);
+  EXPECT_EQ(next.lambda, (std::vector{5.0, 6.0, 6.0, 7.0}));
+  EXPECT_THROW(static_cast<void>(HorizonShift(4, {{4, 2}}, {}).next(last)), std::invalid_argument);
+  EXPECT_THROW(static_cast<void>(HorizonShift(3, {}, {{0, 2}}).next(last)), std::invalid_argument);
+}
+
+TEST(HorizonShift, OptionsForWarmAndColdStarts) {
+  const Ipopt::SmartPtr<MinMaxApplication> application = new MinMaxApplication(false);
+  ASSERT_EQ(application->Initialize(""), Ipopt::Solve_Succeeded);
+  Ipopt::OptionsList& options = *application->Options();
+  bool warm = false;
+  double value = 0.0;
+  warm_start(options, 1e-5);
+  options.GetBoolValue("warm_start_init_point", warm, "");
+  EXPECT_TRUE(warm);
+  for (const char* name : {"mu_init", "warm_start_bound_push", "warm_start_slack_bound_frac"}) {
+    options.GetNumericValue(name, value, "");
+    EXPECT_EQ(value, 1e-5) << name;
+  }
+  cold_start(options);
+  options.GetBoolValue("warm_start_init_point", warm, "");
+  EXPECT_FALSE(warm);
+  options.GetNumericValue("mu_init", value, "");
+  EXPECT_EQ(value, 0.1);
+}
+
+}  // namespace
+}  // namespace ipminmax
