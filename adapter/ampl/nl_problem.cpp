@@ -390,7 +390,8 @@ bool NlProblem::eval_h(Ipopt::Index n, const double* x, bool, double sigma, Ipop
   return std::all_of(values, values + hessian_entries_, [](double v) { return std::isfinite(v); });
 }
 
-void NlProblem::write_solution(const std::string& message, int solve_result, const Result& result) {
+void NlProblem::write_solution(const std::string& message, int solve_result, const Result& result,
+                               const std::string& file) {
   ASL* asl = asl_;
   std::vector<double> x = result.v, pi = result.lambda, lower = result.z_lower,
                       upper = result.z_upper;
@@ -401,9 +402,12 @@ void NlProblem::write_solution(const std::string& message, int solve_result, con
   if (!upper.empty()) suf_rput(z_upper_name, ASL_Sufkind_var, upper.data());
   solve_result_num = solve_result;
   obj_no = objective_;
-  amplflag = 1;  // write_sol prints nothing
-  std::string text = message;
-  write_sol(text.data(), x.empty() ? nullptr : x.data(), pi.empty() ? nullptr : pi.data(), nullptr);
+  amplflag = 1;  // nothing is printed
+  const std::string target =
+      file.empty() ? std::filesystem::path(file_).replace_extension("sol").string() : file;
+  if (write_solf_ASL(asl, message.c_str(), x.empty() ? nullptr : x.data(),
+                     pi.empty() ? nullptr : pi.data(), nullptr, target.c_str()) != 0)
+    throw std::runtime_error("cannot write " + target);
 }
 
 }  // namespace ipminmax

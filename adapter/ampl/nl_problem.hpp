@@ -23,8 +23,10 @@ class NlProblem : public MinMaxTNLP {
   NlProblem(const NlProblem&) = delete;
   NlProblem& operator=(const NlProblem&) = delete;
 
-  /// Writes stub.sol with AMPL's signs of the multipliers.
-  void write_solution(const std::string& message, int solve_result, const Result& result);
+  /// Writes stub.sol, or the file named, with AMPL's signs of the multipliers. Throws
+  /// std::runtime_error when it cannot be written.
+  void write_solution(const std::string& message, int solve_result, const Result& result,
+                      const std::string& file = "");
 
   [[nodiscard]] bool maximizes() const { return sign_ < 0.0; }
   [[nodiscard]] bool has_max_player() const;

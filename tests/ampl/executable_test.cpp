@@ -291,6 +291,44 @@ TEST_F(AmplExecutable, CommandLineOverridesEnvironmentOverridesFile) {
   EXPECT_TRUE(stopped()) << out_;
 }
 
+TEST_F(AmplExecutable, OverriddenValuesAreSaidOnce) {
+  const Parts parts = minimize(kSquare);
+  put("ipminmax.opt", "max_iter 50\ntol 1e-7\n");
+  ASSERT_EQ(solve(parts, "max_iter=40", "ipminmax_options='max_iter=30 tol=1e-07'"), 0) << err_;
+  EXPECT_EQ(err_,
+            "ipminmax: max_iter = 40 (the command line) overrides 30 (ipminmax_options)\n"
+            "ipminmax: max_iter = 40 (the command line) overrides 50 (ipminmax.opt)\n");
+  EXPECT_EQ(out_.find("WARNING"), std::string::npos) << out_;
+  ASSERT_EQ(solve(parts, "max_iter=0 max_iter=50"), 0);  // the file says 50, too
+  EXPECT_EQ(err_, "ipminmax: max_iter = 50 (the command line) overrides 0 (the command line)\n");
+  EXPECT_FALSE(printed("maximum number of iterations")) << out_;
+  put("ipminmax.opt", "max_iter 50\nmax_iter 0\n");  // Ipopt keeps the first
+  ASSERT_EQ(solve(parts), 0);
+  EXPECT_NE(err_.find("max_iter"), std::string::npos);
+  EXPECT_FALSE(printed("maximum number of iterations")) << out_;
+  put("other.opt", "max_iter 0\n");
+  ASSERT_EQ(solve(parts, "option_file_name=other.opt max_iter=3"), 0);
+  EXPECT_EQ(err_, "ipminmax: max_iter = 3 (the command line) overrides 0 (other.opt)\n");
+  ASSERT_EQ(solve(parts, "option_file_name="), 2);
+  EXPECT_NE(err_.find("expected name=value"), std::string::npos);
+}
+
+TEST_F(AmplExecutable, TheEnvironmentMayUseBlanksAndQuotes) {
+  const Parts parts = minimize(kSquare);
+  const auto stopped = [&] { return printed("maximum number of iterations"); };
+  ASSERT_EQ(solve(parts, "", "ipminmax_options='max_iter 0  tol  =  1e-6'"), 0) << err_;
+  EXPECT_TRUE(stopped()) << out_;
+  ASSERT_EQ(solve(parts, "", "ipminmax_options='output_file=\"a log.txt\" max_iter=0'"), 0) << err_;
+  EXPECT_TRUE(stopped()) << out_;
+  EXPECT_TRUE(std::filesystem::exists(path("a log.txt")));
+  ASSERT_EQ(solve(parts, "'output_file=b log.txt'"), 0) << err_;
+  EXPECT_TRUE(std::filesystem::exists(path("b log.txt")));
+  EXPECT_EQ(solve(parts, "", "ipminmax_options='max_iter=0 tol'"), 2);
+  EXPECT_NE(err_.find("ipminmax_options: option \"tol\" has no value"), std::string::npos) << err_;
+  EXPECT_EQ(solve(parts, "", "ipminmax_options='output_file=\"a'"), 2);
+  EXPECT_NE(err_.find("quotation never ends"), std::string::npos) << err_;
+}
+
 TEST_F(AmplExecutable, BadOptionsAreNamed) {
   const auto refusal = [&](const std::string& arguments, const std::string& environment = "") {
     EXPECT_EQ(solve(minimize(kSquare), arguments, environment), 2) << out_;
@@ -299,7 +337,9 @@ TEST_F(AmplExecutable, BadOptionsAreNamed) {
   EXPECT_NE(refusal("tol=abc").find("tol = abc"), std::string::npos);
   EXPECT_NE(refusal("tox=1").find("unknown option \"tox\""), std::string::npos);
   EXPECT_NE(refusal("tol").find("expected name=value"), std::string::npos);
-  EXPECT_NE(refusal("", "ipminmax_options=tux=1").find("tux"), std::string::npos);
+  EXPECT_NE(refusal("", "ipminmax_options=tux=1").find("ipminmax_options: unknown option \"tux\""),
+            std::string::npos);
+  EXPECT_NE(refusal("tux=1").find("the command line: unknown option \"tux\""), std::string::npos);
   EXPECT_NE(refusal("wantsol=7").find("wantsol = 7"), std::string::npos);
   EXPECT_NE(refusal("-x").find("unknown flag -x"), std::string::npos);
   EXPECT_EQ(run(""), 2);
@@ -312,8 +352,13 @@ TEST_F(AmplExecutable, BadOptionsAreNamed) {
 TEST_F(AmplExecutable, FlagsTellAboutIt) {
   ASSERT_EQ(run("-v"), 0);
   EXPECT_TRUE(printed("Ipminmax 0.")) << out_;
-  ASSERT_EQ(run("'-?'"), 0);
-  EXPECT_TRUE(printed("usage: ipminmax")) << out_;
+  for (const char* help : {"'-?'", "-h", "--help"}) {
+    ASSERT_EQ(run(help), 0);
+    EXPECT_TRUE(printed("usage: ipminmax")) << out_;
+    EXPECT_TRUE(printed("Exit code")) << out_;
+  }
+  ASSERT_EQ(run("--version"), 0);
+  EXPECT_TRUE(printed("Ipminmax 0.")) << out_;
   ASSERT_EQ(run("-="), 0);
   for (const char* name : {"objno", "wantsol", "tol ", "minmax_starts", "print_level"})
     EXPECT_TRUE(printed(name)) << name;
@@ -331,6 +376,14 @@ TEST_F(AmplExecutable, TheSolutionFileIsWrittenOnDemand) {
   EXPECT_EQ(out_.find("certified"), out_.rfind("certified")) << out_;
   ASSERT_EQ(run("model wantsol=1 print_level=0"), 0);
   EXPECT_TRUE(written());
+  ASSERT_EQ(run("-e -s -oanother.sol model print_level=0"), 0);
+  EXPECT_FALSE(written());
+  EXPECT_NE(get("another.sol").find("certified local minimum"), std::string::npos);
+  std::filesystem::copy(path("model.nl"), path("-odd.nl"));
+  ASSERT_EQ(run("-s - -odd.nl print_level=0"), 0) << err_;
+  EXPECT_TRUE(std::filesystem::exists(path("-odd.sol")));
+  EXPECT_EQ(run("-onowhere/a.sol model print_level=0"), 1);
+  EXPECT_NE(err_.find("cannot write nowhere/a.sol"), std::string::npos) << err_;
   ASSERT_EQ(run("model -AMPL print_level=0"), 0);
   EXPECT_EQ(out_, "");  // AMPL prints the message that the file holds
   EXPECT_TRUE(solution_has("certified local minimum"));
