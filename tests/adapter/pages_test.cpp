@@ -1,4 +1,6 @@
 // The pages in docs/ name what the code names. Their programs are run by tests/docs.
+#include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -48,6 +50,70 @@ TEST(StatusesPage, HasARowPerStatusWithItsReturnValue) {
     for (const std::string& line : page) rows += line.starts_with(start);
     EXPECT_EQ(rows, 1) << start;
   }
+}
+
+/// The lines of a named block.
+std::vector<std::string> block_of(const std::vector<std::string>& page, const std::string& name) {
+  std::vector<std::string> block;
+  bool inside = false;
+  for (const std::string& line : page) {
+    if (inside && line == "```") return block;
+    if (inside) block.push_back(line);
+    inside = inside || line == "```cpp " + name;
+  }
+  ADD_FAILURE() << "no block " << name;
+  return block;
+}
+
+// The page promises how little changes.
+TEST(PortingPage, FourLinesOfTheProgramDiffer) {
+  const std::vector<std::string> page = lines_of("porting.md");
+  const std::vector<std::string> before = block_of(page, "before.cpp");
+  const std::vector<std::string> after = block_of(page, "after.cpp");
+  const auto missing = [](const std::vector<std::string>& lines,
+                          const std::vector<std::string>& from) {
+    return std::count_if(lines.begin(), lines.end(), [&](const std::string& line) {
+      return std::find(from.begin(), from.end(), line) == from.end();
+    });
+  };
+  EXPECT_EQ(missing(before, after), 4);
+  EXPECT_EQ(missing(after, before), 3);
+  EXPECT_EQ(before.size(), after.size() + 1);
+}
+
+TEST(ReadmePage, ListsEveryPage) {
+  std::ifstream file(std::string(IPMINMAX_SOURCE_DIR) + "/README.md");
+  std::ostringstream readme;
+  readme << file.rdbuf();
+  int pages = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(IPMINMAX_SOURCE_DIR) + "/docs")) {
+    const std::string name = entry.path().filename().string();
+    EXPECT_NE(readme.str().find("`" + name + "`"), std::string::npos) << name;
+    ++pages;
+  }
+  EXPECT_GT(pages, 5);
+}
+
+TEST(AmplPage, HasARowPerSolveResult) {
+  std::ifstream source(std::string(IPMINMAX_SOURCE_DIR) + "/adapter/ampl/main.cpp");
+  std::string page;
+  for (const std::string& line : lines_of("ampl.md")) page += line + "\n";
+  const std::string start = "      return ";
+  int results = 0;
+  for (std::string line; std::getline(source, line) && line != "}";) {
+    if (!line.starts_with(start)) continue;
+    const std::string number = line.substr(start.size(), line.find(';') - start.size());
+    ++results;
+    bool found = false;
+    for (const char* left : {"| ", ", "}) {
+      for (const char* right : {" |", ","}) {
+        found = found || page.find(left + number + right) != std::string::npos;
+      }
+    }
+    EXPECT_TRUE(found) << number;
+  }
+  EXPECT_GT(results, 15);
 }
 
 }  // namespace
