@@ -121,6 +121,12 @@ void NlProblem::load(int objective) {
   }
   ASL* asl = asl_;
   hessian_entries_ = static_cast<int>(sphsetup(-1, n_obj > 0 ? 1 : 0, n_con > 0 ? 1 : 0, 1));
+  try {
+    require_linear();
+  } catch (...) {
+    ASL_free(&asl_);
+    throw;
+  }
 }
 
 void NlProblem::read() {
@@ -246,6 +252,72 @@ void NlProblem::evaluate_all_at_start() {
          columns.data(), nullptr);
   eval_h(n_var, x.data(), true, 1.0, n_con, lambda.data(), true, hessian_entries_, nullptr, nullptr,
          hessian.data());
+}
+
+bool NlProblem::is_linear(const std::vector<double>& from, int first, int last) {
+  ASL* asl = asl_;
+  const std::size_t m = static_cast<std::size_t>(n_con);
+  std::vector<double> step(from.size(), 0.0), to = from, gradient(from.size()),
+                                              jacobian(static_cast<std::size_t>(nzc) + 1), g(m + 1),
+                                              moved(m + 1), slope(m), size(m);
+  for (int i = first; i < last; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    step[at] = (1.0 + 0.5 * std::sin(i + 1.0)) * std::max(1.0, std::abs(from[at]));
+    to[at] += step[at];
+  }
+  double f = 0.0, f_moved = 0.0;
+  if (!eval_f(n_var, from.data(), true, f) || !eval_g(n_var, from.data(), true, n_con, g.data()) ||
+      !eval_grad_f(n_var, from.data(), true, gradient.data()) ||
+      !eval_jac_g(n_var, from.data(), true, n_con, static_cast<int>(nzc), nullptr, nullptr,
+                  jacobian.data()) ||
+      !eval_f(n_var, to.data(), true, f_moved) ||
+      !eval_g(n_var, to.data(), true, n_con, moved.data()))
+    return true;  // not seen
+  constexpr double kRounding = 1e-6;
+  const auto same = [](double before, double after, double predicted, double terms) {
+    return !(std::abs(after - before - predicted) >
+             kRounding * (std::abs(before) + std::abs(after) + terms));
+  };
+  double predicted = 0.0, terms = 0.0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    predicted += gradient[i] * step[i];
+    terms += std::abs(gradient[i] * step[i]);
+  }
+  bool linear = same(f, f_moved, predicted, terms);
+  for (std::size_t i = 0; i < m; ++i) {
+    for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) {
+      const double term = jacobian[static_cast<std::size_t>(entry->goff)] *
+                          step[static_cast<std::size_t>(entry->varno)];
+      slope[i] += term;
+      size[i] += std::abs(term);
+    }
+    linear = linear && same(g[i], moved[i], slope[i], size[i]);
+  }
+  return linear;
+}
+
+void NlProblem::require_linear() {
+  ASL* asl = asl_;
+  const int nonlinear = std::max(nlvc, nlvo);
+  if (nonlinear >= n_var) return;
+  std::vector<double> start(static_cast<std::size_t>(n_var));
+  get_starting_point(n_var, true, start.data(), false, nullptr, nullptr, n_con, false, nullptr);
+  std::vector<double> off_start = start;  // a factor may be zero at the start
+  for (std::size_t i = 0; i < start.size(); ++i)
+    off_start[i] +=
+        0.1 * (1.0 + 0.5 * std::cos(static_cast<double>(i))) * std::max(1.0, std::abs(start[i]));
+  for (const std::vector<double>& from : {off_start, start}) {
+    if (is_linear(from, nonlinear, n_var)) continue;
+    int first = nonlinear, last = n_var;
+    while (last - first > 1) {
+      const int middle = first + (last - first) / 2;
+      (is_linear(from, first, middle) ? first : last) = middle;
+    }
+    throw std::runtime_error(std::string("variable ") + var_name(first) +
+                             " is nonlinear, but the header of " + file_ +
+                             " counts only the first " + std::to_string(nonlinear) + " of " +
+                             std::to_string(n_var) + " variables as nonlinear: wrong file");
+  }
 }
 
 bool NlProblem::has_max_player() const {

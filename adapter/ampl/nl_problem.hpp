@@ -64,6 +64,10 @@ class NlProblem : public MinMaxTNLP {
   void choose_objective(int objective);
   void read_players();
   void evaluate_all_at_start();
+  /// ASL leaves variables out of its derivatives that the header counts as linear: throws when a
+  /// function is nonlinear in one of them.
+  void require_linear();
+  [[nodiscard]] bool is_linear(const std::vector<double>& from, int first, int last);
   /// Values of f and g at x, which ASL's derivatives build on. False where one is undefined.
   bool evaluate(const double* x);
 

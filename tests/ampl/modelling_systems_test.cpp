@@ -75,14 +75,14 @@ const char* const kPyomo =
 
 /// The same as JuMP's writer formats it: no comments, no suffixes, zero in the linear parts for
 /// variables that are nonlinear, binary operators.
-std::string jump(bool with_suffix) {
-  std::string text =
-      "g3 1 1 0\n 3 2 1 0 0 0\n 1 1\n 0 0\n 2 3 1\n 0 0 0 1\n 0 0 0 0 0\n 4 3\n 0 0\n 0 0 0 0 0\n";
+std::string jump(bool with_suffix, const std::string& nonlinear = "2 3 1") {
+  std::string text = "g3 1 1 0\n 3 2 1 0 0 0\n 1 1\n 0 0\n " + nonlinear +
+                     "\n 0 0 0 1\n 0 0 0 0 0\n 4 3\n 0 0\n 0 0 0 0 0\n";
   if (with_suffix) text += "S0 1 player\n2 1\n";
   return text +
          "C0\no2\nv0\nv1\nC1\nn0\n"
          "O0 0\no0\no5\nv0\nn2\no1\no2\nv0\nv2\no5\nv2\nn2\n"
-         "d2\n0 0\n1 0\nx3\n0 1\n1 1\n2 0\nr\n2 1\n1 10\nb\n3\n2 0.1\n3\n"
+         "x3\n0 1\n1 1\n2 0\nr\n2 1\n1 10\nb\n3\n2 0.1\n3\n"
          "k2\n2\n3\nJ0 2\n0 0\n1 0\nJ1 2\n0 1\n2 1\nG0 3\n0 0\n1 1\n2 0\n";
 }
 
@@ -148,6 +148,22 @@ TEST_F(ModellingSystems, Jump) {
   read_solution();
   EXPECT_GE(solve_result_, 300);
   EXPECT_LT(solve_result_, 400);
+}
+
+// AmplNLWriter has counted too few nonlinear variables in objectives: ASL then differentiates another
+// function than it evaluates.
+TEST_F(ModellingSystems, TooFewNonlinearVariablesAreRefused) {
+  put("model.nl", jump(true, "2 2 1"));
+  EXPECT_EQ(run("model.nl -AMPL print_level=0"), 1) << out_;
+  EXPECT_NE(err_.find("variable _svar[3] is nonlinear"), std::string::npos) << err_;
+  EXPECT_NE(err_.find("first 2 of 3"), std::string::npos) << err_;
+  EXPECT_FALSE(std::filesystem::exists(path("model.sol")));
+  put("model.nl", jump(true, "1 1 1"));
+  EXPECT_EQ(run("model.nl -AMPL print_level=0"), 1) << out_;
+  EXPECT_NE(err_.find("variable _svar[2] is nonlinear"), std::string::npos) << err_;
+  put("model.nl", jump(true, "3 0 0"));  // more than there are do no harm
+  EXPECT_EQ(run("model.nl -AMPL print_level=0"), 0) << err_;
+  expect_solved();
 }
 
 }  // namespace
