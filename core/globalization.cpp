@@ -46,7 +46,8 @@ constexpr int kConstraintSteps = 8;      // back to the constraints after an esc
 constexpr int kMaxTrials = 60;
 constexpr int kRoughTrials = 4;  // with an inexact inner maximum
 constexpr int kExactTrials = 10;
-constexpr double kExactGain = 1e-9;  // |q| of an exact one
+constexpr double kExactGain = 1e-9;   // |q| of an exact one
+constexpr Index kFilterPairs = 1000;  // that need no allocation
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double max_norm(const Eigen::VectorXd& v) {
@@ -69,12 +70,16 @@ GlobalizedMethod::GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt,
       max_setbacks_(std::min(
           kFewestSetbacks + (canonical.x().size() + canonical.y().size()) / kVariablesPerSetback,
           kMostSetbacks)) {
-  rhs_ = step_ = correction_step_ = zero_step(canonical);
+  rhs_ = step_ = correction_step_ = back_step_ = zero_step(canonical);
   direction_.step = trial_direction_.step = rhs_;
+  gradient_ = rhs_.v;
+  corrected_c_ = rhs_.lambda;
+  filter_.reserve(static_cast<std::size_t>(std::min(options.max_iter, kFilterPairs)));
 }
 
 void GlobalizedMethod::start(const Point& point) {
-  trial_ = point;
+  trial_ = before_ = best_trial_ = point;
+  inner_.start(point);
   filter_.set_scale(violation(point.evaluation.c, canonical_.min_constraints()));
 }
 
@@ -164,12 +169,12 @@ std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationI
     }
     const double estimate =
         merit(point, mu).phi + (direction_.shift.y == 0.0 ? direction_.gain : 0.0);
-    const Point before = point;
+    before_ = point;
     const auto outcome =
         inner_.maximize(point, mu, target, kInnerSteps, kInfinity, direction_, factor_at_hand);
     unshifted_step_ = UnshiftedStep::Unknown;
     if (outcome != InnerMaximizer::Outcome::Maximum) {
-      point = before;
+      std::swap(point, before_);
       if (limit_.expired()) return limit_.exceeded();
       ++inner_failures_;
       inner_unbounded_ += outcome == InnerMaximizer::Outcome::Unbounded;
@@ -382,14 +387,14 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
     // Rejections may be the fault of phi's estimate: make it exact and search once more.
     if (inner_exact || std::abs(direction_.gain) <= kExactGain) break;
     inner_exact = true;
-    Point refined = point;
-    if (inner_.maximize(refined, mu, kExactGain, kInnerSteps, kInfinity, direction_, false) !=
+    before_ = point;
+    if (inner_.maximize(point, mu, kExactGain, kInnerSteps, kInfinity, direction_, false) !=
         InnerMaximizer::Outcome::Maximum) {
+      std::swap(point, before_);
       if (limit_.expired()) return limit_.exceeded();
       return leap(point, mu, info);  // the branch ends before its maximum
     }
-    const double estimate = merit(point, mu).phi;
-    point = refined;
+    const double estimate = merit(before_, mu).phi;
     unshifted_step_ = UnshiftedStep::Unknown;
     filter_.reset();
     if (auto status = check_branch(estimate, point, mu)) return status;
@@ -516,7 +521,8 @@ bool GlobalizedMethod::second_order_correction(const Point& point, double mu, co
                                                double slope, double alpha, double first_theta,
                                                IterationInfo& info) {
   // Waechter and Biegler 2006, section 2.4: same matrix, c_soc = alpha c + c(trial).
-  Eigen::VectorXd c = alpha * point.evaluation.c + trial_.evaluation.c;
+  Eigen::VectorXd& c = corrected_c_;
+  c = alpha * point.evaluation.c + trial_.evaluation.c;
   double last_theta = first_theta;
   const double tau = boundary_fraction(mu, options_);
   if (has_max()) kkt_.take_barrier_terms(point.iterate);
@@ -587,23 +593,23 @@ GlobalizedMethod::Trial GlobalizedMethod::back_to_constraints(const Point& point
                                                               Trial trial) {
   // A direction of curvature is tangent to the constraints, which bend: Newton steps on c with the
   // matrix factorized at the point.
-  NewtonResidual rhs = zero_step(canonical_);
-  Step back = rhs;
-  Point best = trial_;
+  set_zero(rhs_);
+  Step& back = back_step_;
+  best_trial_ = trial_;
   for (int k = 0; k < kConstraintSteps && trial.merit.theta > options_.tol; ++k) {
-    rhs.lambda = -trial_.evaluation.c;
-    if (!kkt_.solve(point.evaluation, rhs, back)) break;
+    rhs_.lambda = -trial_.evaluation.c;
+    if (!kkt_.solve(point.evaluation, rhs_, back)) break;
     back.lambda.setZero();
     back.z_lower.setZero();
     back.z_upper.setZero();
-    const Point from = trial_;
-    set_trial(from, back, largest_step(canonical_, from.iterate, back, 0.9).primal, 0.0, mu);
+    before_ = trial_;
+    set_trial(before_, back, largest_step(canonical_, before_.iterate, back, 0.9).primal, 0.0, mu);
     const Trial next = evaluate_trial(mu, 1.0, 1.0, kInfinity);
     if (!next.usable || !(next.merit.theta < trial.merit.theta)) break;
     trial = next;
-    best = trial_;
+    best_trial_ = trial_;
   }
-  trial_ = std::move(best);
+  std::swap(trial_, best_trial_);
   return trial;
 }
 
@@ -626,7 +632,7 @@ bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
   Regularization shift = has_max() ? direction_.shift : Regularization{};
   if (!newton_step(point, mu, shift)) return false;
   const Index nx = canonical_.y().begin;
-  rhs_ = zero_step(canonical_);
+  set_zero(rhs_);
   for (Index i = 0; i < nx; ++i) rhs_.v[i] = std::sin(1.0 + i);
   // A shift far above what K needs makes the iteration slow.
   const int solves = has_max() ? 6 : 60;

@@ -93,8 +93,11 @@ class GlobalizedMethod {
   UnshiftedStep unshifted_step_ = UnshiftedStep::Unknown;
   bool direction_known_ = false;  ///< direction_ belongs to the current point and mu's factor
   NewtonResidual rhs_;
-  Step step_, correction_step_;
+  Step step_, correction_step_, back_step_;
   Eigen::VectorXd gradient_;
+  Eigen::VectorXd corrected_c_;  ///< right-hand side of second-order corrections
+  Point before_;                 ///< the inner phase
+  Point best_trial_;             ///< on the way back to the constraints
   double last_slope_ = 1e20;
   Index fast_pause_ = 0;  ///< iterations without the fast path after it failed
   Index slow_steps_ = 0;  ///< short accepted steps in a row

@@ -22,6 +22,9 @@ class InnerMaximizer {
   InnerMaximizer(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
                  const SolverOptions& options, TimeLimit& limit);
 
+  /// Makes room for trial points of the shape of the point.
+  void start(const Point& point) { trial_ = point; }
+
   enum class Outcome : std::uint8_t {
     Maximum,     ///< K_yy right at zero shift and the gain at most the target
     AboveBound,  ///< feasible with a value above the bound: phi(x) is larger still
@@ -65,6 +68,8 @@ class InnerMaximizer {
   NewtonResidual rhs_;
   Step correction_step_;
   Eigen::VectorXd gradient_;
+  Eigen::VectorXd corrected_c_;  ///< right-hand side of second-order corrections
+  Eigen::VectorXd start_v_;      ///< where maximize began
 };
 
 }  // namespace ipminmax

@@ -35,6 +35,13 @@ Step zero_step(const CanonicalProblem& canonical) {
           .z_upper = Eigen::VectorXd::Zero(canonical.variables())};
 }
 
+void set_zero(Step& step) {
+  step.v.setZero();
+  step.lambda.setZero();
+  step.z_lower.setZero();
+  step.z_upper.setZero();
+}
+
 KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayout& layout,
                    const SolverOptions& options)
     : canonical_(canonical),

@@ -27,6 +27,7 @@ struct Regularization {
 
 /// Step of zeros in the shapes of the problem.
 [[nodiscard]] Step zero_step(const CanonicalProblem& canonical);
+void set_zero(Step& step);
 
 /// Right-hand side of the unreduced primal-dual Newton system, same shapes as a Step.
 using NewtonResidual = Step;
