@@ -630,6 +630,7 @@ EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::
 EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
                                                      Evaluation& evaluation) {
   const ScopedTimer timer(timing_.evaluations);
+  evaluation.jacobian_call = 0;
   load(v);
   ++counts_.gradient;
   if (!problem_.gradient(model_v_, take_new_point(), model_gradient_)) {
@@ -647,7 +648,10 @@ EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
     }
     evaluation.gradient[i] = objective_scale_ * value / col_scale_[at(i)];
   }
-  if (constraints() == 0) return EvaluationStatus::Ok;
+  if (constraints() == 0) {
+    evaluation.jacobian_call = ++derivative_calls_;
+    return EvaluationStatus::Ok;
+  }
   if (!model_g_.empty()) {
     ++counts_.jacobian;
     if (!problem_.jacobian(model_v_, take_new_point(), model_jacobian_)) {
@@ -662,6 +666,7 @@ EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
     }
     evaluation.jacobian[k] = jacobian_scale_[k] * value;
   }
+  evaluation.jacobian_call = ++derivative_calls_;
   return EvaluationStatus::Ok;
 }
 
@@ -672,6 +677,7 @@ EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
   const ScopedTimer timer(timing_.evaluations);
   load(v);
   load_multipliers(lambda);
+  evaluation.hessian_call = 0;
   ++counts_.hessian;
   if (!problem_.hessian(model_v_, take_new_point(), objective_factor * objective_scale_,
                         model_lambda_, true, model_hessian_)) {
@@ -686,6 +692,7 @@ EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
     }
     evaluation.hessian[k] = hessian_scale_.empty() ? value : hessian_scale_[k] * value;
   }
+  evaluation.hessian_call = ++derivative_calls_;
   return EvaluationStatus::Ok;
 }
 

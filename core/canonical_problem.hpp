@@ -214,6 +214,7 @@ class CanonicalProblem {
   std::vector<double> model_v_, model_g_, model_gradient_, model_lambda_;
   std::vector<double> model_jacobian_, model_hessian_;
   bool new_point_ = true;
+  std::uint64_t derivative_calls_ = 0;  ///< of Jacobian and Hessian
   EvaluationFailure evaluation_failure_;
 };
 

@@ -15,6 +15,7 @@ constexpr double kInnerFraction = 0.5;      // theta: |q| against the predicted 
 constexpr double kInnerRelative = 0.1;      // t_in: |q| against |f_b|
 constexpr double kInnerErrorFactor = 10.0;  // kappa_y: E_y against mu
 constexpr double kFastContraction = 0.9;    // kappa_f
+constexpr double kFreezeContraction = 0.1;
 constexpr Index kFastPause = 2;
 constexpr int kInnerSteps = 50;
 constexpr int kInnerCorrections = 4;
@@ -133,6 +134,7 @@ void GlobalizedMethod::accept(Point& point) {
   std::swap(point, trial_);
   std::swap(direction_, trial_direction_);
   direction_known_ = has_max();
+  inner_right_ = false;
 }
 
 std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationInfo& info) {
@@ -140,23 +142,34 @@ std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationI
   ++steps_;
   if (!has_max()) return outer_step(point, mu, info);
 
-  // Inner Newton step at this point; the factorization of an accepted trial point is still at hand.
-  const bool known =
-      direction_known_ && direction_.shift.y == 0.0 && inner_.renew(point, mu, direction_);
-  if (!known && !inner_.direction(point, mu, direction_)) {
+  // Inner Newton step at this point, not before it is needed; the factorization of an accepted
+  // trial point is still at hand.
+  bool known = direction_known_ && direction_.mu == mu;
+  bool right = inner_right_ || (direction_known_ && direction_.shift.y == 0.0);
+  forget_direction();
+  const auto find_direction = [&] {
+    if (!known) known = inner_.direction(point, mu, direction_);
+    return known;
+  };
+  const auto without_direction = [&] {
     message_ = "no shift of the Max variables gives K_yy the expected inertia";
     return Status::InertiaCorrectionFailed;
+  };
+  if (!right) {
+    if (!find_direction()) return without_direction();
+    right = direction_.shift.y == 0.0;
   }
-  direction_known_ = false;
   unshifted_step_ = UnshiftedStep::Unknown;
-  bool factor_at_hand = true;  // that of K_yy belongs to the point
-  if (direction_.shift.y == 0.0 && fast_pause_ == 0) {
+  inner_overwritten_ = false;
+  if (right && fast_pause_ == 0) {
     if (fast_step(point, mu, info)) return std::nullopt;
     fast_pause_ = kFastPause;
-    factor_at_hand = unshifted_step_ == UnshiftedStep::Wrong;
   } else if (fast_pause_ > 0) {
     --fast_pause_;
   }
+  fast_contraction_ = 0.0;
+  if (!known) inner_overwritten_ = false;
+  if (!find_direction()) return without_direction();
 
   const double target = inner_target(point, mu);
   const bool inner_solved =
@@ -171,7 +184,7 @@ std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationI
         merit(point, mu).phi + (direction_.shift.y == 0.0 ? direction_.gain : 0.0);
     before_ = point;
     const auto outcome =
-        inner_.maximize(point, mu, target, kInnerSteps, kInfinity, direction_, factor_at_hand);
+        inner_.maximize(point, mu, target, kInnerSteps, kInfinity, direction_, !inner_overwritten_);
     unshifted_step_ = UnshiftedStep::Unknown;
     if (outcome != InnerMaximizer::Outcome::Maximum) {
       std::swap(point, before_);
@@ -260,14 +273,24 @@ bool GlobalizedMethod::fast_step(Point& point, double mu, IterationInfo& info) {
   set_trial(point, step_, alpha.primal, alpha.dual, mu);
   ++info.trials;
   if (!evaluate_values(trial_) || !evaluate_derivatives(trial_)) return false;
-  if (!(norm_error(trial_, mu) <= kFastContraction * norm_error(point, mu))) return false;
-  if (!inner_.unshifted_direction(trial_, mu, trial_direction_)) return false;
+  const double contraction = norm_error(trial_, mu) / norm_error(point, mu);
+  if (!(contraction <= kFastContraction)) return false;
+  // In the paper's freeze neighbourhood, where full steps contract faster and faster, K alone is
+  // factorized. The certificate tests both matrices.
+  const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
+  const bool frozen = full && contraction <= std::min(kFreezeContraction, fast_contraction_);
+  if (!frozen) {
+    inner_overwritten_ = true;
+    if (!inner_.has_maximum_in_sight(trial_)) return false;
+  }
+  fast_contraction_ = full ? contraction : 0.0;
   info.delta_x = info.delta_y = 0.0;
   info.alpha_primal = alpha.primal;
   info.alpha_dual = alpha.dual;
   info.step_norm = max_norm(step_.v);
   info.step_kind = 'n';
-  accept(point);
+  std::swap(point, trial_);
+  inner_right_ = true;
   filter_.reset();
   slow_steps_ = 0;
   return true;
@@ -295,7 +318,7 @@ std::optional<Status> GlobalizedMethod::shifted_joint_step(Point& point, double 
     ++info.trials;
     if (!evaluate_values(trial_) || !evaluate_derivatives(trial_)) continue;
     std::swap(point, trial_);
-    direction_known_ = false;
+    forget_direction();
     filter_.reset();
     info.delta_x = shift->x;
     info.delta_y = shift->y;
@@ -466,7 +489,7 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
   }
   if (!evaluate_derivatives(trial_)) return Status::EvaluationFailed;
   std::swap(point, trial_);
-  direction_known_ = false;
+  forget_direction();
   soft_steps_ = 0;
   info.step_kind = 'R';
   info.alpha_primal = info.alpha_dual = 1.0;
@@ -577,7 +600,7 @@ std::optional<Status> GlobalizedMethod::leap(Point& point, double mu, IterationI
     ++info.trials;
     if (!evaluate_values(trial_) || !evaluate_derivatives(trial_)) continue;
     std::swap(point, trial_);
-    direction_known_ = false;
+    forget_direction();
     filter_.reset();
     slow_steps_ = 0;
     info.alpha_primal = alpha.primal;
@@ -615,7 +638,7 @@ GlobalizedMethod::Trial GlobalizedMethod::back_to_constraints(const Point& point
 
 bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
   if (++escapes_ > kMaxEscapes) return false;
-  direction_known_ = false;
+  forget_direction();
   filter_.reset();
   info.trials = 0;
   if (has_max()) {

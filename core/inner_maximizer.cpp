@@ -43,20 +43,24 @@ bool InnerMaximizer::direction(const Point& point, double mu, InnerDirection& ou
   for (;;) {
     out.shift = {};
     if (!correction_.correct_inner(mu, out.shift)) return false;
-    if (renew(point, mu, out)) return true;
+    if (solve(point, mu, out)) return true;
     if (!kkt_.increase_quality()) return false;
   }
 }
 
-bool InnerMaximizer::unshifted_direction(const Point& point, double mu, InnerDirection& out) {
+bool InnerMaximizer::has_maximum_in_sight(const Point& point) {
   kkt_.assemble_inner(point.iterate, point.evaluation);
-  out.shift = {};
-  return kkt_.has_expected_inner_inertia(kkt_.factorize_inner({})) && renew(point, mu, out);
+  return kkt_.has_expected_inner_inertia(kkt_.factorize_inner({}));
 }
 
-bool InnerMaximizer::renew(const Point& point, double mu, InnerDirection& out) {
+bool InnerMaximizer::unshifted_direction(const Point& point, double mu, InnerDirection& out) {
+  out.shift = {};
+  return has_maximum_in_sight(point) && solve(point, mu, out);
+}
+
+bool InnerMaximizer::solve(const Point& point, double mu, InnerDirection& out) {
   newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
-  if (out.step.v.size() == 0) out.step = zero_step(canonical_);
+  out.mu = mu;
   if (!kkt_.solve_inner(point.evaluation, rhs_, out.step)) return false;
   // q = grad f_b' p + p'Hp/2 with H p = -grad f_b - J'(lambda + dlambda) and J p = -c.
   barrier_gradient(canonical_, point, mu, gradient_);
