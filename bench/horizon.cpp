@@ -19,8 +19,9 @@ namespace {
 using ipminmax::Result;
 using ipminmax::SolverOptions;
 
-/// Not symmetric: the iterates would stay on the line through both players.
-constexpr chauffeur::Control kGuess{0.01, 0.002, 0.001};
+/// The same motion for every horizon, inside the players' bounds. Not symmetric: the iterates would
+/// stay on the line through both players.
+chauffeur::Control guess(int horizon) { return {0.2 / horizon, 0.04 / horizon, 0.02 / horizon}; }
 
 /// One contestant: a formulation solved by a method.
 struct Run {
@@ -47,7 +48,7 @@ struct Run {
 
 std::unique_ptr<ipminmax::Problem> simultaneous(int horizon) {
   auto problem = std::make_unique<ipminmax::TnlpProblem>(
-      new chauffeur::ChauffeurTNLP(chauffeur::refined(horizon), {}, kGuess));
+      new chauffeur::ChauffeurTNLP(chauffeur::refined(horizon), {}, guess(horizon)));
   if (const std::string error = problem->load(); !error.empty()) throw std::runtime_error(error);
   return problem;
 }
@@ -55,7 +56,7 @@ std::unique_ptr<ipminmax::Problem> simultaneous(int horizon) {
 std::unique_ptr<ipminmax::Problem> sequential(int horizon) {
   return std::make_unique<SequentialChauffeur>(
       chauffeur::refined(horizon), chauffeur::State{},
-      std::vector<chauffeur::Control>(static_cast<std::size_t>(horizon), kGuess));
+      std::vector<chauffeur::Control>(static_cast<std::size_t>(horizon), guess(horizon)));
 }
 
 SolverOptions method(ipminmax::Globalization globalization) {

@@ -78,10 +78,11 @@ double loqo_barrier(const Complementarity& products) {
 }
 
 double probing_barrier(const CanonicalProblem& canonical, const Iterate& iterate,
-                       const Step& affine) {
+                       const Step& affine, OracleWork& work) {
   const double average = complementarity_of(canonical, iterate).average;
   if (!(average > 0.0)) return 0.0;
-  Iterate moved = iterate;
+  Iterate& moved = work.moved;
+  moved = iterate;
   advance(affine, largest_step(canonical, iterate, affine, 1.0), moved);
   const double ratio = std::max(0.0, complementarity_of(canonical, moved).average / average);
   return std::min(std::pow(ratio, 3.0), kLargestSigma) * average;
@@ -104,10 +105,9 @@ SquaredResidual squared_residual(const CanonicalProblem& canonical, const Iterat
 
 double quality_function_barrier(const CanonicalProblem& canonical, const Iterate& iterate,
                                 const SquaredResidual& residual, const Step& affine,
-                                const Step& centering, double tau_min) {
+                                const Step& centering, double tau_min, OracleWork& work) {
   const double average = complementarity_of(canonical, iterate).average;
-  Step step = affine;
-  Iterate moved;
+  auto& [step, moved] = work;
   const auto quality = [&](double sigma) {
     step.v = affine.v + sigma * centering.v;
     step.lambda = affine.lambda + sigma * centering.lambda;
@@ -174,7 +174,12 @@ AdaptiveBarrier::AdaptiveBarrier(const SolverOptions& options, double lowest, do
       least_free_(least_free),
       largest_(
           std::max({options.mu_max > 0.0 ? options.mu_max : options.mu_max_fact * first_average,
-                    lowest, least_free})) {}
+                    lowest, least_free})) {
+  constexpr Index kRoom = 1000;  // that needs no allocation later
+  residuals_.reserve(
+      static_cast<std::size_t>(std::min(options.adaptive_mu_kkterror_red_iters, kRoom)) + 1);
+  filter_.reserve(static_cast<std::size_t>(std::min(options.max_iter, kRoom)));
+}
 
 void AdaptiveBarrier::reset() {
   free_ = true;
@@ -206,7 +211,7 @@ void AdaptiveBarrier::remember(const BarrierState& now) {
   if (options_.adaptive_mu_globalization == AdaptiveGlobalization::KktError) {
     residuals_.push_back(now.residual);
     while (residuals_.size() > static_cast<std::size_t>(options_.adaptive_mu_kkterror_red_iters)) {
-      residuals_.pop_front();
+      residuals_.erase(residuals_.begin());
     }
   } else if (options_.adaptive_mu_globalization == AdaptiveGlobalization::ObjectiveFilter) {
     std::erase_if(filter_, [&](const Merit& earlier) {

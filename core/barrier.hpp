@@ -5,7 +5,6 @@
 #include <ipminmax/core/iterate.hpp>
 #include <ipminmax/core/merit.hpp>
 #include <ipminmax/core/options.hpp>
-#include <list>
 #include <optional>
 #include <vector>
 
@@ -36,10 +35,16 @@ struct Complementarity {
 /// LOQO's rule, Nocedal, Waechter, Waltz 2009: small when the products are equal.
 [[nodiscard]] double loqo_barrier(const Complementarity& products);
 
+/// Memory of the oracles.
+struct OracleWork {
+  Step step;
+  Iterate moved;
+};
+
 /// Mehrotra's probing: average (average after the step to mu = 0, over average)^3. affine: that
 /// step.
 [[nodiscard]] double probing_barrier(const CanonicalProblem& canonical, const Iterate& iterate,
-                                     const Step& affine);
+                                     const Step& affine, OracleWork& work);
 
 /// Squared residuals at mu = 0, each divided by its number of equations.
 struct SquaredResidual {
@@ -58,7 +63,8 @@ struct SquaredResidual {
 [[nodiscard]] double quality_function_barrier(const CanonicalProblem& canonical,
                                               const Iterate& iterate,
                                               const SquaredResidual& residual, const Step& affine,
-                                              const Step& centering, double tau_min);
+                                              const Step& centering, double tau_min,
+                                              OracleWork& work);
 
 /// What the adaptive strategy asks of the current point.
 struct BarrierState {
@@ -93,7 +99,7 @@ class AdaptiveBarrier {
   const SolverOptions& options_;
   double lowest_, least_free_, largest_;
   bool free_ = true;
-  std::list<double> residuals_;
+  std::vector<double> residuals_;  ///< of the last iterations, oldest first
   std::vector<Merit> filter_;
 };
 

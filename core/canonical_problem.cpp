@@ -566,15 +566,20 @@ void CanonicalProblem::load(const Eigen::VectorXd& v) {
   copy(y_);
 }
 
-EvaluationStatus CanonicalProblem::undefined(std::string_view function) {
-  evaluation_error_ = std::string(function) + " is undefined";
-  return EvaluationStatus::Undefined;
-}
-
-EvaluationStatus CanonicalProblem::not_finite(std::string_view function, std::string_view entry) {
-  evaluation_error_ = std::string(function) + " is NaN or infinite";
-  if (!entry.empty()) evaluation_error_ += " in " + std::string(entry);
-  return EvaluationStatus::NotFinite;
+std::string CanonicalProblem::evaluation_error() const {
+  const EvaluationFailure& failure = evaluation_failure_;
+  std::string text(failure.function);
+  if (failure.status == EvaluationStatus::Undefined) return text + " is undefined";
+  const auto name = [&](Index variable) { return variable_name(model_variable_[at(variable)]); };
+  if (failure.row >= 0 && failure.col >= 0) text += " of " + row_name(failure.row);
+  text += " is NaN or infinite";
+  if (failure.col >= 0) {
+    text += " in " + name(failure.col);
+  } else if (failure.row >= 0) {
+    text += " in " + row_name(failure.row);
+  }
+  if (failure.other_col >= 0) text += " and " + name(failure.other_col);
+  return text;
 }
 
 void CanonicalProblem::start_slacks(Iterate& start, const Eigen::VectorXd& c) const {
@@ -596,7 +601,7 @@ EvaluationStatus CanonicalProblem::objective(const Eigen::VectorXd& v, double& f
   ++counts_.objective;
   double value = 0.0;
   if (!problem_.objective(model_v_, take_new_point(), value)) return undefined("the objective");
-  if (!std::isfinite(value)) return not_finite("the objective", {});
+  if (!std::isfinite(value)) return not_finite({.function = "the objective"});
   f = objective_scale_ * value;
   return EvaluationStatus::Ok;
 }
@@ -615,7 +620,7 @@ EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::
     const Index fixed = fixing_variable_[at(j)];
     const double value =
         fixed >= 0 ? v[fixed] / col_scale_[at(fixed)] : model_g_[at(model_constraint_[at(j)])];
-    if (!std::isfinite(value)) return not_finite("the constraint function", row_name(j));
+    if (!std::isfinite(value)) return not_finite({.function = "the constraint function", .row = j});
     const Index slack = slack_of_constraint_[at(j)];
     c[j] = row_scale_[at(j)] * value - (slack >= 0 ? v[slack] : right_hand_side_[j]);
   }
@@ -625,6 +630,7 @@ EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::
 EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
                                                      Evaluation& evaluation) {
   const ScopedTimer timer(timing_.evaluations);
+  evaluation.jacobian_call = 0;
   load(v);
   ++counts_.gradient;
   if (!problem_.gradient(model_v_, take_new_point(), model_gradient_)) {
@@ -638,11 +644,14 @@ EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
     }
     const double value = model_gradient_[at(model)];
     if (!std::isfinite(value)) {
-      return not_finite("the gradient of the objective", variable_name(model));
+      return not_finite({.function = "the gradient of the objective", .col = i});
     }
     evaluation.gradient[i] = objective_scale_ * value / col_scale_[at(i)];
   }
-  if (constraints() == 0) return EvaluationStatus::Ok;
+  if (constraints() == 0) {
+    evaluation.jacobian_call = ++derivative_calls_;
+    return EvaluationStatus::Ok;
+  }
   if (!model_g_.empty()) {
     ++counts_.jacobian;
     if (!problem_.jacobian(model_v_, take_new_point(), model_jacobian_)) {
@@ -652,11 +661,12 @@ EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
   for (std::size_t k = 0; k < jacobian_.size(); ++k) {
     const double value = model_jacobian(k);
     if (!std::isfinite(value)) {
-      return not_finite("the Jacobian of " + row_name(jacobian_[k].row),
-                        variable_name(model_variable_[at(jacobian_[k].col)]));
+      return not_finite(
+          {.function = "the Jacobian", .row = jacobian_[k].row, .col = jacobian_[k].col});
     }
     evaluation.jacobian[k] = jacobian_scale_[k] * value;
   }
+  evaluation.jacobian_call = ++derivative_calls_;
   return EvaluationStatus::Ok;
 }
 
@@ -667,6 +677,7 @@ EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
   const ScopedTimer timer(timing_.evaluations);
   load(v);
   load_multipliers(lambda);
+  evaluation.hessian_call = 0;
   ++counts_.hessian;
   if (!problem_.hessian(model_v_, take_new_point(), objective_factor * objective_scale_,
                         model_lambda_, true, model_hessian_)) {
@@ -675,12 +686,13 @@ EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
   for (std::size_t k = 0; k < hessian_.size(); ++k) {
     const double value = model_hessian_[at(hessian_source_[k])];
     if (!std::isfinite(value)) {
-      return not_finite("the Hessian of the Lagrangian",
-                        variable_name(model_variable_[at(hessian_[k].row)]) + " and " +
-                            variable_name(model_variable_[at(hessian_[k].col)]));
+      return not_finite({.function = "the Hessian of the Lagrangian",
+                         .col = hessian_[k].row,
+                         .other_col = hessian_[k].col});
     }
     evaluation.hessian[k] = hessian_scale_.empty() ? value : hessian_scale_[k] * value;
   }
+  evaluation.hessian_call = ++derivative_calls_;
   return EvaluationStatus::Ok;
 }
 

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace ipminmax {
@@ -111,7 +112,7 @@ class CanonicalProblem {
     return model_v_;
   }
   /// Names the function and entry of the last evaluation that was not Ok.
-  [[nodiscard]] const std::string& evaluation_error() const { return evaluation_error_; }
+  [[nodiscard]] std::string evaluation_error() const;
 
   /// Fills v, lambda, z, constraints, objective of the result in the model's units.
   void restore(const Iterate& iterate, Result& result);
@@ -161,8 +162,22 @@ class CanonicalProblem {
   }
   void restore_fixed_multipliers(Result& result);
   void set_fixed_multiplier(Index model_variable, double slope, Result& result) const;
-  EvaluationStatus undefined(std::string_view function);
-  EvaluationStatus not_finite(std::string_view function, std::string_view entry);
+  /// The model's function and entry that failed; the text is made when it is asked for.
+  struct EvaluationFailure {
+    std::string_view function{};
+    EvaluationStatus status = EvaluationStatus::NotFinite;
+    Index row = -1;  ///< canonical constraint
+    Index col = -1;  ///< canonical variables
+    Index other_col = -1;
+  };
+  EvaluationStatus not_finite(const EvaluationFailure& failure) {
+    evaluation_failure_ = failure;
+    return EvaluationStatus::NotFinite;
+  }
+  EvaluationStatus undefined(std::string_view function) {
+    evaluation_failure_ = {.function = function, .status = EvaluationStatus::Undefined};
+    return EvaluationStatus::Undefined;
+  }
   [[nodiscard]] std::string fail(Status status, std::string message);
 
   Problem& problem_;
@@ -199,7 +214,8 @@ class CanonicalProblem {
   std::vector<double> model_v_, model_g_, model_gradient_, model_lambda_;
   std::vector<double> model_jacobian_, model_hessian_;
   bool new_point_ = true;
-  std::string evaluation_error_;
+  std::uint64_t derivative_calls_ = 0;  ///< of Jacobian and Hessian
+  EvaluationFailure evaluation_failure_;
 };
 
 }  // namespace ipminmax

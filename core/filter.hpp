@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 namespace ipminmax {
@@ -24,6 +25,8 @@ class Filter {
   /// Forgets all pairs. The first violation of a solve fixes theta_min and theta_max.
   void reset() { entries_.clear(); }
   void set_scale(double first_theta);
+  /// Makes room for that many pairs.
+  void reserve(std::size_t pairs) { entries_.reserve(pairs); }
 
   /// Whether a step of length alpha from one point to another is acceptable; slope is the
   /// directional derivative of phi.

@@ -15,6 +15,7 @@ constexpr double kInnerFraction = 0.5;      // theta: |q| against the predicted 
 constexpr double kInnerRelative = 0.1;      // t_in: |q| against |f_b|
 constexpr double kInnerErrorFactor = 10.0;  // kappa_y: E_y against mu
 constexpr double kFastContraction = 0.9;    // kappa_f
+constexpr double kFreezeContraction = 0.1;
 constexpr Index kFastPause = 2;
 constexpr int kInnerSteps = 50;
 constexpr int kInnerCorrections = 4;
@@ -46,7 +47,8 @@ constexpr int kConstraintSteps = 8;      // back to the constraints after an esc
 constexpr int kMaxTrials = 60;
 constexpr int kRoughTrials = 4;  // with an inexact inner maximum
 constexpr int kExactTrials = 10;
-constexpr double kExactGain = 1e-9;  // |q| of an exact one
+constexpr double kExactGain = 1e-9;   // |q| of an exact one
+constexpr Index kFilterPairs = 1000;  // that need no allocation
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double max_norm(const Eigen::VectorXd& v) {
@@ -69,12 +71,16 @@ GlobalizedMethod::GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt,
       max_setbacks_(std::min(
           kFewestSetbacks + (canonical.x().size() + canonical.y().size()) / kVariablesPerSetback,
           kMostSetbacks)) {
-  rhs_ = step_ = correction_step_ = zero_step(canonical);
+  rhs_ = step_ = correction_step_ = back_step_ = zero_step(canonical);
   direction_.step = trial_direction_.step = rhs_;
+  gradient_ = rhs_.v;
+  corrected_c_ = rhs_.lambda;
+  filter_.reserve(static_cast<std::size_t>(std::min(options.max_iter, kFilterPairs)));
 }
 
 void GlobalizedMethod::start(const Point& point) {
-  trial_ = point;
+  trial_ = before_ = best_trial_ = point;
+  inner_.start(point);
   filter_.set_scale(violation(point.evaluation.c, canonical_.min_constraints()));
 }
 
@@ -128,6 +134,7 @@ void GlobalizedMethod::accept(Point& point) {
   std::swap(point, trial_);
   std::swap(direction_, trial_direction_);
   direction_known_ = has_max();
+  inner_right_ = false;
 }
 
 std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationInfo& info) {
@@ -135,23 +142,34 @@ std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationI
   ++steps_;
   if (!has_max()) return outer_step(point, mu, info);
 
-  // Inner Newton step at this point; the factorization of an accepted trial point is still at hand.
-  const bool known =
-      direction_known_ && direction_.shift.y == 0.0 && inner_.renew(point, mu, direction_);
-  if (!known && !inner_.direction(point, mu, direction_)) {
+  // Inner Newton step at this point, not before it is needed; the factorization of an accepted
+  // trial point is still at hand.
+  bool known = direction_known_ && direction_.mu == mu;
+  bool right = inner_right_ || (direction_known_ && direction_.shift.y == 0.0);
+  forget_direction();
+  const auto find_direction = [&] {
+    if (!known) known = inner_.direction(point, mu, direction_);
+    return known;
+  };
+  const auto without_direction = [&] {
     message_ = "no shift of the Max variables gives K_yy the expected inertia";
     return Status::InertiaCorrectionFailed;
+  };
+  if (!right) {
+    if (!find_direction()) return without_direction();
+    right = direction_.shift.y == 0.0;
   }
-  direction_known_ = false;
   unshifted_step_ = UnshiftedStep::Unknown;
-  bool factor_at_hand = true;  // that of K_yy belongs to the point
-  if (direction_.shift.y == 0.0 && fast_pause_ == 0) {
+  inner_overwritten_ = false;
+  if (right && fast_pause_ == 0) {
     if (fast_step(point, mu, info)) return std::nullopt;
     fast_pause_ = kFastPause;
-    factor_at_hand = unshifted_step_ == UnshiftedStep::Wrong;
   } else if (fast_pause_ > 0) {
     --fast_pause_;
   }
+  fast_contraction_ = 0.0;
+  if (!known) inner_overwritten_ = false;
+  if (!find_direction()) return without_direction();
 
   const double target = inner_target(point, mu);
   const bool inner_solved =
@@ -164,12 +182,12 @@ std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationI
     }
     const double estimate =
         merit(point, mu).phi + (direction_.shift.y == 0.0 ? direction_.gain : 0.0);
-    const Point before = point;
+    before_ = point;
     const auto outcome =
-        inner_.maximize(point, mu, target, kInnerSteps, kInfinity, direction_, factor_at_hand);
+        inner_.maximize(point, mu, target, kInnerSteps, kInfinity, direction_, !inner_overwritten_);
     unshifted_step_ = UnshiftedStep::Unknown;
     if (outcome != InnerMaximizer::Outcome::Maximum) {
-      point = before;
+      std::swap(point, before_);
       if (limit_.expired()) return limit_.exceeded();
       ++inner_failures_;
       inner_unbounded_ += outcome == InnerMaximizer::Outcome::Unbounded;
@@ -255,14 +273,24 @@ bool GlobalizedMethod::fast_step(Point& point, double mu, IterationInfo& info) {
   set_trial(point, step_, alpha.primal, alpha.dual, mu);
   ++info.trials;
   if (!evaluate_values(trial_) || !evaluate_derivatives(trial_)) return false;
-  if (!(norm_error(trial_, mu) <= kFastContraction * norm_error(point, mu))) return false;
-  if (!inner_.unshifted_direction(trial_, mu, trial_direction_)) return false;
+  const double contraction = norm_error(trial_, mu) / norm_error(point, mu);
+  if (!(contraction <= kFastContraction)) return false;
+  // In the paper's freeze neighbourhood, where full steps contract faster and faster, K alone is
+  // factorized. The certificate tests both matrices.
+  const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
+  const bool frozen = full && contraction <= std::min(kFreezeContraction, fast_contraction_);
+  if (!frozen) {
+    inner_overwritten_ = true;
+    if (!inner_.has_maximum_in_sight(trial_)) return false;
+  }
+  fast_contraction_ = full ? contraction : 0.0;
   info.delta_x = info.delta_y = 0.0;
   info.alpha_primal = alpha.primal;
   info.alpha_dual = alpha.dual;
   info.step_norm = max_norm(step_.v);
   info.step_kind = 'n';
-  accept(point);
+  std::swap(point, trial_);
+  inner_right_ = true;
   filter_.reset();
   slow_steps_ = 0;
   return true;
@@ -290,7 +318,7 @@ std::optional<Status> GlobalizedMethod::shifted_joint_step(Point& point, double 
     ++info.trials;
     if (!evaluate_values(trial_) || !evaluate_derivatives(trial_)) continue;
     std::swap(point, trial_);
-    direction_known_ = false;
+    forget_direction();
     filter_.reset();
     info.delta_x = shift->x;
     info.delta_y = shift->y;
@@ -382,14 +410,14 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
     // Rejections may be the fault of phi's estimate: make it exact and search once more.
     if (inner_exact || std::abs(direction_.gain) <= kExactGain) break;
     inner_exact = true;
-    Point refined = point;
-    if (inner_.maximize(refined, mu, kExactGain, kInnerSteps, kInfinity, direction_, false) !=
+    before_ = point;
+    if (inner_.maximize(point, mu, kExactGain, kInnerSteps, kInfinity, direction_, false) !=
         InnerMaximizer::Outcome::Maximum) {
+      std::swap(point, before_);
       if (limit_.expired()) return limit_.exceeded();
       return leap(point, mu, info);  // the branch ends before its maximum
     }
-    const double estimate = merit(point, mu).phi;
-    point = refined;
+    const double estimate = merit(before_, mu).phi;
     unshifted_step_ = UnshiftedStep::Unknown;
     filter_.reset();
     if (auto status = check_branch(estimate, point, mu)) return status;
@@ -468,7 +496,7 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
   }
   if (!evaluate_derivatives(trial_)) return Status::EvaluationFailed;
   std::swap(point, trial_);
-  direction_known_ = false;
+  forget_direction();
   soft_steps_ = 0;
   info.step_kind = 'R';
   info.alpha_primal = info.alpha_dual = 1.0;
@@ -523,7 +551,8 @@ bool GlobalizedMethod::second_order_correction(const Point& point, double mu, co
                                                double slope, double alpha, double first_theta,
                                                IterationInfo& info) {
   // Waechter and Biegler 2006, section 2.4: same matrix, c_soc = alpha c + c(trial).
-  Eigen::VectorXd c = alpha * point.evaluation.c + trial_.evaluation.c;
+  Eigen::VectorXd& c = corrected_c_;
+  c = alpha * point.evaluation.c + trial_.evaluation.c;
   double last_theta = first_theta;
   const double tau = boundary_fraction(mu, options_);
   if (has_max()) kkt_.take_barrier_terms(point.iterate);
@@ -578,7 +607,7 @@ std::optional<Status> GlobalizedMethod::leap(Point& point, double mu, IterationI
     ++info.trials;
     if (!evaluate_values(trial_) || !evaluate_derivatives(trial_)) continue;
     std::swap(point, trial_);
-    direction_known_ = false;
+    forget_direction();
     filter_.reset();
     slow_steps_ = 0;
     info.alpha_primal = alpha.primal;
@@ -594,29 +623,29 @@ GlobalizedMethod::Trial GlobalizedMethod::back_to_constraints(const Point& point
                                                               Trial trial) {
   // A direction of curvature is tangent to the constraints, which bend: Newton steps on c with the
   // matrix factorized at the point.
-  NewtonResidual rhs = zero_step(canonical_);
-  Step back = rhs;
-  Point best = trial_;
+  set_zero(rhs_);
+  Step& back = back_step_;
+  best_trial_ = trial_;
   for (int k = 0; k < kConstraintSteps && trial.merit.theta > options_.tol; ++k) {
-    rhs.lambda = -trial_.evaluation.c;
-    if (!kkt_.solve(point.evaluation, rhs, back)) break;
+    rhs_.lambda = -trial_.evaluation.c;
+    if (!kkt_.solve(point.evaluation, rhs_, back)) break;
     back.lambda.setZero();
     back.z_lower.setZero();
     back.z_upper.setZero();
-    const Point from = trial_;
-    set_trial(from, back, largest_step(canonical_, from.iterate, back, 0.9).primal, 0.0, mu);
+    before_ = trial_;
+    set_trial(before_, back, largest_step(canonical_, before_.iterate, back, 0.9).primal, 0.0, mu);
     const Trial next = evaluate_trial(mu, 1.0, 1.0, kInfinity);
     if (!next.usable || !(next.merit.theta < trial.merit.theta)) break;
     trial = next;
-    best = trial_;
+    best_trial_ = trial_;
   }
-  trial_ = std::move(best);
+  std::swap(trial_, best_trial_);
   return trial;
 }
 
 bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
   if (++escapes_ > kMaxEscapes) return false;
-  direction_known_ = false;
+  forget_direction();
   filter_.reset();
   info.trials = 0;
   if (has_max()) {
@@ -633,7 +662,7 @@ bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
   Regularization shift = has_max() ? direction_.shift : Regularization{};
   if (!newton_step(point, mu, shift)) return false;
   const Index nx = canonical_.y().begin;
-  rhs_ = zero_step(canonical_);
+  set_zero(rhs_);
   for (Index i = 0; i < nx; ++i) rhs_.v[i] = std::sin(1.0 + i);
   // A shift far above what K needs makes the iteration slow.
   const int solves = has_max() ? 6 : 60;

@@ -73,6 +73,8 @@ class GlobalizedMethod {
   [[nodiscard]] bool evaluate_values(Point& point);
   [[nodiscard]] bool evaluate_derivatives(Point& point);
   void accept(Point& point);
+  /// The point moved without its K_yy.
+  void forget_direction() { direction_known_ = inner_right_ = false; }
   [[nodiscard]] double inner_target(const Point& point, double mu) const;
   [[nodiscard]] double outer_slope(const Point& point, double mu);
   [[nodiscard]] double norm_error(const Point& point, double mu) const;
@@ -99,13 +101,20 @@ class GlobalizedMethod {
   /// What is known of K at the point without shifts: step_ then holds the Newton step.
   enum class UnshiftedStep : std::uint8_t { Unknown, Wrong, Right };
   UnshiftedStep unshifted_step_ = UnshiftedStep::Unknown;
-  bool direction_known_ = false;  ///< direction_ belongs to the current point and mu's factor
+  bool direction_known_ = false;  ///< direction_ belongs to the point, with some mu
+  bool inner_right_ = false;      ///< K_yy was right at the point, or the point lies in the freeze
+                                  ///< neighbourhood, where it is taken to be
+  bool inner_overwritten_ = false;  ///< the fast step left the K_yy of another point
   NewtonResidual rhs_;
-  Step step_, correction_step_;
+  Step step_, correction_step_, back_step_;
   Eigen::VectorXd gradient_;
+  Eigen::VectorXd corrected_c_;  ///< right-hand side of second-order corrections
+  Point before_;                 ///< the inner phase
+  Point best_trial_;             ///< on the way back to the constraints
   double last_slope_ = 1e20;
-  Index fast_pause_ = 0;  ///< iterations without the fast path after it failed
-  Index slow_steps_ = 0;  ///< short accepted steps in a row
+  Index fast_pause_ = 0;           ///< iterations without the fast path after it failed
+  double fast_contraction_ = 0.0;  ///< of the residual by the last step; 0: that was not full, fast
+  Index slow_steps_ = 0;           ///< short accepted steps in a row
   Index escapes_ = 0;
   Index soft_steps_ = 0;
   Index inner_pause_ = 0;      ///< joint steps before the inner phase is tried again

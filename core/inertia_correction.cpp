@@ -36,6 +36,11 @@ double InertiaCorrection::multiplier_shift(double mu) const {
 }
 
 bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
+  if (accepted_inner_.y > 0.0 && shift == Regularization{} &&
+      kkt_.is_inner_factorized(accepted_version_, accepted_inner_)) {
+    shift = accepted_inner_;
+    return true;
+  }
   failed_y_ = 0.0;
   for (int raises = 0;; ++raises) {
     const Factorization f = kkt_.factorize_inner(shift);
@@ -54,6 +59,8 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
     if (shift.y > options_.max_hessian_perturbation) return false;
   }
   if (shift.y > 0.0) last_.y = shift.y;
+  accepted_inner_ = shift;
+  accepted_version_ = kkt_.inner_version();
   return true;
 }
 

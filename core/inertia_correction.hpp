@@ -61,6 +61,9 @@ class InertiaCorrection {
   TimeLimit* limit_;
   ShiftMemory last_;
   double failed_y_ = 0.0;
+  /// Of the last correct_inner that succeeded.
+  Regularization accepted_inner_;
+  std::uint64_t accepted_version_ = 0;
 };
 
 }  // namespace ipminmax

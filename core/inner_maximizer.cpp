@@ -18,6 +18,8 @@ constexpr double kFeasible = 1e-6;
 constexpr double kRunaway = 1e4;
 /// Shifted steps allowed once y has left its neighbourhood.
 constexpr int kFarShiftedSteps = 3;
+/// One per step at most.
+constexpr std::size_t kFilterPairs = 64;
 
 double tail_norm(const Eigen::VectorXd& v, Index begin) {
   const auto size = v.size() - begin;
@@ -31,6 +33,9 @@ InnerMaximizer::InnerMaximizer(CanonicalProblem& canonical, KktSystem& kkt,
                                TimeLimit& limit)
     : canonical_(canonical), kkt_(kkt), correction_(correction), options_(options), limit_(limit) {
   for (Step* step : {&rhs_, &correction_step_}) *step = zero_step(canonical);
+  gradient_ = start_v_ = rhs_.v;
+  corrected_c_ = rhs_.lambda;
+  filter_.reserve(kFilterPairs);
 }
 
 bool InnerMaximizer::direction(const Point& point, double mu, InnerDirection& out) {
@@ -38,20 +43,24 @@ bool InnerMaximizer::direction(const Point& point, double mu, InnerDirection& ou
   for (;;) {
     out.shift = {};
     if (!correction_.correct_inner(mu, out.shift)) return false;
-    if (renew(point, mu, out)) return true;
+    if (solve(point, mu, out)) return true;
     if (!kkt_.increase_quality()) return false;
   }
 }
 
-bool InnerMaximizer::unshifted_direction(const Point& point, double mu, InnerDirection& out) {
+bool InnerMaximizer::has_maximum_in_sight(const Point& point) {
   kkt_.assemble_inner(point.iterate, point.evaluation);
-  out.shift = {};
-  return kkt_.has_expected_inner_inertia(kkt_.factorize_inner({})) && renew(point, mu, out);
+  return kkt_.has_expected_inner_inertia(kkt_.factorize_inner({}));
 }
 
-bool InnerMaximizer::renew(const Point& point, double mu, InnerDirection& out) {
+bool InnerMaximizer::unshifted_direction(const Point& point, double mu, InnerDirection& out) {
+  out.shift = {};
+  return has_maximum_in_sight(point) && solve(point, mu, out);
+}
+
+bool InnerMaximizer::solve(const Point& point, double mu, InnerDirection& out) {
   newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
-  if (out.step.v.size() == 0) out.step = zero_step(canonical_);
+  out.mu = mu;
   if (!kkt_.solve_inner(point.evaluation, rhs_, out.step)) return false;
   // q = grad f_b' p + p'Hp/2 with H p = -grad f_b - J'(lambda + dlambda) and J p = -c.
   barrier_gradient(canonical_, point, mu, gradient_);
@@ -138,7 +147,8 @@ bool InnerMaximizer::search(Point& point, double mu, InnerDirection& direction) 
     if (!first || !defined || to.theta < from.theta) continue;
     // Second-order correction against the Maratos effect: same matrix, c = alpha c + c(trial).
     double last_theta = to.theta;
-    Eigen::VectorXd c = t * point.evaluation.c + trial_.evaluation.c;
+    Eigen::VectorXd& c = corrected_c_;
+    c = t * point.evaluation.c + trial_.evaluation.c;
     for (int k = 0; k < kSecondOrderSteps; ++k) {
       newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
       rhs_.lambda = -c;
@@ -160,7 +170,7 @@ bool InnerMaximizer::escape(Point& point, double mu, InnerDirection& direction) 
   // Inverse iteration with the shifted K_yy turns to the direction of largest curvature.
   const Index n = canonical_.variables() - canonical_.y().begin;
   Step& w = correction_step_;
-  rhs_ = zero_step(canonical_);
+  set_zero(rhs_);
   for (Index i = 0; i < n; ++i) rhs_.v[canonical_.y().begin + i] = std::sin(1.0 + i);
   for (int k = 0; k < 4; ++k) {
     if (!kkt_.solve_inner(point.evaluation, rhs_, w)) return false;
@@ -209,9 +219,9 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
                                                  InnerDirection& out, bool known) {
   filter_.reset();
   filter_.set_scale(violation(point.evaluation.c, canonical_.max_constraints()));
-  const Eigen::VectorXd start = point.iterate.v;
+  start_v_ = point.iterate.v;
   const Index n = canonical_.variables() - canonical_.y().begin;
-  const double start_norm = tail_norm(start, canonical_.y().begin);
+  const double start_norm = tail_norm(start_v_, canonical_.y().begin);
   int far_shifted_steps = 0;
   for (int k = 0;; ++k) {
     if ((k > 0 || !known) && !direction(point, mu, out)) return Outcome::NotFound;
@@ -227,7 +237,7 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
     }
     const double norm = tail_norm(point.iterate.v, canonical_.y().begin);
     if (norm > kRunaway * (1.0 + start_norm)) return Outcome::Unbounded;
-    const double moved = (point.iterate.v - start).tail(n).lpNorm<Eigen::Infinity>();
+    const double moved = (point.iterate.v - start_v_).tail(n).lpNorm<Eigen::Infinity>();
     if (!unshifted && moved > kLongStep * (1.0 + start_norm) &&
         ++far_shifted_steps > kFarShiftedSteps) {
       return Outcome::Unbounded;

@@ -11,6 +11,7 @@ namespace ipminmax {
 /// Newton step of the inner maximization at fixed x.
 struct InnerDirection {
   Step step;
+  double mu = -1.0;      ///< barrier parameter of the step
   double gain = 0.0;     ///< q: predicted increase of the barrier objective
   Regularization shift;  ///< of K_yy
 };
@@ -22,6 +23,9 @@ class InnerMaximizer {
   InnerMaximizer(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
                  const SolverOptions& options, TimeLimit& limit);
 
+  /// Makes room for trial points of the shape of the point.
+  void start(const Point& point) { trial_ = point; }
+
   enum class Outcome : std::uint8_t {
     Maximum,     ///< K_yy right at zero shift and the gain at most the target
     AboveBound,  ///< feasible with a value above the bound: phi(x) is larger still
@@ -29,12 +33,13 @@ class InnerMaximizer {
     Unbounded    ///< y runs away
   };
 
-  /// Assembles and factorizes K_yy at the point, shifted as needed; false: no shift helps.
+  /// Assembles K_yy at the point and factorizes it, shifted as needed, unless that was the last
+  /// factorization; false: no shift helps.
   [[nodiscard]] bool direction(const Point& point, double mu, InnerDirection& out);
   /// The same with zero shift only; false when the inertia is wrong.
   [[nodiscard]] bool unshifted_direction(const Point& point, double mu, InnerDirection& out);
-  /// Direction for another mu from the factorization at hand (same point).
-  [[nodiscard]] bool renew(const Point& point, double mu, InnerDirection& out);
+  /// Whether K_yy has the expected inertia at the point without shifts.
+  [[nodiscard]] bool has_maximum_in_sight(const Point& point);
 
   /// Moves y, s_y and their multipliers of the point; out is the direction at its end. When known,
   /// out is already the direction at the point, whose K_yy was the last factorized.
@@ -48,6 +53,7 @@ class InnerMaximizer {
   [[nodiscard]] double error(const Point& point, double mu) const;
 
  private:
+  [[nodiscard]] bool solve(const Point& point, double mu, InnerDirection& out);
   [[nodiscard]] bool search(Point& point, double mu, InnerDirection& direction);
   [[nodiscard]] bool escape(Point& point, double mu, InnerDirection& direction);
   [[nodiscard]] bool evaluate_merit(Point& trial, double mu, Merit& merit);
@@ -65,6 +71,8 @@ class InnerMaximizer {
   NewtonResidual rhs_;
   Step correction_step_;
   Eigen::VectorXd gradient_;
+  Eigen::VectorXd corrected_c_;  ///< right-hand side of second-order corrections
+  Eigen::VectorXd start_v_;      ///< where maximize began
 };
 
 }  // namespace ipminmax

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 namespace ipminmax {
@@ -26,6 +27,8 @@ struct Evaluation {
   Eigen::VectorXd gradient;      ///< of f
   std::vector<double> jacobian;  ///< per triplet of CanonicalProblem::jacobian()
   std::vector<double> hessian;   ///< of f + lambda' c, per triplet of CanonicalProblem::hessian()
+  /// Numbers of the model calls that gave the last two, 0 for none: equal numbers, equal values.
+  std::uint64_t jacobian_call = 0, hessian_call = 0;
 };
 
 }  // namespace ipminmax

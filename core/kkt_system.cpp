@@ -35,6 +35,13 @@ Step zero_step(const CanonicalProblem& canonical) {
           .z_upper = Eigen::VectorXd::Zero(canonical.variables())};
 }
 
+void set_zero(Step& step) {
+  step.v.setZero();
+  step.lambda.setZero();
+  step.z_lower.setZero();
+  step.z_upper.setZero();
+}
+
 KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayout& layout,
                    const SolverOptions& options)
     : canonical_(canonical),
@@ -79,6 +86,7 @@ KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayo
   hessian_positions_.assign(positions.begin(), split);
   jacobian_positions_.assign(split, positions.end());
   diagonal_.assign(at(dimension), 0.0);
+  curvature_.setZero(variables_.size());
 
   const std::vector<std::int8_t> signs = layout.signs();
   signs_.assign(at(dimension), 1);
@@ -95,11 +103,23 @@ KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayo
 bool KktBlock::analyze() { return empty() || solver_->analyze(matrix_, signs_).ok; }
 
 void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
+  factorized_with_.reset();
   solver_ = std::move(solver);
   if (!empty()) solver_->reset_quality();
 }
 
 void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature) {
+  const auto own_curvature = barrier_curvature.segment(variables_.begin, variables_.size());
+  const bool known = evaluation.jacobian_call > 0 && evaluation.hessian_call > 0;
+  if (known && jacobian_call_ == evaluation.jacobian_call &&
+      hessian_call_ == evaluation.hessian_call && curvature_ == own_curvature) {
+    return;
+  }
+  factorized_with_.reset();
+  ++version_;
+  jacobian_call_ = known ? evaluation.jacobian_call : 0;
+  hessian_call_ = known ? evaluation.hessian_call : 0;
+  curvature_ = own_curvature;
   matrix_.set_zero();
   const auto values = matrix_.values();
   hessian_norm_ = 0.0;
@@ -129,6 +149,9 @@ void KktBlock::assemble_projection(const Evaluation& evaluation,
                                    const Eigen::VectorXd& column_factor,
                                    const Eigen::VectorXd& row_factor,
                                    const Eigen::VectorXd& multiplier_diagonal) {
+  factorized_with_.reset();
+  ++version_;
+  jacobian_call_ = hessian_call_ = 0;
   matrix_.set_zero();
   const auto values = matrix_.values();
   for (std::size_t k = 0; k < jacobian_entries_.size(); ++k) {
@@ -146,6 +169,7 @@ void KktBlock::assemble_projection(const Evaluation& evaluation,
 }
 
 Factorization KktBlock::factorize(const Regularization& shift) {
+  if (is_factorized(shift)) return factorization_;
   const auto values = matrix_.values();
   for (Index i = variables_.begin; i < variables_.end; ++i) {
     const Index row = variable_row_[at(i)];
@@ -159,7 +183,10 @@ Factorization KktBlock::factorize(const Regularization& shift) {
         diagonal_[at(row)] +
         (canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x);
   }
-  return solver_->factorize(matrix_);
+  factorization_ = solver_->factorize(matrix_);
+  factorized_with_.reset();
+  if (factorization_.status == FactorizationStatus::Ok) factorized_with_ = shift;
+  return factorization_;
 }
 
 void KktBlock::subtract_product(const Evaluation& evaluation, const Eigen::VectorXd& v,
@@ -263,7 +290,7 @@ Factorization KktSystem::factorize(const Regularization& shift) {
   shift_ = shift;
   if (full_.empty()) return {.status = FactorizationStatus::Ok, .inertia = layout_.expected()};
   const ScopedTimer timer(timing_.factorization);
-  ++counts_.factorizations_full;
+  if (!full_.is_factorized(shift)) ++counts_.factorizations_full;
   Factorization result = full_.factorize(shift);
   result.inertia = layout_.with_slacks(result.inertia);
   return result;
@@ -275,7 +302,7 @@ Factorization KktSystem::factorize_inner(const Regularization& shift) {
     return {.status = FactorizationStatus::Ok, .inertia = layout_.expected_inner()};
   }
   const ScopedTimer timer(timing_.factorization);
-  ++counts_.factorizations_inner;
+  if (!inner_.is_factorized(shift)) ++counts_.factorizations_inner;
   Factorization result = inner_.factorize(shift);
   result.inertia = layout_.with_slacks_inner(result.inertia);
   return result;

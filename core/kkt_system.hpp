@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <ipminmax/core/canonical_problem.hpp>
 #include <ipminmax/core/iterate.hpp>
 #include <ipminmax/core/kkt_layout.hpp>
@@ -27,6 +28,7 @@ struct Regularization {
 
 /// Step of zeros in the shapes of the problem.
 [[nodiscard]] Step zero_step(const CanonicalProblem& canonical);
+void set_zero(Step& step);
 
 /// Right-hand side of the unreduced primal-dual Newton system, same shapes as a Step.
 using NewtonResidual = Step;
@@ -53,7 +55,8 @@ class KktBlock {
   [[nodiscard]] const std::shared_ptr<SymmetricSolver>& solver() const { return solver_; }
   void adopt(std::shared_ptr<SymmetricSolver> solver);
 
-  /// Takes the values of W, J and the barrier curvatures at zero shift.
+  /// Takes the values of W, J and the barrier curvatures at zero shift. Nothing happens where they
+  /// are those of the last call.
   void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature);
   /// W = I for Min, -I for Max, no coupling of the players, and the given diagonal on the
   /// multiplier rows (per canonical constraint): the matrix of least-squares multipliers and of
@@ -62,10 +65,23 @@ class KktBlock {
                            const Eigen::VectorXd& row_factor,
                            const Eigen::VectorXd& multiplier_diagonal);
 
+  /// Whether the last factorize was right with these values and this shift.
+  [[nodiscard]] bool is_factorized(const Regularization& shift) const {
+    return factorized_with_ && *factorized_with_ == shift;
+  }
+  /// Grows with every change of the values.
+  [[nodiscard]] std::uint64_t version() const { return version_; }
+  /// Repeated, the last factorization is kept.
   [[nodiscard]] Factorization factorize(const Regularization& shift);
-  [[nodiscard]] bool increase_quality() { return solver_->increase_quality(); }
+  [[nodiscard]] bool increase_quality() {
+    factorized_with_.reset();
+    return solver_->increase_quality();
+  }
   [[nodiscard]] bool pivots() const { return empty() || solver_->pivots(); }
-  void require_certain_inertia(bool certain) { solver_->require_certain_inertia(certain); }
+  void require_certain_inertia(bool certain) {
+    factorized_with_.reset();
+    solver_->require_certain_inertia(certain);
+  }
 
   /// Solution of the reduced system for a right-hand side in rows of this block, in place.
   void solve_in_place(std::span<double> rhs) { solver_->solve_in_place(rhs); }
@@ -101,6 +117,11 @@ class KktBlock {
   std::vector<double> diagonal_;                               ///< at zero shift, per row
   std::shared_ptr<SymmetricSolver> solver_;
   double hessian_norm_ = 0.0;
+  std::uint64_t jacobian_call_ = 0, hessian_call_ = 0;  ///< that gave the values, 0 if unknown
+  Eigen::VectorXd curvature_;                           ///< of the variables, in the values
+  std::uint64_t version_ = 0;
+  std::optional<Regularization> factorized_with_;  ///< empty: not these values
+  Factorization factorization_;
 };
 
 /// The Newton system of the primal-dual equations (paper's eq. (interiorpoint)) at one iterate.
@@ -127,8 +148,14 @@ class KktSystem {
   void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature);
 
   /// Factorizes K or K_yy with shifts; inertias count the slack rows.
+  /// Where the last factorization had the same values and shift it is kept and not counted.
   [[nodiscard]] Factorization factorize(const Regularization& shift);
   [[nodiscard]] Factorization factorize_inner(const Regularization& shift);
+  /// Whether K_yy is the matrix of that version, factorized with that shift.
+  [[nodiscard]] bool is_inner_factorized(std::uint64_t version, const Regularization& shift) const {
+    return inner_.version() == version && inner_.is_factorized(shift);
+  }
+  [[nodiscard]] std::uint64_t inner_version() const { return inner_.version(); }
   [[nodiscard]] bool has_expected_inertia(const Factorization& f) const {
     return f.status == FactorizationStatus::Ok && f.inertia == layout_.expected();
   }

@@ -148,6 +148,9 @@ class Solver {
   Eigen::VectorXd trial_c_;
   NewtonResidual rhs_;
   Step step_;
+  Step affine_;  ///< of the quality function
+  OracleWork oracle_work_;
+  Point watched_;  ///< left by the watchdog's step
   Regularization shift_;
   IterationInfo info_;
   double mu_final_ = 0.0;
@@ -237,12 +240,8 @@ std::optional<Status> Solver::start() {
   correction_.emplace(*kkt_, options_, result_.counts, &limit_);
   const Index n = canonical_.variables();
   const Index m = canonical_.constraints();
-  for (Step* step : {&rhs_, &step_}) {
-    step->v.setZero(n);
-    step->lambda.setZero(m);
-    step->z_lower.setZero(n);
-    step->z_upper.setZero(n);
-  }
+  rhs_ = step_ = affine_ = zero_step(canonical_);
+  last_residuals_.reserve(kWatchedResiduals + 1);
   point_.evaluation.c.setZero(m);
   point_.evaluation.gradient.setZero(n);
   point_.evaluation.jacobian.assign(canonical_.jacobian().size(), 0.0);
@@ -578,7 +577,7 @@ std::optional<Status> Solver::algorithm_one_step() {
     return evaluate_derivatives();
   }
   // Halve the step while the residual exceeds the largest of the last few.
-  const Point from = point_;
+  watched_ = point_;
   for (double longest = 1.0;; longest *= 0.5) {
     if (auto status = take_step(longest)) return status;
     if (auto status = evaluate_derivatives()) return status;
@@ -594,7 +593,7 @@ std::optional<Status> Solver::algorithm_one_step() {
         last_residuals_.erase(last_residuals_.begin());
       return std::nullopt;
     }
-    point_ = from;
+    point_ = watched_;
   }
 }
 
@@ -637,19 +636,19 @@ std::optional<double> Solver::ask_oracle() {
     return std::nullopt;
   }
   if (options_.mu_oracle == BarrierOracle::Probing) {
-    return probing_barrier(canonical_, point_.iterate, step_);
+    return probing_barrier(canonical_, point_.iterate, step_, oracle_work_);
   }
-  const Step affine = step_;
+  affine_ = step_;
   const double average = products.average;
-  rhs_ = zero_step(canonical_);
+  set_zero(rhs_);
   rhs_.v = -average * canonical_.damping();
   for (const Index i : canonical_.lower_bounded()) rhs_.z_lower[i] = average;
   for (const Index i : canonical_.upper_bounded()) rhs_.z_upper[i] = average;
   if (!kkt_->solve(point_.evaluation, rhs_, step_)) return std::nullopt;
   return quality_function_barrier(
       canonical_, point_.iterate,
-      squared_residual(canonical_, point_.iterate, point_.evaluation, point_.dual), affine, step_,
-      options_.tau_min);
+      squared_residual(canonical_, point_.iterate, point_.evaluation, point_.dual), affine_, step_,
+      options_.tau_min, oracle_work_);
 }
 
 std::optional<Status> Solver::compute_step() {

@@ -140,16 +140,17 @@ class OneBound : public ::testing::Test {
   std::optional<CanonicalProblem> canonical_;
   Iterate at_;
   Step step_;
+  OracleWork work_;
 };
 
 TEST_F(OneBound, ProbingIsTheCubeOfTheReductionByThePredictor) {
   EXPECT_DOUBLE_EQ(complementarity_of(*canonical_, at_).average, 1.0);
   step_.v[0] = -1.0;  // 2 * 0.5 -> 1 * 0.25
   step_.z_lower[0] = -0.25;
-  EXPECT_DOUBLE_EQ(probing_barrier(*canonical_, at_, step_), std::pow(0.25, 3.0));
+  EXPECT_DOUBLE_EQ(probing_barrier(*canonical_, at_, step_, work_), std::pow(0.25, 3.0));
   step_.v[0] = 98.0;  // the product grows: mu may, too, up to 100 times
   step_.z_lower[0] = 9.5;
-  EXPECT_DOUBLE_EQ(probing_barrier(*canonical_, at_, step_), 100.0);
+  EXPECT_DOUBLE_EQ(probing_barrier(*canonical_, at_, step_, work_), 100.0);
 }
 
 TEST_F(OneBound, QualityFunctionCentersWhenThePredictorIsCutShort) {
@@ -157,11 +158,13 @@ TEST_F(OneBound, QualityFunctionCentersWhenThePredictorIsCutShort) {
   Step centering = step_;
   // A predictor that the bounds allow in full and that leaves no product: the least mu.
   step_.z_lower[0] = -0.49;
-  EXPECT_LT(quality_function_barrier(*canonical_, at_, residual, step_, centering, 0.99), 2e-6);
+  EXPECT_LT(quality_function_barrier(*canonical_, at_, residual, step_, centering, 0.99, work_),
+            2e-6);
   // One that the bound stops at a hundredth of its length, until centering undoes it.
   step_.z_lower[0] = -50.0;
   centering.z_lower[0] = 100.0;
-  const double mu = quality_function_barrier(*canonical_, at_, residual, step_, centering, 0.99);
+  const double mu =
+      quality_function_barrier(*canonical_, at_, residual, step_, centering, 0.99, work_);
   EXPECT_GT(mu, 0.3);
   EXPECT_LT(mu, 0.5);
 }

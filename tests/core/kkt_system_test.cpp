@@ -684,5 +684,51 @@ TEST(ActiveRank, FindsDuplicateConstraintsOfEitherPlayer) {
   }
 }
 
+TEST(KktFactorizations, AreNotRepeatedForTheSameValuesAndShifts) {
+  RandomSystem system({}, 3);
+  KktSystem& kkt = *system.kkt;
+  const Counts& counts = system.counts;
+  const Regularization shift{.x = 1.0, .y = 2.0};
+  const Factorization first = kkt.factorize(shift);
+  const Factorization inner = kkt.factorize_inner({});
+  EXPECT_EQ(counts.factorizations_full, 1);
+  EXPECT_EQ(counts.factorizations_inner, 1);
+
+  kkt.assemble(system.iterate, system.evaluation);
+  EXPECT_EQ(kkt.factorize(shift).inertia, first.inertia);
+  EXPECT_EQ(kkt.factorize_inner({}).inertia, inner.inertia);
+  EXPECT_EQ(counts.factorizations_full, 1);
+  EXPECT_EQ(counts.factorizations_inner, 1);
+  const NewtonResidual rhs = system.random_residual();
+  Step step = zero_step(system.canonical);
+  ASSERT_TRUE(kkt.solve(system.evaluation, rhs, step));
+  EXPECT_LT(system.newton_error(shift, rhs, step), 1e-8);
+
+  // Another shift of one matrix.
+  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}));
+  static_cast<void>(kkt.factorize_inner({}));
+  EXPECT_EQ(counts.factorizations_full, 2);
+  EXPECT_EQ(counts.factorizations_inner, 1);
+
+  // Other values: barrier terms, derivatives.
+  for (const Index i : system.canonical.lower_bounded()) system.iterate.z_lower[i] *= 1.5;
+  kkt.assemble(system.iterate, system.evaluation);
+  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}));
+  EXPECT_EQ(counts.factorizations_full, 3);
+  ASSERT_EQ(system.canonical.second_derivatives(system.iterate.v, 2.0 * system.iterate.lambda,
+                                                system.evaluation),
+            EvaluationStatus::Ok);
+  kkt.assemble(system.iterate, system.evaluation);
+  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}));
+  static_cast<void>(kkt.factorize_inner({}));
+  EXPECT_EQ(counts.factorizations_full, 4);
+  EXPECT_EQ(counts.factorizations_inner, 2);
+
+  // A factorization that must be better than the last.
+  kkt.require_certain_inertia(true);
+  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}));
+  EXPECT_EQ(counts.factorizations_full, 5);
+}
+
 }  // namespace
 }  // namespace ipminmax

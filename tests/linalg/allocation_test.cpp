@@ -1,66 +1,17 @@
 // factorize and solve_in_place allocate nothing after the first call.
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
+#include <ipminmax/linalg/symmetric_solver.hpp>
 #include <vector>
 
-#include <ipminmax/linalg/symmetric_solver.hpp>
+#include <support/count_allocations.hpp>
 
 #include "test_matrices.hpp"
 
-namespace {
-
-std::atomic<bool> counting{false};
-std::atomic<int> allocations{0};
-
-[[maybe_unused]] void count_one() {
-  if (counting.load(std::memory_order_relaxed)) allocations.fetch_add(1, std::memory_order_relaxed);
-}
-
-}  // namespace
-
-// A sanitizer has an allocator of its own.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define IPMINMAX_COUNTS_ALLOCATIONS 0
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define IPMINMAX_COUNTS_ALLOCATIONS 0
-#endif
-#endif
-#ifndef IPMINMAX_COUNTS_ALLOCATIONS
-#define IPMINMAX_COUNTS_ALLOCATIONS 1
-#endif
-
-#if IPMINMAX_COUNTS_ALLOCATIONS
-// operator new and Eigen end up here; the names called are glibc's own for its allocator.
-extern "C" {
-void* __libc_malloc(std::size_t size);
-void* __libc_calloc(std::size_t count, std::size_t size);
-void* __libc_realloc(void* old, std::size_t size);
-void* __libc_memalign(std::size_t alignment, std::size_t size);
-
-void* malloc(std::size_t size) {
-  count_one();
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) {
-  count_one();
-  return __libc_calloc(count, size);
-}
-void* realloc(void* old, std::size_t size) {
-  count_one();
-  return __libc_realloc(old, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  count_one();
-  return __libc_memalign(alignment, size);
-}
-}
-#endif
-
 namespace ipminmax {
 namespace {
+
+using testing::allocation_counter;
 
 int allocations_in_the_loop(LinearSolver kind, const test::KktMatrix& kkt) {
   const auto solver = make_symmetric_solver(kind, {});
@@ -68,24 +19,23 @@ int allocations_in_the_loop(LinearSolver kind, const test::KktMatrix& kkt) {
   std::vector<double> rhs(3 * static_cast<std::size_t>(kkt.matrix.dimension()), 1.0);
   bool ok = true;
   for (int pass = 0; pass < 3; ++pass) {
-    allocations = 0;
-    counting = pass > 0;
+    if (pass > 0) allocation_counter.start();
     ok = ok && solver->factorize(kkt.matrix).status == FactorizationStatus::Ok;
     solver->solve_in_place(rhs, 3);
-    counting = false;
-    if (allocations > 0) break;
+    allocation_counter.stop();
+    if (pass > 0 && allocation_counter.all > 0) break;
   }
   EXPECT_TRUE(ok);
-  return allocations;
+  return allocation_counter.all;
 }
 
 TEST(Allocation, TheCounterCounts) {
   if (!IPMINMAX_COUNTS_ALLOCATIONS) GTEST_SKIP() << "allocator replaced by a sanitizer";
-  allocations = 0;
-  counting = true;
+  allocation_counter.start();
   auto* values = new std::vector<double>(1000);
-  counting = false;
-  EXPECT_EQ(allocations, 2);
+  allocation_counter.stop();
+  EXPECT_EQ(allocation_counter.all, 2);
+  EXPECT_EQ(allocation_counter.operator_new, 2);
   delete values;
 }
 

@@ -42,5 +42,37 @@ TEST(SuperlinearTail, ShowsWhereStrictComplementarityHolds) {
   EXPECT_GE(solved, 20);
 }
 
+TEST(FreezeNeighbourhood, TakesOneFactorizationPerIterationAndTestsBothMatricesAtTheEnd) {
+  Index frozen = 0, certified = 0;
+  for (const SmallProblem& known : small_problems()) {
+    AutodiffProblem problem(known.model);
+    for (const std::vector<double>& start : known.starts) {
+      problem.set_start(start);
+      Index full = 0, inner = 0;  // told before the certificate
+      bool after_full_newton_step = false;
+      const Result result = solve(problem, SolverOptions{}, [&](const IterationInfo& info) {
+        full += info.factorizations_full;
+        inner += info.factorizations_inner;
+        if (info.iteration > 0 && info.step_kind == 'n' && info.factorizations_inner == 0) {
+          ++frozen;
+          EXPECT_TRUE(after_full_newton_step) << known.name;
+          EXPECT_EQ(info.factorizations_full, 1) << known.name;
+          EXPECT_EQ(info.alpha_primal, 1.0) << known.name;
+          EXPECT_EQ(info.delta_x, 0.0) << known.name;
+          EXPECT_EQ(info.delta_y, 0.0) << known.name;
+        }
+        after_full_newton_step = info.step_kind == 'n' && info.alpha_primal == 1.0;
+        return true;
+      });
+      if (result.certificate.kind != PointKind::LocalMinmax) continue;
+      ++certified;
+      EXPECT_GT(result.counts.factorizations_full, full) << known.name;
+      EXPECT_GT(result.counts.factorizations_inner, inner) << known.name;
+    }
+  }
+  EXPECT_GE(frozen, 20);
+  EXPECT_GE(certified, 30);
+}
+
 }  // namespace
 }  // namespace ipminmax::testing
