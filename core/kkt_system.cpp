@@ -38,6 +38,7 @@ Step zero_step(const CanonicalProblem& canonical) {
 KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayout& layout,
                    const SolverOptions& options)
     : canonical_(canonical),
+      options_(options),
       variable_row_(at(canonical.variables()), -1),
       constraint_row_(at(canonical.constraints()), -1),
       solver_(make_symmetric_solver(options.linear_solver, solver_options(options))) {
@@ -92,7 +93,13 @@ KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayo
   }
 }
 
-bool KktBlock::analyze() { return empty() || solver_->analyze(matrix_, signs_).ok; }
+Analysis KktBlock::analyze() {
+  return empty() ? Analysis{.ok = true} : solver_->analyze(matrix_, signs_);
+}
+
+std::unique_ptr<SymmetricSolver> KktBlock::make_solver() const {
+  return make_symmetric_solver(options_.linear_solver, solver_options(options_));
+}
 
 void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
   solver_ = std::move(solver);
@@ -100,6 +107,7 @@ void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
 }
 
 void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature) {
+  ++assemblies_;
   matrix_.set_zero();
   const auto values = matrix_.values();
   hessian_norm_ = 0.0;
@@ -129,6 +137,7 @@ void KktBlock::assemble_projection(const Evaluation& evaluation,
                                    const Eigen::VectorXd& column_factor,
                                    const Eigen::VectorXd& row_factor,
                                    const Eigen::VectorXd& multiplier_diagonal) {
+  ++assemblies_;
   matrix_.set_zero();
   const auto values = matrix_.values();
   for (std::size_t k = 0; k < jacobian_entries_.size(); ++k) {
@@ -145,7 +154,7 @@ void KktBlock::assemble_projection(const Evaluation& evaluation,
   }
 }
 
-Factorization KktBlock::factorize(const Regularization& shift) {
+void KktBlock::shift_by(const Regularization& shift) {
   const auto values = matrix_.values();
   for (Index i = variables_.begin; i < variables_.end; ++i) {
     const Index row = variable_row_[at(i)];
@@ -159,6 +168,10 @@ Factorization KktBlock::factorize(const Regularization& shift) {
         diagonal_[at(row)] +
         (canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x);
   }
+}
+
+Factorization KktBlock::factorize(const Regularization& shift) {
+  shift_by(shift);
   return solver_->factorize(matrix_);
 }
 
@@ -202,22 +215,51 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
 
 bool KktSystem::analyze(const std::optional<KktAnalysis>& kept) {
   if (kept && kept->linear_solver == options_.linear_solver &&
+      kept->schur_option == options_.minmax_schur_complement &&
       kept->options == solver_options(options_)) {
     full_.adopt(kept->full);
     inner_.adopt(kept->inner);
     require_certain_inertia(false);
-    return true;
+    if (!kept->by_schur_complement) return true;
+    schur_ = std::make_unique<KktSchur>(full_, inner_);
+    return schur_->prepare(inner_, kept->second_inner);
   }
   const ScopedTimer timer(timing_.analysis);
   counts_.analyses += inner_.empty() ? 1 : 2;
-  return full_.analyze() && inner_.analyze();
+  const Analysis full = full_.analyze();
+  if (!full.ok || !inner_.analyze().ok) return false;
+  decide_on_schur_complement(full);
+  if (!schur_) return true;
+  ++counts_.analyses;
+  return schur_->prepare(inner_, nullptr);
+}
+
+/// Whether K by way of K_yy is cheaper than K as a whole.
+void KktSystem::decide_on_schur_complement(const Analysis& full) {
+  const SchurComplementUse use = options_.minmax_schur_complement;
+  if (use == SchurComplementUse::No || inner_.empty()) return;
+  const double outer = layout_.dimension() - inner_.dimension();
+  if (use == SchurComplementUse::Auto && outer * outer * outer / 3.0 > full.flops) return;
+  schur_ = std::make_unique<KktSchur>(full_, inner_);
+  if (use == SchurComplementUse::Auto && schur_->predict_flops(inner_) > full.flops) {
+    schur_ = nullptr;
+  }
+}
+
+void KktSystem::require_certain_inertia(bool certain) {
+  if (schur_ && certain != inner_.inertia_is_certain()) schur_->forget_factors();
+  full_.require_certain_inertia(certain);
+  inner_.require_certain_inertia(certain);
 }
 
 KktAnalysis KktSystem::analysis() const {
   return {.linear_solver = options_.linear_solver,
           .options = solver_options(options_),
           .full = full_.solver(),
-          .inner = inner_.solver()};
+          .inner = inner_.solver(),
+          .second_inner = schur_ ? schur_->second(inner_) : nullptr,
+          .schur_option = options_.minmax_schur_complement,
+          .by_schur_complement = schur_ != nullptr};
 }
 
 void KktSystem::take_barrier_terms(const Iterate& iterate) {
@@ -234,9 +276,15 @@ void KktSystem::take_barrier_terms(const Iterate& iterate) {
   }
 }
 
+void KktSystem::release_full() {
+  by_schur_ = false;
+  if (schur_) schur_->release_full();
+}
+
 void KktSystem::assemble(const Iterate& iterate, const Evaluation& evaluation) {
   const ScopedTimer timer(timing_.assembly);
   take_barrier_terms(iterate);
+  release_full();
   full_.assemble(evaluation, curvature_);
   inner_.assemble(evaluation, curvature_);
 }
@@ -255,6 +303,7 @@ void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& ba
   distance_upper_.setOnes();
   z_lower_ = curvature_;
   z_upper_.setZero();
+  release_full();
   full_.assemble(evaluation, curvature_);
   inner_.assemble(evaluation, curvature_);
 }
@@ -263,10 +312,18 @@ Factorization KktSystem::factorize(const Regularization& shift) {
   shift_ = shift;
   if (full_.empty()) return {.status = FactorizationStatus::Ok, .inertia = layout_.expected()};
   const ScopedTimer timer(timing_.factorization);
-  ++counts_.factorizations_full;
-  Factorization result = full_.factorize(shift);
-  result.inertia = layout_.with_slacks(result.inertia);
-  return result;
+  std::optional<Factorization> result;
+  if (schur_ && !full_.inertia_is_certain()) {
+    full_.shift_by(shift);
+    result = schur_->factorize(full_, inner_, counts_);
+  }
+  by_schur_ = result.has_value();
+  if (!result) {
+    ++counts_.factorizations_full;
+    result = full_.factorize(shift);
+  }
+  result->inertia = layout_.with_slacks(result->inertia);
+  return *result;
 }
 
 Factorization KktSystem::factorize_inner(const Regularization& shift) {
@@ -275,13 +332,25 @@ Factorization KktSystem::factorize_inner(const Regularization& shift) {
     return {.status = FactorizationStatus::Ok, .inertia = layout_.expected_inner()};
   }
   const ScopedTimer timer(timing_.factorization);
-  ++counts_.factorizations_inner;
-  Factorization result = inner_.factorize(shift);
+  Factorization result;
+  if (schur_) {
+    inner_.shift_by(shift);
+    result = schur_->factorize_inner(inner_, counts_);
+  } else {
+    ++counts_.factorizations_inner;
+    result = inner_.factorize(shift);
+  }
   result.inertia = layout_.with_slacks_inner(result.inertia);
   return result;
 }
 
 bool KktSystem::increase_quality() {
+  if (schur_ && by_schur_) {  // K as a whole from now on
+    schur_ = nullptr;
+    by_schur_ = false;
+    return true;
+  }
+  if (schur_) schur_->forget_factors();
   const bool full = !full_.empty() && full_.increase_quality();
   const bool inner = !inner_.empty() && inner_.increase_quality();
   return full || inner;
@@ -305,7 +374,11 @@ void KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& 
     reduced[at(block.row_of_constraint(j))] =
         rhs.lambda[j] + (slack < 0 ? 0.0 : canonical_.sign(slack) * t(slack) / curvature_[slack]);
   }
-  if (!block.empty()) block.solve_in_place(reduced);
+  if (by_schur_ && &block == &full_) {
+    schur_->solve_in_place(full_, reduced);
+  } else if (!block.empty()) {
+    block.solve_in_place(reduced);
+  }
 
   for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
     step.lambda[j] = reduced[at(block.row_of_constraint(j))];
@@ -412,6 +485,7 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
   full_.assemble_projection(evaluation, Eigen::VectorXd::Ones(canonical_.variables()),
                             Eigen::VectorXd::Ones(canonical_.constraints()), diagonal);
   shift_ = {};
+  by_schur_ = false;
   {
     const ScopedTimer timer(timing_.factorization);
     ++counts_.factorizations_full;
@@ -495,6 +569,8 @@ KktSystem::RankFinding KktSystem::active_rank(const Evaluation& evaluation,
     block.assemble_projection(evaluation, columns, rows, diagonal);
     const ScopedTimer timer(timing_.factorization);
     ++count;
+    if (&block == &full_) by_schur_ = false;
+    if (schur_) schur_->forget_factors();
     const Factorization f = block.factorize({});
     return f.status == FactorizationStatus::Ok && f.inertia == expected;
   };

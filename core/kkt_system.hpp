@@ -4,6 +4,7 @@
 #include <ipminmax/core/canonical_problem.hpp>
 #include <ipminmax/core/iterate.hpp>
 #include <ipminmax/core/kkt_layout.hpp>
+#include <ipminmax/core/kkt_schur.hpp>
 #include <ipminmax/core/options.hpp>
 #include <ipminmax/core/result.hpp>
 #include <ipminmax/linalg/symmetric_matrix.hpp>
@@ -36,6 +37,9 @@ struct KktAnalysis {
   LinearSolver linear_solver{};
   SymmetricSolverOptions options;
   std::shared_ptr<SymmetricSolver> full, inner;
+  std::shared_ptr<SymmetricSolver> second_inner;  ///< by_schur_complement
+  SchurComplementUse schur_option{};
+  bool by_schur_complement = false;
 };
 
 /// One of the two KKT matrices with its solver: K over all rows, or K_yy over (y, lambda_y).
@@ -48,10 +52,14 @@ class KktBlock {
            const SolverOptions& options);
 
   [[nodiscard]] bool empty() const { return matrix_.dimension() == 0; }
-  [[nodiscard]] bool analyze();
+  [[nodiscard]] Analysis analyze();
   /// The analyzed solver, and its use for a block with the same pattern, instead of analyze.
   [[nodiscard]] const std::shared_ptr<SymmetricSolver>& solver() const { return solver_; }
   void adopt(std::shared_ptr<SymmetricSolver> solver);
+  /// Another solver for this block, not analyzed.
+  [[nodiscard]] std::unique_ptr<SymmetricSolver> make_solver() const;
+  /// Solves with the factors that another solver has of matrix().
+  void take_factors_of(const std::shared_ptr<SymmetricSolver>& solver) { solver_ = solver; }
 
   /// Takes the values of W, J and the barrier curvatures at zero shift.
   void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature);
@@ -62,15 +70,23 @@ class KktBlock {
                            const Eigen::VectorXd& row_factor,
                            const Eigen::VectorXd& multiplier_diagonal);
 
+  /// Sets the diagonal of matrix().
+  void shift_by(const Regularization& shift);
   [[nodiscard]] Factorization factorize(const Regularization& shift);
   [[nodiscard]] bool increase_quality() { return solver_->increase_quality(); }
   [[nodiscard]] bool pivots() const { return empty() || solver_->pivots(); }
-  void require_certain_inertia(bool certain) { solver_->require_certain_inertia(certain); }
+  void require_certain_inertia(bool certain) {
+    certain_ = certain;
+    solver_->require_certain_inertia(certain);
+  }
+  [[nodiscard]] bool inertia_is_certain() const { return certain_; }
 
   /// Solution of the reduced system for a right-hand side in rows of this block, in place.
   void solve_in_place(std::span<double> rhs) { solver_->solve_in_place(rhs); }
 
   [[nodiscard]] Index dimension() const { return matrix_.dimension(); }
+  /// Number of calls of assemble and assemble_projection.
+  [[nodiscard]] Index assemblies() const { return assemblies_; }
   /// The matrix of the last factorize, and the expected sign of each pivot.
   [[nodiscard]] const SymmetricMatrix& matrix() const { return matrix_; }
   [[nodiscard]] std::span<const std::int8_t> signs() const { return signs_; }
@@ -92,6 +108,7 @@ class KktBlock {
 
  private:
   const CanonicalProblem& canonical_;
+  const SolverOptions& options_;
   IndexRange variables_, constraints_;
   std::vector<Index> variable_row_, constraint_row_;
   std::vector<std::int8_t> signs_;
@@ -101,6 +118,8 @@ class KktBlock {
   std::vector<double> diagonal_;                               ///< at zero shift, per row
   std::shared_ptr<SymmetricSolver> solver_;
   double hessian_norm_ = 0.0;
+  Index assemblies_ = 0;
+  bool certain_ = true;
 };
 
 /// The Newton system of the primal-dual equations (paper's eq. (interiorpoint)) at one iterate.
@@ -147,10 +166,7 @@ class KktSystem {
   /// True when another factorization will be more accurate; factorize anew after it.
   [[nodiscard]] bool increase_quality();
   /// False while iterating, where a wrong inertia costs a step; true for the certificate.
-  void require_certain_inertia(bool certain) {
-    full_.require_certain_inertia(certain);
-    inner_.require_certain_inertia(certain);
-  }
+  void require_certain_inertia(bool certain);
   /// Whether both factorizations pivot, so that their inertias hold for any matrix.
   [[nodiscard]] bool pivots() const { return full_.pivots() && inner_.pivots(); }
 
@@ -172,6 +188,8 @@ class KktSystem {
   [[nodiscard]] double hessian_norm() const { return full_.max_norm_hessian(); }
 
  private:
+  void release_full();
+  void decide_on_schur_complement(const Analysis& full);
   /// A right-hand side or solution restricted to a block: reduced, solved, expanded.
   void solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& step);
   [[nodiscard]] bool solve(KktBlock& block, const Regularization& shift,
@@ -186,6 +204,8 @@ class KktSystem {
   Timing& timing_;
   KktLayout layout_;
   KktBlock full_, inner_;
+  std::unique_ptr<KktSchur> schur_;  ///< null: K is factorized as a whole
+  bool by_schur_ = false;            ///< whether K's last factorization is schur_'s
   Regularization shift_, inner_shift_;  ///< of the factorizations at hand
   Eigen::VectorXd curvature_;           ///< barrier curvature Sigma per canonical variable, >= 0
   Eigen::VectorXd distance_lower_, distance_upper_;  ///< to the bounds, 1 where there is none

@@ -123,6 +123,19 @@ void AutoSolver::solve_in_place(std::span<double> rhs, Index columns) {
   }
 }
 
+void AutoSolver::inverse_product(const SparseColumns& b, std::span<double> product) {
+  if (ldlt_is_current_) {
+    ldlt_.inverse_product(b, product);
+  } else {
+    pivoting_->inverse_product(b, product);
+  }
+}
+
+double AutoSolver::predict_inverse_product_flops(const SparseColumns& b) const {
+  return ldlt_is_current_ ? ldlt_.predict_inverse_product_flops(b)
+                          : pivoting_->predict_inverse_product_flops(b);
+}
+
 bool AutoSolver::increase_quality() {
   const bool left_ldlt = ldlt_is_current_;
   use_ldlt_ = ldlt_is_current_ = false;

@@ -25,6 +25,9 @@ class AutoSolver final : public SymmetricSolver {
   [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
 
+  void inverse_product(const SparseColumns& b, std::span<double> product) override;
+  [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
+
   /// The first call after an LDL' factorization leaves LDL' for good.
   [[nodiscard]] bool increase_quality() override;
   void reset_quality() override;

@@ -17,6 +17,9 @@ class LapackSolver final : public SymmetricSolver {
                                  std::span<const std::int8_t> signs) override;
   [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
+  [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override {
+    return 2.0 * dimension_ * static_cast<double>(dimension_) * b.columns();
+  }
   [[nodiscard]] bool increase_quality() override { return false; }
   void reset_quality() override {}
   [[nodiscard]] bool pivots() const override { return true; }

@@ -151,7 +151,10 @@ Analysis MumpsSolver::analyze(const SymmetricMatrix& matrix, std::span<const std
   try {
     instance_ = std::make_unique<Instance>();
     load_pattern(matrix);
-    return wanted == Ordering::Best ? best_analysis(matrix) : analyze_with(wanted, matrix);
+    const Analysis analysis =
+        wanted == Ordering::Best ? best_analysis(matrix) : analyze_with(wanted, matrix);
+    factor_entries_ = analysis.factor_entries;
+    return analysis;
   } catch (const std::bad_alloc&) {
     instance_.reset();
     return {};
@@ -215,6 +218,11 @@ void MumpsSolver::solve_in_place(std::span<double> rhs, Index columns) {
     if (instance_->run(kSolve) >= 0) return;
   }
   std::fill(rhs.begin(), rhs.end(), std::numeric_limits<double>::quiet_NaN());
+}
+
+/// One multiply-add per entry of L, forward and backward.
+double MumpsSolver::predict_inverse_product_flops(const SparseColumns& b) const {
+  return 4.0 * static_cast<double>(factor_entries_) * b.columns();
 }
 
 /// Ipopt's rule.

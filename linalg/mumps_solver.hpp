@@ -21,6 +21,7 @@ class MumpsSolver final : public SymmetricSolver {
                                  std::span<const std::int8_t> signs) override;
   [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
+  [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
   [[nodiscard]] bool increase_quality() override;
   void reset_quality() override { pivot_tolerance_ = options_.mumps_pivot_tolerance; }
   [[nodiscard]] bool pivots() const override { return true; }
@@ -41,6 +42,7 @@ class MumpsSolver final : public SymmetricSolver {
   std::vector<double> values_;
   std::vector<Index> metis_order_;  // 1-based; empty until needed
   std::unique_ptr<Instance> instance_;
+  std::int64_t factor_entries_ = 0;  // predicted
   bool factorized_ = false;
 };
 
