@@ -309,11 +309,19 @@ void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& ba
 }
 
 Factorization KktSystem::factorize(const Regularization& shift) {
+  return factorize(shift, !full_.inertia_is_certain());
+}
+
+Factorization KktSystem::factorize_for_solutions(const Regularization& shift) {
+  return factorize(shift, true);
+}
+
+Factorization KktSystem::factorize(const Regularization& shift, bool by_schur_complement) {
   shift_ = shift;
   if (full_.empty()) return {.status = FactorizationStatus::Ok, .inertia = layout_.expected()};
   const ScopedTimer timer(timing_.factorization);
   std::optional<Factorization> result;
-  if (schur_ && !full_.inertia_is_certain()) {
+  if (schur_ && by_schur_complement) {
     full_.shift_by(shift);
     result = schur_->factorize(full_, inner_, counts_);
   }
@@ -322,7 +330,7 @@ Factorization KktSystem::factorize(const Regularization& shift) {
     ++counts_.factorizations_full;
     result = full_.factorize(shift);
   }
-  result->inertia = layout_.with_slacks(result->inertia);
+  result->inertia = inertia_ = layout_.with_slacks(result->inertia);
   return *result;
 }
 
@@ -345,11 +353,6 @@ Factorization KktSystem::factorize_inner(const Regularization& shift) {
 }
 
 bool KktSystem::increase_quality() {
-  if (schur_ && by_schur_) {  // K as a whole from now on
-    schur_ = nullptr;
-    by_schur_ = false;
-    return true;
-  }
   if (schur_) schur_->forget_factors();
   const bool full = !full_.empty() && full_.increase_quality();
   const bool inner = !inner_.empty() && inner_.increase_quality();
@@ -463,7 +466,16 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
 }
 
 bool KktSystem::solve(const Evaluation& evaluation, const NewtonResidual& rhs, Step& step) {
-  return solve(full_, shift_, evaluation, rhs, step);
+  if (solve(full_, shift_, evaluation, rhs, step)) return true;
+  return leave_schur_complement() && solve(full_, shift_, evaluation, rhs, step);
+}
+
+/// K as a whole from now on, the current one at once. False: that changes nothing, or its inertia.
+bool KktSystem::leave_schur_complement() {
+  if (!by_schur_) return false;
+  const Inertia before = inertia_;
+  schur_ = nullptr;
+  return factorize(shift_).status == FactorizationStatus::Ok && inertia_ == before;
 }
 
 bool KktSystem::solve_inner(const Evaluation& evaluation, const NewtonResidual& rhs, Step& step) {
@@ -484,13 +496,8 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
   }
   full_.assemble_projection(evaluation, Eigen::VectorXd::Ones(canonical_.variables()),
                             Eigen::VectorXd::Ones(canonical_.constraints()), diagonal);
-  shift_ = {};
-  by_schur_ = false;
-  {
-    const ScopedTimer timer(timing_.factorization);
-    ++counts_.factorizations_full;
-    if (full_.factorize(shift_).status != FactorizationStatus::Ok) return false;
-  }
+  release_full();
+  if (factorize_for_solutions({}).status != FactorizationStatus::Ok) return false;
 
   curvature_.setOnes();
   distance_lower_.setOnes();

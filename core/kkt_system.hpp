@@ -147,6 +147,8 @@ class KktSystem {
 
   /// Factorizes K or K_yy with shifts; inertias count the slack rows.
   [[nodiscard]] Factorization factorize(const Regularization& shift);
+  /// Where a certain inertia is required but not of this matrix.
+  [[nodiscard]] Factorization factorize_for_solutions(const Regularization& shift);
   [[nodiscard]] Factorization factorize_inner(const Regularization& shift);
   [[nodiscard]] bool has_expected_inertia(const Factorization& f) const {
     return f.status == FactorizationStatus::Ok && f.inertia == layout_.expected();
@@ -188,7 +190,9 @@ class KktSystem {
   [[nodiscard]] double hessian_norm() const { return full_.max_norm_hessian(); }
 
  private:
+  [[nodiscard]] Factorization factorize(const Regularization& shift, bool by_schur_complement);
   void release_full();
+  [[nodiscard]] bool leave_schur_complement();
   void decide_on_schur_complement(const Analysis& full);
   /// A right-hand side or solution restricted to a block: reduced, solved, expanded.
   void solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& step);
@@ -206,6 +210,7 @@ class KktSystem {
   KktBlock full_, inner_;
   std::unique_ptr<KktSchur> schur_;  ///< null: K is factorized as a whole
   bool by_schur_ = false;            ///< whether K's last factorization is schur_'s
+  Inertia inertia_;                  ///< of K, as last factorized
   Regularization shift_, inner_shift_;  ///< of the factorizations at hand
   Eigen::VectorXd curvature_;           ///< barrier curvature Sigma per canonical variable, >= 0
   Eigen::VectorXd distance_lower_, distance_upper_;  ///< to the bounds, 1 where there is none

@@ -615,12 +615,12 @@ ScalableProblem f19_pde(int nodes) {
   return p;
 }
 
-ScalableProblem f30_few_min(int n, int nodes) {
+ScalableProblem f30_few_min(int n, int side) {
+  const Index nodes = side * side;
   ScalableProblem p = named("f30_few_min", n);
-  p.name += "x" + std::to_string(nodes);
+  p.name += " side " + std::to_string(side);
   auto problem = std::make_unique<QuadraticProblem>(n, nodes);
   QuadraticFunction& f = problem->f();
-  const double coupling = 2.0 * std::sqrt(static_cast<double>(n) / nodes);
   const auto size = at(n + nodes);
   p.v.resize(size);
   p.z_lower.assign(size, 0.0);
@@ -629,7 +629,7 @@ ScalableProblem f30_few_min(int n, int nodes) {
   std::vector<double> start(size);
   for (Index i = 0; i < n + nodes; ++i) {
     p.v[at(i)] = i >= n && i % 4 == 0 ? (i % 8 == 0 ? -1.0 : 1.0) : 0.6 * std::sin(2.0 * i);
-    start[at(i)] = 0.5 * p.v[at(i)] + 0.4 * std::sin(7.0 * i);
+    start[at(i)] = p.v[at(i)] + 0.1 * std::sin(7.0 * i);
     if (i >= n && i % 4 == 0) {
       const double multiplier = -0.5 + 0.4 * std::sin(3.0 * i);
       (i % 8 == 0 ? p.z_lower : p.z_upper)[at(i)] = multiplier;
@@ -654,14 +654,17 @@ ScalableProblem f30_few_min(int n, int nodes) {
     const Index y = n + k;
     problem->set_bounds(y, -1.0, 1.0);
     add(y, y, -1.0);
-    add(y, k % n, coupling);
-    if (k + 1 == nodes) continue;
-    add(y + 1, y, 0.25);
-    if (k % 8 != 1) continue;
+    for (Index i = 0; i < n; ++i) {
+      add(y, i, 2.0 * std::sqrt(2.0 / nodes) *
+                    std::cos(std::numbers::pi * (i + 1) * (k + 0.5) / nodes));
+    }
+    if (k >= side) add(y, y - side, 0.1);
+    if (k % side > 0) add(y, y - 1, 0.1);
+    if (k % 8 != 1 || k + 1 == nodes) continue;
     QuadraticFunction equation;
     const double multiplier = std::sin(11.0 * k);
     for (const auto& [i, value] :
-         {std::pair{y, 1.0}, std::pair{y + 1, -0.5}, std::pair{k % n, 0.25 * coupling}}) {
+         {std::pair{y, 1.0}, std::pair{y + 1, -0.5}, std::pair{k % n, 0.5 / side}}) {
       equation.add_linear(i, value);
       equation.constant -= value * p.v[at(i)];
       slope[at(i)] -= value * multiplier;
