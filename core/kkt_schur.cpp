@@ -52,8 +52,8 @@ bool KktSchur::prepare(const KktBlock& inner, std::shared_ptr<SymmetricSolver> s
     factors_[1].solver->reset_quality();
     return true;
   }
-  factors_[1].solver = inner.make_solver();
-  return factors_[1].solver->analyze(inner.matrix(), inner.signs()).ok;
+  factors_[1].solver = inner.solver()->same_analysis(inner.matrix(), inner.signs());
+  return factors_[1].solver != nullptr;
 }
 
 const std::shared_ptr<SymmetricSolver>& KktSchur::second(const KktBlock& inner) const {

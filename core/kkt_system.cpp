@@ -38,7 +38,6 @@ Step zero_step(const CanonicalProblem& canonical) {
 KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayout& layout,
                    const SolverOptions& options)
     : canonical_(canonical),
-      options_(options),
       variable_row_(at(canonical.variables()), -1),
       constraint_row_(at(canonical.constraints()), -1),
       solver_(make_symmetric_solver(options.linear_solver, solver_options(options))) {
@@ -95,10 +94,6 @@ KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayo
 
 Analysis KktBlock::analyze() {
   return empty() ? Analysis{.ok = true} : solver_->analyze(matrix_, signs_);
-}
-
-std::unique_ptr<SymmetricSolver> KktBlock::make_solver() const {
-  return make_symmetric_solver(options_.linear_solver, solver_options(options_));
 }
 
 void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {

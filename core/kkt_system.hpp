@@ -56,8 +56,6 @@ class KktBlock {
   /// The analyzed solver, and its use for a block with the same pattern, instead of analyze.
   [[nodiscard]] const std::shared_ptr<SymmetricSolver>& solver() const { return solver_; }
   void adopt(std::shared_ptr<SymmetricSolver> solver);
-  /// Another solver for this block, not analyzed.
-  [[nodiscard]] std::unique_ptr<SymmetricSolver> make_solver() const;
   /// Solves with the factors that another solver has of matrix().
   void take_factors_of(const std::shared_ptr<SymmetricSolver>& solver) { solver_ = solver; }
 
@@ -108,7 +106,6 @@ class KktBlock {
 
  private:
   const CanonicalProblem& canonical_;
-  const SolverOptions& options_;
   IndexRange variables_, constraints_;
   std::vector<Index> variable_row_, constraint_row_;
   std::vector<std::int8_t> signs_;

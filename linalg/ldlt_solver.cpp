@@ -7,6 +7,7 @@
 #include <limits>
 #include <new>
 #include <stdexcept>
+#include <utility>
 
 namespace ipminmax {
 
@@ -71,6 +72,8 @@ Analysis LdltSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
   Analysis analysis{false, ordering.ordering, ordering.size.entries, ordering.size.flops};
   if (ordering.size.entries > std::numeric_limits<Index>::max()) return analysis;
   try {
+    ordering_ = ordering.ordering;
+    size_ = ordering.size;
     new_index_ = ordering.new_index;
     build_pattern(matrix, signs);
     factor_->ldlt.analyzePattern(factor_->upper);
@@ -80,6 +83,21 @@ Analysis LdltSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
   }
   analysis.ok = true;
   return analysis;
+}
+
+std::unique_ptr<SymmetricSolver> LdltSolver::same_analysis(
+    const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const {
+  auto other = std::make_unique<LdltSolver>(options_);
+  return other->analyze_as(*this, matrix, signs).ok ? std::move(other) : nullptr;
+}
+
+Analysis LdltSolver::analyze_as(const LdltSolver& other, const SymmetricMatrix& matrix,
+                                std::span<const std::int8_t> signs) {
+  try {
+    return analyze(matrix, signs, {other.ordering_, other.new_index_, other.size_});
+  } catch (const std::bad_alloc&) {
+    return {};
+  }
 }
 
 void LdltSolver::build_pattern(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) {

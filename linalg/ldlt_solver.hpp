@@ -33,6 +33,11 @@ class LdltSolver final : public SymmetricSolver {
   [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs,
                                  const OrderingChoice& ordering);
 
+  /// With the ordering of another solver that has analyzed the pattern.
+  [[nodiscard]] Analysis analyze_as(const LdltSolver& other, const SymmetricMatrix& matrix,
+                                    std::span<const std::int8_t> signs);
+  [[nodiscard]] std::unique_ptr<SymmetricSolver> same_analysis(
+      const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const override;
   [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
   /// With the forward substitution alone; rows that no column of B reaches cost nothing.
@@ -48,7 +53,7 @@ class LdltSolver final : public SymmetricSolver {
  private:
   static constexpr std::size_t kTogether = 4;  // right-hand sides of solve_together
   struct Factor;                               // hides Eigen
-  struct ColumnRange {
+  struct ColumnRange {  // of B
     Index begin = 0, end = 0;
     void include(ColumnRange other);
   };
@@ -58,6 +63,8 @@ class LdltSolver final : public SymmetricSolver {
   void find_ranges(const SparseColumns& b, std::vector<ColumnRange>& ranges) const;
 
   SymmetricSolverOptions options_;
+  Ordering ordering_ = Ordering::Amd;
+  FactorSize size_;                 // predicted
   std::vector<Index> new_index_;    // place of row i in the elimination order
   std::vector<Index> upper_index_;  // position in the permuted upper triangle of each matrix entry
   std::vector<double> gamma_;       // diagonal of Gamma

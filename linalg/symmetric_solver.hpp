@@ -72,6 +72,11 @@ class SymmetricSolver {
   [[nodiscard]] virtual Analysis analyze(const SymmetricMatrix& matrix,
                                          std::span<const std::int8_t> signs) = 0;
 
+  /// Another solver of this kind with the last analysis and its ordering, which are not computed anew;
+  /// null: out of memory. The pattern of matrix is the analyzed one.
+  [[nodiscard]] virtual std::unique_ptr<SymmetricSolver> same_analysis(
+      const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const = 0;
+
   [[nodiscard]] virtual Factorization factorize(const SymmetricMatrix& matrix) = 0;
 
   /// rhs: columns right-hand sides of length dimension one after the other, overwritten by the
