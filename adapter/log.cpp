@@ -249,6 +249,7 @@ std::string iteration_row(const IterationInfo& info, bool with_info) {
   }
   if (with_info) {
     text += format(" K %d Kyy %d", info.factorizations_full, info.factorizations_inner);
+    if (info.factorizations_complement > 0) text += format(" S %d", info.factorizations_complement);
   }
   return text + "\n";
 }
@@ -314,6 +315,10 @@ std::string work(const Result& result) {
   text += line("Number of factorizations of K                        ", counts.factorizations_full);
   text +=
       line("Number of factorizations of K_yy                     ", counts.factorizations_inner);
+  if (counts.factorizations_complement > 0) {
+    text += line("Number of factorizations of the complement of K_yy   ",
+                 counts.factorizations_complement);
+  }
   text += line("Number of linear systems solved                      ", counts.solves);
   text += format("Total seconds in Ipminmax (w/o function evaluations)  = %10.3f\n",
                  result.timing.total - result.timing.evaluations);

@@ -18,7 +18,7 @@ using ipminmax::KktBlock;
 
 KktMatrix copy_of(KktBlock& block) {
   if (block.empty()) return {};
-  if (!block.analyze()) throw std::runtime_error("out of memory in the analysis");
+  if (!block.analyze().ok) throw std::runtime_error("out of memory in the analysis");
   (void)block.factorize({});  // completes the diagonal
   return {block.matrix(), {block.signs().begin(), block.signs().end()}};
 }

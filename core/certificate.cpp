@@ -79,7 +79,7 @@ bool newton_contracts_here(CanonicalProblem& canonical, KktSystem& kkt, double m
                            bool& stop, double& distance) {
   stop = true;
   kkt.assemble(point.iterate, point.evaluation);
-  if (kkt.factorize({}).status != FactorizationStatus::Ok) return false;
+  if (kkt.factorize_for_solutions({}).status != FactorizationStatus::Ok) return false;
   NewtonResidual rhs = zero_step(canonical);
   Step step = zero_step(canonical);
   newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);

@@ -100,7 +100,9 @@ KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayo
   }
 }
 
-bool KktBlock::analyze() { return empty() || solver_->analyze(matrix_, signs_).ok; }
+Analysis KktBlock::analyze() {
+  return empty() ? Analysis{.ok = true} : solver_->analyze(matrix_, signs_);
+}
 
 void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
   factorized_with_.reset();
@@ -168,8 +170,7 @@ void KktBlock::assemble_projection(const Evaluation& evaluation,
   }
 }
 
-Factorization KktBlock::factorize(const Regularization& shift) {
-  if (is_factorized(shift)) return factorization_;
+void KktBlock::shift_by(const Regularization& shift) {
   const auto values = matrix_.values();
   for (Index i = variables_.begin; i < variables_.end; ++i) {
     const Index row = variable_row_[at(i)];
@@ -183,6 +184,11 @@ Factorization KktBlock::factorize(const Regularization& shift) {
         diagonal_[at(row)] +
         (canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x);
   }
+}
+
+Factorization KktBlock::factorize(const Regularization& shift) {
+  if (is_factorized(shift)) return factorization_;
+  shift_by(shift);
   factorization_ = solver_->factorize(matrix_);
   factorized_with_.reset();
   if (factorization_.status == FactorizationStatus::Ok) factorized_with_ = shift;
@@ -229,22 +235,51 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
 
 bool KktSystem::analyze(const std::optional<KktAnalysis>& kept) {
   if (kept && kept->linear_solver == options_.linear_solver &&
+      kept->schur_option == options_.minmax_schur_complement &&
       kept->options == solver_options(options_)) {
     full_.adopt(kept->full);
     inner_.adopt(kept->inner);
     require_certain_inertia(false);
-    return true;
+    if (!kept->by_schur_complement) return true;
+    schur_ = std::make_unique<KktSchur>(full_, inner_);
+    return schur_->prepare(inner_, kept->second_inner);
   }
   const ScopedTimer timer(timing_.analysis);
   counts_.analyses += inner_.empty() ? 1 : 2;
-  return full_.analyze() && inner_.analyze();
+  const Analysis full = full_.analyze();
+  if (!full.ok || !inner_.analyze().ok) return false;
+  decide_on_schur_complement(full);
+  if (!schur_) return true;
+  ++counts_.analyses;
+  return schur_->prepare(inner_, nullptr);
+}
+
+/// Whether K by way of K_yy is cheaper than K as a whole.
+void KktSystem::decide_on_schur_complement(const Analysis& full) {
+  const SchurComplementUse use = options_.minmax_schur_complement;
+  if (use == SchurComplementUse::No || inner_.empty()) return;
+  const double outer = layout_.dimension() - inner_.dimension();
+  if (use == SchurComplementUse::Auto && outer * outer * outer / 3.0 > full.flops) return;
+  schur_ = std::make_unique<KktSchur>(full_, inner_);
+  if (use == SchurComplementUse::Auto && schur_->predict_flops(inner_) > full.flops) {
+    schur_ = nullptr;
+  }
+}
+
+void KktSystem::require_certain_inertia(bool certain) {
+  if (schur_ && certain != inner_.inertia_is_certain()) schur_->forget_factors();
+  full_.require_certain_inertia(certain);
+  inner_.require_certain_inertia(certain);
 }
 
 KktAnalysis KktSystem::analysis() const {
   return {.linear_solver = options_.linear_solver,
           .options = solver_options(options_),
           .full = full_.solver(),
-          .inner = inner_.solver()};
+          .inner = inner_.solver(),
+          .second_inner = schur_ ? schur_->second(inner_) : nullptr,
+          .schur_option = options_.minmax_schur_complement,
+          .by_schur_complement = schur_ != nullptr};
 }
 
 void KktSystem::take_barrier_terms(const Iterate& iterate) {
@@ -261,9 +296,15 @@ void KktSystem::take_barrier_terms(const Iterate& iterate) {
   }
 }
 
+void KktSystem::release_full() {
+  by_schur_ = false;
+  if (schur_) schur_->release_full();
+}
+
 void KktSystem::assemble(const Iterate& iterate, const Evaluation& evaluation) {
   const ScopedTimer timer(timing_.assembly);
   take_barrier_terms(iterate);
+  release_full();
   full_.assemble(evaluation, curvature_);
   inner_.assemble(evaluation, curvature_);
 }
@@ -282,18 +323,35 @@ void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& ba
   distance_upper_.setOnes();
   z_lower_ = curvature_;
   z_upper_.setZero();
+  release_full();
   full_.assemble(evaluation, curvature_);
   inner_.assemble(evaluation, curvature_);
 }
 
 Factorization KktSystem::factorize(const Regularization& shift) {
+  return factorize(shift, !full_.inertia_is_certain());
+}
+
+Factorization KktSystem::factorize_for_solutions(const Regularization& shift) {
+  return factorize(shift, true);
+}
+
+Factorization KktSystem::factorize(const Regularization& shift, bool by_schur_complement) {
   shift_ = shift;
   if (full_.empty()) return {.status = FactorizationStatus::Ok, .inertia = layout_.expected()};
   const ScopedTimer timer(timing_.factorization);
-  if (!full_.is_factorized(shift)) ++counts_.factorizations_full;
-  Factorization result = full_.factorize(shift);
-  result.inertia = layout_.with_slacks(result.inertia);
-  return result;
+  std::optional<Factorization> result;
+  if (schur_ && by_schur_complement && !full_.is_factorized(shift)) {
+    full_.shift_by(shift);
+    result = schur_->factorize(full_, inner_, counts_);
+  }
+  by_schur_ = result.has_value();
+  if (!result) {
+    if (!full_.is_factorized(shift)) ++counts_.factorizations_full;
+    result = full_.factorize(shift);
+  }
+  result->inertia = inertia_ = layout_.with_slacks(result->inertia);
+  return *result;
 }
 
 Factorization KktSystem::factorize_inner(const Regularization& shift) {
@@ -302,13 +360,20 @@ Factorization KktSystem::factorize_inner(const Regularization& shift) {
     return {.status = FactorizationStatus::Ok, .inertia = layout_.expected_inner()};
   }
   const ScopedTimer timer(timing_.factorization);
-  if (!inner_.is_factorized(shift)) ++counts_.factorizations_inner;
-  Factorization result = inner_.factorize(shift);
+  Factorization result;
+  if (schur_) {
+    inner_.shift_by(shift);
+    result = schur_->factorize_inner(inner_, counts_);
+  } else {
+    if (!inner_.is_factorized(shift)) ++counts_.factorizations_inner;
+    result = inner_.factorize(shift);
+  }
   result.inertia = layout_.with_slacks_inner(result.inertia);
   return result;
 }
 
 bool KktSystem::increase_quality() {
+  if (schur_) schur_->forget_factors();
   const bool full = !full_.empty() && full_.increase_quality();
   const bool inner = !inner_.empty() && inner_.increase_quality();
   return full || inner;
@@ -332,7 +397,11 @@ void KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& 
     reduced[at(block.row_of_constraint(j))] =
         rhs.lambda[j] + (slack < 0 ? 0.0 : canonical_.sign(slack) * t(slack) / curvature_[slack]);
   }
-  if (!block.empty()) block.solve_in_place(reduced);
+  if (by_schur_ && &block == &full_) {
+    schur_->solve_in_place(full_, reduced);
+  } else if (!block.empty()) {
+    block.solve_in_place(reduced);
+  }
 
   for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
     step.lambda[j] = reduced[at(block.row_of_constraint(j))];
@@ -417,7 +486,16 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
 }
 
 bool KktSystem::solve(const Evaluation& evaluation, const NewtonResidual& rhs, Step& step) {
-  return solve(full_, shift_, evaluation, rhs, step);
+  if (solve(full_, shift_, evaluation, rhs, step)) return true;
+  return leave_schur_complement() && solve(full_, shift_, evaluation, rhs, step);
+}
+
+/// K as a whole from now on, the current one at once. False: that changes nothing, or its inertia.
+bool KktSystem::leave_schur_complement() {
+  if (!by_schur_) return false;
+  const Inertia before = inertia_;
+  schur_ = nullptr;
+  return factorize(shift_).status == FactorizationStatus::Ok && inertia_ == before;
 }
 
 bool KktSystem::solve_inner(const Evaluation& evaluation, const NewtonResidual& rhs, Step& step) {
@@ -438,12 +516,8 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
   }
   full_.assemble_projection(evaluation, Eigen::VectorXd::Ones(canonical_.variables()),
                             Eigen::VectorXd::Ones(canonical_.constraints()), diagonal);
-  shift_ = {};
-  {
-    const ScopedTimer timer(timing_.factorization);
-    ++counts_.factorizations_full;
-    if (full_.factorize(shift_).status != FactorizationStatus::Ok) return false;
-  }
+  release_full();
+  if (factorize_for_solutions({}).status != FactorizationStatus::Ok) return false;
 
   curvature_.setOnes();
   distance_lower_.setOnes();
@@ -522,6 +596,8 @@ KktSystem::RankFinding KktSystem::active_rank(const Evaluation& evaluation,
     block.assemble_projection(evaluation, columns, rows, diagonal);
     const ScopedTimer timer(timing_.factorization);
     ++count;
+    if (&block == &full_) by_schur_ = false;
+    if (schur_) schur_->forget_factors();
     const Factorization f = block.factorize({});
     return f.status == FactorizationStatus::Ok && f.inertia == expected;
   };

@@ -5,6 +5,7 @@
 #include <ipminmax/core/canonical_problem.hpp>
 #include <ipminmax/core/iterate.hpp>
 #include <ipminmax/core/kkt_layout.hpp>
+#include <ipminmax/core/kkt_schur.hpp>
 #include <ipminmax/core/options.hpp>
 #include <ipminmax/core/result.hpp>
 #include <ipminmax/linalg/symmetric_matrix.hpp>
@@ -38,6 +39,9 @@ struct KktAnalysis {
   LinearSolver linear_solver{};
   SymmetricSolverOptions options;
   std::shared_ptr<SymmetricSolver> full, inner;
+  std::shared_ptr<SymmetricSolver> second_inner;  ///< by_schur_complement
+  SchurComplementUse schur_option{};
+  bool by_schur_complement = false;
 };
 
 /// One of the two KKT matrices with its solver: K over all rows, or K_yy over (y, lambda_y).
@@ -50,10 +54,15 @@ class KktBlock {
            const SolverOptions& options);
 
   [[nodiscard]] bool empty() const { return matrix_.dimension() == 0; }
-  [[nodiscard]] bool analyze();
+  [[nodiscard]] Analysis analyze();
   /// The analyzed solver, and its use for a block with the same pattern, instead of analyze.
   [[nodiscard]] const std::shared_ptr<SymmetricSolver>& solver() const { return solver_; }
   void adopt(std::shared_ptr<SymmetricSolver> solver);
+  /// Solves with the factors that another solver has of matrix().
+  void take_factors_of(const std::shared_ptr<SymmetricSolver>& solver) {
+    factorized_with_.reset();
+    solver_ = solver;
+  }
 
   /// Takes the values of W, J and the barrier curvatures at zero shift. Nothing happens where they
   /// are those of the last call.
@@ -65,6 +74,8 @@ class KktBlock {
                            const Eigen::VectorXd& row_factor,
                            const Eigen::VectorXd& multiplier_diagonal);
 
+  /// Sets the diagonal of matrix().
+  void shift_by(const Regularization& shift);
   /// Whether the last factorize was right with these values and this shift.
   [[nodiscard]] bool is_factorized(const Regularization& shift) const {
     return factorized_with_ && *factorized_with_ == shift;
@@ -80,8 +91,10 @@ class KktBlock {
   [[nodiscard]] bool pivots() const { return empty() || solver_->pivots(); }
   void require_certain_inertia(bool certain) {
     factorized_with_.reset();
+    certain_ = certain;
     solver_->require_certain_inertia(certain);
   }
+  [[nodiscard]] bool inertia_is_certain() const { return certain_; }
 
   /// Solution of the reduced system for a right-hand side in rows of this block, in place.
   void solve_in_place(std::span<double> rhs) { solver_->solve_in_place(rhs); }
@@ -122,6 +135,7 @@ class KktBlock {
   std::uint64_t version_ = 0;
   std::optional<Regularization> factorized_with_;  ///< empty: not these values
   Factorization factorization_;
+  bool certain_ = true;
 };
 
 /// The Newton system of the primal-dual equations (paper's eq. (interiorpoint)) at one iterate.
@@ -150,6 +164,8 @@ class KktSystem {
   /// Factorizes K or K_yy with shifts; inertias count the slack rows.
   /// Where the last factorization had the same values and shift it is kept and not counted.
   [[nodiscard]] Factorization factorize(const Regularization& shift);
+  /// Where a certain inertia is required but not of this matrix.
+  [[nodiscard]] Factorization factorize_for_solutions(const Regularization& shift);
   [[nodiscard]] Factorization factorize_inner(const Regularization& shift);
   /// Whether K_yy is the matrix of that version, factorized with that shift.
   [[nodiscard]] bool is_inner_factorized(std::uint64_t version, const Regularization& shift) const {
@@ -174,10 +190,7 @@ class KktSystem {
   /// True when another factorization will be more accurate; factorize anew after it.
   [[nodiscard]] bool increase_quality();
   /// False while iterating, where a wrong inertia costs a step; true for the certificate.
-  void require_certain_inertia(bool certain) {
-    full_.require_certain_inertia(certain);
-    inner_.require_certain_inertia(certain);
-  }
+  void require_certain_inertia(bool certain);
   /// Whether both factorizations pivot, so that their inertias hold for any matrix.
   [[nodiscard]] bool pivots() const { return full_.pivots() && inner_.pivots(); }
 
@@ -199,6 +212,10 @@ class KktSystem {
   [[nodiscard]] double hessian_norm() const { return full_.max_norm_hessian(); }
 
  private:
+  [[nodiscard]] Factorization factorize(const Regularization& shift, bool by_schur_complement);
+  void release_full();
+  [[nodiscard]] bool leave_schur_complement();
+  void decide_on_schur_complement(const Analysis& full);
   /// A right-hand side or solution restricted to a block: reduced, solved, expanded.
   void solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& step);
   [[nodiscard]] bool solve(KktBlock& block, const Regularization& shift,
@@ -213,6 +230,9 @@ class KktSystem {
   Timing& timing_;
   KktLayout layout_;
   KktBlock full_, inner_;
+  std::unique_ptr<KktSchur> schur_;     ///< null: K is factorized as a whole
+  bool by_schur_ = false;               ///< whether K's last factorization is schur_'s
+  Inertia inertia_;                     ///< of K, as last factorized
   Regularization shift_, inner_shift_;  ///< of the factorizations at hand
   Eigen::VectorXd curvature_;           ///< barrier curvature Sigma per canonical variable, >= 0
   Eigen::VectorXd distance_lower_, distance_upper_;  ///< to the bounds, 1 where there is none

@@ -138,6 +138,7 @@ void add(const Result& part, Result& total) {
   total.counts.hessian += part.counts.hessian;
   total.counts.factorizations_full += part.counts.factorizations_full;
   total.counts.factorizations_inner += part.counts.factorizations_inner;
+  total.counts.factorizations_complement += part.counts.factorizations_complement;
   total.counts.solves += part.counts.solves;
   total.counts.analyses += part.counts.analyses;
   total.counts.instability_raises += part.counts.instability_raises;

@@ -319,6 +319,13 @@ std::vector<OptionInfo> make_table() {
        choice(&O::minmax_ordering, {"best", "amd", "pord", "metis"},
               {"least predicted operations", "approximate minimum degree",
                "PORD (MUMPS only; AMD elsewhere)", "METIS nested dissection"})},
+      {"minmax_schur_complement", linear,
+       "Whether K is factorized by way of K_yy: a factorization of K_yy gives both inertias together "
+       "with that of the dense complement of K_yy in K, which has as many rows as x and its "
+       "constraints. The certificate factorizes K as a whole.",
+       choice(&O::minmax_schur_complement, {"auto", "yes", "no"},
+              {"where fewer operations are predicted", "always, with Max variables",
+               "never: K and K_yy are factorized one by one"})},
       {"minmax_ldlt_gamma", linear,
        "Signed regularization of linear_solver ldlt (the paper's Gamma).",
        nonnegative(&O::minmax_ldlt_gamma)},

@@ -21,6 +21,8 @@ enum class BarrierRule : std::uint8_t {
 };
 enum class BarrierStrategy : std::uint8_t { Monotone, Adaptive };
 enum class BarrierOracle : std::uint8_t { QualityFunction, Probing, Loqo };
+/// Whether K is factorized by way of K_yy and its dense complement.
+enum class SchurComplementUse : std::uint8_t { Auto, Yes, No };
 /// How the adaptive strategy notices that its free choice of mu makes no progress.
 enum class AdaptiveGlobalization : std::uint8_t {
   ObjectiveFilter,  ///< obj-constr-filter: filter on objective and violation
@@ -148,6 +150,7 @@ struct SolverOptions {
   // Linear systems
   LinearSolver linear_solver = LinearSolver::Auto;
   Ordering minmax_ordering = Ordering::Best;
+  SchurComplementUse minmax_schur_complement = SchurComplementUse::Auto;
   double minmax_ldlt_gamma = 1e-10;
   double mumps_pivtol = 1e-6;
   double mumps_pivtolmax = 0.1;

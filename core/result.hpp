@@ -104,6 +104,7 @@ struct Counts {
   Index objective = 0, gradient = 0, constraints = 0, jacobian = 0, hessian = 0;  ///< model calls
   Index factorizations_full = 0;                                                  ///< of K
   Index factorizations_inner = 0;                                                 ///< of K_yy
+  Index factorizations_complement = 0;  ///< of the dense complement of K_yy in K, instead of K
   Index solves = 0;              ///< linear systems, refinement not counted
   Index analyses = 0;            ///< symbolic analyses
   Index instability_raises = 0;  ///< times line 7 of Algorithm 1 raised delta_x

@@ -157,7 +157,8 @@ class Solver {
   double last_objective_ = 0.0;
   std::vector<double> last_residuals_;  ///< of the watchdog
   Index acceptable_count_ = 0;
-  Index reported_full_ = 0, reported_inner_ = 0;  ///< factorizations told to the observer
+  /// Factorizations told to the observer.
+  Index reported_full_ = 0, reported_inner_ = 0, reported_complement_ = 0;
   /// Where a search stopped that went on elsewhere.
   struct Stop {
     Status status;
@@ -381,8 +382,10 @@ std::optional<Status> Solver::stop_reason() {
     const Counts& counts = result_.counts;
     info_.factorizations_full = counts.factorizations_full - reported_full_;
     info_.factorizations_inner = counts.factorizations_inner - reported_inner_;
+    info_.factorizations_complement = counts.factorizations_complement - reported_complement_;
     reported_full_ = counts.factorizations_full;
     reported_inner_ = counts.factorizations_inner;
+    reported_complement_ = counts.factorizations_complement;
     info_.result = [this] {
       Result result;
       result.status = Status::UserStop;

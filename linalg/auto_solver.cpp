@@ -39,21 +39,13 @@ AutoSolver::~AutoSolver() = default;
 Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) {
   const Index n = matrix.dimension();
   ldlt_analyzed_ = use_ldlt_ = ldlt_is_current_ = pivoting_analyzed_ = false;
-  if (n <= kDensePivotingDimension) {
-    pivoting_ = std::make_unique<LapackSolver>();
-  } else {
-    pivoting_ = std::make_unique<MumpsSolver>(options_);
-  }
+  make_pivoting(n);
   if (n > kDenseDimension && !signs.empty() && options_.ordering != Ordering::Pord) {
     try {
       const OrderingChoice choice = choose_ordering(matrix, options_.ordering);
       if (choose_ldlt(choice.size)) {
         const Analysis analysis = ldlt_.analyze(matrix, signs, choice);
-        for (auto* workspace : {&direction_, &image_, &product_}) {
-          workspace->resize(static_cast<std::size_t>(n));
-        }
-        ldlt_analyzed_ = use_ldlt_ = ldlt_is_current_ = analysis.ok;
-        if (use_ldlt_) return analysis;
+        if (prepare_ldlt(analysis)) return analysis;
       }
     } catch (const std::bad_alloc&) {
       return {};
@@ -64,6 +56,36 @@ Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
   return analysis;
 }
 
+std::unique_ptr<SymmetricSolver> AutoSolver::same_analysis(
+    const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const {
+  auto other = std::make_unique<AutoSolver>(options_);
+  if (pivoting_analyzed_) {
+    other->pivoting_ = pivoting_->same_analysis(matrix, signs);
+    if (!other->pivoting_) return nullptr;
+    other->pivoting_->reset_quality();
+    other->pivoting_analyzed_ = true;
+  } else {
+    other->make_pivoting(matrix.dimension());
+  }
+  if (ldlt_analyzed_ && !other->prepare_ldlt(other->ldlt_.analyze_as(ldlt_, matrix, signs))) {
+    return nullptr;
+  }
+  return other;
+}
+
+void AutoSolver::make_pivoting(Index dimension) {
+  if (dimension <= kDensePivotingDimension) {
+    pivoting_ = std::make_unique<LapackSolver>();
+  } else {
+    pivoting_ = std::make_unique<MumpsSolver>(options_);
+  }
+}
+
+bool AutoSolver::prepare_ldlt(const Analysis& analysis) {
+  ldlt_analyzed_ = use_ldlt_ = ldlt_is_current_ = analysis.ok;
+  return analysis.ok;
+}
+
 /// Inverse iteration with the factors of A + Gamma: 1 / |(A + Gamma)^-1 w|, |w| = 1, bounds the
 /// smallest |eigenvalue| from above, closely after two steps. When it is well above gamma, Gamma
 /// has changed no eigenvalue's sign (Weyl); when A u = w still holds for the computed u, rounding
@@ -71,6 +93,9 @@ Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
 bool AutoSolver::inertia_is_certain(const SymmetricMatrix& matrix, double gamma) {
   constexpr double kMargin = 10.0;    // smallest eigenvalue over gamma
   constexpr double kMaxError = 0.25;  // |A u - w|, of which Gamma u is at most 1 / kMargin
+  for (auto* workspace : {&direction_, &image_, &product_}) {
+    workspace->resize(static_cast<std::size_t>(matrix.dimension()));
+  }
   std::vector<double>& w = direction_;
   std::vector<double>& u = image_;
   for (std::size_t i = 0; i < u.size(); ++i) {  // any start without the matrix's symmetries
@@ -121,6 +146,19 @@ void AutoSolver::solve_in_place(std::span<double> rhs, Index columns) {
   } else {
     pivoting_->solve_in_place(rhs, columns);
   }
+}
+
+void AutoSolver::inverse_product(const SparseColumns& b, std::span<double> product) {
+  if (ldlt_is_current_) {
+    ldlt_.inverse_product(b, product);
+  } else {
+    pivoting_->inverse_product(b, product);
+  }
+}
+
+double AutoSolver::predict_inverse_product_flops(const SparseColumns& b) const {
+  return ldlt_is_current_ ? ldlt_.predict_inverse_product_flops(b)
+                          : pivoting_->predict_inverse_product_flops(b);
 }
 
 bool AutoSolver::increase_quality() {

@@ -22,8 +22,13 @@ class AutoSolver final : public SymmetricSolver {
   /// Without signs (an empty span) only pivoting solvers are considered.
   [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix,
                                  std::span<const std::int8_t> signs) override;
+  [[nodiscard]] std::unique_ptr<SymmetricSolver> same_analysis(
+      const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const override;
   [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
+
+  void inverse_product(const SparseColumns& b, std::span<double> product) override;
+  [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
 
   /// The first call after an LDL' factorization leaves LDL' for good.
   [[nodiscard]] bool increase_quality() override;
@@ -37,6 +42,8 @@ class AutoSolver final : public SymmetricSolver {
   [[nodiscard]] std::string_view name() const override;
 
  private:
+  void make_pivoting(Index dimension);
+  [[nodiscard]] bool prepare_ldlt(const Analysis& analysis);
   [[nodiscard]] bool inertia_is_certain(const SymmetricMatrix& matrix, double gamma);
   [[nodiscard]] Factorization factorize_pivoting(const SymmetricMatrix& matrix);
 

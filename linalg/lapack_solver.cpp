@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 #include <new>
+#include <utility>
 
 extern "C" {
 // The last argument is Fortran's hidden length of uplo.
@@ -82,6 +83,12 @@ Analysis LapackSolver::analyze(const SymmetricMatrix& matrix, std::span<const st
   }
   analysis.ok = true;
   return analysis;
+}
+
+std::unique_ptr<SymmetricSolver> LapackSolver::same_analysis(
+    const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const {
+  auto other = std::make_unique<LapackSolver>();
+  return other->analyze(matrix, signs).ok ? std::move(other) : nullptr;
 }
 
 /// scale_ so that the largest entry of every row of S A S is about 1 (Ruiz's iteration).

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -15,8 +16,13 @@ class LapackSolver final : public SymmetricSolver {
  public:
   [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix,
                                  std::span<const std::int8_t> signs) override;
+  [[nodiscard]] std::unique_ptr<SymmetricSolver> same_analysis(
+      const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const override;
   [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
+  [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override {
+    return 2.0 * dimension_ * static_cast<double>(dimension_) * b.columns();
+  }
   [[nodiscard]] bool increase_quality() override { return false; }
   void reset_quality() override {}
   [[nodiscard]] bool pivots() const override { return true; }

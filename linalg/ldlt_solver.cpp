@@ -2,10 +2,12 @@
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <new>
 #include <stdexcept>
+#include <utility>
 
 namespace ipminmax {
 
@@ -19,6 +21,12 @@ class InPlaceLdlt : public NaturalLdlt {
  public:
   void factorize_upper(const UpperMatrix& upper) { this->factorize_preordered<true>(upper); }
   [[nodiscard]] const Eigen::VectorXd& pivots() const { return m_diag; }
+  [[nodiscard]] const CholMatrixType& l() const { return m_matrix; }  // without its unit diagonal
+  /// Of the elimination tree; -1: a root.
+  [[nodiscard]] Index parent(Index j) const { return m_parent[j]; }
+  [[nodiscard]] Index entries_of_column(Index j) const {
+    return m_matrix.outerIndexPtr()[j + 1] - m_matrix.outerIndexPtr()[j];
+  }
 };
 
 std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
@@ -64,6 +72,8 @@ Analysis LdltSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
   Analysis analysis{false, ordering.ordering, ordering.size.entries, ordering.size.flops};
   if (ordering.size.entries > std::numeric_limits<Index>::max()) return analysis;
   try {
+    ordering_ = ordering.ordering;
+    size_ = ordering.size;
     new_index_ = ordering.new_index;
     build_pattern(matrix, signs);
     factor_->ldlt.analyzePattern(factor_->upper);
@@ -73,6 +83,21 @@ Analysis LdltSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
   }
   analysis.ok = true;
   return analysis;
+}
+
+std::unique_ptr<SymmetricSolver> LdltSolver::same_analysis(
+    const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const {
+  auto other = std::make_unique<LdltSolver>(options_);
+  return other->analyze_as(*this, matrix, signs).ok ? std::move(other) : nullptr;
+}
+
+Analysis LdltSolver::analyze_as(const LdltSolver& other, const SymmetricMatrix& matrix,
+                                std::span<const std::int8_t> signs) {
+  try {
+    return analyze(matrix, signs, {other.ordering_, other.new_index_, other.size_});
+  } catch (const std::bad_alloc&) {
+    return {};
+  }
 }
 
 void LdltSolver::build_pattern(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) {
@@ -157,7 +182,11 @@ void LdltSolver::solve_in_place(std::span<double> rhs, Index columns) {
   }
   Eigen::VectorXd& x = factor_->permuted;
   const std::size_t n = new_index_.size();
-  for (std::size_t c = 0; c < as_size(columns) && n > 0; ++c) {
+  std::size_t c = 0;
+  for (; c + kTogether <= as_size(columns); c += kTogether) {
+    solve_together(rhs.subspan(c * n, kTogether * n));
+  }
+  for (; c < as_size(columns) && n > 0; ++c) {
     double* column = rhs.data() + c * n;
     for (std::size_t i = 0; i < n; ++i) x[new_index_[i]] = column[i];
     factor_->ldlt.matrixL().solveInPlace(x);
@@ -165,6 +194,113 @@ void LdltSolver::solve_in_place(std::span<double> rhs, Index columns) {
     factor_->ldlt.matrixU().solveInPlace(x);
     for (std::size_t i = 0; i < n; ++i) column[i] = x[new_index_[i]];
   }
+}
+
+/// kTogether right-hand sides: L is read once for all of them.
+void LdltSolver::solve_together(std::span<double> rhs) {
+  using Row = std::array<double, kTogether>;
+  const std::size_t n = new_index_.size();
+  if (together_.size() != n) together_.resize(n);
+  std::vector<Row>& x = together_;
+  for (std::size_t c = 0; c < kTogether; ++c) {
+    for (std::size_t i = 0; i < n; ++i) x[as_size(new_index_[i])][c] = rhs[c * n + i];
+  }
+  const auto& l = factor_->ldlt.l();
+  const Index* starts = l.outerIndexPtr();
+  const Index* rows = l.innerIndexPtr();
+  const double* values = l.valuePtr();
+  const Eigen::VectorXd& pivots = factor_->ldlt.pivots();
+  for (std::size_t j = 0; j < n; ++j) {
+    const Row x_j = x[j];
+    for (Index p = starts[j]; p < starts[j + 1]; ++p) {
+      Row& x_i = x[as_size(rows[p])];
+      for (std::size_t c = 0; c < kTogether; ++c) x_i[c] -= values[p] * x_j[c];
+    }
+  }
+  for (std::size_t j = n; j-- > 0;) {
+    Row x_j = x[j];
+    for (double& value : x_j) value /= pivots[static_cast<Index>(j)];
+    for (Index p = starts[j]; p < starts[j + 1]; ++p) {
+      const Row& x_i = x[as_size(rows[p])];
+      for (std::size_t c = 0; c < kTogether; ++c) x_j[c] -= values[p] * x_i[c];
+    }
+    x[j] = x_j;
+  }
+  for (std::size_t c = 0; c < kTogether; ++c) {
+    for (std::size_t i = 0; i < n; ++i) rhs[c * n + i] = x[as_size(new_index_[i])][c];
+  }
+}
+
+void LdltSolver::ColumnRange::include(ColumnRange other) {
+  if (other.begin == other.end) return;
+  *this = begin == end ? other
+                       : ColumnRange{std::min(begin, other.begin), std::max(end, other.end)};
+}
+
+/// Columns of B with an entry in each row of the elimination order.
+void LdltSolver::find_ranges(const SparseColumns& b, std::vector<ColumnRange>& ranges) const {
+  for (Index k = 0; k < b.columns(); ++k) {
+    for (Index p = b.starts[as_size(k)]; p < b.starts[as_size(k) + 1]; ++p) {
+      ranges[as_size(new_index_[as_size(b.rows[as_size(p)])])].include({k, k + 1});
+    }
+  }
+}
+
+/// B' A^-1 B = Z' D^-1 Z with Z = L^-1 P B, one row of Z after the other. The columns that reach a
+/// row lie in a range that only grows towards the root of the elimination tree.
+void LdltSolver::inverse_product(const SparseColumns& b, std::span<double> product) {
+  std::fill(product.begin(), product.end(),
+            factorized_ ? 0.0 : std::numeric_limits<double>::quiet_NaN());
+  if (!factorized_) return;
+  const auto columns = as_size(b.columns());
+  const std::size_t n = new_index_.size();
+  if (forward_.size() != n * columns) forward_.assign(n * columns, 0.0);
+  if (ranges_.size() != n) ranges_.assign(n, {});
+  find_ranges(b, ranges_);
+  for (std::size_t k = 0; k < columns; ++k) {
+    for (Index p = b.starts[k]; p < b.starts[k + 1]; ++p) {
+      const Index row = new_index_[as_size(b.rows[as_size(p)])];
+      forward_[as_size(row) * columns + k] += b.values[as_size(p)];
+    }
+  }
+  const auto& l = factor_->ldlt.l();
+  const Index* starts = l.outerIndexPtr();
+  const Index* rows = l.innerIndexPtr();
+  const double* values = l.valuePtr();
+  const Eigen::VectorXd& pivots = factor_->ldlt.pivots();
+  for (std::size_t j = 0; j < n; ++j) {
+    const ColumnRange range = ranges_[j];
+    if (range.begin == range.end) continue;
+    ranges_[j] = {};
+    const std::size_t width = as_size(range.end - range.begin);
+    double* z_j = &forward_[j * columns + as_size(range.begin)];
+    const double inverse = 1.0 / pivots[static_cast<Index>(j)];
+    for (std::size_t a = 0; a < width; ++a) {
+      const double factor = z_j[a] * inverse;
+      double* target = &product[(as_size(range.begin) + a) * columns + as_size(range.begin)];
+      for (std::size_t i = a; i < width; ++i) target[i] += factor * z_j[i];
+    }
+    for (Index p = starts[j]; p < starts[j + 1]; ++p) {
+      const std::size_t i = as_size(rows[p]);
+      ranges_[i].include(range);
+      double* z_i = &forward_[i * columns + as_size(range.begin)];
+      for (std::size_t a = 0; a < width; ++a) z_i[a] -= values[p] * z_j[a];
+    }
+    std::fill(z_j, z_j + width, 0.0);
+  }
+}
+
+double LdltSolver::predict_inverse_product_flops(const SparseColumns& b) const {
+  std::vector<ColumnRange> ranges(new_index_.size());
+  find_ranges(b, ranges);
+  double flops = 0.0;
+  for (std::size_t j = 0; j < ranges.size(); ++j) {
+    const double width = ranges[j].end - ranges[j].begin;
+    flops += width * (width + 2.0 * factor_->ldlt.entries_of_column(static_cast<Index>(j)));
+    const Index parent = factor_->ldlt.parent(static_cast<Index>(j));
+    if (parent >= 0) ranges[as_size(parent)].include(ranges[j]);
+  }
+  return flops;
 }
 
 }  // namespace ipminmax

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -31,8 +33,16 @@ class LdltSolver final : public SymmetricSolver {
   [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs,
                                  const OrderingChoice& ordering);
 
+  /// With the ordering of another solver that has analyzed the pattern.
+  [[nodiscard]] Analysis analyze_as(const LdltSolver& other, const SymmetricMatrix& matrix,
+                                    std::span<const std::int8_t> signs);
+  [[nodiscard]] std::unique_ptr<SymmetricSolver> same_analysis(
+      const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const override;
   [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
+  /// With the forward substitution alone; rows that no column of B reaches cost nothing.
+  void inverse_product(const SparseColumns& b, std::span<double> product) override;
+  [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
   /// Factor of Gamma in the following factorizations.
   void scale_gamma(double factor) { gamma_factor_ = factor; }
   [[nodiscard]] bool increase_quality() override { return false; }
@@ -41,15 +51,27 @@ class LdltSolver final : public SymmetricSolver {
   [[nodiscard]] std::string_view name() const override { return "ldlt"; }
 
  private:
-  struct Factor;  // hides Eigen
+  static constexpr std::size_t kTogether = 4;  // right-hand sides of solve_together
+  struct Factor;                               // hides Eigen
+  struct ColumnRange {  // of B
+    Index begin = 0, end = 0;
+    void include(ColumnRange other);
+  };
   void build_pattern(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs);
   bool load_values(const SymmetricMatrix& matrix);
+  void solve_together(std::span<double> rhs);
+  void find_ranges(const SparseColumns& b, std::vector<ColumnRange>& ranges) const;
 
   SymmetricSolverOptions options_;
+  Ordering ordering_ = Ordering::Amd;
+  FactorSize size_;                 // predicted
   std::vector<Index> new_index_;    // place of row i in the elimination order
   std::vector<Index> upper_index_;  // position in the permuted upper triangle of each matrix entry
   std::vector<double> gamma_;       // diagonal of Gamma
   double gamma_factor_ = 1.0;
+  std::vector<std::array<double, kTogether>> together_;
+  std::vector<ColumnRange> ranges_;  // of inverse_product: columns that reach a row; else empty
+  std::vector<double> forward_;      // L^-1 P B by rows; else zero
   std::unique_ptr<Factor> factor_;
   bool factorized_ = false;
 };

@@ -8,6 +8,7 @@
 #include <new>
 #include <optional>
 #include <type_traits>
+#include <utility>
 
 #include <ipminmax/linalg/library_lock.hpp>
 #include <ipminmax/linalg/ordering.hpp>
@@ -107,41 +108,49 @@ void MumpsSolver::load_pattern(const SymmetricMatrix& matrix) {
   data.a = values_.data();
 }
 
-Analysis MumpsSolver::analyze_with(Ordering ordering, const SymmetricMatrix& matrix) {
-  if (ordering == Ordering::Pord && !pord_can_order(matrix)) ordering = Ordering::Amd;
-  if (ordering == Ordering::Metis) {
-    if (metis_order_.empty()) {
-      metis_order_ = fill_reducing_ordering(matrix, Ordering::Metis);
-      for (Index& place : metis_order_) ++place;
-    }
-    instance_->data.perm_in = metis_order_.data();
-    instance_->icntl(7) = kOrderGiven;
-  } else {
-    instance_->icntl(7) = ordering == Ordering::Pord ? kOrderPord : kOrderAmd;
-  }
-  const int status = instance_->run(kAnalyze);
+/// What MUMPS predicts after an analysis that returned status.
+Analysis MumpsSolver::prediction(int status, Ordering ordering) const {
   const int entries = instance_->infog(20);  // negative: in millions
   return {status >= 0, ordering, entries >= 0 ? entries : -std::int64_t{1000000} * entries,
           instance_->rinfog(1)};
 }
 
+Analysis MumpsSolver::analyze_with(Ordering ordering, const SymmetricMatrix& matrix) {
+  if (ordering == Ordering::Pord && !pord_can_order(matrix)) ordering = Ordering::Amd;
+  if (ordering == Ordering::Metis) {
+    std::vector<Index> order = fill_reducing_ordering(matrix, Ordering::Metis);
+    for (Index& place : order) ++place;
+    return analyze_given(ordering, std::move(order));
+  }
+  order_.clear();
+  instance_->icntl(7) = ordering == Ordering::Pord ? kOrderPord : kOrderAmd;
+  return prediction(instance_->run(kAnalyze), ordering);
+}
+
+Analysis MumpsSolver::analyze_given(Ordering name, std::vector<Index> order) {
+  order_ = std::move(order);
+  instance_->data.perm_in = order_.data();
+  instance_->icntl(7) = kOrderGiven;
+  return prediction(instance_->run(kAnalyze), name);
+}
+
 /// The ordering with the fewest flops, left as the current analysis of the instance.
 Analysis MumpsSolver::best_analysis(const SymmetricMatrix& matrix) {
   Analysis best = analyze_with(Ordering::Amd, matrix);
-  Ordering current = Ordering::Amd;
   if (best.ok && best.flops < worthwhile_flops(matrix)) return best;
+  bool best_is_current = true;
   for (const Ordering candidate : {Ordering::Pord, Ordering::Metis}) {
     const Analysis analysis = analyze_with(candidate, matrix);
-    current = candidate;
-    if (analysis.ok && (!best.ok || analysis.flops < best.flops)) best = analysis;
+    best_is_current = analysis.ok && (!best.ok || analysis.flops < best.flops);
+    if (best_is_current) best = analysis;
   }
-  return best.ok && best.ordering != current ? analyze_with(best.ordering, matrix) : best;
+  return best.ok && !best_is_current ? analyze_with(best.ordering, matrix) : best;
 }
 
 Analysis MumpsSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t>) {
   factorized_ = false;
   instance_.reset();
-  metis_order_.clear();
+  order_.clear();
   memory_percent_ = options_.mumps_memory_percent;
   dimension_ = matrix.dimension();
   const Ordering wanted = options_.ordering;
@@ -151,11 +160,34 @@ Analysis MumpsSolver::analyze(const SymmetricMatrix& matrix, std::span<const std
   try {
     instance_ = std::make_unique<Instance>();
     load_pattern(matrix);
-    return wanted == Ordering::Best ? best_analysis(matrix) : analyze_with(wanted, matrix);
+    analysis_ = wanted == Ordering::Best ? best_analysis(matrix) : analyze_with(wanted, matrix);
+    return analysis_;
   } catch (const std::bad_alloc&) {
     instance_.reset();
     return {};
   }
+}
+
+std::unique_ptr<SymmetricSolver> MumpsSolver::same_analysis(const SymmetricMatrix& matrix,
+                                                            std::span<const std::int8_t>) const {
+  auto other = std::make_unique<MumpsSolver>(options_);
+  other->dimension_ = dimension_;
+  if (dimension_ == 0) return other;
+  try {
+    other->instance_ = std::make_unique<Instance>();
+    other->load_pattern(matrix);
+    if (analysis_.ordering == Ordering::Amd) {  // cheap
+      other->analysis_ = other->analyze_with(Ordering::Amd, matrix);
+    } else {
+      const int* places = instance_->data.sym_perm;
+      other->analysis_ = other->analyze_given(
+          analysis_.ordering,
+          order_.empty() ? std::vector<Index>(places, places + dimension_) : order_);
+    }
+  } catch (const std::bad_alloc&) {
+    return nullptr;
+  }
+  return other->analysis_.ok ? std::move(other) : nullptr;
 }
 
 /// INFOG(1) of the factorization. Retries with more workspace when that was too small, and once
@@ -215,6 +247,11 @@ void MumpsSolver::solve_in_place(std::span<double> rhs, Index columns) {
     if (instance_->run(kSolve) >= 0) return;
   }
   std::fill(rhs.begin(), rhs.end(), std::numeric_limits<double>::quiet_NaN());
+}
+
+/// One multiply-add per entry of L, forward and backward.
+double MumpsSolver::predict_inverse_product_flops(const SparseColumns& b) const {
+  return 4.0 * static_cast<double>(analysis_.factor_entries) * b.columns();
 }
 
 /// Ipopt's rule.

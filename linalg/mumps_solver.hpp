@@ -19,8 +19,11 @@ class MumpsSolver final : public SymmetricSolver {
 
   [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix,
                                  std::span<const std::int8_t> signs) override;
+  [[nodiscard]] std::unique_ptr<SymmetricSolver> same_analysis(
+      const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const override;
   [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
+  [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
   [[nodiscard]] bool increase_quality() override;
   void reset_quality() override { pivot_tolerance_ = options_.mumps_pivot_tolerance; }
   [[nodiscard]] bool pivots() const override { return true; }
@@ -30,6 +33,8 @@ class MumpsSolver final : public SymmetricSolver {
   struct Instance;  // hides the MUMPS structure
   void load_pattern(const SymmetricMatrix& matrix);
   Analysis analyze_with(Ordering ordering, const SymmetricMatrix& matrix);
+  [[nodiscard]] Analysis prediction(int status, Ordering ordering) const;
+  Analysis analyze_given(Ordering name, std::vector<Index> order);
   Analysis best_analysis(const SymmetricMatrix& matrix);
   [[nodiscard]] int factorize_with_enough_memory();
 
@@ -39,8 +44,9 @@ class MumpsSolver final : public SymmetricSolver {
   Index dimension_ = 0;
   std::vector<Index> rows_, columns_;  // 1-based
   std::vector<double> values_;
-  std::vector<Index> metis_order_;  // 1-based; empty until needed
+  std::vector<Index> order_;  // the one given to MUMPS, 1-based; may be empty
   std::unique_ptr<Instance> instance_;
+  Analysis analysis_;
   bool factorized_ = false;
 };
 

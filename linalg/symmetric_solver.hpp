@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include <ipminmax/linalg/inertia.hpp>
 #include <ipminmax/linalg/symmetric_matrix.hpp>
@@ -45,6 +46,15 @@ struct SymmetricSolverOptions {
   friend bool operator==(const SymmetricSolverOptions&, const SymmetricSolverOptions&) = default;
 };
 
+/// A sparse dimension x columns matrix: column k has the entries starts[k] to starts[k + 1] - 1.
+struct SparseColumns {
+  Index dimension = 0;
+  std::span<const Index> starts;  ///< columns + 1
+  std::span<const Index> rows;
+  std::span<const double> values;
+  [[nodiscard]] Index columns() const { return static_cast<Index>(starts.size()) - 1; }
+};
+
 /// Direct solver for A u = b with A symmetric indefinite. Order of calls:
 ///   1. analyze       once per pattern; only the pattern of the matrix is read
 ///   2. factorize     any number of times; matrix has the analyzed pattern, values may differ
@@ -62,11 +72,23 @@ class SymmetricSolver {
   [[nodiscard]] virtual Analysis analyze(const SymmetricMatrix& matrix,
                                          std::span<const std::int8_t> signs) = 0;
 
+  /// Another solver of this kind with the last analysis and its ordering, which are not computed anew;
+  /// null: out of memory. The pattern of matrix is the analyzed one.
+  [[nodiscard]] virtual std::unique_ptr<SymmetricSolver> same_analysis(
+      const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const = 0;
+
   [[nodiscard]] virtual Factorization factorize(const SymmetricMatrix& matrix) = 0;
 
   /// rhs: columns right-hand sides of length dimension one after the other, overwritten by the
   /// solutions. No iterative refinement.
   virtual void solve_in_place(std::span<double> rhs, Index columns = 1) = 0;
+
+  /// product = B' A^-1 B, columns x columns by columns, lower triangle; like solve_in_place. The
+  /// rows of B are those of A.
+  virtual void inverse_product(const SparseColumns& b, std::span<double> product);
+  /// Predicted operations of inverse_product after an analyze, in the unit of Analysis::flops; the
+  /// pattern of B is all that is read.
+  [[nodiscard]] virtual double predict_inverse_product_flops(const SparseColumns& b) const = 0;
 
   /// True when the next factorize will be more accurate than the last one (larger pivot threshold,
   /// pivoting instead of none); false when nothing better is left.
@@ -83,6 +105,9 @@ class SymmetricSolver {
   [[nodiscard]] virtual bool pivots() const = 0;
 
   [[nodiscard]] virtual std::string_view name() const = 0;
+
+ private:
+  std::vector<double> block_;  // workspace of inverse_product
 };
 
 enum class LinearSolver : std::uint8_t { Auto, Mumps, Ldlt, Lapack };

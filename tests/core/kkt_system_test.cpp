@@ -123,10 +123,12 @@ Inertia inertia_of(const MatrixXd& symmetric) {
 /// A random model, a random interior point of it, the library's KKT system and the dense one.
 class RandomSystem {
  public:
-  RandomSystem(const Shape& shape, unsigned seed, LinearSolver solver = LinearSolver::Lapack)
+  RandomSystem(const Shape& shape, unsigned seed, LinearSolver solver = LinearSolver::Lapack,
+               SchurComplementUse schur = SchurComplementUse::No)
       : random_(seed), model(shape, random_), canonical(model, options, counts, timing) {
     options.nlp_scaling_method = Scaling::None;
     options.linear_solver = solver;
+    options.minmax_schur_complement = schur;
     EXPECT_EQ(canonical.build(), "");
     take();
   }
@@ -537,6 +539,99 @@ TEST(KktCounts, CountFactorizationsSolvesAndAnalyses) {
   Step step = zero_step(s.canonical);
   ASSERT_TRUE(s.kkt->solve(s.evaluation, s.random_residual(), step));
   EXPECT_EQ(s.counts.solves, 1);
+}
+
+// --- K by way of K_yy ----------------------------------------------------------------------------
+
+class KktBySchurComplement : public testing::TestWithParam<LinearSolver> {};
+
+INSTANTIATE_TEST_SUITE_P(Solvers, KktBySchurComplement,
+                         testing::Values(LinearSolver::Auto, LinearSolver::Mumps,
+                                         LinearSolver::Lapack));
+
+TEST_P(KktBySchurComplement, GivesTheDenseInertiasAndSolutions) {
+  int by_complement = 0;
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    RandomSystem s(random_shape(seed), seed, GetParam(), SchurComplementUse::Yes);
+    s.kkt->require_certain_inertia(false);
+    for (const Regularization& shift :
+         {Regularization{}, Regularization{.x = 3.0}, Regularization{.x = 3.0, .y = 4.0},
+          Regularization{.x = 9.0, .y = 4.0, .lambda_x = 1e-2, .lambda_y = 1e-2}}) {
+      EXPECT_EQ(s.kkt->factorize(shift).inertia, inertia_of(s.dense(shift))) << seed;
+      EXPECT_EQ(s.kkt->factorize_inner(shift).inertia, inertia_of(s.dense_inner(shift))) << seed;
+      const NewtonResidual rhs = s.random_residual();
+      Step step = zero_step(s.canonical);
+      if (s.kkt->solve(s.evaluation, rhs, step)) {
+        EXPECT_LE(s.newton_error(shift, rhs, step), 1e-7 * (1.0 + step.v.norm())) << seed;
+      }
+    }
+    by_complement += s.counts.factorizations_complement;
+  }
+  EXPECT_GT(by_complement, 500);
+}
+
+TEST_P(KktBySchurComplement, SharesTheFactorsOfTheInnerMatrix) {
+  RandomSystem s({}, 8, GetParam(), SchurComplementUse::Yes);
+  s.kkt->require_certain_inertia(false);
+  static_cast<void>(s.kkt->factorize_inner({.y = 1.0}));
+  for (const double x : {0.0, 1.0, 10.0}) {
+    const Regularization shift{.x = x, .y = 1.0};
+    EXPECT_EQ(s.kkt->factorize(shift).inertia, inertia_of(s.dense(shift)));
+  }
+  static_cast<void>(s.kkt->factorize_inner({.y = 1.0}));
+  EXPECT_EQ(s.counts.factorizations_full, 0);
+  EXPECT_EQ(s.counts.factorizations_inner, 1);
+  EXPECT_EQ(s.counts.factorizations_complement, 3);
+}
+
+TEST_P(KktBySchurComplement, FactorsOfKSurviveThoseOfTheInnerMatrix) {
+  RandomSystem s({}, 8, GetParam(), SchurComplementUse::Yes);
+  s.kkt->require_certain_inertia(false);
+  const Regularization shift{.x = 2.0, .y = 3.0};
+  static_cast<void>(s.kkt->factorize_inner(shift));
+  static_cast<void>(s.kkt->factorize(shift));
+  for (const double y : {5.0, 7.0, 9.0}) {
+    const Regularization other{.y = y};
+    EXPECT_EQ(s.kkt->factorize_inner(other).inertia, inertia_of(s.dense_inner(other)));
+    const NewtonResidual rhs = s.random_residual();
+    Step step = zero_step(s.canonical);
+    ASSERT_TRUE(s.kkt->solve_inner(s.evaluation, rhs, step));
+    EXPECT_LE(s.newton_error(other, rhs, step, s.canonical.y().begin,
+                             s.canonical.max_constraints().begin),
+              1e-9);
+    ASSERT_TRUE(s.kkt->solve(s.evaluation, rhs, step));
+    EXPECT_LE(s.newton_error(shift, rhs, step), 1e-9);
+  }
+}
+
+TEST_P(KktBySchurComplement, CertainInertiasAreThoseOfTheWholeMatrix) {
+  RandomSystem s({}, 8, GetParam(), SchurComplementUse::Yes);
+  s.kkt->require_certain_inertia(true);
+  EXPECT_EQ(s.kkt->factorize({}).inertia, inertia_of(s.dense({})));
+  EXPECT_EQ(s.counts.factorizations_full, 1);
+  EXPECT_EQ(s.counts.factorizations_complement, 0);
+}
+
+TEST_P(KktBySchurComplement, ASingularInnerMatrixLeavesTheWholeOne) {
+  RandomSystem s({.x = 4,
+                  .y = 3,
+                  .min_equalities = 1,
+                  .min_inequalities = 0,
+                  .max_equalities = 0,
+                  .max_inequalities = 0},
+                 3, GetParam(), SchurComplementUse::Yes);
+  s.kkt->require_certain_inertia(false);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(s.dense_inner({}));
+  for (const double distance : {0.0, 1e-13, -1e-11}) {  // of an eigenvalue of K_yy to zero
+    const Regularization shift{.x = 1.0, .y = eigen.eigenvalues()[1] + distance};
+    const Index whole = s.counts.factorizations_full;
+    EXPECT_EQ(s.kkt->factorize(shift).inertia, inertia_of(s.dense(shift)));
+    EXPECT_EQ(s.counts.factorizations_full, whole + 1);
+    const NewtonResidual rhs = s.random_residual();
+    Step step = zero_step(s.canonical);
+    ASSERT_TRUE(s.kkt->solve(s.evaluation, rhs, step));
+    EXPECT_LE(s.newton_error(shift, rhs, step), 1e-8);
+  }
 }
 
 TEST(KktWithoutMaxPlayer, NeedsNoInnerFactorization) {

@@ -284,6 +284,62 @@ TEST_P(Contract, AnalyzesAnotherPattern) {
   }
 }
 
+TEST_P(Contract, TheSameAnalysisServesAnotherSolver) {
+  for (const KktMatrix& kkt : {chauffeur_kkt(12, 1), grid_kkt(14, 1), diagonal_matrix({1.0, -1.0})}) {
+    const auto solver = make();
+    const Analysis analysis = solver->analyze(kkt.matrix, kkt.signs);
+    ASSERT_TRUE(analysis.ok);
+    ASSERT_EQ(solver->factorize(kkt.matrix).status, FactorizationStatus::Ok);
+    const auto other = solver->same_analysis(kkt.matrix, kkt.signs);
+    ASSERT_NE(other, nullptr);
+    EXPECT_EQ(other->pivots(), solver->pivots());
+    expect_correct(*other, kkt);
+    expect_correct(*solver, kkt);  // of its own
+  }
+}
+
+TEST_P(Contract, ProductsWithTheInverse) {
+  const KktMatrix kkt = chauffeur_kkt(10, 3);
+  const Index n = kkt.matrix.dimension();
+  const auto solver = make();
+  ASSERT_TRUE(solver->analyze(kkt.matrix, kkt.signs).ok);
+  for (const Index columns : {0, 1, 5, 40}) {
+    // Column k has entries in rows k, k + 7, ..., and one row twice.
+    std::vector<Index> starts{0}, rows;
+    std::vector<double> values;
+    for (Index k = 0; k < columns; ++k) {
+      for (Index i = k; i < n; i += 7 + k) rows.push_back(i);
+      rows.push_back(k);
+      while (values.size() < rows.size()) values.push_back(std::sin(1.0 + 2.0 * static_cast<double>(values.size())));
+      starts.push_back(static_cast<Index>(rows.size()));
+    }
+    const SparseColumns b{n, starts, rows, values};
+    const auto size = static_cast<std::size_t>(columns);
+    EXPECT_GE(solver->predict_inverse_product_flops(b), 0.0);
+    ASSERT_EQ(solver->factorize(kkt.matrix).status, FactorizationStatus::Ok);
+    std::vector<double> product(size * size);
+    for (int pass = 0; pass < 2; ++pass) {  // leaves nothing behind
+      solver->inverse_product(b, product);
+      for (std::size_t k = 0; k < size; ++k) {
+        std::vector<double> column(static_cast<std::size_t>(n), 0.0);
+        for (Index p = starts[k]; p < starts[k + 1]; ++p) {
+          column[static_cast<std::size_t>(rows[static_cast<std::size_t>(p)])] +=
+              values[static_cast<std::size_t>(p)];
+        }
+        solver->solve_in_place(column);
+        for (std::size_t i = k; i < size; ++i) {
+          double expected = 0.0;
+          for (Index p = starts[i]; p < starts[i + 1]; ++p) {
+            expected += values[static_cast<std::size_t>(p)] *
+                        column[static_cast<std::size_t>(rows[static_cast<std::size_t>(p)])];
+          }
+          EXPECT_NEAR(product[i + k * size], expected, 1e-6 * largest(column)) << i << " " << k;
+        }
+      }
+    }
+  }
+}
+
 TEST_P(Contract, SameBitsWhenRunTwice) {
   for (const KktMatrix& kkt : {chauffeur_kkt(40, 1), grid_kkt(20, 1)}) {
     std::vector<FactorizationStatus> statuses;

@@ -615,6 +615,75 @@ ScalableProblem f19_pde(int nodes) {
   return p;
 }
 
+ScalableProblem f30_few_min(int n, int side) {
+  const Index nodes = side * side;
+  ScalableProblem p = named("f30_few_min", n);
+  p.name += " side " + std::to_string(side);
+  auto problem = std::make_unique<QuadraticProblem>(n, nodes);
+  QuadraticFunction& f = problem->f();
+  const auto size = at(n + nodes);
+  p.v.resize(size);
+  p.z_lower.assign(size, 0.0);
+  p.z_upper.assign(size, 0.0);
+  std::vector<double> slope(size, 0.0);  // s = -J'lambda + z_lower - z_upper
+  std::vector<double> start(size);
+  for (Index i = 0; i < n + nodes; ++i) {
+    p.v[at(i)] = i >= n && i % 4 == 0 ? (i % 8 == 0 ? -1.0 : 1.0) : 0.6 * std::sin(2.0 * i);
+    start[at(i)] = p.v[at(i)] + 0.1 * std::sin(7.0 * i);
+    if (i >= n && i % 4 == 0) {
+      const double multiplier = -0.5 + 0.4 * std::sin(3.0 * i);
+      (i % 8 == 0 ? p.z_lower : p.z_upper)[at(i)] = multiplier;
+      slope[at(i)] = i % 8 == 0 ? multiplier : -multiplier;
+    }
+  }
+  const auto add = [&](Index i, Index j, double value) {
+    add_shifted(f, i, j, value, p.v[at(i)], p.v[at(j)]);
+  };
+  QuadraticFunction sum;
+  double least = 0.0;
+  constexpr double kSumMultiplier = -0.5;
+  for (Index i = 0; i < n; ++i) {
+    add(i, i, -1.0);
+    sum.add_linear(i, 1.0);
+    least += p.v[at(i)];
+    slope[at(i)] -= kSumMultiplier;
+  }
+  problem->add_constraint(sum, least, kUnbounded);
+  p.lambda.push_back(kSumMultiplier);
+  for (Index k = 0; k < nodes; ++k) {
+    const Index y = n + k;
+    problem->set_bounds(y, -1.0, 1.0);
+    add(y, y, -1.0);
+    for (Index i = 0; i < n; ++i) {
+      add(y, i, 2.0 * std::sqrt(2.0 / nodes) *
+                    std::cos(std::numbers::pi * (i + 1) * (k + 0.5) / nodes));
+    }
+    if (k >= side) add(y, y - side, 0.1);
+    if (k % side > 0) add(y, y - 1, 0.1);
+    if (k % 8 != 1 || k + 1 == nodes) continue;
+    QuadraticFunction equation;
+    const double multiplier = std::sin(11.0 * k);
+    for (const auto& [i, value] :
+         {std::pair{y, 1.0}, std::pair{y + 1, -0.5}, std::pair{k % n, 0.5 / side}}) {
+      equation.add_linear(i, value);
+      equation.constant -= value * p.v[at(i)];
+      slope[at(i)] -= value * multiplier;
+    }
+    problem->add_constraint(equation, 0.0, 0.0);
+    p.lambda.push_back(multiplier);
+  }
+  for (Index i = 0; i < n + nodes; ++i) {
+    f.add_linear(i, slope[at(i)]);
+    f.constant -= slope[at(i)] * p.v[at(i)];
+  }
+  problem->set_start(start);
+  problem->finish();
+  p.unique_value = false;
+  p.global = false;
+  p.problem = std::move(problem);
+  return p;
+}
+
 ScalableProblem f23_sphere(int n) {
   ScalableProblem p = named("f23_sphere", n);
   auto problem = std::make_unique<QuadraticProblem>(n, n);

@@ -58,4 +58,14 @@ struct ScalableProblem {
 /// x'Ay on two unit spheres, A upper bidiagonal: the value is the smallest singular value. n + n.
 [[nodiscard]] ScalableProblem f23_sphere(int n);
 
+/// Few Min variables x against a grid of side^2 Max variables y, d = v - v*:
+///
+///     f = -|dx|^2/2 + 2 dx'P dy - dy'C dy/2 + s'd,   C = I - .1 per edge,   |y| <= 1,
+///     sum x >= sum x*,   dy_i - dy_{i+1}/2 + dx_{i mod n}/(2 side) = 0 for every eighth i,
+///
+/// P has n orthonormal rows, the first of the discrete cosine transform, so that phi is convex
+/// although f is concave in x. A quarter of the bounds is active. n + side^2 variables, side^2/8
+/// equalities of Max.
+[[nodiscard]] ScalableProblem f30_few_min(int n, int side);
+
 }  // namespace ipminmax::testing

@@ -32,6 +32,7 @@ const Family kFamilies[] = {
     {"f16_lq_game", [] { return f16_lq_game(8); }},
     {"f17_mpc_box", [] { return f17_mpc_box(8); }},
     {"f19_pde", [] { return f19_pde(10); }, 0.24548800707},
+    {"f30_few_min", [] { return f30_few_min(3, 7); }, 0.0},
     {"f23_sphere", [] { return f23_sphere(8); }, 0.965874309047},
 };
 
