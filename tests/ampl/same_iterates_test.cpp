@@ -1,6 +1,7 @@
 // One model through the TNLP, the C interface and an .nl file: the same iterates.
 #include <array>
 #include <cmath>
+#include <span>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -198,7 +199,7 @@ class AmplSameIterates : public Ampl {
       ASSERT_EQ(executable.size(), tnlp.size());
       ASSERT_EQ(by_tnlp.size(), tnlp.size());
       for (std::size_t k = 0; k < by_tnlp.size(); ++k) {
-        for (const std::size_t column : {0, 5, 7, 8, 11}) {  // lg(mu), shifts, trial points
+        for (const std::size_t column : {0U, 5U, 7U, 8U, 11U}) {  // lg(mu), shifts, trial points
           EXPECT_EQ(executable[k][column], by_tnlp[k][column]) << "iteration " << k;
         }
         EXPECT_EQ(executable[k][10].back(), by_tnlp[k][10].back()) << "kind of step " << k;
