@@ -59,8 +59,8 @@ class KktSchur {
     return factors == factors_.data() ? &factors_[1] : factors_.data();
   }
   [[nodiscard]] Factors* find(std::span<const double> values);
-  void factorize(Factors& factors, const SymmetricMatrix& matrix,
-                                   const KktBlock& inner, Counts& counts);
+  void factorize(Factors& factors, const SymmetricMatrix& matrix, const KktBlock& inner,
+                 Counts& counts);
 
   SchurComplement complement_;
   std::array<Factors, 2> factors_;

@@ -10,6 +10,9 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+/// Operations of a factorization of K below which the bookkeeping of the Schur complement costs more
+/// than it saves (bench/schur).
+constexpr double kLeastSchurFlops = 5e4;
 /// Norm of an active constraint's gradient (scaled problem) that counts as zero.
 constexpr double kVanishingGradient = 1e-8;
 
@@ -234,11 +237,10 @@ void KktSystem::decide_on_schur_complement(const Analysis& full) {
   const SchurComplementUse use = options_.minmax_schur_complement;
   if (use == SchurComplementUse::No || inner_.empty()) return;
   const double outer = layout_.dimension() - inner_.dimension();
-  if (use == SchurComplementUse::Auto && outer * outer * outer / 3.0 > full.flops) return;
+  const bool open = use == SchurComplementUse::Auto;
+  if (open && (full.flops < kLeastSchurFlops || outer * outer * outer / 3.0 > full.flops)) return;
   schur_ = std::make_unique<KktSchur>(full_, inner_);
-  if (use == SchurComplementUse::Auto && schur_->predict_flops(inner_) > full.flops) {
-    schur_ = nullptr;
-  }
+  if (open && schur_->predict_flops(inner_) > full.flops) schur_ = nullptr;
 }
 
 void KktSystem::require_certain_inertia(bool certain) {

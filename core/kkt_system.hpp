@@ -205,9 +205,9 @@ class KktSystem {
   Timing& timing_;
   KktLayout layout_;
   KktBlock full_, inner_;
-  std::unique_ptr<KktSchur> schur_;  ///< null: K is factorized as a whole
-  bool by_schur_ = false;            ///< whether K's last factorization is schur_'s
-  Inertia inertia_;                  ///< of K, as last factorized
+  std::unique_ptr<KktSchur> schur_;     ///< null: K is factorized as a whole
+  bool by_schur_ = false;               ///< whether K's last factorization is schur_'s
+  Inertia inertia_;                     ///< of K, as last factorized
   Regularization shift_, inner_shift_;  ///< of the factorizations at hand
   Eigen::VectorXd curvature_;           ///< barrier curvature Sigma per canonical variable, >= 0
   Eigen::VectorXd distance_lower_, distance_upper_;  ///< to the bounds, 1 where there is none
