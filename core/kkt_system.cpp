@@ -77,10 +77,9 @@ KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayo
     entries.push_back({row, col});
   }
   matrix_ = SymmetricMatrix(dimension, entries);
-  const auto positions = matrix_.triplet_positions();
-  const auto split = positions.begin() + static_cast<std::ptrdiff_t>(hessian_entries_.size());
-  hessian_positions_.assign(positions.begin(), split);
-  jacobian_positions_.assign(split, positions.end());
+  positions_ = matrix_.take_triplet_positions();
+  hessian_entries_.shrink_to_fit();
+  jacobian_entries_.shrink_to_fit();
   diagonal_.assign(at(dimension), 0.0);
 
   const std::vector<std::int8_t> signs = layout.signs();
@@ -111,11 +110,12 @@ void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& bar
   hessian_norm_ = 0.0;
   for (std::size_t k = 0; k < hessian_entries_.size(); ++k) {
     const double value = evaluation.hessian[at(hessian_entries_[k])];
-    values[at(hessian_positions_[k])] += value;
+    values[at(positions_[k])] += value;
     hessian_norm_ = std::max(hessian_norm_, std::abs(value));
   }
   for (std::size_t k = 0; k < jacobian_entries_.size(); ++k) {
-    values[at(jacobian_positions_[k])] += evaluation.jacobian[at(jacobian_entries_[k])];
+    values[at(positions_[hessian_entries_.size() + k])] +=
+        evaluation.jacobian[at(jacobian_entries_[k])];
   }
   for (Index i = variables_.begin; i < variables_.end; ++i) {
     const Index row = variable_row_[at(i)];
@@ -141,7 +141,7 @@ void KktBlock::assemble_projection(const Evaluation& evaluation,
   for (std::size_t k = 0; k < jacobian_entries_.size(); ++k) {
     const auto [row, col] = canonical_.jacobian()[at(jacobian_entries_[k])];
     if (canonical_.owned_by_max(col) != canonical_.max_constraints().contains(row)) continue;
-    values[at(jacobian_positions_[k])] +=
+    values[at(positions_[hessian_entries_.size() + k])] +=
         column_factor[col] * row_factor[row] * evaluation.jacobian[at(jacobian_entries_[k])];
   }
   for (Index i = variables_.begin; i < variables_.end; ++i) {
