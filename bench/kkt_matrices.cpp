@@ -71,7 +71,18 @@ KktMatrices kkt_matrices_at(ipminmax::Problem& problem, const ipminmax::Result& 
   KktBlock inner(KktBlock::Which::Inner, canonical, layout, warm);
   full.assemble(evaluation, curvature);
   inner.assemble(evaluation, curvature);
-  return {copy_of(full), copy_of(inner)};
+  KktMatrices matrices{copy_of(full), copy_of(inner), {}};
+  matrices.inner_row.assign(static_cast<std::size_t>(full.dimension()), -1);
+  for (ipminmax::Index i = inner.variables().begin; i < inner.variables().end; ++i) {
+    if (const auto row = full.row_of_variable(i); row >= 0) {
+      matrices.inner_row[static_cast<std::size_t>(row)] = inner.row_of_variable(i);
+    }
+  }
+  for (ipminmax::Index j = inner.constraints().begin; j < inner.constraints().end; ++j) {
+    matrices.inner_row[static_cast<std::size_t>(full.row_of_constraint(j))] =
+        inner.row_of_constraint(j);
+  }
+  return matrices;
 }
 
 KktMatrices kkt_matrices_after(ipminmax::Problem& problem, int iterations,

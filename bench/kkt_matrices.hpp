@@ -20,8 +20,9 @@ struct KktMatrix {
 
 /// Both matrices of an iteration; inner is empty when there are no Max variables.
 struct KktMatrices {
-  KktMatrix full;   ///< K
-  KktMatrix inner;  ///< K_yy
+  KktMatrix full;                          ///< K
+  KktMatrix inner;                         ///< K_yy
+  std::vector<ipminmax::Index> inner_row;  ///< per row of K its row of K_yy, or -1
 };
 
 /// The matrices at the point and multipliers of a result. Throws std::runtime_error when they

@@ -6,7 +6,7 @@
 # (default: build/bench/csv). JOBS: of the build, default all cores.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-programs=(horizon mpc baselines minimization scalable backends)
+programs=(horizon mpc baselines minimization scalable backends schur)
 csv="$root/build/bench/csv"
 seconds=()
 

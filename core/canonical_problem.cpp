@@ -79,7 +79,9 @@ std::string CanonicalProblem::build(const std::optional<GradientScaling>& kept) 
   index_constraints();
   map_entries();
   if (auto error = read_start(); !error.empty()) return error;
-  return scale(kept);
+  std::string error = scale(kept);
+  model_start_ = {};
+  return error;
 }
 
 std::string CanonicalProblem::validate() {
@@ -238,6 +240,10 @@ void CanonicalProblem::index_constraints() {
 
 void CanonicalProblem::map_entries() {
   const ProblemStructure& s = structure_;
+  jacobian_.reserve(s.jacobian.size());
+  jacobian_source_.reserve(s.jacobian.size());
+  hessian_.reserve(s.hessian.size());
+  hessian_source_.reserve(s.hessian.size());
   for (std::size_t k = 0; k < s.jacobian.size(); ++k) {
     const Index row = constraint_of_model_[at(s.jacobian[k].row)];
     const Index col = variable_of_model_[at(s.jacobian[k].col)];

@@ -91,7 +91,11 @@ bool newton_contracts_here(CanonicalProblem& canonical, KktSystem& kkt, double m
   constexpr double kTau = 0.99;
   const StepLength alpha = largest_step(canonical, point.iterate, step, kTau);
   const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
-  Point next = point;
+  Point next{point.iterate, {}, {}};  // all but the Hessian
+  next.evaluation.c = point.evaluation.c;
+  next.evaluation.gradient = point.evaluation.gradient;
+  next.evaluation.jacobian = point.evaluation.jacobian;
+  next.dual = point.dual;
   advance(step, alpha, next.iterate);
   if (canonical.constraints(next.iterate.v, next.evaluation.c) != EvaluationStatus::Ok ||
       canonical.first_derivatives(next.iterate.v, next.evaluation) != EvaluationStatus::Ok) {
@@ -102,6 +106,8 @@ bool newton_contracts_here(CanonicalProblem& canonical, KktSystem& kkt, double m
   // Solved with the first point's matrix, barrier terms included.
   if (!kkt.solve(point.evaluation, rhs, step)) return false;
   stop = false;
+  next.evaluation.f = point.evaluation.f;
+  std::swap(point.evaluation.hessian, next.evaluation.hessian);
   std::swap(point, next);
   return full && max_norm(step.v) <= kContraction * first;
 }

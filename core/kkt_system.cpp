@@ -10,6 +10,9 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+/// Operations of a factorization of K below which the bookkeeping of the Schur complement costs more
+/// than it saves (bench/schur).
+constexpr double kLeastSchurFlops = 5e4;
 /// Norm of an active constraint's gradient (scaled problem) that counts as zero.
 constexpr double kVanishingGradient = 1e-8;
 
@@ -81,10 +84,9 @@ KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayo
     entries.push_back({row, col});
   }
   matrix_ = SymmetricMatrix(dimension, entries);
-  const auto positions = matrix_.triplet_positions();
-  const auto split = positions.begin() + static_cast<std::ptrdiff_t>(hessian_entries_.size());
-  hessian_positions_.assign(positions.begin(), split);
-  jacobian_positions_.assign(split, positions.end());
+  positions_ = matrix_.take_triplet_positions();
+  hessian_entries_.shrink_to_fit();
+  jacobian_entries_.shrink_to_fit();
   diagonal_.assign(at(dimension), 0.0);
   curvature_.setZero(variables_.size());
 
@@ -127,11 +129,12 @@ void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& bar
   hessian_norm_ = 0.0;
   for (std::size_t k = 0; k < hessian_entries_.size(); ++k) {
     const double value = evaluation.hessian[at(hessian_entries_[k])];
-    values[at(hessian_positions_[k])] += value;
+    values[at(positions_[k])] += value;
     hessian_norm_ = std::max(hessian_norm_, std::abs(value));
   }
   for (std::size_t k = 0; k < jacobian_entries_.size(); ++k) {
-    values[at(jacobian_positions_[k])] += evaluation.jacobian[at(jacobian_entries_[k])];
+    values[at(positions_[hessian_entries_.size() + k])] +=
+        evaluation.jacobian[at(jacobian_entries_[k])];
   }
   for (Index i = variables_.begin; i < variables_.end; ++i) {
     const Index row = variable_row_[at(i)];
@@ -159,7 +162,7 @@ void KktBlock::assemble_projection(const Evaluation& evaluation,
   for (std::size_t k = 0; k < jacobian_entries_.size(); ++k) {
     const auto [row, col] = canonical_.jacobian()[at(jacobian_entries_[k])];
     if (canonical_.owned_by_max(col) != canonical_.max_constraints().contains(row)) continue;
-    values[at(jacobian_positions_[k])] +=
+    values[at(positions_[hessian_entries_.size() + k])] +=
         column_factor[col] * row_factor[row] * evaluation.jacobian[at(jacobian_entries_[k])];
   }
   for (Index i = variables_.begin; i < variables_.end; ++i) {
@@ -259,11 +262,10 @@ void KktSystem::decide_on_schur_complement(const Analysis& full) {
   const SchurComplementUse use = options_.minmax_schur_complement;
   if (use == SchurComplementUse::No || inner_.empty()) return;
   const double outer = layout_.dimension() - inner_.dimension();
-  if (use == SchurComplementUse::Auto && outer * outer * outer / 3.0 > full.flops) return;
+  const bool open = use == SchurComplementUse::Auto;
+  if (open && (full.flops < kLeastSchurFlops || outer * outer * outer / 3.0 > full.flops)) return;
   schur_ = std::make_unique<KktSchur>(full_, inner_);
-  if (use == SchurComplementUse::Auto && schur_->predict_flops(inner_) > full.flops) {
-    schur_ = nullptr;
-  }
+  if (open && schur_->predict_flops(inner_) > full.flops) schur_ = nullptr;
 }
 
 void KktSystem::require_certain_inertia(bool certain) {

@@ -125,9 +125,9 @@ class KktBlock {
   std::vector<Index> variable_row_, constraint_row_;
   std::vector<std::int8_t> signs_;
   SymmetricMatrix matrix_;
-  std::vector<Index> hessian_entries_, jacobian_entries_;      ///< triplets that lie in the block
-  std::vector<Index> hessian_positions_, jacobian_positions_;  ///< their places in the matrix
-  std::vector<double> diagonal_;                               ///< at zero shift, per row
+  std::vector<Index> hessian_entries_, jacobian_entries_;  ///< triplets that lie in the block
+  std::vector<Index> positions_;  ///< their places in the matrix, the Hessian's first
+  std::vector<double> diagonal_;  ///< at zero shift, per row
   std::shared_ptr<SymmetricSolver> solver_;
   double hessian_norm_ = 0.0;
   std::uint64_t jacobian_call_ = 0, hessian_call_ = 0;  ///< that gave the values, 0 if unknown

@@ -320,7 +320,8 @@ std::vector<OptionInfo> make_table() {
               {"least predicted operations", "approximate minimum degree",
                "PORD (MUMPS only; AMD elsewhere)", "METIS nested dissection"})},
       {"minmax_schur_complement", linear,
-       "Whether K is factorized by way of K_yy: a factorization of K_yy gives both inertias together "
+       "Whether K is factorized by way of K_yy: a factorization of K_yy gives both inertias "
+       "together "
        "with that of the dense complement of K_yy in K, which has as many rows as x and its "
        "constraints. The certificate factorizes K as a whole.",
        choice(&O::minmax_schur_complement, {"auto", "yes", "no"},

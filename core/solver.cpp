@@ -169,7 +169,6 @@ class Solver {
   };
   std::optional<Stop> degenerate_point_;  ///< undecided second-order test, left for a better point
   std::optional<Stop> first_failure_;     ///< of the search from the model's starting point
-  Iterate start_;                         ///< the model's
   Index restarts_ = 0;
   std::optional<Index> last_resort_end_;  ///< iteration at which Algorithm 1 gives up, too
   Index hidden_iterations_ = 0;  ///< beyond points that meet the tolerances by their scaling
@@ -255,10 +254,9 @@ std::optional<Status> Solver::start() {
   }
   analyzed_ = true;
   if (kept_ && options_.minmax_warm_start_shifts) correction_->remember(kept_->shifts);
-  point_.iterate = start_ = canonical_.starting_point();
+  point_.iterate = canonical_.starting_point();
   if (auto status = evaluate_start(options_)) return status;
   started_ = true;
-  trial_ = point_.iterate;
   info_.mu = options_.mu_init;
   mu_final_ = final_barrier(options_, canonical_.objective_scale());
   info_.mu = std::max(info_.mu, mu_final_);
@@ -330,13 +328,13 @@ bool Solver::start_elsewhere(Status failed) {
   bool begun = false;
   while (!begun && restarts_ < options_.minmax_max_restarts &&
          info_.iteration < restart_iterations(variables)) {
-    point_.iterate = restart_point(canonical_, start_, ++restarts_);
+    point_.iterate = restart_point(canonical_, canonical_.starting_point(), ++restarts_);
     begun = !evaluate_start(cold);
   }
   const bool last_resort = !begun;
   if (last_resort) {
     const Index iterations = last_resort_iterations(canonical_);
-    point_.iterate = start_;
+    point_.iterate = canonical_.starting_point();
     if (iterations == 0 || evaluate_start(options_)) return false;
     last_resort_end_ = info_.iteration + iterations;
     correction_->remember({});
@@ -492,7 +490,7 @@ bool Solver::runs_to_infinity() {
   const bool died_out =
       std::ranges::all_of(hessian, [](double value) { return std::abs(value) < kDiedOut; });
   if (!hessian.empty() && died_out &&
-      max_norm(point_.iterate.v) > kFarAway * (1.0 + max_norm(start_.v))) {
+      max_norm(point_.iterate.v) > kFarAway * (1.0 + max_norm(canonical_.starting_point().v))) {
     return true;
   }
   Point here = point_;

@@ -27,12 +27,12 @@ struct IterationInfo {
   double delta_y = 0.0;    ///< Hessian shift of the Max variables (the paper's epsilon_y)
   double alpha_dual = 0.0;
   double alpha_primal = 0.0;
-  char step_kind = ' ';            ///< one letter, see core/algorithm.md
-  Index trials = 0;                ///< trial points of the line search
-  Index factorizations_full = 0;   ///< of K since the last call
-  Index factorizations_inner = 0;  ///< of K_yy since the last call
+  char step_kind = ' ';                 ///< one letter, see core/algorithm.md
+  Index trials = 0;                     ///< trial points of the line search
+  Index factorizations_full = 0;        ///< of K since the last call
+  Index factorizations_inner = 0;       ///< of K_yy since the last call
   Index factorizations_complement = 0;  ///< of the complement of K_yy in K since the last call
-  std::span<const double> v;       ///< the iterate, n; valid during the callback
+  std::span<const double> v;            ///< the iterate, n; valid during the callback
   /// What the solve would return if the callback stopped it now, for the callback's use only. Each
   /// call evaluates objective and constraints, with fixed variables also their derivatives.
   std::function<Result()> result;

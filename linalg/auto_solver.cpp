@@ -46,6 +46,9 @@ Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
       if (choose_ldlt(choice.size)) {
         const Analysis analysis = ldlt_.analyze(matrix, signs, choice);
         if (prepare_ldlt(analysis)) return analysis;
+      } else if (auto* mumps = dynamic_cast<MumpsSolver*>(pivoting_.get());
+                 mumps != nullptr && choice.ordering == Ordering::Metis) {
+        mumps->know_metis_order(choice.new_index);
       }
     } catch (const std::bad_alloc&) {
       return {};

@@ -233,8 +233,8 @@ void LdltSolver::solve_together(std::span<double> rhs) {
 
 void LdltSolver::ColumnRange::include(ColumnRange other) {
   if (other.begin == other.end) return;
-  *this = begin == end ? other
-                       : ColumnRange{std::min(begin, other.begin), std::max(end, other.end)};
+  *this =
+      begin == end ? other : ColumnRange{std::min(begin, other.begin), std::max(end, other.end)};
 }
 
 /// Columns of B with an entry in each row of the elimination order.

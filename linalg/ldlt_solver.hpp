@@ -53,7 +53,7 @@ class LdltSolver final : public SymmetricSolver {
  private:
   static constexpr std::size_t kTogether = 4;  // right-hand sides of solve_together
   struct Factor;                               // hides Eigen
-  struct ColumnRange {  // of B
+  struct ColumnRange {                         // of B
     Index begin = 0, end = 0;
     void include(ColumnRange other);
   };

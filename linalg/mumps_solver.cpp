@@ -93,7 +93,6 @@ void MumpsSolver::load_pattern(const SymmetricMatrix& matrix) {
   const auto rows = matrix.rows();
   rows_.resize(rows.size());
   columns_.resize(rows.size());
-  values_.assign(rows.size(), 0.0);
   for (Index j = 0; j < dimension_; ++j) {
     for (auto p = as_size(starts[as_size(j)]); p < as_size(starts[as_size(j) + 1]); ++p) {
       rows_[p] = rows[p] + 1;
@@ -105,7 +104,6 @@ void MumpsSolver::load_pattern(const SymmetricMatrix& matrix) {
   data.nnz = matrix.nonzeros();
   data.irn = rows_.data();
   data.jcn = columns_.data();
-  data.a = values_.data();
 }
 
 /// What MUMPS predicts after an analysis that returned status.
@@ -118,7 +116,8 @@ Analysis MumpsSolver::prediction(int status, Ordering ordering) const {
 Analysis MumpsSolver::analyze_with(Ordering ordering, const SymmetricMatrix& matrix) {
   if (ordering == Ordering::Pord && !pord_can_order(matrix)) ordering = Ordering::Amd;
   if (ordering == Ordering::Metis) {
-    std::vector<Index> order = fill_reducing_ordering(matrix, Ordering::Metis);
+    if (metis_order_.empty()) metis_order_ = fill_reducing_ordering(matrix, Ordering::Metis);
+    std::vector<Index> order = metis_order_;
     for (Index& place : order) ++place;
     return analyze_given(ordering, std::move(order));
   }
@@ -161,9 +160,11 @@ Analysis MumpsSolver::analyze(const SymmetricMatrix& matrix, std::span<const std
     instance_ = std::make_unique<Instance>();
     load_pattern(matrix);
     analysis_ = wanted == Ordering::Best ? best_analysis(matrix) : analyze_with(wanted, matrix);
+    metis_order_ = {};
     return analysis_;
   } catch (const std::bad_alloc&) {
     instance_.reset();
+    metis_order_ = {};
     return {};
   }
 }
@@ -219,7 +220,7 @@ Factorization MumpsSolver::factorize(const SymmetricMatrix& matrix) {
     return result;
   }
   if (instance_ == nullptr || !std::isfinite(matrix.max_norm())) return result;
-  std::copy(matrix.values().begin(), matrix.values().end(), values_.begin());
+  instance_->data.a = const_cast<double*>(matrix.values().data());  // read only
   instance_->cntl(1) = pivot_tolerance_;
 
   const int status = factorize_with_enough_memory();

@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <ipminmax/linalg/symmetric_solver.hpp>
@@ -19,6 +20,8 @@ class MumpsSolver final : public SymmetricSolver {
 
   [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix,
                                  std::span<const std::int8_t> signs) override;
+  /// METIS's ordering of the matrix that is analyzed next, 0-based: not to be computed again.
+  void know_metis_order(std::vector<Index> new_index) { metis_order_ = std::move(new_index); }
   [[nodiscard]] std::unique_ptr<SymmetricSolver> same_analysis(
       const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const override;
   [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
@@ -43,8 +46,8 @@ class MumpsSolver final : public SymmetricSolver {
   Index memory_percent_;
   Index dimension_ = 0;
   std::vector<Index> rows_, columns_;  // 1-based
-  std::vector<double> values_;
-  std::vector<Index> order_;  // the one given to MUMPS, 1-based; may be empty
+  std::vector<Index> metis_order_;     // 0-based, during an analysis only
+  std::vector<Index> order_;           // the one given to MUMPS, 1-based; may be empty
   std::unique_ptr<Instance> instance_;
   Analysis analysis_;
   bool factorized_ = false;

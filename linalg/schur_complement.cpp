@@ -85,8 +85,7 @@ double SchurComplement::predict_flops(const SymmetricSolver& inner) const {
   return inner.predict_inverse_product_flops(coupling()) + n * n * n / 3.0;
 }
 
-void SchurComplement::extract_inner(const SymmetricMatrix& matrix,
-                                    std::span<double> values) const {
+void SchurComplement::extract_inner(const SymmetricMatrix& matrix, std::span<double> values) const {
   for (std::size_t k = 0; k < inner_entries_.size(); ++k) {
     values[k] = matrix.values()[as_size(inner_entries_[k])];
   }

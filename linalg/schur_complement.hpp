@@ -43,8 +43,7 @@ class SchurComplement {
 
   /// rhs: one right-hand side in the rows of K, overwritten by the solution; after a factorize that
   /// returned Ok, with C's factors of form.
-  void solve_in_place(const SymmetricMatrix& matrix, SymmetricSolver& inner,
-                      std::span<double> rhs);
+  void solve_in_place(const SymmetricMatrix& matrix, SymmetricSolver& inner, std::span<double> rhs);
 
  private:
   void take_coupling(const SymmetricMatrix& matrix);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <ipminmax/linalg/inertia.hpp>
@@ -38,6 +39,10 @@ class SymmetricMatrix {
 
   /// Position in values() of each triplet given to the constructor, in their order.
   [[nodiscard]] std::span<const Index> triplet_positions() const { return triplet_positions_; }
+  /// Hands the positions over; triplet_positions() is empty afterwards.
+  [[nodiscard]] std::vector<Index> take_triplet_positions() {
+    return std::exchange(triplet_positions_, {});
+  }
 
   /// Position in values() of the diagonal entry (i, i).
   [[nodiscard]] Index diagonal_position(Index i) const {

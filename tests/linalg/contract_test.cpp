@@ -285,7 +285,8 @@ TEST_P(Contract, AnalyzesAnotherPattern) {
 }
 
 TEST_P(Contract, TheSameAnalysisServesAnotherSolver) {
-  for (const KktMatrix& kkt : {chauffeur_kkt(12, 1), grid_kkt(14, 1), diagonal_matrix({1.0, -1.0})}) {
+  for (const KktMatrix& kkt :
+       {chauffeur_kkt(12, 1), grid_kkt(14, 1), diagonal_matrix({1.0, -1.0})}) {
     const auto solver = make();
     const Analysis analysis = solver->analyze(kkt.matrix, kkt.signs);
     ASSERT_TRUE(analysis.ok);
@@ -310,7 +311,8 @@ TEST_P(Contract, ProductsWithTheInverse) {
     for (Index k = 0; k < columns; ++k) {
       for (Index i = k; i < n; i += 7 + k) rows.push_back(i);
       rows.push_back(k);
-      while (values.size() < rows.size()) values.push_back(std::sin(1.0 + 2.0 * static_cast<double>(values.size())));
+      while (values.size() < rows.size())
+        values.push_back(std::sin(1.0 + 2.0 * static_cast<double>(values.size())));
       starts.push_back(static_cast<Index>(rows.size()));
     }
     const SparseColumns b{n, starts, rows, values};

@@ -43,8 +43,8 @@ Inner inner_of(const KktMatrix& k, const Blocks& b) {
   for (Index j = 0; j < k.matrix.dimension(); ++j) {
     for (Index p = k.matrix.column_starts()[static_cast<std::size_t>(j)];
          p < k.matrix.column_starts()[static_cast<std::size_t>(j) + 1]; ++p) {
-      const Index row = inner.row[static_cast<std::size_t>(
-          k.matrix.rows()[static_cast<std::size_t>(p)])];
+      const Index row =
+          inner.row[static_cast<std::size_t>(k.matrix.rows()[static_cast<std::size_t>(p)])];
       const Index column = inner.row[static_cast<std::size_t>(j)];
       if (row < 0 || column < 0) continue;
       builder.add(row, column, k.matrix.values()[static_cast<std::size_t>(p)]);

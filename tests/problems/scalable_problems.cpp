@@ -655,8 +655,8 @@ ScalableProblem f30_few_min(int n, int side) {
     problem->set_bounds(y, -1.0, 1.0);
     add(y, y, -1.0);
     for (Index i = 0; i < n; ++i) {
-      add(y, i, 2.0 * std::sqrt(2.0 / nodes) *
-                    std::cos(std::numbers::pi * (i + 1) * (k + 0.5) / nodes));
+      add(y, i,
+          2.0 * std::sqrt(2.0 / nodes) * std::cos(std::numbers::pi * (i + 1) * (k + 0.5) / nodes));
     }
     if (k >= side) add(y, y - side, 0.1);
     if (k % side > 0) add(y, y - 1, 0.1);

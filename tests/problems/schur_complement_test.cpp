@@ -45,10 +45,9 @@ TEST_P(SchurSmall, CertifiesAsOften) {
           solve_with(problem, schur ? SchurComplementUse::Yes : SchurComplementUse::No);
       if (schur) {
         // The scaling at the start loosens tol as in solve_small_test.
-        const DenseEvaluation here(problem, Eigen::Map<const Eigen::VectorXd>(
-                                                start.data(), std::ssize(start)));
-        const double scale =
-            std::clamp(here.gradient.lpNorm<Eigen::Infinity>() / 100.0, 1.0, 1e8);
+        const DenseEvaluation here(
+            problem, Eigen::Map<const Eigen::VectorXd>(start.data(), std::ssize(start)));
+        const double scale = std::clamp(here.gradient.lpNorm<Eigen::Infinity>() / 100.0, 1.0, 1e8);
         const DenseOptimality found =
             judge(problem, result, {.first_order = 1e-6 * scale, .curvature = 1e-5});
         EXPECT_TRUE(is_sound(result, found)) << known.name << ": " << found;
