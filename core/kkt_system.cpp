@@ -286,12 +286,17 @@ void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& ba
   inner_.assemble(evaluation, curvature_);
 }
 
+Factorization KktSystem::factorize(KktBlock& block, const Regularization& shift, Index& count) {
+  if (block.is_factorized(shift)) return block.factorize(shift);
+  const ScopedTimer timer(timing_.factorization);
+  ++count;
+  return block.factorize(shift);
+}
+
 Factorization KktSystem::factorize(const Regularization& shift) {
   shift_ = shift;
   if (full_.empty()) return {.status = FactorizationStatus::Ok, .inertia = layout_.expected()};
-  const ScopedTimer timer(timing_.factorization);
-  if (!full_.is_factorized(shift)) ++counts_.factorizations_full;
-  Factorization result = full_.factorize(shift);
+  Factorization result = factorize(full_, shift, counts_.factorizations_full);
   result.inertia = layout_.with_slacks(result.inertia);
   return result;
 }
@@ -301,9 +306,7 @@ Factorization KktSystem::factorize_inner(const Regularization& shift) {
   if (inner_.empty()) {
     return {.status = FactorizationStatus::Ok, .inertia = layout_.expected_inner()};
   }
-  const ScopedTimer timer(timing_.factorization);
-  if (!inner_.is_factorized(shift)) ++counts_.factorizations_inner;
-  Factorization result = inner_.factorize(shift);
+  Factorization result = factorize(inner_, shift, counts_.factorizations_inner);
   result.inertia = layout_.with_slacks_inner(result.inertia);
   return result;
 }

@@ -199,6 +199,7 @@ class KktSystem {
   [[nodiscard]] double hessian_norm() const { return full_.max_norm_hessian(); }
 
  private:
+  [[nodiscard]] Factorization factorize(KktBlock& block, const Regularization& shift, Index& count);
   /// A right-hand side or solution restricted to a block: reduced, solved, expanded.
   void solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& step);
   [[nodiscard]] bool solve(KktBlock& block, const Regularization& shift,
