@@ -39,11 +39,6 @@ double InertiaCorrection::multiplier_shift(double mu) const {
 }
 
 bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
-  if (accepted_inner_.y > 0.0 && shift == Regularization{} &&
-      kkt_.is_inner_factorized(accepted_version_, accepted_inner_)) {
-    shift = accepted_inner_;
-    return true;
-  }
   failed_y_ = 0.0;
   if (economical() && dependent_y_ >= kTimesUntilKnown) shift.lambda_y = multiplier_shift(mu);
   for (int raises = 0;; ++raises) {
@@ -65,8 +60,6 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
   }
   if (shift.y > 0.0) last_.y = shift.y;
   if (shift.lambda_y == 0.0) dependent_y_ = 0;
-  accepted_inner_ = shift;
-  accepted_version_ = kkt_.inner_version();
   return true;
 }
 

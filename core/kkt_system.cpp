@@ -116,7 +116,6 @@ void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& bar
     return;
   }
   factorized_with_.reset();
-  ++version_;
   jacobian_call_ = known ? evaluation.jacobian_call : 0;
   hessian_call_ = known ? evaluation.hessian_call : 0;
   curvature_ = own_curvature;
@@ -150,7 +149,6 @@ void KktBlock::assemble_projection(const Evaluation& evaluation,
                                    const Eigen::VectorXd& row_factor,
                                    const Eigen::VectorXd& multiplier_diagonal) {
   factorized_with_.reset();
-  ++version_;
   jacobian_call_ = hessian_call_ = 0;
   matrix_.set_zero();
   const auto values = matrix_.values();

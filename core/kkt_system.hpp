@@ -69,8 +69,6 @@ class KktBlock {
   [[nodiscard]] bool is_factorized(const Regularization& shift) const {
     return factorized_with_ && *factorized_with_ == shift;
   }
-  /// Grows with every change of the values.
-  [[nodiscard]] std::uint64_t version() const { return version_; }
   /// Repeated, the last factorization is kept.
   [[nodiscard]] Factorization factorize(const Regularization& shift);
   [[nodiscard]] bool increase_quality() {
@@ -119,8 +117,7 @@ class KktBlock {
   double hessian_norm_ = 0.0;
   std::uint64_t jacobian_call_ = 0, hessian_call_ = 0;  ///< that gave the values, 0 if unknown
   Eigen::VectorXd curvature_;                           ///< of the variables, in the values
-  std::uint64_t version_ = 0;
-  std::optional<Regularization> factorized_with_;  ///< empty: not these values
+  std::optional<Regularization> factorized_with_;       ///< empty: not these values
   Factorization factorization_;
 };
 
@@ -151,11 +148,6 @@ class KktSystem {
   /// Where the last factorization had the same values and shift it is kept and not counted.
   [[nodiscard]] Factorization factorize(const Regularization& shift);
   [[nodiscard]] Factorization factorize_inner(const Regularization& shift);
-  /// Whether K_yy is the matrix of that version, factorized with that shift.
-  [[nodiscard]] bool is_inner_factorized(std::uint64_t version, const Regularization& shift) const {
-    return inner_.version() == version && inner_.is_factorized(shift);
-  }
-  [[nodiscard]] std::uint64_t inner_version() const { return inner_.version(); }
   [[nodiscard]] bool has_expected_inertia(const Factorization& f) const {
     return f.status == FactorizationStatus::Ok && f.inertia == layout_.expected();
   }
