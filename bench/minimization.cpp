@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include <IpIpoptApplication.hpp>
+#include <IpSolveStatistics.hpp>
 #include <ipminmax/core/solver.hpp>
 #include <regression/problem_tnlp.hpp>
 #include <regression/scalable_nlp.hpp>

@@ -94,24 +94,22 @@ std::string CanonicalProblem::validate() {
   if (s.constraint_lower.size() != at(m) || s.constraint_upper.size() != at(m)) {
     return "the bounds of the constraints do not have one entry per constraint";
   }
-  const auto bad_bounds = [](const std::string& name, double lower, double upper) -> std::string {
-    if (std::isnan(lower) || std::isnan(upper)) return name + " has a bound that is NaN";
+  const auto bad_bounds = [](double lower, double upper) -> std::string {
+    if (std::isnan(lower) || std::isnan(upper)) return " has a bound that is NaN";
     if (lower > upper) {
-      return name + " has inconsistent bounds: lower " + number(lower) + " above upper " +
-             number(upper);
+      return " has inconsistent bounds: lower " + number(lower) + " above upper " + number(upper);
     }
-    if (lower == kInfinity) return name + " has the lower bound +infinity";
-    if (upper == -kInfinity) return name + " has the upper bound -infinity";
+    if (lower == kInfinity) return " has the lower bound +infinity";
+    if (upper == -kInfinity) return " has the upper bound -infinity";
     return {};
   };
   for (Index i = 0; i < n; ++i) {
-    auto error = bad_bounds(variable_name(i), s.variable_lower[at(i)], s.variable_upper[at(i)]);
-    if (!error.empty()) return error;
+    const auto error = bad_bounds(s.variable_lower[at(i)], s.variable_upper[at(i)]);
+    if (!error.empty()) return variable_name(i) + error;
   }
   for (Index j = 0; j < m; ++j) {
-    auto error =
-        bad_bounds(constraint_name(j), s.constraint_lower[at(j)], s.constraint_upper[at(j)]);
-    if (!error.empty()) return error;
+    const auto error = bad_bounds(s.constraint_lower[at(j)], s.constraint_upper[at(j)]);
+    if (!error.empty()) return constraint_name(j) + error;
   }
   for (std::size_t k = 0; k < s.jacobian.size(); ++k) {
     const auto [row, col] = s.jacobian[k];
@@ -604,6 +602,48 @@ void CanonicalProblem::start_slacks(Iterate& start, const Eigen::VectorXd& c) co
 EvaluationStatus CanonicalProblem::objective(const Eigen::VectorXd& v, double& f) {
   const ScopedTimer timer(timing_.evaluations);
   load(v);
+  return objective_here(f);
+}
+
+EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::VectorXd& c) {
+  const ScopedTimer timer(timing_.evaluations);
+  load(v);
+  return constraints_here(v, c);
+}
+
+EvaluationStatus CanonicalProblem::values(const Eigen::VectorXd& v, double& f, Eigen::VectorXd& c) {
+  const ScopedTimer timer(timing_.evaluations);
+  load(v);
+  const EvaluationStatus status = objective_here(f);
+  return status == EvaluationStatus::Ok ? constraints_here(v, c) : status;
+}
+
+EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
+                                                     Evaluation& evaluation) {
+  const ScopedTimer timer(timing_.evaluations);
+  load(v);
+  return first_derivatives_here(evaluation);
+}
+
+EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
+                                                      const Eigen::VectorXd& lambda,
+                                                      Evaluation& evaluation,
+                                                      double objective_factor) {
+  const ScopedTimer timer(timing_.evaluations);
+  load(v);
+  return second_derivatives_here(lambda, evaluation, objective_factor);
+}
+
+EvaluationStatus CanonicalProblem::derivatives(const Eigen::VectorXd& v,
+                                               const Eigen::VectorXd& lambda,
+                                               Evaluation& evaluation) {
+  const ScopedTimer timer(timing_.evaluations);
+  load(v);
+  const EvaluationStatus status = first_derivatives_here(evaluation);
+  return status == EvaluationStatus::Ok ? second_derivatives_here(lambda, evaluation, 1.0) : status;
+}
+
+EvaluationStatus CanonicalProblem::objective_here(double& f) {
   ++counts_.objective;
   double value = 0.0;
   if (!problem_.objective(model_v_, take_new_point(), value)) return undefined("the objective");
@@ -612,10 +652,8 @@ EvaluationStatus CanonicalProblem::objective(const Eigen::VectorXd& v, double& f
   return EvaluationStatus::Ok;
 }
 
-EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::VectorXd& c) {
+EvaluationStatus CanonicalProblem::constraints_here(const Eigen::VectorXd& v, Eigen::VectorXd& c) {
   if (constraints() == 0) return EvaluationStatus::Ok;
-  const ScopedTimer timer(timing_.evaluations);
-  load(v);
   if (!model_g_.empty()) {  // else all rows fix a variable
     ++counts_.constraints;
     if (!problem_.constraints(model_v_, take_new_point(), model_g_)) {
@@ -633,11 +671,8 @@ EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::
   return EvaluationStatus::Ok;
 }
 
-EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
-                                                     Evaluation& evaluation) {
-  const ScopedTimer timer(timing_.evaluations);
+EvaluationStatus CanonicalProblem::first_derivatives_here(Evaluation& evaluation) {
   evaluation.jacobian_call = 0;
-  load(v);
   ++counts_.gradient;
   if (!problem_.gradient(model_v_, take_new_point(), model_gradient_)) {
     return undefined("the gradient of the objective");
@@ -676,12 +711,9 @@ EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
   return EvaluationStatus::Ok;
 }
 
-EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
-                                                      const Eigen::VectorXd& lambda,
-                                                      Evaluation& evaluation,
-                                                      double objective_factor) {
-  const ScopedTimer timer(timing_.evaluations);
-  load(v);
+EvaluationStatus CanonicalProblem::second_derivatives_here(const Eigen::VectorXd& lambda,
+                                                           Evaluation& evaluation,
+                                                           double objective_factor) {
   load_multipliers(lambda);
   evaluation.hessian_call = 0;
   ++counts_.hessian;

@@ -95,6 +95,8 @@ class CanonicalProblem {
   [[nodiscard]] EvaluationStatus objective(const Eigen::VectorXd& v, double& f);
   /// c, slacks included.
   [[nodiscard]] EvaluationStatus constraints(const Eigen::VectorXd& v, Eigen::VectorXd& c);
+  /// Objective and constraints.
+  [[nodiscard]] EvaluationStatus values(const Eigen::VectorXd& v, double& f, Eigen::VectorXd& c);
   /// Gradient and Jacobian.
   [[nodiscard]] EvaluationStatus first_derivatives(const Eigen::VectorXd& v,
                                                    Evaluation& evaluation);
@@ -102,6 +104,9 @@ class CanonicalProblem {
                                                     const Eigen::VectorXd& lambda,
                                                     Evaluation& evaluation,
                                                     double objective_factor = 1.0);
+  /// First and second derivatives.
+  [[nodiscard]] EvaluationStatus derivatives(const Eigen::VectorXd& v,
+                                             const Eigen::VectorXd& lambda, Evaluation& evaluation);
   /// Diagonal R with -R <= error of the Hessian of f + lambda' c <= R as quadratic forms, per
   /// canonical variable; infinite where unknown. Empty: exact up to rounding.
   [[nodiscard]] std::optional<Eigen::VectorXd> hessian_error(const Eigen::VectorXd& v,
@@ -151,6 +156,13 @@ class CanonicalProblem {
   void scale_entries();
   void load(const Eigen::VectorXd& v);
   void load_multipliers(const Eigen::VectorXd& lambda);
+  // At the loaded point.
+  [[nodiscard]] EvaluationStatus objective_here(double& f);
+  [[nodiscard]] EvaluationStatus constraints_here(const Eigen::VectorXd& v, Eigen::VectorXd& c);
+  [[nodiscard]] EvaluationStatus first_derivatives_here(Evaluation& evaluation);
+  [[nodiscard]] EvaluationStatus second_derivatives_here(const Eigen::VectorXd& lambda,
+                                                         Evaluation& evaluation,
+                                                         double objective_factor);
   [[nodiscard]] bool take_new_point();
   [[nodiscard]] bool has_equal_bounds(Index model_variable) const;
   [[nodiscard]] bool is_fixed_by_constraint(Index model_variable) const;

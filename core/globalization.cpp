@@ -92,18 +92,31 @@ void GlobalizedMethod::barrier_changed() {
 }
 
 bool GlobalizedMethod::evaluate_values(Point& point) {
-  return canonical_.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok &&
-         canonical_.constraints(point.iterate.v, point.evaluation.c) == EvaluationStatus::Ok;
+  return canonical_.values(point.iterate.v, point.evaluation.f, point.evaluation.c) ==
+         EvaluationStatus::Ok;
 }
 
 bool GlobalizedMethod::evaluate_derivatives(Point& point) {
-  if (canonical_.first_derivatives(point.iterate.v, point.evaluation) != EvaluationStatus::Ok ||
-      canonical_.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
-          EvaluationStatus::Ok) {
+  if (canonical_.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
+      EvaluationStatus::Ok) {
     return false;
   }
   dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
   return true;
+}
+
+bool GlobalizedMethod::evaluate_residual(Point& point) {
+  if (!evaluate_values(point) ||
+      canonical_.first_derivatives(point.iterate.v, point.evaluation) != EvaluationStatus::Ok) {
+    return false;
+  }
+  dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
+  return true;
+}
+
+bool GlobalizedMethod::evaluate_hessian(Point& point) {
+  return canonical_.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) ==
+         EvaluationStatus::Ok;
 }
 
 Merit GlobalizedMethod::merit(const Point& point, double mu) const {
@@ -272,9 +285,9 @@ bool GlobalizedMethod::fast_step(Point& point, double mu, IterationInfo& info) {
       largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
   set_trial(point, step_, alpha.primal, alpha.dual, mu);
   ++info.trials;
-  if (!evaluate_values(trial_) || !evaluate_derivatives(trial_)) return false;
+  if (!evaluate_residual(trial_)) return false;
   const double contraction = norm_error(trial_, mu) / norm_error(point, mu);
-  if (!(contraction <= kFastContraction)) return false;
+  if (!(contraction <= kFastContraction) || !evaluate_hessian(trial_)) return false;
   // In the paper's freeze neighbourhood, where full steps contract faster and faster, K alone is
   // factorized. The certificate tests both matrices.
   const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
@@ -588,8 +601,9 @@ bool GlobalizedMethod::soft_step(Point& point, double mu, IterationInfo& info) {
   const double both = std::min(alpha.primal, alpha.dual);
   set_trial(point, step_, both, both, mu);
   ++info.trials;
-  if (!evaluate_values(trial_) || !evaluate_derivatives(trial_)) return false;
+  if (!evaluate_residual(trial_)) return false;
   if (!(norm_error(trial_, mu) <= kSoftContraction * norm_error(point, mu))) return false;
+  if (!evaluate_hessian(trial_)) return false;
   if (has_max() && !inner_.unshifted_direction(trial_, mu, trial_direction_)) return false;
   info.alpha_primal = info.alpha_dual = both;
   info.step_kind = 'r';

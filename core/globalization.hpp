@@ -72,6 +72,8 @@ class GlobalizedMethod {
                  double mu);
   [[nodiscard]] bool evaluate_values(Point& point);
   [[nodiscard]] bool evaluate_derivatives(Point& point);
+  [[nodiscard]] bool evaluate_residual(Point& point);  ///< all but the Hessian
+  [[nodiscard]] bool evaluate_hessian(Point& point);
   void accept(Point& point);
   /// The point moved without its K_yy.
   void forget_direction() { direction_known_ = inner_right_ = false; }

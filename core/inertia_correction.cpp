@@ -11,6 +11,9 @@ constexpr double kSingularShift = 1e-7;
 constexpr double kInstabilityCap = 1e10;
 /// Raises of the Hessian shift before a rank-deficient Jacobian is suspected as well.
 constexpr int kRaisesBeforeMultiplierShift = 4;
+/// Corrections in a row that found dependent constraints before it is known that they are, as in
+/// Ipopt.
+constexpr Index kTimesUntilKnown = 3;
 
 }  // namespace
 
@@ -36,12 +39,8 @@ double InertiaCorrection::multiplier_shift(double mu) const {
 }
 
 bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
-  if (accepted_inner_.y > 0.0 && shift == Regularization{} &&
-      kkt_.is_inner_factorized(accepted_version_, accepted_inner_)) {
-    shift = accepted_inner_;
-    return true;
-  }
   failed_y_ = 0.0;
+  if (economical() && dependent_y_ >= kTimesUntilKnown) shift.lambda_y = multiplier_shift(mu);
   for (int raises = 0;; ++raises) {
     const Factorization f = kkt_.factorize_inner(shift);
     if (kkt_.has_expected_inner_inertia(f)) break;
@@ -52,6 +51,7 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
                                f.inertia.positive < kkt_.layout().lambda_y.size());
     if (dependent && shift.lambda_y == 0.0 && kkt_.layout().lambda_y.size() > 0) {
       shift.lambda_y = multiplier_shift(mu);
+      dependent_y_ += f.inertia.zero > 0 ? 1 : 0;
       continue;
     }
     failed_y_ = shift.y;
@@ -59,8 +59,7 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
     if (shift.y > options_.max_hessian_perturbation) return false;
   }
   if (shift.y > 0.0) last_.y = shift.y;
-  accepted_inner_ = shift;
-  accepted_version_ = kkt_.inner_version();
+  if (shift.lambda_y == 0.0) dependent_y_ = 0;
   return true;
 }
 
@@ -68,6 +67,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
   // Where the last first guess was too small, zero is not worth a factorization.
   const double first = first_shift(last_.x);
   if (zero_fails || (economical() && last_.first_x_failed && shift.x == 0.0)) shift.x = first;
+  if (economical() && dependent_x_ >= kTimesUntilKnown) shift.lambda_x = multiplier_shift(mu);
   for (int raises = 0;; ++raises) {
     const Factorization f = kkt_.factorize(shift);
     if (kkt_.has_expected_inertia(f)) break;
@@ -77,6 +77,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
                                f.inertia.negative < kkt_.layout().expected().negative);
     if (dependent && shift.lambda_x == 0.0 && kkt_.layout().lambda_x.size() > 0) {
       shift.lambda_x = multiplier_shift(mu);
+      dependent_x_ += f.inertia.zero > 0 ? 1 : 0;
       continue;
     }
     shift.x = shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, last_.x);
@@ -93,6 +94,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
       return false;
   }
   if (shift.x > 0.0) last_.x = shift.x;
+  if (shift.lambda_x == 0.0) dependent_x_ = 0;
   return true;
 }
 

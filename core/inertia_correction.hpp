@@ -61,9 +61,8 @@ class InertiaCorrection {
   TimeLimit* limit_;
   ShiftMemory last_;
   double failed_y_ = 0.0;
-  /// Of the last correct_inner that succeeded.
-  Regularization accepted_inner_;
-  std::uint64_t accepted_version_ = 0;
+  /// Corrections in a row for which (K, K_yy) had zero eigenvalues until delta_l came.
+  Index dependent_x_ = 0, dependent_y_ = 0;
 };
 
 }  // namespace ipminmax

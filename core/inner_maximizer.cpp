@@ -89,8 +89,8 @@ double InnerMaximizer::error(const Point& point, double mu) const {
 }
 
 bool InnerMaximizer::evaluate_merit(Point& trial, double mu, Merit& merit) {
-  if (canonical_.objective(trial.iterate.v, trial.evaluation.f) != EvaluationStatus::Ok ||
-      canonical_.constraints(trial.iterate.v, trial.evaluation.c) != EvaluationStatus::Ok) {
+  if (canonical_.values(trial.iterate.v, trial.evaluation.f, trial.evaluation.c) !=
+      EvaluationStatus::Ok) {
     return false;
   }
   merit.theta = violation(trial.evaluation.c, canonical_.max_constraints());
@@ -99,9 +99,8 @@ bool InnerMaximizer::evaluate_merit(Point& trial, double mu, Merit& merit) {
 }
 
 bool InnerMaximizer::evaluate_derivatives(Point& point) {
-  if (canonical_.first_derivatives(point.iterate.v, point.evaluation) != EvaluationStatus::Ok ||
-      canonical_.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
-          EvaluationStatus::Ok) {
+  if (canonical_.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
+      EvaluationStatus::Ok) {
     return false;
   }
   dual_residual(canonical_, point.iterate, point.evaluation, point.dual);

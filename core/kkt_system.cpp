@@ -330,6 +330,13 @@ void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& ba
   inner_.assemble(evaluation, curvature_);
 }
 
+Factorization KktSystem::factorize(KktBlock& block, const Regularization& shift, Index& count) {
+  if (block.is_factorized(shift)) return block.factorize(shift);
+  const ScopedTimer timer(timing_.factorization);
+  ++count;
+  return block.factorize(shift);
+}
+
 Factorization KktSystem::factorize(const Regularization& shift) {
   return factorize(shift, !full_.inertia_is_certain());
 }
@@ -341,17 +348,14 @@ Factorization KktSystem::factorize_for_solutions(const Regularization& shift) {
 Factorization KktSystem::factorize(const Regularization& shift, bool by_schur_complement) {
   shift_ = shift;
   if (full_.empty()) return {.status = FactorizationStatus::Ok, .inertia = layout_.expected()};
-  const ScopedTimer timer(timing_.factorization);
   std::optional<Factorization> result;
   if (schur_ && by_schur_complement && !full_.is_factorized(shift)) {
+    const ScopedTimer timer(timing_.factorization);
     full_.shift_by(shift);
     result = schur_->factorize(full_, inner_, counts_);
   }
   by_schur_ = result.has_value();
-  if (!result) {
-    if (!full_.is_factorized(shift)) ++counts_.factorizations_full;
-    result = full_.factorize(shift);
-  }
+  if (!result) result = factorize(full_, shift, counts_.factorizations_full);
   result->inertia = inertia_ = layout_.with_slacks(result->inertia);
   return *result;
 }
@@ -361,14 +365,13 @@ Factorization KktSystem::factorize_inner(const Regularization& shift) {
   if (inner_.empty()) {
     return {.status = FactorizationStatus::Ok, .inertia = layout_.expected_inner()};
   }
-  const ScopedTimer timer(timing_.factorization);
   Factorization result;
   if (schur_) {
+    const ScopedTimer timer(timing_.factorization);
     inner_.shift_by(shift);
     result = schur_->factorize_inner(inner_, counts_);
   } else {
-    if (!inner_.is_factorized(shift)) ++counts_.factorizations_inner;
-    result = inner_.factorize(shift);
+    result = factorize(inner_, shift, counts_.factorizations_inner);
   }
   result.inertia = layout_.with_slacks_inner(result.inertia);
   return result;

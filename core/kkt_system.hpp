@@ -80,7 +80,7 @@ class KktBlock {
   [[nodiscard]] bool is_factorized(const Regularization& shift) const {
     return factorized_with_ && *factorized_with_ == shift;
   }
-  /// Grows with every change of the values.
+  /// Grows with every change of the values, shifts apart.
   [[nodiscard]] std::uint64_t version() const { return version_; }
   /// Repeated, the last factorization is kept.
   [[nodiscard]] Factorization factorize(const Regularization& shift);
@@ -167,11 +167,6 @@ class KktSystem {
   /// Where a certain inertia is required but not of this matrix.
   [[nodiscard]] Factorization factorize_for_solutions(const Regularization& shift);
   [[nodiscard]] Factorization factorize_inner(const Regularization& shift);
-  /// Whether K_yy is the matrix of that version, factorized with that shift.
-  [[nodiscard]] bool is_inner_factorized(std::uint64_t version, const Regularization& shift) const {
-    return inner_.version() == version && inner_.is_factorized(shift);
-  }
-  [[nodiscard]] std::uint64_t inner_version() const { return inner_.version(); }
   [[nodiscard]] bool has_expected_inertia(const Factorization& f) const {
     return f.status == FactorizationStatus::Ok && f.inertia == layout_.expected();
   }
@@ -212,6 +207,7 @@ class KktSystem {
   [[nodiscard]] double hessian_norm() const { return full_.max_norm_hessian(); }
 
  private:
+  [[nodiscard]] Factorization factorize(KktBlock& block, const Regularization& shift, Index& count);
   [[nodiscard]] Factorization factorize(const Regularization& shift, bool by_schur_complement);
   void release_full();
   [[nodiscard]] bool leave_schur_complement();

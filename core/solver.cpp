@@ -285,10 +285,7 @@ void Solver::start_method(bool repeated) {
 
 std::optional<Status> Solver::evaluate_start(const SolverOptions& options) {
   const std::string_view where = "at the starting point";
-  auto status = canonical_.objective(point_.iterate.v, point_.evaluation.f);
-  if (status == EvaluationStatus::Ok) {
-    status = canonical_.constraints(point_.iterate.v, point_.evaluation.c);
-  }
+  auto status = canonical_.values(point_.iterate.v, point_.evaluation.f, point_.evaluation.c);
   if (status != EvaluationStatus::Ok) return evaluation_failure(status, where);
   canonical_.start_slacks(point_.iterate, point_.evaluation.c);
   for (Index j = 0; j < canonical_.constraints(); ++j) {
@@ -506,11 +503,10 @@ bool Solver::runs_to_infinity() {
             largest_step(canonical_, point_.iterate, step_, boundary_fraction(info_.mu, options_)),
             point_.iterate);
     const double growth = max_norm(point_.iterate.v) - norm;
-    outward =
-        growth > kOutwardStep * (1.0 + norm) &&
-        canonical_.objective(point_.iterate.v, point_.evaluation.f) == EvaluationStatus::Ok &&
-        canonical_.constraints(point_.iterate.v, point_.evaluation.c) == EvaluationStatus::Ok &&
-        !evaluate_derivatives();
+    outward = growth > kOutwardStep * (1.0 + norm) &&
+              canonical_.values(point_.iterate.v, point_.evaluation.f, point_.evaluation.c) ==
+                  EvaluationStatus::Ok &&
+              !evaluate_derivatives();
     if (!outward) break;
     dual_residual(canonical_, point_.iterate, point_.evaluation, point_.dual);
     outward = converged(
@@ -697,8 +693,7 @@ std::optional<Status> Solver::take_step(double longest) {
   for (info_.trials = 1; info_.trials <= kMaxCuts; ++info_.trials) {
     trial_ = point_.iterate;
     advance(step_, alpha, trial_);
-    status = canonical_.objective(trial_.v, point_.evaluation.f);
-    if (status == EvaluationStatus::Ok) status = canonical_.constraints(trial_.v, trial_c_);
+    status = canonical_.values(trial_.v, point_.evaluation.f, trial_c_);
     if (status == EvaluationStatus::Ok) break;
     alpha.primal = alpha.dual = 0.5 * alpha.primal;
   }
@@ -715,11 +710,8 @@ std::optional<Status> Solver::take_step(double longest) {
 }
 
 std::optional<Status> Solver::evaluate_derivatives() {
-  auto status = canonical_.first_derivatives(point_.iterate.v, point_.evaluation);
-  if (status == EvaluationStatus::Ok) {
-    status =
-        canonical_.second_derivatives(point_.iterate.v, point_.iterate.lambda, point_.evaluation);
-  }
+  const auto status =
+      canonical_.derivatives(point_.iterate.v, point_.iterate.lambda, point_.evaluation);
   if (status != EvaluationStatus::Ok) return evaluation_failure(status, "at an iterate");
   return std::nullopt;
 }

@@ -27,6 +27,10 @@ constexpr int kSingular = -10;
 constexpr int kOutOfMemory = -13;
 constexpr bool wants_more_workspace(int status) { return status == -8 || status == -9; }
 
+/// Above so many times worthwhile_flops PORD and METIS, each as slow as several factorizations, pay
+/// within a solve.
+constexpr double kWorthComparing = 5.0;
+
 // ICNTL(7); never automatic, which may take SCOTCH: not deterministic.
 constexpr int kOrderAmd = 0;
 constexpr int kOrderGiven = 1;
@@ -136,7 +140,7 @@ Analysis MumpsSolver::analyze_given(Ordering name, std::vector<Index> order) {
 /// The ordering with the fewest flops, left as the current analysis of the instance.
 Analysis MumpsSolver::best_analysis(const SymmetricMatrix& matrix) {
   Analysis best = analyze_with(Ordering::Amd, matrix);
-  if (best.ok && best.flops < worthwhile_flops(matrix)) return best;
+  if (best.ok && best.flops < kWorthComparing * worthwhile_flops(matrix)) return best;
   bool best_is_current = true;
   for (const Ordering candidate : {Ordering::Pord, Ordering::Metis}) {
     const Analysis analysis = analyze_with(candidate, matrix);

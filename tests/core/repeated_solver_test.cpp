@@ -132,7 +132,7 @@ TEST(RepeatedSolver, KeepsTheScaling) {
   const Result first = solve_again(solver, steep, options);
   ASSERT_EQ(first.status, Status::Solved) << first.message;
   Result again = solve_again(solver, steep, options);
-  // The scaling alone asks for a gradient without a Hessian.
+  // The scaling asks for a gradient without a Hessian, as trial points may.
   const auto gradients_alone = [](const Result& r) { return r.counts.gradient - r.counts.hessian; };
   EXPECT_EQ(gradients_alone(again), gradients_alone(first) - 1);
   expect_same_answer(again, first);
@@ -140,8 +140,9 @@ TEST(RepeatedSolver, KeepsTheScaling) {
   other.nlp_scaling_max_gradient = 10.0;
   again = solve_again(solver, steep, other);
   EXPECT_EQ(again.counts.analyses, 0) << "the analysis does not depend on the scaling";
-  EXPECT_EQ(gradients_alone(again), gradients_alone(first));
-  expect_same_answer(again, solve_fresh(steep, other));
+  const Result fresh = solve_fresh(steep, other);
+  EXPECT_EQ(gradients_alone(again), gradients_alone(fresh));
+  expect_same_answer(again, fresh);
 }
 
 /// delta_y of every iteration that needed one.
