@@ -43,9 +43,11 @@ constexpr double kShortestWatchedStep = 1e-3;
 /// without room.
 constexpr double kLargeMultiplier = 1e6;
 /// Growth of |v| by a Newton step, as a share of 1 + |v|, that counts as a run to infinity when
-/// that many steps in a row pass through first-order points.
+/// that many steps in a row pass through first-order points, each of them at least that share of
+/// the one before: towards a zero of order p they shrink by (p - 1)/p.
 constexpr double kOutwardStep = 5e-4;
 constexpr int kOutwardSteps = 3;
+constexpr double kOutwardShare = 0.95;
 /// Unscaled gradient of the Lagrangian above which a degenerate point is not taken for a solution at
 /// once where the objective is scaled down, and the iterations that it may take to do better.
 constexpr double kFlatGradient = 1e-4;
@@ -441,6 +443,7 @@ bool Solver::runs_to_infinity() {
   }
   Point here = point_;
   bool outward = true;
+  double last_growth = 0.0;
   for (int k = 0; k < kOutwardSteps && outward; ++k) {
     const double norm = max_norm(point_.iterate.v);
     newton_residual(canonical_, point_.iterate, point_.evaluation, point_.dual, info_.mu, rhs_);
@@ -453,7 +456,7 @@ bool Solver::runs_to_infinity() {
             point_.iterate);
     const double growth = max_norm(point_.iterate.v) - norm;
     outward =
-        growth > kOutwardStep * (1.0 + norm) &&
+        growth > std::max(kOutwardStep * (1.0 + norm), kOutwardShare * last_growth) &&
         canonical_.objective(point_.iterate.v, point_.evaluation.f) == EvaluationStatus::Ok &&
         canonical_.constraints(point_.iterate.v, point_.evaluation.c) == EvaluationStatus::Ok &&
         !evaluate_derivatives();
@@ -461,6 +464,7 @@ bool Solver::runs_to_infinity() {
     dual_residual(canonical_, point_.iterate, point_.evaluation, point_.dual);
     outward = converged(
         kkt_error(canonical_, point_.iterate, point_.evaluation, point_.dual, options_.s_max));
+    last_growth = growth;
   }
   point_ = std::move(here);
   result_.message.clear();

@@ -27,6 +27,16 @@ TEST(StartOutsideTheBounds, IsSolvedAsByIpopt) {
   EXPECT_EQ(cross_check(known).verdict, CrossCheckVerdict::SameSolution);
 }
 
+// The gradient of an eighth power meets the tolerances far from the minimum, and Newton's steps lead
+// outward to it, but ever shorter.
+TEST(HighPower, IsNoRunToInfinity) {
+  const MinimizationProblem& known = hock_schittkowski("hs213");
+  AutodiffProblem problem(known.model, perturbed_start(known, 6));
+  const CrossCheck check = cross_check_with_ipopt(problem);
+  EXPECT_EQ(check.ours.status, Status::SolvedDegenerate);
+  EXPECT_TRUE(check.ipopt.solved());
+}
+
 /// What a solve to tol 1e-8 leaves in the units of the model: bounds and rows are relaxed by 1e-8 of
 /// their size, and the stopping test sees the objective divided by its largest slope at the start
 /// over 100.
