@@ -36,6 +36,9 @@ namespace {
 constexpr int kMaxCuts = 40;
 /// Size of the variables (scaled problem) at which a failed solve counts as diverged.
 constexpr double kRunaway = 1e10;
+/// Iterations of a minimization beyond that, for starts of moderate size, after which the
+/// minimization is called unbounded: shifts that double and divide can keep it there for ever.
+constexpr Index kRunawayIterations = 100;
 /// minmax_residual_watchdog: residuals looked back on, and the shortest step it asks for.
 constexpr std::size_t kWatchedResiduals = 10;
 constexpr double kShortestWatchedStep = 1e-3;
@@ -165,6 +168,7 @@ class Solver {
   Iterate start_;                         ///< the model's
   Index restarts_ = 0;
   std::optional<Index> last_resort_end_;  ///< iteration at which Algorithm 1 gives up, too
+  Index runaway_iterations_ = 0;          ///< in a row
   Index hidden_iterations_ = 0;  ///< beyond points that meet the tolerances by their scaling
   bool analyzed_ = false;
   bool started_ = false;
@@ -387,6 +391,10 @@ std::optional<Status> Solver::stop_reason() {
     return Status::DivergingIterates;
   }
   if (info_.iteration >= options_.max_iter) return Status::MaxIterations;
+  const bool far = canonical_.max_size() == 0 &&
+                   max_norm(point_.iterate.v) > kRunaway * std::max(1.0, max_norm(start_.v));
+  runaway_iterations_ = far ? runaway_iterations_ + 1 : 0;
+  if (runaway_iterations_ > kRunawayIterations) return Status::OuterUnbounded;
   if (limit_.expired()) return limit_.exceeded();
   return std::nullopt;
 }
@@ -690,7 +698,7 @@ Status Solver::name_divergence(Status status) {
   const bool stopped = status == Status::InertiaCorrectionFailed ||
                        status == Status::EvaluationFailed || status == Status::LinearSolverFailed ||
                        status == Status::TinyStep || status == Status::MaxIterations ||
-                       status == Status::RestorationFailed;
+                       status == Status::RestorationFailed || status == Status::OuterUnbounded;
   const Eigen::VectorXd& v = point_.iterate.v;
   if (!started_ || !stopped) return status;
   const IndexRange max_constraints = canonical_.max_constraints();

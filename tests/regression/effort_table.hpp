@@ -29,7 +29,7 @@ class RatioMean {
   int count_ = 0;
 };
 
-/// Prints a line for each problem that both solvers solved, and what they add up to.
+/// Prints a line for each problem, and what they add up to.
 struct EffortTable {
   int problems = 0, ipopt_solved = 0, ours_solved = 0, both_solved = 0;
   int same = 0, ours_better = 0, ipopt_better = 0;  ///< objectives to 1e-6, of those solved by both

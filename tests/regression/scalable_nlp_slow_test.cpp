@@ -1,9 +1,10 @@
 // The scalable families in growing sizes, ours against Ipopt.
 
+#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <string>
+#include <string_view>
 
 #include <gtest/gtest.h>
 
@@ -17,22 +18,32 @@ namespace {
 
 constexpr std::array<Index, 4> kSizes = {100, 1000, 10000, 100000};
 
+/// Families that take either solver more than about half a minute with so many variables.
+constexpr Index kLargest = 100000;
+constexpr std::array<std::string_view, 1> kTooSlow = {"hanging_chain"};
+
 TEST(ScalableTable, EffortIsThatOfIpopt) {
   EffortTable table;
   EffortTable::print_header();
   for (const Index n : kSizes) {
     for (const ScalableNlp& family : scalable_nlps()) {
+      const std::string name = family.name + " " + std::to_string(n);
+      if (n >= kLargest && std::ranges::find(kTooSlow, family.name) != kTooSlow.end()) {
+        std::printf("%-29s left out: too slow\n", name.c_str());
+        continue;
+      }
       const auto problem = family.make(n);
       const IpoptAnswer ipopt = solve_with_ipopt(*problem);
       const Result ours = solve(*problem, SolverOptions{});
-      table.add(family.name + " " + std::to_string(n), ipopt, ours);
-      std::printf("TIME %g %g\n", ipopt.seconds, ours.seconds);
-      fflush(stdout);
-      EXPECT_TRUE(is_success(ours.status) || !ipopt.solved()) << ours.message;
+      table.add(name, ipopt, ours);
+      EXPECT_TRUE(is_success(ours.status) || !ipopt.solved()) << name << ": " << ours.message;
     }
   }
   table.print_summary();
   EXPECT_EQ(table.ipopt_better, 0);
+  EXPECT_LE(table.iterations.mean(), 1.1);
+  EXPECT_LE(table.evaluations.mean(), 1.1);
+  EXPECT_LE(table.factorizations.mean(), 1.35);
 }
 
 }  // namespace
