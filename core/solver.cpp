@@ -421,7 +421,6 @@ bool Solver::acceptable(const KktError& error) {
 }
 
 Status Solver::certified_status(Status when_not_refuted) {
-  if (nested_) return when_not_refuted;
   // The oracle's mu may be far above the complementarity that was reached.
   if (adaptive_) info_.mu = std::min(info_.mu, mu_final_);
   result_.certificate =
@@ -430,6 +429,7 @@ Status Solver::certified_status(Status when_not_refuted) {
     case SecondOrder::Violated:
       return Status::NotLocalMinmax;
     case SecondOrder::Undecided:
+      if (nested_) return when_not_refuted;
       if (runs_to_infinity()) {
         result_.message = "the iterates run to infinity, where the gradient vanishes";
         return Status::DivergingIterates;
@@ -493,7 +493,7 @@ bool Solver::hidden_by_scaling(Status stop) {
 }
 
 bool Solver::leave_wrong_point(Status stop) {
-  if (!method_ || nested_ || info_.iteration >= options_.max_iter) return false;
+  if (!method_ || info_.iteration >= options_.max_iter) return false;
   // A degenerate point is left only when the inner maximum is clear, and kept for the case that
   // nothing better comes.
   const Certificate& found = result_.certificate;

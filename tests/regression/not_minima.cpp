@@ -395,6 +395,42 @@ IllPosed complementarity() {
   return p;
 }
 
+// --- Starts at which the violation is stationary, but no minimum ---------------------------------
+
+const std::vector<Status> kSolved = {Status::Solved, Status::SolvedDegenerate};
+
+IllPosed center_of_circle() {
+  IllPosed p{.name = "center_of_circle", .start = {0.0, 0.0}, .verdicts = kSolved};
+  const auto [x0, x1] = two_variables(p.model);
+  p.model.objective(square(x0) * square(x1));
+  p.model.constraint(square(x0) + square(x1), 1.0, 1.0);
+  return p;
+}
+
+IllPosed between_branches_of_hyperbola() {
+  IllPosed p{.name = "between_branches_of_hyperbola", .start = {0.0, 0.0}, .verdicts = kSolved};
+  const auto [x0, x1] = two_variables(p.model);
+  p.model.objective(square(x0) + square(x1));
+  p.model.constraint(x0 * x1, 1.0, 1.0);
+  return p;
+}
+
+IllPosed center_of_forbidden_disk() {
+  IllPosed p{.name = "center_of_forbidden_disk", .start = {0.0, 0.0}, .verdicts = kSolved};
+  const auto [x0, x1] = two_variables(p.model, -3.0, 3.0);
+  p.model.objective(square(x0) + square(x1));
+  p.model.constraint(square(x0) + square(x1), 4.0, kNoBound);
+  return p;
+}
+
+IllPosed saddle_of_violation() {
+  IllPosed p{.name = "saddle_of_violation", .start = {0.0, 0.0}, .verdicts = kSolved};
+  const auto [x0, x1] = two_variables(p.model, -3.0, 3.0);
+  p.model.objective(square(x0) + square(x1));
+  p.model.constraint(square(x0) - square(x1), 4.0, kNoBound);
+  return p;
+}
+
 }  // namespace
 
 const std::vector<NotMinimum>& not_minima() {
@@ -452,7 +488,11 @@ const std::vector<IllPosed>& ill_posed() {
                                                disk_of_radius_zero(),
                                                constant_objective(),
                                                singular_quadratic(),
-                                               complementarity()};
+                                               complementarity(),
+                                               center_of_circle(),
+                                               between_branches_of_hyperbola(),
+                                               center_of_forbidden_disk(),
+                                               saddle_of_violation()};
   return models;
 }
 
