@@ -14,7 +14,7 @@ namespace {
 
 constexpr unsigned kDraws = 8;
 
-TEST(PerturbedStarts, AreSolvedAsOftenAsByIpopt) {
+TEST(PerturbedStartsTable, AreSolvedAsOftenAsByIpopt) {
   int runs = 0, ours_total = 0, ipopt_total = 0, both_total = 0, refuted_total = 0;
   int same = 0, better = 0, worse = 0;
   double log_iterations = 0.0;

@@ -18,9 +18,12 @@ namespace {
 
 constexpr std::array<Index, 4> kSizes = {100, 1000, 10000, 100000};
 
-/// Families that take either solver more than about half a minute with so many variables.
+/// With so many variables only families that both solvers finish within about half a minute.
 constexpr Index kLargest = 100000;
-constexpr std::array<std::string_view, 1> kTooSlow = {"hanging_chain"};
+constexpr std::array<std::string_view, 8> kQuickWhenLargest = {
+    "luksan_vlcek_1",      "luksan_vlcek_1_inequalities", "luksan_vlcek_2",
+    "luksan_vlcek_3",      "chained_rosenbrock",          "van_der_pol",
+    "distributed_control", "elastic_plastic_torsion"};
 
 TEST(ScalableTable, EffortIsThatOfIpopt) {
   EffortTable table;
@@ -28,8 +31,9 @@ TEST(ScalableTable, EffortIsThatOfIpopt) {
   for (const Index n : kSizes) {
     for (const ScalableNlp& family : scalable_nlps()) {
       const std::string name = family.name + " " + std::to_string(n);
-      if (n >= kLargest && std::ranges::find(kTooSlow, family.name) != kTooSlow.end()) {
-        std::printf("%-29s left out: too slow\n", name.c_str());
+      if (n >= kLargest &&
+          std::ranges::find(kQuickWhenLargest, family.name) == kQuickWhenLargest.end()) {
+        std::printf("%-29s left out: takes too long\n", name.c_str());
         continue;
       }
       const auto problem = family.make(n);
@@ -43,7 +47,7 @@ TEST(ScalableTable, EffortIsThatOfIpopt) {
   EXPECT_EQ(table.ipopt_better, 0);
   EXPECT_LE(table.iterations.mean(), 1.1);
   EXPECT_LE(table.evaluations.mean(), 1.1);
-  EXPECT_LE(table.factorizations.mean(), 1.35);
+  EXPECT_LE(table.factorizations.mean(), 1.3);
 }
 
 }  // namespace
