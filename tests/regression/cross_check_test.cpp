@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <ipminmax/adapter/cross_check.hpp>
+#include <ipminmax/core/solver.hpp>
 #include <regression/effort_table.hpp>
 #include <regression/hock_schittkowski.hpp>
 #include <support/judge_result.hpp>
@@ -36,6 +37,25 @@ TEST(HighPower, IsNoRunToInfinity) {
   const CrossCheck check = cross_check_with_ipopt(problem);
   EXPECT_EQ(check.ours.status, Status::SolvedDegenerate);
   EXPECT_TRUE(check.ipopt.solved());
+}
+
+// Whether or not the point is moved back into its bounds at the end.
+TEST(ReportedObjective, IsThatOfTheReturnedPoint) {
+  int moved = 0;
+  for (const MinimizationProblem& known : hock_schittkowski()) {
+    AutodiffProblem problem(known.model, known.start);
+    SolverOptions options;
+    const Result relaxed = solve(problem, options);
+    options.honor_original_bounds = true;
+    const Result honored = solve(problem, options);
+    moved += relaxed.v != honored.v;
+    for (const Result& result : {relaxed, honored}) {
+      double f = 0.0;
+      ASSERT_TRUE(problem.objective(result.v, true, f)) << known.name;
+      EXPECT_EQ(result.objective, f) << known.name;
+    }
+  }
+  EXPECT_GE(moved, 10);
 }
 
 /// What a solve to tol 1e-8 leaves in the units of the model: bounds and rows are relaxed by 1e-8 of
