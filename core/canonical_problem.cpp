@@ -648,6 +648,8 @@ EvaluationStatus CanonicalProblem::objective_here(double& f) {
   double value = 0.0;
   if (!problem_.objective(model_v_, take_new_point(), value)) return undefined("the objective");
   if (!std::isfinite(value)) return not_finite({.function = "the objective"});
+  objective_point_ = model_v_;
+  objective_value_ = value;
   f = objective_scale_ * value;
   return EvaluationStatus::Ok;
 }
@@ -789,12 +791,17 @@ void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
   restore_fixed_multipliers(result);
 
   result.constraints.assign(s.constraint_players.size(), 0.0);
-  ++counts_.objective;
-  if (!problem_.objective(result.v, true, result.objective)) {
-    result.objective = std::numeric_limits<double>::quiet_NaN();
+  result.objective = objective_value_;
+  bool new_point = true;
+  if (result.v != objective_point_) {
+    ++counts_.objective;
+    if (!problem_.objective(result.v, std::exchange(new_point, false), result.objective)) {
+      result.objective = std::numeric_limits<double>::quiet_NaN();
+    }
   }
   counts_.constraints += result.constraints.empty() ? 0 : 1;
-  if (!result.constraints.empty() && !problem_.constraints(result.v, false, result.constraints)) {
+  if (!result.constraints.empty() &&
+      !problem_.constraints(result.v, new_point, result.constraints)) {
     std::fill(result.constraints.begin(), result.constraints.end(),
               std::numeric_limits<double>::quiet_NaN());
   }

@@ -225,6 +225,8 @@ class CanonicalProblem {
   // Buffers in the model's shapes
   std::vector<double> model_v_, model_g_, model_gradient_, model_lambda_;
   std::vector<double> model_jacobian_, model_hessian_;
+  std::vector<double> objective_point_;  ///< of the model, where its objective was last asked for
+  double objective_value_ = 0.0;
   bool new_point_ = true;
   std::uint64_t derivative_calls_ = 0;  ///< of Jacobian and Hessian
   EvaluationFailure evaluation_failure_;

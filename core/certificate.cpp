@@ -228,6 +228,7 @@ class SecondOrderTest {
   const SolverOptions& options_;
 };
 
+/// clear: whether to ask for 100 times the margin first; at the end, whether that was there.
 SecondOrder second_order(const CanonicalProblem& canonical, KktSystem& kkt,
                          const BoundClasses& classes, const Evaluation& evaluation,
                          const Eigen::VectorXd& error, const SolverOptions& options,
@@ -238,7 +239,8 @@ SecondOrder second_order(const CanonicalProblem& canonical, KktSystem& kkt,
   const double margin = std::max(options.minmax_curvature_tol * std::max(kkt.hessian_norm(), 1.0),
                                  kkt.pivots() ? 0.0 : 2.0 * options.minmax_ldlt_gamma);
   certificate.margin = kClear * margin;
-  InertiaTest spare = test.survives(classes.without_weak, certificate.margin);
+  InertiaTest spare;
+  if (clear) spare = test.survives(classes.without_weak, certificate.margin);
   clear = spare.both();
   if (!clear) {
     certificate.margin = margin;
@@ -278,7 +280,7 @@ Certificate certify(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& 
   certificate.hessian_error = max_norm(error);
   const bool unknown = !error.allFinite();
 
-  bool clear = false;
+  bool clear = true;
   certificate.second_order = unknown ? SecondOrder::Undecided
                                      : second_order(canonical, kkt, classes, evaluation, error,
                                                     options, certificate, clear);
@@ -286,6 +288,7 @@ Certificate certify(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& 
   if (certificate.second_order != SecondOrder::Satisfied && !unknown && !kkt.pivots()) {
     while (!kkt.pivots() && kkt.increase_quality()) {
     }
+    clear = true;
     certificate.second_order =
         second_order(canonical, kkt, classes, evaluation, error, options, certificate, clear);
   }
@@ -294,8 +297,10 @@ Certificate certify(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& 
     dual_residual(canonical, iterate, evaluation, point.dual);
     double distance = 0.0;  // to the solution
     bool confirmed = newton_contracts(canonical, kkt, mu, point, distance);
+    const bool was_clear = clear;
     clear = clear && distance <= kNear * kClear * options.minmax_curvature_tol;
     if (confirmed && !clear) {
+      clear = was_clear;
       // So little curvature may be due to the distance to the solution (f = x^2 + y^3 + x y).
       confirmed = refine(canonical, kkt, mu, point) &&
                   second_order(canonical, kkt, classify(canonical, point.iterate), point.evaluation,

@@ -178,7 +178,8 @@ RestorationOutcome restore_feasibility(
     point.iterate.v = v;
     return restored ? RestorationOutcome::Restored : RestorationOutcome::UserStop;
   }
-  if (is_success(result.status)) {
+  // A saddle of the violation counts as a minimum when no escape from it was found.
+  if (is_success(result.status) || result.status == Status::NotLocalMinmax) {
     const bool feasible =
         problem.read(result.v, v, c) && c.lpNorm<Eigen::Infinity>() <= options.constr_viol_tol;
     return feasible ? RestorationOutcome::Failed : RestorationOutcome::LocallyInfeasible;

@@ -36,6 +36,9 @@ namespace {
 constexpr int kMaxCuts = 40;
 /// Size of the variables (scaled problem) at which a failed solve counts as diverged.
 constexpr double kRunaway = 1e10;
+/// Iterations of a minimization beyond that, for starts of moderate size, after which the
+/// minimization is called unbounded: shifts that double and divide can keep it there for ever.
+constexpr Index kRunawayIterations = 100;
 /// minmax_residual_watchdog: residuals looked back on, and the shortest step it asks for.
 constexpr std::size_t kWatchedResiduals = 10;
 constexpr double kShortestWatchedStep = 1e-3;
@@ -43,9 +46,11 @@ constexpr double kShortestWatchedStep = 1e-3;
 /// without room.
 constexpr double kLargeMultiplier = 1e6;
 /// Growth of |v| by a Newton step, as a share of 1 + |v|, that counts as a run to infinity when
-/// that many steps in a row pass through first-order points.
+/// that many steps in a row pass through first-order points, each of them at least that share of
+/// the one before: towards a zero of order p they shrink by (p - 1)/p.
 constexpr double kOutwardStep = 5e-4;
 constexpr int kOutwardSteps = 3;
+constexpr double kOutwardShare = 0.95;
 /// Unscaled gradient of the Lagrangian above which a degenerate point is not taken for a solution at
 /// once where the objective is scaled down, and the iterations that it may take to do better.
 constexpr double kFlatGradient = 1e-4;
@@ -171,6 +176,7 @@ class Solver {
   std::optional<Stop> first_failure_;     ///< of the search from the model's starting point
   Index restarts_ = 0;
   std::optional<Index> last_resort_end_;  ///< iteration at which Algorithm 1 gives up, too
+  Index runaway_iterations_ = 0;          ///< in a row
   Index hidden_iterations_ = 0;  ///< beyond points that meet the tolerances by their scaling
   bool analyzed_ = false;
   bool started_ = false;
@@ -402,6 +408,11 @@ std::optional<Status> Solver::stop_reason() {
     return Status::DivergingIterates;
   }
   if (info_.iteration >= options_.max_iter) return Status::MaxIterations;
+  const bool far = canonical_.max_size() == 0 &&
+                   max_norm(point_.iterate.v) >
+                       kRunaway * std::max(1.0, max_norm(canonical_.starting_point().v));
+  runaway_iterations_ = far ? runaway_iterations_ + 1 : 0;
+  if (runaway_iterations_ > kRunawayIterations) return Status::OuterUnbounded;
   if (limit_.expired()) return limit_.exceeded();
   return std::nullopt;
 }
@@ -462,7 +473,6 @@ bool Solver::acceptable(const KktError& error) {
 }
 
 Status Solver::certified_status(Status when_not_refuted) {
-  if (nested_) return when_not_refuted;
   // The oracle's mu may be far above the complementarity that was reached.
   if (adaptive_) info_.mu = std::min(info_.mu, mu_final_);
   result_.certificate =
@@ -471,6 +481,7 @@ Status Solver::certified_status(Status when_not_refuted) {
     case SecondOrder::Violated:
       return Status::NotLocalMinmax;
     case SecondOrder::Undecided:
+      if (nested_) return when_not_refuted;
       if (runs_to_infinity()) {
         result_.message = "the iterates run to infinity, where the gradient vanishes";
         return Status::DivergingIterates;
@@ -492,6 +503,7 @@ bool Solver::runs_to_infinity() {
   }
   Point here = point_;
   bool outward = true;
+  double last_growth = 0.0;
   for (int k = 0; k < kOutwardSteps && outward; ++k) {
     const double norm = max_norm(point_.iterate.v);
     newton_residual(canonical_, point_.iterate, point_.evaluation, point_.dual, info_.mu, rhs_);
@@ -503,7 +515,7 @@ bool Solver::runs_to_infinity() {
             largest_step(canonical_, point_.iterate, step_, boundary_fraction(info_.mu, options_)),
             point_.iterate);
     const double growth = max_norm(point_.iterate.v) - norm;
-    outward = growth > kOutwardStep * (1.0 + norm) &&
+    outward = growth > std::max(kOutwardStep * (1.0 + norm), kOutwardShare * last_growth) &&
               canonical_.values(point_.iterate.v, point_.evaluation.f, point_.evaluation.c) ==
                   EvaluationStatus::Ok &&
               !evaluate_derivatives();
@@ -511,6 +523,7 @@ bool Solver::runs_to_infinity() {
     dual_residual(canonical_, point_.iterate, point_.evaluation, point_.dual);
     outward = converged(
         kkt_error(canonical_, point_.iterate, point_.evaluation, point_.dual, options_.s_max));
+    last_growth = growth;
   }
   point_ = std::move(here);
   result_.message.clear();
@@ -531,7 +544,7 @@ bool Solver::hidden_by_scaling(Status stop) {
 }
 
 bool Solver::leave_wrong_point(Status stop) {
-  if (!method_ || nested_ || info_.iteration >= options_.max_iter) return false;
+  if (!method_ || info_.iteration >= options_.max_iter) return false;
   // A degenerate point is left only when the inner maximum is clear, and kept for the case that
   // nothing better comes.
   const Certificate& found = result_.certificate;
@@ -733,7 +746,7 @@ Status Solver::name_divergence(Status status) {
   const bool stopped = status == Status::InertiaCorrectionFailed ||
                        status == Status::EvaluationFailed || status == Status::LinearSolverFailed ||
                        status == Status::TinyStep || status == Status::MaxIterations ||
-                       status == Status::RestorationFailed;
+                       status == Status::RestorationFailed || status == Status::OuterUnbounded;
   const Eigen::VectorXd& v = point_.iterate.v;
   if (!started_ || !stopped) return status;
   const IndexRange max_constraints = canonical_.max_constraints();

@@ -1,7 +1,10 @@
 #include <regression/hock_schittkowski.hpp>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <iterator>
+#include <random>
 #include <stdexcept>
 
 #include <regression/hock_schittkowski_groups.hpp>
@@ -26,6 +29,17 @@ const MinimizationProblem& hock_schittkowski(const std::string& name) {
   const auto found = std::ranges::find(problems, name, &MinimizationProblem::name);
   if (found == problems.end()) throw std::out_of_range("no problem " + name);
   return *found;
+}
+
+std::vector<double> perturbed_start(const MinimizationProblem& problem, unsigned draw) {
+  constexpr std::array<double, 4> kSizes = {0.1, 0.3, 1.0, 3.0};
+  std::mt19937 random(draw + 1);
+  std::vector<double> v = problem.start;
+  for (double& value : v) {
+    const double u = 2.0 * random() / static_cast<double>(std::mt19937::max()) - 1.0;
+    value += kSizes[draw % kSizes.size()] * (1.0 + std::abs(value)) * u;
+  }
+  return v;
 }
 
 }  // namespace ipminmax::testing

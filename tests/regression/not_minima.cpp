@@ -158,7 +158,10 @@ const std::vector<Status> kInfeasible = {Status::LocallyInfeasible};
 const std::vector<Status> kUnbounded = {Status::OuterUnbounded, Status::DivergingIterates};
 
 IllPosed box_below_row() {
-  IllPosed p{.name = "box_below_row", .start = {0.5, 0.5}, .verdicts = kInfeasible};
+  IllPosed p{.name = "box_below_row",
+             .start = {0.5, 0.5},
+             .verdicts = kInfeasible,
+             .truth = Truth::Infeasible};
   const auto [x0, x1] = two_variables(p.model, 0.0, 1.0);
   p.model.objective(x0 + 2.0 * x1);
   p.model.constraint(x0 + x1, 3.0, kNoBound);
@@ -166,7 +169,10 @@ IllPosed box_below_row() {
 }
 
 IllPosed square_below_zero() {
-  IllPosed p{.name = "square_below_zero", .start = {2.0, 1.0}, .verdicts = kInfeasible};
+  IllPosed p{.name = "square_below_zero",
+             .start = {2.0, 1.0},
+             .verdicts = kInfeasible,
+             .truth = Truth::Infeasible};
   const auto [x0, x1] = two_variables(p.model);
   p.model.objective(x0 + square(x1));
   p.model.constraint(square(x0) + 1.0, -kNoBound, 0.0);
@@ -174,7 +180,10 @@ IllPosed square_below_zero() {
 }
 
 IllPosed circles_apart() {
-  IllPosed p{.name = "circles_apart", .start = {0.5, 0.5}, .verdicts = kInfeasible};
+  IllPosed p{.name = "circles_apart",
+             .start = {0.5, 0.5},
+             .verdicts = kInfeasible,
+             .truth = Truth::Infeasible};
   const auto [x0, x1] = two_variables(p.model);
   p.model.objective(x0 + x1);
   p.model.constraint(square(x0) + square(x1), -kNoBound, 1.0);
@@ -183,7 +192,10 @@ IllPosed circles_apart() {
 }
 
 IllPosed contradicting_rows() {
-  IllPosed p{.name = "contradicting_rows", .start = {0.0, 0.0, 0.0}, .verdicts = kInfeasible};
+  IllPosed p{.name = "contradicting_rows",
+             .start = {0.0, 0.0, 0.0},
+             .verdicts = kInfeasible,
+             .truth = Truth::Infeasible};
   const auto [x0, x1] = two_variables(p.model);
   const Expression x2 = p.model.variable(kMin, "x2");
   p.model.objective(square(x0) + square(x1) + square(x2));
@@ -195,7 +207,8 @@ IllPosed contradicting_rows() {
 IllPosed empty_row() {
   IllPosed p{.name = "empty_row",
              .start = {1.0},
-             .verdicts = {Status::LocallyInfeasible, Status::InvalidProblem}};
+             .verdicts = {Status::LocallyInfeasible, Status::InvalidProblem},
+             .truth = Truth::Infeasible};
   const Expression x = p.model.variable(kMin, "x");
   p.model.objective(square(x));
   p.model.constraint(0.0, 1.0, kNoBound);
@@ -203,14 +216,20 @@ IllPosed empty_row() {
 }
 
 IllPosed crossed_bounds() {
-  IllPosed p{.name = "crossed_bounds", .start = {0.0}, .verdicts = {Status::InvalidProblem}};
+  IllPosed p{.name = "crossed_bounds",
+             .start = {0.0},
+             .verdicts = {Status::InvalidProblem},
+             .truth = Truth::Invalid};
   const Expression x = p.model.variable(kMin, "x", 1.0, -1.0);
   p.model.objective(square(x));
   return p;
 }
 
 IllPosed crossed_row() {
-  IllPosed p{.name = "crossed_row", .start = {0.0}, .verdicts = {Status::InvalidProblem}};
+  IllPosed p{.name = "crossed_row",
+             .start = {0.0},
+             .verdicts = {Status::InvalidProblem},
+             .truth = Truth::Invalid};
   const Expression x = p.model.variable(kMin, "x");
   p.model.objective(square(x));
   p.model.constraint(exp(x), 3.0, 2.0);
@@ -218,7 +237,10 @@ IllPosed crossed_row() {
 }
 
 IllPosed bound_not_a_number() {
-  IllPosed p{.name = "bound_not_a_number", .start = {0.0}, .verdicts = {Status::InvalidProblem}};
+  IllPosed p{.name = "bound_not_a_number",
+             .start = {0.0},
+             .verdicts = {Status::InvalidProblem},
+             .truth = Truth::Invalid};
   const Expression x = p.model.variable(kMin, "x", std::numeric_limits<double>::quiet_NaN(), 1.0);
   p.model.objective(square(x));
   return p;
@@ -227,21 +249,30 @@ IllPosed bound_not_a_number() {
 // --- Unbounded -----------------------------------------------------------------------------------
 
 IllPosed linear_without_bounds() {
-  IllPosed p{.name = "linear_without_bounds", .start = {0.0, 0.0}, .verdicts = kUnbounded};
+  IllPosed p{.name = "linear_without_bounds",
+             .start = {0.0, 0.0},
+             .verdicts = kUnbounded,
+             .truth = Truth::NoMinimum};
   const auto [x0, x1] = two_variables(p.model);
   p.model.objective(x0 - 2.0 * x1);
   return p;
 }
 
 IllPosed concave_without_bounds() {
-  IllPosed p{.name = "concave_without_bounds", .start = {1.0, 1.0}, .verdicts = kUnbounded};
+  IllPosed p{.name = "concave_without_bounds",
+             .start = {1.0, 1.0},
+             .verdicts = kUnbounded,
+             .truth = Truth::NoMinimum};
   const auto [x0, x1] = two_variables(p.model);
   p.model.objective(square(x0) - square(x1));
   return p;
 }
 
 IllPosed cubic_without_bounds() {
-  IllPosed p{.name = "cubic_without_bounds", .start = {-1.0}, .verdicts = kUnbounded};
+  IllPosed p{.name = "cubic_without_bounds",
+             .start = {-1.0},
+             .verdicts = kUnbounded,
+             .truth = Truth::NoMinimum};
   p.verdicts.push_back(Status::InertiaCorrectionFailed);  // the curvature passes every shift first
   const Expression x = p.model.variable(kMin, "x");
   p.model.objective(pow(x, 3.0));
@@ -249,7 +280,10 @@ IllPosed cubic_without_bounds() {
 }
 
 IllPosed ray_in_cone() {
-  IllPosed p{.name = "ray_in_cone", .start = {1.0, 1.0}, .verdicts = kUnbounded};
+  IllPosed p{.name = "ray_in_cone",
+             .start = {1.0, 1.0},
+             .verdicts = kUnbounded,
+             .truth = Truth::NoMinimum};
   const auto [x0, x1] = two_variables(p.model, 0.0);
   p.model.objective(-x0 - x1);
   p.model.constraint(x0 - x1, 0.0, 0.0);
@@ -264,7 +298,8 @@ IllPosed infimum_at_infinity() {
       .name = "infimum_at_infinity",
       .start = {0.0},
       .verdicts = {Status::Solved, Status::SolvedDegenerate, Status::SolvedToAcceptableLevel,
-                   Status::OuterUnbounded, Status::DivergingIterates, Status::NotLocalMinmax}};
+                   Status::OuterUnbounded, Status::DivergingIterates, Status::NotLocalMinmax},
+      .truth = Truth::NoMinimum};
   const Expression x = p.model.variable(kMin, "x");
   p.model.objective(exp(-x));
   return p;
@@ -285,7 +320,8 @@ IllPosed more_equations_than_variables() {
 IllPosed undefined_at_start() {
   IllPosed p{.name = "undefined_at_start",
              .start = {-1.0},
-             .verdicts = {Status::EvaluationFailed, Status::InvalidNumber}};
+             .verdicts = {Status::EvaluationFailed, Status::InvalidNumber},
+             .truth = Truth::Invalid};
   const Expression x = p.model.variable(kMin, "x");
   p.model.objective(x - log(x));
   return p;
@@ -295,7 +331,8 @@ IllPosed undefined_at_start() {
 IllPosed vertical_at_start() {
   IllPosed p{.name = "vertical_at_start",
              .start = {0.0},
-             .verdicts = {Status::EvaluationFailed, Status::InvalidNumber}};
+             .verdicts = {Status::EvaluationFailed, Status::InvalidNumber},
+             .truth = Truth::Invalid};
   const Expression x = p.model.variable(kMin, "x");
   p.model.objective(square(x - 1.0) + sqrt(x));
   return p;
@@ -358,6 +395,42 @@ IllPosed complementarity() {
   return p;
 }
 
+// --- Starts at which the violation is stationary, but no minimum ---------------------------------
+
+const std::vector<Status> kSolved = {Status::Solved, Status::SolvedDegenerate};
+
+IllPosed center_of_circle() {
+  IllPosed p{.name = "center_of_circle", .start = {0.0, 0.0}, .verdicts = kSolved};
+  const auto [x0, x1] = two_variables(p.model);
+  p.model.objective(square(x0) * square(x1));
+  p.model.constraint(square(x0) + square(x1), 1.0, 1.0);
+  return p;
+}
+
+IllPosed between_branches_of_hyperbola() {
+  IllPosed p{.name = "between_branches_of_hyperbola", .start = {0.0, 0.0}, .verdicts = kSolved};
+  const auto [x0, x1] = two_variables(p.model);
+  p.model.objective(square(x0) + square(x1));
+  p.model.constraint(x0 * x1, 1.0, 1.0);
+  return p;
+}
+
+IllPosed center_of_forbidden_disk() {
+  IllPosed p{.name = "center_of_forbidden_disk", .start = {0.0, 0.0}, .verdicts = kSolved};
+  const auto [x0, x1] = two_variables(p.model, -3.0, 3.0);
+  p.model.objective(square(x0) + square(x1));
+  p.model.constraint(square(x0) + square(x1), 4.0, kNoBound);
+  return p;
+}
+
+IllPosed saddle_of_violation() {
+  IllPosed p{.name = "saddle_of_violation", .start = {0.0, 0.0}, .verdicts = kSolved};
+  const auto [x0, x1] = two_variables(p.model, -3.0, 3.0);
+  p.model.objective(square(x0) + square(x1));
+  p.model.constraint(square(x0) - square(x1), 4.0, kNoBound);
+  return p;
+}
+
 }  // namespace
 
 const std::vector<NotMinimum>& not_minima() {
@@ -378,6 +451,20 @@ const std::vector<NotMinimum>& not_minima() {
                                                  monkey_saddle(),
                                                  flat_top()};
   return models;
+}
+
+std::string_view describe(Truth truth) {
+  switch (truth) {
+    case Truth::HasSolution:
+      return "has a solution";
+    case Truth::Infeasible:
+      return "infeasible";
+    case Truth::NoMinimum:
+      return "no minimum";
+    case Truth::Invalid:
+      return "invalid";
+  }
+  return "unknown";
 }
 
 const std::vector<IllPosed>& ill_posed() {
@@ -401,7 +488,11 @@ const std::vector<IllPosed>& ill_posed() {
                                                disk_of_radius_zero(),
                                                constant_objective(),
                                                singular_quadratic(),
-                                               complementarity()};
+                                               complementarity(),
+                                               center_of_circle(),
+                                               between_branches_of_hyperbola(),
+                                               center_of_forbidden_disk(),
+                                               saddle_of_violation()};
   return models;
 }
 

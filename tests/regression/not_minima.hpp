@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <ipminmax/core/result.hpp>
@@ -19,12 +21,22 @@ struct NotMinimum {
 };
 [[nodiscard]] const std::vector<NotMinimum>& not_minima();
 
+/// What is true of a model.
+enum class Truth : std::uint8_t {
+  HasSolution,
+  Infeasible,
+  NoMinimum,  ///< unbounded, or an infimum at infinity
+  Invalid     ///< bounds that contradict, or a start at which a function is undefined
+};
+[[nodiscard]] std::string_view describe(Truth truth);
+
 /// A minimization without an answer, or hard to pose, and the honest verdicts.
 struct IllPosed {
   std::string name{};
   Model model{};
   std::vector<double> start{};
   std::vector<Status> verdicts{};
+  Truth truth = Truth::HasSolution;
 };
 [[nodiscard]] const std::vector<IllPosed>& ill_posed();
 

@@ -1,0 +1,54 @@
+// The scalable families in growing sizes, ours against Ipopt.
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <string>
+#include <string_view>
+
+#include <gtest/gtest.h>
+
+#include <ipminmax/core/solver.hpp>
+#include <regression/effort_table.hpp>
+#include <regression/problem_tnlp.hpp>
+#include <regression/scalable_nlp.hpp>
+
+namespace ipminmax::testing {
+namespace {
+
+constexpr std::array<Index, 4> kSizes = {100, 1000, 10000, 100000};
+
+/// With so many variables only families that both solvers finish within about half a minute.
+constexpr Index kLargest = 100000;
+constexpr std::array<std::string_view, 8> kQuickWhenLargest = {
+    "luksan_vlcek_1",      "luksan_vlcek_1_inequalities", "luksan_vlcek_2",
+    "luksan_vlcek_3",      "chained_rosenbrock",          "van_der_pol",
+    "distributed_control", "elastic_plastic_torsion"};
+
+TEST(ScalableTable, EffortIsThatOfIpopt) {
+  EffortTable table;
+  EffortTable::print_header();
+  for (const Index n : kSizes) {
+    for (const ScalableNlp& family : scalable_nlps()) {
+      const std::string name = family.name + " " + std::to_string(n);
+      if (n >= kLargest &&
+          std::ranges::find(kQuickWhenLargest, family.name) == kQuickWhenLargest.end()) {
+        std::printf("%-29s left out: takes too long\n", name.c_str());
+        continue;
+      }
+      const auto problem = family.make(n);
+      const IpoptAnswer ipopt = solve_with_ipopt(*problem);
+      const Result ours = solve(*problem, SolverOptions{});
+      table.add(name, ipopt, ours);
+      EXPECT_TRUE(is_success(ours.status) || !ipopt.solved()) << name << ": " << ours.message;
+    }
+  }
+  table.print_summary();
+  EXPECT_EQ(table.ipopt_better, 0);
+  EXPECT_LE(table.iterations.mean(), 1.1);
+  EXPECT_LE(table.evaluations.mean(), 1.1);
+  EXPECT_LE(table.factorizations.mean(), 1.3);
+}
+
+}  // namespace
+}  // namespace ipminmax::testing
