@@ -36,7 +36,8 @@ std::vector<double> perturbed_start(const MinimizationProblem& problem, unsigned
   std::mt19937 random(draw + 1);
   std::vector<double> v = problem.start;
   for (double& value : v) {
-    const double u = 2.0 * random() / static_cast<double>(std::mt19937::max()) - 1.0;
+    const double u =
+        2.0 * static_cast<double>(random()) / static_cast<double>(std::mt19937::max()) - 1.0;
     value += kSizes[draw % kSizes.size()] * (1.0 + std::abs(value)) * u;
   }
   return v;
