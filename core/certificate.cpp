@@ -72,6 +72,20 @@ double max_norm(const Eigen::VectorXd& v) {
   return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
 }
 
+/// Solves with the assembled matrix, factorized anew at a higher quality as often as needed.
+/// factorized: whether its factors are there.
+bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const NewtonResidual& rhs,
+                      bool factorized, Step& step) {
+  for (;;) {
+    if (!factorized && kkt.factorize_for_solutions({}).status != FactorizationStatus::Ok) {
+      return false;
+    }
+    if (kkt.solve(evaluation, rhs, step)) return true;
+    if (!kkt.increase_quality()) return false;
+    factorized = false;
+  }
+}
+
 /// Newton's method at fixed mu from a point: whether the second step with the same matrix is a
 /// fraction of the first. The point is left at the end of the first step, whose length is added to
 /// distance.
@@ -79,11 +93,10 @@ bool newton_contracts_here(CanonicalProblem& canonical, KktSystem& kkt, double m
                            bool& stop, double& distance) {
   stop = true;
   kkt.assemble(point.iterate, point.evaluation);
-  if (kkt.factorize_for_solutions({}).status != FactorizationStatus::Ok) return false;
   NewtonResidual rhs = zero_step(canonical);
   Step step = zero_step(canonical);
   newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
-  if (!kkt.solve(point.evaluation, rhs, step)) return false;
+  if (!solve_accurately(kkt, point.evaluation, rhs, false, step)) return false;
   const double first = max_norm(step.v);
   distance += first;
   if (first <= kNegligibleStep * (1.0 + max_norm(point.iterate.v))) return true;
@@ -104,7 +117,7 @@ bool newton_contracts_here(CanonicalProblem& canonical, KktSystem& kkt, double m
   dual_residual(canonical, next.iterate, next.evaluation, next.dual);
   newton_residual(canonical, next.iterate, next.evaluation, next.dual, mu, rhs);
   // Solved with the first point's matrix, barrier terms included.
-  if (!kkt.solve(point.evaluation, rhs, step)) return false;
+  if (!solve_accurately(kkt, point.evaluation, rhs, true, step)) return false;
   stop = false;
   next.evaluation.f = point.evaluation.f;
   std::swap(point.evaluation.hessian, next.evaluation.hessian);

@@ -50,5 +50,21 @@ TEST(ScalableTable, EffortIsThatOfIpopt) {
   EXPECT_LE(table.factorizations.mean(), 1.3);
 }
 
+TEST(ScalableCertificate, IsThatOfPivotingWhateverTheLinearSolver) {
+  // LDL' without pivoting leaves residuals here that hide where Newton's method ends.
+  constexpr Index kVariables = 10000;
+  const auto family =
+      std::ranges::find(scalable_nlps(), std::string("boundary_control"), &ScalableNlp::name);
+  ASSERT_NE(family, scalable_nlps().end());
+  for (const LinearSolver solver : {LinearSolver::Auto, LinearSolver::Mumps}) {
+    SolverOptions options;
+    options.linear_solver = solver;
+    const auto problem = family->make(kVariables);
+    const Result result = solve(*problem, options);
+    EXPECT_EQ(result.status, Status::Solved) << result.message;
+    EXPECT_EQ(result.certificate.second_order, SecondOrder::Satisfied) << result.message;
+  }
+}
+
 }  // namespace
 }  // namespace ipminmax::testing
