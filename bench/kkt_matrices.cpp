@@ -7,14 +7,15 @@
 #include <ipminmax/core/kkt_layout.hpp>
 #include <ipminmax/core/kkt_system.hpp>
 #include <ipminmax/core/solver.hpp>
+#include <support/forwarding_problem.hpp>
 
-#include "forwarding_problem.hpp"
 #include "measure.hpp"
 
 namespace bench {
 namespace {
 
 using ipminmax::KktBlock;
+using ipminmax::testing::StartedProblem;
 
 KktMatrix copy_of(KktBlock& block) {
   if (block.empty()) return {};

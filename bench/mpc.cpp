@@ -15,8 +15,8 @@
 #include <ipminmax/adapter/minmax_application.hpp>
 #include <ipminmax/adapter/tnlp_problem.hpp>
 #include <ipminmax/core/solver.hpp>
+#include <support/forwarding_problem.hpp>
 
-#include "forwarding_problem.hpp"
 #include "kkt_matrices.hpp"
 #include "program.hpp"
 
@@ -27,6 +27,7 @@ using chauffeur::Control;
 using chauffeur::State;
 using ipminmax::Result;
 using ipminmax::SolverOptions;
+using ipminmax::testing::StartedProblem;
 
 constexpr double kTolerance = 1e-6;
 constexpr int kMaxIterations = 200;

@@ -107,7 +107,8 @@ double quality_function_barrier(const CanonicalProblem& canonical, const Iterate
                                 const SquaredResidual& residual, const Step& affine,
                                 const Step& centering, double tau_min, OracleWork& work) {
   const double average = complementarity_of(canonical, iterate).average;
-  auto& [step, moved] = work;
+  Step& step = work.step;
+  Iterate& moved = work.moved;
   const auto quality = [&](double sigma) {
     step.v = affine.v + sigma * centering.v;
     step.lambda = affine.lambda + sigma * centering.lambda;

@@ -7,12 +7,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../forwarding_problem.hpp"
+#include <support/forwarding_problem.hpp>
+
 #include "../measure.hpp"
 #include "ipopt.hpp"
 
 namespace bench {
 namespace {
+
+using ipminmax::testing::ForwardingProblem;
 
 constexpr double kInfinity = 2e19;
 constexpr double kTolerance = 1e-9;  // of both problems

@@ -4,12 +4,15 @@
 #include <array>
 #include <cmath>
 
-#include "../forwarding_problem.hpp"
+#include <support/forwarding_problem.hpp>
+
 #include "../measure.hpp"
 #include "ipopt.hpp"
 
 namespace bench {
 namespace {
+
+using ipminmax::testing::ForwardingProblem;
 
 constexpr double kTolerance = 1e-7;  // of the natural residual |P(z - F(z)) - z|
 constexpr int kMaxSteps = 200000;

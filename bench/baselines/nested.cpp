@@ -2,12 +2,15 @@
 
 #include <algorithm>
 
-#include "../forwarding_problem.hpp"
+#include <support/forwarding_problem.hpp>
+
 #include "../measure.hpp"
 #include "ipopt.hpp"
 
 namespace bench {
 namespace {
+
+using ipminmax::testing::ForwardingProblem;
 
 constexpr double kInnerTolerance = 1e-9;
 constexpr double kOuterTolerance = 1e-7;  // what the inner tolerance leaves of the gradient

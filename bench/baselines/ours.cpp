@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include <ipminmax/core/solver.hpp>
+#include <support/forwarding_problem.hpp>
 
-#include "../forwarding_problem.hpp"
 #include "../measure.hpp"
 #include "game.hpp"
 
@@ -12,6 +12,7 @@ namespace bench {
 namespace {
 
 using ipminmax::SolverOptions;
+using ipminmax::testing::StartedProblem;
 
 Answer solve_by_us(Game& game, std::span<const double> start, const SolverOptions& options) {
   const Clock clock;

@@ -14,12 +14,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../forwarding_problem.hpp"
+#include <support/forwarding_problem.hpp>
+
 #include "../measure.hpp"
 #include "ipopt.hpp"
 
 namespace bench {
 namespace {
+
+using ipminmax::testing::ForwardingProblem;
 
 constexpr double kInfinity = 1e19;
 constexpr double kFirstRelaxation = 0.1;

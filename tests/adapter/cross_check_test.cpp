@@ -16,7 +16,7 @@
 #include "problems/small_problems.hpp"
 #include "regression/hock_schittkowski.hpp"
 #include "regression/not_minima.hpp"
-#include "support/autodiff_problem.hpp"
+#include <support/autodiff_problem.hpp>
 
 namespace ipminmax {
 namespace {

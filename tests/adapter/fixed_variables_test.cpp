@@ -13,8 +13,9 @@
 #include <ipminmax/adapter/problem_tnlp.hpp>
 #include <ipminmax/core/solver.hpp>
 
-#include "support/autodiff_problem.hpp"
-#include "support/dense_optimality.hpp"
+#include <support/autodiff_problem.hpp>
+#include <support/dense_optimality.hpp>
+#include <support/forwarding_problem.hpp>
 
 namespace ipminmax {
 namespace {
@@ -24,6 +25,7 @@ using testing::AutodiffProblem;
 using testing::Expression;
 using testing::kNoBound;
 using testing::Model;
+using testing::StartedProblem;
 constexpr Player kMin = Player::Min;
 constexpr Player kMax = Player::Max;
 
@@ -195,39 +197,7 @@ TEST(FixedVariables, AWarmStartTakesTheirMultipliers) {
     const Result first = solve(cold, options);
     ASSERT_EQ(first.status, Status::Solved);
 
-    class Restarted final : public Problem {
-     public:
-      Restarted(Problem& base, const Result& from) : base_(base), from_(from) {}
-      const ProblemStructure& structure() const override { return base_.structure(); }
-      bool starting_point(StartingPoint& start) override {
-        std::ranges::copy(from_.v, start.v.begin());
-        std::ranges::copy(from_.lambda, start.lambda.begin());
-        std::ranges::copy(from_.z_lower, start.z_lower.begin());
-        std::ranges::copy(from_.z_upper, start.z_upper.begin());
-        return true;
-      }
-      bool objective(std::span<const double> v, bool fresh, double& f) override {
-        return base_.objective(v, fresh, f);
-      }
-      bool gradient(std::span<const double> v, bool fresh, std::span<double> out) override {
-        return base_.gradient(v, fresh, out);
-      }
-      bool constraints(std::span<const double> v, bool fresh, std::span<double> out) override {
-        return base_.constraints(v, fresh, out);
-      }
-      bool jacobian(std::span<const double> v, bool fresh, std::span<double> out) override {
-        return base_.jacobian(v, fresh, out);
-      }
-      bool hessian(std::span<const double> v, bool fresh, double sigma,
-                   std::span<const double> lambda, bool fresh_lambda,
-                   std::span<double> out) override {
-        return base_.hessian(v, fresh, sigma, lambda, fresh_lambda, out);
-      }
-
-     private:
-      Problem& base_;
-      const Result& from_;
-    } again(cold, first);
+    StartedProblem again(cold, first);
     options.warm_start_init_point = true;
     options.warm_start_bound_push = options.warm_start_bound_frac = 1e-12;
     options.warm_start_slack_bound_push = options.warm_start_slack_bound_frac = 1e-12;

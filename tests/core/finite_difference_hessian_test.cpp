@@ -370,12 +370,12 @@ TEST(Differences, CostTwoEvaluationsPerGroup) {
   WithoutHessian blind(problem, true);
   FiniteDifferenceHessian differences(blind, with_differences());
   EXPECT_EQ(differences.groups(), 3);
-  EXPECT_EQ(blind.gradients, 0);
+  EXPECT_EQ(blind.counts().gradient, 0);
   const std::vector<double> point(40, 0.3);
   std::vector<double> gradient(40), values(differences.structure().hessian.size());
   EXPECT_TRUE(differences.gradient(point, true, gradient));
   EXPECT_TRUE(differences.hessian(point, false, 1.0, {}, true, values));
-  EXPECT_EQ(blind.gradients, 1 + 2 * 3);
+  EXPECT_EQ(blind.counts().gradient, 1 + 2 * 3);
   EXPECT_EQ(differences.gradients(), 2 * 3);
 }
 
@@ -477,7 +477,7 @@ TEST(Detection, LooksOnlyAtTheVariablesThatTheModelCallsNonlinear) {
     blind.mutable_structure().nonlinear_variables = std::move(list);
     const FiniteDifferenceHessian differences(blind, SolverOptions{});
     EXPECT_EQ(pairs_of(differences.structure()), expected);
-    return blind.gradients;
+    return blind.counts().gradient;
   };
   const Pairs all{{0, 0}, {1, 0}, {1, 1}};
   const Index without_list = cost(std::nullopt, all);
@@ -505,7 +505,7 @@ TEST(Detection, TakesFewEvaluationsForABand) {
   AutodiffProblem problem(model, std::vector(64, 0.0));
   WithoutHessian blind(problem);
   const FiniteDifferenceHessian differences(blind, SolverOptions{});
-  EXPECT_LE(blind.gradients, 140);
+  EXPECT_LE(blind.counts().gradient, 140);
 }
 
 // --- Missing entries -----------------------------------------------------------------------------
@@ -696,8 +696,8 @@ TEST(SolveWithDifferences, IsChosenWhereTheModelHasNoHessian) {
   ASSERT_EQ(messages.size(), 1U);
   EXPECT_EQ(messages[0],
             "Second derivatives from finite differences: 3 entries by 2 groups of variables.");
-  EXPECT_EQ(result.counts.gradient, blind.gradients);
-  EXPECT_EQ(result.counts.jacobian, blind.jacobians);
+  EXPECT_EQ(result.counts.gradient, blind.counts().gradient);
+  EXPECT_EQ(result.counts.jacobian, blind.counts().jacobian);
 }
 
 TEST(SolveWithDifferences, IsAnErrorWhereExactDerivativesWereAskedFor) {
@@ -709,7 +709,7 @@ TEST(SolveWithDifferences, IsAnErrorWhereExactDerivativesWereAskedFor) {
   EXPECT_EQ(result.status, Status::InvalidOption);
   EXPECT_NE(result.message.find("hessian_approximation = exact"), std::string::npos);
   EXPECT_NE(result.message.find("finite-difference-values"), std::string::npos);
-  EXPECT_EQ(blind.gradients, 0);
+  EXPECT_EQ(blind.counts().gradient, 0);
   EXPECT_EQ(solve(problem, options).status, Status::Solved);
 }
 

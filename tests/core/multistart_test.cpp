@@ -46,41 +46,26 @@ std::unique_ptr<AutodiffProblem> double_well(double lower = -2.0, double upper =
   return std::make_unique<AutodiffProblem>(model, std::vector<double>{1.5, 0.0});
 }
 
+Model saddle() {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(square(x) - square(y));
+  return model;
+}
+
 /// x^2 - y^2 that throws or misbehaves where the test says.
-class Hooked : public Problem {
+class Hooked final : public AutodiffProblem {
  public:
-  explicit Hooked(std::function<void(double x)> hook, std::vector<double> start = {1.0, 1.0})
-      : hook_(std::move(hook)), start_(std::move(start)) {
-    Model model;
-    const Expression x = model.variable(kMin, "x");
-    const Expression y = model.variable(kMax, "y");
-    model.objective(square(x) - square(y));
-    problem_ = std::make_unique<AutodiffProblem>(model, start_);
-  }
-  const ProblemStructure& structure() const override { return problem_->structure(); }
-  bool starting_point(StartingPoint& start) override { return problem_->starting_point(start); }
+  explicit Hooked(std::function<void(double x)> hook)
+      : AutodiffProblem(saddle(), {1.0, 1.0}), hook_(std::move(hook)) {}
   bool objective(std::span<const double> v, bool fresh, double& f) override {
     hook_(v[0]);
-    return problem_->objective(v, fresh, f);
-  }
-  bool gradient(std::span<const double> v, bool fresh, std::span<double> out) override {
-    return problem_->gradient(v, fresh, out);
-  }
-  bool constraints(std::span<const double> v, bool fresh, std::span<double> out) override {
-    return problem_->constraints(v, fresh, out);
-  }
-  bool jacobian(std::span<const double> v, bool fresh, std::span<double> out) override {
-    return problem_->jacobian(v, fresh, out);
-  }
-  bool hessian(std::span<const double> v, bool fresh, double sigma, std::span<const double> lambda,
-               bool fresh_lambda, std::span<double> out) override {
-    return problem_->hessian(v, fresh, sigma, lambda, fresh_lambda, out);
+    return AutodiffProblem::objective(v, fresh, f);
   }
 
  private:
   std::function<void(double)> hook_;
-  std::vector<double> start_;
-  std::unique_ptr<AutodiffProblem> problem_;
 };
 
 SolverOptions starts(int count, double radius = 2.0) {

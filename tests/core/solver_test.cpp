@@ -8,14 +8,17 @@
 
 #include <ipminmax/core/solver.hpp>
 #include <support/autodiff_problem.hpp>
+#include <support/forwarding_problem.hpp>
 
 namespace ipminmax {
 namespace {
 
 using testing::AutodiffProblem;
 using testing::Expression;
+using testing::ForwardingProblem;
 using testing::kNoBound;
 using testing::Model;
+using testing::StartedProblem;
 
 constexpr Player kMin = Player::Min;
 constexpr Player kMax = Player::Max;
@@ -25,40 +28,6 @@ SolverOptions with(Globalization globalization) {
   options.minmax_globalization = globalization;
   return options;
 }
-
-/// Passes every call on and counts it.
-class Counted final : public Problem {
- public:
-  explicit Counted(Problem& model) : model_(model) {}
-  Counts counts;
-
-  const ProblemStructure& structure() const override { return model_.structure(); }
-  bool starting_point(StartingPoint& start) override { return model_.starting_point(start); }
-  bool objective(std::span<const double> v, bool fresh, double& f) override {
-    ++counts.objective;
-    return model_.objective(v, fresh, f);
-  }
-  bool gradient(std::span<const double> v, bool fresh, std::span<double> out) override {
-    ++counts.gradient;
-    return model_.gradient(v, fresh, out);
-  }
-  bool constraints(std::span<const double> v, bool fresh, std::span<double> out) override {
-    ++counts.constraints;
-    return model_.constraints(v, fresh, out);
-  }
-  bool jacobian(std::span<const double> v, bool fresh, std::span<double> out) override {
-    ++counts.jacobian;
-    return model_.jacobian(v, fresh, out);
-  }
-  bool hessian(std::span<const double> v, bool fresh, double sigma, std::span<const double> lambda,
-               bool fresh_lambda, std::span<double> out) override {
-    ++counts.hessian;
-    return model_.hessian(v, fresh, sigma, lambda, fresh_lambda, out);
-  }
-
- private:
-  Problem& model_;
-};
 
 AutodiffProblem hs071() {
   Model model;
@@ -204,7 +173,7 @@ TEST_P(BothMethods, GiveTheSameBitsTwice) {
 
 TEST_P(BothMethods, CountWhatTheyDo) {
   AutodiffProblem problem = constrained_minmax();
-  Counted counted(problem);
+  ForwardingProblem counted(problem);
   Index calls = 0;
   Index last = -1;
   const Result result = solve(counted, with(GetParam()), [&](const IterationInfo& info) {
@@ -220,11 +189,11 @@ TEST_P(BothMethods, CountWhatTheyDo) {
   EXPECT_GE(result.counts.factorizations_full, result.iterations);
   EXPECT_GE(result.counts.solves, result.iterations);
   EXPECT_EQ(result.counts.analyses, 2);
-  EXPECT_EQ(result.counts.hessian, counted.counts.hessian);
-  EXPECT_EQ(result.counts.objective, counted.counts.objective);
-  EXPECT_EQ(result.counts.constraints, counted.counts.constraints);
-  EXPECT_EQ(result.counts.gradient, counted.counts.gradient);
-  EXPECT_EQ(result.counts.jacobian, counted.counts.jacobian);
+  EXPECT_EQ(result.counts.hessian, counted.counts().hessian);
+  EXPECT_EQ(result.counts.objective, counted.counts().objective);
+  EXPECT_EQ(result.counts.constraints, counted.counts().constraints);
+  EXPECT_EQ(result.counts.gradient, counted.counts().gradient);
+  EXPECT_EQ(result.counts.jacobian, counted.counts().jacobian);
 }
 
 TEST_P(BothMethods, MeasureTheirTime) {
@@ -384,45 +353,10 @@ TEST(SolveStatus, EveryStatusHasItsOwnName) {
 }
 
 TEST(WarmStart, FromTheSolutionTakesFewIterations) {
-  class Restarted final : public Problem {
-   public:
-    Restarted(AutodiffProblem& model, Result from) : model_(model), from_(std::move(from)) {}
-    const ProblemStructure& structure() const override { return model_.structure(); }
-    bool starting_point(StartingPoint& start) override {
-      std::copy(from_.v.begin(), from_.v.end(), start.v.begin());
-      EXPECT_TRUE(start.needs_multipliers);
-      std::copy(from_.lambda.begin(), from_.lambda.end(), start.lambda.begin());
-      std::copy(from_.z_lower.begin(), from_.z_lower.end(), start.z_lower.begin());
-      std::copy(from_.z_upper.begin(), from_.z_upper.end(), start.z_upper.begin());
-      return true;
-    }
-    bool objective(std::span<const double> v, bool fresh, double& f) override {
-      return model_.objective(v, fresh, f);
-    }
-    bool gradient(std::span<const double> v, bool fresh, std::span<double> out) override {
-      return model_.gradient(v, fresh, out);
-    }
-    bool constraints(std::span<const double> v, bool fresh, std::span<double> out) override {
-      return model_.constraints(v, fresh, out);
-    }
-    bool jacobian(std::span<const double> v, bool fresh, std::span<double> out) override {
-      return model_.jacobian(v, fresh, out);
-    }
-    bool hessian(std::span<const double> v, bool fresh, double sigma,
-                 std::span<const double> lambda, bool fresh_lambda,
-                 std::span<double> out) override {
-      return model_.hessian(v, fresh, sigma, lambda, fresh_lambda, out);
-    }
-
-   private:
-    AutodiffProblem& model_;
-    Result from_;
-  };
-
   AutodiffProblem problem = hs071();
   const Result cold = solve(problem, {});
   ASSERT_EQ(cold.status, Status::Solved);
-  Restarted again(problem, cold);
+  StartedProblem again(problem, cold);
   SolverOptions options;
   options.warm_start_init_point = true;
   options.warm_start_bound_push = options.warm_start_bound_frac = 1e-9;

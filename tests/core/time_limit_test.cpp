@@ -9,6 +9,7 @@
 
 #include <ipminmax/core/solver.hpp>
 #include <support/autodiff_problem.hpp>
+#include <support/forwarding_problem.hpp>
 #include <support/function_problem.hpp>
 
 namespace ipminmax {
@@ -16,6 +17,7 @@ namespace {
 
 using testing::AutodiffProblem;
 using testing::Expression;
+using testing::ForwardingProblem;
 using testing::FunctionProblem;
 using testing::kNoBound;
 using testing::Model;
@@ -59,32 +61,16 @@ TEST_P(TimeLimitOf, AnIterationWithThousandsOfFactorizations) {
 INSTANTIATE_TEST_SUITE_P(Globalizations, TimeLimitOf,
                          ::testing::Values(Globalization::None, Globalization::Filter));
 
-/// Passes on a model whose objective takes a while.
-class Slow final : public Problem {
+/// A model whose Jacobian takes a while.
+class Slow final : public ForwardingProblem {
  public:
-  Slow(Problem& model, std::chrono::milliseconds pause) : model_(model), pause_(pause) {}
-  const ProblemStructure& structure() const override { return model_.structure(); }
-  bool starting_point(StartingPoint& start) override { return model_.starting_point(start); }
-  bool objective(std::span<const double> v, bool fresh, double& f) override {
-    return model_.objective(v, fresh, f);
-  }
-  bool gradient(std::span<const double> v, bool fresh, std::span<double> out) override {
-    return model_.gradient(v, fresh, out);
-  }
-  bool constraints(std::span<const double> v, bool fresh, std::span<double> out) override {
-    return model_.constraints(v, fresh, out);
-  }
+  Slow(Problem& model, std::chrono::milliseconds pause) : ForwardingProblem(model), pause_(pause) {}
   bool jacobian(std::span<const double> v, bool fresh, std::span<double> out) override {
     std::this_thread::sleep_for(pause_);
-    return model_.jacobian(v, fresh, out);
-  }
-  bool hessian(std::span<const double> v, bool fresh, double sigma, std::span<const double> lambda,
-               bool fresh_lambda, std::span<double> out) override {
-    return model_.hessian(v, fresh, sigma, lambda, fresh_lambda, out);
+    return ForwardingProblem::jacobian(v, fresh, out);
   }
 
  private:
-  Problem& model_;
   std::chrono::milliseconds pause_;
 };
 

@@ -170,7 +170,7 @@ class Model {
 };
 
 /// The problem of a Model. Evaluations return false where a value or derivative is not finite.
-class AutodiffProblem final : public Problem {
+class AutodiffProblem : public Problem {
  public:
   explicit AutodiffProblem(const Model& model, std::vector<double> start = {})
       : tape_(model.tape_),

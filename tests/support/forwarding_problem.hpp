@@ -8,25 +8,20 @@
 #include <ipminmax/core/problem.hpp>
 #include <ipminmax/core/result.hpp>
 
-namespace bench {
-
-using ipminmax::Index;
-using ipminmax::Problem;
-using ipminmax::ProblemStructure;
-using ipminmax::StartingPoint;
+namespace ipminmax::testing {
 
 /// Passes everything on to another problem, which must outlive it, and counts.
 class ForwardingProblem : public Problem {
  public:
   explicit ForwardingProblem(Problem& problem) : problem_(problem) {}
 
-  [[nodiscard]] const ipminmax::Counts& counts() const { return counts_; }
+  [[nodiscard]] const Counts& counts() const { return counts_; }
 
   [[nodiscard]] const ProblemStructure& structure() const override { return problem_.structure(); }
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
     return problem_.starting_point(start);
   }
-  [[nodiscard]] bool user_scaling(ipminmax::UserScaling& scaling) override {
+  [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
     return problem_.user_scaling(scaling);
   }
   [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override {
@@ -57,7 +52,7 @@ class ForwardingProblem : public Problem {
 
  private:
   Problem& problem_;
-  ipminmax::Counts counts_;
+  Counts counts_;
 };
 
 /// The same problem from another starting point, multipliers included when there are any.
@@ -66,7 +61,7 @@ class StartedProblem final : public ForwardingProblem {
   StartedProblem(Problem& problem, std::vector<double> v)
       : ForwardingProblem(problem), v_(std::move(v)) {}
   /// From the answer of a solve.
-  StartedProblem(Problem& problem, const ipminmax::Result& result)
+  StartedProblem(Problem& problem, const Result& result)
       : ForwardingProblem(problem),
         v_(result.v),
         lambda_(result.lambda),
@@ -87,4 +82,4 @@ class StartedProblem final : public ForwardingProblem {
   std::vector<double> v_, lambda_, z_lower_, z_upper_;
 };
 
-}  // namespace bench
+}  // namespace ipminmax::testing
