@@ -14,6 +14,7 @@
 namespace bench {
 namespace {
 
+using ipminmax::Index;
 using ipminmax::KktBlock;
 using ipminmax::testing::StartedProblem;
 
