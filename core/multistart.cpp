@@ -327,7 +327,9 @@ MultistartResult Multistart::collect() {
   std::vector<DistinctPoint>& points = answer.points;
   // Points to full tolerance first: they stand for those to the acceptable level.
   for (const bool solved : {true, false}) {
-    for (auto& [start, result] : certified_) {
+    for (auto& entry : certified_) {
+      const Index start = entry.first;
+      Result& result = entry.second;
       if ((result.status == Status::Solved) != solved) continue;
       const auto known = std::ranges::find_if(points, [&](const DistinctPoint& point) {
         return same_point(result.v, point.result.v, options_.minmax_distinct_tol);

@@ -92,8 +92,10 @@ bool AutoSolver::prepare_ldlt(const Analysis& analysis) {
 /// Inverse iteration with the factors of A + Gamma: 1 / |(A + Gamma)^-1 w|, |w| = 1, bounds the
 /// smallest |eigenvalue| from above, closely after two steps. When it is well above gamma, Gamma
 /// has changed no eigenvalue's sign (Weyl); when A u = w still holds for the computed u, rounding
-/// has not either.
-bool AutoSolver::inertia_is_certain(const SymmetricMatrix& matrix, double gamma) {
+/// has not either. Otherwise smaller_gamma is worth a try, unless it is zero.
+bool AutoSolver::inertia_is_certain(const SymmetricMatrix& matrix, double gamma,
+                                    double& smaller_gamma) {
+  smaller_gamma = 0.0;
   constexpr double kMargin = 10.0;    // smallest eigenvalue over gamma
   constexpr double kMaxError = 0.25;  // |A u - w|, of which Gamma u is at most 1 / kMargin
   for (auto* workspace : {&direction_, &image_, &product_}) {
@@ -112,7 +114,12 @@ bool AutoSolver::inertia_is_certain(const SymmetricMatrix& matrix, double gamma)
     length = norm(u);
     if (!(std::isfinite(length) && length > 0.0)) return false;
   }
-  if (length * kMargin * gamma > 1.0) return false;
+  if (length * kMargin * gamma > 1.0) {
+    // It moves eigenvalues less but costs digits.
+    constexpr double kSmallest = 1e-3;
+    smaller_gamma = std::max(0.5 / (kMargin * length), kSmallest * options_.ldlt_gamma);
+    return false;
+  }
   matrix.multiply(u, product_);
   for (std::size_t i = 0; i < u.size(); ++i) product_[i] -= w[i];
   return norm(product_) <= kMaxError;
@@ -129,15 +136,17 @@ Factorization AutoSolver::factorize_pivoting(const SymmetricMatrix& matrix) {
 
 Factorization AutoSolver::factorize(const SymmetricMatrix& matrix) {
   if (!use_ldlt_) return factorize_pivoting(matrix);
-  // A smaller Gamma moves fewer eigenvalues but costs digits; the check sees both.
-  constexpr double kSmallerGamma = 1e-3;
-  for (const double factor : {1.0, kSmallerGamma}) {
-    ldlt_.scale_gamma(factor);
+  constexpr int kAttempts = 3;  // what Gamma hides spoils the first estimate
+  double gamma = options_.ldlt_gamma;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    ldlt_.set_gamma(gamma);
     const Factorization result = ldlt_.factorize(matrix);
+    double smaller_gamma = 0.0;
     ldlt_is_current_ = result.status == FactorizationStatus::Ok &&
-                       (!certain_ || inertia_is_certain(matrix, factor * options_.ldlt_gamma));
+                       (!certain_ || inertia_is_certain(matrix, gamma, smaller_gamma));
     if (ldlt_is_current_) return result;
-    if (!certain_) break;
+    if (smaller_gamma == 0.0) break;
+    gamma = smaller_gamma;
   }
   if (!std::isfinite(matrix.max_norm())) return {};
   return factorize_pivoting(matrix);

@@ -44,7 +44,8 @@ class AutoSolver final : public SymmetricSolver {
  private:
   void make_pivoting(Index dimension);
   [[nodiscard]] bool prepare_ldlt(const Analysis& analysis);
-  [[nodiscard]] bool inertia_is_certain(const SymmetricMatrix& matrix, double gamma);
+  [[nodiscard]] bool inertia_is_certain(const SymmetricMatrix& matrix, double gamma,
+                                        double& smaller_gamma);
   [[nodiscard]] Factorization factorize_pivoting(const SymmetricMatrix& matrix);
 
   SymmetricSolverOptions options_;

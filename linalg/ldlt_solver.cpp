@@ -130,9 +130,9 @@ void LdltSolver::build_pattern(const SymmetricMatrix& matrix, std::span<const st
     upper_index_[as_size(p)] = position;
   });
 
-  gamma_.resize(as_size(n));
-  for (std::size_t i = 0; i < gamma_.size(); ++i) {
-    gamma_[i] = options_.ldlt_gamma * gamma_weight(i, signs[i]);
+  gamma_weights_.resize(as_size(n));
+  for (std::size_t i = 0; i < gamma_weights_.size(); ++i) {
+    gamma_weights_[i] = gamma_weight(i, signs[i]);
   }
 }
 
@@ -146,7 +146,8 @@ bool LdltSolver::load_values(const SymmetricMatrix& matrix) {
     upper[upper_index_[p]] = values[p];
   }
   for (Index i = 0; i < matrix.dimension(); ++i) {
-    upper[upper_index_[as_size(matrix.diagonal_position(i))]] += gamma_factor_ * gamma_[as_size(i)];
+    upper[upper_index_[as_size(matrix.diagonal_position(i))]] +=
+        options_.ldlt_gamma * gamma_weights_[as_size(i)];
   }
   return zero_if_finite == 0.0;
 }

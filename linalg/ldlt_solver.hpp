@@ -43,8 +43,8 @@ class LdltSolver final : public SymmetricSolver {
   /// With the forward substitution alone; rows that no column of B reaches cost nothing.
   void inverse_product(const SparseColumns& b, std::span<double> product) override;
   [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
-  /// Factor of Gamma in the following factorizations.
-  void scale_gamma(double factor) { gamma_factor_ = factor; }
+  /// Of the following factorizations, instead of the option.
+  void set_gamma(double gamma) { options_.ldlt_gamma = gamma; }
   [[nodiscard]] bool increase_quality() override { return false; }
   void reset_quality() override {}
   [[nodiscard]] bool pivots() const override { return false; }
@@ -67,8 +67,7 @@ class LdltSolver final : public SymmetricSolver {
   FactorSize size_;                 // predicted
   std::vector<Index> new_index_;    // place of row i in the elimination order
   std::vector<Index> upper_index_;  // position in the permuted upper triangle of each matrix entry
-  std::vector<double> gamma_;       // diagonal of Gamma
-  double gamma_factor_ = 1.0;
+  std::vector<double> gamma_weights_;  // diagonal of Gamma over gamma
   std::vector<std::array<double, kTogether>> together_;
   std::vector<ColumnRange> ranges_;  // of inverse_product: columns that reach a row; else empty
   std::vector<double> forward_;      // L^-1 P B by rows; else zero

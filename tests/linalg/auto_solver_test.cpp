@@ -83,15 +83,18 @@ TEST(AutoSolver, PivotsWhenGammaDecidesTheInertia) {
 }
 
 TEST(AutoSolver, ASmallerGammaSavesThePivoting) {
-  // -1e-9 is hidden by Gamma but not by a thousandth of it.
-  constexpr Index n = 50;
-  MatrixBuilder builder(n);
-  for (Index i = 0; i < n; ++i) builder.add(i, i, i == 20 ? -1e-9 : 1.0);
-  const SymmetricMatrix matrix = builder.build();
-  AutoSolver solver({});
-  ASSERT_TRUE(solver.analyze(matrix, std::vector<std::int8_t>(n, 1)).ok);
-  EXPECT_EQ(solver.factorize(matrix).inertia, (Inertia{n - 1, 1, 0}));
-  EXPECT_FALSE(solver.pivots());
+  // Hidden by Gamma but not by a fraction of it, or not far enough from it.
+  for (const double eigenvalue : {-1e-9, -1.2e-8, -3e-8, 2e-9, 2e-8}) {
+    constexpr Index n = 50;
+    MatrixBuilder builder(n);
+    for (Index i = 0; i < n; ++i) builder.add(i, i, i == 20 ? eigenvalue : 1.0);
+    const SymmetricMatrix matrix = builder.build();
+    AutoSolver solver({});
+    ASSERT_TRUE(solver.analyze(matrix, std::vector<std::int8_t>(n, 1)).ok);
+    const Index negative = eigenvalue < 0.0 ? 1 : 0;
+    EXPECT_EQ(solver.factorize(matrix).inertia, (Inertia{n - negative, negative, 0})) << eigenvalue;
+    EXPECT_FALSE(solver.pivots()) << eigenvalue;
+  }
 }
 
 TEST(AutoSolver, SingularMatricesAreSeenThroughLdlt) {
