@@ -326,19 +326,29 @@ std::optional<Status> GlobalizedMethod::shifted_joint_step(Point& point, double 
   if (max_norm(step_.v) > longest) {
     alpha.primal = std::min(alpha.primal, longest / max_norm(step_.v));
   }
+  if (auto status = step_untested(point, alpha, mu, info)) return status;
+  info.delta_x = shift->x;
+  info.delta_y = shift->y;
+  info.step_norm = max_norm(step_.v);
+  info.step_kind = 'j';
+  return std::nullopt;
+}
+
+std::optional<Status> GlobalizedMethod::step_untested(Point& point, StepLength alpha, double mu,
+                                                      IterationInfo& info) {
   for (int cuts = 0; cuts < kMaxTrials; ++cuts, alpha.primal *= 0.5) {
     set_trial(point, step_, alpha.primal, alpha.dual, mu);
     ++info.trials;
     if (!evaluate_values(trial_) || !evaluate_derivatives(trial_)) continue;
+    if (!trial_.dual.allFinite()) {  // the multipliers overflow
+      alpha.dual *= 0.5;
+      continue;
+    }
     std::swap(point, trial_);
     forget_direction();
     filter_.reset();
-    info.delta_x = shift->x;
-    info.delta_y = shift->y;
     info.alpha_primal = alpha.primal;
     info.alpha_dual = alpha.dual;
-    info.step_norm = max_norm(step_.v);
-    info.step_kind = 'j';
     return std::nullopt;
   }
   message_ = canonical_.evaluation_error();
@@ -614,23 +624,12 @@ bool GlobalizedMethod::soft_step(Point& point, double mu, IterationInfo& info) {
 std::optional<Status> GlobalizedMethod::leap(Point& point, double mu, IterationInfo& info) {
   // No step is acceptable: take a long one all the same, finitely often.
   if (auto status = set_back()) return status;
-  StepLength alpha =
+  const StepLength alpha =
       largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
-  for (int cuts = 0; cuts < kMaxTrials; ++cuts, alpha.primal *= 0.5) {
-    set_trial(point, step_, alpha.primal, alpha.dual, mu);
-    ++info.trials;
-    if (!evaluate_values(trial_) || !evaluate_derivatives(trial_)) continue;
-    std::swap(point, trial_);
-    forget_direction();
-    filter_.reset();
-    slow_steps_ = 0;
-    info.alpha_primal = alpha.primal;
-    info.alpha_dual = alpha.dual;
-    info.step_kind = 'l';
-    return std::nullopt;
-  }
-  message_ = canonical_.evaluation_error();
-  return Status::EvaluationFailed;
+  if (auto status = step_untested(point, alpha, mu, info)) return status;
+  slow_steps_ = 0;
+  info.step_kind = 'l';
+  return std::nullopt;
 }
 
 GlobalizedMethod::Trial GlobalizedMethod::back_to_constraints(const Point& point, double mu,

@@ -8,6 +8,7 @@
 #include <ipminmax/core/merit.hpp>
 #include <ipminmax/core/restoration.hpp>
 #include <ipminmax/core/solver.hpp>
+#include <ipminmax/core/step_length.hpp>
 #include <optional>
 #include <string>
 
@@ -64,6 +65,9 @@ class GlobalizedMethod {
   [[nodiscard]] std::optional<Status> check_branch(double estimate, const Point& point, double mu);
   [[nodiscard]] std::optional<Status> check_progress(const Point& point, double mu);
   [[nodiscard]] std::optional<Status> set_back();
+  /// As far along step_ as all functions are defined.
+  std::optional<Status> step_untested(Point& point, StepLength alpha, double mu,
+                                      IterationInfo& info);
   [[nodiscard]] std::optional<Status> leap(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha, double upper_bound);
   /// The trial point moved towards the constraints of the minimizer; no Max variables.

@@ -66,7 +66,9 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
 bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero_fails) {
   // Where the last first guess was too small, zero is not worth a factorization.
   const double first = first_shift(last_.x);
-  if (zero_fails || (economical() && last_.first_x_failed && shift.x == 0.0)) shift.x = first;
+  if (zero_fails ||
+      (economical() && kkt_.layout().y.size() > 0 && last_.first_x_failed && shift.x == 0.0))
+    shift.x = first;
   if (economical() && dependent_x_ >= kTimesUntilKnown) shift.lambda_x = multiplier_shift(mu);
   for (int raises = 0;; ++raises) {
     const Factorization f = kkt_.factorize(shift);

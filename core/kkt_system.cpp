@@ -232,7 +232,7 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
       z_lower_(Eigen::VectorXd::Zero(canonical.variables())),
       z_upper_(Eigen::VectorXd::Zero(canonical.variables())),
       rhs_(at(layout_.dimension()), 0.0) {
-  residual_ = correction_ = zero_step(canonical);
+  residual_ = last_residual_ = correction_ = zero_step(canonical);
   require_certain_inertia(false);
 }
 
@@ -384,7 +384,38 @@ bool KktSystem::increase_quality() {
   return full || inner;
 }
 
-void KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& step) {
+void KktSystem::solve_with_factors(KktBlock& block, std::span<double> reduced) {
+  if (by_schur_ && &block == &full_) {
+    schur_->solve_in_place(full_, reduced);
+  } else if (!block.empty()) {
+    block.solve_in_place(reduced);
+  }
+}
+
+bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
+  const auto size = static_cast<Eigen::Index>(reduced.size());
+  const Eigen::VectorXd rhs = Eigen::Map<const Eigen::VectorXd>(reduced.data(), size);
+  Eigen::VectorXd residual = rhs;
+  Eigen::VectorXd product(size);
+  Eigen::Map<Eigen::VectorXd> solution(reduced.data(), size);
+  solution.setZero();
+  double last_ratio = std::numeric_limits<double>::infinity();
+  for (Index k = 0;; ++k) {
+    const double scale = max_norm(rhs) + max_norm(solution);
+    const double ratio = scale > 0.0 ? max_norm(residual) / scale : 0.0;
+    if (ratio <= options_.residual_ratio_max) return true;
+    // An overflow is no progress either.
+    if (k > options_.max_refinement_steps || !(ratio <= 0.9 * last_ratio)) return false;
+    last_ratio = ratio;
+    solve_with_factors(block, {residual.data(), reduced.size()});
+    solution += residual;
+    block.matrix().multiply(reduced, {product.data(), reduced.size()});
+    residual = rhs - product;
+  }
+}
+
+bool KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& step,
+                              bool refined) {
   // Bound multipliers: S dz_l + z_l dv = r, S dz_u - z_u dv = r, so that the variables' rows read
   //   (W + sign Sigma) dv + J' dlambda = r_v + sign (r_zl / S_l - r_zu / S_u) =: t.
   const auto slack_of = canonical_.slack_of_constraint();
@@ -402,10 +433,11 @@ void KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& 
     reduced[at(block.row_of_constraint(j))] =
         rhs.lambda[j] + (slack < 0 ? 0.0 : canonical_.sign(slack) * t(slack) / curvature_[slack]);
   }
-  if (by_schur_ && &block == &full_) {
-    schur_->solve_in_place(full_, reduced);
-  } else if (!block.empty()) {
-    block.solve_in_place(reduced);
+  bool ok = true;
+  if (refined) {
+    ok = solve_refined(block, reduced);
+  } else {
+    solve_with_factors(block, reduced);
   }
 
   for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
@@ -419,6 +451,7 @@ void KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& 
     step.z_lower[i] = (rhs.z_lower[i] - z_lower_[i] * step.v[i]) / distance_lower_[i];
     step.z_upper[i] = (rhs.z_upper[i] + z_upper_[i] * step.v[i]) / distance_upper_[i];
   }
+  return ok;
 }
 
 void KktSystem::subtract_product(const KktBlock& block, const Regularization& shift,
@@ -465,28 +498,62 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
   clear_head(step);
   clear_head(correction_);
   solve_reduced(block, rhs, step);
-  // Refinement: stops at residual_ratio_max, or when the residual no longer falls.
+  // Refinement: stops at residual_ratio_max, or when the residual no longer falls. Beside long steps
+  // of the multipliers the ratio overlooks small rows, which Newton's method needs as well.
+  constexpr double kForcing = 1e-3;
+  constexpr double kRounding = 1e-15;
+  constexpr double kSlow = 0.1;
   const double rhs_norm = norm(rhs);
+  const double rhs_v = max_norm(rhs.v.tail(n));
+  const double rhs_lambda = max_norm(rhs.lambda.tail(m));
   double last_ratio = std::numeric_limits<double>::infinity();
-  for (Index k = 0;; ++k) {
+  const auto add_correction = [&](double factor) {
+    step.v.tail(n) += factor * correction_.v.tail(n);
+    step.lambda.tail(m) += factor * correction_.lambda.tail(m);
+    step.z_lower.tail(n) += factor * correction_.z_lower.tail(n);
+    step.z_upper.tail(n) += factor * correction_.z_upper.tail(n);
+  };
+  double scale = 0.0;
+  const auto residual_ratio = [&] {
     residual_.v = rhs.v;
     residual_.lambda = rhs.lambda;
     residual_.z_lower = rhs.z_lower;
     residual_.z_upper = rhs.z_upper;
     subtract_product(block, shift, evaluation, step, residual_);
-    const double scale = std::min(norm(step), 1e6 * rhs_norm) + rhs_norm;
-    const double ratio = scale > 0.0 ? norm(residual_) / scale : 0.0;
+    scale = std::min(norm(step), 1e6 * rhs_norm) + rhs_norm;
+    return scale > 0.0 ? norm(residual_) / scale : 0.0;
+  };
+  for (Index k = 0;; ++k) {
+    double ratio = residual_ratio();
     if (!std::isfinite(ratio)) return false;
-    if (ratio <= options_.residual_ratio_max) return true;
+    if (ratio > kSlow * last_ratio) {
+      // A few modes that Gamma spoils are left: the multiple of the correction d with the smallest
+      // residual, from K d = last residual - residual.
+      auto product_v = last_residual_.v.tail(n);
+      auto product_lambda = last_residual_.lambda.tail(m);
+      product_v -= residual_.v.tail(n);
+      product_lambda -= residual_.lambda.tail(m);
+      const double more =
+          (residual_.v.tail(n).dot(product_v) + residual_.lambda.tail(m).dot(product_lambda)) /
+          (product_v.squaredNorm() + product_lambda.squaredNorm());
+      if (std::isfinite(more)) {
+        add_correction(more);
+        ratio = residual_ratio();
+        if (!std::isfinite(ratio)) return false;
+      }
+    }
+    const double rounding = kRounding * scale;
+    const bool every_row = max_norm(residual_.v.tail(n)) <= kForcing * rhs_v + rounding &&
+                           max_norm(residual_.lambda.tail(m)) <= kForcing * rhs_lambda + rounding;
+    if (ratio <= options_.residual_ratio_max && every_row) return true;
     if (k == options_.max_refinement_steps || ratio > 0.9 * last_ratio) {
       return std::min(ratio, last_ratio) <= options_.residual_ratio_singular;
     }
     last_ratio = ratio;
+    last_residual_.v.tail(n) = residual_.v.tail(n);
+    last_residual_.lambda.tail(m) = residual_.lambda.tail(m);
     solve_reduced(block, residual_, correction_);
-    step.v.tail(n) += correction_.v.tail(n);
-    step.lambda.tail(m) += correction_.lambda.tail(m);
-    step.z_lower.tail(n) += correction_.z_lower.tail(n);
-    step.z_upper.tail(n) += correction_.z_upper.tail(n);
+    add_correction(1.0);
   }
 }
 
@@ -507,6 +574,14 @@ bool KktSystem::solve_inner(const Evaluation& evaluation, const NewtonResidual& 
   return solve(inner_, inner_shift_, evaluation, rhs, step);
 }
 
+bool KktSystem::solve_projection(const NewtonResidual& rhs, Step& step) {
+  for (;;) {
+    if (factorize_for_solutions({}).status != FactorizationStatus::Ok) return false;
+    if (solve_reduced(full_, rhs, step, true)) return true;
+    if (!increase_quality()) return false;
+  }
+}
+
 bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluation& evaluation,
                                           Eigen::VectorXd& lambda) {
   // [I A'; A 0] (d, lambda) = (-g, 0) for each player, slacks with curvature 1:
@@ -522,8 +597,6 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
   full_.assemble_projection(evaluation, Eigen::VectorXd::Ones(canonical_.variables()),
                             Eigen::VectorXd::Ones(canonical_.constraints()), diagonal);
   release_full();
-  if (factorize_for_solutions({}).status != FactorizationStatus::Ok) return false;
-
   curvature_.setOnes();
   distance_lower_.setOnes();
   distance_upper_.setOnes();
@@ -550,7 +623,8 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
         }
       }
     }
-    solve_reduced(full_, rhs, step);
+    // Where Gamma is the pivot of a multiplier, little of I is left in the factors.
+    if (!solve_projection(rhs, step)) return false;
     const IndexRange own = max ? canonical_.max_constraints() : canonical_.min_constraints();
     for (Index j = own.begin; j < own.end; ++j) lambda[j] = step.lambda[j];
   }

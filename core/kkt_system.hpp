@@ -213,7 +213,13 @@ class KktSystem {
   [[nodiscard]] bool leave_schur_complement();
   void decide_on_schur_complement(const Analysis& full);
   /// A right-hand side or solution restricted to a block: reduced, solved, expanded.
-  void solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& step);
+  /// Not refined: once with the factors. Refined: false when no small residual was reached.
+  bool solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& step, bool refined = false);
+  void solve_with_factors(KktBlock& block, std::span<double> reduced);
+  /// Against the assembled matrix.
+  bool solve_refined(KktBlock& block, std::span<double> reduced);
+  /// With the matrix of assemble_projection.
+  bool solve_projection(const NewtonResidual& rhs, Step& step);
   [[nodiscard]] bool solve(KktBlock& block, const Regularization& shift,
                            const Evaluation& evaluation, const NewtonResidual& rhs, Step& step);
   void subtract_product(const KktBlock& block, const Regularization& shift,
@@ -233,7 +239,7 @@ class KktSystem {
   Eigen::VectorXd curvature_;           ///< barrier curvature Sigma per canonical variable, >= 0
   Eigen::VectorXd distance_lower_, distance_upper_;  ///< to the bounds, 1 where there is none
   Eigen::VectorXd z_lower_, z_upper_;                ///< bound multipliers of the last assemble
-  NewtonResidual residual_;
+  NewtonResidual residual_, last_residual_;
   Step correction_;
   std::vector<double> rhs_;
 };

@@ -102,6 +102,38 @@ TEST_P(Scalable, EntriesGrowWithSizeOnly) {
   EXPECT_LE(entries_per_variable(100000), 1.5 * entries_per_variable(1000));
 }
 
+TEST(ScalableMultipliers, FirstOnesAreTheLeastSquaresOnes) {
+  for (const ScalableNlp& family : scalable_nlps()) {
+    // Equality constraints only: neither bounds nor slacks take part.
+    if (family.name != "luksan_vlcek_1" && family.name != "luksan_vlcek_2" &&
+        family.name != "luksan_vlcek_3") {
+      continue;
+    }
+    const auto problem = family.make(100);
+    const std::size_t n = problem->structure().variable_lower.size();
+    Eigen::VectorXd v(static_cast<Eigen::Index>(n));
+    StartingPoint start;
+    start.v = {v.data(), n};
+    ASSERT_TRUE(problem->starting_point(start));
+    const DenseEvaluation here(*problem, v);
+    const Eigen::VectorXd expected =
+        here.jacobian.transpose().colPivHouseholderQr().solve(-here.gradient);
+    for (const LinearSolver solver :
+         {LinearSolver::Auto, LinearSolver::Ldlt, LinearSolver::Mumps, LinearSolver::Lapack}) {
+      SolverOptions options;
+      options.linear_solver = solver;
+      options.nlp_scaling_method = Scaling::None;  // of the rows, it would change the projection
+      options.constr_mult_init_max = 1e10;
+      options.max_iter = 0;
+      const Result result = solve(*problem, options);
+      ASSERT_EQ(result.lambda.size(), static_cast<std::size_t>(expected.size()));
+      const Eigen::Map<const Eigen::VectorXd> lambda(result.lambda.data(), expected.size());
+      EXPECT_LE((lambda - expected).norm(), 1e-6 * expected.norm())
+          << family.name << " " << static_cast<int>(solver);
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Regression, Scalable,
                          ::testing::Range<std::size_t>(0, scalable_nlps().size()),
                          [](const auto& instance) { return scalable_nlps()[instance.param].name; });
