@@ -250,7 +250,7 @@ SecondOrder second_order(const CanonicalProblem& canonical, KktSystem& kkt,
   kkt.assemble(evaluation, classes.without_weak);
   // Gamma distorts curvature by gamma, so the margin has to dominate it.
   const double margin = std::max(options.minmax_curvature_tol * std::max(kkt.hessian_norm(), 1.0),
-                                 kkt.pivots() ? 0.0 : 2.0 * options.minmax_ldlt_gamma);
+                                 2.0 * kkt.perturbation());
   certificate.margin = kClear * margin;
   InertiaTest spare;
   if (clear) spare = test.survives(classes.without_weak, certificate.margin);

@@ -89,6 +89,7 @@ class KktBlock {
     return solver_->increase_quality();
   }
   [[nodiscard]] bool pivots() const { return empty() || solver_->pivots(); }
+  [[nodiscard]] double perturbation() const { return empty() ? 0.0 : solver_->perturbation(); }
   void require_certain_inertia(bool certain) {
     factorized_with_.reset();
     certain_ = certain;
@@ -188,6 +189,10 @@ class KktSystem {
   void require_certain_inertia(bool certain);
   /// Whether both factorizations pivot, so that their inertias hold for any matrix.
   [[nodiscard]] bool pivots() const { return full_.pivots() && inner_.pivots(); }
+  /// By how much eigenvalues of the last factorizations are off.
+  [[nodiscard]] double perturbation() const {
+    return std::max(full_.perturbation(), inner_.perturbation());
+  }
 
   /// Least-squares multipliers: lambda_y from the y-rows, then lambda_x from the x-rows.
   /// False: the constraints' gradients are dependent or the solve failed.

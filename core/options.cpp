@@ -328,7 +328,9 @@ std::vector<OptionInfo> make_table() {
               {"where fewer operations are predicted", "always, with Max variables",
                "never: K and K_yy are factorized one by one"})},
       {"minmax_ldlt_gamma", linear,
-       "Signed regularization of linear_solver ldlt (the paper's Gamma).",
+       "Signed regularization of linear_solver ldlt (the paper's Gamma); up to 1000 times that "
+       "where "
+       "the Jacobian's entries are larger than 1, as their square.",
        nonnegative(&O::minmax_ldlt_gamma)},
       {"mumps_pivtol", linear, "Pivot threshold of MUMPS.", closed_upto(&O::mumps_pivtol, 1.0)},
       {"mumps_pivtolmax", linear, "Largest pivot threshold of MUMPS.",

@@ -117,7 +117,7 @@ bool AutoSolver::inertia_is_certain(const SymmetricMatrix& matrix, double gamma,
   if (length * kMargin * gamma > 1.0) {
     // It moves eigenvalues less but costs digits.
     constexpr double kSmallest = 1e-3;
-    smaller_gamma = std::max(0.5 / (kMargin * length), kSmallest * options_.ldlt_gamma);
+    smaller_gamma = std::max(0.5 / (kMargin * length), kSmallest * gamma);
     return false;
   }
   matrix.multiply(u, product_);
@@ -137,10 +137,9 @@ Factorization AutoSolver::factorize_pivoting(const SymmetricMatrix& matrix) {
 Factorization AutoSolver::factorize(const SymmetricMatrix& matrix) {
   if (!use_ldlt_) return factorize_pivoting(matrix);
   constexpr int kAttempts = 3;  // what Gamma hides spoils the first estimate
-  double gamma = options_.ldlt_gamma;
+  double gamma = ldlt_.suitable_gamma(matrix);
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    ldlt_.set_gamma(gamma);
-    const Factorization result = ldlt_.factorize(matrix);
+    const Factorization result = ldlt_.factorize(matrix, gamma);
     double smaller_gamma = 0.0;
     ldlt_is_current_ = result.status == FactorizationStatus::Ok &&
                        (!certain_ || inertia_is_certain(matrix, gamma, smaller_gamma));
@@ -185,6 +184,10 @@ void AutoSolver::reset_quality() {
 }
 
 bool AutoSolver::pivots() const { return !ldlt_is_current_; }
+
+double AutoSolver::perturbation() const {
+  return ldlt_is_current_ ? ldlt_.perturbation() : pivoting_->perturbation();
+}
 
 std::string_view AutoSolver::name() const { return "auto"; }
 

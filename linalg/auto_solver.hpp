@@ -39,6 +39,7 @@ class AutoSolver final : public SymmetricSolver {
 
   /// Whether the last factorization (before any: the next one) pivots.
   [[nodiscard]] bool pivots() const override;
+  [[nodiscard]] double perturbation() const override;
   [[nodiscard]] std::string_view name() const override;
 
  private:

@@ -48,7 +48,7 @@ struct LdltSolver::Factor {
 };
 
 LdltSolver::LdltSolver(const SymmetricSolverOptions& options)
-    : options_(options), factor_(std::make_unique<Factor>()) {}
+    : options_(options), gamma_(options.ldlt_gamma), factor_(std::make_unique<Factor>()) {}
 
 LdltSolver::~LdltSolver() = default;
 
@@ -134,10 +134,16 @@ void LdltSolver::build_pattern(const SymmetricMatrix& matrix, std::span<const st
   for (std::size_t i = 0; i < gamma_weights_.size(); ++i) {
     gamma_weights_[i] = gamma_weight(i, signs[i]);
   }
+  couples_.resize(as_size(matrix.nonzeros()));
+  for (Index j = 0; j < n; ++j) {
+    for (Index p = starts[as_size(j)]; p < starts[as_size(j) + 1]; ++p) {
+      couples_[as_size(p)] = signs[as_size(rows[as_size(p)])] != signs[as_size(j)];
+    }
+  }
 }
 
 /// upper = P (A + Gamma) P'. False when a value is not finite.
-bool LdltSolver::load_values(const SymmetricMatrix& matrix) {
+bool LdltSolver::load_values(const SymmetricMatrix& matrix, double gamma) {
   const auto values = matrix.values();
   double* upper = factor_->upper.valuePtr();
   double zero_if_finite = 0.0;
@@ -146,16 +152,30 @@ bool LdltSolver::load_values(const SymmetricMatrix& matrix) {
     upper[upper_index_[p]] = values[p];
   }
   for (Index i = 0; i < matrix.dimension(); ++i) {
-    upper[upper_index_[as_size(matrix.diagonal_position(i))]] +=
-        options_.ldlt_gamma * gamma_weights_[as_size(i)];
+    upper[upper_index_[as_size(matrix.diagonal_position(i))]] += gamma * gamma_weights_[as_size(i)];
   }
   return zero_if_finite == 0.0;
 }
 
+double LdltSolver::suitable_gamma(const SymmetricMatrix& matrix) const {
+  constexpr double kLargest = 1e3;  // over the option
+  const auto values = matrix.values();
+  double coupling = 1.0;
+  for (std::size_t p = 0; p < values.size(); ++p) {
+    if (couples_[p]) coupling = std::max(coupling, std::abs(values[p]));
+  }
+  return options_.ldlt_gamma * std::min(coupling * coupling, kLargest);
+}
+
 Factorization LdltSolver::factorize(const SymmetricMatrix& matrix) {
+  return factorize(matrix, suitable_gamma(matrix));
+}
+
+Factorization LdltSolver::factorize(const SymmetricMatrix& matrix, double gamma) {
   factorized_ = false;
+  gamma_ = gamma;
   Factorization result;
-  if (!load_values(matrix)) return result;
+  if (!load_values(matrix, gamma)) return result;
   if (matrix.dimension() == 0) {
     factorized_ = true;
     result.status = FactorizationStatus::Ok;

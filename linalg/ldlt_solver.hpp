@@ -43,11 +43,14 @@ class LdltSolver final : public SymmetricSolver {
   /// With the forward substitution alone; rows that no column of B reaches cost nothing.
   void inverse_product(const SparseColumns& b, std::span<double> product) override;
   [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
-  /// Of the following factorizations, instead of the option.
-  void set_gamma(double gamma) { options_.ldlt_gamma = gamma; }
+  [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix, double gamma);
+  /// What factorize takes by itself. As pivot of a multiplier's zero diagonal gamma leaves J'J / gamma
+  /// in the rows of the variables: too small a gamma costs their digits, too large a one accuracy.
+  [[nodiscard]] double suitable_gamma(const SymmetricMatrix& matrix) const;
   [[nodiscard]] bool increase_quality() override { return false; }
   void reset_quality() override {}
   [[nodiscard]] bool pivots() const override { return false; }
+  [[nodiscard]] double perturbation() const override { return gamma_; }
   [[nodiscard]] std::string_view name() const override { return "ldlt"; }
 
  private:
@@ -58,7 +61,7 @@ class LdltSolver final : public SymmetricSolver {
     void include(ColumnRange other);
   };
   void build_pattern(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs);
-  bool load_values(const SymmetricMatrix& matrix);
+  bool load_values(const SymmetricMatrix& matrix, double gamma);
   void solve_together(std::span<double> rhs);
   void find_ranges(const SparseColumns& b, std::vector<ColumnRange>& ranges) const;
 
@@ -68,6 +71,8 @@ class LdltSolver final : public SymmetricSolver {
   std::vector<Index> new_index_;    // place of row i in the elimination order
   std::vector<Index> upper_index_;  // position in the permuted upper triangle of each matrix entry
   std::vector<double> gamma_weights_;  // diagonal of Gamma over gamma
+  std::vector<bool> couples_;          // entries of the matrix that link rows of opposite signs
+  double gamma_;                       // of the last factorization, before any the option
   std::vector<std::array<double, kTogether>> together_;
   std::vector<ColumnRange> ranges_;  // of inverse_product: columns that reach a row; else empty
   std::vector<double> forward_;      // L^-1 P B by rows; else zero

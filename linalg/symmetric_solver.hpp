@@ -38,7 +38,9 @@ struct Factorization {
 
 struct SymmetricSolverOptions {
   Ordering ordering = Ordering::Best;  ///< Best compares the orderings by predicted flops
-  double ldlt_gamma = 1e-8;  ///< signed regularization Gamma of the unpivoted factorization
+  /// Signed regularization Gamma of the unpivoted factorization; up to 1e3 times that where entries
+  /// between rows of opposite signs are large.
+  double ldlt_gamma = 1e-8;
   double mumps_pivot_tolerance = 1e-6;
   double mumps_pivot_tolerance_max = 0.1;
   Index mumps_memory_percent =
@@ -103,6 +105,9 @@ class SymmetricSolver {
 
   /// Whether pivoting makes the inertia reliable for any matrix.
   [[nodiscard]] virtual bool pivots() const = 0;
+
+  /// Bound of what the last factorize added to eigenvalues (before any: will add at least).
+  [[nodiscard]] virtual double perturbation() const { return 0.0; }
 
   [[nodiscard]] virtual std::string_view name() const = 0;
 

@@ -136,6 +136,25 @@ TEST(LdltSolver, NeedsOneSignPerRow) {
   EXPECT_THROW((void)solver.analyze(SymmetricMatrix(3, {}), signs), std::invalid_argument);
 }
 
+TEST(LdltSolver, GammaGrowsWithTheCouplingOfTheSigns) {
+  // [I A'; A 0] with the multiplier's row eliminated first: A'A / gamma must leave digits of I.
+  SymmetricSolverOptions options;
+  options.ldlt_gamma = 1e-11;
+  for (const auto& [coupling, factor] : {std::pair{0.1, 1.0}, {3.0, 9.0}, {200.0, 1e3}}) {
+    MatrixBuilder builder(3);
+    builder.add(0, 0, 1.0);
+    builder.add(1, 1, 500.0);
+    builder.add(0, 1, 70.0);  // between rows of one sign
+    builder.add(2, 0, coupling);
+    const SymmetricMatrix matrix = builder.build();
+    LdltSolver ldlt(options);
+    ASSERT_TRUE(ldlt.analyze(matrix, std::vector<std::int8_t>{1, 1, -1}).ok);
+    EXPECT_DOUBLE_EQ(ldlt.suitable_gamma(matrix), factor * options.ldlt_gamma);
+    ASSERT_EQ(ldlt.factorize(matrix).status, FactorizationStatus::Ok);
+    EXPECT_DOUBLE_EQ(ldlt.perturbation(), factor * options.ldlt_gamma);
+  }
+}
+
 TEST(LdltSolver, ReportsTheSmallestPivot) {
   const std::vector<Triplet> diagonal{{0, 0}, {1, 1}, {2, 2}};
   SymmetricMatrix matrix(3, diagonal);
