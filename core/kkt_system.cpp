@@ -500,7 +500,7 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
   solve_reduced(block, rhs, step);
   // Refinement: stops at residual_ratio_max, or when the residual no longer falls. Beside long steps
   // of the multipliers the ratio overlooks small rows, which Newton's method needs as well.
-  constexpr double kForcing = 1e-3;
+  constexpr double kForcing = 1e-2;
   constexpr double kRounding = 1e-15;
   constexpr double kSlow = 0.1;
   const double rhs_norm = norm(rhs);
