@@ -577,7 +577,11 @@ bool KktSystem::solve_inner(const Evaluation& evaluation, const NewtonResidual& 
 bool KktSystem::solve_projection(const NewtonResidual& rhs, Step& step) {
   for (;;) {
     if (factorize_for_solutions({}).status != FactorizationStatus::Ok) return false;
-    if (solve_reduced(full_, rhs, step, true)) return true;
+    {
+      const ScopedTimer timer(timing_.solves);
+      ++counts_.solves;
+      if (solve_reduced(full_, rhs, step, true)) return true;
+    }
     if (!increase_quality()) return false;
   }
 }
@@ -604,8 +608,6 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
   z_upper_.setZero();
   NewtonResidual rhs = zero_step(canonical_);
   Step step = rhs;
-  const ScopedTimer timer(timing_.solves);
-  counts_.solves += 2;
   for (const bool max : {true, false}) {
     const IndexRange variables = {max ? canonical_.y().begin : 0,
                                   max ? canonical_.variables() : canonical_.y().begin};
