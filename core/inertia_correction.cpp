@@ -64,11 +64,11 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
 }
 
 bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero_fails) {
-  // Where the last first guess was too small, zero is not worth a factorization.
+  // Where the last first guess was too small, zero is not worth a factorization; minimizations try
+  // it all the same, as Ipopt does.
   const double first = first_shift(last_.x);
-  if (zero_fails ||
-      (economical() && kkt_.layout().y.size() > 0 && last_.first_x_failed && shift.x == 0.0))
-    shift.x = first;
+  const bool sparing = economical() && kkt_.layout().y.size() > 0;
+  if (zero_fails || (sparing && last_.first_x_failed && shift.x == 0.0)) shift.x = first;
   if (economical() && dependent_x_ >= kTimesUntilKnown) shift.lambda_x = multiplier_shift(mu);
   for (int raises = 0;; ++raises) {
     const Factorization f = kkt_.factorize(shift);
@@ -86,7 +86,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
     if (shift.x > options_.max_hessian_perturbation) return false;
   }
   last_.first_x_failed = shift.x > first;
-  if (last_.x == 0.0 && shift.x > first && economical() && kkt_.layout().y.size() > 0) {
+  if (sparing && last_.x == 0.0 && shift.x > first) {
     // The first shift of a solve grew in large strides: try half of the last one (of its logarithm).
     Regularization smaller = shift;
     smaller.x /= std::sqrt(options_.perturb_inc_fact_first);

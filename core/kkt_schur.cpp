@@ -110,8 +110,8 @@ std::optional<Factorization> KktSchur::factorize(const KktBlock& full, const Kkt
   return result;
 }
 
-void KktSchur::solve_in_place(const KktBlock& full, std::span<double> rhs) {
-  complement_.solve_in_place(full.matrix(), *full_factors_->solver, rhs);
+void KktSchur::solve_in_place(std::span<double> rhs) {
+  complement_.solve_in_place(*full_factors_->solver, rhs);
 }
 
 }  // namespace ipminmax

@@ -42,7 +42,7 @@ class KktSchur {
   [[nodiscard]] std::optional<Factorization> factorize(const KktBlock& full, const KktBlock& inner,
                                                        Counts& counts);
   /// Solves with the last factorization of K, in place.
-  void solve_in_place(const KktBlock& full, std::span<double> rhs);
+  void solve_in_place(std::span<double> rhs);
 
   /// K has other values: its factorization is needed no more.
   void release_full() { full_factors_ = nullptr; }

@@ -386,7 +386,7 @@ bool KktSystem::increase_quality() {
 
 void KktSystem::solve_with_factors(KktBlock& block, std::span<double> reduced) {
   if (by_schur_ && &block == &full_) {
-    schur_->solve_in_place(full_, reduced);
+    schur_->solve_in_place(reduced);
   } else if (!block.empty()) {
     block.solve_in_place(reduced);
   }

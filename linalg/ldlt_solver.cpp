@@ -21,7 +21,16 @@ class InPlaceLdlt : public NaturalLdlt {
  public:
   void factorize_upper(const UpperMatrix& upper) { this->factorize_preordered<true>(upper); }
   [[nodiscard]] const Eigen::VectorXd& pivots() const { return m_diag; }
-  [[nodiscard]] const CholMatrixType& l() const { return m_matrix; }  // without its unit diagonal
+  /// visit(row, value) for the entries of column j of L, without its unit diagonal.
+  template <class Visit>
+  void for_each_of_column(std::size_t j, Visit&& visit) const {
+    const Index* starts = m_matrix.outerIndexPtr();
+    const Index* rows = m_matrix.innerIndexPtr();
+    const double* values = m_matrix.valuePtr();
+    for (Index p = starts[j]; p < starts[j + 1]; ++p) {
+      visit(static_cast<std::size_t>(rows[p]), values[p]);
+    }
+  }
   /// Of the elimination tree; -1: a root.
   [[nodiscard]] Index parent(Index j) const { return m_parent[j]; }
   [[nodiscard]] Index entries_of_column(Index j) const {
@@ -226,25 +235,20 @@ void LdltSolver::solve_together(std::span<double> rhs) {
   for (std::size_t c = 0; c < kTogether; ++c) {
     for (std::size_t i = 0; i < n; ++i) x[as_size(new_index_[i])][c] = rhs[c * n + i];
   }
-  const auto& l = factor_->ldlt.l();
-  const Index* starts = l.outerIndexPtr();
-  const Index* rows = l.innerIndexPtr();
-  const double* values = l.valuePtr();
-  const Eigen::VectorXd& pivots = factor_->ldlt.pivots();
+  const InPlaceLdlt& ldlt = factor_->ldlt;
+  const Eigen::VectorXd& pivots = ldlt.pivots();
   for (std::size_t j = 0; j < n; ++j) {
     const Row x_j = x[j];
-    for (Index p = starts[j]; p < starts[j + 1]; ++p) {
-      Row& x_i = x[as_size(rows[p])];
-      for (std::size_t c = 0; c < kTogether; ++c) x_i[c] -= values[p] * x_j[c];
-    }
+    ldlt.for_each_of_column(j, [&](std::size_t i, double value) {
+      for (std::size_t c = 0; c < kTogether; ++c) x[i][c] -= value * x_j[c];
+    });
   }
   for (std::size_t j = n; j-- > 0;) {
     Row x_j = x[j];
     for (double& value : x_j) value /= pivots[static_cast<Index>(j)];
-    for (Index p = starts[j]; p < starts[j + 1]; ++p) {
-      const Row& x_i = x[as_size(rows[p])];
-      for (std::size_t c = 0; c < kTogether; ++c) x_j[c] -= values[p] * x_i[c];
-    }
+    ldlt.for_each_of_column(j, [&](std::size_t i, double value) {
+      for (std::size_t c = 0; c < kTogether; ++c) x_j[c] -= value * x[i][c];
+    });
     x[j] = x_j;
   }
   for (std::size_t c = 0; c < kTogether; ++c) {
@@ -284,11 +288,8 @@ void LdltSolver::inverse_product(const SparseColumns& b, std::span<double> produ
       forward_[as_size(row) * columns + k] += b.values[as_size(p)];
     }
   }
-  const auto& l = factor_->ldlt.l();
-  const Index* starts = l.outerIndexPtr();
-  const Index* rows = l.innerIndexPtr();
-  const double* values = l.valuePtr();
-  const Eigen::VectorXd& pivots = factor_->ldlt.pivots();
+  const InPlaceLdlt& ldlt = factor_->ldlt;
+  const Eigen::VectorXd& pivots = ldlt.pivots();
   for (std::size_t j = 0; j < n; ++j) {
     const ColumnRange range = ranges_[j];
     if (range.begin == range.end) continue;
@@ -301,12 +302,11 @@ void LdltSolver::inverse_product(const SparseColumns& b, std::span<double> produ
       double* target = &product[(as_size(range.begin) + a) * columns + as_size(range.begin)];
       for (std::size_t i = a; i < width; ++i) target[i] += factor * z_j[i];
     }
-    for (Index p = starts[j]; p < starts[j + 1]; ++p) {
-      const std::size_t i = as_size(rows[p]);
+    ldlt.for_each_of_column(j, [&](std::size_t i, double value) {
       ranges_[i].include(range);
       double* z_i = &forward_[i * columns + as_size(range.begin)];
-      for (std::size_t a = 0; a < width; ++a) z_i[a] -= values[p] * z_j[a];
-    }
+      for (std::size_t a = 0; a < width; ++a) z_i[a] -= value * z_j[a];
+    });
     std::fill(z_j, z_j + width, 0.0);
   }
 }

@@ -91,14 +91,10 @@ void SchurComplement::extract_inner(const SymmetricMatrix& matrix, std::span<dou
   }
 }
 
-void SchurComplement::take_coupling(const SymmetricMatrix& matrix) {
+bool SchurComplement::form(const SymmetricMatrix& matrix, SymmetricSolver& inner) {
   for (std::size_t k = 0; k < coupling_.size(); ++k) {
     coupling_[k] = matrix.values()[as_size(coupling_entries_[k])];
   }
-}
-
-bool SchurComplement::form(const SymmetricMatrix& matrix, SymmetricSolver& inner) {
-  take_coupling(matrix);
   inner.inverse_product(coupling(), product_);
   const double limit = kMaxGrowth * matrix.max_norm();
   for (Index j = 0; j < outer_dimension(); ++j) {
@@ -124,9 +120,7 @@ Factorization SchurComplement::factorize(const SymmetricMatrix& matrix) {
   return dense_.factorize(complement_);
 }
 
-void SchurComplement::solve_in_place(const SymmetricMatrix& matrix, SymmetricSolver& inner,
-                                     std::span<double> rhs) {
-  take_coupling(matrix);
+void SchurComplement::solve_in_place(SymmetricSolver& inner, std::span<double> rhs) {
   // S u = r - B' C^-1 s,  C w = s - B u
   for (std::size_t k = 0; k < inner_.size(); ++k) inner_rhs_[k] = rhs[as_size(inner_[k])];
   inner.solve_in_place(inner_rhs_);

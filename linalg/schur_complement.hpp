@@ -43,10 +43,9 @@ class SchurComplement {
 
   /// rhs: one right-hand side in the rows of K, overwritten by the solution; after a factorize that
   /// returned Ok, with C's factors of form.
-  void solve_in_place(const SymmetricMatrix& matrix, SymmetricSolver& inner, std::span<double> rhs);
+  void solve_in_place(SymmetricSolver& inner, std::span<double> rhs);
 
  private:
-  void take_coupling(const SymmetricMatrix& matrix);
   [[nodiscard]] SparseColumns coupling() const {
     return {inner_dimension(), coupling_starts_, coupling_rows_, coupling_};
   }

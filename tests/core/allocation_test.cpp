@@ -13,39 +13,39 @@
 #include <problems/small_problems.hpp>
 #include <support/autodiff_problem.hpp>
 #include <support/count_allocations.hpp>
+#include <support/forwarding_problem.hpp>
 
 namespace ipminmax {
 namespace {
 
 using testing::allocation_counter;
+using testing::ForwardingProblem;
 
 /// Stops the counter while the model works.
-class Uncounted final : public Problem {
+class Uncounted final : public ForwardingProblem {
  public:
-  explicit Uncounted(Problem& model) : model_(model) {}
+  using ForwardingProblem::ForwardingProblem;
 
-  const ProblemStructure& structure() const override { return model_.structure(); }
-  bool starting_point(StartingPoint& start) override { return model_.starting_point(start); }
   bool objective(std::span<const double> v, bool fresh, double& f) override {
     const Pause pause;
-    return model_.objective(v, fresh, f);
+    return ForwardingProblem::objective(v, fresh, f);
   }
   bool gradient(std::span<const double> v, bool fresh, std::span<double> out) override {
     const Pause pause;
-    return model_.gradient(v, fresh, out);
+    return ForwardingProblem::gradient(v, fresh, out);
   }
   bool constraints(std::span<const double> v, bool fresh, std::span<double> out) override {
     const Pause pause;
-    return model_.constraints(v, fresh, out);
+    return ForwardingProblem::constraints(v, fresh, out);
   }
   bool jacobian(std::span<const double> v, bool fresh, std::span<double> out) override {
     const Pause pause;
-    return model_.jacobian(v, fresh, out);
+    return ForwardingProblem::jacobian(v, fresh, out);
   }
   bool hessian(std::span<const double> v, bool fresh, double sigma, std::span<const double> lambda,
                bool fresh_lambda, std::span<double> out) override {
     const Pause pause;
-    return model_.hessian(v, fresh, sigma, lambda, fresh_lambda, out);
+    return ForwardingProblem::hessian(v, fresh, sigma, lambda, fresh_lambda, out);
   }
 
  private:
@@ -53,7 +53,6 @@ class Uncounted final : public Problem {
     bool was_on = allocation_counter.on.exchange(false);
     ~Pause() { allocation_counter.on = was_on; }
   };
-  Problem& model_;
 };
 
 struct Finding {

@@ -96,7 +96,7 @@ class SchurComplementTest : public testing::TestWithParam<LinearSolver> {
     const std::vector<double> b = some_vector(k.matrix.dimension());
     std::vector<double> u(b.size(), 0.0), residual = b, product(b.size());
     for (int step = 0; step < 6; ++step) {
-      schur.solve_in_place(k.matrix, *solver, residual);
+      schur.solve_in_place(*solver, residual);
       for (std::size_t i = 0; i < u.size(); ++i) u[i] += residual[i];
       k.matrix.multiply(u, product);
       for (std::size_t i = 0; i < u.size(); ++i) residual[i] = b[i] - product[i];

@@ -23,14 +23,18 @@ class Scalable : public ::testing::TestWithParam<std::size_t> {
   const ScalableNlp& family_ = scalable_nlps()[GetParam()];
 };
 
+Eigen::VectorXd start_of(Problem& problem) {
+  const std::size_t n = problem.structure().variable_lower.size();
+  Eigen::VectorXd v = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
+  StartingPoint start;
+  start.v = {v.data(), n};
+  EXPECT_TRUE(problem.starting_point(start));
+  return v;
+}
+
 /// The start, moved a little, inside the bounds.
 Eigen::VectorXd moved_start(Problem& problem) {
-  const ProblemStructure& structure = problem.structure();
-  Eigen::VectorXd v =
-      Eigen::VectorXd::Zero(static_cast<Eigen::Index>(structure.variable_lower.size()));
-  StartingPoint start;
-  start.v = {v.data(), structure.variable_lower.size()};
-  EXPECT_TRUE(problem.starting_point(start));
+  Eigen::VectorXd v = start_of(problem);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> factor(0.9, 1.1);
   for (double& value : v) value = value * factor(random) + 0.01 * (factor(random) - 0.9);
@@ -110,12 +114,7 @@ TEST(ScalableMultipliers, FirstOnesAreTheLeastSquaresOnes) {
       continue;
     }
     const auto problem = family.make(100);
-    const std::size_t n = problem->structure().variable_lower.size();
-    Eigen::VectorXd v(static_cast<Eigen::Index>(n));
-    StartingPoint start;
-    start.v = {v.data(), n};
-    ASSERT_TRUE(problem->starting_point(start));
-    const DenseEvaluation here(*problem, v);
+    const DenseEvaluation here(*problem, start_of(*problem));
     const Eigen::VectorXd expected =
         here.jacobian.transpose().colPivHouseholderQr().solve(-here.gradient);
     for (const LinearSolver solver :
