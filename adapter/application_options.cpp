@@ -1,5 +1,3 @@
-#include <ipminmax/adapter/application_options.hpp>
-
 #include <IpJournalist.hpp>
 #include <algorithm>
 #include <cctype>
@@ -13,7 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include <ipminmax/adapter/ipopt_only_options.hpp>
+#include "adapter/application_options.hpp"
+#include "adapter/ipopt_only_options.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

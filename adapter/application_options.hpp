@@ -9,8 +9,8 @@
 #include <IpOptionsList.hpp>
 #include <IpRegOptions.hpp>
 
-#include <ipminmax/adapter/ipopt_version.hpp>
-#include <ipminmax/core/options.hpp>
+#include "../core/options.hpp"
+#include "ipopt_version.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
-#include <ipminmax/adapter/ipminmax.h>
-#include <ipminmax/adapter/application_options.hpp>
-#include <ipminmax/adapter/minmax_application.hpp>
-#include <ipminmax/adapter/minmax_tnlp.hpp>
+#include "adapter/application_options.hpp"
+#include "adapter/ipminmax.h"
+#include "adapter/minmax_application.hpp"
+#include "adapter/minmax_tnlp.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

@@ -1,5 +1,3 @@
-#include <ipminmax/adapter/cross_check.hpp>
-
 #include <IpJournalist.hpp>
 #include <IpOptionsList.hpp>
 #include <IpRegOptions.hpp>
@@ -13,10 +11,11 @@
 #include <sstream>
 #include <stdexcept>
 
-#include <ipminmax/adapter/application_options.hpp>
-#include <ipminmax/adapter/status.hpp>
-#include <ipminmax/adapter/tnlp_problem.hpp>
-#include <ipminmax/core/solver.hpp>
+#include "adapter/application_options.hpp"
+#include "adapter/cross_check.hpp"
+#include "adapter/status.hpp"
+#include "adapter/tnlp_problem.hpp"
+#include "core/solver.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include <ipminmax/adapter/minmax_tnlp.hpp>
-#include <ipminmax/adapter/problem_tnlp.hpp>
-#include <ipminmax/core/problem.hpp>
-#include <ipminmax/core/result.hpp>
+#include "../core/problem.hpp"
+#include "../core/result.hpp"
+#include "minmax_tnlp.hpp"
+#include "problem_tnlp.hpp"
 
 /// Ipopt as the reference: one and the same model solved by both solvers where it is a
 /// minimization or a maximization; where it is a minmax problem, Ipopt's attempt to improve the

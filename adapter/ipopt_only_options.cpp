@@ -1,12 +1,11 @@
-#include <ipminmax/adapter/ipopt_only_options.hpp>
-
 #include <IpIpoptApplication.hpp>
 #include <algorithm>
 #include <optional>
 #include <sstream>
 
-#include <ipminmax/adapter/application_options.hpp>
-#include <ipminmax/core/options.hpp>
+#include "adapter/application_options.hpp"
+#include "adapter/ipopt_only_options.hpp"
+#include "core/options.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

@@ -8,7 +8,7 @@
 #include <IpOptionsList.hpp>
 #include <IpRegOptions.hpp>
 
-#include <ipminmax/adapter/ipopt_version.hpp>
+#include "ipopt_version.hpp"
 
 /// Options of Ipopt that this solver does not have, so that programs and options files made for Ipopt
 /// say what became of them. Which they are is read from the linked Ipopt's own registry.

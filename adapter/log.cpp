@@ -1,11 +1,11 @@
-#include <ipminmax/adapter/log.hpp>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <vector>
+
+#include "adapter/log.hpp"
 
 namespace ipminmax::log {
 namespace {

@@ -2,12 +2,12 @@
 
 #include <string>
 
-#include <ipminmax/core/derivative_test.hpp>
-#include <ipminmax/core/multistart.hpp>
-#include <ipminmax/core/options.hpp>
-#include <ipminmax/core/problem.hpp>
-#include <ipminmax/core/result.hpp>
-#include <ipminmax/core/solver.hpp>
+#include "../core/derivative_test.hpp"
+#include "../core/multistart.hpp"
+#include "../core/options.hpp"
+#include "../core/problem.hpp"
+#include "../core/result.hpp"
+#include "../core/solver.hpp"
 
 /// The texts of the console log, in Ipopt's layout. Plain ASCII; every text ends with a line end.
 namespace ipminmax::log {

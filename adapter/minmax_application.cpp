@@ -1,5 +1,3 @@
-#include <ipminmax/adapter/minmax_application.hpp>
-
 #include <IpOptionsList.hpp>
 #include <IpRegOptions.hpp>
 #include <chrono>
@@ -11,14 +9,15 @@
 #include <sstream>
 #include <utility>
 
-#include <ipminmax/adapter/application_options.hpp>
-#include <ipminmax/adapter/ipopt_only_options.hpp>
-#include <ipminmax/adapter/log.hpp>
-#include <ipminmax/adapter/options_documentation.hpp>
-#include <ipminmax/adapter/status.hpp>
-#include <ipminmax/adapter/tnlp_problem.hpp>
-#include <ipminmax/core/multistart.hpp>
-#include <ipminmax/core/solver.hpp>
+#include "adapter/application_options.hpp"
+#include "adapter/ipopt_only_options.hpp"
+#include "adapter/log.hpp"
+#include "adapter/minmax_application.hpp"
+#include "adapter/options_documentation.hpp"
+#include "adapter/status.hpp"
+#include "adapter/tnlp_problem.hpp"
+#include "core/multistart.hpp"
+#include "core/solver.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

@@ -6,10 +6,10 @@
 
 #include <IpIpoptApplication.hpp>
 
-#include <ipminmax/adapter/minmax_statistics.hpp>
-#include <ipminmax/adapter/minmax_tnlp.hpp>
-#include <ipminmax/core/result.hpp>
-#include <ipminmax/core/violations.hpp>
+#include "../core/result.hpp"
+#include "../core/violations.hpp"
+#include "minmax_statistics.hpp"
+#include "minmax_tnlp.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

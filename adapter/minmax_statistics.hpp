@@ -5,8 +5,8 @@
 #include <IpReferenced.hpp>
 #include <IpTypes.hpp>
 
-#include <ipminmax/adapter/ipopt_version.hpp>
-#include <ipminmax/core/result.hpp>
+#include "../core/result.hpp"
+#include "ipopt_version.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

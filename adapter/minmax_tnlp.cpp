@@ -1,9 +1,9 @@
-#include <ipminmax/adapter/minmax_tnlp.hpp>
-
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
+
+#include "adapter/minmax_tnlp.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

@@ -6,8 +6,8 @@
 #include <IpSmartPtr.hpp>
 #include <IpTNLP.hpp>
 
-#include <ipminmax/adapter/ipopt_version.hpp>
-#include <ipminmax/core/problem.hpp>
+#include "../core/problem.hpp"
+#include "ipopt_version.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

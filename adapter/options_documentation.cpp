@@ -1,5 +1,3 @@
-#include <ipminmax/adapter/options_documentation.hpp>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -7,9 +5,10 @@
 #include <limits>
 #include <string_view>
 
-#include <ipminmax/adapter/application_options.hpp>
-#include <ipminmax/adapter/ipopt_only_options.hpp>
-#include <ipminmax/core/options.hpp>
+#include "adapter/application_options.hpp"
+#include "adapter/ipopt_only_options.hpp"
+#include "adapter/options_documentation.hpp"
+#include "core/options.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

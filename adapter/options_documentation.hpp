@@ -5,7 +5,7 @@
 
 #include <IpOptionsList.hpp>
 
-#include <ipminmax/adapter/ipopt_version.hpp>
+#include "ipopt_version.hpp"
 
 /// The documentation of all options, made from the tables that also register them.
 namespace ipminmax {

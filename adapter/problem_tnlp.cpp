@@ -1,12 +1,11 @@
-#include <ipminmax/adapter/problem_tnlp.hpp>
-
 #include <IpJournalist.hpp>
 #include <IpSolveStatistics.hpp>
 #include <algorithm>
 #include <cstdarg>
 #include <cstring>
 
-#include <ipminmax/linalg/library_lock.hpp>
+#include "adapter/problem_tnlp.hpp"
+#include "linalg/library_lock.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

@@ -6,9 +6,9 @@
 #include <IpIpoptApplication.hpp>
 #include <IpTNLP.hpp>
 
-#include <ipminmax/adapter/ipopt_version.hpp>
-#include <ipminmax/core/problem.hpp>
-#include <ipminmax/core/result.hpp>
+#include "../core/problem.hpp"
+#include "../core/result.hpp"
+#include "ipopt_version.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

@@ -1,4 +1,4 @@
-#include <ipminmax/adapter/status.hpp>
+#include "adapter/status.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

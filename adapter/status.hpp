@@ -4,8 +4,8 @@
 #include <IpReturnCodes.hpp>
 #include <string_view>
 
-#include <ipminmax/adapter/ipopt_version.hpp>
-#include <ipminmax/core/result.hpp>
+#include "../core/result.hpp"
+#include "ipopt_version.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

@@ -1,9 +1,9 @@
-#include <ipminmax/adapter/tnlp_problem.hpp>
-
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <utility>
+
+#include "adapter/tnlp_problem.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include <ipminmax/adapter/minmax_tnlp.hpp>
-#include <ipminmax/core/problem.hpp>
-#include <ipminmax/core/solver.hpp>
+#include "../core/problem.hpp"
+#include "../core/solver.hpp"
+#include "minmax_tnlp.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

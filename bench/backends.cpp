@@ -23,13 +23,13 @@
 #include <vector>
 
 #include <examples/chauffeur_tnlp.hpp>
-#include <ipminmax/adapter/tnlp_problem.hpp>
-#include <ipminmax/linalg/ordering.hpp>
-#include <ipminmax/linalg/symmetric_solver.hpp>
 #include <problems/scalable_problems.hpp>
 #include <regression/scalable_nlp.hpp>
 
+#include "adapter/tnlp_problem.hpp"
 #include "kkt_matrices.hpp"
+#include "linalg/ordering.hpp"
+#include "linalg/symmetric_solver.hpp"
 #include "planted_problem.hpp"
 #include "program.hpp"
 #include "sequential_chauffeur.hpp"

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include <examples/chauffeur_tnlp.hpp>
-#include <ipminmax/adapter/tnlp_problem.hpp>
-#include <ipminmax/core/solver.hpp>
 
+#include "adapter/tnlp_problem.hpp"
+#include "core/solver.hpp"
 #include "program.hpp"
 #include "sequential_chauffeur.hpp"
 

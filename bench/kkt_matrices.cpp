@@ -1,14 +1,13 @@
-#include "kkt_matrices.hpp"
-
 #include <stdexcept>
 
-#include <ipminmax/core/canonical_problem.hpp>
-#include <ipminmax/core/initial_point.hpp>
-#include <ipminmax/core/kkt_layout.hpp>
-#include <ipminmax/core/kkt_system.hpp>
-#include <ipminmax/core/solver.hpp>
 #include <support/forwarding_problem.hpp>
 
+#include "core/kkt/layout.hpp"
+#include "core/kkt/system.hpp"
+#include "core/model/canonical_problem.hpp"
+#include "core/model/initial_point.hpp"
+#include "core/solver.hpp"
+#include "kkt_matrices.hpp"
 #include "measure.hpp"
 
 namespace bench {

@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include <ipminmax/core/options.hpp>
-#include <ipminmax/core/problem.hpp>
-#include <ipminmax/core/result.hpp>
-#include <ipminmax/linalg/symmetric_matrix.hpp>
-#include <ipminmax/linalg/symmetric_solver.hpp>
+#include "core/options.hpp"
+#include "core/problem.hpp"
+#include "core/result.hpp"
+#include "linalg/symmetric_matrix.hpp"
+#include "linalg/symmetric_solver.hpp"
 
 namespace bench {
 

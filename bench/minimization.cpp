@@ -14,10 +14,10 @@
 
 #include <IpIpoptApplication.hpp>
 #include <IpSolveStatistics.hpp>
-#include <ipminmax/core/solver.hpp>
 #include <regression/problem_tnlp.hpp>
 #include <regression/scalable_nlp.hpp>
 
+#include "core/solver.hpp"
 #include "program.hpp"
 
 namespace bench {

@@ -12,11 +12,11 @@
 #include <vector>
 
 #include <examples/chauffeur_tnlp.hpp>
-#include <ipminmax/adapter/minmax_application.hpp>
-#include <ipminmax/adapter/tnlp_problem.hpp>
-#include <ipminmax/core/solver.hpp>
 #include <support/forwarding_problem.hpp>
 
+#include "adapter/minmax_application.hpp"
+#include "adapter/tnlp_problem.hpp"
+#include "core/solver.hpp"
 #include "kkt_matrices.hpp"
 #include "program.hpp"
 

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include <ipminmax/core/problem.hpp>
+#include "core/problem.hpp"
 
 namespace bench {
 

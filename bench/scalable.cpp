@@ -16,10 +16,9 @@
 #include <string>
 #include <vector>
 
-#include <ipminmax/core/solver.hpp>
-#include <ipminmax/linalg/ordering.hpp>
-
+#include "core/solver.hpp"
 #include "kkt_matrices.hpp"
+#include "linalg/ordering.hpp"
 #include "planted_problem.hpp"
 #include "program.hpp"
 

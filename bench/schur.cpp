@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include <ipminmax/core/solver.hpp>
-#include <ipminmax/linalg/schur_complement.hpp>
 #include <problems/scalable_problems.hpp>
 
+#include "core/solver.hpp"
 #include "kkt_matrices.hpp"
+#include "linalg/schur_complement.hpp"
 #include "planted_problem.hpp"
 #include "program.hpp"
 

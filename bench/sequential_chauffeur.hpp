@@ -5,7 +5,8 @@
 #include <vector>
 
 #include <examples/chauffeur_tnlp.hpp>
-#include <ipminmax/core/problem.hpp>
+
+#include "core/problem.hpp"
 
 namespace bench {
 

@@ -1,10 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <ipminmax/core/options.hpp>
-#include <ipminmax/core/problem.hpp>
 #include <string>
 #include <vector>
+
+#include "options.hpp"
+#include "problem.hpp"
 
 namespace ipminmax {
 

@@ -1,15 +1,16 @@
 #pragma once
 
 #include <functional>
-#include <ipminmax/core/options.hpp>
-#include <ipminmax/core/problem.hpp>
-#include <ipminmax/core/result.hpp>
-#include <ipminmax/core/solver.hpp>
 #include <memory>
 #include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "options.hpp"
+#include "problem.hpp"
+#include "result.hpp"
+#include "solver.hpp"
 
 namespace ipminmax {
 

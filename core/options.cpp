@@ -1,8 +1,9 @@
 #include <algorithm>
 #include <array>
-#include <ipminmax/core/options.hpp>
 #include <limits>
 #include <sstream>
+
+#include "core/options.hpp"
 
 namespace ipminmax {
 namespace {

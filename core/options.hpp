@@ -2,12 +2,13 @@
 
 #include <cstdint>
 #include <functional>
-#include <ipminmax/linalg/symmetric_solver.hpp>
 #include <span>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
+
+#include "../linalg/symmetric_solver.hpp"
 
 namespace ipminmax {
 

@@ -1,4 +1,4 @@
-#include <ipminmax/core/problem.hpp>
+#include "core/problem.hpp"
 
 namespace ipminmax {
 

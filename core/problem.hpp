@@ -1,11 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <ipminmax/linalg/symmetric_matrix.hpp>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
+
+#include "../linalg/symmetric_matrix.hpp"
 
 namespace ipminmax {
 

@@ -1,4 +1,4 @@
-#include <ipminmax/core/result.hpp>
+#include "core/result.hpp"
 
 namespace ipminmax {
 

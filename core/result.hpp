@@ -1,10 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <ipminmax/linalg/inertia.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "../linalg/inertia.hpp"
 
 namespace ipminmax {
 
@@ -105,9 +106,9 @@ struct Counts {
   Index factorizations_full = 0;                                                  ///< of K
   Index factorizations_inner = 0;                                                 ///< of K_yy
   Index factorizations_complement = 0;  ///< of the dense complement of K_yy in K, instead of K
-  Index solves = 0;              ///< linear systems, refinement not counted
-  Index analyses = 0;            ///< symbolic analyses
-  Index instability_raises = 0;  ///< times line 7 of Algorithm 1 raised delta_x
+  Index solves = 0;                     ///< linear systems, refinement not counted
+  Index analyses = 0;                   ///< symbolic analyses
+  Index instability_raises = 0;         ///< times line 7 of Algorithm 1 raised delta_x
 };
 
 /// Answer of a solve, in the units of the model. Multipliers satisfy

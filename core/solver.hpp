@@ -1,12 +1,13 @@
 #pragma once
 
 #include <functional>
-#include <ipminmax/core/options.hpp>
-#include <ipminmax/core/problem.hpp>
-#include <ipminmax/core/result.hpp>
 #include <memory>
 #include <span>
 #include <string_view>
+
+#include "options.hpp"
+#include "problem.hpp"
+#include "result.hpp"
 
 namespace ipminmax {
 

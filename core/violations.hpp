@@ -3,9 +3,9 @@
 #include <optional>
 #include <vector>
 
-#include <ipminmax/core/options.hpp>
-#include <ipminmax/core/problem.hpp>
-#include <ipminmax/core/result.hpp>
+#include "options.hpp"
+#include "problem.hpp"
+#include "result.hpp"
 
 namespace ipminmax {
 

@@ -1,13 +1,12 @@
-#include <ipminmax/linalg/auto_solver.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <new>
 #include <numeric>
 
-#include <ipminmax/linalg/lapack_solver.hpp>
-#include <ipminmax/linalg/mumps_solver.hpp>
-#include <ipminmax/linalg/ordering.hpp>
+#include "linalg/auto_solver.hpp"
+#include "linalg/lapack_solver.hpp"
+#include "linalg/mumps_solver.hpp"
+#include "linalg/ordering.hpp"
 
 namespace ipminmax {
 

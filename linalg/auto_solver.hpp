@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include <ipminmax/linalg/ldlt_solver.hpp>
-#include <ipminmax/linalg/symmetric_solver.hpp>
+#include "linalg/ldlt_solver.hpp"
+#include "linalg/symmetric_solver.hpp"
 
 namespace ipminmax {
 

@@ -1,5 +1,3 @@
-#include <ipminmax/linalg/ldlt_solver.hpp>
-
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <array>
@@ -8,6 +6,8 @@
 #include <new>
 #include <stdexcept>
 #include <utility>
+
+#include "linalg/ldlt_solver.hpp"
 
 namespace ipminmax {
 

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include <ipminmax/linalg/ordering.hpp>
-#include <ipminmax/linalg/symmetric_solver.hpp>
+#include "linalg/ordering.hpp"
+#include "linalg/symmetric_solver.hpp"
 
 namespace ipminmax {
 

@@ -1,5 +1,3 @@
-#include <ipminmax/linalg/mumps_solver.hpp>
-
 #include <dmumps_c.h>
 
 #include <algorithm>
@@ -10,8 +8,9 @@
 #include <type_traits>
 #include <utility>
 
-#include <ipminmax/linalg/library_lock.hpp>
-#include <ipminmax/linalg/ordering.hpp>
+#include "linalg/library_lock.hpp"
+#include "linalg/mumps_solver.hpp"
+#include "linalg/ordering.hpp"
 
 namespace ipminmax {
 

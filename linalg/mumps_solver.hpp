@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include <ipminmax/linalg/symmetric_solver.hpp>
+#include "linalg/symmetric_solver.hpp"
 
 namespace ipminmax {
 

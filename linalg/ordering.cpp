@@ -1,5 +1,3 @@
-#include <ipminmax/linalg/ordering.hpp>
-
 #include <metis.h>
 
 #include <Eigen/OrderingMethods>
@@ -11,7 +9,8 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include <ipminmax/linalg/library_lock.hpp>
+#include "linalg/library_lock.hpp"
+#include "linalg/ordering.hpp"
 
 namespace ipminmax {
 

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include <ipminmax/linalg/symmetric_matrix.hpp>
-#include <ipminmax/linalg/symmetric_solver.hpp>
+#include "symmetric_matrix.hpp"
+#include "symmetric_solver.hpp"
 
 namespace ipminmax {
 

@@ -1,8 +1,8 @@
-#include <ipminmax/linalg/schur_complement.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <new>
+
+#include "linalg/schur_complement.hpp"
 
 namespace ipminmax {
 

@@ -3,9 +3,9 @@
 #include <span>
 #include <vector>
 
-#include <ipminmax/linalg/lapack_solver.hpp>
-#include <ipminmax/linalg/symmetric_matrix.hpp>
-#include <ipminmax/linalg/symmetric_solver.hpp>
+#include "linalg/lapack_solver.hpp"
+#include "linalg/symmetric_matrix.hpp"
+#include "linalg/symmetric_solver.hpp"
 
 namespace ipminmax {
 

@@ -1,10 +1,10 @@
-#include <ipminmax/linalg/symmetric_matrix.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
+
+#include "linalg/symmetric_matrix.hpp"
 
 namespace ipminmax {
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include <ipminmax/linalg/inertia.hpp>
+#include "inertia.hpp"
 
 namespace ipminmax {
 

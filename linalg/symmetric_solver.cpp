@@ -1,12 +1,11 @@
-#include <ipminmax/linalg/symmetric_solver.hpp>
-
 #include <algorithm>
 #include <stdexcept>
 
-#include <ipminmax/linalg/auto_solver.hpp>
-#include <ipminmax/linalg/lapack_solver.hpp>
-#include <ipminmax/linalg/ldlt_solver.hpp>
-#include <ipminmax/linalg/mumps_solver.hpp>
+#include "linalg/auto_solver.hpp"
+#include "linalg/lapack_solver.hpp"
+#include "linalg/ldlt_solver.hpp"
+#include "linalg/mumps_solver.hpp"
+#include "linalg/symmetric_solver.hpp"
 
 namespace ipminmax {
 

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include <ipminmax/linalg/inertia.hpp>
-#include <ipminmax/linalg/symmetric_matrix.hpp>
+#include "inertia.hpp"
+#include "symmetric_matrix.hpp"
 
 namespace ipminmax {
 

@@ -16,10 +16,9 @@
 #include <utility>
 #include <vector>
 
-#include <ipminmax/adapter/application_options.hpp>
-#include <ipminmax/adapter/minmax_application.hpp>
-#include <ipminmax/adapter/options_documentation.hpp>
-
+#include "adapter/application_options.hpp"
+#include "adapter/minmax_application.hpp"
+#include "adapter/options_documentation.hpp"
 #include "nl_problem.hpp"
 
 namespace {

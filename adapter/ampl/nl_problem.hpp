@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include <ipminmax/adapter/minmax_tnlp.hpp>
-#include <ipminmax/core/result.hpp>
+#include "adapter/minmax_tnlp.hpp"
+#include "core/result.hpp"
 
 struct ASL;
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include <ipminmax/core/problem.hpp>
-#include <ipminmax/core/result.hpp>
+#include "core/problem.hpp"
+#include "core/result.hpp"
 
 /// Ways to solve a minmax problem, with one signature: Answer method(Game&, start, Limits).
 namespace bench {

@@ -4,11 +4,11 @@
 
 #include <Eigen/Dense>
 #include <examples/chauffeur_tnlp.hpp>
-#include <ipminmax/adapter/tnlp_problem.hpp>
 #include <problems/scalable_problems.hpp>
 #include <problems/small_problems.hpp>
 
 #include "../sequential_chauffeur.hpp"
+#include "adapter/tnlp_problem.hpp"
 #include "game.hpp"
 
 namespace bench {

@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include <ipminmax/core/solver.hpp>
 #include <support/forwarding_problem.hpp>
 
 #include "../measure.hpp"
+#include "core/solver.hpp"
 #include "game.hpp"
 
 namespace bench {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
-#include <ipminmax/adapter/minmax_application.hpp>
 #include <new>
 #include <sstream>
 
+#include "adapter/minmax_application.hpp"
 #include "adapter/model.hpp"
 
 namespace ipminmax {

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <ipminmax/adapter/minmax_application.hpp>
 #include <limits>
 #include <memory>
 #include <new>
@@ -17,6 +16,7 @@
 #include <tuple>
 #include <vector>
 
+#include "adapter/minmax_application.hpp"
 #include "adapter/model.hpp"
 
 namespace ipminmax {

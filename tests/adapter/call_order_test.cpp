@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <IpIpoptApplication.hpp>
-#include <ipminmax/adapter/minmax_application.hpp>
 
+#include "adapter/minmax_application.hpp"
 #include "adapter/model.hpp"
 
 namespace ipminmax {

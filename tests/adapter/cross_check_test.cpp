@@ -9,14 +9,14 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/adapter/cross_check.hpp>
-#include <ipminmax/core/solver.hpp>
+#include <support/autodiff_problem.hpp>
 
+#include "adapter/cross_check.hpp"
 #include "adapter/model.hpp"
+#include "core/solver.hpp"
 #include "problems/small_problems.hpp"
 #include "regression/hock_schittkowski.hpp"
 #include "regression/not_minima.hpp"
-#include <support/autodiff_problem.hpp>
 
 namespace ipminmax {
 namespace {

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <ipminmax/adapter/minmax_application.hpp>
-#include <ipminmax/adapter/problem_tnlp.hpp>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -15,6 +13,9 @@
 #include <regression/hock_schittkowski.hpp>
 #include <regression/not_minima.hpp>
 #include <support/mixed_model.hpp>
+
+#include "adapter/minmax_application.hpp"
+#include "adapter/problem_tnlp.hpp"
 
 namespace ipminmax::testing {
 namespace {

@@ -2,13 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <ipminmax/adapter/minmax_application.hpp>
-#include <ipminmax/adapter/tnlp_problem.hpp>
 #include <optional>
 #include <string>
 
 #include "../../examples/chauffeur_tnlp.hpp"
+#include "adapter/minmax_application.hpp"
 #include "adapter/model.hpp"
+#include "adapter/tnlp_problem.hpp"
 
 namespace ipminmax {
 namespace {

@@ -9,13 +9,13 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/adapter/minmax_application.hpp>
-#include <ipminmax/adapter/problem_tnlp.hpp>
-#include <ipminmax/core/solver.hpp>
-
 #include <support/autodiff_problem.hpp>
 #include <support/dense_optimality.hpp>
 #include <support/forwarding_problem.hpp>
+
+#include "adapter/minmax_application.hpp"
+#include "adapter/problem_tnlp.hpp"
+#include "core/solver.hpp"
 
 namespace ipminmax {
 namespace {

@@ -1,11 +1,11 @@
 // The helper of the examples that moves a solution one stage ahead.
 #include <gtest/gtest.h>
 
-#include <ipminmax/adapter/minmax_application.hpp>
 #include <stdexcept>
 #include <vector>
 
 #include "../../examples/horizon_shift.hpp"
+#include "adapter/minmax_application.hpp"
 
 namespace ipminmax {
 namespace {

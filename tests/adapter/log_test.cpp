@@ -2,11 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <ipminmax/adapter/log.hpp>
 #include <set>
 #include <sstream>
 #include <string>
 #include <vector>
+
+#include "adapter/log.hpp"
 
 namespace ipminmax {
 namespace {

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <ipminmax/adapter/minmax_application.hpp>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 
+#include "adapter/minmax_application.hpp"
 #include "adapter/model.hpp"
 
 namespace ipminmax {

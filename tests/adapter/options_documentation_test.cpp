@@ -14,12 +14,12 @@
 
 #include <IpIpoptApplication.hpp>
 #include <IpJournalist.hpp>
-#include <ipminmax/adapter/application_options.hpp>
-#include <ipminmax/adapter/ipopt_only_options.hpp>
-#include <ipminmax/adapter/minmax_application.hpp>
-#include <ipminmax/adapter/options_documentation.hpp>
 
+#include "adapter/application_options.hpp"
+#include "adapter/ipopt_only_options.hpp"
+#include "adapter/minmax_application.hpp"
 #include "adapter/model.hpp"
+#include "adapter/options_documentation.hpp"
 
 namespace ipminmax {
 namespace {

@@ -4,11 +4,11 @@
 #include <IpJournalist.hpp>
 #include <cstdio>
 #include <fstream>
-#include <ipminmax/adapter/application_options.hpp>
-#include <ipminmax/adapter/minmax_application.hpp>
 #include <limits>
 #include <sstream>
 
+#include "adapter/application_options.hpp"
+#include "adapter/minmax_application.hpp"
 #include "adapter/model.hpp"
 
 namespace ipminmax {

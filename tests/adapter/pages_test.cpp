@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/adapter/log.hpp>
-#include <ipminmax/adapter/status.hpp>
+#include "adapter/log.hpp"
+#include "adapter/status.hpp"
 
 namespace ipminmax {
 namespace {

@@ -1,10 +1,10 @@
 // SplitTNLP: every call reaches the model; wrong indices are named.
 #include <gtest/gtest.h>
 
-#include <ipminmax/adapter/tnlp_problem.hpp>
 #include <stdexcept>
 
 #include "adapter/model.hpp"
+#include "adapter/tnlp_problem.hpp"
 
 namespace ipminmax {
 namespace {

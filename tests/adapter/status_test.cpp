@@ -1,12 +1,13 @@
 // Ipopt's return values for every status of the core, and the version in the adapter's names.
 #include <gtest/gtest.h>
 
-#include <ipminmax/adapter/minmax_application.hpp>
-#include <ipminmax/adapter/status.hpp>
 #include <string>
 #include <tuple>
 #include <typeinfo>
 #include <vector>
+
+#include "adapter/minmax_application.hpp"
+#include "adapter/status.hpp"
 
 namespace ipminmax {
 namespace {

@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <ipminmax/adapter/tnlp_problem.hpp>
 #include <utility>
 
 #include "adapter/model.hpp"
+#include "adapter/tnlp_problem.hpp"
 
 namespace ipminmax {
 namespace {

@@ -9,13 +9,14 @@
 #include <gtest/gtest.h>
 
 #include <ampl/ampl_fixture.hpp>
-#include <ipminmax/adapter/tnlp_problem.hpp>
-#include <ipminmax/core/derivative_test.hpp>
-#include <ipminmax/core/solver.hpp>
 #include <nl_problem.hpp>
 #include <problems/small_problems.hpp>
 #include <regression/hock_schittkowski.hpp>
 #include <support/nl_writer.hpp>
+
+#include "adapter/tnlp_problem.hpp"
+#include "core/derivative_test.hpp"
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

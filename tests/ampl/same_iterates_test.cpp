@@ -10,13 +10,14 @@
 
 #include <ipminmax.h>
 #include <ampl/ampl_fixture.hpp>
-#include <ipminmax/adapter/minmax_application.hpp>
-#include <ipminmax/adapter/problem_tnlp.hpp>
 #include <nl_problem.hpp>
 #include <problems/small_problems.hpp>
 #include <regression/hock_schittkowski.hpp>
 #include <support/mixed_model.hpp>
 #include <support/nl_writer.hpp>
+
+#include "adapter/minmax_application.hpp"
+#include "adapter/problem_tnlp.hpp"
 
 namespace ipminmax::testing {
 namespace {

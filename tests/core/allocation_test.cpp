@@ -9,11 +9,12 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/solver.hpp>
 #include <problems/small_problems.hpp>
 #include <support/autodiff_problem.hpp>
 #include <support/count_allocations.hpp>
 #include <support/forwarding_problem.hpp>
+
+#include "core/solver.hpp"
 
 namespace ipminmax {
 namespace {

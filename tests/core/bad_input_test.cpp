@@ -10,8 +10,9 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/solver.hpp>
 #include <support/autodiff_problem.hpp>
+
+#include "core/solver.hpp"
 
 namespace ipminmax {
 namespace {

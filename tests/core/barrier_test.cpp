@@ -4,9 +4,10 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/barrier.hpp>
-#include <ipminmax/core/kkt_system.hpp>
 #include <support/autodiff_problem.hpp>
+
+#include "core/kkt/system.hpp"
+#include "core/method/barrier.hpp"
 
 namespace ipminmax {
 namespace {

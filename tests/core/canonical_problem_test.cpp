@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
 
-#include <ipminmax/core/canonical_problem.hpp>
+#include "core/model/canonical_problem.hpp"
 
 namespace ipminmax {
 namespace {

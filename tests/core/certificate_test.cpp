@@ -9,11 +9,12 @@
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
 
-#include <ipminmax/core/canonical_problem.hpp>
-#include <ipminmax/core/certificate.hpp>
-#include <ipminmax/core/kkt_system.hpp>
 #include <support/autodiff_problem.hpp>
 #include <support/function_problem.hpp>
+
+#include "core/certificate/certificate.hpp"
+#include "core/kkt/system.hpp"
+#include "core/model/canonical_problem.hpp"
 
 namespace ipminmax {
 namespace {

@@ -9,10 +9,11 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/derivative_test.hpp>
 #include <problems/small_problems.hpp>
 #include <support/autodiff_problem.hpp>
 #include <support/without_hessian.hpp>
+
+#include "core/derivative_test.hpp"
 
 namespace ipminmax::testing {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/filter.hpp>
+#include "core/method/filter.hpp"
 
 // Constants of Waechter and Biegler 2006: gamma_theta = 1e-5, gamma_phi = 1e-8, delta = 1,
 // s_theta = 1.1, s_phi = 2.3, eta_phi = 1e-8, gamma_alpha = 0.05,

@@ -15,13 +15,14 @@
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
 
-#include <ipminmax/core/finite_difference_hessian.hpp>
-#include <ipminmax/core/hessian_coloring.hpp>
-#include <ipminmax/core/solver.hpp>
 #include <support/autodiff_problem.hpp>
 #include <support/dense_optimality.hpp>
 #include <support/function_problem.hpp>
 #include <support/without_hessian.hpp>
+
+#include "core/model/finite_difference_hessian.hpp"
+#include "core/model/hessian_coloring.hpp"
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

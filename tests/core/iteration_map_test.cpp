@@ -5,11 +5,12 @@
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
 
-#include <ipminmax/core/canonical_problem.hpp>
-#include <ipminmax/core/inertia_correction.hpp>
-#include <ipminmax/core/kkt_system.hpp>
-#include <ipminmax/core/solver.hpp>
 #include <support/function_problem.hpp>
+
+#include "core/kkt/inertia_correction.hpp"
+#include "core/kkt/system.hpp"
+#include "core/model/canonical_problem.hpp"
+#include "core/solver.hpp"
 
 namespace ipminmax {
 namespace {

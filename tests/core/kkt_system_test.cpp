@@ -9,9 +9,9 @@
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
 
-#include <ipminmax/core/canonical_problem.hpp>
-#include <ipminmax/core/kkt_layout.hpp>
-#include <ipminmax/core/kkt_system.hpp>
+#include "core/kkt/layout.hpp"
+#include "core/kkt/system.hpp"
+#include "core/model/canonical_problem.hpp"
 
 // K and K_yy are compared with dense matrices that keep the slack rows and are built here from the
 // model's own Hessian and Jacobian.

@@ -14,8 +14,9 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/multistart.hpp>
 #include <support/autodiff_problem.hpp>
+
+#include "core/multistart.hpp"
 
 namespace ipminmax {
 namespace {

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/options.hpp>
+#include "core/options.hpp"
 
 namespace ipminmax {
 namespace {

@@ -7,9 +7,10 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/solver.hpp>
 #include <problems/small_problems.hpp>
 #include <support/autodiff_problem.hpp>
+
+#include "core/solver.hpp"
 
 namespace ipminmax {
 namespace {

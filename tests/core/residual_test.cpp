@@ -4,10 +4,11 @@
 #include <gtest/gtest.h>
 #include <Eigen/Core>
 
-#include <ipminmax/core/canonical_problem.hpp>
-#include <ipminmax/core/merit.hpp>
-#include <ipminmax/core/residual.hpp>
 #include <support/autodiff_problem.hpp>
+
+#include "core/model/canonical_problem.hpp"
+#include "core/point/merit.hpp"
+#include "core/point/residual.hpp"
 
 namespace ipminmax {
 namespace {

@@ -4,10 +4,11 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/restart.hpp>
-#include <ipminmax/core/solver.hpp>
 #include <problems/small_problems.hpp>
 #include <support/autodiff_problem.hpp>
+
+#include "core/search/restart.hpp"
+#include "core/solver.hpp"
 
 namespace ipminmax {
 namespace {

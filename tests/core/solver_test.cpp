@@ -6,9 +6,10 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/solver.hpp>
 #include <support/autodiff_problem.hpp>
 #include <support/forwarding_problem.hpp>
+
+#include "core/solver.hpp"
 
 namespace ipminmax {
 namespace {

@@ -5,9 +5,10 @@
 #include <gtest/gtest.h>
 #include <Eigen/Core>
 
-#include <ipminmax/core/canonical_problem.hpp>
-#include <ipminmax/core/step_length.hpp>
 #include <support/autodiff_problem.hpp>
+
+#include "core/model/canonical_problem.hpp"
+#include "core/point/step_length.hpp"
 
 namespace ipminmax {
 namespace {

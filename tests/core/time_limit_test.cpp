@@ -7,10 +7,11 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/solver.hpp>
 #include <support/autodiff_problem.hpp>
 #include <support/forwarding_problem.hpp>
 #include <support/function_problem.hpp>
+
+#include "core/solver.hpp"
 
 namespace ipminmax {
 namespace {

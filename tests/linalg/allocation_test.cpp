@@ -1,11 +1,11 @@
 // factorize and solve_in_place allocate nothing after the first call.
 #include <gtest/gtest.h>
 
-#include <ipminmax/linalg/symmetric_solver.hpp>
 #include <vector>
 
 #include <support/count_allocations.hpp>
 
+#include "linalg/symmetric_solver.hpp"
 #include "test_matrices.hpp"
 
 namespace ipminmax {

@@ -1,6 +1,4 @@
 // What the choosing solver and the dense one promise beyond the common contract.
-#include <ipminmax/linalg/auto_solver.hpp>
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
-#include <ipminmax/linalg/lapack_solver.hpp>
-#include <ipminmax/linalg/ldlt_solver.hpp>
-#include <ipminmax/linalg/mumps_solver.hpp>
-
+#include "linalg/auto_solver.hpp"
+#include "linalg/lapack_solver.hpp"
+#include "linalg/ldlt_solver.hpp"
+#include "linalg/mumps_solver.hpp"
 #include "test_matrices.hpp"
 
 namespace ipminmax {

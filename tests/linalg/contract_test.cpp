@@ -13,8 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include <ipminmax/linalg/symmetric_solver.hpp>
-
+#include "linalg/symmetric_solver.hpp"
 #include "test_matrices.hpp"
 
 namespace ipminmax {

@@ -1,5 +1,3 @@
-#include <ipminmax/linalg/ordering.hpp>
-
 #include <gtest/gtest.h>
 
 #include <Eigen/SparseCholesky>
@@ -9,6 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "linalg/ordering.hpp"
 #include "test_matrices.hpp"
 
 namespace ipminmax {

@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
-#include <ipminmax/linalg/lapack_solver.hpp>
-#include <ipminmax/linalg/schur_complement.hpp>
-#include <ipminmax/linalg/symmetric_solver.hpp>
-
+#include "linalg/lapack_solver.hpp"
+#include "linalg/schur_complement.hpp"
+#include "linalg/symmetric_solver.hpp"
 #include "test_matrices.hpp"
 
 namespace ipminmax {

@@ -1,5 +1,3 @@
-#include <ipminmax/linalg/symmetric_matrix.hpp>
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,8 @@
 #include <random>
 #include <stdexcept>
 #include <vector>
+
+#include "linalg/symmetric_matrix.hpp"
 
 namespace ipminmax {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include <ipminmax/linalg/symmetric_matrix.hpp>
+#include "linalg/symmetric_matrix.hpp"
 
 namespace ipminmax::test {
 

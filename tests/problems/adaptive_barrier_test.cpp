@@ -6,9 +6,10 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/solver.hpp>
 #include <problems/small_problems.hpp>
 #include <support/judge_result.hpp>
+
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

@@ -6,14 +6,14 @@
 
 #include <Eigen/Dense>
 
-#include <ipminmax/core/multistart.hpp>
-#include <ipminmax/core/solver.hpp>
 #include <support/judge_result.hpp>
 
 #include "../../examples/interdiction.hpp"
 #include "../../examples/riccati.hpp"
 #include "../../examples/robust_regression.hpp"
 #include "../../examples/shared_dynamics.hpp"
+#include "core/multistart.hpp"
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

@@ -12,10 +12,11 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/solver.hpp>
 #include <problems/random_multimodal.hpp>
 #include <problems/small_problems.hpp>
 #include <support/judge_result.hpp>
+
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

@@ -11,12 +11,13 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/finite_difference_hessian.hpp>
-#include <ipminmax/core/solver.hpp>
 #include <problems/scalable_problems.hpp>
 #include <problems/small_problems.hpp>
 #include <support/judge_result.hpp>
 #include <support/without_hessian.hpp>
+
+#include "core/model/finite_difference_hessian.hpp"
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include <ipminmax/core/problem.hpp>
+#include "core/problem.hpp"
 
 namespace ipminmax::testing {
 

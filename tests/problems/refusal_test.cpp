@@ -7,10 +7,11 @@
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
 
-#include <ipminmax/core/solver.hpp>
 #include <problems/small_problems.hpp>
 #include <support/judge_result.hpp>
 #include <support/without_hessian.hpp>
+
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include <ipminmax/core/problem.hpp>
+#include "core/problem.hpp"
 
 /// Families of problems of any size with sparse derivatives that cost O(n), each with a solution
 /// that is proven or follows from a formula. What the proofs need is stated at each family.

@@ -6,8 +6,9 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/solver.hpp>
 #include <problems/scalable_problems.hpp>
+
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

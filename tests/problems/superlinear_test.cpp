@@ -5,8 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/solver.hpp>
 #include <problems/small_problems.hpp>
+
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

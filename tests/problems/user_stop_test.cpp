@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <ipminmax/core/solver.hpp>
 #include <map>
 #include <problems/random_multimodal.hpp>
 #include <problems/small_problems.hpp>
@@ -13,6 +12,8 @@
 #include <regression/not_minima.hpp>
 #include <string>
 #include <vector>
+
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

@@ -6,8 +6,9 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/solver.hpp>
 #include <regression/hock_schittkowski.hpp>
+
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

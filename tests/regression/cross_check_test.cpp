@@ -8,11 +8,12 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/adapter/cross_check.hpp>
-#include <ipminmax/core/solver.hpp>
 #include <regression/effort_table.hpp>
 #include <regression/hock_schittkowski.hpp>
 #include <support/judge_result.hpp>
+
+#include "adapter/cross_check.hpp"
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

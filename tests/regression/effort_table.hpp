@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <string>
 
-#include <ipminmax/adapter/problem_tnlp.hpp>
-#include <ipminmax/core/result.hpp>
+#include "adapter/problem_tnlp.hpp"
+#include "core/result.hpp"
 
 namespace ipminmax::testing {
 

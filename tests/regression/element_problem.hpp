@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include <ipminmax/core/problem.hpp>
+#include "core/problem.hpp"
 
 /// Large minimizations whose objective and constraints are sums of functions of few variables, with
 /// derivatives coded by hand. Evaluations take time proportional to the number of terms.

@@ -8,11 +8,12 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/solver.hpp>
 #include <regression/hock_schittkowski.hpp>
 #include <regression/not_minima.hpp>
 #include <support/judge_result.hpp>
 #include <support/without_hessian.hpp>
+
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

@@ -5,8 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include <ipminmax/core/result.hpp>
 #include <support/autodiff_problem.hpp>
+
+#include "core/result.hpp"
 
 namespace ipminmax::testing {
 

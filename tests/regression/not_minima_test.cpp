@@ -8,11 +8,12 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/adapter/status.hpp>
-#include <ipminmax/core/solver.hpp>
 #include <regression/not_minima.hpp>
 #include <regression/problem_tnlp.hpp>
 #include <support/judge_result.hpp>
+
+#include "adapter/status.hpp"
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

@@ -6,8 +6,9 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/adapter/cross_check.hpp>
 #include <regression/hock_schittkowski.hpp>
+
+#include "adapter/cross_check.hpp"
 
 namespace ipminmax::testing {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <ipminmax/core/problem.hpp>
+#include "core/problem.hpp"
 
 namespace ipminmax::testing {
 

@@ -8,10 +8,11 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/solver.hpp>
 #include <regression/effort_table.hpp>
 #include <regression/problem_tnlp.hpp>
 #include <regression/scalable_nlp.hpp>
+
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

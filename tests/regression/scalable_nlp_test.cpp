@@ -10,10 +10,11 @@
 
 #include <gtest/gtest.h>
 
-#include <ipminmax/core/solver.hpp>
 #include <regression/problem_tnlp.hpp>
 #include <regression/scalable_nlp.hpp>
 #include <support/dense_optimality.hpp>
+
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {

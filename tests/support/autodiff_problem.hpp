@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include <ipminmax/core/problem.hpp>
+#include "core/problem.hpp"
 
 /// Small minmax problems written as formulas, with exact derivatives and exact sparsity:
 ///

@@ -9,7 +9,7 @@
 
 #include <Eigen/Dense>
 
-#include <ipminmax/core/problem.hpp>
+#include "core/problem.hpp"
 
 /// First- and second-order conditions of a local minmax by dense linear algebra: least-squares
 /// multipliers, null spaces and eigenvalues. Shares no code with the library, for judging answers.

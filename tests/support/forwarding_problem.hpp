@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include <ipminmax/core/problem.hpp>
-#include <ipminmax/core/result.hpp>
+#include "core/problem.hpp"
+#include "core/result.hpp"
 
 namespace ipminmax::testing {
 

@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include <ipminmax/core/problem.hpp>
+#include "core/problem.hpp"
 
 namespace ipminmax::testing {
 

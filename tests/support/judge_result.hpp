@@ -2,9 +2,10 @@
 
 #include <Eigen/Core>
 
-#include <ipminmax/core/problem.hpp>
-#include <ipminmax/core/result.hpp>
 #include <support/dense_optimality.hpp>
+
+#include "core/problem.hpp"
+#include "core/result.hpp"
 
 namespace ipminmax::testing {
 

@@ -1,0 +1,171 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/kkt/inertia_correction.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// Curvature below which K_yy counts as merely singular: line 7's theorem does not apply there.
+constexpr double kSingularShift = 1e-7;
+/// Cap of line 7, so that rounding cannot make the loop endless.
+constexpr double kInstabilityCap = 1e10;
+/// Raises of the Hessian shift before a rank-deficient Jacobian is suspected as well.
+constexpr int kRaisesBeforeMultiplierShift = 4;
+/// Corrections in a row that found dependent constraints before it is known that they are, as in
+/// Ipopt.
+constexpr Index kTimesUntilKnown = 3;
+
+}  // namespace
+
+bool InertiaCorrection::economical() const {
+  return options_.minmax_warm_start_shifts &&
+         options_.minmax_globalization == Globalization::Filter;
+}
+
+double InertiaCorrection::first_shift(double last) const {
+  if (!options_.minmax_warm_start_shifts || last == 0.0) return options_.first_hessian_perturbation;
+  return std::max(options_.min_hessian_perturbation, options_.perturb_dec_fact * last);
+}
+
+double InertiaCorrection::next_shift(double shift, double last) const {
+  // The very first shift of a solve is far from known, so it grows faster.
+  const bool unknown = options_.minmax_warm_start_shifts && last == 0.0;
+  return shift * (unknown ? options_.perturb_inc_fact_first : options_.perturb_inc_fact);
+}
+
+double InertiaCorrection::multiplier_shift(double mu) const {
+  return options_.jacobian_regularization_value *
+         std::pow(mu, options_.jacobian_regularization_exponent);
+}
+
+bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
+  failed_y_ = 0.0;
+  if (economical() && dependent_y_ >= kTimesUntilKnown) shift.lambda_y = multiplier_shift(mu);
+  for (int raises = 0;; ++raises) {
+    const Factorization f = kkt_.factorize_inner(shift);
+    if (kkt_.has_expected_inner_inertia(f)) break;
+    if (f.status == FactorizationStatus::OutOfMemory || out_of_time()) return false;
+    // Zero eigenvalues, or positive ones missing whatever the shift: J_yy may be rank-deficient.
+    const bool dependent =
+        f.inertia.zero > 0 || (raises >= kRaisesBeforeMultiplierShift &&
+                               f.inertia.positive < kkt_.layout().lambda_y.size());
+    if (dependent && shift.lambda_y == 0.0 && kkt_.layout().lambda_y.size() > 0) {
+      shift.lambda_y = multiplier_shift(mu);
+      dependent_y_ += f.inertia.zero > 0 ? 1 : 0;
+      continue;
+    }
+    failed_y_ = shift.y;
+    shift.y = shift.y == 0.0 ? first_shift(last_.y) : next_shift(shift.y, last_.y);
+    if (shift.y > options_.max_hessian_perturbation) return false;
+  }
+  if (shift.y > 0.0) last_.y = shift.y;
+  if (shift.lambda_y == 0.0) dependent_y_ = 0;
+  return true;
+}
+
+bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero_fails) {
+  // Where the last first guess was too small, zero is not worth a factorization; minimizations try
+  // it all the same, as Ipopt does.
+  const double first = first_shift(last_.x);
+  const bool sparing = economical() && kkt_.layout().y.size() > 0;
+  if (zero_fails || (sparing && last_.first_x_failed && shift.x == 0.0)) shift.x = first;
+  if (economical() && dependent_x_ >= kTimesUntilKnown) shift.lambda_x = multiplier_shift(mu);
+  for (int raises = 0;; ++raises) {
+    const Factorization f = kkt_.factorize(shift);
+    if (kkt_.has_expected_inertia(f)) break;
+    if (f.status == FactorizationStatus::OutOfMemory || out_of_time()) return false;
+    const bool dependent =
+        f.inertia.zero > 0 || (raises >= kRaisesBeforeMultiplierShift &&
+                               f.inertia.negative < kkt_.layout().expected().negative);
+    if (dependent && shift.lambda_x == 0.0 && kkt_.layout().lambda_x.size() > 0) {
+      shift.lambda_x = multiplier_shift(mu);
+      dependent_x_ += f.inertia.zero > 0 ? 1 : 0;
+      continue;
+    }
+    shift.x = shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, last_.x);
+    if (shift.x > options_.max_hessian_perturbation) return false;
+  }
+  last_.first_x_failed = shift.x > first;
+  if (sparing && last_.x == 0.0 && shift.x > first) {
+    // The first shift of a solve grew in large strides: try half of the last one (of its logarithm).
+    Regularization smaller = shift;
+    smaller.x /= std::sqrt(options_.perturb_inc_fact_first);
+    if (kkt_.has_expected_inertia(kkt_.factorize(smaller)))
+      shift = smaller;
+    else if (!kkt_.has_expected_inertia(kkt_.factorize(shift)))
+      return false;
+  }
+  if (shift.x > 0.0) last_.x = shift.x;
+  if (shift.lambda_x == 0.0) dependent_x_ = 0;
+  return true;
+}
+
+std::optional<Regularization> InertiaCorrection::correct(double mu) {
+  Regularization shift;
+  if (!correct_inner(mu, shift)) return std::nullopt;
+  // The right inertia of K at zero shift although K_yy's is wrong: the case of line 7.
+  bool instability = false;
+  if (options_.minmax_instability && shift.y > 0.0 && kkt_.layout().x.size() > 0) {
+    Regularization none;
+    none.lambda_x = shift.lambda_x;
+    none.lambda_y = shift.lambda_y;
+    instability = kkt_.has_expected_inertia(kkt_.factorize(none));
+  }
+  if (!correct_full(mu, shift)) return std::nullopt;
+  if (instability && !raise_for_instability(shift)) return std::nullopt;
+  return shift;
+}
+
+double InertiaCorrection::failing_inner_shift(const Regularization& shift) {
+  if (failed_y_ > 0.0) return failed_y_;
+  // Accepted at the first attempt: look below for a shift that fails.
+  Regularization trial = shift;
+  for (trial.y = shift.y / options_.perturb_inc_fact; trial.y > kSingularShift;
+       trial.y /= options_.perturb_inc_fact) {
+    if (out_of_time()) break;
+    if (!kkt_.has_expected_inner_inertia(kkt_.factorize_inner(trial))) return trial.y;
+  }
+  return 0.0;
+}
+
+bool InertiaCorrection::raise_for_instability(Regularization& shift) {
+  // Some mu in (0,1) with In(K + mu E) wrong. mu = failed / accepted delta_y lies below the largest
+  // mu at which K_yy(mu) is singular, so a large delta_x makes K's inertia wrong there (proof of
+  // the paper's Theorem "Stability and instability of modified Newton's method").
+  const double failed = failing_inner_shift(shift);
+  const auto restore_inner = [&] {
+    return kkt_.has_expected_inner_inertia(kkt_.factorize_inner(shift));
+  };
+  if (failed <= kSingularShift) {
+    Regularization singular = shift;
+    singular.y = kSingularShift;
+    const bool merely_singular = kkt_.has_expected_inner_inertia(kkt_.factorize_inner(singular));
+    if (merely_singular) return restore_inner() && kkt_.has_expected_inertia(kkt_.factorize(shift));
+  }
+  const double fraction = std::max(failed, kSingularShift) / shift.y;
+  const double accepted_x = shift.x;
+  for (;;) {
+    Regularization scaled = shift;
+    scaled.x *= fraction;
+    scaled.y *= fraction;
+    if (!kkt_.has_expected_inertia(kkt_.factorize(scaled)) || out_of_time()) break;
+    const double raised = std::max(
+        shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, 1.0),
+        options_.minmax_warm_start_shifts ? options_.perturb_dec_fact * last_.raised_x : 0.0);
+    if (raised > kInstabilityCap) break;
+    shift.x = raised;
+  }
+  if (shift.x > accepted_x) {
+    ++counts_.instability_raises;
+    last_.raised_x = shift.x;
+  }
+  // Larger delta_x keeps K's inertia in exact arithmetic; where rounding disagrees, do without.
+  if (!kkt_.has_expected_inertia(kkt_.factorize(shift))) {
+    shift.x = accepted_x;
+    if (!kkt_.has_expected_inertia(kkt_.factorize(shift))) return false;
+  }
+  return restore_inner();
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <optional>
+
+#include "core/kkt/system.hpp"
+#include "core/model/timer.hpp"
+#include "core/options.hpp"
+
+namespace ipminmax {
+
+/// The shifts last used, from which the next ones are guessed.
+struct ShiftMemory {
+  bool first_x_failed = false;  ///< the last first guess of delta_x was too small
+  double x = 0.0;
+  double raised_x = 0.0;  ///< of line 7; kept apart, it says nothing about K's own need
+  double y = 0.0;
+};
+
+/// Chooses the shifts of the KKT matrices: the paper's (ConsLQAC) and line 7 of Algorithm 1.
+///
+/// First (delta_y, delta_ly) grow until K_yy has the expected inertia, then (delta_x, delta_lx)
+/// until K has; x-values do not enter K_yy, so the inner answer stands. Both start at zero, then
+/// at a fraction of the last shift used (Ipopt's rule) or, with cold shifts, at
+/// first_hessian_perturbation as in the paper. Deterministic.
+class InertiaCorrection {
+ public:
+  /// limit: asked after each factorization that was not right; null for none.
+  InertiaCorrection(KktSystem& kkt, const SolverOptions& options, Counts& counts,
+                    TimeLimit* limit = nullptr)
+      : kkt_(kkt), options_(options), counts_(counts), limit_(limit) {}
+
+  /// Leaves K factorized with the returned shifts and K_yy with its part of them. Empty: no shift
+  /// up to max_hessian_perturbation gave the inertias, or the time limit is exceeded.
+  [[nodiscard]] std::optional<Regularization> correct(double mu);
+
+  /// K_yy alone.
+  [[nodiscard]] bool correct_inner(double mu, Regularization& shift);
+  /// K, given shifts that are right for K_yy.
+  /// zero_fails: the inertia without shift is known to be wrong already.
+  [[nodiscard]] bool correct_full(double mu, Regularization& shift, bool zero_fails = false);
+
+  /// The last shifts, to be taken up by the next solve.
+  [[nodiscard]] const ShiftMemory& memory() const { return last_; }
+  void remember(const ShiftMemory& memory) { last_ = memory; }
+
+  /// Shift of Max at which K_yy still had a wrong inertia in the last correct_inner; 0 if none > 0.
+  [[nodiscard]] double last_failed_y() const { return failed_y_; }
+
+ private:
+  [[nodiscard]] bool out_of_time() const { return limit_ != nullptr && limit_->expired(); }
+  [[nodiscard]] bool raise_for_instability(Regularization& shift);
+  [[nodiscard]] double failing_inner_shift(const Regularization& shift);
+  /// Whether factorizations may be saved that Algorithm 1 spends.
+  [[nodiscard]] bool economical() const;
+  [[nodiscard]] double first_shift(double last) const;
+  [[nodiscard]] double next_shift(double shift, double last) const;
+  [[nodiscard]] double multiplier_shift(double mu) const;
+
+  KktSystem& kkt_;
+  const SolverOptions& options_;
+  Counts& counts_;
+  TimeLimit* limit_;
+  ShiftMemory last_;
+  double failed_y_ = 0.0;
+  /// Corrections in a row for which (K, K_yy) had zero eigenvalues until delta_l came.
+  Index dependent_x_ = 0, dependent_y_ = 0;
+};
+
+}  // namespace ipminmax

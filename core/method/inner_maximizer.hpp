@@ -1,0 +1,78 @@
+#pragma once
+
+#include "core/kkt/inertia_correction.hpp"
+#include "core/kkt/system.hpp"
+#include "core/method/filter.hpp"
+#include "core/model/canonical_problem.hpp"
+#include "core/point/merit.hpp"
+
+namespace ipminmax {
+
+/// Newton step of the inner maximization at fixed x.
+struct InnerDirection {
+  Step step;
+  double mu = -1.0;      ///< barrier parameter of the step
+  double gain = 0.0;     ///< q: predicted increase of the barrier objective
+  Regularization shift;  ///< of K_yy
+};
+
+/// Maximizes the barrier objective over (y, s_y) at fixed x: Newton steps from K_yy alone, filter
+/// on (violation of the Max constraints, minus value), second-order correction.
+class InnerMaximizer {
+ public:
+  InnerMaximizer(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
+                 const SolverOptions& options, TimeLimit& limit);
+
+  /// Makes room for trial points of the shape of the point.
+  void start(const Point& point) { trial_ = point; }
+
+  enum class Outcome : std::uint8_t {
+    Maximum,     ///< K_yy right at zero shift and the gain at most the target
+    AboveBound,  ///< feasible with a value above the bound: phi(x) is larger still
+    NotFound,    ///< no maximum within the allowed steps or the time limit
+    Unbounded    ///< y runs away
+  };
+
+  /// Assembles K_yy at the point and factorizes it, shifted as needed, unless that was the last
+  /// factorization; false: no shift helps.
+  [[nodiscard]] bool direction(const Point& point, double mu, InnerDirection& out);
+  /// The same with zero shift only; false when the inertia is wrong.
+  [[nodiscard]] bool unshifted_direction(const Point& point, double mu, InnerDirection& out);
+  /// Whether K_yy has the expected inertia at the point without shifts.
+  [[nodiscard]] bool has_maximum_in_sight(const Point& point);
+
+  /// Moves y, s_y and their multipliers of the point; out is the direction at its end. When known,
+  /// out is already the direction at the point, whose K_yy was the last factorized.
+  [[nodiscard]] Outcome maximize(Point& point, double mu, double target, int max_steps,
+                                 double upper_bound, InnerDirection& out, bool known);
+
+  /// Whether the Max constraints hold closely enough to compare values.
+  [[nodiscard]] bool feasible(const Point& point, double mu) const;
+
+  /// Error of the inner first-order conditions at mu.
+  [[nodiscard]] double error(const Point& point, double mu) const;
+
+ private:
+  [[nodiscard]] bool solve(const Point& point, double mu, InnerDirection& out);
+  [[nodiscard]] bool search(Point& point, double mu, InnerDirection& direction);
+  [[nodiscard]] bool escape(Point& point, double mu, InnerDirection& direction);
+  [[nodiscard]] bool evaluate_merit(Point& trial, double mu, Merit& merit);
+  [[nodiscard]] bool evaluate_derivatives(Point& point);
+  void move(const Point& from, const Step& step, double alpha_primal, double alpha_dual, double mu,
+            Point& to) const;
+
+  CanonicalProblem& canonical_;
+  KktSystem& kkt_;
+  InertiaCorrection& correction_;
+  const SolverOptions& options_;
+  TimeLimit& limit_;
+  Filter filter_;
+  Point trial_;
+  NewtonResidual rhs_;
+  Step correction_step_;
+  Eigen::VectorXd gradient_;
+  Eigen::VectorXd corrected_c_;  ///< right-hand side of second-order corrections
+  Eigen::VectorXd start_v_;      ///< where maximize began
+};
+
+}  // namespace ipminmax

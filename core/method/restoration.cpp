@@ -1,0 +1,194 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "core/method/restoration.hpp"
+
+namespace ipminmax {
+namespace {
+
+constexpr double kRho = 1000.0;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// The restoration problem as a model of its own: variables (v, p, n), all owned by Min.
+class RestorationProblem final : public Problem {
+ public:
+  RestorationProblem(CanonicalProblem& canonical, double mu, const Point& from)
+      : canonical_(canonical),
+        n_(canonical.variables()),
+        m_(canonical.constraints()),
+        zeta_(std::sqrt(mu)),
+        mu_(mu),
+        from_(from),
+        v_(from.iterate.v),
+        c_(from.evaluation.c),
+        lambda_(m_),
+        evaluation_(from.evaluation) {
+    weight_ = v_.cwiseAbs().cwiseMax(1.0).cwiseInverse().cwiseAbs2();
+    const std::size_t size = at(n_ + 2 * m_);
+    structure_.variable_players.assign(size, Player::Min);
+    structure_.constraint_players.assign(at(m_), Player::Min);
+    structure_.variable_lower.assign(size, 0.0);
+    structure_.variable_upper.assign(size, kInfinity);
+    std::copy_n(canonical.lower().data(), n_, structure_.variable_lower.begin());
+    std::copy_n(canonical.upper().data(), n_, structure_.variable_upper.begin());
+    structure_.constraint_lower.assign(at(m_), 0.0);
+    structure_.constraint_upper.assign(at(m_), 0.0);
+    for (const Triplet& entry : canonical.jacobian()) structure_.jacobian.push_back(entry);
+    for (Index j = 0; j < m_; ++j) {
+      const Index slack = canonical.slack_of_constraint()[at(j)];
+      if (slack >= 0) structure_.jacobian.push_back({j, slack});
+      structure_.jacobian.push_back({j, n_ + j});
+      structure_.jacobian.push_back({j, n_ + m_ + j});
+    }
+    for (const Triplet& entry : canonical.hessian()) structure_.hessian.push_back(entry);
+    for (Index i = 0; i < n_; ++i) structure_.hessian.push_back({i, i});
+  }
+
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    std::copy_n(v_.data(), n_, start.v.begin());
+    for (Index j = 0; j < m_; ++j) {
+      // Minimizer of rho (p + n) - mu (ln p + ln n) with p - n = c, eq. (33).
+      const double c = c_[j];
+      const double half = (mu_ - kRho * c) / (2.0 * kRho);
+      const double n = half + std::sqrt(half * half + mu_ * c / (2.0 * kRho));
+      const double p = c + n;
+      start.v[at(n_ + j)] = p;
+      start.v[at(n_ + m_ + j)] = n;
+      start.z_lower[at(n_ + j)] = mu_ / p;
+      start.z_lower[at(n_ + m_ + j)] = mu_ / n;
+    }
+    for (Index i = 0; i < n_; ++i) {
+      start.z_lower[at(i)] = std::min(kRho, from_.iterate.z_lower[i]);
+      start.z_upper[at(i)] = std::min(kRho, from_.iterate.z_upper[i]);
+    }
+    return true;
+  }
+
+  [[nodiscard]] bool objective(std::span<const double> w, bool, double& f) override {
+    load(w);
+    f = 0.0;
+    for (Index k = n_; k < n_ + 2 * m_; ++k) f += kRho * w[at(k)];
+    f += 0.5 * zeta_ * (v_ - from_.iterate.v).cwiseAbs2().dot(weight_);
+    return true;
+  }
+  [[nodiscard]] bool gradient(std::span<const double> w, bool, std::span<double> grad) override {
+    load(w);
+    for (Index i = 0; i < n_; ++i) {
+      grad[at(i)] = zeta_ * weight_[i] * (v_[i] - from_.iterate.v[i]);
+    }
+    std::fill(grad.begin() + n_, grad.end(), kRho);
+    return true;
+  }
+  [[nodiscard]] bool constraints(std::span<const double> w, bool, std::span<double> g) override {
+    load(w);
+    if (canonical_.constraints(v_, c_) != EvaluationStatus::Ok) return false;
+    for (Index j = 0; j < m_; ++j) g[at(j)] = c_[j] - w[at(n_ + j)] + w[at(n_ + m_ + j)];
+    return true;
+  }
+  [[nodiscard]] bool jacobian(std::span<const double> w, bool, std::span<double> values) override {
+    load(w);
+    if (canonical_.first_derivatives(v_, evaluation_) != EvaluationStatus::Ok) return false;
+    auto out = std::copy(evaluation_.jacobian.begin(), evaluation_.jacobian.end(), values.begin());
+    for (Index j = 0; j < m_; ++j) {
+      if (canonical_.slack_of_constraint()[at(j)] >= 0) *out++ = -1.0;
+      *out++ = -1.0;
+      *out++ = 1.0;
+    }
+    return true;
+  }
+  [[nodiscard]] bool hessian(std::span<const double> w, bool, double sigma,
+                             std::span<const double> lambda, bool,
+                             std::span<double> values) override {
+    load(w);
+    std::copy(lambda.begin(), lambda.end(), lambda_.data());
+    if (canonical_.second_derivatives(v_, lambda_, evaluation_, 0.0) != EvaluationStatus::Ok) {
+      return false;
+    }
+    auto out = std::copy(evaluation_.hessian.begin(), evaluation_.hessian.end(), values.begin());
+    for (Index i = 0; i < n_; ++i) *out++ = sigma * zeta_ * weight_[i];
+    return true;
+  }
+
+  /// Reads v of (v, p, n) and evaluates c there; false when undefined.
+  [[nodiscard]] bool read(std::span<const double> w, Eigen::VectorXd& v, Eigen::VectorXd& c) {
+    load(w);
+    v = v_;
+    c.resize(m_);
+    return canonical_.constraints(v_, c) == EvaluationStatus::Ok;
+  }
+
+ private:
+  void load(std::span<const double> w) { std::copy_n(w.begin(), n_, v_.data()); }
+
+  CanonicalProblem& canonical_;
+  Index n_, m_;
+  double zeta_, mu_;
+  Point from_;
+  Eigen::VectorXd v_, c_, lambda_, weight_;
+  Evaluation evaluation_;
+  ProblemStructure structure_;
+};
+
+SolverOptions restoration_options(const SolverOptions& options, double mu, Index iterations) {
+  SolverOptions inner = options;
+  inner.minmax_globalization = Globalization::Filter;
+  inner.minmax_barrier_rule = BarrierRule::Ipopt;
+  inner.mu_strategy = BarrierStrategy::Monotone;
+  inner.nlp_scaling_method = Scaling::None;
+  inner.obj_scaling_factor = 1.0;
+  inner.bound_relax_factor = 0.0;
+  inner.fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
+  inner.max_iter = iterations;
+  inner.mu_init = mu;
+  inner.warm_start_init_point = true;
+  const double tiny = std::numeric_limits<double>::min();
+  inner.warm_start_bound_push = inner.warm_start_bound_frac = tiny;
+  inner.warm_start_slack_bound_push = inner.warm_start_slack_bound_frac = tiny;
+  inner.warm_start_mult_bound_push = tiny;
+  return inner;
+}
+
+}  // namespace
+
+RestorationOutcome restore_feasibility(
+    CanonicalProblem& canonical, const SolverOptions& options, double mu,
+    const std::function<bool(const Eigen::VectorXd&, const Eigen::VectorXd&)>& acceptable,
+    const RestorationObserver& on_iteration, Point& point, Index& iterations) {
+  const double start_mu = std::max(mu, point.evaluation.c.lpNorm<Eigen::Infinity>());
+  RestorationProblem problem(canonical, start_mu, point);
+  Eigen::VectorXd v, c;
+  bool restored = false;
+  bool stopped = false;
+  SolveObserver observer;
+  observer.on_iteration = [&](const IterationInfo& info) {
+    if (info.iteration == 0 || !problem.read(info.v, v, c)) return true;
+    restored = acceptable(v, c);
+    stopped = !restored && on_iteration && !on_iteration(info, v, c);
+    return !restored && !stopped;
+  };
+  const Result result =
+      solve_nested(problem, restoration_options(options, start_mu, iterations), observer);
+  iterations = std::max<Index>(0, iterations - result.iterations);
+  if (restored || stopped) {
+    point.iterate.v = v;
+    return restored ? RestorationOutcome::Restored : RestorationOutcome::UserStop;
+  }
+  // A saddle of the violation counts as a minimum when no escape from it was found.
+  if (is_success(result.status) || result.status == Status::NotLocalMinmax) {
+    const bool feasible =
+        problem.read(result.v, v, c) && c.lpNorm<Eigen::Infinity>() <= options.constr_viol_tol;
+    return feasible ? RestorationOutcome::Failed : RestorationOutcome::LocallyInfeasible;
+  }
+  return result.status == Status::MaxIterations || result.status == Status::MaxCpuTime ||
+                 result.status == Status::MaxWallTime
+             ? RestorationOutcome::Stopped
+             : RestorationOutcome::Failed;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,236 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/options.hpp"
+#include "core/point/iterate.hpp"
+#include "core/problem.hpp"
+#include "core/result.hpp"
+
+namespace ipminmax {
+
+/// Half-open range of indices.
+struct IndexRange {
+  Index begin = 0;
+  Index end = 0;
+  [[nodiscard]] Index size() const { return end - begin; }
+  [[nodiscard]] bool contains(Index i) const { return begin <= i && i < end; }
+};
+
+/// What an evaluation of the model gave.
+enum class EvaluationStatus : std::uint8_t { Ok, Undefined, NotFinite };
+
+/// Factors of a gradient-based scaling with the options that they were made with.
+struct GradientScaling {
+  double objective = 1.0;           ///< obj_scaling_factor not included
+  std::vector<double> constraints;  ///< canonical
+  double largest_gradient = 0.0, least_factor = 0.0;
+};
+
+/// The problem that the method works on:
+///
+///     min over (x, s_x)   max over (y, s_y)   f(v)   s.t.  c(v) = 0,  lower <= v <= upper
+///
+/// Variables are ordered x | s_x | y | s_y and constraints Min | Max. Fixed variables are left out
+/// (fixed_variable_treatment has alternatives), constraints without bounds too; every inequality g(v) in [l, u] has become g(v) - s = 0 with a
+/// slack s in [l, u] owned by the constraint's owner. Everything is scaled, bounds are relaxed by
+/// bound_relax_factor.
+class CanonicalProblem {
+ public:
+  CanonicalProblem(Problem& problem, const SolverOptions& options, Counts& counts, Timing& timing);
+
+  /// Checks the model and builds the canonical form. The error names what is wrong; the status
+  /// that goes with it is error_status(). kept: the scaling of a problem of the same shape, to be
+  /// used instead of a new one.
+  [[nodiscard]] std::string build(const std::optional<GradientScaling>& kept = std::nullopt);
+  /// The gradient-based scaling, if that is the method.
+  [[nodiscard]] const std::optional<GradientScaling>& gradient_scaling() const {
+    return gradient_scaling_;
+  }
+  [[nodiscard]] Status error_status() const { return error_status_; }
+
+  [[nodiscard]] Index variables() const { return y_slacks_.end; }
+  [[nodiscard]] Index constraints() const { return max_constraints_.end; }
+  [[nodiscard]] IndexRange x() const { return x_; }  ///< Min variables of the model
+  [[nodiscard]] IndexRange x_slacks() const { return x_slacks_; }
+  [[nodiscard]] IndexRange y() const { return y_; }  ///< Max variables of the model
+  [[nodiscard]] IndexRange y_slacks() const { return y_slacks_; }
+  [[nodiscard]] IndexRange min_constraints() const { return min_constraints_; }
+  [[nodiscard]] IndexRange max_constraints() const { return max_constraints_; }
+  [[nodiscard]] Index max_size() const { return variables() - y_.begin; }  ///< slacks included
+  /// Whether the Max player has any bound or inequality.
+  [[nodiscard]] bool has_max_bounds() const {
+    return (!lower_bounded_.empty() && owned_by_max(lower_bounded_.back())) ||
+           (!upper_bounded_.empty() && owned_by_max(upper_bounded_.back()));
+  }
+  [[nodiscard]] bool owned_by_max(Index variable) const { return variable >= y_.begin; }
+  /// +1 for Min variables, -1 for Max: the sign of barrier terms and bound multipliers.
+  [[nodiscard]] double sign(Index variable) const { return owned_by_max(variable) ? -1.0 : 1.0; }
+
+  [[nodiscard]] const Eigen::VectorXd& lower() const { return lower_; }
+  [[nodiscard]] const Eigen::VectorXd& upper() const { return upper_; }
+  [[nodiscard]] std::span<const Index> lower_bounded() const { return lower_bounded_; }
+  [[nodiscard]] std::span<const Index> upper_bounded() const { return upper_bounded_; }
+  /// Gradient, over mu, of the linear terms that keep variables with one bound from running away:
+  /// sign kappa_d for a lower bound alone, -sign kappa_d for an upper one [WB, 3.7]; zero for
+  /// Algorithm 1.
+  [[nodiscard]] const Eigen::VectorXd& damping() const { return damping_; }
+  /// Slack variable of each constraint, -1 for an equality.
+  [[nodiscard]] std::span<const Index> slack_of_constraint() const { return slack_of_constraint_; }
+
+  /// Patterns without the slacks' entries (which are -1): row = constraint, col = variable.
+  [[nodiscard]] std::span<const Triplet> jacobian() const { return jacobian_; }
+  [[nodiscard]] std::span<const Triplet> hessian() const { return hessian_; }
+
+  /// The model's starting point, which is asked for once, pushed into the bounds; slacks at zero,
+  /// multipliers zero or, for a warm start, those of the model.
+  [[nodiscard]] const Iterate& starting_point() const { return start_; }
+  /// Sets the slacks from c evaluated with the slacks at zero.
+  void start_slacks(Iterate& start, const Eigen::VectorXd& c) const;
+
+  [[nodiscard]] EvaluationStatus objective(const Eigen::VectorXd& v, double& f);
+  /// c, slacks included.
+  [[nodiscard]] EvaluationStatus constraints(const Eigen::VectorXd& v, Eigen::VectorXd& c);
+  /// Objective and constraints.
+  [[nodiscard]] EvaluationStatus values(const Eigen::VectorXd& v, double& f, Eigen::VectorXd& c);
+  /// Gradient and Jacobian.
+  [[nodiscard]] EvaluationStatus first_derivatives(const Eigen::VectorXd& v,
+                                                   Evaluation& evaluation);
+  [[nodiscard]] EvaluationStatus second_derivatives(const Eigen::VectorXd& v,
+                                                    const Eigen::VectorXd& lambda,
+                                                    Evaluation& evaluation,
+                                                    double objective_factor = 1.0);
+  /// First and second derivatives.
+  [[nodiscard]] EvaluationStatus derivatives(const Eigen::VectorXd& v,
+                                             const Eigen::VectorXd& lambda, Evaluation& evaluation);
+  /// Diagonal R with -R <= error of the Hessian of f + lambda' c <= R as quadratic forms, per
+  /// canonical variable; infinite where unknown. Empty: exact up to rounding.
+  [[nodiscard]] std::optional<Eigen::VectorXd> hessian_error(const Eigen::VectorXd& v,
+                                                             const Eigen::VectorXd& lambda);
+  /// The point in the model's variables, until the next evaluation.
+  [[nodiscard]] std::span<const double> model_point(const Eigen::VectorXd& v) {
+    load(v);
+    return model_v_;
+  }
+  /// Names the function and entry of the last evaluation that was not Ok.
+  [[nodiscard]] std::string evaluation_error() const;
+
+  /// Fills v, lambda, z, constraints, objective of the result in the model's units.
+  void restore(const Iterate& iterate, Result& result);
+  [[nodiscard]] double unscaled_objective(double f) const { return f / objective_scale_; }
+  /// Factor by which a canonical constraint was scaled.
+  [[nodiscard]] double constraint_scale(Index constraint) const {
+    return row_scale_[static_cast<std::size_t>(constraint)];
+  }
+  [[nodiscard]] double objective_scale() const { return objective_scale_; }
+  /// Factor by which a canonical variable was scaled.
+  [[nodiscard]] double variable_scale(Index variable) const {
+    return col_scale_[static_cast<std::size_t>(variable)];
+  }
+
+  /// Name of a model variable or constraint for messages.
+  [[nodiscard]] std::string variable_name(Index model_variable) const;
+  [[nodiscard]] std::string constraint_name(Index model_constraint) const;
+
+ private:
+  [[nodiscard]] std::string validate();
+  [[nodiscard]] std::string index_variables();
+  void index_constraints();
+  void map_entries();
+  [[nodiscard]] std::string read_start();
+  [[nodiscard]] std::string check_start();
+  [[nodiscard]] std::string scale(const std::optional<GradientScaling>& kept);
+  [[nodiscard]] std::string user_scaling();
+  [[nodiscard]] std::string gradient_based_scaling();
+  [[nodiscard]] std::string scale_gradients();
+  void set_bounds(Index variable, double lower, double upper);
+  void set_variable_bounds();
+  void set_constraint_bounds();
+  void list_bounds();
+  void push_start();
+  void start_multipliers();
+  void scale_entries();
+  void load(const Eigen::VectorXd& v);
+  void load_multipliers(const Eigen::VectorXd& lambda);
+  // At the loaded point.
+  [[nodiscard]] EvaluationStatus objective_here(double& f);
+  [[nodiscard]] EvaluationStatus constraints_here(const Eigen::VectorXd& v, Eigen::VectorXd& c);
+  [[nodiscard]] EvaluationStatus first_derivatives_here(Evaluation& evaluation);
+  [[nodiscard]] EvaluationStatus second_derivatives_here(const Eigen::VectorXd& lambda,
+                                                         Evaluation& evaluation,
+                                                         double objective_factor);
+  [[nodiscard]] bool take_new_point();
+  [[nodiscard]] bool has_equal_bounds(Index model_variable) const;
+  [[nodiscard]] bool is_fixed_by_constraint(Index model_variable) const;
+  [[nodiscard]] std::string row_name(Index constraint) const;
+  /// Value of a canonical Jacobian entry, unscaled, after the model's Jacobian was evaluated.
+  [[nodiscard]] double model_jacobian(std::size_t entry) const {
+    const Index source = jacobian_source_[entry];
+    return source >= 0 ? model_jacobian_[static_cast<std::size_t>(source)] : 1.0;
+  }
+  void restore_fixed_multipliers(Result& result);
+  void set_fixed_multiplier(Index model_variable, double slope, Result& result) const;
+  /// The model's function and entry that failed; the text is made when it is asked for.
+  struct EvaluationFailure {
+    std::string_view function{};
+    EvaluationStatus status = EvaluationStatus::NotFinite;
+    Index row = -1;  ///< canonical constraint
+    Index col = -1;  ///< canonical variables
+    Index other_col = -1;
+  };
+  EvaluationStatus not_finite(const EvaluationFailure& failure) {
+    evaluation_failure_ = failure;
+    return EvaluationStatus::NotFinite;
+  }
+  EvaluationStatus undefined(std::string_view function) {
+    evaluation_failure_ = {.function = function, .status = EvaluationStatus::Undefined};
+    return EvaluationStatus::Undefined;
+  }
+  [[nodiscard]] std::string fail(Status status, std::string message);
+
+  Problem& problem_;
+  const ProblemStructure& structure_;
+  const SolverOptions& options_;
+  Counts& counts_;
+  Timing& timing_;
+  Status error_status_ = Status::InvalidProblem;
+
+  IndexRange x_, x_slacks_, y_, y_slacks_, min_constraints_, max_constraints_;
+  std::vector<Index> variable_of_model_;    ///< canonical variable of a model variable, -1 if fixed
+  std::vector<Index> model_variable_;       ///< model variable of a canonical one, -1 for slacks
+  std::vector<Index> constraint_of_model_;  ///< -1 for constraints without bounds
+  std::vector<Index> model_constraint_;     ///< -1 where a variable is fixed by the constraint
+  std::vector<Index> fixing_variable_;      ///< canonical variable of such a constraint, else -1
+  std::vector<Index> slack_of_constraint_;
+  std::vector<Index> lower_bounded_, upper_bounded_;
+  Eigen::VectorXd lower_, upper_, damping_;
+  Eigen::VectorXd right_hand_side_;  ///< of equalities, scaled; 0 for inequalities
+  std::vector<Triplet> jacobian_, hessian_;
+  /// Model triplet of each canonical one; -1 for the entry of a constraint that fixes a variable.
+  std::vector<Index> jacobian_source_, hessian_source_;
+  std::vector<double> jacobian_scale_, hessian_scale_;  ///< hessian_scale_ empty: all one
+  double objective_scale_ = 1.0;
+  std::vector<double> col_scale_, row_scale_;
+  std::optional<GradientScaling> gradient_scaling_;
+
+  struct {
+    std::vector<double> v, lambda, z_lower, z_upper;
+  } model_start_;  ///< as the model gave it
+  Iterate start_;
+
+  // Buffers in the model's shapes
+  std::vector<double> model_v_, model_g_, model_gradient_, model_lambda_;
+  std::vector<double> model_jacobian_, model_hessian_;
+  std::vector<double> objective_point_;  ///< of the model, where its objective was last asked for
+  double objective_value_ = 0.0;
+  bool new_point_ = true;
+  std::uint64_t derivative_calls_ = 0;  ///< of Jacobian and Hessian
+  EvaluationFailure evaluation_failure_;
+};
+
+}  // namespace ipminmax

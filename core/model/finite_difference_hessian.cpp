@@ -1,0 +1,474 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/model/finite_difference_hessian.hpp"
+#include "core/model/hessian_detection.hpp"
+
+namespace ipminmax {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Part of the room to a bound that one of up to four steps takes.
+constexpr double kRoomUsed = 0.2;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Whether sizes and indices allow to look further.
+bool is_well_formed(const ProblemStructure& s) {
+  const std::size_t n = s.variable_players.size();
+  const std::size_t m = s.constraint_players.size();
+  const auto in_range = [](Index i, std::size_t size) { return i >= 0 && at(i) < size; };
+  if (s.variable_lower.size() != n || s.variable_upper.size() != n ||
+      s.constraint_lower.size() != m || s.constraint_upper.size() != m) {
+    return false;
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!(s.variable_lower[i] <= s.variable_upper[i])) return false;
+  }
+  return std::ranges::all_of(s.jacobian,
+                             [&](const Triplet& entry) {
+                               return in_range(entry.row, m) && in_range(entry.col, n);
+                             }) &&
+         std::ranges::all_of(s.hessian, [&](const Triplet& entry) {
+           return in_range(entry.row, n) && in_range(entry.col, n);
+         });
+}
+
+bool before(const Triplet& a, const Triplet& b) {
+  return std::pair(a.row, a.col) < std::pair(b.row, b.col);
+}
+
+/// Each pair once, row >= col.
+void make_unique(std::vector<Triplet>& pattern) {
+  for (Triplet& entry : pattern) {
+    if (entry.row < entry.col) std::swap(entry.row, entry.col);
+  }
+  std::sort(pattern.begin(), pattern.end(), before);
+  const auto same = [](const Triplet& a, const Triplet& b) {
+    return a.row == b.row && a.col == b.col;
+  };
+  pattern.erase(std::unique(pattern.begin(), pattern.end(), same), pattern.end());
+}
+
+}  // namespace
+
+// --- Pattern -------------------------------------------------------------------------------------
+
+FiniteDifferenceHessian::FiniteDifferenceHessian(Problem& model, const SolverOptions& options)
+    : model_(model),
+      source_(model),
+      step_(options.minmax_difference_step),
+      structure_(model.structure()),
+      warm_start_(options.warm_start_init_point) {
+  if (!is_well_formed(structure_)) return;
+  const std::size_t n = structure_.variable_lower.size();
+  free_.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    free_[i] = structure_.variable_lower[i] < structure_.variable_upper[i];
+  }
+  offsets_.resize(n);
+  choose_pattern();
+}
+
+void FiniteDifferenceHessian::choose_pattern() {
+  if (structure_.has_hessian) {
+    set_pattern(given_pattern());
+    return;
+  }
+  structure_.has_hessian = true;
+  set_pattern({});
+  if (!take_start() || !std::ranges::all_of(start_->v, [](double x) { return std::isfinite(x); })) {
+    return;
+  }
+  std::vector<Index> variables;
+  if (structure_.nonlinear_variables) {
+    variables = *structure_.nonlinear_variables;
+    std::sort(variables.begin(), variables.end());
+    variables.erase(std::unique(variables.begin(), variables.end()), variables.end());
+    std::erase_if(variables, [&](Index i) { return i < 0 || at(i) >= free_.size(); });
+  } else {
+    for (std::size_t i = 0; i < free_.size(); ++i) variables.push_back(static_cast<Index>(i));
+  }
+  std::erase_if(variables, [&](Index i) { return !free_[at(i)]; });
+  PointSampler sampler(structure_, start_->v);
+  set_pattern(detect_hessian_pattern(structure_, source_, sampler, variables));
+  moved_ = true;
+  verify_detection(start_->v);
+}
+
+std::vector<Triplet> FiniteDifferenceHessian::given_pattern() const {
+  std::vector<Triplet> pattern = structure_.hessian;
+  std::erase_if(pattern, [&](const Triplet& entry) {
+    return !free_[at(entry.row)] || !free_[at(entry.col)];
+  });
+  make_unique(pattern);
+  return pattern;
+}
+
+void FiniteDifferenceHessian::set_pattern(std::vector<Triplet> pattern) {
+  structure_.hessian = std::move(pattern);
+  coloring_ = color_hessian(structure_.hessian, static_cast<Index>(free_.size()));
+  for (auto& group : coloring_.groups) {
+    std::stable_sort(group.entries.begin(), group.entries.end(),
+                     [](const auto& a, const auto& b) { return a.col < b.col; });
+  }
+}
+
+void FiniteDifferenceHessian::verify_detection(std::span<const double> start) {
+  // Each round ends with a pattern that has passed at fresh points, or one that has grown; rows
+  // that disagree with nothing left to fill are not a matter of sparsity.
+  constexpr int kPoints = 3;
+  PointSampler sampler(structure_, start);
+  std::uniform_real_distribution<double> multiplier(0.5, 1.5);
+  std::vector<double> point, values, errors;
+  FirstDerivatives unused;
+  for (int passed = 0; passed < kPoints;) {
+    if (!sampler.sample_defined(source_, point, unused)) return;
+    std::vector<double> lambda(structure_.constraint_lower.size());
+    for (double& value : lambda) value = multiplier(random_);
+    const Multipliers multipliers{multiplier(random_), lambda};
+    ++passed;
+    if (!values_with_errors(point, multipliers, values, errors)) continue;
+    const auto rows = disagreeing_rows(point, multipliers, values, errors);
+    if (rows && !rows->empty() && fill(*rows)) passed = 0;
+  }
+}
+
+bool FiniteDifferenceHessian::fill(const std::vector<Index>& rows) {
+  // So many rows disagree only where differences fail altogether, as with noise.
+  constexpr std::size_t kMostRows = 5000;
+  if (rows.size() > kMostRows) return false;
+  std::vector<Triplet> pattern = structure_.hessian;
+  for (const Index i : rows) {
+    for (const Index j : rows) {
+      if (i >= j) pattern.push_back({i, j});
+    }
+  }
+  make_unique(pattern);
+  if (pattern.size() == structure_.hessian.size()) return false;
+  set_pattern(std::move(pattern));
+  return true;
+}
+
+bool FiniteDifferenceHessian::widen() {
+  std::sort(missing_.begin(), missing_.end());
+  missing_.erase(std::unique(missing_.begin(), missing_.end()), missing_.end());
+  return fill(std::exchange(missing_, {}));
+}
+
+// --- The model, passed on ------------------------------------------------------------------------
+
+bool FiniteDifferenceHessian::take_start() {
+  const std::size_t n = structure_.variable_lower.size();
+  const std::size_t m = structure_.constraint_lower.size();
+  Start start{std::vector<double>(n, 0.0), std::vector<double>(m, 0.0), std::vector<double>(n, 0.0),
+              std::vector<double>(n, 0.0)};
+  StartingPoint request{start.v, warm_start_, start.lambda, start.z_lower, start.z_upper};
+  if (!model_.starting_point(request)) return false;
+  start_ = std::move(start);
+  return true;
+}
+
+bool FiniteDifferenceHessian::starting_point(StartingPoint& start) {
+  if (!start_ && !take_start()) return false;  // the model is asked once
+  std::ranges::copy(start_->v, start.v.begin());
+  std::ranges::copy(start_->lambda, start.lambda.begin());
+  std::ranges::copy(start_->z_lower, start.z_lower.begin());
+  std::ranges::copy(start_->z_upper, start.z_upper.begin());
+  return true;
+}
+
+/// Whether the model has to be told of a new point: differences may have been taken in between.
+bool FiniteDifferenceHessian::new_point(bool new_v) {
+  return std::exchange(moved_, false) || new_v;
+}
+
+bool FiniteDifferenceHessian::objective(std::span<const double> v, bool new_v, double& f) {
+  return model_.objective(v, new_point(new_v), f);
+}
+
+bool FiniteDifferenceHessian::constraints(std::span<const double> v, bool new_v,
+                                          std::span<double> g) {
+  return model_.constraints(v, new_point(new_v), g);
+}
+
+bool FiniteDifferenceHessian::gradient(std::span<const double> v, bool new_v,
+                                       std::span<double> grad) {
+  if (!model_.gradient(v, new_point(new_v), grad)) return false;
+  if (!std::ranges::equal(v, base_v_)) base_jacobian_ = false;
+  base_v_.assign(v.begin(), v.end());
+  base_.gradient.assign(grad.begin(), grad.end());
+  base_gradient_ = true;
+  return true;
+}
+
+bool FiniteDifferenceHessian::jacobian(std::span<const double> v, bool new_v,
+                                       std::span<double> values) {
+  if (!model_.jacobian(v, new_point(new_v), values)) return false;
+  if (!std::ranges::equal(v, base_v_)) base_gradient_ = false;
+  base_v_.assign(v.begin(), v.end());
+  base_.jacobian.assign(values.begin(), values.end());
+  base_jacobian_ = true;
+  return true;
+}
+
+// --- Differences ---------------------------------------------------------------------------------
+
+bool FiniteDifferenceHessian::evaluate(std::span<const double> v, const Multipliers& multipliers,
+                                       FirstDerivatives& derivatives) {
+  moved_ = true;
+  const bool any_constraint =
+      std::ranges::any_of(multipliers.lambda, [](double lambda) { return lambda != 0.0; });
+  return source_.evaluate(v, derivatives, multipliers.sigma != 0.0, any_constraint);
+}
+
+/// Leaves the first derivatives at v in base_, evaluating only what the last calls did not.
+bool FiniteDifferenceHessian::load_base(std::span<const double> v, const Multipliers& multipliers) {
+  if (std::ranges::equal(v, base_v_) && base_gradient_ &&
+      (base_jacobian_ || multipliers.lambda.empty())) {
+    return true;
+  }
+  base_gradient_ = base_jacobian_ = false;
+  base_v_.assign(v.begin(), v.end());
+  moved_ = true;
+  if (!source_.evaluate(v, base_)) return false;
+  base_gradient_ = base_jacobian_ = true;
+  return true;
+}
+
+FiniteDifferenceHessian::Offsets FiniteDifferenceHessian::offsets(std::size_t i, double v,
+                                                                  double scale, Side side) const {
+  const double largest = step_ * std::max(1.0, std::abs(v));
+  const double up = std::max(structure_.variable_upper[i] - v, 0.0);
+  const double down = std::max(v - structure_.variable_lower[i], 0.0);
+  double first = largest * scale;
+  double second = -first;
+  if (side != Side::Best || std::min(up, down) < largest) {
+    const bool upwards = side == Side::Best ? up >= down : side == Side::Up;
+    const double length = std::min(largest, kRoomUsed * (upwards ? up : down)) * scale;
+    first = upwards ? length : -length;
+    second = 2.0 * first;
+  }
+  const auto rounded = [v](double offset) {
+    const volatile double moved = v + offset;
+    return moved - v;
+  };
+  return {rounded(first), rounded(second)};
+}
+
+/// change = sigma (grad f - base) + (J - base)' lambda, so that what does not vary cancels exactly;
+/// magnitude_ = the sizes of the terms that do, for their rounding errors.
+void FiniteDifferenceHessian::subtract_base(const FirstDerivatives& derivatives,
+                                            const Multipliers& multipliers,
+                                            std::vector<double>& change) {
+  const std::size_t n = free_.size();
+  change.assign(n, 0.0);
+  magnitude_.resize(n, 0.0);
+  const auto add = [&](std::size_t i, double weight, double value, double base) {
+    if (value == base) return;
+    change[i] += weight * (value - base);
+    magnitude_[i] += std::abs(weight) * std::max(std::abs(value), std::abs(base));
+  };
+  if (multipliers.sigma != 0.0) {
+    for (std::size_t i = 0; i < n; ++i) {
+      add(i, multipliers.sigma, derivatives.gradient[i], base_.gradient[i]);
+    }
+  }
+  for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
+    const auto [row, col] = structure_.jacobian[k];
+    const double weight = multipliers.lambda[at(row)];
+    if (weight != 0.0) add(at(col), weight, derivatives.jacobian[k], base_.jacobian[k]);
+  }
+}
+
+bool FiniteDifferenceHessian::difference(std::span<const Index> variables,
+                                         std::span<const HessianColoring::Entry> entries,
+                                         double scale, Side side, std::span<const double> v,
+                                         const Multipliers& multipliers, std::span<double> values,
+                                         std::span<double> rounding) {
+  for (const Index j : variables) {
+    offsets_[at(j)] = offsets(at(j), v[at(j)], scale, side);
+    const auto [a, b] = offsets_[at(j)];
+    if (a == 0.0 || b == 0.0 || a == b) return false;
+  }
+  std::fill(magnitude_.begin(), magnitude_.end(), 0.0);
+  trial_.assign(v.begin(), v.end());
+  for (const Index j : variables) trial_[at(j)] = v[at(j)] + offsets_[at(j)].first;
+  if (!evaluate(trial_, multipliers, ahead_)) return false;
+  subtract_base(ahead_, multipliers, first_);
+  for (const Index j : variables) trial_[at(j)] = v[at(j)] + offsets_[at(j)].second;
+  if (!evaluate(trial_, multipliers, ahead_)) return false;
+  subtract_base(ahead_, multipliers, second_);
+  for (const auto& entry : entries) {
+    // Slope at 0 of the parabola through (0, 0), (a, first), (b, second).
+    const auto [a, b] = offsets_[at(entry.col)];
+    const double weight_first = b / a / (b - a);
+    const double weight_second = -a / b / (b - a);
+    const auto i = at(entry.row);
+    values[at(entry.position)] = weight_first * first_[i] + weight_second * second_[i];
+    if (!rounding.empty()) {
+      rounding[at(entry.position)] =
+          kEpsilon * magnitude_[i] * (std::abs(weight_first) + std::abs(weight_second));
+    }
+  }
+  return true;
+}
+
+/// One variable, to any side and with ever smaller steps.
+bool FiniteDifferenceHessian::difference_alone(std::span<const HessianColoring::Entry> entries,
+                                               double scale, std::span<const double> v,
+                                               const Multipliers& multipliers,
+                                               std::span<double> values,
+                                               std::span<double> rounding) {
+  const std::array<Index, 1> variable{entries.front().col};
+  for (const double shrink : {1.0, 0.1, 1e-2, 1e-3}) {
+    for (const Side side : {Side::Best, Side::Up, Side::Down}) {
+      if (difference(variable, entries, scale * shrink, side, v, multipliers, values, rounding)) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+bool FiniteDifferenceHessian::differences(std::span<const double> v, const Multipliers& multipliers,
+                                          double scale, std::span<double> values,
+                                          std::span<double> rounding) {
+  if (!load_base(v, multipliers)) return false;
+  for (const auto& group : coloring_.groups) {
+    if (difference(group.variables, group.entries, scale, Side::Best, v, multipliers, values,
+                   rounding)) {
+      continue;
+    }
+    const std::span<const HessianColoring::Entry> entries(group.entries);
+    for (std::size_t begin = 0, end = 0; begin < entries.size(); begin = end) {
+      while (end < entries.size() && entries[end].col == entries[begin].col) ++end;
+      if (!difference_alone(entries.subspan(begin, end - begin), scale, v, multipliers, values,
+                            rounding)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+bool FiniteDifferenceHessian::hessian(std::span<const double> v, bool, double sigma,
+                                      std::span<const double> lambda, bool,
+                                      std::span<double> values) {
+  return differences(v, {sigma, lambda}, 1.0, values, {});
+}
+
+// --- Errors --------------------------------------------------------------------------------------
+
+bool FiniteDifferenceHessian::values_with_errors(std::span<const double> v,
+                                                 const Multipliers& multipliers,
+                                                 std::vector<double>& values,
+                                                 std::vector<double>& errors) {
+  // Differences with an eighth of the step have hardly any error of second order, but eight times
+  // the noise: the comparison shows both, and rounding at least is known.
+  constexpr double kFine = 0.125;
+  values.resize(structure_.hessian.size());
+  errors.resize(values.size());
+  std::vector<double> fine(values.size());
+  if (!differences(v, multipliers, kFine, fine, {}) ||
+      !differences(v, multipliers, 1.0, values, errors)) {
+    return false;
+  }
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    errors[k] = 2.0 * (std::abs(values[k] - fine[k]) + errors[k]);
+  }
+  return true;
+}
+
+std::vector<double> FiniteDifferenceHessian::random_direction(std::span<const double> v,
+                                                              double scale) {
+  std::uniform_real_distribution<double> length(0.5, 1.0);
+  std::vector<double> direction(v.size(), 0.0);
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const bool coin = (random_() & 1U) != 0;
+    const double part = length(random_);
+    if (!free_[i]) continue;
+    const double reach = step_ * scale * std::max(1.0, std::abs(v[i]));
+    const double up = std::max(structure_.variable_upper[i] - v[i], 0.0);
+    const double down = std::max(v[i] - structure_.variable_lower[i], 0.0);
+    const bool upwards = std::min(up, down) >= 5.0 * reach ? coin : up >= down;
+    const double step = part * std::min(reach, kRoomUsed * (upwards ? up : down));
+    direction[i] = upwards ? step : -step;
+  }
+  return direction;
+}
+
+std::optional<std::vector<Index>> FiniteDifferenceHessian::disagreeing_rows(
+    std::span<const double> v, const Multipliers& multipliers, std::span<const double> values,
+    std::span<const double> errors) {
+  if (!load_base(v, multipliers)) return std::nullopt;
+  std::vector<double> direction;
+  bool defined = false;
+  for (const double scale : {1.0, 1.0, 0.1, 0.1, 1e-2, 1e-2}) {
+    direction = random_direction(v, scale);
+    std::fill(magnitude_.begin(), magnitude_.end(), 0.0);
+    defined = true;
+    for (const auto& [length, change] :
+         {std::pair{1.0, &first_}, std::pair{2.0, &second_}, std::pair{4.0, &third_}}) {
+      trial_.assign(v.begin(), v.end());
+      for (std::size_t i = 0; i < v.size(); ++i) trial_[i] += length * direction[i];
+      defined = defined && evaluate(trial_, multipliers, ahead_);
+      if (!defined) break;
+      subtract_base(ahead_, multipliers, *change);
+    }
+    if (defined) break;
+  }
+  if (!defined) return std::nullopt;
+
+  std::vector<double> product(v.size(), 0.0), size(v.size(), 0.0), error(v.size(), 0.0);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const auto add = [&](Index row, Index col) {
+      const double d = direction[at(col)];
+      product[at(row)] += values[k] * d;
+      size[at(row)] += std::abs(values[k] * d);
+      error[at(row)] += errors[k] * std::abs(d);
+    };
+    const auto [row, col] = structure_.hessian[k];
+    add(row, col);
+    if (row != col) add(col, row);
+  }
+  std::vector<Index> rows;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    if (!free_[i]) continue;
+    // Slopes at 0 from two pairs of points; their errors of second order are as 1 to 4.
+    const double fine = 2.0 * first_[i] - 0.5 * second_[i];
+    const double coarse = second_[i] - 0.25 * third_[i];
+    const double slope = (4.0 * fine - coarse) / 3.0;
+    const double allowed = 10.0 * (std::abs(fine - coarse) + error[i]) + 1e-7 * size[i] +
+                           20.0 * kEpsilon * magnitude_[i];
+    if (!(std::abs(product[i] - slope) <= allowed)) rows.push_back(static_cast<Index>(i));
+  }
+  return rows;
+}
+
+bool FiniteDifferenceHessian::hessian_errors(std::span<const double> v, double sigma,
+                                             std::span<const double> lambda,
+                                             std::span<double> row_errors) {
+  const Multipliers multipliers{sigma, lambda};
+  std::vector<double> values, errors;
+  std::fill(row_errors.begin(), row_errors.end(), kInfinity);
+  if (!values_with_errors(v, multipliers, values, errors)) return true;
+  const auto rows = disagreeing_rows(v, multipliers, values, errors);
+  if (!rows) return true;
+  std::fill(row_errors.begin(), row_errors.end(), 0.0);
+  for (std::size_t k = 0; k < errors.size(); ++k) {
+    const auto [row, col] = structure_.hessian[k];
+    row_errors[at(row)] += errors[k];
+    if (row != col) row_errors[at(col)] += errors[k];
+  }
+  for (const Index i : *rows) row_errors[at(i)] = kInfinity;
+  missing_.insert(missing_.end(), rows->begin(), rows->end());
+  return true;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,249 @@
+#include <algorithm>
+#include <utility>
+
+#include "core/model/hessian_detection.hpp"
+
+namespace ipminmax {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Constraints nonlinear in at most this many variables contribute all their pairs.
+constexpr std::size_t kNarrow = 16;
+/// A row that more groups than this may act on is resolved by moving its variable alone.
+constexpr std::size_t kDense = 32;
+/// Base points of the search.
+constexpr int kRounds = 2;
+
+class Detector {
+ public:
+  Detector(const ProblemStructure& structure, FirstDerivativeSource& source, PointSampler& sampler,
+           std::span<const Index> variables)
+      : structure_(structure),
+        source_(source),
+        sampler_(sampler),
+        variables_(variables),
+        wanted_(structure.variable_lower.size(), false),
+        wide_(structure.constraint_lower.size(), false),
+        pairs_of_(structure.variable_lower.size()) {
+    for (const Index i : variables) wanted_[at(i)] = true;
+  }
+
+  std::vector<Triplet> run() {
+    std::vector<Point> points(2 * kRounds);
+    for (Point& point : points) {
+      if (!sampler_.sample_defined(source_, point.v, point.derivatives)) return {};
+    }
+    add_constraint_blocks(points);
+    for (std::size_t round = 0; round < kRounds; ++round) {
+      base_ = std::move(points[2 * round]);
+      other_ = std::move(points[2 * round + 1].v);
+      add_coupled_pairs();
+    }
+    return pattern();
+  }
+
+ private:
+  struct Point {
+    std::vector<double> v;
+    FirstDerivatives derivatives;
+  };
+  /// Variables variables_[begin, end) and the rows they may act on.
+  struct Group {
+    std::size_t begin = 0, end = 0;
+    std::vector<Index> rows;
+  };
+
+  void add_pair(Index i, Index j) { pairs_of_[at(std::max(i, j))].push_back(std::min(i, j)); }
+
+  void add_constraint_blocks(const std::vector<Point>& points) {
+    std::vector<std::vector<Index>> nonlinear(wide_.size());
+    for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
+      const auto [row, col] = structure_.jacobian[k];
+      const double value = points.front().derivatives.jacobian[k];
+      const bool varies = std::any_of(points.begin(), points.end(), [&](const Point& point) {
+        return point.derivatives.jacobian[k] != value;
+      });
+      if (varies && wanted_[at(col)]) nonlinear[at(row)].push_back(col);
+    }
+    for (std::size_t row = 0; row < nonlinear.size(); ++row) {
+      wide_[row] = nonlinear[row].size() > kNarrow;
+      if (wide_[row]) continue;
+      for (const Index i : nonlinear[row]) {
+        for (const Index j : nonlinear[row]) {
+          if (i >= j) add_pair(i, j);
+        }
+      }
+    }
+  }
+
+  /// Rows whose derivatives change when the groups' variables move to other_, or part
+  /// of the way; false: no such point is defined.
+  bool changed_rows(const std::vector<const Group*>& groups, std::vector<bool>& changed) {
+    trial_ = base_.v;
+    for (const double fraction : {1.0, 0.1, 1e-2, 1e-4}) {
+      for (const Group* group : groups) {
+        for (std::size_t k = group->begin; k < group->end; ++k) {
+          const std::size_t i = at(variables_[k]);
+          trial_[i] = base_.v[i] + fraction * (other_[i] - base_.v[i]);
+        }
+      }
+      if (!source_.evaluate(trial_, moved_)) continue;
+      changed.assign(trial_.size(), false);
+      for (std::size_t i = 0; i < trial_.size(); ++i) {
+        changed[i] = moved_.gradient[i] != base_.derivatives.gradient[i];
+      }
+      for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
+        const auto [row, col] = structure_.jacobian[k];
+        if (wide_[at(row)] && moved_.jacobian[k] != base_.derivatives.jacobian[k]) {
+          changed[at(col)] = true;
+        }
+      }
+      return true;
+    }
+    return false;
+  }
+
+  /// Keeps of each group's rows those that change. The groups have no row in common.
+  void narrow(std::vector<Group*>& groups) {
+    std::vector<bool> changed;
+    if (!changed_rows({groups.begin(), groups.end()}, changed)) return;
+    for (Group* group : groups) {
+      std::erase_if(group->rows, [&](Index i) { return !changed[at(i)]; });
+    }
+  }
+
+  void add_coupled_pairs() {
+    Group all{0, variables_.size(), {variables_.begin(), variables_.end()}};
+    std::vector<Group*> one{&all};
+    narrow(one);
+    std::vector<Group> groups;
+    groups.push_back(std::move(all));
+    std::vector<Index> dense;
+    while (!groups.empty()) {
+      groups = halves(groups);
+      take_out_dense_rows(groups, dense);
+      for (auto& batch : disjoint_batches(groups)) narrow(batch);
+      for (Group& group : groups) {
+        if (group.end - group.begin > 1) continue;
+        for (const Index i : group.rows) add_pair(i, variables_[group.begin]);
+        group.rows.clear();
+      }
+      std::erase_if(groups, [](const Group& group) { return group.rows.empty(); });
+    }
+    std::sort(dense.begin(), dense.end());
+    for (std::size_t k = 0; k < variables_.size(); ++k) {
+      if (!std::binary_search(dense.begin(), dense.end(), variables_[k])) continue;
+      Group alone{k, k + 1, {variables_.begin(), variables_.end()}};
+      std::vector<Group*> batch{&alone};
+      narrow(batch);
+      for (const Index i : alone.rows) add_pair(i, variables_[k]);
+    }
+  }
+
+  static std::vector<Group> halves(const std::vector<Group>& groups) {
+    std::vector<Group> result;
+    for (const Group& group : groups) {
+      const std::size_t middle = group.begin + (group.end - group.begin) / 2;
+      if (middle > group.begin) result.push_back({group.begin, middle, group.rows});
+      if (group.end > middle) result.push_back({middle, group.end, group.rows});
+    }
+    return result;
+  }
+
+  void take_out_dense_rows(std::vector<Group>& groups, std::vector<Index>& dense) const {
+    std::vector<std::size_t> count(wanted_.size(), 0);
+    for (const Group& group : groups) {
+      for (const Index i : group.rows) ++count[at(i)];
+    }
+    for (const Index i : variables_) {
+      if (count[at(i)] > kDense) dense.push_back(i);
+    }
+    for (Group& group : groups) {
+      std::erase_if(group.rows, [&](Index i) { return count[at(i)] > kDense; });
+    }
+  }
+
+  std::vector<std::vector<Group*>> disjoint_batches(std::vector<Group>& groups) const {
+    std::vector<std::vector<Group*>> batches;
+    std::vector<std::vector<std::size_t>> taken(wanted_.size());  // batches of each row
+    std::vector<std::size_t> refused_by;                          // per batch, the last group
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      for (const Index i : groups[g].rows) {
+        for (const std::size_t batch : taken[at(i)]) refused_by[batch] = g;
+      }
+      std::size_t batch = 0;
+      while (batch < batches.size() && refused_by[batch] == g) ++batch;
+      if (batch == batches.size()) {
+        batches.emplace_back();
+        refused_by.push_back(groups.size());
+      }
+      batches[batch].push_back(&groups[g]);
+      for (const Index i : groups[g].rows) taken[at(i)].push_back(batch);
+    }
+    return batches;
+  }
+
+  std::vector<Triplet> pattern() {
+    std::vector<Triplet> result;
+    for (std::size_t i = 0; i < pairs_of_.size(); ++i) {
+      auto& partners = pairs_of_[i];
+      std::sort(partners.begin(), partners.end());
+      partners.erase(std::unique(partners.begin(), partners.end()), partners.end());
+      for (const Index j : partners) result.push_back({static_cast<Index>(i), j});
+    }
+    return result;
+  }
+
+  const ProblemStructure& structure_;
+  FirstDerivativeSource& source_;
+  PointSampler& sampler_;
+  std::span<const Index> variables_;
+  std::vector<bool> wanted_;                  ///< n, whether in variables_
+  std::vector<bool> wide_;                    ///< m, nonlinear in more than kNarrow variables
+  std::vector<std::vector<Index>> pairs_of_;  ///< smaller partners of each variable
+  Point base_;
+  std::vector<double> other_, trial_;
+  FirstDerivatives moved_;
+};
+
+}  // namespace
+
+PointSampler::PointSampler(const ProblemStructure& structure, std::span<const double> start)
+    : structure_(structure), start_(start.begin(), start.end()) {
+  for (std::size_t i = 0; i < start_.size(); ++i) {
+    start_[i] = std::clamp(start_[i], structure.variable_lower[i], structure.variable_upper[i]);
+  }
+}
+
+std::vector<double> PointSampler::sample(double radius) {
+  std::uniform_real_distribution<double> fraction(0.05, 0.95);
+  std::vector<double> point = start_;
+  for (std::size_t i = 0; i < point.size(); ++i) {
+    const double reach = radius * std::max(1.0, std::abs(start_[i]));
+    const double lower = std::max(structure_.variable_lower[i], start_[i] - reach);
+    const double upper = std::min(structure_.variable_upper[i], start_[i] + reach);
+    const double t = fraction(random_);
+    if (lower < upper) point[i] = lower + t * (upper - lower);
+  }
+  return point;
+}
+
+bool PointSampler::sample_defined(FirstDerivativeSource& source, std::vector<double>& point,
+                                  FirstDerivatives& derivatives) {
+  constexpr int kHalvings = 24;
+  double radius = 0.5;
+  for (int k = 0; k < kHalvings; ++k, radius *= 0.5) {
+    point = sample(radius);
+    if (source.evaluate(point, derivatives)) return true;
+  }
+  return false;
+}
+
+std::vector<Triplet> detect_hessian_pattern(const ProblemStructure& structure,
+                                            FirstDerivativeSource& source, PointSampler& sampler,
+                                            std::span<const Index> variables) {
+  return Detector(structure, source, sampler, variables).run();
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,27 @@
+#include <algorithm>
+
+#include "core/model/initial_point.hpp"
+
+namespace ipminmax {
+
+void start_bound_multipliers(const CanonicalProblem& canonical, const SolverOptions& options,
+                             Iterate& start) {
+  const auto first = [&](double given, double distance) {
+    if (options.warm_start_init_point) {
+      return std::clamp(
+          given, options.warm_start_mult_bound_push,
+          std::max(options.warm_start_mult_init_max, options.warm_start_mult_bound_push));
+    }
+    return options.bound_mult_init_method == BoundMultiplierInit::MuBased
+               ? options.mu_init / distance
+               : options.bound_mult_init_val;
+  };
+  for (const Index i : canonical.lower_bounded()) {
+    start.z_lower[i] = first(start.z_lower[i], start.v[i] - canonical.lower()[i]);
+  }
+  for (const Index i : canonical.upper_bounded()) {
+    start.z_upper[i] = first(start.z_upper[i], canonical.upper()[i] - start.v[i]);
+  }
+}
+
+}  // namespace ipminmax

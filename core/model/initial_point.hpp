@@ -1,0 +1,14 @@
+#pragma once
+
+#include "core/model/canonical_problem.hpp"
+#include "core/options.hpp"
+#include "core/point/iterate.hpp"
+
+namespace ipminmax {
+
+/// First bound multipliers: bound_mult_init_val, or mu_init over the distance to the bound; of a
+/// warm start those given, at least warm_start_mult_bound_push.
+void start_bound_multipliers(const CanonicalProblem& canonical, const SolverOptions& options,
+                             Iterate& start);
+
+}  // namespace ipminmax

@@ -1,0 +1,36 @@
+#include <cmath>
+
+#include "core/point/merit.hpp"
+
+namespace ipminmax {
+
+double barrier_objective(const CanonicalProblem& canonical, const Eigen::VectorXd& v, double f,
+                         double mu) {
+  double logs = 0.0;
+  for (const Index i : canonical.lower_bounded()) {
+    logs += canonical.sign(i) * std::log(v[i] - canonical.lower()[i]);
+  }
+  for (const Index i : canonical.upper_bounded()) {
+    logs += canonical.sign(i) * std::log(canonical.upper()[i] - v[i]);
+  }
+  return f + mu * (canonical.damping().dot(v) - logs);
+}
+
+void barrier_gradient(const CanonicalProblem& canonical, const Point& point, double mu,
+                      Eigen::VectorXd& gradient) {
+  gradient = point.evaluation.gradient + mu * canonical.damping();
+  const Eigen::VectorXd& v = point.iterate.v;
+  for (const Index i : canonical.lower_bounded()) {
+    gradient[i] -= canonical.sign(i) * mu / (v[i] - canonical.lower()[i]);
+  }
+  for (const Index i : canonical.upper_bounded()) {
+    gradient[i] += canonical.sign(i) * mu / (canonical.upper()[i] - v[i]);
+  }
+}
+
+double violation(const Eigen::VectorXd& c, IndexRange constraints) {
+  return constraints.size() > 0 ? c.segment(constraints.begin, constraints.size()).lpNorm<1>()
+                                : 0.0;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,110 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/point/residual.hpp"
+
+namespace ipminmax {
+namespace {
+
+double max_norm(const Eigen::VectorXd& v, Index begin, Index end) {
+  return end > begin ? v.segment(begin, end - begin).lpNorm<Eigen::Infinity>() : 0.0;
+}
+
+/// max |S z - mu| over the bounds.
+double complementarity(const CanonicalProblem& canonical, const Iterate& iterate, double mu) {
+  double error = 0.0;
+  for (const Index i : canonical.lower_bounded()) {
+    error =
+        std::max(error, std::abs((iterate.v[i] - canonical.lower()[i]) * iterate.z_lower[i] - mu));
+  }
+  for (const Index i : canonical.upper_bounded()) {
+    error =
+        std::max(error, std::abs((canonical.upper()[i] - iterate.v[i]) * iterate.z_upper[i] - mu));
+  }
+  return error;
+}
+
+}  // namespace
+
+double BarrierError::norm() const {
+  return std::max(std::max(primal, complementarity), std::max(dual_min, dual_max));
+}
+
+void dual_residual(const CanonicalProblem& canonical, const Iterate& iterate,
+                   const Evaluation& evaluation, Eigen::VectorXd& residual) {
+  residual = evaluation.gradient;
+  const auto jacobian = canonical.jacobian();
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    residual[jacobian[k].col] += evaluation.jacobian[k] * iterate.lambda[jacobian[k].row];
+  }
+  const auto slack_of = canonical.slack_of_constraint();
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    if (const Index slack = slack_of[static_cast<std::size_t>(j)]; slack >= 0) {
+      residual[slack] -= iterate.lambda[j];
+    }
+  }
+  for (const Index i : canonical.lower_bounded()) {
+    residual[i] -= canonical.sign(i) * iterate.z_lower[i];
+  }
+  for (const Index i : canonical.upper_bounded()) {
+    residual[i] += canonical.sign(i) * iterate.z_upper[i];
+  }
+}
+
+BarrierError barrier_error(const CanonicalProblem& canonical, const Iterate& iterate,
+                           const Evaluation& evaluation, const Eigen::VectorXd& dual, double mu,
+                           double s_max) {
+  BarrierError error;
+  const Index n = canonical.variables();
+  const Index m = canonical.constraints();
+  error.primal = max_norm(evaluation.c, 0, m);
+  error.dual_min = max_norm(dual, 0, canonical.y().begin);
+  error.dual_max = max_norm(dual, canonical.y().begin, n);
+  error.complementarity = complementarity(canonical, iterate, mu);
+
+  // s_d and s_c of Waechter and Biegler 2006, eq. (5).
+  const double z_sum = iterate.z_lower.lpNorm<1>() + iterate.z_upper.lpNorm<1>();
+  const auto bounds =
+      static_cast<double>(canonical.lower_bounded().size() + canonical.upper_bounded().size());
+  const auto scale = [&](double sum, double count) {
+    return count > 0.0 ? std::max(s_max, sum / count) / s_max : 1.0;
+  };
+  const double s_d = scale(z_sum + iterate.lambda.lpNorm<1>(), bounds + static_cast<double>(m));
+  const double s_c = scale(z_sum, bounds);
+  error.scaled = std::max(
+      {error.primal, std::max(error.dual_min, error.dual_max) / s_d, error.complementarity / s_c});
+  return error;
+}
+
+KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
+                   const Evaluation& evaluation, const Eigen::VectorXd& dual, double s_max) {
+  KktError error;
+  error.total = barrier_error(canonical, iterate, evaluation, dual, 0.0, s_max).scaled;
+  const double f_scale = std::abs(canonical.objective_scale());
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    error.primal =
+        std::max(error.primal, std::abs(evaluation.c[j]) / canonical.constraint_scale(j));
+  }
+  for (Index i = 0; i < canonical.variables(); ++i) {
+    const double value = std::abs(dual[i]) * canonical.variable_scale(i) / f_scale;
+    double& largest = canonical.owned_by_max(i) ? error.dual_max : error.dual_min;
+    largest = std::max(largest, value);
+  }
+  error.complementarity = complementarity(canonical, iterate, 0.0) / f_scale;
+  return error;
+}
+
+void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,
+                     const Evaluation& evaluation, const Eigen::VectorXd& dual, double mu,
+                     NewtonResidual& rhs) {
+  rhs.v = -dual - mu * canonical.damping();
+  rhs.lambda = -evaluation.c;
+  for (const Index i : canonical.lower_bounded()) {
+    rhs.z_lower[i] = mu - (iterate.v[i] - canonical.lower()[i]) * iterate.z_lower[i];
+  }
+  for (const Index i : canonical.upper_bounded()) {
+    rhs.z_upper[i] = mu - (canonical.upper()[i] - iterate.v[i]) * iterate.z_upper[i];
+  }
+}
+
+}  // namespace ipminmax

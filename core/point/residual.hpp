@@ -1,0 +1,39 @@
+#pragma once
+
+#include "core/kkt/system.hpp"
+#include "core/model/canonical_problem.hpp"
+#include "core/point/iterate.hpp"
+#include "core/result.hpp"
+
+namespace ipminmax {
+
+/// grad f + J' lambda + sign (z_upper - z_lower), sign = +1 for Min and -1 for Max.
+void dual_residual(const CanonicalProblem& canonical, const Iterate& iterate,
+                   const Evaluation& evaluation, Eigen::VectorXd& residual);
+
+/// Errors of the first-order conditions of the barrier problem with parameter mu (the paper's
+/// g(z, b)), in canonical units.
+struct BarrierError {
+  double primal = 0.0;
+  double dual_min = 0.0;
+  double dual_max = 0.0;
+  double complementarity = 0.0;
+  double scaled = 0.0;  ///< Ipopt's E_mu
+  /// |g(z, b)|_inf of the paper.
+  [[nodiscard]] double norm() const;
+};
+[[nodiscard]] BarrierError barrier_error(const CanonicalProblem& canonical, const Iterate& iterate,
+                                         const Evaluation& evaluation, const Eigen::VectorXd& dual,
+                                         double mu, double s_max);
+
+/// Errors at mu = 0 in the model's units, total in canonical units.
+[[nodiscard]] KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
+                                 const Evaluation& evaluation, const Eigen::VectorXd& dual,
+                                 double s_max);
+
+/// Right-hand side -g(z, mu) of the Newton system, damping included.
+void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,
+                     const Evaluation& evaluation, const Eigen::VectorXd& dual, double mu,
+                     NewtonResidual& rhs);
+
+}  // namespace ipminmax

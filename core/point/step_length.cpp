@@ -1,0 +1,43 @@
+#include <algorithm>
+
+#include "core/point/step_length.hpp"
+
+namespace ipminmax {
+
+StepLength largest_step(const CanonicalProblem& canonical, const Iterate& iterate, const Step& step,
+                        double tau) {
+  StepLength alpha;
+  const auto limit = [tau](double& alpha_i, double value, double change) {
+    if (alpha_i * change < -tau * value) alpha_i = -tau * value / change;
+  };
+  for (const Index i : canonical.lower_bounded()) {
+    limit(alpha.primal, iterate.v[i] - canonical.lower()[i], step.v[i]);
+    limit(alpha.dual, iterate.z_lower[i], step.z_lower[i]);
+  }
+  for (const Index i : canonical.upper_bounded()) {
+    limit(alpha.primal, canonical.upper()[i] - iterate.v[i], -step.v[i]);
+    limit(alpha.dual, iterate.z_upper[i], step.z_upper[i]);
+  }
+  return alpha;
+}
+
+void advance(const Step& step, StepLength alpha, Iterate& iterate) {
+  iterate.v += alpha.primal * step.v;
+  iterate.lambda += alpha.primal * step.lambda;
+  iterate.z_lower += alpha.dual * step.z_lower;
+  iterate.z_upper += alpha.dual * step.z_upper;
+}
+
+void clip_bound_multipliers(const CanonicalProblem& canonical, double mu, double kappa,
+                            Iterate& iterate) {
+  for (const Index i : canonical.lower_bounded()) {
+    const double central = mu / (iterate.v[i] - canonical.lower()[i]);
+    iterate.z_lower[i] = std::clamp(iterate.z_lower[i], central / kappa, kappa * central);
+  }
+  for (const Index i : canonical.upper_bounded()) {
+    const double central = mu / (canonical.upper()[i] - iterate.v[i]);
+    iterate.z_upper[i] = std::clamp(iterate.z_upper[i], central / kappa, kappa * central);
+  }
+}
+
+}  // namespace ipminmax

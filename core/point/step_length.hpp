@@ -1,0 +1,26 @@
+#pragma once
+
+#include "core/model/canonical_problem.hpp"
+#include "core/point/iterate.hpp"
+
+namespace ipminmax {
+
+struct StepLength {
+  double primal = 1.0;  ///< of v and lambda
+  double dual = 1.0;    ///< of z_lower and z_upper
+};
+
+/// Largest steps in (0, 1] that keep at least (1 - tau) of every distance to a bound and of every
+/// bound multiplier.
+[[nodiscard]] StepLength largest_step(const CanonicalProblem& canonical, const Iterate& iterate,
+                                      const Step& step, double tau);
+
+/// iterate += alpha step.
+void advance(const Step& step, StepLength alpha, Iterate& iterate);
+
+/// Keeps bound multipliers within [mu / (kappa s), kappa mu / s], s the distance to the bound:
+/// Waechter and Biegler 2006, eq. (16).
+void clip_bound_multipliers(const CanonicalProblem& canonical, double mu, double kappa,
+                            Iterate& iterate);
+
+}  // namespace ipminmax

@@ -1,0 +1,395 @@
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <exception>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <random>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <tuple>
+#include <utility>
+
+#include "core/model/timer.hpp"
+#include "core/multistart.hpp"
+
+namespace ipminmax {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Rank of a result in better(): lexicographic, smaller is better.
+using Rank = std::tuple<int, int, double>;
+
+Rank rank_of(const Result& result) {
+  // NaN would break the order.
+  const auto number = [](double value) {
+    return std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
+  };
+  const Certificate& found = result.certificate;
+  if (result.v.empty()) return {6, 0, 0.0};
+  if (found.kind == PointKind::LocalMinmax) return {1, 0, number(result.objective)};
+  if (found.second_order == SecondOrder::Violated) return {4, 0, number(result.error.total)};
+  if (is_success(result.status)) {
+    return {2, found.inner == found.inner_expected ? 0 : 1, number(result.objective)};
+  }
+  if (found.kind == PointKind::InfeasiblePoint) return {5, 0, number(result.error.primal)};
+  return {3, 0, number(result.error.total)};
+}
+
+/// No other starting point can change such an end.
+bool is_final(Status status) {
+  return status == Status::InvalidProblem || status == Status::InvalidOption ||
+         status == Status::TooFewDegreesOfFreedom;
+}
+
+/// A model with another starting point.
+class Restarted final : public Problem {
+ public:
+  /// start: n values; empty: the model's, which is then kept in model_start().
+  Restarted(Problem& model, std::vector<double> start) : model_(model), start_(std::move(start)) {}
+
+  [[nodiscard]] const std::vector<double>& model_start() const { return model_start_; }
+
+  [[nodiscard]] const ProblemStructure& structure() const override { return model_.structure(); }
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    if (!start_.empty()) {
+      std::ranges::copy(start_, start.v.begin());
+      return true;
+    }
+    if (!model_.starting_point(start)) return false;
+    model_start_.assign(start.v.begin(), start.v.end());
+    return true;
+  }
+  [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
+    return model_.user_scaling(scaling);
+  }
+  [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override {
+    return model_.objective(v, new_v, f);
+  }
+  [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
+                              std::span<double> grad) override {
+    return model_.gradient(v, new_v, grad);
+  }
+  [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
+                                 std::span<double> g) override {
+    return model_.constraints(v, new_v, g);
+  }
+  [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
+                              std::span<double> values) override {
+    return model_.jacobian(v, new_v, values);
+  }
+  [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
+                             std::span<const double> lambda, bool new_lambda,
+                             std::span<double> values) override {
+    return model_.hessian(v, new_v, sigma, lambda, new_lambda, values);
+  }
+  [[nodiscard]] bool hessian_errors(std::span<const double> v, double sigma,
+                                    std::span<const double> lambda,
+                                    std::span<double> row_errors) override {
+    return model_.hessian_errors(v, sigma, lambda, row_errors);
+  }
+
+ private:
+  Problem& model_;
+  std::vector<double> start_;
+  std::vector<double> model_start_;
+};
+
+/// Random starting point number `start`: each has a generator of its own, so that it does not depend
+/// on which thread draws it.
+std::vector<double> random_start(const ProblemStructure& structure,
+                                 const std::vector<double>& center, Index start,
+                                 const SolverOptions& options) {
+  std::seed_seq seed{static_cast<std::uint32_t>(options.minmax_start_seed),
+                     static_cast<std::uint32_t>(start)};
+  std::mt19937_64 generator(seed);
+  std::vector<double> v(center.size());
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    double lower = structure.variable_lower[i];
+    double upper = structure.variable_upper[i];
+    const bool has_lower = lower > options.nlp_lower_bound_inf;
+    const bool has_upper = upper < options.nlp_upper_bound_inf;
+    double s = center[i];
+    if (has_lower) s = std::max(s, lower);
+    if (has_upper) s = std::min(s, upper);
+    const double radius = options.minmax_start_radius * std::max(1.0, std::abs(s));
+    if (!(has_lower && has_upper)) {
+      lower = has_lower ? std::max(lower, s - radius) : s - radius;
+      upper = has_upper ? std::min(upper, s + radius) : s + radius;
+    }
+    const double t = std::ldexp(static_cast<double>(generator() >> 11U), -53);  // in [0, 1)
+    v[i] = (1.0 - t) * lower + t * upper;
+  }
+  return v;
+}
+
+void add(const Result& part, Result& total) {
+  total.iterations += part.iterations;
+  total.factorizations += part.factorizations;
+  total.counts.objective += part.counts.objective;
+  total.counts.gradient += part.counts.gradient;
+  total.counts.constraints += part.counts.constraints;
+  total.counts.jacobian += part.counts.jacobian;
+  total.counts.hessian += part.counts.hessian;
+  total.counts.factorizations_full += part.counts.factorizations_full;
+  total.counts.factorizations_inner += part.counts.factorizations_inner;
+  total.counts.factorizations_complement += part.counts.factorizations_complement;
+  total.counts.solves += part.counts.solves;
+  total.counts.analyses += part.counts.analyses;
+  total.counts.instability_raises += part.counts.instability_raises;
+  total.timing.evaluations += part.timing.evaluations;
+  total.timing.assembly += part.timing.assembly;
+  total.timing.analysis += part.timing.analysis;
+  total.timing.factorization += part.timing.factorization;
+  total.timing.solves += part.timing.solves;
+}
+
+class Multistart {
+ public:
+  Multistart(std::vector<Problem*> models, const SolverOptions& options,
+             const MultistartObserver& observer, const std::vector<std::vector<double>>& given)
+      : models_(std::move(models)), options_(options), observer_(observer), given_(given) {}
+
+  MultistartResult run();
+
+ private:
+  void check_given() const;
+  void work(Problem& model);
+  void run_start(Problem& model, Index start);
+  void start_after_the_first();
+  [[nodiscard]] bool time_is_up();
+  [[nodiscard]] SolveObserver observer_of(Index start);
+  void record(Index start, Result&& result);
+  void interrupt(Status status);
+  [[nodiscard]] MultistartResult collect();
+
+  std::vector<Problem*> models_;  ///< one per thread
+  const SolverOptions& options_;
+  const MultistartObserver& observer_;
+  const std::vector<std::vector<double>>& given_;
+  Stopwatch stopwatch_;
+  std::vector<double> model_start_;
+  Index last_ = 0;
+  std::atomic<Index> next_ = 0;
+  /// Starts after this one are given up: it threw an exception, or the observer stopped all (-1).
+  std::atomic<Index> end_ = std::numeric_limits<Index>::max();
+  std::atomic<bool> out_of_time_ = false;
+
+  std::mutex mutex_;  ///< of the observer and of everything below
+  std::exception_ptr exception_;
+  std::map<Index, Result> certified_;
+  Result best_uncertified_;
+  Index best_uncertified_start_ = -1;
+  std::map<Status, Index> statuses_;
+  std::optional<Status> interrupted_;
+  Result total_;
+};
+
+MultistartResult Multistart::run() {
+  check_given();
+  const auto given = static_cast<Index>(given_.size());
+  last_ = std::max(options_.minmax_starts - 1, given);
+  run_start(*models_.front(), 0);
+  if (!exception_ && last_ > 0 && !is_final(statuses_.begin()->first)) start_after_the_first();
+  if (exception_) std::rethrow_exception(exception_);
+  return collect();
+}
+
+void Multistart::check_given() const {
+  const std::size_t n = models_.front()->structure().variable_players.size();
+  for (std::size_t k = 0; k < given_.size(); ++k) {
+    if (given_[k].size() == n) continue;
+    throw std::invalid_argument("given starting point " + std::to_string(k) + " has " +
+                                std::to_string(given_[k].size()) + " values for " +
+                                std::to_string(n) + " variables");
+  }
+}
+
+void Multistart::start_after_the_first() {
+  next_ = 1;
+  std::vector<std::jthread> threads;  // joined when they go out of scope
+  for (std::size_t t = 1; t < models_.size() && static_cast<Index>(t) < last_; ++t) {
+    try {
+      threads.emplace_back([this, t] { work(*models_[t]); });
+    } catch (const std::system_error&) {
+      break;  // no more threads to be had: go on with those there are
+    }
+  }
+  work(*models_.front());
+}
+
+void Multistart::work(Problem& model) {
+  for (Index start = next_++; start <= last_ && start <= end_; start = next_++) {
+    if (time_is_up()) return;
+    run_start(model, start);
+  }
+}
+
+bool Multistart::time_is_up() {
+  const bool cpu = stopwatch_.cpu() >= options_.max_cpu_time;
+  if (cpu || stopwatch_.wall() >= options_.max_wall_time) {
+    const std::lock_guard lock(mutex_);
+    interrupt(cpu ? Status::MaxCpuTime : Status::MaxWallTime);
+  }
+  return out_of_time_;
+}
+
+void Multistart::run_start(Problem& model, Index start) {
+  try {
+    SolverOptions options = options_;
+    if (last_ > 0) options.minmax_max_restarts = 0;  // the other starts are chosen here
+    std::vector<double> v;
+    if (start > 0) {
+      const auto g = at(start) - 1;
+      v = g < given_.size() ? given_[g]
+                            : random_start(model.structure(), model_start_, start, options_);
+      options.warm_start_init_point = false;
+      // The CPU clock is that of the process, so the rest is a limit for all threads together.
+      const double least = std::numeric_limits<double>::min();
+      options.max_cpu_time = std::max(least, options_.max_cpu_time - stopwatch_.cpu());
+      options.max_wall_time = std::max(least, options_.max_wall_time - stopwatch_.wall());
+    }
+    Restarted restarted(model, std::move(v));
+    Result result = solve(restarted, options, observer_of(start));
+    if (start == 0) model_start_ = restarted.model_start();
+    record(start, std::move(result));
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    if (!exception_ || start < end_) exception_ = std::current_exception();
+    end_ = std::min(end_.load(), start);
+  }
+}
+
+SolveObserver Multistart::observer_of(Index start) {
+  SolveObserver observer;
+  observer.on_iteration = [this, start](const IterationInfo& info) {
+    if (start > end_) return false;
+    if (!observer_.on_iteration) return true;
+    const std::lock_guard lock(mutex_);
+    if (start > end_) return false;
+    if (observer_.on_iteration(start, info)) return true;
+    interrupt(Status::UserStop);
+    return false;
+  };
+  if (observer_.message) {
+    observer.message = [this, start](std::string_view text) {
+      const std::lock_guard lock(mutex_);
+      observer_.message(start, text);
+    };
+  }
+  return observer;
+}
+
+void Multistart::interrupt(Status status) {
+  if (!interrupted_ || status == Status::UserStop) interrupted_ = status;
+  if (status == Status::UserStop) end_ = -1;
+  out_of_time_ = true;
+}
+
+void Multistart::record(Index start, Result&& result) {
+  const std::lock_guard lock(mutex_);
+  if (result.status == Status::MaxCpuTime || result.status == Status::MaxWallTime) {
+    interrupt(result.status);
+  }
+  ++statuses_[result.status];
+  add(result, total_);
+  if (observer_.on_result) observer_.on_result(start, result);
+  if (result.certificate.kind == PointKind::LocalMinmax) {
+    certified_.emplace(start, std::move(result));
+    return;
+  }
+  // Equal ranks go to the earlier start, in whatever order they end.
+  const bool first = best_uncertified_start_ < 0;
+  if (first || better(result, best_uncertified_) ||
+      (!better(best_uncertified_, result) && start < best_uncertified_start_)) {
+    best_uncertified_ = std::move(result);
+    best_uncertified_start_ = start;
+  }
+}
+
+bool same_point(const std::vector<double>& a, const std::vector<double>& b, double tol) {
+  double distance = 0.0;
+  double size = 1.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    distance = std::max(distance, std::abs(a[i] - b[i]));
+    size = std::max(size, std::abs(b[i]));
+  }
+  return distance <= tol * size;
+}
+
+MultistartResult Multistart::collect() {
+  MultistartResult answer;
+  std::vector<DistinctPoint>& points = answer.points;
+  // Points to full tolerance first: they stand for those to the acceptable level.
+  for (const bool solved : {true, false}) {
+    for (auto& entry : certified_) {
+      const Index start = entry.first;
+      Result& result = entry.second;
+      if ((result.status == Status::Solved) != solved) continue;
+      const auto known = std::ranges::find_if(points, [&](const DistinctPoint& point) {
+        return same_point(result.v, point.result.v, options_.minmax_distinct_tol);
+      });
+      if (known == points.end()) {
+        points.push_back({std::move(result), start, 1});
+      } else {
+        ++known->found;
+      }
+    }
+  }
+  std::ranges::sort(points, [](const DistinctPoint& a, const DistinctPoint& b) {
+    return std::tuple(rank_of(a.result), a.first_start) <
+           std::tuple(rank_of(b.result), b.first_start);
+  });
+
+  for (const auto& [status, count] : statuses_) {
+    answer.statuses.emplace_back(status, count);
+    answer.starts += count;
+  }
+  answer.interrupted = interrupted_;
+  answer.best = points.empty() ? std::move(best_uncertified_) : points.front().result;
+  answer.best_start = points.empty() ? best_uncertified_start_ : points.front().first_start;
+  if (interrupted_ && (*interrupted_ == Status::UserStop || !is_success(answer.best.status))) {
+    answer.best.status = *interrupted_;
+    answer.best.message = std::string(name_of(*interrupted_)) + " in a multistart";
+  }
+  Result& best = answer.best;
+  best.iterations = total_.iterations;
+  best.factorizations = total_.factorizations;
+  best.counts = total_.counts;
+  best.timing = total_.timing;
+  best.seconds = best.timing.total = stopwatch_.wall();
+  best.cpu_seconds = stopwatch_.cpu();
+  return answer;
+}
+
+}  // namespace
+
+bool better(const Result& a, const Result& b) { return rank_of(a) < rank_of(b); }
+
+MultistartResult multistart(Problem& problem, const SolverOptions& options,
+                            const MultistartObserver& observer,
+                            const std::vector<std::vector<double>>& given) {
+  return Multistart({&problem}, options, observer, given).run();
+}
+
+MultistartResult multistart(const ProblemFactory& make_problem, int threads,
+                            const SolverOptions& options, const MultistartObserver& observer,
+                            const std::vector<std::vector<double>>& given) {
+  const int starts = std::max(options.minmax_starts, static_cast<int>(given.size()) + 1);
+  std::vector<std::unique_ptr<Problem>> owned;
+  std::vector<Problem*> models;
+  for (int t = 0; t < std::clamp(threads, 1, std::max(starts - 1, 1)); ++t) {
+    owned.push_back(make_problem());
+    if (!owned.back()) throw std::invalid_argument("the factory of a multistart made no problem");
+    models.push_back(owned.back().get());
+  }
+  return Multistart(std::move(models), options, observer, given).run();
+}
+
+}  // namespace ipminmax
