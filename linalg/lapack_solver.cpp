@@ -1,5 +1,3 @@
-#include <ipminmax/linalg/lapack_solver.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -7,12 +5,16 @@
 #include <new>
 #include <utility>
 
+#include "linalg/lapack_solver.hpp"
+
+// Rook pivoting: the factor L is bounded, so a block of D that is rounding counts as an eigenvalue zero.
+// With partial pivoting L may be huge beside a tiny block of D, whose sign then matters.
 extern "C" {
 // The last argument is Fortran's hidden length of uplo.
-void dsytrf_(const char* uplo, const int* n, double* a, const int* lda, int* ipiv, double* work,
-             const int* lwork, int* info, std::size_t uplo_length);
-void dsytrs_(const char* uplo, const int* n, const int* nrhs, const double* a, const int* lda,
-             const int* ipiv, double* b, const int* ldb, int* info, std::size_t uplo_length);
+void dsytrf_rook_(const char* uplo, const int* n, double* a, const int* lda, int* ipiv,
+                  double* work, const int* lwork, int* info, std::size_t uplo_length);
+void dsytrs_rook_(const char* uplo, const int* n, const int* nrhs, const double* a, const int* lda,
+                  const int* ipiv, double* b, const int* ldb, int* info, std::size_t uplo_length);
 }
 
 namespace ipminmax {
@@ -75,8 +77,8 @@ Analysis LapackSolver::analyze(const SymmetricMatrix& matrix, std::span<const st
     const int query = -1;
     const int leading = std::max(1, dimension_);
     double work_size = 1.0;
-    dsytrf_("L", &dimension_, dense_.data(), &leading, interchanges_.data(), &work_size, &query,
-            &info, 1);
+    dsytrf_rook_("L", &dimension_, dense_.data(), &leading, interchanges_.data(), &work_size,
+                 &query, &info, 1);
     work_.resize(std::max<std::size_t>(1, static_cast<std::size_t>(work_size)));
   } catch (const std::bad_alloc&) {
     return analysis;
@@ -147,7 +149,8 @@ Factorization LapackSolver::count_pivots() {
       counter.count(d(k, k), d(k, k) / (scale[k] * scale[k]));
       k += 1;
     } else {
-      std::swap(scale[k + 1], scale[as_size(-interchanges_[k] - 1)]);
+      std::swap(scale[k], scale[as_size(-interchanges_[k] - 1)]);
+      std::swap(scale[k + 1], scale[as_size(-interchanges_[k + 1] - 1)]);
       const double s = scale[k];
       const double t = scale[k + 1];
       const auto scaled = eigenvalues(d(k, k), d(k + 1, k), d(k + 1, k + 1));
@@ -174,8 +177,8 @@ Factorization LapackSolver::factorize(const SymmetricMatrix& matrix) {
   load_values(matrix);
   int info = 0;
   const int work_size = static_cast<int>(work_.size());
-  dsytrf_("L", &dimension_, dense_.data(), &dimension_, interchanges_.data(), work_.data(),
-          &work_size, &info, 1);
+  dsytrf_rook_("L", &dimension_, dense_.data(), &dimension_, interchanges_.data(), work_.data(),
+               &work_size, &info, 1);
   if (info < 0) return {};  // info > 0: an exactly zero pivot, counted below
   Factorization result = count_pivots();
   factorized_ = result.status == FactorizationStatus::Ok;
@@ -197,8 +200,8 @@ void LapackSolver::solve_in_place(std::span<double> rhs, Index columns) {
   };
   int info = 0;
   apply_scale();
-  dsytrs_("L", &dimension_, &columns, dense_.data(), &dimension_, interchanges_.data(), rhs.data(),
-          &dimension_, &info, 1);
+  dsytrs_rook_("L", &dimension_, &columns, dense_.data(), &dimension_, interchanges_.data(),
+               rhs.data(), &dimension_, &info, 1);
   apply_scale();
 }
 

@@ -5,11 +5,11 @@
 #include <string_view>
 #include <vector>
 
-#include <ipminmax/linalg/symmetric_solver.hpp>
+#include "linalg/symmetric_solver.hpp"
 
 namespace ipminmax {
 
-/// Dense Bunch-Kaufman factorization (LAPACK dsytrf) of the equilibrated matrix S A S, S diagonal
+/// Dense Bunch-Kaufman factorization with rook pivoting (LAPACK dsytrf_rook) of the equilibrated matrix S A S, S diagonal
 /// with powers of two: no rounding, and "tiny" has a meaning for rows of very different size.
 /// A pivot counts as zero when it is within rounding of zero there.
 class LapackSolver final : public SymmetricSolver {
