@@ -290,6 +290,7 @@ const std::vector<ApplicationOption>& application_option_table() {
   using Flag = ApplicationOption::Flag;
   using Name = ApplicationOption::Name;
   const std::string_view output = "Output";
+  const std::string_view players = "Players";
   const std::string_view miscellaneous = "Miscellaneous";
   constexpr int kLastLevel = Ipopt::J_LAST_LEVEL - 1;
   static const std::vector<ApplicationOption> table = {
@@ -312,6 +313,14 @@ const std::vector<ApplicationOption>& application_option_table() {
       {"print_timing_statistics", output, "Whether the time of each stage is printed.",
        Flag{false}},
       {"sb", output, "Whether the banner is suppressed.", Flag{false}},
+      {"minmax_max_variables", players,
+       "Variables of Max, as in \"3 5-9 wind\": indices from 0, ranges, names that the model gives "
+       "(idx_names); wind also names wind[1], wind[2], ... An error where the model itself says "
+       "something else.",
+       Name{""}},
+      {"minmax_max_constraints", players,
+       "Constraints given to Max besides those that depend on a variable of Max, listed alike.",
+       Name{""}},
       {"option_file_name", miscellaneous, "Name of the options file; empty: none.",
        Name{"ipminmax.opt"}},
   };

@@ -103,6 +103,20 @@ const OptionInfo* find_option(std::string_view name) {
   return found == table.end() ? nullptr : &*found;
 }
 
+/// What the settings say about players, taken out of them.
+PlayerOptions take_player_options(std::vector<OptionSetting>& settings) {
+  PlayerOptions players;
+  std::erase_if(settings, [&](const OptionSetting& setting) {
+    if (setting.first == "minmax_max_variables")
+      return players.max_variables = setting.second, true;
+    if (setting.first == "minmax_max_constraints") {
+      return players.max_constraints = setting.second, true;
+    }
+    return false;
+  });
+  return players;
+}
+
 std::string read_own_options(const CrossCheckSettings& settings, SolverOptions& options) {
   const Ipopt::SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
   const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
@@ -571,12 +585,13 @@ CrossCheck cross_check_with_ipopt(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
     check.message = check.ours.message = "the model is null";
     return check;
   }
-  TnlpProblem problem(model);
+  CrossCheckSettings others = settings;
+  TnlpProblem problem(model, take_player_options(others.options));
   if (auto error = problem.load(); !error.empty()) {
     check.message = check.ours.message = error;
     return check;
   }
-  return cross_check_with_ipopt(problem, settings);
+  return cross_check_with_ipopt(problem, others);
 }
 
 InnerMaximumCheck check_inner_maximum(Problem& problem, const std::vector<double>& v,

@@ -345,7 +345,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
   print_ignored_options();
   if (Ipopt::IsNull(model)) return stop(Status::InvalidProblem, "the model is null");
 
-  TnlpProblem problem(model);
+  TnlpProblem problem(model, player_options(*list));
   if (auto error = problem.load(); !error.empty()) {
     return stop(Status::InvalidProblem, std::move(error));
   }

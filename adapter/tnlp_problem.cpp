@@ -104,7 +104,8 @@ std::string read_players(const Ipopt::TNLP::IntegerMetaDataMapType& integers,
 
 }  // namespace
 
-TnlpProblem::TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model) : model_(model) {}
+TnlpProblem::TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOptions options)
+    : model_(model), options_(std::move(options)) {}
 
 std::string TnlpProblem::load() {
   if (auto error = load_sizes(); !error.empty()) return error;
@@ -209,36 +210,45 @@ std::string TnlpProblem::load_nonlinear_variables() {
 }
 
 std::string TnlpProblem::load_players() {
-  structure_.variable_players.assign(size_of(n_), Player::Min);
+  auto* model = dynamic_cast<MinMaxTNLP*>(Ipopt::GetRawPtr(model_));
   try {
-    if (auto* model = dynamic_cast<MinMaxTNLP*>(Ipopt::GetRawPtr(model_))) {
-      return load_players_of(*model);
-    }
+    std::string error = load_variable_players(model);
+    return error.empty() ? load_constraint_players(model) : error;
   } catch (const Ipopt::TNLP::INVALID_TNLP& error) {
     return error.Message();
   }
-  return load_players_of_metadata();
 }
 
-std::string TnlpProblem::load_players_of(MinMaxTNLP& model) {
-  if (!model.get_variable_players(n_, address(structure_.variable_players))) {
-    return "get_variable_players returned false";
+std::string TnlpProblem::load_variable_players(MinMaxTNLP* model) {
+  auto& players = structure_.variable_players;
+  players.assign(size_of(n_), Player::Min);
+  const StatedPlayers stated{model != nullptr ? "get_variable_players" : "metadata \"player\"",
+                             players};
+  std::string error;
+  if (model == nullptr) {
+    error = read_players(variable_metadata_.integers, "variable", players);
+  } else if (!model->get_variable_players(n_, address(players))) {
+    error = "get_variable_players returned false";
   }
-  structure_.constraint_players = implied_constraint_players(structure_);
-  if (!model.get_constraint_players(m_, address(structure_.constraint_players))) {
-    return "get_constraint_players returned false";
-  }
-  return {};
+  if (!error.empty()) return error;
+  return apply_player_option("minmax_max_variables", options_.max_variables,
+                             {"variable", n_, &structure_.variable_names}, stated, players);
 }
 
-std::string TnlpProblem::load_players_of_metadata() {
-  if (auto error =
-          read_players(variable_metadata_.integers, "variable", structure_.variable_players);
-      !error.empty()) {
-    return error;
+std::string TnlpProblem::load_constraint_players(MinMaxTNLP* model) {
+  auto& players = structure_.constraint_players;
+  players = implied_constraint_players(structure_);
+  const StatedPlayers stated{model != nullptr ? "get_constraint_players" : "metadata \"player\"",
+                             players};
+  std::string error;
+  if (model == nullptr) {
+    error = read_players(constraint_metadata_.integers, "constraint", players);
+  } else if (!model->get_constraint_players(m_, address(players))) {
+    error = "get_constraint_players returned false";
   }
-  structure_.constraint_players = implied_constraint_players(structure_);
-  return read_players(constraint_metadata_.integers, "constraint", structure_.constraint_players);
+  if (!error.empty()) return error;
+  return apply_player_option("minmax_max_constraints", options_.max_constraints,
+                             {"constraint", m_, &structure_.constraint_names}, stated, players);
 }
 
 bool TnlpProblem::starting_point(StartingPoint& start) {

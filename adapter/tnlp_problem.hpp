@@ -7,6 +7,7 @@
 #include "../core/problem.hpp"
 #include "../core/solver.hpp"
 #include "minmax_tnlp.hpp"
+#include "player_lists.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -22,7 +23,9 @@ class TnlpProblem : public Problem {
  public:
   /// model: a MinMaxTNLP, or a plain TNLP: then every variable is Min unless the model's integer
   /// variable metadata "player" says otherwise (n entries, 0 Min, 1 Max; the same for constraints).
-  explicit TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
+  /// options: what minmax_max_variables and minmax_max_constraints list; an error when the model's own
+  /// players disagree.
+  explicit TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOptions options = {});
 
   /// Reads everything that does not change. Returns what is wrong with it, empty when nothing is.
   /// To be called once, before anything else.
@@ -68,10 +71,11 @@ class TnlpProblem : public Problem {
   [[nodiscard]] std::string load_hessian_structure();
   [[nodiscard]] std::string load_nonlinear_variables();
   [[nodiscard]] std::string load_players();
-  [[nodiscard]] std::string load_players_of(MinMaxTNLP& model);
-  [[nodiscard]] std::string load_players_of_metadata();
+  [[nodiscard]] std::string load_variable_players(MinMaxTNLP* model);
+  [[nodiscard]] std::string load_constraint_players(MinMaxTNLP* model);
 
   Ipopt::SmartPtr<Ipopt::TNLP> model_;
+  PlayerOptions options_;
   Index n_ = 0;
   Index m_ = 0;
   Index jacobian_entries_ = 0;
