@@ -8,6 +8,7 @@
 #include "core/certificate/certificate.hpp"
 #include "core/kkt/inertia_correction.hpp"
 #include "core/kkt/system.hpp"
+#include "core/method/algorithm_one.hpp"
 #include "core/method/barrier.hpp"
 #include "core/method/globalized_method.hpp"
 #include "core/model/canonical_problem.hpp"
@@ -33,16 +34,11 @@ struct KeptWork {
 
 namespace {
 
-/// Halvings of a step whose end point the model cannot evaluate.
-constexpr int kMaxCuts = 40;
 /// Size of the variables (scaled problem) at which a failed solve counts as diverged.
 constexpr double kRunaway = 1e10;
 /// Iterations of a minimization beyond that, for starts of moderate size, after which the
 /// minimization is called unbounded: shifts that double and divide can keep it there for ever.
 constexpr Index kRunawayIterations = 100;
-/// minmax_residual_watchdog: residuals looked back on, and the shortest step it asks for.
-constexpr std::size_t kWatchedResiduals = 10;
-constexpr double kShortestWatchedStep = 1e-3;
 /// Multiplier of a Max constraint (scaled problem) at which a failed solve has left the maximizer
 /// without room.
 constexpr double kLargeMultiplier = 1e6;
@@ -115,9 +111,6 @@ class Solver {
   void describe(const Iterate& iterate, const KktError& error, Result& result);
   void set_totals(Result& result) const;
   [[nodiscard]] std::optional<Status> iterate();
-  [[nodiscard]] std::optional<Status> algorithm_one_step();
-  [[nodiscard]] std::optional<Status> compute_step();
-  [[nodiscard]] std::optional<Status> take_step(double longest);
   [[nodiscard]] std::optional<Status> evaluate_derivatives();
   [[nodiscard]] std::optional<Status> stop_reason();
   [[nodiscard]] bool hidden_by_scaling(Status stop);
@@ -146,22 +139,18 @@ class Solver {
   CanonicalProblem canonical_;
   std::optional<KktSystem> kkt_;
   std::optional<InertiaCorrection> correction_;
-  std::optional<GlobalizedMethod> method_;   ///< empty for Algorithm 1
+  std::optional<GlobalizedMethod> method_;  ///< empty for Algorithm 1
+  std::optional<AlgorithmOne> algorithm_one_;
   std::optional<AdaptiveBarrier> adaptive_;  ///< empty for mu_strategy monotone
 
   Point point_;
-  Iterate trial_;
-  Eigen::VectorXd trial_c_;
   NewtonResidual rhs_;
   Step step_;
   Step affine_;  ///< of the quality function
   OracleWork oracle_work_;
-  Point watched_;  ///< left by the watchdog's step
-  Regularization shift_;
   IterationInfo info_;
   double mu_final_ = 0.0;
   double last_objective_ = 0.0;
-  std::vector<double> last_residuals_;  ///< of the watchdog
   Index acceptable_count_ = 0;
   /// Factorizations told to the observer.
   Index reported_full_ = 0, reported_inner_ = 0, reported_complement_ = 0;
@@ -248,12 +237,10 @@ std::optional<Status> Solver::start() {
   const Index n = canonical_.variables();
   const Index m = canonical_.constraints();
   rhs_ = step_ = affine_ = zero_step(canonical_);
-  last_residuals_.reserve(kWatchedResiduals + 1);
   point_.evaluation.c.setZero(m);
   point_.evaluation.gradient.setZero(n);
   point_.evaluation.jacobian.assign(canonical_.jacobian().size(), 0.0);
   point_.evaluation.hessian.assign(canonical_.hessian().size(), 0.0);
-  trial_c_.setZero(m);
 
   if (!kkt_->analyze(kept_ ? kept_->analysis : std::nullopt)) {
     result_.message = "out of memory in the analysis of the KKT matrix";
@@ -276,6 +263,8 @@ std::optional<Status> Solver::start() {
   }
   if (options_.minmax_globalization == Globalization::Filter && !options_.minmax_pure_newton) {
     start_method(false);
+  } else {
+    algorithm_one_.emplace(canonical_, *kkt_, *correction_, options_, result_.counts);
   }
   return std::nullopt;
 }
@@ -343,6 +332,7 @@ bool Solver::start_elsewhere(Status failed) {
     last_resort_end_ = info_.iteration + iterations;
     correction_->remember({});
     method_.reset();
+    algorithm_one_.emplace(canonical_, *kkt_, *correction_, options_, result_.counts);
   } else {
     start_method(true);
   }
@@ -568,44 +558,18 @@ std::optional<Status> Solver::iterate() {
   if (last_resort_end_ && info_.iteration >= *last_resort_end_) return Status::NoLocalMinmaxFound;
   last_objective_ = info_.objective;
   update_barrier();
-  const auto status = method_ ? method_->step(point_, info_.mu, info_) : algorithm_one_step();
+  const auto status = method_ ? method_->step(point_, info_.mu, info_)
+                              : algorithm_one_->step(point_, info_.mu, info_);
   if (status && limit_.exceeded()) {  // whatever failed was cut short
     result_.message.clear();
     if (method_) update_error();  // of the inner maximization's last point
     return limit_.exceeded();
   }
-  if (method_ && status) result_.message = method_->message();
+  if (status) result_.message = method_ ? method_->message() : algorithm_one_->message();
   if (status == Status::UserStop) update_error();  // in a restoration
   if (status) return status;
   update_error();
   return std::nullopt;
-}
-
-std::optional<Status> Solver::algorithm_one_step() {
-  if (auto status = compute_step()) return status;
-  if (!options_.minmax_residual_watchdog) {
-    if (auto status = take_step(1.0)) return status;
-    return evaluate_derivatives();
-  }
-  // Halve the step while the residual exceeds the largest of the last few.
-  watched_ = point_;
-  for (double longest = 1.0;; longest *= 0.5) {
-    if (auto status = take_step(longest)) return status;
-    if (auto status = evaluate_derivatives()) return status;
-    dual_residual(canonical_, point_.iterate, point_.evaluation, point_.dual);
-    const double norm = barrier_error(canonical_, point_.iterate, point_.evaluation, point_.dual,
-                                      info_.mu, options_.s_max)
-                            .norm();
-    const bool falls =
-        last_residuals_.empty() || norm <= *std::ranges::max_element(last_residuals_);
-    if (falls || longest < kShortestWatchedStep) {
-      last_residuals_.push_back(norm);
-      if (last_residuals_.size() > kWatchedResiduals)
-        last_residuals_.erase(last_residuals_.begin());
-      return std::nullopt;
-    }
-    point_ = watched_;
-  }
 }
 
 void Solver::update_barrier() {
@@ -660,67 +624,6 @@ std::optional<double> Solver::ask_oracle() {
       canonical_, point_.iterate,
       squared_residual(canonical_, point_.iterate, point_.evaluation, point_.dual), affine_, step_,
       options_.tau_min, oracle_work_);
-}
-
-std::optional<Status> Solver::compute_step() {
-  newton_residual(canonical_, point_.iterate, point_.evaluation, point_.dual, info_.mu, rhs_);
-  kkt_->assemble(point_.iterate, point_.evaluation);
-  const double residual_norm = barrier_error(canonical_, point_.iterate, point_.evaluation,
-                                             point_.dual, info_.mu, options_.s_max)
-                                   .norm();
-  for (;;) {
-    const Index raises = result_.counts.instability_raises;
-    const bool frozen = options_.minmax_pure_newton || residual_norm <= options_.minmax_freeze_tol;
-    bool factorized = false;
-    if (frozen) {
-      if (options_.minmax_pure_newton) shift_ = {};
-      factorized = kkt_->factorize(shift_).status == FactorizationStatus::Ok;
-    }
-    if (!factorized && !options_.minmax_pure_newton) {
-      const auto shift = correction_->correct(info_.mu);
-      factorized = shift.has_value();
-      if (factorized) shift_ = *shift;
-    }
-    if (!factorized) {
-      result_.message = "no shift of the Hessian gives the KKT matrix the expected inertia";
-      return Status::InertiaCorrectionFailed;
-    }
-    info_.delta_x = shift_.x;
-    info_.delta_y = shift_.y;
-    info_.step_kind = result_.counts.instability_raises > raises ? 'i'
-                      : shift_ == Regularization{}               ? 'n'
-                                                                 : 's';
-    if (kkt_->solve(point_.evaluation, rhs_, step_)) return std::nullopt;
-    if (!kkt_->increase_quality()) {
-      result_.message = "the Newton system cannot be solved accurately";
-      return Status::LinearSolverFailed;
-    }
-  }
-}
-
-std::optional<Status> Solver::take_step(double longest) {
-  const double tau = boundary_fraction(info_.mu, options_);
-  StepLength alpha = largest_step(canonical_, point_.iterate, step_, tau);
-  // One step length for everything, as in Algorithm 1.
-  alpha.primal = alpha.dual = std::min({alpha.primal, alpha.dual, longest});
-  EvaluationStatus status = EvaluationStatus::Ok;
-  for (info_.trials = 1; info_.trials <= kMaxCuts; ++info_.trials) {
-    trial_ = point_.iterate;
-    advance(step_, alpha, trial_);
-    status = canonical_.values(trial_.v, point_.evaluation.f, trial_c_);
-    if (status == EvaluationStatus::Ok) break;
-    alpha.primal = alpha.dual = 0.5 * alpha.primal;
-  }
-  if (status != EvaluationStatus::Ok) {
-    return evaluation_failure(status, "at every point tried along the step");
-  }
-  info_.alpha_primal = alpha.primal;
-  info_.alpha_dual = alpha.dual;
-  info_.step_norm = canonical_.variables() > 0 ? step_.v.lpNorm<Eigen::Infinity>() : 0.0;
-  std::swap(point_.iterate, trial_);
-  std::swap(point_.evaluation.c, trial_c_);
-  clip_bound_multipliers(canonical_, info_.mu, options_.kappa_sigma, point_.iterate);
-  return std::nullopt;
 }
 
 std::optional<Status> Solver::evaluate_derivatives() {
