@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "adapter/log.hpp"
+#include "core/worst_case.hpp"
 
 namespace ipminmax::log {
 namespace {
@@ -266,18 +267,31 @@ std::string start_row(Index start, const Result& result) {
                 std::string(name_of(result.status)).c_str());
 }
 
+namespace {
+
+/// Last column of a multistart's table: a dash where nothing was looked for.
+std::string worst_case_column(const WorstCase& found) {
+  if (found.unbounded) return format(" %20s\n", "unbounded");
+  if (found.v.empty()) return format(" %20s\n", "-");
+  return format(" %20.12e\n", found.value);
+}
+
+}  // namespace
+
 std::string multistart_summary(const MultistartResult& result) {
   constexpr std::size_t kMostPoints = 20;
   std::string text = format("\nMultistart: %d starts, %zu distinct certified points\n",
                             result.starts, result.points.size());
+  const bool checked = !result.points.empty() && result.points.front().result.worst_case.starts > 0;
   if (!result.points.empty()) {
-    text += format("\n%6s %24s %6s %12s %10s\n", "rank", "local minmax value", "found",
-                   "first start", "margin");
+    text += format("\n%6s %24s %6s %12s %10s%s\n", "rank", "local minmax value", "found",
+                   "first start", "margin", checked ? "     worst case found" : "");
   }
   for (std::size_t k = 0; k < std::min(kMostPoints, result.points.size()); ++k) {
     const DistinctPoint& point = result.points[k];
-    text += format("%6zu %24.16e %6d %12d %10.2e\n", k + 1, point.result.objective, point.found,
+    text += format("%6zu %24.16e %6d %12d %10.2e", k + 1, point.result.objective, point.found,
                    point.first_start, point.result.certificate.margin);
+    text += checked ? worst_case_column(point.result.worst_case) : std::string("\n");
   }
   if (result.points.size() > kMostPoints) {
     text += format("%6s and %zu more\n", "...", result.points.size() - kMostPoints);
@@ -298,7 +312,11 @@ std::string summary(const Result& result) {
   text += format("Constraint violation....: %24.16e\n", error.primal);
   text += format("Complementarity.........: %24.16e\n", error.complementarity);
   text += format("Overall scaled error....: %24.16e\n\n", error.total);
-  return text + certificate_report(result.certificate);
+  text += certificate_report(result.certificate);
+  if (const std::string worst = describe_worst_case(result); !worst.empty()) {
+    text += "Worst case over y.......: " + worst + "\n";
+  }
+  return text;
 }
 
 std::string work(const Result& result) {

@@ -18,6 +18,7 @@
 #include "adapter/tnlp_problem.hpp"
 #include "core/multistart.hpp"
 #include "core/solver.hpp"
+#include "core/worst_case.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -98,6 +99,7 @@ struct MinMaxApplication::Implementation {
                                const IterationInfo& info);
   [[nodiscard]] SolveObserver observer_of(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] Result solve_from_many_starts(TnlpProblem& problem, const SolverOptions& options);
+  void look_for_worst_case(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] ApplicationReturnStatus stop(Status status, std::string message);
   [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem);
   [[nodiscard]] ApplicationReturnStatus report_exception();
@@ -318,6 +320,16 @@ Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& pr
   return std::move(found.best);
 }
 
+void MinMaxApplication::Implementation::look_for_worst_case(TnlpProblem& problem,
+                                                            const SolverOptions& options) {
+  if (!is_success(result.status) && result.status != Status::NoLocalMinmaxFound) return;
+  MultistartObserver observer;
+  observer.on_iteration = [&](Index, const IterationInfo& info) {
+    return call_back(problem, options, info);
+  };
+  add_worst_case(problem, options, result, observer);
+}
+
 ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& problem) {
   if (!has_iterate(result.status)) {
     print(Ipopt::J_ERROR, Ipopt::J_MAIN, log::exit_line(result));
@@ -359,6 +371,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
     result = options.minmax_starts > 1
                  ? solve_from_many_starts(problem, options)
                  : solver.solve(problem, options, observer_of(problem, options));
+    if (options.minmax_starts <= 1) look_for_worst_case(problem, options);
   } catch (...) {
     const ApplicationReturnStatus status = report_exception();
     if (problem.started()) {

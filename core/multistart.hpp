@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -27,9 +28,11 @@ struct MultistartResult {
   /// starts together.
   Result best;
   Index best_start = 0;
-  /// Certified points, the smallest local minmax value first; equal values in the order of the
-  /// starts. A local minmax value says nothing about other branches of inner maxima: the first row
-  /// is the best value known, neither a global minmax nor a bound of it.
+  /// Certified points, the smallest local minmax value first (the largest without free Min
+  /// variables); equal values in the order of the starts. A local minmax value says nothing about
+  /// other branches of inner maxima: the first row is the best value known, neither a global minmax
+  /// nor a bound of it. With minmax_worst_case_starts the largest value found over y at each point's
+  /// x ranks the points (result.worst_case), and each higher branch found is one more start.
   std::vector<DistinctPoint> points;
   /// How often each status occurred, in the order of the enumeration; zero counts left out.
   std::vector<std::pair<Status, Index>> statuses;
@@ -63,6 +66,9 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
 ///   5. infeasible point: the smaller violation;
 ///   6. no point at all.
 [[nodiscard]] bool better(const Result& a, const Result& b);
+
+/// Whether two points of n values differ by at most tol max(1, |b|) in infinity norm.
+[[nodiscard]] bool same_point(std::span<const double> a, std::span<const double> b, double tol);
 
 /// Solves from max(minmax_starts, 1 + given.size()) starting points and collects what was found.
 ///

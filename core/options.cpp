@@ -291,6 +291,10 @@ std::vector<OptionInfo> make_table() {
       {"minmax_distinct_tol", multistart,
        "Distance, relative to max(1, |v|), up to which two certified points are the same.",
        positive(&O::minmax_distinct_tol)},
+      {"minmax_worst_case_starts", multistart,
+       "Maximizations over y, x held, from as many starts, that look for a worst case above the "
+       "answer's; a multistart ranks its points by what they find and goes on from it. 0: none.",
+       at_least(&O::minmax_worst_case_starts, 0)},
 
       {"first_hessian_perturbation", shifts, "First shift tried.",
        positive(&O::first_hessian_perturbation)},

@@ -137,6 +137,7 @@ struct SolverOptions {
   int minmax_start_seed = 1;
   double minmax_start_radius = 10.0;
   double minmax_distinct_tol = 1e-4;
+  int minmax_worst_case_starts = 0;
 
   // Hessian and Jacobian shifts
   double first_hessian_perturbation = 1e-4;

@@ -111,6 +111,19 @@ struct Counts {
   Index instability_raises = 0;         ///< times line 7 of Algorithm 1 raised delta_x
 };
 
+/// The worst case over all of y at the returned x, as far as maximizations from several starts tell
+/// (worst_case.hpp).
+struct WorstCase {
+  Index starts = 0;            ///< maximizations made; 0: not checked
+  Index maxima = 0;            ///< distinct certified maxima over y
+  Index competing = 0;         ///< distinct points that share the largest value
+  double value = 0.0;          ///< largest f(x, y) found at a feasible y
+  std::vector<double> v;       ///< n: x and that y; empty when none was found
+  bool higher = false;         ///< value is clearly above the objective of the result
+  bool unbounded = false;      ///< a maximization over y ran to infinity
+  bool single_branch = false;  ///< all ended at one maximum, K_yy right at every iterate
+};
+
 /// Answer of a solve, in the units of the model. Multipliers satisfy
 /// grad f + J' lambda - z_lower + z_upper = 0 for every variable, so those of a Max variable's
 /// bounds are <= 0.
@@ -132,6 +145,7 @@ struct Result {
   double cpu_seconds = 0.0;
   Counts counts;
   Timing timing;
+  WorstCase worst_case;  ///< when minmax_worst_case_starts asked for it
 };
 
 }  // namespace ipminmax

@@ -15,8 +15,10 @@
 #include <tuple>
 #include <utility>
 
+#include "core/model/forwarding_problem.hpp"
 #include "core/model/timer.hpp"
 #include "core/multistart.hpp"
+#include "core/worst_case.hpp"
 
 namespace ipminmax {
 namespace {
@@ -49,54 +51,25 @@ bool is_final(Status status) {
 }
 
 /// A model with another starting point.
-class Restarted final : public Problem {
+class Restarted final : public ForwardingProblem {
  public:
   /// start: n values; empty: the model's, which is then kept in model_start().
-  Restarted(Problem& model, std::vector<double> start) : model_(model), start_(std::move(start)) {}
+  Restarted(Problem& model, std::vector<double> start)
+      : ForwardingProblem(model), start_(std::move(start)) {}
 
   [[nodiscard]] const std::vector<double>& model_start() const { return model_start_; }
 
-  [[nodiscard]] const ProblemStructure& structure() const override { return model_.structure(); }
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
     if (!start_.empty()) {
       std::ranges::copy(start_, start.v.begin());
       return true;
     }
-    if (!model_.starting_point(start)) return false;
+    if (!model().starting_point(start)) return false;
     model_start_.assign(start.v.begin(), start.v.end());
     return true;
   }
-  [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
-    return model_.user_scaling(scaling);
-  }
-  [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override {
-    return model_.objective(v, new_v, f);
-  }
-  [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
-                              std::span<double> grad) override {
-    return model_.gradient(v, new_v, grad);
-  }
-  [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
-                                 std::span<double> g) override {
-    return model_.constraints(v, new_v, g);
-  }
-  [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
-                              std::span<double> values) override {
-    return model_.jacobian(v, new_v, values);
-  }
-  [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
-                             std::span<const double> lambda, bool new_lambda,
-                             std::span<double> values) override {
-    return model_.hessian(v, new_v, sigma, lambda, new_lambda, values);
-  }
-  [[nodiscard]] bool hessian_errors(std::span<const double> v, double sigma,
-                                    std::span<const double> lambda,
-                                    std::span<double> row_errors) override {
-    return model_.hessian_errors(v, sigma, lambda, row_errors);
-  }
 
  private:
-  Problem& model_;
   std::vector<double> start_;
   std::vector<double> model_start_;
 };
@@ -150,6 +123,17 @@ void add(const Result& part, Result& total) {
   total.timing.solves += part.timing.solves;
 }
 
+bool has_free_min_variable(const ProblemStructure& s) {
+  for (std::size_t i = 0; i < s.variable_players.size(); ++i) {
+    if (s.variable_players[i] == Player::Min &&
+        !(i < s.variable_lower.size() && i < s.variable_upper.size() &&
+          s.variable_lower[i] == s.variable_upper[i])) {
+      return true;
+    }
+  }
+  return false;
+}
+
 class Multistart {
  public:
   Multistart(std::vector<Problem*> models, const SolverOptions& options,
@@ -163,11 +147,20 @@ class Multistart {
   void work(Problem& model);
   void run_start(Problem& model, Index start);
   void start_after_the_first();
+  void run_start(Problem& model, Index start, std::vector<double> v);
+  void check_worst_cases(MultistartResult& answer);
+  [[nodiscard]] WorstCase worst_case_of(const DistinctPoint& point,
+                                        const std::vector<DistinctPoint>& points);
+  void go_on_from(const std::vector<double>& v, MultistartResult& answer);
+  [[nodiscard]] SolverOptions with_remaining_time() const;
+  [[nodiscard]] Rank rank(const Result& result) const;
   [[nodiscard]] bool time_is_up();
   [[nodiscard]] SolveObserver observer_of(Index start);
   void record(Index start, Result&& result);
   void interrupt(Status status);
   [[nodiscard]] MultistartResult collect();
+  void add_point(Index start, Result&& result, std::vector<DistinctPoint>& points) const;
+  void choose_best(MultistartResult& answer);
 
   std::vector<Problem*> models_;  ///< one per thread
   const SolverOptions& options_;
@@ -175,6 +168,7 @@ class Multistart {
   const std::vector<std::vector<double>>& given_;
   Stopwatch stopwatch_;
   std::vector<double> model_start_;
+  bool maximization_ = false;  ///< no free Min variable: the larger value is the better one
   Index last_ = 0;
   std::atomic<Index> next_ = 0;
   /// Starts after this one are given up: it threw an exception, or the observer stopped all (-1).
@@ -195,6 +189,7 @@ MultistartResult Multistart::run() {
   check_given();
   const auto given = static_cast<Index>(given_.size());
   last_ = std::max(options_.minmax_starts - 1, given);
+  maximization_ = !has_free_min_variable(models_.front()->structure());
   run_start(*models_.front(), 0);
   if (!exception_ && last_ > 0 && !is_final(statuses_.begin()->first)) start_after_the_first();
   if (exception_) std::rethrow_exception(exception_);
@@ -240,21 +235,34 @@ bool Multistart::time_is_up() {
   return out_of_time_;
 }
 
+SolverOptions Multistart::with_remaining_time() const {
+  SolverOptions options = options_;
+  // The CPU clock is that of the process, so the rest is a limit for all threads together.
+  const double least = std::numeric_limits<double>::min();
+  options.max_cpu_time = std::max(least, options_.max_cpu_time - stopwatch_.cpu());
+  options.max_wall_time = std::max(least, options_.max_wall_time - stopwatch_.wall());
+  return options;
+}
+
 void Multistart::run_start(Problem& model, Index start) {
+  std::vector<double> v;
+  if (start > 0) {
+    const auto g = at(start) - 1;
+    v = g < given_.size() ? given_[g]
+                          : random_start(model.structure(), model_start_, start, options_);
+  }
+  run_start(model, start, std::move(v));
+}
+
+/// v: n values, or empty for the model's own start.
+void Multistart::run_start(Problem& model, Index start, std::vector<double> v) {
   try {
     SolverOptions options = options_;
-    if (last_ > 0) options.minmax_max_restarts = 0;  // the other starts are chosen here
-    std::vector<double> v;
     if (start > 0) {
-      const auto g = at(start) - 1;
-      v = g < given_.size() ? given_[g]
-                            : random_start(model.structure(), model_start_, start, options_);
+      options = with_remaining_time();
       options.warm_start_init_point = false;
-      // The CPU clock is that of the process, so the rest is a limit for all threads together.
-      const double least = std::numeric_limits<double>::min();
-      options.max_cpu_time = std::max(least, options_.max_cpu_time - stopwatch_.cpu());
-      options.max_wall_time = std::max(least, options_.max_wall_time - stopwatch_.wall());
     }
+    if (last_ > 0) options.minmax_max_restarts = 0;  // the other starts are chosen here
     Restarted restarted(model, std::move(v));
     Result result = solve(restarted, options, observer_of(start));
     if (start == 0) model_start_ = restarted.model_start();
@@ -313,40 +321,102 @@ void Multistart::record(Index start, Result&& result) {
   }
 }
 
-bool same_point(const std::vector<double>& a, const std::vector<double>& b, double tol) {
-  double distance = 0.0;
-  double size = 1.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    distance = std::max(distance, std::abs(a[i] - b[i]));
-    size = std::max(size, std::abs(b[i]));
-  }
-  return distance <= tol * size;
-}
-
 MultistartResult Multistart::collect() {
   MultistartResult answer;
-  std::vector<DistinctPoint>& points = answer.points;
   // Points to full tolerance first: they stand for those to the acceptable level.
   for (const bool solved : {true, false}) {
-    for (auto& entry : certified_) {
-      const Index start = entry.first;
-      Result& result = entry.second;
-      if ((result.status == Status::Solved) != solved) continue;
-      const auto known = std::ranges::find_if(points, [&](const DistinctPoint& point) {
-        return same_point(result.v, point.result.v, options_.minmax_distinct_tol);
-      });
-      if (known == points.end()) {
-        points.push_back({std::move(result), start, 1});
-      } else {
-        ++known->found;
+    for (auto& [start, result] : certified_) {
+      if ((result.status == Status::Solved) == solved) {
+        add_point(start, std::move(result), answer.points);
       }
     }
   }
-  std::ranges::sort(points, [](const DistinctPoint& a, const DistinctPoint& b) {
-    return std::tuple(rank_of(a.result), a.first_start) <
-           std::tuple(rank_of(b.result), b.first_start);
-  });
+  certified_.clear();
+  if (options_.minmax_worst_case_starts > 0 && !maximization_) check_worst_cases(answer);
+  choose_best(answer);
+  return answer;
+}
 
+void Multistart::add_point(Index start, Result&& result, std::vector<DistinctPoint>& points) const {
+  const auto known = std::ranges::find_if(points, [&](const DistinctPoint& point) {
+    return same_point(result.v, point.result.v, options_.minmax_distinct_tol);
+  });
+  if (known == points.end()) {
+    points.push_back({std::move(result), start, 1});
+  } else {
+    ++known->found;
+  }
+}
+
+Rank Multistart::rank(const Result& result) const {
+  Rank rank = rank_of(result);
+  if (std::get<0>(rank) == 1) {
+    const WorstCase& worst = result.worst_case;
+    double& value = std::get<2>(rank);
+    if (worst.starts > 0 && !worst.v.empty()) value = std::max(value, worst.value);
+    if (worst.unbounded) value = std::numeric_limits<double>::infinity();
+    if (maximization_) value = -value;
+  }
+  return rank;
+}
+
+void Multistart::check_worst_cases(MultistartResult& answer) {
+  // The worst case at x is at least the local value, so points whose value exceeds the best worst
+  // case need no check.
+  std::vector<DistinctPoint>& points = answer.points;
+  Index more_starts = last_ + 1;
+  while (!interrupted_) {
+    DistinctPoint* next = nullptr;
+    double best = std::numeric_limits<double>::infinity();
+    for (DistinctPoint& point : points) {
+      const double value = std::get<2>(rank(point.result));
+      if (point.result.worst_case.starts > 0) {
+        best = std::min(best, value);
+      } else if (next == nullptr || value < next->result.objective) {
+        next = &point;
+      }
+    }
+    if (next == nullptr || !(next->result.objective < best)) return;
+    next->result.worst_case = worst_case_of(*next, points);
+    const WorstCase worst = next->result.worst_case;
+    if (worst.starts == 0) return;  // interrupted
+    if (!worst.higher || worst.unbounded || interrupted_ || more_starts-- == 0) continue;
+    go_on_from(worst.v, answer);
+  }
+}
+
+WorstCase Multistart::worst_case_of(const DistinctPoint& point,
+                                    const std::vector<DistinctPoint>& points) {
+  std::vector<std::vector<double>> given;  // the y of the other points
+  for (const DistinctPoint& other : points) {
+    if (static_cast<Index>(given.size()) >= options_.minmax_worst_case_starts) break;
+    if (&other != &point) given.push_back(other.result.v);
+  }
+  MultistartObserver observer;
+  observer.on_iteration = [&](Index, const IterationInfo& info) {
+    return !observer_.on_iteration || observer_.on_iteration(point.first_start, info);
+  };
+  observer.on_result = [&](Index, const Result& result) { add(result, total_); };
+  const WorstCaseCheck check =
+      check_worst_case(*models_.front(), point.result.v, with_remaining_time(),
+                       options_.minmax_worst_case_starts, given, observer);
+  if (check.interrupted) interrupt(*check.interrupted);
+  return check.found;
+}
+
+/// One more start, at the higher branch of y.
+void Multistart::go_on_from(const std::vector<double>& v, MultistartResult& answer) {
+  run_start(*models_.front(), ++last_, v);
+  if (exception_) std::rethrow_exception(exception_);
+  for (auto& [start, result] : certified_) add_point(start, std::move(result), answer.points);
+  certified_.clear();
+}
+
+void Multistart::choose_best(MultistartResult& answer) {
+  std::vector<DistinctPoint>& points = answer.points;
+  std::ranges::sort(points, [this](const DistinctPoint& a, const DistinctPoint& b) {
+    return std::tuple(rank(a.result), a.first_start) < std::tuple(rank(b.result), b.first_start);
+  });
   for (const auto& [status, count] : statuses_) {
     answer.statuses.emplace_back(status, count);
     answer.starts += count;
@@ -365,12 +435,21 @@ MultistartResult Multistart::collect() {
   best.timing = total_.timing;
   best.seconds = best.timing.total = stopwatch_.wall();
   best.cpu_seconds = stopwatch_.cpu();
-  return answer;
 }
 
 }  // namespace
 
 bool better(const Result& a, const Result& b) { return rank_of(a) < rank_of(b); }
+
+bool same_point(std::span<const double> a, std::span<const double> b, double tol) {
+  double distance = 0.0;
+  double size = 1.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    distance = std::max(distance, std::abs(a[i] - b[i]));
+    size = std::max(size, std::abs(b[i]));
+  }
+  return distance <= tol * size;
+}
 
 MultistartResult multistart(Problem& problem, const SolverOptions& options,
                             const MultistartObserver& observer,

@@ -65,6 +65,18 @@ SmartPtr<Model> two_wells() {
   return model;
 }
 
+TEST(Application, LooksForTheWorstCaseWhenAsked) {
+  const SmartPtr<Model> model = two_wells();
+  auto app = application(1);
+  EXPECT_TRUE(app->Options()->SetIntegerValue("minmax_worst_case_starts", 6));
+  ASSERT_EQ(app->OptimizeTNLP(split(model)), Ipopt::Solve_Succeeded);
+  const WorstCase& found = app->LastResult().worst_case;
+  EXPECT_EQ(found.starts, 6);
+  EXPECT_FALSE(found.higher);
+  EXPECT_TRUE(found.single_branch) << "y enters as -(y - x)^2";
+  EXPECT_NEAR(found.value, app->LastResult().objective, 1e-6);
+}
+
 TEST(ApplicationMultistart, ReturnsTheBestCertifiedPoint) {
   // phi(x0) = 17/4 x0^2 + (x0^2 - 4)^2 + x0: the wells are where 4 x0^3 - 15/2 x0 + 1 = 0.
   const SmartPtr<Model> model = two_wells();

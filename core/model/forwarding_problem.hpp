@@ -1,0 +1,54 @@
+#pragma once
+
+#include <span>
+
+#include "core/problem.hpp"
+
+namespace ipminmax {
+
+/// Passes everything on to another problem, which must outlive it.
+class ForwardingProblem : public Problem {
+ public:
+  explicit ForwardingProblem(Problem& model) : model_(model) {}
+
+  [[nodiscard]] const ProblemStructure& structure() const override { return model_.structure(); }
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    return model_.starting_point(start);
+  }
+  [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
+    return model_.user_scaling(scaling);
+  }
+  [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override {
+    return model_.objective(v, new_v, f);
+  }
+  [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
+                              std::span<double> grad) override {
+    return model_.gradient(v, new_v, grad);
+  }
+  [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
+                                 std::span<double> g) override {
+    return model_.constraints(v, new_v, g);
+  }
+  [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
+                              std::span<double> values) override {
+    return model_.jacobian(v, new_v, values);
+  }
+  [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
+                             std::span<const double> lambda, bool new_lambda,
+                             std::span<double> values) override {
+    return model_.hessian(v, new_v, sigma, lambda, new_lambda, values);
+  }
+  [[nodiscard]] bool hessian_errors(std::span<const double> v, double sigma,
+                                    std::span<const double> lambda,
+                                    std::span<double> row_errors) override {
+    return model_.hessian_errors(v, sigma, lambda, row_errors);
+  }
+
+ protected:
+  [[nodiscard]] Problem& model() const { return model_; }
+
+ private:
+  Problem& model_;
+};
+
+}  // namespace ipminmax

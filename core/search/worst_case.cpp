@@ -1,0 +1,211 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "core/model/forwarding_problem.hpp"
+#include "core/worst_case.hpp"
+
+namespace ipminmax {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Difference of two values of f, as a share of the range that f was seen to take, that counts.
+constexpr double kClearDifference = 1e-6;
+/// Violation of the Max constraints up to which a value of f bounds the maximum from below, in units
+/// of constr_viol_tol.
+constexpr double kFeasible = 1.0;
+
+/// The maximizer's problem at fixed x: Min variables are fixed, Min constraints absent.
+class HeldMin final : public ForwardingProblem {
+ public:
+  HeldMin(Problem& model, std::span<const double> v)
+      : ForwardingProblem(model), structure_(model.structure()), v_(v.begin(), v.end()) {
+    for (std::size_t i = 0; i < v_.size(); ++i) {
+      if (structure_.variable_players[i] != Player::Min) continue;
+      structure_.variable_lower[i] = structure_.variable_upper[i] = v_[i];
+    }
+    for (std::size_t j = 0; j < structure_.constraint_players.size(); ++j) {
+      if (structure_.constraint_players[j] != Player::Min) continue;
+      structure_.constraint_lower[j] = -kInfinity;
+      structure_.constraint_upper[j] = kInfinity;
+    }
+  }
+
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    std::ranges::copy(v_, start.v.begin());
+    return !start.needs_multipliers;
+  }
+
+ private:
+  ProblemStructure structure_;
+  std::vector<double> v_;
+};
+
+bool has_max_variables(const ProblemStructure& structure) {
+  return std::ranges::find(structure.variable_players, Player::Max) !=
+         structure.variable_players.end();
+}
+
+void check_point(const ProblemStructure& structure, std::span<const double> v) {
+  if (v.size() != structure.variable_players.size()) {
+    throw std::invalid_argument("the point of a worst-case check has " + std::to_string(v.size()) +
+                                " values for " + std::to_string(structure.variable_players.size()) +
+                                " variables");
+  }
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    if (std::isfinite(v[i])) continue;
+    throw std::invalid_argument("variable " + std::to_string(i) +
+                                " of a worst-case check's point is not finite");
+  }
+}
+
+/// Collects what the maximizations find.
+class Maxima {
+ public:
+  Maxima(const SolverOptions& options, WorstCaseCheck& check) : options_(options), check_(check) {}
+
+  /// Values that f takes on the way tell which differences count.
+  void see(const IterationInfo& info) {
+    if (!std::isfinite(info.objective)) return;
+    least_ = std::min(least_, info.objective);
+    most_ = std::max(most_, info.objective);
+    one_branch_ = one_branch_ && info.delta_y == 0.0;
+  }
+
+  void add(const Result& result) {
+    ++check_.found.starts;
+    using enum Status;
+    if (result.status == InnerUnbounded || result.status == OuterUnbounded ||
+        result.status == DivergingIterates) {
+      check_.found.unbounded = true;
+      one_branch_ = false;
+      return;
+    }
+    if (result.v.empty() || !std::isfinite(result.objective) ||
+        !(result.error.primal <= kFeasible * options_.constr_viol_tol)) {
+      one_branch_ = false;
+      return;
+    }
+    const bool maximum = is_success(result.status);
+    one_branch_ = one_branch_ && maximum;
+    const bool certified = result.certificate.kind == PointKind::LocalMinmax;
+    for (WorstCaseMaximum& known : check_.maxima) {
+      if (!same_point(result.v, known.v, options_.minmax_distinct_tol)) continue;
+      ++known.found;
+      known.certified = known.certified || certified;
+      if (result.objective > known.value) {
+        known.value = result.objective;
+        known.v = result.v;
+      }
+      return;
+    }
+    // A feasible point bounds the maximum from below, whatever ended the search there.
+    check_.maxima.push_back({result.v, result.objective, certified, 1});
+  }
+
+  void finish(double here) {
+    WorstCase& found = check_.found;
+    std::ranges::stable_sort(check_.maxima, std::greater{}, &WorstCaseMaximum::value);
+    const double scale = std::max(most_ - least_, 0.0);
+    found.maxima =
+        static_cast<Index>(std::ranges::count_if(check_.maxima, &WorstCaseMaximum::certified));
+    found.single_branch = one_branch_ && found.maxima == 1 && check_.maxima.size() == 1;
+    if (check_.maxima.empty()) return;
+    found.value = check_.maxima.front().value;
+    found.v = check_.maxima.front().v;
+    found.higher = found.value - here > kClearDifference * scale;
+    for (const WorstCaseMaximum& maximum : check_.maxima) {
+      if (found.value - maximum.value <= kClearDifference * scale) ++found.competing;
+    }
+  }
+
+ private:
+  const SolverOptions& options_;
+  WorstCaseCheck& check_;
+  double least_ = kInfinity, most_ = -kInfinity;
+  bool one_branch_ = true;
+};
+
+}  // namespace
+
+WorstCaseCheck check_worst_case(Problem& problem, std::span<const double> v,
+                                const SolverOptions& options, Index starts,
+                                const std::vector<std::vector<double>>& given,
+                                const MultistartObserver& observer) {
+  check_point(problem.structure(), v);
+  WorstCaseCheck check;
+  if (!has_max_variables(problem.structure())) return check;
+  double here = -kInfinity;
+  if (!problem.objective(v, true, here) || std::isnan(here)) here = -kInfinity;
+
+  HeldMin inner(problem, v);
+  SolverOptions inner_options = options;
+  inner_options.fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
+  inner_options.warm_start_init_point = false;
+  inner_options.minmax_worst_case_starts = 0;
+  inner_options.minmax_starts = std::max(1, starts);
+  Maxima maxima(options, check);
+  MultistartObserver inner_observer = observer;
+  inner_observer.on_iteration = [&](Index start, const IterationInfo& info) {
+    maxima.see(info);
+    return !observer.on_iteration || observer.on_iteration(start, info);
+  };
+  inner_observer.on_result = [&](Index start, const Result& result) {
+    maxima.add(result);
+    if (observer.on_result) observer.on_result(start, result);
+  };
+  check.interrupted = multistart(inner, inner_options, inner_observer, given).interrupted;
+  maxima.finish(here);
+  return check;
+}
+
+void add_worst_case(Problem& problem, const SolverOptions& options, Result& result,
+                    const MultistartObserver& observer) {
+  if (options.minmax_worst_case_starts == 0 || result.v.empty() ||
+      !std::ranges::all_of(result.v, [](double value) { return std::isfinite(value); })) {
+    return;
+  }
+  result.worst_case =
+      check_worst_case(problem, result.v, options, options.minmax_worst_case_starts, {}, observer)
+          .found;
+}
+
+std::string describe_worst_case(const Result& result) {
+  const WorstCase& found = result.worst_case;
+  if (found.starts == 0) return {};
+  const auto number = [](double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.8g", value);
+    return std::string(text);
+  };
+  const std::string searched = " in " + std::to_string(found.starts) + " maximizations over y";
+  std::string text;
+  if (found.unbounded) {
+    text = "at this x the maximization over y is unbounded, seen" + searched;
+  } else if (found.higher) {
+    text = "value " + number(result.objective) + " is a local worst case only: another y gives " +
+           number(found.value) + " at this x (largest" + searched + ")";
+  } else if (found.single_branch) {
+    text = "one maximum over y at this x" + searched +
+           ", with K_yy of the right inertia at every iterate: f looks concave in y here";
+  } else if (found.v.empty()) {
+    text = "no maximum over y was found at this x" + searched;
+  } else {
+    text = "no higher maximum over y was found at this x" + searched + " (" +
+           std::to_string(found.maxima) + " distinct)";
+  }
+  if (!found.unbounded && found.competing > 1) {
+    text += "; " + std::to_string(found.competing) +
+            " maxima over y share the largest value: the worst case may have a kink at this x";
+  }
+  return text;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,208 @@
+// The worst case over all of y: higher branches found, points ranked by them, kinks and runaways told.
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <support/autodiff_problem.hpp>
+
+#include "core/multistart.hpp"
+#include "core/solver.hpp"
+#include "core/worst_case.hpp"
+
+namespace ipminmax {
+namespace {
+
+using testing::AutodiffProblem;
+using testing::Expression;
+using testing::kNoBound;
+using testing::Model;
+
+constexpr Player kMin = Player::Min;
+constexpr Player kMax = Player::Max;
+
+/// 0.5 (x - 1)^2 + x y / 10 - (y^2 - 1)^2 + tilt y: maxima over y near -1 and 1, the higher one near
+/// 1 for x > -10 tilt; a local minmax on each branch.
+Model two_branches(double tilt) {
+  Model model;
+  const Expression x = model.variable(kMin, "x", -5.0, 5.0);
+  const Expression y = model.variable(kMax, "y", -2.0, 2.0);
+  model.objective(0.5 * square(x - 1.0) + 0.1 * x * y - square(square(y) - 1.0) + tilt * y);
+  return model;
+}
+
+SolverOptions with_starts(int worst_case, int starts = 1) {
+  SolverOptions options;
+  options.minmax_worst_case_starts = worst_case;
+  options.minmax_starts = starts;
+  return options;
+}
+
+TEST(WorstCase, HigherBranchOfYIsFound) {
+  AutodiffProblem problem(two_branches(0.3), {1.0, -1.0});
+  Result result = solve(problem, {});
+  ASSERT_EQ(result.certificate.kind, PointKind::LocalMinmax);
+  ASSERT_LT(result.v[1], 0.0) << "not the weak branch";
+  EXPECT_EQ(result.worst_case.starts, 0);
+  EXPECT_EQ(describe_worst_case(result), "");
+
+  const WorstCaseCheck check = check_worst_case(problem, result.v, {}, 10);
+  EXPECT_EQ(check.found.starts, 10);
+  EXPECT_EQ(check.found.maxima, 2);
+  ASSERT_EQ(check.maxima.size(), 2U);
+  EXPECT_TRUE(check.found.higher);
+  EXPECT_FALSE(check.found.unbounded);
+  EXPECT_FALSE(check.found.single_branch);
+  EXPECT_EQ(check.found.competing, 1);
+  EXPECT_FALSE(check.interrupted);
+  for (const WorstCaseMaximum& maximum : check.maxima) {
+    EXPECT_EQ(maximum.v[0], result.v[0]) << "x moved";
+    EXPECT_TRUE(maximum.certified);
+    double f = 0.0;
+    ASSERT_TRUE(problem.objective(maximum.v, true, f));
+    EXPECT_DOUBLE_EQ(maximum.value, f);
+  }
+  EXPECT_GT(check.maxima[0].v[1], 0.9);
+  EXPECT_NEAR(check.maxima[1].value, result.objective, 1e-7);
+
+  add_worst_case(problem, with_starts(10), result);
+  EXPECT_EQ(result.worst_case.value, check.found.value);
+  EXPECT_NE(describe_worst_case(result).find("is a local worst case only"), std::string::npos);
+}
+
+TEST(WorstCase, MultistartPrefersThePointWhoseWorstCaseIsBest) {
+  AutodiffProblem problem(two_branches(0.3), {1.0, -1.0});
+  const MultistartResult plain = multistart(problem, with_starts(0, 20));
+  ASSERT_EQ(plain.points.size(), 2U);
+  EXPECT_LT(plain.best.v[1], 0.0) << "the smallest local value is the weak branch's";
+
+  const MultistartResult checked = multistart(problem, with_starts(10, 20));
+  ASSERT_EQ(checked.points.size(), 2U);
+  EXPECT_GT(checked.best.v[1], 0.9);
+  EXPECT_FALSE(checked.best.worst_case.higher);
+  EXPECT_TRUE(checked.points[1].result.worst_case.higher);
+  EXPECT_NEAR(checked.best.worst_case.value, checked.best.objective, 1e-9);
+}
+
+TEST(WorstCase, MultistartGoesOnFromAHigherBranch) {
+  // One start finds the weak branch only; the check's y leads to the other local minmax.
+  AutodiffProblem problem(two_branches(0.3), {1.0, -1.0});
+  const MultistartResult result = multistart(problem, with_starts(10));
+  ASSERT_EQ(result.points.size(), 2U);
+  EXPECT_EQ(result.starts, 2);
+  EXPECT_EQ(result.best_start, 1);
+  EXPECT_GT(result.best.v[1], 0.9);
+}
+
+TEST(WorstCase, KinkIsTold) {
+  // At x = 0 both branches have the same value.
+  AutodiffProblem problem(two_branches(0.0), {1.0, -1.0});
+  const WorstCaseCheck check = check_worst_case(problem, std::vector<double>{0.0, 0.4}, {}, 10);
+  EXPECT_EQ(check.found.competing, 2);
+  EXPECT_TRUE(check.found.higher) << "y = 0.4 is no maximum";
+}
+
+TEST(WorstCase, ConcaveObjectiveHasOneMaximum) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y", -3.0, 3.0);
+  model.objective(square(x) + x * y - square(y));
+  AutodiffProblem problem(model, {1.0, 1.0});
+  Result result = solve(problem, {});
+  add_worst_case(problem, with_starts(8), result);
+  EXPECT_TRUE(result.worst_case.single_branch);
+  EXPECT_FALSE(result.worst_case.higher);
+  EXPECT_NE(describe_worst_case(result).find("looks concave in y"), std::string::npos);
+}
+
+TEST(WorstCase, RunawayIsTold) {
+  // -y^2 + y^4: a local maximum at 0, none far away.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(square(x) - square(y) + 0.1 * square(square(y)));
+  AutodiffProblem problem(model, {0.5, 0.1});
+  Result result = solve(problem, {});
+  ASSERT_EQ(result.certificate.kind, PointKind::LocalMinmax);
+  add_worst_case(problem, with_starts(8), result);
+  EXPECT_TRUE(result.worst_case.unbounded);
+  EXPECT_FALSE(result.worst_case.single_branch);
+  EXPECT_NE(describe_worst_case(result).find("unbounded"), std::string::npos);
+}
+
+TEST(WorstCase, MinConstraintsDoNotRestrainY) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y", -1.0, 2.0);
+  model.objective(square(x) + y);
+  model.constraint(x, 1.0, kNoBound);       // Min's, violated at x = 0
+  model.constraint(x + y, -kNoBound, 1.5);  // Max's
+  AutodiffProblem problem(model, {0.0, 0.0});
+  const WorstCaseCheck check = check_worst_case(problem, std::vector<double>{0.0, 0.0}, {}, 3);
+  EXPECT_NEAR(check.found.value, 1.5, 1e-6);
+}
+
+TEST(WorstCase, NothingToDoWithoutMaxVariables) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  model.objective(square(x));
+  AutodiffProblem problem(model, {1.0});
+  Result result = solve(problem, {});
+  add_worst_case(problem, with_starts(5), result);
+  EXPECT_EQ(result.worst_case.starts, 0);
+}
+
+TEST(WorstCase, WrongPointsAreRefused) {
+  AutodiffProblem problem(two_branches(0.3), {1.0, -1.0});
+  EXPECT_THROW(static_cast<void>(check_worst_case(problem, std::vector<double>{1.0}, {}, 3)),
+               std::invalid_argument);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(static_cast<void>(check_worst_case(problem, std::vector<double>{nan, 0.0}, {}, 3)),
+               std::invalid_argument);
+}
+
+TEST(WorstCase, ObserverStopsTheCheck) {
+  AutodiffProblem problem(two_branches(0.3), {1.0, -1.0});
+  MultistartObserver observer;
+  int calls = 0;
+  observer.on_iteration = [&](Index, const IterationInfo&) { return ++calls < 3; };
+  const WorstCaseCheck check =
+      check_worst_case(problem, std::vector<double>{1.0, -1.0}, {}, 10, {}, observer);
+  EXPECT_EQ(check.interrupted, Status::UserStop);
+}
+
+TEST(WorstCase, VerdictDoesNotDependOnUnits) {
+  for (const double factor : {1e-8, 1.0, 1e8}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x", -5.0, 5.0);
+    const Expression y = model.variable(kMax, "y", -2.0, 2.0);
+    model.objective(factor *
+                    (0.5 * square(x - 1.0) + 0.1 * x * y - square(square(y) - 1.0) + 0.3 * y));
+    AutodiffProblem problem(model, {1.0, -1.0});
+    const std::vector<double> weak{1.0943, -0.95};
+    const WorstCaseCheck check = check_worst_case(problem, weak, {}, 10);
+    EXPECT_TRUE(check.found.higher) << factor;
+    EXPECT_EQ(check.found.competing, 1) << factor;
+  }
+}
+
+TEST(Multistart, WithoutMinVariablesTheLargestMaximumIsBest) {
+  Model model;
+  const Expression y = model.variable(kMax, "y", -2.0, 2.0);
+  model.objective(0.3 * y - square(square(y) - 1.0));
+  AutodiffProblem problem(model, {-1.0});
+  SolverOptions options;
+  options.minmax_starts = 12;
+  const MultistartResult result = multistart(problem, options);
+  ASSERT_EQ(result.points.size(), 2U);
+  EXPECT_GT(result.best.v[0], 0.9);
+  EXPECT_GT(result.points[0].result.objective, result.points[1].result.objective);
+}
+
+}  // namespace
+}  // namespace ipminmax
