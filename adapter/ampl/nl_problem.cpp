@@ -1,19 +1,15 @@
 #include "nl_problem.hpp"
 
 #include <setjmp.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
-#include <limits>
 #include <stdexcept>
+
+#include "child_process.hpp"
+#include "nl_check.hpp"
 
 #include <asl_pfgh.h>
 #include <getstub.h>
@@ -33,53 +29,6 @@ SufDecl suffixes[] = {
     {z_upper_name, nullptr, ASL_Sufkind_var | ASL_Sufkind_real | ASL_Sufkind_outonly, 0}};
 
 constexpr unsigned kReadSeconds = 20, kBytesPerSecond = 1000000;  ///< of a file that is read
-constexpr int kRefused = 3;  ///< exit code of the child that wrote a message
-
-/// ASL ends the process, crashes or hangs on some damaged files: a child process tries first.
-/// Throws what the child threw or, when it ended otherwise, what it wrote on stderr.
-template <class Try>
-void try_in_child(const std::string& file, unsigned seconds, Try attempt) {
-  int ends[2];
-  if (pipe(ends) != 0) throw std::runtime_error("cannot open a pipe to read " + file);
-  std::fflush(nullptr);
-  const pid_t child = fork();
-  if (child < 0) throw std::runtime_error("cannot start a process to read " + file);
-  if (child == 0) {
-    const rlimit no_core{0, 0};
-    setrlimit(RLIMIT_CORE, &no_core);
-    dup2(ends[1], STDERR_FILENO);
-    close(ends[0]);
-    close(ends[1]);
-    signal(SIGALRM, SIG_DFL);
-    alarm(seconds);
-    try {
-      attempt();
-    } catch (const std::exception& error) {
-      std::fflush(nullptr);
-      [[maybe_unused]] const ssize_t written =
-          write(STDERR_FILENO, error.what(), std::strlen(error.what()));
-      _exit(kRefused);
-    }
-    _exit(0);
-  }
-  close(ends[1]);
-  constexpr std::size_t kLongest = 2000;
-  std::string text;
-  char buffer[512];
-  for (ssize_t got = 0; (got = ::read(ends[0], buffer, sizeof buffer)) > 0;)
-    text.append(buffer, std::min(static_cast<std::size_t>(got), kLongest - text.size()));
-  close(ends[0]);
-  int status = 0;
-  const bool ended = waitpid(child, &status, 0) == child;
-  if (ended && WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
-  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
-  if (ended && WIFEXITED(status) && WEXITSTATUS(status) == kRefused) throw std::runtime_error(text);
-  if (ended && WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM)
-    throw std::runtime_error("cannot read " + file + ": no end after " + std::to_string(seconds) +
-                             " seconds");
-  throw std::runtime_error("cannot read " + file + ": damaged or not an .nl file" +
-                           (text.empty() ? "" : "\n" + text));
-}
 
 /// False when a derivative that ASL computes does not exist, which it answers with a longjmp.
 bool hessian_values(ASL* asl, double* values, double* weights, double* multipliers) {
@@ -98,10 +47,13 @@ NlProblem::NlProblem(const std::string& stub, int objective) {
   file_ = stub;
   if (!std::filesystem::is_regular_file(file_)) file_ += ".nl";
   if (!std::filesystem::is_regular_file(file_)) throw std::runtime_error("cannot open " + stub);
+  check_nl_file(file_);
+  if (!file_.ends_with(".nl"))
+    throw std::runtime_error("cannot read " + file_ + ": its name does not end in .nl");
   const auto bytes = std::filesystem::file_size(file_);
   try_in_child(file_, kReadSeconds + static_cast<unsigned>(bytes / kBytesPerSecond), [&] {
     load(objective);
-    evaluate_all_at_start();
+    call_everything();
   });
   load(objective);
 }
@@ -122,6 +74,7 @@ void NlProblem::load(int objective) {
   ASL* asl = asl_;
   hessian_entries_ = static_cast<int>(sphsetup(-1, n_obj > 0 ? 1 : 0, n_con > 0 ? 1 : 0, 1));
   try {
+    require_valid_hessian();
     require_linear();
   } catch (...) {
     ASL_free(&asl_);
@@ -137,61 +90,59 @@ void NlProblem::read() {
   if (!file) throw std::runtime_error("cannot open " + file_);
   try {
     refuse_unsupported();
-    // Every variable, row and nonzero takes a byte or more.
-    const auto bytes = static_cast<double>(std::filesystem::file_size(file_));
-    const double counts[] = {double(n_var), double(n_con), double(n_obj), double(nzc), double(nzo)};
-    if (n_var <= 0 ||
-        std::ranges::any_of(counts, [&](double c) { return !(0 <= c && c <= bytes); }))
-      throw std::runtime_error("cannot read " + file_ + ": wrong counts in the header");
   } catch (...) {
     std::fclose(file);
     throw;
   }
-  // Bounds that the file does not give stay NaN.
-  constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-  variable_bounds_.assign(2 * static_cast<std::size_t>(n_var), kMissing);
-  constraint_bounds_.assign(2 * static_cast<std::size_t>(n_con) + 1, kMissing);
-  LUv = variable_bounds_.data();
-  LUrhs = constraint_bounds_.data();
-  constraint_bounds_.back() = 0.0;
   suf_declare(suffixes, static_cast<int>(std::size(suffixes)));
   want_xpi0 = 3;
   const int error = pfgh_read(file, ASL_return_read_err | ASL_findgroups);
   if (error == ASL_readerr_unavail)
     throw std::runtime_error("cannot read " + file_ + ": an imported function is not available");
   if (error != ASL_readerr_none) throw std::runtime_error("cannot read " + file_);
-  require_complete();
+  require_valid_structure();
 }
 
-void NlProblem::require_complete() {
+void NlProblem::require_valid_structure() {
   ASL* asl = asl_;
-  const auto missing = [](double value) { return std::isnan(value); };
-  std::string what;
-  if (std::ranges::any_of(variable_bounds_, missing))
-    what = "bounds of variables";
-  else if (std::ranges::any_of(constraint_bounds_, missing))
-    what = "bounds of constraints";
-  std::size_t entries = 0;
+  const auto require = [&](bool valid, const char* what) {
+    if (!valid)
+      throw std::runtime_error("cannot read " + file_ + ": " + what +
+                               " of AMPL's library are wrong");
+  };
+  const auto is_below = [](auto value, auto size) {
+    return 0 <= value && static_cast<std::size_t>(value) < static_cast<std::size_t>(size);
+  };
+  std::vector<bool> taken(static_cast<std::size_t>(nzc));
   for (int i = 0; i < n_con; ++i)
-    for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) ++entries;
-  if (entries != static_cast<std::size_t>(nzc)) what = "nonzeros of the Jacobian";
-  entries = 0;
+    for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) {
+      require(is_below(entry->goff, nzc) && is_below(entry->varno, n_var), "Jacobian indices");
+      const auto place = static_cast<std::size_t>(entry->goff);
+      require(!taken[place], "Jacobian indices");
+      taken[place] = true;
+    }
+  require(std::ranges::find(taken, false) == taken.end(), "Jacobian indices");
   for (int i = 0; i < n_obj; ++i)
-    for (const ograd* entry = Ograd[i]; entry; entry = entry->next) ++entries;
-  if (entries != static_cast<std::size_t>(nzo)) what = "nonzeros of the objectives";
-  const auto* full = reinterpret_cast<const ASL_pfgh*>(asl);
-  for (int i = 0; i < n_con; ++i)
-    if (!full->I.con2_de_[i].e) what = "the expression of a constraint";
-  for (int i = 0; i < n_obj; ++i)
-    if (!full->I.obj2_de_[i].e) what = "the expression of an objective";
-  if (!what.empty())
-    throw std::runtime_error("cannot read " + file_ + ": " + what + " missing, file incomplete");
+    for (const ograd* entry = Ograd[i]; entry; entry = entry->next)
+      require(is_below(entry->varno, n_var), "gradient indices");
+}
+
+/// Rows and columns of the Hessian, which exist after sphsetup.
+void NlProblem::require_valid_hessian() {
+  ASL* asl = asl_;
+  bool valid = hessian_entries_ >= 0 && sputinfo->hcolstarts[0] == 0 &&
+               static_cast<int>(sputinfo->hcolstarts[n_var]) == hessian_entries_;
+  for (int j = 0; valid && j < n_var; ++j)
+    valid = sputinfo->hcolstarts[j] <= sputinfo->hcolstarts[j + 1];
+  for (int entry = 0; valid && entry < hessian_entries_; ++entry)
+    valid = sputinfo->hrownos[entry] >= 0 && sputinfo->hrownos[entry] < n_var;
+  if (!valid)
+    throw std::runtime_error("cannot read " + file_ +
+                             ": Hessian indices of AMPL's library are wrong");
 }
 
 void NlProblem::refuse_unsupported() {
   ASL* asl = asl_;
-  if (n_cc > 0) throw std::runtime_error("complementarity constraints are not supported");
-  if (n_lcon > 0) throw std::runtime_error("logical constraints are not supported");
   // Within each group of nonlinear variables, and at the end, the integer ones come last.
   int integer = -1;
   if (nlvbi > 0)
@@ -237,21 +188,39 @@ void NlProblem::read_players() {
     if (is_max(players->u.i[i], "constraint", con_name(i))) max_constraints_.push_back(i);
 }
 
-/// Whether the results are defined does not matter here: a damaged formula crashes.
-void NlProblem::evaluate_all_at_start() {
-  ASL* asl = asl_;
-  std::vector<double> x(static_cast<std::size_t>(n_var)), g(static_cast<std::size_t>(n_con)),
-      jacobian(static_cast<std::size_t>(nzc)), lambda(g.size(), 1.0), gradient(x.size()),
-      hessian(static_cast<std::size_t>(hessian_entries_));
-  std::vector<int> rows(hessian.size()), columns(hessian.size());
-  get_starting_point(n_var, true, x.data(), false, nullptr, nullptr, n_con, false, nullptr);
-  eval_grad_f(n_var, x.data(), true, gradient.data());
-  eval_jac_g(n_var, x.data(), true, n_con, static_cast<int>(nzc), nullptr, nullptr,
-             jacobian.data());
-  eval_h(n_var, x.data(), true, 1.0, n_con, lambda.data(), true, hessian_entries_, rows.data(),
-         columns.data(), nullptr);
-  eval_h(n_var, x.data(), true, 1.0, n_con, lambda.data(), true, hessian_entries_, nullptr, nullptr,
-         hessian.data());
+/// Calls all that a solve calls, at the start and beside it. Whether the results are defined does not
+/// matter here: a damaged formula crashes.
+void NlProblem::call_everything() {
+  int n = 0, m = 0, jacobian_entries = 0, hessian_entries = 0;
+  IndexStyleEnum style = C_STYLE;
+  get_nlp_info(n, m, jacobian_entries, hessian_entries, style);
+  const auto size = [](int count) { return static_cast<std::size_t>(count); };
+  std::vector<double> x(size(n)), lower(size(n)), upper(size(n)), gradient(size(n)), g(size(m)),
+      g_lower(size(m)), g_upper(size(m)), lambda(size(m), 1.0), jacobian(size(jacobian_entries)),
+      hessian(size(hessian_entries));
+  std::vector<int> rows(std::max(jacobian.size(), hessian.size())), columns(rows.size());
+  std::vector<Player> players(size(std::max(n, m)), Player::Min);
+  StringMetaDataMapType strings, constraint_strings;
+  IntegerMetaDataMapType integers;
+  NumericMetaDataMapType numbers;
+  get_var_con_metadata(n, strings, integers, numbers, m, constraint_strings, integers, numbers);
+  get_bounds_info(n, lower.data(), upper.data(), m, g_lower.data(), g_upper.data());
+  get_variable_players(n, players.data());
+  get_constraint_players(m, players.data());
+  eval_jac_g(n, nullptr, false, m, jacobian_entries, rows.data(), columns.data(), nullptr);
+  eval_h(n, nullptr, false, 1.0, m, nullptr, false, hessian_entries, rows.data(), columns.data(),
+         nullptr);
+  get_starting_point(n, true, x.data(), true, lower.data(), upper.data(), m, true, g.data());
+  for (const double step : {0.0, 0.1}) {
+    for (double& value : x) value += step * std::max(1.0, std::abs(value));
+    double f = 0.0;
+    eval_f(n, x.data(), true, f);
+    eval_g(n, x.data(), false, m, g.data());
+    eval_grad_f(n, x.data(), false, gradient.data());
+    eval_jac_g(n, x.data(), false, m, jacobian_entries, nullptr, nullptr, jacobian.data());
+    eval_h(n, x.data(), false, 1.0, m, lambda.data(), true, hessian_entries, nullptr, nullptr,
+           hessian.data());
+  }
 }
 
 bool NlProblem::is_linear(const std::vector<double>& from, int first, int last) {

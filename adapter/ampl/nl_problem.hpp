@@ -16,8 +16,8 @@ namespace ipminmax {
 class NlProblem : public MinMaxTNLP {
  public:
   /// Reads stub.nl (stub with or without its ending). objective: 1-based, 0 for none; -1 takes the
-  /// first when there is one. Reads and evaluates in a child process first, so that a damaged file
-  /// cannot end or stop this one. Throws std::runtime_error when the file cannot be used.
+  /// first when there is one. Checks the file's form, then reads it and makes every call of a solve
+  /// in a child process first, so that no file can end or stop this one. Throws std::runtime_error when the file cannot be used.
   NlProblem(const std::string& stub, int objective);
   ~NlProblem() override;
   NlProblem(const NlProblem&) = delete;
@@ -60,10 +60,12 @@ class NlProblem : public MinMaxTNLP {
   void load(int objective);
   void read();
   void refuse_unsupported();
-  void require_complete();
+  /// Every index that the library hands over lies within its array, places of the Jacobian once.
+  void require_valid_structure();
+  void require_valid_hessian();
   void choose_objective(int objective);
   void read_players();
-  void evaluate_all_at_start();
+  void call_everything();
   /// ASL leaves variables out of its derivatives that the header counts as linear: throws when a
   /// function is nonlinear in one of them.
   void require_linear();
@@ -73,9 +75,8 @@ class NlProblem : public MinMaxTNLP {
 
   std::string file_;
   ASL* asl_ = nullptr;
-  std::vector<double> variable_bounds_, constraint_bounds_;  ///< pairs (lower, upper), for ASL
-  int objective_ = -1;                                       ///< 0-based, -1 for none
-  double sign_ = 1.0;                                        ///< -1: the model maximizes
+  int objective_ = -1;  ///< 0-based, -1 for none
+  double sign_ = 1.0;   ///< -1: the model maximizes
   int hessian_entries_ = 0;
   std::vector<Player> variable_players_;
   std::vector<int> max_constraints_;
