@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "adapter/player_lists.hpp"
 #include "child_process.hpp"
 #include "nl_check.hpp"
 
@@ -18,15 +19,12 @@
 namespace ipminmax {
 namespace {
 
-char player_name[] = "player", z_lower_name[] = "ipopt_zL_out", z_upper_name[] = "ipopt_zU_out";
+char player_name[] = "player";
 char sosno_name[] = "sosno", sos_name[] = "sos";
-SufDecl suffixes[] = {
-    {player_name, nullptr, ASL_Sufkind_var, 0},
-    {player_name, nullptr, ASL_Sufkind_con, 0},
-    {sosno_name, nullptr, ASL_Sufkind_var, 0},
-    {sos_name, nullptr, ASL_Sufkind_var, 0},
-    {z_lower_name, nullptr, ASL_Sufkind_var | ASL_Sufkind_real | ASL_Sufkind_outonly, 0},
-    {z_upper_name, nullptr, ASL_Sufkind_var | ASL_Sufkind_real | ASL_Sufkind_outonly, 0}};
+SufDecl suffixes[] = {{player_name, nullptr, ASL_Sufkind_var, 0},
+                      {player_name, nullptr, ASL_Sufkind_con, 0},
+                      {sosno_name, nullptr, ASL_Sufkind_var, 0},
+                      {sos_name, nullptr, ASL_Sufkind_var, 0}};
 
 constexpr unsigned kReadSeconds = 20, kBytesPerSecond = 1000000;  ///< of a file that is read
 
@@ -180,6 +178,7 @@ void NlProblem::read_players() {
   };
   variable_players_.assign(static_cast<std::size_t>(n_var), Player::Min);
   const SufDesc* players = suf_get(player_name, ASL_Sufkind_var);
+  has_player_suffix_ = players->u.i != nullptr;
   for (int i = 0; players->u.i && i < n_var; ++i)
     if (is_max(players->u.i[i], "variable", var_name(i)))
       variable_players_[static_cast<std::size_t>(i)] = Player::Max;
@@ -289,17 +288,54 @@ void NlProblem::require_linear() {
   }
 }
 
-bool NlProblem::has_max_player() const {
-  return std::ranges::find(variable_players_, Player::Max) != variable_players_.end();
+void NlProblem::give_to_max(const std::string& variables, const std::string& constraints) {
+  ASL* asl = asl_;
+  const auto apply = [](const char* option, const std::string& list, const ListedItems& items,
+                        const std::vector<Player>& implied, std::vector<Player>& players) {
+    const std::string error =
+        apply_player_option(option, list, items, {"the suffix player", implied}, players);
+    if (!error.empty()) throw std::invalid_argument(error);
+  };
+  std::vector<std::string> names;
+  for (int i = 0; i < n_var; ++i) names.push_back(variable_name(i));
+  apply("minmax_max_variables", variables, {"variable", n_var, &names},
+        std::vector<Player>(names.size(), Player::Min), variable_players_);
+  names.clear();
+  std::vector<Player> implied(static_cast<std::size_t>(n_con), Player::Min);
+  for (int i = 0; i < n_con; ++i) {
+    names.push_back(constraint_name(i));
+    for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next)
+      if (variable_players_[static_cast<std::size_t>(entry->varno)] == Player::Max)
+        implied[static_cast<std::size_t>(i)] = Player::Max;
+  }
+  std::vector<Player> players = implied;
+  get_constraint_players(n_con, players.data());
+  apply("minmax_max_constraints", constraints, {"constraint", n_con, &names}, implied, players);
+  max_constraints_.clear();
+  for (int i = 0; i < n_con; ++i)
+    if (players[static_cast<std::size_t>(i)] == Player::Max) max_constraints_.push_back(i);
+}
+
+std::string NlProblem::variable_name(int i) const {
+  ASL* asl = asl_;
+  return var_name(i);
+}
+
+std::string NlProblem::constraint_name(int i) const {
+  ASL* asl = asl_;
+  return con_name(i);
+}
+
+bool NlProblem::has_player(Player player) const {
+  return std::ranges::find(variable_players_, player) != variable_players_.end();
 }
 
 bool NlProblem::get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& variable_strings,
                                      IntegerMetaDataMapType&, NumericMetaDataMapType&,
                                      Ipopt::Index m, StringMetaDataMapType& constraint_strings,
                                      IntegerMetaDataMapType&, NumericMetaDataMapType&) {
-  ASL* asl = asl_;
-  for (int i = 0; i < n; ++i) variable_strings["idx_names"].emplace_back(var_name(i));
-  for (int i = 0; i < m; ++i) constraint_strings["idx_names"].emplace_back(con_name(i));
+  for (int i = 0; i < n; ++i) variable_strings["idx_names"].push_back(variable_name(i));
+  for (int i = 0; i < m; ++i) constraint_strings["idx_names"].push_back(constraint_name(i));
   return true;
 }
 
@@ -362,6 +398,9 @@ bool NlProblem::evaluate(const double* x) {
   fint constraint_error = 0;
   if (n_con > 0) conval(x_.data(), g_.data(), &constraint_error);
   defined_ = error == 0 && constraint_error == 0;
+  if (!defined_ && halt_on_error_)
+    throw std::runtime_error("a function of " + file_ +
+                             " is undefined at a point of the solve (halt_on_ampl_error)");
   return defined_;
 }
 
@@ -431,24 +470,40 @@ bool NlProblem::eval_h(Ipopt::Index n, const double* x, bool, double sigma, Ipop
   return std::all_of(values, values + hessian_entries_, [](double v) { return std::isfinite(v); });
 }
 
-void NlProblem::write_solution(const std::string& message, int solve_result, const Result& result,
-                               const std::string& file) {
-  ASL* asl = asl_;
-  std::vector<double> x = result.v, pi = result.lambda, lower = result.z_lower,
-                      upper = result.z_upper;
-  for (double& value : pi) value *= -sign_;
-  for (double& value : lower) value *= sign_;
-  for (double& value : upper) value *= -sign_;
-  if (!lower.empty()) suf_rput(z_lower_name, ASL_Sufkind_var, lower.data());
-  if (!upper.empty()) suf_rput(z_upper_name, ASL_Sufkind_var, upper.data());
-  solve_result_num = solve_result;
-  obj_no = objective_;
-  amplflag = 1;  // nothing is printed
-  const std::string target =
-      file.empty() ? std::filesystem::path(file_).replace_extension("sol").string() : file;
-  if (write_solf_ASL(asl, message.c_str(), x.empty() ? nullptr : x.data(),
-                     pi.empty() ? nullptr : pi.data(), nullptr, target.c_str()) != 0)
-    throw std::runtime_error("cannot write " + target);
+SolutionFile NlProblem::solution_file(const Result& result) const {
+  const ASL* asl = asl_;
+  SolutionFile file;
+  file.options.assign(ampl_options, ampl_options + 1 + std::clamp(ampl_options[0], 0, 9));
+  if (file.options.size() == 1) file.options.clear();
+  constexpr int kToleranceFollows = 3;
+  if (file.options.size() > 2 && file.options[2] == kToleranceFollows)
+    file.bound_tolerance = ampl_vbtol;
+  file.constraints = n_con;
+  file.variables = n_var;
+  file.has_status = (asl->i.flags & 1) != 0;
+  file.objective = std::max(objective_, 0);
+  const auto scaled = [](std::vector<double> values, double factor) {
+    if (!std::ranges::all_of(values, [](double value) { return std::isfinite(value); }))
+      return std::vector<double>();
+    for (double& value : values) value *= factor;
+    return values;
+  };
+  file.primals = scaled(result.v, 1.0);
+  file.duals = scaled(result.lambda, -sign_);
+  std::vector<double> lower = scaled(result.z_lower, sign_), upper = scaled(result.z_upper, -sign_);
+  if (!upper.empty()) file.variable_suffixes.push_back({"ipopt_zU_out", std::move(upper)});
+  if (!lower.empty()) file.variable_suffixes.push_back({"ipopt_zL_out", std::move(lower)});
+  return file;
+}
+
+bool NlProblem::is_binary() const {
+  const ASL* asl = asl_;
+  return (binary_nl & 1) != 0;
+}
+
+std::string solution_file_name(const std::string& stub) {
+  const bool is_file = std::filesystem::is_regular_file(stub) && stub.ends_with(".nl");
+  return (is_file ? stub.substr(0, stub.size() - 3) : stub) + ".sol";
 }
 
 }  // namespace ipminmax

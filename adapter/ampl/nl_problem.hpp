@@ -1,10 +1,12 @@
 #pragma once
 
+#include <csignal>
 #include <string>
 #include <vector>
 
 #include "adapter/minmax_tnlp.hpp"
 #include "core/result.hpp"
+#include "solution_file.hpp"
 
 struct ASL;
 
@@ -23,13 +25,29 @@ class NlProblem : public MinMaxTNLP {
   NlProblem(const NlProblem&) = delete;
   NlProblem& operator=(const NlProblem&) = delete;
 
-  /// Writes stub.sol, or the file named, with AMPL's signs of the multipliers. Throws
-  /// std::runtime_error when it cannot be written.
-  void write_solution(const std::string& message, int solve_result, const Result& result,
-                      const std::string& file = "");
+  /// What options minmax_max_variables and minmax_max_constraints list (adapter/player_lists.hpp), names
+  /// as in the files .col and .row. Throws std::invalid_argument when a list is wrong or contradicts
+  /// the suffix player.
+  void give_to_max(const std::string& variables, const std::string& constraints);
+
+  /// Point, multipliers and suffixes with AMPL's signs; message and solve_result are the caller's.
+  /// Vectors that are not finite are left out.
+  [[nodiscard]] SolutionFile solution_file(const Result& result) const;
+  /// Whether the file is binary; the .sol then is, too.
+  [[nodiscard]] bool is_binary() const;
+
+  /// The solve stops at the next iteration once stop is not 0.
+  void stop_when(const volatile std::sig_atomic_t& stop) { stop_ = &stop; }
+  /// Evaluations that fail throw std::runtime_error instead of returning false.
+  void halt_on_error() { halt_on_error_ = true; }
 
   [[nodiscard]] bool maximizes() const { return sign_ < 0.0; }
-  [[nodiscard]] bool has_max_player() const;
+  [[nodiscard]] bool has_player(Player player) const;
+  /// Whether the file has the suffix player of variables.
+  [[nodiscard]] bool has_player_suffix() const { return has_player_suffix_; }
+  [[nodiscard]] std::string variable_name(int i) const;
+  [[nodiscard]] std::string constraint_name(int i) const;
+  [[nodiscard]] const std::vector<Player>& players() const { return variable_players_; }
 
   bool get_variable_players(Ipopt::Index n, Player* players) override;
   bool get_constraint_players(Ipopt::Index m, Player* players) override;
@@ -52,6 +70,11 @@ class NlProblem : public MinMaxTNLP {
   bool eval_h(Ipopt::Index n, const double* x, bool new_x, double sigma, Ipopt::Index m,
               const double* lambda, bool new_lambda, Ipopt::Index nele_hess, Ipopt::Index* rows,
               Ipopt::Index* columns, double* values) override;
+  bool intermediate_callback(Ipopt::AlgorithmMode, Ipopt::Index, double, double, double, double,
+                             double, double, double, double, Ipopt::Index, const Ipopt::IpoptData*,
+                             Ipopt::IpoptCalculatedQuantities*) override {
+    return !stop_ || *stop_ == 0;
+  }
   void finalize_solution(Ipopt::SolverReturn, Ipopt::Index, const double*, const double*,
                          const double*, Ipopt::Index, const double*, const double*, double,
                          const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {}
@@ -83,6 +106,12 @@ class NlProblem : public MinMaxTNLP {
   std::vector<double> x_, g_;
   double f_ = 0.0;
   bool defined_ = false;
+  bool has_player_suffix_ = false;
+  bool halt_on_error_ = false;
+  const volatile std::sig_atomic_t* stop_ = nullptr;
 };
+
+/// stub.sol, for a stub with or without the ending .nl.
+[[nodiscard]] std::string solution_file_name(const std::string& stub);
 
 }  // namespace ipminmax

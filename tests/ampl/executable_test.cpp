@@ -216,7 +216,7 @@ TEST_F(AmplExecutable, ObjectiveIsChosen) {
   EXPECT_TRUE(printed("certified local maximum")) << out_;
   EXPECT_TRUE(solution_has("\n-4\nobjno 1 0\n")) << get("model.sol");
   ASSERT_EQ(solve(parts, "objno=0"), 0) << err_;
-  EXPECT_TRUE(solution_has("\nobjno -1 ")) << get("model.sol");
+  EXPECT_TRUE(solution_has("\nobjno 0 ")) << get("model.sol");
   EXPECT_EQ(solve(parts, "objno=3"), 1);
   EXPECT_NE(err_.find("has 2 objectives"), std::string::npos) << err_;
   EXPECT_EQ(solve(parts, "objno=x"), 2);
@@ -229,7 +229,7 @@ TEST_F(AmplExecutable, NoObjectiveIsFeasibility) {
   parts.rows = "4 4\n";
   parts.segments = "x1\n0 1\n";
   ASSERT_EQ(solve(parts), 0) << err_;
-  EXPECT_TRUE(solution_has("\nobjno -1 0\n")) << get("model.sol");
+  EXPECT_TRUE(solution_has("\nobjno 0 0\n")) << get("model.sol");
   EXPECT_TRUE(printed("objective 0,")) << out_;
 }
 
@@ -340,18 +340,147 @@ TEST_F(AmplExecutable, BadOptionsAreNamed) {
   EXPECT_NE(refusal("", "ipminmax_options=tux=1").find("ipminmax_options: unknown option \"tux\""),
             std::string::npos);
   EXPECT_NE(refusal("tux=1").find("the command line: unknown option \"tux\""), std::string::npos);
-  EXPECT_NE(refusal("wantsol=7").find("wantsol = 7"), std::string::npos);
+  EXPECT_NE(refusal("wantsol=x").find("wantsol = x"), std::string::npos);
   EXPECT_NE(refusal("-x").find("unknown flag -x"), std::string::npos);
   EXPECT_EQ(run(""), 2);
   EXPECT_EQ(run("none"), 1);
   EXPECT_NE(err_.find("cannot open none"), std::string::npos);
+  put("notes.txt", "hello\n");
+  EXPECT_EQ(run("notes.txt"), 1);
+  EXPECT_NE(err_.find("notes.txt, line 2: no .nl file"), std::string::npos) << err_;
+  put("model.txt", minimize(kSquare).text());
+  EXPECT_EQ(run("model.txt"), 1);
+  EXPECT_NE(err_.find("does not end in .nl"), std::string::npos) << err_;
+  // An options file that is named must be there; ipminmax.opt must be readable when it is there.
+  EXPECT_NE(refusal("option_file_name=none.opt").find("cannot read the options file none.opt"),
+            std::string::npos);
+  EXPECT_NE(refusal("", "ipminmax_options=option_file_name=none.opt").find("none.opt"),
+            std::string::npos);
+  std::filesystem::create_directory(path("ipminmax.opt"));
+  EXPECT_NE(refusal("").find("ipminmax.opt: it is a folder"), std::string::npos);
+  EXPECT_NE(refusal("option_file_name=.").find("it is a folder"), std::string::npos);
+  std::filesystem::remove(path("ipminmax.opt"));
+  EXPECT_NE(refusal("halt_on_ampl_error=maybe").find("halt_on_ampl_error = maybe"),
+            std::string::npos);
+  EXPECT_NE(refusal("wantsol=16").find("wantsol = 16"), std::string::npos);
   put("ipminmax.opt", "tol 1e-6\nmax_itr 5\n");
   EXPECT_NE(refusal("").find("ipminmax.opt, line 2"), std::string::npos);
+}
+
+TEST_F(AmplExecutable, QuotesAroundValuesAreTakenOff) {
+  const Parts parts = minimize(kSquare);
+  put("other.opt", "max_iter 0\n");
+  ASSERT_EQ(solve(parts, "'option_file_name=\"other.opt\"'"), 0) << err_;
+  EXPECT_TRUE(printed("maximum number of iterations")) << out_;
+  ASSERT_EQ(solve(parts, "\"linear_solver='mumps'\" 'nlp_scaling_method=\"none\"'"), 0) << err_;
+  EXPECT_TRUE(printed("certified local minimum")) << out_;
+  EXPECT_EQ(solve(parts, "'linear_solver=\"mumps'"), 2) << out_;
+}
+
+TEST_F(AmplExecutable, OptionsOfIpoptsExecutable) {
+  const Parts parts = minimize(kSquare);
+  ASSERT_EQ(solve(parts, "maxit=0"), 0) << err_;
+  EXPECT_TRUE(printed("maximum number of iterations")) << out_;
+  put("model.nl", parts.text());
+  ASSERT_EQ(run("model.nl outlev=0"), 0) << err_;
+  EXPECT_EQ(out_.find("EXIT"), std::string::npos) << out_;
+  Parts undefined = minimize(kLog);
+  undefined.segments = "x1\n0 -1\n";
+  EXPECT_EQ(solve(undefined, "halt_on_ampl_error=yes"), 1);
+  EXPECT_NE(err_.find("undefined"), std::string::npos) << err_;
+  EXPECT_FALSE(std::filesystem::exists(path("model.sol")));
+  EXPECT_EQ(solve(undefined, "halt_on_ampl_error=no"), 0);
+}
+
+TEST_F(AmplExecutable, ThePointIsPrintedWithNames) {
+  std::filesystem::copy(IPMINMAX_SOURCE_DIR "/tests/package/saddle.nl", path("model.nl"));
+  put("model.col", "force\nwind\n");
+  put("model.row", "budget\n");
+  ASSERT_EQ(run("model.nl print_level=1"), 0) << err_;
+  EXPECT_TRUE(printed("force     Min     -0.8") || printed("force     Min     -0.79999")) << out_;
+  EXPECT_TRUE(printed("wind      Max     -0.4") || printed("wind      Max     -0.39999")) << out_;
+  EXPECT_FALSE(printed("plain minimization")) << out_;
+  EXPECT_FALSE(printed("budget")) << out_;
+  ASSERT_EQ(run("model.nl print_level=0"), 0);
+  EXPECT_FALSE(printed("force")) << out_;
+  ASSERT_EQ(run("model.nl print_level=0 wantsol=14"), 0);
+  EXPECT_TRUE(printed("force     Min")) << out_;
+  EXPECT_TRUE(printed("budget ")) << out_;
+  EXPECT_FALSE(printed("certified")) << out_;
+  EXPECT_FALSE(std::filesystem::exists(path("model.sol")));
+  ASSERT_EQ(run("model.nl -AMPL print_level=1"), 0);
+  EXPECT_EQ(out_, "");
+  Parts plain = minimize(kSquare);
+  ASSERT_EQ(solve(plain, "print_level=1"), 0) << err_;
+  EXPECT_TRUE(printed("A plain minimization: no variable has suffix player")) << out_;
+}
+
+TEST_F(AmplExecutable, OptionsNameTheMaximizersVariables) {
+  const std::string game = [&] {
+    std::filesystem::copy(IPMINMAX_SOURCE_DIR "/tests/package/saddle.nl", path("model.nl"));
+    return get("model.nl");
+  }();
+  std::string plain = game;
+  const std::string suffix = "S0 1 player\n1 1\n";
+  plain.erase(plain.find(suffix), suffix.size());
+  put("plain.nl", plain);
+  for (const char* name : {"model", "plain"}) {
+    put(std::string(name) + ".col", "force\nwind\n");
+    put(std::string(name) + ".row", "budget\n");
+  }
+  for (const char* list : {"wind", "1", "1-1"}) {
+    ASSERT_EQ(run(std::string("plain.nl print_level=0 minmax_max_variables=") + list), 0) << err_;
+    EXPECT_TRUE(printed("certified local minmax\nobjective -0.8,")) << out_;
+    ASSERT_EQ(run(std::string("model.nl print_level=0 minmax_max_variables=") + list), 0) << err_;
+    EXPECT_TRUE(printed("certified local minmax\nobjective -0.8,")) << out_;
+  }
+  EXPECT_EQ(run("model.nl minmax_max_variables=force"), 2);
+  EXPECT_NE(err_.find("minmax_max_variables gives variable 0 (force) to Max"), std::string::npos)
+      << err_;
+  EXPECT_NE(err_.find("suffix player gives it to Min"), std::string::npos) << err_;
+  EXPECT_EQ(run("plain.nl minmax_max_variables=storm"), 2);
+  EXPECT_NE(err_.find("storm"), std::string::npos) << err_;
+  put("ipminmax.opt", "minmax_max_variables \"wind\"\nminmax_max_constraints budget\n");
+  ASSERT_EQ(run("plain.nl print_level=0"), 0) << err_;
+  EXPECT_TRUE(printed("certified local minmax\nobjective -0.8,")) << out_;
+}
+
+// Pyomo's presolve may eliminate all variables of one player.
+TEST_F(AmplExecutable, APlayerWithoutVariablesIsWarnedOf) {
+  Parts parts = minimize(kNegativeSquare);
+  parts.segments = "S0 1 player\n0 1\n";
+  ASSERT_EQ(solve(parts), 0);
+  EXPECT_TRUE(printed("certified local maximum\n")) << out_;
+  for (const std::string& text : {err_, out_, get("model.sol")}) {
+    EXPECT_NE(text.find("WARNING: all variables have player 1"), std::string::npos) << text;
+    EXPECT_NE(text.find("linear_presolve=False"), std::string::npos) << text;
+  }
+  parts = minimize(kSquare);
+  parts.segments = "S0 1 player\n0 0\n";
+  ASSERT_EQ(solve(parts), 0);
+  for (const std::string& text : {err_, get("model.sol")})
+    EXPECT_NE(text.find("WARNING: there is a suffix player, but no variable has player 1"),
+              std::string::npos)
+        << text;
+  ASSERT_EQ(solve(minimize(kSquare)), 0);
+  EXPECT_EQ(err_, "");
+}
+
+TEST_F(AmplExecutable, MessagesSpeakOfTheModelsSense) {
+  Parts parts;
+  parts.objectives = {{.maximize = true, .formula = kSquare}};
+  ASSERT_EQ(solve(parts, "max_iter=100"), 0) << err_;
+  EXPECT_EQ(out_.find(": minimization"), std::string::npos) << out_;
+  parts.segments = "S0 1 player\n0 1\n";  // player 1 minimizes
+  ASSERT_EQ(solve(parts), 0) << err_;
+  EXPECT_TRUE(printed("certified local minimum\n")) << out_;
+  EXPECT_TRUE(printed("this is a plain minimization")) << out_;
 }
 
 TEST_F(AmplExecutable, FlagsTellAboutIt) {
   ASSERT_EQ(run("-v"), 0);
   EXPECT_TRUE(printed("Ipminmax 0.")) << out_;
+  EXPECT_TRUE(out_.starts_with("Ipopt 3.")) << out_;  // what Pyomo looks for
   for (const char* help : {"'-?'", "-h", "--help"}) {
     ASSERT_EQ(run(help), 0);
     EXPECT_TRUE(printed("usage: ipminmax")) << out_;

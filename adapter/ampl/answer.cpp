@@ -1,0 +1,157 @@
+#include "answer.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+#include <iomanip>
+#include <ostream>
+#include <sstream>
+#include <vector>
+
+namespace ipminmax {
+namespace {
+
+/// Statuses that core names from the side of the minimizer of -f, in the words of a model that
+/// maximizes f.
+std::string status_text(Status status, bool maximizes, bool game) {
+  if (maximizes) {
+    if (status == Status::OuterUnbounded) return "maximization looks unbounded";
+    if (status == Status::InnerUnbounded) return "minimization looks unbounded";
+    if (status == Status::InnerInfeasible) return "minimizer's constraints cannot be met";
+    if (status == Status::NotLocalMinmax)
+      return game ? "first-order point, not a local maxmin" : "first-order point, not a maximum";
+    if (status == Status::NoLocalMinmaxFound)
+      return game ? "no local maxmin found" : "no local maximum found";
+  } else if (!game) {
+    if (status == Status::NotLocalMinmax) return "first-order point, not a minimum";
+    if (status == Status::NoLocalMinmaxFound) return "no local minimum found";
+  }
+  return std::string(name_of(status));
+}
+
+std::string name_of_optimum(bool maximizes, const NlProblem& problem) {
+  if (!problem.has_player(Player::Max)) return maximizes ? "maximum" : "minimum";
+  if (!problem.has_player(Player::Min)) return maximizes ? "minimum" : "maximum";
+  return maximizes ? "maxmin" : "minmax";
+}
+
+/// Width of a column with this heading.
+std::size_t width_of(const char* heading, int rows, const std::function<std::string(int)>& text) {
+  std::size_t width = std::string(heading).size();
+  for (int i = 0; i < rows; ++i) width = std::max(width, text(i).size());
+  return width;
+}
+
+}  // namespace
+
+int solve_result(Status status) {
+  switch (status) {
+    case Status::Solved:
+      return 0;
+    case Status::SolvedDegenerate:
+      return 1;
+    case Status::SolvedToAcceptableLevel:
+      return 100;
+    case Status::LocallyInfeasible:
+      return 200;
+    case Status::InnerInfeasible:
+      return 201;
+    case Status::OuterUnbounded:
+      return 300;
+    case Status::InnerUnbounded:
+      return 301;
+    case Status::DivergingIterates:
+      return 302;
+    case Status::MaxIterations:
+      return 400;
+    case Status::MaxCpuTime:
+      return 401;
+    case Status::MaxWallTime:
+      return 402;
+    case Status::UserStop:
+      return 403;
+    case Status::NotLocalMinmax:
+      return 500;
+    case Status::NoLocalMinmaxFound:
+      return 501;
+    case Status::InvalidProblem:
+      return 502;
+    case Status::EvaluationFailed:
+      return 503;
+    default:
+      return 510;
+  }
+}
+
+std::string message_of(const Result& result, const NlProblem& problem) {
+  std::ostringstream message;
+  const bool game = problem.has_player(Player::Max) && problem.has_player(Player::Min);
+  message << "Ipminmax " IPMINMAX_VERSION ": ";
+  const std::string status = status_text(result.status, problem.maximizes(), game);
+  const bool has_details = !result.message.empty() && result.message != name_of(result.status);
+  if (result.certificate.kind == PointKind::LocalMinmax) {
+    message << "certified local " << name_of_optimum(problem.maximizes(), problem);
+    if (result.status != Status::Solved) message << ", " << status;
+  } else {
+    message << status;
+  }
+  if (has_details)
+    message << " (" << (problem.maximizes() ? "for minimizing the negative objective: " : "")
+            << result.message << ")";
+  if (!result.v.empty()) {
+    message << std::setprecision(10) << "\nobjective "
+            << (problem.maximizes() ? -result.objective : result.objective) << ", "
+            << result.iterations << " iterations; second-order test of "
+            << (game ? "both players " : "the solution ")
+            << name_of(result.certificate.second_order);
+  }
+  const std::string warning = split_warning(problem);
+  if (!warning.empty()) message << "\nWARNING: " << warning;
+  return message.str();
+}
+
+std::string split_warning(const NlProblem& problem) {
+  const bool has_min = problem.has_player(Player::Min), has_max = problem.has_player(Player::Max);
+  if (has_min && has_max) return {};
+  const char* const cause =
+      " Was a variable eliminated before the model was written (Pyomo: linear_presolve=False)?";
+  const auto plain = [&](bool maximization) {
+    return std::string("this is a plain ") + (maximization ? "maximization." : "minimization.");
+  };
+  if (!has_min)
+    return "all variables have player 1, none is left for player 0: " +
+           plain(!problem.maximizes()) + cause;
+  if (problem.has_player_suffix())
+    return "there is a suffix player, but no variable has player 1: " + plain(problem.maximizes()) +
+           cause;
+  return {};
+}
+
+void print_variables(std::ostream& out, const Result& result, const NlProblem& problem) {
+  const auto name = [&](int i) { return problem.variable_name(i); };
+  const int rows = static_cast<int>(result.v.size());
+  const int width = static_cast<int>(width_of("variable", rows, name));
+  out << std::left << std::setw(width) << "variable"
+      << "  player  value\n";
+  for (int i = 0; i < rows; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    // Player 0 of a model that maximizes is the maximizer.
+    const bool maximizer = (problem.players()[at] == Player::Max) != problem.maximizes();
+    out << std::setw(width) << name(i) << (maximizer ? "  Max     " : "  Min     ")
+        << std::setprecision(10) << result.v[at] << '\n';
+  }
+}
+
+void print_duals(std::ostream& out, const Result& result, const NlProblem& problem) {
+  const auto name = [&](int i) { return problem.constraint_name(i); };
+  const std::vector<double> duals = problem.solution_file(result).duals;
+  const int rows = static_cast<int>(duals.size());
+  const int width = static_cast<int>(width_of("constraint", rows, name));
+  out << std::left << std::setw(width) << "constraint"
+      << "  dual\n";
+  for (int i = 0; i < rows; ++i)
+    out << std::setw(width) << name(i) << "  " << std::setprecision(10)
+        << duals[static_cast<std::size_t>(i)] << '\n';
+}
+
+}  // namespace ipminmax

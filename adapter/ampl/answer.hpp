@@ -1,0 +1,27 @@
+#pragma once
+
+#include <iosfwd>
+#include <string>
+
+#include "core/result.hpp"
+#include "nl_problem.hpp"
+
+namespace ipminmax {
+
+/// AMPL's solve_result_num.
+[[nodiscard]] int solve_result(Status status);
+
+/// What the point is, in the words of the model's sense, and how the solve ended.
+[[nodiscard]] std::string message_of(const Result& result, const NlProblem& problem);
+
+/// What is odd about the split: a player without variables where the model or the options speak of
+/// players. Empty when nothing is.
+[[nodiscard]] std::string split_warning(const NlProblem& problem);
+
+/// A table of the variables with their players.
+void print_variables(std::ostream& out, const Result& result, const NlProblem& problem);
+
+/// A table of the constraints with their duals, in AMPL's signs.
+void print_duals(std::ostream& out, const Result& result, const NlProblem& problem);
+
+}  // namespace ipminmax

@@ -1,0 +1,171 @@
+#include "assignments.hpp"
+
+#include <cctype>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <limits>
+#include <ostream>
+#include <sstream>
+#include <stdexcept>
+
+#include <IpJournalist.hpp>
+#include <IpOptionsList.hpp>
+
+#include "adapter/application_options.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// Whether two texts are the same value.
+bool same_value(const std::string& a, const std::string& b) {
+  const auto number = [](const std::string& text) -> std::optional<double> {
+    double value = 0.0;
+    const char* end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    if (error != std::errc{} || stop != end) return std::nullopt;
+    return value;
+  };
+  return a == b || (number(a) && number(a) == number(b));
+}
+
+}  // namespace
+
+std::string Assignments::place(Source source) const {
+  if (source == Source::File) return file_;
+  return source == Source::Environment ? kEnvironment : "the command line";
+}
+
+void Assignments::add_argument(const std::string& text) {
+  const std::size_t equal = text.find('=');
+  if (equal == std::string::npos || equal == 0 || equal + 1 == text.size())
+    throw std::invalid_argument("bad assignment \"" + text + "\": expected name=value");
+  std::string value = text.substr(equal + 1);
+  // Pyomo quotes values, and no shell takes the quotes off.
+  const char quote = value.front();
+  if (value.size() > 1 && (quote == '"' || quote == '\'') && value.back() == quote)
+    value = value.substr(1, value.size() - 2);
+  add(text.substr(0, equal), value, Source::CommandLine);
+}
+
+void Assignments::add_environment(const std::string& text) {
+  std::size_t at = 0;
+  const auto skip_blanks = [&] {
+    while (at < text.size() && std::isspace(static_cast<unsigned char>(text[at]))) ++at;
+  };
+  const auto word = [&](bool is_name) {
+    const std::size_t begin = at;
+    const char quote = !is_name && at < text.size() ? text[at] : '\0';
+    if (quote == '"' || quote == '\'') {
+      const std::size_t end = text.find(quote, begin + 1);
+      if (end == std::string::npos)
+        throw std::invalid_argument(std::string(kEnvironment) + ": a quotation never ends");
+      at = end + 1;
+      return text.substr(begin + 1, end - begin - 1);
+    }
+    while (at < text.size() && !std::isspace(static_cast<unsigned char>(text[at])) &&
+           !(is_name && text[at] == '=')) {
+      ++at;
+    }
+    return text.substr(begin, at - begin);
+  };
+  for (skip_blanks(); at < text.size(); skip_blanks()) {
+    const std::string name = word(true);
+    skip_blanks();
+    if (at < text.size() && text[at] == '=') ++at;
+    skip_blanks();
+    if (name.empty() || at == text.size())
+      throw std::invalid_argument(std::string(kEnvironment) + ": option \"" + name +
+                                  "\" has no value");
+    add(name, word(false), Source::Environment);
+  }
+}
+
+void Assignments::report_overridden(std::ostream& out) const {
+  for (const auto& [name, all] : given_) {
+    const Given& last = winner(all);
+    for (const Given& given : all) {
+      if (same_value(given.value, last.value)) continue;
+      out << "ipminmax: " << name << " = " << last.value << " (" << place(last.source)
+          << ") overrides " << given.value << " (" << place(given.source) << ")\n";
+    }
+  }
+}
+
+std::string Assignments::take(const std::string& name) {
+  std::string text = value(name).value_or("");
+  given_.erase(name);
+  return text;
+}
+
+int Assignments::take_integer(const std::string& name, int missing, int lower, int upper) {
+  const auto given = value(name);
+  if (!given) return missing;
+  int number = 0;
+  const char* end = given->data() + given->size();
+  const auto [stop, error] = std::from_chars(given->data(), end, number);
+  if (error != std::errc{} || stop != end || number < lower || number > upper)
+    throw std::invalid_argument(name + " = " + *given + " is not an integer in [" +
+                                std::to_string(lower) + ", " + std::to_string(upper) + "]");
+  given_.erase(name);
+  return number;
+}
+
+bool Assignments::take_flag(const std::string& name, bool missing) {
+  const auto given = value(name);
+  if (!given) return missing;
+  if (*given != "yes" && *given != "no")
+    throw std::invalid_argument(name + " = " + *given + " is not one of: no yes");
+  given_.erase(name);
+  return *given == "yes";
+}
+
+void Assignments::rename(const std::string& alias, const std::string& name) {
+  const auto found = given_.find(alias);
+  if (found == given_.end()) return;
+  std::vector<Given> moved = std::move(found->second);
+  given_.erase(found);
+  std::vector<Given>& all = given_[name];
+  all.insert(all.end(), moved.begin(), moved.end());
+}
+
+void add_file(Ipopt::RegisteredOptions& registry, Assignments& assignments) {
+  const auto named = assignments.value("option_file_name");
+  const std::string name = named.value_or("ipminmax.opt");
+  if (name.empty() || (!named && !std::filesystem::exists(name))) return;
+  std::ifstream file(name);
+  const bool is_folder = std::filesystem::is_directory(name);
+  if (is_folder || !file.is_open())
+    throw std::invalid_argument("cannot read the options file " + name + ": " +
+                                (is_folder ? "it is a folder" : std::strerror(errno)));
+  // Ipopt's list keeps the first of several values in a file, and says so.
+  const Ipopt::SmartPtr<Ipopt::Journalist> journalist = new Ipopt::Journalist;
+  journalist->AddFileJournal("errors", "stderr", Ipopt::J_WARNING);
+  const Ipopt::SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(&registry, journalist);
+  const std::string error = read_options(file, name, registry, *list);
+  if (!error.empty()) throw std::invalid_argument(error);
+  assignments.name_file(name);
+  for (const auto& [option, unused] : registry.RegisteredOptionsList()) {
+    std::ostringstream text;
+    text << std::setprecision(std::numeric_limits<double>::max_digits10);
+    double number = 0.0;
+    Ipopt::Index integer = 0;
+    std::string word;
+    const auto type = registry.GetOption(option)->Type();
+    if (type == Ipopt::OT_Number && list->GetNumericValue(option, number, "")) {
+      text << number;
+    } else if (type == Ipopt::OT_Integer && list->GetIntegerValue(option, integer, "")) {
+      text << integer;
+    } else if (type == Ipopt::OT_String && list->GetStringValue(option, word, "")) {
+      text << word;
+    } else {
+      continue;
+    }
+    assignments.add(option, text.str(), Source::File);
+  }
+}
+
+}  // namespace ipminmax

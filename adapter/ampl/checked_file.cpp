@@ -1,0 +1,111 @@
+#include "checked_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdarg>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+
+namespace ipminmax {
+namespace {
+
+std::runtime_error cannot_write(const std::string& file, int error) {
+  return std::runtime_error("cannot write " + file + ": " + std::strerror(error));
+}
+
+/// errno of the first failure, 0 when all was written and closed.
+int write_and_close(int descriptor, const std::string& content) {
+  int error = 0;
+  for (std::size_t at = 0; at < content.size() && error == 0;) {
+    const ssize_t written = write(descriptor, content.data() + at, content.size() - at);
+    if (written >= 0)
+      at += static_cast<std::size_t>(written);
+    else if (errno != EINTR)
+      error = errno;
+  }
+  if (close(descriptor) != 0 && error == 0) error = errno;
+  return error;
+}
+
+bool is_regular_or_missing(const std::string& file) {
+  struct stat status;
+  return stat(file.c_str(), &status) != 0 || S_ISREG(status.st_mode);
+}
+
+/// The file that a chain of links ends at, whether it exists or not.
+std::filesystem::path resolved(std::filesystem::path file) {
+  constexpr int kMostLinks = 40;
+  std::error_code error;
+  for (int i = 0; i < kMostLinks && std::filesystem::is_symlink(file, error); ++i)
+    file = file.parent_path() / std::filesystem::read_symlink(file, error);
+  return file;
+}
+
+}  // namespace
+
+void write_file(const std::string& file, const std::string& content) {
+  constexpr mode_t kMode = 0666;  // what the umask leaves
+  if (!is_regular_or_missing(file)) {
+    const int descriptor = open(file.c_str(), O_WRONLY | O_CLOEXEC);
+    const int error = descriptor < 0 ? errno : write_and_close(descriptor, content);
+    if (error != 0) throw cannot_write(file, error);
+    return;
+  }
+  const std::string target = resolved(file).string();
+  const std::string temporary = target + "." + std::to_string(getpid()) + ".tmp";
+  const int descriptor =
+      open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, kMode);
+  if (descriptor < 0) throw cannot_write(file, errno);
+  int error = write_and_close(descriptor, content);
+  if (error == 0 && std::rename(temporary.c_str(), target.c_str()) != 0) error = errno;
+  if (error == 0) return;
+  unlink(temporary.c_str());
+  throw cannot_write(file, error);
+}
+
+void remove_stale_file(const std::string& file) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return;
+  std::filesystem::remove(resolved(file), error);
+  if (error) throw std::runtime_error("cannot remove the old " + file + ": " + error.message());
+}
+
+CheckedJournal::CheckedJournal(const std::string& name, const std::string& file,
+                               Ipopt::EJournalLevel level)
+    : Journal(name, level), file_name_(file), file_(std::fopen(file.c_str(), "w")) {
+  if (!file_) throw cannot_write(file, errno);
+}
+
+CheckedJournal::~CheckedJournal() {
+  if (file_) std::fclose(file_);
+}
+
+void CheckedJournal::note_error(bool failed) {
+  if (failed && error_ == 0) error_ = errno;
+}
+
+void CheckedJournal::PrintImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* text) {
+  if (file_) note_error(std::fputs(text, file_) < 0);
+}
+
+void CheckedJournal::PrintfImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* format,
+                                va_list arguments) {
+  if (file_) note_error(std::vfprintf(file_, format, arguments) < 0);
+}
+
+void CheckedJournal::FlushBufferImpl() {
+  if (file_) note_error(std::fflush(file_) != 0);
+}
+
+void CheckedJournal::close() {
+  if (!file_) return;
+  note_error(std::fclose(file_) != 0);
+  file_ = nullptr;
+  if (error_ != 0) throw cannot_write(file_name_, error_);
+}
+
+}  // namespace ipminmax

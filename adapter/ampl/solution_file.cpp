@@ -1,0 +1,120 @@
+#include "solution_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdint>
+#include <limits>
+#include <sstream>
+#include <string_view>
+
+namespace ipminmax {
+namespace {
+
+constexpr int kRealSuffix = 4;  ///< kind of a real suffix of variables
+
+std::string shortest(double value) {
+  std::array<char, 32> digits;
+  const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+  return {digits.data(), end};
+}
+
+int nonzeros(const std::vector<double>& values) {
+  return static_cast<int>(values.size()) -
+         static_cast<int>(std::count(values.begin(), values.end(), 0.0));
+}
+
+/// AMPL's code for an option 3 in second place: a tolerance follows, and the count is two higher.
+std::vector<int> counted(const SolutionFile& file) {
+  std::vector<int> options = file.options;
+  if (!options.empty() && file.bound_tolerance) options[0] += 2;
+  return options;
+}
+
+/// Bytes of values, one after the other.
+class Bytes {
+ public:
+  Bytes& add(std::string_view text) {
+    bytes_ += text;
+    return *this;
+  }
+  Bytes& add(std::int32_t value) { return raw(value); }
+  Bytes& add(double value) { return raw(value); }
+  template <class Value>
+  Bytes& add(const std::vector<Value>& values) {
+    for (const Value& value : values) add(value);
+    return *this;
+  }
+  [[nodiscard]] const std::string& bytes() const { return bytes_; }
+  /// Fortran's unformatted record: its length before and behind.
+  Bytes& add_record(const Bytes& record) {
+    const auto length = static_cast<std::int32_t>(record.bytes_.size());
+    return add(length).add(record.bytes_).add(length);
+  }
+
+ private:
+  template <class Value>
+  Bytes& raw(Value value) {
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+    return *this;
+  }
+  std::string bytes_;
+};
+
+}  // namespace
+
+std::string SolutionFile::text() const {
+  std::ostringstream out;
+  std::istringstream lines(message);
+  for (std::string line; std::getline(lines, line);) out << (line.empty() ? " " : line) << '\n';
+  out << "\n";  // an empty line ends the message
+  if (!options.empty()) {
+    out << "Options\n";
+    for (const int option : counted(*this)) out << option << '\n';
+    out << constraints << '\n' << duals.size() << '\n';
+    out << variables << '\n' << primals.size() << '\n';
+    if (bound_tolerance) out << shortest(*bound_tolerance) << '\n';
+  }
+  for (const std::vector<double>* values : {&duals, &primals})
+    for (const double value : *values) out << shortest(value) << '\n';
+  if (!has_status) return out.str();
+  out << "objno " << objective << ' ' << solve_result << '\n';
+  for (const Suffix& suffix : variable_suffixes) {
+    out << "suffix " << kRealSuffix << ' ' << nonzeros(suffix.values) << ' '
+        << suffix.name.size() + 1 << " 0 0\n"
+        << suffix.name << '\n';
+    for (std::size_t i = 0; i < suffix.values.size(); ++i)
+      if (suffix.values[i] != 0.0) out << i << ' ' << shortest(suffix.values[i]) << '\n';
+  }
+  return out.str();
+}
+
+std::string SolutionFile::binary() const {
+  Bytes out;
+  out.add_record(Bytes().add(std::string_view("binary")));
+  if (!message.empty()) out.add_record(Bytes().add(std::string_view(message)));
+  out.add_record({});
+  if (!options.empty()) {
+    Bytes record;
+    record.add(std::string_view("Options")).add(counted(*this)).add(constraints);
+    record.add(static_cast<std::int32_t>(duals.size())).add(variables);
+    record.add(static_cast<std::int32_t>(primals.size()));
+    if (bound_tolerance) record.add(*bound_tolerance);
+    out.add_record(record);
+  }
+  out.add_record(Bytes().add(duals)).add_record(Bytes().add(primals));
+  if (!has_status) return out.bytes();
+  out.add_record(Bytes().add(objective).add(solve_result));
+  for (const Suffix& suffix : variable_suffixes) {
+    Bytes record;
+    record.add(std::string_view("\nSuffix\n")).add(kRealSuffix).add(nonzeros(suffix.values));
+    record.add(static_cast<std::int32_t>(suffix.name.size() + 1)).add(0);
+    record.add(std::string_view(suffix.name.c_str(), suffix.name.size() + 1));
+    for (std::size_t i = 0; i < suffix.values.size(); ++i)
+      if (suffix.values[i] != 0.0) record.add(static_cast<std::int32_t>(i)).add(suffix.values[i]);
+    out.add_record(record);
+  }
+  return out.bytes();
+}
+
+}  // namespace ipminmax
