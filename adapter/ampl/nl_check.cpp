@@ -160,8 +160,8 @@ Form form_of(int operation) {
   const auto one_of = [&](std::initializer_list<int> numbers) {
     return std::ranges::find(numbers, operation) != numbers.end();
   };
-  if (within(0, 6) || within(20, 24) || within(28, 30) || operation == 48 || within(55, 58) ||
-      one_of({62, 63, 73}) || within(66, 69))
+  if (within(0, 6) || within(20, 24) || within(28, 30) || operation == 48 || one_of({62, 63, 73}) ||
+      within(66, 69))
     return Form::Binary;
   if (within(13, 16) || operation == 34 || within(37, 47) || within(49, 53)) return Form::Unary;
   if (one_of({11, 12, 59, 60, 61, 74, 75})) return Form::List;
@@ -552,6 +552,11 @@ void Checker::operation(std::vector<Operand>& pending) {
     case Form::None:
       break;
   }
+  constexpr int kFirstStep = 55;
+  constexpr std::array kSteps = {"div", "precision", "round", "trunc"};
+  const auto step = static_cast<std::size_t>(number - kFirstStep);
+  if (number >= kFirstStep && step < kSteps.size())  // the library crashes on their derivatives
+    refuse(std::string("operation ") + kSteps[step] + " has no derivatives");
   cursor_.fail("unknown operation o" + std::to_string(number));
 }
 

@@ -136,6 +136,7 @@ TEST_F(AmplDamaged, TheMessageNamesLineAndCause) {
       {"o5", "o82", "unknown operation o82"},
       {"o5\nv0\nn2", "f0 1\nv0", "function 0, but the header counts 0"},
       {"o16", "o54\n3000", "3000 operands"},
+      {"o0\nv0", "o57\nv0", "operation round has no derivatives"},
       {"n2", "h3:abc", "a string where a number is expected"},
       {"O0 0\n", "O1 0\n", "objective 1, but the header counts 1"},
       {"C0\n", "C7\n", "constraint 7, but the header counts 1"},
