@@ -3,9 +3,9 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <istream>
 #include <limits>
+#include <locale>
 #include <optional>
 #include <sstream>
 #include <utility>
@@ -148,15 +148,21 @@ class Tokenizer {
   std::optional<int> unterminated_;
 };
 
-/// The whole text as a number; Fortran's exponent letter d is accepted, as in Ipopt.
+/// The whole text as a number, whatever the locale; Fortran's exponent letter d is accepted, as in
+/// Ipopt. Infinite or zero beyond the range of double.
 std::optional<double> parse_number(std::string text) {
   const auto exponent = [](char c) { return c == 'd' || c == 'D'; };
   if (text.find_first_of("0123456789") != std::string::npos) {
     std::replace_if(text.begin(), text.end(), exponent, 'e');
   }
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0') return std::nullopt;
+  if (text.starts_with('+')) text.erase(0, 1);
+  double value = 0.0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (stop != end || error == std::errc::invalid_argument) return std::nullopt;
+  if (error == std::errc::result_out_of_range && text.find("e-") == std::string::npos) {
+    return text.starts_with('-') ? -HUGE_VAL : HUGE_VAL;
+  }
   return value;
 }
 
@@ -172,6 +178,7 @@ std::optional<int> parse_integer(const std::string& text) {
 std::string interval_of(const Ipopt::RegisteredOption& option) {
   const bool number = option.Type() == Ipopt::OT_Number;
   std::ostringstream text;
+  text.imbue(std::locale::classic());
   if (!option.HasLower()) {
     text << "(-inf";
   } else if (number) {
@@ -299,6 +306,8 @@ const std::vector<ApplicationOption>& application_option_table() {
        "problem statistics and warnings, 5 also one line per iteration.",
        Integer{0, kLastLevel, Ipopt::J_ITERSUMMARY}},
       {"output_file", output, "Name of an output file; empty: none.", Name{""}},
+      {"file_append", output, "Whether output files are continued instead of written anew.",
+       Flag{false}},
       {"file_print_level", output, "Verbosity of the output file; unset: that of print_level.",
        Integer{0, kLastLevel, Ipopt::J_ITERSUMMARY}},
       {"print_frequency_iter", output, "An iteration is printed when its number is a multiple.",
@@ -328,7 +337,8 @@ const std::vector<ApplicationOption>& application_option_table() {
 }
 
 std::string read_options(std::istream& input, const std::string& source,
-                         Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list) {
+                         Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
+                         bool allow_clobber) {
   Tokenizer tokens(input);
   const auto error_at = [&](int line, const std::string& text) {
     return source + ", line " + std::to_string(line) + ": " + text;
@@ -337,10 +347,12 @@ std::string read_options(std::istream& input, const std::string& source,
     const auto value = tokens.next();
     if (tokens.unterminated()) break;
     if (!value) return error_at(name->line, "option \"" + name->text + "\" has no value");
-    if (auto error = set_option(name->text, value->text, registry, list, false); !error.empty()) {
+    if (auto error = set_option(name->text, value->text, registry, list, allow_clobber);
+        !error.empty()) {
       return error_at(name->line, error);
     }
   }
+  if (input.bad()) return source + " cannot be read";  // a folder, for one
   if (tokens.unterminated()) return error_at(*tokens.unterminated(), "a quotation never ends");
   return {};
 }

@@ -99,6 +99,7 @@ class CallbackTNLP : public MinMaxTNLP {
   [[nodiscard]] Definition& definition() { return d_; }
 
   IpminmaxIntermediate_CB intermediate = nullptr;
+  bool needs_hessian = true;  ///< whether an eval_h must know its structure
   double objective_scaling = 1.0;
   std::vector<double> x_scaling, g_scaling;  ///< n and m, or empty: none
   void* user_data = nullptr;
@@ -156,29 +157,37 @@ class CallbackTNLP : public MinMaxTNLP {
   }
 
   bool eval_f(Index n, const Number* x, bool new_x, Number& obj_value) override {
-    return d_.eval_f(n, writable(x), new_x, &obj_value, user_data) != 0;
+    return is_true(d_.eval_f(n, writable(x), new_x, &obj_value, user_data));
   }
 
   bool eval_grad_f(Index n, const Number* x, bool new_x, Number* grad_f) override {
-    return d_.eval_grad_f(n, writable(x), new_x, grad_f, user_data) != 0;
+    return is_true(d_.eval_grad_f(n, writable(x), new_x, grad_f, user_data));
   }
 
   bool eval_g(Index n, const Number* x, bool new_x, Index m, Number* values) override {
-    return d_.eval_g == nullptr || d_.eval_g(n, writable(x), new_x, m, values, user_data) != 0;
+    return d_.eval_g == nullptr || is_true(d_.eval_g(n, writable(x), new_x, m, values, user_data));
   }
 
   bool eval_jac_g(Index n, const Number* x, bool new_x, Index m, Index nele_jac, Index* iRow,
                   Index* jCol, Number* values) override {
-    return d_.eval_jac_g == nullptr ||
-           d_.eval_jac_g(n, writable(x), new_x, m, nele_jac, iRow, jCol, values, user_data) != 0;
+    return d_.eval_jac_g == nullptr || is_true(d_.eval_jac_g(n, writable(x), new_x, m, nele_jac,
+                                                             iRow, jCol, values, user_data));
   }
 
   bool eval_h(Index n, const Number* x, bool new_x, Number obj_factor, Index m,
               const Number* lambda, bool new_lambda, Index nele_hess, Index* iRow, Index* jCol,
               Number* values) override {
-    return d_.eval_h != nullptr &&
-           d_.eval_h(n, writable(x), new_x, obj_factor, m, writable(lambda), new_lambda, nele_hess,
-                     iRow, jCol, values, user_data) != 0;
+    if (d_.eval_h == nullptr) return false;
+    const bool done = is_true(d_.eval_h(n, writable(x), new_x, obj_factor, m, writable(lambda),
+                                        new_lambda, nele_hess, iRow, jCol, values, user_data));
+    if (!done && values == nullptr && needs_hessian) {
+      THROW_EXCEPTION(  // Invalid_Option, as in Ipopt
+          Ipopt::OPTION_INVALID,
+          "eval_h returned 0 when asked for the structure of the Hessian; without second "
+          "derivatives "
+          "eval_h is NULL, or hessian_approximation finite-difference-values");
+    }
+    return done;
   }
 
   bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iter, Number obj_value, Number inf_pr,
@@ -186,8 +195,8 @@ class CallbackTNLP : public MinMaxTNLP {
                              Number alpha_du, Number alpha_pr, Index ls_trials,
                              const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
     return intermediate == nullptr ||
-           intermediate(static_cast<int>(mode), iter, obj_value, inf_pr, inf_du, mu, d_norm,
-                        regularization_size, alpha_du, alpha_pr, ls_trials, user_data) != 0;
+           is_true(intermediate(static_cast<int>(mode), iter, obj_value, inf_pr, inf_du, mu, d_norm,
+                                regularization_size, alpha_du, alpha_pr, ls_trials, user_data));
   }
 
   void finalize_solution(Ipopt::SolverReturn, Index n, const Number* x, const Number* z_L,
@@ -206,6 +215,9 @@ class CallbackTNLP : public MinMaxTNLP {
   bool finalized = false;  ///< whether the current solve has an answer
 
  private:
+  /// Callbacks made for Ipopt 3.14 return bool, of which a caller that reads an int finds only the
+  /// low byte defined (System V and AArch64 ABI).
+  static bool is_true(int returned) { return static_cast<unsigned char>(returned) != 0; }
   // Ipopt's C callbacks take pointers to non-const and promise not to write.
   static double* writable(const double* values) { return const_cast<double*>(values); }
   static Player player(int value) { return static_cast<Player>(value); }
@@ -271,24 +283,25 @@ std::string error_of(const Definition& d, int index_style, const int* variable_p
   return {};
 }
 
+template <class Value>
+std::string text_of(Value value) {
+  std::array<char, 64> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
+  return {buffer.data(), end};
+}
+
 /// Copies scaling factors; NULL is none.
 std::vector<double> read_scaling(const double* values, Index count, const char* name,
                                  std::string& error) {
   if (values == nullptr) return {};
   std::vector<double> result = read_array(values, count, name, error);
   for (std::size_t i = 0; i < result.size() && error.empty(); ++i) {
-    if (!std::isfinite(result[i]) || !(result[i] > 0.0)) {
-      error = at(name, i) + " = " + std::to_string(result[i]) + " is not a positive number";
+    if (!is_sane_scaling(result[i])) {
+      error = at(name, i) + " = " + text_of(result[i]) + " is not in [" + text_of(kLeastScaling) +
+              ", " + text_of(kLargestScaling) + "]";
     }
   }
   return result;
-}
-
-template <class Value>
-std::string text_of(Value value) {
-  std::array<char, 64> buffer{};
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
-  return {buffer.data(), end};
 }
 
 std::string name_of(Ipopt::RegisteredOptionType type) {
@@ -310,8 +323,9 @@ struct IpminmaxProblemInfo {
   Ipopt::SmartPtr<ipminmax::CallbackTNLP> model;
   Ipopt::SmartPtr<ipminmax::MinMaxApplication> application;
   bool solving = false;
-  bool answered = false;  ///< whether the last solve has an iterate to report
-  std::string status;     ///< name of the last solve's status
+  bool answered = false;       ///< whether the last solve has an iterate to report
+  bool warm_for_once = false;  ///< warm_start_init_point is to be no again
+  std::string status;          ///< name of the last solve's status
   std::string message;
   const char* fixed_message = nullptr;  ///< in place of message, where memory is short
 };
@@ -373,28 +387,43 @@ bool is_warm(const Problem& problem) {
   return warm;
 }
 
-/// warm_start_init_point is yes while this lives.
+/// warm_start_init_point is yes while this lives. Where memory is too short for setting it back, the
+/// next solve does.
 class WarmStart {
  public:
-  explicit WarmStart(Problem& problem) : problem_(problem), was_warm_(is_warm(problem)) {
-    if (!was_warm_) set("yes");
+  explicit WarmStart(Problem& problem) : problem_(problem) {
+    if (is_warm(problem)) return;
+    problem.warm_for_once = true;
+    set(problem, "yes");
   }
   ~WarmStart() {
     try {
-      if (!was_warm_) set("no");
-    } catch (...) {  // only memory can be short; the next IpminmaxSolve then wants multipliers
+      end(problem_);
+    } catch (...) {  // bad_alloc
     }
   }
   WarmStart(const WarmStart&) = delete;
   WarmStart& operator=(const WarmStart&) = delete;
 
+  static void end(Problem& problem) {
+    if (!problem.warm_for_once) return;
+    set(problem, "no");
+    problem.warm_for_once = false;
+  }
+
  private:
-  void set(const char* value) {
-    problem_.application->Options()->SetStringValue("warm_start_init_point", value);
+  static void set(Problem& problem, const char* value) {
+    problem.application->Options()->SetStringValue("warm_start_init_point", value);
   }
   Problem& problem_;
-  bool was_warm_;
 };
+
+/// Whether second derivatives are asked of the model: a callback for them then has to answer.
+bool asks_for_hessian(const Problem& problem) {
+  std::string source;
+  return !problem.application->Options()->GetStringValue("hessian_approximation", source, "") ||
+         source == "exact";
+}
 
 /// Where IpminmaxSolve writes; all but x may be null.
 struct Output {
@@ -405,6 +434,7 @@ IpminmaxReturnStatus stop(Problem& problem, Status status, std::string message) 
   problem.status = ipminmax::name_of(status);
   say(&problem, std::move(message));
   return status == Status::InvalidOption ? IPMINMAX_INVALID_OPTION
+         : status == Status::OutOfMemory ? IPMINMAX_INSUFFICIENT_MEMORY
                                          : IPMINMAX_INVALID_PROBLEM_DEFINITION;
 }
 
@@ -438,14 +468,17 @@ IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data,
     return stop(problem, Status::InvalidProblem,
                 "IpminmaxSolveAgain needs a last solve with a final point");
   }
+  WarmStart::end(problem);
   problem.answered = false;
   model.finalized = false;
   model.user_data = user_data;
   if (out.x == nullptr) return stop(problem, Status::InvalidProblem, "x is NULL");
   if (problem.application->Initialize() != Ipopt::Solve_Succeeded) {
-    return stop(problem, Status::InvalidOption, problem.application->LastResult().message);
+    const Result& failure = problem.application->LastResult();
+    return stop(problem, failure.status, failure.message);
   }
 
+  model.needs_hessian = asks_for_hessian(problem);
   model.start.x.assign(out.x, out.x + d.n);
   if (again) {
     model.start.lambda = model.answer.lambda;
@@ -601,9 +634,9 @@ int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double
   return guarded(problem, [&]() -> std::string {
     CallbackTNLP& model = *problem->model;
     std::string error;
-    // A negative objective factor is left to the solver's own check.
-    if (!std::isfinite(obj_scaling) || obj_scaling == 0.0) {
-      return "obj_scaling = " + std::to_string(obj_scaling) + " is not a nonzero number";
+    if (!is_sane_scaling(std::abs(obj_scaling))) {
+      return "obj_scaling = " + text_of(obj_scaling) + " is not of a size in [" +
+             text_of(kLeastScaling) + ", " + text_of(kLargestScaling) + "]";
     }
     auto x = read_scaling(x_scaling, model.definition().n, "x_scaling", error);
     auto g = read_scaling(g_scaling, model.definition().m, "g_scaling", error);
@@ -702,6 +735,7 @@ int IpminmaxGetStatistics(IpminmaxProblem problem, IpminmaxStatistics* statistic
     statistics->dual_error_max = from.error.dual_max;
     statistics->complementarity_error = from.error.complementarity;
     statistics->error = from.error.total;
+    statistics->objective_scale = from.objective_scale;
     return {};
   });
 }

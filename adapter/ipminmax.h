@@ -91,10 +91,15 @@ typedef struct IpminmaxStatistics {
   /* Errors of the first-order conditions, infinity norms, unscaled; error is Ipopt's scaled E_0. */
   double primal_error, dual_error_min, dual_error_max, complementarity_error;
   double error;
+  /* Factor of the objective inside the solve. Negative: Min maximized and Max minimized, and the
+   * multipliers of their bounds have the opposite signs. */
+  double objective_scale;
 } IpminmaxStatistics;
 
-/* The model's functions, with Ipopt's arguments. Return nonzero for success, 0 when the function is
- * undefined at x. x and lambda must not be written to. Matrix structure is asked for with values ==
+/* The model's functions, with Ipopt's arguments. Return 1 for success, 0 when the function is
+ * undefined at x. Only the low byte of what they return is read, so callbacks made for Ipopt 3.14,
+ * which return bool, may be cast to these types. An eval_h must know the structure of the Hessian;
+ * where second derivatives do not exist it is NULL. x and lambda must not be written to. Matrix structure is asked for with values ==
  * NULL, values with iRow == jCol == NULL. The Hessian is that of obj_factor f + lambda' g, one of
  * the entries (i,j) and (j,i); duplicates add. */
 typedef int (*IpminmaxEval_F_CB)(int n, double *x, int new_x, double *obj_value, void *user_data);
@@ -140,7 +145,8 @@ int IpminmaxAddIntOption(IpminmaxProblem problem, const char *keyword, int val);
 /* print_level: 0 to 12. */
 int IpminmaxOpenOutputFile(IpminmaxProblem problem, const char *file_name, int print_level);
 
-/* Used with nlp_scaling_method user-scaling. x_scaling (n) and g_scaling (m), or NULL: none. */
+/* Used with nlp_scaling_method user-scaling. x_scaling (n) and g_scaling (m), or NULL: none. Factors
+ * are in [1e-20, 1e20]; with a negative obj_scaling Min maximizes and Max minimizes. */
 int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double *x_scaling,
                        const double *g_scaling);
 

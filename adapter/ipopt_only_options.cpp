@@ -1,7 +1,8 @@
 #include <IpIpoptApplication.hpp>
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <optional>
-#include <sstream>
 
 #include "adapter/application_options.hpp"
 #include "adapter/ipopt_only_options.hpp"
@@ -103,10 +104,11 @@ void register_integer(Ipopt::RegisteredOptions& registry, const IpoptOption& o) 
   }
 }
 
+/// Fewest digits that read back as the same number.
 std::string text_of(double value) {
-  std::ostringstream text;
-  text << value;
-  return text.str();
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
 }
 
 /// The value, if it was set.
@@ -148,7 +150,6 @@ std::optional<std::string_view> find_advice(const std::vector<IpoptOptionAdvice>
 
 const std::vector<IpoptOptionAdvice>& refused_ipopt_option_advice() {
   static const std::vector<IpoptOptionAdvice> table = {
-      {"hessian_approximation", "second derivatives are needed: implement eval_h"},
       {"jacobian_approximation", "first derivatives are needed: implement eval_jac_g"},
       {"gradient_approximation", "first derivatives are needed: implement eval_grad_f"},
       {"nlp_scaling_obj_target_gradient",
@@ -217,7 +218,6 @@ const std::vector<IpoptOptionAdvice>& ignored_ipopt_option_advice() {
       {"print_options_latex_mode", "see print_options_documentation"},
       {"print_*", output},
       {"suppress_all_output", output},
-      {"file_append", "output files are written anew"},
   };
   return table;
 }
@@ -273,6 +273,13 @@ std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list) {
     add(option.name, *value,
         find_advice(ignored_ipopt_option_advice(), option.name)
             .value_or("it steers Ipopt's own algorithm"));
+  }
+  std::string hessian;
+  if (list.GetStringValue("hessian_approximation", hessian, "") && hessian == "limited-memory") {
+    messages.push_back(
+        "hessian_approximation = limited-memory means finite-difference-values: a quasi-Newton "
+        "matrix "
+        "has no inertia to certify with, so second derivatives are differences of first ones");
   }
   std::string solver;
   if (list.GetStringValue("linear_solver", solver, "")) {

@@ -367,6 +367,9 @@ std::string exit_line(const Result& result) {
   if (!result.message.empty() && result.message != name_of(result.status)) {
     text += "      " + result.message + "\n";
   }
+  if (result.objective_scale < 0.0) {
+    text += "      The objective's factor is negative: Min maximizes and Max minimizes.\n";
+  }
   return text;
 }
 

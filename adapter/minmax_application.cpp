@@ -1,7 +1,13 @@
+#include <sys/resource.h>
+
 #include <IpOptionsList.hpp>
 #include <IpRegOptions.hpp>
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <new>
 #include <optional>
@@ -10,10 +16,13 @@
 #include <utility>
 
 #include "adapter/application_options.hpp"
+#include "adapter/exact_options.hpp"
+#include "adapter/ipopt_library.hpp"
 #include "adapter/ipopt_only_options.hpp"
 #include "adapter/log.hpp"
 #include "adapter/minmax_application.hpp"
 #include "adapter/options_documentation.hpp"
+#include "adapter/output_file.hpp"
 #include "adapter/status.hpp"
 #include "adapter/tnlp_problem.hpp"
 #include "core/multistart.hpp"
@@ -60,12 +69,49 @@ class IterationRows {
   std::chrono::steady_clock::time_point last_;
 };
 
+/// The application whose model's intermediate_callback this thread is in.
+thread_local const MinMaxApplication* calling = nullptr;
+
+bool all_finite(const std::vector<double>& values) {
+  return std::ranges::all_of(values, [](double v) { return std::isfinite(v); });
+}
+
+bool is_finite(const Violations& v) {
+  return all_finite(v.lower_bound) && all_finite(v.upper_bound) &&
+         all_finite(v.lower_complementarity) && all_finite(v.upper_complementarity) &&
+         all_finite(v.lagrangian_gradient) && all_finite(v.constraint) &&
+         all_finite(v.constraint_complementarity);
+}
+
+/// Copies what is asked for.
+void copy(const std::vector<double>& from, Ipopt::Number* to) {
+  if (to != nullptr) std::ranges::copy(from, to);
+}
+
+double system_seconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_stime.tv_sec) +
+         1e-6 * static_cast<double>(usage.ru_stime.tv_usec);
+}
+
+/// Largest violation of the variables' own bounds.
+double bound_violation(const ProblemStructure& structure, const std::vector<double>& v) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    largest =
+        std::max({largest, structure.variable_lower[i] - v[i], v[i] - structure.variable_upper[i]});
+  }
+  return largest;
+}
+
 }  // namespace
 
 struct MinMaxApplication::Implementation {
+  MinMaxApplication& application;
   SmartPtr<Ipopt::Journalist> journalist = new Ipopt::Journalist();
   SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
-  SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(registry, journalist);
+  SmartPtr<Ipopt::OptionsList> list = new ExactOptionsList(registry, journalist);
   SmartPtr<Ipopt::TNLP> model;
   SmartPtr<MinMaxStatistics> statistics;
   RepeatedSolver solver;
@@ -87,12 +133,18 @@ struct MinMaxApplication::Implementation {
   };
   std::optional<Current> current;
 
-  explicit Implementation(bool create_console_out);
+  double system_seconds_before = 0.0;
 
-  [[nodiscard]] ApplicationReturnStatus initialize(std::istream& options,
-                                                   const std::string& source);
+  Implementation(MinMaxApplication& owner, bool create_console_out);
+
+  [[nodiscard]] ApplicationReturnStatus initialize(std::istream& options, const std::string& source,
+                                                   bool allow_clobber);
+  [[nodiscard]] ApplicationReturnStatus initialize_from_file(const std::string& name,
+                                                             bool allow_clobber, bool must_exist);
+  [[nodiscard]] ApplicationReturnStatus refuse_option(std::string error);
   [[nodiscard]] ApplicationReturnStatus set_up_output();
-  [[nodiscard]] bool open_output_file(const std::string& file_name, EJournalLevel level);
+  [[nodiscard]] bool open_output_file(const std::string& file_name, EJournalLevel level,
+                                      bool append);
   [[nodiscard]] ApplicationReturnStatus optimize();
   [[nodiscard]] ApplicationReturnStatus run();
   [[nodiscard]] bool call_back(TnlpProblem& problem, const SolverOptions& options,
@@ -117,7 +169,8 @@ struct MinMaxApplication::Implementation {
   }
 };
 
-MinMaxApplication::Implementation::Implementation(bool create_console_out) {
+MinMaxApplication::Implementation::Implementation(MinMaxApplication& owner, bool create_console_out)
+    : application(owner) {
   register_options(*registry);
   if (create_console_out) {
     journalist->AddFileJournal("console", "stdout", Ipopt::J_ITERSUMMARY);
@@ -153,12 +206,12 @@ void MinMaxApplication::Implementation::set_console_level() {
 }
 
 bool MinMaxApplication::Implementation::open_output_file(const std::string& file_name,
-                                                         EJournalLevel level) {
+                                                         EJournalLevel level, bool append) {
   const std::string journal_name = "OutputFile:" + file_name;
   SmartPtr<Ipopt::Journal> journal = journalist->GetJournal(journal_name);
   if (Ipopt::IsNull(journal)) {
-    journal = journalist->AddFileJournal(journal_name, file_name, level);
-    if (Ipopt::IsNull(journal)) return false;
+    journal = open_journal(journal_name, file_name, level, append);
+    if (Ipopt::IsNull(journal) || !journalist->AddJournal(journal)) return false;
   }
   journal->SetAllPrintLevels(level);
   journal->SetPrintLevel(Ipopt::J_DBG, Ipopt::J_NONE);
@@ -171,7 +224,8 @@ ApplicationReturnStatus MinMaxApplication::Implementation::set_up_output() {
   if (file_name.empty()) return Ipopt::Solve_Succeeded;
   Ipopt::Index unused = 0;
   const bool own_level = list->GetIntegerValue("file_print_level", unused, "");
-  if (open_output_file(file_name, level_option(own_level ? "file_print_level" : "print_level"))) {
+  if (open_output_file(file_name, level_option(own_level ? "file_print_level" : "print_level"),
+                       flag("file_append"))) {
     return Ipopt::Solve_Succeeded;
   }
   result = {};
@@ -181,21 +235,40 @@ ApplicationReturnStatus MinMaxApplication::Implementation::set_up_output() {
   return Ipopt::Invalid_Option;
 }
 
-ApplicationReturnStatus MinMaxApplication::Implementation::initialize(std::istream& options,
-                                                                      const std::string& source) {
+ApplicationReturnStatus MinMaxApplication::Implementation::refuse_option(std::string error) {
+  print(Ipopt::J_ERROR, Ipopt::J_INITIALIZATION, "Invalid option: " + error + "\n");
+  result = {};
+  result.status = Status::InvalidOption;
+  result.message = std::move(error);
+  return Ipopt::Invalid_Option;
+}
+
+ApplicationReturnStatus MinMaxApplication::Implementation::initialize_from_file(
+    const std::string& name, bool allow_clobber, bool must_exist) {
+  std::ifstream file;
   try {
-    std::string error = read_options(options, source, *registry, *list);
+    if (name.empty()) return initialize(file, name, allow_clobber);
+    file.open(name);
+    std::error_code unknown;
+    if (!file.is_open() && (must_exist || std::filesystem::exists(name, unknown))) {
+      return refuse_option("the options file \"" + name + "\" cannot be opened");
+    }
+  } catch (...) {
+    return report_exception();
+  }
+  return initialize(file, name, allow_clobber);
+}
+
+ApplicationReturnStatus MinMaxApplication::Implementation::initialize(std::istream& options,
+                                                                      const std::string& source,
+                                                                      bool allow_clobber) {
+  try {
+    std::string error = read_options(options, source, *registry, *list, allow_clobber);
     if (error.empty()) {
       SolverOptions unused;
       error = solver_options(*list, unused);
     }
-    if (!error.empty()) {
-      print(Ipopt::J_ERROR, Ipopt::J_INITIALIZATION, "Invalid option: " + error + "\n");
-      result = {};
-      result.status = Status::InvalidOption;
-      result.message = std::move(error);
-      return Ipopt::Invalid_Option;
-    }
+    if (!error.empty()) return refuse_option(std::move(error));
     const ApplicationReturnStatus status = set_up_output();
     if (status == Ipopt::Solve_Succeeded) print_options_documentation();
     return status;
@@ -277,8 +350,13 @@ bool MinMaxApplication::Implementation::call_back(TnlpProblem& problem,
                                                   const IterationInfo& info) {
   struct Reset {
     std::optional<Current>& current;
-    ~Reset() { current.reset(); }
-  } const reset{current};
+    const MinMaxApplication* caller;
+    ~Reset() {
+      current.reset();
+      calling = caller;
+    }
+  } const reset{current, calling};
+  calling = &application;
   current.emplace(Current{problem, options, info, std::nullopt});
   return problem.report(info);
 }
@@ -330,7 +408,18 @@ void MinMaxApplication::Implementation::look_for_worst_case(TnlpProblem& problem
   add_worst_case(problem, options, result, observer);
 }
 
+/// A model may stop because Ipopt's own methods have nothing to tell it.
+std::string stop_note(Ipopt::TNLP& model, const Result& result) {
+  const bool may_have_asked = IPMINMAX_IPOPT_AT_LEAST(3, 14) && result.status == Status::UserStop &&
+                              result.iterations == 0 &&
+                              dynamic_cast<ObservableTNLP*>(&model) == nullptr;
+  return may_have_asked ? "; if because get_curr_iterate or get_curr_violations returned false: "
+                          "those of ipminmax::ObservableTNLP answer"
+                        : "";
+}
+
 ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& problem) {
+  result.message += stop_note(*model, result);
   if (!has_iterate(result.status)) {
     print(Ipopt::J_ERROR, Ipopt::J_MAIN, log::exit_line(result));
     return application_status(result.status);
@@ -341,7 +430,9 @@ ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& p
     print(Ipopt::J_SUMMARY, Ipopt::J_TIMING_STATISTICS, log::timing(result.timing));
   }
   print(Ipopt::J_SUMMARY, Ipopt::J_MAIN, log::exit_line(result));
-  statistics = new MinMaxStatistics(result);
+  statistics = new MinMaxStatistics(
+      result, {.bound_violation = bound_violation(problem.structure(), result.v),
+               .system_seconds = system_seconds() - system_seconds_before});
   if (problem.started()) problem.finalize(solver_return(result.status), result);
   return application_status(result.status);
 }
@@ -356,10 +447,17 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
   print_options_documentation();
   print_ignored_options();
   if (Ipopt::IsNull(model)) return stop(Status::InvalidProblem, "the model is null");
-
-  TnlpProblem problem(model, player_options(*list));
-  if (auto error = problem.load(); !error.empty()) {
+  if (auto error = ipopt_library_error(*model); !error.empty()) {
     return stop(Status::InvalidProblem, std::move(error));
+  }
+
+  TnlpProblem problem(model, player_options(*list), options.hessian_approximation);
+  try {
+    if (auto error = problem.load(); !error.empty()) {
+      return stop(Status::InvalidProblem, std::move(error));
+    }
+  } catch (const Ipopt::OPTION_INVALID& error) {
+    return stop(Status::InvalidOption, error.Message());
   }
   print(Ipopt::J_WARNING, Ipopt::J_STATISTICS,
         log::problem_statistics(problem.structure(), options));
@@ -387,48 +485,80 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
 ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
   result = {};
   statistics = nullptr;
+  system_seconds_before = system_seconds();
   ApplicationReturnStatus status = Ipopt::Internal_Error;
   try {
-    set_console_level();
-    status = run();
-  } catch (...) {
-    status = report_exception();
+    try {
+      set_console_level();
+      status = run();
+    } catch (...) {
+      status = report_exception();
+    }
+    journalist->FlushBuffer();
+  } catch (const std::bad_alloc&) {  // not even for the report
+    result.status = Status::OutOfMemory;
+    status = Ipopt::Insufficient_Memory;
   }
-  journalist->FlushBuffer();
   return status;
 }
 
 // --- Public methods -------------------------------------------------------------------------------
 
-MinMaxApplication::MinMaxApplication(bool create_console_out)
-    : implementation_(std::make_unique<Implementation>(create_console_out)) {}
+MinMaxApplication::MinMaxApplication(bool create_console_out, bool create_empty)
+    : implementation_(
+          std::make_unique<Implementation>(*this, create_console_out && !create_empty)) {}
+
+MinMaxApplication::MinMaxApplication(const SmartPtr<Ipopt::RegisteredOptions>& registry,
+                                     const SmartPtr<Ipopt::OptionsList>& options,
+                                     const SmartPtr<Ipopt::Journalist>& journalist)
+    : implementation_(std::make_unique<Implementation>(*this, false)) {
+  implementation_->registry = registry;
+  implementation_->list = options;
+  implementation_->journalist = journalist;
+}
 
 MinMaxApplication::~MinMaxApplication() = default;
 
-ApplicationReturnStatus MinMaxApplication::Initialize() {
-  const std::string file_name = implementation_->string_option("option_file_name");
+SmartPtr<MinMaxApplication> MinMaxApplication::clone() const {
+  const SmartPtr<ExactOptionsList> options =
+      new ExactOptionsList(implementation_->registry, implementation_->journalist);
+  options->copy(*implementation_->list);
+  return new MinMaxApplication(implementation_->registry, Ipopt::GetRawPtr(options),
+                               implementation_->journalist);
+}
+
+void MinMaxApplication::RegisterAllIpoptOptions(
+    const SmartPtr<Ipopt::RegisteredOptions>& registry) {
+  register_options(*registry);
+}
+
+void MinMaxApplication::RegisterOptions(const SmartPtr<Ipopt::RegisteredOptions>& registry) {
+  register_options(*registry);
+}
+
+ApplicationReturnStatus MinMaxApplication::Initialize(bool allow_clobber) {
+  std::string file_name;
+  const bool is_set = implementation_->list->GetStringValue("option_file_name", file_name, "");
   implementation_->set_console_level();  // print_level may have been set by now
   if (!file_name.empty() && file_name != "ipminmax.opt") {
     implementation_->print(Ipopt::J_SUMMARY, Ipopt::J_MAIN,
                            "Using option file \"" + file_name + "\".\n\n");
   }
-  return Initialize(file_name);
+  return implementation_->initialize_from_file(file_name, allow_clobber, is_set);
 }
 
-ApplicationReturnStatus MinMaxApplication::Initialize(const std::string& options_file) {
-  std::ifstream file;
-  if (!options_file.empty()) file.open(options_file);
-  if (file.is_open()) return implementation_->initialize(file, options_file);
-  std::istringstream nothing;
-  return implementation_->initialize(nothing, options_file);
+ApplicationReturnStatus MinMaxApplication::Initialize(const std::string& options_file,
+                                                      bool allow_clobber) {
+  return implementation_->initialize_from_file(options_file, allow_clobber, true);
 }
 
-ApplicationReturnStatus MinMaxApplication::Initialize(const char* options_file) {
-  return Initialize(std::string(options_file != nullptr ? options_file : ""));
+ApplicationReturnStatus MinMaxApplication::Initialize(const char* options_file,
+                                                      bool allow_clobber) {
+  return Initialize(std::string(options_file != nullptr ? options_file : ""), allow_clobber);
 }
 
-ApplicationReturnStatus MinMaxApplication::Initialize(std::istream& options) {
-  return implementation_->initialize(options, "options");
+ApplicationReturnStatus MinMaxApplication::Initialize(std::istream& options, bool allow_clobber) {
+  return implementation_->initialize(options, "options", allow_clobber);
 }
 
 SmartPtr<Ipopt::OptionsList> MinMaxApplication::Options() { return implementation_->list; }
@@ -459,6 +589,23 @@ ApplicationReturnStatus MinMaxApplication::ReOptimizeTNLP(const SmartPtr<Ipopt::
   return implementation_->optimize();
 }
 
+ApplicationReturnStatus MinMaxApplication::OptimizeNLP(const SmartPtr<Ipopt::NLP>&) {
+  implementation_->result = {};
+  implementation_->statistics = nullptr;
+  return implementation_->stop(Status::InvalidProblem,
+                               "OptimizeNLP is not available: only a TNLP says which variables are "
+                               "whose; OptimizeTNLP takes one");
+}
+
+ApplicationReturnStatus MinMaxApplication::OptimizeNLP(const SmartPtr<Ipopt::NLP>& nlp,
+                                                       SmartPtr<Ipopt::AlgorithmBuilder>&) {
+  return OptimizeNLP(nlp);
+}
+
+ApplicationReturnStatus MinMaxApplication::ReOptimizeNLP(const SmartPtr<Ipopt::NLP>& nlp) {
+  return OptimizeNLP(nlp);
+}
+
 bool MinMaxApplication::GetCurrentIterate(Result& iterate) const {
   if (!implementation_->current) return false;
   iterate = implementation_->current->at();
@@ -469,8 +616,9 @@ bool MinMaxApplication::GetCurrentViolations(Violations& violations) const {
   if (!implementation_->current) return false;
   Implementation::Current& current = *implementation_->current;
   auto found = violations_at(current.problem, current.at(), current.options);
-  if (found) violations = std::move(*found);
-  return found.has_value();
+  if (!found || !is_finite(*found)) return false;
+  violations = std::move(*found);
+  return true;
 }
 
 const Result& MinMaxApplication::LastResult() const { return implementation_->result; }
@@ -479,14 +627,54 @@ SmartPtr<MinMaxStatistics> MinMaxApplication::Statistics() const {
   return implementation_->statistics;
 }
 
-bool MinMaxApplication::OpenOutputFile(const std::string& file_name, EJournalLevel print_level) {
-  return implementation_->open_output_file(file_name, print_level);
+bool MinMaxApplication::OpenOutputFile(const std::string& file_name, EJournalLevel print_level,
+                                       bool append) {
+  return implementation_->open_output_file(file_name, print_level, append);
 }
 
 void MinMaxApplication::PrintCopyrightMessage() { implementation_->print_banner(); }
 
-void MinMaxApplication::RethrowNonIpoptException(bool dorethrow) {
-  implementation_->rethrow = dorethrow;
+bool MinMaxApplication::RethrowNonIpoptException(bool dorethrow) {
+  return std::exchange(implementation_->rethrow, dorethrow);
+}
+
+// --- What models ask in their callback ------------------------------------------------------------
+
+bool get_current_iterate(bool scaled, Ipopt::Index n, Ipopt::Number* x, Ipopt::Number* z_L,
+                         Ipopt::Number* z_U, Ipopt::Index m, Ipopt::Number* g,
+                         Ipopt::Number* lambda) {
+  Result at;
+  if (scaled || calling == nullptr || !calling->GetCurrentIterate(at)) return false;
+  if (at.v.size() != static_cast<std::size_t>(n) ||
+      at.constraints.size() != static_cast<std::size_t>(m)) {
+    return false;
+  }
+  copy(at.v, x);
+  copy(at.z_lower, z_L);
+  copy(at.z_upper, z_U);
+  copy(at.constraints, g);
+  copy(at.lambda, lambda);
+  return true;
+}
+
+bool get_current_violations(bool scaled, Ipopt::Index n, Ipopt::Number* x_L_violation,
+                            Ipopt::Number* x_U_violation, Ipopt::Number* compl_x_L,
+                            Ipopt::Number* compl_x_U, Ipopt::Number* grad_lag_x, Ipopt::Index m,
+                            Ipopt::Number* nlp_constraint_violation, Ipopt::Number* compl_g) {
+  Violations found;
+  if (scaled || calling == nullptr || !calling->GetCurrentViolations(found)) return false;
+  if (found.lower_bound.size() != static_cast<std::size_t>(n) ||
+      found.constraint.size() != static_cast<std::size_t>(m)) {
+    return false;
+  }
+  copy(found.lower_bound, x_L_violation);
+  copy(found.upper_bound, x_U_violation);
+  copy(found.lower_complementarity, compl_x_L);
+  copy(found.upper_complementarity, compl_x_U);
+  copy(found.lagrangian_gradient, grad_lag_x);
+  copy(found.constraint, nlp_constraint_violation);
+  copy(found.constraint_complementarity, compl_g);
+  return true;
 }
 
 }  // namespace IPMINMAX_IPOPT_ABI

@@ -17,8 +17,9 @@ inline namespace IPMINMAX_IPOPT_ABI {
 /// Ipopt's IpoptApplication with a player split: porting a program is changing this type's name.
 ///
 /// The model's methods are called in Ipopt's order, finalize_metadata and finalize_solution included;
-/// ip_data and ip_cq are null, so the get_curr_* methods of Ipopt 3.14's TNLP return false;
-/// GetCurrentIterate and GetCurrentViolations here answer instead. As in Ipopt, finalize_solution is not called when the solve stops before its first iterate (invalid
+/// ip_data and ip_cq are null, so the get_curr_* methods of Ipopt 3.14's TNLP return false; those of
+/// an ObservableTNLP (minmax_tnlp.hpp), and GetCurrentIterate and GetCurrentViolations here, answer. As
+/// in Ipopt, finalize_solution is not called when the solve stops before its first iterate (invalid
 /// option, invalid problem, too few degrees of freedom).
 ///
 /// Exceptions of the model end the solve as in Ipopt: Unrecoverable_Exception for Ipopt's own types,
@@ -26,20 +27,34 @@ inline namespace IPMINMAX_IPOPT_ABI {
 /// RethrowNonIpoptException(true).
 class MinMaxApplication : public Ipopt::ReferencedObject {
  public:
-  explicit MinMaxApplication(bool create_console_out = true);
+  /// create_empty: no console either; options and journalist are there in any case.
+  explicit MinMaxApplication(bool create_console_out = true, bool create_empty = false);
+  /// Options that others have made: every option of register_options must be registered.
+  MinMaxApplication(const Ipopt::SmartPtr<Ipopt::RegisteredOptions>& registry,
+                    const Ipopt::SmartPtr<Ipopt::OptionsList>& options,
+                    const Ipopt::SmartPtr<Ipopt::Journalist>& journalist);
   ~MinMaxApplication() override;
 
   MinMaxApplication(const MinMaxApplication&) = delete;
   MinMaxApplication& operator=(const MinMaxApplication&) = delete;
 
-  /// Reads ipminmax.opt (or the file named by option_file_name) when present. Each Initialize
-  /// returns Invalid_Option when an option is unknown or has a bad value, and says which.
-  Ipopt::ApplicationReturnStatus Initialize();
-  /// Reads the given options file; "" reads none, a missing one is no error.
-  Ipopt::ApplicationReturnStatus Initialize(const std::string& options_file);
-  Ipopt::ApplicationReturnStatus Initialize(const char* options_file);
+  /// Another application with the same options, registry and journalist, and no model.
+  [[nodiscard]] Ipopt::SmartPtr<MinMaxApplication> clone() const;
+
+  /// Registers all options: the solver's, the application's and those that only Ipopt has.
+  static void RegisterAllIpoptOptions(const Ipopt::SmartPtr<Ipopt::RegisteredOptions>& registry);
+  static void RegisterOptions(const Ipopt::SmartPtr<Ipopt::RegisteredOptions>& registry);
+
+  /// Reads ipminmax.opt when present, or the file named by option_file_name, which must be there. Each
+  /// Initialize returns Invalid_Option when an option is unknown or has a bad value or the file cannot
+  /// be read, and says which. allow_clobber: whether later Set calls may change what a file sets.
+  Ipopt::ApplicationReturnStatus Initialize(bool allow_clobber = false);
+  /// Reads the given options file; "" reads none.
+  Ipopt::ApplicationReturnStatus Initialize(const std::string& options_file,
+                                            bool allow_clobber = false);
+  Ipopt::ApplicationReturnStatus Initialize(const char* options_file, bool allow_clobber = false);
   /// Reads options from the stream.
-  Ipopt::ApplicationReturnStatus Initialize(std::istream& options);
+  Ipopt::ApplicationReturnStatus Initialize(std::istream& options, bool allow_clobber = false);
 
   Ipopt::SmartPtr<Ipopt::OptionsList> Options();
   Ipopt::SmartPtr<const Ipopt::OptionsList> Options() const;
@@ -60,13 +75,20 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// anew. Throws INVALID_WARMSTART when it is another model or nothing was solved before.
   Ipopt::ApplicationReturnStatus ReOptimizeTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
 
+  /// Refused (Invalid_Problem_Definition): only a TNLP says which variables are whose.
+  Ipopt::ApplicationReturnStatus OptimizeNLP(const Ipopt::SmartPtr<Ipopt::NLP>& nlp);
+  Ipopt::ApplicationReturnStatus OptimizeNLP(const Ipopt::SmartPtr<Ipopt::NLP>& nlp,
+                                             Ipopt::SmartPtr<Ipopt::AlgorithmBuilder>& builder);
+  Ipopt::ApplicationReturnStatus ReOptimizeNLP(const Ipopt::SmartPtr<Ipopt::NLP>& nlp);
+
   /// Inside intermediate_callback: the iterate, as LastResult() would hold it if the callback stopped
   /// the solve now: v, lambda, z_lower, z_upper, constraints in the model's order and units, error
   /// (inf_du split by player), mu, counts. Evaluates objective and constraints, with fixed variables
   /// their derivatives, once per callback. False, and nothing is touched, anywhere else.
   bool GetCurrentIterate(Result& iterate) const;
   /// Inside intermediate_callback: by how much the iterate misses the first-order conditions, entry
-  /// by entry. Evaluates gradient and Jacobian. False where these are undefined, and anywhere else.
+  /// by entry. Evaluates gradient and Jacobian. False where these are undefined or not finite, and
+  /// anywhere else.
   bool GetCurrentViolations(Violations& violations) const;
 
   /// Answer of the last solve, with the certificate; after a failed Initialize its status and
@@ -75,12 +97,14 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// Statistics of the last solve; null when it stopped before its first iterate.
   [[nodiscard]] Ipopt::SmartPtr<MinMaxStatistics> Statistics() const;
 
-  /// Adds an output file; false when it cannot be opened.
-  bool OpenOutputFile(const std::string& file_name, Ipopt::EJournalLevel print_level);
+  /// Adds an output file; false when it cannot be opened. append: what it holds stays.
+  bool OpenOutputFile(const std::string& file_name, Ipopt::EJournalLevel print_level,
+                      bool append = false);
   /// Prints the banner now instead of before the first solve.
   void PrintCopyrightMessage();
-  /// Whether exceptions of the model that are not Ipopt's pass through OptimizeTNLP (default no).
-  void RethrowNonIpoptException(bool dorethrow);
+  /// Whether exceptions of the model that are not Ipopt's pass through OptimizeTNLP (default no);
+  /// bad_alloc never does, as in Ipopt. Returns what was set before.
+  bool RethrowNonIpoptException(bool dorethrow);
 
  private:
   struct Implementation;

@@ -35,6 +35,37 @@ void give_to_max(const std::vector<Index>& indices, Index size, const std::strin
 
 }  // namespace
 
+bool ObservableTNLP::get_curr_iterate([[maybe_unused]] const Ipopt::IpoptData* ip_data,
+                                      [[maybe_unused]] Ipopt::IpoptCalculatedQuantities* ip_cq,
+                                      bool scaled, Ipopt::Index n, Ipopt::Number* x,
+                                      Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m,
+                                      Ipopt::Number* g, Ipopt::Number* lambda) const {
+#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
+  if (ip_data != nullptr) {
+    return TNLP::get_curr_iterate(ip_data, ip_cq, scaled, n, x, z_L, z_U, m, g, lambda);
+  }
+#endif
+  return get_current_iterate(scaled, n, x, z_L, z_U, m, g, lambda);
+}
+
+bool ObservableTNLP::get_curr_violations([[maybe_unused]] const Ipopt::IpoptData* ip_data,
+                                         [[maybe_unused]] Ipopt::IpoptCalculatedQuantities* ip_cq,
+                                         bool scaled, Ipopt::Index n, Ipopt::Number* x_L_violation,
+                                         Ipopt::Number* x_U_violation, Ipopt::Number* compl_x_L,
+                                         Ipopt::Number* compl_x_U, Ipopt::Number* grad_lag_x,
+                                         Ipopt::Index m, Ipopt::Number* nlp_constraint_violation,
+                                         Ipopt::Number* compl_g) const {
+#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
+  if (ip_data != nullptr) {
+    return TNLP::get_curr_violations(ip_data, ip_cq, scaled, n, x_L_violation, x_U_violation,
+                                     compl_x_L, compl_x_U, grad_lag_x, m, nlp_constraint_violation,
+                                     compl_g);
+  }
+#endif
+  return get_current_violations(scaled, n, x_L_violation, x_U_violation, compl_x_L, compl_x_U,
+                                grad_lag_x, m, nlp_constraint_violation, compl_g);
+}
+
 bool MinMaxTNLP::get_constraint_players(Ipopt::Index, Player*) { return true; }
 
 SplitTNLP::SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model,

@@ -15,9 +15,41 @@ inline namespace IPMINMAX_IPOPT_ABI {
 static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Index, int>,
               "Ipminmax needs an Ipopt with double precision numbers and int indices");
 
+/// Inside a model's intermediate_callback, whichever application of this thread called it: the
+/// iterate, as MinMaxApplication::GetCurrentIterate gives it. Arrays of n: x, z_L, z_U, of m: g, lambda;
+/// each may be null. False, and nothing is touched, anywhere else, for other sizes, and for scaled:
+/// values are those of the model's units.
+[[nodiscard]] bool get_current_iterate(bool scaled, Ipopt::Index n, Ipopt::Number* x,
+                                       Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m,
+                                       Ipopt::Number* g, Ipopt::Number* lambda);
+
+/// The same of MinMaxApplication::GetCurrentViolations (core/violations.hpp); arrays of n, the last
+/// two of m, each may be null.
+[[nodiscard]] bool get_current_violations(bool scaled, Ipopt::Index n, Ipopt::Number* x_L_violation,
+                                          Ipopt::Number* x_U_violation, Ipopt::Number* compl_x_L,
+                                          Ipopt::Number* compl_x_U, Ipopt::Number* grad_lag_x,
+                                          Ipopt::Index m, Ipopt::Number* nlp_constraint_violation,
+                                          Ipopt::Number* compl_g);
+
+/// Base of models whose intermediate_callback calls get_curr_iterate and get_curr_violations, which
+/// Ipopt 3.14's TNLP has: here they answer under this library's applications too, and with Ipopt 3.11.
+/// A model that is solved by Ipopt 3.14 gets Ipopt's answer.
+class ObservableTNLP : public Ipopt::TNLP {
+ public:
+  bool get_curr_iterate(const Ipopt::IpoptData* ip_data, Ipopt::IpoptCalculatedQuantities* ip_cq,
+                        bool scaled, Ipopt::Index n, Ipopt::Number* x, Ipopt::Number* z_L,
+                        Ipopt::Number* z_U, Ipopt::Index m, Ipopt::Number* g,
+                        Ipopt::Number* lambda) const;
+  bool get_curr_violations(const Ipopt::IpoptData* ip_data, Ipopt::IpoptCalculatedQuantities* ip_cq,
+                           bool scaled, Ipopt::Index n, Ipopt::Number* x_L_violation,
+                           Ipopt::Number* x_U_violation, Ipopt::Number* compl_x_L,
+                           Ipopt::Number* compl_x_U, Ipopt::Number* grad_lag_x, Ipopt::Index m,
+                           Ipopt::Number* nlp_constraint_violation, Ipopt::Number* compl_g) const;
+};
+
 /// An Ipopt model that says who owns what. One vector of variables, one of constraints, one
 /// objective and one Hessian of the Lagrangian sigma f + lambda' g serve both players.
-class MinMaxTNLP : public Ipopt::TNLP {
+class MinMaxTNLP : public ObservableTNLP {
  public:
   /// players: n entries, all Min on entry. False stops with Invalid_Problem_Definition; so does
   /// throwing INVALID_TNLP, whose message is then reported.

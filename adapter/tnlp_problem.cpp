@@ -104,10 +104,19 @@ std::string read_players(const Ipopt::TNLP::IntegerMetaDataMapType& integers,
 
 }  // namespace
 
-TnlpProblem::TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOptions options)
-    : model_(model), options_(std::move(options)) {}
+TnlpProblem::TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOptions options,
+                         HessianApproximation hessian)
+    : model_(model), options_(std::move(options)), hessian_source_(hessian) {}
 
 std::string TnlpProblem::load() {
+  try {
+    return load_parts();
+  } catch (const Ipopt::TNLP::INVALID_TNLP& error) {
+    return error.Message();
+  }
+}
+
+std::string TnlpProblem::load_parts() {
   if (auto error = load_sizes(); !error.empty()) return error;
   load_metadata();
   if (auto error = load_bounds(); !error.empty()) return error;
@@ -173,7 +182,8 @@ std::string TnlpProblem::load_jacobian_structure() {
 std::string TnlpProblem::load_hessian_structure() {
   const Index first = index_style_ == Ipopt::TNLP::C_STYLE ? 0 : 1;
   StructureCall call("Hessian", hessian_entries_, n_, n_, first);
-  if (!model_->eval_h(n_, nullptr, false, 0.0, m_, nullptr, false, hessian_entries_,
+  if (hessian_source_ == HessianApproximation::LimitedMemory ||
+      !model_->eval_h(n_, nullptr, false, 0.0, m_, nullptr, false, hessian_entries_,
                       address(call.rows), address(call.cols), nullptr)) {
     structure_.has_hessian = false;  // what a TNLP without eval_h does
     hessian_entries_ = 0;
@@ -211,12 +221,8 @@ std::string TnlpProblem::load_nonlinear_variables() {
 
 std::string TnlpProblem::load_players() {
   auto* model = dynamic_cast<MinMaxTNLP*>(Ipopt::GetRawPtr(model_));
-  try {
-    std::string error = load_variable_players(model);
-    return error.empty() ? load_constraint_players(model) : error;
-  } catch (const Ipopt::TNLP::INVALID_TNLP& error) {
-    return error.Message();
-  }
+  std::string error = load_variable_players(model);
+  return error.empty() ? load_constraint_players(model) : error;
 }
 
 std::string TnlpProblem::load_variable_players(MinMaxTNLP* model) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "../core/options.hpp"
 #include "../core/problem.hpp"
 #include "../core/solver.hpp"
 #include "minmax_tnlp.hpp"
@@ -25,7 +26,9 @@ class TnlpProblem : public Problem {
   /// variable metadata "player" says otherwise (n entries, 0 Min, 1 Max; the same for constraints).
   /// options: what minmax_max_variables and minmax_max_constraints list; an error when the model's own
   /// players disagree.
-  explicit TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOptions options = {});
+  /// hessian: with LimitedMemory eval_h is never called, as in Ipopt.
+  explicit TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOptions options = {},
+                       HessianApproximation hessian = HessianApproximation::Unset);
 
   /// Reads everything that does not change. Returns what is wrong with it, empty when nothing is.
   /// To be called once, before anything else.
@@ -64,6 +67,7 @@ class TnlpProblem : public Problem {
   };
 
   // Each returns what is wrong, empty when nothing is.
+  [[nodiscard]] std::string load_parts();
   [[nodiscard]] std::string load_sizes();
   void load_metadata();
   [[nodiscard]] std::string load_bounds();
@@ -76,6 +80,7 @@ class TnlpProblem : public Problem {
 
   Ipopt::SmartPtr<Ipopt::TNLP> model_;
   PlayerOptions options_;
+  HessianApproximation hessian_source_;
   Index n_ = 0;
   Index m_ = 0;
   Index jacobian_entries_ = 0;

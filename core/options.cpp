@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <sstream>
 
@@ -42,12 +43,12 @@ Choice choice(Enum SolverOptions::*member, std::vector<std::string_view> names,
       [member](const SolverOptions& options) { return static_cast<std::size_t>(options.*member); }};
 }
 
-/// limited-memory is listed so that setting it is answered by check, not by a list of values.
 Choice hessian_choice() {
   using H = HessianApproximation;
   static constexpr std::array kValues{H::LimitedMemory, H::Exact, H::FiniteDifferenceValues};
   return {{"limited-memory", "exact", "finite-difference-values"},
-          {"refused: a quasi-Newton matrix has no inertia to certify with",
+          {"Ipopt's quasi-Newton matrices have no inertia to certify with: as "
+           "finite-difference-values, with a message; the model's Hessian is never asked for",
            "second derivatives of the model",
            "differences of gradient and Jacobian; also chosen when the option is not set and the "
            "model has no second derivatives"},
@@ -132,8 +133,10 @@ std::vector<OptionInfo> make_table() {
        positive(&O::nlp_scaling_max_gradient)},
       {"nlp_scaling_min_value", model, "Smallest factor of gradient-based scaling.",
        nonnegative(&O::nlp_scaling_min_value)},
-      {"obj_scaling_factor", model, "Additional factor of the objective.",
-       any(&O::obj_scaling_factor)},
+      {"obj_scaling_factor", model,
+       "Additional factor of the objective. Negative: Min maximizes and Max minimizes, see "
+       "docs/statuses.md.",
+       Number{&O::obj_scaling_factor, -kLargestScaling, kLargestScaling, false, false}},
       {"hessian_approximation", model, "Where the Hessian of the Lagrangian comes from.",
        hessian_choice()},
       {"minmax_difference_step", model,
@@ -342,6 +345,11 @@ std::vector<OptionInfo> make_table() {
        closed_upto(&O::mumps_pivtolmax, 1.0)},
       {"mumps_mem_percent", linear, "Extra workspace of MUMPS in percent of its estimate.",
        at_least(&O::mumps_mem_percent, 0)},
+      {"max_memory", linear,
+       "Memory of the process in MB (10^6 bytes) beyond which MUMPS is not started: out of memory "
+       "is then said beforehand. Limits of the address space and of the control group are kept in "
+       "any case.",
+       positive(&O::max_memory)},
       {"max_refinement_steps", linear, "Largest number of refinement steps per linear system.",
        at_least(&O::max_refinement_steps, 0)},
       {"residual_ratio_max", linear, "Residual ratio at which refinement stops.",
@@ -402,11 +410,6 @@ std::string check(const SolverOptions& options) {
   if (!(options.nlp_lower_bound_inf < options.nlp_upper_bound_inf)) {
     return "nlp_lower_bound_inf is not below nlp_upper_bound_inf";
   }
-  if (options.hessian_approximation == HessianApproximation::LimitedMemory) {
-    return "hessian_approximation = limited-memory is not available: a quasi-Newton matrix has no "
-           "inertia to certify a local minmax with; finite-difference-values needs no second "
-           "derivatives either";
-  }
   if (options.fixed_variable_treatment == FixedVariableTreatment::RelaxBounds &&
       options.bound_relax_factor == 0.0) {
     return "fixed_variable_treatment = relax_bounds needs a positive bound_relax_factor";
@@ -416,6 +419,12 @@ std::string check(const SolverOptions& options) {
     return "mu_strategy = adaptive and minmax_barrier_rule = paper exclude each other";
   }
   if (options.obj_scaling_factor == 0.0) return "obj_scaling_factor = 0 removes the objective";
+  if (!is_sane_scaling(std::abs(options.obj_scaling_factor))) {
+    std::ostringstream text;
+    text << "obj_scaling_factor = " << options.obj_scaling_factor << " is not of a size in ["
+         << kLeastScaling << ", " << kLargestScaling << "]";
+    return text.str();
+  }
   return {};
 }
 

@@ -35,7 +35,7 @@ enum class HessianApproximation : std::uint8_t {
   Unset,                   ///< exact, or differences where the model has no second derivatives
   Exact,                   ///< the model's second derivatives
   FiniteDifferenceValues,  ///< differences of the model's first derivatives
-  LimitedMemory  ///< Ipopt's; refused: a quasi-Newton matrix has no inertia to certify with
+  LimitedMemory            ///< Ipopt's; here as FiniteDifferenceValues
 };
 enum class DerivativeTest : std::uint8_t { None, FirstOrder, SecondOrder, OnlySecondOrder };
 enum class FixedVariableTreatment : std::uint8_t {
@@ -157,6 +157,7 @@ struct SolverOptions {
   double mumps_pivtol = 1e-6;
   double mumps_pivtolmax = 0.1;
   int mumps_mem_percent = 1000;
+  double max_memory = 1e20;
   int max_refinement_steps = 10;
   double residual_ratio_max = 1e-10;
   double residual_ratio_singular = 1e-5;
@@ -164,6 +165,12 @@ struct SolverOptions {
   // Certificate
   double minmax_curvature_tol = 1e-8;
 };
+
+/// Scaling factors outside are refused: products with them would leave the range of double.
+inline constexpr double kLeastScaling = 1e-20, kLargestScaling = 1e20;
+[[nodiscard]] constexpr bool is_sane_scaling(double factor) {
+  return factor >= kLeastScaling && factor <= kLargestScaling;
+}
 
 /// One row of the option table.
 struct OptionInfo {

@@ -89,6 +89,10 @@ struct KktError {
   double dual_max = 0.0;         ///< in the Max variables
   double complementarity = 0.0;  ///< of bounds and inequalities
   double total = 0.0;
+  // The same in the solver's scaling, both players' dual errors together.
+  double scaled_primal = 0.0;
+  double scaled_dual = 0.0;
+  double scaled_complementarity = 0.0;
 };
 
 /// Seconds spent, by stage.
@@ -137,6 +141,10 @@ struct Result {
   std::vector<double> z_upper;      ///< n
   std::vector<double> constraints;  ///< m, values g(v)
   double objective = 0.0;
+  /// Factor of the objective inside the solve: obj_scaling_factor times that of nlp_scaling_method.
+  /// Negative: f is maximized over x and minimized over y, a local minmax is one of -f, and the
+  /// multipliers of bounds have the opposite signs: <= 0 for Min variables, >= 0 for Max variables.
+  double objective_scale = 1.0;
   KktError error;
   double mu = 0.0;  ///< last barrier parameter
   Index iterations = 0;

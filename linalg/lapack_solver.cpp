@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "linalg/lapack_solver.hpp"
+#include "linalg/memory_limit.hpp"
 
 // Rook pivoting: the factor L is bounded, so a block of D that is rounding counts as an eigenvalue zero.
 // With partial pivoting L may be huge beside a tiny block of D, whose sign then matters.
@@ -68,6 +69,7 @@ Analysis LapackSolver::analyze(const SymmetricMatrix& matrix, std::span<const st
   Analysis analysis{false, Ordering::Amd, static_cast<std::int64_t>(n * (n + 1.0) / 2.0),
                     n * n * n / 3.0};
   const auto size = as_size(dimension_);
+  if (!blas_has_memory()) return analysis;
   try {
     dense_.resize(size * size);
     scale_.resize(size);

@@ -1,23 +1,55 @@
 #pragma once
 
+#include <pthread.h>
+
 #include <array>
 #include <cstdlib>
 #include <mutex>
+#include <new>
 
 namespace ipminmax {
 
 /// Held around every call of MUMPS and METIS: MUMPS is not thread-safe, and both draw from rand().
 /// A thread may hold it several times: Ipopt's whole solve is such a call, and its model may solve.
+/// A fork waits for it, so that the child finds it as free as its own thread left it.
 class LibraryLock {
  public:
-  LibraryLock() : lock_(mutex()) {}
+  LibraryLock() {
+    mutex().lock();
+    ++depth();
+  }
+  ~LibraryLock() {
+    --depth();
+    mutex().unlock();
+  }
+  LibraryLock(const LibraryLock&) = delete;
+  LibraryLock& operator=(const LibraryLock&) = delete;
 
  private:
-  static std::recursive_mutex& mutex() {
-    static std::recursive_mutex process_wide;
+  using Mutex = std::recursive_mutex;
+
+  static Mutex& mutex() {
+    static Mutex& process_wide = []() -> Mutex& {
+      pthread_atfork([] { LibraryLock::mutex().lock(); }, [] { LibraryLock::mutex().unlock(); },
+                     after_fork);
+      return *new (storage()) Mutex;
+    }();
     return process_wide;
   }
-  std::lock_guard<std::recursive_mutex> lock_;
+  static void* storage() {
+    alignas(Mutex) static std::array<unsigned char, sizeof(Mutex)> bytes;
+    return bytes.data();
+  }
+  /// How often this thread holds it.
+  static int& depth() {
+    static thread_local int times = 0;
+    return times;
+  }
+  /// In the child. The thread has a new id there, under which it cannot unlock the parent's mutex.
+  static void after_fork() {
+    auto* fresh = new (storage()) Mutex;
+    for (int i = 0; i < depth(); ++i) fresh->lock();
+  }
 };
 
 /// Lends METIS and PORD a freshly seeded rand(), so that orderings are reproducible, and gives the

@@ -9,12 +9,18 @@
 #include <utility>
 
 #include "linalg/library_lock.hpp"
+#include "linalg/memory_limit.hpp"
 #include "linalg/mumps_solver.hpp"
 #include "linalg/ordering.hpp"
 
 namespace ipminmax {
 
 namespace {
+
+/// Of one analysis: the entries twice and some arrays of length n; measured, with room to spare.
+double analysis_bytes(const SymmetricMatrix& matrix) {
+  return 60.0 * matrix.nonzeros() + 300.0 * matrix.dimension();
+}
 
 static_assert(std::is_same_v<MUMPS_INT, Index>, "MUMPS must be built with 32-bit integers");
 
@@ -24,6 +30,10 @@ std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
 enum Job { kInitialize = -1, kTerminate = -2, kAnalyze = 1, kFactorize = 2, kSolve = 3 };
 constexpr int kSingular = -10;
 constexpr int kOutOfMemory = -13;
+/// ICNTL(14) of the analysis, on which its estimates rest, and the least of a factorization.
+constexpr Index kLeastPercent = 20;
+/// Where less is needed (bytes) no limit is asked for: MUMPS calls are as short as the question.
+constexpr double kWorthAsking = 16e6;
 constexpr bool wants_more_workspace(int status) { return status == -8 || status == -9; }
 
 /// Above so many times worthwhile_flops PORD and METIS, each as slow as several factorizations, pay
@@ -57,8 +67,9 @@ struct MumpsSolver::Instance {
     icntl(8) = 77;                              // scaling chosen by MUMPS
     icntl(10) = 0;                              // no refinement
     icntl(12) = 1;                              // usual ordering, not the matching's
-    icntl(13) = 1;                              // no ScaLAPACK at the root: exact inertia
-    icntl(24) = 1;                              // null pivots are detected and counted
+    icntl(14) = kLeastPercent;
+    icntl(13) = 1;    // no ScaLAPACK at the root: exact inertia
+    icntl(24) = 1;    // null pivots are detected and counted
     cntl(3) = 1e-12;  // a null pivot, rows being scaled to about 1; found by trial
   }
   ~Instance() { run(kTerminate); }
@@ -156,6 +167,7 @@ Analysis MumpsSolver::analyze(const SymmetricMatrix& matrix, std::span<const std
   memory_percent_ = options_.mumps_memory_percent;
   dimension_ = matrix.dimension();
   const Ordering wanted = options_.ordering;
+  if (dimension_ != 0 && !(blas_has_memory() && has_memory_for(analysis_bytes(matrix)))) return {};
   if (dimension_ == 0) {
     return {true, wanted == Ordering::Best ? Ordering::Amd : wanted, 0, 0.0};
   }
@@ -194,20 +206,31 @@ std::unique_ptr<SymmetricSolver> MumpsSolver::same_analysis(const SymmetricMatri
   return other->analysis_.ok ? std::move(other) : nullptr;
 }
 
+/// Bytes of a factorization with ICNTL(14) = percent: the analysis's INFOG(16), in MB, of which the
+/// workspace grows in proportion.
+double MumpsSolver::factorization_bytes(Index percent) const {
+  return 1e6 * instance_->infog(16) * (100.0 + percent) / (100.0 + kLeastPercent);
+}
+
+/// MUMPS may end the process when it cannot allocate, so it is asked for nothing that is not there.
+bool MumpsSolver::has_memory_for(double bytes) const {
+  return bytes < kWorthAsking || bytes <= available_memory(options_.max_memory);
+}
+
 /// INFOG(1) of the factorization. Retries with more workspace when that was too small, and once
 /// with little when the generous default could not be allocated.
 int MumpsSolver::factorize_with_enough_memory() {
   constexpr Index kMaxPercent = 1'000'000;
-  constexpr Index kMinPercent = 20;
-  bool economize = memory_percent_ > kMinPercent;
+  bool economize = memory_percent_ > kLeastPercent;
   for (;;) {
+    const bool fits = has_memory_for(factorization_bytes(memory_percent_));
     instance_->icntl(14) = memory_percent_;
-    const int status = instance_->run(kFactorize);
+    const int status = fits ? instance_->run(kFactorize) : kOutOfMemory;
     if (status == kOutOfMemory && economize) {
       economize = false;
-      memory_percent_ = kMinPercent;
+      memory_percent_ = kLeastPercent;
     } else if (wants_more_workspace(status) && memory_percent_ < kMaxPercent) {
-      memory_percent_ = std::max(kMinPercent, 2 * memory_percent_);
+      memory_percent_ = std::max(kLeastPercent, 2 * memory_percent_);
     } else {
       return status;
     }

@@ -40,6 +40,8 @@ class MumpsSolver final : public SymmetricSolver {
   Analysis analyze_given(Ordering name, std::vector<Index> order);
   Analysis best_analysis(const SymmetricMatrix& matrix);
   [[nodiscard]] int factorize_with_enough_memory();
+  [[nodiscard]] double factorization_bytes(Index percent) const;
+  [[nodiscard]] bool has_memory_for(double bytes) const;
 
   SymmetricSolverOptions options_;
   double pivot_tolerance_;

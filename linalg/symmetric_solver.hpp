@@ -44,7 +44,8 @@ struct SymmetricSolverOptions {
   double mumps_pivot_tolerance = 1e-6;
   double mumps_pivot_tolerance_max = 0.1;
   Index mumps_memory_percent =
-      1000;  ///< extra workspace, percent of the estimate (MUMPS ICNTL(14))
+      1000;                  ///< extra workspace, percent of the estimate (MUMPS ICNTL(14))
+  double max_memory = 1e26;  ///< bytes of the process beyond which MUMPS is not started
   friend bool operator==(const SymmetricSolverOptions&, const SymmetricSolverOptions&) = default;
 };
 

@@ -22,7 +22,8 @@ SymmetricSolverOptions solver_options(const SolverOptions& options) {
           .ldlt_gamma = options.minmax_ldlt_gamma,
           .mumps_pivot_tolerance = options.mumps_pivtol,
           .mumps_pivot_tolerance_max = options.mumps_pivtolmax,
-          .mumps_memory_percent = options.mumps_mem_percent};
+          .mumps_memory_percent = options.mumps_mem_percent,
+          .max_memory = 1e6 * options.max_memory};
 }
 
 template <class Vector>

@@ -95,13 +95,15 @@ std::string CanonicalProblem::validate() {
   if (s.constraint_lower.size() != at(m) || s.constraint_upper.size() != at(m)) {
     return "the bounds of the constraints do not have one entry per constraint";
   }
-  const auto bad_bounds = [](double lower, double upper) -> std::string {
+  const auto bad_bounds = [&](double lower, double upper) -> std::string {
     if (std::isnan(lower) || std::isnan(upper)) return " has a bound that is NaN";
     if (lower > upper) {
       return " has inconsistent bounds: lower " + number(lower) + " above upper " + number(upper);
     }
-    if (lower == kInfinity) return " has the lower bound +infinity";
-    if (upper == -kInfinity) return " has the upper bound -infinity";
+    if (lower >= options_.nlp_upper_bound_inf || upper <= options_.nlp_lower_bound_inf) {
+      return lower > 0.0 ? " has the lower bound " + number(lower) + ", which means +infinity"
+                         : " has the upper bound " + number(upper) + ", which means -infinity";
+    }
     return {};
   };
   for (Index i = 0; i < n; ++i) {
@@ -347,9 +349,12 @@ std::string CanonicalProblem::scale(const std::optional<GradientScaling>& kept) 
 std::string CanonicalProblem::user_scaling() {
   UserScaling scaling;
   if (!problem_.user_scaling(scaling)) return {};
-  const auto usable = [](double factor) { return std::isfinite(factor) && factor > 0.0; };
-  if (!std::isfinite(scaling.objective) || scaling.objective == 0.0) {
-    return "the model's scaling factor of the objective is zero or not finite";
+  const auto error_of = [](const std::string& of_what, double factor) {
+    return "the model's scaling factor of " + of_what + " is " + number(factor) + ", not in [" +
+           number(kLeastScaling) + ", " + number(kLargestScaling) + "]";
+  };
+  if (!is_sane_scaling(std::abs(scaling.objective))) {
+    return error_of("the objective", scaling.objective);
   }
   const auto fits = [](const std::vector<double>& factors, std::size_t size) {
     return factors.empty() || factors.size() == size;
@@ -360,16 +365,14 @@ std::string CanonicalProblem::user_scaling() {
   }
   objective_scale_ *= scaling.objective;
   for (std::size_t i = 0; i < scaling.variables.size(); ++i) {
-    if (!usable(scaling.variables[i])) {
-      return "the model's scaling factor of " + variable_name(static_cast<Index>(i)) +
-             " is not a positive number";
+    if (!is_sane_scaling(scaling.variables[i])) {
+      return error_of(variable_name(static_cast<Index>(i)), scaling.variables[i]);
     }
     if (variable_of_model_[i] >= 0) col_scale_[at(variable_of_model_[i])] = scaling.variables[i];
   }
   for (std::size_t j = 0; j < scaling.constraints.size(); ++j) {
-    if (!usable(scaling.constraints[j])) {
-      return "the model's scaling factor of " + constraint_name(static_cast<Index>(j)) +
-             " is not a positive number";
+    if (!is_sane_scaling(scaling.constraints[j])) {
+      return error_of(constraint_name(static_cast<Index>(j)), scaling.constraints[j]);
     }
     if (constraint_of_model_[j] >= 0) {
       row_scale_[at(constraint_of_model_[j])] = scaling.constraints[j];

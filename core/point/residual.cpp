@@ -79,7 +79,11 @@ BarrierError barrier_error(const CanonicalProblem& canonical, const Iterate& ite
 KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
                    const Evaluation& evaluation, const Eigen::VectorXd& dual, double s_max) {
   KktError error;
-  error.total = barrier_error(canonical, iterate, evaluation, dual, 0.0, s_max).scaled;
+  const BarrierError scaled = barrier_error(canonical, iterate, evaluation, dual, 0.0, s_max);
+  error.total = scaled.scaled;
+  error.scaled_primal = scaled.primal;
+  error.scaled_dual = std::max(scaled.dual_min, scaled.dual_max);
+  error.scaled_complementarity = scaled.complementarity;
   const double f_scale = std::abs(canonical.objective_scale());
   for (Index j = 0; j < canonical.constraints(); ++j) {
     error.primal =

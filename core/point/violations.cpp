@@ -43,7 +43,9 @@ std::optional<Violations> violations_at(Problem& problem, const Result& point,
     if (below) found.constraint[j] = std::max(lower - g, 0.0);
     if (above) found.constraint[j] = std::max(found.constraint[j], g - upper);
     const double lambda = point.lambda[j];
-    const bool presses_up = (lambda > 0.0) == (s.constraint_players[j] == Player::Min);
+    const bool minimized =
+        (s.constraint_players[j] == Player::Min) == (point.objective_scale > 0.0);
+    const bool presses_up = (lambda > 0.0) == minimized;
     double& product = found.constraint_complementarity[j];
     if (lower == upper || lambda == 0.0) continue;
     if (presses_up && above) product = (upper - g) * lambda;

@@ -34,11 +34,13 @@ Rank rank_of(const Result& result) {
     return std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
   };
   const Certificate& found = result.certificate;
+  // With a negative factor Min maximizes.
+  const double objective = result.objective_scale < 0.0 ? -result.objective : result.objective;
   if (result.v.empty()) return {6, 0, 0.0};
-  if (found.kind == PointKind::LocalMinmax) return {1, 0, number(result.objective)};
+  if (found.kind == PointKind::LocalMinmax) return {1, 0, number(objective)};
   if (found.second_order == SecondOrder::Violated) return {4, 0, number(result.error.total)};
   if (is_success(result.status)) {
-    return {2, found.inner == found.inner_expected ? 0 : 1, number(result.objective)};
+    return {2, found.inner == found.inner_expected ? 0 : 1, number(objective)};
   }
   if (found.kind == PointKind::InfeasiblePoint) return {5, 0, number(result.error.primal)};
   return {3, 0, number(result.error.total)};
@@ -332,7 +334,12 @@ MultistartResult Multistart::collect() {
     }
   }
   certified_.clear();
-  if (options_.minmax_worst_case_starts > 0 && !maximization_) check_worst_cases(answer);
+  // A negative factor of the objective makes the inner player minimize.
+  const bool mirrored =
+      !answer.points.empty() && answer.points.front().result.objective_scale < 0.0;
+  if (options_.minmax_worst_case_starts > 0 && !maximization_ && !mirrored) {
+    check_worst_cases(answer);
+  }
   choose_best(answer);
   return answer;
 }

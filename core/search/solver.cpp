@@ -198,6 +198,7 @@ Result Solver::run() {
       if (status && !start_elsewhere(*status)) return finish(*status);
     }
   } catch (const std::bad_alloc&) {
+    if (nested_) throw;  // the whole solve is out of memory, not its restoration
     result_.message = "out of memory";
     return finish(Status::OutOfMemory);
   }
@@ -697,6 +698,7 @@ void Solver::describe(const Iterate& iterate, const KktError& error, Result& res
   canonical_.restore(iterate, result);
   result.error = error;
   result.mu = info_.mu;
+  result.objective_scale = canonical_.objective_scale();
   result.iterations = info_.iteration;
   if (result.certificate.second_order == SecondOrder::NotTested) {
     result.certificate.kind = error.primal <= options_.constr_viol_tol ? PointKind::FeasiblePoint
@@ -779,7 +781,8 @@ Result solve_keeping(Problem& problem, const SolverOptions& options, const Solve
           "finite-difference-values takes differences of first derivatives";
       return result;
     }
-    if (approximation == HessianApproximation::FiniteDifferenceValues || !has_hessian) {
+    if (approximation == HessianApproximation::FiniteDifferenceValues ||
+        approximation == HessianApproximation::LimitedMemory || !has_hessian) {
       return solve_with_differences(problem, options, observer, kept);
     }
   }

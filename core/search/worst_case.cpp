@@ -168,7 +168,8 @@ WorstCaseCheck check_worst_case(Problem& problem, std::span<const double> v,
 
 void add_worst_case(Problem& problem, const SolverOptions& options, Result& result,
                     const MultistartObserver& observer) {
-  if (options.minmax_worst_case_starts == 0 || result.v.empty() ||
+  // A negative factor of the objective makes the inner player minimize: no maxima to look for.
+  if (options.minmax_worst_case_starts == 0 || result.v.empty() || result.objective_scale < 0.0 ||
       !std::ranges::all_of(result.v, [](double value) { return std::isfinite(value); })) {
     return;
   }

@@ -109,15 +109,27 @@ TEST(NoSecondDerivatives, ExactIsAnErrorWhenItWasSet) {
   EXPECT_EQ(app->OptimizeTNLP(split(new Model)), Ipopt::Solve_Succeeded);
 }
 
-TEST(NoSecondDerivatives, LimitedMemoryIsRefusedByName) {
-  const SmartPtr<Model> model = new Model;
-  const SmartPtr<MinMaxApplication> app = new MinMaxApplication(false);
-  EXPECT_TRUE(app->Options()->SetStringValue("hessian_approximation", "limited-memory"));
-  EXPECT_EQ(app->Initialize(""), Ipopt::Invalid_Option);
-  EXPECT_EQ(app->OptimizeTNLP(split(model)), Ipopt::Invalid_Option);
-  EXPECT_TRUE(contains(app->LastResult().message, "finite-difference-values"));
-  EXPECT_TRUE(contains(app->LastResult().message, "inertia"));
-  EXPECT_TRUE(model->calls.empty());
+/// Also of a model whose structure of the Hessian is empty because nobody should ask for it.
+TEST(NoSecondDerivatives, LimitedMemoryMeansDifferencesAndNeverCallsEvalH) {
+  for (const bool game : {false, true}) {
+    const SmartPtr<Model> model = new Model;
+    const SmartPtr<MinMaxApplication> app = new MinMaxApplication;
+    testing::internal::CaptureStdout();
+    app->Options()->SetStringValue("hessian_approximation", "limited-memory");
+    ASSERT_EQ(app->Initialize(""), Ipopt::Solve_Succeeded);
+    const SmartPtr<Ipopt::TNLP> plain = Ipopt::GetRawPtr(model);
+    if (!game) {  // concave in variable 1: with bounds only
+      app->Options()->SetStringValue("minmax_max_variables", "");
+    }
+    const auto status = app->OptimizeTNLP(game ? split(model) : plain);
+    app->Jnlst()->FlushBuffer();
+    const std::string text = testing::internal::GetCapturedStdout();
+    EXPECT_EQ(status, Ipopt::Solve_Succeeded) << text;
+    EXPECT_TRUE(contains(text, "limited-memory means finite-difference-values")) << text;
+    EXPECT_TRUE(contains(text, "finite differences, error estimate")) << text;
+    EXPECT_TRUE(app->LastResult().certificate.finite_differences);
+    EXPECT_EQ(model->count("eval_h structure") + model->count("eval_h"), 0);
+  }
 }
 
 TEST(NoSecondDerivatives, DifferencesMayBeChosen) {

@@ -209,8 +209,7 @@ TEST(IpoptOnlyOptions, AtIpoptsDefaultSayNothing) {
 }
 
 TEST(IpoptOnlyOptions, ThatChangeTheQuestionAreRefused) {
-  for (const auto& [name, value] : Settings{{"hessian_approximation", "limited-memory"},
-                                            {"jacobian_approximation", "finite-difference-values"},
+  for (const auto& [name, value] : Settings{{"jacobian_approximation", "finite-difference-values"},
                                             {"nlp_scaling_obj_target_gradient", "1"},
                                             {"warm_start_entire_iterate", "yes"}}) {
     const Solved result = run({{name, value}});

@@ -2,9 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <IpJournalist.hpp>
+#include <clocale>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <limits>
+#include <locale>
 #include <sstream>
 
 #include "adapter/application_options.hpp"
@@ -184,8 +188,105 @@ TEST_F(OptionFile, IsReadWhenNamedByAnOption) {
 }
 
 TEST_F(OptionFile, AStringLiteralIsAFileName) {
-  EXPECT_EQ(app->Initialize("no such file.opt"), Ipopt::Solve_Succeeded);
-  EXPECT_EQ(max_iter(), 3000);
+  EXPECT_EQ(app->Initialize("no such file.opt"), Ipopt::Invalid_Option);
+  EXPECT_EQ(app->LastResult().message, "the options file \"no such file.opt\" cannot be opened");
+}
+
+TEST_F(OptionFile, MayOnlyBeMissingWhenNobodyNamedIt) {
+  EXPECT_EQ(app->Initialize(), Ipopt::Solve_Succeeded);  // no ipminmax.opt here
+  EXPECT_EQ(app->Initialize(""), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(app->Initialize(std::string()), Ipopt::Solve_Succeeded);
+  app->Options()->SetStringValue("option_file_name", "");
+  EXPECT_EQ(app->Initialize(), Ipopt::Solve_Succeeded);
+  app->Options()->SetStringValue("option_file_name", name);
+  EXPECT_EQ(app->Initialize(), Ipopt::Invalid_Option);
+  EXPECT_EQ(app->LastResult().message, "the options file \"" + name + "\" cannot be opened");
+}
+
+TEST_F(OptionFile, IsNoFolder) {
+  EXPECT_EQ(app->Initialize(testing::TempDir()), Ipopt::Invalid_Option);
+  EXPECT_EQ(app->LastResult().message, testing::TempDir() + " cannot be read");
+}
+
+TEST_F(OptionFile, MayBeOverriddenWhereThatIsAllowed) {
+  write("max_iter 11\n");
+  EXPECT_EQ(app->Initialize(name, true), Ipopt::Solve_Succeeded);
+  app->Options()->SetIntegerValue("max_iter", 12);
+  EXPECT_EQ(max_iter(), 12);
+  const SmartPtr<MinMaxApplication> strict = new MinMaxApplication(false);
+  EXPECT_EQ(strict->Initialize(name), Ipopt::Solve_Succeeded);
+  strict->Options()->SetIntegerValue("max_iter", 12);
+  Ipopt::Index value = 0;
+  strict->Options()->GetIntegerValue("max_iter", value, "");
+  EXPECT_EQ(value, 11);
+}
+
+TEST_F(OptionFile, NumbersKeepAllDigits) {
+  const double number = 123456789.0 + 1.0 / 3.0;
+  app->Options()->SetNumericValue("diverging_iterates_tol", number);
+  double value = 0.0;
+  ASSERT_TRUE(app->Options()->GetNumericValue("diverging_iterates_tol", value, ""));
+  EXPECT_EQ(value, number);
+  write("tol 1.23456789012345678e-9\nmu_init 1.5d-03\n");
+  ASSERT_EQ(app->Initialize(name), Ipopt::Solve_Succeeded);
+  app->Options()->GetNumericValue("tol", value, "");
+  EXPECT_EQ(value, 1.23456789012345678e-9);
+  app->Options()->GetNumericValue("mu_init", value, "");
+  EXPECT_EQ(value, 1.5e-3);
+  const SmartPtr<MinMaxApplication> other = app->clone();
+  other->Options()->GetNumericValue("diverging_iterates_tol", value, "");
+  EXPECT_EQ(value, number);
+  // What a file has set stays.
+  app->Options()->SetNumericValue("tol", 2e-9);
+  app->Options()->GetNumericValue("tol", value, "");
+  EXPECT_EQ(value, 1.23456789012345678e-9);
+}
+
+/// A locale with a decimal comma, as of the C library where one can be made, and of streams.
+class CommaLocale {
+ public:
+  CommaLocale() : before_(std::locale::global(std::locale(std::locale::classic(), new Comma))) {
+    const std::string folder = testing::TempDir() + "ipminmax_locales";
+    std::filesystem::create_directories(folder);
+    const std::string make = "localedef -i de_DE -f UTF-8 " + folder + "/de_DE.UTF-8 2>/dev/null";
+    static_cast<void>(std::system(make.c_str()));
+    setenv("LOCPATH", folder.c_str(), 1);
+    of_the_library = std::setlocale(LC_ALL, "de_DE.UTF-8") != nullptr;
+  }
+  ~CommaLocale() {
+    std::setlocale(LC_ALL, "C");
+    unsetenv("LOCPATH");
+    std::locale::global(before_);
+  }
+  bool of_the_library = false;
+
+ private:
+  struct Comma : std::numpunct<char> {
+    [[nodiscard]] char do_decimal_point() const override { return ','; }
+    [[nodiscard]] char do_thousands_sep() const override { return '.'; }
+    [[nodiscard]] std::string do_grouping() const override { return "\3"; }
+  };
+  std::locale before_;
+};
+
+TEST_F(OptionFile, HasDecimalPointsInEveryLocale) {
+  const CommaLocale locale;
+  RecordProperty("locale_of_the_library", locale.of_the_library ? "yes" : "no");
+  write("tol 1.5e-09\nmax_iter 1234\n");
+  ASSERT_EQ(app->Initialize(name), Ipopt::Solve_Succeeded) << app->LastResult().message;
+  double value = 0.0;
+  app->Options()->GetNumericValue("tol", value, "");
+  EXPECT_EQ(value, 1.5e-9);
+  app->Options()->SetNumericValue("mu_init", 0.0625);
+  app->Options()->GetNumericValue("mu_init", value, "");
+  EXPECT_EQ(value, 0.0625);
+  EXPECT_EQ(max_iter(), 1234);
+  const SmartPtr<MinMaxApplication> other = new MinMaxApplication(false);
+  write("tau_min 1.5\n");
+  EXPECT_EQ(other->Initialize(name), Ipopt::Invalid_Option);
+  EXPECT_EQ(other->LastResult().message, name + ", line 1: tau_min = 1.5 is not in (0, 1)");
+  const SmartPtr<Model> model = new Model;
+  EXPECT_EQ(app->OptimizeTNLP(new SplitTNLP(GetRawPtr(model), {1})), Ipopt::Solve_Succeeded);
 }
 
 TEST_F(OptionFile, ErrorsAreInvalidOption) {

@@ -714,11 +714,13 @@ TEST(SolveWithDifferences, IsAnErrorWhereExactDerivativesWereAskedFor) {
   EXPECT_EQ(solve(problem, options).status, Status::Solved);
 }
 
-TEST(SolveWithDifferences, RefusesLimitedMemory) {
+TEST(SolveWithDifferences, IsWhatLimitedMemoryMeans) {
   AutodiffProblem problem(game(), {0.0, 1.0});
   SolverOptions options;
   options.hessian_approximation = HessianApproximation::LimitedMemory;
-  EXPECT_EQ(solve(problem, options).status, Status::InvalidOption);
+  const Result result = solve(problem, options);
+  EXPECT_EQ(result.status, Status::Solved);
+  EXPECT_TRUE(result.certificate.finite_differences);
 }
 
 /// The true curvature of y is kappa; the model's gradient carries noise that the differences

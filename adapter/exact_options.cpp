@@ -1,0 +1,54 @@
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+
+#include "adapter/exact_options.hpp"
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+namespace {
+
+/// What the list makes of a number: %g, in the C locale of the moment.
+double as_listed(double value) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), "%g", value);
+  return std::strtod(text.data(), nullptr);
+}
+
+std::string lower_case(std::string text) {
+  std::ranges::transform(text, text.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return text;
+}
+
+}  // namespace
+
+bool ExactOptionsList::SetNumericValue(const std::string& tag, Ipopt::Number value,
+                                       bool allow_clobber, bool dont_print) {
+  if (!Ipopt::OptionsList::SetNumericValue(tag, value, allow_clobber, dont_print)) return false;
+  // True also where an earlier value that must not be overwritten stays.
+  Ipopt::Number rounded = 0.0;
+  if (Ipopt::OptionsList::GetNumericValue(tag, rounded, "") && rounded == as_listed(value)) {
+    exact_[lower_case(tag)] = {value, rounded};
+  }
+  return true;
+}
+
+void ExactOptionsList::copy(const Ipopt::OptionsList& other) {
+  static_cast<Ipopt::OptionsList&>(*this) = other;
+  const auto* exact = dynamic_cast<const ExactOptionsList*>(&other);
+  exact_ = exact != nullptr ? exact->exact_ : std::map<std::string, Exact>{};
+}
+
+bool ExactOptionsList::GetNumericValue(const std::string& tag, Ipopt::Number& value,
+                                       const std::string& prefix) const {
+  if (!Ipopt::OptionsList::GetNumericValue(tag, value, prefix)) return false;
+  const auto found = exact_.find(lower_case(prefix + tag));
+  if (found != exact_.end() && found->second.rounded == value) value = found->second.value;
+  return true;
+}
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

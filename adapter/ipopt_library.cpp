@@ -1,0 +1,82 @@
+#include <dlfcn.h>
+#include <link.h>
+
+#include <algorithm>
+#include <array>
+#include <climits>
+#include <cstdlib>
+#include <string_view>
+
+#include "adapter/ipopt_library.hpp"
+#include "adapter/minmax_tnlp.hpp"
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+namespace {
+
+/// Real path of a loaded file, itself where there is none.
+std::string real_path(const char* name) {
+  std::array<char, PATH_MAX> path{};
+  return realpath(name, path.data()) != nullptr ? path.data() : name;
+}
+
+std::vector<std::string> loaded_ipopt_libraries() {
+  std::vector<std::string> paths;
+  dl_iterate_phdr(
+      [](dl_phdr_info* info, std::size_t, void* data) {
+        const std::string_view name = info->dlpi_name;
+        if (name.substr(name.rfind('/') + 1).starts_with("libipopt.")) {
+          static_cast<std::vector<std::string>*>(data)->push_back(real_path(info->dlpi_name));
+        }
+        return 0;
+      },
+      &paths);
+  std::ranges::sort(paths);
+  paths.erase(std::ranges::unique(paths).begin(), paths.end());
+  return paths;
+}
+
+/// GetIpoptCurrentIterate came with Ipopt 3.14. It is looked for in the library itself: one that
+/// depends on libipopt may have a function of that name, too.
+bool is_from_3_14_on(const std::string& path) {
+  void* library = dlopen(path.c_str(), RTLD_LAZY | RTLD_NOLOAD);
+  if (library == nullptr) return IPMINMAX_IPOPT_AT_LEAST(3, 14);
+  Dl_info found{};
+  void* function = dlsym(library, "GetIpoptCurrentIterate");
+  const bool has = function != nullptr && dladdr(function, &found) != 0 &&
+                   found.dli_fname != nullptr && real_path(found.dli_fname) == path;
+  dlclose(library);
+  return has;
+}
+
+}  // namespace
+
+std::string ipopt_library_error(const std::vector<std::string>& paths,
+                                bool (*has_iterate_queries)(const std::string& path)) {
+  const std::string built = std::to_string(IPOPT_VERSION_MAJOR) + "." +
+                            std::to_string(IPOPT_VERSION_MINOR) + "." +
+                            std::to_string(IPOPT_VERSION_RELEASE);
+  if (paths.size() > 1) {
+    std::string list;
+    for (const std::string& path : paths) list += (list.empty() ? "" : ", ") + path;
+    return "several Ipopt libraries are loaded (" + list + "), and Ipminmax was built with Ipopt " +
+           built + ": a model compiled against another version cannot be called";
+  }
+  for (const std::string& path : paths) {
+    const bool later = has_iterate_queries(path);
+    if (later == IPMINMAX_IPOPT_AT_LEAST(3, 14)) continue;
+    return path + " is of Ipopt " + (later ? "3.14 or later" : "3.13 or earlier") +
+           ", and Ipminmax was built with Ipopt " + built;
+  }
+  return {};
+}
+
+std::string ipopt_library_error(const Ipopt::TNLP& model) {
+  const bool linked_against_us = dynamic_cast<const MinMaxTNLP*>(&model) != nullptr &&
+                                 dynamic_cast<const SplitTNLP*>(&model) == nullptr;
+  if (linked_against_us) return {};
+  return ipopt_library_error(loaded_ipopt_libraries(), is_from_3_14_on);
+}
+
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax

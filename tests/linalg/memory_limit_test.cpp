@@ -1,0 +1,159 @@
+// Limits of memory are kept before MUMPS and BLAS are called, which end the process or try for ever
+// where they cannot allocate; and a fork finds the lock of these libraries free.
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <optional>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "linalg/lapack_solver.hpp"
+#include "linalg/library_lock.hpp"
+#include "linalg/memory_limit.hpp"
+#include "linalg/mumps_solver.hpp"
+#include "test_matrices.hpp"
+
+namespace ipminmax {
+namespace {
+
+double mapped_bytes() {
+  double pages = 0.0;
+  std::FILE* file = std::fopen("/proc/self/statm", "r");
+  const int read = std::fscanf(file, "%lf", &pages);
+  std::fclose(file);
+  return read == 1 ? pages * static_cast<double>(sysconf(_SC_PAGESIZE)) : 0.0;
+}
+
+void limit_address_space(double further_bytes) {
+  const auto bytes = static_cast<rlim_t>(mapped_bytes() + further_bytes);
+  const rlimit limit{bytes, bytes};
+  setrlimit(RLIMIT_AS, &limit);
+}
+
+/// Laplacian of a cube with side^3 unknowns, lower triangle.
+SymmetricMatrix cube(Index side) {
+  test::MatrixBuilder builder(side * side * side);
+  const auto at = [&](Index i, Index j, Index k) { return (i * side + j) * side + k; };
+  for (Index i = 0; i < side; ++i) {
+    for (Index j = 0; j < side; ++j) {
+      for (Index k = 0; k < side; ++k) {
+        builder.add(at(i, j, k), at(i, j, k), 6.5);
+        if (i > 0) builder.add(at(i, j, k), at(i - 1, j, k), -1.0);
+        if (j > 0) builder.add(at(i, j, k), at(i, j - 1, k), -1.0);
+        if (k > 0) builder.add(at(i, j, k), at(i, j, k - 1), -1.0);
+      }
+    }
+  }
+  return builder.build();
+}
+
+FactorizationStatus factorize(const SymmetricMatrix& matrix, double max_memory) {
+  SymmetricSolverOptions options;
+  options.ordering = Ordering::Amd;
+  options.max_memory = max_memory;
+  MumpsSolver solver(options);
+  if (!solver.analyze(matrix, {}).ok) return FactorizationStatus::OutOfMemory;
+  return solver.factorize(matrix).status;
+}
+
+/// Without the reservation OpenBLAS tries for ever. First, because a process that has called BLAS has
+/// its buffer.
+TEST(MemoryLimit, OfTheAddressSpaceIsKeptByLapack) {
+  EXPECT_EXIT(
+      {
+        alarm(20);
+        limit_address_space(1e7);
+        LapackSolver solver;
+        std::_Exit(solver.analyze(cube(3), {}).ok ? 1 : 0);
+      },
+      testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(
+      {
+        alarm(20);
+        limit_address_space(1e9);
+        LapackSolver solver;
+        const SymmetricMatrix matrix = cube(3);
+        const bool ok = solver.analyze(matrix, {}).ok &&
+                        solver.factorize(matrix).status == FactorizationStatus::Ok;
+        std::_Exit(ok ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "");
+}
+
+TEST(AvailableMemory, IsTheLeastOfTheLimits) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(available_memory(1.0), 0.0);
+  EXPECT_LE(available_memory(1e12), 1e12);
+  EXPECT_GT(available_memory(1e12), 0.0);
+  EXPECT_EXIT(
+      {
+        limit_address_space(1e8);
+        const double left = available_memory(kInfinity);
+        std::_Exit(left > 0.5e8 && left <= 1.001e8 ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "");
+}
+
+TEST(MemoryLimit, OfTheOptionIsKeptByMumps) {
+  const SymmetricMatrix matrix = cube(30);
+  EXPECT_EQ(factorize(matrix, 1e26), FactorizationStatus::Ok);
+  EXPECT_EQ(factorize(matrix, 2e6), FactorizationStatus::OutOfMemory);
+  EXPECT_EQ(factorize(cube(3), 2e6), FactorizationStatus::Ok);  // nothing to speak of
+}
+
+/// Without the estimate MUMPS ends the process.
+TEST(MemoryLimit, OfTheAddressSpaceIsKeptByMumps) {
+  const SymmetricMatrix matrix = cube(30);
+  EXPECT_EXIT(
+      {
+        alarm(60);
+        if (!blas_has_memory()) std::_Exit(2);
+        limit_address_space(4e7);
+        std::_Exit(factorize(matrix, 1e26) == FactorizationStatus::OutOfMemory ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "");
+}
+
+/// A child is forked while another thread holds the lock, and while its own thread does.
+TEST(LibraryLock, IsFreeInAForkedChild) {
+  std::atomic<bool> done{false};
+  std::thread busy([&] {
+    while (!done) {
+      {
+        const LibraryLock lock;
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      }
+      std::this_thread::yield();
+    }
+  });
+  for (int k = 0; k < 20; ++k) {
+    std::optional<LibraryLock> held;
+    if (k % 4 == 3) held.emplace();
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      alarm(10);
+      { const LibraryLock again; }
+      held.reset();
+      std::thread other([] { const LibraryLock of_another_thread; });
+      other.join();
+      std::_Exit(0);
+    }
+    held.reset();
+    int status = -1;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status)) << "fork " << k << ": signal " << WTERMSIG(status);
+  }
+  done = true;
+  busy.join();
+}
+
+}  // namespace
+}  // namespace ipminmax
