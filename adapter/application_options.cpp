@@ -330,6 +330,11 @@ const std::vector<ApplicationOption>& application_option_table() {
       {"minmax_max_constraints", players,
        "Constraints given to Max besides those that depend on a variable of Max, listed alike.",
        Name{""}},
+      {"minmax_min_constraints", players,
+       "Constraints given to Min although they depend on a variable of Max, listed alike: they "
+       "must "
+       "hold for every value of it (robust constraints).",
+       Name{""}},
       {"option_file_name", miscellaneous, "Name of the options file; empty: none.",
        Name{"ipminmax.opt"}},
   };

@@ -112,6 +112,9 @@ PlayerOptions take_player_options(std::vector<OptionSetting>& settings) {
     if (setting.first == "minmax_max_constraints") {
       return players.max_constraints = setting.second, true;
     }
+    if (setting.first == "minmax_min_constraints") {
+      return players.min_constraints = setting.second, true;
+    }
     return false;
   });
   return players;

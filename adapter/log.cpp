@@ -303,6 +303,32 @@ std::string multistart_summary(const MultistartResult& result) {
   return text;
 }
 
+std::string robust_summary(const RobustResult& result, const ProblemStructure& structure) {
+  constexpr std::size_t kMostRows = 50;
+  std::string text = format("\nRobust constraints: %zu worst cases, %d solves",
+                            result.worst_cases.size(), result.solves);
+  if (result.maximizations > 0) {
+    text += format(", %d maximizations over y, largest violation found %.2e", result.maximizations,
+                   result.largest_violation);
+  }
+  text += format("\n\n%-24s %24s %16s\n", "constraint", "value", "multiplier");
+  for (std::size_t k = 0; k < std::min(kMostRows, result.worst_cases.size()); ++k) {
+    const RobustWorstCase& found = result.worst_cases[k];
+    const auto j = static_cast<std::size_t>(found.constraint);
+    std::string name = "constraint " + std::to_string(found.constraint);
+    if (j >= structure.constraint_players.size()) {
+      name = "f";
+    } else if (j < structure.constraint_names.size() && !structure.constraint_names[j].empty()) {
+      name = structure.constraint_names[j];
+    }
+    text += format("%-24s %24.16e %16.8e\n", name.c_str(), found.value, found.multiplier);
+  }
+  if (result.worst_cases.size() > kMostRows) {
+    text += format("... and %zu more\n", result.worst_cases.size() - kMostRows);
+  }
+  return text;
+}
+
 std::string summary(const Result& result) {
   const KktError& error = result.error;
   std::string text = format("\nNumber of Iterations....: %d\n\n", result.iterations);

@@ -7,6 +7,7 @@
 #include "../core/options.hpp"
 #include "../core/problem.hpp"
 #include "../core/result.hpp"
+#include "../core/robust.hpp"
 #include "../core/solver.hpp"
 
 /// The texts of the console log, in Ipopt's layout. Plain ASCII; every text ends with a line end.
@@ -59,6 +60,11 @@ namespace ipminmax::log {
 
 /// Distinct certified points, smallest local minmax value first, and how often each status occurred.
 [[nodiscard]] std::string multistart_summary(const MultistartResult& result);
+
+/// The worst cases of robust constraints: constraint, its value there, multiplier, and how far the
+/// search over y has come.
+[[nodiscard]] std::string robust_summary(const RobustResult& result,
+                                         const ProblemStructure& structure);
 
 /// Objective and errors at the returned point, then the certificate.
 [[nodiscard]] std::string summary(const Result& result);

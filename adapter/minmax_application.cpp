@@ -26,6 +26,7 @@
 #include "adapter/status.hpp"
 #include "adapter/tnlp_problem.hpp"
 #include "core/multistart.hpp"
+#include "core/robust.hpp"
 #include "core/solver.hpp"
 #include "core/worst_case.hpp"
 
@@ -105,6 +106,12 @@ double bound_violation(const ProblemStructure& structure, const std::vector<doub
   return largest;
 }
 
+/// Whether constraints, or f, are to hold for every y.
+bool is_robust(const ProblemStructure& structure, const SolverOptions& options) {
+  return options.minmax_epigraph ||
+         (options.minmax_robust_constraints && has_robust_constraints(structure));
+}
+
 }  // namespace
 
 struct MinMaxApplication::Implementation {
@@ -151,6 +158,7 @@ struct MinMaxApplication::Implementation {
                                const IterationInfo& info);
   [[nodiscard]] SolveObserver observer_of(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] Result solve_from_many_starts(TnlpProblem& problem, const SolverOptions& options);
+  [[nodiscard]] Result solve_for_every_y(TnlpProblem& problem, const SolverOptions& options);
   void look_for_worst_case(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] ApplicationReturnStatus stop(Status status, std::string message);
   [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem);
@@ -398,6 +406,19 @@ Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& pr
   return std::move(found.best);
 }
 
+Result MinMaxApplication::Implementation::solve_for_every_y(TnlpProblem& problem,
+                                                            const SolverOptions& options) {
+  if (options.minmax_starts > 1) {
+    print(Ipopt::J_WARNING, Ipopt::J_MAIN,
+          "Option minmax_starts does not apply to robust constraints: one start of x is made.\n");
+  }
+  RobustResult found = solve_robust(problem, options, observer_of(problem, options));
+  if (has_iterate(found.result.status)) {
+    print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::robust_summary(found, problem.structure()));
+  }
+  return std::move(found.result);
+}
+
 void MinMaxApplication::Implementation::look_for_worst_case(TnlpProblem& problem,
                                                             const SolverOptions& options) {
   if (!is_success(result.status) && result.status != Status::NoLocalMinmaxFound) return;
@@ -466,10 +487,14 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
       print(Ipopt::J_SUMMARY, Ipopt::J_NLP,
             log::derivative_test(test_derivatives(problem, options), problem.structure()));
     }
-    result = options.minmax_starts > 1
-                 ? solve_from_many_starts(problem, options)
-                 : solver.solve(problem, options, observer_of(problem, options));
-    if (options.minmax_starts <= 1) look_for_worst_case(problem, options);
+    if (is_robust(problem.structure(), options)) {
+      result = solve_for_every_y(problem, options);
+    } else if (options.minmax_starts > 1) {
+      result = solve_from_many_starts(problem, options);
+    } else {
+      result = solver.solve(problem, options, observer_of(problem, options));
+      look_for_worst_case(problem, options);
+    }
   } catch (...) {
     const ApplicationReturnStatus status = report_exception();
     if (problem.started()) {

@@ -119,6 +119,7 @@ PlayerOptions player_options(const Ipopt::OptionsList& list) {
   PlayerOptions options;
   list.GetStringValue("minmax_max_variables", options.max_variables, "");
   list.GetStringValue("minmax_max_constraints", options.max_constraints, "");
+  list.GetStringValue("minmax_min_constraints", options.min_constraints, "");
   return options;
 }
 
@@ -141,6 +142,23 @@ std::string apply_player_option(std::string_view option, std::string_view list,
     }
   }
   players = std::move(listed);
+  return {};
+}
+
+std::string apply_min_constraints(const PlayerOptions& options, const ListedItems& items,
+                                  std::vector<Player>& players) {
+  std::vector<Index> to_min, to_max;
+  const std::string error = read_index_list(options.min_constraints, items, to_min);
+  if (!error.empty()) return "option minmax_min_constraints: " + error;
+  if (to_min.empty()) return {};
+  static_cast<void>(read_index_list(options.max_constraints, items, to_max));
+  for (const Index j : to_min) {
+    if (std::ranges::binary_search(to_max, j)) {
+      return "options minmax_min_constraints and minmax_max_constraints both list " +
+             description(j, items);
+    }
+    players[static_cast<std::size_t>(j)] = Player::Min;
+  }
   return {};
 }
 

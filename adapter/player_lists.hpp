@@ -9,8 +9,8 @@
 #include "../core/problem.hpp"
 #include "ipopt_version.hpp"
 
-/// Options minmax_max_variables and minmax_max_constraints: who is Max, for programs that can only
-/// pass options.
+/// Options minmax_max_variables, minmax_max_constraints and minmax_min_constraints: who is Max, and
+/// which constraints are robust, for programs that can only pass options.
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
@@ -29,10 +29,11 @@ struct ListedItems {
 [[nodiscard]] std::string read_index_list(std::string_view list, const ListedItems& items,
                                           std::vector<Index>& indices);
 
-/// Values of the two options; empty: not set.
+/// Values of the options; empty: not set.
 struct PlayerOptions {
   std::string max_variables;
   std::string max_constraints;
+  std::string min_constraints{};
 };
 [[nodiscard]] PlayerOptions player_options(const Ipopt::OptionsList& list);
 
@@ -49,6 +50,13 @@ struct StatedPlayers {
 [[nodiscard]] std::string apply_player_option(std::string_view option, std::string_view list,
                                               const ListedItems& items, const StatedPlayers& stated,
                                               std::vector<Player>& players);
+
+/// Gives the constraints that minmax_min_constraints lists to Min: those that read Max variables
+/// become robust. players: count, in and out. Returns what is wrong, a constraint that
+/// minmax_max_constraints lists too among that; empty when nothing is.
+[[nodiscard]] std::string apply_min_constraints(const PlayerOptions& options,
+                                                const ListedItems& items,
+                                                std::vector<Player>& players);
 
 }  // namespace IPMINMAX_IPOPT_ABI
 }  // namespace ipminmax

@@ -253,8 +253,10 @@ std::string TnlpProblem::load_constraint_players(MinMaxTNLP* model) {
     error = "get_constraint_players returned false";
   }
   if (!error.empty()) return error;
-  return apply_player_option("minmax_max_constraints", options_.max_constraints,
-                             {"constraint", m_, &structure_.constraint_names}, stated, players);
+  const ListedItems items{"constraint", m_, &structure_.constraint_names};
+  error = apply_player_option("minmax_max_constraints", options_.max_constraints, items, stated,
+                              players);
+  return error.empty() ? apply_min_constraints(options_, items, players) : error;
 }
 
 bool TnlpProblem::starting_point(StartingPoint& start) {

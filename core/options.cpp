@@ -69,6 +69,7 @@ std::vector<OptionInfo> make_table() {
   const std::string_view barrier = "Barrier Parameter";
   const std::string_view method = "Minmax Method";
   const std::string_view multistart = "Multistart";
+  const std::string_view robust = "Robust Constraints";
   const std::string_view shifts = "Hessian and Jacobian Shifts";
   const std::string_view linear = "Linear Solver";
   return {
@@ -281,6 +282,10 @@ std::vector<OptionInfo> make_table() {
        "no "
        "local minmax; 0 for none. Problems without Max variables are never restarted.",
        Integer{&O::minmax_max_restarts, 0, 1000000}},
+      {"minmax_robust_constraints", method,
+       "Whether a constraint given to Min explicitly may read Max variables: it must then hold for "
+       "every y, and Max tries to violate it. no: such a constraint is an error.",
+       Flag{&O::minmax_robust_constraints}},
 
       {"minmax_starts", multistart,
        "Number of starting points: the model's, then random ones; the best point is returned.",
@@ -298,6 +303,20 @@ std::vector<OptionInfo> make_table() {
        "Maximizations over y, x held, from as many starts, that look for a worst case above the "
        "answer's; a multistart ranks its points by what they find and goes on from it. 0: none.",
        at_least(&O::minmax_worst_case_starts, 0)},
+
+      {"minmax_robust_copies", robust,
+       "Whether each robust constraint gets copies of its own of the Max variables that it shares "
+       "with f or with other constraints.",
+       Flag{&O::minmax_robust_copies}},
+      {"minmax_epigraph", robust,
+       "Whether f is treated as a robust constraint too, min t with f(x, y) <= t for every y: the "
+       "answer minimizes the largest of the local worst cases met, kinks included.",
+       Flag{&O::minmax_epigraph}},
+      {"minmax_worst_case_tol", robust,
+       "Violation of a robust constraint, relative to the range of values that it was seen to "
+       "take, "
+       "from which a maximum over y becomes another worst case (with minmax_worst_case_starts).",
+       positive(&O::minmax_worst_case_tol)},
 
       {"first_hessian_perturbation", shifts, "First shift tried.",
        positive(&O::first_hessian_perturbation)},

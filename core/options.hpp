@@ -131,6 +131,7 @@ struct SolverOptions {
   bool minmax_residual_watchdog = false;
   bool minmax_pure_newton = false;
   int minmax_max_restarts = 20;
+  bool minmax_robust_constraints = true;
 
   // Multistart; solve makes one start whatever these say, see multistart.hpp
   int minmax_starts = 1;
@@ -138,6 +139,11 @@ struct SolverOptions {
   double minmax_start_radius = 10.0;
   double minmax_distinct_tol = 1e-4;
   int minmax_worst_case_starts = 0;
+
+  // Robust constraints, see robust.hpp; solve takes the model as it is
+  bool minmax_robust_copies = true;
+  bool minmax_epigraph = false;
+  double minmax_worst_case_tol = 1e-7;
 
   // Hessian and Jacobian shifts
   double first_hessian_perturbation = 1e-4;

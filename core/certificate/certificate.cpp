@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/certificate/certificate.hpp"
+#include "core/certificate/robust_rows.hpp"
 #include "core/point/merit.hpp"
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
@@ -33,7 +34,9 @@ struct BoundClasses {
   Index weak_min = 0, weak_max = 0;
 };
 
-BoundClasses classify(const CanonicalProblem& canonical, const Iterate& iterate) {
+/// held: variables that the test keeps where they are, with curvature of their own.
+BoundClasses classify(const CanonicalProblem& canonical, const Iterate& iterate,
+                      const std::vector<Index>& held) {
   BoundClasses classes;
   const Index n = canonical.variables();
   classes.active.assign(static_cast<std::size_t>(n), false);
@@ -41,6 +44,7 @@ BoundClasses classify(const CanonicalProblem& canonical, const Iterate& iterate)
   for (const IndexRange slacks : {canonical.x_slacks(), canonical.y_slacks()}) {
     for (Index i = slacks.begin; i < slacks.end; ++i) classes.with_weak[i] = kInactiveCurvature;
   }
+  for (const Index i : held) classes.with_weak[i] += 1.0;
   classes.without_weak = classes.with_weak;
   const auto add = [&](Index i, double distance, double multiplier) {
     const double ratio = multiplier / distance;
@@ -283,7 +287,8 @@ Certificate certify(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& 
                     const Evaluation& evaluation, double mu, const SolverOptions& options) {
   Certificate certificate;
   kkt.require_certain_inertia(true);
-  const BoundClasses classes = classify(canonical, iterate);
+  const std::vector<Index> idle = idle_copies(canonical, iterate, evaluation);
+  const BoundClasses classes = classify(canonical, iterate, idle);
   certificate.weakly_active_min = classes.weak_min;
   certificate.weakly_active_max = classes.weak_max;
   certificate.inner_expected = kkt.layout().expected_inner();
@@ -316,14 +321,19 @@ Certificate certify(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& 
     if (confirmed && !clear) {
       clear = was_clear;
       // So little curvature may be due to the distance to the solution (f = x^2 + y^3 + x y).
-      confirmed = refine(canonical, kkt, mu, point) &&
-                  second_order(canonical, kkt, classify(canonical, point.iterate), point.evaluation,
-                               error, options, certificate, clear) == SecondOrder::Satisfied;
+      confirmed =
+          refine(canonical, kkt, mu, point) &&
+          second_order(canonical, kkt, classify(canonical, point.iterate, idle), point.evaluation,
+                       error, options, certificate, clear) == SecondOrder::Satisfied;
     }
     if (!confirmed) {
       certificate.second_order = SecondOrder::Undecided;
       certificate.margin = 0.0;
     }
+  }
+  if (certificate.second_order == SecondOrder::Satisfied) {
+    certificate.second_order = test_robust_rows(canonical, kkt, iterate, evaluation);
+    if (certificate.second_order != SecondOrder::Satisfied) certificate.margin = 0.0;
   }
   if (certificate.second_order == SecondOrder::Satisfied) {
     // Inertias right with curvature taken away are right without.

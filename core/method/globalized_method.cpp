@@ -4,6 +4,7 @@
 
 #include "core/method/barrier.hpp"
 #include "core/method/globalized_method.hpp"
+#include "core/model/initial_point.hpp"
 #include "core/method/restoration.hpp"
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
@@ -518,6 +519,7 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
       trial_.iterate.lambda.lpNorm<Eigen::Infinity>() > options_.constr_mult_init_max) {
     trial_.iterate.lambda.setZero();
   }
+  start_robust_multipliers(canonical_, trial_.iterate);
   if (!evaluate_derivatives(trial_)) return Status::EvaluationFailed;
   std::swap(point, trial_);
   forget_direction();

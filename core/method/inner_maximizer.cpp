@@ -37,6 +37,30 @@ InnerMaximizer::InnerMaximizer(CanonicalProblem& canonical, KktSystem& kkt,
   gradient_ = start_v_ = rhs_.v;
   corrected_c_ = rhs_.lambda;
   filter_.reserve(kFilterPairs);
+  if (canonical.robust_constraints().empty()) return;
+  const auto jacobian = canonical.jacobian();
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    const auto [row, col] = jacobian[k];
+    if (canonical.owned_by_max(col) && canonical.min_constraints().contains(row)) {
+      robust_entries_.push_back(k);
+    }
+  }
+}
+
+double InnerMaximizer::value(const Point& point, double mu) const {
+  double value = barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu);
+  for (const Index j : canonical_.robust_constraints()) {
+    value += point.iterate.lambda[j] * point.evaluation.c[j];
+  }
+  return value;
+}
+
+void InnerMaximizer::value_gradient(const Point& point, double mu) {
+  barrier_gradient(canonical_, point, mu, gradient_);
+  for (const std::size_t k : robust_entries_) {
+    const auto [row, col] = canonical_.jacobian()[k];
+    gradient_[col] += point.iterate.lambda[row] * point.evaluation.jacobian[k];
+  }
 }
 
 bool InnerMaximizer::direction(const Point& point, double mu, InnerDirection& out) {
@@ -64,7 +88,7 @@ bool InnerMaximizer::solve(const Point& point, double mu, InnerDirection& out) {
   out.mu = mu;
   if (!kkt_.solve_inner(point.evaluation, rhs_, out.step)) return false;
   // q = grad f_b' p + p'Hp/2 with H p = -grad f_b - J'(lambda + dlambda) and J p = -c.
-  barrier_gradient(canonical_, point, mu, gradient_);
+  value_gradient(point, mu);
   const Index n = canonical_.variables() - canonical_.y().begin;
   const Index m = canonical_.max_constraints().size();
   out.gain =
@@ -95,7 +119,7 @@ bool InnerMaximizer::evaluate_merit(Point& trial, double mu, Merit& merit) {
     return false;
   }
   merit.theta = violation(trial.evaluation.c, canonical_.max_constraints());
-  merit.phi = -barrier_objective(canonical_, trial.iterate.v, trial.evaluation.f, mu);
+  merit.phi = -value(trial, mu);
   return true;
 }
 
@@ -124,7 +148,7 @@ bool InnerMaximizer::search(Point& point, double mu, InnerDirection& direction) 
   if (length > longest) alpha.primal = std::min(alpha.primal, longest / length);
 
   const Merit from{violation(point.evaluation.c, canonical_.max_constraints()),
-                   -barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu)};
+                   -value(point, mu)};
   const Index n = canonical_.variables() - canonical_.y().begin;
   const double slope = -gradient_.tail(n).dot(d.v.tail(n));
   const double smallest = std::max(filter_.smallest_step(from, slope), 1e-12);
@@ -182,11 +206,11 @@ bool InnerMaximizer::escape(Point& point, double mu, InnerDirection& direction) 
   w.lambda.setZero();
   w.z_lower.setZero();
   w.z_upper.setZero();
-  barrier_gradient(canonical_, point, mu, gradient_);
+  value_gradient(point, mu);
   if (gradient_.tail(n).dot(w.v.tail(n)) < 0.0) w.v.tail(n) = -w.v.tail(n);
   const double length = 0.1 * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
   const Merit from{violation(point.evaluation.c, canonical_.max_constraints()),
-                   -barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu)};
+                   -value(point, mu)};
   trial_.evaluation = point.evaluation;
   for (double t = length; t > 1e-6 * length && !limit_.expired(); t *= 0.5) {
     for (const double sign : {1.0, -1.0}) {
@@ -248,8 +272,8 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
       if (!escape(point, mu, out)) return Outcome::NotFound;
     } else if (!search(point, mu, out)) {
       // Rounding: a step predicted to gain nothing visible ends the search.
-      const double value = barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu);
-      const bool rounding = unshifted && std::abs(out.gain) <= 1e-9 * (1.0 + std::abs(value)) &&
+      const double here = value(point, mu);
+      const bool rounding = unshifted && std::abs(out.gain) <= 1e-9 * (1.0 + std::abs(here)) &&
                             theta <= std::max(feasible_theta, target);
       return rounding ? Outcome::Maximum : Outcome::NotFound;
     }

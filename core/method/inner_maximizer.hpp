@@ -17,7 +17,9 @@ struct InnerDirection {
 };
 
 /// Maximizes the barrier objective over (y, s_y) at fixed x: Newton steps from K_yy alone, filter
-/// on (violation of the Max constraints, minus value), second-order correction.
+/// on (violation of the Max constraints, minus value), second-order correction. Robust constraints,
+/// which Max tries to violate, enter the value as lambda_r' c_r with lambda_r held, so that a copy of
+/// y that belongs to one of them maximizes it whether Min satisfies it or not.
 class InnerMaximizer {
  public:
   InnerMaximizer(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
@@ -57,6 +59,8 @@ class InnerMaximizer {
   [[nodiscard]] bool search(Point& point, double mu, InnerDirection& direction);
   [[nodiscard]] bool escape(Point& point, double mu, InnerDirection& direction);
   [[nodiscard]] bool evaluate_merit(Point& trial, double mu, Merit& merit);
+  [[nodiscard]] double value(const Point& point, double mu) const;
+  void value_gradient(const Point& point, double mu);
   [[nodiscard]] bool evaluate_derivatives(Point& point);
   void move(const Point& from, const Step& step, double alpha_primal, double alpha_dual, double mu,
             Point& to) const;
@@ -70,7 +74,8 @@ class InnerMaximizer {
   Point trial_;
   NewtonResidual rhs_;
   Step correction_step_;
-  Eigen::VectorXd gradient_;
+  Eigen::VectorXd gradient_;     ///< of value
+  std::vector<std::size_t> robust_entries_;  ///< of the Jacobian: robust constraints in y
   Eigen::VectorXd corrected_c_;  ///< right-hand side of second-order corrections
   Eigen::VectorXd start_v_;      ///< where maximize began
 };

@@ -122,11 +122,7 @@ std::string CanonicalProblem::validate() {
            << col << ", outside " << m << " constraints and " << n << " variables (0-based)";
       return text.str();
     }
-    if (s.constraint_players[at(row)] == Player::Min &&
-        s.variable_players[at(col)] == Player::Max) {
-      return constraint_name(row) + " belongs to the Min player but depends on the Max player's " +
-             variable_name(col);
-    }
+    if (auto error = check_robust(s.jacobian[k]); !error.empty()) return error;
   }
   for (std::size_t k = 0; k < s.hessian.size(); ++k) {
     const auto [row, col] = s.hessian[k];
@@ -138,6 +134,22 @@ std::string CanonicalProblem::validate() {
     }
   }
   return {};
+}
+
+/// What is wrong with a Jacobian entry of Min's constraint in Max's variable, if anything.
+std::string CanonicalProblem::check_robust(Triplet entry) const {
+  const ProblemStructure& s = structure_;
+  if (s.constraint_players[at(entry.row)] != Player::Min ||
+      s.variable_players[at(entry.col)] != Player::Max) {
+    return {};
+  }
+  const bool equality = s.constraint_lower[at(entry.row)] == s.constraint_upper[at(entry.row)];
+  if (options_.minmax_robust_constraints && !equality) return {};
+  std::string text = constraint_name(entry.row) +
+                     " belongs to the Min player but depends on the Max player's " +
+                     variable_name(entry.col);
+  if (equality) text += ", and an equality cannot hold for every value of it";
+  return text;
 }
 
 std::string CanonicalProblem::index_variables() {
@@ -264,11 +276,21 @@ void CanonicalProblem::map_entries() {
     hessian_.push_back({std::max(row, col), std::min(row, col)});
     hessian_source_.push_back(static_cast<Index>(k));
   }
+  list_robust_constraints();
   model_g_.assign(s.constraint_players.size(), 0.0);
   model_lambda_.assign(s.constraint_players.size(), 0.0);
   model_gradient_.assign(s.variable_players.size(), 0.0);
   model_jacobian_.assign(s.jacobian.size(), 0.0);
   model_hessian_.assign(s.hessian.size(), 0.0);
+}
+
+void CanonicalProblem::list_robust_constraints() {
+  for (const auto [row, col] : jacobian_) {
+    if (owned_by_max(col) && min_constraints_.contains(row)) robust_constraints_.push_back(row);
+  }
+  std::ranges::sort(robust_constraints_);
+  const auto rest = std::ranges::unique(robust_constraints_);
+  robust_constraints_.erase(rest.begin(), rest.end());
 }
 
 std::string CanonicalProblem::read_start() {

@@ -83,6 +83,10 @@ class CanonicalProblem {
   /// Slack variable of each constraint, -1 for an equality.
   [[nodiscard]] std::span<const Index> slack_of_constraint() const { return slack_of_constraint_; }
 
+  /// Constraints of Min that read Max variables: they must hold for every y, so Max tries to violate
+  /// them. Inequalities all; ascending.
+  [[nodiscard]] std::span<const Index> robust_constraints() const { return robust_constraints_; }
+
   /// Patterns without the slacks' entries (which are -1): row = constraint, col = variable.
   [[nodiscard]] std::span<const Triplet> jacobian() const { return jacobian_; }
   [[nodiscard]] std::span<const Triplet> hessian() const { return hessian_; }
@@ -139,6 +143,8 @@ class CanonicalProblem {
 
  private:
   [[nodiscard]] std::string validate();
+  [[nodiscard]] std::string check_robust(Triplet entry) const;
+  void list_robust_constraints();
   [[nodiscard]] std::string index_variables();
   void index_constraints();
   void map_entries();
@@ -207,6 +213,7 @@ class CanonicalProblem {
   std::vector<Index> model_constraint_;     ///< -1 where a variable is fixed by the constraint
   std::vector<Index> fixing_variable_;      ///< canonical variable of such a constraint, else -1
   std::vector<Index> slack_of_constraint_;
+  std::vector<Index> robust_constraints_;
   std::vector<Index> lower_bounded_, upper_bounded_;
   Eigen::VectorXd lower_, upper_, damping_;
   Eigen::VectorXd right_hand_side_;  ///< of equalities, scaled; 0 for inequalities

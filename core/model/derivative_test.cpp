@@ -133,7 +133,7 @@ class DerivativeTester {
     entry.crosses_players = entry.constraint >= 0 && entry.second_variable < 0 &&
                             structure_.constraint_players[at(entry.constraint)] == Player::Min &&
                             structure_.variable_players[at(entry.variable)] == Player::Max &&
-                            (in_structure || wrong);
+                            (in_structure ? !options_.minmax_robust_constraints : wrong);
     const bool second = entry.second_variable >= 0;
     if (in_structure || wrong) ++(second ? report_.second_tested : report_.first_tested);
     if (wrong) ++(second ? report_.second_wrong : report_.first_wrong);

@@ -24,4 +24,11 @@ void start_bound_multipliers(const CanonicalProblem& canonical, const SolverOpti
   }
 }
 
+void start_robust_multipliers(const CanonicalProblem& canonical, Iterate& start) {
+  for (const Index j : canonical.robust_constraints()) {
+    const Index slack = canonical.slack_of_constraint()[static_cast<std::size_t>(j)];
+    start.lambda[j] = start.z_upper[slack] - start.z_lower[slack];
+  }
+}
+
 }  // namespace ipminmax

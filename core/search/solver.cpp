@@ -303,6 +303,7 @@ std::optional<Status> Solver::evaluate_start(const SolverOptions& options) {
       point_.iterate.lambda.setZero();
     }
   }
+  if (!options.warm_start_init_point) start_robust_multipliers(canonical_, point_.iterate);
   status =
       canonical_.second_derivatives(point_.iterate.v, point_.iterate.lambda, point_.evaluation);
   if (status != EvaluationStatus::Ok) return evaluation_failure(status, where);

@@ -120,13 +120,14 @@ TEST(Application, AWrongModelIsAnInvalidProblem) {
   EXPECT_TRUE(IsNull(app->Statistics()));
 }
 
-TEST(Application, AMinConstraintWithAMaxVariableIsInvalid) {
+TEST(Application, AMinConstraintWithAMaxVariableIsInvalidWhereForbidden) {
   const SmartPtr<Model> model = new Model;
   model->variable_integers["player"] = {0, 1, 0};
   model->variable_strings["idx_names"] = {"thrust", "wind", "mass"};
   model->constraint_strings["idx_names"] = {"budget", "drift"};
   model->constraint_integers["player"] = {0, 0};
   const auto app = silent_application();
+  app->Options()->SetStringValue("minmax_robust_constraints", "no");
   EXPECT_EQ(app->OptimizeTNLP(GetRawPtr(model)), Ipopt::Invalid_Problem_Definition);
   EXPECT_NE(app->LastResult().message.find("drift"), std::string::npos)
       << app->LastResult().message;

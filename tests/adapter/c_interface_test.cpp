@@ -211,10 +211,15 @@ TEST(CInterface, ConstraintPlayersAreUsed) {
   Arguments arguments;
   arguments.constraint_players = {IPMINMAX_MIN, IPMINMAX_MAX};
   EXPECT_EQ(solve(arguments.create(), model).status, IPMINMAX_SOLVE_SUCCEEDED);
-  arguments.constraint_players = {IPMINMAX_MIN, IPMINMAX_MIN};  // g1 reads y
-  const auto problem = arguments.create();
-  EXPECT_EQ(solve(problem, model).status, IPMINMAX_INVALID_PROBLEM_DEFINITION);
-  EXPECT_FALSE(message(problem).empty());
+  arguments.constraint_players = {IPMINMAX_MIN, IPMINMAX_MIN};  // g1 reads y: for every y
+  const auto robust = arguments.create();
+  const Answer answer = solve(robust, model);
+  EXPECT_EQ(answer.status, IPMINMAX_SOLVE_SUCCEEDED);
+  EXPECT_NEAR(answer.x[0], 1.0, 1e-6);
+  const auto forbidden = arguments.create();
+  ASSERT_EQ(IpminmaxAddStrOption(forbidden.get(), "minmax_robust_constraints", "no"), 1);
+  EXPECT_EQ(solve(forbidden, model).status, IPMINMAX_INVALID_PROBLEM_DEFINITION);
+  EXPECT_FALSE(message(forbidden).empty());
 }
 
 // --- Hock-Schittkowski 71 as a minimization, in C callbacks of its own ---------------------------

@@ -145,6 +145,37 @@ TEST(PlayerOption, AWrongListIsAnInvalidProblem) {
             "variables");
 }
 
+TEST(PlayerOption, ConstraintsOfMinThatReadMaxHoldForEveryY) {
+  // y - x0 <= 4 for every y in [-5, 5]: x0 >= 1, while f's own y stays at 3/2 x0.
+  for (const int starts : {0, 5}) {
+    const SmartPtr<Model> model = new Model;
+    const SmartPtr<MinMaxApplication> app = new MinMaxApplication(false);
+    app->Options()->SetStringValue("minmax_max_variables", "1");
+    app->Options()->SetStringValue("minmax_min_constraints", "1");
+    app->Options()->SetIntegerValue("minmax_worst_case_starts", starts);
+    ASSERT_EQ(app->Initialize(""), Ipopt::Solve_Succeeded);
+    ASSERT_EQ(app->OptimizeTNLP(GetRawPtr(model)), Ipopt::Solve_Succeeded);
+    ASSERT_EQ(model->final.x.size(), 3U);
+    EXPECT_NEAR(model->final.x[0], 1.0, 1e-6);
+    EXPECT_NEAR(model->final.x[1], 1.5, 1e-5);
+    EXPECT_NEAR(model->final.x[2], 0.0, 1e-6);
+    EXPECT_NEAR(model->final.objective, 4.25, 1e-5);
+    EXPECT_EQ(model->final.z_lower.size(), 3U);
+    EXPECT_GT(app->LastResult().lambda[1], 1.0);
+  }
+}
+
+TEST(PlayerOption, AConstraintListedForBothPlayersIsNamed) {
+  const SmartPtr<MinMaxApplication> app = new MinMaxApplication(false);
+  app->Options()->SetStringValue("minmax_max_variables", "1");
+  app->Options()->SetStringValue("minmax_max_constraints", "0 1");
+  app->Options()->SetStringValue("minmax_min_constraints", "1");
+  ASSERT_EQ(app->Initialize(""), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(app->OptimizeTNLP(new Model), Ipopt::Invalid_Problem_Definition);
+  EXPECT_EQ(app->LastResult().message,
+            "options minmax_min_constraints and minmax_max_constraints both list constraint 1");
+}
+
 TEST(PlayerOption, IsUnderstoodByTheCrossCheck) {
   CrossCheckSettings settings;
   settings.options = {{"minmax_max_variables", "1"}};

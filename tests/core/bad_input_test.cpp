@@ -139,7 +139,9 @@ Result solve_changed(const std::function<void(ProblemStructure&)>& change) {
   problem.before = [](const std::string& function) {
     ADD_FAILURE() << function << " called although the structure is invalid";
   };
-  return solve(problem, {});
+  SolverOptions options;
+  options.minmax_robust_constraints = false;
+  return solve(problem, options);
 }
 
 TEST(InvalidStructure, AMinConstraintMayNotReadAMaxVariable) {

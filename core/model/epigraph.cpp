@@ -1,0 +1,99 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/robust.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// min t subject to the model's constraints and f(x, y) - t <= 0, a robust constraint.
+class Epigraph final : public Problem {
+ public:
+  explicit Epigraph(Problem& model) : model_(model), structure_(model.structure()) {
+    n_ = static_cast<Index>(structure_.variable_players.size());
+    m_ = static_cast<Index>(structure_.constraint_players.size());
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    structure_.variable_players.push_back(Player::Min);
+    structure_.variable_lower.push_back(-kInfinity);
+    structure_.variable_upper.push_back(kInfinity);
+    if (!structure_.variable_names.empty()) structure_.variable_names.emplace_back("t");
+    structure_.constraint_players.push_back(Player::Min);
+    structure_.constraint_lower.push_back(-kInfinity);
+    structure_.constraint_upper.push_back(0.0);
+    if (!structure_.constraint_names.empty()) structure_.constraint_names.emplace_back("f - t");
+    entries_ = structure_.jacobian.size();
+    for (Index i = 0; i <= n_; ++i) structure_.jacobian.push_back({m_, i});
+    structure_.nonlinear_variables.reset();
+  }
+
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    if (start.needs_multipliers) return false;
+    StartingPoint own{.v = start.v.first(size(n_)),
+                      .needs_multipliers = false,
+                      .lambda = {},
+                      .z_lower = {},
+                      .z_upper = {}};
+    if (!model_.starting_point(own)) return false;
+    double f = 0.0;
+    if (model_.objective(own.v, true, f) && std::isfinite(f)) start.v.back() = f;
+    return true;
+  }
+  [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
+    if (!model_.user_scaling(scaling)) return false;
+    if (!scaling.variables.empty()) scaling.variables.push_back(std::abs(scaling.objective));
+    if (!scaling.constraints.empty()) scaling.constraints.push_back(std::abs(scaling.objective));
+    return true;
+  }
+  [[nodiscard]] bool objective(std::span<const double> v, bool, double& f) override {
+    f = v.back();
+    return true;
+  }
+  [[nodiscard]] bool gradient(std::span<const double>, bool, std::span<double> grad) override {
+    std::ranges::fill(grad, 0.0);
+    grad.back() = 1.0;
+    return true;
+  }
+  [[nodiscard]] bool constraints(std::span<const double> v, bool, std::span<double> g) override {
+    const auto own = v.first(size(n_));
+    double f = 0.0;
+    if (m_ > 0 && !model_.constraints(own, true, g.first(size(m_)))) return false;
+    if (!model_.objective(own, m_ == 0, f)) return false;
+    g.back() = f - v.back();
+    return true;
+  }
+  [[nodiscard]] bool jacobian(std::span<const double> v, bool, std::span<double> values) override {
+    const auto own = v.first(size(n_));
+    if (entries_ > 0 && !model_.jacobian(own, true, values.first(entries_))) return false;
+    values.back() = -1.0;
+    return model_.gradient(own, entries_ == 0, values.subspan(entries_, size(n_)));
+  }
+  [[nodiscard]] bool hessian(std::span<const double> v, bool, double,
+                             std::span<const double> lambda, bool,
+                             std::span<double> values) override {
+    return model_.hessian(v.first(size(n_)), true, lambda.back(), lambda.first(size(m_)), true,
+                          values);
+  }
+  [[nodiscard]] bool hessian_errors(std::span<const double> v, double,
+                                    std::span<const double> lambda,
+                                    std::span<double> row_errors) override {
+    row_errors.back() = 0.0;
+    return model_.hessian_errors(v.first(size(n_)), lambda.back(), lambda.first(size(m_)),
+                                 row_errors.first(size(n_)));
+  }
+
+ private:
+  static std::size_t size(Index i) { return static_cast<std::size_t>(i); }
+
+  Problem& model_;
+  ProblemStructure structure_;
+  Index n_ = 0, m_ = 0;
+  std::size_t entries_ = 0;  ///< of the model's Jacobian
+};
+
+}  // namespace
+
+std::unique_ptr<Problem> make_epigraph(Problem& model) { return std::make_unique<Epigraph>(model); }
+
+}  // namespace ipminmax

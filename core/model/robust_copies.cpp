@@ -1,0 +1,280 @@
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "core/model/robust_copies.hpp"
+
+namespace ipminmax {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+RobustScope robust_scope(const ProblemStructure& s, Index constraint) {
+  const auto is_max = [&](Index i) { return s.variable_players[at(i)] == Player::Max; };
+  std::vector<bool> in(s.variable_players.size(), false);
+  std::vector<bool> row_in(s.constraint_players.size(), false);
+  for (const auto [row, col] : s.jacobian) {
+    if (row == constraint && is_max(col)) in[at(col)] = true;
+  }
+  for (bool grown = true; grown;) {
+    grown = false;
+    for (const auto [row, col] : s.jacobian) {
+      if (s.constraint_players[at(row)] != Player::Max || !is_max(col)) continue;
+      if (in[at(col)] && !row_in[at(row)]) row_in[at(row)] = grown = true;
+      if (row_in[at(row)] && !in[at(col)]) in[at(col)] = grown = true;
+    }
+  }
+  RobustScope scope;
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    if (in[i]) scope.variables.push_back(static_cast<Index>(i));
+  }
+  for (std::size_t j = 0; j < row_in.size(); ++j) {
+    if (row_in[j]) scope.constraints.push_back(static_cast<Index>(j));
+  }
+  return scope;
+}
+
+RobustCopies::RobustCopies(Problem& model, std::vector<WorstCase> worst_cases,
+                           const std::vector<bool>& reads_y)
+    : model_(model),
+      worst_cases_(std::move(worst_cases)),
+      structure_(model.structure()),
+      v_(structure_.variable_players.size()),
+      g_(structure_.constraint_players.size()),
+      lambda_(g_.size()),
+      jacobian_(structure_.jacobian.size()),
+      hessian_(structure_.hessian.size()) {
+  structure_.nonlinear_variables.reset();
+  model_variable_.resize(v_.size());
+  std::iota(model_variable_.begin(), model_variable_.end(), 0);
+  model_row_.resize(g_.size());
+  std::iota(model_row_.begin(), model_row_.end(), 0);
+  add_base(reads_y);
+  for (const WorstCase& worst_case : worst_cases_) add_worst_case(worst_case);
+  add_entries();
+}
+
+void RobustCopies::add_base(const std::vector<bool>& reads_y) {
+  const ProblemStructure& s = model_.structure();
+  Part base;
+  base.with_objective = true;
+  base.column = model_variable_;
+  base.row_of = model_row_;
+  for (const auto [row, col] : s.jacobian) {
+    if (s.constraint_players[at(row)] == Player::Min &&
+        s.variable_players[at(col)] == Player::Max) {
+      base.row_of[at(row)] = -1;  // its worst cases' part
+    }
+  }
+  parts_.push_back(std::move(base));
+  // Of Max's variables count those that f reads or that a robust constraint has to itself, and
+  // whatever is tied to them.
+  std::vector<bool> read = reads_y;
+  for (const WorstCase& worst_case : worst_cases_) {
+    if (worst_case.copied) continue;
+    for (const Index i : robust_scope(s, worst_case.constraint).variables) read[at(i)] = true;
+  }
+  drop_unread(read);
+}
+
+void RobustCopies::drop_unread(const std::vector<bool>& read) {
+  const ProblemStructure& s = model_.structure();
+  for (std::size_t r = 0; r < worst_cases_.size(); ++r) {
+    if (!worst_cases_[r].copied) continue;
+    const RobustScope scope = robust_scope(s, worst_cases_[r].constraint);
+    if (std::ranges::any_of(scope.variables, [&](Index i) { return read[at(i)]; })) continue;
+    for (const Index i : scope.variables) {
+      structure_.variable_lower[at(i)] = structure_.variable_upper[at(i)] =
+          worst_cases_[r].v[at(i)];
+    }
+    for (const Index j : scope.constraints) {
+      structure_.constraint_lower[at(j)] = -kInfinity;
+      structure_.constraint_upper[at(j)] = kInfinity;
+    }
+  }
+}
+
+Index RobustCopies::add_variable(Index i, std::size_t copy, const WorstCase& worst_case) {
+  const ProblemStructure& s = model_.structure();
+  const double value = worst_case.v[at(i)];
+  structure_.variable_players.push_back(Player::Max);
+  structure_.variable_lower.push_back(worst_case.held ? value : s.variable_lower[at(i)]);
+  structure_.variable_upper.push_back(worst_case.held ? value : s.variable_upper[at(i)]);
+  if (!s.variable_names.empty()) {
+    structure_.variable_names.push_back(s.variable_names[at(i)] + "@" + std::to_string(copy));
+  }
+  model_variable_.push_back(i);
+  return static_cast<Index>(structure_.variable_players.size()) - 1;
+}
+
+Index RobustCopies::add_row(Index j, std::size_t copy) {
+  const ProblemStructure& s = model_.structure();
+  structure_.constraint_players.push_back(s.constraint_players[at(j)]);
+  structure_.constraint_lower.push_back(s.constraint_lower[at(j)]);
+  structure_.constraint_upper.push_back(s.constraint_upper[at(j)]);
+  if (!s.constraint_names.empty()) {
+    structure_.constraint_names.push_back(s.constraint_names[at(j)] + "@" + std::to_string(copy));
+  }
+  model_row_.push_back(j);
+  return static_cast<Index>(structure_.constraint_players.size()) - 1;
+}
+
+void RobustCopies::add_worst_case(const WorstCase& worst_case) {
+  const std::size_t copy = parts_.size();
+  const auto same_row = [&](const Part& part) { return part.row == worst_case.constraint; };
+  Part part;
+  part.column.resize(v_.size());
+  std::iota(part.column.begin(), part.column.end(), 0);
+  part.row_of.assign(g_.size(), -1);
+  part.row = std::ranges::any_of(parts_, same_row) ? add_row(worst_case.constraint, copy)
+                                                   : worst_case.constraint;
+  part.row_of[at(worst_case.constraint)] = part.row;
+  if (worst_case.copied) {
+    const RobustScope scope = robust_scope(model_.structure(), worst_case.constraint);
+    for (const Index i : scope.variables) {
+      part.column[at(i)] = add_variable(i, copy, worst_case);
+    }
+    if (!worst_case.held) {
+      for (const Index j : scope.constraints) part.row_of[at(j)] = add_row(j, copy);
+    }
+  }
+  parts_.push_back(std::move(part));
+}
+
+void RobustCopies::add_entries() {
+  const ProblemStructure& s = model_.structure();
+  structure_.jacobian.clear();
+  structure_.hessian.clear();
+  for (Part& part : parts_) {
+    for (std::size_t k = 0; k < s.jacobian.size(); ++k) {
+      const auto [row, col] = s.jacobian[k];
+      if (part.row_of[at(row)] < 0) continue;
+      part.jacobian.push_back(k);
+      structure_.jacobian.push_back({part.row_of[at(row)], part.column[at(col)]});
+    }
+    for (const auto [row, col] : s.hessian) {
+      structure_.hessian.push_back({part.column[at(row)], part.column[at(col)]});
+    }
+  }
+}
+
+bool RobustCopies::starting_point(StartingPoint& start) {
+  if (start.needs_multipliers) return false;
+  StartingPoint own{
+      .v = v_, .needs_multipliers = false, .lambda = {}, .z_lower = {}, .z_upper = {}};
+  std::ranges::fill(v_, 0.0);
+  if (!start_.empty()) {
+    v_ = start_;
+  } else if (!model_.starting_point(own)) {
+    return false;
+  }
+  std::ranges::copy(v_, start.v.begin());
+  for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
+    const WorstCase& worst_case = worst_cases_[k];
+    const Part& part = parts_[k + 1];
+    for (std::size_t i = 0; i < v_.size(); ++i) {
+      if (at(part.column[i]) != i) start.v[at(part.column[i])] = worst_case.v[i];
+    }
+  }
+  return true;
+}
+
+bool RobustCopies::user_scaling(UserScaling& scaling) {
+  if (!model_.user_scaling(scaling)) return false;
+  const auto extend = [](std::vector<double>& factors, const std::vector<Index>& origin) {
+    if (factors.empty()) return;
+    for (std::size_t i = factors.size(); i < origin.size(); ++i) {
+      factors.push_back(factors[at(origin[i])]);
+    }
+  };
+  extend(scaling.variables, model_variable_);
+  extend(scaling.constraints, model_row_);
+  return true;
+}
+
+void RobustCopies::load(std::span<const double> v, const Part& part) {
+  for (std::size_t i = 0; i < v_.size(); ++i) v_[i] = v[at(part.column[i])];
+}
+
+void RobustCopies::load_multipliers(std::span<const double> lambda, const Part& part) {
+  for (std::size_t j = 0; j < lambda_.size(); ++j) {
+    lambda_[j] = part.row_of[j] >= 0 ? lambda[at(part.row_of[j])] : 0.0;
+  }
+}
+
+bool RobustCopies::objective(std::span<const double> v, bool, double& f) {
+  load(v, parts_.front());
+  return model_.objective(v_, true, f);
+}
+
+bool RobustCopies::gradient(std::span<const double> v, bool, std::span<double> grad) {
+  load(v, parts_.front());
+  std::ranges::fill(grad, 0.0);
+  return model_.gradient(v_, true, grad.first(v_.size()));
+}
+
+bool RobustCopies::constraints(std::span<const double> v, bool, std::span<double> g) {
+  for (const Part& part : parts_) {
+    load(v, part);
+    if (!model_.constraints(v_, true, g_)) return false;
+    for (std::size_t j = 0; j < g_.size(); ++j) {
+      if (part.row_of[j] >= 0) g[at(part.row_of[j])] = g_[j];
+    }
+  }
+  return true;
+}
+
+bool RobustCopies::jacobian(std::span<const double> v, bool, std::span<double> values) {
+  auto out = values.begin();
+  for (const Part& part : parts_) {
+    if (part.jacobian.empty()) continue;
+    load(v, part);
+    if (!model_.jacobian(v_, true, jacobian_)) return false;
+    for (const std::size_t k : part.jacobian) *out++ = jacobian_[k];
+  }
+  return true;
+}
+
+bool RobustCopies::hessian(std::span<const double> v, bool, double sigma,
+                           std::span<const double> lambda, bool, std::span<double> values) {
+  auto out = values.begin();
+  for (const Part& part : parts_) {
+    load(v, part);
+    load_multipliers(lambda, part);
+    if (!model_.hessian(v_, true, part.with_objective ? sigma : 0.0, lambda_, true, hessian_)) {
+      return false;
+    }
+    out = std::ranges::copy(hessian_, out).out;
+  }
+  return true;
+}
+
+bool RobustCopies::hessian_errors(std::span<const double> v, double sigma,
+                                  std::span<const double> lambda, std::span<double> row_errors) {
+  std::vector<double> errors(v_.size());
+  std::ranges::fill(row_errors, 0.0);
+  bool inexact = false;
+  for (const Part& part : parts_) {
+    load(v, part);
+    load_multipliers(lambda, part);
+    std::ranges::fill(errors, 0.0);
+    if (!model_.hessian_errors(v_, part.with_objective ? sigma : 0.0, lambda_, errors)) continue;
+    inexact = true;
+    for (std::size_t i = 0; i < errors.size(); ++i) row_errors[at(part.column[i])] += errors[i];
+  }
+  return inexact;
+}
+
+std::vector<double> RobustCopies::model_point(std::span<const double> v, std::size_t k) const {
+  std::vector<double> point(v_.size());
+  for (std::size_t i = 0; i < point.size(); ++i) point[i] = v[at(parts_[k + 1].column[i])];
+  return point;
+}
+
+}  // namespace ipminmax

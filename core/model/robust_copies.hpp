@@ -1,0 +1,95 @@
+#pragma once
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/problem.hpp"
+#include "core/result.hpp"
+
+namespace ipminmax {
+
+/// What of Max a robust constraint involves: the Max variables that it reads, those tied to them by
+/// Max constraints, and these constraints.
+struct RobustScope {
+  std::vector<Index> variables;
+  std::vector<Index> constraints;
+};
+[[nodiscard]] RobustScope robust_scope(const ProblemStructure& structure, Index constraint);
+
+/// The model with copies of y for worst cases of robust constraints:
+///
+///     x, y, y_1, ..., y_C       g_r(x, y_k) <= 0 with r of worst case k, y_k in Y(x)
+///
+/// Rows of the model come first (the first worst case of a robust constraint takes its row), then one
+/// row for each further worst case and the Max constraints on each copy. Max variables that nothing
+/// reads any more are fixed, their constraints dropped.
+class RobustCopies final : public Problem {
+ public:
+  struct WorstCase {
+    Index constraint = 0;   ///< robust
+    std::vector<double> v;  ///< n; y in it is the start of the copy
+    bool copied = true;     ///< false: the model's own y; first worst case of its constraint only
+    bool held = false;      ///< the copy stays at v: a scenario
+  };
+  /// reads_y: n, whether f reads a Max variable. Every robust constraint has a worst case.
+  RobustCopies(Problem& model, std::vector<WorstCase> worst_cases,
+               const std::vector<bool>& reads_y);
+
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+  [[nodiscard]] bool starting_point(StartingPoint& start) override;
+  [[nodiscard]] bool user_scaling(UserScaling& scaling) override;
+  [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override;
+  [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
+                              std::span<double> grad) override;
+  [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
+                                 std::span<double> g) override;
+  [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
+                              std::span<double> values) override;
+  [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
+                             std::span<const double> lambda, bool new_lambda,
+                             std::span<double> values) override;
+  [[nodiscard]] bool hessian_errors(std::span<const double> v, double sigma,
+                                    std::span<const double> lambda,
+                                    std::span<double> row_errors) override;
+
+  /// Starts at x of this point of the model, n values, instead of the model's start.
+  void start_at(std::vector<double> v) { start_ = std::move(v); }
+  /// The k-th worst case at a point: x with the y of its copy, n values.
+  [[nodiscard]] std::vector<double> model_point(std::span<const double> v, std::size_t k) const;
+  /// Row of the k-th worst case.
+  [[nodiscard]] Index row(std::size_t k) const { return parts_[k + 1].row; }
+  /// Variable that stands for a variable of the model in the k-th worst case.
+  [[nodiscard]] Index variable(std::size_t k, Index model_variable) const {
+    return parts_[k + 1].column[static_cast<std::size_t>(model_variable)];
+  }
+
+ private:
+  /// The model evaluated at one y: its rows that count there and where they and the columns go.
+  struct Part {
+    std::vector<Index> column;  ///< n: variable of this problem
+    std::vector<Index> row_of;  ///< m: row of this problem, -1: does not count here
+    Index row = -1;             ///< of the worst case
+    bool with_objective = false;
+    std::vector<std::size_t> jacobian;  ///< entries of the model that count here
+  };
+  void add_base(const std::vector<bool>& reads_y);
+  void add_worst_case(const WorstCase& worst_case);
+  [[nodiscard]] Index add_variable(Index model_variable, std::size_t copy,
+                                   const WorstCase& worst_case);
+  [[nodiscard]] Index add_row(Index model_row, std::size_t copy);
+  void drop_unread(const std::vector<bool>& read);
+  void add_entries();
+  void load(std::span<const double> v, const Part& part);
+  void load_multipliers(std::span<const double> lambda, const Part& part);
+
+  Problem& model_;
+  std::vector<WorstCase> worst_cases_;
+  std::vector<double> start_;  ///< empty: the model's
+  ProblemStructure structure_;
+  std::vector<Part> parts_;                        ///< the model's own y, then the worst cases
+  std::vector<Index> model_variable_, model_row_;  ///< of each variable and row
+  std::vector<double> v_, g_, lambda_, jacobian_, hessian_;  ///< in the model's shapes
+};
+
+}  // namespace ipminmax

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "options.hpp"
+#include "problem.hpp"
+#include "result.hpp"
+#include "solver.hpp"
+
+namespace ipminmax {
+
+/// A worst case y of a robust constraint: a local maximum over y of its violation.
+struct RobustWorstCase {
+  Index constraint = 0;     ///< of the model; its number of constraints for the objective's row
+  std::vector<double> v;    ///< n: x and that y
+  double value = 0.0;       ///< the constraint (or f) there
+  double multiplier = 0.0;  ///< of the constraint at that y; signs as in Result
+};
+
+/// Answer of solve_robust.
+struct RobustResult {
+  /// Of the problem with the copies of y, in the shape of the model: v holds x and, for a variable
+  /// that a constraint has copies of, its value in the worst case with the largest multiplier; a
+  /// constraint's multiplier is the sum of those of its worst cases. The certificate is that of the
+  /// problem with the copies.
+  Result result;
+  std::vector<RobustWorstCase> worst_cases;  ///< ordered by constraint, first found first
+  Index solves = 0;                          ///< of problems with copies
+  Index maximizations = 0;                   ///< of single constraints over y
+  /// Largest violation, over all robust constraints and all y looked at, of the returned x; NaN when
+  /// nothing was looked at.
+  double largest_violation = 0.0;
+};
+
+/// A problem in which f itself stands in a robust constraint: min t, f(x, y) <= t for every y. The
+/// variable t is the last one, the constraint too. t starts at f of the model's start.
+[[nodiscard]] std::unique_ptr<Problem> make_epigraph(Problem& model);
+
+/// Whether the model has a constraint of Min that reads a Max variable.
+[[nodiscard]] bool has_robust_constraints(const ProblemStructure& structure);
+
+/// Solves a model with robust constraints g(x, y) <= 0 for every y. Each gets copies of its own of the
+/// Max variables that it reads, and of the Max constraints on these, where f or another constraint
+/// reads them too; a model in which each robust constraint has its own Max variables is left as it is.
+///
+/// With minmax_worst_case_starts N > 0 each robust constraint is then maximized over all of y from N
+/// starts at the x found; a maximum that violates it by more than minmax_worst_case_tol (relative to
+/// the range of its values seen) becomes another worst case with a copy of y of its own, and the solve
+/// goes on from there, until none is found. Where minmax_epigraph is set, f is treated likewise: then
+/// x minimizes the largest of the local worst cases met, kinks included.
+///
+/// A certified answer is a strict local solution of the semi-infinite problem reduced to the worst
+/// cases listed; other worst cases are excluded as far as the search over y saw. Exceptions of the
+/// model pass through; limits of time and iterations hold for each solve.
+[[nodiscard]] RobustResult solve_robust(Problem& model, const SolverOptions& options,
+                                        const SolveObserver& observer = {});
+
+}  // namespace ipminmax

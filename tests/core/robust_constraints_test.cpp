@@ -1,0 +1,148 @@
+// Constraints of Min that read Max variables: they hold for every y near the worst case found.
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <support/autodiff_problem.hpp>
+
+#include "core/solver.hpp"
+
+namespace ipminmax {
+namespace {
+
+using testing::AutodiffProblem;
+using testing::Expression;
+using testing::kNoBound;
+using testing::Model;
+
+constexpr Player kMin = Player::Min;
+constexpr Player kMax = Player::Max;
+
+void expect_certified(const Result& result) {
+  EXPECT_EQ(result.status, Status::Solved) << result.message;
+  EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax) << result.message;
+}
+
+TEST(RobustConstraint, HoldsAtTheWorstDisturbance) {
+  // max_y 2 x y - y^2 = x^2 <= 4 at y = x: min -x, x = 2.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(-x);
+  model.constraint(2.0 * x * y - square(y), -kNoBound, 4.0, kMin);
+  AutodiffProblem problem(model, {0.5, 0.1});
+  const Result result = solve(problem, {});
+  expect_certified(result);
+  EXPECT_NEAR(result.v[0], 2.0, 1e-6);
+  EXPECT_NEAR(result.v[1], 2.0, 1e-5);
+  EXPECT_NEAR(result.lambda[0], 0.25, 1e-5);
+}
+
+TEST(RobustConstraint, WorstDisturbanceAtABound) {
+  // x + y <= 3 for y in [-1, 1]: x = 2.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(-x + 0.1 * square(x));
+  model.constraint(x + y, -kNoBound, 3.0, kMin);
+  AutodiffProblem problem(model, {0.0, 0.0});
+  const Result result = solve(problem, {});
+  expect_certified(result);
+  EXPECT_NEAR(result.v[0], 2.0, 1e-6);
+  EXPECT_NEAR(result.v[1], 1.0, 1e-6);
+}
+
+TEST(RobustConstraint, LowerBoundHoldsForTheLeastValue) {
+  // x + y^2 + y >= 0 for every y: the least is x - 1/4.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(x);
+  model.constraint(x + square(y) + y, 0.0, kNoBound, kMin);
+  AutodiffProblem problem(model, {3.0, 0.5});
+  const Result result = solve(problem, {});
+  expect_certified(result);
+  EXPECT_NEAR(result.v[0], 0.25, 1e-6);
+  EXPECT_NEAR(result.v[1], -0.5, 1e-5);
+}
+
+TEST(RobustConstraint, KinkOfTwoBranchesIsSolvedWithACopyOfYEach) {
+  // phi(x) = max_y -(y^2 - 1)^2 + x y + .1 x^2 + .3 x^3 = |x| + ..., least at the kink x = 0.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression t = model.variable(kMin, "t");
+  const Expression y1 = model.variable(kMax, "y1");
+  const Expression y2 = model.variable(kMax, "y2");
+  const auto f = [&](const Expression& y) {
+    return -square(square(y) - 1.0) + x * y + 0.1 * square(x) + 0.3 * x * square(x);
+  };
+  model.objective(t);
+  model.constraint(f(y1) - t, -kNoBound, 0.0, kMin);
+  model.constraint(f(y2) - t, -kNoBound, 0.0, kMin);
+  AutodiffProblem problem(model, {0.3, 1.0, 0.8, -0.8});
+  const Result result = solve(problem, {});
+  expect_certified(result);
+  EXPECT_NEAR(result.v[0], 0.0, 1e-6);
+  EXPECT_NEAR(result.v[1], 0.0, 1e-6);
+  EXPECT_NEAR(result.v[2], 1.0, 1e-5);
+  EXPECT_NEAR(result.v[3], -1.0, 1e-5);
+  EXPECT_LE(result.iterations, 20);
+}
+
+TEST(RobustConstraint, ActiveRowThatFAlsoReadsIsNotCertified) {
+  // f pulls y to 0 where the row is active with a slope in y: y > 0 violates it.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(-x - square(y));
+  model.constraint(x + 0.1 * y, -kNoBound, 1.0, kMin);
+  AutodiffProblem problem(model, {0.0, 0.0});
+  const Result result = solve(problem, {});
+  EXPECT_NE(result.certificate.kind, PointKind::LocalMinmax) << result.v[0] << " " << result.v[1];
+  EXPECT_NE(result.status, Status::Solved);
+}
+
+TEST(RobustConstraint, InactiveRowLeavesThePointCertified) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  const Expression w = model.variable(kMax, "w", -1.0, 1.0);
+  model.objective(square(x - 1.0) + x * y - square(y));
+  model.constraint(x + w - 0.5 * square(w), -kNoBound, 10.0, kMin);
+  AutodiffProblem problem(model, {0.0, 0.0, 0.0});
+  const Result result = solve(problem, {});
+  expect_certified(result);
+  EXPECT_NEAR(result.v[0], 0.8, 1e-6);
+}
+
+TEST(RobustConstraint, EqualityIsRefused) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(square(x) - square(y));
+  model.constraint(x + y, 1.0, 1.0, kMin);
+  AutodiffProblem problem(model, {0.0, 0.0});
+  const Result result = solve(problem, {});
+  EXPECT_EQ(result.status, Status::InvalidProblem);
+  EXPECT_NE(result.message.find("an equality cannot hold for every value"), std::string::npos)
+      << result.message;
+}
+
+TEST(RobustConstraint, MayBeForbidden) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(square(x) - square(y));
+  model.constraint(x + y, -kNoBound, 1.0, kMin);
+  AutodiffProblem problem(model, {0.0, 0.0});
+  SolverOptions options;
+  options.minmax_robust_constraints = false;
+  const Result result = solve(problem, options);
+  EXPECT_EQ(result.status, Status::InvalidProblem);
+  EXPECT_NE(result.message.find("belongs to the Min player but depends on"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace ipminmax
