@@ -43,13 +43,22 @@ constexpr int kSecondOrderSteps = 4;
 constexpr double kSecondOrderDecrease = 0.99;       // kappa_soc
 constexpr double kRestorationDecrease = 0.9;        // kappa_resto
 constexpr double kLargestRestoredMultiplier = 1e3;  // bound_mult_reset_threshold of Ipopt
-constexpr double kAlmostFeasible = 1e2;  // violation over tol below which nothing is restored
-constexpr int kConstraintSteps = 8;      // back to the constraints after an escape
+// Violation over tol below which nothing is restored, or not even where nothing else is left.
+constexpr double kAlmostFeasible = 1e2;
+constexpr double kFeasible = 1e-2;
+constexpr int kConstraintSteps = 8;  // back to the constraints after an escape
 // Directions of curvature: inverse iterations, the change of the Rayleigh quotient that ends them,
 // and the factor between lengths tried.
 constexpr int kInverseIterations = 60;
+constexpr int kInverseIterationsWithMax = 6;
 constexpr double kSettledQuotient = 1e-2;
-constexpr double kEscapeDecrease = 0.25;
+constexpr double kEscapeDecrease = 0.5;
+constexpr double kClearEscapeDecrease = 0.25;
+constexpr double kShortestEscape = 1e-6;
+constexpr double kShortestClearEscape = 0.1;
+// Relative gain of an escape, and where curvature decides nothing.
+constexpr double kLeastGain = 1e-10;
+constexpr double kClearGain = 1e-6;
 constexpr int kMaxTrials = 60;
 // Of Ipopt: watchdog_shortened_iter_trigger, watchdog_trial_iter_max, filter_reset_trigger,
 // max_filter_resets.
@@ -462,6 +471,10 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
   // Points of long ago may be all that rejects.
   filter_.reset();
   if (search(point, mu, kMaxTrials, info, false)) return std::nullopt;
+  const bool exactly_feasible =
+      point.evaluation.c.size() == 0 ||
+      point.evaluation.c.lpNorm<Eigen::Infinity>() <= kFeasible * options_.tol;
+  if (allow_restoration_ && !exactly_feasible) return restore(point, mu, info);
   message_ = "no acceptable step found";
   return Status::TinyStep;
 }
@@ -740,7 +753,7 @@ GlobalizedMethod::Trial GlobalizedMethod::back_to_constraints(const Point& point
   return trial;
 }
 
-bool GlobalizedMethod::escape(Point& point, double mu, double least_gain, IterationInfo& info) {
+bool GlobalizedMethod::escape(Point& point, double mu, bool clear, IterationInfo& info) {
   if (++escapes_ > kMaxEscapes) return false;
   forget_direction();
   filter_.reset();
@@ -761,17 +774,19 @@ bool GlobalizedMethod::escape(Point& point, double mu, double least_gain, Iterat
   const Index nx = canonical_.y().begin;
   set_zero(rhs_);
   for (Index i = 0; i < nx; ++i) rhs_.v[i] = std::sin(1.0 + i);
-  // A shift far above what K needs makes the iteration slow: it ends when the Rayleigh quotient of
-  // the inverse has settled.
+  // A shift far above what K needs makes the iteration slow. Where little is at stake it ends when the
+  // Rayleigh quotient of the inverse has settled.
   double last_quotient = kInfinity;
-  for (int k = 0; k < kInverseIterations; ++k) {
+  for (int k = 0; k < (has_max() ? kInverseIterationsWithMax : kInverseIterations); ++k) {
     if (!kkt_.solve(point.evaluation, rhs_, step_)) return false;
     const double quotient = rhs_.v.head(nx).dot(step_.v.head(nx)) / rhs_.v.head(nx).squaredNorm();
     const double norm = step_.v.head(nx).norm();
     if (!(norm > 0.0)) return false;
     rhs_.v.head(nx) = step_.v.head(nx) / norm;
     step_.v /= norm;
-    if (std::abs(quotient - last_quotient) <= kSettledQuotient * std::abs(quotient)) break;
+    const bool settled =
+        std::abs(quotient - last_quotient) <= kSettledQuotient * std::abs(quotient);
+    if (settled && clear) break;
     last_quotient = quotient;
   }
   step_.lambda.setZero();
@@ -783,7 +798,9 @@ bool GlobalizedMethod::escape(Point& point, double mu, double least_gain, Iterat
   // Twice the largest multiplier makes the violation's l1 norm an exact penalty.
   const double penalty = has_max() ? 0.0 : 2.0 * max_norm(point.iterate.lambda);
   const double length = 0.1 * (1.0 + max_norm(point.iterate.v));
-  for (double t = length; t > 1e-6 * length && !limit_.expired(); t *= kEscapeDecrease) {
+  const double decrease = clear ? kClearEscapeDecrease : kEscapeDecrease;
+  const double shortest = (clear ? kShortestClearEscape : kShortestEscape) * length;
+  for (double t = length; t > shortest && !limit_.expired(); t *= decrease) {
     for (const double sign : {1.0, -1.0}) {
       correction_step_ = step_;
       correction_step_.v *= sign * t;
@@ -791,10 +808,12 @@ bool GlobalizedMethod::escape(Point& point, double mu, double least_gain, Iterat
       set_trial(point, correction_step_, a.primal, a.dual, mu);
       ++info.trials;
       Trial trial = evaluate_trial(mu, 1.0, t, kInfinity);
+      const double least_gain = (clear ? kClearGain : kLeastGain) * (1.0 + std::abs(from.phi));
+      if (clear && trial.merit.phi > from.phi - least_gain) continue;
       if (trial.usable && !has_max()) trial = back_to_constraints(point, mu, trial);
       // A violation left over may not pay for the decrease.
       const double change = trial.merit.phi - from.phi + penalty * (trial.merit.theta - from.theta);
-      if (!trial.usable || !(change < -least_gain * (1.0 + std::abs(from.phi)))) continue;
+      if (!trial.usable || !(change < -least_gain)) continue;
       if (!has_max() && !evaluate_derivatives(trial_)) continue;
       accept(point);
       info.alpha_primal = a.primal;

@@ -33,10 +33,10 @@ class GlobalizedMethod {
   /// A status ends the solve; message() says more. Past the time limit any status may come.
   [[nodiscard]] std::optional<Status> step(Point& point, double mu, IterationInfo& info);
 
-  /// Leaves a first-order point with a wrong inertia along a direction of the offending curvature,
-  /// for a value lower by least_gain relative to 1 + |value|.
+  /// Leaves a first-order point with a wrong inertia along a direction of the offending curvature;
+  /// clear: only for a clear gain, looked for at few points.
   /// False: none of the allowed attempts is left, or none helps.
-  [[nodiscard]] bool escape(Point& point, double mu, double least_gain, IterationInfo& info);
+  [[nodiscard]] bool escape(Point& point, double mu, bool clear, IterationInfo& info);
 
   /// To be told of restorations' iterations. A stop ends the step with Status::UserStop, the point
   /// moved to where it happened, its values and first derivatives renewed where they exist.

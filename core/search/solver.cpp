@@ -52,11 +52,8 @@ constexpr double kOutwardShare = 0.95;
 /// once where the objective is scaled down, and the iterations that it may take to do better.
 constexpr double kFlatGradient = 1e-4;
 constexpr Index kHiddenIterations = 50;
-/// Relative gain for which a point is left: of a minimization, one whose curvature decides nothing;
-/// any other.
-constexpr double kClearGain = 1e-6;
-constexpr double kLeastGain = 1e-10;
-/// Iterations allowed after such a point, or as many as it took where that is more.
+/// Iterations allowed after a minimization has left a point whose curvature decides nothing, or as
+/// many as that took where it is more.
 constexpr Index kFewestAfterEscape = 20;
 /// Second derivatives below this, that many times farther out than the start, have died out.
 constexpr double kDiedOut = 1e-100;
@@ -480,8 +477,9 @@ bool Solver::stays_acceptable(const KktError& error) {
 void Solver::drop_idle_multipliers(double tolerance) {
   // Without a gradient of the objective every feasible point is optimal, with multipliers zero.
   constexpr double kIdle = 1e-3;  // times tol, of the multipliers of bounds: the barrier needs some
-  if (canonical_.max_size() > 0 || converged(info_.error) || point_.evaluation.c.size() == 0 ||
-      max_norm(point_.evaluation.gradient) > 0.0 || max_norm(point_.evaluation.c) > tolerance) {
+  if (canonical_.max_size() > 0 || point_.evaluation.c.size() == 0 ||
+      max_norm(point_.evaluation.gradient) > 0.0 || max_norm(point_.evaluation.c) > tolerance ||
+      max_norm(point_.iterate.lambda) == 0.0) {
     return;
   }
   Iterate& iterate = point_.iterate;
@@ -572,8 +570,8 @@ bool Solver::leave_wrong_point(Status stop) {
       stop == Status::SolvedDegenerate && found.inner == found.inner_expected && !degenerate_point_;
   if (stop != Status::NotLocalMinmax && !degenerate) return false;
   Stop here = stop_here(stop);
-  const double gain = degenerate && canonical_.max_size() == 0 ? kClearGain : kLeastGain;
-  if (!method_->escape(point_, info_.mu, gain, info_)) return false;
+  const bool clear = degenerate && canonical_.max_size() == 0;
+  if (!method_->escape(point_, info_.mu, clear, info_)) return false;
   if (degenerate) {
     degenerate_point_ = std::move(here);
     if (canonical_.max_size() == 0) {
