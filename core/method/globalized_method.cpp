@@ -601,7 +601,7 @@ bool GlobalizedMethod::watched_step(Point& point, double mu, IterationInfo& info
     accept(point);
     info.alpha_primal = alpha.primal;
     info.alpha_dual = alpha.dual;
-    info.step_kind = 'w';
+    info.step_kind = 'W';
     return true;
   }
   watchdog_.active = false;
