@@ -85,6 +85,7 @@ void AutoSolver::make_pivoting(Index dimension) {
 
 bool AutoSolver::prepare_ldlt(const Analysis& analysis) {
   ldlt_analyzed_ = use_ldlt_ = ldlt_is_current_ = analysis.ok;
+  uncertain_ = ldlt_pause_ = 0;
   return analysis.ok;
 }
 
@@ -134,19 +135,40 @@ Factorization AutoSolver::factorize_pivoting(const SymmetricMatrix& matrix) {
 }
 
 Factorization AutoSolver::factorize(const SymmetricMatrix& matrix) {
-  if (!use_ldlt_) return factorize_pivoting(matrix);
-  constexpr int kAttempts = 3;  // what Gamma hides spoils the first estimate
-  double gamma = ldlt_.suitable_gamma(matrix);
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    const Factorization result = ldlt_.factorize(matrix, gamma);
-    double smaller_gamma = 0.0;
-    ldlt_is_current_ = result.status == FactorizationStatus::Ok &&
-                       (!certain_ || inertia_is_certain(matrix, gamma, smaller_gamma));
-    if (ldlt_is_current_) return result;
-    if (smaller_gamma == 0.0) break;
-    gamma = smaller_gamma;
+  const bool paused = certain_ && ldlt_pause_ > 0;
+  if (paused) --ldlt_pause_;
+  if (!use_ldlt_ || paused) return factorize_pivoting(matrix);
+  const Factorization result = ldlt_.factorize(matrix);
+  ldlt_is_current_ = result.status == FactorizationStatus::Ok;
+  if (!ldlt_is_current_) {
+    if (!std::isfinite(matrix.max_norm())) return {};
+    return factorize_pivoting(matrix);
   }
-  if (!std::isfinite(matrix.max_norm())) return {};
+  return certain_ ? make_certain(matrix, result) : result;
+}
+
+Factorization AutoSolver::make_certain(const SymmetricMatrix& matrix, const Factorization& last) {
+  if (!certain_ && ldlt_pause_ > 0) {  // checks that led to pivoting are rare, too
+    --ldlt_pause_;
+    return last;
+  }
+  constexpr int kSmallerGammas = 2;  // what Gamma hides spoils the first estimate
+  Factorization result = last;
+  for (int attempt = 0; ldlt_is_current_; ++attempt) {
+    double gamma = 0.0;
+    if (inertia_is_certain(matrix, ldlt_.perturbation(), gamma)) {
+      uncertain_ = 0;
+      return result;
+    }
+    if (gamma == 0.0 || attempt == kSmallerGammas) break;
+    result = ldlt_.factorize(matrix, gamma);
+    if (result.status != FactorizationStatus::Ok) break;
+  }
+  if (!ldlt_is_current_) return last;
+  // Where that happens again and again, LDL' is not worth its attempts.
+  constexpr int kLongestPause = 4;  // its binary logarithm
+  if (uncertain_ > 0) ldlt_pause_ = 1 << std::min(uncertain_ - 1, kLongestPause);
+  ++uncertain_;
   return factorize_pivoting(matrix);
 }
 
@@ -179,6 +201,7 @@ bool AutoSolver::increase_quality() {
 
 void AutoSolver::reset_quality() {
   use_ldlt_ = ldlt_is_current_ = ldlt_analyzed_;
+  uncertain_ = ldlt_pause_ = 0;
   pivoting_->reset_quality();
 }
 

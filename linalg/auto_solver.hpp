@@ -36,6 +36,8 @@ class AutoSolver final : public SymmetricSolver {
 
   /// True at first: every LDL' inertia is checked, at about the cost of the factorization.
   void require_certain_inertia(bool certain) override { certain_ = certain; }
+  [[nodiscard]] Factorization make_certain(const SymmetricMatrix& matrix,
+                                           const Factorization& last) override;
 
   /// Whether the last factorization (before any: the next one) pivots.
   [[nodiscard]] bool pivots() const override;
@@ -55,8 +57,10 @@ class AutoSolver final : public SymmetricSolver {
   bool certain_ = true;
   bool pivoting_analyzed_ = false;
   bool ldlt_analyzed_ = false;
-  bool use_ldlt_ = false;                            // for the next factorization
-  bool ldlt_is_current_ = false;                     // the last factorization, before any the next
+  bool use_ldlt_ = false;         // for the next factorization
+  int uncertain_ = 0;             // LDL' factorizations in a row whose inertia was not certain
+  int ldlt_pause_ = 0;            // next factorizations without LDL'
+  bool ldlt_is_current_ = false;  // the last factorization, before any the next
   std::vector<double> direction_, image_, product_;  // workspace of inertia_is_certain
 };
 

@@ -40,10 +40,27 @@ constexpr bool wants_more_workspace(int status) { return status == -8 || status 
 /// within a solve.
 constexpr double kWorthComparing = 5.0;
 
+/// Above so many times the expected operations of a factorization, because of delayed pivots, an
+/// ordering that has seen values is tried. Each attempt costs an analysis and a factorization.
+constexpr double kManyDelays = 1.3;
+constexpr int kMostComparisons = 3;
+
 // ICNTL(7); never automatic, which may take SCOTCH: not deterministic.
 constexpr int kOrderAmd = 0;
 constexpr int kOrderGiven = 1;
+constexpr int kOrderAmf = 2;
 constexpr int kOrderPord = 4;
+
+// ICNTL(6) and ICNTL(12): the matching of large entries, and its use for the ordering of symmetric
+// matrices.
+constexpr int kNoMatching = 0;
+constexpr int kMatchingChosen = 7;
+constexpr int kUsualOrdering = 1;
+constexpr int kOrderingChosen = 0;
+
+// ICNTL(8). What MUMPS chooses after a matching is the scaling of the analysis: wrong for later values.
+constexpr int kScalingChosen = 77;
+constexpr int kScalingOfEachMatrix = 7;
 
 /// PORD ends the process on a graph without structure (a full matrix), and its two stages are of
 /// no use on small ones.
@@ -63,10 +80,10 @@ struct MumpsSolver::Instance {
     data.comm_fortran = -987654;  // MPI_COMM_WORLD
     run(kInitialize);
     for (int k = 1; k <= 4; ++k) icntl(k) = 0;  // no output
-    icntl(6) = 0;                               // no matching: the analysis sees no values
-    icntl(8) = 77;                              // scaling chosen by MUMPS
-    icntl(10) = 0;                              // no refinement
-    icntl(12) = 1;                              // usual ordering, not the matching's
+    icntl(6) = kNoMatching;                     // the analysis sees no values
+    icntl(8) = kScalingChosen;
+    icntl(10) = 0;  // no refinement
+    icntl(12) = kUsualOrdering;
     icntl(14) = kLeastPercent;
     icntl(13) = 1;    // no ScaLAPACK at the root: exact inertia
     icntl(24) = 1;    // null pivots are detected and counted
@@ -147,6 +164,53 @@ Analysis MumpsSolver::analyze_given(Ordering name, std::vector<Index> order) {
   return prediction(instance_->run(kAnalyze), name);
 }
 
+/// As Ipopt has it: zeros on the diagonal are paired by a matching of large entries before the rows
+/// are ordered, so that few pivots are delayed.
+Analysis MumpsSolver::analyze_with_values(const SymmetricMatrix& matrix) {
+  order_.clear();
+  instance_->data.a = const_cast<double*>(matrix.values().data());  // read only
+  instance_->icntl(6) = kMatchingChosen;
+  instance_->icntl(7) = kOrderAmf;
+  instance_->icntl(8) = kScalingOfEachMatrix;
+  instance_->icntl(12) = kOrderingChosen;
+  instance_->icntl(14) = kLeastPercent;
+  const Analysis analysis = prediction(instance_->run(kAnalyze), Ordering::Best);
+  instance_->icntl(6) = kNoMatching;
+  instance_->icntl(12) = kUsualOrdering;
+  return analysis;
+}
+
+/// After a factorization that took many more operations than predicted: another analysis, with the
+/// values at hand, where it promises fewer; the ordering that did better is kept. INFOG(1).
+int MumpsSolver::compare_with_values(const SymmetricMatrix& matrix, int status) {
+  const double flops = instance_->rinfog(3);  // done, where rinfog(1) was predicted
+  const bool many = flops > kManyDelays * std::max(expected_flops_, analysis_.flops) &&
+                    flops > worthwhile_flops(matrix);
+  if (options_.ordering != Ordering::Best || !many || comparisons_ == kMostComparisons)
+    return status;
+  ++comparisons_;
+  const int* places = instance_->data.sym_perm;
+  std::vector<Index> last_order(places, places + dimension_);
+  const Analysis last = analysis_;
+  const bool last_by_values = by_values_;
+  const int last_scaling = instance_->icntl(8);
+  analysis_ = analyze_with_values(matrix);
+  by_values_ = true;
+  if (analysis_.ok && analysis_.flops < flops) {
+    const int other_status = factorize_with_enough_memory();
+    if (other_status >= 0 && instance_->rinfog(3) < flops) {
+      expected_flops_ = instance_->rinfog(3);
+      return other_status;
+    }
+  }
+  instance_->icntl(8) = last_scaling;
+  instance_->icntl(14) = kLeastPercent;
+  analysis_ = analyze_given(last.ordering, std::move(last_order));
+  by_values_ = last_by_values;
+  expected_flops_ = flops;
+  return analysis_.ok ? factorize_with_enough_memory() : kOutOfMemory;
+}
+
 /// The ordering with the fewest flops, left as the current analysis of the instance.
 Analysis MumpsSolver::best_analysis(const SymmetricMatrix& matrix) {
   Analysis best = analyze_with(Ordering::Amd, matrix);
@@ -161,7 +225,9 @@ Analysis MumpsSolver::best_analysis(const SymmetricMatrix& matrix) {
 }
 
 Analysis MumpsSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t>) {
-  factorized_ = false;
+  factorized_ = by_values_ = false;
+  expected_flops_ = 0.0;
+  comparisons_ = 0;
   instance_.reset();
   order_.clear();
   memory_percent_ = options_.mumps_memory_percent;
@@ -192,7 +258,8 @@ std::unique_ptr<SymmetricSolver> MumpsSolver::same_analysis(const SymmetricMatri
   try {
     other->instance_ = std::make_unique<Instance>();
     other->load_pattern(matrix);
-    if (analysis_.ordering == Ordering::Amd) {  // cheap
+    other->instance_->icntl(8) = instance_->icntl(8);
+    if (analysis_.ordering == Ordering::Amd && !by_values_) {  // cheap
       other->analysis_ = other->analyze_with(Ordering::Amd, matrix);
     } else {
       const int* places = instance_->data.sym_perm;
@@ -249,7 +316,8 @@ Factorization MumpsSolver::factorize(const SymmetricMatrix& matrix) {
   instance_->data.a = const_cast<double*>(matrix.values().data());  // read only
   instance_->cntl(1) = pivot_tolerance_;
 
-  const int status = factorize_with_enough_memory();
+  int status = factorize_with_enough_memory();
+  if (status >= 0) status = compare_with_values(matrix, status);
   if (wants_more_workspace(status) || status == kOutOfMemory) {
     result.status = FactorizationStatus::OutOfMemory;
     return result;

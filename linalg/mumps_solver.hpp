@@ -42,6 +42,8 @@ class MumpsSolver final : public SymmetricSolver {
   [[nodiscard]] int factorize_with_enough_memory();
   [[nodiscard]] double factorization_bytes(Index percent) const;
   [[nodiscard]] bool has_memory_for(double bytes) const;
+  Analysis analyze_with_values(const SymmetricMatrix& matrix);
+  [[nodiscard]] int compare_with_values(const SymmetricMatrix& matrix, int status);
 
   SymmetricSolverOptions options_;
   double pivot_tolerance_;
@@ -52,6 +54,9 @@ class MumpsSolver final : public SymmetricSolver {
   std::vector<Index> order_;           // the one given to MUMPS, 1-based; may be empty
   std::unique_ptr<Instance> instance_;
   Analysis analysis_;
+  bool by_values_ = false;       // the analysis has read them
+  int comparisons_ = 0;          // of that analysis with the other
+  double expected_flops_ = 0.0;  // of a factorization, with delayed pivots; 0 before one had many
   bool factorized_ = false;
 };
 

@@ -103,6 +103,12 @@ class SymmetricSolver {
   /// false allows one that regularization or rounding may have decided. Matters only to solvers
   /// that can do both.
   virtual void require_certain_inertia(bool /*certain*/) {}
+  /// After a factorize of the same matrix that need not be certain: its result as it would be with
+  /// a certain inertia, and factors for it. last: what factorize returned.
+  [[nodiscard]] virtual Factorization make_certain(const SymmetricMatrix& /*matrix*/,
+                                                   const Factorization& last) {
+    return last;
+  }
 
   /// Whether pivoting makes the inertia reliable for any matrix.
   [[nodiscard]] virtual bool pivots() const = 0;

@@ -72,8 +72,12 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
   if (zero_fails || (sparing && last_.first_x_failed && shift.x == 0.0)) shift.x = first;
   if (economical() && dependent_x_ >= kTimesUntilKnown) shift.lambda_x = multiplier_shift(mu);
   for (int raises = 0;; ++raises) {
-    const Factorization f = kkt_.factorize(shift);
+    Factorization f = kkt_.factorize(shift);
     if (kkt_.has_expected_inertia(f)) break;
+    if (raises == 0) {
+      f = kkt_.make_certain();
+      if (kkt_.has_expected_inertia(f)) break;
+    }
     if (f.status == FactorizationStatus::OutOfMemory || out_of_time()) return false;
     const bool dependent =
         f.inertia.zero > 0 || (raises >= kRaisesBeforeMultiplierShift &&

@@ -111,6 +111,7 @@ Analysis KktBlock::analyze() {
 void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
   factorized_with_.reset();
   solver_ = std::move(solver);
+  solver_->require_certain_inertia(certain_);
   if (!empty()) solver_->reset_quality();
 }
 
@@ -200,6 +201,13 @@ Factorization KktBlock::factorize(const Regularization& shift) {
   return factorization_;
 }
 
+Factorization KktBlock::make_certain(const Regularization& shift) {
+  if (certain_ || !is_factorized(shift)) return factorization_;
+  factorization_ = solver_->make_certain(matrix_, factorization_);
+  if (factorization_.status != FactorizationStatus::Ok) factorized_with_.reset();
+  return factorization_;
+}
+
 void KktBlock::subtract_product(const Evaluation& evaluation, const Eigen::VectorXd& v,
                                 const Eigen::VectorXd& lambda, Eigen::VectorXd& product_v,
                                 Eigen::VectorXd& product_c) const {
@@ -271,6 +279,7 @@ void KktSystem::decide_on_schur_complement(const Analysis& full) {
 }
 
 void KktSystem::require_certain_inertia(bool certain) {
+  certain = certain || inner_.empty();
   if (schur_ && certain != inner_.inertia_is_certain()) schur_->forget_factors();
   full_.require_certain_inertia(certain);
   inner_.require_certain_inertia(certain);
@@ -375,6 +384,25 @@ Factorization KktSystem::factorize_inner(const Regularization& shift) {
   } else {
     result = factorize(inner_, shift, counts_.factorizations_inner);
   }
+  result.inertia = layout_.with_slacks_inner(result.inertia);
+  return result;
+}
+
+Factorization KktSystem::make_certain() {
+  if (full_.empty()) return {.status = FactorizationStatus::Ok, .inertia = layout_.expected()};
+  if (by_schur_) static_cast<void>(factorize(shift_, false));
+  const ScopedTimer timer(timing_.factorization);
+  Factorization result = full_.make_certain(shift_);
+  result.inertia = inertia_ = layout_.with_slacks(result.inertia);
+  return result;
+}
+
+Factorization KktSystem::make_inner_certain() {
+  if (inner_.empty()) {
+    return {.status = FactorizationStatus::Ok, .inertia = layout_.expected_inner()};
+  }
+  const ScopedTimer timer(timing_.factorization);
+  Factorization result = inner_.make_certain(inner_shift_);
   result.inertia = layout_.with_slacks_inner(result.inertia);
   return result;
 }

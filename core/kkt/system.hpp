@@ -85,6 +85,8 @@ class KktBlock {
   [[nodiscard]] std::uint64_t version() const { return version_; }
   /// Repeated, the last factorization is kept.
   [[nodiscard]] Factorization factorize(const Regularization& shift);
+  /// The last factorization, made with this shift, as it is with a certain inertia.
+  [[nodiscard]] Factorization make_certain(const Regularization& shift);
   [[nodiscard]] bool increase_quality() {
     factorized_with_.reset();
     return solver_->increase_quality();
@@ -92,6 +94,7 @@ class KktBlock {
   [[nodiscard]] bool pivots() const { return empty() || solver_->pivots(); }
   [[nodiscard]] double perturbation() const { return empty() ? 0.0 : solver_->perturbation(); }
   void require_certain_inertia(bool certain) {
+    if (certain == certain_) return;
     factorized_with_.reset();
     certain_ = certain;
     solver_->require_certain_inertia(certain);
@@ -169,6 +172,10 @@ class KktSystem {
   /// Where a certain inertia is required but not of this matrix.
   [[nodiscard]] Factorization factorize_for_solutions(const Regularization& shift);
   [[nodiscard]] Factorization factorize_inner(const Regularization& shift);
+  /// The last factorization of K or K_yy, whose inertia Gamma or rounding may have decided, checked
+  /// and if need be repeated with pivoting.
+  [[nodiscard]] Factorization make_certain();
+  [[nodiscard]] Factorization make_inner_certain();
   [[nodiscard]] bool has_expected_inertia(const Factorization& f) const {
     return f.status == FactorizationStatus::Ok && f.inertia == layout_.expected();
   }
@@ -186,7 +193,9 @@ class KktSystem {
 
   /// True when another factorization will be more accurate; factorize anew after it.
   [[nodiscard]] bool increase_quality();
-  /// False while iterating, where a wrong inertia costs a step; true for the certificate.
+  /// True for the certificate. False while iterating: with Max variables, for whom many matrices are
+  /// factorized, a wrong inertia costs a step; without, it could end or mislead a minimization, and
+  /// inertias stay certain.
   void require_certain_inertia(bool certain);
   /// Whether both factorizations pivot, so that their inertias hold for any matrix.
   [[nodiscard]] bool pivots() const { return full_.pivots() && inner_.pivots(); }

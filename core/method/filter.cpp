@@ -33,14 +33,17 @@ bool Filter::is_phi_step(double theta, double slope, double alpha) const {
 }
 
 Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, const Merit& to) const {
-  if (!std::isfinite(to.phi) || !std::isfinite(to.theta) || !acceptable(to)) return Verdict::Reject;
+  if (!std::isfinite(to.phi) || !std::isfinite(to.theta)) return Verdict::Reject;
+  const auto unless_dominated = [&](Verdict verdict) {
+    return acceptable(to) ? verdict : Verdict::Dominated;
+  };
   if (from.theta <= theta_min_ && is_phi_step(from.theta, slope, alpha)) {
     const bool armijo = at_most(to.phi - from.phi, kEtaPhi * alpha * slope, from.phi);
-    return armijo ? Verdict::Armijo : Verdict::Reject;
+    return armijo ? unless_dominated(Verdict::Armijo) : Verdict::Reject;
   }
   const bool theta_falls = at_most(to.theta, (1.0 - kGammaTheta) * from.theta, from.theta);
   const bool phi_falls = at_most(to.phi - from.phi, -kGammaPhi * from.theta, from.phi);
-  return theta_falls || phi_falls ? Verdict::Sufficient : Verdict::Reject;
+  return theta_falls || phi_falls ? unless_dominated(Verdict::Sufficient) : Verdict::Reject;
 }
 
 bool Filter::acceptable(const Merit& merit) const {

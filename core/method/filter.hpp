@@ -17,10 +17,13 @@ struct Merit {
 class Filter {
  public:
   enum class Verdict : unsigned char {
-    Reject,
+    Reject,     ///< no sufficient progress from the point left
+    Dominated,  ///< progress from the point left, but a pair of the filter is better
     Armijo,     ///< a step on phi: sufficient decrease of phi, the filter stays as it is
     Sufficient  ///< theta or phi decreased enough; the point left is added to the filter
   };
+
+  [[nodiscard]] static bool accepted(Verdict verdict) { return verdict >= Verdict::Armijo; }
 
   /// Forgets all pairs. The first violation of a solve fixes theta_min and theta_max.
   void reset() { entries_.clear(); }

@@ -44,9 +44,29 @@ constexpr int kSecondOrderSteps = 4;
 constexpr double kSecondOrderDecrease = 0.99;       // kappa_soc
 constexpr double kRestorationDecrease = 0.9;        // kappa_resto
 constexpr double kLargestRestoredMultiplier = 1e3;  // bound_mult_reset_threshold of Ipopt
-constexpr double kAlmostFeasible = 1e2;  // violation over tol below which nothing is restored
-constexpr int kConstraintSteps = 8;      // back to the constraints after an escape
+// Violation over tol below which nothing is restored, or not even where nothing else is left.
+constexpr double kAlmostFeasible = 1e2;
+constexpr double kFeasible = 1e-2;
+constexpr int kConstraintSteps = 8;  // back to the constraints after an escape
+// Directions of curvature: inverse iterations, the change of the Rayleigh quotient that ends them,
+// and the factor between lengths tried.
+constexpr int kInverseIterations = 60;
+constexpr int kInverseIterationsWithMax = 6;
+constexpr double kSettledQuotient = 1e-2;
+constexpr double kEscapeDecrease = 0.5;
+constexpr double kClearEscapeDecrease = 0.25;
+constexpr double kShortestEscape = 1e-6;
+constexpr double kShortestClearEscape = 0.1;
+// Relative gain of an escape, and where curvature decides nothing.
+constexpr double kLeastGain = 1e-10;
+constexpr double kClearGain = 1e-6;
 constexpr int kMaxTrials = 60;
+// Of Ipopt: watchdog_shortened_iter_trigger, watchdog_trial_iter_max, filter_reset_trigger,
+// max_filter_resets.
+constexpr Index kShortenedBeforeWatchdog = 10;
+constexpr Index kWatchdogTrials = 3;
+constexpr Index kDominatedBeforeReset = 5;
+constexpr Index kFilterResets = 5;
 constexpr int kRoughTrials = 4;  // with an inexact inner maximum
 constexpr int kExactTrials = 10;
 constexpr double kExactGain = 1e-9;   // |q| of an exact one
@@ -88,6 +108,8 @@ void GlobalizedMethod::start(const Point& point) {
 
 void GlobalizedMethod::barrier_changed() {
   filter_.reset();
+  watchdog_.active = false;
+  shortened_steps_ = 0;
   best_ = {kInfinity, kInfinity};
   stale_steps_ = 0;
   soft_steps_ = 0;
@@ -246,10 +268,6 @@ std::optional<Status> GlobalizedMethod::set_back() {
   const bool is_long = steps_ > (repeated_ ? kLongRepeatedSearch : kLongSearch);
   const Index allowed = is_long ? kFewestSetbacks : max_setbacks_;
   if (++setbacks_ <= allowed && joint_steps_ <= kMaxJointSteps) return std::nullopt;
-  if (!has_max()) {
-    message_ = "no acceptable step found";
-    return Status::TinyStep;
-  }
   if (2 * inner_unbounded_ > setbacks_) {
     message_ = "the maximization over the Max variables looks unbounded";
     return Status::InnerUnbounded;
@@ -425,12 +443,10 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
     info.delta_y = shift.y;
     info.step_norm = max_norm(step_.v);
     info.step_kind = shift.x > 0.0 ? 's' : 'f';
-    if (search(point, mu,
-               !has_max()    ? kMaxTrials
-               : inner_exact ? kExactTrials
-                             : kRoughTrials,
-               info))
-      return std::nullopt;
+    bool skip_first = false;
+    if (!has_max() && watched_step(point, mu, info, skip_first)) return std::nullopt;
+    const int trials = !has_max() ? kMaxTrials : inner_exact ? kExactTrials : kRoughTrials;
+    if (search(point, mu, trials, info, skip_first)) return std::nullopt;
     if (limit_.expired()) return limit_.exceeded();  // no other step in haste
     // Rejections may be the fault of phi's estimate: make it exact and search once more.
     if (inner_exact || std::abs(direction_.gain) <= kExactGain) break;
@@ -451,7 +467,17 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
     ++soft_steps_;
     return std::nullopt;
   }
-  return can_restore(point) ? restore(point, mu, info) : leap(point, mu, info);
+  if (can_restore(point)) return restore(point, mu, info);
+  if (has_max()) return leap(point, mu, info);
+  // Points of long ago may be all that rejects.
+  filter_.reset();
+  if (search(point, mu, kMaxTrials, info, false)) return std::nullopt;
+  const bool exactly_feasible =
+      point.evaluation.c.size() == 0 ||
+      point.evaluation.c.lpNorm<Eigen::Infinity>() <= kFeasible * options_.tol;
+  if (allow_restoration_ && !exactly_feasible) return restore(point, mu, info);
+  message_ = "no acceptable step found";
+  return Status::TinyStep;
 }
 
 bool GlobalizedMethod::can_restore(const Point& point) const {
@@ -488,6 +514,12 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
       break;
     case RestorationOutcome::LocallyInfeasible:
       message_ = "the violation of the constraints is at a local minimum";
+      if (!has_max()) {  // the point that shows it
+        std::swap(point, trial_);
+        if (evaluate_values(point)) {
+          static_cast<void>(canonical_.first_derivatives(point.iterate.v, point.evaluation));
+        }
+      }
       return Status::LocallyInfeasible;
     case RestorationOutcome::Stopped:
       return limit_.expired() ? limit_.exceeded() : Status::MaxIterations;
@@ -529,7 +561,66 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
   return std::nullopt;
 }
 
-bool GlobalizedMethod::search(Point& point, double mu, int max_trials, IterationInfo& info) {
+void GlobalizedMethod::count_dominated(bool dominated) {
+  if (has_max() || filter_resets_ >= kFilterResets) return;
+  dominated_steps_ = dominated ? dominated_steps_ + 1 : 0;
+  if (dominated_steps_ < kDominatedBeforeReset) return;
+  filter_.reset();
+  ++filter_resets_;
+  dominated_steps_ = 0;
+}
+
+bool GlobalizedMethod::watched_step(Point& point, double mu, IterationInfo& info,
+                                    bool& skip_first) {
+  // Ipopt's watchdog: full steps that need not improve on the point they leave, as long as one of
+  // the first few improves on the point where it began.
+  skip_first = false;
+  if (!watchdog_.active) {
+    if (shortened_steps_ < kShortenedBeforeWatchdog) return false;
+    watchdog_.point = point;
+    watchdog_.step = step_;
+    watchdog_.from = merit(point, mu);
+    watchdog_.slope = outer_slope(point, mu);
+    watchdog_.info = info;
+    watchdog_.trials = 0;
+    watchdog_.active = true;
+  }
+  const StepLength alpha =
+      largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
+  if (watchdog_.trials == 0) watchdog_.alpha = alpha.primal;
+  set_trial(point, step_, alpha.primal, alpha.dual, mu);
+  ++info.trials;
+  const Trial trial = evaluate_trial(mu, watchdog_.slope, alpha.primal, kInfinity);
+  const bool defined = trial.usable && evaluate_derivatives(trial_);
+  const auto verdict = filter_.test(watchdog_.from, watchdog_.slope, watchdog_.alpha, trial.merit);
+  const bool improves = defined && Filter::accepted(verdict);
+  if (improves || (defined && ++watchdog_.trials <= kWatchdogTrials)) {
+    if (improves) {
+      if (verdict == Filter::Verdict::Sufficient) filter_.add(watchdog_.from);
+      watchdog_.active = false;
+      shortened_steps_ = 0;
+    }
+    accept(point);
+    info.alpha_primal = alpha.primal;
+    info.alpha_dual = alpha.dual;
+    info.step_kind = 'W';
+    return true;
+  }
+  watchdog_.active = false;
+  shortened_steps_ = 0;
+  skip_first = true;
+  std::swap(point, watchdog_.point);
+  std::swap(step_, watchdog_.step);
+  const Index trials = info.trials;
+  const Index iteration = info.iteration;
+  info = watchdog_.info;
+  info.iteration = iteration;
+  info.trials = trials;
+  return false;
+}
+
+bool GlobalizedMethod::search(Point& point, double mu, int max_trials, IterationInfo& info,
+                              bool skip_first) {
   const StepLength alpha =
       largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
   const double slope = outer_slope(point, mu);
@@ -547,7 +638,9 @@ bool GlobalizedMethod::search(Point& point, double mu, int max_trials, Iteration
     const double longest = kLongStep * (1.0 + max_norm(point.iterate.v));
     t = std::min(t, longest / std::max(max_norm(step_.v), longest));
   }
+  bool dominated = false;  // the last trial: by the filter alone
   for (int k = 0; k < max_trials && t >= smallest && !limit_.expired(); ++k, t *= 0.5) {
+    if (k == 0 && skip_first) continue;
     set_trial(point, step_, t, alpha.dual, mu);
     ++info.trials;
     info.alpha_primal = t;
@@ -555,7 +648,9 @@ bool GlobalizedMethod::search(Point& point, double mu, int max_trials, Iteration
     bool accepted = false;
     if (trial.usable) {
       const auto verdict = filter_.test(from, slope, t, trial.merit);
-      accepted = verdict != Filter::Verdict::Reject;
+      accepted = Filter::accepted(verdict);
+      if (accepted) count_dominated(dominated);
+      dominated = verdict == Filter::Verdict::Dominated;
       if (verdict == Filter::Verdict::Sufficient) filter_.add(from);
       if (!accepted && k == 0 && trial.merit.theta >= from.theta &&
           from.theta + trial.merit.theta > 0.0) {
@@ -566,6 +661,7 @@ bool GlobalizedMethod::search(Point& point, double mu, int max_trials, Iteration
     if (!has_max() && !evaluate_derivatives(trial_)) continue;
     accept(point);
     slow_steps_ = info.alpha_primal <= kSlowLength ? slow_steps_ + 1 : 0;
+    shortened_steps_ = k > 0 ? shortened_steps_ + 1 : 0;
     soft_steps_ = 0;
     if (has_max() && slow_steps_ >= kSlowSteps) fast_pause_ = 0;
     return true;
@@ -592,7 +688,7 @@ bool GlobalizedMethod::second_order_correction(const Point& point, double mu, co
     const Trial trial = evaluate_trial(mu, slope, alpha, kInfinity);
     if (!trial.usable) return false;
     const auto verdict = filter_.test(from, slope, alpha, trial.merit);
-    if (verdict != Filter::Verdict::Reject) {
+    if (Filter::accepted(verdict)) {
       if (verdict == Filter::Verdict::Sufficient) filter_.add(from);
       info.alpha_primal = a.primal;
       info.alpha_dual = a.dual;
@@ -659,7 +755,7 @@ GlobalizedMethod::Trial GlobalizedMethod::back_to_constraints(const Point& point
   return trial;
 }
 
-bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
+bool GlobalizedMethod::escape(Point& point, double mu, bool clear, IterationInfo& info) {
   if (++escapes_ > kMaxEscapes) return false;
   forget_direction();
   filter_.reset();
@@ -680,14 +776,20 @@ bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
   const Index nx = canonical_.y().begin;
   set_zero(rhs_);
   for (Index i = 0; i < nx; ++i) rhs_.v[i] = std::sin(1.0 + i);
-  // A shift far above what K needs makes the iteration slow.
-  const int solves = has_max() ? 6 : 60;
-  for (int k = 0; k < solves; ++k) {
+  // A shift far above what K needs makes the iteration slow. Where little is at stake it ends when the
+  // Rayleigh quotient of the inverse has settled.
+  double last_quotient = kInfinity;
+  for (int k = 0; k < (has_max() ? kInverseIterationsWithMax : kInverseIterations); ++k) {
     if (!kkt_.solve(point.evaluation, rhs_, step_)) return false;
+    const double quotient = rhs_.v.head(nx).dot(step_.v.head(nx)) / rhs_.v.head(nx).squaredNorm();
     const double norm = step_.v.head(nx).norm();
     if (!(norm > 0.0)) return false;
     rhs_.v.head(nx) = step_.v.head(nx) / norm;
     step_.v /= norm;
+    const bool settled =
+        std::abs(quotient - last_quotient) <= kSettledQuotient * std::abs(quotient);
+    if (settled && clear) break;
+    last_quotient = quotient;
   }
   step_.lambda.setZero();
   step_.z_lower.setZero();
@@ -698,7 +800,9 @@ bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
   // Twice the largest multiplier makes the violation's l1 norm an exact penalty.
   const double penalty = has_max() ? 0.0 : 2.0 * max_norm(point.iterate.lambda);
   const double length = 0.1 * (1.0 + max_norm(point.iterate.v));
-  for (double t = length; t > 1e-6 * length && !limit_.expired(); t *= 0.5) {
+  const double decrease = clear ? kClearEscapeDecrease : kEscapeDecrease;
+  const double shortest = (clear ? kShortestClearEscape : kShortestEscape) * length;
+  for (double t = length; t > shortest && !limit_.expired(); t *= decrease) {
     for (const double sign : {1.0, -1.0}) {
       correction_step_ = step_;
       correction_step_.v *= sign * t;
@@ -706,10 +810,12 @@ bool GlobalizedMethod::escape(Point& point, double mu, IterationInfo& info) {
       set_trial(point, correction_step_, a.primal, a.dual, mu);
       ++info.trials;
       Trial trial = evaluate_trial(mu, 1.0, t, kInfinity);
+      const double least_gain = (clear ? kClearGain : kLeastGain) * (1.0 + std::abs(from.phi));
+      if (clear && trial.merit.phi > from.phi - least_gain) continue;
       if (trial.usable && !has_max()) trial = back_to_constraints(point, mu, trial);
       // A violation left over may not pay for the decrease.
       const double change = trial.merit.phi - from.phi + penalty * (trial.merit.theta - from.theta);
-      if (!trial.usable || !(change < -1e-10 * (1.0 + std::abs(from.phi)))) continue;
+      if (!trial.usable || !(change < -least_gain)) continue;
       if (!has_max() && !evaluate_derivatives(trial_)) continue;
       accept(point);
       info.alpha_primal = a.primal;

@@ -33,9 +33,10 @@ class GlobalizedMethod {
   /// A status ends the solve; message() says more. Past the time limit any status may come.
   [[nodiscard]] std::optional<Status> step(Point& point, double mu, IterationInfo& info);
 
-  /// Leaves a first-order point with a wrong inertia along a direction of the offending curvature.
+  /// Leaves a first-order point with a wrong inertia along a direction of the offending curvature;
+  /// clear: only for a clear gain, looked for at few points.
   /// False: none of the allowed attempts is left, or none helps.
-  [[nodiscard]] bool escape(Point& point, double mu, IterationInfo& info);
+  [[nodiscard]] bool escape(Point& point, double mu, bool clear, IterationInfo& info);
 
   /// To be told of restorations' iterations. A stop ends the step with Status::UserStop, the point
   /// moved to where it happened, its values and first derivatives renewed where they exist.
@@ -56,7 +57,14 @@ class GlobalizedMethod {
                                                          IterationInfo& info);
   [[nodiscard]] std::optional<Status> outer_step(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] bool newton_step(const Point& point, double mu, Regularization& shift);
-  [[nodiscard]] bool search(Point& point, double mu, int max_trials, IterationInfo& info);
+  /// The step of a minimization while the watchdog watches. False: an ordinary search is due, from
+  /// the point and with the step that it went back to when skip_first.
+  [[nodiscard]] bool watched_step(Point& point, double mu, IterationInfo& info, bool& skip_first);
+  /// skip_first: the full step was rejected before.
+  [[nodiscard]] bool search(Point& point, double mu, int max_trials, IterationInfo& info,
+                            bool skip_first);
+  /// An accepted step, the last trial before which the filter alone rejected or not.
+  void count_dominated(bool dominated);
   [[nodiscard]] bool second_order_correction(const Point& point, double mu, const Merit& from,
                                              double slope, double alpha, double first_theta,
                                              IterationInfo& info);
@@ -122,6 +130,19 @@ class GlobalizedMethod {
   Index fast_pause_ = 0;           ///< iterations without the fast path after it failed
   double fast_contraction_ = 0.0;  ///< of the residual by the last step; 0: that was not full, fast
   Index slow_steps_ = 0;           ///< short accepted steps in a row
+  Index shortened_steps_ = 0;      ///< in a row
+  Index dominated_steps_ = 0;      ///< in a row whose last rejection was the filter's
+  Index filter_resets_ = 0;
+  struct Watchdog {
+    bool active = false;
+    Index trials = 0;
+    Point point;  ///< where it began, with its step
+    Step step;
+    Merit from;
+    double slope = 0.0;
+    double alpha = 1.0;
+    IterationInfo info;
+  } watchdog_;
   Index escapes_ = 0;
   Index soft_steps_ = 0;
   Index inner_pause_ = 0;      ///< joint steps before the inner phase is tried again

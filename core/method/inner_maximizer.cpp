@@ -166,7 +166,7 @@ bool InnerMaximizer::search(Point& point, double mu, InnerDirection& direction) 
     const bool defined = evaluate_merit(trial_, mu, to);
     if (defined) {
       const auto verdict = filter_.test(from, slope, t, to);
-      if (verdict != Filter::Verdict::Reject) return accept(verdict);
+      if (Filter::accepted(verdict)) return accept(verdict);
     }
     if (!first || !defined || to.theta < from.theta) continue;
     // Second-order correction against the Maratos effect: same matrix, c = alpha c + c(trial).
@@ -181,7 +181,7 @@ bool InnerMaximizer::search(Point& point, double mu, InnerDirection& direction) 
       move(point, correction_step_, a.primal, a.dual, mu, trial_);
       if (!evaluate_merit(trial_, mu, to)) break;
       const auto verdict = filter_.test(from, slope, t, to);
-      if (verdict != Filter::Verdict::Reject) return accept(verdict);
+      if (Filter::accepted(verdict)) return accept(verdict);
       if (to.theta > kSecondOrderDecrease * last_theta) break;
       last_theta = to.theta;
       c = a.primal * c + trial_.evaluation.c;

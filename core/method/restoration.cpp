@@ -183,7 +183,9 @@ RestorationOutcome restore_feasibility(
   if (is_success(result.status) || result.status == Status::NotLocalMinmax) {
     const bool feasible =
         problem.read(result.v, v, c) && c.lpNorm<Eigen::Infinity>() <= options.constr_viol_tol;
-    return feasible ? RestorationOutcome::Failed : RestorationOutcome::LocallyInfeasible;
+    if (feasible) return RestorationOutcome::Failed;
+    point.iterate.v = v;
+    return RestorationOutcome::LocallyInfeasible;
   }
   return result.status == Status::MaxIterations || result.status == Status::MaxCpuTime ||
                  result.status == Status::MaxWallTime

@@ -52,6 +52,9 @@ constexpr double kOutwardShare = 0.95;
 /// once where the objective is scaled down, and the iterations that it may take to do better.
 constexpr double kFlatGradient = 1e-4;
 constexpr Index kHiddenIterations = 50;
+/// Iterations allowed after a minimization has left a point whose curvature decides nothing, or as
+/// many as that took where it is more.
+constexpr Index kFewestAfterEscape = 20;
 /// Second derivatives below this, that many times farther out than the start, have died out.
 constexpr double kDiedOut = 1e-100;
 constexpr double kFarAway = 10.0;
@@ -118,7 +121,9 @@ class Solver {
   [[nodiscard]] Status certified_status(Status when_not_refuted);
   [[nodiscard]] bool converged(const KktError& error) const;
   [[nodiscard]] bool runs_to_infinity();
-  [[nodiscard]] bool acceptable(const KktError& error);
+  [[nodiscard]] bool is_acceptable(const KktError& error) const;
+  [[nodiscard]] bool stays_acceptable(const KktError& error);
+  void drop_idle_multipliers(double tolerance);
   [[nodiscard]] Status evaluation_failure(EvaluationStatus status, std::string_view where);
   void update_error();
   void update_barrier();
@@ -166,6 +171,7 @@ class Solver {
   std::optional<Stop> first_failure_;     ///< of the search from the model's starting point
   Index restarts_ = 0;
   std::optional<Index> last_resort_end_;  ///< iteration at which Algorithm 1 gives up, too
+  std::optional<Index> search_end_;       ///< for a better point than the degenerate one
   Index runaway_iterations_ = 0;          ///< in a row
   Index hidden_iterations_ = 0;  ///< beyond points that meet the tolerances by their scaling
   bool analyzed_ = false;
@@ -389,10 +395,11 @@ std::optional<Status> Solver::stop_reason() {
     };
     if (!observer_.on_iteration(info_)) return Status::UserStop;
   }
+  drop_idle_multipliers(options_.tol);
   std::optional<Status> stop;
   if (converged(info_.error)) {
     stop = certified_status(Status::Solved);
-  } else if (acceptable(info_.error)) {
+  } else if (stays_acceptable(info_.error)) {
     stop = certified_status(Status::SolvedToAcceptableLevel);
   }
   if (stop && !hidden_by_scaling(*stop) && !leave_wrong_point(*stop)) return stop;
@@ -451,18 +458,37 @@ bool Solver::converged(const KktError& error) const {
          error.complementarity <= options_.compl_inf_tol;
 }
 
-bool Solver::acceptable(const KktError& error) {
+bool Solver::is_acceptable(const KktError& error) const {
+  return options_.acceptable_iter > 0 && error.total <= options_.acceptable_tol &&
+         std::max(error.dual_min, error.dual_max) <= options_.acceptable_dual_inf_tol &&
+         error.primal <= options_.acceptable_constr_viol_tol &&
+         error.complementarity <= options_.acceptable_compl_inf_tol;
+}
+
+bool Solver::stays_acceptable(const KktError& error) {
   if (options_.acceptable_iter == 0) return false;
   const double f = info_.objective;
   const double change = std::abs(f - last_objective_) / std::max(1.0, std::abs(f));
   const bool is_acceptable =
-      error.total <= options_.acceptable_tol &&
-      std::max(error.dual_min, error.dual_max) <= options_.acceptable_dual_inf_tol &&
-      error.primal <= options_.acceptable_constr_viol_tol &&
-      error.complementarity <= options_.acceptable_compl_inf_tol &&
-      change <= options_.acceptable_obj_change_tol;
+      Solver::is_acceptable(error) && change <= options_.acceptable_obj_change_tol;
   acceptable_count_ = is_acceptable ? acceptable_count_ + 1 : 0;
   return acceptable_count_ >= options_.acceptable_iter;
+}
+
+void Solver::drop_idle_multipliers(double tolerance) {
+  // Without a gradient of the objective every feasible point is optimal, with multipliers zero.
+  constexpr double kIdle = 1e-3;  // times tol, of the multipliers of bounds: the barrier needs some
+  if (canonical_.max_size() > 0 || point_.evaluation.c.size() == 0 ||
+      max_norm(point_.evaluation.gradient) > 0.0 || max_norm(point_.evaluation.c) > tolerance ||
+      max_norm(point_.iterate.lambda) == 0.0) {
+    return;
+  }
+  Iterate& iterate = point_.iterate;
+  iterate.lambda.setZero();
+  iterate.z_lower = iterate.z_lower.cwiseMin(kIdle * options_.tol);
+  iterate.z_upper = iterate.z_upper.cwiseMin(kIdle * options_.tol);
+  static_cast<void>(canonical_.second_derivatives(iterate.v, iterate.lambda, point_.evaluation));
+  update_error();
 }
 
 Status Solver::certified_status(Status when_not_refuted) {
@@ -545,8 +571,14 @@ bool Solver::leave_wrong_point(Status stop) {
       stop == Status::SolvedDegenerate && found.inner == found.inner_expected && !degenerate_point_;
   if (stop != Status::NotLocalMinmax && !degenerate) return false;
   Stop here = stop_here(stop);
-  if (!method_->escape(point_, info_.mu, info_)) return false;
-  if (degenerate) degenerate_point_ = std::move(here);
+  const bool clear = degenerate && canonical_.max_size() == 0;
+  if (!method_->escape(point_, info_.mu, clear, info_)) return false;
+  if (degenerate) {
+    degenerate_point_ = std::move(here);
+    if (canonical_.max_size() == 0) {
+      search_end_ = info_.iteration + std::max(kFewestAfterEscape, info_.iteration);
+    }
+  }
   result_.certificate = {};
   acceptable_count_ = 0;
   update_error();
@@ -558,6 +590,7 @@ bool Solver::leave_wrong_point(Status stop) {
 std::optional<Status> Solver::iterate() {
   if (std::exchange(escaped_, false)) return std::nullopt;
   if (last_resort_end_ && info_.iteration >= *last_resort_end_) return Status::NoLocalMinmaxFound;
+  if (search_end_ && info_.iteration >= *search_end_) return Status::TinyStep;
   last_objective_ = info_.objective;
   update_barrier();
   const auto status = method_ ? method_->step(point_, info_.mu, info_)
@@ -568,7 +601,14 @@ std::optional<Status> Solver::iterate() {
     return limit_.exceeded();
   }
   if (status) result_.message = method_ ? method_->message() : algorithm_one_->message();
-  if (status == Status::UserStop) update_error();  // in a restoration
+  if (status == Status::UserStop || status == Status::LocallyInfeasible) update_error();
+  // As in Ipopt: where no better point can be reached, the acceptable tolerances are enough.
+  const bool stuck = status == Status::TinyStep || status == Status::RestorationFailed;
+  if (stuck) drop_idle_multipliers(options_.acceptable_tol);
+  if (stuck && canonical_.max_size() == 0 && !nested_ && is_acceptable(info_.error)) {
+    result_.message.clear();
+    return certified_status(Status::SolvedToAcceptableLevel);
+  }
   if (status) return status;
   update_error();
   return std::nullopt;

@@ -73,8 +73,11 @@ TEST(AutoSolver, PivotsWhenGammaDecidesTheInertia) {
   ASSERT_TRUE(solver.analyze(matrix, signs).ok);
   EXPECT_FALSE(solver.pivots());
   solver.require_certain_inertia(false);
-  EXPECT_EQ(solver.factorize(matrix).inertia, (Inertia{n, 0, 0}));
+  const Factorization uncertain = solver.factorize(matrix);
+  EXPECT_EQ(uncertain.inertia, (Inertia{n, 0, 0}));
   EXPECT_FALSE(solver.pivots());
+  EXPECT_EQ(solver.make_certain(matrix, uncertain).inertia, (Inertia{n - 1, 1, 0}));
+  EXPECT_TRUE(solver.pivots());
   solver.require_certain_inertia(true);
   EXPECT_EQ(solver.factorize(matrix).inertia, (Inertia{n - 1, 1, 0}));
   EXPECT_TRUE(solver.pivots());
@@ -93,6 +96,29 @@ TEST(AutoSolver, ASmallerGammaSavesThePivoting) {
     EXPECT_EQ(solver.factorize(matrix).inertia, (Inertia{n - negative, negative, 0})) << eigenvalue;
     EXPECT_FALSE(solver.pivots()) << eigenvalue;
   }
+}
+
+TEST(AutoSolver, LdltPausesWhereItsInertiaIsNeverCertain) {
+  constexpr Index n = 50;
+  MatrixBuilder hopeless(n), clear(n);
+  for (Index i = 0; i < n; ++i) {
+    hopeless.add(i, i, i == 20 ? -1e-14 : 1.0);
+    clear.add(i, i, 1.0);
+  }
+  const SymmetricMatrix matrix = hopeless.build();
+  AutoSolver solver({});
+  ASSERT_TRUE(solver.analyze(matrix, std::vector<std::int8_t>(n, 1)).ok);
+  for (int run = 0; run < 4; ++run) {
+    EXPECT_EQ(solver.factorize(matrix).inertia.positive, n - 1);
+    EXPECT_TRUE(solver.pivots());
+  }
+  int pauses = 0;  // then LDL' is back
+  for (const SymmetricMatrix easy = clear.build();; ++pauses) {
+    ASSERT_LT(pauses, 16);
+    EXPECT_EQ(solver.factorize(easy).inertia, (Inertia{n, 0, 0}));
+    if (!solver.pivots()) break;
+  }
+  EXPECT_GT(pauses, 0);
 }
 
 TEST(AutoSolver, SingularMatricesAreSeenThroughLdlt) {

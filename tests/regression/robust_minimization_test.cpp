@@ -1,0 +1,148 @@
+// Minimizations from the literature, written anew, that ask for more than the line search: a certain
+// inertia in each iteration, full steps that do not improve at once, a filter that forgets.
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <support/autodiff_problem.hpp>
+
+#include "core/solver.hpp"
+
+namespace ipminmax::testing {
+namespace {
+
+constexpr double kInf = kNoBound;
+
+struct Known {
+  Model model;
+  std::vector<double> start;
+  double objective = 0.0;
+  Index iterations = 0;  ///< that suffice
+};
+
+Expression free_variable(Model& model) { return model.variable(Player::Min, ""); }
+
+/// a + b exp(i c) = value_i, the equations alone (Optima manual, Hatfield Polytechnic, 1989).
+Known exponential_equations() {
+  Known known{.start = {0.1, 0.1, 0.1}, .iterations = 500};
+  const Expression a = free_variable(known.model);
+  const Expression b = free_variable(known.model);
+  const Expression c = free_variable(known.model);
+  known.model.objective(0.0 * a);
+  double i = 0.0;
+  for (const double value : {0.032, 0.056, 0.099}) {
+    known.model.constraint(a + b * exp(++i * c), value, value);
+  }
+  return known;
+}
+
+/// Dimensions of a continuous caster with the largest throughput (Vasko and Stott, SIAM Review 37,
+/// 1995).
+Known continuous_caster() {
+  Known known{.start = std::vector<double>(5, 0.5), .objective = -49.0752, .iterations = 100};
+  Model& model = known.model;
+  const Expression thick = model.variable(Player::Min, "thick", 7.0);
+  const Expression wide = model.variable(Player::Min, "wide", 0.0);
+  const Expression length = model.variable(Player::Min, "length", 0.0, 60.0);
+  const Expression tons = model.variable(Player::Min, "tons", 0.0);
+  const Expression speed = model.variable(Player::Min, "speed", 0.0);
+  model.objective(-tons);
+  model.constraint(117.370892 * tons / (wide * thick) - speed, 0.0, 0.0);
+  model.constraint(square(thick) * speed / 48.0 - length, 0.0, 0.0);
+  model.constraint(wide / thick, -kInf, 2.0);
+  model.constraint(thick * wide, 200.0, 250.0);
+  return known;
+}
+
+/// Rational approximation of exp on [0, 5] from above (Powell), least squares of relative errors.
+Known one_sided_exponential_fit() {
+  constexpr int kPoints = 51;
+  Known known{.start = {1.0, 1.0, 6.0, 0.0, 0.0}, .objective = 0.00501951, .iterations = 100};
+  Model& model = known.model;
+  const Expression p0 = free_variable(model);
+  const Expression p1 = free_variable(model);
+  const Expression p2 = free_variable(model);
+  const Expression q1 = free_variable(model);
+  const Expression q2 = free_variable(model);
+  Expression sum = 0.0;
+  for (int i = 0; i < kPoints; ++i) {
+    const double t = 5.0 * i / (kPoints - 1);
+    const Expression above = p0 + t * p1 + t * t * p2;
+    const Expression below = 1.0 + (t - 5.0) * q1 + (t - 5.0) * (t - 5.0) * q2;
+    sum += square(above / (std::exp(t) * below) - 1.0);
+    model.constraint(
+        above - std::exp(t) * (t - 5.0) * q1 - std::exp(t) * (t - 5.0) * (t - 5.0) * q2,
+        std::exp(t), kInf);
+    model.constraint(below, 0.0, kInf);
+  }
+  model.objective(sum);
+  return known;
+}
+
+/// The least eigenvalue d of diag(1, ..., n) as A q = d q, |q| = 1, all variables in [-1, 1].
+Known least_eigenvalue() {
+  constexpr int kSize = 50;
+  Known known{.start = std::vector<double>(kSize + 1, 1.0 / std::sqrt(kSize)),
+              .objective = 1.0,
+              .iterations = 200};
+  known.start[0] = 1.0;
+  Model& model = known.model;
+  const Expression d = model.variable(Player::Min, "d", -1.0, 1.0);
+  model.objective(d);
+  Expression norm = 0.0;
+  for (int i = 1; i <= kSize; ++i) {
+    const Expression q = model.variable(Player::Min, "", -1.0, 1.0);
+    norm += square(q);
+    model.constraint(q * d - static_cast<double>(i) * q, 0.0, 0.0);
+  }
+  model.constraint(norm, 1.0, 1.0);
+  return known;
+}
+
+void expect_solved(const Known& known) {
+  AutodiffProblem problem(known.model, known.start);
+  const Result result = solve(problem, SolverOptions{});
+  EXPECT_TRUE(is_success(result.status)) << name_of(result.status);
+  EXPECT_LE(result.error.primal, 1e-7);
+  EXPECT_NEAR(result.objective, known.objective, 1e-5 * (1.0 + std::abs(known.objective)));
+  EXPECT_LE(result.iterations, known.iterations);
+}
+
+TEST(RobustMinimization, EquationsWithExponentials) { expect_solved(exponential_equations()); }
+TEST(RobustMinimization, ContinuousCaster) { expect_solved(continuous_caster()); }
+TEST(RobustMinimization, OneSidedExponentialFit) { expect_solved(one_sided_exponential_fit()); }
+TEST(RobustMinimization, LeastEigenvalue) { expect_solved(least_eigenvalue()); }
+
+// Without a gradient of the objective multipliers are zero, however they came about on the way.
+TEST(RobustMinimization, FeasiblePointsWithoutObjectiveAreOptimal) {
+  Model model;
+  const Expression x = model.variable(Player::Min, "x", 0.0);
+  const Expression y = model.variable(Player::Min, "y", 0.0);
+  model.objective(0.0 * x);
+  model.constraint(x * y, 1.0, 1.0);
+  model.constraint(square(x) + y, -kInf, 2.0);
+  AutodiffProblem problem(model, {0.1, 4.0});
+  const Result result = solve(problem, SolverOptions{});
+  ASSERT_TRUE(is_success(result.status)) << name_of(result.status);
+  EXPECT_LE(result.error.primal, 1e-8);
+  for (const double lambda : result.lambda) EXPECT_LE(std::abs(lambda), 1e-10);
+}
+
+// What is returned shows the verdict: the violation's least value.
+TEST(RobustMinimization, InfeasibleModelsEndAtTheLeastViolation) {
+  Model model;
+  const Expression x = model.variable(Player::Min, "x");
+  const Expression y = model.variable(Player::Min, "y");
+  model.objective(x + y);
+  model.constraint(square(x) + square(y), -1.0, -1.0);
+  AutodiffProblem problem(model, {3.0, 4.0});
+  const Result result = solve(problem, SolverOptions{});
+  EXPECT_EQ(result.status, Status::LocallyInfeasible);
+  ASSERT_EQ(result.constraints.size(), 1U);
+  EXPECT_NEAR(result.constraints[0], 0.0, 1e-4);
+}
+
+}  // namespace
+}  // namespace ipminmax::testing
