@@ -197,6 +197,39 @@ std::string interval_of(const Ipopt::RegisteredOption& option) {
   return text.str();
 }
 
+/// Insertions, deletions, changes and swaps of neighbours that make one text the other.
+std::size_t edits(const std::string& a, const std::string& b) {
+  std::vector<std::vector<std::size_t>> least(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        least[i][j] = i + j;
+        continue;
+      }
+      least[i][j] = std::min({least[i - 1][j] + 1, least[i][j - 1] + 1,
+                              least[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        least[i][j] = std::min(least[i][j], least[i - 2][j - 2] + 1);
+    }
+  }
+  return least[a.size()][b.size()];
+}
+
+/// The option whose name is nearest, empty when none is near.
+std::string similar_option(const std::string& name, const Ipopt::RegisteredOptions& registry) {
+  std::string nearest;
+  std::size_t least = 1 + std::min<std::size_t>(3, (name.size() + 1) / 3);
+  constexpr std::size_t kLongest = 100;
+  if (name.size() > kLongest) return nearest;
+  for (const auto& [option, unused] : registry.RegisteredOptionsList()) {
+    if (const std::size_t distance = edits(name, option); distance < least) {
+      least = distance;
+      nearest = option;
+    }
+  }
+  return nearest;
+}
+
 /// Whether name already has this value; setting it again would only warn.
 template <class Value, class Get>
 bool is_set_to(const Value& value, Get get) {
@@ -210,7 +243,11 @@ std::string set_option(const std::string& name, const std::string& text,
                        Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
                        bool allow_clobber) {
   const Ipopt::SmartPtr<const Ipopt::RegisteredOption> option = registry.GetOption(name);
-  if (Ipopt::IsNull(option)) return "unknown option \"" + name + "\"";
+  if (Ipopt::IsNull(option)) {
+    const std::string similar = similar_option(name, registry);
+    return "unknown option \"" + name + "\"" +
+           (similar.empty() ? "" : "; did you mean " + similar + "?");
+  }
   const std::string setting = name + " = " + text;
   bool done = false;
   if (option->Type() == Ipopt::OT_Number) {
@@ -316,6 +353,11 @@ const std::vector<ApplicationOption>& application_option_table() {
        "Seconds that have to pass after a printed iteration before the next.", Number{0.0, 0.0}},
       {"print_info_string", output,
        "Whether the number of factorizations of K and of K_yy ends each iteration's line.",
+       Flag{false}},
+      {"print_ipopt_log", output,
+       "Whether iterations and final errors are printed as Ipopt prints them, for programs that "
+       "read "
+       "its log; the default with the executable's -AMPL.",
        Flag{false}},
       {"print_user_options", output, "Whether the options that were set are printed.", Flag{false}},
       {"print_options_documentation", output, "Whether all options are listed.", Flag{false}},

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <string_view>
 #include <vector>
 
 #include "adapter/log.hpp"
@@ -234,6 +235,38 @@ std::string iteration_header() {
   return format("%4s %14s %8s %8s %8s %6s %8s %7s %7s %8s %8s  %3s\n", "iter", "objective",
                 "inf_pr", "inf_dx", "inf_dy", "lg(mu)", "||d||", "lg(rgx)", "lg(rgy)", "alpha_du",
                 "alpha_pr", "ls");
+}
+
+std::string ipopt_iteration_header() {
+  return "iter    objective    inf_pr   inf_du lg(mu)  ||d||  lg(rg) alpha_du alpha_pr  ls\n";
+}
+
+std::string ipopt_iteration_row(const IterationInfo& info) {
+  constexpr std::string_view kIpoptsLetters = "fFhHkKnNRwSstTr";
+  const KktError& error = info.error;
+  std::string text =
+      format("%4d %14.7e %7.2e %7.2e %5s ", info.iteration, info.objective, error.primal,
+             std::max(error.dual_min, error.dual_max), log10_or_dash(info.mu).c_str());
+  if (info.iteration == 0) return text + "0.00e+00    -  0.00e+00 0.00e+00   0\n";
+  const bool is_ipopts = kIpoptsLetters.find(info.step_kind) != std::string_view::npos;
+  return text + format("%7.2e %5s %7.2e %7.2e%c %3d\n", info.step_norm,
+                       log10_or_dash(std::max(info.delta_x, info.delta_y)).c_str(), info.alpha_dual,
+                       info.alpha_primal, is_ipopts ? info.step_kind : 'n', info.trials);
+}
+
+std::string ipopt_errors(const Result& result) {
+  const KktError& error = result.error;
+  const double dual = std::max(error.dual_min, error.dual_max);
+  const double overall = std::max({dual, error.primal, error.complementarity});
+  const auto line = [](const char* label, double first, double second) {
+    return format("%s%24.16e  %24.16e\n", label, first, second);
+  };
+  return "                                (unscaled)                (unscaled)\n" +
+         line("Objective...............: ", result.objective, result.objective) +
+         line("Dual infeasibility......: ", dual, dual) +
+         line("Constraint violation....: ", error.primal, error.primal) +
+         line("Complementarity.........: ", error.complementarity, error.complementarity) +
+         line("Overall NLP error.......: ", error.total, overall) + "\n";
 }
 
 std::string iteration_row(const IterationInfo& info, bool with_info) {

@@ -46,6 +46,15 @@ namespace ipminmax::log {
 /// the iteration before, as "K 1 Kyy 3" (print_info_string).
 [[nodiscard]] std::string iteration_row(const IterationInfo& info, bool with_info = false);
 
+/// The same in Ipopt's ten columns, for programs that read its log (print_ipopt_log): inf_du and
+/// lg(rg) are the larger of both players', and the letter is one of Ipopt's, n where it has none.
+[[nodiscard]] std::string ipopt_iteration_header();
+[[nodiscard]] std::string ipopt_iteration_row(const IterationInfo& info);
+
+/// The final errors as Ipopt prints them. Both columns are unscaled, but for the last line's first:
+/// the scaled overall error.
+[[nodiscard]] std::string ipopt_errors(const Result& result);
+
 /// Headings of the table of a multistart:
 ///   start      0 is the model's starting point
 ///   objective  f at its end, unscaled

@@ -47,6 +47,7 @@ class IterationRows {
     list.GetIntegerValue("print_frequency_iter", every_, "");
     list.GetNumericValue("print_frequency_time", pause_, "");
     list.GetBoolValue("print_info_string", with_info_, "");
+    list.GetBoolValue("print_ipopt_log", as_ipopt_, "");
   }
 
   /// Empty when the iteration is not due.
@@ -57,15 +58,18 @@ class IterationRows {
     if (rows_ > 0 && std::chrono::duration<double>(now - last_).count() < pause_) return {};
     last_ = now;
     std::string text;
-    if (rows_ % kRowsPerHeader == 0) text = (rows_ > 0 ? "\n" : "") + log::iteration_header();
+    if (rows_ % kRowsPerHeader == 0)
+      text = (rows_ > 0 ? "\n" : "") +
+             (as_ipopt_ ? log::ipopt_iteration_header() : log::iteration_header());
     ++rows_;
-    return text + log::iteration_row(info, with_info_);
+    return text +
+           (as_ipopt_ ? log::ipopt_iteration_row(info) : log::iteration_row(info, with_info_));
   }
 
  private:
   Index every_ = 1;
   double pause_ = 0.0;
-  bool with_info_ = false;
+  bool with_info_ = false, as_ipopt_ = false;
   Index rows_ = 0;
   std::chrono::steady_clock::time_point last_;
 };
@@ -392,7 +396,9 @@ Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& pr
     print(Ipopt::J_DETAILED, Ipopt::J_MAIN, rows.text(info));
     return call_back(problem, options, info);
   };
-  observer.on_result = [this](Index start, const Result& found) {
+  const bool as_ipopt = flag("print_ipopt_log");  // whose log has no such tables
+  observer.on_result = [this, as_ipopt](Index start, const Result& found) {
+    if (as_ipopt) return;
     if (start == 0) print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::start_header());
     print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::start_row(start, found));
   };
@@ -400,7 +406,7 @@ Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& pr
     print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
   };
   MultistartResult found = multistart(problem, options, observer);
-  if (has_iterate(found.best.status)) {
+  if (has_iterate(found.best.status) && !as_ipopt) {
     print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::multistart_summary(found));
   }
   return std::move(found.best);
@@ -446,6 +452,8 @@ ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& p
     return application_status(result.status);
   }
   print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::summary(result));
+  if (flag("print_ipopt_log"))
+    print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::ipopt_errors(result));
   print(Ipopt::J_SUMMARY, Ipopt::J_STATISTICS, log::work(result));
   if (flag("print_timing_statistics")) {
     print(Ipopt::J_SUMMARY, Ipopt::J_TIMING_STATISTICS, log::timing(result.timing));

@@ -200,6 +200,8 @@ int solve(Command command) {
   assignments.report_overridden(std::cerr);
   const RunOptions options = take_run_options(command);
   if (options.write) ipminmax::remove_stale_file(solution_file);
+  if (command.called_by_ampl && !assignments.value("print_ipopt_log"))
+    application->Options()->SetStringValue("print_ipopt_log", "yes");  // programs read it
   set_options(*application, assignments);
   const auto log = open_log(*application);
   if (application->Initialize("") != Ipopt::Solve_Succeeded)

@@ -295,8 +295,10 @@ void Checker::header() {
   jacobian_entries_ = entries[0];
   gradient_entries_ = entries[1];
   static_cast<void>(counts(2, 2, 1 << 30));  // lengths of names
-  for (const int part : counts(5, 5, bytes)) defined_ += part;
-  if (defined_ < 0 || defined_ > bytes) cursor_.fail("wrong counts in the header");
+  long long defined = 0;
+  for (const int part : counts(5, 5, bytes)) defined += part;
+  if (defined > bytes) cursor_.fail("wrong counts in the header");
+  defined_ = static_cast<int>(defined);
   if (format[0] == 'b') cursor_.make_binary(numbers[2] == 2);
   constraint_seen_ = row_seen_ = marks(m_);
   objective_seen_ = gradient_seen_ = marks(objectives_);
@@ -349,8 +351,9 @@ void Checker::segment(char key) {
 }
 
 void Checker::defined_variable() {
-  const int at = cursor_.integer() - n_;
-  if (at < 0 || at >= defined_) cursor_.fail("a defined variable that the header does not count");
+  const int variable = cursor_.integer();
+  if (variable < n_ || variable - n_ >= defined_)
+    cursor_.fail("a defined variable that the header does not count");
   const int linear = count(0, n_, "linear terms");
   static_cast<void>(cursor_.integer());
   cursor_.end_line();
@@ -360,7 +363,7 @@ void Checker::defined_variable() {
     cursor_.end_line();
   }
   expression();
-  mark(defined_seen_, at, "defined variable");
+  mark(defined_seen_, variable - n_, "defined variable");
 }
 
 void Checker::function() {
@@ -425,10 +428,11 @@ void Checker::column_counts(bool cumulative) {
   cursor_.end_line();
   int before = 0;
   for (int i = 0; i + 1 < n_; ++i) {
-    const int value = cursor_.integer() - (cumulative ? before : 0);
-    if (value < 0 || value > jacobian_entries_ - before) cursor_.fail("wrong column counts");
-    column_[static_cast<std::size_t>(i)] = value;
-    before += value;
+    const int count = cursor_.integer(), least = cumulative ? before : 0;
+    if (count < least || count > jacobian_entries_ - before + least)
+      cursor_.fail("wrong column counts");
+    column_[static_cast<std::size_t>(i)] = count - least;
+    before += count - least;
     cursor_.end_line();
   }
   column_.back() = jacobian_entries_ - before;

@@ -89,6 +89,35 @@ TEST(IterationTable, ColumnsStandBelowTheirHeadings) {
   }
 }
 
+// Programs that read Ipopt's log split lines that begin with a digit at blanks into ten columns.
+TEST(IterationTable, IpoptsColumns) {
+  EXPECT_EQ(words(log::ipopt_iteration_header()),
+            (Words{"iter", "objective", "inf_pr", "inf_du", "lg(mu)", "||d||", "lg(rg)", "alpha_du",
+                   "alpha_pr", "ls"}));
+  IterationInfo info = some_iteration();
+  info.delta_y = 1e-2;
+  EXPECT_EQ(words(log::ipopt_iteration_row(info)),
+            (Words{"12", "-1.2345600e+02", "1.00e-03", "2.00e-04", "-5.0", "5.00e-01", "-2.0",
+                   "1.00e+00", "2.50e-01f", "3"}));
+  info.step_kind = 'j';  // Ipopt has no such letter
+  EXPECT_EQ(words(log::ipopt_iteration_row(info))[8], "2.50e-01n");
+  info.iteration = 0;
+  EXPECT_EQ(words(log::ipopt_iteration_row(info)).size(), 10U);
+}
+
+TEST(Summary, IpoptsErrors) {
+  Result result;
+  result.objective = -2.5;
+  result.error = {.primal = 1e-3, .dual_min = 2e-4, .dual_max = 3e-3, .complementarity = 1e-5};
+  result.error.total = 1e-9;
+  const std::string text = log::ipopt_errors(result);
+  EXPECT_EQ(last_two(text, "Objective......"),
+            (Words{"-2.5000000000000000e+00", "-2.5000000000000000e+00"}));
+  EXPECT_EQ(last_two(text, "Dual infeasibility......:")[1], "3.0000000000000001e-03");
+  EXPECT_EQ(last_two(text, "Overall NLP error.......:"),
+            (Words{"1.0000000000000001e-09", "3.0000000000000001e-03"}));
+}
+
 TEST(IterationTable, UnusualValuesStayInTheirColumns) {
   IterationInfo info = some_iteration();
   info.iteration = 99999;

@@ -336,6 +336,10 @@ TEST_F(AmplExecutable, BadOptionsAreNamed) {
   };
   EXPECT_NE(refusal("tol=abc").find("tol = abc"), std::string::npos);
   EXPECT_NE(refusal("tox=1").find("unknown option \"tox\""), std::string::npos);
+  EXPECT_NE(refusal("tox=1").find("did you mean tol?"), std::string::npos) << err_;
+  EXPECT_NE(refusal("max_itre=1").find("did you mean max_iter?"), std::string::npos) << err_;
+  EXPECT_NE(refusal("linear_solvr=mumps").find("did you mean linear_solver?"), std::string::npos);
+  EXPECT_EQ(refusal("quite_another_thing=1").find("did you mean"), std::string::npos) << err_;
   EXPECT_NE(refusal("tol").find("expected name=value"), std::string::npos);
   EXPECT_NE(refusal("", "ipminmax_options=tux=1").find("ipminmax_options: unknown option \"tux\""),
             std::string::npos);

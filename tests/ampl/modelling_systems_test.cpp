@@ -4,6 +4,7 @@
 //
 // y = x / 2, z = 1 / x: 5/4 x^2 + 1 / x is least at x = 0.4^(1/3).
 #include <cmath>
+#include <cstdio>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -136,6 +137,40 @@ TEST_F(ModellingSystems, Pyomo) {
   }
   ASSERT_EQ(run("-v"), 0);  // Pyomo looks for a version number
   EXPECT_NE(out_.find(" 0."), std::string::npos) << out_;
+}
+
+// Pyomo's new interface quotes texts, wants Ipopt's name and version, and takes each line of the log that
+// begins with a number for an iteration of Ipopt's.
+TEST_F(ModellingSystems, PyomosNewInterface) {
+  put("model.nl", kPyomo);
+  put("model.opt", "minmax_starts 2\nprint_user_options yes\n");
+  for (const char* options : {"", "'option_file_name=\"model.opt\"' 'linear_solver=\"mumps\"'"}) {
+    ASSERT_EQ(run(std::string("model.nl -AMPL halt_on_ampl_error=\"no\" outlev=5 ") + options), 0)
+        << err_;
+    expect_solved();
+    std::istringstream lines(out_);
+    int iterations = -1, rows = 0;
+    for (std::string line; std::getline(lines, line);) {
+      std::sscanf(line.c_str(), "Number of Iterations....: %d", &iterations);
+      const std::size_t first = line.find_first_not_of(' ');
+      if (first == std::string::npos || line[first] < '0' || line[first] > '9') continue;
+      std::istringstream columns(line);
+      int iteration = -1, trials = -1;
+      double number = 0.0;
+      std::string word, step;
+      columns >> iteration >> number >> number >> number >> word >> number >> word >> number;
+      columns >> step >> trials;
+      EXPECT_TRUE(columns && columns.eof()) << line;
+      EXPECT_EQ(iteration, rows++) << line;
+    }
+    EXPECT_EQ(rows, *options ? 0 : iterations + 1) << out_;
+    EXPECT_NE(out_.find("Overall NLP error.......:"), std::string::npos) << out_;
+  }
+  ASSERT_EQ(run("model.nl -AMPL print_ipopt_log=no"), 0);
+  EXPECT_NE(out_.find("inf_dy"), std::string::npos) << out_;
+  ASSERT_EQ(run("--version"), 0);
+  int major = 0, minor = 0, patch = 0;
+  EXPECT_EQ(std::sscanf(out_.c_str(), "Ipopt %d.%d.%d ", &major, &minor, &patch), 3) << out_;
 }
 
 TEST_F(ModellingSystems, Jump) {

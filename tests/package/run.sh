@@ -30,6 +30,9 @@ if [ -x "$prefix/bin/ipminmax" ]; then  # not built without the AMPL solver libr
   "$prefix/bin/ipminmax" "$work/saddle.nl" -s | tee "$work/saddle.log"
   grep -q "certified local minmax" "$work/saddle.log"
   grep -q "^objno 0 0$" "$work/saddle.sol"
+  page=$(find "$prefix" -name ipminmax.1)
+  grep -q "^\.SH Flags" "$page"
+  grep -q "minmax_max_variables" "$page"
 fi
 
 pc_dir=$(dirname "$(find "$prefix" -name ipminmax.pc)")
