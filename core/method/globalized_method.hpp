@@ -8,6 +8,7 @@
 #include "core/method/filter.hpp"
 #include "core/method/inner_maximizer.hpp"
 #include "core/method/restoration.hpp"
+#include "core/method/wrong_curvature.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/point/merit.hpp"
 #include "core/point/step_length.hpp"
@@ -33,9 +34,11 @@ class GlobalizedMethod {
   /// A status ends the solve; message() says more. Past the time limit any status may come.
   [[nodiscard]] std::optional<Status> step(Point& point, double mu, IterationInfo& info);
 
-  /// Leaves a first-order point with a wrong inertia along a direction of the offending curvature.
-  /// False: none of the allowed attempts is left, or none helps.
-  [[nodiscard]] bool escape(Point& point, double mu, IterationInfo& info);
+  /// Leaves a first-order point with a wrong inertia along a direction of the offending curvature: the
+  /// given one, or one that inverse iteration finds. False: none of the allowed attempts is left, or
+  /// none helps.
+  [[nodiscard]] bool escape(Point& point, double mu, IterationInfo& info,
+                            const std::optional<WrongCurvature>& wrong);
 
   /// To be told of restorations' iterations. A stop ends the step with Status::UserStop, the point
   /// moved to where it happened, its values and first derivatives renewed where they exist.
@@ -56,6 +59,7 @@ class GlobalizedMethod {
                                                          IterationInfo& info);
   [[nodiscard]] std::optional<Status> outer_step(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] bool newton_step(const Point& point, double mu, Regularization& shift);
+  [[nodiscard]] bool turn_to_least_curvature(const Point& point);
   [[nodiscard]] bool search(Point& point, double mu, int max_trials, IterationInfo& info);
   [[nodiscard]] bool second_order_correction(const Point& point, double mu, const Merit& from,
                                              double slope, double alpha, double first_theta,

@@ -162,6 +162,7 @@ class Solver {
     Certificate certificate;
     IterationInfo info;
   };
+  std::optional<WrongCurvature> wrong_;  ///< that refuted the last point tested
   std::optional<Stop> degenerate_point_;  ///< undecided second-order test, left for a better point
   std::optional<Stop> first_failure_;     ///< of the search from the model's starting point
   Index restarts_ = 0;
@@ -467,8 +468,14 @@ bool Solver::acceptable(const KktError& error) {
 Status Solver::certified_status(Status when_not_refuted) {
   // The oracle's mu may be far above the complementarity that was reached.
   if (adaptive_) info_.mu = std::min(info_.mu, mu_final_);
-  result_.certificate =
-      certify(canonical_, *kkt_, point_.iterate, point_.evaluation, info_.mu, options_);
+  Finding finding = certify(canonical_, *kkt_, point_, info_.mu, options_);
+  result_.certificate = finding.certificate;
+  wrong_ = std::move(finding.wrong);
+  if (finding.point) {
+    point_ = std::move(*finding.point);
+    info_.mu = finding.mu;
+    update_error();
+  }
   switch (result_.certificate.second_order) {
     case SecondOrder::Violated:
       return Status::NotLocalMinmax;
@@ -544,7 +551,7 @@ bool Solver::leave_wrong_point(Status stop) {
       stop == Status::SolvedDegenerate && found.inner == found.inner_expected && !degenerate_point_;
   if (stop != Status::NotLocalMinmax && !degenerate) return false;
   Stop here = stop_here(stop);
-  if (!method_->escape(point_, info_.mu, info_)) return false;
+  if (!method_->escape(point_, info_.mu, info_, wrong_)) return false;
   if (degenerate) degenerate_point_ = std::move(here);
   result_.certificate = {};
   acceptable_count_ = 0;
