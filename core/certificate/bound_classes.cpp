@@ -15,11 +15,14 @@ constexpr double kStrictRatio = 100.0;
 /// Share of what an active distance (an inactive multiplier) loses with mu that makes a class certain.
 constexpr double kClearTrend = 0.75;
 constexpr double kDecrease = 0.05;  // of mu
-constexpr int kMostSteps = 8;
+constexpr int kMostDecreases = 8;
+constexpr int kMostSteps = 24;
 constexpr double kLeastBarrier = 1e-18;
 /// Distance to a bound, relative to the bound or the variable, that still has digits.
 constexpr double kRounding = 1e-13;
 constexpr double kTau = 0.995;
+/// Step over the size of the problem that is not worth another one.
+constexpr double kNear = 1e-6;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -64,9 +67,16 @@ bool has_digits(const CanonicalProblem& canonical, const Iterate& z) {
   return all;
 }
 
-/// From the relative changes over a full step to kDecrease mu.
-BoundClasses classes_by_trend(const CanonicalProblem& canonical, const Iterate& before,
-                              const Iterate& after) {
+/// Whether a point of the model's own feasible set may lie on the bound: it was relaxed by so much.
+bool within_relaxation(double distance, double bound, const SolverOptions& options) {
+  return distance <= 2.0 * options.bound_relax_factor * std::max(1.0, std::abs(bound));
+}
+
+/// From the relative changes over a full step to kDecrease mu. unresolved: how many may yet show
+/// what they are.
+BoundClasses classes_by_trend(const CanonicalProblem& canonical, const SolverOptions& options,
+                              const Iterate& before, const Iterate& after, Index& unresolved) {
+  unresolved = 0;
   BoundClasses classes = no_classes(canonical);
   for_each_bound(canonical, before, [&](Index i, std::int8_t side, double distance, double z) {
     const double later =
@@ -76,10 +86,13 @@ BoundClasses classes_by_trend(const CanonicalProblem& canonical, const Iterate& 
     const double weaker = (1.0 - later_z / z) / (1.0 - kDecrease);
     const bool active = nearer >= kClearTrend && weaker <= 1.0 - kClearTrend;
     const bool inactive = weaker >= kClearTrend && nearer <= 1.0 - kClearTrend;
+    const double bound = side < 0 ? canonical.lower()[i] : canonical.upper()[i];
+    const bool relaxed = within_relaxation(later, bound, options);
+    if (!active && !inactive) ++unresolved;
     include(classes, i, side,
-            active     ? BoundClass::Active
-            : inactive ? BoundClass::Inactive
-                       : BoundClass::Doubtful);
+            active                 ? BoundClass::Active
+            : inactive && !relaxed ? BoundClass::Inactive
+                                   : BoundClass::Doubtful);
   });
   count_doubtful(canonical, classes);
   return classes;
@@ -95,42 +108,55 @@ double BoundClasses::multiplier(const Iterate& z, Index i) const {
   return side[at(i)] < 0 ? z.z_lower[i] : z.z_upper[i];
 }
 
-BoundClasses guess_classes(const CanonicalProblem& canonical, const Iterate& iterate,
-                           const Units& units) {
+BoundClasses guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
+                           const Iterate& iterate, const Units& units) {
   BoundClasses classes = no_classes(canonical);
   for_each_bound(canonical, iterate, [&](Index i, std::int8_t side, double distance, double z) {
     const double ratio = z / distance * units.variable[i] * units.variable[i];
+    const double bound = side < 0 ? canonical.lower()[i] : canonical.upper()[i];
+    const bool open = ratio < 1.0 / kStrictRatio && !within_relaxation(distance, bound, options);
     include(classes, i, side,
-            ratio > kStrictRatio         ? BoundClass::Active
-            : ratio < 1.0 / kStrictRatio ? BoundClass::Inactive
-                                         : BoundClass::Doubtful);
+            ratio > kStrictRatio ? BoundClass::Active
+            : open               ? BoundClass::Inactive
+                                 : BoundClass::Doubtful);
   });
   count_doubtful(canonical, classes);
   return classes;
 }
 
 BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
-                            const SolverOptions& options, const BoundClasses& guess, Point& point,
-                            double& mu) {
-  BoundClasses classes = guess;
+                            const SolverOptions& options, const Units& units,
+                            const BoundClasses& guess, Point& point, double& mu) {
   const auto error = [&](const Point& p) {
     return kkt_error(canonical, p.iterate, p.evaluation, p.dual, options.s_max).total;
   };
   const double allowed = std::max(error(point), options.tol);
-  for (int k = 0; k <= kMostSteps; ++k) {
-    const double next = k == 0 ? mu : kDecrease * mu;  // to the central path first
-    if (next < kLeastBarrier) break;
-    Point trial = point;
+  const double near = kNear * size_of_problem(canonical, point.iterate, units);
+  BoundClasses classes = guess;
+  Point here = point;  // point: the last one on the path
+  double here_mu = mu, next = mu;
+  Index unresolved = 0;
+  for (int k = 0, decreases = 0; k < kMostSteps; ++k) {
+    Point trial = here;
     StepLength alpha;
     if (!barrier_newton_step(canonical, kkt, next, kTau, trial, alpha) ||
-        !has_digits(canonical, trial.iterate) || !(error(trial) <= allowed)) {
+        !has_digits(canonical, trial.iterate)) {
       break;
     }
-    const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
-    if (k > 0 && full) classes = classes_by_trend(canonical, point.iterate, trial.iterate);
-    std::swap(point, trial);
-    mu = next;
-    if (k > 0 && full && classes.clear()) break;
+    const bool on_path = alpha.primal == 1.0 && alpha.dual == 1.0 && error(trial) <= allowed;
+    const bool decreased = next < here_mu;
+    const double moved = longest(canonical, trial.iterate.v - here.iterate.v, units);
+    if (on_path && decreased) {
+      classes = classes_by_trend(canonical, options, here.iterate, trial.iterate, unresolved);
+    }
+    std::swap(here, trial);
+    here_mu = next;
+    if (!on_path) continue;
+    point = here;
+    mu = here_mu;
+    next = kDecrease * mu;
+    const bool settled = decreased && unresolved == 0 && moved <= near;
+    if (settled || next < kLeastBarrier || ++decreases > kMostDecreases) break;
   }
   return classes;
 }

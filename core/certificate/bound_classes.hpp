@@ -28,16 +28,18 @@ struct BoundClasses {
   [[nodiscard]] double multiplier(const Iterate& z, Index i) const;
 };
 
-/// By z / s in units: a first guess, which a Newton step has to confirm.
-[[nodiscard]] BoundClasses guess_classes(const CanonicalProblem& canonical, const Iterate& iterate,
+/// By z / s in units: a first guess, which a Newton step has to confirm. A bound no farther than what it
+/// was relaxed by is never inactive.
+[[nodiscard]] BoundClasses guess_classes(const CanonicalProblem& canonical,
+                                         const SolverOptions& options, const Iterate& iterate,
                                          const Units& units);
 
-/// Follows the solution to smaller barrier parameters, where the distance of an active bound falls as mu
-/// and its multiplier stays, and the other way round at an inactive one: until every bound has shown
-/// what it is, a distance has lost its digits or 8 steps are done. Point (dual residual included) and mu
-/// are moved along.
+/// Follows the solution to smaller barrier parameters, where the distance of an active bound falls as
+/// mu and its multiplier stays, and the other way round at an inactive one: until every bound has
+/// shown what it is and the point hardly moves, a distance has lost its digits or 8 decreases are done.
+/// Point (dual residual included) and mu are moved along.
 [[nodiscard]] BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
-                                          const SolverOptions& options, const BoundClasses& guess,
-                                          Point& point, double& mu);
+                                          const SolverOptions& options, const Units& units,
+                                          const BoundClasses& guess, Point& point, double& mu);
 
 }  // namespace ipminmax

@@ -23,6 +23,8 @@ constexpr double kContraction = 0.1;
 constexpr double kClear = 100.0;
 /// Amplification of a generic right-hand side up to which active gradients are independent.
 constexpr double kIndependent = 1e5;
+/// Step to the solution, over the size of the point or of the start, that is worth going.
+constexpr double kFar = 1e-6;
 /// Newton steps towards the solution of a point that is not clear.
 constexpr int kRefinements = 4;
 
@@ -56,6 +58,7 @@ class Certifier {
   [[nodiscard]] bool settle(Stage& stage, bool follow);
   [[nodiscard]] bool refine_and_test(Stage& stage);
   [[nodiscard]] SecondOrder judge_without_certificate(Stage& stage);
+  [[nodiscard]] std::optional<Player> wrong_player(ActiveSetSystem& system, const Stage& stage);
   [[nodiscard]] bool next_point(const NewtonTest& newton, Point& point);
   [[nodiscard]] bool clean(const BoundClasses& classes, Point& point);
   [[nodiscard]] Eigen::VectorXd error_of(const Point& point, const BoundClasses& classes,
@@ -75,13 +78,14 @@ class Certifier {
   KktSystem::RankFinding rank_;
   std::optional<Point> moved_;
   std::optional<WrongCurvature> wrong_;
+  bool far_ = false;  ///< the solution is near enough for the test but not for the user
   Certificate certificate_;
 };
 
 /// At most one factorization of each matrix, with the margin in it: right with it is right without.
 bool Certifier::clearly_right(const Point& point) {
   const Units units = units_of(canonical_, point.evaluation);
-  const BoundClasses classes = guess_classes(canonical_, point.iterate, units);
+  const BoundClasses classes = guess_classes(canonical_, options_, point.iterate, units);
   if (!classes.clear()) return false;
   ActiveSetSystem system(canonical_, kkt_, classes, units, point.evaluation);
   const Eigen::VectorXd error = hessian_error_in(units);
@@ -96,6 +100,8 @@ bool Certifier::clearly_right(const Point& point) {
     return kkt_.solve_unshifted(system.assembled(), rhs, step);
   };
   if (!newton_confirms(system, point, solve, newton)) return false;
+  far_ = newton.step > kFar * size_of_problem(canonical_, point.iterate, units);
+  if (far_) return false;
   const double left = asked - max_norm(newton.error);
   if (!(left >= margin(1.0))) return false;
   certificate_.margin = left;
@@ -188,7 +194,8 @@ void Certifier::report_inertias(ActiveSetSystem& system) {
 /// Classes that a Newton step confirms where possible; the stage's point may move along the central path.
 bool Certifier::settle(Stage& stage, bool follow) {
   if (follow) {
-    stage.classes = follow_barrier(canonical_, kkt_, options_, stage.classes, stage.point, mu_);
+    stage.classes =
+        follow_barrier(canonical_, kkt_, options_, stage.units, stage.classes, stage.point, mu_);
     moved_ = stage.point;
   }
   if (!clean(stage.classes, stage.point)) return false;
@@ -226,9 +233,10 @@ SecondOrder Certifier::examine(const Point& given) {
   }
   Stage stage;
   stage.point = given;
-  stage.classes = guess_classes(canonical_, given.iterate, units_of(canonical_, given.evaluation));
+  stage.units = units_of(canonical_, given.evaluation);
+  stage.classes = guess_classes(canonical_, options_, given.iterate, stage.units);
   const bool bounded = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
-  bool follow = !stage.classes.clear();
+  bool follow = far_ || !stage.classes.clear();
   for (;;) {
     if (!settle(stage, follow)) return SecondOrder::Undecided;
     certificate_.weakly_active_min = stage.classes.weak_min;
@@ -250,16 +258,31 @@ SecondOrder Certifier::judge_without_certificate(Stage& stage) {
   ActiveSetSystem system(canonical_, kkt_, stage.classes, stage.units, stage.point.evaluation);
   report_inertias(system);
   find_rank(system, stage.point);
-  if (stage.newton.done && !stage.converges) return SecondOrder::Undecided;
+  // Where an active gradient vanishes the second-order conditions are not necessary.
+  if (rank_.vanishing) return SecondOrder::Undecided;
+  const std::optional<Player> suspect = wrong_player(system, stage);
+  if (suspect) {
+    wrong_ =
+        find_witness(canonical_, system, stage.point, margin(1.0), stage.newton.step, *suspect);
+  }
+  return wrong_ ? SecondOrder::Violated : SecondOrder::Undecided;
+}
+
+/// Whose necessary conditions the matrices say are violated; where Newton's method does not converge,
+/// those at the point have to do.
+std::optional<Player> Certifier::wrong_player(ActiveSetSystem& system, const Stage& stage) {
+  if (stage.newton.done && !stage.converges) {
+    if (certificate_.inner.positive > certificate_.inner_expected.positive) return Player::Max;
+    const bool too_low = certificate_.full.negative > certificate_.full_expected.negative;
+    return too_low ? std::optional(Player::Min) : std::nullopt;
+  }
   system.assemble({.min_fixed = false, .max_fixed = false}, stage.error, 0.0, -1.0);
   const bool inner_right =
       kkt_.has_expected_inner_inertia(kkt_.factorize_inner({.y = -margin(1.0)}));
   const InertiaTest test =
       helped(system, stage.error, margin(1.0), options_.jacobian_regularization_value, inner_right);
-  // Where an active gradient vanishes the second-order conditions are not necessary.
-  if (test.both() || rank_.vanishing) return SecondOrder::Undecided;
-  wrong_ = find_witness(canonical_, system, stage.point, stage.error, margin(1.0), !test.inner);
-  return wrong_ ? SecondOrder::Violated : SecondOrder::Undecided;
+  if (test.both()) return std::nullopt;
+  return test.inner ? Player::Min : Player::Max;
 }
 
 Finding Certifier::run(const Point& given) {

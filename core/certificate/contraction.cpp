@@ -80,7 +80,9 @@ class ActiveSetNewton {
   [[nodiscard]] bool compare(NewtonTest& test);
   [[nodiscard]] bool solve_in_units(const Eigen::VectorXd& row_v, const Eigen::VectorXd& row_c,
                                     Eigen::VectorXd& v, Eigen::VectorXd& lambda);
-  [[nodiscard]] double longest(const Eigen::VectorXd& v) const;
+  [[nodiscard]] double length(const Eigen::VectorXd& v) const {
+    return longest(canonical_, v, system_.units());
+  }
 
   CanonicalProblem& canonical_;
   ActiveSetSystem& system_;
@@ -178,19 +180,9 @@ bool ActiveSetNewton::classes_hold() const {
   return hold;
 }
 
-double ActiveSetNewton::longest(const Eigen::VectorXd& v) const {
-  double longest = 0.0;
-  for (Index i = 0; i < v.size(); ++i) {
-    if (!system_.is_slack(i)) {
-      longest = std::max(longest, std::abs(v[i]) / system_.units().variable[i]);
-    }
-  }
-  return longest;
-}
-
 void ActiveSetNewton::choose_trial() {
   const Units& units = system_.units();
-  const double size = std::max(longest(iterate_.v), kLeastSize);
+  const double size = std::max(length(iterate_.v), kLeastSize);
   trial_ = dv_;
   for (Index i = 0; i < trial_.size(); ++i) {
     if (system_.is_fixed(i)) {
@@ -235,8 +227,8 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
   add_constraint_product(canonical_, evaluation_, -trial_, row_c);
   Eigen::VectorXd second_v, second_lambda;
   if (!solve_in_units(-row_v, -row_c, second_v, second_lambda)) return false;
-  const double length = longest(trial_);
-  test.contraction = length > 0.0 ? longest(second_v) / length : 0.0;
+  const double tried = length(trial_);
+  test.contraction = tried > 0.0 ? length(second_v) / tried : 0.0;
 
   const Units& units = system_.units();
   test.error.setZero(canonical_.variables());
@@ -255,7 +247,7 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
 NewtonTest ActiveSetNewton::run() {
   NewtonTest test;
   if (!first_step()) return test;
-  test.step = longest(dv_);
+  test.step = length(dv_);
   test.classes_hold = classes_hold();
   choose_trial();
   test.done = compare(test);

@@ -13,32 +13,58 @@ constexpr int kSweeps = 4;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Largest |W_ik| d_i d_k per row; d_i = 1 where unknown, entries with an unknown d_k left out.
-Eigen::VectorXd row_norms(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                          const Eigen::VectorXd& d) {
-  Eigen::VectorXd norms = Eigen::VectorXd::Zero(d.size());
-  const auto own = [&](Index i) { return d[i] == kUnknown ? 1.0 : d[i]; };
-  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
-    const auto [i, j] = canonical.hessian()[k];
-    const double value = std::abs(evaluation.hessian[k]);
-    norms[i] = std::max(norms[i], value * own(i) * d[j]);
-    norms[j] = std::max(norms[j], value * own(j) * d[i]);
-  }
-  return norms;
-}
-
 /// 1 / norm; unknown for zero and for what would leave the range of numbers.
 double inverse(double norm) { return norm > 1e-150 && norm < 1e150 ? 1.0 / norm : kUnknown; }
 
-void equilibrate_hessian(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                         Eigen::VectorXd& d) {
+/// Largest |W_ik| d_i d_k per row of one player; d_i = 1 where unknown, entries with an unknown d_k
+/// left out. Of the other player's columns: with_others.
+class RowNorms {
+ public:
+  RowNorms(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max)
+      : canonical_(canonical), evaluation_(evaluation), max_(max) {}
+
+  [[nodiscard]] Eigen::VectorXd operator()(const Eigen::VectorXd& d, bool own_columns) const {
+    Eigen::VectorXd norms = Eigen::VectorXd::Zero(d.size());
+    for (std::size_t k = 0; k < evaluation_.hessian.size(); ++k) {
+      const auto [i, j] = canonical_.hessian()[k];
+      const double value = std::abs(evaluation_.hessian[k]);
+      include(i, j, value, d, own_columns, norms);
+      include(j, i, value, d, own_columns, norms);
+    }
+    return norms;
+  }
+
+ private:
+  void include(Index row, Index col, double value, const Eigen::VectorXd& d, bool own_columns,
+               Eigen::VectorXd& norms) const {
+    if (canonical_.owned_by_max(row) != max_) return;
+    if ((canonical_.owned_by_max(col) == max_) != own_columns) return;
+    norms[row] = std::max(norms[row], value * (d[row] == kUnknown ? 1.0 : d[row]) * d[col]);
+  }
+
+  const CanonicalProblem& canonical_;
+  const Evaluation& evaluation_;
+  const bool max_;
+};
+
+/// The block of one player: diagonal entries first, then rows without one by what couples them.
+void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max,
+                       Eigen::VectorXd& d) {
+  const RowNorms row_norms(canonical, evaluation, max);
+  Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(d.size());
   for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
     const auto [i, j] = canonical.hessian()[k];
-    if (i == j) d[i] += std::abs(evaluation.hessian[k]);
+    if (i == j) diagonal[i] += std::abs(evaluation.hessian[k]);
   }
-  for (double& value : d) value = inverse(std::sqrt(value));
+  // What the maximizer's answer makes of a coupling, W_xy^2 / W_yy, is curvature of x as well.
+  const Eigen::VectorXd coupling = max ? Eigen::VectorXd::Zero(d.size()) : row_norms(d, false);
+  for (Index i = 0; i < d.size(); ++i) {
+    if (canonical.owned_by_max(i) == max) {
+      d[i] = inverse(std::max(std::sqrt(diagonal[i]), coupling[i]));
+    }
+  }
   for (int round = 0; round < kRounds; ++round) {
-    const Eigen::VectorXd norms = row_norms(canonical, evaluation, d);
+    const Eigen::VectorXd norms = row_norms(d, true);
     bool found = false;
     for (Index i = 0; i < d.size(); ++i) {
       if (d[i] != kUnknown || norms[i] == 0.0) continue;
@@ -47,18 +73,19 @@ void equilibrate_hessian(const CanonicalProblem& canonical, const Evaluation& ev
     }
     if (!found) break;
   }
-  // Nothing but products: x y.
+  // Nothing but products: x_1 x_2.
   for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
     const auto [i, j] = canonical.hessian()[k];
+    if (canonical.owned_by_max(i) != max || canonical.owned_by_max(j) != max) continue;
     const double half = inverse(std::sqrt(std::abs(evaluation.hessian[k])));
     for (const Index m : {i, j}) {
       if (d[m] == kUnknown) d[m] = half;
     }
   }
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    const Eigen::VectorXd norms = row_norms(canonical, evaluation, d);
+    const Eigen::VectorXd norms = row_norms(d, true);
     for (Index i = 0; i < d.size(); ++i) {
-      if (norms[i] > 0.0) d[i] /= std::sqrt(norms[i]);
+      if (norms[i] > 1.0) d[i] /= std::sqrt(norms[i]);
     }
   }
 }
@@ -103,7 +130,8 @@ void spread_by_constraints(const CanonicalProblem& canonical, const Evaluation& 
 Units units_of(const CanonicalProblem& canonical, const Evaluation& evaluation) {
   Units units{Eigen::VectorXd::Constant(canonical.variables(), kUnknown),
               Eigen::VectorXd::Ones(canonical.constraints())};
-  equilibrate_hessian(canonical, evaluation, units.variable);
+  equilibrate_block(canonical, evaluation, true, units.variable);
+  equilibrate_block(canonical, evaluation, false, units.variable);
   spread_by_constraints(canonical, evaluation, units.variable);
   Eigen::VectorXd norms(canonical.constraints());
   constraint_norms(canonical, evaluation, units.variable, norms);
@@ -113,6 +141,22 @@ Units units_of(const CanonicalProblem& canonical, const Evaluation& evaluation) 
     if (slack_of[at(j)] >= 0) units.variable[slack_of[at(j)]] = 1.0 / units.constraint[j];
   }
   return units;
+}
+
+double longest(const CanonicalProblem& canonical, const Eigen::VectorXd& v, const Units& units) {
+  double size = 0.0;
+  for (const IndexRange own : {canonical.x(), canonical.y()}) {
+    for (Index i = own.begin; i < own.end; ++i) {
+      size = std::max(size, std::abs(v[i]) / units.variable[i]);
+    }
+  }
+  return size;
+}
+
+double size_of_problem(const CanonicalProblem& canonical, const Iterate& iterate,
+                       const Units& units) {
+  return std::max(longest(canonical, iterate.v, units),
+                  longest(canonical, canonical.starting_point().v, units));
 }
 
 Evaluation in_units(const CanonicalProblem& canonical, const Evaluation& evaluation,

@@ -8,10 +8,12 @@ namespace {
 
 constexpr double kGrowth = 8.0;  // of the shift
 constexpr int kMostShifts = 16;
-constexpr int kMostSolves = 20;        // of inverse iteration
-constexpr double kSettled = 1e-2;      // relative change of the curvature that ends it
-constexpr double kClearlyWrong = 2.0;  // curvature over error and margin
-constexpr double kFirstLength = 0.1;   // of a trial, over the size of the point in units
+constexpr double kConstraintShift = 1e-10;  // for dependent constraints
+constexpr int kMostSolves = 20;             // of inverse iteration
+constexpr double kSettled = 1e-2;           // relative change of the curvature that ends it
+constexpr double kClearlyWrong = 2.0;       // curvature over error and margin
+constexpr double kFirstLength = 0.1;        // of a trial, over the size of the point in units
+constexpr double kBeyond = 10.0;            // length over the distance to the solution
 constexpr int kTrials = 12;
 constexpr double kShorter = 0.25;
 constexpr int kCorrections = 6;       // back to the constraints and to the inner maximum
@@ -33,13 +35,12 @@ class WitnessSearch {
         begin_(inner ? canonical.y().begin : 0),
         owned_end_(inner ? canonical.variables() : canonical.y().begin) {}
 
-  std::optional<WrongCurvature> run(const Eigen::VectorXd& error, double margin);
+  std::optional<WrongCurvature> run(double margin, double distance);
 
  private:
   [[nodiscard]] bool right_with(double shift);
   [[nodiscard]] bool find_direction();
   [[nodiscard]] double curvature(const Eigen::VectorXd& d) const;
-  [[nodiscard]] double allowance(const Eigen::VectorXd& error, double margin) const;
   void make_step();
   [[nodiscard]] bool gains(double length);
   struct Trial {
@@ -71,8 +72,12 @@ class WitnessSearch {
 
 bool WitnessSearch::right_with(double shift) {
   KktSystem& kkt = system_.kkt();
-  return inner_ ? kkt.has_expected_inner_inertia(kkt.factorize_inner({.y = shift}))
-                : kkt.has_expected_inertia(kkt.factorize({.x = shift}));
+  const Regularization shifted{.x = inner_ ? 0.0 : shift,
+                               .y = inner_ ? shift : 0.0,
+                               .lambda_x = kConstraintShift,
+                               .lambda_y = kConstraintShift};
+  return inner_ ? kkt.has_expected_inner_inertia(kkt.factorize_inner(shifted))
+                : kkt.has_expected_inertia(kkt.factorize(shifted));
 }
 
 /// d'Wd, negative for Max.
@@ -84,15 +89,6 @@ double WitnessSearch::curvature(const Eigen::VectorXd& d) const {
     sum += (i == j ? 1.0 : 2.0) * w.hessian[k] * d[i] * d[j];
   }
   return inner_ ? sum : -sum;
-}
-
-double WitnessSearch::allowance(const Eigen::VectorXd& error, double margin) const {
-  double sum = 0.0;
-  for (Index i = 0; i < units_direction_.size(); ++i) {
-    const double size = units_direction_[i] * units_direction_[i];
-    sum += (margin + (error.size() > 0 ? error[i] : 0.0)) * size;
-  }
-  return sum;
 }
 
 /// Inverse iteration with the least shift, by factors, that makes the matrix right: turns to the
@@ -222,17 +218,13 @@ bool WitnessSearch::gains(double length) {
   return (inner_ ? change : -change) >= kShareOfGain * predicted;
 }
 
-std::optional<WrongCurvature> WitnessSearch::run(const Eigen::VectorXd& error, double margin) {
-  if (!find_direction() || !(curvature_ > kClearlyWrong * allowance(error, margin))) return {};
+std::optional<WrongCurvature> WitnessSearch::run(double margin, double distance) {
+  if (!find_direction()) return {};
+  if (!(curvature_ > kClearlyWrong * margin * units_direction_.squaredNorm())) return {};
   make_step();
-  double size = 1.0;
-  for (Index i = 0; i < canonical_.variables(); ++i) {
-    if (!system_.is_slack(i)) {
-      size = std::max(size, std::abs(point_.iterate.v[i]) / system_.units().variable[i]);
-    }
-  }
+  const double size = std::max(1.0, longest(canonical_, point_.iterate.v, system_.units()));
   double length = kFirstLength * size;
-  for (int k = 0; k < kTrials; ++k, length *= kShorter) {
+  for (int k = 0; k < kTrials && length >= kBeyond * distance; ++k, length *= kShorter) {
     // In both directions, so that no slope left over counts.
     if (gains(length) && gains(-length)) {
       return WrongCurvature{inner_ ? Player::Max : Player::Min, step_};
@@ -244,11 +236,11 @@ std::optional<WrongCurvature> WitnessSearch::run(const Eigen::VectorXd& error, d
 }  // namespace
 
 std::optional<WrongCurvature> find_witness(CanonicalProblem& canonical, ActiveSetSystem& system,
-                                           const Point& point, const Eigen::VectorXd& error,
-                                           double margin, bool inner) {
-  system.assemble(inner ? ActiveSetSystem::Doubtful{.min_fixed = true, .max_fixed = true}
-                        : ActiveSetSystem::Doubtful{.min_fixed = true, .max_fixed = false});
-  return WitnessSearch(canonical, system, point, inner).run(error, margin);
+                                           const Point& point, double margin, double distance,
+                                           Player owner) {
+  const bool inner = owner == Player::Max;
+  system.assemble({.min_fixed = true, .max_fixed = inner});
+  return WitnessSearch(canonical, system, point, inner).run(margin, distance);
 }
 
 }  // namespace ipminmax

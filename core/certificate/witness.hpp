@@ -9,13 +9,13 @@
 namespace ipminmax {
 
 /// A direction tangent to the active constraints along which the curvature of W (for Min: of phi) has
-/// a wrong sign beyond the error and the margin, and along which a trial step gains: the maximizer's
-/// value rises, or phi falls. Doubtful bounds are kept. inner: whether K_yy is the matrix that is wrong.
+/// a wrong sign beyond the margin, and along which trial steps in both directions gain what it
+/// predicts: the maximizer's value rises, or phi falls. Steps are at least ten times distance (to the
+/// solution, in units), so that it is not the point's own error that is seen. Doubtful bounds are kept.
 /// Empty: none was found.
 [[nodiscard]] std::optional<WrongCurvature> find_witness(CanonicalProblem& canonical,
                                                          ActiveSetSystem& system,
-                                                         const Point& point,
-                                                         const Eigen::VectorXd& error,
-                                                         double margin, bool inner);
+                                                         const Point& point, double margin,
+                                                         double distance, Player owner);
 
 }  // namespace ipminmax

@@ -162,7 +162,7 @@ class Solver {
     Certificate certificate;
     IterationInfo info;
   };
-  std::optional<WrongCurvature> wrong_;  ///< that refuted the last point tested
+  std::optional<WrongCurvature> wrong_;   ///< that refuted the last point tested
   std::optional<Stop> degenerate_point_;  ///< undecided second-order test, left for a better point
   std::optional<Stop> first_failure_;     ///< of the search from the model's starting point
   Index restarts_ = 0;
@@ -542,13 +542,18 @@ bool Solver::hidden_by_scaling(Status stop) {
   return true;
 }
 
+/// Whether K_yy has a wrong sign, although no direction was found that proves it.
+bool seems_wrong(const Certificate& found) {
+  return found.inner.positive > found.inner_expected.positive;
+}
+
 bool Solver::leave_wrong_point(Status stop) {
   if (!method_ || info_.iteration >= options_.max_iter) return false;
-  // A degenerate point is left only when the inner maximum is clear, and kept for the case that
-  // nothing better comes.
+  // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for the
+  // case that nothing better comes.
   const Certificate& found = result_.certificate;
-  const bool degenerate =
-      stop == Status::SolvedDegenerate && found.inner == found.inner_expected && !degenerate_point_;
+  const bool degenerate = stop == Status::SolvedDegenerate && !degenerate_point_ &&
+                          (found.inner == found.inner_expected || seems_wrong(found));
   if (stop != Status::NotLocalMinmax && !degenerate) return false;
   Stop here = stop_here(stop);
   if (!method_->escape(point_, info_.mu, info_, wrong_)) return false;

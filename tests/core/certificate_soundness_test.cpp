@@ -2,6 +2,7 @@
 // may be certified. And points that are, in units from tiny to huge: all must be.
 
 #include <cmath>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -153,7 +154,10 @@ Measured solve_in(const Measures& m) {
   model.constraint(m.weights[1] * (a - 2.0 * b), m.weights[1] * -0.05, kNoBound);
   model.constraint(m.weights[2] * (square(q) + p - a), -kNoBound, m.weights[2] * 1.0);
   AutodiffProblem problem(model, from);
-  const Result result = solve(problem, SolverOptions{});
+  SolverOptions options;
+  options.bound_relax_factor = 0.0;  // absolute for bounds below 1
+  const Result result = solve(problem, options);
+  if (result.v.size() != 4) throw std::runtime_error(result.message);
   Measured answer{result.certificate.kind, std::vector<double>(4)};
   for (std::size_t place = 0; place < 4; ++place) {
     answer.v[m.order[place]] = result.v[place] * m.units[m.order[place]];

@@ -111,7 +111,7 @@ class Point {
   }
 
   void evaluate() {
-    EXPECT_EQ(canonical_.constraints(iterate_.v, evaluation_.c), EvaluationStatus::Ok);
+    EXPECT_EQ(canonical_.values(iterate_.v, evaluation_.f, evaluation_.c), EvaluationStatus::Ok);
     EXPECT_EQ(canonical_.first_derivatives(iterate_.v, evaluation_), EvaluationStatus::Ok);
     EXPECT_EQ(canonical_.second_derivatives(iterate_.v, iterate_.lambda, evaluation_),
               EvaluationStatus::Ok);
