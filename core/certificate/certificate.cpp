@@ -1,354 +1,343 @@
+#include "core/certificate/certificate.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
-#include "core/certificate/certificate.hpp"
+#include "core/certificate/bound_classes.hpp"
+#include "core/certificate/contraction.hpp"
+#include "core/certificate/newton.hpp"
 #include "core/certificate/robust_rows.hpp"
-#include "core/point/merit.hpp"
+#include "core/certificate/second_order.hpp"
+#include "core/certificate/units.hpp"
+#include "core/certificate/witness.hpp"
 #include "core/point/residual.hpp"
-#include "core/point/step_length.hpp"
 
 namespace ipminmax {
 namespace {
 
-/// z / s above which a bound is active, and its inverse below which it is inactive.
-constexpr double kStrictRatio = 100.0;
-/// Barrier curvature of a slack that is away from its bounds; not 0, because slack rows are
-/// eliminated by dividing by it.
-constexpr double kInactiveCurvature = 1e-12;
-
 /// Newton's method counts as contracting when the second step with the same matrix is at most this
 /// fraction of the first (1/4 for x^3 at 0, below it quadratic convergence is near).
 constexpr double kContraction = 0.1;
-/// Margins so many times minmax_curvature_tol owe nothing to the distance to the solution, if that
-/// is below the fraction of the margin.
+/// A clear point has so many times minmax_curvature_tol.
 constexpr double kClear = 100.0;
-constexpr double kNear = 0.1;
-/// Relative length of a Newton step that is rounding.
-constexpr double kNegligibleStep = 1e-10;
+/// Amplification of a generic right-hand side up to which active gradients are independent.
+constexpr double kIndependent = 1e5;
+/// Step to the solution, over the size of the point or of the start, that is worth going.
+constexpr double kFar = 1e-6;
+/// Newton steps towards the solution of a point that is not clear.
+constexpr int kRefinements = 4;
 
-struct BoundClasses {
-  std::vector<bool> active;      ///< per canonical variable; weakly active ones included
-  Eigen::VectorXd with_weak;     ///< barrier curvature, weakly active bounds keep theirs
-  Eigen::VectorXd without_weak;  ///< barrier curvature, weakly active bounds count as inactive
-  Index weak_min = 0, weak_max = 0;
-};
-
-/// held: variables that the test keeps where they are, with curvature of their own.
-BoundClasses classify(const CanonicalProblem& canonical, const Iterate& iterate,
-                      const std::vector<Index>& held) {
-  BoundClasses classes;
-  const Index n = canonical.variables();
-  classes.active.assign(static_cast<std::size_t>(n), false);
-  classes.with_weak.setZero(n);
-  for (const IndexRange slacks : {canonical.x_slacks(), canonical.y_slacks()}) {
-    for (Index i = slacks.begin; i < slacks.end; ++i) classes.with_weak[i] = kInactiveCurvature;
-  }
-  for (const Index i : held) classes.with_weak[i] += 1.0;
-  classes.without_weak = classes.with_weak;
-  const auto add = [&](Index i, double distance, double multiplier) {
-    const double ratio = multiplier / distance;
-    if (ratio < 1.0 / kStrictRatio) return;
-    classes.active[static_cast<std::size_t>(i)] = true;
-    classes.with_weak[i] += ratio;
-    if (ratio > kStrictRatio) {
-      classes.without_weak[i] += ratio;
-    } else {
-      ++(canonical.owned_by_max(i) ? classes.weak_max : classes.weak_min);
-    }
-  };
-  for (const Index i : canonical.lower_bounded()) {
-    add(i, iterate.v[i] - canonical.lower()[i], iterate.z_lower[i]);
-  }
-  for (const Index i : canonical.upper_bounded()) {
-    add(i, canonical.upper()[i] - iterate.v[i], iterate.z_upper[i]);
-  }
-  return classes;
-}
-
-/// Whether both inertias are right with the given curvature added to x and taken from y.
-struct InertiaTest {
-  bool inner = false;
-  bool full = false;
-  [[nodiscard]] bool both() const { return inner && full; }
-};
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 double max_norm(const Eigen::VectorXd& v) {
   return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
 }
 
-/// Solves with the assembled matrix, factorized anew at a higher quality as often as needed.
-/// factorized: whether its factors are there.
-bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const NewtonResidual& rhs,
-                      bool factorized, Step& step) {
-  for (;;) {
-    if (!factorized && kkt.factorize_for_solutions({}).status != FactorizationStatus::Ok) {
-      return false;
-    }
-    if (kkt.solve(evaluation, rhs, step)) return true;
-    if (!kkt.increase_quality()) return false;
-    factorized = false;
+class Certifier {
+ public:
+  Certifier(CanonicalProblem& canonical, KktSystem& kkt, double mu, const SolverOptions& options)
+      : canonical_(canonical), kkt_(kkt), options_(options), mu_(mu) {}
+
+  Finding run(const Point& given);
+
+ private:
+  [[nodiscard]] bool clearly_right(const Point& point);
+  [[nodiscard]] bool newton_confirms(ActiveSetSystem& system, const Point& point,
+                                     const KktSolve& solve, NewtonTest& newton) const;
+  /// A point on its way to the solution of the active set's equations.
+  struct Stage {
+    Point point;
+    Units units;
+    BoundClasses classes;
+    NewtonTest newton;
+    Eigen::VectorXd error;   ///< of W in units
+    bool converges = false;  ///< Newton's method, to a solution with these classes
+  };
+  [[nodiscard]] SecondOrder examine(const Point& given);
+  [[nodiscard]] bool settle(Stage& stage, bool follow);
+  [[nodiscard]] bool refine_and_test(Stage& stage);
+  [[nodiscard]] SecondOrder judge_without_certificate(Stage& stage);
+  [[nodiscard]] std::optional<Player> wrong_player(ActiveSetSystem& system, const Stage& stage);
+  [[nodiscard]] bool next_point(const NewtonTest& newton, Point& point);
+  [[nodiscard]] bool clean(const BoundClasses& classes, Point& point);
+  [[nodiscard]] Eigen::VectorXd error_of(const Point& point, const BoundClasses& classes,
+                                         const Units& units);
+  [[nodiscard]] Eigen::VectorXd hessian_error_in(const Units& units) const;
+  [[nodiscard]] double margin(double times) const {
+    return std::max(times * options_.minmax_curvature_tol, 2.0 * kkt_.perturbation());
   }
-}
+  [[nodiscard]] BoundClasses with_idle_held(BoundClasses classes) const;
+  void find_rank(const ActiveSetSystem& system, const Point& point);
+  void report_inertias(ActiveSetSystem& system);
 
-/// Newton's method at fixed mu from a point: whether the second step with the same matrix is a
-/// fraction of the first. The point is left at the end of the first step, whose length is added to
-/// distance.
-bool newton_contracts_here(CanonicalProblem& canonical, KktSystem& kkt, double mu, Point& point,
-                           bool& stop, double& distance) {
-  stop = true;
-  kkt.assemble(point.iterate, point.evaluation);
-  NewtonResidual rhs = zero_step(canonical);
-  Step step = zero_step(canonical);
-  newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
-  if (!solve_accurately(kkt, point.evaluation, rhs, false, step)) return false;
-  const double first = max_norm(step.v);
-  distance += first;
-  if (first <= kNegligibleStep * (1.0 + max_norm(point.iterate.v))) return true;
+  CanonicalProblem& canonical_;
+  KktSystem& kkt_;
+  const SolverOptions& options_;
+  double mu_;
+  std::vector<Index> idle_;  ///< copies of y whose robust constraint is inactive
+  std::optional<Eigen::VectorXd> hessian_error_;  ///< of differences, canonical units
+  KktSystem::RankFinding rank_;
+  std::optional<Point> moved_;
+  std::optional<WrongCurvature> wrong_;
+  bool far_ = false;  ///< the solution is near enough for the test but not for the user
+  Certificate certificate_;
+};
 
-  constexpr double kTau = 0.99;
-  const StepLength alpha = largest_step(canonical, point.iterate, step, kTau);
-  const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
-  Point next{point.iterate, {}, {}};  // all but the Hessian
-  next.evaluation.c = point.evaluation.c;
-  next.evaluation.gradient = point.evaluation.gradient;
-  next.evaluation.jacobian = point.evaluation.jacobian;
-  next.dual = point.dual;
-  advance(step, alpha, next.iterate);
-  if (canonical.constraints(next.iterate.v, next.evaluation.c) != EvaluationStatus::Ok ||
-      canonical.first_derivatives(next.iterate.v, next.evaluation) != EvaluationStatus::Ok) {
+/// At most one factorization of each matrix, with the margin in it: right with it is right without.
+bool Certifier::clearly_right(const Point& point) {
+  const Units units = units_of(canonical_, point.evaluation);
+  const BoundClasses classes =
+      with_idle_held(guess_classes(canonical_, options_, point.iterate, units));
+  if (!classes.clear()) return false;
+  ActiveSetSystem system(canonical_, kkt_, classes, units, point.evaluation);
+  const Eigen::VectorXd error = hessian_error_in(units);
+  const double needed = margin(1.0);
+  const double asked = std::max(kClear * options_.minmax_curvature_tol, needed);
+  const InertiaTest test = survives(system, error, asked);
+  if (!test.both() || !(std::max(test.inner_response, test.full_response) <= kIndependent)) {
     return false;
   }
-  dual_residual(canonical, next.iterate, next.evaluation, next.dual);
-  newton_residual(canonical, next.iterate, next.evaluation, next.dual, mu, rhs);
-  // Solved with the first point's matrix, barrier terms included.
-  if (!solve_accurately(kkt, point.evaluation, rhs, true, step)) return false;
-  stop = false;
-  next.evaluation.f = point.evaluation.f;
-  std::swap(point.evaluation.hessian, next.evaluation.hessian);
-  std::swap(point, next);
-  return full && max_norm(step.v) <= kContraction * first;
+  NewtonTest newton;
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
+    return kkt_.solve_unshifted(system.assembled(), rhs, step);
+  };
+  if (!newton_confirms(system, point, solve, newton)) return false;
+  far_ = newton.step > kFar * size_of_problem(canonical_, point.iterate, units);
+  if (far_) return false;
+  const double left = asked - max_norm(newton.error);
+  if (!(left >= margin(1.0))) return false;
+  certificate_.margin = left;
+  certificate_.licq_min = certificate_.licq_max = true;
+  return true;
 }
 
-/// Whether Newton's method for the equations at mu converges fast from the point; a weakly active
-/// bound may need a few steps to get there. Leaves the point where that was seen, its Hessian that
-/// of one step before.
-bool newton_contracts(CanonicalProblem& canonical, KktSystem& kkt, double mu, Point& point,
-                      double& distance) {
-  constexpr int kRounds = 4;
-  for (int round = 0;; ++round) {
-    bool stop = false;
-    if (newton_contracts_here(canonical, kkt, mu, point, stop, distance)) return true;
-    if (stop || round == kRounds) return false;
-    if (canonical.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
-        EvaluationStatus::Ok) {
-      return false;
+/// Idle copies stay where they are, whatever their bounds.
+BoundClasses Certifier::with_idle_held(BoundClasses classes) const {
+  for (const Index i : idle_) {
+    if (classes[i] == BoundClass::Doubtful) {
+      --(canonical_.owned_by_max(i) ? classes.weak_max : classes.weak_min);
     }
+    classes.of[at(i)] = BoundClass::Active;
+    classes.side[at(i)] = 0;
   }
+  return classes;
 }
 
-/// Goes on to the solution that Newton's method converges to, with derivatives of all orders there.
-bool refine(CanonicalProblem& canonical, KktSystem& kkt, double mu, Point& point) {
-  constexpr int kRounds = 3;
-  for (int round = 0; round < kRounds; ++round) {
-    bool stop = false;
-    double distance = 0.0;
-    if (canonical.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
-            EvaluationStatus::Ok ||
-        !newton_contracts_here(canonical, kkt, mu, point, stop, distance)) {
-      return false;
-    }
-    if (stop) return true;  // the step was negligible
+bool Certifier::newton_confirms(ActiveSetSystem& system, const Point& point, const KktSolve& solve,
+                                NewtonTest& newton) const {
+  newton = test_newton(canonical_, system, point.iterate, point.evaluation, solve);
+  return newton.done && newton.classes_hold && newton.contraction <= kContraction;
+}
+
+Eigen::VectorXd Certifier::hessian_error_in(const Units& units) const {
+  if (!hessian_error_) return {};
+  return hessian_error_->cwiseProduct(units.variable.cwiseAbs2());
+}
+
+/// Takes the multipliers of inactive inequalities, which are the barrier's, out of W.
+bool Certifier::clean(const BoundClasses& classes, Point& point) {
+  Eigen::VectorXd lambda = point.iterate.lambda;
+  const auto slack_of = canonical_.slack_of_constraint();
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    const Index slack = slack_of[at(j)];
+    if (slack >= 0 && classes[slack] == BoundClass::Inactive) lambda[j] = 0.0;
   }
-  return canonical.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) ==
+  if (lambda == point.iterate.lambda) return true;
+  return canonical_.second_derivatives(point.iterate.v, lambda, point.evaluation) ==
          EvaluationStatus::Ok;
 }
 
-class SecondOrderTest {
- public:
-  /// error: diagonal bound of the error of W, zero when W is exact.
-  SecondOrderTest(const CanonicalProblem& canonical, KktSystem& kkt, const Evaluation& evaluation,
-                  const Eigen::VectorXd& error, const SolverOptions& options)
-      : canonical_(canonical),
-        kkt_(kkt),
-        evaluation_(evaluation),
-        error_(error),
-        options_(options) {}
+/// Of W in units: that of differences, and what doubtful inequalities may give or not.
+Eigen::VectorXd Certifier::error_of(const Point& point, const BoundClasses& classes,
+                                    const Units& units) {
+  Eigen::VectorXd error = hessian_error_in(units);
+  Eigen::VectorXd lambda = point.iterate.lambda;
+  const auto slack_of = canonical_.slack_of_constraint();
+  bool any = false;
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    const Index slack = slack_of[at(j)];
+    if (slack < 0 || classes[slack] == BoundClass::Active) continue;
+    any = any || classes[slack] == BoundClass::Doubtful;
+    lambda[j] = 0.0;
+  }
+  if (error.size() == 0) error.setZero(canonical_.variables());
+  if (!any) return error;
+  Evaluation without = point.evaluation;
+  if (canonical_.second_derivatives(point.iterate.v, lambda, without) != EvaluationStatus::Ok) {
+    return Eigen::VectorXd::Constant(canonical_.variables(),
+                                     std::numeric_limits<double>::infinity());
+  }
+  for (std::size_t k = 0; k < without.hessian.size(); ++k) {
+    const auto [i, j] = canonical_.hessian()[k];
+    const double change = units.variable[i] * units.variable[j] *
+                          std::abs(without.hessian[k] - point.evaluation.hessian[k]);
+    error[i] += change;
+    if (i != j) error[j] += change;
+  }
+  return error;
+}
 
-  /// Right with curvature to spare: satisfied beyond doubt.
-  InertiaTest survives(const Eigen::VectorXd& curvature, double margin) {
-    InertiaTest test;
-    // The worst W for the maximizer has + error in y; for the minimizer - error everywhere, for
-    // then phi'' = W_xx - W_xy W_yy^-1 W_yx (on the tangent spaces) is smallest.
-    kkt_.assemble(evaluation_, shifted(curvature, 0.0, -1.0));
-    test.inner = kkt_.has_expected_inner_inertia(kkt_.factorize_inner({.y = -margin}));
-    const bool inner_stable = test.inner && (kkt_.pivots() || inner_backward_stable());
-    if (has_error()) kkt_.assemble(evaluation_, shifted(curvature, -1.0, 1.0));
-    test.full = kkt_.has_expected_inertia(kkt_.factorize({.x = -margin}));
-    if (test.both() && !kkt_.pivots() && !(inner_stable && backward_stable())) test = {};
-    return test;
-  }
+/// The end of a Newton step with all derivatives.
+bool Certifier::next_point(const NewtonTest& newton, Point& point) {
+  point.iterate.v = newton.end.iterate.v;
+  point.iterate.lambda = newton.end.iterate.lambda;
+  return canonical_.values(point.iterate.v, point.evaluation.f, point.evaluation.c) ==
+             EvaluationStatus::Ok &&
+         canonical_.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) ==
+             EvaluationStatus::Ok;
+}
 
-  /// Right when some curvature is given: not refuted.
-  InertiaTest helped(const Eigen::VectorXd& curvature, double margin, bool inner_satisfied) {
-    kkt_.assemble(evaluation_, shifted(curvature, 1.0, 1.0));
-    const double multiplier_shift = options_.jacobian_regularization_value;
-    const Regularization help{.x = margin,
-                              .y = inner_satisfied ? 0.0 : margin,
-                              .lambda_x = multiplier_shift,
-                              .lambda_y = multiplier_shift};
-    InertiaTest test;
-    test.inner = inner_satisfied || kkt_.has_expected_inner_inertia(kkt_.factorize_inner(help));
-    if (has_error() && inner_satisfied) kkt_.assemble(evaluation_, shifted(curvature, 1.0, -1.0));
-    test.full = kkt_.has_expected_inertia(kkt_.factorize(help));
-    return test;
+void Certifier::find_rank(const ActiveSetSystem& system, const Point& point) {
+  std::vector<bool> active(at(canonical_.variables()));
+  for (Index i = 0; i < canonical_.variables(); ++i) {
+    active[at(i)] = system.classes()[i] != BoundClass::Inactive;
   }
+  Units lengths = system.units();
+  lengths.constraint.setOnes();
+  rank_ = kkt_.active_rank(in_units(canonical_, point.evaluation, lengths), active);
+  certificate_.licq_min = rank_.full_min;
+  certificate_.licq_max = rank_.full_max;
+}
 
- private:
-  /// Without pivoting an inertia is trusted only when the factors reproduce the matrix: a system
-  /// with a generic right-hand side must refine to a small residual.
-  bool backward_stable() {
-    const NewtonResidual rhs = generic_right_hand_side();
-    Step step = zero_step(canonical_);
-    return kkt_.solve(evaluation_, rhs, step);
+void Certifier::report_inertias(ActiveSetSystem& system) {
+  system.assemble(ActiveSetSystem::kSufficient);
+  certificate_.inner = kkt_.factorize_inner({}).inertia;
+  certificate_.full = kkt_.factorize({}).inertia;
+}
+
+/// Classes that a Newton step confirms where possible; the stage's point may move along the central path.
+bool Certifier::settle(Stage& stage, bool follow) {
+  if (follow) {
+    stage.classes = with_idle_held(
+        follow_barrier(canonical_, kkt_, options_, stage.units, stage.classes, stage.point, mu_));
+    moved_ = stage.point;
   }
-  bool inner_backward_stable() {
-    const NewtonResidual rhs = generic_right_hand_side();
-    Step step = zero_step(canonical_);
-    return kkt_.solve_inner(evaluation_, rhs, step);
-  }
-  [[nodiscard]] NewtonResidual generic_right_hand_side() const {
-    NewtonResidual rhs = zero_step(canonical_);
-    // Slack rows are eliminated exactly, so they need no test.
-    for (const IndexRange range : {canonical_.x(), canonical_.y()}) {
-      for (Index i = range.begin; i < range.end; ++i) rhs.v[i] = std::sin(1.0 + i);
+  if (!clean(stage.classes, stage.point)) return false;
+  stage.units = units_of(canonical_, stage.point.evaluation);
+  return true;
+}
+
+/// Newton's method towards the solution of the active set's equations, until what W changes by on the
+/// way is less than its curvature. False: not seen.
+bool Certifier::refine_and_test(Stage& stage) {
+  for (int round = 0;; ++round) {
+    ActiveSetSystem system(canonical_, kkt_, stage.classes, stage.units, stage.point.evaluation);
+    system.assemble(ActiveSetSystem::kSufficient);
+    stage.error = error_of(stage.point, stage.classes, stage.units);
+    const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
+      return solve_accurately(kkt_, system.assembled(), rhs, step);
+    };
+    stage.converges = newton_confirms(system, stage.point, solve, stage.newton);
+    if (!stage.newton.done) return false;
+    stage.error += stage.newton.error;
+    if (stage.converges && survives(system, stage.error, margin(1.0)).both()) {
+      find_rank(system, stage.point);
+      return true;
     }
-    for (Index j = 0; j < canonical_.constraints(); ++j) rhs.lambda[j] = std::cos(1.0 + j);
-    return rhs;
+    const bool there = max_norm(stage.newton.error) <= margin(1.0);
+    if (there || !stage.newton.classes_hold || round == kRefinements) return false;
+    if (!next_point(stage.newton, stage.point)) return false;
+    stage.units = units_of(canonical_, stage.point.evaluation);
   }
+}
 
-  [[nodiscard]] bool has_error() const { return error_.size() > 0; }
-  /// Barrier curvatures with so many times the error added to Min and Max variables.
-  [[nodiscard]] Eigen::VectorXd shifted(const Eigen::VectorXd& curvature, double min_times,
-                                        double max_times) const {
-    if (!has_error()) return curvature;
-    Eigen::VectorXd result = curvature;
-    for (Index i = 0; i < canonical_.variables(); ++i) {
-      result[i] += (canonical_.owned_by_max(i) ? max_times : min_times) * error_[i];
+/// The test at a point that is not clear, with pivoting.
+SecondOrder Certifier::examine(const Point& given) {
+  while (!kkt_.pivots() && kkt_.increase_quality()) {
+  }
+  Stage stage;
+  stage.point = given;
+  stage.units = units_of(canonical_, given.evaluation);
+  stage.classes =
+      with_idle_held(guess_classes(canonical_, options_, given.iterate, stage.units));
+  const bool bounded = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
+  bool follow = far_ || !stage.classes.clear();
+  for (;;) {
+    if (!settle(stage, follow)) return SecondOrder::Undecided;
+    certificate_.weakly_active_min = stage.classes.weak_min;
+    certificate_.weakly_active_max = stage.classes.weak_max;
+    if (refine_and_test(stage)) {
+      certificate_.margin = margin(1.0);
+      // Independent Max gradients make the inner maximum follow x; a Min point needs none.
+      const bool inner_follows = rank_.full_max || kkt_.layout().x.size() == 0;
+      return inner_follows ? SecondOrder::Satisfied : SecondOrder::Undecided;
     }
-    return result;
+    if (follow || !bounded || (stage.newton.done && stage.newton.classes_hold)) break;
+    follow = true;
+    stage.point = given;
   }
+  return judge_without_certificate(stage);
+}
 
-  const CanonicalProblem& canonical_;
-  KktSystem& kkt_;
-  const Evaluation& evaluation_;
-  const Eigen::VectorXd& error_;
-  const SolverOptions& options_;
-};
-
-/// clear: whether to ask for 100 times the margin first; at the end, whether that was there.
-SecondOrder second_order(const CanonicalProblem& canonical, KktSystem& kkt,
-                         const BoundClasses& classes, const Evaluation& evaluation,
-                         const Eigen::VectorXd& error, const SolverOptions& options,
-                         Certificate& certificate, bool& clear) {
-  SecondOrderTest test(canonical, kkt, evaluation, error, options);
-  kkt.assemble(evaluation, classes.without_weak);
-  // Gamma distorts curvature by gamma, so the margin has to dominate it.
-  const double margin = std::max(options.minmax_curvature_tol * std::max(kkt.hessian_norm(), 1.0),
-                                 2.0 * kkt.perturbation());
-  certificate.margin = kClear * margin;
-  InertiaTest spare;
-  if (clear) spare = test.survives(classes.without_weak, certificate.margin);
-  clear = spare.both();
-  if (!clear) {
-    certificate.margin = margin;
-    spare = test.survives(classes.without_weak, margin);
-  }
-  if (spare.both()) {
-    const KktSystem::RankFinding rank = kkt.active_rank(evaluation, classes.active);
-    certificate.licq_min = rank.full_min;
-    certificate.licq_max = rank.full_max;
-    // Independent Max gradients make the inner maximum follow x; a Min point needs none.
-    const bool inner_follows = rank.full_max || kkt.layout().x.size() == 0;
-    return inner_follows ? SecondOrder::Satisfied : SecondOrder::Undecided;
-  }
-  certificate.margin = 0.0;
-  const InertiaTest helped = test.helped(classes.with_weak, margin, spare.inner);
-  const KktSystem::RankFinding rank = kkt.active_rank(evaluation, classes.active);
-  certificate.licq_min = rank.full_min;
-  certificate.licq_max = rank.full_max;
+SecondOrder Certifier::judge_without_certificate(Stage& stage) {
+  ActiveSetSystem system(canonical_, kkt_, stage.classes, stage.units, stage.point.evaluation);
+  report_inertias(system);
+  find_rank(system, stage.point);
   // Where an active gradient vanishes the second-order conditions are not necessary.
-  return helped.both() || rank.vanishing ? SecondOrder::Undecided : SecondOrder::Violated;
+  if (rank_.vanishing) return SecondOrder::Undecided;
+  const std::optional<Player> suspect = wrong_player(system, stage);
+  if (suspect) {
+    wrong_ =
+        find_witness(canonical_, system, stage.point, margin(1.0), stage.newton.step, *suspect);
+  }
+  return wrong_ ? SecondOrder::Violated : SecondOrder::Undecided;
+}
+
+/// Whose necessary conditions the matrices say are violated; where Newton's method does not converge,
+/// those at the point have to do.
+std::optional<Player> Certifier::wrong_player(ActiveSetSystem& system, const Stage& stage) {
+  if (stage.newton.done && !stage.converges) {
+    if (certificate_.inner.positive > certificate_.inner_expected.positive) return Player::Max;
+    const bool too_low = certificate_.full.negative > certificate_.full_expected.negative;
+    return too_low ? std::optional(Player::Min) : std::nullopt;
+  }
+  system.assemble({.min_fixed = false, .max_fixed = false}, stage.error, 0.0, -1.0);
+  const bool inner_right =
+      kkt_.has_expected_inner_inertia(kkt_.factorize_inner({.y = -margin(1.0)}));
+  const InertiaTest test =
+      helped(system, stage.error, margin(1.0), options_.jacobian_regularization_value, inner_right);
+  if (test.both()) return std::nullopt;
+  return test.inner ? Player::Min : Player::Max;
+}
+
+Finding Certifier::run(const Point& given) {
+  kkt_.require_certain_inertia(true);
+  certificate_.inner_expected = kkt_.layout().expected_inner();
+  certificate_.full_expected = kkt_.layout().expected();
+  certificate_.inner = certificate_.inner_expected;
+  certificate_.full = certificate_.full_expected;
+  hessian_error_ = canonical_.hessian_error(given.iterate.v, given.iterate.lambda);
+  certificate_.finite_differences = hessian_error_.has_value();
+  if (hessian_error_) certificate_.hessian_error = max_norm(*hessian_error_);
+  if (hessian_error_ && !hessian_error_->allFinite()) {
+    certificate_.second_order = SecondOrder::Undecided;
+  } else {
+    idle_ = idle_copies(canonical_, given.iterate, given.evaluation);
+    certificate_.second_order = clearly_right(given) ? SecondOrder::Satisfied : examine(given);
+    if (certificate_.second_order == SecondOrder::Satisfied) {
+      const Point& judged = moved_ ? *moved_ : given;
+      certificate_.second_order =
+          test_robust_rows(canonical_, kkt_, judged.iterate, judged.evaluation);
+    }
+  }
+  if (certificate_.second_order != SecondOrder::Satisfied) certificate_.margin = 0.0;
+  certificate_.kind = certificate_.second_order == SecondOrder::Satisfied
+                          ? PointKind::LocalMinmax
+                          : PointKind::FirstOrderPoint;
+  kkt_.require_certain_inertia(false);
+  return {.certificate = certificate_,
+          .point = std::move(moved_),
+          .mu = mu_,
+          .wrong = std::move(wrong_)};
 }
 
 }  // namespace
 
-Certificate certify(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& iterate,
-                    const Evaluation& evaluation, double mu, const SolverOptions& options) {
-  Certificate certificate;
-  kkt.require_certain_inertia(true);
-  const std::vector<Index> idle = idle_copies(canonical, iterate, evaluation);
-  const BoundClasses classes = classify(canonical, iterate, idle);
-  certificate.weakly_active_min = classes.weak_min;
-  certificate.weakly_active_max = classes.weak_max;
-  certificate.inner_expected = kkt.layout().expected_inner();
-  certificate.full_expected = kkt.layout().expected();
-  const auto hessian_error = canonical.hessian_error(iterate.v, iterate.lambda);
-  const Eigen::VectorXd error = hessian_error.value_or(Eigen::VectorXd());
-  certificate.finite_differences = hessian_error.has_value();
-  certificate.hessian_error = max_norm(error);
-  const bool unknown = !error.allFinite();
-
-  bool clear = true;
-  certificate.second_order = unknown ? SecondOrder::Undecided
-                                     : second_order(canonical, kkt, classes, evaluation, error,
-                                                    options, certificate, clear);
-  // Anything but a clear yes is asked again with pivoting.
-  if (certificate.second_order != SecondOrder::Satisfied && !unknown && !kkt.pivots()) {
-    while (!kkt.pivots() && kkt.increase_quality()) {
-    }
-    clear = true;
-    certificate.second_order =
-        second_order(canonical, kkt, classes, evaluation, error, options, certificate, clear);
-  }
-  if (certificate.second_order == SecondOrder::Satisfied) {
-    Point point{iterate, evaluation, {}};
-    dual_residual(canonical, iterate, evaluation, point.dual);
-    double distance = 0.0;  // to the solution
-    bool confirmed = newton_contracts(canonical, kkt, mu, point, distance);
-    const bool was_clear = clear;
-    clear = clear && distance <= kNear * kClear * options.minmax_curvature_tol;
-    if (confirmed && !clear) {
-      clear = was_clear;
-      // So little curvature may be due to the distance to the solution (f = x^2 + y^3 + x y).
-      confirmed =
-          refine(canonical, kkt, mu, point) &&
-          second_order(canonical, kkt, classify(canonical, point.iterate, idle), point.evaluation,
-                       error, options, certificate, clear) == SecondOrder::Satisfied;
-    }
-    if (!confirmed) {
-      certificate.second_order = SecondOrder::Undecided;
-      certificate.margin = 0.0;
-    }
-  }
-  if (certificate.second_order == SecondOrder::Satisfied) {
-    certificate.second_order = test_robust_rows(canonical, kkt, iterate, evaluation);
-    if (certificate.second_order != SecondOrder::Satisfied) certificate.margin = 0.0;
-  }
-  if (certificate.second_order == SecondOrder::Satisfied) {
-    // Inertias right with curvature taken away are right without.
-    certificate.inner = certificate.inner_expected;
-    certificate.full = certificate.full_expected;
-  } else {
-    kkt.assemble(evaluation, classes.without_weak);
-    certificate.inner = kkt.factorize_inner({}).inertia;
-    certificate.full = kkt.factorize({}).inertia;
-  }
-  certificate.kind = certificate.second_order == SecondOrder::Satisfied
-                         ? PointKind::LocalMinmax
-                         : PointKind::FirstOrderPoint;
-  kkt.require_certain_inertia(false);
-  return certificate;
+Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point, double mu,
+                const SolverOptions& options) {
+  return Certifier(canonical, kkt, mu, options).run(point);
 }
 
 }  // namespace ipminmax

@@ -186,6 +186,12 @@ class KktSystem {
   /// Solves the unreduced Newton system for the right-hand side with the last factorization of K,
   /// with refinement against the unreduced equations. False: inaccurate.
   [[nodiscard]] bool solve(const Evaluation& evaluation, const NewtonResidual& rhs, Step& step);
+  /// The same for the system at zero shift with the factors of a shifted K: refinement has to make up for
+  /// the shift.
+  [[nodiscard]] bool solve_unshifted(const Evaluation& evaluation, const NewtonResidual& rhs,
+                                     Step& step) {
+    return solve(full_, {}, evaluation, rhs, step);
+  }
   /// The same for the maximizer alone, x held: K_yy's last factorization; the step's other parts
   /// are zero.
   [[nodiscard]] bool solve_inner(const Evaluation& evaluation, const NewtonResidual& rhs,

@@ -755,24 +755,8 @@ GlobalizedMethod::Trial GlobalizedMethod::back_to_constraints(const Point& point
   return trial;
 }
 
-bool GlobalizedMethod::escape(Point& point, double mu, bool clear, IterationInfo& info) {
-  if (++escapes_ > kMaxEscapes) return false;
-  forget_direction();
-  filter_.reset();
-  info.trials = 0;
-  if (has_max()) {
-    if (!inner_.direction(point, mu, direction_)) return false;
-    if (direction_.shift.y > 0.0) {
-      const auto outcome = inner_.maximize(point, mu, inner_target(point, mu), kInnerSteps,
-                                           kInfinity, direction_, true);
-      info.step_kind = 'e';
-      return outcome == InnerMaximizer::Outcome::Maximum ||
-             outcome == InnerMaximizer::Outcome::NotFound;
-    }
-  }
-  // Inverse iteration with the shifted K turns to the direction of least curvature of phi.
-  Regularization shift = has_max() ? direction_.shift : Regularization{};
-  if (!newton_step(point, mu, shift)) return false;
+/// Inverse iteration with the shifted K turns step_ to the direction of least curvature of phi.
+bool GlobalizedMethod::turn_to_least_curvature(const Point& point, bool clear) {
   const Index nx = canonical_.y().begin;
   set_zero(rhs_);
   for (Index i = 0; i < nx; ++i) rhs_.v[i] = std::sin(1.0 + i);
@@ -790,6 +774,37 @@ bool GlobalizedMethod::escape(Point& point, double mu, bool clear, IterationInfo
         std::abs(quotient - last_quotient) <= kSettledQuotient * std::abs(quotient);
     if (settled && clear) break;
     last_quotient = quotient;
+  }
+  return true;
+}
+
+bool GlobalizedMethod::escape(Point& point, double mu, bool clear, IterationInfo& info,
+                              const std::optional<WrongCurvature>& wrong) {
+  if (++escapes_ > kMaxEscapes) return false;
+  forget_direction();
+  filter_.reset();
+  info.trials = 0;
+  if (has_max()) {
+    if (!inner_.direction(point, mu, direction_)) return false;
+    const bool inner_wrong = wrong && wrong->owner == Player::Max;
+    if (inner_wrong &&
+        (!inner_.leave(point, mu, wrong->direction) || !inner_.direction(point, mu, direction_))) {
+      return false;
+    }
+    if (inner_wrong || direction_.shift.y > 0.0) {
+      const auto outcome = inner_.maximize(point, mu, inner_target(point, mu), kInnerSteps,
+                                           kInfinity, direction_, true);
+      info.step_kind = 'e';
+      return outcome == InnerMaximizer::Outcome::Maximum ||
+             outcome == InnerMaximizer::Outcome::NotFound;
+    }
+  }
+  Regularization shift = has_max() ? direction_.shift : Regularization{};
+  if (!newton_step(point, mu, shift)) return false;
+  if (wrong && wrong->owner == Player::Min) {
+    step_.v = wrong->direction / wrong->direction.head(canonical_.y().begin).norm();
+  } else if (!turn_to_least_curvature(point, clear)) {
+    return false;
   }
   step_.lambda.setZero();
   step_.z_lower.setZero();

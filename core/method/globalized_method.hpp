@@ -8,6 +8,7 @@
 #include "core/method/filter.hpp"
 #include "core/method/inner_maximizer.hpp"
 #include "core/method/restoration.hpp"
+#include "core/method/wrong_curvature.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/point/merit.hpp"
 #include "core/point/step_length.hpp"
@@ -33,10 +34,11 @@ class GlobalizedMethod {
   /// A status ends the solve; message() says more. Past the time limit any status may come.
   [[nodiscard]] std::optional<Status> step(Point& point, double mu, IterationInfo& info);
 
-  /// Leaves a first-order point with a wrong inertia along a direction of the offending curvature;
-  /// clear: only for a clear gain, looked for at few points.
-  /// False: none of the allowed attempts is left, or none helps.
-  [[nodiscard]] bool escape(Point& point, double mu, bool clear, IterationInfo& info);
+  /// Leaves a first-order point with a wrong inertia along a direction of the offending curvature: the
+  /// given one, or one that inverse iteration finds; clear: only for a clear gain, looked for at few
+  /// points. False: none of the allowed attempts is left, or none helps.
+  [[nodiscard]] bool escape(Point& point, double mu, bool clear, IterationInfo& info,
+                            const std::optional<WrongCurvature>& wrong);
 
   /// To be told of restorations' iterations. A stop ends the step with Status::UserStop, the point
   /// moved to where it happened, its values and first derivatives renewed where they exist.
@@ -65,6 +67,7 @@ class GlobalizedMethod {
                             bool skip_first);
   /// An accepted step, the last trial before which the filter alone rejected or not.
   void count_dominated(bool dominated);
+  [[nodiscard]] bool turn_to_least_curvature(const Point& point, bool clear);
   [[nodiscard]] bool second_order_correction(const Point& point, double mu, const Merit& from,
                                              double slope, double alpha, double first_theta,
                                              IterationInfo& info);

@@ -190,7 +190,7 @@ bool InnerMaximizer::search(Point& point, double mu, InnerDirection& direction) 
   return false;
 }
 
-bool InnerMaximizer::escape(Point& point, double mu, InnerDirection& direction) {
+bool InnerMaximizer::escape(Point& point, double mu) {
   // Inverse iteration with the shifted K_yy turns to the direction of largest curvature.
   const Index n = canonical_.variables() - canonical_.y().begin;
   Step& w = correction_step_;
@@ -202,25 +202,25 @@ bool InnerMaximizer::escape(Point& point, double mu, InnerDirection& direction) 
     if (!(norm > 0.0)) return false;
     rhs_.v.tail(n) = w.v.tail(n) / norm;
   }
-  w.v.tail(n) = rhs_.v.tail(n);
-  w.lambda.setZero();
-  w.z_lower.setZero();
-  w.z_upper.setZero();
+  return leave(point, mu, rhs_.v);
+}
+
+bool InnerMaximizer::leave(Point& point, double mu, const Eigen::VectorXd& direction) {
+  const Index n = canonical_.variables() - canonical_.y().begin;
+  Step& d = correction_step_;
+  set_zero(d);
+  Eigen::VectorXd along = direction.tail(n).normalized();
   value_gradient(point, mu);
-  if (gradient_.tail(n).dot(w.v.tail(n)) < 0.0) w.v.tail(n) = -w.v.tail(n);
+  if (gradient_.tail(n).dot(along) < 0.0) along = -along;
   const double length = 0.1 * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
   const Merit from{violation(point.evaluation.c, canonical_.max_constraints()),
                    -value(point, mu)};
   trial_.evaluation = point.evaluation;
   for (double t = length; t > 1e-6 * length && !limit_.expired(); t *= 0.5) {
     for (const double sign : {1.0, -1.0}) {
-      direction.step.v.setZero();
-      direction.step.v.tail(n) = sign * t * w.v.tail(n);
-      direction.step.lambda.setZero();
-      direction.step.z_lower.setZero();
-      direction.step.z_upper.setZero();
-      const StepLength a = largest_step(canonical_, point.iterate, direction.step, 0.9);
-      move(point, direction.step, a.primal, a.dual, mu, trial_);
+      d.v.tail(n) = sign * t * along;
+      const StepLength a = largest_step(canonical_, point.iterate, d, 0.9);
+      move(point, d, a.primal, a.dual, mu, trial_);
       Merit to;
       if (!evaluate_merit(trial_, mu, to)) continue;
       if (to.phi < from.phi - 1e-10 * (1.0 + std::abs(from.phi)) && evaluate_derivatives(trial_)) {
@@ -269,7 +269,7 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
     if (k >= max_steps || limit_.expired()) return Outcome::NotFound;
     const bool stationary = error(point, mu) <= std::max(options_.tol, 1e-3 * std::min(1.0, mu));
     if (!unshifted && stationary) {
-      if (!escape(point, mu, out)) return Outcome::NotFound;
+      if (!escape(point, mu)) return Outcome::NotFound;
     } else if (!search(point, mu, out)) {
       // Rounding: a step predicted to gain nothing visible ends the search.
       const double here = value(point, mu);

@@ -48,6 +48,10 @@ class InnerMaximizer {
   [[nodiscard]] Outcome maximize(Point& point, double mu, double target, int max_steps,
                                  double upper_bound, InnerDirection& out, bool known);
 
+  /// Moves y, s_y along a direction (or against it) in which the value rises to second order; x stays.
+  /// False: it does not.
+  [[nodiscard]] bool leave(Point& point, double mu, const Eigen::VectorXd& direction);
+
   /// Whether the Max constraints hold closely enough to compare values.
   [[nodiscard]] bool feasible(const Point& point, double mu) const;
 
@@ -57,7 +61,7 @@ class InnerMaximizer {
  private:
   [[nodiscard]] bool solve(const Point& point, double mu, InnerDirection& out);
   [[nodiscard]] bool search(Point& point, double mu, InnerDirection& direction);
-  [[nodiscard]] bool escape(Point& point, double mu, InnerDirection& direction);
+  [[nodiscard]] bool escape(Point& point, double mu);
   [[nodiscard]] bool evaluate_merit(Point& trial, double mu, Merit& merit);
   [[nodiscard]] double value(const Point& point, double mu) const;
   void value_gradient(const Point& point, double mu);

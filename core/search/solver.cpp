@@ -167,6 +167,7 @@ class Solver {
     Certificate certificate;
     IterationInfo info;
   };
+  std::optional<WrongCurvature> wrong_;   ///< that refuted the last point tested
   std::optional<Stop> degenerate_point_;  ///< undecided second-order test, left for a better point
   std::optional<Stop> first_failure_;     ///< of the search from the model's starting point
   Index restarts_ = 0;
@@ -494,8 +495,14 @@ void Solver::drop_idle_multipliers(double tolerance) {
 Status Solver::certified_status(Status when_not_refuted) {
   // The oracle's mu may be far above the complementarity that was reached.
   if (adaptive_) info_.mu = std::min(info_.mu, mu_final_);
-  result_.certificate =
-      certify(canonical_, *kkt_, point_.iterate, point_.evaluation, info_.mu, options_);
+  Finding finding = certify(canonical_, *kkt_, point_, info_.mu, options_);
+  result_.certificate = finding.certificate;
+  wrong_ = std::move(finding.wrong);
+  if (finding.point) {
+    point_ = std::move(*finding.point);
+    info_.mu = finding.mu;
+    update_error();
+  }
   switch (result_.certificate.second_order) {
     case SecondOrder::Violated:
       return Status::NotLocalMinmax;
@@ -562,17 +569,22 @@ bool Solver::hidden_by_scaling(Status stop) {
   return true;
 }
 
+/// Whether K_yy has a wrong sign, although no direction was found that proves it.
+bool seems_wrong(const Certificate& found) {
+  return found.inner.positive > found.inner_expected.positive;
+}
+
 bool Solver::leave_wrong_point(Status stop) {
   if (!method_ || info_.iteration >= options_.max_iter) return false;
-  // A degenerate point is left only when the inner maximum is clear, and kept for the case that
-  // nothing better comes.
+  // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for the
+  // case that nothing better comes.
   const Certificate& found = result_.certificate;
-  const bool degenerate =
-      stop == Status::SolvedDegenerate && found.inner == found.inner_expected && !degenerate_point_;
+  const bool degenerate = stop == Status::SolvedDegenerate && !degenerate_point_ &&
+                          (found.inner == found.inner_expected || seems_wrong(found));
   if (stop != Status::NotLocalMinmax && !degenerate) return false;
   Stop here = stop_here(stop);
   const bool clear = degenerate && canonical_.max_size() == 0;
-  if (!method_->escape(point_, info_.mu, clear, info_)) return false;
+  if (!method_->escape(point_, info_.mu, clear, info_, wrong_)) return false;
   if (degenerate) {
     degenerate_point_ = std::move(here);
     if (canonical_.max_size() == 0) {

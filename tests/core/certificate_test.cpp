@@ -15,6 +15,7 @@
 #include "core/certificate/certificate.hpp"
 #include "core/kkt/system.hpp"
 #include "core/model/canonical_problem.hpp"
+#include "core/point/residual.hpp"
 
 namespace ipminmax {
 namespace {
@@ -45,7 +46,9 @@ class Point {
   }
 
   Certificate certify() {
-    return ipminmax::certify(canonical_, *kkt_, iterate_, evaluation_, kMu, options_);
+    ipminmax::Point point{iterate_, evaluation_, {}};
+    dual_residual(canonical_, iterate_, evaluation_, point.dual);
+    return ipminmax::certify(canonical_, *kkt_, point, kMu, options_).certificate;
   }
 
   /// A multiplier other than the stationary one, with the distance that belongs to it.
@@ -108,7 +111,7 @@ class Point {
   }
 
   void evaluate() {
-    EXPECT_EQ(canonical_.constraints(iterate_.v, evaluation_.c), EvaluationStatus::Ok);
+    EXPECT_EQ(canonical_.values(iterate_.v, evaluation_.f, evaluation_.c), EvaluationStatus::Ok);
     EXPECT_EQ(canonical_.first_derivatives(iterate_.v, evaluation_), EvaluationStatus::Ok);
     EXPECT_EQ(canonical_.second_derivatives(iterate_.v, iterate_.lambda, evaluation_),
               EvaluationStatus::Ok);
@@ -231,15 +234,30 @@ TEST(CertificateOfOnePlayer, MinimaAndMaxima) {
 }
 
 TEST(CertificateOfOnePlayer, TheCurvatureToleranceSeparatesZeroFromSmall) {
-  // Relative to the largest entry of the Hessian, 1000 here: 1e-8 * 1000.
+  // Relative to the curvature of the variables, whatever its size: (1000, small) are the eigenvalues
+  // of a matrix whose diagonal is about (500, 500) unit^2.
+  const auto second_order = [](double small, double unit) {
+    const double mean = 0.5 * (1000.0 + small) * unit * unit;
+    const double half = 0.5 * (1000.0 - small) * unit * unit;
+    return certify_quadratic({kMin, kMin}, Eigen::MatrixXd{{mean, half}, {half, mean}})
+        .second_order;
+  };
+  for (const double unit : {1e-4, 1.0, 1e4}) {
+    EXPECT_EQ(second_order(1e-4, unit), SecondOrder::Satisfied) << unit;
+    EXPECT_EQ(second_order(1e-6, unit), SecondOrder::Undecided) << unit;
+    EXPECT_EQ(second_order(-1e-6, unit), SecondOrder::Undecided) << unit;
+    EXPECT_EQ(second_order(-1e-4, unit), SecondOrder::Violated) << unit;
+  }
+}
+
+TEST(CertificateOfOnePlayer, AVariableOfItsOwnMayHaveAnyCurvature) {
   const auto second_order = [](double small) {
     return certify_quadratic({kMin, kMin}, Eigen::MatrixXd{{1000.0, 0.0}, {0.0, small}})
         .second_order;
   };
-  EXPECT_EQ(second_order(1e-4), SecondOrder::Satisfied);
-  EXPECT_EQ(second_order(1e-6), SecondOrder::Undecided);
-  EXPECT_EQ(second_order(-1e-6), SecondOrder::Undecided);
-  EXPECT_EQ(second_order(-1e-4), SecondOrder::Violated);
+  EXPECT_EQ(second_order(1e-6), SecondOrder::Satisfied);
+  EXPECT_EQ(second_order(-1e-6), SecondOrder::Violated);
+  EXPECT_EQ(second_order(0.0), SecondOrder::Undecided);
 }
 
 TEST(DegeneratePowers, AreNeverSatisfiedOnTheWayToZero) {
@@ -299,11 +317,11 @@ TEST(ActiveBounds, WithTheRightMultiplierReplaceCurvature) {
 }
 
 TEST(ActiveBounds, WithoutMultiplierDoNotHideCurvature) {
-  // Stationary at 0 in the interior of nothing: -t^2 on t >= 0, the bound's multiplier vanishes.
+  // Stationary at 0, -t^2 on t >= -1e-3.
   for (const Player player : {kMin, kMax}) {
     const double sign = player == kMin ? 1.0 : -1.0;
     Model model;
-    const Expression t = model.variable(player, "t", 0.0);
+    const Expression t = model.variable(player, "t", -1e-3);
     model.objective(-sign * square(t));
     AutodiffProblem problem(model, {0.0});
     Point point(problem, {0.0});
@@ -327,7 +345,7 @@ TEST(ActiveBounds, InactiveOnesLeaveTheInteriorVerdict) {
   EXPECT_EQ(certify(bad, {0.0, 0.0}).second_order, SecondOrder::Violated);
 }
 
-TEST(WeaklyActiveBounds, AreCountedAndNeverRefuteByThemselves) {
+TEST(WeaklyActiveBounds, AreCountedAndHideNoWrongCurvature) {
   // z and s alike: no strict complementarity, -t^2 is held only by the bound.
   for (const Player player : {kMin, kMax}) {
     const double sign = player == kMin ? 1.0 : -1.0;
@@ -338,7 +356,7 @@ TEST(WeaklyActiveBounds, AreCountedAndNeverRefuteByThemselves) {
     Point point(problem, {0.0});
     point.set_bound(0, true, 3e-5, 3e-5);
     const Certificate found = point.certify();
-    EXPECT_EQ(found.second_order, SecondOrder::Undecided);
+    EXPECT_NE(found.second_order, SecondOrder::Satisfied);
     EXPECT_EQ(found.weakly_active_min, player == kMin ? 1 : 0);
     EXPECT_EQ(found.weakly_active_max, player == kMin ? 0 : 1);
   }

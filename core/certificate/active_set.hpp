@@ -1,0 +1,65 @@
+#pragma once
+
+#include "core/certificate/bound_classes.hpp"
+#include "core/certificate/units.hpp"
+#include "core/kkt/system.hpp"
+#include "core/point/merit.hpp"
+
+namespace ipminmax {
+
+/// The KKT system of the active set, in units: fixed variables (at active bounds) and the rows of
+/// inactive inequalities are taken out, active inequalities are equalities. Uses the matrices of a
+/// KktSystem, with rows that are taken out replaced by those of the identity, signs as expected.
+class ActiveSetSystem {
+ public:
+  /// Whether doubtful bounds are fixed, per player.
+  struct Doubtful {
+    bool min_fixed = false, max_fixed = false;
+    friend bool operator==(const Doubtful&, const Doubtful&) = default;
+  };
+  /// So that the verdict of the sufficient conditions holds whatever the doubtful bounds are: those
+  /// of Min as inactive, for more directions are open to him; those of Max as active in K, for
+  /// phi(x) is at least what he gets with them.
+  static constexpr Doubtful kSufficient{.min_fixed = false, .max_fixed = true};
+
+  /// The point's derivatives are copied.
+  ActiveSetSystem(const CanonicalProblem& canonical, KktSystem& kkt, const BoundClasses& classes,
+                  const Units& units, const Evaluation& evaluation);
+
+  /// Assembles K and K_yy with min_times, max_times the error (per variable, in units; may be empty)
+  /// added to the curvature of the players' variables: to W for Min, taken from W for Max.
+  void assemble(Doubtful fixed, const Eigen::VectorXd& error = {}, double min_times = 0.0,
+                double max_times = 0.0);
+
+  [[nodiscard]] const CanonicalProblem& canonical() const { return canonical_; }
+  [[nodiscard]] KktSystem& kkt() { return kkt_; }
+  [[nodiscard]] const BoundClasses& classes() const { return classes_; }
+  [[nodiscard]] const Units& units() const { return units_; }
+  /// The matrices' derivatives of the last assemble.
+  [[nodiscard]] const Evaluation& assembled() const { return reduced_; }
+  /// Derivatives in units, nothing taken out.
+  [[nodiscard]] const Evaluation& derivatives() const { return scaled_; }
+
+  /// With the doubtful bounds as in the last assemble.
+  [[nodiscard]] bool is_fixed(Index variable) const {
+    return fixed_[static_cast<std::size_t>(variable)];
+  }
+  [[nodiscard]] bool is_slack(Index variable) const {
+    return canonical_.x_slacks().contains(variable) || canonical_.y_slacks().contains(variable);
+  }
+  /// Whether a constraint is an equality or an inequality counted as active.
+  [[nodiscard]] bool counts(Index constraint) const {
+    const Index slack = canonical_.slack_of_constraint()[static_cast<std::size_t>(constraint)];
+    return slack < 0 || is_fixed(slack);
+  }
+
+ private:
+  const CanonicalProblem& canonical_;
+  KktSystem& kkt_;
+  const BoundClasses& classes_;
+  const Units& units_;
+  Evaluation scaled_, reduced_;
+  std::vector<bool> fixed_;
+};
+
+}  // namespace ipminmax

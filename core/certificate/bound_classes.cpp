@@ -1,0 +1,164 @@
+#include "core/certificate/bound_classes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/certificate/newton.hpp"
+#include "core/point/residual.hpp"
+#include "core/point/step_length.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// z / s in units above which a bound is guessed active, and its inverse below which inactive.
+constexpr double kStrictRatio = 100.0;
+/// Share of what an active distance (an inactive multiplier) loses with mu that makes a class certain.
+constexpr double kClearTrend = 0.75;
+constexpr double kDecrease = 0.05;  // of mu
+constexpr int kMostDecreases = 8;
+constexpr int kMostSteps = 24;
+constexpr double kLeastBarrier = 1e-18;
+/// Distance to a bound, relative to the bound or the variable, that still has digits.
+constexpr double kRounding = 1e-13;
+constexpr double kTau = 0.995;
+/// Step over the size of the problem that is not worth another one.
+constexpr double kNear = 1e-6;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+BoundClasses no_classes(const CanonicalProblem& canonical) {
+  BoundClasses classes;
+  classes.of.assign(at(canonical.variables()), BoundClass::Inactive);
+  classes.side.assign(at(canonical.variables()), 0);
+  return classes;
+}
+
+void include(BoundClasses& classes, Index i, std::int8_t side, BoundClass found) {
+  if (classes.side[at(i)] != 0 && found <= classes[i]) return;
+  classes.of[at(i)] = found;
+  classes.side[at(i)] = side;
+}
+
+void count_doubtful(const CanonicalProblem& canonical, BoundClasses& classes) {
+  classes.weak_min = classes.weak_max = 0;
+  for (Index i = 0; i < canonical.variables(); ++i) {
+    if (classes[i] != BoundClass::Doubtful) continue;
+    ++(canonical.owned_by_max(i) ? classes.weak_max : classes.weak_min);
+  }
+}
+
+/// visit(variable, side, distance, multiplier) for every bound.
+template <class Visit>
+void for_each_bound(const CanonicalProblem& canonical, const Iterate& z, Visit&& visit) {
+  for (const Index i : canonical.lower_bounded()) {
+    visit(i, std::int8_t{-1}, z.v[i] - canonical.lower()[i], z.z_lower[i]);
+  }
+  for (const Index i : canonical.upper_bounded()) {
+    visit(i, std::int8_t{1}, canonical.upper()[i] - z.v[i], z.z_upper[i]);
+  }
+}
+
+bool has_digits(const CanonicalProblem& canonical, const Iterate& z) {
+  bool all = true;
+  for_each_bound(canonical, z, [&](Index i, std::int8_t side, double distance, double) {
+    const double bound = side < 0 ? canonical.lower()[i] : canonical.upper()[i];
+    all = all && distance > kRounding * std::max(std::abs(bound), std::abs(z.v[i]));
+  });
+  return all;
+}
+
+/// Whether a point of the model's own feasible set may lie on the bound: it was relaxed by so much.
+bool within_relaxation(double distance, double bound, const SolverOptions& options) {
+  return distance <= 2.0 * options.bound_relax_factor * std::max(1.0, std::abs(bound));
+}
+
+/// From the relative changes over a full step to kDecrease mu. unresolved: how many may yet show
+/// what they are.
+BoundClasses classes_by_trend(const CanonicalProblem& canonical, const SolverOptions& options,
+                              const Iterate& before, const Iterate& after, Index& unresolved) {
+  unresolved = 0;
+  BoundClasses classes = no_classes(canonical);
+  for_each_bound(canonical, before, [&](Index i, std::int8_t side, double distance, double z) {
+    const double later =
+        side < 0 ? after.v[i] - canonical.lower()[i] : canonical.upper()[i] - after.v[i];
+    const double later_z = side < 0 ? after.z_lower[i] : after.z_upper[i];
+    const double nearer = (1.0 - later / distance) / (1.0 - kDecrease);
+    const double weaker = (1.0 - later_z / z) / (1.0 - kDecrease);
+    const bool active = nearer >= kClearTrend && weaker <= 1.0 - kClearTrend;
+    const bool inactive = weaker >= kClearTrend && nearer <= 1.0 - kClearTrend;
+    const double bound = side < 0 ? canonical.lower()[i] : canonical.upper()[i];
+    const bool relaxed = within_relaxation(later, bound, options);
+    if (!active && !inactive) ++unresolved;
+    include(classes, i, side,
+            active                 ? BoundClass::Active
+            : inactive && !relaxed ? BoundClass::Inactive
+                                   : BoundClass::Doubtful);
+  });
+  count_doubtful(canonical, classes);
+  return classes;
+}
+
+}  // namespace
+
+double BoundClasses::distance(const CanonicalProblem& canonical, const Iterate& z, Index i) const {
+  return side[at(i)] < 0 ? z.v[i] - canonical.lower()[i] : canonical.upper()[i] - z.v[i];
+}
+
+double BoundClasses::multiplier(const Iterate& z, Index i) const {
+  return side[at(i)] < 0 ? z.z_lower[i] : z.z_upper[i];
+}
+
+BoundClasses guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
+                           const Iterate& iterate, const Units& units) {
+  BoundClasses classes = no_classes(canonical);
+  for_each_bound(canonical, iterate, [&](Index i, std::int8_t side, double distance, double z) {
+    const double ratio = z / distance * units.variable[i] * units.variable[i];
+    const double bound = side < 0 ? canonical.lower()[i] : canonical.upper()[i];
+    const bool open = ratio < 1.0 / kStrictRatio && !within_relaxation(distance, bound, options);
+    include(classes, i, side,
+            ratio > kStrictRatio ? BoundClass::Active
+            : open               ? BoundClass::Inactive
+                                 : BoundClass::Doubtful);
+  });
+  count_doubtful(canonical, classes);
+  return classes;
+}
+
+BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
+                            const SolverOptions& options, const Units& units,
+                            const BoundClasses& guess, Point& point, double& mu) {
+  const auto error = [&](const Point& p) {
+    return kkt_error(canonical, p.iterate, p.evaluation, p.dual, options.s_max).total;
+  };
+  const double allowed = std::max(error(point), options.tol);
+  const double near = kNear * size_of_problem(canonical, point.iterate, units);
+  BoundClasses classes = guess;
+  Point here = point;  // point: the last one on the path
+  double here_mu = mu, next = mu;
+  Index unresolved = 0;
+  for (int k = 0, decreases = 0; k < kMostSteps; ++k) {
+    Point trial = here;
+    StepLength alpha;
+    if (!barrier_newton_step(canonical, kkt, next, kTau, trial, alpha) ||
+        !has_digits(canonical, trial.iterate)) {
+      break;
+    }
+    const bool on_path = alpha.primal == 1.0 && alpha.dual == 1.0 && error(trial) <= allowed;
+    const bool decreased = next < here_mu;
+    const double moved = longest(canonical, trial.iterate.v - here.iterate.v, units);
+    if (on_path && decreased) {
+      classes = classes_by_trend(canonical, options, here.iterate, trial.iterate, unresolved);
+    }
+    std::swap(here, trial);
+    here_mu = next;
+    if (!on_path) continue;
+    point = here;
+    mu = here_mu;
+    next = kDecrease * mu;
+    const bool settled = decreased && unresolved == 0 && moved <= near;
+    if (settled || next < kLeastBarrier || ++decreases > kMostDecreases) break;
+  }
+  return classes;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/certificate/units.hpp"
+#include "core/kkt/system.hpp"
+#include "core/model/canonical_problem.hpp"
+#include "core/options.hpp"
+#include "core/point/merit.hpp"
+
+namespace ipminmax {
+
+/// What a bound is at the solution nearby. Doubtful: multiplier and distance are both small, there is
+/// no strict complementarity that could be seen.
+enum class BoundClass : std::uint8_t { Inactive, Doubtful, Active };
+
+/// Per canonical variable; a slack stands for its inequality. Of two bounds the more active one counts.
+struct BoundClasses {
+  std::vector<BoundClass> of;
+  std::vector<std::int8_t> side;     ///< -1: the lower bound is meant, +1: the upper one, 0: none
+  Index weak_min = 0, weak_max = 0;  ///< doubtful bounds of each player
+
+  [[nodiscard]] bool clear() const { return weak_min + weak_max == 0; }
+  [[nodiscard]] BoundClass operator[](Index i) const { return of[static_cast<std::size_t>(i)]; }
+  /// Distance to the bound meant, and its multiplier.
+  [[nodiscard]] double distance(const CanonicalProblem& canonical, const Iterate& z, Index i) const;
+  [[nodiscard]] double multiplier(const Iterate& z, Index i) const;
+};
+
+/// By z / s in units: a first guess, which a Newton step has to confirm. A bound no farther than what it
+/// was relaxed by is never inactive.
+[[nodiscard]] BoundClasses guess_classes(const CanonicalProblem& canonical,
+                                         const SolverOptions& options, const Iterate& iterate,
+                                         const Units& units);
+
+/// Follows the solution to smaller barrier parameters, where the distance of an active bound falls as
+/// mu and its multiplier stays, and the other way round at an inactive one: until every bound has
+/// shown what it is and the point hardly moves, a distance has lost its digits or 8 decreases are done.
+/// Point (dual residual included) and mu are moved along.
+[[nodiscard]] BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
+                                          const SolverOptions& options, const Units& units,
+                                          const BoundClasses& guess, Point& point, double& mu);
+
+}  // namespace ipminmax

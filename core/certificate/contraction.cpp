@@ -1,0 +1,270 @@
+#include "core/certificate/contraction.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace ipminmax {
+namespace {
+
+/// Part of the way to an active bound: models may be undefined on it.
+constexpr double kAlmostThere = 0.99;
+/// Relative change of a multiplier or a distance up to which the class is confirmed.
+constexpr double kConfirmed = 0.5;
+/// Part of a distance to an inactive bound that may be used up by a probe.
+constexpr double kProbeOfDistance = 0.1;
+/// Least relative distance over which derivatives are compared: where f is flat to rounding, its
+/// gradient cannot be told from zero nearer than that. For variables at zero, in units.
+constexpr double kProbe = 1e-8;
+constexpr double kProbeAtZero = 1e-12;
+constexpr double kLeastSize = 100.0;
+constexpr double kMultiplierProbe = 1e-10;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// product += W v
+void add_hessian_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                         const Eigen::VectorXd& v, Eigen::VectorXd& product) {
+  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
+    const auto [i, j] = canonical.hessian()[k];
+    product[i] += evaluation.hessian[k] * v[j];
+    if (i != j) product[j] += evaluation.hessian[k] * v[i];
+  }
+}
+
+/// product += J' lambda, slacks apart.
+void add_transposed_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                            const Eigen::VectorXd& lambda, Eigen::VectorXd& product) {
+  for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+    const auto [row, col] = canonical.jacobian()[k];
+    product[col] += evaluation.jacobian[k] * lambda[row];
+  }
+}
+
+/// c += J v, slacks included.
+void add_constraint_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                            const Eigen::VectorXd& v, Eigen::VectorXd& c) {
+  for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+    const auto [row, col] = canonical.jacobian()[k];
+    c[row] += evaluation.jacobian[k] * v[col];
+  }
+  const auto slack_of = canonical.slack_of_constraint();
+  for (Index j = 0; j < c.size(); ++j) {
+    if (const Index s = slack_of[at(j)]; s >= 0) c[j] -= v[s];
+  }
+}
+
+/// Newton's method for  grad L = 0 (free variables),  c = 0 (rows that count),  v = bound (fixed).
+class ActiveSetNewton {
+ public:
+  ActiveSetNewton(CanonicalProblem& canonical, ActiveSetSystem& system, const Iterate& iterate,
+                  const Evaluation& evaluation, const KktSolve& solve)
+      : canonical_(canonical),
+        system_(system),
+        iterate_(iterate),
+        evaluation_(evaluation),
+        solve_(solve),
+        lambda_(iterate.lambda) {
+    for (Index j = 0; j < canonical.constraints(); ++j) {
+      if (!system.counts(j)) lambda_[j] = 0.0;
+    }
+  }
+
+  NewtonTest run();
+
+ private:
+  [[nodiscard]] bool first_step();
+  void place_slacks();
+  [[nodiscard]] bool classes_hold() const;
+  void choose_trial();
+  [[nodiscard]] bool compare(NewtonTest& test);
+  [[nodiscard]] bool solve_in_units(const Eigen::VectorXd& row_v, const Eigen::VectorXd& row_c,
+                                    Eigen::VectorXd& v, Eigen::VectorXd& lambda);
+  [[nodiscard]] double length(const Eigen::VectorXd& v) const {
+    return longest(canonical_, v, system_.units());
+  }
+
+  CanonicalProblem& canonical_;
+  ActiveSetSystem& system_;
+  const Iterate& iterate_;
+  const Evaluation& evaluation_;
+  const KktSolve& solve_;
+  Eigen::VectorXd lambda_;                          ///< without those of rows that do not count
+  Eigen::VectorXd dv_, dlambda_;                    ///< Newton step
+  Eigen::VectorXd gradient_;                        ///< of the Lagrangian, as predicted for its end
+  Eigen::VectorXd trial_, trial_v_, trial_lambda_;  ///< step that is tried, and its end
+};
+
+/// Right-hand side given and solution wanted in the canonical problem's lengths.
+bool ActiveSetNewton::solve_in_units(const Eigen::VectorXd& row_v, const Eigen::VectorXd& row_c,
+                                     Eigen::VectorXd& v, Eigen::VectorXd& lambda) {
+  const Units& units = system_.units();
+  NewtonResidual rhs = zero_step(canonical_);
+  Step step = zero_step(canonical_);
+  for (Index i = 0; i < canonical_.variables(); ++i) {
+    if (!system_.is_slack(i) && !system_.is_fixed(i)) rhs.v[i] = units.variable[i] * row_v[i];
+  }
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    if (system_.counts(j)) rhs.lambda[j] = units.constraint[j] * row_c[j];
+  }
+  if (!solve_(rhs, step)) return false;
+  v = step.v.cwiseProduct(units.variable);
+  lambda = step.lambda.cwiseProduct(units.constraint);
+  for (Index i = 0; i < canonical_.variables(); ++i) {
+    if (system_.is_slack(i) || system_.is_fixed(i)) v[i] = 0.0;
+  }
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    if (!system_.counts(j)) lambda[j] = 0.0;
+  }
+  return v.allFinite() && lambda.allFinite();
+}
+
+bool ActiveSetNewton::first_step() {
+  const BoundClasses& classes = system_.classes();
+  Eigen::VectorXd fixed = Eigen::VectorXd::Zero(canonical_.variables());
+  for (Index i = 0; i < canonical_.variables(); ++i) {
+    if (!system_.is_fixed(i)) continue;
+    fixed[i] = classes.side[at(i)] * classes.distance(canonical_, iterate_, i);
+  }
+  gradient_ = evaluation_.gradient;
+  add_transposed_product(canonical_, evaluation_, lambda_, gradient_);
+  Eigen::VectorXd row_v = gradient_;
+  add_hessian_product(canonical_, evaluation_, fixed, row_v);
+  Eigen::VectorXd row_c = evaluation_.c;
+  add_constraint_product(canonical_, evaluation_, fixed, row_c);
+  if (!solve_in_units(-row_v, -row_c, dv_, dlambda_)) return false;
+  dv_ += fixed;
+  place_slacks();
+  add_hessian_product(canonical_, evaluation_, dv_, gradient_);
+  add_transposed_product(canonical_, evaluation_, dlambda_, gradient_);
+  return true;
+}
+
+/// Slacks of inactive inequalities follow their constraint.
+void ActiveSetNewton::place_slacks() {
+  Eigen::VectorXd change = evaluation_.c;
+  add_constraint_product(canonical_, evaluation_, dv_, change);
+  const auto slack_of = canonical_.slack_of_constraint();
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    if (slack_of[at(j)] >= 0 && !system_.is_fixed(slack_of[at(j)]))
+      dv_[slack_of[at(j)]] = change[j];
+  }
+}
+
+bool ActiveSetNewton::classes_hold() const {
+  const BoundClasses& classes = system_.classes();
+  Eigen::VectorXd force = gradient_;  // of slacks: -lambda
+  const auto slack_of = canonical_.slack_of_constraint();
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    if (slack_of[at(j)] >= 0) force[slack_of[at(j)]] = -(lambda_[j] + dlambda_[j]);
+  }
+  bool hold = true;
+  for (Index i = 0; i < canonical_.variables(); ++i) {
+    const int side = classes.side[at(i)];
+    if (side == 0 || classes[i] == BoundClass::Doubtful) continue;
+    if (classes[i] == BoundClass::Active) {
+      const double before = classes.multiplier(iterate_, i);
+      const double after = -side * canonical_.sign(i) * force[i];
+      hold = hold && std::abs(after - before) <= kConfirmed * before;
+    }
+  }
+  const auto stays_away = [&](Index i, double towards, double distance) {
+    if (classes[i] == BoundClass::Inactive) hold = hold && towards <= kConfirmed * distance;
+  };
+  for (const Index i : canonical_.lower_bounded()) {
+    stays_away(i, -dv_[i], iterate_.v[i] - canonical_.lower()[i]);
+  }
+  for (const Index i : canonical_.upper_bounded()) {
+    stays_away(i, dv_[i], canonical_.upper()[i] - iterate_.v[i]);
+  }
+  return hold;
+}
+
+void ActiveSetNewton::choose_trial() {
+  const Units& units = system_.units();
+  const double size = std::max(length(iterate_.v), kLeastSize);
+  trial_ = dv_;
+  for (Index i = 0; i < trial_.size(); ++i) {
+    if (system_.is_fixed(i)) {
+      trial_[i] *= kAlmostThere;
+    } else if (!system_.is_slack(i)) {
+      const double probe =
+          kProbe * std::abs(iterate_.v[i]) + kProbeAtZero * units.variable[i] * size;
+      trial_[i] += dv_[i] < 0.0 ? -probe : probe;
+    }
+  }
+  const auto keep_inside = [&](Index i, double towards, double distance, double side) {
+    const double most = std::max(kProbeOfDistance * distance, side * dv_[i]);
+    if (!system_.is_fixed(i) && !system_.is_slack(i) && towards > most) trial_[i] = side * most;
+  };
+  for (const Index i : canonical_.lower_bounded()) {
+    keep_inside(i, -trial_[i], iterate_.v[i] - canonical_.lower()[i], -1.0);
+  }
+  for (const Index i : canonical_.upper_bounded()) {
+    keep_inside(i, trial_[i], canonical_.upper()[i] - iterate_.v[i], 1.0);
+  }
+  trial_v_ = iterate_.v + trial_;
+  trial_lambda_ = lambda_ + dlambda_;
+}
+
+/// Derivatives at the trial point beside what the linearized equations predict there.
+bool ActiveSetNewton::compare(NewtonTest& test) {
+  Evaluation there = evaluation_;
+  Eigen::VectorXd probed = trial_lambda_;
+  for (Index j = 0; j < probed.size(); ++j) {
+    probed[j] += (dlambda_[j] < 0.0 ? -kMultiplierProbe : kMultiplierProbe) * std::abs(probed[j]);
+  }
+  if (canonical_.constraints(trial_v_, there.c) != EvaluationStatus::Ok ||
+      canonical_.first_derivatives(trial_v_, there) != EvaluationStatus::Ok ||
+      canonical_.second_derivatives(trial_v_, probed, there) != EvaluationStatus::Ok) {
+    return false;
+  }
+  Eigen::VectorXd row_v = there.gradient - evaluation_.gradient;
+  add_transposed_product(canonical_, there, trial_lambda_, row_v);
+  add_transposed_product(canonical_, evaluation_, -lambda_ - dlambda_, row_v);
+  add_hessian_product(canonical_, evaluation_, -trial_, row_v);
+  Eigen::VectorXd row_c = there.c - evaluation_.c;
+  add_constraint_product(canonical_, evaluation_, -trial_, row_c);
+  Eigen::VectorXd second_v, second_lambda;
+  if (!solve_in_units(-row_v, -row_c, second_v, second_lambda)) return false;
+  const double tried = length(trial_);
+  test.contraction = tried > 0.0 ? length(second_v) / tried : 0.0;
+
+  const Units& units = system_.units();
+  test.error.setZero(canonical_.variables());
+  for (std::size_t k = 0; k < there.hessian.size(); ++k) {
+    const auto [i, j] = canonical_.hessian()[k];
+    const BoundClasses& classes = system_.classes();
+    if (classes[i] == BoundClass::Active || classes[j] == BoundClass::Active) continue;
+    const double change = 2.0 * units.variable[i] * units.variable[j] *
+                          std::abs(there.hessian[k] - evaluation_.hessian[k]);
+    test.error[i] += change;
+    if (i != j) test.error[j] += change;
+  }
+  return test.error.allFinite() && std::isfinite(test.contraction);
+}
+
+NewtonTest ActiveSetNewton::run() {
+  NewtonTest test;
+  if (!first_step()) return test;
+  test.step = length(dv_);
+  test.classes_hold = classes_hold();
+  choose_trial();
+  test.done = compare(test);
+  test.end.iterate = iterate_;
+  test.end.iterate.v += dv_;
+  for (Index i = 0; i < dv_.size(); ++i) {
+    if (system_.is_fixed(i)) test.end.iterate.v[i] = iterate_.v[i] + kAlmostThere * dv_[i];
+  }
+  test.end.iterate.lambda = lambda_ + dlambda_;
+  return test;
+}
+
+}  // namespace
+
+NewtonTest test_newton(CanonicalProblem& canonical, ActiveSetSystem& system, const Iterate& iterate,
+                       const Evaluation& evaluation, const KktSolve& solve) {
+  return ActiveSetNewton(canonical, system, iterate, evaluation, solve).run();
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,35 @@
+#include "core/certificate/newton.hpp"
+
+#include "core/point/residual.hpp"
+
+namespace ipminmax {
+
+bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const NewtonResidual& rhs,
+                      Step& step) {
+  for (;;) {
+    if (kkt.factorize_for_solutions({}).status != FactorizationStatus::Ok) return false;
+    if (kkt.solve(evaluation, rhs, step)) return true;
+    if (!kkt.increase_quality()) return false;
+  }
+}
+
+bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu, double tau,
+                         Point& point, StepLength& alpha) {
+  NewtonResidual rhs = zero_step(canonical);
+  Step step = zero_step(canonical);
+  newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
+  kkt.assemble(point.iterate, point.evaluation);
+  if (!solve_accurately(kkt, point.evaluation, rhs, step)) return false;
+  alpha = largest_step(canonical, point.iterate, step, tau);
+  advance(step, alpha, point.iterate);
+  if (canonical.values(point.iterate.v, point.evaluation.f, point.evaluation.c) !=
+          EvaluationStatus::Ok ||
+      canonical.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
+          EvaluationStatus::Ok) {
+    return false;
+  }
+  dual_residual(canonical, point.iterate, point.evaluation, point.dual);
+  return true;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,88 @@
+#include "core/certificate/second_order.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ipminmax {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+NewtonResidual generic_right_hand_side(const ActiveSetSystem& system) {
+  const CanonicalProblem& canonical = system.canonical();
+  NewtonResidual rhs = zero_step(canonical);
+  for (Index i = 0; i < canonical.variables(); ++i) {
+    if (!system.is_slack(i) && !system.is_fixed(i)) rhs.v[i] = std::sin(1.0 + i);
+  }
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    if (system.counts(j)) rhs.lambda[j] = std::cos(1.0 + j);
+  }
+  return rhs;
+}
+
+/// Largest entry of the solution, slacks and bound multipliers apart; infinite where the factors do not
+/// reproduce the matrix: without pivoting an inertia is trusted only when they do.
+double response(ActiveSetSystem& system, bool inner) {
+  const CanonicalProblem& canonical = system.canonical();
+  const NewtonResidual rhs = generic_right_hand_side(system);
+  Step step = zero_step(canonical);
+  KktSystem& kkt = system.kkt();
+  const bool solved = inner ? kkt.solve_inner(system.assembled(), rhs, step)
+                            : kkt.solve(system.assembled(), rhs, step);
+  if (!solved) return kInfinity;
+  double largest = 0.0;
+  for (Index i = inner ? canonical.y().begin : 0; i < canonical.variables(); ++i) {
+    if (!system.is_slack(i)) largest = std::max(largest, std::abs(step.v[i]));
+  }
+  for (Index j = inner ? canonical.max_constraints().begin : 0; j < canonical.constraints(); ++j) {
+    largest = std::max(largest, std::abs(step.lambda[j]));
+  }
+  return largest;
+}
+
+}  // namespace
+
+Regularization worst_case(double margin) { return {.x = -margin, .y = margin}; }
+
+InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin) {
+  KktSystem& kkt = system.kkt();
+  InertiaTest test;
+  const bool same_fixed = system.classes().weak_max == 0;
+  // The worst W for the maximizer has + error in y, and no doubtful bound holds him.
+  system.assemble({.min_fixed = false, .max_fixed = false}, error, 0.0, -1.0);
+  test.inner = kkt.has_expected_inner_inertia(kkt.factorize_inner({.y = -margin}));
+  if (!test.inner) return test;
+  test.inner_response = response(system, true);
+  test.inner = kkt.pivots() || std::isfinite(test.inner_response);
+  if (!test.inner) return test;
+  // For the minimizer it has - error everywhere, for then phi'' = W_xx - W_xy W_yy^-1 W_yx (on the
+  // tangent spaces) is smallest.
+  if (error.size() > 0 || !same_fixed)
+    system.assemble(ActiveSetSystem::kSufficient, error, -1.0, 1.0);
+  test.full = kkt.has_expected_inertia(kkt.factorize(worst_case(margin)));
+  if (!test.full) return test;
+  test.full_response = response(system, false);
+  test.full = kkt.pivots() || std::isfinite(test.full_response);
+  return test;
+}
+
+InertiaTest helped(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
+                   double multiplier_shift, bool inner_right) {
+  KktSystem& kkt = system.kkt();
+  const Regularization help{.x = margin,
+                            .y = inner_right ? -margin : margin,
+                            .lambda_x = multiplier_shift,
+                            .lambda_y = multiplier_shift};
+  InertiaTest test{.inner = inner_right};
+  if (!inner_right) {
+    system.assemble({.min_fixed = true, .max_fixed = true}, error, 1.0, 1.0);
+    test.inner = kkt.has_expected_inner_inertia(kkt.factorize_inner(help));
+    if (!test.inner) return test;
+  }
+  system.assemble({.min_fixed = true, .max_fixed = false}, error, 1.0, inner_right ? -1.0 : 1.0);
+  test.full = kkt.has_expected_inertia(kkt.factorize(help));
+  return test;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "core/certificate/active_set.hpp"
+
+namespace ipminmax {
+
+/// Inertias of the two matrices, and how much a system with each amplifies a generic right-hand side:
+/// moderate numbers show that the gradients of the equalities are independent.
+struct InertiaTest {
+  bool inner = false;
+  bool full = false;
+  double inner_response = 0.0;
+  double full_response = 0.0;
+  [[nodiscard]] bool both() const { return inner && full; }
+};
+
+/// Whether the inertias are right for every Hessian within the error and with the margin taken away
+/// from both players' curvature, doubtful bounds at their worst: the sufficient conditions hold.
+/// K is left factorized with the margin in it (and the error, if there is one).
+[[nodiscard]] InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error,
+                                   double margin);
+/// The shift that survives factorizes K with.
+[[nodiscard]] Regularization worst_case(double margin);
+
+/// Whether the inertias are right for some Hessian within the error with the margin given to both,
+/// doubtful bounds at their best and constraints relaxed by multiplier_shift: else the necessary
+/// conditions are violated. inner_right: that of K_yy is known to be.
+[[nodiscard]] InertiaTest helped(ActiveSetSystem& system, const Eigen::VectorXd& error,
+                                 double margin, double multiplier_shift, bool inner_right);
+
+}  // namespace ipminmax

@@ -1,0 +1,177 @@
+#include "core/certificate/units.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ipminmax {
+namespace {
+
+constexpr double kUnknown = 0.0;
+/// Rounds in which units spread from variable to variable.
+constexpr int kRounds = 16;
+constexpr int kSweeps = 4;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// 1 / norm; unknown for zero and for what would leave the range of numbers.
+double inverse(double norm) { return norm > 1e-150 && norm < 1e150 ? 1.0 / norm : kUnknown; }
+
+/// Largest |W_ik| d_i d_k per row of one player; d_i = 1 where unknown, entries with an unknown d_k
+/// left out. Of the other player's columns: with_others.
+class RowNorms {
+ public:
+  RowNorms(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max)
+      : canonical_(canonical), evaluation_(evaluation), max_(max) {}
+
+  [[nodiscard]] Eigen::VectorXd operator()(const Eigen::VectorXd& d, bool own_columns) const {
+    Eigen::VectorXd norms = Eigen::VectorXd::Zero(d.size());
+    for (std::size_t k = 0; k < evaluation_.hessian.size(); ++k) {
+      const auto [i, j] = canonical_.hessian()[k];
+      const double value = std::abs(evaluation_.hessian[k]);
+      include(i, j, value, d, own_columns, norms);
+      include(j, i, value, d, own_columns, norms);
+    }
+    return norms;
+  }
+
+ private:
+  void include(Index row, Index col, double value, const Eigen::VectorXd& d, bool own_columns,
+               Eigen::VectorXd& norms) const {
+    if (canonical_.owned_by_max(row) != max_) return;
+    if ((canonical_.owned_by_max(col) == max_) != own_columns) return;
+    norms[row] = std::max(norms[row], value * (d[row] == kUnknown ? 1.0 : d[row]) * d[col]);
+  }
+
+  const CanonicalProblem& canonical_;
+  const Evaluation& evaluation_;
+  const bool max_;
+};
+
+/// The block of one player: diagonal entries first, then rows without one by what couples them.
+void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max,
+                       Eigen::VectorXd& d) {
+  const RowNorms row_norms(canonical, evaluation, max);
+  Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(d.size());
+  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
+    const auto [i, j] = canonical.hessian()[k];
+    if (i == j) diagonal[i] += std::abs(evaluation.hessian[k]);
+  }
+  // What the maximizer's answer makes of a coupling, W_xy^2 / W_yy, is curvature of x as well.
+  const Eigen::VectorXd coupling = max ? Eigen::VectorXd::Zero(d.size()) : row_norms(d, false);
+  for (Index i = 0; i < d.size(); ++i) {
+    if (canonical.owned_by_max(i) == max) {
+      d[i] = inverse(std::max(std::sqrt(diagonal[i]), coupling[i]));
+    }
+  }
+  for (int round = 0; round < kRounds; ++round) {
+    const Eigen::VectorXd norms = row_norms(d, true);
+    bool found = false;
+    for (Index i = 0; i < d.size(); ++i) {
+      if (d[i] != kUnknown || norms[i] == 0.0) continue;
+      d[i] = inverse(norms[i]);
+      found = true;
+    }
+    if (!found) break;
+  }
+  // Nothing but products: x_1 x_2.
+  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
+    const auto [i, j] = canonical.hessian()[k];
+    if (canonical.owned_by_max(i) != max || canonical.owned_by_max(j) != max) continue;
+    const double half = inverse(std::sqrt(std::abs(evaluation.hessian[k])));
+    for (const Index m : {i, j}) {
+      if (d[m] == kUnknown) d[m] = half;
+    }
+  }
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    const Eigen::VectorXd norms = row_norms(d, true);
+    for (Index i = 0; i < d.size(); ++i) {
+      if (norms[i] > 1.0) d[i] /= std::sqrt(norms[i]);
+    }
+  }
+}
+
+/// Largest |J_ji| d_i of each row, unknown ones left out.
+void constraint_norms(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                      const Eigen::VectorXd& d, Eigen::VectorXd& norms) {
+  norms.setZero();
+  for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+    const auto [row, col] = canonical.jacobian()[k];
+    norms[row] = std::max(norms[row], std::abs(evaluation.jacobian[k]) * d[col]);
+  }
+}
+
+/// Variables without curvature, from the constraints that tie them to others.
+void spread_by_constraints(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                           Eigen::VectorXd& d) {
+  Eigen::VectorXd rows(canonical.constraints()), columns(d.size());
+  for (int round = 0; round < kRounds; ++round) {
+    constraint_norms(canonical, evaluation, d, rows);
+    columns.setZero();
+    for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+      const auto [row, col] = canonical.jacobian()[k];
+      if (d[col] != kUnknown || rows[row] == 0.0) continue;
+      columns[col] = std::max(columns[col], std::abs(evaluation.jacobian[k]) / rows[row]);
+    }
+    bool found = false;
+    for (Index i = 0; i < d.size(); ++i) {
+      if (columns[i] == 0.0) continue;
+      d[i] = inverse(columns[i]);
+      found = found || d[i] != kUnknown;
+    }
+    if (!found) break;
+  }
+  for (double& value : d) {
+    if (value == kUnknown) value = 1.0;
+  }
+}
+
+}  // namespace
+
+Units units_of(const CanonicalProblem& canonical, const Evaluation& evaluation) {
+  Units units{Eigen::VectorXd::Constant(canonical.variables(), kUnknown),
+              Eigen::VectorXd::Ones(canonical.constraints())};
+  equilibrate_block(canonical, evaluation, true, units.variable);
+  equilibrate_block(canonical, evaluation, false, units.variable);
+  spread_by_constraints(canonical, evaluation, units.variable);
+  Eigen::VectorXd norms(canonical.constraints());
+  constraint_norms(canonical, evaluation, units.variable, norms);
+  const auto slack_of = canonical.slack_of_constraint();
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    if (const double unit = inverse(norms[j]); unit != kUnknown) units.constraint[j] = unit;
+    if (slack_of[at(j)] >= 0) units.variable[slack_of[at(j)]] = 1.0 / units.constraint[j];
+  }
+  return units;
+}
+
+double longest(const CanonicalProblem& canonical, const Eigen::VectorXd& v, const Units& units) {
+  double size = 0.0;
+  for (const IndexRange own : {canonical.x(), canonical.y()}) {
+    for (Index i = own.begin; i < own.end; ++i) {
+      size = std::max(size, std::abs(v[i]) / units.variable[i]);
+    }
+  }
+  return size;
+}
+
+double size_of_problem(const CanonicalProblem& canonical, const Iterate& iterate,
+                       const Units& units) {
+  return std::max(longest(canonical, iterate.v, units),
+                  longest(canonical, canonical.starting_point().v, units));
+}
+
+Evaluation in_units(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                    const Units& units) {
+  Evaluation scaled = evaluation;
+  scaled.jacobian_call = scaled.hessian_call = 0;
+  for (std::size_t k = 0; k < scaled.hessian.size(); ++k) {
+    const auto [i, j] = canonical.hessian()[k];
+    scaled.hessian[k] *= units.variable[i] * units.variable[j];
+  }
+  for (std::size_t k = 0; k < scaled.jacobian.size(); ++k) {
+    const auto [row, col] = canonical.jacobian()[k];
+    scaled.jacobian[k] *= units.constraint[row] * units.variable[col];
+  }
+  return scaled;
+}
+
+}  // namespace ipminmax

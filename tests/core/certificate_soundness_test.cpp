@@ -1,0 +1,217 @@
+// First-order points that are no strict local minmax although some matrix looks as if they were: none
+// may be certified. And points that are, in units from tiny to huge: all must be.
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <support/autodiff_problem.hpp>
+#include <support/dense_optimality.hpp>
+
+#include "core/solver.hpp"
+
+namespace ipminmax {
+namespace {
+
+using testing::AutodiffProblem;
+using testing::Expression;
+using testing::kNoBound;
+using testing::Model;
+
+constexpr Player kMin = Player::Min;
+constexpr Player kMax = Player::Max;
+
+/// Solved from a start; a point of another kind may be certified, the named one may not.
+void expect_not_certified(const Model& model, const std::vector<double>& start,
+                          const SolverOptions& options = {}) {
+  AutodiffProblem problem(model, start);
+  const Result result = solve(problem, options);
+  if (result.certificate.kind != PointKind::LocalMinmax) return;
+  const testing::DenseOptimality found = testing::dense_optimality(problem, result.v);
+  EXPECT_EQ(found.verdict, testing::Verdict::LocalMinmax)
+      << found << " at " << result.v[0] << ' ' << (result.v.size() > 1 ? result.v[1] : 0.0);
+}
+
+SolverOptions with_tol(double tol) {
+  SolverOptions options;
+  options.tol = tol;
+  return options;
+}
+
+/// x^2 + x y / 2 + curvature y^2: the maximizer stands at a minimum inside of his ellipsoid.
+Model inner_minimum_inside(double curvature, double weight, double radius) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(square(x) + 0.5 * x * y + curvature * square(y));
+  model.constraint(weight * square(y), -kNoBound, radius);
+  return model;
+}
+
+TEST(InactiveInequalities, LendNoCurvatureToTheMaximizer) {
+  expect_not_certified(inner_minimum_inside(0.5e-5, 50.0, 0.01), {0.5, 0.0});
+  expect_not_certified(inner_minimum_inside(0.5e-3, 5.0, 0.1), {0.5, 0.0}, with_tol(1e-3));
+  expect_not_certified(inner_minimum_inside(0.5e-4, 5.0, 0.1), {0.5, 0.0}, with_tol(1e-5));
+}
+
+TEST(InactiveInequalities, LendNoCurvatureToTheMinimizer) {
+  Model concave;
+  const Expression x = concave.variable(kMin, "x");
+  const Expression y = concave.variable(kMax, "y");
+  concave.objective(-0.5e-6 * square(x) - square(y));
+  concave.constraint(50.0 * square(x), -kNoBound, 0.01);
+  expect_not_certified(concave, {0.0, 0.3});
+}
+
+TEST(InactiveInequalities, LendNoCurvatureToAMinimization) {
+  Model flat;
+  Expression u = flat.variable(kMin, "x0");
+  Expression w = flat.variable(kMin, "x1");
+  flat.objective(square(u));
+  flat.constraint(5000.0 * square(w), -kNoBound, 1.0);
+  expect_not_certified(flat, {1.0, 0.01});
+
+  Model concave;
+  u = concave.variable(kMin, "x0");
+  w = concave.variable(kMin, "x1");
+  concave.objective(1e4 * square(u) - 1e-3 * square(w));
+  concave.constraint(1e6 * square(w), -kNoBound, 1.0);
+  expect_not_certified(concave, {1.0, 5e-5});
+}
+
+TEST(FlatMaximizers, AreNotCertified) {
+  // f_yy vanishes at (0, -0.2), where x has no say.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(0.1 * square(x) + log(1.0 + exp(-x * (0.2 + y))));
+  model.constraint(square(y), -kNoBound, 0.25);
+  for (const double start : {0.0, 0.1, -0.3, 1.0}) {
+    expect_not_certified(model, {start, 0.1});
+    expect_not_certified(model, {start, -0.2});
+  }
+}
+
+TEST(DegeneratePowers, AreNotCertifiedInOtherUnits) {
+  // x^2 + y^3 + x y / 10 at 0, where K is nonsingular and K_yy is not.
+  Model model;
+  const Expression x = 0.662984 * model.variable(kMin, "x");
+  const Expression y = 0.052424 * model.variable(kMax, "y");
+  model.objective(square(x) + pow(y, 3.0) + 0.1 * x * y);
+  SolverOptions options;
+  options.minmax_globalization = Globalization::None;
+  expect_not_certified(model, {-5.13372e-5, 3.41864e-4}, options);
+}
+
+TEST(WeaklyActiveBounds, OfTheMaximizerGiveTheMinimizerNothing) {
+  // y <= 0 with a small multiplier holds only near 0, where phi = -x^2 / 4; away from the bound y would
+  // answer and phi grow.
+  Model model;
+  const Expression x = model.variable(kMin, "x", -1.0, 1.0);
+  const Expression y = model.variable(kMax, "y", -1.0, 0.0);
+  model.objective(-0.25 * square(x) + 10.0 * x * y + 3.2e-4 * y - square(y));
+  expect_not_certified(model, {0.0, 0.0});
+  expect_not_certified(model, {1e-6, -1e-6});
+}
+
+/// A strict local minmax with active and inactive bounds and inequalities of both players, in other
+/// units: v_i = unit_i times the variable, constraint j multiplied by weight_j, objective by weight.
+struct Measures {
+  double objective = 1.0;
+  std::vector<double> units = {1.0, 1.0, 1.0, 1.0};
+  std::vector<double> weights = {1.0, 1.0, 1.0};
+  std::vector<std::size_t> order = {0, 1, 2, 3};  ///< variable at each place
+};
+
+struct Measured {
+  PointKind kind;
+  std::vector<double> v;  ///< in the first units and order
+};
+
+Measured solve_in(const Measures& m) {
+  constexpr Player players[] = {kMin, kMin, kMax, kMax};
+  constexpr double lower[] = {-2.0, 0.0, -1.0, -3.0};
+  constexpr double upper[] = {2.0, 2.0, 1.0, 3.0};
+  constexpr double start[] = {0.7, 0.4, 0.2, 0.5};
+  Model model;
+  std::vector<Expression> v(4);
+  std::vector<double> from(4);
+  for (std::size_t place = 0; place < 4; ++place) {
+    const std::size_t k = m.order[place];
+    const double unit = m.units[k];
+    v[k] = model.variable(players[k], "v" + std::to_string(k), lower[k] / unit, upper[k] / unit) *
+           unit;
+    from[place] = start[k] / unit;
+  }
+  const Expression &a = v[0], &b = v[1], &p = v[2], &q = v[3];
+  // b stands at 0, p at 1; q answers a; a + b + p <= 3 stays open, q^2 + p <= a + 1.5 does not.
+  model.objective(m.objective * (square(a) + 0.3 * a * q + b + 0.5 * square(b) + 0.4 * a * p -
+                                 0.5 * square(q) + p - 0.1 * p * q + 0.05 * pow(a, 3.0)));
+  model.constraint(m.weights[0] * (a + b + 0.2 * square(a)), -kNoBound, m.weights[0] * 3.0);
+  model.constraint(m.weights[1] * (a - 2.0 * b), m.weights[1] * -0.05, kNoBound);
+  model.constraint(m.weights[2] * (square(q) + p - a), -kNoBound, m.weights[2] * 1.0);
+  AutodiffProblem problem(model, from);
+  SolverOptions options;
+  options.bound_relax_factor = 0.0;  // absolute for bounds below 1
+  const Result result = solve(problem, options);
+  if (result.v.size() != 4) throw std::runtime_error(result.message);
+  Measured answer{result.certificate.kind, std::vector<double>(4)};
+  for (std::size_t place = 0; place < 4; ++place) {
+    answer.v[m.order[place]] = result.v[place] * m.units[m.order[place]];
+  }
+  return answer;
+}
+
+void expect_same(const Measures& measures, const Measured& plain, const std::string& what) {
+  const Measured other = solve_in(measures);
+  EXPECT_EQ(other.kind, plain.kind) << what;
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(other.v[k], plain.v[k], 1e-5) << what << ' ' << k;
+}
+
+TEST(Units, OfTheObjectiveChangeNothing) {
+  const Measured plain = solve_in({});
+  EXPECT_EQ(plain.kind, PointKind::LocalMinmax);
+  for (int k = -8; k <= 8; ++k) {
+    expect_same({.objective = std::pow(10.0, k)}, plain, "objective 1e" + std::to_string(k));
+  }
+}
+
+TEST(Units, OfVariablesAndConstraintsChangeNothing) {
+  const Measured plain = solve_in({});
+  for (const double unit : {1e-4, 1e-2, 1e2, 1e4}) {
+    expect_same({.units = {unit, unit, unit, unit}}, plain, "all " + std::to_string(unit));
+    for (std::size_t k = 0; k < 4; ++k) {
+      Measures measures;
+      measures.units[k] = unit;
+      expect_same(measures, plain, "variable " + std::to_string(k) + ' ' + std::to_string(unit));
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      Measures measures;
+      measures.weights[k] = unit;
+      expect_same(measures, plain, "constraint " + std::to_string(k) + ' ' + std::to_string(unit));
+    }
+  }
+  expect_same({.order = {3, 1, 0, 2}}, plain, "permuted");
+  expect_same({.order = {2, 3, 1, 0}}, plain, "permuted");
+}
+
+TEST(Units, OfABoundedGameChangeNothing) {
+  for (int k = -8; k <= 8; ++k) {
+    const double m = std::pow(10.0, k);
+    Model model;
+    const Expression x = model.variable(kMin, "x", 0.0, 2.0);
+    const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+    model.objective(m * (x - 0.2 * square(x) - 0.5 * square(y)));
+    AutodiffProblem problem(model, {0.5, 0.3});
+    const Result result = solve(problem, SolverOptions{});
+    EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax) << m;
+    EXPECT_NEAR(result.v[0], 0.0, 1e-6) << m;
+    EXPECT_NEAR(result.v[1], 0.0, 1e-6) << m;
+  }
+}
+
+}  // namespace
+}  // namespace ipminmax
