@@ -34,9 +34,10 @@ struct BoundClasses {
   Index weak_min = 0, weak_max = 0;
 };
 
-/// held: variables that the test keeps where they are, with curvature of their own.
+/// held: variables that the test keeps where they are, with curvature of their own. barrier: the point
+/// solves the barrier problem (mu_target > 0), in which no bound is active and all curvature counts.
 BoundClasses classify(const CanonicalProblem& canonical, const Iterate& iterate,
-                      const std::vector<Index>& held) {
+                      const std::vector<Index>& held, bool barrier) {
   BoundClasses classes;
   const Index n = canonical.variables();
   classes.active.assign(static_cast<std::size_t>(n), false);
@@ -48,6 +49,11 @@ BoundClasses classify(const CanonicalProblem& canonical, const Iterate& iterate,
   classes.without_weak = classes.with_weak;
   const auto add = [&](Index i, double distance, double multiplier) {
     const double ratio = multiplier / distance;
+    if (barrier) {
+      classes.with_weak[i] += ratio;
+      classes.without_weak[i] += ratio;
+      return;
+    }
     if (ratio < 1.0 / kStrictRatio) return;
     classes.active[static_cast<std::size_t>(i)] = true;
     classes.with_weak[i] += ratio;
@@ -288,7 +294,8 @@ Certificate certify(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& 
   Certificate certificate;
   kkt.require_certain_inertia(true);
   const std::vector<Index> idle = idle_copies(canonical, iterate, evaluation);
-  const BoundClasses classes = classify(canonical, iterate, idle);
+  const bool barrier = options.mu_target > 0.0;
+  const BoundClasses classes = classify(canonical, iterate, idle, barrier);
   certificate.weakly_active_min = classes.weak_min;
   certificate.weakly_active_max = classes.weak_max;
   certificate.inner_expected = kkt.layout().expected_inner();
@@ -321,10 +328,10 @@ Certificate certify(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& 
     if (confirmed && !clear) {
       clear = was_clear;
       // So little curvature may be due to the distance to the solution (f = x^2 + y^3 + x y).
-      confirmed =
-          refine(canonical, kkt, mu, point) &&
-          second_order(canonical, kkt, classify(canonical, point.iterate, idle), point.evaluation,
-                       error, options, certificate, clear) == SecondOrder::Satisfied;
+      confirmed = refine(canonical, kkt, mu, point) &&
+                  second_order(canonical, kkt, classify(canonical, point.iterate, idle, barrier),
+                               point.evaluation, error, options, certificate,
+                               clear) == SecondOrder::Satisfied;
     }
     if (!confirmed) {
       certificate.second_order = SecondOrder::Undecided;
