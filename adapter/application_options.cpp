@@ -377,6 +377,10 @@ const std::vector<ApplicationOption>& application_option_table() {
        "must "
        "hold for every value of it (robust constraints).",
        Name{""}},
+      {"minmax_as_printed", miscellaneous,
+       "Algorithm 1 as printed in the paper: other values of minmax_globalization and a dozen more "
+       "options where they are not set (as_printed in core/options.hpp).",
+       Flag{false}},
       {"option_file_name", miscellaneous, "Name of the options file; empty: none.",
        Name{"ipminmax.opt"}},
   };
@@ -406,6 +410,10 @@ std::string read_options(std::istream& input, const std::string& source,
 
 std::string solver_options(const Ipopt::OptionsList& list, SolverOptions& options) {
   try {
+    bool as_printed_asked = false;
+    if (list.GetBoolValue("minmax_as_printed", as_printed_asked, "") && as_printed_asked) {
+      options = as_printed(options);
+    }
     for (const OptionInfo& info : option_table()) copy_option(info, list, options);
   } catch (const Ipopt::OPTION_INVALID& error) {
     return error.Message();

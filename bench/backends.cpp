@@ -26,13 +26,13 @@
 #include <problems/scalable_problems.hpp>
 #include <regression/scalable_nlp.hpp>
 
+#include <examples/sequential_chauffeur.hpp>
 #include "adapter/tnlp_problem.hpp"
 #include "kkt_matrices.hpp"
 #include "linalg/ordering.hpp"
 #include "linalg/symmetric_solver.hpp"
 #include "planted_problem.hpp"
 #include "program.hpp"
-#include "sequential_chauffeur.hpp"
 
 namespace bench {
 namespace {
@@ -56,7 +56,7 @@ std::unique_ptr<ipminmax::Problem> chauffeur_problem(int horizon) {
 }
 
 std::unique_ptr<ipminmax::Problem> dense_chauffeur(int horizon) {
-  return std::make_unique<SequentialChauffeur>(
+  return std::make_unique<chauffeur::SequentialChauffeur>(
       chauffeur::refined(horizon), chauffeur::State{},
       std::vector<chauffeur::Control>(static_cast<std::size_t>(horizon), {0.01, 0.002, 0.001}));
 }

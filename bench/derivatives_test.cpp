@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 #include <support/dense_optimality.hpp>
 
+#include <examples/sequential_chauffeur.hpp>
 #include "baselines/game.hpp"
 #include "planted_problem.hpp"
-#include "sequential_chauffeur.hpp"
 
 namespace bench {
 namespace {
@@ -56,8 +56,8 @@ constexpr double kTolerance = 1e-6;
 constexpr std::size_t kLargest = 200;  // variables; differences of more take long
 
 TEST(Derivatives, SequentialChauffeur) {
-  SequentialChauffeur problem(chauffeur::refined(7), {},
-                              std::vector<chauffeur::Control>(7, {0.1, 0.02, -0.01}));
+  chauffeur::SequentialChauffeur problem(chauffeur::refined(7), {},
+                                         std::vector<chauffeur::Control>(7, {0.1, 0.02, -0.01}));
   EXPECT_LE(derivative_error(problem), kTolerance);
 }
 

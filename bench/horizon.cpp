@@ -8,10 +8,10 @@
 
 #include <examples/chauffeur_tnlp.hpp>
 
+#include <examples/sequential_chauffeur.hpp>
 #include "adapter/tnlp_problem.hpp"
 #include "core/solver.hpp"
 #include "program.hpp"
-#include "sequential_chauffeur.hpp"
 
 namespace bench {
 namespace {
@@ -54,7 +54,7 @@ std::unique_ptr<ipminmax::Problem> simultaneous(int horizon) {
 }
 
 std::unique_ptr<ipminmax::Problem> sequential(int horizon) {
-  return std::make_unique<SequentialChauffeur>(
+  return std::make_unique<chauffeur::SequentialChauffeur>(
       chauffeur::refined(horizon), chauffeur::State{},
       std::vector<chauffeur::Control>(static_cast<std::size_t>(horizon), guess(horizon)));
 }

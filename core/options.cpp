@@ -180,7 +180,8 @@ std::vector<OptionInfo> make_table() {
               {"at bound_mult_init_val", "at mu_init over the distance to the bound"})},
       {"constr_mult_init_max", start,
        "Largest least-squares multiplier of the constraints that is kept; when one is larger, or "
-       "at 0, all start at zero.",
+       "at 0, all start at zero, those of inequalities at the multiplier of their slack's bound if "
+       "that is mu-based.",
        nonnegative(&O::constr_mult_init_max)},
       {"warm_start_init_point", start, "Whether the model gives first values of all multipliers.",
        Flag{&O::warm_start_init_point}},
@@ -198,7 +199,10 @@ std::vector<OptionInfo> make_table() {
        positive(&O::warm_start_mult_init_max)},
 
       {"mu_init", barrier, "First barrier parameter (the paper's b).", positive(&O::mu_init)},
-      {"mu_target", barrier, "Barrier parameter at which the solve stops.",
+      {"mu_target", barrier,
+       "Barrier parameter of the problem to be solved: errors are measured against s z = "
+       "mu_target, "
+       "and where it is positive the certificate is that of the barrier problem.",
        nonnegative(&O::mu_target)},
       {"mu_linear_decrease_factor", barrier,
        "kappa_mu of Ipopt's rule, sigma of the paper's Algorithm 1.",
@@ -219,7 +223,7 @@ std::vector<OptionInfo> make_table() {
       {"minmax_barrier_rule", barrier, "How the barrier parameter decreases.",
        choice(&O::minmax_barrier_rule, {"ipopt", "paper"},
               {"mu <- max(tol/10, min(kappa_mu mu, mu^theta_mu)) while E_mu <= kappa_epsilon mu",
-               "mu <- sigma mu when |g(z,mu)| <= mu (line 10 of Algorithm 1)"})},
+               "mu <- sigma mu after a step with |g(z,mu)| <= mu (Algorithm 1)"})},
       {"mu_strategy", barrier, "Whether the barrier parameter only decreases.",
        choice(&O::mu_strategy, {"monotone", "adaptive"},
               {"as minmax_barrier_rule says",
@@ -263,12 +267,19 @@ std::vector<OptionInfo> make_table() {
        "Whether line 7 of Algorithm 1 keeps first-order points from attracting when K has the "
        "right inertia and K_yy has not.",
        Flag{&O::minmax_instability}},
+      {"minmax_instability_shift", method, "How far line 7 raises delta_x.",
+       choice(
+           &O::minmax_instability_shift, {"growth", "smallest"},
+           {"by perturb_inc_fact until K + mu E has a wrong inertia at one mu, known for free",
+            "to the least value, within a percent, at which K + mu E has a wrong inertia for some "
+            "mu in (0,1): dozens of factorizations"})},
       {"minmax_warm_start_shifts", method,
        "Whether shifts start from those of the last iteration (Ipopt's rule) or from zero as in "
        "the paper.",
        Flag{&O::minmax_warm_start_shifts}},
       {"minmax_freeze_tol", method,
-       "delta_epsilon of Algorithm 1: shifts are kept while |g(z,mu)| is at most this.",
+       "delta_epsilon of Algorithm 1: shifts are kept while |g(z,mu)| is at most this. Above 0 the "
+       "method may be attracted by points that are no local minmax (a message says so).",
        nonnegative(&O::minmax_freeze_tol)},
       {"minmax_residual_watchdog", method,
        "Algorithm 1 halves its steps while the residual exceeds the largest of the last ten.",
@@ -277,6 +288,14 @@ std::vector<OptionInfo> make_table() {
        "No shifts and no globalization: Newton's method, attracted by every first-order point (for "
        "comparison).",
        Flag{&O::minmax_pure_newton}},
+      {"minmax_prescribed_delta_x", method,
+       "Shift of the Min variables (the paper's epsilon_x) in every step of minmax_globalization "
+       "none; "
+       "negative: chosen by the inertias. Goes with minmax_prescribed_delta_y.",
+       Number{&O::minmax_prescribed_delta_x, -1.0, kInfinity, false, true}},
+      {"minmax_prescribed_delta_y", method,
+       "Shift of the Max variables (the paper's epsilon_y), alike.",
+       Number{&O::minmax_prescribed_delta_y, -1.0, kInfinity, false, true}},
       {"minmax_max_restarts", method,
        "Other starting points tried, the same in every run, when the search from the model's finds "
        "no "
@@ -422,6 +441,23 @@ std::span<const OptionInfo> option_table() {
   return table;
 }
 
+SolverOptions as_printed(SolverOptions options) {
+  options.minmax_globalization = Globalization::None;
+  options.minmax_barrier_rule = BarrierRule::Paper;
+  options.mu_strategy = BarrierStrategy::Monotone;
+  options.minmax_warm_start_shifts = false;
+  options.first_hessian_perturbation = 1e-4;
+  options.perturb_inc_fact_first = options.perturb_inc_fact = 10.0;
+  options.jacobian_regularization_value = 0.0;
+  options.nlp_scaling_method = Scaling::None;
+  options.bound_relax_factor = 0.0;
+  options.bound_mult_init_method = BoundMultiplierInit::MuBased;
+  options.constr_mult_init_max = 0.0;
+  options.kappa_sigma = 1e100;
+  options.acceptable_iter = 0;
+  return options;
+}
+
 std::string check(const SolverOptions& options) {
   for (const OptionInfo& info : option_table()) {
     if (auto error = check(info, options); !error.empty()) return error;
@@ -436,6 +472,13 @@ std::string check(const SolverOptions& options) {
   if (options.mu_strategy == BarrierStrategy::Adaptive &&
       options.minmax_barrier_rule == BarrierRule::Paper) {
     return "mu_strategy = adaptive and minmax_barrier_rule = paper exclude each other";
+  }
+  const bool x_prescribed = options.minmax_prescribed_delta_x >= 0.0;
+  if (x_prescribed != (options.minmax_prescribed_delta_y >= 0.0)) {
+    return "minmax_prescribed_delta_x and minmax_prescribed_delta_y go together";
+  }
+  if (x_prescribed && options.minmax_globalization != Globalization::None) {
+    return "minmax_prescribed_delta_x needs minmax_globalization = none";
   }
   if (options.obj_scaling_factor == 0.0) return "obj_scaling_factor = 0 removes the objective";
   if (!is_sane_scaling(std::abs(options.obj_scaling_factor))) {

@@ -45,6 +45,11 @@ enum class FixedVariableTreatment : std::uint8_t {
   RelaxBounds           ///< bounds moved apart by bound_relax_factor
 };
 enum class BoundMultiplierInit : std::uint8_t { Constant, MuBased };
+/// How far line 7 of Algorithm 1 raises delta_x.
+enum class InstabilityShift : std::uint8_t {
+  Growth,   ///< grows until K + mu E has a wrong inertia at one mu
+  Smallest  ///< the least delta_x for which it has one at some mu, by bisection
+};
 
 /// All settings of a solve. Names, defaults and meanings are Ipopt's unless a name begins with
 /// minmax_. option_table() lists them with bounds and texts.
@@ -126,10 +131,13 @@ struct SolverOptions {
   // Method
   Globalization minmax_globalization = Globalization::Filter;
   bool minmax_instability = true;
+  InstabilityShift minmax_instability_shift = InstabilityShift::Growth;
   bool minmax_warm_start_shifts = true;
   double minmax_freeze_tol = 0.0;
   bool minmax_residual_watchdog = false;
   bool minmax_pure_newton = false;
+  double minmax_prescribed_delta_x = -1.0;
+  double minmax_prescribed_delta_y = -1.0;
   int minmax_max_restarts = 20;
   bool minmax_robust_constraints = true;
 
@@ -207,6 +215,13 @@ struct OptionInfo {
 /// Every option of the solver, in the order of SolverOptions. The defaults are those of a
 /// value-initialized SolverOptions.
 [[nodiscard]] std::span<const OptionInfo> option_table();
+
+/// The options with which minmax_globalization none is the paper's Algorithm 1 as printed: shifts that
+/// start at zero in every iteration and grow tenfold from 1e-4, b <- sigma b after a step with
+/// |g(z,b)| <= b, no scaling, no relaxed bounds, multipliers lambda = b / s, no shift of multiplier
+/// rows, no limits of the multipliers. All others are kept, delta_epsilon (minmax_freeze_tol) among
+/// them. core/algorithm.md lists what still differs.
+[[nodiscard]] SolverOptions as_printed(SolverOptions options = {});
 
 /// First error as "tol = nan is not in (0, inf)", empty when all values are allowed.
 [[nodiscard]] std::string check(const SolverOptions& options);

@@ -2,42 +2,14 @@
 
 #include <functional>
 #include <memory>
-#include <span>
 #include <string_view>
 
+#include "iteration.hpp"
 #include "options.hpp"
 #include "problem.hpp"
 #include "result.hpp"
 
 namespace ipminmax {
-
-/// State of the method after an iteration; iteration 0 is the starting point. Quantities of the
-/// step are those of the step that led here and zero at iteration 0.
-///
-/// Iterations of a feasibility restoration are told, too, with restoration set and the number of the
-/// iteration that waits for it. Objective and error.primal are then those of the model (the objective
-/// NaN where undefined); mu, the step and the other errors are those of the restoration problem.
-struct IterationInfo {
-  Index iteration = 0;
-  bool restoration = false;
-  double objective = 0.0;  ///< unscaled
-  KktError error;
-  double mu = 0.0;
-  double step_norm = 0.0;  ///< infinity norm of the primal step
-  double delta_x = 0.0;    ///< Hessian shift of the Min variables (the paper's epsilon_x)
-  double delta_y = 0.0;    ///< Hessian shift of the Max variables (the paper's epsilon_y)
-  double alpha_dual = 0.0;
-  double alpha_primal = 0.0;
-  char step_kind = ' ';                 ///< one letter, see core/algorithm.md
-  Index trials = 0;                     ///< trial points of the line search
-  Index factorizations_full = 0;        ///< of K since the last call
-  Index factorizations_inner = 0;       ///< of K_yy since the last call
-  Index factorizations_complement = 0;  ///< of the complement of K_yy in K since the last call
-  std::span<const double> v;            ///< the iterate, n; valid during the callback
-  /// What the solve would return if the callback stopped it now, for the callback's use only. Each
-  /// call evaluates objective and constraints, with fixed variables also their derivatives.
-  std::function<Result()> result;
-};
 
 /// What a solve tells while it runs. Every member may be empty.
 struct SolveObserver {
@@ -47,8 +19,6 @@ struct SolveObserver {
   /// Messages a user should see (warnings, changes of phase), without line end.
   std::function<void(std::string_view)> message;
 };
-
-using IterationCallback = std::function<bool(const IterationInfo&)>;
 
 /// Solves the problem. Never throws for what the model or the numbers do; exceptions thrown by the
 /// model's functions pass through, std::bad_alloc gives Status::OutOfMemory.

@@ -1,12 +1,16 @@
 // The paper's Table 1: four functions of two scalars, random starts, three methods.
 //
 // Pure Newton goes to any point with a small gradient; gradient descent ascent (GDA) mostly to
-// local minmax points, slowly; Algorithm 1 only to local minmax points, fast. Algorithm 1 runs
-// twice: with shifts that start anew in every iteration, as printed in the paper, and with shifts
-// that start at those of the last iteration, as in Ipopt.
+// local minmax points, slowly; Algorithm 1 only to local minmax points, fast. The paper leaves open how
+// "increase epsilon" is done; each first shift and growth factor is a row. Two more rows leave out
+// line 7 and start the shifts at those of the last iteration, as Ipopt does.
 //
 // Every point is checked here with the eigenvalues of the analytic Hessian, independently of the
-// solver. The program fails when the solver reports a local minmax that is none.
+// solver. The program fails when the solver reports a local minmax that is none, or when Algorithm 1 with
+// line 7 ends at an equilibrium that is none.
+//
+//   benchmark_functions
+//   benchmark_functions --box3 1 --first-shift 1e-3 --growth 4
 
 #include <algorithm>
 #include <array>
@@ -18,6 +22,7 @@
 #include <ipminmax/core/solver.hpp>
 #include <optional>
 #include <random>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -56,11 +61,36 @@ struct PaperRow {
   double iterations;
 };
 
-enum class Method : std::uint8_t { PureNewton, Gda, ColdShifts, WarmShifts };
-constexpr std::array<Method, 4> kMethods = {Method::PureNewton, Method::Gda, Method::ColdShifts,
-                                            Method::WarmShifts};
-constexpr std::array<const char*, 4> kMethodNames = {"pure Newton", "GDA", "Alg. 1, cold shifts",
-                                                     "Alg. 1, warm shifts"};
+enum class Kind : std::uint8_t { PureNewton, Gda, Algorithm1 };
+
+/// A row of the table.
+struct Method {
+  std::string name;
+  Kind kind = Kind::Algorithm1;
+  bool line7 = true;
+  bool warm_shifts = false;
+  double first_shift = 1e-4, growth = 10.0;
+};
+
+/// The paper's three methods, Algorithm 1 with every pair of first shift and growth.
+std::vector<Method> methods(const std::vector<double>& first_shifts,
+                            const std::vector<double>& growths, bool with_gda) {
+  std::vector<Method> methods = {{"pure Newton", Kind::PureNewton}};
+  if (with_gda) methods.push_back({"GDA", Kind::Gda});
+  for (const double first : first_shifts) {
+    for (const double growth : growths) {
+      std::array<char, 40> name{};
+      std::snprintf(name.data(), name.size(), "Alg. 1, %g x %g", first, growth);
+      methods.push_back({.name = name.data(), .first_shift = first, .growth = growth});
+    }
+  }
+  methods.push_back({.name = "  line 7 off",
+                     .line7 = false,
+                     .first_shift = first_shifts.front(),
+                     .growth = growths.front()});
+  methods.push_back({.name = "  warm shifts", .warm_shifts = true});
+  return methods;
+}
 
 // [function][pure Newton, GDA, Algorithm 1], from the paper.
 constexpr std::array<std::array<PaperRow, 3>, 4> kPaper = {{
@@ -112,18 +142,19 @@ Outcome descend_ascend(const Function& function, Point z, const Point& alpha) {
   return outcome;
 }
 
-ipminmax::SolverOptions options_of(Method method) {
-  ipminmax::SolverOptions options;
+ipminmax::SolverOptions options_of(const Method& method) {
+  ipminmax::SolverOptions options = ipminmax::as_printed();
   options.tol = kTolerance;
   options.max_iter = kMaxIterations;
-  options.acceptable_iter = 0;
-  options.nlp_scaling_method = ipminmax::Scaling::None;
-  options.minmax_globalization = ipminmax::Globalization::None;
-  options.minmax_pure_newton = method == Method::PureNewton;
-  if (method == Method::ColdShifts) {
-    options.minmax_warm_start_shifts = false;
-    options.perturb_inc_fact_first = 10.0;
-    options.perturb_inc_fact = 10.0;
+  options.minmax_pure_newton = method.kind == Kind::PureNewton;
+  options.minmax_instability = method.line7;
+  options.first_hessian_perturbation = method.first_shift;
+  options.perturb_inc_fact = options.perturb_inc_fact_first = method.growth;
+  if (method.warm_shifts) {
+    const ipminmax::SolverOptions defaults;
+    options.minmax_warm_start_shifts = true;
+    options.perturb_inc_fact = defaults.perturb_inc_fact;
+    options.perturb_inc_fact_first = defaults.perturb_inc_fact_first;
   }
   return options;
 }
@@ -160,15 +191,15 @@ void count(const Function& function, const Outcome& outcome, Row& row) {
   row.mean_iterations += (outcome.iterations - row.mean_iterations) / row.minmax;
 }
 
-Row benchmark(std::size_t function_index, Method method, const std::vector<Point>& starts) {
+Row benchmark(std::size_t function_index, const Method& method, const std::vector<Point>& starts) {
   const Function& function = paper_functions::kFunctions[function_index];
   paper_functions::FunctionProblem problem(function);
   const ipminmax::SolverOptions options = options_of(method);
   Row row;
   for (const Point& start : starts)
     count(function,
-          method == Method::Gda ? descend_ascend(function, start, kGdaSteps[function_index])
-                                : solve_with_ipminmax(problem, start, options),
+          method.kind == Kind::Gda ? descend_ascend(function, start, kGdaSteps[function_index])
+                                   : solve_with_ipminmax(problem, start, options),
           row);
   return row;
 }
@@ -197,14 +228,42 @@ void print_row(const char* name, const Row& row, const PaperRow& paper) {
     std::printf(" %6d %6d %8s\n", paper.equilibria, paper.minmax, "-");
 }
 
+/// Equilibria over several rows.
+struct Tally {
+  int equilibria = 0;
+  int wrong = 0;  ///< no local minmax
+  void add(const Row& row) {
+    equilibria += row.equilibria;
+    wrong += row.equilibria - row.minmax;
+  }
+};
+
+/// A list separated by commas.
+std::vector<double> numbers(const std::string& text) {
+  std::vector<double> values;
+  std::istringstream list(text);
+  for (std::string item; std::getline(list, item, ',');)
+    values.push_back(CommandLine::number<double>(item));
+  if (values.empty()) throw std::invalid_argument("a list of numbers is needed");
+  return values;
+}
+
 int run(int argc, char** argv) {
   int starts = 1000;
   int seed = 1;
-  std::array<double, 4> boxes = {1.0, 20.0, 20.0, 1.0};
+  // f1 and f3: with these pure Newton needs the paper's iterations and finds its number of points.
+  std::array<double, 4> boxes = {1.0, 20.0, 2.0, 1.0};
+  std::vector<double> first_shifts = {1e-4, 1e-6}, growths = {10.0, 2.0};
+  bool no_gda = false;
   CommandLine command_line(
       "benchmark_functions: the paper's Table 1, benchmark functions from random starts");
   command_line.add("--starts", starts, "random starts for each function (1000)");
   command_line.add("--seed", seed, "of the random starts (1)");
+  command_line.add("--first-shift", "X,X,...", "first epsilon tried by Algorithm 1 (1e-4,1e-6)",
+                   [&](const std::string& text) { first_shifts = numbers(text); });
+  command_line.add("--growth", "X,X,...", "factor by which epsilon is increased (10,2)",
+                   [&](const std::string& text) { growths = numbers(text); });
+  command_line.add_flag("--no-gda", no_gda, "leave out gradient descent ascent, the slowest");
   for (std::size_t i = 0; i < boxes.size(); ++i)
     command_line.add("--box" + std::to_string(i + 1), boxes[i],
                      "starts of f" + std::to_string(i + 1) + " lie in [-X, X]^2 (" +
@@ -213,6 +272,10 @@ int run(int argc, char** argv) {
   if (starts < 1) throw std::invalid_argument("--starts must be at least 1");
   for (const double box : boxes)
     if (!(box > 0.0)) throw std::invalid_argument("a box must be larger than 0");
+  for (const double growth : growths)
+    if (!(growth > 1.0)) throw std::invalid_argument("--growth must be above 1");
+  for (const double first : first_shifts)
+    if (!(first > 0.0)) throw std::invalid_argument("--first-shift must be above 0");
 
   std::printf(
       "eq.: runs that end where the gradient is at most %g; minmax: of these, the points that the\n"
@@ -221,6 +284,7 @@ int run(int argc, char** argv) {
       "the paper's numbers for 1000 starts, whose boxes and GDA steps are not printed there.\n",
       kTolerance, kInfinityRadius);
   int false_reports = 0;
+  Tally newton, algorithm1;  // of all functions
   for (std::size_t f = 0; f < paper_functions::kFunctions.size(); ++f) {
     const Function& function = paper_functions::kFunctions[f];
     const std::vector<Point> points = random_starts(starts, boxes[f], static_cast<unsigned>(seed));
@@ -228,14 +292,18 @@ int run(int argc, char** argv) {
                 function.formula.data(), starts, boxes[f], boxes[f]);
     std::printf("  %-20s %6s %6s %8s %6s %6s   | %6s %6s %8s\n", "", "eq.", "minmax", "iter",
                 "inf.", "false", "eq.", "minmax", "iter");
-    for (std::size_t k = 0; k < kMethods.size(); ++k) {
-      const Row row = benchmark(f, kMethods[k], points);
-      print_row(kMethodNames[k], row, kPaper[f][std::min<std::size_t>(k, 2)]);
+    for (const Method& method : methods(first_shifts, growths, !no_gda)) {
+      const Row row = benchmark(f, method, points);
+      print_row(method.name.c_str(), row, kPaper[f][static_cast<std::size_t>(method.kind)]);
       false_reports += row.false_reports;
+      if (method.kind == Kind::PureNewton) newton.add(row);
+      if (method.kind == Kind::Algorithm1 && method.line7) algorithm1.add(row);
     }
   }
-  std::printf("\n%d points were reported as a local minmax but are none.\n", false_reports);
-  return false_reports == 0 ? 0 : 1;
+  std::printf("\nequilibria that are no local minmax: pure Newton %d of %d, Algorithm 1 %d of %d\n",
+              newton.wrong, newton.equilibria, algorithm1.wrong, algorithm1.equilibria);
+  std::printf("%d points were reported as a local minmax but are none.\n", false_reports);
+  return false_reports == 0 && algorithm1.wrong == 0 ? 0 : 1;
 }
 
 }  // namespace

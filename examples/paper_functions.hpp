@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <ipminmax/core/problem.hpp>
 #include <span>
 #include <string_view>
@@ -66,14 +68,30 @@ inline constexpr std::array<Function, 4> kFunctions = {{
     {"f4", "xy", f4},
 }};
 
-/// min over x, max over y of one of the functions, for ipminmax::solve.
+/// The paper's Example 1, in x alone.
+inline Derivatives example1(double x, double) {
+  return {x * x * x - 3.0 * x, 3.0 * x * x - 3.0, 0.0, 6.0 * x, 0.0, 0.0};
+}
+/// Example 2: (0, 0) is no local minmax.
+inline Derivatives example2(double x, double y) {
+  return {1.5 * x * x - 4.0 * x * y + y * y, 3.0 * x - 4.0 * y, -4.0 * x + 2.0 * y, 3.0, -4.0, 2.0};
+}
+/// Example 3: (0, 0) is a local minmax.
+inline Derivatives example3(double x, double y) {
+  return {-0.25 * x * x + x * y - 0.5 * y * y, -0.5 * x + y, x - y, -0.5, 1.0, -1.0};
+}
+
+/// min over x, max over y of one of the functions, for ipminmax::solve; in x alone with y = 0 where
+/// there is but one variable.
 class FunctionProblem : public ipminmax::Problem {
  public:
-  explicit FunctionProblem(const Function& function) : function_(function) {
+  explicit FunctionProblem(const Function& function, int variables = 2) : function_(function) {
     structure_.variable_players = {ipminmax::Player::Min, ipminmax::Player::Max};
-    structure_.variable_lower = {-2e19, -2e19};
-    structure_.variable_upper = {2e19, 2e19};
-    structure_.hessian = {{0, 0}, {1, 0}, {1, 1}};
+    structure_.variable_players.resize(static_cast<std::size_t>(variables));
+    structure_.variable_lower.assign(static_cast<std::size_t>(variables), -2e19);
+    structure_.variable_upper.assign(static_cast<std::size_t>(variables), 2e19);
+    structure_.hessian = {{0, 0}};
+    if (variables == 2) structure_.hessian = {{0, 0}, {1, 0}, {1, 1}};
   }
 
   void start_at(double x, double y) { start_ = {x, y}; }
@@ -81,18 +99,17 @@ class FunctionProblem : public ipminmax::Problem {
   [[nodiscard]] const ipminmax::ProblemStructure& structure() const override { return structure_; }
 
   [[nodiscard]] bool starting_point(ipminmax::StartingPoint& start) override {
-    start.v[0] = start_[0];
-    start.v[1] = start_[1];
+    std::copy_n(start_.begin(), start.v.size(), start.v.begin());
     return true;
   }
   [[nodiscard]] bool objective(std::span<const double> v, bool, double& f) override {
-    f = function_.evaluate(v[0], v[1]).f;
+    f = at(v).f;
     return true;
   }
   [[nodiscard]] bool gradient(std::span<const double> v, bool, std::span<double> grad) override {
-    const Derivatives d = function_.evaluate(v[0], v[1]);
+    const Derivatives d = at(v);
     grad[0] = d.fx;
-    grad[1] = d.fy;
+    if (v.size() > 1) grad[1] = d.fy;
     return true;
   }
   [[nodiscard]] bool constraints(std::span<const double>, bool, std::span<double>) override {
@@ -103,14 +120,19 @@ class FunctionProblem : public ipminmax::Problem {
   }
   [[nodiscard]] bool hessian(std::span<const double> v, bool, double sigma, std::span<const double>,
                              bool, std::span<double> values) override {
-    const Derivatives d = function_.evaluate(v[0], v[1]);
+    const Derivatives d = at(v);
     values[0] = sigma * d.fxx;
+    if (v.size() == 1) return true;
     values[1] = sigma * d.fxy;
     values[2] = sigma * d.fyy;
     return true;
   }
 
  private:
+  [[nodiscard]] Derivatives at(std::span<const double> v) const {
+    return function_.evaluate(v[0], v.size() > 1 ? v[1] : 0.0);
+  }
+
   Function function_;
   ipminmax::ProblemStructure structure_;
   std::array<double, 2> start_{};

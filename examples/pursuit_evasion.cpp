@@ -2,7 +2,7 @@
 //
 // In every time step both players solve the minmax problem of chauffeur_tnlp.hpp over the next T
 // stages, apply their first control, and look again. The program prints one line per step and a
-// summary, and writes the trajectory as .csv and, where gnuplot is installed, as .png.
+// summary, and writes the trajectory as .csv and .svg.
 //
 //   pursuit_evasion
 //       a run where steering is expensive: almost every solve is certified
@@ -16,6 +16,10 @@
 //   pursuit_evasion --figure
 //       the paper's figure: what the instability rule changes
 //
+//   pursuit_evasion --scaling
+//       time and iterations from T = 10 to 1000, the limit of the sequential formulation, and the
+//       sparsity patterns of both
+//
 // A solve may end at a point that is no certified local minmax, or not even feasible. Its controls
 // are applied all the same, cut to the players' limits, because in closed loop something has to be;
 // so every mean is printed with the share of certified solves.
@@ -25,12 +29,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <ipminmax/adapter/minmax_application.hpp>
+#include <ipminmax/adapter/tnlp_problem.hpp>
+#include <ipminmax/core/solver.hpp>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -40,6 +46,8 @@
 
 #include "chauffeur_tnlp.hpp"
 #include "command_line.hpp"
+#include "sequential_chauffeur.hpp"
+#include "svg_plot.hpp"
 
 namespace {
 
@@ -118,8 +126,7 @@ void use_set(const std::string& name, Settings& settings) {
 
 // ---- The closed loop ----------------------------------------------------------------------------
 
-/// The options common to all steps. With paper_rules: Algorithm 1 as printed, that is no line search,
-/// no scaling, b <- 0.2 b when |g(z, b)| <= b, and a growing factor of 10 for the shifts.
+/// The options common to all steps. With paper_rules: Algorithm 1 as printed.
 void set_options(const Settings& settings, ipminmax::MinMaxApplication& app) {
   Ipopt::OptionsList& options = *app.Options();
   options.SetIntegerValue("print_level", 0);
@@ -127,16 +134,7 @@ void set_options(const Settings& settings, ipminmax::MinMaxApplication& app) {
   options.SetNumericValue("tol", settings.tol);
   options.SetIntegerValue("max_iter", settings.max_iter);
   if (settings.cold_shifts) options.SetStringValue("minmax_warm_start_shifts", "no");
-  if (settings.paper_rules) {
-    options.SetStringValue("minmax_barrier_rule", "paper");
-    options.SetStringValue("nlp_scaling_method", "none");
-    options.SetStringValue("bound_mult_init_method", "mu-based");
-    options.SetNumericValue("constr_mult_init_max", 0.0);
-    options.SetNumericValue("bound_relax_factor", 0.0);
-    options.SetNumericValue("perturb_inc_fact_first", 10.0);
-    options.SetNumericValue("perturb_inc_fact", 10.0);
-    options.SetIntegerValue("acceptable_iter", 0);
-  }
+  if (settings.paper_rules) options.SetStringValue("minmax_as_printed", "yes");
   std::istringstream user_options(settings.solver_options);
   try {
     options.ReadFromStream(*app.Jnlst(), user_options);
@@ -329,70 +327,41 @@ void write_csv(const Run& run, const std::filesystem::path& file) {
   std::printf("wrote %s\n", file.string().c_str());
 }
 
-/// Square around both trajectories, with a margin.
-struct Window {
-  double x = 0.0, y = 0.0, half = 0.0;
-};
-
-Window window_of(const Run& run) {
-  double left = run.start.px, right = left, low = run.start.py, high = low;
-  const auto include = [&](double x, double y) {
-    left = std::min(left, x);
-    right = std::max(right, x);
-    low = std::min(low, y);
-    high = std::max(high, y);
-  };
-  include(run.start.ex, run.start.ey);
+/// Both trajectories, with grey circles where the solve was not certified and black ones at the start.
+svg::Panel panel_of(const Run& run) {
+  svg::Series pursuer{.points = {{run.start.px, run.start.py}},
+                      .mark = svg::Mark::LineAndDots,
+                      .color = "#c03030",
+                      .label = "pursuer"};
+  svg::Series evader{.points = {{run.start.ex, run.start.ey}},
+                     .mark = svg::Mark::LineAndDots,
+                     .color = "#3050c0",
+                     .label = "evader"};
+  const svg::Series start{.points = {pursuer.points.front(), evader.points.front()},
+                          .mark = svg::Mark::Circles,
+                          .color = "#000000",
+                          .label = "start",
+                          .size = 5.0};
+  svg::Series doubtful{.mark = svg::Mark::Circles, .color = "#888888", .size = 4.0};
   for (const Step& step : run.steps) {
-    include(step.state.px, step.state.py);
-    include(step.state.ex, step.state.ey);
+    pursuer.points.push_back({step.state.px, step.state.py});
+    evader.points.push_back({step.state.ex, step.state.ey});
+    if (!step.certified) doubtful.points.push_back(evader.points.back());
   }
-  return {0.5 * (left + right), 0.5 * (low + high), 0.55 * std::max(right - left, high - low)};
-}
-
-/// Both trajectories, with circles where the solve was not certified and squares at the start.
-void draw_panel(std::FILE* out, const Run& run, std::size_t data) {
+  if (!doubtful.points.empty()) doubtful.label = "not certified";
   const Mean mean = mean_of(run, 1, static_cast<int>(run.steps.size()));
-  const Window w = window_of(run);
-  std::fprintf(out, "set xrange [%g:%g]\nset yrange [%g:%g]\n", w.x - w.half, w.x + w.half,
-               w.y - w.half, w.y + w.half);
-  std::fprintf(out, "set title \"%s\\nmean |p-e|^2 %.3f, %d of %d solves certified\"\n",
-               run.title.c_str(), mean.squared_distance, mean.certified, mean.steps);
-  std::fprintf(out,
-               "plot $run%zu using 1:2 with linespoints pt 7 ps 0.5 lc rgb '#c03030' "
-               "title 'pursuer', "
-               "'' using 3:4 with linespoints pt 7 ps 0.5 lc rgb '#3050c0' title 'evader', "
-               "'' using 3:($5 == 0 ? $4 : NaN) with points pt 6 ps 1.3 lc rgb '#808080' "
-               "title 'not certified', "
-               "'' every ::0::0 using 1:2 with points pt 4 ps 1.6 lc rgb '#c03030' notitle, "
-               "'' every ::0::0 using 3:4 with points pt 4 ps 1.6 lc rgb '#3050c0' notitle\n",
-               data);
+  std::array<char, 80> subtitle{};
+  std::snprintf(subtitle.data(), subtitle.size(), "mean |p-e|^2 %.3f, %d of %d solves certified",
+                mean.squared_distance, mean.certified, mean.steps);
+  return {.title = run.title,
+          .subtitle = subtitle.data(),
+          .series = {pursuer, evader, start, doubtful}};
 }
 
-/// One panel per run, by gnuplot.
 void draw(const std::vector<Run>& runs, const std::filesystem::path& file) {
-  if (std::system("command -v gnuplot >/dev/null 2>&1") != 0) {
-    std::printf("gnuplot is not installed: no picture\n");
-    return;
-  }
-  std::FILE* out = popen("gnuplot", "w");
-  if (out == nullptr) throw std::runtime_error("cannot start gnuplot");
-  std::fprintf(out, "set terminal pngcairo size %zu,600\nset output '%s'\n", 520 * runs.size(),
-               file.string().c_str());
-  for (std::size_t k = 0; k < runs.size(); ++k) {
-    const State& s = runs[k].start;
-    std::fprintf(out, "$run%zu << END\n%.9g %.9g %.9g %.9g 1\n", k, s.px, s.py, s.ex, s.ey);
-    for (const Step& step : runs[k].steps)
-      std::fprintf(out, "%.9g %.9g %.9g %.9g %d\n", step.state.px, step.state.py, step.state.ex,
-                   step.state.ey, step.certified ? 1 : 0);
-    std::fprintf(out, "END\n");
-  }
-  std::fprintf(out, "set multiplot layout 1,%zu\nset size square\nset key below\nset grid\n",
-               runs.size());
-  for (std::size_t k = 0; k < runs.size(); ++k) draw_panel(out, runs[k], k);
-  std::fprintf(out, "unset multiplot\n");
-  if (pclose(out) != 0) throw std::runtime_error("gnuplot cannot draw " + file.string());
-  std::printf("wrote %s\n", file.string().c_str());
+  std::vector<svg::Panel> panels;
+  for (const Run& run : runs) panels.push_back(panel_of(run));
+  svg::write(panels, file);
 }
 
 // ---- The three modes ------------------------------------------------------------------------------
@@ -409,13 +378,11 @@ void single_run(const Settings& settings, const std::filesystem::path& output) {
   print_summary(run, settings);
   print_comparison(run);
   write_csv(run, output / "pursuit_evasion.csv");
-  draw({run}, output / "pursuit_evasion.png");
+  draw({run}, output / "pursuit_evasion.svg");
 }
 
 /// Three runs from the same start, with Algorithm 1 as printed in the paper.
 void figure(Settings settings, const std::filesystem::path& output) {
-  settings.solver_options += "minmax_globalization none\n";
-  settings.cold_shifts = true;
   settings.warm = false;
   settings.paper_rules = true;
   std::vector<Run> runs;
@@ -430,7 +397,7 @@ void figure(Settings settings, const std::filesystem::path& output) {
     print_summary(runs[k], settings);
     write_csv(runs[k], output / ("figure_" + std::to_string(k + 1) + ".csv"));
   }
-  draw(runs, output / "figure.png");
+  draw(runs, output / "figure.svg");
   std::printf(
       "\nThe paper prints no parameters. Sets A to E were selected by search among about 1500\n"
       "BECAUSE they show its pattern, and the pattern is fragile: it depends on controls of "
@@ -483,6 +450,127 @@ void scaling(Settings settings) {
               (n * time_x - x * time) / spread, (n * iterations_x - x * iterations) / spread);
 }
 
+// ---- The sequential formulation -------------------------------------------------------------------
+
+/// The same game in one of the two formulations, as a problem of the core.
+std::unique_ptr<ipminmax::Problem> formulation(bool sequential, int horizon, const State& state,
+                                               const Control& guess) {
+  const chauffeur::Parameters parameters = chauffeur::refined(horizon);
+  if (sequential)
+    return std::make_unique<chauffeur::SequentialChauffeur>(
+        parameters, state, std::vector<Control>(static_cast<std::size_t>(horizon), guess));
+  auto problem = std::make_unique<ipminmax::TnlpProblem>(
+      new chauffeur::ChauffeurTNLP(parameters, state, guess));
+  if (const std::string error = problem->load(); !error.empty()) throw std::runtime_error(error);
+  return problem;
+}
+
+/// The structural nonzeros of J_zz in the paper's order (x, s_x, y, s_y, nu_y, lambda_y, nu_x,
+/// lambda_x); no variable has a bound here.
+svg::Panel sparsity_pattern(const std::string& title, const ipminmax::ProblemStructure& shape) {
+  const std::size_t n = shape.variable_players.size(), m = shape.constraint_players.size();
+  std::vector<std::size_t> variable(n), slack(m), multiplier(m);
+  std::size_t rows = 0;
+  const auto is_equality = [&](std::size_t j) {
+    return shape.constraint_lower[j] == shape.constraint_upper[j];
+  };
+  for (const auto player : {ipminmax::Player::Min, ipminmax::Player::Max}) {
+    for (std::size_t i = 0; i < n; ++i)
+      if (shape.variable_players[i] == player) variable[i] = rows++;
+    for (std::size_t j = 0; j < m; ++j)
+      if (shape.constraint_players[j] == player && !is_equality(j)) slack[j] = rows++;
+  }
+  for (const auto player : {ipminmax::Player::Max, ipminmax::Player::Min})
+    for (const bool equalities : {true, false})
+      for (std::size_t j = 0; j < m; ++j)
+        if (shape.constraint_players[j] == player && is_equality(j) == equalities)
+          multiplier[j] = rows++;
+
+  svg::Panel panel{.title = title, .downwards = true};
+  const auto center = 0.5 * static_cast<double>(rows);
+  panel.center = {center, center};
+  panel.half_width = center;
+  svg::Series entries{.mark = svg::Mark::Squares, .size = 330.0 / static_cast<double>(rows)};
+  const auto put = [&](std::size_t row, std::size_t col) {
+    const double r = static_cast<double>(row) + 0.5, c = static_cast<double>(col) + 0.5;
+    entries.points.push_back({c, r});
+    if (row != col) entries.points.push_back({r, c});
+  };
+  const auto at = [](ipminmax::Index i) { return static_cast<std::size_t>(i); };
+  for (const auto& [row, col] : shape.hessian) put(variable[at(row)], variable[at(col)]);
+  for (const auto& [row, col] : shape.jacobian) put(multiplier[at(row)], variable[at(col)]);
+  for (std::size_t j = 0; j < m; ++j) {
+    if (is_equality(j)) continue;
+    put(slack[j], slack[j]);
+    put(multiplier[j], slack[j]);
+  }
+  const std::size_t nonzeros = entries.points.size();
+  std::array<char, 80> subtitle{};
+  std::snprintf(subtitle.data(), subtitle.size(), "%zu rows, %zu nonzeros (%.1f %%)", rows,
+                nonzeros, 100.0 * static_cast<double>(nonzeros) / static_cast<double>(rows * rows));
+  panel.subtitle = subtitle.data();
+  panel.series.push_back(std::move(entries));
+  return panel;
+}
+
+void draw_patterns(const std::filesystem::path& output) {
+  constexpr int kHorizon = 20;
+  std::vector<svg::Panel> panels;
+  for (const bool sequential : {true, false})
+    panels.push_back(sparsity_pattern(
+        std::string("J_zz, T = 20, ") + (sequential ? "sequential" : "simultaneous"),
+        formulation(sequential, kHorizon, {}, {0.01, 0.002, 0.001})->structure()));
+  svg::write(panels, output / "sparsity.svg");
+}
+
+/// Both formulations from the same starts, by the default method and by Algorithm 1 as printed.
+void compare_formulations(const Settings& settings, int largest_sequential) {
+  constexpr std::array<Control, 5> kGuesses = {{{0.01, 0.002, 0.001},
+                                                {-0.01, 0.001, -0.002},
+                                                {0.02, -0.002, 0.002},
+                                                {-0.02, -0.001, -0.001},
+                                                {0.005, 0.0005, 0.002}}};
+  std::printf(
+      "\nThe sequential formulation (states eliminated) beside the simultaneous one, from %zu "
+      "starts:\n"
+      "certified solves, mean iterations and ms per iteration of these\n"
+      "     T                 default method                          Algorithm 1 as printed\n"
+      "          simultaneous          sequential            simultaneous          sequential\n",
+      kGuesses.size());
+  for (const int horizon : {10, 20, 40, 80, 160, 320}) {
+    std::printf("%6d", horizon);
+    for (const bool printed : {false, true}) {
+      for (const bool sequential : {false, true}) {
+        if (sequential && horizon > largest_sequential) {
+          std::printf("  %20s", "-");
+          continue;
+        }
+        ipminmax::SolverOptions options;
+        if (printed) options = ipminmax::as_printed(options);
+        options.tol = settings.tol;
+        options.max_iter = settings.max_iter;
+        options.minmax_max_restarts = 0;
+        int certified = 0, iterations = 0;
+        double seconds = 0.0;
+        for (const Control& guess : kGuesses) {
+          const double scale = 20.0 / horizon;  // the same turn and walk over the whole horizon
+          const auto problem = formulation(sequential, horizon, settings.start,
+                                           {scale * guess.u, scale * guess.dx, scale * guess.dy});
+          const ipminmax::Result result = ipminmax::solve(*problem, options);
+          if (result.certificate.kind != ipminmax::PointKind::LocalMinmax) continue;
+          ++certified;
+          iterations += result.iterations;
+          seconds += result.seconds;
+        }
+        const double count = std::max(certified, 1);
+        std::printf("  %d %6.1f %9.3f ms", certified, iterations / count,
+                    1e3 * seconds / std::max(iterations, 1));
+      }
+    }
+    std::printf("\n");
+  }
+}
+
 int first_step_with_rule(const std::string& text) {
   if (text == "yes") return 1;
   if (text == "no") return kNever;
@@ -505,6 +593,8 @@ int run(int argc, char** argv) {
   std::string output = ".";
   bool figure_mode = false;
   bool scaling_mode = false;
+  bool patterns_mode = false;
+  int largest_sequential = 160;
   bool chose_parameters = false;
 
   CommandLine command_line(
@@ -517,7 +607,11 @@ int run(int argc, char** argv) {
                      settings.saturate = false;
                    });
   command_line.add_flag("--scaling", scaling_mode,
-                        "time and iterations of one solve of the refined family, T = 10 to 1000");
+                        "time and iterations of the refined family, T = 10 to 1000, the "
+                        "sequential formulation beside it, and sparsity patterns");
+  command_line.add("--sequential-to", largest_sequential,
+                   "largest T at which --scaling solves the sequential formulation (160)");
+  command_line.add_flag("--patterns", patterns_mode, "the sparsity patterns of --scaling alone");
   command_line.add("--set", "A|B|C|D|E", "parameters and start that show the figure's pattern",
                    [&](const std::string& name) {
                      use_set(name, settings);
@@ -579,15 +673,21 @@ int run(int argc, char** argv) {
                    });
   command_line.add("--tol", settings.tol, "tolerance of a solve (1e-6)");
   command_line.add("--max-iter", settings.max_iter, "iterations of a solve (200)");
-  command_line.add("--output", output, "folder for the .csv and .png files (.)");
+  command_line.add("--output", output, "folder for the .csv and .svg files (.)");
   if (!command_line.parse(argc, argv)) return 0;
   check(settings);
 
+  std::filesystem::create_directories(output);
   if (scaling_mode) {
     scaling(settings);
+    compare_formulations(settings, largest_sequential);
+    draw_patterns(output);
     return 0;
   }
-  std::filesystem::create_directories(output);
+  if (patterns_mode) {
+    draw_patterns(output);
+    return 0;
+  }
   if (figure_mode)
     figure(settings, output);
   else

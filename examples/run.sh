@@ -7,7 +7,7 @@ example=${1:-pursuit_evasion}
 shift || true
 
 cd "$root"
-cmake/install_dependencies.sh gnuplot-nox
+cmake/install_dependencies.sh
 cmake --preset release
 cmake --build build/release --target "$example" -j "${JOBS:-$(nproc)}"
 export OPENBLAS_NUM_THREADS=${OPENBLAS_NUM_THREADS:-1}

@@ -7,7 +7,7 @@
 #include <problems/scalable_problems.hpp>
 #include <problems/small_problems.hpp>
 
-#include "../sequential_chauffeur.hpp"
+#include <examples/sequential_chauffeur.hpp>
 #include "adapter/tnlp_problem.hpp"
 #include "game.hpp"
 
@@ -40,8 +40,8 @@ Game chauffeur_game(int horizon) {
       new chauffeur::ChauffeurTNLP(p, state, chauffeur::Control{}));
   if (const std::string error = problem->load(); !error.empty()) throw std::runtime_error(error);
   game.problem = std::move(problem);
-  auto sequential =
-      std::make_unique<SequentialChauffeur>(p, state, std::vector<chauffeur::Control>(at(horizon)));
+  auto sequential = std::make_unique<chauffeur::SequentialChauffeur>(
+      p, state, std::vector<chauffeur::Control>(at(horizon)));
   game.reduced = std::move(sequential);
 
   // Stage i of the game: u, p (3), d (2), e (2); reduced: all u, then all d.

@@ -68,6 +68,8 @@ class Certifier {
   [[nodiscard]] double margin(double times) const {
     return std::max(times * options_.minmax_curvature_tol, 2.0 * kkt_.perturbation());
   }
+  [[nodiscard]] SecondOrder judge_barrier_problem(const Point& given);
+  [[nodiscard]] bool barrier_newton_contracts(const Point& given);
   [[nodiscard]] BoundClasses with_idle_held(BoundClasses classes) const;
   void find_rank(const ActiveSetSystem& system, const Point& point);
   void report_inertias(ActiveSetSystem& system);
@@ -302,6 +304,39 @@ std::optional<Player> Certifier::wrong_player(ActiveSetSystem& system, const Sta
   return test.inner ? Player::Min : Player::Max;
 }
 
+/// At mu_target > 0 the point solves the barrier problem, in which no bound is active and all curvature
+/// counts.
+SecondOrder Certifier::judge_barrier_problem(const Point& given) {
+  kkt_.assemble(given.iterate, given.evaluation);
+  const double spare = margin(1.0) * std::max(1.0, kkt_.hessian_norm());
+  const auto right = [&](double shift) {
+    return kkt_.has_expected_inner_inertia(kkt_.factorize_inner({.y = shift})) &&
+           kkt_.has_expected_inertia(kkt_.factorize({.x = shift, .y = std::max(shift, 0.0)}));
+  };
+  if (right(-spare)) {
+    certificate_.margin = spare;
+    return barrier_newton_contracts(given) ? SecondOrder::Satisfied : SecondOrder::Undecided;
+  }
+  const bool refuted = !right(spare);
+  certificate_.inner = kkt_.factorize_inner({}).inertia;
+  certificate_.full = kkt_.factorize({}).inertia;
+  return refuted ? SecondOrder::Violated : SecondOrder::Undecided;
+}
+
+bool Certifier::barrier_newton_contracts(const Point& given) {
+  constexpr double kTau = 0.99;
+  constexpr double kNegligible = 1e-10;
+  Point point = given;
+  StepLength alpha;
+  Eigen::VectorXd before = point.iterate.v;
+  if (!barrier_newton_step(canonical_, kkt_, mu_, kTau, point, alpha)) return false;
+  const double first = max_norm(point.iterate.v - before);
+  if (first <= kNegligible * (1.0 + max_norm(before))) return true;
+  before = point.iterate.v;
+  return barrier_newton_step(canonical_, kkt_, mu_, kTau, point, alpha) &&
+         max_norm(point.iterate.v - before) <= kContraction * first;
+}
+
 Finding Certifier::run(const Point& given) {
   kkt_.require_certain_inertia(true);
   certificate_.inner_expected = kkt_.layout().expected_inner();
@@ -313,6 +348,8 @@ Finding Certifier::run(const Point& given) {
   if (hessian_error_) certificate_.hessian_error = max_norm(*hessian_error_);
   if (hessian_error_ && !hessian_error_->allFinite()) {
     certificate_.second_order = SecondOrder::Undecided;
+  } else if (options_.mu_target > 0.0) {
+    certificate_.second_order = judge_barrier_problem(given);
   } else {
     idle_ = idle_copies(canonical_, given.iterate, given.evaluation);
     certificate_.second_order = clearly_right(given) ? SecondOrder::Satisfied : examine(given);

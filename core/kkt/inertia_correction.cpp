@@ -15,6 +15,18 @@ constexpr int kRaisesBeforeMultiplierShift = 4;
 /// Corrections in a row that found dependent constraints before it is known that they are, as in
 /// Ipopt.
 constexpr Index kTimesUntilKnown = 3;
+/// minmax_instability_shift smallest: mus tried, how far the best of them is refined, and the
+/// relative accuracy of delta_x.
+constexpr int kInstabilityMus = 16;
+constexpr double kFinestMu = 1e-3;
+constexpr double kInstabilityAccuracy = 1e-2;
+constexpr int kInstabilityBisections = 60;
+
+std::optional<Inertia> inertia_of(const Factorization& f) {
+  const bool counted =
+      f.status == FactorizationStatus::Ok || f.status == FactorizationStatus::Singular;
+  return counted ? std::optional(f.inertia) : std::nullopt;
+}
 
 }  // namespace
 
@@ -44,13 +56,15 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
   if (economical() && dependent_y_ >= kTimesUntilKnown) shift.lambda_y = multiplier_shift(mu);
   for (int raises = 0;; ++raises) {
     const Factorization f = kkt_.factorize_inner(shift);
+    if (shift.y == 0.0) findings_.inner_at_zero = inertia_of(f);
     if (kkt_.has_expected_inner_inertia(f)) break;
     if (f.status == FactorizationStatus::OutOfMemory || out_of_time()) return false;
     // Zero eigenvalues, or positive ones missing whatever the shift: J_yy may be rank-deficient.
     const bool dependent =
         f.inertia.zero > 0 || (raises >= kRaisesBeforeMultiplierShift &&
                                f.inertia.positive < kkt_.layout().lambda_y.size());
-    if (dependent && shift.lambda_y == 0.0 && kkt_.layout().lambda_y.size() > 0) {
+    if (dependent && shift.lambda_y == 0.0 && multiplier_shift(mu) > 0.0 &&
+        kkt_.layout().lambda_y.size() > 0) {
       shift.lambda_y = multiplier_shift(mu);
       dependent_y_ += f.inertia.zero > 0 ? 1 : 0;
       continue;
@@ -73,6 +87,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
   if (economical() && dependent_x_ >= kTimesUntilKnown) shift.lambda_x = multiplier_shift(mu);
   for (int raises = 0;; ++raises) {
     Factorization f = kkt_.factorize(shift);
+    if (shift.x == 0.0 && shift.y == 0.0) findings_.full_at_zero = inertia_of(f);
     if (kkt_.has_expected_inertia(f)) break;
     if (raises == 0) {
       f = kkt_.make_certain();
@@ -82,7 +97,8 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
     const bool dependent =
         f.inertia.zero > 0 || (raises >= kRaisesBeforeMultiplierShift &&
                                f.inertia.negative < kkt_.layout().expected().negative);
-    if (dependent && shift.lambda_x == 0.0 && kkt_.layout().lambda_x.size() > 0) {
+    if (dependent && shift.lambda_x == 0.0 && multiplier_shift(mu) > 0.0 &&
+        kkt_.layout().lambda_x.size() > 0) {
       shift.lambda_x = multiplier_shift(mu);
       dependent_x_ += f.inertia.zero > 0 ? 1 : 0;
       continue;
@@ -107,6 +123,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
 
 std::optional<Regularization> InertiaCorrection::correct(double mu) {
   Regularization shift;
+  findings_ = {};
   if (!correct_inner(mu, shift)) return std::nullopt;
   // The right inertia of K at zero shift although K_yy's is wrong: the case of line 7.
   bool instability = false;
@@ -114,10 +131,14 @@ std::optional<Regularization> InertiaCorrection::correct(double mu) {
     Regularization none;
     none.lambda_x = shift.lambda_x;
     none.lambda_y = shift.lambda_y;
-    instability = kkt_.has_expected_inertia(kkt_.factorize(none));
+    const Factorization f = kkt_.factorize(none);
+    findings_.full_at_zero = inertia_of(f);
+    instability = kkt_.has_expected_inertia(f);
   }
   if (!correct_full(mu, shift)) return std::nullopt;
   if (instability && !raise_for_instability(shift)) return std::nullopt;
+  findings_.inner = kkt_.layout().expected_inner();
+  findings_.full = kkt_.layout().expected();
   return shift;
 }
 
@@ -131,6 +152,53 @@ double InertiaCorrection::failing_inner_shift(const Regularization& shift) {
     if (!kkt_.has_expected_inner_inertia(kkt_.factorize_inner(trial))) return trial.y;
   }
   return 0.0;
+}
+
+bool InertiaCorrection::is_wrong_at(double fraction, Regularization shift) {
+  shift.x *= fraction;
+  shift.y *= fraction;
+  return !kkt_.has_expected_inertia(kkt_.factorize(shift));
+}
+
+void InertiaCorrection::grow_until_wrong(double fraction, Regularization& shift) {
+  while (!is_wrong_at(fraction, shift) && !out_of_time()) {
+    const double raised = std::max(
+        shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, 1.0),
+        options_.minmax_warm_start_shifts ? options_.perturb_dec_fact * last_.raised_x : 0.0);
+    if (raised > kInstabilityCap) break;
+    shift.x = raised;
+  }
+}
+
+void InertiaCorrection::reduce_to_smallest(double accepted_x, double fraction,
+                                           Regularization& shift) {
+  const auto wrong = [&](double x, double mu) {
+    Regularization trial = shift;
+    trial.x = x;
+    return is_wrong_at(mu, trial);
+  };
+  // At a given mu, In(K + mu E) = In(R(mu)) + In(K_yy(mu)) stays wrong as delta_x grows. shift.x is
+  // wrong at the best mu; another mu replaces it where it allows a smaller one.
+  const auto try_mu = [&](double mu) {
+    const double hoped = std::max(accepted_x, (1.0 - kInstabilityAccuracy) * shift.x);
+    if (out_of_time() || !wrong(hoped, mu)) return;
+    double right = accepted_x;
+    shift.x = hoped;
+    findings_.line7_mu = mu;
+    for (int k = 0; k < kInstabilityBisections && !out_of_time(); ++k) {
+      if (shift.x - right <= kInstabilityAccuracy * shift.x) return;
+      const double middle = 0.5 * (right + shift.x);
+      (wrong(middle, mu) ? shift.x : right) = middle;
+    }
+  };
+  try_mu(fraction);
+  for (int k = 1; k < kInstabilityMus; ++k) try_mu(static_cast<double>(k) / kInstabilityMus);
+  for (double stride = 0.5 / kInstabilityMus; stride > kFinestMu; stride *= 0.5) {
+    const double best = findings_.line7_mu;
+    for (const double mu : {best - stride, best + stride}) {
+      if (mu > 0.0 && mu < 1.0) try_mu(mu);
+    }
+  }
 }
 
 bool InertiaCorrection::raise_for_instability(Regularization& shift) {
@@ -149,16 +217,10 @@ bool InertiaCorrection::raise_for_instability(Regularization& shift) {
   }
   const double fraction = std::max(failed, kSingularShift) / shift.y;
   const double accepted_x = shift.x;
-  for (;;) {
-    Regularization scaled = shift;
-    scaled.x *= fraction;
-    scaled.y *= fraction;
-    if (!kkt_.has_expected_inertia(kkt_.factorize(scaled)) || out_of_time()) break;
-    const double raised = std::max(
-        shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, 1.0),
-        options_.minmax_warm_start_shifts ? options_.perturb_dec_fact * last_.raised_x : 0.0);
-    if (raised > kInstabilityCap) break;
-    shift.x = raised;
+  findings_.line7_mu = fraction;
+  grow_until_wrong(fraction, shift);
+  if (options_.minmax_instability_shift == InstabilityShift::Smallest && shift.x > accepted_x) {
+    reduce_to_smallest(accepted_x, fraction, shift);
   }
   if (shift.x > accepted_x) {
     ++counts_.instability_raises;

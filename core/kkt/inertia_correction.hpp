@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "core/iteration.hpp"
 #include "core/kkt/system.hpp"
 #include "core/model/timer.hpp"
 #include "core/options.hpp"
@@ -45,11 +46,17 @@ class InertiaCorrection {
 
   /// Shift of Max at which K_yy still had a wrong inertia in the last correct_inner; 0 if none > 0.
   [[nodiscard]] double last_failed_y() const { return failed_y_; }
+  /// Of the last correct.
+  [[nodiscard]] const ShiftFindings& findings() const { return findings_; }
 
  private:
   [[nodiscard]] bool out_of_time() const { return limit_ != nullptr && limit_->expired(); }
   [[nodiscard]] bool raise_for_instability(Regularization& shift);
   [[nodiscard]] double failing_inner_shift(const Regularization& shift);
+  /// Whether K + fraction E has a wrong inertia.
+  [[nodiscard]] bool is_wrong_at(double fraction, Regularization shift);
+  void grow_until_wrong(double fraction, Regularization& shift);
+  void reduce_to_smallest(double accepted_x, double fraction, Regularization& shift);
   /// Whether factorizations may be saved that Algorithm 1 spends.
   [[nodiscard]] bool economical() const;
   [[nodiscard]] double first_shift(double last) const;
@@ -62,6 +69,7 @@ class InertiaCorrection {
   TimeLimit* limit_;
   ShiftMemory last_;
   double failed_y_ = 0.0;
+  ShiftFindings findings_;
   /// Corrections in a row for which (K, K_yy) had zero eigenvalues until delta_l came.
   Index dependent_x_ = 0, dependent_y_ = 0;
 };

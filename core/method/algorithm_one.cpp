@@ -35,13 +35,35 @@ std::optional<Status> AlgorithmOne::step(Point& point, double mu, IterationInfo&
                                            : take_step(point, 1.0, mu, info);
 }
 
-bool AlgorithmOne::factorize(bool frozen, double mu) {
-  if (options_.minmax_pure_newton) shift_ = {};
-  if (frozen && kkt_.factorize(shift_).status == FactorizationStatus::Ok) return true;
-  if (options_.minmax_pure_newton) return false;
+std::optional<Regularization> AlgorithmOne::prescribed() const {
+  if (options_.minmax_pure_newton) return Regularization{};
+  if (options_.minmax_prescribed_delta_x < 0.0) return std::nullopt;
+  return Regularization{.x = options_.minmax_prescribed_delta_x,
+                        .y = options_.minmax_prescribed_delta_y};
+}
+
+bool AlgorithmOne::factorize(bool frozen, double mu, IterationInfo& info) {
+  const auto fixed = prescribed();
+  if (fixed) shift_ = *fixed;
+  if (fixed || frozen) {
+    const Factorization f = kkt_.factorize(shift_);
+    if (f.status == FactorizationStatus::Ok) {
+      info.shifts.full = f.inertia;
+      return true;
+    }
+    if (fixed) {
+      message_ = "the KKT matrix with the prescribed shifts is singular";
+      return false;
+    }
+  }
   const auto shift = correction_.correct(mu);
-  if (shift) shift_ = *shift;
-  return shift.has_value();
+  if (!shift) {
+    message_ = "no shift of the Hessian gives the KKT matrix the expected inertia";
+    return false;
+  }
+  shift_ = *shift;
+  info.shifts = correction_.findings();
+  return true;
 }
 
 std::optional<Status> AlgorithmOne::compute_step(const Point& point, double mu,
@@ -51,13 +73,10 @@ std::optional<Status> AlgorithmOne::compute_step(const Point& point, double mu,
   const double residual_norm =
       barrier_error(canonical_, point.iterate, point.evaluation, point.dual, mu, options_.s_max)
           .norm();
-  const bool frozen = options_.minmax_pure_newton || residual_norm <= options_.minmax_freeze_tol;
+  const bool frozen = residual_norm <= options_.minmax_freeze_tol;
   for (;;) {
     const Index raises = counts_.instability_raises;
-    if (!factorize(frozen, mu)) {
-      message_ = "no shift of the Hessian gives the KKT matrix the expected inertia";
-      return Status::InertiaCorrectionFailed;
-    }
+    if (!factorize(frozen, mu, info)) return Status::InertiaCorrectionFailed;
     info.delta_x = shift_.x;
     info.delta_y = shift_.y;
     info.step_kind = counts_.instability_raises > raises ? 'i'

@@ -33,7 +33,9 @@ class AlgorithmOne {
   [[nodiscard]] std::optional<Status> take_step(Point& point, double longest, double mu,
                                                 IterationInfo& info);
   [[nodiscard]] std::optional<Status> watched_step(Point& point, double mu, IterationInfo& info);
-  [[nodiscard]] bool factorize(bool frozen, double mu);
+  /// The shifts that do not depend on the matrices: of pure Newton, or the options'.
+  [[nodiscard]] std::optional<Regularization> prescribed() const;
+  [[nodiscard]] bool factorize(bool frozen, double mu, IterationInfo& info);
   [[nodiscard]] Status evaluation_failure(EvaluationStatus status, std::string_view where);
 
   CanonicalProblem& canonical_;

@@ -43,7 +43,7 @@ double next_barrier(double mu, double mu_final, const std::function<double(doubl
                     const std::function<double(double)>& norm, const SolverOptions& options) {
   const double kappa_mu = options.mu_linear_decrease_factor;
   if (options.minmax_barrier_rule == BarrierRule::Paper) {
-    // b <- sigma b when |g(z, b)| <= b, line 10 of Algorithm 1
+    // b <- sigma b when |g(z, b)| <= b, lines 13 and 14 of Algorithm 1
     return mu > mu_final && norm(mu) <= mu ? std::max(mu_final, kappa_mu * mu) : mu;
   }
   // mu <- max(mu_final, min(kappa_mu mu, mu^theta_mu)), Waechter and Biegler 2006, eq. (7)

@@ -349,6 +349,7 @@ std::optional<Status> GlobalizedMethod::shifted_joint_step(Point& point, double 
   if (auto status = step_untested(point, alpha, mu, info)) return status;
   info.delta_x = shift->x;
   info.delta_y = shift->y;
+  info.shifts = correction_.findings();
   info.step_norm = max_norm(step_.v);
   info.step_kind = 'j';
   return std::nullopt;

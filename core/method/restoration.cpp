@@ -146,6 +146,7 @@ SolverOptions restoration_options(const SolverOptions& options, double mu, Index
   inner.fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
   inner.max_iter = iterations;
   inner.mu_init = mu;
+  inner.mu_target = 0.0;
   inner.warm_start_init_point = true;
   const double tiny = std::numeric_limits<double>::min();
   inner.warm_start_bound_push = inner.warm_start_bound_frac = tiny;

@@ -31,4 +31,15 @@ void start_robust_multipliers(const CanonicalProblem& canonical, Iterate& start)
   }
 }
 
+void start_constraint_multipliers(const CanonicalProblem& canonical, const SolverOptions& options,
+                                  Iterate& start) {
+  start.lambda.setZero(canonical.constraints());
+  if (options.bound_mult_init_method != BoundMultiplierInit::MuBased) return;
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    const Index slack = canonical.slack_of_constraint()[static_cast<std::size_t>(j)];
+    if (slack < 0) continue;
+    start.lambda[j] = canonical.sign(slack) * (start.z_upper[slack] - start.z_lower[slack]);
+  }
+}
+
 }  // namespace ipminmax

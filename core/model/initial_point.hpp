@@ -15,4 +15,10 @@ void start_bound_multipliers(const CanonicalProblem& canonical, const SolverOpti
 /// with another sign Max would help Min.
 void start_robust_multipliers(const CanonicalProblem& canonical, Iterate& start);
 
+/// Multipliers of the constraints where no others are known: zero, and with mu-based bound
+/// multipliers those of inequalities at that of their slack, lambda = sign (z_upper - z_lower), so
+/// that the slack is stationary.
+void start_constraint_multipliers(const CanonicalProblem& canonical, const SolverOptions& options,
+                                  Iterate& start);
+
 }  // namespace ipminmax

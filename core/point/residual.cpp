@@ -77,9 +77,10 @@ BarrierError barrier_error(const CanonicalProblem& canonical, const Iterate& ite
 }
 
 KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
-                   const Evaluation& evaluation, const Eigen::VectorXd& dual, double s_max) {
+                   const Evaluation& evaluation, const Eigen::VectorXd& dual, double s_max,
+                   double mu) {
   KktError error;
-  const BarrierError scaled = barrier_error(canonical, iterate, evaluation, dual, 0.0, s_max);
+  const BarrierError scaled = barrier_error(canonical, iterate, evaluation, dual, mu, s_max);
   error.total = scaled.scaled;
   error.scaled_primal = scaled.primal;
   error.scaled_dual = std::max(scaled.dual_min, scaled.dual_max);
@@ -94,7 +95,7 @@ KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
     double& largest = canonical.owned_by_max(i) ? error.dual_max : error.dual_min;
     largest = std::max(largest, value);
   }
-  error.complementarity = complementarity(canonical, iterate, 0.0) / f_scale;
+  error.complementarity = complementarity(canonical, iterate, mu) / f_scale;
   return error;
 }
 

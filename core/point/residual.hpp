@@ -26,10 +26,10 @@ struct BarrierError {
                                          const Evaluation& evaluation, const Eigen::VectorXd& dual,
                                          double mu, double s_max);
 
-/// Errors at mu = 0 in the model's units, total in canonical units.
+/// Errors at mu (mu_target, 0 by default) in the model's units, total in canonical units.
 [[nodiscard]] KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
                                  const Evaluation& evaluation, const Eigen::VectorXd& dual,
-                                 double s_max);
+                                 double s_max, double mu = 0.0);
 
 /// Right-hand side -g(z, mu) of the Newton system, damping included.
 void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,

@@ -273,6 +273,10 @@ std::optional<Status> Solver::start() {
     start_method(false);
   } else {
     algorithm_one_.emplace(canonical_, *kkt_, *correction_, options_, result_.counts);
+    if (options_.minmax_freeze_tol > 0.0) {
+      say("minmax_freeze_tol > 0: shifts that are kept depend on where the iterates came from, so "
+          "points that are no local minmax may attract them; the certificate tells");
+    }
   }
   return std::nullopt;
 }
@@ -307,8 +311,10 @@ std::optional<Status> Solver::evaluate_start(const SolverOptions& options) {
     const bool ok =
         kkt_->least_squares_multipliers(point_.iterate, point_.evaluation, point_.iterate.lambda);
     if (!ok || point_.iterate.lambda.lpNorm<Eigen::Infinity>() > options.constr_mult_init_max) {
-      point_.iterate.lambda.setZero();
+      start_constraint_multipliers(canonical_, options, point_.iterate);
     }
+  } else if (!options.warm_start_init_point) {
+    start_constraint_multipliers(canonical_, options, point_.iterate);
   }
   if (!options.warm_start_init_point) start_robust_multipliers(canonical_, point_.iterate);
   status =
@@ -445,7 +451,8 @@ bool Solver::tell_restoration(const IterationInfo& nested, const Eigen::VectorXd
     result.status = Status::UserStop;
     result.message = std::string(name_of(result.status));
     describe(here.iterate,
-             kkt_error(canonical_, here.iterate, here.evaluation, here.dual, options_.s_max),
+             kkt_error(canonical_, here.iterate, here.evaluation, here.dual, options_.s_max,
+                       options_.mu_target),
              result);
     return result;
   };
@@ -547,8 +554,8 @@ bool Solver::runs_to_infinity() {
               !evaluate_derivatives();
     if (!outward) break;
     dual_residual(canonical_, point_.iterate, point_.evaluation, point_.dual);
-    outward = converged(
-        kkt_error(canonical_, point_.iterate, point_.evaluation, point_.dual, options_.s_max));
+    outward = converged(kkt_error(canonical_, point_.iterate, point_.evaluation, point_.dual,
+                                  options_.s_max, options_.mu_target));
     last_growth = growth;
   }
   point_ = std::move(here);
@@ -604,7 +611,9 @@ std::optional<Status> Solver::iterate() {
   if (last_resort_end_ && info_.iteration >= *last_resort_end_) return Status::NoLocalMinmaxFound;
   if (search_end_ && info_.iteration >= *search_end_) return Status::TinyStep;
   last_objective_ = info_.objective;
-  update_barrier();
+  // Algorithm 1 decreases b after a step, so not before the first.
+  if (options_.minmax_barrier_rule != BarrierRule::Paper || info_.iteration > 0) update_barrier();
+  info_.shifts = {};
   const auto status = method_ ? method_->step(point_, info_.mu, info_)
                               : algorithm_one_->step(point_, info_.mu, info_);
   if (status && limit_.exceeded()) {  // whatever failed was cut short
@@ -689,8 +698,11 @@ std::optional<Status> Solver::evaluate_derivatives() {
 
 void Solver::update_error() {
   dual_residual(canonical_, point_.iterate, point_.evaluation, point_.dual);
-  info_.error =
-      kkt_error(canonical_, point_.iterate, point_.evaluation, point_.dual, options_.s_max);
+  info_.error = kkt_error(canonical_, point_.iterate, point_.evaluation, point_.dual,
+                          options_.s_max, options_.mu_target);
+  info_.barrier_error = barrier_error(canonical_, point_.iterate, point_.evaluation, point_.dual,
+                                      info_.mu, options_.s_max)
+                            .norm();
   info_.objective = canonical_.unscaled_objective(point_.evaluation.f);
 }
 

@@ -103,6 +103,20 @@ TEST_F(Options, DefaultsAreTheCores) {
   EXPECT_EQ(options.perturb_dec_fact, 1.0 / 3.0);  // all digits
 }
 
+TEST_F(Options, AsPrintedChangesOnlyWhatIsNotSet) {
+  ASSERT_EQ(read("minmax_as_printed yes\nperturb_inc_fact 4\nkappa_sigma 1e6\ntol 1e-5\n"), "");
+  const SolverOptions options = values();
+  SolverOptions expected = as_printed();
+  EXPECT_EQ(options.minmax_globalization, Globalization::None);
+  EXPECT_EQ(options.minmax_barrier_rule, expected.minmax_barrier_rule);
+  EXPECT_EQ(options.bound_mult_init_method, expected.bound_mult_init_method);
+  EXPECT_EQ(options.constr_mult_init_max, 0.0);
+  EXPECT_EQ(options.perturb_inc_fact_first, expected.perturb_inc_fact_first);
+  EXPECT_EQ(options.perturb_inc_fact, 4.0);
+  EXPECT_EQ(options.kappa_sigma, 1e6);
+  EXPECT_EQ(options.tol, 1e-5);
+}
+
 TEST_F(Options, ReadsAFileAsIpoptDoes) {
   ASSERT_EQ(read("# a comment\n"
                  "tol 1d-6   max_iter\t17 # another\r\n"

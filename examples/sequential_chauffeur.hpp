@@ -1,16 +1,18 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <ipminmax/core/problem.hpp>
 #include <span>
+#include <utility>
 #include <vector>
 
-#include <examples/chauffeur_tnlp.hpp>
+#include "chauffeur_tnlp.hpp"
 
-#include "core/problem.hpp"
+namespace chauffeur {
 
-namespace bench {
-
-/// The game of examples/chauffeur_tnlp.hpp in the sequential formulation: the states are functions
+/// The game of chauffeur_tnlp.hpp in the sequential formulation: the states are functions
 /// of the controls, so that T + 2T variables and 2T constraints are left, and full matrices.
 ///
 /// Variables u_0..u_{T-1} (Min), then dx_0, dy_0, dx_1, ... (Max). With heading h_k after k steps,
@@ -27,8 +29,7 @@ class SequentialChauffeur final : public ipminmax::Problem {
  public:
   using Index = ipminmax::Index;
 
-  SequentialChauffeur(const chauffeur::Parameters& parameters, const chauffeur::State& state,
-                      std::vector<chauffeur::Control> start)
+  SequentialChauffeur(const Parameters& parameters, const State& state, std::vector<Control> start)
       : p_(parameters), state_(state), start_(std::move(start)), T_(parameters.horizon) {
     constexpr double kInfinity = 2e19;
     const std::size_t T = size(T_);
@@ -60,8 +61,8 @@ class SequentialChauffeur final : public ipminmax::Problem {
   }
 
   /// The controls of a point, as ChauffeurTNLP::set_controls takes them.
-  [[nodiscard]] std::vector<chauffeur::Control> controls(std::span<const double> v) const {
-    std::vector<chauffeur::Control> controls;
+  [[nodiscard]] std::vector<Control> controls(std::span<const double> v) const {
+    std::vector<Control> controls;
     for (Index i = 0; i < T_; ++i) {
       controls.push_back({v[size(i)], v[size(d(i))], v[size(d(i)) + 1]});
     }
@@ -166,11 +167,11 @@ class SequentialChauffeur final : public ipminmax::Problem {
 
   /// f / scale; leaves cos and sin of the headings and the suffix sums R.
   double simulate(std::span<const double> v) {
-    chauffeur::State s = state_;
+    State s = state_;
     double f = 0.0;
     for (Index i = 0; i < T_; ++i) {
       const std::size_t k = size(i);
-      const chauffeur::Control c{v[k], v[size(d(i))], v[size(d(i)) + 1]};
+      const Control c{v[k], v[size(d(i))], v[size(d(i)) + 1]};
       cos_[k] = std::cos(s.heading);
       sin_[k] = std::sin(s.heading);
       s = {s.px + p_.speed * cos_[k], s.py + p_.speed * sin_[k], s.heading + c.u, s.ex + c.dx,
@@ -187,12 +188,12 @@ class SequentialChauffeur final : public ipminmax::Problem {
     return f;
   }
 
-  chauffeur::Parameters p_;
-  chauffeur::State state_;
-  std::vector<chauffeur::Control> start_;
+  Parameters p_;
+  State state_;
+  std::vector<Control> start_;
   Index T_;
   ipminmax::ProblemStructure structure_;
   std::vector<double> cos_, sin_, Rx_, Ry_, sums_, row_sums_;
 };
 
-}  // namespace bench
+}  // namespace chauffeur
