@@ -628,7 +628,7 @@ std::string MinMaxApplication::UpdateSensitivity(Sensitivity& sensitivity) const
   if (Ipopt::IsNull(here.model)) return "nothing has been solved";
   SolverOptions options;
   if (auto error = solver_options(*here.list, options); !error.empty()) return error;
-  TnlpProblem problem(here.model);
+  TnlpProblem problem(here.model, player_options(*here.list));
   if (auto error = problem.load(); !error.empty()) return error;
   return sensitivity.update(problem, here.result, options);
 }

@@ -27,7 +27,7 @@ using IntArray = py::array_t<int, py::array::c_style | py::array::forcecast>;
 struct ModelStopped {};
 
 /// Raised by a model's function to say that it is undefined at this point (ipminmax.EvaluationError).
-py::object evaluation_error;
+py::handle evaluation_error;
 
 py::array_t<double> to_array(const double* values, int count) {
   return py::array_t<double>(count, values);
@@ -431,8 +431,9 @@ class Problem {
 PYBIND11_MODULE(_core, module) {
   module.doc() = "C interface of Ipminmax with NumPy arrays; use the package ipminmax";
   module.attr("__version__") = IpminmaxVersion();
-  module.def("set_evaluation_error", [](py::object type) { evaluation_error = std::move(type); });
-  module.add_object("_release", py::capsule([] { evaluation_error = py::object(); }));
+  module.def("set_evaluation_error", [](py::object type) {
+    evaluation_error = type.release();  // as long as the interpreter
+  });
   py::class_<Problem>(module, "Problem")
       .def(py::init<int, int, py::dict, const Array&, const Array&, const Array&, const Array&,
                     const IntArray&, const py::object&, std::vector<int>, std::vector<int>,

@@ -42,6 +42,16 @@ TEST(Sensitivity, OfTheApplicationsLastAnswer) {
   EXPECT_NEAR(d.lambda[0], -34.0 / 21.0, 1e-7);
 }
 
+TEST(Sensitivity, OfAModelThatIsSplitByAnOption) {
+  const SmartPtr<Model> model = new Model;
+  const auto app = application(1e-10);
+  app->Options()->SetStringValue("minmax_max_variables", "1");
+  ASSERT_EQ(app->OptimizeTNLP(GetRawPtr(model)), Ipopt::Solve_Succeeded);
+  Sensitivity sensitivity;
+  ASSERT_EQ(app->UpdateSensitivity(sensitivity), "");
+  EXPECT_NEAR(sensitivity.reaction(std::vector<double>{1.0, 0.0, 0.0}).v[1], 1.5, 1e-8);
+}
+
 /// Differences of the fourth order of solutions of the pursuit along a path of present states.
 std::vector<double> differences(chauffeur::ChauffeurTNLP& model, MinMaxApplication& app,
                                 const std::function<chauffeur::State(double)>& path) {
