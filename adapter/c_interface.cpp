@@ -8,6 +8,7 @@
 #include <exception>
 #include <new>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "adapter/ipminmax.h"
 #include "adapter/minmax_application.hpp"
 #include "adapter/minmax_tnlp.hpp"
+#include "core/sensitivity.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -326,6 +328,9 @@ struct IpminmaxProblemInfo {
   bool answered = false;       ///< whether the last solve has an iterate to report
   bool warm_for_once = false;  ///< warm_start_init_point is to be no again
   std::string status;          ///< name of the last solve's status
+  ipminmax::Sensitivity sensitivity;
+  bool sensitivity_fits = false;                   ///< whether it is that of the last solve
+  std::vector<ipminmax::ActiveSetChange> changes;  ///< of the last prediction
   std::string message;
   const char* fixed_message = nullptr;  ///< in place of message, where memory is short
 };
@@ -470,6 +475,7 @@ IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data,
   }
   WarmStart::end(problem);
   problem.answered = false;
+  problem.sensitivity_fits = false;
   model.finalized = false;
   model.user_data = user_data;
   if (out.x == nullptr) return stop(problem, Status::InvalidProblem, "x is NULL");
@@ -546,6 +552,63 @@ std::string error_of_sizes(const Problem& problem, int n, int m) {
   if (n != d.n) return "n = " + std::to_string(n) + ", but there are " + std::to_string(d.n);
   if (m != d.m) return "m = " + std::to_string(m) + ", but there are " + std::to_string(d.m);
   return {};
+}
+
+constexpr const char* kNoSensitivity =
+    "no sensitivity: IpminmaxUpdateSensitivity has not succeeded since the last solve";
+
+/// Copies bounds' changes; NULL is none.
+BoundChange read_change(const Definition& d, const double* dx_L, const double* dx_U,
+                        const double* dg_L, const double* dg_U, std::string& error) {
+  const auto read = [&](const double* values, Index count, const char* name) {
+    return values == nullptr ? std::vector<double>() : read_array(values, count, name, error);
+  };
+  BoundChange change;
+  change.variable_lower = read(dx_L, d.n, "dx_L");
+  change.variable_upper = read(dx_U, d.n, "dx_U");
+  change.constraint_lower = read(dg_L, d.m, "dg_L");
+  change.constraint_upper = read(dg_U, d.m, "dg_U");
+  return change;
+}
+
+/// Runs action with the sensitivity; errors of its arguments are returned.
+template <class Action>
+std::string with_sensitivity(Problem& problem, std::string error, Action action) {
+  if (!error.empty()) return error;
+  if (!problem.sensitivity_fits) return kNoSensitivity;
+  try {
+    action(problem.sensitivity);
+  } catch (const std::invalid_argument& wrong) {
+    return wrong.what();
+  } catch (const std::runtime_error& singular) {
+    return singular.what();
+  }
+  return {};
+}
+
+/// Output arrays of a derivative or prediction; all may be null.
+struct SensitivityOutput {
+  double *x, *mult_g, *mult_x_L, *mult_x_U, *obj, *last;
+};
+
+void write(const SolutionDerivative& found, const SensitivityOutput& out) {
+  copy(found.v, out.x);
+  copy(found.lambda, out.mult_g);
+  copy(found.z_lower, out.mult_x_L);
+  copy(found.z_upper, out.mult_x_U);
+  if (out.obj != nullptr) *out.obj = found.objective;
+  if (out.last != nullptr) *out.last = found.objective_curvature;
+}
+
+void write(Prediction found, Problem& problem, const SensitivityOutput& out) {
+  copy(found.v, out.x);
+  copy(found.lambda, out.mult_g);
+  copy(found.z_lower, out.mult_x_L);
+  copy(found.z_upper, out.mult_x_U);
+  if (out.obj != nullptr) *out.obj = found.objective;
+  if (out.last != nullptr) *out.last = found.share;
+  problem.changes = std::move(found.changes);
+  say(&problem, std::move(found.message));
 }
 
 std::string error_of_answer(const Problem& problem, const void* target) {
@@ -776,6 +839,81 @@ int IpminmaxGetCurrentViolations(IpminmaxProblem problem, int n, double* x_L_vio
     copy(found.constraint_complementarity, compl_g);
     return {};
   });
+}
+
+int IpminmaxUpdateSensitivity(IpminmaxProblem problem) {
+  return guarded(problem, [&]() -> std::string {
+    if (problem->solving) return "the problem is being solved";
+    problem->changes.clear();
+    problem->sensitivity_fits = false;
+    if (!problem->answered) return "no solve has reached a first iterate";
+    std::string error = problem->application->UpdateSensitivity(problem->sensitivity);
+    problem->sensitivity_fits = error.empty();
+    return error;
+  });
+}
+
+int IpminmaxGetDerivative(IpminmaxProblem problem, const double* dx_L, const double* dx_U,
+                          const double* dg_L, const double* dg_U, double* dx, double* dmult_g,
+                          double* dmult_x_L, double* dmult_x_U, double* dobj, double* d2obj) {
+  return guarded(problem, [&] {
+    std::string error;
+    const BoundChange change =
+        read_change(problem->model->definition(), dx_L, dx_U, dg_L, dg_U, error);
+    return with_sensitivity(*problem, error, [&](Sensitivity& sensitivity) {
+      write(sensitivity.derivative(change), {dx, dmult_g, dmult_x_L, dmult_x_U, dobj, d2obj});
+    });
+  });
+}
+
+int IpminmaxGetReaction(IpminmaxProblem problem, const double* dx_min, double* dx, double* dmult_g,
+                        double* dmult_x_L, double* dmult_x_U, double* dobj, double* d2obj) {
+  return guarded(problem, [&] {
+    std::string error;
+    const std::vector<double> move =
+        read_array(dx_min, problem->model->definition().n, "dx_min", error);
+    return with_sensitivity(*problem, error, [&](Sensitivity& sensitivity) {
+      write(sensitivity.reaction(move), {dx, dmult_g, dmult_x_L, dmult_x_U, dobj, d2obj});
+    });
+  });
+}
+
+int IpminmaxPredict(IpminmaxProblem problem, const double* dx_L, const double* dx_U,
+                    const double* dg_L, const double* dg_U, double* x, double* mult_g,
+                    double* mult_x_L, double* mult_x_U, double* obj, double* share) {
+  return guarded(problem, [&] {
+    std::string error;
+    const BoundChange change =
+        read_change(problem->model->definition(), dx_L, dx_U, dg_L, dg_U, error);
+    return with_sensitivity(*problem, error, [&](Sensitivity& sensitivity) {
+      write(sensitivity.predict(change), *problem, {x, mult_g, mult_x_L, mult_x_U, obj, share});
+    });
+  });
+}
+
+int IpminmaxPredictReaction(IpminmaxProblem problem, const double* dx_min, double* x,
+                            double* mult_g, double* mult_x_L, double* mult_x_U, double* obj,
+                            double* share) {
+  return guarded(problem, [&] {
+    std::string error;
+    const std::vector<double> move =
+        read_array(dx_min, problem->model->definition().n, "dx_min", error);
+    return with_sensitivity(*problem, error, [&](Sensitivity& sensitivity) {
+      write(sensitivity.react(move), *problem, {x, mult_g, mult_x_L, mult_x_U, obj, share});
+    });
+  });
+}
+
+int IpminmaxGetActiveSetChanges(IpminmaxProblem problem, int capacity,
+                                IpminmaxActiveSetChange* changes) {
+  if (problem == nullptr) return 0;
+  const int count = static_cast<int>(problem->changes.size());
+  for (int k = 0; k < std::min(count, capacity) && changes != nullptr; ++k) {
+    const ActiveSetChange& from = problem->changes[static_cast<std::size_t>(k)];
+    changes[k] = {from.share, from.of_constraint ? 1 : 0, from.index, from.upper ? 1 : 0,
+                  from.enters ? 1 : 0};
+  }
+  return count;
 }
 
 const char* IpminmaxStatusName(IpminmaxProblem problem) {

@@ -202,6 +202,53 @@ int IpminmaxGetCurrentViolations(IpminmaxProblem problem, int n, double *x_L_vio
                                  double *grad_lag_x, int m, double *nlp_constraint_violation,
                                  double *compl_g);
 
+/* --- What if: derivatives of the last solution, and where it goes when constants of the model move ---
+ *
+ * The parameters of a model are its bounds: right-hand sides of equations and values of fixed
+ * variables (equal bounds, to be moved alike), bounds of variables and inequalities. */
+
+/* Takes the last solve's solution: before IpminmaxSetBounds, and with the last solve's user_data. 0
+ * when it has no derivatives: IpminmaxMessage says why. One evaluation of the derivatives, one
+ * factorization. */
+int IpminmaxUpdateSensitivity(IpminmaxProblem problem);
+
+/* Derivative of the solution along a change of bounds: dx_L, dx_U (n), dg_L, dg_U (m), each may be
+ * NULL: unchanged. Outputs, each may be NULL, signs as in IpminmaxSolve: dx (n), dmult_g (m),
+ * dmult_x_L, dmult_x_U (n), dobj and d2obj: first and second derivative of the value. */
+int IpminmaxGetDerivative(IpminmaxProblem problem, const double *dx_L, const double *dx_U,
+                          const double *dg_L, const double *dg_U, double *dx, double *dmult_g,
+                          double *dmult_x_L, double *dmult_x_U, double *dobj, double *d2obj);
+
+/* Derivative of the maximizer's answer when Min's variables move along dx_min (n, Max's entries are
+ * not read); outputs as before, dobj that of the maximum over y. */
+int IpminmaxGetReaction(IpminmaxProblem problem, const double *dx_min, double *dx, double *dmult_g,
+                        double *dmult_x_L, double *dmult_x_U, double *dobj, double *d2obj);
+
+/* The linearized solution after a whole change, through changes of the active set. share: the part
+ * of the change that could be followed, 1 when all; below 1 IpminmaxMessage says what is there.
+ * Outputs, each may be NULL: x (n), mult_g (m), mult_x_L, mult_x_U (n), obj (to second order). */
+int IpminmaxPredict(IpminmaxProblem problem, const double *dx_L, const double *dx_U,
+                    const double *dg_L, const double *dg_U, double *x, double *mult_g,
+                    double *mult_x_L, double *mult_x_U, double *obj, double *share);
+/* The same for the maximizer alone, Min's variables moved by dx_min (n). */
+int IpminmaxPredictReaction(IpminmaxProblem problem, const double *dx_min, double *x,
+                            double *mult_g, double *mult_x_L, double *mult_x_U, double *obj,
+                            double *share);
+
+/* A bound that begins (enters 1) or ceases to be active after that share of a change. */
+typedef struct IpminmaxActiveSetChange {
+  double share;
+  int of_constraint; /* 1: of constraint index, 0: of variable index; indices from 0 */
+  int index;
+  int upper; /* 1: the upper bound */
+  int enters;
+} IpminmaxActiveSetChange;
+
+/* Those of the last prediction, in their order, the first capacity of them; returns how many there
+ * are. changes may be NULL when capacity is 0. */
+int IpminmaxGetActiveSetChanges(IpminmaxProblem problem, int capacity,
+                                IpminmaxActiveSetChange *changes);
+
 /* Why the last solve stopped, finer than the return status; "" before the first solve. */
 const char *IpminmaxStatusName(IpminmaxProblem problem);
 

@@ -656,6 +656,16 @@ bool MinMaxApplication::GetCurrentViolations(Violations& violations) const {
 
 const Result& MinMaxApplication::LastResult() const { return implementation_->result; }
 
+std::string MinMaxApplication::UpdateSensitivity(Sensitivity& sensitivity) const {
+  const Implementation& here = *implementation_;
+  if (Ipopt::IsNull(here.model)) return "nothing has been solved";
+  SolverOptions options;
+  if (auto error = solver_options(*here.list, options); !error.empty()) return error;
+  TnlpProblem problem(here.model, player_options(*here.list));
+  if (auto error = problem.load(); !error.empty()) return error;
+  return sensitivity.update(problem, here.result, options);
+}
+
 SmartPtr<MinMaxStatistics> MinMaxApplication::Statistics() const {
   return implementation_->statistics;
 }

@@ -7,6 +7,7 @@
 #include <IpIpoptApplication.hpp>
 
 #include "../core/result.hpp"
+#include "../core/sensitivity.hpp"
 #include "../core/violations.hpp"
 #include "minmax_statistics.hpp"
 #include "minmax_tnlp.hpp"
@@ -94,6 +95,10 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// Answer of the last solve, with the certificate; after a failed Initialize its status and
   /// message only.
   [[nodiscard]] const Result& LastResult() const;
+  /// Makes sensitivity that of the last answer; returns why that has no derivatives, empty when it
+  /// has. Bounds and functions of the model must be those of the solve. Calls the model as a solve
+  /// does before its start, then gradient, Jacobian and Hessian once; its exceptions pass through.
+  [[nodiscard]] std::string UpdateSensitivity(Sensitivity& sensitivity) const;
   /// Statistics of the last solve; null when it stopped before its first iterate.
   [[nodiscard]] Ipopt::SmartPtr<MinMaxStatistics> Statistics() const;
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <ipminmax/adapter/minmax_tnlp.hpp>
+#include <ipminmax/core/sensitivity.hpp>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -93,6 +94,32 @@ class ChauffeurTNLP : public ipminmax::MinMaxTNLP {
 
   /// The present states p_0 and e_0.
   void set_state(const State& state) { state_ = state; }
+
+  [[nodiscard]] const State& state() const { return state_; }
+
+  /// What other present states are to the solver: they stand in the dynamics of the first stage, so
+  /// it is the constants of these constraints that move.
+  [[nodiscard]] ipminmax::BoundChange state_change(const State& other) const {
+    const State from = advance(state_, {}, parameters_.speed);
+    const State to = advance(other, {}, parameters_.speed);
+    ipminmax::BoundChange change;
+    change.constraint_lower.assign(static_cast<std::size_t>(kConstraints * horizon()), 0.0);
+    const auto constant = [&](Index which) -> Number& {
+      return change.constraint_lower[static_cast<std::size_t>(constraint(0, which))];
+    };
+    constant(kPxStep) = to.px - from.px;
+    constant(kPyStep) = to.py - from.py;
+    constant(kHeadingStep) = to.heading - from.heading;
+    constant(kExStep) = to.ex - from.ex;
+    constant(kEyStep) = to.ey - from.ey;
+    change.constraint_upper = change.constraint_lower;
+    return change;
+  }
+
+  /// The controls of the first stage in a point of this model.
+  [[nodiscard]] static Control first_control(const std::vector<double>& v) {
+    return {v[kU], v[kDx], v[kDy]};
+  }
 
   /// T controls: the starting point before a solve, the answer after it.
   [[nodiscard]] const std::vector<Control>& controls() const { return controls_; }

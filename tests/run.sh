@@ -5,7 +5,8 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 jobs=${JOBS:-$(nproc)}
 
-cmake/install_dependencies.sh locales  # a decimal comma
+# For the tests alone: a decimal comma, and the Python package, which is left out where it finds nothing.
+cmake/install_dependencies.sh locales python3-dev python3-numpy python3-scipy pybind11-dev
 cmake --preset release
 cmake --build build/release -j "$jobs"
 cd build/release

@@ -1,0 +1,33 @@
+"""Constrained, nonconvex-nonconcave minmax problems: min over x, max over y, with certificates.
+
+    from ipminmax import minimize_minmax
+    result = minimize_minmax(lambda x, y: x[0]**2 + 3*x[0]*y[0] - y[0]**2, x0=[1.0], y0=[0.0])
+    result.x, result.y, result.fun, result.certificate.is_local_minmax
+
+`Problem` has the shape of cyipopt's, with sparse derivatives; `minimize_minmax` that of
+scipy.optimize.minimize.
+"""
+
+from ._core import __version__
+from .certificate import Certificate, Inertia, PointKind, SecondOrder
+from .minimize import Constraint, MinmaxResult, minimize_minmax
+from .problem import MAX, MIN, EvaluationError, Problem
+from .sensitivity import ActiveSetChange, NoSensitivity, Sensitivity
+
+__all__ = [
+    "ActiveSetChange",
+    "Certificate",
+    "Constraint",
+    "EvaluationError",
+    "Inertia",
+    "MAX",
+    "MIN",
+    "MinmaxResult",
+    "NoSensitivity",
+    "PointKind",
+    "Problem",
+    "SecondOrder",
+    "Sensitivity",
+    "__version__",
+    "minimize_minmax",
+]

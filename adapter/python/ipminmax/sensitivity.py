@@ -1,0 +1,93 @@
+"""Derivatives of a solution, and where it goes when constants of the model move."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class NoSensitivity(RuntimeError):
+    """The last solution has no derivatives; the message says why."""
+
+
+class ActiveSetChange(NamedTuple):
+    """A bound that begins (enters) or ceases to be active after that share of a change."""
+
+    share: float
+    of_constraint: bool
+    index: int
+    upper: bool
+    enters: bool
+
+    def __str__(self):
+        return "{} {} {} its {} bound".format(
+            "constraint" if self.of_constraint else "variable",
+            self.index,
+            "reaches" if self.enters else "leaves",
+            "upper" if self.upper else "lower",
+        )
+
+
+class Sensitivity:
+    """Of the last solution of a Problem, until its next solve.
+
+    The parameters of a model are its bounds: right-hand sides of equations and values of fixed
+    variables (lower and upper bound to be moved alike), bounds of variables and inequalities.
+    Results are dictionaries with x, mult_g, mult_x_L, mult_x_U, obj (the value, or its slope).
+    """
+
+    def __init__(self, core):
+        self._core = core
+        self._call(core.update_sensitivity)
+
+    @staticmethod
+    def _call(function, *arguments):
+        try:
+            return function(*arguments)
+        except RuntimeError as error:
+            raise NoSensitivity(str(error)) from None
+
+    def derivative(self, lb=None, ub=None, cl=None, cu=None):
+        """Along a change of the bounds lb, ub (n), cl, cu (m); None: unchanged. Also "curvature",
+        the second derivative of the value."""
+        return self._call(self._core.derivative, lb, ub, cl, cu)
+
+    def reaction(self, dx):
+        """Of the maximizer's answer when Min's variables move along dx (n; Max's entries are not
+        read)."""
+        return self._call(self._core.reaction, dx)
+
+    def predict(self, lb=None, ub=None, cl=None, cu=None):
+        """The linearized solution after a whole change of the bounds, obj to second order. Also
+        "share" (1: all of the change could be followed, else "message" says why not) and "changes",
+        a list of ActiveSetChange."""
+        return self._named(self._call(self._core.predict, lb, ub, cl, cu))
+
+    def react(self, dx):
+        """The maximizer's answer after Min's variables have moved by dx; as predict."""
+        return self._named(self._call(self._core.react, dx))
+
+    def dv_dp(self, constraints=(), variables=()):
+        """Derivatives of x (n) to the constants of the given equality constraints, then to the
+        values of the given fixed variables: an array with one column each."""
+        columns = []
+        for kind, indices, size in (("c", constraints, self._core.m), ("", variables, self._core.n)):
+            for index in indices:
+                unit = np.zeros(size)
+                unit[index] = 1.0
+                bounds = {"cl": unit, "cu": unit} if kind == "c" else {"lb": unit, "ub": unit}
+                columns.append(self.derivative(**bounds)["x"])
+        return np.column_stack(columns) if columns else np.zeros((self._core.n, 0))
+
+    def dy_dx(self, min_variables):
+        """Derivatives of all variables to the given ones of Min, Max reacting: one column each."""
+        columns = []
+        for index in min_variables:
+            unit = np.zeros(self._core.n)
+            unit[index] = 1.0
+            columns.append(self.reaction(unit)["x"])
+        return np.column_stack(columns) if columns else np.zeros((self._core.n, 0))
+
+    @staticmethod
+    def _named(result):
+        result["changes"] = [ActiveSetChange(*change) for change in result["changes"]]
+        return result

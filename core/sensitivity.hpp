@@ -1,0 +1,123 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "options.hpp"
+#include "problem.hpp"
+#include "result.hpp"
+
+namespace ipminmax {
+
+/// A change of the model's bounds. The parameters of a model are the constants that stand there: the
+/// right-hand side of an equation and the value of a fixed variable (equal bounds, both to be moved
+/// alike; sIPOPT's parameters, too, are variables held by an equation), or one bound of a variable
+/// or an inequality. An empty vector changes nothing.
+struct BoundChange {
+  std::vector<double> variable_lower{}, variable_upper{};      ///< n or empty
+  std::vector<double> constraint_lower{}, constraint_upper{};  ///< m or empty
+};
+
+/// Both bounds of a variable or a constraint move by so much. The index must be in range.
+[[nodiscard]] BoundChange move_variable(const ProblemStructure& structure, Index variable,
+                                        double by = 1.0);
+[[nodiscard]] BoundChange move_constraint(const ProblemStructure& structure, Index constraint,
+                                          double by = 1.0);
+
+/// Derivative of a solution along a change, signs and units as in Result.
+struct SolutionDerivative {
+  std::vector<double> v;                 ///< n
+  std::vector<double> lambda;            ///< m
+  std::vector<double> z_lower, z_upper;  ///< n
+  double objective = 0.0;                ///< of the local minmax value
+  double objective_curvature = 0.0;      ///< its second derivative
+};
+
+/// A bound that begins or ceases to be active on the way through a change.
+struct ActiveSetChange {
+  double share = 0.0;  ///< of the change after which it happens, in [0, 1]
+  bool of_constraint = false;
+  Index index = 0;     ///< of the variable or constraint
+  bool upper = false;  ///< the upper bound
+  bool enters = false;
+  std::string text;  ///< "variable 3 reaches its upper bound"
+};
+
+/// Where a solution goes, its equations linearized where it is now.
+struct Prediction {
+  std::vector<double> v, lambda, z_lower, z_upper;  ///< as in Result
+  double objective = 0.0;                           ///< to second order
+  /// Of the change that was followed; below 1 the linearized solution ends there, message says why.
+  double share = 0.0;
+  std::vector<ActiveSetChange> changes;  ///< in the order in which they happen
+  std::string message;
+};
+
+/// What becomes of a local minmax when constants of the model move: derivatives, predictions over a
+/// finite change, and the maximizer's reaction to other values of the minimizer's variables.
+///
+/// At a certified point with strict complementarity the solution is a differentiable function of
+/// the constants, and of (y, lambda_y) of x. With A the active constraints and F the variables at no
+/// bound, p the moved constants,
+///
+///     | W_FF  J_AF' | | dv_F / dp     |     | (W_F. dv / dp) of the variables at bounds         |
+///     | J_AF  0     | | dlambda_A / dp| = - | (J_A. dv / dp) of these, less moved right sides   |
+///
+/// [Fiacco 1976; for a minmax the matrix is K of the paper with the barrier's limit mu = 0], and
+/// dy / dx is the same with K_yy. The value moves by -lambda per constraint constant and by z_lower
+/// and -z_upper per bound, which needs no factorization.
+///
+/// One evaluation of gradient, Jacobian and Hessian and one factorization per update (and per active
+/// set on the way of a prediction), one back substitution per derivative.
+class Sensitivity {
+ public:
+  Sensitivity();
+  ~Sensitivity();
+  Sensitivity(Sensitivity&&) noexcept;
+  Sensitivity& operator=(Sensitivity&&) noexcept;
+
+  /// Takes a solution of the problem. Returns why it has no derivatives, empty when it has: the
+  /// result is no first-order point, a function is undefined there, K is singular (dependent active
+  /// constraints, flat directions) or has the wrong inertia (no local minmax). The structure of the
+  /// matrix is analyzed anew only where it differs from the last one's.
+  /// The problem is not used after the call. Exceptions of the model pass through.
+  [[nodiscard]] std::string update(Problem& problem, const Result& result,
+                                   const SolverOptions& options = {});
+
+  /// Whether the last update was successful; the functions below must not be called otherwise.
+  [[nodiscard]] bool available() const;
+
+  /// Bounds without strict complementarity, by name: the derivatives are those with the active set
+  /// as it is now, one-sided at best; predictions choose the side.
+  [[nodiscard]] const std::vector<std::string>& weakly_active() const;
+
+  /// Throws std::invalid_argument for vectors of wrong length, values that are not finite and equal
+  /// bounds that are moved apart, std::runtime_error for a matrix too ill-conditioned (or, in
+  /// reaction, singular).
+  [[nodiscard]] SolutionDerivative derivative(const BoundChange& direction);
+
+  /// Follows the linearized solution through the change, from one active set to the next.
+  /// Throws as derivative.
+  [[nodiscard]] Prediction predict(const BoundChange& change);
+
+  /// Derivative of the maximizer's answer along dx (n, read at Min's variables): v holds dx and
+  /// dy/dx dx, lambda and z what becomes of Max's multipliers (0 for Min's), objective the slope of
+  /// phi(x) = local maximum over y. Throws as derivative.
+  [[nodiscard]] SolutionDerivative reaction(std::span<const double> dx);
+
+  /// The same over a finite dx, through changes of Max's active set. Constraints of Min are not
+  /// looked at: x goes where dx says.
+  [[nodiscard]] Prediction react(std::span<const double> dx);
+
+  /// Factorizations and symbolic analyses since construction.
+  [[nodiscard]] Index factorizations() const;
+  [[nodiscard]] Index analyses() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace ipminmax

@@ -1,0 +1,171 @@
+"""minimize_minmax: functions of (x, y), derivatives or none, bounds, constraints, sparse matrices."""
+
+import unittest
+
+import numpy as np
+
+try:
+    import scipy.optimize
+    import scipy.sparse
+except ImportError:
+    scipy = None
+
+from ipminmax import Constraint, EvaluationError, minimize_minmax
+
+
+def game(x, y):  # phi(x) = x^2 + 9/4 x^2
+    return x[0] ** 2 + 3.0 * x[0] * y[0] - y[0] ** 2
+
+
+class WithoutDerivatives(unittest.TestCase):
+    def test_saddle(self):
+        result = minimize_minmax(game, [1.0], [0.3])
+        self.assertTrue(result.success)
+        self.assertTrue(result.certificate.is_local_minmax)
+        np.testing.assert_allclose([*result.x, *result.y], 0.0, atol=1e-7)
+
+    def test_functions_that_are_not_analytic_in_complex_numbers(self):
+        def with_abs(x, y):  # |x - 3|^2 through abs: a complex step would see a wrong slope
+            return np.abs(x[0] - 3.0) ** 2 + x[0] * y[0] - y[0] ** 2
+
+        def with_float(x, y):
+            return float((x[0] - 3.0) ** 2 + x[0] * y[0] - y[0] ** 2)
+
+        for fun in (with_abs, with_float):
+            with self.subTest(fun.__name__):
+                result = minimize_minmax(fun, [1.0], [0.3])
+                np.testing.assert_allclose(result.x, [2.4], atol=1e-6)  # (x-3)^2 + x^2/4
+                self.assertTrue(result.certificate.is_local_minmax)
+
+    def test_bounds_and_constraints(self):
+        """f = -x^2 + 4 x y - y^2 - 12 y, y >= x: local minmax (3, 3)."""
+        result = minimize_minmax(lambda x, y: -x[0] ** 2 + 4 * x[0] * y[0] - y[0] ** 2 - 12 * y[0],
+                                 [0.0], [0.0], bounds_x=(-10, 10),
+                                 constraints=Constraint(lambda x, y: y[0] - x[0], lb=0.0))
+        np.testing.assert_allclose([*result.x, *result.y], 3.0, atol=1e-5)
+        self.assertTrue(result.certificate.is_local_minmax)
+        self.assertAlmostEqual(result.fun, -18.0, places=4)
+        self.assertEqual(result.multipliers[0].shape, (1,))
+
+    def test_constraints_in_x_alone_are_the_minimizers(self):
+        result = minimize_minmax(game, [3.0], [0.0],
+                                 constraints=[Constraint(lambda x, y: x[0] ** 2, lb=4.0),
+                                              Constraint(lambda x, y: np.array([y[0], x[0] + y[0]]),
+                                                         ub=[2.0, np.inf])])
+        np.testing.assert_allclose([*result.x, *result.y], 2.0, atol=1e-5)
+        self.assertLess(result.multipliers[0][0], 0.0)  # presses against a lower bound: Min's
+        self.assertLess(result.multipliers[1][0], 0.0)  # against an upper one: Max's
+
+    def test_args_callback_options(self):
+        points = []
+        result = minimize_minmax(lambda x, y, a: game(x, y) + a * x[0], [1.0], [0.3], args=(2.0,),
+                                 callback=lambda x, y: points.append((*x, *y)),
+                                 options={"tol": 1e-10})
+        np.testing.assert_allclose(result.x, [-4.0 / 13.0], atol=1e-8)
+        np.testing.assert_allclose(points[0], [1.0, 0.3])
+        self.assertEqual(len(points), result.nit + 1)
+        stopped = minimize_minmax(game, [1.0], [0.3], callback=lambda x, y: False)
+        self.assertEqual((stopped.status, stopped.nit, stopped.success), (5, 0, False))
+
+    def test_exceptions_pass_through(self):
+        def trouble(x, y):
+            raise LookupError("nothing here")
+
+        with self.assertRaisesRegex(LookupError, "nothing here"):
+            minimize_minmax(trouble, [1.0], [0.0])
+        with self.assertRaisesRegex(ValueError, "unknown option"):
+            minimize_minmax(game, [1.0], [0.0], options={"tolerance": 1})
+        with self.assertRaisesRegex(ValueError, "bounds_x has 3 pairs"):
+            minimize_minmax(game, [1.0], [0.0], bounds_x=[(0, 1)] * 3)
+
+    def test_undefined_points_cut_the_step(self):
+        def fun(x, y):
+            if np.real(x[0]) <= 0.0:
+                raise EvaluationError
+            return x[0] - 2.0 * np.log(x[0]) - y[0] ** 2
+
+        result = minimize_minmax(fun, [30.0], [1.0])
+        np.testing.assert_allclose(result.x, [2.0], atol=1e-6)
+
+    def test_a_saddle_that_is_no_minmax_is_not_certified(self):
+        result = minimize_minmax(lambda x, y: -x[0] ** 2 - y[0] ** 2 + 0 * x[0] * y[0], [0.0], [0.0],
+                                 options={"minmax_max_restarts": 0, "max_iter": 0})
+        self.assertFalse(result.certificate.is_local_minmax)
+
+
+class PatternsThatDoNotHold(unittest.TestCase):
+    def test_an_entry_that_appears_later_is_named(self):
+        """max(0, x - 2) y has no entry around the start."""
+        with self.assertRaisesRegex(ValueError, r"entry at \(0, 1\)"):
+            minimize_minmax(lambda x, y: (x[0] - 5.0) ** 2 - y[0] ** 2 + y[0], [0.0], [0.1],
+                            constraints=Constraint(
+                                lambda x, y: x[0] + (y[0] if np.real(x[0]) > 2.0 else 0.0), ub=9.0))
+
+
+def quadratic(n, seed=3):
+    random = np.random.default_rng(seed)
+    a = 2.0 * np.eye(n) + np.diag(0.3 * random.random(n - 1), 1)
+    c = 0.5 * random.standard_normal((n, n)) * (random.random((n, n)) < 0.3)
+    b = random.standard_normal(n)
+    return a + a.T, c, b
+
+
+@unittest.skipIf(scipy is None, "SciPy is not installed")
+class Sparse(unittest.TestCase):
+    def setUp(self):
+        self.n = n = 8
+        a, c, b = quadratic(n)
+        self.hessian = scipy.sparse.csr_matrix(np.block([[a, c], [c.T, -a]]))
+        self.linear = np.concatenate([b, -b])
+
+    def fun(self, x, y):
+        v = np.concatenate([x, y])
+        return 0.5 * v @ (self.hessian @ v) + self.linear @ v
+
+    def jac(self, x, y):
+        return self.hessian @ np.concatenate([x, y]) + self.linear
+
+    def test_sparse_and_dense_derivatives_agree(self):
+        n = self.n
+        rows = scipy.sparse.hstack([0.2 * scipy.sparse.eye(n), scipy.sparse.eye(n)]).tocsr()
+        zero = scipy.sparse.csr_matrix((2 * n, 2 * n))
+
+        def linear(x, y):
+            return 0.2 * x + y
+
+        sparse = minimize_minmax(
+            self.fun, np.zeros(n), np.zeros(n), jac=self.jac, hess=lambda x, y: self.hessian,
+            bounds_y=(-0.3, 0.3),
+            constraints=Constraint(linear, ub=0.1, jac=lambda x, y: rows,
+                                   hess=lambda x, y, multipliers: zero))
+        dense = minimize_minmax(self.fun, np.zeros(n), np.zeros(n), bounds_y=scipy.optimize.Bounds(
+            np.full(n, -0.3), np.full(n, 0.3)), constraints=Constraint(linear, ub=0.1))
+        self.assertTrue(sparse.certificate.is_local_minmax)
+        self.assertFalse(sparse.certificate.finite_differences)
+        self.assertTrue(dense.certificate.finite_differences)
+        np.testing.assert_allclose(sparse.x, dense.x, atol=1e-5)
+        np.testing.assert_allclose(sparse.y, dense.y, atol=1e-5)
+        np.testing.assert_allclose(sparse.multipliers[0], dense.multipliers[0], atol=1e-5)
+
+    def test_a_growing_sparse_pattern_is_refused(self):
+        n = self.n
+
+        def jacobian(x, y):
+            return scipy.sparse.csr_matrix(np.diag(np.concatenate([x, y])))
+
+        with self.assertRaisesRegex(ValueError, "a constraint's jac has an entry"):
+            minimize_minmax(self.fun, np.zeros(n), np.ones(n), jac=self.jac,
+                            constraints=Constraint(
+                                lambda x, y: 0.5 * np.concatenate([x, y]) ** 2, ub=9.0,
+                                jac=jacobian))
+
+    def test_tuples_of_gradients(self):
+        result = minimize_minmax(game, [1.0], [0.3],
+                                 jac=lambda x, y: (2 * x + 3 * y, 3 * x - 2 * y),
+                                 hess=lambda x, y: np.array([[2.0, 3.0], [3.0, -2.0]]))
+        np.testing.assert_allclose(result.x, 0.0, atol=1e-8)
+        self.assertFalse(result.certificate.finite_differences)
+
+
+if __name__ == "__main__":
+    unittest.main()
