@@ -168,20 +168,28 @@ std::string CanonicalProblem::index_variables() {
     if (!is_fixed(i)) ++free[max];
     if (is_fixed_by_constraint(static_cast<Index>(i))) ++equalities[max];
   }
+  // An equation without free variables holds or not; it takes no degree of freedom.
+  std::array<Index, 2> constant{};
+  std::vector<bool> varies(structure_.constraint_players.size(), false);
+  for (const Triplet& entry : structure_.jacobian) {
+    if (!is_fixed(at(entry.col))) varies[at(entry.row)] = true;
+  }
   for (std::size_t j = 0; j < structure_.constraint_players.size(); ++j) {
     const bool max = structure_.constraint_players[j] == Player::Max;
     if (structure_.constraint_lower[j] == structure_.constraint_upper[j]) {
       ++equalities[max];
+      if (!varies[j]) ++constant[max];
     } else if (structure_.constraint_lower[j] > options_.nlp_lower_bound_inf ||
                structure_.constraint_upper[j] < options_.nlp_upper_bound_inf) {
       ++inequalities[max];
     }
   }
   for (const bool max : {false, true}) {
-    if (equalities[max] > free[max]) {
+    const Index equations = equalities[max] - constant[max];
+    if (equations > free[max]) {
       std::ostringstream text;
       text << "too few degrees of freedom: the " << (max ? "Max" : "Min") << " player has "
-           << free[max] << " free variables and " << equalities[max] << " equality constraints";
+           << free[max] << " free variables and " << equations << " equality constraints";
       return fail(Status::TooFewDegreesOfFreedom, text.str());
     }
   }

@@ -96,7 +96,7 @@ TEST(ReadmePage, ListsEveryPage) {
 }
 
 TEST(AmplPage, HasARowPerSolveResult) {
-  std::ifstream source(std::string(IPMINMAX_SOURCE_DIR) + "/adapter/ampl/main.cpp");
+  std::ifstream source(std::string(IPMINMAX_SOURCE_DIR) + "/adapter/ampl/answer.cpp");
   std::string page;
   for (const std::string& line : lines_of("ampl.md")) page += line + "\n";
   const std::string start = "      return ";
