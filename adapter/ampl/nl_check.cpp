@@ -556,11 +556,11 @@ void Checker::operation(std::vector<Operand>& pending) {
     case Form::None:
       break;
   }
-  constexpr int kFirstStep = 55;
   constexpr std::array kSteps = {"div", "precision", "round", "trunc"};
-  const auto step = static_cast<std::size_t>(number - kFirstStep);
-  if (number >= kFirstStep && step < kSteps.size())  // the library crashes on their derivatives
-    refuse(std::string("operation ") + kSteps[step] + " has no derivatives");
+  constexpr int kFirstStep = 55, kLastStep = 58;
+  if (kFirstStep <= number && number <= kLastStep)  // the library crashes on their derivatives
+    refuse(std::string("operation ") + kSteps[static_cast<std::size_t>(number - kFirstStep)] +
+           " has no derivatives");
   cursor_.fail("unknown operation o" + std::to_string(number));
 }
 
