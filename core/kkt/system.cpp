@@ -386,6 +386,13 @@ bool KktSystem::increase_quality() {
   return full || inner;
 }
 
+void KktSystem::reset_quality() {
+  release_full();
+  if (schur_) schur_->reset_quality();
+  full_.reset_quality();
+  inner_.reset_quality();
+}
+
 void KktSystem::solve_with_factors(KktBlock& block, std::span<double> reduced) {
   if (by_schur_ && &block == &full_) {
     schur_->solve_in_place(reduced);

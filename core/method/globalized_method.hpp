@@ -21,13 +21,15 @@ namespace ipminmax {
 class GlobalizedMethod {
  public:
   GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
-                   const SolverOptions& options, TimeLimit& limit, bool allow_restoration,
-                   bool repeated = false);
+                   const SolverOptions& options, TimeLimit& limit, Counts& counts,
+                   bool allow_restoration, bool repeated = false);
 
   /// Once, at the first point.
   void start(const Point& point);
   /// The barrier parameter changed: earlier merits no longer compare.
   void barrier_changed();
+  /// The KKT systems were factorized for something else since the last step.
+  void factors_lost() { forget_direction(); }
 
   /// One iteration: moves the point, fully evaluated at its end, and describes the step in info.
   /// A status ends the solve; message() says more. Past the time limit any status may come.
@@ -57,9 +59,10 @@ class GlobalizedMethod {
   [[nodiscard]] std::optional<Status> outer_step(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] bool newton_step(const Point& point, double mu, Regularization& shift);
   [[nodiscard]] bool search(Point& point, double mu, int max_trials, IterationInfo& info);
-  [[nodiscard]] bool second_order_correction(const Point& point, double mu, const Merit& from,
-                                             double slope, double alpha, double first_theta,
-                                             IterationInfo& info);
+  [[nodiscard]] Filter::Verdict second_order_correction(const Point& point, double mu,
+                                                        const Merit& from, double slope,
+                                                        double alpha, double first_theta,
+                                                        IterationInfo& info);
   [[nodiscard]] bool soft_step(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] bool can_restore(const Point& point) const;
   [[nodiscard]] std::optional<Status> restore(Point& point, double mu, IterationInfo& info);
@@ -92,6 +95,7 @@ class GlobalizedMethod {
   InertiaCorrection& correction_;
   const SolverOptions& options_;
   TimeLimit& limit_;
+  Counts& counts_;
   bool allow_restoration_;
   RestorationObserver restoration_observer_;
   bool repeated_;  ///< the search from another starting point failed before

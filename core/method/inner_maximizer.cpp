@@ -155,8 +155,8 @@ bool InnerMaximizer::search(Point& point, double mu, InnerDirection& direction) 
   trial_.evaluation = point.evaluation;
   Merit to;
   const auto accept = [&](Filter::Verdict verdict) {
-    if (verdict == Filter::Verdict::Sufficient) filter_.add(from);
     if (!evaluate_derivatives(trial_)) return false;
+    if (verdict == Filter::Verdict::Sufficient) filter_.add(from);
     std::swap(point, trial_);
     return true;
   };

@@ -118,14 +118,24 @@ class CanonicalProblem {
                                                              const Eigen::VectorXd& lambda);
   /// The point in the model's variables, until the next evaluation.
   [[nodiscard]] std::span<const double> model_point(const Eigen::VectorXd& v) {
-    load(v);
+    static_cast<void>(load(v));
     return model_v_;
   }
   /// Names the function and entry of the last evaluation that was not Ok.
   [[nodiscard]] std::string evaluation_error() const;
 
-  /// Fills v, lambda, z, constraints, objective of the result in the model's units.
+  /// Whether a call of the model has begun and not ended: an exception on its way is the model's.
+  [[nodiscard]] bool inside_model() const { return inside_model_; }
+
+  /// The first constraint without a free variable whose value, as last evaluated, violates it by
+  /// more than constr_viol_tol.
+  [[nodiscard]] std::optional<Index> violated_constant_constraint() const;
+
+  /// Fills v, lambda, z, constraints, objective of the result in the model's units; NaN where the
+  /// model's functions are undefined.
   void restore(const Iterate& iterate, Result& result);
+  /// Largest violation of the model's own bounds and constraints by a result's v and constraints.
+  [[nodiscard]] double violation(const Result& result) const;
   [[nodiscard]] double unscaled_objective(double f) const { return f / objective_scale_; }
   /// Factor by which a canonical constraint was scaled.
   [[nodiscard]] double constraint_scale(Index constraint) const {
@@ -142,6 +152,13 @@ class CanonicalProblem {
   [[nodiscard]] std::string constraint_name(Index model_constraint) const;
 
  private:
+  template <class Call>
+  [[nodiscard]] bool ask(const Call& call) {
+    inside_model_ = true;
+    const bool defined = call();
+    inside_model_ = false;
+    return defined;
+  }
   [[nodiscard]] std::string validate();
   [[nodiscard]] std::string check_robust(Triplet entry) const;
   void list_robust_constraints();
@@ -161,8 +178,9 @@ class CanonicalProblem {
   void push_start();
   void start_multipliers();
   void scale_entries();
-  void load(const Eigen::VectorXd& v);
-  void load_multipliers(const Eigen::VectorXd& lambda);
+  // False: not finite, and no point to evaluate the model at.
+  [[nodiscard]] bool load(const Eigen::VectorXd& v);
+  [[nodiscard]] bool load_multipliers(const Eigen::VectorXd& lambda);
   // At the loaded point.
   [[nodiscard]] EvaluationStatus objective_here(double& f);
   [[nodiscard]] EvaluationStatus constraints_here(const Eigen::VectorXd& v, Eigen::VectorXd& c);
@@ -180,6 +198,7 @@ class CanonicalProblem {
     return source >= 0 ? model_jacobian_[static_cast<std::size_t>(source)] : 1.0;
   }
   void restore_fixed_multipliers(Result& result);
+  void restore_values(bool finite, Result& result);
   void set_fixed_multiplier(Index model_variable, double slope, Result& result) const;
   /// The model's function and entry that failed; the text is made when it is asked for.
   struct EvaluationFailure {
@@ -235,7 +254,9 @@ class CanonicalProblem {
   std::vector<double> model_jacobian_, model_hessian_;
   std::vector<double> objective_point_;  ///< of the model, where its objective was last asked for
   double objective_value_ = 0.0;
+  std::vector<double> constraints_point_, constraint_values_;  ///< the same for the constraints
   bool new_point_ = true;
+  bool inside_model_ = false;
   std::uint64_t derivative_calls_ = 0;  ///< of Jacobian and Hessian
   EvaluationFailure evaluation_failure_;
 };
