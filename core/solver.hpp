@@ -21,7 +21,7 @@ struct IterationInfo {
   Index iteration = 0;
   bool restoration = false;
   double objective = 0.0;  ///< unscaled
-  KktError error;
+  KktError error;          ///< primal: to the relaxed bounds (bound_relax_factor), unlike in Result
   double mu = 0.0;
   double step_norm = 0.0;  ///< infinity norm of the primal step
   double delta_x = 0.0;    ///< Hessian shift of the Min variables (the paper's epsilon_x)

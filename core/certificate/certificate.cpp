@@ -58,10 +58,10 @@ BoundClasses classify(const CanonicalProblem& canonical, const Iterate& iterate,
     }
   };
   for (const Index i : canonical.lower_bounded()) {
-    add(i, iterate.v[i] - canonical.lower()[i], iterate.z_lower[i]);
+    add(i, canonical.above_lower(i, iterate.v[i]), iterate.z_lower[i]);
   }
   for (const Index i : canonical.upper_bounded()) {
-    add(i, canonical.upper()[i] - iterate.v[i], iterate.z_upper[i]);
+    add(i, canonical.below_upper(i, iterate.v[i]), iterate.z_upper[i]);
   }
   return classes;
 }

@@ -291,11 +291,11 @@ void KktSystem::take_barrier_terms(const Iterate& iterate) {
   z_upper_ = iterate.z_upper;
   curvature_.setZero();
   for (const Index i : canonical_.lower_bounded()) {
-    distance_lower_[i] = iterate.v[i] - canonical_.lower()[i];
+    distance_lower_[i] = canonical_.above_lower(i, iterate.v[i]);
     curvature_[i] += z_lower_[i] / distance_lower_[i];
   }
   for (const Index i : canonical_.upper_bounded()) {
-    distance_upper_[i] = canonical_.upper()[i] - iterate.v[i];
+    distance_upper_[i] = canonical_.below_upper(i, iterate.v[i]);
     curvature_[i] += z_upper_[i] / distance_upper_[i];
   }
 }

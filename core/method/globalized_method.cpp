@@ -505,11 +505,11 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
   // Multipliers start anew: bounds at mu / s, constraints by least squares.
   for (const Index i : canonical_.lower_bounded()) {
     trial_.iterate.z_lower[i] =
-        std::min(kLargestRestoredMultiplier, mu / (trial_.iterate.v[i] - canonical_.lower()[i]));
+        std::min(kLargestRestoredMultiplier, mu / canonical_.above_lower(i, trial_.iterate.v[i]));
   }
   for (const Index i : canonical_.upper_bounded()) {
     trial_.iterate.z_upper[i] =
-        std::min(kLargestRestoredMultiplier, mu / (canonical_.upper()[i] - trial_.iterate.v[i]));
+        std::min(kLargestRestoredMultiplier, mu / canonical_.below_upper(i, trial_.iterate.v[i]));
   }
   const auto undefined = [&] {
     message_ = canonical_.evaluation_error() + " where the feasibility restoration ended";

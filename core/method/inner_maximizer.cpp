@@ -104,11 +104,11 @@ double InnerMaximizer::error(const Point& point, double mu) const {
   const Iterate& z = point.iterate;
   for (const Index i : canonical_.lower_bounded()) {
     if (!canonical_.owned_by_max(i)) continue;
-    error = std::max(error, std::abs((z.v[i] - canonical_.lower()[i]) * z.z_lower[i] - mu));
+    error = std::max(error, std::abs(canonical_.above_lower(i, z.v[i]) * z.z_lower[i] - mu));
   }
   for (const Index i : canonical_.upper_bounded()) {
     if (!canonical_.owned_by_max(i)) continue;
-    error = std::max(error, std::abs((canonical_.upper()[i] - z.v[i]) * z.z_upper[i] - mu));
+    error = std::max(error, std::abs(canonical_.below_upper(i, z.v[i]) * z.z_upper[i] - mu));
   }
   return error;
 }
@@ -158,6 +158,7 @@ bool InnerMaximizer::search(Point& point, double mu, InnerDirection& direction) 
     if (!evaluate_derivatives(trial_)) return false;
     if (verdict == Filter::Verdict::Sufficient) filter_.add(from);
     std::swap(point, trial_);
+    canonical_.keep_distances(point.iterate, mu);
     return true;
   };
   bool first = true;

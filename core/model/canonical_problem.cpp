@@ -573,6 +573,8 @@ void CanonicalProblem::set_constraint_bounds() {
 
 void CanonicalProblem::list_bounds() {
   const Index n = variables();
+  room_below_.setZero(n);
+  room_above_.setZero(n);
   for (Index i = 0; i < n; ++i) {
     if (lower_[i] > -kInfinity) lower_bounded_.push_back(i);
     if (upper_[i] < kInfinity) upper_bounded_.push_back(i);
@@ -582,6 +584,27 @@ void CanonicalProblem::list_bounds() {
   for (Index i = 0; i < n; ++i) {
     const int sides = (lower_[i] > -kInfinity ? 1 : 0) - (upper_[i] < kInfinity ? 1 : 0);
     damping_[i] = sign(i) * sides * options_.kappa_d;
+  }
+}
+
+void CanonicalProblem::keep_distances(const Iterate& iterate, double mu) {
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  const double least = kEpsilon * std::min(1.0, mu);
+  const auto keep = [&](double subtracted, double bound, double multiplier, double& room) {
+    const double size = std::max(1.0, std::abs(bound));
+    const double distance = subtracted + room;
+    // Once moved, a bound follows mu down as long as the iterate cannot be told from it.
+    const bool lost = distance < least || (room > 0.0 && subtracted <= kEpsilon * size);
+    if (!lost) return;
+    const double most = std::min(kSlackMove * size, 1e-2 * options_.constr_viol_tol);
+    const double wanted = std::max(mu / multiplier, least);
+    room = std::clamp(room + (wanted - distance), 0.0, most);
+  };
+  for (const Index i : lower_bounded_) {
+    keep(iterate.v[i] - lower_[i], lower_[i], iterate.z_lower[i], room_below_[i]);
+  }
+  for (const Index i : upper_bounded_) {
+    keep(upper_[i] - iterate.v[i], upper_[i], iterate.z_upper[i], room_above_[i]);
   }
 }
 

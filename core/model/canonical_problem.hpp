@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <string>
@@ -74,6 +76,17 @@ class CanonicalProblem {
 
   [[nodiscard]] const Eigen::VectorXd& lower() const { return lower_; }
   [[nodiscard]] const Eigen::VectorXd& upper() const { return upper_; }
+  /// Distances of a value of variable i to its bounds, never zero for a value in the bounds or
+  /// rounded out of them: the only place that subtracts bounds.
+  [[nodiscard]] double above_lower(Index i, double value) const {
+    return safe_distance(value - lower_[i] + room_below_[i], lower_[i]);
+  }
+  [[nodiscard]] double below_upper(Index i, double value) const {
+    return safe_distance(upper_[i] - value + room_above_[i], upper_[i]);
+  }
+  /// Moves bounds that an iterate meets but for rounding so far away that the products with their
+  /// multipliers are mu, slightly: Waechter and Biegler 2006, section 3.5, and Ipopt's slack_move.
+  void keep_distances(const Iterate& iterate, double mu);
   [[nodiscard]] std::span<const Index> lower_bounded() const { return lower_bounded_; }
   [[nodiscard]] std::span<const Index> upper_bounded() const { return upper_bounded_; }
   /// Gradient, over mu, of the linear terms that keep variables with one bound from running away:
@@ -159,6 +172,14 @@ class CanonicalProblem {
     inside_model_ = false;
     return defined;
   }
+  /// slack_move of Ipopt, over max(1, |bound|).
+  static constexpr double kSlackMove = 1.8189894035458565e-12;  // epsilon^(3/4)
+  [[nodiscard]] static double safe_distance(double distance, double bound) {
+    constexpr double kLeast = 1e-100;  // its logarithm and its inverse are harmless
+    const bool rounded =
+        distance < kLeast && -distance <= kSlackMove * std::max(1.0, std::abs(bound));
+    return rounded ? kLeast : distance;
+  }
   [[nodiscard]] std::string validate();
   [[nodiscard]] std::string check_robust(Triplet entry) const;
   void list_robust_constraints();
@@ -235,6 +256,8 @@ class CanonicalProblem {
   std::vector<Index> robust_constraints_;
   std::vector<Index> lower_bounded_, upper_bounded_;
   Eigen::VectorXd lower_, upper_, damping_;
+  /// By how much keep_distances has moved the bounds: too little to be added to large ones.
+  Eigen::VectorXd room_below_, room_above_;
   Eigen::VectorXd right_hand_side_;  ///< of equalities, scaled; 0 for inequalities
   std::vector<Triplet> jacobian_, hessian_;
   /// Model triplet of each canonical one; -1 for the entry of a constraint that fixes a variable.

@@ -24,10 +24,10 @@ double barrier_objective(const CanonicalProblem& canonical, const Eigen::VectorX
                          double mu) {
   double logs = 0.0;
   for (const Index i : canonical.lower_bounded()) {
-    logs += canonical.sign(i) * std::log(v[i] - canonical.lower()[i]);
+    logs += canonical.sign(i) * std::log(canonical.above_lower(i, v[i]));
   }
   for (const Index i : canonical.upper_bounded()) {
-    logs += canonical.sign(i) * std::log(canonical.upper()[i] - v[i]);
+    logs += canonical.sign(i) * std::log(canonical.below_upper(i, v[i]));
   }
   return f + mu * (canonical.damping().dot(v) - logs);
 }
@@ -37,10 +37,10 @@ void barrier_gradient(const CanonicalProblem& canonical, const Point& point, dou
   gradient = point.evaluation.gradient + mu * canonical.damping();
   const Eigen::VectorXd& v = point.iterate.v;
   for (const Index i : canonical.lower_bounded()) {
-    gradient[i] -= canonical.sign(i) * mu / (v[i] - canonical.lower()[i]);
+    gradient[i] -= canonical.sign(i) * mu / canonical.above_lower(i, v[i]);
   }
   for (const Index i : canonical.upper_bounded()) {
-    gradient[i] += canonical.sign(i) * mu / (canonical.upper()[i] - v[i]);
+    gradient[i] += canonical.sign(i) * mu / canonical.below_upper(i, v[i]);
   }
 }
 

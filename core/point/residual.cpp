@@ -12,11 +12,11 @@ double complementarity(const CanonicalProblem& canonical, const Iterate& iterate
   double error = 0.0;
   for (const Index i : canonical.lower_bounded()) {
     error =
-        largest(error, std::abs((iterate.v[i] - canonical.lower()[i]) * iterate.z_lower[i] - mu));
+        largest(error, std::abs(canonical.above_lower(i, iterate.v[i]) * iterate.z_lower[i] - mu));
   }
   for (const Index i : canonical.upper_bounded()) {
     error =
-        largest(error, std::abs((canonical.upper()[i] - iterate.v[i]) * iterate.z_upper[i] - mu));
+        largest(error, std::abs(canonical.below_upper(i, iterate.v[i]) * iterate.z_upper[i] - mu));
   }
   return error;
 }
@@ -100,10 +100,10 @@ void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,
   rhs.v = -dual - mu * canonical.damping();
   rhs.lambda = -evaluation.c;
   for (const Index i : canonical.lower_bounded()) {
-    rhs.z_lower[i] = mu - (iterate.v[i] - canonical.lower()[i]) * iterate.z_lower[i];
+    rhs.z_lower[i] = mu - canonical.above_lower(i, iterate.v[i]) * iterate.z_lower[i];
   }
   for (const Index i : canonical.upper_bounded()) {
-    rhs.z_upper[i] = mu - (canonical.upper()[i] - iterate.v[i]) * iterate.z_upper[i];
+    rhs.z_upper[i] = mu - canonical.below_upper(i, iterate.v[i]) * iterate.z_upper[i];
   }
 }
 

@@ -36,7 +36,8 @@ struct KeptWork {
 
 namespace {
 
-/// Size of the variables (scaled problem) at which a failed solve counts as diverged.
+/// Size of a variable (scaled problem), over those of its bounds and of the start, at which a failed
+/// solve counts as diverged.
 constexpr double kRunaway = 1e10;
 /// Iterations of a minimization beyond that, for starts of moderate size, after which the
 /// minimization is called unbounded: shifts that double and divide can keep it there for ever.
@@ -155,6 +156,7 @@ class Solver {
     inside_observer_ = false;
     return goes_on;
   }
+  [[nodiscard]] bool has_run_away(IndexRange variables) const;
   [[nodiscard]] Status name_divergence(Status status);
   Result finish(Status status);
   Result finish_without_memory();
@@ -344,6 +346,7 @@ std::optional<Status> Solver::evaluate_start(const SolverOptions& options) {
     }
   }
   start_bound_multipliers(canonical_, options, point_.iterate);
+  canonical_.keep_distances(point_.iterate, options.mu_init);
   status = canonical_.first_derivatives(point_.iterate.v, point_.evaluation);
   if (status != EvaluationStatus::Ok) return evaluation_failure(status, where);
 
@@ -458,9 +461,7 @@ std::optional<Status> Solver::stop_reason() {
     return Status::DivergingIterates;
   }
   if (out_of_iterations()) return Status::MaxIterations;
-  const bool far = canonical_.max_size() == 0 &&
-                   max_norm(point_.iterate.v) >
-                       kRunaway * std::max(1.0, max_norm(canonical_.starting_point().v));
+  const bool far = canonical_.max_size() == 0 && has_run_away({0, canonical_.variables()});
   runaway_iterations_ = far ? runaway_iterations_ + 1 : 0;
   if (runaway_iterations_ > kRunawayIterations) return Status::OuterUnbounded;
   if (limit_.expired()) return limit_.exceeded();
@@ -626,6 +627,7 @@ std::optional<Status> Solver::iterate() {
   update_barrier();
   const auto status = method_ ? method_->step(point_, info_.mu, info_)
                               : algorithm_one_->step(point_, info_.mu, info_);
+  canonical_.keep_distances(point_.iterate, info_.mu);
   update_error();                     // a step that fails may have moved the point, too
   if (status && limit_.exceeded()) {  // whatever failed was cut short
     result_.message.clear();
@@ -708,16 +710,28 @@ Status Solver::evaluation_failure(EvaluationStatus status, std::string_view wher
   return status == EvaluationStatus::NotFinite ? Status::InvalidNumber : Status::EvaluationFailed;
 }
 
+bool Solver::has_run_away(IndexRange variables) const {
+  const double start = std::max(1.0, max_norm(canonical_.starting_point().v));
+  for (Index i = variables.begin; i < variables.end; ++i) {
+    double reference = start;
+    for (const double bound : {canonical_.lower()[i], canonical_.upper()[i]}) {
+      if (std::isfinite(bound)) reference = std::max(reference, std::abs(bound));
+    }
+    if (std::abs(point_.iterate.v[i]) >= kRunaway * reference) return true;
+  }
+  return false;
+}
+
 Status Solver::name_divergence(Status status) {
   // Numbers that stopped a method whose iterates had run away say little; the running away does.
   const bool stopped = status == Status::InertiaCorrectionFailed ||
                        status == Status::EvaluationFailed || status == Status::LinearSolverFailed ||
                        status == Status::TinyStep || status == Status::MaxIterations ||
                        status == Status::RestorationFailed || status == Status::OuterUnbounded;
-  const Eigen::VectorXd& v = point_.iterate.v;
   if (!started_ || !stopped) return status;
   const IndexRange max_constraints = canonical_.max_constraints();
-  if (max_norm(v) < kRunaway) {
+  const bool max_runs = has_run_away({canonical_.y().begin, canonical_.variables()});
+  if (!max_runs && !has_run_away({0, canonical_.y().begin})) {
     const auto multipliers =
         point_.iterate.lambda.segment(max_constraints.begin, max_constraints.size());
     if (max_constraints.size() > 0 && multipliers.lpNorm<Eigen::Infinity>() > kLargeMultiplier) {
@@ -728,8 +742,6 @@ Status Solver::name_divergence(Status status) {
     }
     return status;
   }
-  const Index y = canonical_.y().begin;
-  const bool max_runs = v.size() > y && v.tail(v.size() - y).lpNorm<Eigen::Infinity>() >= kRunaway;
   result_.message = max_runs ? "the maximization over the Max variables looks unbounded"
                              : "the minimization looks unbounded";
   return max_runs ? Status::InnerUnbounded : Status::OuterUnbounded;
