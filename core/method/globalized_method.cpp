@@ -4,8 +4,8 @@
 
 #include "core/method/barrier.hpp"
 #include "core/method/globalized_method.hpp"
-#include "core/model/initial_point.hpp"
 #include "core/method/restoration.hpp"
+#include "core/model/initial_point.hpp"
 #include "core/point/norms.hpp"
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
@@ -475,8 +475,9 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
     if (canonical_.objective(v, f) != EvaluationStatus::Ok) return false;
     return has_max() || filter_.acceptable({total(c), barrier_objective(canonical_, v, f, mu)});
   };
+  // The step back counts, too.
   const Index granted =
-      std::max<Index>(0, options_.max_iter - info.iteration - counts_.restoration_iterations);
+      std::max<Index>(0, options_.max_iter - info.iteration - 1 - counts_.restoration_iterations);
   Index allowed = granted;
   trial_.iterate = point.iterate;
   trial_.evaluation = point.evaluation;
