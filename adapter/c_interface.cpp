@@ -61,7 +61,8 @@ static_assert(same(IPMINMAX_C_STYLE, Ipopt::TNLP::C_STYLE) &&
 static_assert(same(IPMINMAX_LOCAL_MINMAX, PointKind::LocalMinmax) &&
               same(IPMINMAX_FIRST_ORDER_POINT, PointKind::FirstOrderPoint) &&
               same(IPMINMAX_FEASIBLE_POINT, PointKind::FeasiblePoint) &&
-              same(IPMINMAX_INFEASIBLE_POINT, PointKind::InfeasiblePoint));
+              same(IPMINMAX_INFEASIBLE_POINT, PointKind::InfeasiblePoint) &&
+              same(IPMINMAX_UNKNOWN_POINT, PointKind::Unknown));
 static_assert(same(IPMINMAX_NOT_TESTED, SecondOrder::NotTested) &&
               same(IPMINMAX_SATISFIED, SecondOrder::Satisfied) &&
               same(IPMINMAX_UNDECIDED, SecondOrder::Undecided) &&

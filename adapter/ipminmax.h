@@ -51,7 +51,8 @@ enum IpminmaxPointKind {
   IPMINMAX_LOCAL_MINMAX = 0,      /* certified: both inertias right with margin, LICQ */
   IPMINMAX_FIRST_ORDER_POINT = 1, /* stationary, not certified */
   IPMINMAX_FEASIBLE_POINT = 2,
-  IPMINMAX_INFEASIBLE_POINT = 3
+  IPMINMAX_INFEASIBLE_POINT = 3,
+  IPMINMAX_UNKNOWN_POINT = 4 /* no point, or one at which the constraints are undefined */
 };
 
 enum IpminmaxSecondOrder {

@@ -330,16 +330,17 @@ void TnlpProblem::finalize(Ipopt::SolverReturn status, const Result& result) {
   model_->finalize_metadata(n_, v.strings, v.integers, v.numbers, m_, g.strings, g.integers,
                             g.numbers);
 
-  const std::vector<double> zeros(size_of(std::max({n_, m_, 1})), 0.0);
-  const auto address_or_zeros = [&](const std::vector<double>& values, Index length) {
-    return values.size() == size_of(length) && length > 0 ? values.data() : zeros.data();
+  // Without a point: the start, the rest NaN.
+  const std::vector<double> unknown(size_of(std::max({n_, m_, 1})),
+                                    std::numeric_limits<double>::quiet_NaN());
+  const auto address_of = [&](const std::vector<double>& values, Index length) {
+    return values.size() == size_of(length) && length > 0 ? values.data() : unknown.data();
   };
   const bool solved = result.v.size() == size_of(n_);
-  model_->finalize_solution(
-      status, n_, address_or_zeros(solved ? result.v : last_point_, n_),
-      address_or_zeros(result.z_lower, n_), address_or_zeros(result.z_upper, n_), m_,
-      address_or_zeros(result.constraints, m_), address_or_zeros(result.lambda, m_),
-      result.objective, nullptr, nullptr);
+  model_->finalize_solution(status, n_, address_of(solved ? result.v : last_point_, n_),
+                            address_of(result.z_lower, n_), address_of(result.z_upper, n_), m_,
+                            address_of(result.constraints, m_), address_of(result.lambda, m_),
+                            result.objective, nullptr, nullptr);
 }
 
 }  // namespace IPMINMAX_IPOPT_ABI

@@ -30,7 +30,7 @@ struct IterationInfo {
   Index iteration = 0;
   bool restoration = false;
   double objective = 0.0;  ///< unscaled
-  KktError error;
+  KktError error;          ///< primal: to the relaxed bounds (bound_relax_factor), unlike in Result
   double mu = 0.0;
   /// |g(z, mu)|_inf at the iterate, in canonical units: the |g(z, b)| that Algorithm 1 compares with b,
   /// delta_s and delta_epsilon.

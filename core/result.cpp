@@ -73,6 +73,8 @@ std::string_view name_of(PointKind kind) {
       return "feasible point";
     case PointKind::InfeasiblePoint:
       return "infeasible point";
+    case PointKind::Unknown:
+      return "unknown";
   }
   return "unknown";
 }

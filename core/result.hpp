@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -48,7 +49,8 @@ enum class PointKind : std::uint8_t {
   LocalMinmax,      ///< first-order point, both inertias right with margin, LICQ
   FirstOrderPoint,  ///< first-order point; second-order test undecided or failed, see the verdict
   FeasiblePoint,
-  InfeasiblePoint
+  InfeasiblePoint,
+  Unknown  ///< no point, or one at which the constraints are undefined
 };
 [[nodiscard]] std::string_view name_of(PointKind kind);
 
@@ -66,7 +68,7 @@ enum class SecondOrder : std::uint8_t {
 /// K_yy (the paper's J_yy), slack rows included, as in the paper's Proposition "Second order
 /// sufficient conditions for constrained minmax".
 struct Certificate {
-  PointKind kind = PointKind::InfeasiblePoint;
+  PointKind kind = PointKind::Unknown;
   SecondOrder second_order = SecondOrder::NotTested;
   Inertia inner, inner_expected;
   Inertia full, full_expected;
@@ -81,10 +83,11 @@ struct Certificate {
                                     ///< estimated; the tests hold in spite of it
 };
 
-/// Errors of the first-order conditions. Infinity norms; total is Ipopt's scaled E_0, the others
-/// are unscaled.
+/// Errors of the first-order conditions. Infinity norms, NaN where the model's functions are
+/// undefined; total is Ipopt's scaled E_0 with respect to the relaxed bounds (bound_relax_factor),
+/// the others are unscaled.
 struct KktError {
-  double primal = 0.0;           ///< constraint and bound violation
+  double primal = 0.0;  ///< violation of constraints and bounds, or of g = slack where it is larger
   double dual_min = 0.0;         ///< gradient of the Lagrangian in the Min variables
   double dual_max = 0.0;         ///< in the Max variables
   double complementarity = 0.0;  ///< of bounds and inequalities
@@ -93,6 +96,11 @@ struct KktError {
   double scaled_primal = 0.0;
   double scaled_dual = 0.0;
   double scaled_complementarity = 0.0;
+
+  [[nodiscard]] static KktError unknown() {
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    return {kNaN, kNaN, kNaN, kNaN, kNaN, kNaN, kNaN, kNaN};
+  }
 };
 
 /// Seconds spent, by stage.
@@ -113,6 +121,7 @@ struct Counts {
   Index solves = 0;                     ///< linear systems, refinement not counted
   Index analyses = 0;                   ///< symbolic analyses
   Index instability_raises = 0;         ///< times line 7 of Algorithm 1 raised delta_x
+  Index restoration_iterations = 0;     ///< count against max_iter, not in Result::iterations
 };
 
 /// The worst case over all of y at the returned x, as far as maximizations from several starts tell
@@ -131,6 +140,12 @@ struct WorstCase {
 /// Answer of a solve, in the units of the model. Multipliers satisfy
 /// grad f + J' lambda - z_lower + z_upper = 0 for every variable, so those of a Max variable's
 /// bounds are <= 0.
+///
+/// Objective, constraints, error and certificate are those of v and of the multipliers, whatever the
+/// status. Only the moves of honor_original_bounds (by bound_relax_factor) come after the dual and
+/// complementarity errors. Without a point (refused, undefined at the start, out of memory) the
+/// vectors are empty, objective and errors NaN and the kind is unknown. What the model does not
+/// define at v is NaN; with a success everything is finite.
 struct Result {
   Status status = Status::InternalError;
   Certificate certificate;
@@ -140,12 +155,12 @@ struct Result {
   std::vector<double> z_lower;      ///< n
   std::vector<double> z_upper;      ///< n
   std::vector<double> constraints;  ///< m, values g(v)
-  double objective = 0.0;
+  double objective = std::numeric_limits<double>::quiet_NaN();
   /// Factor of the objective inside the solve: obj_scaling_factor times that of nlp_scaling_method.
   /// Negative: f is maximized over x and minimized over y, a local minmax is one of -f, and the
   /// multipliers of bounds have the opposite signs: <= 0 for Min variables, >= 0 for Max variables.
   double objective_scale = 1.0;
-  KktError error;
+  KktError error = KktError::unknown();
   double mu = 0.0;  ///< last barrier parameter
   Index iterations = 0;
   Index factorizations = 0;  ///< of K and K_yy together

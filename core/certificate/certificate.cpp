@@ -252,8 +252,7 @@ SecondOrder Certifier::examine(const Point& given) {
   Stage stage;
   stage.point = given;
   stage.units = units_of(canonical_, given.evaluation);
-  stage.classes =
-      with_idle_held(guess_classes(canonical_, options_, given.iterate, stage.units));
+  stage.classes = with_idle_held(guess_classes(canonical_, options_, given.iterate, stage.units));
   const bool bounded = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
   bool follow = far_ || !stage.classes.clear();
   for (;;) {

@@ -32,10 +32,10 @@ Eigen::VectorXd firm_curvature(const CanonicalProblem& canonical, const Iterate&
     if (ratio > kActiveRatio) curvature[i] += kFixed * ratio;
   };
   for (const Index i : canonical.lower_bounded()) {
-    add(i, iterate.z_lower[i] / (iterate.v[i] - canonical.lower()[i]));
+    add(i, iterate.z_lower[i] / canonical.above_lower(i, iterate.v[i]));
   }
   for (const Index i : canonical.upper_bounded()) {
-    add(i, iterate.z_upper[i] / (canonical.upper()[i] - iterate.v[i]));
+    add(i, iterate.z_upper[i] / canonical.below_upper(i, iterate.v[i]));
   }
   return curvature;
 }

@@ -40,6 +40,13 @@ void KktSchur::forget_factors() {
   formed_ = {};
 }
 
+void KktSchur::reset_quality() {
+  forget_factors();
+  for (Factors& factors : factors_) {
+    if (factors.solver) factors.solver->reset_quality();
+  }
+}
+
 KktSchur::Factors* KktSchur::find(std::span<const double> values) {
   for (Factors& factors : factors_) {
     if (!factors.values.empty() && std::ranges::equal(factors.values, values)) return &factors;

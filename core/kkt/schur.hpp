@@ -49,6 +49,8 @@ class KktSchur {
   void release_full() { full_factors_ = nullptr; }
   /// K_yy's factors were overwritten, or better ones are wanted.
   void forget_factors();
+  /// Undoes all calls of increase_quality of both solvers of K_yy.
+  void reset_quality();
 
  private:
   struct Factors {

@@ -300,11 +300,11 @@ void KktSystem::take_barrier_terms(const Iterate& iterate) {
   z_upper_ = iterate.z_upper;
   curvature_.setZero();
   for (const Index i : canonical_.lower_bounded()) {
-    distance_lower_[i] = iterate.v[i] - canonical_.lower()[i];
+    distance_lower_[i] = canonical_.above_lower(i, iterate.v[i]);
     curvature_[i] += z_lower_[i] / distance_lower_[i];
   }
   for (const Index i : canonical_.upper_bounded()) {
-    distance_upper_[i] = canonical_.upper()[i] - iterate.v[i];
+    distance_upper_[i] = canonical_.below_upper(i, iterate.v[i]);
     curvature_[i] += z_upper_[i] / distance_upper_[i];
   }
 }
@@ -412,6 +412,13 @@ bool KktSystem::increase_quality() {
   const bool full = !full_.empty() && full_.increase_quality();
   const bool inner = !inner_.empty() && inner_.increase_quality();
   return full || inner;
+}
+
+void KktSystem::reset_quality() {
+  release_full();
+  if (schur_) schur_->reset_quality();
+  full_.reset_quality();
+  inner_.reset_quality();
 }
 
 void KktSystem::solve_with_factors(KktBlock& block, std::span<double> reduced) {

@@ -91,6 +91,10 @@ class KktBlock {
     factorized_with_.reset();
     return solver_->increase_quality();
   }
+  void reset_quality() {
+    factorized_with_.reset();
+    if (!empty()) solver_->reset_quality();
+  }
   [[nodiscard]] bool pivots() const { return empty() || solver_->pivots(); }
   [[nodiscard]] double perturbation() const { return empty() ? 0.0 : solver_->perturbation(); }
   void require_certain_inertia(bool certain) {
@@ -199,6 +203,8 @@ class KktSystem {
 
   /// True when another factorization will be more accurate; factorize anew after it.
   [[nodiscard]] bool increase_quality();
+  /// Undoes all calls of increase_quality; the factors are lost.
+  void reset_quality();
   /// True for the certificate. False while iterating: with Max variables, for whom many matrices are
   /// factorized, a wrong inertia costs a step; without, it could end or mislead a minimization, and
   /// inertias stay certain.

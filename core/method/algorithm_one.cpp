@@ -14,6 +14,11 @@ constexpr int kMaxCuts = 40;
 constexpr std::size_t kWatchedResiduals = 10;
 constexpr double kShortestWatchedStep = 1e-3;
 
+bool is_finite(const Step& step) {
+  return step.v.allFinite() && step.lambda.allFinite() && step.z_lower.allFinite() &&
+         step.z_upper.allFinite();
+}
+
 }  // namespace
 
 AlgorithmOne::AlgorithmOne(CanonicalProblem& canonical, KktSystem& kkt,
@@ -31,8 +36,11 @@ AlgorithmOne::AlgorithmOne(CanonicalProblem& canonical, KktSystem& kkt,
 
 std::optional<Status> AlgorithmOne::step(Point& point, double mu, IterationInfo& info) {
   if (auto status = compute_step(point, mu, info)) return status;
-  return options_.minmax_residual_watchdog ? watched_step(point, mu, info)
-                                           : take_step(point, 1.0, mu, info);
+  before_ = point;
+  const auto status = options_.minmax_residual_watchdog ? watched_step(point, mu, info)
+                                                        : take_step(point, 1.0, mu, info);
+  if (status) point = before_;
+  return status;
 }
 
 std::optional<Regularization> AlgorithmOne::prescribed() const {
@@ -82,7 +90,7 @@ std::optional<Status> AlgorithmOne::compute_step(const Point& point, double mu,
     info.step_kind = counts_.instability_raises > raises ? 'i'
                      : shift_ == Regularization{}        ? 'n'
                                                          : 's';
-    if (kkt_.solve(point.evaluation, rhs_, step_)) return std::nullopt;
+    if (kkt_.solve(point.evaluation, rhs_, step_) && is_finite(step_)) return std::nullopt;
     if (!kkt_.increase_quality()) {
       message_ = "the Newton system cannot be solved accurately";
       return Status::LinearSolverFailed;
@@ -120,7 +128,6 @@ std::optional<Status> AlgorithmOne::take_step(Point& point, double longest, doub
 
 std::optional<Status> AlgorithmOne::watched_step(Point& point, double mu, IterationInfo& info) {
   // Halve the step while the residual exceeds the largest of the last few.
-  watched_ = point;
   for (double longest = 1.0;; longest *= 0.5) {
     if (auto status = take_step(point, longest, mu, info)) return status;
     dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
@@ -135,7 +142,7 @@ std::optional<Status> AlgorithmOne::watched_step(Point& point, double mu, Iterat
         last_residuals_.erase(last_residuals_.begin());
       return std::nullopt;
     }
-    point = watched_;
+    point = before_;
   }
 }
 

@@ -22,7 +22,7 @@ class AlgorithmOne {
                const SolverOptions& options, Counts& counts);
 
   /// One iteration: moves the point, with functions and derivatives at its end, and describes the
-  /// step in info. A status ends the solve; message() says more.
+  /// step in info. A status ends the solve, the point left as it was; message() says more.
   [[nodiscard]] std::optional<Status> step(Point& point, double mu, IterationInfo& info);
 
   [[nodiscard]] const std::string& message() const { return message_; }
@@ -49,7 +49,7 @@ class AlgorithmOne {
   Iterate trial_;
   Eigen::VectorXd trial_c_;
   Regularization shift_;                ///< of the last step, kept in the freeze neighbourhood
-  Point watched_;                       ///< left by the watchdog's step
+  Point before_;                        ///< left by the step
   std::vector<double> last_residuals_;  ///< of the watchdog
   std::string message_;
 };

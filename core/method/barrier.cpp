@@ -20,10 +20,10 @@ constexpr double kLargestFilterMargin = 1.0;
 template <class Use>
 void for_each_product(const CanonicalProblem& canonical, const Iterate& iterate, Use use) {
   for (const Index i : canonical.lower_bounded()) {
-    use((iterate.v[i] - canonical.lower()[i]) * iterate.z_lower[i]);
+    use(canonical.above_lower(i, iterate.v[i]) * iterate.z_lower[i]);
   }
   for (const Index i : canonical.upper_bounded()) {
-    use((canonical.upper()[i] - iterate.v[i]) * iterate.z_upper[i]);
+    use(canonical.below_upper(i, iterate.v[i]) * iterate.z_upper[i]);
   }
 }
 

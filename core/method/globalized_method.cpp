@@ -4,8 +4,9 @@
 
 #include "core/method/barrier.hpp"
 #include "core/method/globalized_method.hpp"
-#include "core/model/initial_point.hpp"
 #include "core/method/restoration.hpp"
+#include "core/model/initial_point.hpp"
+#include "core/point/norms.hpp"
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
 
@@ -73,20 +74,18 @@ constexpr double kExactGain = 1e-9;   // |q| of an exact one
 constexpr Index kFilterPairs = 1000;  // that need no allocation
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-double max_norm(const Eigen::VectorXd& v) {
-  return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
-}
-
 }  // namespace
 
 GlobalizedMethod::GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt,
                                    InertiaCorrection& correction, const SolverOptions& options,
-                                   TimeLimit& limit, bool allow_restoration, bool repeated)
+                                   TimeLimit& limit, Counts& counts, bool allow_restoration,
+                                   bool repeated)
     : canonical_(canonical),
       kkt_(kkt),
       correction_(correction),
       options_(options),
       limit_(limit),
+      counts_(counts),
       allow_restoration_(allow_restoration),
       repeated_(repeated),
       inner_(canonical, kkt, correction, options, limit),
@@ -503,13 +502,17 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
     if (canonical_.objective(v, f) != EvaluationStatus::Ok) return false;
     return has_max() || filter_.acceptable({total(c), barrier_objective(canonical_, v, f, mu)});
   };
-  Index allowed = std::max<Index>(0, options_.max_iter - info.iteration);
+  // The step back counts, too.
+  const Index granted =
+      std::max<Index>(0, options_.max_iter - info.iteration - 1 - counts_.restoration_iterations);
+  Index allowed = granted;
   trial_.iterate = point.iterate;
   trial_.evaluation = point.evaluation;
   SolverOptions options = options_;
   limit_.pass_on(options);
   const auto outcome = restore_feasibility(canonical_, options, mu, acceptable,
                                            restoration_observer_, trial_, allowed);
+  counts_.restoration_iterations += granted - allowed;
   switch (outcome) {
     case RestorationOutcome::Restored:
       break;
@@ -526,9 +529,7 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
       return limit_.expired() ? limit_.exceeded() : Status::MaxIterations;
     case RestorationOutcome::UserStop:
       std::swap(point, trial_);
-      if (evaluate_values(point)) {
-        static_cast<void>(canonical_.first_derivatives(point.iterate.v, point.evaluation));
-      }
+      evaluate_where_defined(canonical_, point);
       return Status::UserStop;
     case RestorationOutcome::Failed:
       if (has_max()) return leap(point, mu, info);
@@ -538,22 +539,26 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
   // Multipliers start anew: bounds at mu / s, constraints by least squares.
   for (const Index i : canonical_.lower_bounded()) {
     trial_.iterate.z_lower[i] =
-        std::min(kLargestRestoredMultiplier, mu / (trial_.iterate.v[i] - canonical_.lower()[i]));
+        std::min(kLargestRestoredMultiplier, mu / canonical_.above_lower(i, trial_.iterate.v[i]));
   }
   for (const Index i : canonical_.upper_bounded()) {
     trial_.iterate.z_upper[i] =
-        std::min(kLargestRestoredMultiplier, mu / (canonical_.upper()[i] - trial_.iterate.v[i]));
+        std::min(kLargestRestoredMultiplier, mu / canonical_.below_upper(i, trial_.iterate.v[i]));
   }
+  const auto undefined = [&] {
+    message_ = canonical_.evaluation_error() + " where the feasibility restoration ended";
+    return Status::EvaluationFailed;
+  };
   if (!evaluate_values(trial_) ||
       canonical_.first_derivatives(trial_.iterate.v, trial_.evaluation) != EvaluationStatus::Ok) {
-    return Status::EvaluationFailed;
+    return undefined();
   }
   if (!kkt_.least_squares_multipliers(trial_.iterate, trial_.evaluation, trial_.iterate.lambda) ||
       trial_.iterate.lambda.lpNorm<Eigen::Infinity>() > options_.constr_mult_init_max) {
     trial_.iterate.lambda.setZero();
   }
   start_robust_multipliers(canonical_, trial_.iterate);
-  if (!evaluate_derivatives(trial_)) return Status::EvaluationFailed;
+  if (!evaluate_derivatives(trial_)) return undefined();
   std::swap(point, trial_);
   forget_direction();
   soft_steps_ = 0;
@@ -646,20 +651,19 @@ bool GlobalizedMethod::search(Point& point, double mu, int max_trials, Iteration
     ++info.trials;
     info.alpha_primal = t;
     const Trial trial = evaluate_trial(mu, slope, t, upper_bound);
-    bool accepted = false;
+    auto verdict = Filter::Verdict::Reject;
     if (trial.usable) {
-      const auto verdict = filter_.test(from, slope, t, trial.merit);
-      accepted = Filter::accepted(verdict);
-      if (accepted) count_dominated(dominated);
+      verdict = filter_.test(from, slope, t, trial.merit);
+      if (Filter::accepted(verdict)) count_dominated(dominated);
       dominated = verdict == Filter::Verdict::Dominated;
-      if (verdict == Filter::Verdict::Sufficient) filter_.add(from);
-      if (!accepted && k == 0 && trial.merit.theta >= from.theta &&
+      if (!Filter::accepted(verdict) && k == 0 && trial.merit.theta >= from.theta &&
           from.theta + trial.merit.theta > 0.0) {
-        accepted = second_order_correction(point, mu, from, slope, t, trial.merit.theta, info);
+        verdict = second_order_correction(point, mu, from, slope, t, trial.merit.theta, info);
       }
     }
-    if (!accepted) continue;
+    if (!Filter::accepted(verdict)) continue;
     if (!has_max() && !evaluate_derivatives(trial_)) continue;
+    if (verdict == Filter::Verdict::Sufficient) filter_.add(from);
     accept(point);
     slow_steps_ = info.alpha_primal <= kSlowLength ? slow_steps_ + 1 : 0;
     shortened_steps_ = k > 0 ? shortened_steps_ + 1 : 0;
@@ -670,9 +674,11 @@ bool GlobalizedMethod::search(Point& point, double mu, int max_trials, Iteration
   return false;
 }
 
-bool GlobalizedMethod::second_order_correction(const Point& point, double mu, const Merit& from,
-                                               double slope, double alpha, double first_theta,
-                                               IterationInfo& info) {
+Filter::Verdict GlobalizedMethod::second_order_correction(const Point& point, double mu,
+                                                          const Merit& from, double slope,
+                                                          double alpha, double first_theta,
+                                                          IterationInfo& info) {
+  constexpr auto kReject = Filter::Verdict::Reject;
   // Waechter and Biegler 2006, section 2.4: same matrix, c_soc = alpha c + c(trial).
   Eigen::VectorXd& c = corrected_c_;
   c = alpha * point.evaluation.c + trial_.evaluation.c;
@@ -682,26 +688,25 @@ bool GlobalizedMethod::second_order_correction(const Point& point, double mu, co
   for (int k = 0; k < kSecondOrderSteps; ++k) {
     newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
     rhs_.lambda = -c;
-    if (!kkt_.solve(point.evaluation, rhs_, correction_step_)) return false;
+    if (!kkt_.solve(point.evaluation, rhs_, correction_step_)) return kReject;
     const StepLength a = largest_step(canonical_, point.iterate, correction_step_, tau);
     set_trial(point, correction_step_, a.primal, a.dual, mu);
     ++info.trials;
     const Trial trial = evaluate_trial(mu, slope, alpha, kInfinity);
-    if (!trial.usable) return false;
+    if (!trial.usable) return kReject;
     const auto verdict = filter_.test(from, slope, alpha, trial.merit);
     if (Filter::accepted(verdict)) {
-      if (verdict == Filter::Verdict::Sufficient) filter_.add(from);
       info.alpha_primal = a.primal;
       info.alpha_dual = a.dual;
       info.step_kind = 'c';
-      return true;
+      return verdict;
     }
-    if (trial.merit.theta > kSecondOrderDecrease * last_theta) return false;
+    if (trial.merit.theta > kSecondOrderDecrease * last_theta) return kReject;
     last_theta = trial.merit.theta;
     c = a.primal * c + trial_.evaluation.c;
     if (has_max()) kkt_.take_barrier_terms(point.iterate);
   }
-  return false;
+  return kReject;
 }
 
 bool GlobalizedMethod::soft_step(Point& point, double mu, IterationInfo& info) {

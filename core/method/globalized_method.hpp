@@ -22,13 +22,15 @@ namespace ipminmax {
 class GlobalizedMethod {
  public:
   GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
-                   const SolverOptions& options, TimeLimit& limit, bool allow_restoration,
-                   bool repeated = false);
+                   const SolverOptions& options, TimeLimit& limit, Counts& counts,
+                   bool allow_restoration, bool repeated = false);
 
   /// Once, at the first point.
   void start(const Point& point);
   /// The barrier parameter changed: earlier merits no longer compare.
   void barrier_changed();
+  /// The KKT systems were factorized for something else since the last step.
+  void factors_lost() { forget_direction(); }
 
   /// One iteration: moves the point, fully evaluated at its end, and describes the step in info.
   /// A status ends the solve; message() says more. Past the time limit any status may come.
@@ -68,9 +70,10 @@ class GlobalizedMethod {
   /// An accepted step, the last trial before which the filter alone rejected or not.
   void count_dominated(bool dominated);
   [[nodiscard]] bool turn_to_least_curvature(const Point& point, bool clear);
-  [[nodiscard]] bool second_order_correction(const Point& point, double mu, const Merit& from,
-                                             double slope, double alpha, double first_theta,
-                                             IterationInfo& info);
+  [[nodiscard]] Filter::Verdict second_order_correction(const Point& point, double mu,
+                                                        const Merit& from, double slope,
+                                                        double alpha, double first_theta,
+                                                        IterationInfo& info);
   [[nodiscard]] bool soft_step(Point& point, double mu, IterationInfo& info);
   [[nodiscard]] bool can_restore(const Point& point) const;
   [[nodiscard]] std::optional<Status> restore(Point& point, double mu, IterationInfo& info);
@@ -103,6 +106,7 @@ class GlobalizedMethod {
   InertiaCorrection& correction_;
   const SolverOptions& options_;
   TimeLimit& limit_;
+  Counts& counts_;
   bool allow_restoration_;
   RestorationObserver restoration_observer_;
   bool repeated_;  ///< the search from another starting point failed before

@@ -104,11 +104,11 @@ double InnerMaximizer::error(const Point& point, double mu) const {
   const Iterate& z = point.iterate;
   for (const Index i : canonical_.lower_bounded()) {
     if (!canonical_.owned_by_max(i)) continue;
-    error = std::max(error, std::abs((z.v[i] - canonical_.lower()[i]) * z.z_lower[i] - mu));
+    error = std::max(error, std::abs(canonical_.above_lower(i, z.v[i]) * z.z_lower[i] - mu));
   }
   for (const Index i : canonical_.upper_bounded()) {
     if (!canonical_.owned_by_max(i)) continue;
-    error = std::max(error, std::abs((canonical_.upper()[i] - z.v[i]) * z.z_upper[i] - mu));
+    error = std::max(error, std::abs(canonical_.below_upper(i, z.v[i]) * z.z_upper[i] - mu));
   }
   return error;
 }
@@ -147,17 +147,17 @@ bool InnerMaximizer::search(Point& point, double mu, InnerDirection& direction) 
   StepLength alpha = largest_step(canonical_, point.iterate, d, tau);
   if (length > longest) alpha.primal = std::min(alpha.primal, longest / length);
 
-  const Merit from{violation(point.evaluation.c, canonical_.max_constraints()),
-                   -value(point, mu)};
+  const Merit from{violation(point.evaluation.c, canonical_.max_constraints()), -value(point, mu)};
   const Index n = canonical_.variables() - canonical_.y().begin;
   const double slope = -gradient_.tail(n).dot(d.v.tail(n));
   const double smallest = std::max(filter_.smallest_step(from, slope), 1e-12);
   trial_.evaluation = point.evaluation;
   Merit to;
   const auto accept = [&](Filter::Verdict verdict) {
-    if (verdict == Filter::Verdict::Sufficient) filter_.add(from);
     if (!evaluate_derivatives(trial_)) return false;
+    if (verdict == Filter::Verdict::Sufficient) filter_.add(from);
     std::swap(point, trial_);
+    canonical_.keep_distances(point.iterate, mu);
     return true;
   };
   bool first = true;
@@ -213,8 +213,7 @@ bool InnerMaximizer::leave(Point& point, double mu, const Eigen::VectorXd& direc
   value_gradient(point, mu);
   if (gradient_.tail(n).dot(along) < 0.0) along = -along;
   const double length = 0.1 * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
-  const Merit from{violation(point.evaluation.c, canonical_.max_constraints()),
-                   -value(point, mu)};
+  const Merit from{violation(point.evaluation.c, canonical_.max_constraints()), -value(point, mu)};
   trial_.evaluation = point.evaluation;
   for (double t = length; t > 1e-6 * length && !limit_.expired(); t *= 0.5) {
     for (const double sign : {1.0, -1.0}) {

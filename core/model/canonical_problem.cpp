@@ -7,6 +7,7 @@
 
 #include "core/model/canonical_problem.hpp"
 #include "core/model/timer.hpp"
+#include "core/point/norms.hpp"
 
 namespace ipminmax {
 namespace {
@@ -314,7 +315,8 @@ std::string CanonicalProblem::read_start() {
                         .lambda = model_start_.lambda,
                         .z_lower = model_start_.z_lower,
                         .z_upper = model_start_.z_upper};
-  if (!problem_.starting_point(request)) return "the model gives no starting point";
+  if (!ask([&] { return problem_.starting_point(request); }))
+    return "the model gives no starting point";
   return check_start();
 }
 
@@ -378,7 +380,7 @@ std::string CanonicalProblem::scale(const std::optional<GradientScaling>& kept) 
 
 std::string CanonicalProblem::user_scaling() {
   UserScaling scaling;
-  if (!problem_.user_scaling(scaling)) return {};
+  if (!ask([&] { return problem_.user_scaling(scaling); })) return {};
   const auto error_of = [](const std::string& of_what, double factor) {
     return "the model's scaling factor of " + of_what + " is " + number(factor) + ", not in [" +
            number(kLeastScaling) + ", " + number(kLargestScaling) + "]";
@@ -486,7 +488,9 @@ std::string CanonicalProblem::gradient_based_scaling() {
   new_point_ = true;
   std::string error = scale_gradients();
   if (error.empty()) return {};
-  load(start_.v);
+  if (!load(start_.v)) {
+    return fail(Status::InvalidNumber, "the scaled starting point is not finite");
+  }
   return new_point_ ? scale_gradients() : error;
 }
 
@@ -496,7 +500,7 @@ std::string CanonicalProblem::scale_gradients() {
     return norm > largest ? std::max(largest / norm, options_.nlp_scaling_min_value) : 1.0;
   };
   ++counts_.gradient;
-  if (!problem_.gradient(model_v_, take_new_point(), model_gradient_)) {
+  if (!ask([&] { return problem_.gradient(model_v_, take_new_point(), model_gradient_); })) {
     return fail(Status::EvaluationFailed,
                 "the gradient of the objective is undefined at the starting point");
   }
@@ -512,7 +516,7 @@ std::string CanonicalProblem::scale_gradients() {
   std::vector<double> row_norm(row_scale_.size(), 0.0);
   if (constraints() > 0 && !model_g_.empty()) {
     ++counts_.jacobian;
-    if (!problem_.jacobian(model_v_, take_new_point(), model_jacobian_)) {
+    if (!ask([&] { return problem_.jacobian(model_v_, take_new_point(), model_jacobian_); })) {
       return fail(Status::EvaluationFailed,
                   "the Jacobian of the constraints is undefined at the starting point");
     }
@@ -536,13 +540,15 @@ std::string CanonicalProblem::scale_gradients() {
 
 void CanonicalProblem::set_bounds(Index variable, double lower, double upper) {
   const double scale = col_scale_[at(variable)];
-  const double relax = options_.bound_relax_factor;
-  if (lower > options_.nlp_lower_bound_inf) {
-    lower_[variable] = scale * (lower - relax * std::max(1.0, std::abs(lower)));
-  }
-  if (upper < options_.nlp_upper_bound_inf) {
-    upper_[variable] = scale * (upper + relax * std::max(1.0, std::abs(upper)));
-  }
+  const auto relaxed = [&](double bound, double outwards) {
+    const double most = options_.constr_viol_tol;
+    const double factor = options_.bound_relax_factor;
+    const double moved = bound + outwards * std::min(factor * std::max(1.0, std::abs(bound)), most);
+    // Rounding must not exceed it: numbers near 1e12 are 1e-4 apart.
+    return std::abs(moved - bound) <= most ? moved : std::nextafter(moved, bound);
+  };
+  if (lower > options_.nlp_lower_bound_inf) lower_[variable] = scale * relaxed(lower, -1.0);
+  if (upper < options_.nlp_upper_bound_inf) upper_[variable] = scale * relaxed(upper, 1.0);
 }
 
 void CanonicalProblem::set_variable_bounds() {
@@ -575,6 +581,8 @@ void CanonicalProblem::set_constraint_bounds() {
 
 void CanonicalProblem::list_bounds() {
   const Index n = variables();
+  room_below_.setZero(n);
+  room_above_.setZero(n);
   for (Index i = 0; i < n; ++i) {
     if (lower_[i] > -kInfinity) lower_bounded_.push_back(i);
     if (upper_[i] < kInfinity) upper_bounded_.push_back(i);
@@ -587,12 +595,35 @@ void CanonicalProblem::list_bounds() {
   }
 }
 
+void CanonicalProblem::keep_distances(const Iterate& iterate, double mu) {
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  const double least = kEpsilon * std::min(1.0, mu);
+  const auto keep = [&](double subtracted, double bound, double multiplier, double& room) {
+    const double size = std::max(1.0, std::abs(bound));
+    const double distance = subtracted + room;
+    // Once moved, a bound follows mu down as long as the iterate cannot be told from it.
+    const bool lost = distance < least || (room > 0.0 && subtracted <= kEpsilon * size);
+    if (!lost) return;
+    const double most = std::min(kSlackMove * size, 1e-2 * options_.constr_viol_tol);
+    const double wanted = std::max(mu / multiplier, least);
+    room = std::clamp(room + (wanted - distance), 0.0, most);
+  };
+  for (const Index i : lower_bounded_) {
+    keep(iterate.v[i] - lower_[i], lower_[i], iterate.z_lower[i], room_below_[i]);
+  }
+  for (const Index i : upper_bounded_) {
+    keep(upper_[i] - iterate.v[i], upper_[i], iterate.z_upper[i], room_above_[i]);
+  }
+}
+
 bool CanonicalProblem::take_new_point() { return std::exchange(new_point_, false); }
 
-void CanonicalProblem::load(const Eigen::VectorXd& v) {
+bool CanonicalProblem::load(const Eigen::VectorXd& v) {
+  Index bad = -1;
   const auto copy = [&](IndexRange range) {
     for (Index i = range.begin; i < range.end; ++i) {
       const double value = v[i] / col_scale_[at(i)];
+      if (!std::isfinite(value)) bad = i;
       double& target = model_v_[at(model_variable_[at(i)])];
       if (target != value) {
         target = value;
@@ -602,6 +633,8 @@ void CanonicalProblem::load(const Eigen::VectorXd& v) {
   };
   copy(x_);
   copy(y_);
+  if (bad >= 0) evaluation_failure_ = {.function = "the point tried", .col = bad};
+  return bad < 0;
 }
 
 std::string CanonicalProblem::evaluation_error() const {
@@ -635,19 +668,19 @@ void CanonicalProblem::start_slacks(Iterate& start, const Eigen::VectorXd& c) co
 
 EvaluationStatus CanonicalProblem::objective(const Eigen::VectorXd& v, double& f) {
   const ScopedTimer timer(timing_.evaluations);
-  load(v);
+  if (!load(v)) return EvaluationStatus::Undefined;
   return objective_here(f);
 }
 
 EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::VectorXd& c) {
   const ScopedTimer timer(timing_.evaluations);
-  load(v);
+  if (!load(v)) return EvaluationStatus::Undefined;
   return constraints_here(v, c);
 }
 
 EvaluationStatus CanonicalProblem::values(const Eigen::VectorXd& v, double& f, Eigen::VectorXd& c) {
   const ScopedTimer timer(timing_.evaluations);
-  load(v);
+  if (!load(v)) return EvaluationStatus::Undefined;
   const EvaluationStatus status = objective_here(f);
   return status == EvaluationStatus::Ok ? constraints_here(v, c) : status;
 }
@@ -655,7 +688,7 @@ EvaluationStatus CanonicalProblem::values(const Eigen::VectorXd& v, double& f, E
 EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
                                                      Evaluation& evaluation) {
   const ScopedTimer timer(timing_.evaluations);
-  load(v);
+  if (!load(v)) return EvaluationStatus::Undefined;
   return first_derivatives_here(evaluation);
 }
 
@@ -664,7 +697,7 @@ EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
                                                       Evaluation& evaluation,
                                                       double objective_factor) {
   const ScopedTimer timer(timing_.evaluations);
-  load(v);
+  if (!load(v)) return EvaluationStatus::Undefined;
   return second_derivatives_here(lambda, evaluation, objective_factor);
 }
 
@@ -672,7 +705,7 @@ EvaluationStatus CanonicalProblem::derivatives(const Eigen::VectorXd& v,
                                                const Eigen::VectorXd& lambda,
                                                Evaluation& evaluation) {
   const ScopedTimer timer(timing_.evaluations);
-  load(v);
+  if (!load(v)) return EvaluationStatus::Undefined;
   const EvaluationStatus status = first_derivatives_here(evaluation);
   return status == EvaluationStatus::Ok ? second_derivatives_here(lambda, evaluation, 1.0) : status;
 }
@@ -680,7 +713,8 @@ EvaluationStatus CanonicalProblem::derivatives(const Eigen::VectorXd& v,
 EvaluationStatus CanonicalProblem::objective_here(double& f) {
   ++counts_.objective;
   double value = 0.0;
-  if (!problem_.objective(model_v_, take_new_point(), value)) return undefined("the objective");
+  if (!ask([&] { return problem_.objective(model_v_, take_new_point(), value); }))
+    return undefined("the objective");
   if (!std::isfinite(value)) return not_finite({.function = "the objective"});
   objective_point_ = model_v_;
   objective_value_ = value;
@@ -692,7 +726,8 @@ EvaluationStatus CanonicalProblem::constraints_here(const Eigen::VectorXd& v, Ei
   if (constraints() == 0) return EvaluationStatus::Ok;
   if (!model_g_.empty()) {  // else all rows fix a variable
     ++counts_.constraints;
-    if (!problem_.constraints(model_v_, take_new_point(), model_g_)) {
+    constraints_point_.clear();
+    if (!ask([&] { return problem_.constraints(model_v_, take_new_point(), model_g_); })) {
       return undefined("the vector of constraints");
     }
   }
@@ -704,13 +739,17 @@ EvaluationStatus CanonicalProblem::constraints_here(const Eigen::VectorXd& v, Ei
     const Index slack = slack_of_constraint_[at(j)];
     c[j] = row_scale_[at(j)] * value - (slack >= 0 ? v[slack] : right_hand_side_[j]);
   }
+  if (!model_g_.empty()) {
+    constraints_point_ = model_v_;
+    constraint_values_ = model_g_;
+  }
   return EvaluationStatus::Ok;
 }
 
 EvaluationStatus CanonicalProblem::first_derivatives_here(Evaluation& evaluation) {
   evaluation.jacobian_call = 0;
   ++counts_.gradient;
-  if (!problem_.gradient(model_v_, take_new_point(), model_gradient_)) {
+  if (!ask([&] { return problem_.gradient(model_v_, take_new_point(), model_gradient_); })) {
     return undefined("the gradient of the objective");
   }
   for (Index i = 0; i < variables(); ++i) {
@@ -731,7 +770,7 @@ EvaluationStatus CanonicalProblem::first_derivatives_here(Evaluation& evaluation
   }
   if (!model_g_.empty()) {
     ++counts_.jacobian;
-    if (!problem_.jacobian(model_v_, take_new_point(), model_jacobian_)) {
+    if (!ask([&] { return problem_.jacobian(model_v_, take_new_point(), model_jacobian_); })) {
       return undefined("the Jacobian of the constraints");
     }
   }
@@ -750,11 +789,13 @@ EvaluationStatus CanonicalProblem::first_derivatives_here(Evaluation& evaluation
 EvaluationStatus CanonicalProblem::second_derivatives_here(const Eigen::VectorXd& lambda,
                                                            Evaluation& evaluation,
                                                            double objective_factor) {
-  load_multipliers(lambda);
   evaluation.hessian_call = 0;
+  if (!load_multipliers(lambda)) return EvaluationStatus::Undefined;
   ++counts_.hessian;
-  if (!problem_.hessian(model_v_, take_new_point(), objective_factor * objective_scale_,
-                        model_lambda_, true, model_hessian_)) {
+  if (!ask([&] {
+        return problem_.hessian(model_v_, take_new_point(), objective_factor * objective_scale_,
+                                model_lambda_, true, model_hessian_);
+      })) {
     return undefined("the Hessian of the Lagrangian");
   }
   for (std::size_t k = 0; k < hessian_.size(); ++k) {
@@ -770,20 +811,28 @@ EvaluationStatus CanonicalProblem::second_derivatives_here(const Eigen::VectorXd
   return EvaluationStatus::Ok;
 }
 
-void CanonicalProblem::load_multipliers(const Eigen::VectorXd& lambda) {
+bool CanonicalProblem::load_multipliers(const Eigen::VectorXd& lambda) {
+  Index bad = -1;
   for (Index j = 0; j < constraints(); ++j) {
     const Index model = model_constraint_[at(j)];
-    if (model >= 0) model_lambda_[at(model)] = row_scale_[at(j)] * lambda[j];
+    if (model < 0) continue;
+    model_lambda_[at(model)] = row_scale_[at(j)] * lambda[j];
+    if (!std::isfinite(model_lambda_[at(model)])) bad = j;
   }
+  if (bad >= 0) evaluation_failure_ = {.function = "the multiplier", .row = bad};
+  return bad < 0;
 }
 
 std::optional<Eigen::VectorXd> CanonicalProblem::hessian_error(const Eigen::VectorXd& v,
                                                                const Eigen::VectorXd& lambda) {
   const ScopedTimer timer(timing_.evaluations);
-  load(v);
-  load_multipliers(lambda);
   std::vector<double> rows(model_v_.size(), 0.0);
-  if (!problem_.hessian_errors(model_v_, objective_scale_, model_lambda_, rows)) {
+  if (!load(v) || !load_multipliers(lambda)) {
+    return Eigen::VectorXd::Constant(variables(), kInfinity);
+  }
+  if (!ask([&] {
+        return problem_.hessian_errors(model_v_, objective_scale_, model_lambda_, rows);
+      })) {
     return std::nullopt;
   }
   // |d'Ed| <= sum |E_ij| (d_i^2 + d_j^2)/2: the row sums of |E| bound E, and scale as its diagonal.
@@ -798,7 +847,7 @@ std::optional<Eigen::VectorXd> CanonicalProblem::hessian_error(const Eigen::Vect
 
 void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
   const ProblemStructure& s = structure_;
-  load(iterate.v);
+  const bool finite = load(iterate.v);
   result.v = model_v_;
   result.lambda.assign(s.constraint_players.size(), 0.0);
   result.z_lower.assign(s.variable_players.size(), 0.0);
@@ -822,24 +871,69 @@ void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
       result.lambda[at(model_constraint_[at(j)])] = value;
     }
   }
-  restore_fixed_multipliers(result);
+  if (finite) restore_fixed_multipliers(result);
+  restore_values(finite, result);
+}
 
-  result.constraints.assign(s.constraint_players.size(), 0.0);
-  result.objective = objective_value_;
+void CanonicalProblem::restore_values(bool finite, Result& result) {
+  constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
   bool new_point = true;
-  if (result.v != objective_point_) {
+  result.objective = kUndefined;
+  if (result.v == objective_point_) {
+    result.objective = objective_value_;
+  } else if (finite) {
     ++counts_.objective;
-    if (!problem_.objective(result.v, std::exchange(new_point, false), result.objective)) {
-      result.objective = std::numeric_limits<double>::quiet_NaN();
+    if (!ask([&] {
+          return problem_.objective(result.v, std::exchange(new_point, false), result.objective);
+        })) {
+      result.objective = kUndefined;
     }
   }
-  counts_.constraints += result.constraints.empty() ? 0 : 1;
-  if (!result.constraints.empty() &&
-      !problem_.constraints(result.v, new_point, result.constraints)) {
-    std::fill(result.constraints.begin(), result.constraints.end(),
-              std::numeric_limits<double>::quiet_NaN());
+  result.constraints.assign(structure_.constraint_players.size(), kUndefined);
+  if (result.constraints.empty()) return;
+  if (result.v == constraints_point_) {
+    result.constraints = constraint_values_;
+  } else if (finite) {
+    ++counts_.constraints;
+    if (!ask([&] { return problem_.constraints(result.v, new_point, result.constraints); })) {
+      std::ranges::fill(result.constraints, kUndefined);
+    }
   }
   new_point_ = true;
+}
+
+std::optional<Index> CanonicalProblem::violated_constant_constraint() const {
+  if (constraint_values_.empty()) return std::nullopt;
+  std::vector<bool> varies(constraint_values_.size(), false);
+  for (const Triplet& entry : structure_.jacobian) {
+    if (variable_of_model_[at(entry.col)] >= 0) varies[at(entry.row)] = true;
+  }
+  for (std::size_t j = 0; j < varies.size(); ++j) {
+    if (varies[j] || constraint_of_model_[j] < 0) continue;
+    const double tolerance = options_.constr_viol_tol;
+    if (structure_.constraint_lower[j] - constraint_values_[j] > tolerance ||
+        constraint_values_[j] - structure_.constraint_upper[j] > tolerance) {
+      return static_cast<Index>(j);
+    }
+  }
+  return std::nullopt;
+}
+
+double CanonicalProblem::violation(const Result& result) const {
+  const ProblemStructure& s = structure_;
+  double most = 0.0;
+  const auto measure = [&](double value, double lower, double upper) {
+    if (lower > options_.nlp_lower_bound_inf || upper < options_.nlp_upper_bound_inf) {
+      most = largest(most, largest(lower - value, value - upper));
+    }
+  };
+  for (std::size_t i = 0; i < s.variable_players.size(); ++i) {
+    measure(result.v[i], s.variable_lower[i], s.variable_upper[i]);
+  }
+  for (std::size_t j = 0; j < s.constraint_players.size(); ++j) {
+    measure(result.constraints[j], s.constraint_lower[j], s.constraint_upper[j]);
+  }
+  return most;
 }
 
 void CanonicalProblem::restore_fixed_multipliers(Result& result) {
@@ -849,9 +943,11 @@ void CanonicalProblem::restore_fixed_multipliers(Result& result) {
                                      [](Index i) { return i < 0; });
   if (!any_fixed) return;
   ++counts_.gradient;
-  if (!problem_.gradient(result.v, true, model_gradient_)) return;
+  if (!ask([&] { return problem_.gradient(result.v, true, model_gradient_); })) return;
   counts_.jacobian += model_jacobian_.empty() ? 0 : 1;
-  if (!model_jacobian_.empty() && !problem_.jacobian(result.v, false, model_jacobian_)) return;
+  if (!model_jacobian_.empty() &&
+      !ask([&] { return problem_.jacobian(result.v, false, model_jacobian_); }))
+    return;
   for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
     const auto [row, col] = structure_.jacobian[k];
     model_gradient_[at(col)] += model_jacobian_[k] * result.lambda[at(row)];

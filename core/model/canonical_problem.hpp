@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <string>
@@ -74,6 +76,17 @@ class CanonicalProblem {
 
   [[nodiscard]] const Eigen::VectorXd& lower() const { return lower_; }
   [[nodiscard]] const Eigen::VectorXd& upper() const { return upper_; }
+  /// Distances of a value of variable i to its bounds, never zero for a value in the bounds or
+  /// rounded out of them: the only place that subtracts bounds.
+  [[nodiscard]] double above_lower(Index i, double value) const {
+    return safe_distance(value - lower_[i] + room_below_[i], lower_[i]);
+  }
+  [[nodiscard]] double below_upper(Index i, double value) const {
+    return safe_distance(upper_[i] - value + room_above_[i], upper_[i]);
+  }
+  /// Moves bounds that an iterate meets but for rounding so far away that the products with their
+  /// multipliers are mu, slightly: Waechter and Biegler 2006, section 3.5, and Ipopt's slack_move.
+  void keep_distances(const Iterate& iterate, double mu);
   [[nodiscard]] std::span<const Index> lower_bounded() const { return lower_bounded_; }
   [[nodiscard]] std::span<const Index> upper_bounded() const { return upper_bounded_; }
   /// Gradient, over mu, of the linear terms that keep variables with one bound from running away:
@@ -118,14 +131,24 @@ class CanonicalProblem {
                                                              const Eigen::VectorXd& lambda);
   /// The point in the model's variables, until the next evaluation.
   [[nodiscard]] std::span<const double> model_point(const Eigen::VectorXd& v) {
-    load(v);
+    static_cast<void>(load(v));
     return model_v_;
   }
   /// Names the function and entry of the last evaluation that was not Ok.
   [[nodiscard]] std::string evaluation_error() const;
 
-  /// Fills v, lambda, z, constraints, objective of the result in the model's units.
+  /// Whether a call of the model has begun and not ended: an exception on its way is the model's.
+  [[nodiscard]] bool inside_model() const { return inside_model_; }
+
+  /// The first constraint without a free variable whose value, as last evaluated, violates it by
+  /// more than constr_viol_tol.
+  [[nodiscard]] std::optional<Index> violated_constant_constraint() const;
+
+  /// Fills v, lambda, z, constraints, objective of the result in the model's units; NaN where the
+  /// model's functions are undefined.
   void restore(const Iterate& iterate, Result& result);
+  /// Largest violation of the model's own bounds and constraints by a result's v and constraints.
+  [[nodiscard]] double violation(const Result& result) const;
   [[nodiscard]] double unscaled_objective(double f) const { return f / objective_scale_; }
   /// Factor by which a canonical constraint was scaled.
   [[nodiscard]] double constraint_scale(Index constraint) const {
@@ -142,6 +165,21 @@ class CanonicalProblem {
   [[nodiscard]] std::string constraint_name(Index model_constraint) const;
 
  private:
+  template <class Call>
+  [[nodiscard]] bool ask(const Call& call) {
+    inside_model_ = true;
+    const bool defined = call();
+    inside_model_ = false;
+    return defined;
+  }
+  /// slack_move of Ipopt, over max(1, |bound|).
+  static constexpr double kSlackMove = 1.8189894035458565e-12;  // epsilon^(3/4)
+  [[nodiscard]] static double safe_distance(double distance, double bound) {
+    constexpr double kLeast = 1e-100;  // its logarithm and its inverse are harmless
+    const bool rounded =
+        distance < kLeast && -distance <= kSlackMove * std::max(1.0, std::abs(bound));
+    return rounded ? kLeast : distance;
+  }
   [[nodiscard]] std::string validate();
   [[nodiscard]] std::string check_robust(Triplet entry) const;
   void list_robust_constraints();
@@ -161,8 +199,9 @@ class CanonicalProblem {
   void push_start();
   void start_multipliers();
   void scale_entries();
-  void load(const Eigen::VectorXd& v);
-  void load_multipliers(const Eigen::VectorXd& lambda);
+  // False: not finite, and no point to evaluate the model at.
+  [[nodiscard]] bool load(const Eigen::VectorXd& v);
+  [[nodiscard]] bool load_multipliers(const Eigen::VectorXd& lambda);
   // At the loaded point.
   [[nodiscard]] EvaluationStatus objective_here(double& f);
   [[nodiscard]] EvaluationStatus constraints_here(const Eigen::VectorXd& v, Eigen::VectorXd& c);
@@ -180,6 +219,7 @@ class CanonicalProblem {
     return source >= 0 ? model_jacobian_[static_cast<std::size_t>(source)] : 1.0;
   }
   void restore_fixed_multipliers(Result& result);
+  void restore_values(bool finite, Result& result);
   void set_fixed_multiplier(Index model_variable, double slope, Result& result) const;
   /// The model's function and entry that failed; the text is made when it is asked for.
   struct EvaluationFailure {
@@ -216,6 +256,8 @@ class CanonicalProblem {
   std::vector<Index> robust_constraints_;
   std::vector<Index> lower_bounded_, upper_bounded_;
   Eigen::VectorXd lower_, upper_, damping_;
+  /// By how much keep_distances has moved the bounds: too little to be added to large ones.
+  Eigen::VectorXd room_below_, room_above_;
   Eigen::VectorXd right_hand_side_;  ///< of equalities, scaled; 0 for inequalities
   std::vector<Triplet> jacobian_, hessian_;
   /// Model triplet of each canonical one; -1 for the entry of a constraint that fixes a variable.
@@ -235,7 +277,9 @@ class CanonicalProblem {
   std::vector<double> model_jacobian_, model_hessian_;
   std::vector<double> objective_point_;  ///< of the model, where its objective was last asked for
   double objective_value_ = 0.0;
+  std::vector<double> constraints_point_, constraint_values_;  ///< the same for the constraints
   bool new_point_ = true;
+  bool inside_model_ = false;
   std::uint64_t derivative_calls_ = 0;  ///< of Jacobian and Hessian
   EvaluationFailure evaluation_failure_;
 };

@@ -17,10 +17,10 @@ void start_bound_multipliers(const CanonicalProblem& canonical, const SolverOpti
                : options.bound_mult_init_val;
   };
   for (const Index i : canonical.lower_bounded()) {
-    start.z_lower[i] = first(start.z_lower[i], start.v[i] - canonical.lower()[i]);
+    start.z_lower[i] = first(start.z_lower[i], canonical.above_lower(i, start.v[i]));
   }
   for (const Index i : canonical.upper_bounded()) {
-    start.z_upper[i] = first(start.z_upper[i], canonical.upper()[i] - start.v[i]);
+    start.z_upper[i] = first(start.z_upper[i], canonical.below_upper(i, start.v[i]));
   }
 }
 

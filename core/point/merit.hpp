@@ -13,6 +13,9 @@ struct Point {
   Eigen::VectorXd dual;  ///< gradient of the Lagrangian, see dual_residual
 };
 
+/// Values and first derivatives at the point, and dual with them; NaN what is undefined there.
+void evaluate_where_defined(CanonicalProblem& canonical, Point& point);
+
 /// f - mu sum ln(Min distances to bounds) + mu sum ln(Max distances to bounds), damping included.
 [[nodiscard]] double barrier_objective(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
                                        double f, double mu);

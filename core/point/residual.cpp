@@ -1,25 +1,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/point/norms.hpp"
 #include "core/point/residual.hpp"
 
 namespace ipminmax {
 namespace {
-
-double max_norm(const Eigen::VectorXd& v, Index begin, Index end) {
-  return end > begin ? v.segment(begin, end - begin).lpNorm<Eigen::Infinity>() : 0.0;
-}
 
 /// max |S z - mu| over the bounds.
 double complementarity(const CanonicalProblem& canonical, const Iterate& iterate, double mu) {
   double error = 0.0;
   for (const Index i : canonical.lower_bounded()) {
     error =
-        std::max(error, std::abs((iterate.v[i] - canonical.lower()[i]) * iterate.z_lower[i] - mu));
+        largest(error, std::abs(canonical.above_lower(i, iterate.v[i]) * iterate.z_lower[i] - mu));
   }
   for (const Index i : canonical.upper_bounded()) {
     error =
-        std::max(error, std::abs((canonical.upper()[i] - iterate.v[i]) * iterate.z_upper[i] - mu));
+        largest(error, std::abs(canonical.below_upper(i, iterate.v[i]) * iterate.z_upper[i] - mu));
   }
   return error;
 }
@@ -27,7 +24,7 @@ double complementarity(const CanonicalProblem& canonical, const Iterate& iterate
 }  // namespace
 
 double BarrierError::norm() const {
-  return std::max(std::max(primal, complementarity), std::max(dual_min, dual_max));
+  return largest(largest(primal, complementarity), largest(dual_min, dual_max));
 }
 
 void dual_residual(const CanonicalProblem& canonical, const Iterate& iterate,
@@ -71,8 +68,8 @@ BarrierError barrier_error(const CanonicalProblem& canonical, const Iterate& ite
   };
   const double s_d = scale(z_sum + iterate.lambda.lpNorm<1>(), bounds + static_cast<double>(m));
   const double s_c = scale(z_sum, bounds);
-  error.scaled = std::max(
-      {error.primal, std::max(error.dual_min, error.dual_max) / s_d, error.complementarity / s_c});
+  error.scaled = largest(largest(error.primal, largest(error.dual_min, error.dual_max) / s_d),
+                         error.complementarity / s_c);
   return error;
 }
 
@@ -87,13 +84,12 @@ KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
   error.scaled_complementarity = scaled.complementarity;
   const double f_scale = std::abs(canonical.objective_scale());
   for (Index j = 0; j < canonical.constraints(); ++j) {
-    error.primal =
-        std::max(error.primal, std::abs(evaluation.c[j]) / canonical.constraint_scale(j));
+    error.primal = largest(error.primal, std::abs(evaluation.c[j]) / canonical.constraint_scale(j));
   }
   for (Index i = 0; i < canonical.variables(); ++i) {
     const double value = std::abs(dual[i]) * canonical.variable_scale(i) / f_scale;
-    double& largest = canonical.owned_by_max(i) ? error.dual_max : error.dual_min;
-    largest = std::max(largest, value);
+    double& dual_error = canonical.owned_by_max(i) ? error.dual_max : error.dual_min;
+    dual_error = largest(dual_error, value);
   }
   error.complementarity = complementarity(canonical, iterate, mu) / f_scale;
   return error;
@@ -105,10 +101,10 @@ void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,
   rhs.v = -dual - mu * canonical.damping();
   rhs.lambda = -evaluation.c;
   for (const Index i : canonical.lower_bounded()) {
-    rhs.z_lower[i] = mu - (iterate.v[i] - canonical.lower()[i]) * iterate.z_lower[i];
+    rhs.z_lower[i] = mu - canonical.above_lower(i, iterate.v[i]) * iterate.z_lower[i];
   }
   for (const Index i : canonical.upper_bounded()) {
-    rhs.z_upper[i] = mu - (canonical.upper()[i] - iterate.v[i]) * iterate.z_upper[i];
+    rhs.z_upper[i] = mu - canonical.below_upper(i, iterate.v[i]) * iterate.z_upper[i];
   }
 }
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 
 #include "core/point/step_length.hpp"
 
@@ -11,11 +12,11 @@ StepLength largest_step(const CanonicalProblem& canonical, const Iterate& iterat
     if (alpha_i * change < -tau * value) alpha_i = -tau * value / change;
   };
   for (const Index i : canonical.lower_bounded()) {
-    limit(alpha.primal, iterate.v[i] - canonical.lower()[i], step.v[i]);
+    limit(alpha.primal, canonical.above_lower(i, iterate.v[i]), step.v[i]);
     limit(alpha.dual, iterate.z_lower[i], step.z_lower[i]);
   }
   for (const Index i : canonical.upper_bounded()) {
-    limit(alpha.primal, canonical.upper()[i] - iterate.v[i], -step.v[i]);
+    limit(alpha.primal, canonical.below_upper(i, iterate.v[i]), -step.v[i]);
     limit(alpha.dual, iterate.z_upper[i], step.z_upper[i]);
   }
   return alpha;
@@ -30,12 +31,18 @@ void advance(const Step& step, StepLength alpha, Iterate& iterate) {
 
 void clip_bound_multipliers(const CanonicalProblem& canonical, double mu, double kappa,
                             Iterate& iterate) {
+  // A distance lost in rounding says nothing of its multiplier, see keep_distances.
+  const double least = std::numeric_limits<double>::epsilon() * std::min(1.0, mu);
   for (const Index i : canonical.lower_bounded()) {
-    const double central = mu / (iterate.v[i] - canonical.lower()[i]);
+    const double distance = canonical.above_lower(i, iterate.v[i]);
+    if (distance < least) continue;
+    const double central = mu / distance;
     iterate.z_lower[i] = std::clamp(iterate.z_lower[i], central / kappa, kappa * central);
   }
   for (const Index i : canonical.upper_bounded()) {
-    const double central = mu / (canonical.upper()[i] - iterate.v[i]);
+    const double distance = canonical.below_upper(i, iterate.v[i]);
+    if (distance < least) continue;
+    const double central = mu / distance;
     iterate.z_upper[i] = std::clamp(iterate.z_upper[i], central / kappa, kappa * central);
   }
 }

@@ -118,6 +118,7 @@ void add(const Result& part, Result& total) {
   total.counts.solves += part.counts.solves;
   total.counts.analyses += part.counts.analyses;
   total.counts.instability_raises += part.counts.instability_raises;
+  total.counts.restoration_iterations += part.counts.restoration_iterations;
   total.timing.evaluations += part.timing.evaluations;
   total.timing.assembly += part.timing.assembly;
   total.timing.analysis += part.timing.analysis;

@@ -3,6 +3,7 @@
 #include <limits>
 #include <new>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "core/certificate/certificate.hpp"
@@ -17,6 +18,7 @@
 #include "core/model/model_shape.hpp"
 #include "core/model/timer.hpp"
 #include "core/point/iterate.hpp"
+#include "core/point/norms.hpp"
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
 #include "core/search/restart.hpp"
@@ -34,7 +36,8 @@ struct KeptWork {
 
 namespace {
 
-/// Size of the variables (scaled problem) at which a failed solve counts as diverged.
+/// Size of a variable (scaled problem), over those of its bounds and of the start, at which a failed
+/// solve counts as diverged.
 constexpr double kRunaway = 1e10;
 /// Iterations of a minimization beyond that, for starts of moderate size, after which the
 /// minimization is called unbounded: shifts that double and divide can keep it there for ever.
@@ -59,8 +62,19 @@ constexpr Index kFewestAfterEscape = 20;
 constexpr double kDiedOut = 1e-100;
 constexpr double kFarAway = 10.0;
 
-double max_norm(const Eigen::VectorXd& v) {
-  return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
+/// What is NaN or infinite in a result, empty: nothing.
+std::string_view not_finite_part(const Result& result) {
+  const auto finite = [](const std::vector<double>& values) {
+    return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+  };
+  if (!finite(result.v)) return "a variable";
+  if (!std::isfinite(result.objective)) return "the objective";
+  if (!finite(result.constraints)) return "a constraint";
+  if (!finite(result.lambda)) return "a multiplier of a constraint";
+  if (!finite(result.z_lower) || !finite(result.z_upper)) return "a multiplier of a bound";
+  const KktError& e = result.error;
+  if (!finite({e.primal, e.dual_min, e.dual_max, e.complementarity, e.total})) return "an error";
+  return {};
 }
 
 /// Whether a search that ended so may do better from another starting point.
@@ -78,6 +92,7 @@ bool search_failed(Status status) {
     case Status::InertiaCorrectionFailed:
     case Status::LinearSolverFailed:
     case Status::EvaluationFailed:
+    case Status::InvalidNumber:
       return true;
     default:
       return false;
@@ -103,23 +118,29 @@ class Solver {
   void match_kept_work();
   void keep_work(Status status);
   [[nodiscard]] std::optional<Status> start();
+  [[nodiscard]] std::optional<Status> contradiction();
   [[nodiscard]] std::optional<Status> evaluate_start(const SolverOptions& options);
   [[nodiscard]] bool start_elsewhere(Status failed);
+  [[nodiscard]] bool begin_elsewhere();
   struct Stop;
   [[nodiscard]] Stop stop_here(Status status) const;
   void report(const Stop& stop);
   void start_method(bool repeated);
   [[nodiscard]] bool tell_restoration(const IterationInfo& nested, const Eigen::VectorXd& v,
                                       const Eigen::VectorXd& c);
-  void describe(const Iterate& iterate, const KktError& error, Result& result);
+  void describe(const Point& point, Result& result);
   void set_totals(Result& result) const;
   [[nodiscard]] std::optional<Status> iterate();
   [[nodiscard]] std::optional<Status> evaluate_derivatives();
   [[nodiscard]] std::optional<Status> stop_reason();
   [[nodiscard]] bool hidden_by_scaling(Status stop);
   [[nodiscard]] bool leave_wrong_point(Status stop);
+  void return_to_fast_factorizations();
   [[nodiscard]] Status certified_status(Status when_not_refuted);
   [[nodiscard]] bool converged(const KktError& error) const;
+  [[nodiscard]] bool out_of_iterations() const {
+    return info_.iteration + result_.counts.restoration_iterations >= options_.max_iter;
+  }
   [[nodiscard]] bool runs_to_infinity();
   [[nodiscard]] bool is_acceptable(const KktError& error) const;
   [[nodiscard]] bool stays_acceptable(const KktError& error);
@@ -128,11 +149,22 @@ class Solver {
   void update_error();
   void update_barrier();
   [[nodiscard]] std::optional<double> ask_oracle();
-  void say(std::string_view text) const {
-    if (observer_.message) observer_.message(text);
+  void say(std::string_view text) {
+    if (!observer_.message) return;
+    inside_observer_ = true;
+    observer_.message(text);
+    inside_observer_ = false;
   }
+  [[nodiscard]] bool tell(const IterationInfo& info) {
+    inside_observer_ = true;
+    const bool goes_on = observer_.on_iteration(info);
+    inside_observer_ = false;
+    return goes_on;
+  }
+  [[nodiscard]] bool has_run_away(IndexRange variables) const;
   [[nodiscard]] Status name_divergence(Status status);
   Result finish(Status status);
+  Result finish_without_memory();
 
   Problem& problem_;
   const SolverOptions& options_;
@@ -174,7 +206,8 @@ class Solver {
   std::optional<Index> last_resort_end_;  ///< iteration at which Algorithm 1 gives up, too
   std::optional<Index> search_end_;       ///< for a better point than the degenerate one
   Index runaway_iterations_ = 0;          ///< in a row
-  Index hidden_iterations_ = 0;  ///< beyond points that meet the tolerances by their scaling
+  Index hidden_iterations_ = 0;   ///< beyond points that meet the tolerances by their scaling
+  bool inside_observer_ = false;  ///< an exception on its way is the caller's
   bool analyzed_ = false;
   bool started_ = false;
   bool escaped_ = false;  ///< the iteration's step was an escape from a wrong first-order point
@@ -199,16 +232,28 @@ Result Solver::run() {
       return finish(Status::InvalidOption);
     }
     if (auto status = start()) return finish(*status);
+    if (auto status = contradiction()) return finish(*status);
     for (;; ++info_.iteration) {
       auto status = stop_reason();
       if (!status) status = iterate();
-      if (status && !start_elsewhere(*status)) return finish(*status);
+      if (!status) continue;
+      const Status named = name_divergence(*status);
+      if (!start_elsewhere(named)) return finish(named);
     }
   } catch (const std::bad_alloc&) {
     if (nested_) throw;  // the whole solve is out of memory, not its restoration
-    result_.message = "out of memory";
-    return finish(Status::OutOfMemory);
+    return finish_without_memory();
+  } catch (const std::length_error&) {  // more than an array can hold
+    if (canonical_.inside_model() || inside_observer_) throw;
+    return finish_without_memory();
   }
+}
+
+Result Solver::finish_without_memory() {
+  started_ = false;  // whatever was under way is half done
+  result_.certificate = {};
+  result_.message = "out of memory";
+  return finish(Status::OutOfMemory);
 }
 
 void Solver::match_kept_work() {
@@ -281,8 +326,18 @@ std::optional<Status> Solver::start() {
   return std::nullopt;
 }
 
+std::optional<Status> Solver::contradiction() {
+  const auto row = nested_ ? std::nullopt : canonical_.violated_constant_constraint();
+  if (!row) return std::nullopt;
+  const bool max =
+      problem_.structure().constraint_players[static_cast<std::size_t>(*row)] == Player::Max;
+  result_.message = canonical_.constraint_name(*row) + " has no free variable and is violated";
+  return max ? Status::InnerInfeasible : Status::LocallyInfeasible;
+}
+
 void Solver::start_method(bool repeated) {
-  method_.emplace(canonical_, *kkt_, *correction_, options_, limit_, !nested_, repeated);
+  method_.emplace(canonical_, *kkt_, *correction_, options_, limit_, result_.counts, !nested_,
+                  repeated);
   method_->start(point_);
   if (observer_.on_iteration && !nested_) {
     method_->observe_restorations([this](const auto& nested, const auto& v, const auto& c) {
@@ -302,6 +357,7 @@ std::optional<Status> Solver::evaluate_start(const SolverOptions& options) {
     }
   }
   start_bound_multipliers(canonical_, options, point_.iterate);
+  canonical_.keep_distances(point_.iterate, options.mu_init);
   status = canonical_.first_derivatives(point_.iterate.v, point_.evaluation);
   if (status != EvaluationStatus::Ok) return evaluation_failure(status, where);
 
@@ -325,34 +381,16 @@ std::optional<Status> Solver::evaluate_start(const SolverOptions& options) {
 
 bool Solver::start_elsewhere(Status failed) {
   if (!method_ || nested_ || canonical_.max_size() == 0 || degenerate_point_ ||
-      options_.minmax_max_restarts == 0 || !search_failed(failed) ||
-      info_.iteration >= options_.max_iter) {
+      options_.minmax_max_restarts == 0 || !search_failed(failed) || out_of_iterations()) {
     return false;
   }
-  Stop stop = stop_here(name_divergence(failed));
-  SolverOptions cold = options_;
-  cold.warm_start_init_point = false;
-  const Index variables = canonical_.x().size() + canonical_.y().size();
-  bool begun = false;
-  while (!begun && restarts_ < options_.minmax_max_restarts &&
-         info_.iteration < restart_iterations(variables)) {
-    point_.iterate = restart_point(canonical_, canonical_.starting_point(), ++restarts_);
-    begun = !evaluate_start(cold);
-  }
-  const bool last_resort = !begun;
-  if (last_resort) {
-    const Index iterations = last_resort_iterations(canonical_);
-    point_.iterate = canonical_.starting_point();
-    if (iterations == 0 || evaluate_start(options_)) return false;
-    last_resort_end_ = info_.iteration + iterations;
-    correction_->remember({});
-    method_.reset();
-    algorithm_one_.emplace(canonical_, *kkt_, *correction_, options_, result_.counts);
-  } else {
-    start_method(true);
+  Stop stop = stop_here(failed);
+  if (!begin_elsewhere()) {
+    report(stop);
+    return false;
   }
   if (!first_failure_) first_failure_ = std::move(stop);
-  say("no local minmax found from here; " + (last_resort
+  say("no local minmax found from here; " + (last_resort_end_
                                                  ? "Algorithm 1 from the first point"
                                                  : "new start " + std::to_string(restarts_)));
 
@@ -367,6 +405,28 @@ bool Solver::start_elsewhere(Status failed) {
   info_.step_kind = 'w';
   update_error();
   if (adaptive_) adaptive_->reset();
+  return true;
+}
+
+bool Solver::begin_elsewhere() {
+  SolverOptions cold = options_;
+  cold.warm_start_init_point = false;
+  const Index variables = canonical_.x().size() + canonical_.y().size();
+  correction_->remember({});  // the shifts of the failed search
+  kkt_->reset_quality();
+  while (restarts_ < options_.minmax_max_restarts &&
+         info_.iteration < restart_iterations(variables)) {
+    point_.iterate = restart_point(canonical_, canonical_.starting_point(), ++restarts_);
+    if (evaluate_start(cold)) continue;
+    start_method(true);
+    return true;
+  }
+  const Index iterations = last_resort_iterations(canonical_);
+  point_.iterate = canonical_.starting_point();
+  if (iterations == 0 || evaluate_start(options_)) return false;
+  last_resort_end_ = info_.iteration + iterations;
+  method_.reset();
+  algorithm_one_.emplace(canonical_, *kkt_, *correction_, options_, result_.counts);
   return true;
 }
 
@@ -397,10 +457,10 @@ std::optional<Status> Solver::stop_reason() {
       Result result;
       result.status = Status::UserStop;
       result.message = std::string(name_of(result.status));
-      describe(point_.iterate, info_.error, result);
+      describe(point_, result);
       return result;
     };
-    if (!observer_.on_iteration(info_)) return Status::UserStop;
+    if (!tell(info_)) return Status::UserStop;
   }
   drop_idle_multipliers(options_.tol);
   std::optional<Status> stop;
@@ -414,10 +474,8 @@ std::optional<Status> Solver::stop_reason() {
       point_.iterate.v.lpNorm<Eigen::Infinity>() > options_.diverging_iterates_tol) {
     return Status::DivergingIterates;
   }
-  if (info_.iteration >= options_.max_iter) return Status::MaxIterations;
-  const bool far = canonical_.max_size() == 0 &&
-                   max_norm(point_.iterate.v) >
-                       kRunaway * std::max(1.0, max_norm(canonical_.starting_point().v));
+  if (out_of_iterations()) return Status::MaxIterations;
+  const bool far = canonical_.max_size() == 0 && has_run_away({0, canonical_.variables()});
   runaway_iterations_ = far ? runaway_iterations_ + 1 : 0;
   if (runaway_iterations_ > kRunawayIterations) return Status::OuterUnbounded;
   if (limit_.expired()) return limit_.exceeded();
@@ -444,19 +502,14 @@ bool Solver::tell_restoration(const IterationInfo& nested, const Eigen::VectorXd
   info.result = [&] {
     Point here = point_;
     here.iterate.v = v;
-    here.evaluation.c = c;
-    static_cast<void>(canonical_.first_derivatives(v, here.evaluation));
-    dual_residual(canonical_, here.iterate, here.evaluation, here.dual);
+    evaluate_where_defined(canonical_, here);
     Result result;
     result.status = Status::UserStop;
     result.message = std::string(name_of(result.status));
-    describe(here.iterate,
-             kkt_error(canonical_, here.iterate, here.evaluation, here.dual, options_.s_max,
-                       options_.mu_target),
-             result);
+    describe(here, result);
     return result;
   };
-  return observer_.on_iteration(info);
+  return tell(info);
 }
 
 bool Solver::converged(const KktError& error) const {
@@ -573,6 +626,7 @@ bool Solver::hidden_by_scaling(Status stop) {
     return false;
   }
   result_.certificate = {};
+  return_to_fast_factorizations();
   return true;
 }
 
@@ -582,7 +636,7 @@ bool seems_wrong(const Certificate& found) {
 }
 
 bool Solver::leave_wrong_point(Status stop) {
-  if (!method_ || info_.iteration >= options_.max_iter) return false;
+  if (!method_ || out_of_iterations()) return false;
   // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for the
   // case that nothing better comes.
   const Certificate& found = result_.certificate;
@@ -591,7 +645,10 @@ bool Solver::leave_wrong_point(Status stop) {
   if (stop != Status::NotLocalMinmax && !degenerate) return false;
   Stop here = stop_here(stop);
   const bool clear = degenerate && canonical_.max_size() == 0;
-  if (!method_->escape(point_, info_.mu, clear, info_, wrong_)) return false;
+  if (!method_->escape(point_, info_.mu, clear, info_, wrong_)) {
+    report(here);
+    return false;
+  }
   if (degenerate) {
     degenerate_point_ = std::move(here);
     if (canonical_.max_size() == 0) {
@@ -600,10 +657,17 @@ bool Solver::leave_wrong_point(Status stop) {
   }
   result_.certificate = {};
   acceptable_count_ = 0;
+  return_to_fast_factorizations();
   update_error();
   if (adaptive_) adaptive_->reset();
   escaped_ = true;
   return true;
+}
+
+void Solver::return_to_fast_factorizations() {
+  // The test of a point that was not certified has gone over to pivoting.
+  kkt_->reset_quality();
+  if (method_) method_->factors_lost();
 }
 
 std::optional<Status> Solver::iterate() {
@@ -616,13 +680,13 @@ std::optional<Status> Solver::iterate() {
   info_.shifts = {};
   const auto status = method_ ? method_->step(point_, info_.mu, info_)
                               : algorithm_one_->step(point_, info_.mu, info_);
+  canonical_.keep_distances(point_.iterate, info_.mu);
+  update_error();                     // a step that fails may have moved the point, too
   if (status && limit_.exceeded()) {  // whatever failed was cut short
     result_.message.clear();
-    if (method_) update_error();  // of the inner maximization's last point
     return limit_.exceeded();
   }
   if (status) result_.message = method_ ? method_->message() : algorithm_one_->message();
-  if (status == Status::UserStop || status == Status::LocallyInfeasible) update_error();
   // As in Ipopt: where no better point can be reached, the acceptable tolerances are enough.
   const bool stuck = status == Status::TinyStep || status == Status::RestorationFailed;
   if (stuck) drop_idle_multipliers(options_.acceptable_tol);
@@ -630,9 +694,7 @@ std::optional<Status> Solver::iterate() {
     result_.message.clear();
     return certified_status(Status::SolvedToAcceptableLevel);
   }
-  if (status) return status;
-  update_error();
-  return std::nullopt;
+  return status;
 }
 
 void Solver::update_barrier() {
@@ -711,16 +773,28 @@ Status Solver::evaluation_failure(EvaluationStatus status, std::string_view wher
   return status == EvaluationStatus::NotFinite ? Status::InvalidNumber : Status::EvaluationFailed;
 }
 
+bool Solver::has_run_away(IndexRange variables) const {
+  const double start = std::max(1.0, max_norm(canonical_.starting_point().v));
+  for (Index i = variables.begin; i < variables.end; ++i) {
+    double reference = start;
+    for (const double bound : {canonical_.lower()[i], canonical_.upper()[i]}) {
+      if (std::isfinite(bound)) reference = std::max(reference, std::abs(bound));
+    }
+    if (std::abs(point_.iterate.v[i]) >= kRunaway * reference) return true;
+  }
+  return false;
+}
+
 Status Solver::name_divergence(Status status) {
   // Numbers that stopped a method whose iterates had run away say little; the running away does.
   const bool stopped = status == Status::InertiaCorrectionFailed ||
                        status == Status::EvaluationFailed || status == Status::LinearSolverFailed ||
                        status == Status::TinyStep || status == Status::MaxIterations ||
                        status == Status::RestorationFailed || status == Status::OuterUnbounded;
-  const Eigen::VectorXd& v = point_.iterate.v;
   if (!started_ || !stopped) return status;
   const IndexRange max_constraints = canonical_.max_constraints();
-  if (max_norm(v) < kRunaway) {
+  const bool max_runs = has_run_away({canonical_.y().begin, canonical_.variables()});
+  if (!max_runs && !has_run_away({0, canonical_.y().begin})) {
     const auto multipliers =
         point_.iterate.lambda.segment(max_constraints.begin, max_constraints.size());
     if (max_constraints.size() > 0 && multipliers.lpNorm<Eigen::Infinity>() > kLargeMultiplier) {
@@ -731,43 +805,54 @@ Status Solver::name_divergence(Status status) {
     }
     return status;
   }
-  const Index y = canonical_.y().begin;
-  const bool max_runs = v.size() > y && v.tail(v.size() - y).lpNorm<Eigen::Infinity>() >= kRunaway;
   result_.message = max_runs ? "the maximization over the Max variables looks unbounded"
                              : "the minimization looks unbounded";
   return max_runs ? Status::InnerUnbounded : Status::OuterUnbounded;
 }
 
 Result Solver::finish(Status status) {
-  status = name_divergence(status);
   if (degenerate_point_ && !is_success(status) && status != Status::UserStop) {
     status = degenerate_point_->status;
     report(*degenerate_point_);
   } else if (first_failure_ && search_failed(status)) {
     status = first_failure_->status;
     report(*first_failure_);
+    if (result_.message.empty()) result_.message = std::string(name_of(status));
     result_.message += " (nor from " + std::to_string(restarts_) + " other starting points)";
+  }
+  if (started_) {
+    describe(point_, result_);
+    const std::string_view what = not_finite_part(result_);
+    if (is_success(status) && !what.empty()) {
+      status = Status::InvalidNumber;
+      result_.message = std::string(what) + " is NaN or infinite at the last point";
+      result_.certificate = {};
+      describe(point_, result_);
+    }
+  } else {
+    set_totals(result_);
   }
   keep_work(status);
   result_.status = status;
   if (result_.message.empty()) result_.message = std::string(name_of(status));
-  if (started_) {
-    describe(point_.iterate, info_.error, result_);
-  } else {
-    set_totals(result_);
-  }
   return std::move(result_);
 }
 
-void Solver::describe(const Iterate& iterate, const KktError& error, Result& result) {
-  canonical_.restore(iterate, result);
-  result.error = error;
+void Solver::describe(const Point& point, Result& result) {
+  canonical_.restore(point.iterate, result);
+  result.error = kkt_error(canonical_, point.iterate, point.evaluation, point.dual, options_.s_max,
+                           options_.mu_target);
+  const double violation = canonical_.violation(result);
+  result.error.primal =
+      options_.honor_original_bounds ? violation : largest(result.error.primal, violation);
   result.mu = info_.mu;
   result.objective_scale = canonical_.objective_scale();
   result.iterations = info_.iteration;
   if (result.certificate.second_order == SecondOrder::NotTested) {
-    result.certificate.kind = error.primal <= options_.constr_viol_tol ? PointKind::FeasiblePoint
-                                                                       : PointKind::InfeasiblePoint;
+    const double primal = result.error.primal;
+    result.certificate.kind = std::isnan(primal)                   ? PointKind::Unknown
+                              : primal <= options_.constr_viol_tol ? PointKind::FeasiblePoint
+                                                                   : PointKind::InfeasiblePoint;
   }
   set_totals(result);
 }
@@ -833,8 +918,15 @@ Result solve_with_differences(Problem& problem, const SolverOptions& options,
   return result;
 }
 
-Result solve_keeping(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
-                     KeptWork* kept) {
+Result without_memory() {
+  Result result;
+  result.status = Status::OutOfMemory;
+  result.message = "out of memory";
+  return result;
+}
+
+Result solve_once(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
+                  KeptWork* kept) {
   const bool has_hessian = problem.structure().has_hessian;
   const auto approximation = options.hessian_approximation;
   if (check(options).empty()) {
@@ -852,6 +944,17 @@ Result solve_keeping(Problem& problem, const SolverOptions& options, const Solve
     }
   }
   return Solver(problem, options, observer, false, kept).run();
+}
+
+/// Also where the solver itself, or its answer, found no memory.
+Result solve_keeping(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
+                     KeptWork* kept) {
+  try {
+    return solve_once(problem, options, observer, kept);
+  } catch (const std::bad_alloc&) {
+    if (kept) *kept = {};
+    return without_memory();
+  }
 }
 
 }  // namespace

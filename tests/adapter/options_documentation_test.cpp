@@ -247,6 +247,23 @@ TEST(IpoptOnlyOptions, SetByCallAreHandledAlike) {
 }
 
 // Every option that Ipopt knows is ours or known by name.
+// Advice on an option that this solver has, too, is never given and misleads in the documentation.
+TEST(IpoptOnlyOptions, EveryAdviceIsOnAnOptionThatOnlyIpoptHas) {
+  const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
+  register_ipopt_only_options(*registry);
+  const auto covers = [&](std::string_view pattern) {
+    const bool many = pattern.ends_with('*');
+    if (many) pattern.remove_suffix(1);
+    for (const auto& [name, option] : registry->RegisteredOptionsList()) {
+      if (many ? name.starts_with(pattern) : name == pattern) return true;
+    }
+    return false;
+  };
+  for (const auto* table : {&refused_ipopt_option_advice(), &ignored_ipopt_option_advice()}) {
+    for (const IpoptOptionAdvice& row : *table) EXPECT_TRUE(covers(row.name)) << row.name;
+  }
+}
+
 TEST(IpoptOnlyOptions, NoneOfIpoptsIsUnknown) {
   const SmartPtr<Ipopt::RegisteredOptions> ipopt = new Ipopt::RegisteredOptions();
   Ipopt::IpoptApplication::RegisterAllIpoptOptions(ipopt);

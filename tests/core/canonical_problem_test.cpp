@@ -271,6 +271,7 @@ TEST(CanonicalBounds, AreTheModelsAndTheSlacks) {
 TEST(CanonicalBounds, AreRelaxedRelativeToTheirSize) {
   SolverOptions options = plain_options();
   options.bound_relax_factor = 1e-2;
+  options.constr_viol_tol = 1.0;
   Canonical c(mixed_model(), options);
   EXPECT_DOUBLE_EQ(c.problem.lower()[1], -0.01);  // 0
   EXPECT_DOUBLE_EQ(c.problem.lower()[3], -1.01);  // -1
@@ -278,6 +279,17 @@ TEST(CanonicalBounds, AreRelaxedRelativeToTheirSize) {
   EXPECT_DOUBLE_EQ(c.problem.lower()[2], 0.99);   // slack, 1
   EXPECT_DOUBLE_EQ(c.problem.upper()[5], 10.1);   // slack, 10
   EXPECT_EQ(c.problem.lower()[0], -kInf);
+}
+
+TEST(CanonicalBounds, AreRelaxedByAtMostConstrViolTol) {
+  SolverOptions options = plain_options();
+  options.bound_relax_factor = 1e-2;
+  options.constr_viol_tol = 0.02;
+  Canonical c(mixed_model(), options);
+  EXPECT_DOUBLE_EQ(c.problem.lower()[1], -0.01);  // 0
+  EXPECT_DOUBLE_EQ(c.problem.upper()[0], 4.02);   // 4
+  EXPECT_LE(c.problem.upper()[0] - 4.0, 0.02);
+  EXPECT_DOUBLE_EQ(c.problem.upper()[5], 10.02);  // slack, 10
 }
 
 TEST(CanonicalBounds, BeyondTheInfinityOptionsAreAbsent) {

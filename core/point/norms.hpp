@@ -1,0 +1,20 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+
+namespace ipminmax {
+
+/// The larger of two numbers, NaN when either is.
+[[nodiscard]] inline double largest(double a, double b) { return a >= b || std::isnan(a) ? a : b; }
+
+/// Largest |v_i| for begin <= i < end, zero where there are none, NaN when one is.
+[[nodiscard]] inline double max_norm(const Eigen::VectorXd& v, Eigen::Index begin,
+                                     Eigen::Index end) {
+  double norm = 0.0;
+  for (Eigen::Index i = begin; i < end; ++i) norm = largest(norm, std::abs(v[i]));
+  return norm;
+}
+[[nodiscard]] inline double max_norm(const Eigen::VectorXd& v) { return max_norm(v, 0, v.size()); }
+
+}  // namespace ipminmax
