@@ -177,6 +177,7 @@ class SecondOrderTest {
     // The worst W for the maximizer has + error in y; for the minimizer - error everywhere, for
     // then phi'' = W_xx - W_xy W_yy^-1 W_yx (on the tangent spaces) is smallest.
     kkt_.assemble(evaluation_, shifted(curvature, 0.0, -1.0));
+    if (!has_error()) kkt_.factorize_ahead({.y = -margin}, {.x = -margin});
     test.inner = kkt_.has_expected_inner_inertia(kkt_.factorize_inner({.y = -margin}));
     const bool inner_stable = test.inner && (kkt_.pivots() || inner_backward_stable());
     if (has_error()) kkt_.assemble(evaluation_, shifted(curvature, -1.0, 1.0));
@@ -331,6 +332,7 @@ Certificate certify(CanonicalProblem& canonical, KktSystem& kkt, const Iterate& 
     certificate.full = certificate.full_expected;
   } else {
     kkt.assemble(evaluation, classes.without_weak);
+    kkt.factorize_ahead({}, {});
     certificate.inner = kkt.factorize_inner({}).inertia;
     certificate.full = kkt.factorize({}).inertia;
   }
