@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +16,8 @@
 #include <optional>
 #include <set>
 #include <sstream>
+#include <string>
+#include <system_error>
 #include <utility>
 
 #include "adapter/application_options.hpp"
@@ -113,6 +116,17 @@ class SameProblem final : public ForwardingProblem {
  public:
   using ForwardingProblem::ForwardingProblem;
 };
+
+/// Whether the standard output is shown on a terminal. mpirun gives each rank a terminal of its own
+/// and passes on what is written there: its own output counts.
+bool stdout_is_terminal(bool over_ranks) {
+  if (isatty(STDOUT_FILENO) != 1) return false;
+  if (!over_ranks || std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr) return true;
+  const std::string output = "/proc/" + std::to_string(getppid()) + "/fd/1";
+  std::error_code error;
+  const std::string target = std::filesystem::read_symlink(output, error).string();
+  return target.starts_with("/dev/pts/") || target.starts_with("/dev/tty");
+}
 
 bool has_min_variable(const ProblemStructure& s) {
   return std::ranges::find(s.variable_players, Player::Min) != s.variable_players.end();
@@ -430,7 +444,7 @@ Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& pr
 bool MinMaxApplication::Implementation::prints_to_terminal() const {
   const SmartPtr<Ipopt::Journal> console = journalist->GetJournal("console");
   return !silent && Ipopt::IsValid(console) &&
-         console->IsAccepted(Ipopt::J_MAIN, Ipopt::J_ITERSUMMARY) && isatty(STDOUT_FILENO) == 1;
+         console->IsAccepted(Ipopt::J_MAIN, Ipopt::J_ITERSUMMARY) && stdout_is_terminal(over_ranks);
 }
 
 void MinMaxApplication::Implementation::show_progress(log::StartsProgress& progress,
