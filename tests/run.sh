@@ -5,7 +5,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 jobs=${JOBS:-$(nproc)}
 
-cmake/install_dependencies.sh locales  # a decimal comma
+cmake/install_dependencies.sh locales libmumps-dev libopenmpi-dev openmpi-bin  # a decimal comma; MPI
 cmake --preset release
 cmake --build build/release -j "$jobs"
 cd build/release

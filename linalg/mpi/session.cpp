@@ -36,14 +36,22 @@ std::string name_of_rank(int rank) { return "rank " + std::to_string(rank); }
 constexpr const char* kUsage = "mpirun -n 1 program : -n 3 ipminmax-worker";
 
 volatile std::sig_atomic_t terminated = 0;
+void (*next_handler)(int) = SIG_DFL;  ///< the program's own
 
-extern "C" void ipminmax_mpi_on_sigterm(int) { terminated = 1; }
+extern "C" void ipminmax_mpi_on_sigterm(int number) {
+  terminated = 1;
+  if (next_handler != SIG_DFL) next_handler(number);
+}
 
-/// Only where the program leaves SIGTERM alone; a second one ends the program as usual.
+/// Hears of SIGTERM before the program does; a second one ends it as usual.
 void watch_sigterm() {
-  struct sigaction present {};
-  if (sigaction(SIGTERM, nullptr, &present) != 0 || present.sa_handler != SIG_DFL) return;
-  struct sigaction action {};
+  struct sigaction action = {};
+  if (sigaction(SIGTERM, nullptr, &action) != 0 || action.sa_handler == SIG_IGN ||
+      (static_cast<unsigned>(action.sa_flags) & SA_SIGINFO) != 0) {
+    return;
+  }
+  next_handler = action.sa_handler;
+  action = {};
   action.sa_handler = ipminmax_mpi_on_sigterm;
   action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_RESTART;
   sigemptyset(&action.sa_mask);
