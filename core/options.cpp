@@ -340,7 +340,7 @@ std::vector<OptionInfo> make_table() {
        "Whether linear_solver mumps_mpi factorizes K_yy and K at the same time where both are "
        "needed, each on one half of the ranks.",
        choice(&O::minmax_mpi_halves, {"auto", "yes", "no"},
-              {"where that was measured to be faster", "always, on two ranks or more",
+              {"for matrices too small to gain from all ranks", "always, on two ranks or more",
                "never: one after the other on all ranks"})},
       {"minmax_ldlt_gamma", linear,
        "Signed regularization of linear_solver ldlt (the paper's Gamma); up to 1000 times that "

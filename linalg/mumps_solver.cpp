@@ -41,9 +41,11 @@ constexpr bool wants_more_workspace(int status) { return status == -8 || status 
 /// within a solve.
 constexpr double kWorthComparing = 5.0;
 
-/// Measured: of two matrices one after the other by all ranks, and at the same time by halves.
-constexpr double kLeastShareForHalves = 0.5;
-constexpr double kMostFlopsForHalves = 1e8;
+/// Two matrices at the same time on halves of the ranks, instead of one after the other on all: where a
+/// factorization takes milliseconds, messages among more ranks cost more than these save; the smaller
+/// matrix must be large enough to be worth waiting for.
+constexpr double kLeastShareForHalves = 0.1;
+constexpr double kMostFlopsForHalves = 1e7;
 
 // ICNTL(7); never automatic, which may take SCOTCH: not deterministic.
 constexpr int kOrderAmd = 0;

@@ -288,6 +288,8 @@ void Multistart::interrupt(Status status) {
 
 void Multistart::record(Index start, Result&& result) {
   const std::lock_guard lock(mutex_);
+  // A start that was taken over from a rank that was only slow comes twice.
+  if (!recorded_.insert(start).second) return;
   if (result.status == Status::MaxCpuTime || result.status == Status::MaxWallTime) {
     interrupt(result.status);
   }
@@ -295,7 +297,7 @@ void Multistart::record(Index start, Result&& result) {
     outbox_.push_back({0, Ranks::Kind::Result, start, to_bytes(result)});
     return;
   }
-  if (++recorded_ > last_) queue_.close();
+  if (static_cast<Index>(recorded_.size()) > last_) queue_.close();
   ++statuses_[result.status];
   add(result, total_);
   if (observer_.on_result) observer_.on_result(start, result);

@@ -44,7 +44,6 @@ struct Multistart::Others {
   };
   explicit Others(int size) : ranks(static_cast<std::size_t>(size)) { ranks[0].ended = true; }
   std::vector<Rank> ranks;
-  std::set<Index> done;
   bool stop_sent = false;
 };
 
@@ -98,9 +97,7 @@ void Multistart::take_messages(Ranks& ranks, Others& others) {
       case Ranks::Kind::Result:
         ++rank.ready;
         rank.starts.erase(message->start);
-        if (others.done.insert(message->start).second) {
-          record(message->start, result_from(message->bytes));
-        }
+        record(message->start, result_from(message->bytes));
         break;
       case Ranks::Kind::Failure:
         ++rank.ready;
@@ -143,11 +140,11 @@ void Multistart::look_after(Ranks& ranks, Others& others) {
     if (rank.dead || ranks.silence(r) < kDeadAfter) continue;
     rank.dead = true;
     ranks.abandon();
+    const std::lock_guard lock(mutex_);
     for (const Index start : rank.starts) {
-      if (!others.done.contains(start)) queue_.put(start, start);
+      if (!recorded_.contains(start)) queue_.put(start, start);
     }
     rank.starts.clear();
-    const std::lock_guard lock(mutex_);
     if (observer_.message) {
       observer_.message(0, "rank " + std::to_string(r) +
                                " does not answer any more; its starts are made by others");
@@ -183,7 +180,7 @@ void Multistart::wait_for_others() {
   for (;;) {
     {
       const std::lock_guard lock(mutex_);
-      if (recorded_ > last_) return;
+      if (static_cast<Index>(recorded_.size()) > last_) return;
     }
     if (others_ended_ || waited.wall() > kTimeToEnd) return;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));

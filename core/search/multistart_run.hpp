@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -88,7 +89,7 @@ class Multistart {
 
   std::mutex mutex_;  ///< of the observer and of everything below
   std::exception_ptr exception_;
-  Index recorded_ = 0;
+  std::set<Index> recorded_;    ///< starts whose result is here
   std::string interrupted_by_;  ///< what the launcher did, empty: nothing
   std::map<Index, Result> certified_;
   Result best_uncertified_;
