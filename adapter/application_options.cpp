@@ -342,6 +342,11 @@ const std::vector<ApplicationOption>& application_option_table() {
        "Verbosity of the console: 0 nothing, 1 errors, 2 options without effect, 3 summary, 4 also "
        "problem statistics and warnings, 5 also one line per iteration.",
        Integer{0, kLastLevel, Ipopt::J_ITERSUMMARY}},
+      {"minmax_points_file", output,
+       "File for the distinct certified points of a multistart, comma-separated: rank, value, "
+       "found "
+       "(starts that ended there), first start, margin, status, variables; empty: none.",
+       Name{""}},
       {"output_file", output, "Name of an output file; empty: none.", Name{""}},
       {"file_append", output, "Whether output files are continued instead of written anew.",
        Flag{false}},

@@ -454,11 +454,15 @@ void write(const CallbackTNLP& model, const Output& out) {
   if (out.objective != nullptr) *out.objective = model.objective;
 }
 
+enum class Call : std::uint8_t { Solve, Again, OverRanks };
+
 /// Solves from the model's start, options read.
-IpminmaxReturnStatus run(Problem& problem, const Output& out, bool again) {
+IpminmaxReturnStatus run(Problem& problem, const Output& out, Call call) {
   MinMaxApplication& application = *problem.application;
   const SmartPtr<Ipopt::TNLP> model = Ipopt::GetRawPtr(problem.model);
-  const auto status = again ? application.ReOptimizeTNLP(model) : application.OptimizeTNLP(model);
+  const auto status = call == Call::Again       ? application.ReOptimizeTNLP(model)
+                      : call == Call::OverRanks ? application.OptimizeTNLPOverRanks(model)
+                                                : application.OptimizeTNLP(model);
   const Result& result = application.LastResult();
   problem.status = ipminmax::name_of(result.status);
   say(&problem, result.message);
@@ -467,7 +471,8 @@ IpminmaxReturnStatus run(Problem& problem, const Output& out, bool again) {
   return static_cast<IpminmaxReturnStatus>(status);
 }
 
-IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data, bool again) {
+IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data, Call call) {
+  const bool again = call == Call::Again;
   CallbackTNLP& model = *problem.model;
   const Definition& d = model.definition();
   if (again && !problem.answered) {
@@ -497,7 +502,7 @@ IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data,
                   "the options file sets warm_start_init_point = no: cannot solve again from the "
                   "last multipliers");
     }
-    return run(problem, out, true);
+    return run(problem, out, call);
   }
   if (is_warm(problem)) {
     const char* missing = d.m > 0 && out.lambda == nullptr ? "mult_g"
@@ -513,11 +518,11 @@ IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data,
     model.start.z_lower.assign(out.z_lower, out.z_lower + d.n);
     model.start.z_upper.assign(out.z_upper, out.z_upper + d.n);
   }
-  return run(problem, out, false);
+  return run(problem, out, call);
 }
 
 IpminmaxReturnStatus solve_guarded(Problem* problem, const Output& out, void* user_data,
-                                   bool again) noexcept {
+                                   Call call) noexcept {
   if (problem == nullptr) {
     say_without_problem("the problem is NULL");
     return IPMINMAX_INVALID_PROBLEM_DEFINITION;
@@ -529,7 +534,7 @@ IpminmaxReturnStatus solve_guarded(Problem* problem, const Output& out, void* us
   problem->solving = true;
   IpminmaxReturnStatus status = IPMINMAX_INTERNAL_ERROR;
   try {
-    status = start(*problem, out, user_data, again);
+    status = start(*problem, out, user_data, call);
   } catch (const std::bad_alloc&) {
     say_fixed(problem, "out of memory");
     status = IPMINMAX_INSUFFICIENT_MEMORY;
@@ -746,13 +751,22 @@ int IpminmaxSetIntermediateCallback(IpminmaxProblem problem,
 IpminmaxReturnStatus IpminmaxSolve(IpminmaxProblem problem, double* x, double* g, double* obj_val,
                                    double* mult_g, double* mult_x_L, double* mult_x_U,
                                    void* user_data) {
-  return solve_guarded(problem, {x, g, obj_val, mult_g, mult_x_L, mult_x_U}, user_data, false);
+  return solve_guarded(problem, {x, g, obj_val, mult_g, mult_x_L, mult_x_U}, user_data,
+                       Call::Solve);
 }
 
 IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double* x, double* g,
                                         double* obj_val, double* mult_g, double* mult_x_L,
                                         double* mult_x_U, void* user_data) {
-  return solve_guarded(problem, {x, g, obj_val, mult_g, mult_x_L, mult_x_U}, user_data, true);
+  return solve_guarded(problem, {x, g, obj_val, mult_g, mult_x_L, mult_x_U}, user_data,
+                       Call::Again);
+}
+
+IpminmaxReturnStatus IpminmaxSolveOverRanks(IpminmaxProblem problem, double* x, double* g,
+                                            double* obj_val, double* mult_g, double* mult_x_L,
+                                            double* mult_x_U, void* user_data) {
+  return solve_guarded(problem, {x, g, obj_val, mult_g, mult_x_L, mult_x_U}, user_data,
+                       Call::OverRanks);
 }
 
 int IpminmaxGetCertificate(IpminmaxProblem problem, IpminmaxCertificate* certificate) {

@@ -169,6 +169,14 @@ enum IpminmaxReturnStatus IpminmaxSolve(IpminmaxProblem problem, double *x, doub
                                         double *obj_val, double *mult_g, double *mult_x_L,
                                         double *mult_x_U, void *user_data);
 
+/* IpminmaxSolve with the starts (option minmax_starts) on all MPI ranks, each of which has to call this with
+ * the same problem and options; outputs are the same on all ranks, and only rank 0 prints. The callbacks
+ * are called in another thread than this one. IPMINMAX_INVALID_OPTION where MPI cannot be used:
+ * IpminmaxMessage tells why. */
+enum IpminmaxReturnStatus IpminmaxSolveOverRanks(IpminmaxProblem problem, double *x, double *g,
+                                                 double *obj_val, double *mult_g, double *mult_x_L,
+                                                 double *mult_x_U, void *user_data);
+
 /* The same structure again, warm started (as with warm_start_init_point yes) from x and the
  * multipliers of the last solve; user_data and IpminmaxSetBounds may have changed the numbers.
  * Orderings, symbolic factorizations, scaling and the last shifts of the Hessian are kept

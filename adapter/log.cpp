@@ -300,6 +300,33 @@ std::string start_row(Index start, const Result& result) {
                 std::string(name_of(result.status)).c_str());
 }
 
+StartsProgress::StartsProgress(Index starts, bool larger_is_better)
+    : starts_(starts), larger_is_better_(larger_is_better) {}
+
+void StartsProgress::add(const Result& result) {
+  ++done_;
+  starts_ = std::max(starts_, done_);  // branches of y found on the way are starts, too
+  if (result.certificate.kind != PointKind::LocalMinmax) return;
+  const bool better = larger_is_better_ ? result.objective > best_ : result.objective < best_;
+  if (certified_++ == 0 || better) best_ = result.objective;
+}
+
+std::string StartsProgress::line() const {
+  std::string text =
+      format("Multistart: %d of %d starts, %d certified", done_, starts_, certified_);
+  if (certified_ > 0) text += format(", best value %.8e", best_);
+  const double spent = std::chrono::duration<double>(Clock::now() - begin_).count();
+  if (done_ > 0) text += format(", %.0f s left", spent / done_ * (starts_ - done_));
+  return text;
+}
+
+bool StartsProgress::due(double seconds) {
+  const auto now = Clock::now();
+  if (std::chrono::duration<double>(now - last_).count() < seconds) return false;
+  last_ = now;
+  return true;
+}
+
 namespace {
 
 /// Last column of a multistart's table: a dash where nothing was looked for.

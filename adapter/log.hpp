@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <string>
 
 #include "../core/derivative_test.hpp"
@@ -66,6 +67,26 @@ namespace ipminmax::log {
 
 /// One line of that table.
 [[nodiscard]] std::string start_row(Index start, const Result& result);
+
+/// How far a multistart is: "Multistart: 12 of 100 starts, 9 certified, best value ..., 34 s left", without
+/// line end.
+class StartsProgress {
+ public:
+  /// larger_is_better: a maximization.
+  StartsProgress(Index starts, bool larger_is_better);
+  void add(const Result& result);
+  [[nodiscard]] std::string line() const;
+  /// Seconds since line() was last due, or since the beginning.
+  [[nodiscard]] bool due(double seconds);
+  [[nodiscard]] bool complete() const { return done_ >= starts_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Index starts_, done_ = 0, certified_ = 0;
+  bool larger_is_better_;
+  double best_ = 0.0;
+  Clock::time_point begin_ = Clock::now(), last_ = begin_;
+};
 
 /// Distinct certified points, smallest local minmax value first, and how often each status occurred.
 [[nodiscard]] std::string multistart_summary(const MultistartResult& result);

@@ -1,4 +1,5 @@
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <IpOptionsList.hpp>
 #include <IpRegOptions.hpp>
@@ -6,6 +7,8 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <fstream>
@@ -13,6 +16,8 @@
 #include <optional>
 #include <set>
 #include <sstream>
+#include <string>
+#include <system_error>
 #include <utility>
 
 #include "adapter/application_options.hpp"
@@ -25,6 +30,7 @@
 #include "adapter/output_file.hpp"
 #include "adapter/status.hpp"
 #include "adapter/tnlp_problem.hpp"
+#include "core/model/forwarding_problem.hpp"
 #include "core/multistart.hpp"
 #include "core/robust.hpp"
 #include "core/solver.hpp"
@@ -116,6 +122,27 @@ bool is_robust(const ProblemStructure& structure, const SolverOptions& options) 
          (options.minmax_robust_constraints && has_robust_constraints(structure));
 }
 
+/// The same model for a multistart, which owns its models.
+class SameProblem final : public ForwardingProblem {
+ public:
+  using ForwardingProblem::ForwardingProblem;
+};
+
+/// Whether the standard output is shown on a terminal. mpirun gives each rank a terminal of its own
+/// and passes on what is written there: its own output counts.
+bool stdout_is_terminal(bool over_ranks) {
+  if (isatty(STDOUT_FILENO) != 1) return false;
+  if (!over_ranks || std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr) return true;
+  const std::string output = "/proc/" + std::to_string(getppid()) + "/fd/1";
+  std::error_code error;
+  const std::string target = std::filesystem::read_symlink(output, error).string();
+  return target.starts_with("/dev/pts/") || target.starts_with("/dev/tty");
+}
+
+bool has_min_variable(const ProblemStructure& s) {
+  return std::ranges::find(s.variable_players, Player::Min) != s.variable_players.end();
+}
+
 }  // namespace
 
 struct MinMaxApplication::Implementation {
@@ -131,6 +158,8 @@ struct MinMaxApplication::Implementation {
   bool documentation_printed = false;
   std::set<std::string> ignored_options;  ///< messages already printed
   bool rethrow = false;
+  bool over_ranks = false;
+  bool silent = false;  ///< not the rank that prints
   /// What intermediate_callback may ask about, while it runs.
   struct Current {
     TnlpProblem& problem;
@@ -163,6 +192,10 @@ struct MinMaxApplication::Implementation {
   [[nodiscard]] SolveObserver observer_of(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] Result solve_from_many_starts(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] Result solve_for_every_y(TnlpProblem& problem, const SolverOptions& options);
+  void show_progress(log::StartsProgress& progress, bool on_terminal) const;
+  [[nodiscard]] bool prints_to_terminal() const;
+  void write_points(const MultistartResult& found) const;
+  [[nodiscard]] ApplicationReturnStatus join_ranks();
   void look_for_worst_case(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] ApplicationReturnStatus stop(Status status, std::string message);
   [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem);
@@ -177,7 +210,7 @@ struct MinMaxApplication::Implementation {
   void print_options_documentation();
   void print_ignored_options();
   void print(EJournalLevel level, EJournalCategory category, const std::string& text) const {
-    journalist->Printf(level, category, "%s", text.c_str());
+    if (!silent) journalist->Printf(level, category, "%s", text.c_str());
   }
 };
 
@@ -397,15 +430,25 @@ Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& pr
     return call_back(problem, options, info);
   };
   const bool as_ipopt = flag("print_ipopt_log");  // whose log has no such tables
-  observer.on_result = [this, as_ipopt](Index start, const Result& found) {
+  // One line that is refreshed on a terminal, else one line per start.
+  const bool on_terminal = prints_to_terminal();
+  log::StartsProgress progress(options.minmax_starts, !has_min_variable(problem.structure()));
+  observer.on_result = [&, rows = on_terminal ? Ipopt::J_DETAILED : Ipopt::J_ITERSUMMARY](
+                           Index start, const Result& found) {
     if (as_ipopt) return;
-    if (start == 0) print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::start_header());
-    print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::start_row(start, found));
+    if (start == 0) print(rows, Ipopt::J_MAIN, log::start_header());
+    print(rows, Ipopt::J_MAIN, log::start_row(start, found));
+    progress.add(found);
+    show_progress(progress, on_terminal);
   };
   observer.message = [this](Index, std::string_view text) {
     print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
   };
-  MultistartResult found = multistart(problem, options, observer);
+  MultistartResult found =
+      over_ranks ? multistart_over_ranks([&] { return std::make_unique<SameProblem>(problem); }, 1,
+                                         options, observer)
+                 : multistart(problem, options, observer);
+  write_points(found);
   if (has_iterate(found.best.status) && !as_ipopt) {
     print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::multistart_summary(found));
   }
@@ -423,6 +466,50 @@ Result MinMaxApplication::Implementation::solve_for_every_y(TnlpProblem& problem
     print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::robust_summary(found, problem.structure()));
   }
   return std::move(found.result);
+}
+
+bool MinMaxApplication::Implementation::prints_to_terminal() const {
+  const SmartPtr<Ipopt::Journal> console = journalist->GetJournal("console");
+  return !silent && Ipopt::IsValid(console) &&
+         console->IsAccepted(Ipopt::J_MAIN, Ipopt::J_ITERSUMMARY) && stdout_is_terminal(over_ranks);
+}
+
+void MinMaxApplication::Implementation::show_progress(log::StartsProgress& progress,
+                                                      bool on_terminal) const {
+  constexpr double kRefresh = 0.1;  // seconds
+  constexpr double kPlainLines = 10.0;
+  if (!progress.due(on_terminal ? kRefresh : kPlainLines) &&
+      !(on_terminal && progress.complete())) {
+    return;
+  }
+  if (!on_terminal) {
+    print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, progress.line() + "\n");
+    return;
+  }
+  journalist->FlushBuffer();
+  std::printf("\r%-79s%s", progress.line().c_str(), progress.complete() ? "\n" : "");
+  std::fflush(stdout);
+}
+
+void MinMaxApplication::Implementation::write_points(const MultistartResult& found) const {
+  const std::string name = string_option("minmax_points_file");
+  if (name.empty() || silent) return;
+  std::ofstream file(name);
+  file << points_as_csv(found);
+  file.close();
+  if (!file) {
+    print(Ipopt::J_ERROR, Ipopt::J_MAIN, "Error writing minmax_points_file \"" + name + "\"\n");
+  }
+}
+
+ApplicationReturnStatus MinMaxApplication::Implementation::join_ranks() {
+  try {
+    silent = join_ranks_for_starts().rank > 0;
+    return Ipopt::Solve_Succeeded;
+  } catch (const SolverUnavailable& error) {
+    result = {};
+    return stop(Status::InvalidOption, error.what());
+  }
 }
 
 void MinMaxApplication::Implementation::look_for_worst_case(TnlpProblem& problem,
@@ -497,7 +584,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
     }
     if (is_robust(problem.structure(), options)) {
       result = solve_for_every_y(problem, options);
-    } else if (options.minmax_starts > 1) {
+    } else if (options.minmax_starts > 1 || over_ranks) {
       result = solve_from_many_starts(problem, options);
     } else {
       result = solver.solve(problem, options, observer_of(problem, options));
@@ -610,6 +697,19 @@ ApplicationReturnStatus MinMaxApplication::OptimizeTNLP(const SmartPtr<Ipopt::TN
   implementation_->model = model;
   implementation_->solver.reset();
   return implementation_->optimize();
+}
+
+ApplicationReturnStatus MinMaxApplication::OptimizeTNLPOverRanks(
+    const SmartPtr<Ipopt::TNLP>& model) {
+  implementation_->model = model;
+  implementation_->solver.reset();
+  if (const auto joined = implementation_->join_ranks(); joined != Ipopt::Solve_Succeeded) {
+    return joined;
+  }
+  implementation_->over_ranks = true;
+  const ApplicationReturnStatus status = implementation_->optimize();
+  implementation_->over_ranks = implementation_->silent = false;
+  return status;
 }
 
 ApplicationReturnStatus MinMaxApplication::ReOptimizeTNLP(const SmartPtr<Ipopt::TNLP>& model) {

@@ -70,6 +70,11 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// start and stops all of them; finalize_solution is called once. Iterations, evaluations and
   /// times are those of all starts.
   Ipopt::ApplicationReturnStatus OptimizeTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
+  /// OptimizeTNLP with the starts (minmax_starts) on all MPI ranks, each of which has to call this with the
+  /// same model and options (core/multistart.hpp, multistart_over_ranks); one thread per rank. Only rank 0
+  /// prints, and writes minmax_points_file; all ranks get the same answer. The model is called by another
+  /// thread than this one. Invalid_Option where MPI cannot be used.
+  Ipopt::ApplicationReturnStatus OptimizeTNLPOverRanks(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
   /// The model of the last OptimizeTNLP again, with other numbers. Orderings, symbolic
   /// factorizations, scaling and the last shifts are kept (core/solver.hpp, RepeatedSolver; with
   /// minmax_starts above 1 nothing is). Where the structure has changed after all, it is analyzed

@@ -1,7 +1,11 @@
 # ipminmax.pc. Static libraries name what they link in Libs, shared ones in Libs.private.
 set(pc_dependencies "")
+set(pc_dl "")
+if(CMAKE_DL_LIBS)
+  set(pc_dl "-l${CMAKE_DL_LIBS}")
+endif()
 foreach(library ${MUMPS_DMUMPS_LIBRARY} ${METIS_LIBRARY} ${LAPACK_LIBRARIES}
-                ${CMAKE_THREAD_LIBS_INIT} -lstdc++ -lm)
+                ${CMAKE_THREAD_LIBS_INIT} ${pc_dl} -lstdc++ -lm)
   if(IS_ABSOLUTE "${library}")  # /path/libname.so -> -L/path -lname
     get_filename_component(directory "${library}" DIRECTORY)
     get_filename_component(name "${library}" NAME_WE)

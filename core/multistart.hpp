@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -99,5 +100,41 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
                                           const SolverOptions& options,
                                           const MultistartObserver& observer = {},
                                           const std::vector<std::vector<double>>& given = {});
+
+/// The same with the starts on all MPI ranks, each with `threads` threads: a program of which every
+/// rank calls this with the same problem, options and given points (mpirun -n 8 program); on one rank it
+/// is multistart. All ranks return the same answer, which is the same, bit by bit, for any number of
+/// ranks and threads: iterates and values of every start, points and their order, best, statuses.
+/// (Times differ, and counts.analyses, as each thread makes its own.)
+///
+/// Rank 0 hands the starts out one by one, so that a slow one holds nobody up. on_result is called on
+/// rank 0 for every start, on_iteration and message on the rank that makes the start; false there
+/// stops all. The starts of a rank that dies are made by others where the launcher lets these live
+/// (mpirun --enable-recovery); else the launcher's SIGTERM ends the starts with Status::UserStop and
+/// the best point so far. max_cpu_time holds for each rank, max_wall_time for all together; linear_solver
+/// mumps_mpi cannot be used, as no rank is a worker.
+///
+/// Loads libipminmax_mpi.so and initializes MPI unless the program has. The model's functions are called in
+/// other threads than the calling one, which is the one that calls MPI. Throws SolverUnavailable
+/// (linalg/symmetric_solver.hpp) where MPI cannot be used or not all ranks call this within two
+/// minutes; an exception of a model stops all starts and passes through, on other ranks as
+/// std::runtime_error.
+[[nodiscard]] MultistartResult multistart_over_ranks(
+    const ProblemFactory& make_problem, int threads, const SolverOptions& options,
+    const MultistartObserver& observer = {}, const std::vector<std::vector<double>>& given = {});
+
+/// This process among the ranks that share starts.
+struct StartsRank {
+  int rank = 0;
+  int size = 1;
+};
+/// Joins the other ranks, which have to do the same or call multistart_over_ranks, and says who is who:
+/// to print on rank 0 only. Throws as multistart_over_ranks.
+[[nodiscard]] StartsRank join_ranks_for_starts();
+
+/// The points as a table of comma-separated values, first line: rank, value (local minmax value), found
+/// (starts that ended here), first_start, margin (of the certificate), status, v_0, v_1, ...; numbers
+/// with all their digits.
+[[nodiscard]] std::string points_as_csv(const MultistartResult& result);
 
 }  // namespace ipminmax

@@ -360,10 +360,11 @@ std::vector<OptionInfo> make_table() {
        nonnegative(&O::jacobian_regularization_exponent)},
 
       {"linear_solver", linear, "Factorization of the KKT matrices.",
-       choice(&O::linear_solver, {"auto", "mumps", "ldlt", "lapack"},
+       choice(&O::linear_solver, {"auto", "mumps", "ldlt", "lapack", "mumps_mpi"},
               {"chosen by size and predicted fill", "MUMPS, sparse with pivoting",
                "sparse LDL' without pivoting on the signed-regularized matrix",
-               "LAPACK, dense Bunch-Kaufman"})},
+               "LAPACK, dense Bunch-Kaufman",
+               "MUMPS on MPI ranks: mpirun -n 1 program : -n 7 ipminmax-worker"})},
       {"minmax_ordering", linear, "Fill-reducing ordering.",
        choice(&O::minmax_ordering, {"best", "amd", "pord", "metis"},
               {"least predicted operations", "approximate minimum degree",
@@ -376,6 +377,12 @@ std::vector<OptionInfo> make_table() {
        choice(&O::minmax_schur_complement, {"auto", "yes", "no"},
               {"where fewer operations are predicted", "always, with Max variables",
                "never: K and K_yy are factorized one by one"})},
+      {"minmax_mpi_halves", linear,
+       "Whether linear_solver mumps_mpi factorizes K_yy and K at the same time where both are "
+       "needed, each on one half of the ranks.",
+       choice(&O::minmax_mpi_halves, {"auto", "yes", "no"},
+              {"for matrices too small to gain from all ranks", "always, on two ranks or more",
+               "never: one after the other on all ranks"})},
       {"minmax_ldlt_gamma", linear,
        "Signed regularization of linear_solver ldlt (the paper's Gamma); up to 1000 times that "
        "where "

@@ -167,6 +167,7 @@ struct SolverOptions {
   LinearSolver linear_solver = LinearSolver::Auto;
   Ordering minmax_ordering = Ordering::Best;
   SchurComplementUse minmax_schur_complement = SchurComplementUse::Auto;
+  MpiHalves minmax_mpi_halves = MpiHalves::Auto;
   double minmax_ldlt_gamma = 1e-11;
   double mumps_pivtol = 1e-6;
   double mumps_pivtolmax = 0.1;

@@ -10,6 +10,7 @@
 
 #include "linalg/library_lock.hpp"
 #include "linalg/memory_limit.hpp"
+#include "linalg/mpi_library.hpp"
 #include "linalg/mumps_solver.hpp"
 #include "linalg/ordering.hpp"
 
@@ -45,6 +46,12 @@ constexpr double kWorthComparing = 5.0;
 constexpr double kManyDelays = 1.3;
 constexpr int kMostComparisons = 3;
 
+/// Two matrices at the same time on halves of the ranks, instead of one after the other on all: where a
+/// factorization takes milliseconds, messages among more ranks cost more than these save; the smaller
+/// matrix must be large enough to be worth waiting for.
+constexpr double kLeastShareForHalves = 0.1;
+constexpr double kMostFlopsForHalves = 1e7;
+
 // ICNTL(7); never automatic, which may take SCOTCH: not deterministic.
 constexpr int kOrderAmd = 0;
 constexpr int kOrderGiven = 1;
@@ -74,11 +81,17 @@ bool pord_can_order(const SymmetricMatrix& matrix) {
 
 /// One MUMPS instance, from JOB = -1 to JOB = -2.
 struct MumpsSolver::Instance {
-  Instance() {
+  /// Sequential, or on these ranks.
+  explicit Instance(std::optional<mpi::Part> ranks) {
     data.sym = 2;  // symmetric indefinite
     data.par = 1;
     data.comm_fortran = -987654;  // MPI_COMM_WORLD
-    run(kInitialize);
+    if (ranks) {
+      const LibraryLock lock;
+      mpi.emplace(*ranks, &data, kInitialize);
+    } else {
+      run(kInitialize);
+    }
     for (int k = 1; k <= 4; ++k) icntl(k) = 0;  // no output
     icntl(6) = kNoMatching;                     // the analysis sees no values
     icntl(8) = kScalingChosen;
@@ -89,17 +102,35 @@ struct MumpsSolver::Instance {
     icntl(24) = 1;    // null pivots are detected and counted
     cntl(3) = 1e-12;  // a null pivot, rows being scaled to about 1; found by trial
   }
-  ~Instance() { run(kTerminate); }
+  ~Instance() {
+    try {
+      run(kTerminate);
+    } catch (const SolverUnavailable&) {  // the other ranks are gone, and so is the instance
+    }
+  }
   Instance(const Instance&) = delete;
   Instance& operator=(const Instance&) = delete;
 
   /// Returns INFOG(1).
   int run(Job job) {
+    begin(job);
+    return end();
+  }
+  /// run in two parts.
+  void begin(Job job) {
+    const LibraryLock lock;
+    data.job = job;
+    if (mpi) mpi->start();
+  }
+  int end() {
     const LibraryLock lock;
     std::optional<ReproducibleRand> rand;
-    if (job == kAnalyze) rand.emplace();
-    data.job = job;
-    dmumps_c(&data);
+    if (data.job == kAnalyze) rand.emplace();
+    if (mpi) {
+      mpi->finish();
+    } else {
+      dmumps_c(&data);
+    }
     return infog(1);
   }
 
@@ -110,16 +141,30 @@ struct MumpsSolver::Instance {
   [[nodiscard]] double rinfog(int k) const { return data.rinfog[k - 1]; }
 
   DMUMPS_STRUC_C data{};
+  std::optional<MpiMumps> mpi;
 };
 
-MumpsSolver::MumpsSolver(const SymmetricSolverOptions& options)
+MumpsSolver::MumpsSolver(const SymmetricSolverOptions& options, Processes processes)
     : options_(options),
+      processes_(processes),
       pivot_tolerance_(options.mumps_pivot_tolerance),
       memory_percent_(options.mumps_memory_percent) {}
 
 MumpsSolver::~MumpsSolver() = default;
 
-void MumpsSolver::load_pattern(const SymmetricMatrix& matrix) {
+void MumpsSolver::make_instance() {
+  instance_.reset();
+  begun_ = false;
+  std::optional<mpi::Part> part;
+  if (processes_ == Processes::Ranks) {
+    part = ranks_ == Ranks::All         ? mpi::Part::All
+           : ranks_ == Ranks::FirstHalf ? mpi::Part::FirstHalf
+                                        : mpi::Part::SecondHalf;
+  }
+  instance_ = std::make_unique<Instance>(part);
+}
+
+void MumpsSolver::take_pattern(const SymmetricMatrix& matrix) {
   const auto starts = matrix.column_starts();
   const auto rows = matrix.rows();
   rows_.resize(rows.size());
@@ -130,9 +175,12 @@ void MumpsSolver::load_pattern(const SymmetricMatrix& matrix) {
       columns_[p] = j + 1;
     }
   }
+}
+
+void MumpsSolver::load_pattern() {
   DMUMPS_STRUC_C& data = instance_->data;
   data.n = dimension_;
-  data.nnz = matrix.nonzeros();
+  data.nnz = static_cast<MUMPS_INT8>(rows_.size());
   data.irn = rows_.data();
   data.jcn = columns_.data();
 }
@@ -238,8 +286,10 @@ Analysis MumpsSolver::analyze(const SymmetricMatrix& matrix, std::span<const std
     return {true, wanted == Ordering::Best ? Ordering::Amd : wanted, 0, 0.0};
   }
   try {
-    instance_ = std::make_unique<Instance>();
-    load_pattern(matrix);
+    ranks_ = Ranks::All;
+    make_instance();
+    take_pattern(matrix);
+    load_pattern();
     analysis_ = wanted == Ordering::Best ? best_analysis(matrix) : analyze_with(wanted, matrix);
     metis_order_ = {};
     return analysis_;
@@ -252,20 +302,18 @@ Analysis MumpsSolver::analyze(const SymmetricMatrix& matrix, std::span<const std
 
 std::unique_ptr<SymmetricSolver> MumpsSolver::same_analysis(const SymmetricMatrix& matrix,
                                                             std::span<const std::int8_t>) const {
-  auto other = std::make_unique<MumpsSolver>(options_);
+  auto other = std::make_unique<MumpsSolver>(options_, processes_);
   other->dimension_ = dimension_;
   if (dimension_ == 0) return other;
   try {
-    other->instance_ = std::make_unique<Instance>();
-    other->load_pattern(matrix);
+    other->make_instance();
+    other->take_pattern(matrix);
+    other->load_pattern();
     other->instance_->icntl(8) = instance_->icntl(8);
     if (analysis_.ordering == Ordering::Amd && !by_values_) {  // cheap
       other->analysis_ = other->analyze_with(Ordering::Amd, matrix);
     } else {
-      const int* places = instance_->data.sym_perm;
-      other->analysis_ = other->analyze_given(
-          analysis_.ordering,
-          order_.empty() ? std::vector<Index>(places, places + dimension_) : order_);
+      other->analysis_ = other->analyze_given(analysis_.ordering, current_order());
     }
   } catch (const std::bad_alloc&) {
     return nullptr;
@@ -284,6 +332,57 @@ bool MumpsSolver::has_memory_for(double bytes) const {
   return bytes < kWorthAsking || bytes <= available_memory(options_.max_memory);
 }
 
+/// The one that the analysis stands on, 1-based.
+std::vector<Index> MumpsSolver::current_order() const {
+  if (!order_.empty()) return order_;
+  const int* places = instance_->data.sym_perm;
+  return {places, places + dimension_};
+}
+
+/// The same analysis for other ranks.
+bool MumpsSolver::move_to(Ranks ranks) {
+  if (dimension_ == 0) return true;
+  factorized_ = false;
+  ranks_ = ranks;
+  std::vector<Index> order = current_order();
+  make_instance();
+  load_pattern();
+  analysis_ = analyze_given(analysis_.ordering, std::move(order));
+  return analysis_.ok;
+}
+
+bool MumpsSolver::work_beside(SymmetricSolver& other) {
+  auto* const first = dynamic_cast<MumpsSolver*>(&other);
+  if (first == nullptr || processes_ == Processes::This || first->processes_ == Processes::This ||
+      MpiMumps::ranks() < 2 || options_.mpi_halves == MpiHalves::No) {
+    return false;
+  }
+  const double ratio = analysis_.flops / std::max(first->analysis_.flops, 1.0);
+  const bool pays = std::min(ratio, 1.0 / ratio) > kLeastShareForHalves &&
+                    std::max(analysis_.flops, first->analysis_.flops) < kMostFlopsForHalves;
+  if (options_.mpi_halves == MpiHalves::Auto && !pays) return false;
+  // Out of memory: both on all ranks again.
+  if (move_to(Ranks::SecondHalf) && first->move_to(Ranks::FirstHalf)) return true;
+  if (!move_to(Ranks::All) || !first->move_to(Ranks::All)) throw std::bad_alloc();
+  return false;
+}
+
+void MumpsSolver::begin_factorize(const SymmetricMatrix& matrix) {
+  if (ranks_ != Ranks::SecondHalf || instance_ == nullptr || !std::isfinite(matrix.max_norm())) {
+    return;
+  }
+  factorized_ = false;
+  prepare_factorize(matrix);
+  instance_->icntl(14) = memory_percent_;
+  instance_->begin(kFactorize);
+  begun_ = true;
+}
+
+void MumpsSolver::prepare_factorize(const SymmetricMatrix& matrix) {
+  instance_->data.a = const_cast<double*>(matrix.values().data());  // read only
+  instance_->cntl(1) = pivot_tolerance_;
+}
+
 /// INFOG(1) of the factorization. Retries with more workspace when that was too small, and once
 /// with little when the generous default could not be allocated.
 int MumpsSolver::factorize_with_enough_memory() {
@@ -292,7 +391,9 @@ int MumpsSolver::factorize_with_enough_memory() {
   for (;;) {
     const bool fits = has_memory_for(factorization_bytes(memory_percent_));
     instance_->icntl(14) = memory_percent_;
-    const int status = fits ? instance_->run(kFactorize) : kOutOfMemory;
+    const bool begun = std::exchange(begun_, false);
+    if (fits && !begun) instance_->begin(kFactorize);
+    const int status = fits || begun ? instance_->end() : kOutOfMemory;
     if (status == kOutOfMemory && economize) {
       economize = false;
       memory_percent_ = kLeastPercent;
@@ -313,11 +414,9 @@ Factorization MumpsSolver::factorize(const SymmetricMatrix& matrix) {
     return result;
   }
   if (instance_ == nullptr || !std::isfinite(matrix.max_norm())) return result;
-  instance_->data.a = const_cast<double*>(matrix.values().data());  // read only
-  instance_->cntl(1) = pivot_tolerance_;
-
+  prepare_factorize(matrix);
   int status = factorize_with_enough_memory();
-  if (status >= 0) status = compare_with_values(matrix, status);
+  if (status >= 0 && !instance_->mpi) status = compare_with_values(matrix, status);
   if (wants_more_workspace(status) || status == kOutOfMemory) {
     result.status = FactorizationStatus::OutOfMemory;
     return result;

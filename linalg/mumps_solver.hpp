@@ -11,11 +11,16 @@
 
 namespace ipminmax {
 
-/// Multifrontal LDL' with threshold pivoting (sequential MUMPS, SYM = 2). Null pivots are counted
-/// as zero eigenvalues. Calls are serialized over all threads of the process.
+/// Multifrontal LDL' with threshold pivoting (MUMPS, SYM = 2). Null pivots are counted as zero
+/// eigenvalues. Calls are serialized over all threads of the process.
 class MumpsSolver final : public SymmetricSolver {
  public:
-  explicit MumpsSolver(const SymmetricSolverOptions& options);
+  enum class Processes : std::uint8_t {
+    This,  ///< the sequential MUMPS
+    Ranks  ///< the parallel one on all MPI ranks, of which this process is the first
+  };
+  explicit MumpsSolver(const SymmetricSolverOptions& options,
+                       Processes processes = Processes::This);
   ~MumpsSolver() override;
 
   [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix,
@@ -25,16 +30,27 @@ class MumpsSolver final : public SymmetricSolver {
   [[nodiscard]] std::unique_ptr<SymmetricSolver> same_analysis(
       const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const override;
   [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
+  /// This one moves to the second half of the ranks, the other one to the first.
+  [[nodiscard]] bool work_beside(SymmetricSolver& other) override;
+  void begin_factorize(const SymmetricMatrix& matrix) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
   [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
   [[nodiscard]] bool increase_quality() override;
   void reset_quality() override { pivot_tolerance_ = options_.mumps_pivot_tolerance; }
   [[nodiscard]] bool pivots() const override { return true; }
-  [[nodiscard]] std::string_view name() const override { return "mumps"; }
+  [[nodiscard]] std::string_view name() const override {
+    return processes_ == Processes::This ? "mumps" : "mumps_mpi";
+  }
 
  private:
   struct Instance;  // hides the MUMPS structure
-  void load_pattern(const SymmetricMatrix& matrix);
+  enum class Ranks : std::uint8_t { All, FirstHalf, SecondHalf };
+  void make_instance();
+  void load_pattern();
+  void take_pattern(const SymmetricMatrix& matrix);
+  [[nodiscard]] bool move_to(Ranks ranks);
+  [[nodiscard]] std::vector<Index> current_order() const;
+  void prepare_factorize(const SymmetricMatrix& matrix);
   Analysis analyze_with(Ordering ordering, const SymmetricMatrix& matrix);
   [[nodiscard]] Analysis prediction(int status, Ordering ordering) const;
   Analysis analyze_given(Ordering name, std::vector<Index> order);
@@ -46,6 +62,8 @@ class MumpsSolver final : public SymmetricSolver {
   [[nodiscard]] int compare_with_values(const SymmetricMatrix& matrix, int status);
 
   SymmetricSolverOptions options_;
+  Processes processes_;
+  Ranks ranks_ = Ranks::All;
   double pivot_tolerance_;
   Index memory_percent_;
   Index dimension_ = 0;
@@ -58,6 +76,7 @@ class MumpsSolver final : public SymmetricSolver {
   int comparisons_ = 0;          // of that analysis with the other
   double expected_flops_ = 0.0;  // of a factorization, with delayed pivots; 0 before one had many
   bool factorized_ = false;
+  bool begun_ = false;  ///< a factorization that another half of the ranks makes
 };
 
 }  // namespace ipminmax

@@ -52,6 +52,8 @@ std::unique_ptr<SymmetricSolver> make_symmetric_solver(LinearSolver kind,
       return std::make_unique<AutoSolver>(options);
     case LinearSolver::Mumps:
       return std::make_unique<MumpsSolver>(options);
+    case LinearSolver::MumpsMpi:
+      return std::make_unique<MumpsSolver>(options, MumpsSolver::Processes::Ranks);
     case LinearSolver::Ldlt:
       return std::make_unique<LdltSolver>(options);
     case LinearSolver::Lapack:

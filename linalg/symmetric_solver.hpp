@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string_view>
 #include <vector>
 
@@ -36,6 +37,10 @@ struct Factorization {
       0.0;  ///< smallest |eigenvalue| of the (block) diagonal factor; 0 if unknown
 };
 
+/// Whether two matrices that are needed together are factorized at the same time, each by one half of
+/// the MPI ranks.
+enum class MpiHalves : std::uint8_t { Auto, Yes, No };
+
 struct SymmetricSolverOptions {
   Ordering ordering = Ordering::Best;  ///< Best compares the orderings by predicted flops
   /// Signed regularization Gamma of the unpivoted factorization; up to 1e3 times that where entries
@@ -46,7 +51,15 @@ struct SymmetricSolverOptions {
   Index mumps_memory_percent =
       1000;                  ///< extra workspace, percent of the estimate (MUMPS ICNTL(14))
   double max_memory = 1e26;  ///< bytes of the process beyond which MUMPS is not started
+  MpiHalves mpi_halves = MpiHalves::Auto;
   friend bool operator==(const SymmetricSolverOptions&, const SymmetricSolverOptions&) = default;
+};
+
+/// The linear solver cannot be used here, or not any more, whatever the matrix: a library is missing,
+/// another process has died. Thrown by solvers that need more than this process.
+class SolverUnavailable : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
 };
 
 /// A sparse dimension x columns matrix: column k has the entries starts[k] to starts[k + 1] - 1.
@@ -81,6 +94,14 @@ class SymmetricSolver {
       const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const = 0;
 
   [[nodiscard]] virtual Factorization factorize(const SymmetricMatrix& matrix) = 0;
+
+  /// Whether this solver and another of its kind, both analyzed, can be factorized at the same time
+  /// and should be. True: they share the processors from now on, without factors; false: nothing has
+  /// changed.
+  [[nodiscard]] virtual bool work_beside(SymmetricSolver& /*other*/) { return false; }
+  /// After work_beside: begins what the next factorize of this matrix ends. The matrix must stay as it
+  /// is in between.
+  virtual void begin_factorize(const SymmetricMatrix& /*matrix*/) {}
 
   /// rhs: columns right-hand sides of length dimension one after the other, overwritten by the
   /// solutions. No iterative refinement.
@@ -122,9 +143,10 @@ class SymmetricSolver {
   std::vector<double> block_;  // workspace of inverse_product
 };
 
-enum class LinearSolver : std::uint8_t { Auto, Mumps, Ldlt, Lapack };
+enum class LinearSolver : std::uint8_t { Auto, Mumps, Ldlt, Lapack, MumpsMpi };
 
-/// A solver of the given kind. Auto chooses at analyze: LAPACK for tiny matrices, LDL' where the
+/// A solver of the given kind. MumpsMpi throws SolverUnavailable from the first analyze on where it
+/// cannot be used. Auto chooses at analyze: LAPACK for tiny matrices, LDL' where the
 /// predicted fill is low, MUMPS otherwise; its increase_quality moves from LDL' to a pivoting solver.
 [[nodiscard]] std::unique_ptr<SymmetricSolver> make_symmetric_solver(
     LinearSolver kind, const SymmetricSolverOptions& options);

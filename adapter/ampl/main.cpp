@@ -22,6 +22,7 @@
 #include "answer.hpp"
 #include "assignments.hpp"
 #include "checked_file.hpp"
+#include "core/multistart.hpp"
 #include "nl_problem.hpp"
 
 namespace {
@@ -189,6 +190,32 @@ void write_solution(const ipminmax::NlProblem& problem, const std::string& file,
   ipminmax::write_file(file, problem.is_binary() ? solution.binary() : solution.text());
 }
 
+/// Processes that mpirun (or srun) has started together with this one; 1 where nothing did. MPI itself
+/// is not asked: without a launcher it is not needed.
+int launched_processes() {
+  const auto number = [](const char* name) {
+    const char* text = std::getenv(name);
+    return text == nullptr ? 1 : std::max(1, std::atoi(text));
+  };
+  const bool by_srun = std::getenv("PMIX_RANK") != nullptr;  // salloc sets the others as well
+  return std::max({number("OMPI_COMM_WORLD_SIZE"), number("PMI_SIZE"),
+                   by_srun ? number("SLURM_STEP_NUM_TASKS") : 1});
+}
+
+/// How the processes share the work.
+enum class Sharing : std::uint8_t {
+  Alone,   ///< one process, or rank 0 with workers
+  Starts,  ///< all ranks run this program
+  Silent   ///< the same, and this is not rank 0
+};
+
+Sharing find_sharing(const Assignments& assignments) {
+  // The linear solver finds its workers itself.
+  if (launched_processes() == 1 || assignments.value("linear_solver") == "mumps_mpi")
+    return Sharing::Alone;
+  return ipminmax::join_ranks_for_starts().rank == 0 ? Sharing::Starts : Sharing::Silent;
+}
+
 int solve(Command command) {
   const std::string solution_file = command.solution_file.empty()
                                         ? ipminmax::solution_file_name(command.stub)
@@ -203,6 +230,10 @@ int solve(Command command) {
   if (command.called_by_ampl && !assignments.value("print_ipopt_log"))
     application->Options()->SetStringValue("print_ipopt_log", "yes");  // programs read it
   set_options(*application, assignments);
+  stop_on_signals();  // before MPI is begun, which passes the launcher's signal on
+  const Sharing sharing = find_sharing(assignments);
+  const bool silent = sharing == Sharing::Silent;
+  if (silent) application->Options()->SetStringValue("output_file", "");
   const auto log = open_log(*application);
   if (application->Initialize("") != Ipopt::Solve_Succeeded)
     throw std::invalid_argument(application->LastResult().message);
@@ -215,12 +246,14 @@ int solve(Command command) {
     application->RethrowNonIpoptException(true);
   }
   const std::string warning = ipminmax::split_warning(*problem);
-  if (!warning.empty()) std::cerr << "ipminmax: WARNING: " << warning << '\n';
-  stop_on_signals();
+  if (!warning.empty() && !silent) std::cerr << "ipminmax: WARNING: " << warning << '\n';
   problem->stop_when(stop_requested);
-  const Ipopt::ApplicationReturnStatus ended =
-      application->OptimizeTNLP(Ipopt::SmartPtr<Ipopt::TNLP>(Ipopt::GetRawPtr(problem)));
+  const Ipopt::SmartPtr<Ipopt::TNLP> model = Ipopt::GetRawPtr(problem);
+  const Ipopt::ApplicationReturnStatus ended = sharing == Sharing::Alone
+                                                   ? application->OptimizeTNLP(model)
+                                                   : application->OptimizeTNLPOverRanks(model);
   if (ended == Ipopt::Invalid_Option) return 2;
+  if (silent) return 0;
   const ipminmax::Result& result = application->LastResult();
   const std::string message = ipminmax::message_of(result, *problem);
   if (options.write) write_solution(*problem, solution_file, message, result);

@@ -124,6 +124,10 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
 std::optional<Regularization> InertiaCorrection::correct(double mu) {
   Regularization shift;
   findings_ = {};
+  // Where K_yy is right without shift, K is wanted next, and else for line 7.
+  Regularization guess;
+  if (economical() && last_.first_x_failed) guess.x = first_shift(last_.x);
+  if (kkt_.layout().y.size() > 0) kkt_.factorize_ahead({}, guess);
   if (!correct_inner(mu, shift)) return std::nullopt;
   // The right inertia of K at zero shift although K_yy's is wrong: the case of line 7.
   bool instability = false;

@@ -23,7 +23,8 @@ SymmetricSolverOptions solver_options(const SolverOptions& options) {
           .mumps_pivot_tolerance = options.mumps_pivtol,
           .mumps_pivot_tolerance_max = options.mumps_pivtolmax,
           .mumps_memory_percent = options.mumps_mem_percent,
-          .max_memory = 1e6 * options.max_memory};
+          .max_memory = 1e6 * options.max_memory,
+          .mpi_halves = options.minmax_mpi_halves};
 }
 
 template <class Vector>
@@ -192,11 +193,18 @@ void KktBlock::shift_by(const Regularization& shift) {
   }
 }
 
+void KktBlock::begin_factorize(const Regularization& shift) {
+  factorized_with_.reset();
+  shift_by(shift);
+  solver_->begin_factorize(matrix_);
+}
+
 Factorization KktBlock::factorize(const Regularization& shift) {
   if (is_factorized(shift)) return factorization_;
   shift_by(shift);
   factorization_ = solver_->factorize(matrix_);
   factorized_with_.reset();
+  if (factorization_.status == FactorizationStatus::OutOfMemory) throw FactorsOutOfMemory();
   if (factorization_.status == FactorizationStatus::Ok) factorized_with_ = shift;
   return factorization_;
 }
@@ -252,6 +260,7 @@ bool KktSystem::analyze(const std::optional<KktAnalysis>& kept) {
       kept->options == solver_options(options_)) {
     full_.adopt(kept->full);
     inner_.adopt(kept->inner);
+    at_once_ = kept->at_once;
     require_certain_inertia(false);
     if (!kept->by_schur_complement) return true;
     schur_ = std::make_unique<KktSchur>(full_, inner_);
@@ -262,7 +271,10 @@ bool KktSystem::analyze(const std::optional<KktAnalysis>& kept) {
   const Analysis full = full_.analyze();
   if (!full.ok || !inner_.analyze().ok) return false;
   decide_on_schur_complement(full);
-  if (!schur_) return true;
+  if (!schur_) {
+    at_once_ = !inner_.empty() && inner_.solver()->work_beside(*full_.solver());
+    return true;
+  }
   ++counts_.analyses;
   return schur_->prepare(inner_, nullptr);
 }
@@ -292,7 +304,8 @@ KktAnalysis KktSystem::analysis() const {
           .inner = inner_.solver(),
           .second_inner = schur_ ? schur_->second(inner_) : nullptr,
           .schur_option = options_.minmax_schur_complement,
-          .by_schur_complement = schur_ != nullptr};
+          .by_schur_complement = schur_ != nullptr,
+          .at_once = at_once_};
 }
 
 void KktSystem::take_barrier_terms(const Iterate& iterate) {
@@ -405,6 +418,16 @@ Factorization KktSystem::make_inner_certain() {
   Factorization result = inner_.make_certain(inner_shift_);
   result.inertia = layout_.with_slacks_inner(result.inertia);
   return result;
+}
+
+void KktSystem::factorize_ahead(const Regularization& inner, const Regularization& full) {
+  if (!at_once_ || inner_.is_factorized(inner) || full_.is_factorized(full)) return;
+  {
+    const ScopedTimer timer(timing_.factorization);
+    inner_.begin_factorize(inner);
+  }
+  static_cast<void>(factorize(full));
+  static_cast<void>(factorize_inner(inner));
 }
 
 bool KktSystem::increase_quality() {

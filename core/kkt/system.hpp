@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <optional>
 #include <span>
 #include <vector>
@@ -35,6 +36,14 @@ void set_zero(Step& step);
 /// Right-hand side of the unreduced primal-dual Newton system, same shapes as a Step.
 using NewtonResidual = Step;
 
+/// No memory for the factors of a KKT matrix.
+class FactorsOutOfMemory : public std::bad_alloc {
+ public:
+  [[nodiscard]] const char* what() const noexcept override {
+    return "out of memory in the factorization of a KKT matrix";
+  }
+};
+
 /// Analyzed solvers of K and K_yy with the options that they were made with.
 struct KktAnalysis {
   LinearSolver linear_solver{};
@@ -43,6 +52,7 @@ struct KktAnalysis {
   std::shared_ptr<SymmetricSolver> second_inner;  ///< by_schur_complement
   SchurComplementUse schur_option{};
   bool by_schur_complement = false;
+  bool at_once = false;  ///< SymmetricSolver::work_beside
 };
 
 /// One of the two KKT matrices with its solver: K over all rows, or K_yy over (y, lambda_y).
@@ -83,7 +93,9 @@ class KktBlock {
   }
   /// Grows with every change of the values, shifts apart.
   [[nodiscard]] std::uint64_t version() const { return version_; }
-  /// Repeated, the last factorization is kept.
+  /// Begins what the next call of factorize with this shift ends; see SymmetricSolver.
+  void begin_factorize(const Regularization& shift);
+  /// Repeated, the last factorization is kept. Throws FactorsOutOfMemory.
   [[nodiscard]] Factorization factorize(const Regularization& shift);
   /// The last factorization, made with this shift, as it is with a certain inertia.
   [[nodiscard]] Factorization make_certain(const Regularization& shift);
@@ -180,6 +192,9 @@ class KktSystem {
   /// and if need be repeated with pivoting.
   [[nodiscard]] Factorization make_certain();
   [[nodiscard]] Factorization make_inner_certain();
+  /// Before factorize_inner and factorize with these shifts: makes both factorizations at the same
+  /// time where the linear solver can, and does nothing elsewhere.
+  void factorize_ahead(const Regularization& inner, const Regularization& full);
   [[nodiscard]] bool has_expected_inertia(const Factorization& f) const {
     return f.status == FactorizationStatus::Ok && f.inertia == layout_.expected();
   }
@@ -260,6 +275,7 @@ class KktSystem {
   KktLayout layout_;
   KktBlock full_, inner_;
   std::unique_ptr<KktSchur> schur_;     ///< null: K is factorized as a whole
+  bool at_once_ = false;                ///< K and K_yy can be factorized at the same time
   bool by_schur_ = false;               ///< whether K's last factorization is schur_'s
   Inertia inertia_;                     ///< of K, as last factorized
   Regularization shift_, inner_shift_;  ///< of the factorizations at hand

@@ -59,7 +59,8 @@ void make_unique(std::vector<Triplet>& pattern) {
 
 // --- Pattern -------------------------------------------------------------------------------------
 
-FiniteDifferenceHessian::FiniteDifferenceHessian(Problem& model, const SolverOptions& options)
+FiniteDifferenceHessian::FiniteDifferenceHessian(Problem& model, const SolverOptions& options,
+                                                 const std::vector<Triplet>* known)
     : model_(model),
       source_(model),
       step_(options.minmax_difference_step),
@@ -72,10 +73,15 @@ FiniteDifferenceHessian::FiniteDifferenceHessian(Problem& model, const SolverOpt
     free_[i] = structure_.variable_lower[i] < structure_.variable_upper[i];
   }
   offsets_.resize(n);
-  choose_pattern();
+  choose_pattern(known);
 }
 
-void FiniteDifferenceHessian::choose_pattern() {
+void FiniteDifferenceHessian::choose_pattern(const std::vector<Triplet>* known) {
+  if (known != nullptr && !structure_.has_hessian) {
+    structure_.has_hessian = true;
+    set_pattern(*known);
+    return;
+  }
   if (structure_.has_hessian) {
     set_pattern(given_pattern());
     return;

@@ -31,7 +31,9 @@ class FiniteDifferenceHessian final : public Problem {
   /// The model must outlive this object. Detection evaluates it around its starting point. Only a
   /// structure with indices in range and consistent bounds is looked at; any other is left to the
   /// solver's own checks.
-  FiniteDifferenceHessian(Problem& model, const SolverOptions& options);
+  /// known: the pattern where the model has none, lower triangle, not to be detected again; copied.
+  FiniteDifferenceHessian(Problem& model, const SolverOptions& options,
+                          const std::vector<Triplet>* known = nullptr);
 
   /// Evaluations of gradient and Jacobian for one Hessian away from bounds are twice this.
   [[nodiscard]] Index groups() const { return static_cast<Index>(coloring_.groups.size()); }
@@ -78,7 +80,7 @@ class FiniteDifferenceHessian final : public Problem {
   };
 
   [[nodiscard]] bool take_start();
-  void choose_pattern();
+  void choose_pattern(const std::vector<Triplet>* known);
   [[nodiscard]] std::vector<Triplet> given_pattern() const;
   void verify_detection(std::span<const double> start);
   void set_pattern(std::vector<Triplet> pattern);

@@ -3,11 +3,13 @@
 #include <cmath>
 #include <cstdint>
 #include <exception>
+#include <iomanip>
 #include <limits>
 #include <map>
 #include <mutex>
 #include <random>
 #include <span>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -18,15 +20,14 @@
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/timer.hpp"
 #include "core/multistart.hpp"
+#include "core/search/multistart_run.hpp"
+#include "core/search/result_bytes.hpp"
 #include "core/worst_case.hpp"
 
 namespace ipminmax {
 namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-/// Rank of a result in better(): lexicographic, smaller is better.
-using Rank = std::tuple<int, int, double>;
 
 Rank rank_of(const Result& result) {
   // NaN would break the order.
@@ -137,70 +138,31 @@ bool has_free_min_variable(const ProblemStructure& s) {
   return false;
 }
 
-class Multistart {
- public:
-  Multistart(std::vector<Problem*> models, const SolverOptions& options,
-             const MultistartObserver& observer, const std::vector<std::vector<double>>& given)
-      : models_(std::move(models)), options_(options), observer_(observer), given_(given) {}
+}  // namespace
 
-  MultistartResult run();
+Multistart::Multistart(const std::vector<Problem*>& models, const SolverOptions& options,
+                       const MultistartObserver& observer,
+                       const std::vector<std::vector<double>>& given)
+    : options_(options), observer_(observer), given_(given) {
+  for (Problem* model : models) workers_.push_back({model});
+}
 
- private:
-  void check_given() const;
-  void work(Problem& model);
-  void run_start(Problem& model, Index start);
-  void start_after_the_first();
-  void run_start(Problem& model, Index start, std::vector<double> v);
-  void check_worst_cases(MultistartResult& answer);
-  [[nodiscard]] WorstCase worst_case_of(const DistinctPoint& point,
-                                        const std::vector<DistinctPoint>& points);
-  void go_on_from(const std::vector<double>& v, MultistartResult& answer);
-  [[nodiscard]] SolverOptions with_remaining_time() const;
-  [[nodiscard]] Rank rank(const Result& result) const;
-  [[nodiscard]] bool time_is_up();
-  [[nodiscard]] SolveObserver observer_of(Index start);
-  void record(Index start, Result&& result);
-  void interrupt(Status status);
-  [[nodiscard]] MultistartResult collect();
-  void add_point(Index start, Result&& result, std::vector<DistinctPoint>& points) const;
-  void choose_best(MultistartResult& answer);
-
-  std::vector<Problem*> models_;  ///< one per thread
-  const SolverOptions& options_;
-  const MultistartObserver& observer_;
-  const std::vector<std::vector<double>>& given_;
-  Stopwatch stopwatch_;
-  std::vector<double> model_start_;
-  bool maximization_ = false;  ///< no free Min variable: the larger value is the better one
-  Index last_ = 0;
-  std::atomic<Index> next_ = 0;
-  /// Starts after this one are given up: it threw an exception, or the observer stopped all (-1).
-  std::atomic<Index> end_ = std::numeric_limits<Index>::max();
-  std::atomic<bool> out_of_time_ = false;
-
-  std::mutex mutex_;  ///< of the observer and of everything below
-  std::exception_ptr exception_;
-  std::map<Index, Result> certified_;
-  Result best_uncertified_;
-  Index best_uncertified_start_ = -1;
-  std::map<Status, Index> statuses_;
-  std::optional<Status> interrupted_;
-  Result total_;
-};
+void Multistart::prepare() {
+  check_given();
+  last_ = std::max(options_.minmax_starts - 1, static_cast<Index>(given_.size()));
+  maximization_ = !has_free_min_variable(workers_.front().model->structure());
+}
 
 MultistartResult Multistart::run() {
-  check_given();
-  const auto given = static_cast<Index>(given_.size());
-  last_ = std::max(options_.minmax_starts - 1, given);
-  maximization_ = !has_free_min_variable(models_.front()->structure());
-  run_start(*models_.front(), 0);
+  prepare();
+  run_start(workers_.front(), 0);
   if (!exception_ && last_ > 0 && !is_final(statuses_.begin()->first)) start_after_the_first();
   if (exception_) std::rethrow_exception(exception_);
   return collect();
 }
 
 void Multistart::check_given() const {
-  const std::size_t n = models_.front()->structure().variable_players.size();
+  const std::size_t n = workers_.front().model->structure().variable_players.size();
   for (std::size_t k = 0; k < given_.size(); ++k) {
     if (given_[k].size() == n) continue;
     throw std::invalid_argument("given starting point " + std::to_string(k) + " has " +
@@ -210,22 +172,25 @@ void Multistart::check_given() const {
 }
 
 void Multistart::start_after_the_first() {
-  next_ = 1;
-  std::vector<std::jthread> threads;  // joined when they go out of scope
-  for (std::size_t t = 1; t < models_.size() && static_cast<Index>(t) < last_; ++t) {
-    try {
-      threads.emplace_back([this, t] { work(*models_[t]); });
-    } catch (const std::system_error&) {
-      break;  // no more threads to be had: go on with those there are
+  queue_.put(1, last_);
+  {
+    std::vector<std::jthread> threads;  // joined when they go out of scope
+    for (std::size_t t = 1; t < workers_.size() && static_cast<Index>(t) < last_; ++t) {
+      try {
+        threads.emplace_back([this, t] { work(workers_[t]); });
+      } catch (const std::system_error&) {
+        break;  // no more threads to be had: go on with those there are
+      }
     }
+    work(workers_.front());
   }
-  work(*models_.front());
+  wait_for_others();
 }
 
-void Multistart::work(Problem& model) {
-  for (Index start = next_++; start <= last_ && start <= end_; start = next_++) {
+void Multistart::work(Worker& worker) {
+  while (const auto start = queue_.take()) {
     if (time_is_up()) return;
-    run_start(model, start);
+    run_start(worker, *start);
   }
 }
 
@@ -247,18 +212,18 @@ SolverOptions Multistart::with_remaining_time() const {
   return options;
 }
 
-void Multistart::run_start(Problem& model, Index start) {
+void Multistart::run_start(Worker& worker, Index start) {
   std::vector<double> v;
   if (start > 0) {
     const auto g = at(start) - 1;
     v = g < given_.size() ? given_[g]
-                          : random_start(model.structure(), model_start_, start, options_);
+                          : random_start(worker.model->structure(), model_start_, start, options_);
   }
-  run_start(model, start, std::move(v));
+  run_start(worker, start, std::move(v));
 }
 
 /// v: n values, or empty for the model's own start.
-void Multistart::run_start(Problem& model, Index start, std::vector<double> v) {
+void Multistart::run_start(Worker& worker, Index start, std::vector<double> v) {
   try {
     SolverOptions options = options_;
     if (start > 0) {
@@ -266,15 +231,31 @@ void Multistart::run_start(Problem& model, Index start, std::vector<double> v) {
       options.warm_start_init_point = false;
     }
     if (last_ > 0) options.minmax_max_restarts = 0;  // the other starts are chosen here
-    Restarted restarted(model, std::move(v));
-    Result result = solve(restarted, options, observer_of(start));
+    detect(worker, start);
+    Restarted restarted(*worker.model, std::move(v));
+    Result result = worker.structure.solve(restarted, options, observer_of(start));
     if (start == 0) model_start_ = restarted.model_start();
     record(start, std::move(result));
   } catch (...) {
-    const std::lock_guard lock(mutex_);
-    if (!exception_ || start < end_) exception_ = std::current_exception();
-    end_ = std::min(end_.load(), start);
+    note_exception(start, std::current_exception());
   }
+}
+
+/// The model's calls count once, whatever the number of threads.
+void Multistart::detect(Worker& worker, Index start) {
+  if (std::exchange(worker.detected, true)) return;
+  const Counts counts = worker.structure.detect(*worker.model, options_);
+  if (start > 0) return;
+  const std::lock_guard lock(mutex_);
+  total_.counts.gradient += counts.gradient;
+  total_.counts.jacobian += counts.jacobian;
+}
+
+void Multistart::note_exception(Index start, std::exception_ptr exception) {
+  const std::lock_guard lock(mutex_);
+  if (!exception_ || start < end_) exception_ = std::move(exception);
+  end_ = std::min(end_.load(), start);
+  queue_.close();
 }
 
 SolveObserver Multistart::observer_of(Index start) {
@@ -301,13 +282,23 @@ void Multistart::interrupt(Status status) {
   if (!interrupted_ || status == Status::UserStop) interrupted_ = status;
   if (status == Status::UserStop) end_ = -1;
   out_of_time_ = true;
+  queue_.close();
+  if (!is_first_rank_)
+    outbox_.push_back({0, Ranks::Kind::Interrupted, static_cast<Index>(status), {}});
 }
 
 void Multistart::record(Index start, Result&& result) {
   const std::lock_guard lock(mutex_);
+  // A start that was taken over from a rank that was only slow comes twice.
+  if (!recorded_.insert(start).second) return;
   if (result.status == Status::MaxCpuTime || result.status == Status::MaxWallTime) {
     interrupt(result.status);
   }
+  if (!is_first_rank_) {
+    outbox_.push_back({0, Ranks::Kind::Result, start, to_bytes(result)});
+    return;
+  }
+  if (static_cast<Index>(recorded_.size()) > last_) queue_.close();
   ++statuses_[result.status];
   add(result, total_);
   if (observer_.on_result) observer_.on_result(start, result);
@@ -406,7 +397,7 @@ WorstCase Multistart::worst_case_of(const DistinctPoint& point,
   };
   observer.on_result = [&](Index, const Result& result) { add(result, total_); };
   const WorstCaseCheck check =
-      check_worst_case(*models_.front(), point.result.v, with_remaining_time(),
+      check_worst_case(*workers_.front().model, point.result.v, with_remaining_time(),
                        options_.minmax_worst_case_starts, given, observer);
   if (check.interrupted) interrupt(*check.interrupted);
   return check.found;
@@ -414,7 +405,7 @@ WorstCase Multistart::worst_case_of(const DistinctPoint& point,
 
 /// One more start, at the higher branch of y.
 void Multistart::go_on_from(const std::vector<double>& v, MultistartResult& answer) {
-  run_start(*models_.front(), ++last_, v);
+  run_start(workers_.front(), ++last_, v);
   if (exception_) std::rethrow_exception(exception_);
   for (auto& [start, result] : certified_) add_point(start, std::move(result), answer.points);
   certified_.clear();
@@ -434,7 +425,9 @@ void Multistart::choose_best(MultistartResult& answer) {
   answer.best_start = points.empty() ? best_uncertified_start_ : points.front().first_start;
   if (interrupted_ && (*interrupted_ == Status::UserStop || !is_success(answer.best.status))) {
     answer.best.status = *interrupted_;
-    answer.best.message = std::string(name_of(*interrupted_)) + " in a multistart";
+    answer.best.message = interrupted_by_.empty()
+                              ? std::string(name_of(*interrupted_)) + " in a multistart"
+                              : interrupted_by_;
   }
   Result& best = answer.best;
   best.iterations = total_.iterations;
@@ -444,8 +437,6 @@ void Multistart::choose_best(MultistartResult& answer) {
   best.seconds = best.timing.total = stopwatch_.wall();
   best.cpu_seconds = stopwatch_.cpu();
 }
-
-}  // namespace
 
 bool better(const Result& a, const Result& b) { return rank_of(a) < rank_of(b); }
 
@@ -457,6 +448,23 @@ bool same_point(std::span<const double> a, std::span<const double> b, double tol
     size = std::max(size, std::abs(b[i]));
   }
   return distance <= tol * size;
+}
+
+std::string points_as_csv(const MultistartResult& result) {
+  std::ostringstream text;
+  text << std::setprecision(std::numeric_limits<double>::max_digits10)
+       << "rank,value,found,first_start,margin,status";
+  const std::size_t n = result.points.empty() ? 0 : result.points.front().result.v.size();
+  for (std::size_t i = 0; i < n; ++i) text << ",v_" << i;
+  text << '\n';
+  for (std::size_t k = 0; k < result.points.size(); ++k) {
+    const DistinctPoint& point = result.points[k];
+    text << k + 1 << ',' << point.result.objective << ',' << point.found << ',' << point.first_start
+         << ',' << point.result.certificate.margin << ',' << name_of(point.result.status);
+    for (const double value : point.result.v) text << ',' << value;
+    text << '\n';
+  }
+  return text.str();
 }
 
 MultistartResult multistart(Problem& problem, const SolverOptions& options,

@@ -22,6 +22,7 @@
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
 #include "core/search/restart.hpp"
+#include "core/search/search_structure.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {
@@ -32,6 +33,11 @@ struct KeptWork {
   std::optional<GradientScaling> scaling;
   std::optional<KktAnalysis> analysis;
   ShiftMemory shifts;
+  /// For searches that must not depend on those before: shape, analysis and pattern are those of
+  /// the first and stay, the rest is not kept.
+  bool structure_only = false;
+  /// Of second derivatives by differences, detected; empty: not known.
+  std::optional<std::vector<Triplet>> hessian_pattern;
 };
 
 namespace {
@@ -240,12 +246,20 @@ Result Solver::run() {
       const Status named = name_divergence(*status);
       if (!start_elsewhere(named)) return finish(named);
     }
+  } catch (const FactorsOutOfMemory& error) {
+    result_.message = error.what();
+    return finish(Status::OutOfMemory);
   } catch (const std::bad_alloc&) {
     if (nested_) throw;  // the whole solve is out of memory, not its restoration
     return finish_without_memory();
   } catch (const std::length_error&) {  // more than an array can hold
     if (canonical_.inside_model() || inside_observer_) throw;
     return finish_without_memory();
+  } catch (const SolverUnavailable& error) {
+    if (nested_) throw;
+    result_.message = error.what();
+    first_failure_.reset();  // this is why nothing better was found
+    return finish(analyzed_ ? Status::LinearSolverFailed : Status::InvalidOption);
   }
 }
 
@@ -263,18 +277,26 @@ void Solver::match_kept_work() {
   const std::size_t m = s.constraint_players.size();
   if (s.variable_lower.size() != n || s.variable_upper.size() != n ||
       s.constraint_lower.size() != m || s.constraint_upper.size() != m) {
-    *kept_ = {};  // a bad model
+    if (kept_->structure_only)
+      kept_ = nullptr;
+    else
+      *kept_ = {};  // a bad model
     return;
   }
   ModelShape shape = shape_of(s, options_);
-  if (kept_->shape != shape) {
+  if (kept_->structure_only) {
+    if (!kept_->analysis)
+      kept_->shape = std::move(shape);
+    else if (kept_->shape != shape)
+      kept_ = nullptr;
+  } else if (kept_->shape != shape) {
     *kept_ = {};
     kept_->shape = std::move(shape);
   }
 }
 
 void Solver::keep_work(Status status) {
-  if (!kept_) return;
+  if (!kept_ || kept_->structure_only) return;
   if (!analyzed_ || status == Status::OutOfMemory) {
     *kept_ = {};
     return;
@@ -300,6 +322,8 @@ std::optional<Status> Solver::start() {
     return Status::OutOfMemory;
   }
   analyzed_ = true;
+  // Before any factorization, so that every search begins with the same solvers in the same places.
+  if (kept_ && kept_->structure_only && !kept_->analysis) kept_->analysis = kkt_->analysis();
   if (kept_ && options_.minmax_warm_start_shifts) correction_->remember(kept_->shifts);
   point_.iterate = canonical_.starting_point();
   if (auto status = evaluate_start(options_)) return status;
@@ -886,7 +910,8 @@ Result solve_with_differences(Problem& problem, const SolverOptions& options,
   };
   Result result;
   try {
-    FiniteDifferenceHessian model(problem, options);
+    FiniteDifferenceHessian model(
+        problem, options, kept && kept->hessian_pattern ? &*kept->hessian_pattern : nullptr);
     SolverOptions limits = options;
     for (int restarts = 0;; ++restarts) {
       say("Second derivatives from finite differences: " +
@@ -979,6 +1004,36 @@ Result RepeatedSolver::solve(Problem& problem, const SolverOptions& options,
 }
 
 void RepeatedSolver::reset() { kept_.reset(); }
+
+SearchStructure::SearchStructure() : kept_(std::make_unique<KeptWork>()) {
+  kept_->structure_only = true;
+}
+SearchStructure::~SearchStructure() = default;
+SearchStructure::SearchStructure(SearchStructure&&) noexcept = default;
+
+Counts SearchStructure::detect(Problem& problem, const SolverOptions& options) {
+  Counts counts;
+  const ProblemStructure& structure = problem.structure();
+  if (structure.has_hessian || !check(options).empty() ||
+      options.hessian_approximation == HessianApproximation::Exact) {
+    return counts;
+  }
+  FiniteDifferenceHessian model(problem, options);
+  kept_->hessian_pattern = model.structure().hessian;
+  counts.gradient = model.gradients();
+  counts.jacobian = model.jacobians();
+  return counts;
+}
+
+Result SearchStructure::solve(Problem& problem, const SolverOptions& options,
+                              const SolveObserver& observer) {
+  try {
+    return solve_keeping(problem, options, observer, kept_.get());
+  } catch (...) {  // the solvers may be in any state
+    kept_->analysis.reset();
+    throw;
+  }
+}
 
 Result solve_nested(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
   return Solver(problem, options, observer, true, nullptr).run();

@@ -1,4 +1,5 @@
-// What every linear solver promises, run against all of them.
+// What every linear solver promises, run against all of them. Compiled with IPMINMAX_TEST_RANKS it runs
+// against MUMPS on the ranks that the program was started with.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -86,6 +87,17 @@ class Contract : public testing::TestWithParam<Backend> {
   }
   [[nodiscard]] bool unpivoted() const { return GetParam().kind == LinearSolver::Ldlt; }
 
+  /// The same bits; on several ranks contributions are added as they arrive: the same to rounding.
+  static void expect_same(const std::vector<double>& a, const std::vector<double>& b,
+                          const std::string& what) {
+    if (GetParam().kind != LinearSolver::MumpsMpi) {
+      EXPECT_EQ(a, b) << what;
+      return;
+    }
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 1e-9 * largest(a)) << what;
+  }
+
   /// Solves A u = b, with the steps of refinement against A that a caller would make, and
   /// multiplies back: |A u - b| / (|A| |u| + |b|).
   static double backward_error(SymmetricSolver& solver, const SymmetricMatrix& matrix,
@@ -145,6 +157,14 @@ class Contract : public testing::TestWithParam<Backend> {
   }
 };
 
+#ifdef IPMINMAX_TEST_RANKS
+INSTANTIATE_TEST_SUITE_P(
+    Ranks, Contract,
+    testing::Values(Backend{"mumps_mpi", LinearSolver::MumpsMpi},
+                    Backend{"mumps_mpi_pord", LinearSolver::MumpsMpi, Ordering::Pord},
+                    Backend{"mumps_mpi_metis", LinearSolver::MumpsMpi, Ordering::Metis}),
+    [](const auto& test) { return test.param.name; });
+#else
 INSTANTIATE_TEST_SUITE_P(
     Solvers, Contract,
     testing::Values(Backend{"auto", LinearSolver::Auto}, Backend{"ldlt", LinearSolver::Ldlt},
@@ -155,6 +175,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Backend{"mumps_pord", LinearSolver::Mumps, Ordering::Pord},
                     Backend{"mumps_metis", LinearSolver::Mumps, Ordering::Metis}),
     [](const auto& test) { return test.param.name; });
+#endif
 
 KktMatrix diagonal_matrix(const std::vector<double>& values) {
   const auto n = static_cast<Index>(values.size());
@@ -357,7 +378,7 @@ TEST_P(Contract, SameBitsWhenRunTwice) {
     // METIS may eliminate multipliers before their variables; rounding can then swallow Gamma.
     if (unpivoted() && statuses[0] == FactorizationStatus::Failed) continue;
     EXPECT_EQ(statuses[0], FactorizationStatus::Ok);
-    EXPECT_EQ(solutions[0], solutions[1]) << kkt.name;
+    expect_same(solutions[0], solutions[1], kkt.name);
   }
 }
 
@@ -411,6 +432,7 @@ TEST_P(Contract, IncreasesQualityFinitelyOften) {
   }
   switch (GetParam().kind) {
     case LinearSolver::Mumps:
+    case LinearSolver::MumpsMpi:
       EXPECT_GT(increases, 2);
       break;  // pivot tolerance 1e-6 to 0.1
     case LinearSolver::Auto:
@@ -430,13 +452,33 @@ TEST_P(Contract, IncreasesQualityFinitelyOften) {
     u = random_vector(static_cast<std::size_t>(kkt.matrix.dimension()), 1);
     s->solve_in_place(u);
   }
-  EXPECT_EQ(solution[0], solution[1]) << "as if the quality had never been increased";
+  expect_same(solution[0], solution[1], "as if the quality had never been increased");
   int increases_again = 0;
   while (solver->increase_quality()) {
     ASSERT_LT(++increases_again, 50);
     expect_correct(*solver, kkt);
   }
   EXPECT_EQ(increases_again, increases);
+}
+
+TEST_P(Contract, TwoSolversAliveAtOnce) {
+  const KktMatrix first = chauffeur_kkt(15, 1);
+  const KktMatrix second = grid_kkt(12, 1);
+  const auto one = make();
+  const auto other = make();
+  ASSERT_TRUE(one->analyze(first.matrix, first.signs).ok);
+  ASSERT_TRUE(other->analyze(second.matrix, second.signs).ok);
+  for (int round = 0; round < 3; ++round) {
+    expect_correct(*one, first);
+    expect_correct(*other, second);
+    auto b = random_vector(static_cast<std::size_t>(first.matrix.dimension()), 5);
+    EXPECT_LT(backward_error(*one, first.matrix, b), 1e-14);  // still has its factors
+  }
+}
+
+TEST_P(Contract, ManySolversOneAfterTheOther) {
+  const KktMatrix kkt = chauffeur_kkt(4, 1);
+  for (int k = 0; k < 100; ++k) expect_correct(kkt);
 }
 
 TEST_P(Contract, TwoThreadsWithSolversOfTheirOwn) {
@@ -459,7 +501,7 @@ TEST_P(Contract, TwoThreadsWithSolversOfTheirOwn) {
   first.join();
   second.join();
   EXPECT_TRUE(right[0] && right[1]);
-  EXPECT_EQ(solution[0], solution[1]);
+  expect_same(solution[0], solution[1], "in two threads");
 }
 
 }  // namespace

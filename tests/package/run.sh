@@ -35,6 +35,14 @@ if [ -x "$prefix/bin/ipminmax" ]; then  # not built without the AMPL solver libr
   grep -q "minmax_max_variables" "$page"
 fi
 
+plugin=$(find "$prefix" -name libipminmax_mpi.so)
+if [ -n "$plugin" ] && [ -x "$prefix/bin/ipminmax" ]; then
+  echo "== the moved plugin is found"
+  OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 \
+    "$prefix/bin/ipminmax" "$work/saddle.nl" linear_solver=mumps_mpi | grep "certified local minmax"
+  test -x "$prefix/bin/ipminmax-worker"
+fi
+
 pc_dir=$(dirname "$(find "$prefix" -name ipminmax.pc)")
 lib_dir=${pc_dir%/pkgconfig}
 export PKG_CONFIG_PATH=$pc_dir${PKG_CONFIG_PATH:+:$PKG_CONFIG_PATH}

@@ -1,0 +1,280 @@
+#include <algorithm>
+#include <exception>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "core/multistart.hpp"
+#include "core/search/multistart_run.hpp"
+#include "core/search/ranks.hpp"
+#include "core/search/result_bytes.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// Seconds of silence after which a rank counts as dead; beats come once a second.
+constexpr double kDeadAfter = 15.0;
+constexpr double kFirstDeadAfter = 60.0;
+/// Seconds that the others get to end what they do when all is interrupted.
+constexpr double kTimeToEnd = 3.0;
+
+std::vector<char> text_bytes(const std::string& text) { return {text.begin(), text.end()}; }
+
+std::string what_of(const std::exception_ptr& exception) {
+  try {
+    std::rethrow_exception(exception);
+  } catch (const std::exception& error) {
+    return error.what();
+  } catch (...) {
+    return "unknown exception";
+  }
+}
+
+}  // namespace
+
+/// What rank 0 knows of the other ranks.
+struct Multistart::Others {
+  struct Rank {
+    Index ready = 0;         ///< threads that wait for a start
+    std::set<Index> starts;  ///< being made
+    bool dead = false, ended = false;
+  };
+  explicit Others(int size) : ranks(static_cast<std::size_t>(size)) { ranks[0].ended = true; }
+  std::vector<Rank> ranks;
+  bool stop_sent = false;
+};
+
+MultistartResult Multistart::run(Ranks& ranks) {
+  is_first_rank_ = ranks.rank() == 0;
+  return is_first_rank_ ? run_as_first(ranks) : run_as_other(ranks);
+}
+
+// --- Rank 0 ---------------------------------------------------------------------------------------
+
+/// This thread exchanges messages, others search.
+MultistartResult Multistart::run_as_first(Ranks& ranks) {
+  MultistartResult answer;
+  std::exception_ptr failure;
+  std::atomic<bool> done = false;
+  others_ended_ = ranks.size() == 1;
+  Others others(ranks.size());
+  {
+    const std::jthread search([&] {
+      try {
+        answer = run();
+      } catch (...) {
+        failure = std::current_exception();
+      }
+      done = true;
+    });
+    while (!done) {
+      take_messages(ranks, others);
+      hand_out(ranks, others);
+      look_after(ranks, others);
+      ranks.pause();
+    }
+  }
+  const std::vector<char> bytes = failure ? text_bytes(what_of(failure)) : to_bytes(answer);
+  for (int rank = 1; rank < ranks.size(); ++rank) {
+    if (others.ranks[static_cast<std::size_t>(rank)].dead) continue;
+    ranks.send(rank, Ranks::Kind::Answer, failure ? 1 : 0, bytes);
+  }
+  if (failure) std::rethrow_exception(failure);
+  return answer;
+}
+
+void Multistart::take_messages(Ranks& ranks, Others& others) {
+  while (auto message = ranks.receive()) {
+    Others::Rank& rank = others.ranks[static_cast<std::size_t>(message->rank)];
+    rank.dead = false;  // it was only slow
+    switch (message->kind) {
+      case Ranks::Kind::Ready:
+        ++rank.ready;
+        break;
+      case Ranks::Kind::Result:
+        ++rank.ready;
+        rank.starts.erase(message->start);
+        record(message->start, result_from(message->bytes));
+        break;
+      case Ranks::Kind::Failure:
+        ++rank.ready;
+        rank.starts.erase(message->start);
+        note_exception(message->start, std::make_exception_ptr(std::runtime_error(std::string(
+                                           message->bytes.begin(), message->bytes.end()))));
+        break;
+      case Ranks::Kind::Interrupted: {
+        const std::lock_guard lock(mutex_);
+        interrupt(static_cast<Status>(message->start));
+        break;
+      }
+      case Ranks::Kind::Ended:
+        rank.ended = true;
+        break;
+      default:
+        break;
+    }
+  }
+}
+
+void Multistart::hand_out(Ranks& ranks, Others& others) {
+  for (int r = 1; r < ranks.size(); ++r) {
+    Others::Rank& rank = others.ranks[static_cast<std::size_t>(r)];
+    while (rank.ready > 0 && !rank.dead) {
+      const auto start = queue_.take_if_any();
+      if (!start) return;
+      ranks.send(r, Ranks::Kind::Start, *start);
+      rank.starts.insert(*start);
+      --rank.ready;
+    }
+  }
+}
+
+/// Dead ranks, limits, and what the launcher wants.
+void Multistart::look_after(Ranks& ranks, Others& others) {
+  ranks.beat();
+  for (int r = 1; r < ranks.size(); ++r) {
+    Others::Rank& rank = others.ranks[static_cast<std::size_t>(r)];
+    if (rank.dead || ranks.silence(r) < kDeadAfter) continue;
+    rank.dead = true;
+    ranks.abandon();
+    const std::lock_guard lock(mutex_);
+    for (const Index start : rank.starts) {
+      if (!recorded_.contains(start)) queue_.put(start, start);
+    }
+    rank.starts.clear();
+    if (observer_.message) {
+      observer_.message(0, "rank " + std::to_string(r) +
+                               " does not answer any more; its starts are made by others");
+    }
+  }
+  if (ranks.stop_requested()) {
+    ranks.abandon();
+    const std::lock_guard lock(mutex_);
+    if (interrupted_by_.empty()) {
+      interrupted_by_ =
+          "stopped by the launcher, because a rank has died or it was interrupted; best of the "
+          "starts made so far";
+      interrupt(Status::UserStop);
+    }
+    others_ended_ = true;
+  }
+  bool stop = false;
+  {
+    const std::lock_guard lock(mutex_);
+    stop = interrupted_.has_value() || exception_ != nullptr;
+  }
+  if (stop && !std::exchange(others.stop_sent, true)) {
+    for (int r = 1; r < ranks.size(); ++r) ranks.send(r, Ranks::Kind::Stop);
+  }
+  if (std::ranges::all_of(others.ranks, [](const auto& r) { return r.dead || r.ended; })) {
+    others_ended_ = true;
+  }
+}
+
+/// When all was interrupted, what the others have so far still counts.
+void Multistart::wait_for_others() {
+  const Stopwatch waited;
+  for (;;) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (static_cast<Index>(recorded_.size()) > last_) return;
+    }
+    if (others_ended_ || waited.wall() > kTimeToEnd) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
+// --- Other ranks ----------------------------------------------------------------------------------
+
+void Multistart::read_model_start() {
+  const ProblemStructure& s = workers_.front().model->structure();
+  const std::size_t n = s.variable_players.size();
+  std::vector<double> lambda(s.constraint_players.size()), z_lower(n), z_upper(n);
+  model_start_.assign(n, 0.0);
+  StartingPoint start{model_start_, false, lambda, z_lower, z_upper};
+  // Where the model has none, start 0 fails and there is no other.
+  static_cast<void>(workers_.front().model->starting_point(start));
+}
+
+/// This thread exchanges messages, others search.
+MultistartResult Multistart::run_as_other(Ranks& ranks) {
+  prepare();
+  read_model_start();
+  std::atomic<std::size_t> running = 0;
+  std::vector<std::jthread> threads;
+  for (Worker& worker : workers_) {
+    ++running;
+    threads.emplace_back([this, &worker, &running] {
+      work(worker);
+      --running;
+    });
+    ranks.send(0, Ranks::Kind::Ready);
+  }
+  const auto stop = [this] {
+    end_ = -1;
+    queue_.close();
+  };
+  bool end_told = false, failure_told = false;
+  for (;;) {
+    ranks.beat();
+    std::vector<Ranks::Message> results;
+    {
+      const std::lock_guard lock(mutex_);
+      results.swap(outbox_);
+      if (exception_ && !std::exchange(failure_told, true)) {
+        results.push_back({0, Ranks::Kind::Failure, end_, text_bytes(what_of(exception_))});
+      }
+    }
+    const bool ended = running == 0;  // before what it left is sent
+    for (const Ranks::Message& result : results) {
+      ranks.send(0, result.kind, result.start, result.bytes);
+    }
+    if (ended && results.empty() && !std::exchange(end_told, true)) {
+      ranks.send(0, Ranks::Kind::Ended);
+    }
+    while (auto message = ranks.receive()) {
+      if (message->kind == Ranks::Kind::Start) {
+        queue_.put(message->start, message->start);
+      } else if (message->kind == Ranks::Kind::Stop) {
+        stop();
+      } else if (message->kind == Ranks::Kind::Answer) {
+        stop();
+        if (message->start != 0) {
+          throw std::runtime_error(std::string(message->bytes.begin(), message->bytes.end()));
+        }
+        return multistart_result_from(message->bytes);
+      }
+    }
+    if (ranks.silence(0) > kFirstDeadAfter) {
+      stop();
+      ranks.abandon();
+      throw std::runtime_error("rank 0 of the multistart does not answer any more");
+    }
+    ranks.pause();
+  }
+}
+
+StartsRank join_ranks_for_starts() {
+  const auto [rank, size] = Ranks::join();
+  return {rank, size};
+}
+
+MultistartResult multistart_over_ranks(const ProblemFactory& make_problem, int threads,
+                                       const SolverOptions& options,
+                                       const MultistartObserver& observer,
+                                       const std::vector<std::vector<double>>& given) {
+  Ranks ranks;
+  std::vector<std::unique_ptr<Problem>> owned;
+  std::vector<Problem*> models;
+  for (int t = 0; t < std::max(threads, 1); ++t) {
+    owned.push_back(make_problem());
+    if (!owned.back()) throw std::invalid_argument("the factory of a multistart made no problem");
+    models.push_back(owned.back().get());
+  }
+  return Multistart(models, options, observer, given).run(ranks);
+}
+
+}  // namespace ipminmax

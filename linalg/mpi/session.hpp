@@ -1,0 +1,77 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "linalg/mpi/interface.hpp"
+
+namespace ipminmax::mpi {
+
+/// Messages of a session's communicator.
+enum Tag : int { kCommand = 1, kData, kReply, kMessage };
+
+/// This process among the ranks of MPI_COMM_WORLD. One per process.
+///
+/// Joining is done with single messages and time limits, so that a rank that runs something else is
+/// named instead of waited for; the communicator is made when every rank has said who it is.
+class Session {
+ public:
+  static Session& of_process();
+
+  /// Null, or what is wrong; then and for good.
+  [[nodiscard]] const char* join(Role role, const std::string& version);
+  /// The worker's side: waits for the program. Empty, or what is wrong.
+  [[nodiscard]] std::string join_as_worker(const std::string& version);
+
+  [[nodiscard]] MPI_Comm communicator() const { return communicator_; }
+  /// Of the ranks first to first + count - 1; made by all of them at the same time.
+  [[nodiscard]] MPI_Comm group(int first, int count);
+  [[nodiscard]] int rank() const { return rank_; }
+  [[nodiscard]] int size() const { return size_; }
+
+  /// Runs a task that calls MPI, and stops waiting for it when the launcher ends the program. Null, or
+  /// why it has no result; then MPI must not be used again.
+  [[nodiscard]] const char* call(const std::function<void()>& task);
+  /// Waits a little for something from other ranks; waited: number of calls in a row so far.
+  static void pause(int& waited);
+  /// Whether other ranks can still be reached.
+  [[nodiscard]] const char* trouble();
+  void abandon() { abandoned_ = true; }
+
+  /// Called once before MPI is finalized, whoever does that.
+  void at_leave(std::function<void()> task) { at_leave_ = std::move(task); }
+  void leave();
+
+ private:
+  struct Hello;
+  Session() = default;
+  void initialize();
+  [[nodiscard]] std::string gather(Role role, const std::string& version);
+  [[nodiscard]] std::string say_hello(Role role, const std::string& version);
+  [[nodiscard]] std::string await_welcome(double seconds);
+  const char* fail(std::string text);
+  void release();
+  static int before_finalize(MPI_Comm, int, void*, void*);
+
+  MPI_Comm communicator_ = MPI_COMM_NULL;
+  struct Group {
+    int first, count;
+    MPI_Comm communicator;
+  };
+  std::vector<Group> groups_;
+  Role role_{};
+  bool initialized_ = false;  ///< by this class
+  bool joined_ = false, left_ = false, abandoned_ = false;
+  int rank_ = 0, size_ = 1, level_ = 0;
+  std::string error_;
+  std::function<void()> at_leave_;
+};
+
+/// Set by SIGTERM, see Plugin::stop_requested.
+[[nodiscard]] bool stop_requested();
+
+}  // namespace ipminmax::mpi

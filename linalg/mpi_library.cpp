@@ -1,0 +1,108 @@
+#include "linalg/mpi_library.hpp"
+
+#include <dlfcn.h>
+#include <dmumps_c.h>
+
+#include <cstdlib>
+#include <mutex>
+#include <vector>
+
+#if defined(__SANITIZE_ADDRESS__)
+#define IPMINMAX_WITH_ADDRESS_SANITIZER 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define IPMINMAX_WITH_ADDRESS_SANITIZER 1
+#endif
+#endif
+
+namespace ipminmax {
+namespace {
+
+constexpr const char* kName = "libipminmax_mpi.so";
+constexpr const char* kVariable = "IPMINMAX_MPI_LIBRARY";
+
+/// Files to try, the first that can be loaded counts.
+std::vector<std::string> candidates() {
+  if (const char* given = std::getenv(kVariable); given != nullptr && *given != '\0') {
+    return {given};
+  }
+  std::vector<std::string> files;
+  Dl_info self{};
+  if (dladdr(reinterpret_cast<const void*>(&mpi_plugin), &self) != 0 && self.dli_fname != nullptr) {
+    const std::string file = self.dli_fname;
+    const std::size_t slash = file.rfind('/');
+    const std::string folder = slash == std::string::npos ? "." : file.substr(0, slash);
+    files.push_back(folder + "/" + kName);
+    files.push_back(folder + "/../" IPMINMAX_LIBDIR "/" + kName);
+  }
+  files.emplace_back(kName);
+  return files;
+}
+
+[[noreturn]] void unavailable(const std::string& reason) {
+  throw SolverUnavailable("MPI cannot be used: " + reason);
+}
+
+const mpi::Plugin& load() {
+#ifdef IPMINMAX_WITH_ADDRESS_SANITIZER
+  unavailable("not in a program with AddressSanitizer, which forbids RTLD_DEEPBIND");
+#else
+  // The process may hold the sequential MUMPS and its stub of MPI: the plugin's own come first for
+  // the plugin (DEEPBIND), and nobody else sees them (LOCAL).
+  std::string reason;
+  void* library = nullptr;
+  for (const std::string& file : candidates()) {
+    library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_DEEPBIND);
+    if (library != nullptr) break;
+    const std::string error = dlerror();
+    // What is missing inside a plugin that is there says more than that others are not there.
+    const bool absent = error.find(file + ": cannot open shared object file") == 0;
+    if (reason.empty() || !absent) reason = error;
+  }
+  if (library == nullptr) {
+    unavailable(reason + "; " + kName +
+                " is built where MPI and the parallel MUMPS are installed (" + kVariable +
+                " names it when it is elsewhere)");
+  }
+  const auto entry =
+      reinterpret_cast<const mpi::Plugin* (*)()>(dlsym(library, "ipminmax_mpi_plugin"));
+  const mpi::Plugin* plugin = entry != nullptr ? entry() : nullptr;
+  if (plugin == nullptr || plugin->interface_number != mpi::kInterface ||
+      plugin->mumps_structure_size != sizeof(DMUMPS_STRUC_C)) {
+    unavailable(std::string(kName) + " is of another version of this library or of MUMPS");
+  }
+  return *plugin;
+#endif
+}
+
+void require(const char* error) {
+  if (error != nullptr) throw SolverUnavailable(error);
+}
+
+}  // namespace
+
+const char* library_version() { return IPMINMAX_VERSION; }
+
+const mpi::Plugin& mpi_plugin() {
+  static std::mutex mutex;
+  static const mpi::Plugin* loaded = nullptr;
+  const std::lock_guard lock(mutex);
+  if (loaded == nullptr) loaded = &load();
+  return *loaded;
+}
+
+MpiMumps::MpiMumps(mpi::Part part, void* data, int initialize)
+    : plugin_(mpi_plugin()), data_(data) {
+  require(plugin_.join(mpi::Role::Solver, library_version()));
+  instance_ = plugin_.create(part, data);
+  static_cast<DMUMPS_STRUC_C*>(data)->job = initialize;
+  run();
+}
+
+void MpiMumps::start() { require(plugin_.start(instance_, data_)); }
+
+void MpiMumps::finish() { require(plugin_.finish(instance_, data_)); }
+
+int MpiMumps::ranks() { return mpi_plugin().size(); }
+
+}  // namespace ipminmax
