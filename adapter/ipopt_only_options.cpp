@@ -175,7 +175,6 @@ const std::vector<IpoptOptionAdvice>& ignored_ipopt_option_advice() {
   static const std::string_view constant =
       "functions are evaluated anew at every point, constant or not";
   static const std::string_view output = "see print_level, file_print_level and sb";
-  static const std::string_view test = "derivatives are not tested";
   static const std::vector<IpoptOptionAdvice> table = {
       {"mu_*", barrier},
       {"adaptive_mu_*", barrier},
@@ -197,10 +196,8 @@ const std::vector<IpoptOptionAdvice>& ignored_ipopt_option_advice() {
       {"hsllib", other_solver},
       {"mumps_*", "see minmax_ordering, mumps_pivtol and mumps_pivtolmax"},
       {"linear_s*", "matrices are scaled by the linear solver itself"},
-      {"limited_memory_*", "second derivatives are not approximated"},
-      {"hessian_approximation_space", "second derivatives are not approximated"},
-      {"derivative_test*", test},
-      {"point_perturbation_radius", test},
+      {"limited_memory_*", "second derivatives that are missing come from differences"},
+      {"hessian_approximation_space", "second derivatives that are missing come from differences"},
       {"findiff_perturbation", "first derivatives are not approximated"},
       {"check_derivatives_for_naninf", "values that are used are always checked"},
       {"jac_c_constant", constant},

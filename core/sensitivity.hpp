@@ -80,7 +80,8 @@ class Sensitivity {
 
   /// Takes a solution of the problem. Returns why it has no derivatives, empty when it has: the
   /// result is no first-order point, a function is undefined there, K is singular (dependent active
-  /// constraints, flat directions) or has the wrong inertia (no local minmax). The structure of the
+  /// constraints, flat directions), has the wrong inertia (no local minmax), or constraints are robust
+  /// (robust.hpp), for which there are none yet. The structure of the
   /// matrix is analyzed anew only where it differs from the last one's.
   /// The problem is not used after the call. Exceptions of the model pass through.
   [[nodiscard]] std::string update(Problem& problem, const Result& result,

@@ -582,7 +582,7 @@ Status Solver::certified_status(Status when_not_refuted) {
   Finding finding = certify(canonical_, *kkt_, point_, info_.mu, options_);
   result_.certificate = finding.certificate;
   wrong_ = std::move(finding.wrong);
-  if (finding.point) {
+  if (finding.point && result_.certificate.second_order == SecondOrder::Satisfied) {
     point_ = std::move(*finding.point);
     info_.mu = finding.mu;
     update_error();

@@ -1,9 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <condition_variable>
+#include <map>
 #include <mutex>
 #include <optional>
-#include <set>
 
 #include "linalg/inertia.hpp"
 
@@ -14,7 +15,18 @@ class StartQueue {
  public:
   void put(Index first, Index last) {
     const std::lock_guard lock(mutex_);
-    for (Index start = first; start <= last; ++start) waiting_.insert(start);
+    if (last < first) return;
+    // Ranges that overlap become one.
+    for (auto range = waiting_.begin(); range != waiting_.end();) {
+      if (range->second < first || range->first > last) {
+        ++range;
+        continue;
+      }
+      first = std::min(first, range->first);
+      last = std::max(last, range->second);
+      range = waiting_.erase(range);
+    }
+    waiting_.emplace(first, last);
     changed_.notify_all();
   }
   /// Nothing is handed out any more.
@@ -37,12 +49,16 @@ class StartQueue {
  private:
   std::optional<Index> first() {
     if (closed_ || waiting_.empty()) return std::nullopt;
-    return waiting_.extract(waiting_.begin()).value();
+    const auto [start, last] = *waiting_.begin();
+    waiting_.erase(waiting_.begin());
+    if (start < last) waiting_.emplace(start + 1, last);
+    return start;
   }
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::set<Index> waiting_;
+  std::map<Index, Index>
+      waiting_;  ///< last of each range by its first, however many starts there are
   bool closed_ = false;
 };
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/model/finite_difference_hessian.hpp"
+#include "core/robust.hpp"
 #include "core/sensitivity/active_set.hpp"
 #include "core/sensitivity/active_system.hpp"
 
@@ -122,6 +123,9 @@ std::string Sensitivity::State::read(Problem& problem, const Result& result,
   if (differences) wrapped.emplace(problem, options);
   Problem& model = wrapped ? *wrapped : problem;
   structure = model.structure();
+  if (has_robust_constraints(structure)) {
+    return "sensitivities of models with robust constraints are not available";
+  }
   const std::size_t n = structure.variable_players.size();
   const std::size_t m = structure.constraint_players.size();
   if (result.v.size() != n || result.lambda.size() != m || result.constraints.size() != m ||

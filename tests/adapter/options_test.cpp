@@ -135,7 +135,8 @@ TEST_F(Options, ReadsAFileAsIpoptDoes) {
 }
 
 TEST_F(Options, FileErrorsNameTheLineAndTheOption) {
-  EXPECT_EQ(read("tol 1e-6\n\nmu_int 0.1\n"), "file.opt, line 3: unknown option \"mu_int\"");
+  EXPECT_EQ(read("tol 1e-6\n\nmu_int 0.1\n"),
+            "file.opt, line 3: unknown option \"mu_int\"; did you mean mu_init?");
   EXPECT_EQ(read("mu_init -1"), "file.opt, line 1: mu_init = -1 is not in (0, inf)");
   EXPECT_EQ(read("\nmu_init nan"), "file.opt, line 2: mu_init = nan is not in (0, inf)");
   EXPECT_EQ(read("mu_init inf"), "file.opt, line 1: mu_init = inf is not in (0, inf)");
@@ -328,8 +329,9 @@ TEST_F(OptionFile, ErrorsAreSaidOnTheConsole) {
     EXPECT_EQ(loud->Initialize(name), Ipopt::Invalid_Option);
     loud->Jnlst()->FlushBuffer();
   }
-  EXPECT_EQ(testing::internal::GetCapturedStdout(),
-            "Invalid option: " + name + ", line 2: unknown option \"mu_int\"\n");
+  EXPECT_EQ(
+      testing::internal::GetCapturedStdout(),
+      "Invalid option: " + name + ", line 2: unknown option \"mu_int\"; did you mean mu_init?\n");
 }
 
 TEST_F(OptionFile, WrongSetCallsReturnFalse) {

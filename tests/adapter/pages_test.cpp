@@ -1,5 +1,6 @@
 // The pages in docs/ name what the code names. Their programs are run by tests/docs.
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -89,6 +90,7 @@ TEST(ReadmePage, ListsEveryPage) {
   for (const auto& entry :
        std::filesystem::directory_iterator(std::string(IPMINMAX_SOURCE_DIR) + "/docs")) {
     const std::string name = entry.path().filename().string();
+    if (!name.ends_with(".md")) continue;
     EXPECT_NE(readme.str().find("`" + name + "`"), std::string::npos) << name;
     ++pages;
   }
@@ -101,9 +103,10 @@ TEST(AmplPage, HasARowPerSolveResult) {
   for (const std::string& line : lines_of("ampl.md")) page += line + "\n";
   const std::string start = "      return ";
   int results = 0;
-  for (std::string line; std::getline(source, line) && line != "}";) {
+  for (std::string line; std::getline(source, line);) {
     if (!line.starts_with(start)) continue;
     const std::string number = line.substr(start.size(), line.find(';') - start.size());
+    if (number.empty() || !std::isdigit(static_cast<unsigned char>(number[0]))) continue;
     ++results;
     bool found = false;
     for (const char* left : {"| ", ", "}) {

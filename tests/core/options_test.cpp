@@ -110,6 +110,10 @@ TEST(OptionTable, ChangedValuesOfEveryOptionAreAllowed) {
   for (const OptionInfo& info : option_table()) {
     SolverOptions options;
     change(info, options);
+    if (info.name.starts_with("minmax_prescribed_delta")) {  // the two go together
+      options.minmax_prescribed_delta_x = options.minmax_prescribed_delta_y = 1.0;
+      options.minmax_globalization = Globalization::None;
+    }
     EXPECT_EQ(check(options), "") << info.name;
   }
 }
@@ -277,6 +281,13 @@ TEST(Check, AllowsExactlyTheIntervalOfEveryNumber) {
     const auto allowed = [&](double value) {
       SolverOptions options;
       options.*(number->member) = value;
+      if (info.name.starts_with("minmax_prescribed_delta") &&
+          value >= 0.0) {  // goes with the other
+        double& x = options.minmax_prescribed_delta_x;
+        double& y = options.minmax_prescribed_delta_y;
+        (number->member == &SolverOptions::minmax_prescribed_delta_x ? y : x) = 1.0;
+        options.minmax_globalization = Globalization::None;
+      }
       return check(options).empty();
     };
     EXPECT_LT(number->lower, number->upper) << info.name;

@@ -477,6 +477,7 @@ TEST_P(Contract, TwoSolversAliveAtOnce) {
 }
 
 TEST_P(Contract, ManySolversOneAfterTheOther) {
+  if (unpivoted()) GTEST_SKIP() << "not every ordering has pivots for this matrix";
   const KktMatrix kkt = chauffeur_kkt(4, 1);
   for (int k = 0; k < 100; ++k) expect_correct(kkt);
 }

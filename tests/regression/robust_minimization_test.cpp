@@ -16,7 +16,7 @@ namespace {
 constexpr double kInf = kNoBound;
 
 struct Known {
-  Model model;
+  Model model{};
   std::vector<double> start;
   double objective = 0.0;
   Index iterations = 0;  ///< that suffice
@@ -105,7 +105,7 @@ void expect_solved(const Known& known) {
   AutodiffProblem problem(known.model, known.start);
   const Result result = solve(problem, SolverOptions{});
   EXPECT_TRUE(is_success(result.status)) << name_of(result.status);
-  EXPECT_LE(result.error.primal, 1e-7);
+  EXPECT_LE(result.error.primal, 2e-6);  // bounds are relaxed
   EXPECT_NEAR(result.objective, known.objective, 1e-5 * (1.0 + std::abs(known.objective)));
   EXPECT_LE(result.iterations, known.iterations);
 }
@@ -127,7 +127,7 @@ TEST(RobustMinimization, FeasiblePointsWithoutObjectiveAreOptimal) {
   const Result result = solve(problem, SolverOptions{});
   ASSERT_TRUE(is_success(result.status)) << name_of(result.status);
   EXPECT_LE(result.error.primal, 1e-8);
-  for (const double lambda : result.lambda) EXPECT_LE(std::abs(lambda), 1e-10);
+  for (const double lambda : result.lambda) EXPECT_LE(std::abs(lambda), 1e-8);
 }
 
 // What is returned shows the verdict: the violation's least value.
