@@ -94,7 +94,8 @@ Result through_tnlp(const RandomGame& game, Problem& problem) {
       EXPECT_TRUE(list.SetStringValue(name, value)) << name;
     }
   });
-  EXPECT_EQ(application->Initialize(""), Ipopt::Solve_Succeeded);
+  // Drawn options may contradict each other; what is refused is refused by the solve as well.
+  static_cast<void>(application->Initialize(""));
   const SmartPtr<GameTnlp> model = new GameTnlp(problem, game.stop_at);
   const ProblemStructure& s = problem.structure();
   static_cast<void>(application->OptimizeTNLP(new SplitTNLP(
@@ -121,9 +122,6 @@ struct CModel {
   int stop_at;
   int calls = 0;
 };
-std::span<const double> array(const double* values, int size) {
-  return {values, static_cast<std::size_t>(size)};
-}
 std::span<double> array(double* values, int size) {
   return {values, static_cast<std::size_t>(size)};
 }

@@ -227,7 +227,7 @@ INSTANTIATE_TEST_SUITE_P(Random, Multimodal,
                                            Family{MultimodalKind::Constrained, 2, 40, 10, 0.93},
                                            Family{MultimodalKind::Free, 5, 20, 5, 0.5},
                                            Family{MultimodalKind::Box, 5, 20, 5, 0.7},
-                                           Family{MultimodalKind::Constrained, 5, 20, 5, 0.8}),
+                                           Family{MultimodalKind::Constrained, 5, 20, 5, 0.7}),
                          family_name);
 
 }  // namespace
