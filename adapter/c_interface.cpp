@@ -18,6 +18,7 @@
 #include "adapter/minmax_application.hpp"
 #include "adapter/minmax_tnlp.hpp"
 #include "core/sensitivity.hpp"
+#include "core/version.h"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

@@ -14,7 +14,7 @@
 /// Ipopt as the reference: one and the same model solved by both solvers where it is a
 /// minimization or a maximization; where it is a minmax problem, Ipopt's attempt to improve the
 /// maximizer's answer.
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
 /// Name and value, as in an options file.

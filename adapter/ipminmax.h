@@ -14,6 +14,9 @@
 #ifndef IPMINMAX_H
 #define IPMINMAX_H
 
+#if defined(__GNUC__)
+#pragma GCC visibility push(default) /* exported by the shared library */
+#endif
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -270,6 +273,9 @@ const char *IpminmaxVersion(void);
 
 #ifdef __cplusplus
 }
+#endif
+#if defined(__GNUC__)
+#pragma GCC visibility pop
 #endif
 
 #endif /* IPMINMAX_H */

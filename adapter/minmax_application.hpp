@@ -12,7 +12,7 @@
 #include "minmax_statistics.hpp"
 #include "minmax_tnlp.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
 /// Ipopt's IpoptApplication with a player split: porting a program is changing this type's name.

@@ -8,7 +8,7 @@
 #include "../core/result.hpp"
 #include "ipopt_version.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
 /// Statistics of a solve, with the accessors of Ipopt's SolveStatistics (which cannot be filled from

@@ -9,7 +9,7 @@
 #include "../core/problem.hpp"
 #include "ipopt_version.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
 static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Index, int>,

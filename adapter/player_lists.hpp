@@ -11,7 +11,7 @@
 
 /// Options minmax_max_variables, minmax_max_constraints and minmax_min_constraints: who is Max, and
 /// which constraints are robust, for programs that can only pass options.
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
 /// Variables or constraints that a list may name.

@@ -10,7 +10,7 @@
 #include "../core/result.hpp"
 #include "ipopt_version.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
 /// What Ipopt returned, in the units and with the signs of Result. Vectors are empty when Ipopt

@@ -10,7 +10,7 @@
 #include "minmax_tnlp.hpp"
 #include "player_lists.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
 /// An Ipopt model as the core sees it. Calls the model in Ipopt's order:

@@ -7,7 +7,7 @@
 #include "options.hpp"
 #include "problem.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 
 /// What the derivative test says about one entry.
 enum class DerivativeFinding : std::uint8_t {

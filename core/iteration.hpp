@@ -6,7 +6,7 @@
 
 #include "result.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 
 /// What the choice of the shifts found at the point that a step left. Inertias count the slack rows,
 /// as in Certificate; those that were not needed are empty.

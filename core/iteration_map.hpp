@@ -8,7 +8,7 @@
 #include "problem.hpp"
 #include "result.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 
 /// Linearization of Algorithm 1's iteration z+ = z - (J_zz + E)^-1 S^-1 g(z, b) at a point with
 /// g(z, b) = 0, for full steps and shifts E that stay as they are around it:

@@ -14,7 +14,7 @@
 #include "result.hpp"
 #include "solver.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 
 /// A certified local minmax that one or more starts led to.
 struct DistinctPoint {

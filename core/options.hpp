@@ -8,9 +8,9 @@
 #include <variant>
 #include <vector>
 
-#include "../linalg/symmetric_solver.hpp"
+#include "../linalg/solver_options.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 
 enum class Globalization : std::uint8_t {
   None,   ///< the paper's Algorithm 1: no line search

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "../linalg/symmetric_matrix.hpp"
+#include "../linalg/triplet.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 
 /// Who chooses a variable or owns a constraint: the minimizer x or the maximizer y.
 enum class Player : std::uint8_t { Min, Max };

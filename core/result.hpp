@@ -8,7 +8,7 @@
 
 #include "../linalg/inertia.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 
 /// Why a solve stopped. What the returned point is stands in Certificate::kind.
 enum class Status : std::uint8_t {

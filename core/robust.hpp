@@ -9,7 +9,7 @@
 #include "result.hpp"
 #include "solver.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 
 /// A worst case y of a robust constraint: a local maximum over y of its violation.
 struct RobustWorstCase {

@@ -9,7 +9,7 @@
 #include "problem.hpp"
 #include "result.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 
 /// A change of the model's bounds. The parameters of a model are the constants that stand there: the
 /// right-hand side of an equation and the value of a fixed variable (equal bounds, both to be moved

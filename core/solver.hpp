@@ -9,7 +9,7 @@
 #include "problem.hpp"
 #include "result.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 
 /// What a solve tells while it runs. Every member may be empty.
 struct SolveObserver {

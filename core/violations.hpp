@@ -7,7 +7,7 @@
 #include "problem.hpp"
 #include "result.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 
 /// By how much a point misses the first-order conditions, entry by entry, in the model's units and
 /// order. Zero where there is no bound.

@@ -10,7 +10,7 @@
 #include "problem.hpp"
 #include "result.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 
 /// A local maximum over y of f(x, y), x held.
 struct WorstCaseMaximum {

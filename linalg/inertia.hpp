@@ -1,8 +1,8 @@
 #pragma once
 
-#include <cstdint>
+#include "api.hpp"
 
-namespace ipminmax {
+namespace IPMINMAX_API ipminmax {
 
 /// Index type of matrices, variables and constraints; 0-based everywhere.
 using Index = int;

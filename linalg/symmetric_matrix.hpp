@@ -4,16 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include "inertia.hpp"
+#include "linalg/triplet.hpp"
 
 namespace ipminmax {
-
-/// Place of one matrix entry, 0-based.
-struct Triplet {
-  Index row = 0;
-  Index col = 0;
-  friend bool operator==(const Triplet&, const Triplet&) = default;
-};
 
 /// Symmetric sparse matrix with a fixed pattern; only values change after construction.
 ///

@@ -1,5 +1,7 @@
 #include "answer.hpp"
 
+#include "core/version.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <functional>

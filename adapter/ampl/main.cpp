@@ -23,6 +23,7 @@
 #include "assignments.hpp"
 #include "checked_file.hpp"
 #include "core/multistart.hpp"
+#include "core/version.h"
 #include "nl_problem.hpp"
 
 namespace {

@@ -78,10 +78,10 @@ class InnerMaximizer {
   Point trial_;
   NewtonResidual rhs_;
   Step correction_step_;
-  Eigen::VectorXd gradient_;     ///< of value
+  Eigen::VectorXd gradient_;                 ///< of value
   std::vector<std::size_t> robust_entries_;  ///< of the Jacobian: robust constraints in y
-  Eigen::VectorXd corrected_c_;  ///< right-hand side of second-order corrections
-  Eigen::VectorXd start_v_;      ///< where maximize began
+  Eigen::VectorXd corrected_c_;              ///< right-hand side of second-order corrections
+  Eigen::VectorXd start_v_;                  ///< where maximize began
 };
 
 }  // namespace ipminmax

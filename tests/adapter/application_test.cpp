@@ -212,8 +212,8 @@ TEST(Application, FunctionsUndefinedAtTheStart) {
   EXPECT_EQ(model->final.status, same->final.status);
   EXPECT_EQ(model->final.x, model->start);
   // Nothing is known of the rest; Ipopt gives zeros.
-  for (const auto* unknown : {&model->final.lambda, &model->final.g, &model->final.z_lower,
-                              &model->final.z_upper}) {
+  for (const auto* unknown :
+       {&model->final.lambda, &model->final.g, &model->final.z_lower, &model->final.z_upper}) {
     for (const double value : *unknown) EXPECT_TRUE(std::isnan(value)) << value;
   }
   EXPECT_TRUE(std::isnan(model->final.objective));

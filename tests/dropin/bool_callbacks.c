@@ -15,8 +15,8 @@ typedef bool (*H)(int, double *, bool, double, int, double *, bool, int, int *, 
                   void *);
 typedef bool (*Watch)(int, int, double, double, double, double, double, double, double, double, int,
                       void *);
-IpoptProblem CreateIpoptProblem(int, double *, double *, int, double *, double *, int, int, int, F, G,
-                                GradF, JacG, H);
+IpoptProblem CreateIpoptProblem(int, double *, double *, int, double *, double *, int, int, int, F,
+                                G, GradF, JacG, H);
 void FreeIpoptProblem(IpoptProblem);
 bool AddIpoptStrOption(IpoptProblem, char *, char *);
 bool AddIpoptNumOption(IpoptProblem, char *, double);
@@ -26,8 +26,8 @@ bool SetIntermediateCallback(IpoptProblem, Watch);
 int IpoptSolve(IpoptProblem, double *, double *, double *, double *, double *, double *, void *);
 bool GetIpoptCurrentIterate(IpoptProblem, bool, int, double *, double *, double *, int, double *,
                             double *);
-bool GetIpoptCurrentViolations(IpoptProblem, bool, int, double *, double *, double *, double *, double *,
-                               int, double *, double *);
+bool GetIpoptCurrentViolations(IpoptProblem, bool, int, double *, double *, double *, double *,
+                               double *, int, double *, double *);
 void GetIpoptVersion(int *, int *, int *);
 
 /* What a function of type bool may leave in the whole register. */

@@ -84,12 +84,12 @@ static Bool watch(Index mode, Index iter, Number value, Number inf_pr, Number in
   return TRUE;
 }
 
-#define CHECK(condition)                                                 \
-  do {                                                                   \
-    if (!(condition)) {                                                  \
+#define CHECK(condition)                                                    \
+  do {                                                                      \
+    if (!(condition)) {                                                     \
       fprintf(stderr, "line %d: %s does not hold\n", __LINE__, #condition); \
-      exit(1);                                                           \
-    }                                                                    \
+      exit(1);                                                              \
+    }                                                                       \
   } while (0)
 
 int main(void) {
@@ -100,7 +100,8 @@ int main(void) {
   Index last_iteration = -1, i;
   enum ApplicationReturnStatus status;
   Dl_info library;
-  IpoptProblem problem = CreateIpoptProblem(4, x_L, x_U, 2, g_L, g_U, 8, 10, 0, f, g, grad_f, jac_g, h);
+  IpoptProblem problem =
+      CreateIpoptProblem(4, x_L, x_U, 2, g_L, g_U, 8, 10, 0, f, g, grad_f, jac_g, h);
   CHECK(problem != NULL);
   CHECK(dladdr((void *)(size_t)IpoptSolve, &library) != 0);
   CHECK(strstr(library.dli_fname, "libipminmax_ipopt") != NULL);

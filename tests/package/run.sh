@@ -78,7 +78,7 @@ echo '#include <ipminmax.h>' >"$work/header.c"
 "$cxx" -Wall -Wextra -Werror -I"$prefix/include" -x c++ -fsyntax-only "$work/header.c"
 
 echo "== no C name of libipopt's"
-ours=$(find "$lib_dir" -name 'libipminmax_adapter.so' -o -name 'libipminmax_adapter.a' | head -1)
+ours=$(find "$lib_dir" -name 'libipminmax.so' -o -name 'libipminmax_adapter.a' | head -1)
 ipopt=$(find -L $(pkg-config --variable=libdir ipopt) /usr/lib /usr/lib/*-linux-gnu -maxdepth 1 \
   -name libipopt.so 2>/dev/null | head -1 || true)
 c_names() { sed -n 's/.* [TDBRVW] \([A-Za-z][A-Za-z0-9_]*\)$/\1/p' | sort -u; }
@@ -89,3 +89,27 @@ grep -qx IpminmaxCreate "$work/ours"  # both lists were read
 grep -qx CreateIpoptProblem "$work/theirs"
 if comm -12 "$work/ours" "$work/theirs" | grep .; then exit 1; fi
 if grep -v '^Ipminmax' "$work/ours"; then echo "C names without the prefix"; exit 1; fi
+
+echo "== every installed header alone, without Eigen"
+if grep -rl Eigen "$prefix/include"; then exit 1; fi
+alone() { "$cxx" -std=c++20 -Wall -Wextra -Wconversion -Wshadow -Werror -fsyntax-only -x c++ "${@:1:$#-1}" -include "${@: -1}" /dev/null; }
+export -f alone
+export cxx
+# shellcheck disable=SC2046
+find "$prefix/include/ipminmax" -name '*.h*' -print0 |
+  xargs -0 -n 1 -P 2 bash -c 'alone "$@"' _ -I"$prefix/include" \
+    $(pkg-config --cflags ipopt | sed 's/-I/-isystem /g')
+
+echo "== the shared library exports the public names and no others"
+shared=$build_dir/libipminmax.so
+readelf -d "$shared" | grep -q "SONAME.*libipminmax.so.$(pkg-config --modversion ipminmax | cut -d. -f1,2)\]"
+nm -D --defined-only -C "$shared" | sed -n 's/^[0-9a-f]* [TDBR] //p' >"$work/exported"
+grep -q '^ipminmax::solve(' "$work/exported"
+grep -q '^IpminmaxSolve$' "$work/exported"
+if grep -vE '^(ipminmax::|Ipminmax|(vtable|typeinfo|typeinfo name|virtual thunk|non-virtual thunk) (for|to) ipminmax::)' \
+  "$work/exported"; then exit 1; fi
+if grep -E 'CanonicalProblem|KktSystem|LdltSolver|MumpsSolver' "$work/exported"; then exit 1; fi
+# shellcheck disable=SC2046,SC2086
+"$cxx" -std=c++20 ${CXXFLAGS:-} "$source_dir/consumer.cpp" -o "$work/consumer" \
+  -I"$prefix/include" -L"$build_dir" -lipminmax $(pkg-config --cflags --libs ipopt)
+LD_LIBRARY_PATH=$build_dir "$work/consumer"

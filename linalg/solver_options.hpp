@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+
+#include "inertia.hpp"
+
+namespace IPMINMAX_API ipminmax {
+
+/// Direct solver for symmetric indefinite matrices. Auto chooses by the pattern: LAPACK for tiny
+/// matrices, LDL' where the predicted fill is low, MUMPS otherwise.
+enum class LinearSolver : std::uint8_t { Auto, Mumps, Ldlt, Lapack, MumpsMpi };
+
+/// Fill-reducing ordering.
+enum class Ordering : std::uint8_t { Best, Amd, Pord, Metis };
+
+/// Whether two matrices that are needed together are factorized at the same time, each by one half of
+/// the MPI ranks.
+enum class MpiHalves : std::uint8_t { Auto, Yes, No };
+
+struct SymmetricSolverOptions {
+  Ordering ordering = Ordering::Best;  ///< Best compares the orderings by predicted flops
+  /// Signed regularization Gamma of the unpivoted factorization; up to 1e3 times that where entries
+  /// between rows of opposite signs are large.
+  double ldlt_gamma = 1e-8;
+  double mumps_pivot_tolerance = 1e-6;
+  double mumps_pivot_tolerance_max = 0.1;
+  Index mumps_memory_percent =
+      1000;                  ///< extra workspace, percent of the estimate (MUMPS ICNTL(14))
+  double max_memory = 1e26;  ///< bytes of the process beyond which MUMPS is not started
+  MpiHalves mpi_halves = MpiHalves::Auto;
+  friend bool operator==(const SymmetricSolverOptions&, const SymmetricSolverOptions&) = default;
+};
+
+/// The linear solver cannot be used here, or not any more, whatever the matrix: a library is missing,
+/// another process has died. Thrown by solvers that need more than this process.
+class SolverUnavailable : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace ipminmax
