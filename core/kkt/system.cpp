@@ -34,20 +34,6 @@ double max_norm(const Vector& v) {
 
 }  // namespace
 
-Step zero_step(const CanonicalProblem& canonical) {
-  return {.v = Eigen::VectorXd::Zero(canonical.variables()),
-          .lambda = Eigen::VectorXd::Zero(canonical.constraints()),
-          .z_lower = Eigen::VectorXd::Zero(canonical.variables()),
-          .z_upper = Eigen::VectorXd::Zero(canonical.variables())};
-}
-
-void set_zero(Step& step) {
-  step.v.setZero();
-  step.lambda.setZero();
-  step.z_lower.setZero();
-  step.z_upper.setZero();
-}
-
 KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayout& layout,
                    const SolverOptions& options)
     : canonical_(canonical),

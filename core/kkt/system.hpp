@@ -11,8 +11,9 @@
 #include "core/kkt/layout.hpp"
 #include "core/kkt/schur.hpp"
 #include "core/model/canonical_problem.hpp"
+#include "core/model/iterate.hpp"
 #include "core/options.hpp"
-#include "core/point/iterate.hpp"
+#include "core/point/step_length.hpp"
 #include "core/result.hpp"
 #include "linalg/symmetric_matrix.hpp"
 #include "linalg/symmetric_solver.hpp"
@@ -28,13 +29,6 @@ struct Regularization {
   double lambda_y = 0.0;
   friend bool operator==(const Regularization&, const Regularization&) = default;
 };
-
-/// Step of zeros in the shapes of the problem.
-[[nodiscard]] Step zero_step(const CanonicalProblem& canonical);
-void set_zero(Step& step);
-
-/// Right-hand side of the unreduced primal-dual Newton system, same shapes as a Step.
-using NewtonResidual = Step;
 
 /// No memory for the factors of a KKT matrix.
 class FactorsOutOfMemory : public std::bad_alloc {

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/model/iterate.hpp"
 #include "core/options.hpp"
-#include "core/point/iterate.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
 
@@ -26,6 +26,11 @@ struct IndexRange {
 
 /// What an evaluation of the model gave.
 enum class EvaluationStatus : std::uint8_t { Ok, Undefined, NotFinite };
+
+/// How a solve ends that cannot go on without an evaluation that gave this, not Ok.
+[[nodiscard]] inline Status status_of(EvaluationStatus failed) {
+  return failed == EvaluationStatus::NotFinite ? Status::InvalidNumber : Status::EvaluationFailed;
+}
 
 /// Factors of a gradient-based scaling with the options that they were made with.
 struct GradientScaling {

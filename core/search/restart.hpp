@@ -1,7 +1,7 @@
 #pragma once
 
 #include "core/model/canonical_problem.hpp"
-#include "core/point/iterate.hpp"
+#include "core/model/iterate.hpp"
 
 namespace ipminmax {
 
