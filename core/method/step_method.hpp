@@ -101,8 +101,6 @@ class StepMethod {
   }
   /// The barrier parameter changed: earlier merits no longer compare.
   virtual void barrier_changed() {}
-  /// The KKT systems were factorized for something else since the last step.
-  virtual void factors_lost() {}
 };
 
 }  // namespace ipminmax

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/method/barrier.hpp"
+#include "core/method/parameters.hpp"
 #include "core/model/norms.hpp"
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
@@ -10,21 +11,7 @@
 namespace ipminmax {
 namespace {
 
-/// Size of a variable (scaled problem), over those of its bounds and of the start, at which a failed
-/// solve counts as diverged.
-constexpr double kRunaway = 1e10;
-/// Multiplier of a Max constraint (scaled problem) at which a failed solve has left the maximizer
-/// without room.
-constexpr double kLargeMultiplier = 1e6;
-/// Growth of |v| by a Newton step, as a share of 1 + |v|, that counts as a run to infinity when
-/// that many steps in a row pass through first-order points, each of them at least that share of
-/// the one before: towards a zero of order p they shrink by (p - 1)/p.
-constexpr double kOutwardStep = 5e-4;
-constexpr int kOutwardSteps = 3;
-constexpr double kOutwardShare = 0.95;
-/// Second derivatives below this, that many times farther out than the start, have died out.
-constexpr double kDiedOut = 1e-100;
-constexpr double kFarAway = 10.0;
+namespace parameter = parameters::divergence;
 
 bool can_be_divergence(Status status) {
   switch (status) {
@@ -44,8 +31,10 @@ bool can_be_divergence(Status status) {
 bool has_died_out(const CanonicalProblem& canonical, const Point& point) {
   const auto& hessian = point.evaluation.hessian;
   return !hessian.empty() &&
-         std::ranges::all_of(hessian, [](double value) { return std::abs(value) < kDiedOut; }) &&
-         max_norm(point.iterate.v) > kFarAway * (1.0 + max_norm(canonical.starting_point().v));
+         std::ranges::all_of(hessian,
+                             [](double value) { return std::abs(value) < parameter::kDiedOut; }) &&
+         max_norm(point.iterate.v) >
+             parameter::kFarAway * (1.0 + max_norm(canonical.starting_point().v));
 }
 
 }  // namespace
@@ -57,7 +46,7 @@ bool has_run_away(const CanonicalProblem& canonical, const Point& point, IndexRa
     for (const double bound : {canonical.lower()[i], canonical.upper()[i]}) {
       if (std::isfinite(bound)) reference = std::max(reference, std::abs(bound));
     }
-    if (std::abs(point.iterate.v[i]) >= kRunaway * reference) return true;
+    if (std::abs(point.iterate.v[i]) >= parameter::kRunaway * reference) return true;
   }
   return false;
 }
@@ -74,7 +63,7 @@ void name_divergence(const CanonicalProblem& canonical, const Point& point, Stat
   } else {
     const IndexRange max = canonical.max_constraints();
     const auto multipliers = point.iterate.lambda.segment(max.begin, max.size());
-    if (max.size() > 0 && multipliers.lpNorm<Eigen::Infinity>() > kLargeMultiplier) {
+    if (max.size() > 0 && multipliers.lpNorm<Eigen::Infinity>() > parameter::kLargeMultiplier) {
       status = Status::InnerInfeasible;
       message =
           "the minimizer leaves the maximizer no feasible point: "
@@ -91,7 +80,7 @@ bool runs_to_infinity(const MethodContext& context, const Point& from, double mu
   NewtonResidual rhs = zero_step(canonical);
   Step step = rhs;
   double last_growth = 0.0;
-  for (int k = 0; k < kOutwardSteps; ++k) {
+  for (int k = 0; k < parameter::kOutwardSteps; ++k) {
     const double norm = max_norm(point.iterate.v);
     newton_residual(canonical, point, mu, rhs);
     context.kkt.assemble(point.iterate, point.evaluation);
@@ -103,7 +92,8 @@ bool runs_to_infinity(const MethodContext& context, const Point& from, double mu
             largest_step(canonical, point.iterate, step, boundary_fraction(mu, context.options)),
             point.iterate);
     const double growth = max_norm(point.iterate.v) - norm;
-    if (!(growth > std::max(kOutwardStep * (1.0 + norm), kOutwardShare * last_growth)) ||
+    if (!(growth > std::max(parameter::kOutwardStep * (1.0 + norm),
+                            parameter::kOutwardShare * last_growth)) ||
         evaluate_values(canonical, point) != EvaluationStatus::Ok ||
         evaluate_derivatives(canonical, point) != EvaluationStatus::Ok) {
       return false;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/method/parameters.hpp"
 #include "core/model/norms.hpp"
 #include "core/search/divergence.hpp"
 #include "core/search/search.hpp"
@@ -8,18 +9,7 @@
 namespace ipminmax {
 namespace {
 
-/// Iterations of a minimization, run away from a start of moderate size, after which it is called
-/// unbounded: shifts that double and divide can keep it there for ever.
-constexpr Index kRunawayIterations = 100;
-/// Unscaled gradient of the Lagrangian above which a degenerate point is not taken for a solution at
-/// once where the objective is scaled down, and the iterations that it may take to do better.
-constexpr double kFlatGradient = 1e-4;
-constexpr Index kHiddenIterations = 50;
-/// Iterations allowed after a minimization has left a point whose curvature decides nothing, or as
-/// many as that took where it is more.
-constexpr Index kFewestAfterEscape = 20;
-/// Bound multipliers, over tol, where the constraints alone decide: the barrier needs some.
-constexpr double kIdleMultiplier = 1e-3;
+namespace parameter = parameters::doubtful;
 
 /// Whether K_yy has a wrong sign, although no direction was found that proves it.
 bool seems_wrong(const Certificate& found) {
@@ -50,7 +40,7 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
     if (const auto claim = test_.claim(point_.error, objective)) {
       Verdict verdict = judge(*claim);
       if (is_hidden_by_scaling(verdict)) {
-        return_to_fast_factorizations(method);
+        return_to_fast_factorizations();
       } else {
         escaped = leave(verdict, method, kept);
         if (!escaped) return ended(std::move(verdict));
@@ -123,7 +113,8 @@ std::optional<Status> Search::limit_reached() {
   const bool far =
       canonical.max_size() == 0 && has_run_away(canonical, point_, {0, canonical.variables()});
   runaway_iterations_ = far ? runaway_iterations_ + 1 : 0;
-  if (runaway_iterations_ > kRunawayIterations) return Status::OuterUnbounded;
+  if (runaway_iterations_ > parameters::divergence::kRunawayIterations)
+    return Status::OuterUnbounded;
   if (context_.limit.expired()) return context_.limit.exceeded();
   return std::nullopt;
 }
@@ -141,7 +132,7 @@ void Search::drop_idle_multipliers(double tolerance) {
     return;
   }
   Iterate& iterate = point_.iterate;
-  const double most = kIdleMultiplier * context_.options.tol;
+  const double most = parameter::kIdleMultiplier * context_.options.tol;
   iterate.lambda.setZero();
   iterate.z_lower = iterate.z_lower.cwiseMin(most);
   iterate.z_upper = iterate.z_upper.cwiseMin(most);
@@ -175,8 +166,8 @@ bool Search::is_hidden_by_scaling(const Verdict& verdict) {
   // the tolerances: go on for a while. Minimizations end here, as Ipopt's do.
   const double gradient = std::max(point_.error.dual_min, point_.error.dual_max);
   return verdict.status == Status::SolvedDegenerate && context_.canonical.max_size() > 0 &&
-         context_.canonical.objective_scale() < 1.0 && gradient > kFlatGradient &&
-         ++context_.budget.hidden <= kHiddenIterations;
+         context_.canonical.objective_scale() < 1.0 && gradient > parameter::kFlatGradient &&
+         ++context_.budget.hidden <= parameter::kHiddenIterations;
 }
 
 bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<SearchOutcome>& kept) {
@@ -196,21 +187,21 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
     kept = ended(Verdict{verdict});
     const Index iteration = context_.budget.iteration;
     if (minimization) {
-      deadline_ = {iteration + std::max(kFewestAfterEscape, iteration), Status::TinyStep};
+      deadline_ = {iteration + std::max(parameter::kFewestAfterEscape, iteration),
+                   Status::TinyStep};
     }
   }
   step_ = std::move(step);
   take_next();
   test_.begin_anew();
-  return_to_fast_factorizations(method);
+  return_to_fast_factorizations();
   barrier_.forget_progress();
   return true;
 }
 
-void Search::return_to_fast_factorizations(StepMethod& method) const {
+void Search::return_to_fast_factorizations() const {
   // The test of a point that was not certified has gone over to pivoting.
   context_.kkt.reset_quality();
-  method.factors_lost();
 }
 
 }  // namespace ipminmax

@@ -50,7 +50,7 @@ class Search {
   void make_step(StepMethod& method);
   [[nodiscard]] SearchOutcome after_failed_step();
   void drop_idle_multipliers(double tolerance);
-  void return_to_fast_factorizations(StepMethod& method) const;
+  void return_to_fast_factorizations() const;
   void take_next();
 
   MethodContext context_;
