@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "adapter/log.hpp"
+#include "core/model/status_table.hpp"
 #include "core/worst_case.hpp"
 
 namespace ipminmax::log {
@@ -109,61 +110,11 @@ std::string wrong_curvature(const Certificate& certificate) {
 }
 
 std::string exit_text(const Result& result) {
-  switch (result.status) {
-    case Status::Solved:
-      return "Local Minmax Found.";
-    case Status::SolvedDegenerate:
-      return "First-order point found; the second-order test is undecided (degenerate point).";
-    case Status::SolvedToAcceptableLevel:
-      return "Solved To Acceptable Level.";
-    case Status::NotLocalMinmax:
-      return "First-order point found, but it is not a local minmax: " +
-             wrong_curvature(result.certificate) + ".";
-    case Status::NoLocalMinmaxFound:
-      return "No local minmax found from this starting point.";
-    case Status::InnerUnbounded:
-      return "The maximization over y looks unbounded.";
-    case Status::OuterUnbounded:
-      return "The minimization over x looks unbounded.";
-    case Status::DivergingIterates:
-      return "Iterates diverging; problem might be unbounded.";
-    case Status::LocallyInfeasible:
-      return "Converged to a point of local infeasibility. Problem may be infeasible.";
-    case Status::InnerInfeasible:
-      return "The maximizer's constraints cannot be met near the returned point. Problem may be "
-             "infeasible.";
-    case Status::MaxIterations:
-      return "Maximum Number of Iterations Exceeded.";
-    case Status::MaxCpuTime:
-      return "Maximum CPU time exceeded.";
-    case Status::MaxWallTime:
-      return "Maximum wallclock time exceeded.";
-    case Status::TinyStep:
-      return "Search Direction is becoming Too Small.";
-    case Status::RestorationFailed:
-      return "Restoration Failed!";
-    case Status::InertiaCorrectionFailed:
-      return "Error in step computation: no regularization gives the expected inertia.";
-    case Status::LinearSolverFailed:
-      return "Error in step computation: linear solver failed.";
-    case Status::EvaluationFailed:
-      return "A function of the model could not be evaluated.";
-    case Status::InvalidNumber:
-      return "Invalid number in function or derivative detected.";
-    case Status::UserStop:
-      return "Stopping optimization at current point as requested by user.";
-    case Status::InvalidProblem:
-      return "Invalid problem definition.";
-    case Status::InvalidOption:
-      return "Invalid option encountered.";
-    case Status::TooFewDegreesOfFreedom:
-      return "Problem has too few degrees of freedom.";
-    case Status::OutOfMemory:
-      return "Not enough memory.";
-    case Status::InternalError:
-      return "Internal error.";
+  if (result.status == Status::NotLocalMinmax) {
+    return "First-order point found, but it is not a local minmax: " +
+           wrong_curvature(result.certificate) + ".";
   }
-  return "Internal error.";
+  return std::string(row_of(result.status).sentence);
 }
 
 }  // namespace

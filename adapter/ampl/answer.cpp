@@ -1,5 +1,6 @@
 #include "answer.hpp"
 
+#include "core/model/status_table.hpp"
 #include "core/version.h"
 
 #include <algorithm>
@@ -46,44 +47,7 @@ std::size_t width_of(const char* heading, int rows, const std::function<std::str
 
 }  // namespace
 
-int solve_result(Status status) {
-  switch (status) {
-    case Status::Solved:
-      return 0;
-    case Status::SolvedDegenerate:
-      return 1;
-    case Status::SolvedToAcceptableLevel:
-      return 100;
-    case Status::LocallyInfeasible:
-      return 200;
-    case Status::InnerInfeasible:
-      return 201;
-    case Status::OuterUnbounded:
-      return 300;
-    case Status::InnerUnbounded:
-      return 301;
-    case Status::DivergingIterates:
-      return 302;
-    case Status::MaxIterations:
-      return 400;
-    case Status::MaxCpuTime:
-      return 401;
-    case Status::MaxWallTime:
-      return 402;
-    case Status::UserStop:
-      return 403;
-    case Status::NotLocalMinmax:
-      return 500;
-    case Status::NoLocalMinmaxFound:
-      return 501;
-    case Status::InvalidProblem:
-      return 502;
-    case Status::EvaluationFailed:
-      return 503;
-    default:
-      return 510;
-  }
-}
+int solve_result(Status status) { return row_of(status).solve_result; }
 
 std::string message_of(const Result& result, const NlProblem& problem) {
   std::ostringstream message;
