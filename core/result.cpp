@@ -89,6 +89,22 @@ std::string_view name_of(SecondOrder outcome) {
       return "undecided";
     case SecondOrder::Violated:
       return "violated";
+    case SecondOrder::Flat:
+      return "flat";
+  }
+  return "unknown";
+}
+
+std::string_view name_of(Answer answer) {
+  switch (answer) {
+    case Answer::Unknown:
+      return "unknown";
+    case Answer::StrictlyBest:
+      return "strictly best to this x";
+    case Answer::Unique:
+      return "unique near this x";
+    case Answer::Smooth:
+      return "smooth in x";
   }
   return "unknown";
 }

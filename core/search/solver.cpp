@@ -143,6 +143,7 @@ class Solver {
   [[nodiscard]] bool leave_wrong_point(Status stop);
   void return_to_fast_factorizations();
   [[nodiscard]] Status certified_status(Status when_not_refuted);
+  [[nodiscard]] Index factorizations_for_certificate() const;
   [[nodiscard]] bool converged(const KktError& error) const;
   [[nodiscard]] bool out_of_iterations() const {
     return info_.iteration + result_.counts.restoration_iterations >= options_.max_iter;
@@ -208,6 +209,7 @@ class Solver {
   std::optional<WrongCurvature> wrong_;   ///< that refuted the last point tested
   std::optional<Stop> degenerate_point_;  ///< undecided second-order test, left for a better point
   std::optional<Stop> first_failure_;     ///< of the search from the model's starting point
+  Index certificate_factorizations_ = 0;
   Index restarts_ = 0;
   std::optional<Index> last_resort_end_;  ///< iteration at which Algorithm 1 gives up, too
   std::optional<Index> search_end_;       ///< for a better point than the degenerate one
@@ -235,6 +237,12 @@ Result Solver::run() {
       result_.message =
           "adaptive_mu_globalization = obj-constr-filter is not available with Max variables, for "
           "whom the objective may rise; kkt-error is";
+      return finish(Status::InvalidOption);
+    }
+    if (options_.minmax_certificate == CertificateEffort::None && canonical_.max_size() > 0) {
+      result_.message =
+          "minmax_certificate = none is for minimizations: with Max variables only the "
+          "certificate tells a local minmax from a saddle";
       return finish(Status::InvalidOption);
     }
     if (auto status = start()) return finish(*status);
@@ -579,7 +587,15 @@ void Solver::drop_idle_multipliers(double tolerance) {
 Status Solver::certified_status(Status when_not_refuted) {
   // The oracle's mu may be far above the complementarity that was reached.
   if (adaptive_) info_.mu = std::min(info_.mu, mu_final_);
-  Finding finding = certify(canonical_, *kkt_, point_, info_.mu, options_);
+  if (options_.minmax_certificate == CertificateEffort::None) {
+    result_.certificate = {};
+    result_.certificate.kind = PointKind::FirstOrderPoint;
+    return when_not_refuted;
+  }
+  const Index before = kkt_->factorizations();
+  Finding finding =
+      certify(canonical_, *kkt_, point_, info_.mu, options_, factorizations_for_certificate());
+  certificate_factorizations_ += kkt_->factorizations() - before;
   result_.certificate = finding.certificate;
   wrong_ = std::move(finding.wrong);
   if (finding.point && result_.certificate.second_order == SecondOrder::Satisfied) {
@@ -591,6 +607,7 @@ Status Solver::certified_status(Status when_not_refuted) {
     case SecondOrder::Violated:
       return Status::NotLocalMinmax;
     case SecondOrder::Undecided:
+    case SecondOrder::Flat:
       if (nested_) return when_not_refuted;
       if (runs_to_infinity()) {
         result_.message = "the iterates run to infinity, where the gradient vanishes";
@@ -600,6 +617,15 @@ Status Solver::certified_status(Status when_not_refuted) {
     default:
       return when_not_refuted;
   }
+}
+
+Index Solver::factorizations_for_certificate() const {
+  // Small matrices cost less than the model's functions.
+  constexpr Index kSmall = 300, kEnough = 40, kLeast = 3;
+  constexpr Index kShare = 5;
+  if (kkt_->layout().dimension() <= kSmall) return kEnough;
+  const Index iterating = kkt_->factorizations() - certificate_factorizations_;
+  return std::max(kLeast, iterating / kShare - certificate_factorizations_);
 }
 
 bool Solver::runs_to_infinity() {
@@ -665,6 +691,7 @@ bool Solver::leave_wrong_point(Status stop) {
   // case that nothing better comes.
   const Certificate& found = result_.certificate;
   const bool degenerate = stop == Status::SolvedDegenerate && !degenerate_point_ &&
+                          found.second_order != SecondOrder::Flat &&
                           (found.inner == found.inner_expected || seems_wrong(found));
   if (stop != Status::NotLocalMinmax && !degenerate) return false;
   Stop here = stop_here(stop);
@@ -872,7 +899,9 @@ void Solver::describe(const Point& point, Result& result) {
   result.mu = info_.mu;
   result.objective_scale = canonical_.objective_scale();
   result.iterations = info_.iteration;
-  if (result.certificate.second_order == SecondOrder::NotTested) {
+  const bool untested = options_.minmax_certificate == CertificateEffort::None &&
+                        result.certificate.kind == PointKind::FirstOrderPoint;
+  if (result.certificate.second_order == SecondOrder::NotTested && !untested) {
     const double primal = result.error.primal;
     result.certificate.kind = std::isnan(primal)                   ? PointKind::Unknown
                               : primal <= options_.constr_viol_tol ? PointKind::FeasiblePoint
