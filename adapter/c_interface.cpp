@@ -64,10 +64,10 @@ static_assert(same(IPMINMAX_LOCAL_MINMAX, PointKind::LocalMinmax) &&
               same(IPMINMAX_FEASIBLE_POINT, PointKind::FeasiblePoint) &&
               same(IPMINMAX_INFEASIBLE_POINT, PointKind::InfeasiblePoint) &&
               same(IPMINMAX_UNKNOWN_POINT, PointKind::Unknown));
-static_assert(same(IPMINMAX_ANSWER_UNKNOWN, Answer::Unknown) &&
-              same(IPMINMAX_ANSWER_STRICTLY_BEST, Answer::StrictlyBest) &&
-              same(IPMINMAX_ANSWER_UNIQUE, Answer::Unique) &&
-              same(IPMINMAX_ANSWER_SMOOTH, Answer::Smooth));
+static_assert(same(IPMINMAX_ANSWER_UNKNOWN, InnerAnswer::Unknown) &&
+              same(IPMINMAX_ANSWER_STRICTLY_BEST, InnerAnswer::StrictlyBest) &&
+              same(IPMINMAX_ANSWER_UNIQUE, InnerAnswer::Unique) &&
+              same(IPMINMAX_ANSWER_SMOOTH, InnerAnswer::Smooth));
 static_assert(same(IPMINMAX_NOT_TESTED, SecondOrder::NotTested) &&
               same(IPMINMAX_SATISFIED, SecondOrder::Satisfied) &&
               same(IPMINMAX_UNDECIDED, SecondOrder::Undecided) &&

@@ -97,7 +97,7 @@ std::string certificate_report(const Certificate& certificate) {
                  yes_no(certificate.licq_max));
   text += format("Weakly active bounds....: Min %d, Max %d\n", certificate.weakly_active_min,
                  certificate.weakly_active_max);
-  if (certificate.kind != PointKind::LocalMinmax && certificate.answer != Answer::Unknown) {
+  if (certificate.kind != PointKind::LocalMinmax && certificate.answer != InnerAnswer::Unknown) {
     text += "Answer of the maximizer.: " + std::string(name_of(certificate.answer)) + "\n";
   }
   for (const CertificateReason& reason : certificate.reasons) {

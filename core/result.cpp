@@ -95,15 +95,15 @@ std::string_view name_of(SecondOrder outcome) {
   return "unknown";
 }
 
-std::string_view name_of(Answer answer) {
+std::string_view name_of(InnerAnswer answer) {
   switch (answer) {
-    case Answer::Unknown:
+    case InnerAnswer::Unknown:
       return "unknown";
-    case Answer::StrictlyBest:
+    case InnerAnswer::StrictlyBest:
       return "strictly best to this x";
-    case Answer::Unique:
+    case InnerAnswer::Unique:
       return "unique near this x";
-    case Answer::Smooth:
+    case InnerAnswer::Smooth:
       return "smooth in x";
   }
   return "unknown";

@@ -68,13 +68,13 @@ enum class SecondOrder : std::uint8_t {
 [[nodiscard]] std::string_view name_of(SecondOrder outcome);
 
 /// What was shown of the maximizer's answer near the returned point, whatever is known of x.
-enum class Answer : std::uint8_t {
+enum class InnerAnswer : std::uint8_t {
   Unknown,
   StrictlyBest,  ///< to this x, y is strictly the best answer nearby; how it moves with x is open
   Unique,        ///< for each x nearby there is exactly one answer y(x) nearby, and it is Lipschitz
   Smooth         ///< the same, and y(x) is differentiable
 };
-[[nodiscard]] std::string_view name_of(Answer answer);
+[[nodiscard]] std::string_view name_of(InnerAnswer answer);
 
 /// Why a certificate is not more than it is, or what is special about the point.
 struct CertificateReason {
@@ -118,7 +118,7 @@ struct Certificate {
   bool finite_differences = false;  ///< second derivatives came from differences
   double hessian_error = 0.0;       ///< curvature (scaled problem) by which these may be wrong, as
                                     ///< estimated; the tests hold in spite of it
-  Answer answer = Answer::Unknown;
+  InnerAnswer answer = InnerAnswer::Unknown;
   std::vector<CertificateReason> reasons;  ///< the most telling first; at most 20 of a kind
 };
 

@@ -93,7 +93,7 @@ class Certifier {
   [[nodiscard]] bool refute_in_cone(ActiveSetSystem& system, const Stage& stage);
   [[nodiscard]] bool is_valley(ActiveSetSystem& system, const Stage& stage);
   [[nodiscard]] std::optional<Player> wrong_player(ActiveSetSystem& system, const Stage& stage);
-  [[nodiscard]] Answer answer_alone(const Stage& stage);
+  [[nodiscard]] InnerAnswer answer_alone(const Stage& stage);
   [[nodiscard]] std::vector<bool> droppable(const Dependences& dependences, bool x_held) const;
   [[nodiscard]] bool next_point(const NewtonTest& newton, Point& point);
   [[nodiscard]] bool clean(const BoundClasses& classes, Point& point);
@@ -163,7 +163,7 @@ Look Certifier::first_look(const Point& point) {
   if (!(left >= margin(1.0))) return Look::Unclear;
   certificate_.margin = left;
   certificate_.licq_min = certificate_.licq_max = true;
-  certificate_.answer = Answer::Smooth;
+  certificate_.answer = InnerAnswer::Smooth;
   return Look::Right;
 }
 
@@ -374,7 +374,7 @@ bool Certifier::settled(const Stage& stage, bool of_max) const {
 
 SecondOrder Certifier::certified(const Stage& stage) {
   certificate_.margin = margin(1.0);
-  certificate_.answer = stage.classes.weak_max == 0 ? Answer::Smooth : Answer::Unique;
+  certificate_.answer = stage.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
   reasons_.add_weakly_active(stage.classes);
   if (stage.dependences) reasons_.add_dependences(*stage.dependences);
   return SecondOrder::Satisfied;
@@ -490,8 +490,8 @@ void Certifier::explain(const Stage& stage) {
 }
 
 /// What is known of y at this x alone.
-Answer Certifier::answer_alone(const Stage& stage) {
-  if (!may_factorize(2)) return Answer::Unknown;
+InnerAnswer Certifier::answer_alone(const Stage& stage) {
+  if (!may_factorize(2)) return InnerAnswer::Unknown;
   Stage alone;
   alone.point = stage.point;
   alone.units = stage.units;
@@ -518,12 +518,12 @@ Answer Certifier::answer_alone(const Stage& stage) {
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
     return solve_accurately(kkt_, system.assembled(), rhs, step);
   };
-  if (!newton_confirms(system, alone.point, solve, alone.newton)) return Answer::Unknown;
+  if (!newton_confirms(system, alone.point, solve, alone.newton)) return InnerAnswer::Unknown;
   alone.error += alone.newton.error;
   const InertiaTest test = inner_survives(system, alone.error, margin(1.0));
-  if (!test.inner || !(test.inner_response <= kIndependent)) return Answer::Unknown;
-  if (!smooth) return Answer::StrictlyBest;
-  return alone.classes.weak_max == 0 ? Answer::Smooth : Answer::Unique;
+  if (!test.inner || !(test.inner_response <= kIndependent)) return InnerAnswer::Unknown;
+  if (!smooth) return InnerAnswer::StrictlyBest;
+  return alone.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
 }
 
 /// Whose necessary conditions the matrices say are violated; where Newton's method does not converge,
@@ -593,7 +593,7 @@ SecondOrder Certifier::judge(const Point& given) {
   const Point& judged = moved_ ? *moved_ : given;
   verdict = test_robust_rows(canonical_, kkt_, judged.iterate, judged.evaluation);
   if (verdict != SecondOrder::Satisfied) {
-    certificate_.answer = Answer::Unknown;
+    certificate_.answer = InnerAnswer::Unknown;
     reasons_.add(Kind::RobustRow, Player::Max,
                  "a robust constraint's worst case is no strict maximum of it");
   }

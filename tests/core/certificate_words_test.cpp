@@ -96,7 +96,7 @@ TEST(DependentRows, OfMaxAtOneXAloneLeaveYStrictlyBest) {
   model.constraint(y - 2.0 * x, 0.0, 0.0);
   const Certificate found = certify(model, {0.0, 0.0, 0.0}, {0.0, 0.0});
   EXPECT_EQ(found.second_order, SecondOrder::Undecided);
-  EXPECT_EQ(found.answer, Answer::StrictlyBest);
+  EXPECT_EQ(found.answer, InnerAnswer::StrictlyBest);
   EXPECT_FALSE(found.licq_max);
 }
 
@@ -106,12 +106,12 @@ TEST(AnswerOfY, IsKnownWhereXIsNot) {
   model.objective(pow(x, 4.0) - square(y));
   const Certificate found = certify(model, {0.0, 0.0});
   EXPECT_EQ(found.second_order, SecondOrder::Undecided);
-  EXPECT_EQ(found.answer, Answer::Smooth);
+  EXPECT_EQ(found.answer, InnerAnswer::Smooth);
   EXPECT_TRUE(names(find(found, Kind::LittleCurvature), "x"));
   Model other;
   const Expression u = other.variable(kMin, "u"), w = other.variable(kMax, "w");
   other.objective(square(u) - pow(w, 4.0));
-  EXPECT_EQ(certify(other, {0.0, 0.0}).answer, Answer::Unknown);
+  EXPECT_EQ(certify(other, {0.0, 0.0}).answer, InnerAnswer::Unknown);
 }
 
 // Weakly active bounds of Min: only directions into them count.
@@ -208,7 +208,7 @@ TEST(Flat, AValleyOfPhiNeedNotBeOneOfF) {
   model.objective(2.0 * y * square(x) - square(y) - pow(x, 4.0));
   const Certificate found = certify(model, {0.0, 0.0});
   EXPECT_EQ(found.second_order, SecondOrder::Flat);
-  EXPECT_EQ(found.answer, Answer::Smooth);
+  EXPECT_EQ(found.answer, InnerAnswer::Smooth);
 }
 
 TEST(Flat, HigherPowersAreNot) {
