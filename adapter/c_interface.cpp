@@ -64,10 +64,15 @@ static_assert(same(IPMINMAX_LOCAL_MINMAX, PointKind::LocalMinmax) &&
               same(IPMINMAX_FEASIBLE_POINT, PointKind::FeasiblePoint) &&
               same(IPMINMAX_INFEASIBLE_POINT, PointKind::InfeasiblePoint) &&
               same(IPMINMAX_UNKNOWN_POINT, PointKind::Unknown));
+static_assert(same(IPMINMAX_ANSWER_UNKNOWN, InnerAnswer::Unknown) &&
+              same(IPMINMAX_ANSWER_STRICTLY_BEST, InnerAnswer::StrictlyBest) &&
+              same(IPMINMAX_ANSWER_UNIQUE, InnerAnswer::Unique) &&
+              same(IPMINMAX_ANSWER_SMOOTH, InnerAnswer::Smooth));
 static_assert(same(IPMINMAX_NOT_TESTED, SecondOrder::NotTested) &&
               same(IPMINMAX_SATISFIED, SecondOrder::Satisfied) &&
               same(IPMINMAX_UNDECIDED, SecondOrder::Undecided) &&
-              same(IPMINMAX_VIOLATED, SecondOrder::Violated));
+              same(IPMINMAX_VIOLATED, SecondOrder::Violated) &&
+              same(IPMINMAX_FLAT, SecondOrder::Flat));
 
 std::size_t size_of(Index n) { return static_cast<std::size_t>(n); }
 
@@ -333,6 +338,7 @@ struct IpminmaxProblemInfo {
   ipminmax::Sensitivity sensitivity;
   bool sensitivity_fits = false;                   ///< whether it is that of the last solve
   std::vector<ipminmax::ActiveSetChange> changes;  ///< of the last prediction
+  std::string reasons;                             ///< of the last certificate asked for
   std::string message;
   const char* fixed_message = nullptr;  ///< in place of message, where memory is short
 };
@@ -787,6 +793,13 @@ int IpminmaxGetCertificate(IpminmaxProblem problem, IpminmaxCertificate* certifi
     certificate->weakly_active_max = from.weakly_active_max;
     certificate->finite_differences = from.finite_differences ? 1 : 0;
     certificate->hessian_error = from.hessian_error;
+    certificate->answer = static_cast<IpminmaxAnswer>(from.answer);
+    problem->reasons.clear();
+    for (const CertificateReason& reason : from.reasons) {
+      if (!problem->reasons.empty()) problem->reasons += '\n';
+      problem->reasons += reason.text;
+    }
+    certificate->reasons = problem->reasons.c_str();
     return {};
   });
 }

@@ -59,10 +59,19 @@ enum IpminmaxPointKind {
 };
 
 enum IpminmaxSecondOrder {
-  IPMINMAX_NOT_TESTED = 0, /* not a first-order point */
+  IPMINMAX_NOT_TESTED = 0, /* not a first-order point, or minmax_certificate none */
   IPMINMAX_SATISFIED = 1,
-  IPMINMAX_UNDECIDED = 2, /* a zero eigenvalue, dependent or weakly active constraints */
-  IPMINMAX_VIOLATED = 3   /* an eigenvalue has a definite wrong sign: not a local minmax */
+  IPMINMAX_UNDECIDED = 2, /* none of the others could be shown; see reasons */
+  IPMINMAX_VIOLATED = 3,  /* an eigenvalue has a definite wrong sign: not a local minmax */
+  IPMINMAX_FLAT = 4 /* not refuted, the value is constant along directions without curvature */
+};
+
+/* What was shown of the maximizer's answer y, whatever is known of x. */
+enum IpminmaxAnswer {
+  IPMINMAX_ANSWER_UNKNOWN = 0,
+  IPMINMAX_ANSWER_STRICTLY_BEST = 1, /* nearby, to this x */
+  IPMINMAX_ANSWER_UNIQUE = 2,        /* one answer nearby to each x nearby, Lipschitz in x */
+  IPMINMAX_ANSWER_SMOOTH = 3         /* the same, differentiable in x */
 };
 
 typedef struct IpminmaxInertia {
@@ -75,13 +84,17 @@ typedef struct IpminmaxCertificate {
   enum IpminmaxSecondOrder second_order;
   IpminmaxInertia inner, inner_expected; /* of the maximizer's KKT matrix */
   IpminmaxInertia full, full_expected;   /* of both players' */
-  double margin;                         /* curvature to spare in the test; 0 unless satisfied */
+  double margin; /* curvature to spare, relative to each variable's own; 0 unless satisfied */
   int licq_min, licq_max; /* 1: gradients of the player's active constraints independent */
   int weakly_active_min, weakly_active_max; /* active bounds and inequalities, multiplier ~ 0 */
   int finite_differences; /* 1: second derivatives are differences of first ones */
   /* Curvature by which those may be wrong, as estimated; the verdict allows for it. 0 when they are
    * the model's. Infinite: the differences could not be trusted at all. */
   double hessian_error;
+  enum IpminmaxAnswer answer;
+  /* Why the certificate is not more than it is, one reason a line with names of variables and
+   * constraints; "" without any. Valid until the next call with this problem. */
+  const char *reasons;
 } IpminmaxCertificate;
 
 typedef struct IpminmaxStatistics {

@@ -97,6 +97,12 @@ std::string certificate_report(const Certificate& certificate) {
                  yes_no(certificate.licq_max));
   text += format("Weakly active bounds....: Min %d, Max %d\n", certificate.weakly_active_min,
                  certificate.weakly_active_max);
+  if (certificate.kind != PointKind::LocalMinmax && certificate.answer != InnerAnswer::Unknown) {
+    text += "Answer of the maximizer.: " + std::string(name_of(certificate.answer)) + "\n";
+  }
+  for (const CertificateReason& reason : certificate.reasons) {
+    text += "Reason..................: " + reason.text + "\n";
+  }
   return text;
 }
 
@@ -113,6 +119,9 @@ std::string exit_text(const Result& result) {
     case Status::Solved:
       return "Local Minmax Found.";
     case Status::SolvedDegenerate:
+      if (result.certificate.second_order == SecondOrder::Flat) {
+        return "First-order point found in a valley of points with the same value.";
+      }
       return "First-order point found; the second-order test is undecided (degenerate point).";
     case Status::SolvedToAcceptableLevel:
       return "Solved To Acceptable Level.";

@@ -107,6 +107,11 @@ std::string message_of(const Result& result, const NlProblem& problem) {
             << (game ? "both players " : "the solution ")
             << name_of(result.certificate.second_order);
   }
+  constexpr std::size_t kMostReasons = 5;
+  const auto& reasons = result.certificate.reasons;
+  for (std::size_t k = 0; k < std::min(kMostReasons, reasons.size()); ++k) {
+    message << "\nreason: " << reasons[k].text;
+  }
   const std::string warning = split_warning(problem);
   if (!warning.empty()) message << "\nWARNING: " << warning;
   return message.str();

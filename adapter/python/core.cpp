@@ -172,6 +172,8 @@ class Problem {
     result["weakly_active_max"] = c.weakly_active_max;
     result["finite_differences"] = c.finite_differences != 0;
     result["hessian_error"] = c.hessian_error;
+    result["answer"] = static_cast<int>(c.answer);
+    result["reasons"] = std::string(c.reasons);
     return result;
   }
 

@@ -140,6 +140,15 @@ void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& bar
   }
 }
 
+void KktBlock::decouple(const std::vector<bool>& constraints) {
+  if (constraints.empty()) return;
+  factorized_with_.reset();
+  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
+    if (!constraints[at(j)]) continue;
+    diagonal_[at(constraint_row_[at(j)])] = canonical_.max_constraints().contains(j) ? 1.0 : -1.0;
+  }
+}
+
 void KktBlock::assemble_projection(const Evaluation& evaluation,
                                    const Eigen::VectorXd& column_factor,
                                    const Eigen::VectorXd& row_factor,
@@ -327,7 +336,8 @@ void KktSystem::assemble_inner(const Iterate& iterate, const Evaluation& evaluat
   inner_.assemble(evaluation, curvature_);
 }
 
-void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature) {
+void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature,
+                         const std::vector<bool>& decoupled) {
   const ScopedTimer timer(timing_.assembly);
   curvature_ = barrier_curvature;
   // In the unreduced equations: a bound at distance 1 with this multiplier.
@@ -338,6 +348,8 @@ void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& ba
   release_full();
   full_.assemble(evaluation, curvature_);
   inner_.assemble(evaluation, curvature_);
+  full_.decouple(decoupled);
+  inner_.decouple(decoupled);
 }
 
 Factorization KktSystem::factorize(KktBlock& block, const Regularization& shift, Index& count) {

@@ -165,6 +165,14 @@ class CanonicalProblem {
     return col_scale_[static_cast<std::size_t>(variable)];
   }
 
+  /// Of the model, for a canonical variable or constraint; -1: a slack, or a constraint that fixes a
+  /// variable.
+  [[nodiscard]] Index model_variable(Index variable) const {
+    return model_variable_[static_cast<std::size_t>(variable)];
+  }
+  [[nodiscard]] Index model_constraint(Index constraint) const {
+    return model_constraint_[static_cast<std::size_t>(constraint)];
+  }
   /// Name of a model variable or constraint for messages.
   [[nodiscard]] std::string variable_name(Index model_variable) const;
   [[nodiscard]] std::string constraint_name(Index model_constraint) const;

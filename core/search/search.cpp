@@ -20,6 +20,10 @@ constexpr Index kHiddenIterations = 50;
 constexpr Index kFewestAfterEscape = 20;
 /// Bound multipliers, over tol, where the constraints alone decide: the barrier needs some.
 constexpr double kIdleMultiplier = 1e-3;
+/// Factorizations of all second-order tests of a solve: these where K has so few rows that they cost less
+/// than the model's functions; else a share of the others, at least the last number.
+constexpr Index kSmallSystem = 300, kForSmallSystems = 40;
+constexpr Index kShareOfTests = 5, kFewestForTests = 3;
 
 /// Whether K_yy has a wrong sign, although no direction was found that proves it.
 bool seems_wrong(const Certificate& found) {
@@ -151,14 +155,21 @@ void Search::drop_idle_multipliers(double tolerance) {
 
 Search::Verdict Search::judge(Status claim) {
   barrier_.settle();
-  Verdict verdict{.status = claim,
-                  .finding = certify(context_.canonical, context_.kkt, point_, barrier_.mu(),
-                                     context_.options)};
+  Verdict verdict{.status = claim, .finding = {}};
   Finding& finding = verdict.finding;
+  if (context_.options.minmax_certificate == CertificateEffort::None) {
+    finding.certificate.kind = PointKind::FirstOrderPoint;
+    return verdict;
+  }
+  const Index before = context_.kkt.factorizations();
+  finding = certify(context_.canonical, context_.kkt, point_, barrier_.mu(), context_.options,
+                    factorizations_for_test());
+  context_.budget.tests += context_.kkt.factorizations() - before;
   if (finding.certificate.second_order != SecondOrder::Satisfied) finding.point.reset();
   if (finding.certificate.second_order == SecondOrder::Violated) {
     verdict.status = Status::NotLocalMinmax;
-  } else if (finding.certificate.second_order == SecondOrder::Undecided &&
+  } else if ((finding.certificate.second_order == SecondOrder::Undecided ||
+              finding.certificate.second_order == SecondOrder::Flat) &&
              purpose_ == Purpose::Solution) {
     if (runs_to_infinity(context_, point_, barrier_.mu(), test_)) {
       verdict.status = Status::DivergingIterates;
@@ -168,6 +179,13 @@ Search::Verdict Search::judge(Status claim) {
     }
   }
   return verdict;
+}
+
+Index Search::factorizations_for_test() const {
+  if (context_.kkt.layout().dimension() <= kSmallSystem) return kForSmallSystems;
+  const Index tests = context_.budget.tests;
+  const Index others = context_.kkt.factorizations() - tests;
+  return std::max(kFewestForTests, others / kShareOfTests - tests);
 }
 
 bool Search::is_hidden_by_scaling(const Verdict& verdict) {
@@ -185,6 +203,7 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
   // case that nothing better comes.
   const Certificate& found = verdict.finding.certificate;
   const bool degenerate = verdict.status == Status::SolvedDegenerate && !kept &&
+                          found.second_order != SecondOrder::Flat &&
                           (found.inner == found.inner_expected || seems_wrong(found));
   if (verdict.status != Status::NotLocalMinmax && !degenerate) return false;
   const bool minimization = context_.canonical.max_size() == 0;

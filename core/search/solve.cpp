@@ -90,6 +90,12 @@ Result Solve::run_checked() {
         "adaptive_mu_globalization = obj-constr-filter is not available with Max variables, for "
         "whom the objective may rise; kkt-error is");
   }
+  if (options_.minmax_certificate == CertificateEffort::None && canonical_.max_size() > 0) {
+    return without_point(
+        Status::InvalidOption,
+        "minmax_certificate = none is for minimizations: with Max variables only the certificate "
+        "tells a local minmax from a saddle");
+  }
   return search();
 }
 

@@ -191,6 +191,8 @@ TEST(CInterface, IteratesAndAnswerAreThoseOfTheTnlp) {
     EXPECT_EQ(c.weakly_active_max, 0);
     EXPECT_EQ(c.finite_differences, 0);
     EXPECT_EQ(c.hessian_error, 0.0);
+    EXPECT_EQ(c.answer, IPMINMAX_ANSWER_SMOOTH);
+    EXPECT_STREQ(c.reasons, "");
 
     IpminmaxStatistics s;
     ASSERT_EQ(IpminmaxGetStatistics(problem.get(), &s), 1);
