@@ -12,6 +12,7 @@
 #include "core/method/algorithm_one.hpp"
 #include "core/method/barrier.hpp"
 #include "core/method/globalized_method.hpp"
+#include "core/method/restoration.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/finite_difference_hessian.hpp"
 #include "core/model/initial_point.hpp"
@@ -169,6 +170,7 @@ class Solver {
   }
   [[nodiscard]] bool has_run_away(IndexRange variables) const;
   [[nodiscard]] Status name_divergence(Status status);
+  [[nodiscard]] Status name_infeasibility(Status status);
   Result finish(Status status);
   Result finish_without_memory();
 
@@ -243,7 +245,7 @@ Result Solver::run() {
       auto status = stop_reason();
       if (!status) status = iterate();
       if (!status) continue;
-      const Status named = name_divergence(*status);
+      const Status named = name_infeasibility(name_divergence(*status));
       if (!start_elsewhere(named)) return finish(named);
     }
   } catch (const FactorsOutOfMemory& error) {
@@ -832,6 +834,67 @@ Status Solver::name_divergence(Status status) {
   result_.message = max_runs ? "the maximization over the Max variables looks unbounded"
                              : "the minimization looks unbounded";
   return max_runs ? Status::InnerUnbounded : Status::OuterUnbounded;
+}
+
+/// The model's constraint that a point violates most.
+Index most_violated(const ProblemStructure& s, const std::vector<double>& values) {
+  Index found = 0;
+  double most = -std::numeric_limits<double>::infinity();
+  for (std::size_t j = 0; j < values.size(); ++j) {
+    const double violation =
+        std::max(s.constraint_lower[j] - values[j], values[j] - s.constraint_upper[j]);
+    if (!(violation > most)) continue;
+    most = violation;
+    found = static_cast<Index>(j);
+  }
+  return found;
+}
+
+Status Solver::name_infeasibility(Status status) {
+  // Where Y(x) is empty for every x near, no branch of inner maxima is followed for long. A local
+  // minimum of the violation over both players' variables tells that from a search that is lost.
+  if (!method_ || nested_ || first_failure_ || !search_failed(status) ||
+      canonical_.max_constraints().size() == 0 || !canonical_.robust_constraints().empty() ||
+      !(point_.evaluation.c.lpNorm<Eigen::Infinity>() > options_.constr_viol_tol)) {
+    return status;
+  }
+  const auto feasible = [&](const Eigen::VectorXd&, const Eigen::VectorXd& c) {
+    return c.lpNorm<Eigen::Infinity>() <= options_.constr_viol_tol;
+  };
+  RestorationObserver observer;
+  if (observer_.on_iteration) {
+    observer = [this](const auto& nested, const auto& v, const auto& c) {
+      return tell_restoration(nested, v, c);
+    };
+  }
+  const Index granted = std::max<Index>(
+      0, options_.max_iter - info_.iteration - result_.counts.restoration_iterations);
+  Index allowed = granted;
+  Point least = point_;
+  SolverOptions options = options_;
+  limit_.pass_on(options);
+  const auto outcome =
+      restore_feasibility(canonical_, options, info_.mu, feasible, observer, least, allowed);
+  result_.counts.restoration_iterations += granted - allowed;
+  if (outcome == RestorationOutcome::UserStop) status = Status::UserStop;
+  if (outcome != RestorationOutcome::UserStop && outcome != RestorationOutcome::LocallyInfeasible) {
+    return status;
+  }
+  point_ = std::move(least);
+  evaluate_where_defined(canonical_, point_);
+  update_error();
+  result_.certificate = {};
+  result_.message.clear();
+  if (outcome == RestorationOutcome::UserStop) return status;
+  Result here;
+  canonical_.restore(point_.iterate, here);
+  const ProblemStructure& s = problem_.structure();
+  const Index row = most_violated(s, here.constraints);
+  result_.message = "the violation of the constraints is at a local minimum, where " +
+                    canonical_.constraint_name(row) + " is violated most";
+  return s.constraint_players[static_cast<std::size_t>(row)] == Player::Max
+             ? Status::InnerInfeasible
+             : Status::LocallyInfeasible;
 }
 
 Result Solver::finish(Status status) {
