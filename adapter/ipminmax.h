@@ -116,9 +116,9 @@ typedef struct IpminmaxStatistics {
 /* The model's functions, with Ipopt's arguments. Return 1 for success, 0 when the function is
  * undefined at x. Only the low byte of what they return is read, so callbacks made for Ipopt 3.14,
  * which return bool, may be cast to these types. An eval_h must know the structure of the Hessian;
- * where second derivatives do not exist it is NULL. x and lambda must not be written to. Matrix structure is asked for with values ==
- * NULL, values with iRow == jCol == NULL. The Hessian is that of obj_factor f + lambda' g, one of
- * the entries (i,j) and (j,i); duplicates add. */
+ * where second derivatives do not exist it is NULL. x and lambda must not be written to. Matrix
+ * structure is asked for with values == NULL, values with iRow == jCol == NULL. The Hessian is that
+ * of obj_factor f + lambda' g, one of the entries (i,j) and (j,i); duplicates add. */
 typedef int (*IpminmaxEval_F_CB)(int n, double *x, int new_x, double *obj_value, void *user_data);
 typedef int (*IpminmaxEval_Grad_F_CB)(int n, double *x, int new_x, double *grad_f, void *user_data);
 typedef int (*IpminmaxEval_G_CB)(int n, double *x, int new_x, int m, double *g, void *user_data);
@@ -137,7 +137,7 @@ typedef int (*IpminmaxIntermediate_CB)(int alg_mod, int iter_count, double obj_v
 
 typedef struct IpminmaxProblemInfo *IpminmaxProblem;
 
-/* n >= 1 variables with bounds x_L, x_U (n), m >= 0 constraints with bounds g_L, g_U (m); bounds
+/* n >= 0 variables with bounds x_L, x_U (n), m >= 0 constraints with bounds g_L, g_U (m); bounds
  * outside (nlp_lower_bound_inf, nlp_upper_bound_inf), by default +-1e19, are absent. nele_jac,
  * nele_hess: entries of Jacobian and Hessian. eval_g and eval_jac_g may be NULL when m is 0;
  * eval_h may be NULL: second derivatives are then differences of first ones.
@@ -162,8 +162,8 @@ int IpminmaxAddIntOption(IpminmaxProblem problem, const char *keyword, int val);
 /* print_level: 0 to 12. */
 int IpminmaxOpenOutputFile(IpminmaxProblem problem, const char *file_name, int print_level);
 
-/* Used with nlp_scaling_method user-scaling. x_scaling (n) and g_scaling (m), or NULL: none. Factors
- * are in [1e-20, 1e20]; with a negative obj_scaling Min maximizes and Max minimizes. */
+/* Used with nlp_scaling_method user-scaling. x_scaling (n) and g_scaling (m), or NULL: none.
+ * Factors are in [1e-20, 1e20]; with a negative obj_scaling Min maximizes and Max minimizes. */
 int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double *x_scaling,
                        const double *g_scaling);
 
@@ -179,16 +179,15 @@ int IpminmaxSetIntermediateCallback(IpminmaxProblem problem,
 /* x (n): in the starting point, out the last point. Outputs, each may be NULL: g (m), obj_val,
  * mult_g (m), mult_x_L (n), mult_x_U (n); with warm_start_init_point yes the multipliers are also
  * inputs and may not be NULL. grad f + J' mult_g - mult_x_L + mult_x_U = 0, so multipliers of a Max
- * variable's bounds are <= 0. Outputs are untouched when the solve stops before its first
- * iterate. */
+ * variable's bounds are <= 0. Outputs are untouched when the solve stops before its first iterate. */
 enum IpminmaxReturnStatus IpminmaxSolve(IpminmaxProblem problem, double *x, double *g,
                                         double *obj_val, double *mult_g, double *mult_x_L,
                                         double *mult_x_U, void *user_data);
 
-/* IpminmaxSolve with the starts (option minmax_starts) on all MPI ranks, each of which has to call this with
- * the same problem and options; outputs are the same on all ranks, and only rank 0 prints. The callbacks
- * are called in another thread than this one. IPMINMAX_INVALID_OPTION where MPI cannot be used:
- * IpminmaxMessage tells why. */
+/* IpminmaxSolve with the starts (option minmax_starts) on all MPI ranks, each of which has to call
+ * this with the same problem and options; outputs are the same on all ranks, and only rank 0 prints.
+ * The callbacks are called in another thread than this one. IPMINMAX_INVALID_OPTION where MPI cannot
+ * be used: IpminmaxMessage tells why. */
 enum IpminmaxReturnStatus IpminmaxSolveOverRanks(IpminmaxProblem problem, double *x, double *g,
                                                  double *obj_val, double *mult_g, double *mult_x_L,
                                                  double *mult_x_U, void *user_data);
@@ -196,7 +195,8 @@ enum IpminmaxReturnStatus IpminmaxSolveOverRanks(IpminmaxProblem problem, double
 /* The same structure again, warm started (as with warm_start_init_point yes) from x and the
  * multipliers of the last solve; user_data and IpminmaxSetBounds may have changed the numbers.
  * Orderings, symbolic factorizations, scaling and the last shifts of the Hessian are kept
- * (IpminmaxStatistics.analyses is 0). Arguments as in IpminmaxSolve, multipliers out only. Invalid_Problem_Definition when there is no last point. */
+ * (IpminmaxStatistics.analyses is 0). Arguments as in IpminmaxSolve, multipliers out only.
+ * Invalid_Problem_Definition when there is no last point. */
 enum IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double *x, double *g,
                                              double *obj_val, double *mult_g, double *mult_x_L,
                                              double *mult_x_U, void *user_data);
@@ -207,13 +207,13 @@ int IpminmaxGetCertificate(IpminmaxProblem problem, IpminmaxCertificate *certifi
 int IpminmaxGetStatistics(IpminmaxProblem problem, IpminmaxStatistics *statistics);
 
 /* Inside the intermediate callback only, 0 elsewhere: the iterate, as IpminmaxSolve would return it
- * if the callback stopped now. Unscaled; arrays of n: x, z_L, z_U, of m: g, lambda; each may be NULL.
- * Evaluates eval_f and eval_g, with fixed variables also eval_grad_f and eval_jac_g. */
+ * if the callback stopped now. Unscaled; arrays of n: x, z_L, z_U, of m: g, lambda; each may be
+ * NULL. Evaluates eval_f and eval_g, with fixed variables also eval_grad_f and eval_jac_g. */
 int IpminmaxGetCurrentIterate(IpminmaxProblem problem, int n, double *x, double *z_L, double *z_U,
                               int m, double *g, double *lambda);
 
-/* Inside the intermediate callback only, 0 elsewhere: by how much the iterate misses the first-order
- * conditions. Unscaled, zero where there is no bound; each may be NULL. Evaluates eval_grad_f and
+/* Inside the intermediate callback only, 0 elsewhere: by how much the iterate misses the
+ * first-order conditions. Unscaled, zero where there is no bound; each may be NULL. Evaluates eval_grad_f and
  * eval_jac_g; 0 where these are undefined.
  *   x_L_violation, x_U_violation (n)  max(x_L - x, 0), max(x - x_U, 0)
  *   compl_x_L, compl_x_U (n)          (x - x_L) z_L, (x_U - x) z_U; 0 for a fixed variable
@@ -227,7 +227,7 @@ int IpminmaxGetCurrentViolations(IpminmaxProblem problem, int n, double *x_L_vio
                                  double *grad_lag_x, int m, double *nlp_constraint_violation,
                                  double *compl_g);
 
-/* --- What if: derivatives of the last solution, and where it goes when constants of the model move ---
+/* --- What if: derivatives of the last solution, and where it goes when constants of the model move
  *
  * The parameters of a model are its bounds: right-hand sides of equations and values of fixed
  * variables (equal bounds, to be moved alike), bounds of variables and inequalities. */

@@ -5,6 +5,7 @@
 #include "core/method/algorithm_one.hpp"
 #include "core/method/globalized_method.hpp"
 #include "core/search/describe.hpp"
+#include "core/search/infeasibility.hpp"
 #include "core/search/solve.hpp"
 
 namespace ipminmax {
@@ -164,7 +165,12 @@ SearchOutcome Solve::search_from(const Start& start, Machinery& machinery) {
                            start);
   const auto method = method_for(start, machinery);
   if (auto found = contradiction(*machinery.search)) return std::move(*found);
-  return machinery.search->run(*method, machinery.left);
+  SearchOutcome outcome = machinery.search->run(*method, machinery.left);
+  const bool is_first = start.how == StepKind::None;
+  if (is_first && has_line_search() && purpose_ == Purpose::Solution) {
+    name_infeasibility(machinery.context, problem_.structure(), restorer(machinery), outcome);
+  }
+  return outcome;
 }
 
 std::optional<Start> Solve::next_start(Machinery& machinery) {
