@@ -2,6 +2,7 @@
 
 #include <iosfwd>
 #include <memory>
+#include <span>
 #include <string>
 
 #include <IpIpoptApplication.hpp>
@@ -9,6 +10,7 @@
 #include "../core/result.hpp"
 #include "../core/sensitivity.hpp"
 #include "../core/violations.hpp"
+#include "../core/worst_case.hpp"
 #include "minmax_statistics.hpp"
 #include "minmax_tnlp.hpp"
 
@@ -100,6 +102,13 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// Answer of the last solve, with the certificate; after a failed Initialize its status and
   /// message only.
   [[nodiscard]] const Result& LastResult() const;
+  /// The worst case over all of y at the x of v (n values), looked for from so many starting points of
+  /// y with the options of this application, beginning with that of v; see check_worst_case of
+  /// core/worst_case.hpp. Returns why it cannot be done, empty when it was. model as for OptimizeTNLP; its
+  /// exceptions pass through.
+  [[nodiscard]] std::string CheckWorstCase(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
+                                           std::span<const double> v, Index starts,
+                                           WorstCaseCheck& check) const;
   /// Makes sensitivity that of the last answer; returns why that has no derivatives, empty when it
   /// has. Bounds and functions of the model must be those of the solve. Calls the model as a solve
   /// does before its start, then gradient, Jacobian and Hessian once; its exceptions pass through.

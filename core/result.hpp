@@ -72,8 +72,12 @@ struct Certificate {
   SecondOrder second_order = SecondOrder::NotTested;
   Inertia inner, inner_expected;
   Inertia full, full_expected;
-  double margin = 0.0;          ///< curvature (scaled problem) that can be taken away from either
-                                ///< player while both inertias stay right; 0 unless Satisfied
+  double margin = 0.0;  ///< curvature (scaled problem) that was taken away from either player
+                        ///< in the test, both inertias staying right: the size of a probe,
+                        ///< no measure of robustness; 0 unless Satisfied
+  double least_curvature = 0.0;  ///< about the least of K and K_yy (scaled so that no entry of W is
+                                 ///< above 1), by inverse iteration; 0 unless Satisfied
+  Index least_curvature_variable = -1;  ///< the one that moves most along it; -1: not known
   bool licq_min = false;        ///< gradients of the Min player's active constraints independent
   bool licq_max = false;        ///< the same for Max
   Index weakly_active_min = 0;  ///< Min bounds and inequalities without strict complementarity
@@ -81,6 +85,9 @@ struct Certificate {
   bool finite_differences = false;  ///< second derivatives came from differences
   double hessian_error = 0.0;       ///< curvature (scaled problem) by which these may be wrong, as
                                     ///< estimated; the tests hold in spite of it
+  bool hessian_disagrees =
+      false;  ///< the model's second derivatives are not those of its gradients:
+              ///< a difference along little curvature shows it, so Undecided
 };
 
 /// Errors of the first-order conditions. Infinity norms, NaN where the model's functions are
@@ -127,14 +134,18 @@ struct Counts {
 /// The worst case over all of y at the returned x, as far as maximizations from several starts tell
 /// (worst_case.hpp).
 struct WorstCase {
-  Index starts = 0;            ///< maximizations made; 0: not checked
-  Index maxima = 0;            ///< distinct certified maxima over y
-  Index competing = 0;         ///< distinct points that share the largest value
-  double value = 0.0;          ///< largest f(x, y) found at a feasible y
-  std::vector<double> v;       ///< n: x and that y; empty when none was found
-  bool higher = false;         ///< value is clearly above the objective of the result
-  bool unbounded = false;      ///< a maximization over y ran to infinity
-  bool single_branch = false;  ///< all ended at one maximum, K_yy right at every iterate
+  Index starts = 0;       ///< maximizations made; 0: not checked
+  Index maxima = 0;       ///< distinct certified maxima over y
+  Index competing = 0;    ///< distinct points that share the largest value
+  double value = 0.0;     ///< largest f(x, y) found at a feasible y
+  std::vector<double> v;  ///< n: x and that y; empty when none was found
+  std::vector<double> y;  ///< Max's variables of v, in their order
+  /// Values of f at the distinct maxima over y, the largest first, at most ten.
+  std::vector<double> branches;
+  bool higher = false;          ///< value is clearly above the objective of the result
+  bool unbounded = false;       ///< a maximization over y ran to infinity
+  bool single_branch = false;   ///< all ended at one maximum, K_yy right at every iterate
+  bool stated_concave = false;  ///< by minmax_concave_in_y: one maximization is enough
 };
 
 /// Answer of a solve, in the units of the model. Multipliers satisfy

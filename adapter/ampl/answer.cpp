@@ -10,6 +10,8 @@
 #include <sstream>
 #include <vector>
 
+#include "core/worst_case.hpp"
+
 namespace ipminmax {
 namespace {
 
@@ -106,6 +108,10 @@ std::string message_of(const Result& result, const NlProblem& problem) {
             << result.iterations << " iterations; second-order test of "
             << (game ? "both players " : "the solution ")
             << name_of(result.certificate.second_order);
+  }
+  if (const std::string worst = describe_worst_case(result); !worst.empty()) {
+    message << "\nworst case over "
+            << (problem.maximizes() ? "y of the negative objective: " : "y: ") << worst;
   }
   const std::string warning = split_warning(problem);
   if (!warning.empty()) message << "\nWARNING: " << warning;

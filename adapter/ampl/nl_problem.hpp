@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "adapter/minmax_tnlp.hpp"
+#include "adapter/optional_players.hpp"
 #include "core/result.hpp"
 #include "solution_file.hpp"
 
@@ -15,7 +16,7 @@ namespace ipminmax {
 /// A model in AMPL's .nl format. Integer suffix `player` (0 or 1) carries the split: with a
 /// `minimize` objective 0 is Min and 1 is Max. A `maximize` objective f is solved as -f: its player
 /// 0 maximizes f, 1 minimizes it, and objective and gradients here are those of -f.
-class NlProblem : public MinMaxTNLP {
+class NlProblem : public MinMaxTNLP, public OptionalPlayers {
  public:
   /// Reads stub.nl (stub with or without its ending). objective: 1-based, 0 for none; -1 takes the
   /// first when there is one. Checks the file's form, then reads it and makes every call of a solve

@@ -172,6 +172,9 @@ class Problem {
     result["weakly_active_max"] = c.weakly_active_max;
     result["finite_differences"] = c.finite_differences != 0;
     result["hessian_error"] = c.hessian_error;
+    result["hessian_disagrees"] = c.hessian_disagrees;
+    result["least_curvature"] = c.least_curvature;
+    result["least_curvature_variable"] = c.least_curvature_variable;
     return result;
   }
 

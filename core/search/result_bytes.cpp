@@ -84,9 +84,12 @@ void walk(Visit& visit, R& result) {
   visit(worst.competing);
   visit(worst.value);
   visit(worst.v);
+  visit(worst.y);
+  visit(worst.branches);
   visit(worst.higher);
   visit(worst.unbounded);
   visit(worst.single_branch);
+  visit(worst.stated_concave);
 }
 
 }  // namespace

@@ -21,6 +21,7 @@
 #include "core/point/norms.hpp"
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
+#include "core/search/diagnosis.hpp"
 #include "core/search/restart.hpp"
 #include "core/search/search_structure.hpp"
 #include "core/solver.hpp"
@@ -592,6 +593,10 @@ Status Solver::certified_status(Status when_not_refuted) {
       return Status::NotLocalMinmax;
     case SecondOrder::Undecided:
       if (nested_) return when_not_refuted;
+      if (result_.certificate.hessian_disagrees) {
+        result_.message = finding.remark;
+        return when_not_refuted == Status::Solved ? Status::SolvedDegenerate : when_not_refuted;
+      }
       if (runs_to_infinity()) {
         result_.message = "the iterates run to infinity, where the gradient vanishes";
         return Status::DivergingIterates;
@@ -644,9 +649,9 @@ bool Solver::hidden_by_scaling(Status stop) {
   // A gradient that was huge at the start scales the objective down so far that any flat place meets
   // the tolerances: go on for a while. Minimizations end here, as Ipopt's do.
   const double gradient = std::max(info_.error.dual_min, info_.error.dual_max);
-  if (stop != Status::SolvedDegenerate || nested_ || canonical_.max_size() == 0 ||
-      canonical_.objective_scale() >= 1.0 || gradient <= kFlatGradient ||
-      ++hidden_iterations_ > kHiddenIterations) {
+  if (stop != Status::SolvedDegenerate || nested_ || result_.certificate.hessian_disagrees ||
+      canonical_.max_size() == 0 || canonical_.objective_scale() >= 1.0 ||
+      gradient <= kFlatGradient || ++hidden_iterations_ > kHiddenIterations) {
     return false;
   }
   result_.certificate = {};
@@ -664,6 +669,7 @@ bool Solver::leave_wrong_point(Status stop) {
   // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for the
   // case that nothing better comes.
   const Certificate& found = result_.certificate;
+  if (found.hessian_disagrees) return false;  // curvature that is wrong leads nowhere
   const bool degenerate = stop == Status::SolvedDegenerate && !degenerate_point_ &&
                           (found.inner == found.inner_expected || seems_wrong(found));
   if (stop != Status::NotLocalMinmax && !degenerate) return false;
@@ -842,7 +848,10 @@ Result Solver::finish(Status status) {
     status = first_failure_->status;
     report(*first_failure_);
     if (result_.message.empty()) result_.message = std::string(name_of(status));
-    result_.message += " (nor from " + std::to_string(restarts_) + " other starting points)";
+    const Index variables = canonical_.x().size() + canonical_.y().size();
+    if (restarts_ > 0) {
+      result_.message += " (" + describe_restarts(restarts_, variables, options_) + ")";
+    }
   }
   if (started_) {
     describe(point_, result_);
@@ -975,7 +984,9 @@ Result solve_once(Problem& problem, const SolverOptions& options, const SolveObs
 Result solve_keeping(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
                      KeptWork* kept) {
   try {
-    return solve_once(problem, options, observer, kept);
+    Result result = solve_once(problem, options, observer, kept);
+    diagnose_failure(problem, options, result);
+    return result;
   } catch (const std::bad_alloc&) {
     if (kept) *kept = {};
     return without_memory();

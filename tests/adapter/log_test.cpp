@@ -188,6 +188,16 @@ TEST(Summary, SaysWhatTheCertificateFound) {
   EXPECT_EQ(numbers("Inertia of K."), (Words{"4", "5", "1", "5", "5", "0"}));
   EXPECT_NE(line_with(text, "gradients").find("Min no, Max yes"), std::string::npos);
 
+  result.certificate.least_curvature = 2e-4;
+  result.certificate.least_curvature_variable = 1;
+  EXPECT_NE(
+      line_with(log::summary(result), "Least curvature").find("2.0e-04 (of 1), most in variable 1"),
+      std::string::npos);
+  ProblemStructure structure;
+  structure.variable_names = {"x", "wind[3]"};
+  EXPECT_NE(line_with(log::summary(result, &structure), "Least curvature").find("wind[3]"),
+            std::string::npos);
+
   result.certificate.second_order = SecondOrder::NotTested;
   EXPECT_EQ(line_with(log::summary(result), "K_yy"), "");
 }
