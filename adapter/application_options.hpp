@@ -48,6 +48,10 @@ void register_options(Ipopt::RegisteredOptions& registry);
                                        Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
                                        bool allow_clobber = false);
 
+/// "unknown option "tool"; did you mean tol?"
+[[nodiscard]] std::string unknown_option(const std::string& name,
+                                         const Ipopt::RegisteredOptions& registry);
+
 /// Sets one option from its text. allow_clobber: whether later calls may overwrite it. Returns what
 /// is wrong ("tol = -1 is not in (0, inf)"), empty when nothing is.
 [[nodiscard]] std::string set_option(const std::string& name, const std::string& text,

@@ -17,6 +17,7 @@
 #include "adapter/ipminmax.h"
 #include "adapter/minmax_application.hpp"
 #include "adapter/minmax_tnlp.hpp"
+#include "adapter/optional_players.hpp"
 #include "adapter/point_arrays.hpp"
 #include "core/sensitivity.hpp"
 #include "core/version.h"
@@ -97,7 +98,7 @@ struct Point {
 };
 
 /// The C model as an Ipopt model.
-class CallbackTNLP : public MinMaxTNLP {
+class CallbackTNLP : public MinMaxTNLP, public OptionalPlayers {
  public:
   explicit CallbackTNLP(Definition definition) : d_(std::move(definition)) {}
 
@@ -336,6 +337,7 @@ struct IpminmaxProblemInfo {
   bool sensitivity_fits = false;                   ///< whether it is that of the last solve
   std::vector<ipminmax::ActiveSetChange> changes;  ///< of the last prediction
   std::string reasons;                             ///< of the last certificate asked for
+  std::vector<double> branches;                    ///< of the last worst case given out
   std::string message;
   const char* fixed_message = nullptr;  ///< in place of message, where memory is short
 };
@@ -383,7 +385,7 @@ int add_option(Problem* problem, const char* keyword, Ipopt::RegisteredOptionTyp
     const auto registry = problem->application->RegOptions();
     const SmartPtr<const Ipopt::RegisteredOption> option = registry->GetOption(keyword);
     const std::string name(keyword);
-    if (Ipopt::IsNull(option)) return "unknown option \"" + name + "\"";
+    if (Ipopt::IsNull(option)) return unknown_option(name, *registry);
     if (option->Type() != type) {
       return name + " is " + name_of(option->Type()) + " option, not " + name_of(type) + " option";
     }
@@ -619,6 +621,49 @@ void write(Prediction found, Problem& problem, const SensitivityOutput& out) {
   if (out.last != nullptr) *out.last = found.share;
   problem.changes = std::move(found.changes);
   say(&problem, std::move(found.message));
+}
+
+/// Fills the caller's structure and array.
+void write(Problem& problem, const WorstCase& from, IpminmaxWorstCase& to, double* worst_x) {
+  to = {};
+  to.starts = from.starts;
+  to.maxima = from.maxima;
+  to.competing = from.competing;
+  to.value = from.value;
+  to.found = from.v.empty() ? 0 : 1;
+  to.higher = from.higher ? 1 : 0;
+  to.unbounded = from.unbounded ? 1 : 0;
+  to.single_branch = from.single_branch ? 1 : 0;
+  to.stated_concave = from.stated_concave ? 1 : 0;
+  problem.branches = from.branches;
+  copy(from.v, worst_x);
+}
+
+/// As IpminmaxSolve would: the options file is read, and no callback of the model may call this.
+std::string check_worst_case_of(Problem& problem, const double* x, int starts,
+                                IpminmaxWorstCase* worst_case, double* worst_x, void* user_data) {
+  if (problem.solving) return "the problem is being solved";
+  if (worst_case == nullptr) return "the structure to be filled is NULL";
+  std::string error;
+  const std::vector<double> v = read_array(x, problem.model->definition().n, "x", error);
+  if (!error.empty()) return error;
+  if (problem.application->Initialize() != Ipopt::Solve_Succeeded) {
+    return problem.application->LastResult().message;
+  }
+  problem.model->user_data = user_data;
+  problem.model->needs_hessian = asks_for_hessian(problem);
+  problem.model->start.x = v;
+  problem.solving = true;
+  WorstCaseCheck check;
+  try {
+    error = problem.application->CheckWorstCase(Ipopt::GetRawPtr(problem.model), v, starts, check);
+  } catch (...) {
+    problem.solving = false;
+    throw;
+  }
+  problem.solving = false;
+  if (error.empty()) write(problem, check.found, *worst_case, worst_x);
+  return error;
 }
 
 std::string error_of_answer(const Problem& problem, const void* target) {
@@ -858,6 +903,29 @@ int IpminmaxGetCurrentViolations(IpminmaxProblem problem, int n, double* x_L_vio
          found);
     return {};
   });
+}
+
+int IpminmaxCheckWorstCase(IpminmaxProblem problem, const double* x, int starts,
+                           IpminmaxWorstCase* worst_case, double* worst_x, void* user_data) {
+  return guarded(problem, [&] {
+    return check_worst_case_of(*problem, x, starts, worst_case, worst_x, user_data);
+  });
+}
+
+int IpminmaxGetWorstCase(IpminmaxProblem problem, IpminmaxWorstCase* worst_case, double* worst_x) {
+  return guarded(problem, [&]() -> std::string {
+    if (auto error = error_of_answer(*problem, worst_case); !error.empty()) return error;
+    write(*problem, problem->application->LastResult().worst_case, *worst_case, worst_x);
+    return {};
+  });
+}
+
+int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double* values) {
+  if (problem == nullptr) return 0;
+  const std::vector<double>& branches = problem->branches;
+  const int most = std::min(capacity, static_cast<int>(branches.size()));
+  for (int k = 0; values != nullptr && k < most; ++k) values[k] = branches[size_of(k)];
+  return static_cast<int>(branches.size());
 }
 
 int IpminmaxUpdateSensitivity(IpminmaxProblem problem) {

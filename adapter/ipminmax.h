@@ -206,6 +206,30 @@ enum IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double *x,
 int IpminmaxGetCertificate(IpminmaxProblem problem, IpminmaxCertificate *certificate);
 int IpminmaxGetStatistics(IpminmaxProblem problem, IpminmaxStatistics *statistics);
 
+/* What maximizing over y from several starts, x held, has found; docs/certificate.md. */
+typedef struct IpminmaxWorstCase {
+  int starts;         /* maximizations made; 0: not looked for, the rest is 0 */
+  int maxima;         /* distinct certified maxima over y */
+  int competing;      /* distinct points that share the largest value: 2 or more, a kink */
+  double value;       /* largest f(x, y) found at a feasible y: a lower bound of the worst case */
+  int found;          /* 1: there is such a y */
+  int higher;         /* 1: value is clearly above f at the point asked about */
+  int unbounded;      /* 1: a maximization ran to infinity */
+  int single_branch;  /* 1: all ended at one maximum: f looks concave in y here */
+  int stated_concave; /* 1: option minmax_concave_in_y */
+} IpminmaxWorstCase;
+
+/* The worst case over all of y at the Min variables of x (n values), from so many starting points of y, at
+ * least 1; the first is that of x. Options as for the next solve. worst_x (n), or NULL: x and the worst
+ * y. Calls the model's functions; 0 when it cannot be done: IpminmaxMessage says why. */
+int IpminmaxCheckWorstCase(IpminmaxProblem problem, const double *x, int starts,
+                           IpminmaxWorstCase *worst_case, double *worst_x, void *user_data);
+/* The same of the last solve, with option minmax_worst_case_starts. */
+int IpminmaxGetWorstCase(IpminmaxProblem problem, IpminmaxWorstCase *worst_case, double *worst_x);
+/* Of the last of these calls: values of f at the distinct maxima over y, the largest first, and the
+ * first capacity of them; returns how many are known (10 at most). values may be NULL when capacity is 0. */
+int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double *values);
+
 /* Inside the intermediate callback only, 0 elsewhere: the iterate, as IpminmaxSolve would return it
  * if the callback stopped now. Unscaled; arrays of n: x, z_L, z_U, of m: g, lambda; each may be
  * NULL. Evaluates eval_f and eval_g, with fixed variables also eval_grad_f and eval_jac_g. */

@@ -79,7 +79,16 @@ std::string inertia_row(const char* label, const Inertia& found, const Inertia& 
                 expected.positive, expected.negative, expected.zero);
 }
 
-std::string certificate_report(const Certificate& certificate) {
+/// Name of a variable of the model, else its number.
+std::string variable_name(const ProblemStructure* structure, Index i) {
+  if (structure != nullptr && i < static_cast<Index>(structure->variable_names.size())) {
+    const std::string& name = structure->variable_names[static_cast<std::size_t>(i)];
+    if (!name.empty()) return name;
+  }
+  return "variable " + std::to_string(i);
+}
+
+std::string certificate_report(const Certificate& certificate, const ProblemStructure* structure) {
   const std::string outcome(name_of(certificate.second_order));
   const std::string kind(name_of(certificate.kind));
   std::string text = format("Second-order test.......: %s\nReturned point..........: %s\n",
@@ -88,10 +97,18 @@ std::string certificate_report(const Certificate& certificate) {
   text += "                           found: +      -      0   expected: +      -      0\n";
   text += inertia_row("Inertia of K_yy.........:", certificate.inner, certificate.inner_expected);
   text += inertia_row("Inertia of K............:", certificate.full, certificate.full_expected);
-  text += format("Curvature margin........: %24.16e\n", certificate.margin);
+  text += format("Curvature, probed by....: %24.16e\n", certificate.margin);
+  if (certificate.least_curvature_variable >= 0) {
+    text +=
+        format("Least curvature, about..: %.1e (of 1), most in %s\n", certificate.least_curvature,
+               variable_name(structure, certificate.least_curvature_variable).c_str());
+  }
   if (certificate.finite_differences) {
     text += format("Second derivatives......: finite differences, error estimate %.1e\n",
                    certificate.hessian_error);
+  }
+  if (certificate.hessian_disagrees) {
+    text += "Second derivatives......: disagree with differences of the gradient\n";
   }
   text += format("Independent gradients...: Min %s, Max %s\n", yes_no(certificate.licq_min),
                  yes_no(certificate.licq_max));
@@ -121,6 +138,10 @@ std::string exit_text(const Result& result) {
     case Status::SolvedDegenerate:
       if (result.certificate.second_order == SecondOrder::Flat) {
         return "First-order point found in a valley of points with the same value.";
+      }
+      if (result.certificate.hessian_disagrees) {
+        return "First-order point found; its second derivatives look wrong, so nothing is "
+               "certified.";
       }
       return "First-order point found; the second-order test is undecided (degenerate point).";
     case Status::SolvedToAcceptableLevel:
@@ -431,7 +452,7 @@ std::string robust_summary(const RobustResult& result, const ProblemStructure& s
   return text;
 }
 
-std::string summary(const Result& result) {
+std::string summary(const Result& result, const ProblemStructure* structure) {
   const KktError& error = result.error;
   std::string text = format("\nNumber of Iterations....: %d\n\n", result.iterations);
   text += format("Objective...............: %24.16e\n", result.objective);
@@ -440,7 +461,7 @@ std::string summary(const Result& result) {
   text += format("Constraint violation....: %24.16e\n", error.primal);
   text += format("Complementarity.........: %24.16e\n", error.complementarity);
   text += format("Overall scaled error....: %24.16e\n\n", error.total);
-  text += certificate_report(result.certificate);
+  text += certificate_report(result.certificate, structure);
   if (const std::string worst = describe_worst_case(result); !worst.empty()) {
     text += "Worst case over y.......: " + worst + "\n";
   }

@@ -16,6 +16,7 @@
 #include <optional>
 #include <set>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -26,12 +27,14 @@
 #include "adapter/ipopt_only_options.hpp"
 #include "adapter/log.hpp"
 #include "adapter/minmax_application.hpp"
+#include "adapter/optional_players.hpp"
 #include "adapter/options_documentation.hpp"
 #include "adapter/output_file.hpp"
 #include "adapter/point_arrays.hpp"
 #include "adapter/status.hpp"
 #include "adapter/tnlp_problem.hpp"
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/remarks.hpp"
 #include "core/multistart.hpp"
 #include "core/robust.hpp"
 #include "core/solver.hpp"
@@ -195,7 +198,8 @@ struct MinMaxApplication::Implementation {
   [[nodiscard]] ApplicationReturnStatus join_ranks();
   void look_for_worst_case(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] ApplicationReturnStatus stop(Status status, std::string message);
-  [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem);
+  [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem, const SolverOptions& options);
+  void print_split_remarks(const ProblemStructure& structure) const;
   [[nodiscard]] ApplicationReturnStatus report_exception();
 
   [[nodiscard]] std::string string_option(const char* name) const;
@@ -523,6 +527,18 @@ void MinMaxApplication::Implementation::look_for_worst_case(TnlpProblem& problem
   add_worst_case(problem, options, result, observer);
 }
 
+void MinMaxApplication::Implementation::print_split_remarks(
+    const ProblemStructure& structure) const {
+  const bool any_max = std::ranges::find(structure.variable_players, Player::Max) !=
+                       structure.variable_players.end();
+  const bool distributes = dynamic_cast<const MinMaxTNLP*>(Ipopt::GetRawPtr(model)) != nullptr &&
+                           dynamic_cast<const OptionalPlayers*>(Ipopt::GetRawPtr(model)) == nullptr;
+  if (!any_max && !distributes) return;  // an ordinary model
+  for (const std::string& text : split_remarks(structure)) {
+    print(Ipopt::J_WARNING, Ipopt::J_MAIN, "Warning: " + text + "\n\n");
+  }
+}
+
 /// A model may stop because Ipopt's own methods have nothing to tell it.
 std::string stop_note(Ipopt::TNLP& model, const Result& result) {
   const bool may_have_asked = IPMINMAX_IPOPT_AT_LEAST(3, 14) && result.status == Status::UserStop &&
@@ -533,13 +549,19 @@ std::string stop_note(Ipopt::TNLP& model, const Result& result) {
                         : "";
 }
 
-ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& problem) {
+ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& problem,
+                                                                  const SolverOptions& options) {
   result.message += stop_note(*model, result);
   if (!has_iterate(result.status)) {
     print(Ipopt::J_ERROR, Ipopt::J_MAIN, log::exit_line(result));
     return application_status(result.status);
   }
-  print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::summary(result));
+  print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::summary(result, &problem.structure()));
+  if (is_success(result.status)) {
+    for (const std::string& text : idle_bound_remarks(problem.structure(), options, result)) {
+      print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, "Note: " + text + "\n");
+    }
+  }
   if (flag("print_ipopt_log"))
     print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::ipopt_errors(result));
   print(Ipopt::J_SUMMARY, Ipopt::J_STATISTICS, log::work(result));
@@ -578,6 +600,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
   }
   print(Ipopt::J_WARNING, Ipopt::J_STATISTICS,
         log::problem_statistics(problem.structure(), options));
+  print_split_remarks(problem.structure());
   try {
     if (options.derivative_test != DerivativeTest::None) {
       print(Ipopt::J_SUMMARY, Ipopt::J_NLP,
@@ -600,7 +623,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
     }
     return status;
   }
-  return finish(problem);
+  return finish(problem, options);
 }
 
 ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
@@ -771,6 +794,24 @@ std::string MinMaxApplication::UpdateSensitivity(Sensitivity& sensitivity) const
   TnlpProblem problem(here.model, player_options(*here.list));
   if (auto error = problem.load(); !error.empty()) return error;
   return sensitivity.update(problem, here.result, options);
+}
+
+std::string MinMaxApplication::CheckWorstCase(const SmartPtr<Ipopt::TNLP>& model,
+                                              std::span<const double> v, Index starts,
+                                              WorstCaseCheck& check) const {
+  if (Ipopt::IsNull(model)) return "the model is null";
+  if (starts < 1) return "a worst case is looked for from at least one start";
+  SolverOptions options;
+  if (auto error = solver_options(*implementation_->list, options); !error.empty()) return error;
+  if (auto error = ipopt_library_error(*model); !error.empty()) return error;
+  TnlpProblem problem(model, player_options(*implementation_->list), options.hessian_approximation);
+  if (auto error = problem.load(); !error.empty()) return error;
+  try {
+    check = check_worst_case(problem, v, options, starts);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return {};
 }
 
 SmartPtr<MinMaxStatistics> MinMaxApplication::Statistics() const {

@@ -2,6 +2,7 @@
 
 #include <iosfwd>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "../core/robust.hpp"
 #include "../core/sensitivity.hpp"
 #include "../core/violations.hpp"
+#include "../core/worst_case.hpp"
 #include "minmax_statistics.hpp"
 #include "minmax_tnlp.hpp"
 
@@ -107,6 +109,13 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// Worst cases of the last answer's robust constraints, and of f with minmax_epigraph; empty
   /// where there are none.
   [[nodiscard]] const std::vector<RobustWorstCase>& LastWorstCases() const;
+  /// The worst case over all of y at the x of v (n values), looked for from so many starting points of
+  /// y with the options of this application, beginning with that of v; see check_worst_case of
+  /// core/worst_case.hpp. Returns why it cannot be done, empty when it was. model as for OptimizeTNLP; its
+  /// exceptions pass through.
+  [[nodiscard]] std::string CheckWorstCase(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
+                                           std::span<const double> v, Index starts,
+                                           WorstCaseCheck& check) const;
   /// Makes sensitivity that of the last answer; returns why that has no derivatives, empty when it
   /// has. Bounds and functions of the model must be those of the solve. Calls the model as a solve
   /// does before its start, then gradient, Jacobian and Hessian once; its exceptions pass through.

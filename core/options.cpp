@@ -325,6 +325,11 @@ std::vector<OptionInfo> make_table() {
        "Maximizations over y, x held, from as many starts, that look for a worst case above the "
        "answer's; a multistart ranks its points by what they find and goes on from it. 0: none.",
        at_least(&O::minmax_worst_case_starts, 0)},
+      {"minmax_concave_in_y", multistart,
+       "Whether f is concave in y and Y(x) convex, as the model knows: a maximum over y is then "
+       "the "
+       "worst case over all of y, and one maximization is enough of a check.",
+       Flag{&O::minmax_concave_in_y}},
 
       {"minmax_robust_copies", robust,
        "Whether each robust constraint gets copies of its own of the Max variables that it shares "

@@ -154,6 +154,7 @@ struct SolverOptions {
   double minmax_start_radius = 10.0;
   double minmax_distinct_tol = 1e-4;
   int minmax_worst_case_starts = 0;
+  bool minmax_concave_in_y = false;
 
   // Robust constraints, see robust.hpp; solve takes the model as it is
   bool minmax_robust_copies = true;

@@ -89,6 +89,7 @@ struct CertificateReason {
     Unsteady,           ///< second derivatives change by more than the curvature on the way to it
     RobustRow,          ///< a robust constraint's worst case is not settled
     Differences,        ///< second derivatives from differences are too uncertain
+    WrongHessian,       ///< the model's second derivatives disagree with its gradient
     Effort              ///< minmax_certificate quick, or the budget is used up
   };
   Kind kind = Kind::Effort;
@@ -109,8 +110,12 @@ struct Certificate {
   Inertia full, full_expected;
   /// Curvature that can be taken away from both players while both inertias stay right, relative to
   /// what each variable has: in lengths in which the entries of W are at most 1 (core/algorithm.md,
-  /// "Units"). 0 unless Satisfied.
+  /// "Units"): the size of a probe, no measure of robustness. 0 unless Satisfied.
   double margin = 0.0;
+  /// About the least curvature of K and K_yy in the same lengths, by inverse iteration; 0 unless
+  /// Satisfied.
+  double least_curvature = 0.0;
+  Index least_curvature_variable = -1;  ///< the one that moves most along it; -1: not known
   bool licq_min = false;        ///< gradients of the Min player's active constraints independent
   bool licq_max = false;        ///< the same for Max
   Index weakly_active_min = 0;  ///< Min bounds and inequalities without strict complementarity
@@ -120,6 +125,9 @@ struct Certificate {
                                     ///< estimated; the tests hold in spite of it
   InnerAnswer answer = InnerAnswer::Unknown;
   std::vector<CertificateReason> reasons;  ///< the most telling first; at most 20 of a kind
+  bool hessian_disagrees =
+      false;  ///< the model's second derivatives are not those of its gradients:
+              ///< a difference along little curvature shows it, so Undecided
 };
 
 /// Errors of the first-order conditions. Infinity norms, NaN where the model's functions are
@@ -166,14 +174,18 @@ struct Counts {
 /// The worst case over all of y at the returned x, as far as maximizations from several starts tell
 /// (worst_case.hpp).
 struct WorstCase {
-  Index starts = 0;            ///< maximizations made; 0: not checked
-  Index maxima = 0;            ///< distinct certified maxima over y
-  Index competing = 0;         ///< distinct points that share the largest value
-  double value = 0.0;          ///< largest f(x, y) found at a feasible y
-  std::vector<double> v;       ///< n: x and that y; empty when none was found
-  bool higher = false;         ///< value is clearly above the objective of the result
-  bool unbounded = false;      ///< a maximization over y ran to infinity
-  bool single_branch = false;  ///< all ended at one maximum, K_yy right at every iterate
+  Index starts = 0;       ///< maximizations made; 0: not checked
+  Index maxima = 0;       ///< distinct certified maxima over y
+  Index competing = 0;    ///< distinct points that share the largest value
+  double value = 0.0;     ///< largest f(x, y) found at a feasible y
+  std::vector<double> v;  ///< n: x and that y; empty when none was found
+  std::vector<double> y;  ///< Max's variables of v, in their order
+  /// Values of f at the distinct maxima over y, the largest first, at most ten.
+  std::vector<double> branches;
+  bool higher = false;          ///< value is clearly above the objective of the result
+  bool unbounded = false;       ///< a maximization over y ran to infinity
+  bool single_branch = false;   ///< all ended at one maximum, K_yy right at every iterate
+  bool stated_concave = false;  ///< by minmax_concave_in_y: one maximization is enough
 };
 
 /// Answer of a solve, in the units of the model. Multipliers satisfy

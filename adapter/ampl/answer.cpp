@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "adapter/log.hpp"
+#include "core/worst_case.hpp"
 
 namespace ipminmax {
 namespace {
@@ -180,6 +181,10 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
     message << "\nreason: " << reasons[k].text;
   }
   print_worst_cases(message, worst_cases, problem);
+  if (const std::string worst = describe_worst_case(result); !worst.empty()) {
+    message << "\nworst case over "
+            << (problem.maximizes() ? "y of the negative objective: " : "y: ") << worst;
+  }
   const std::string warning = split_warning(problem);
   if (!warning.empty()) message << "\nWARNING: " << warning;
   return message.str();

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "adapter/minmax_tnlp.hpp"
+#include "adapter/optional_players.hpp"
 #include "adapter/player_lists.hpp"
 #include "core/result.hpp"
 #include "nl_check.hpp"
@@ -19,7 +20,7 @@ namespace ipminmax {
 /// 0 maximizes f, 1 minimizes it, and objective and gradients here are those of -f. A constraint
 /// that reads variables of player 1 and is listed with 0, or has suffix `robust` 1, must hold for
 /// all of their values.
-class NlProblem : public MinMaxTNLP {
+class NlProblem : public MinMaxTNLP, public OptionalPlayers {
  public:
   /// Reads stub.nl (stub with or without its ending). objective: 1-based, 0 for none; -1 takes the
   /// first when there is one. Checks the file's form, then reads it and makes every call of a solve

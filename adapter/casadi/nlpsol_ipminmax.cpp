@@ -19,6 +19,7 @@
 
 #include "adapter/minmax_application.hpp"
 #include "adapter/minmax_tnlp.hpp"
+#include "adapter/optional_players.hpp"
 #include "adapter/status.hpp"
 
 namespace ipminmax {
@@ -83,7 +84,7 @@ class NlpsolIpminmax final : public casadi::Nlpsol {
 };
 
 /// The NLP of a solver object with the numbers of a Memory as an Ipopt model.
-class OracleTNLP final : public MinMaxTNLP {
+class OracleTNLP final : public MinMaxTNLP, public OptionalPlayers {
  public:
   OracleTNLP(const NlpsolIpminmax& owner, Memory* memory) : owner_(owner), m_(memory) {}
 
@@ -308,7 +309,8 @@ Dict NlpsolIpminmax::get_stats(void* mem) const {
                               {"weakly_active_min", c.weakly_active_min},
                               {"weakly_active_max", c.weakly_active_max},
                               {"answer", std::string(name_of(c.answer))},
-                              {"reasons", reasons}};
+                              {"reasons", reasons},
+                              {"hessian_disagrees", c.hessian_disagrees}};
   stats["return_status"] = std::string(name_of(m->status));
   stats["status"] = std::string(name_of(result.status));
   stats["message"] = result.message;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include "core/certificate/copositive.hpp"
 #include "core/certificate/critical_cone.hpp"
 #include "core/certificate/dependence.hpp"
+#include "core/certificate/hessian_check.hpp"
 #include "core/certificate/newton.hpp"
 #include "core/certificate/reasons.hpp"
 #include "core/certificate/robust_rows.hpp"
@@ -47,6 +49,13 @@ double max_norm(const Eigen::VectorXd& v) {
   return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
 }
 
+std::string percentage(const Deviation& found) {
+  const double size = std::max(std::abs(found.exact), std::abs(found.difference));
+  const double percent = 100.0 * std::abs(found.exact - found.difference) / size;
+  char text[32];
+  std::snprintf(text, sizeof text, " by %.2g percent", percent);
+  return text;
+}
 /// A first look at a point.
 enum class Look : std::uint8_t { Right, Wrong, Unclear };
 
@@ -115,6 +124,13 @@ class Certifier {
   }
   [[nodiscard]] bool has_x() const { return kkt_.layout().x.size() > 0; }
   [[nodiscard]] bool has_y() const { return kkt_.layout().y.size() > 0; }
+  void examine_curvature(const CurvatureTrial& trial, const Point& point,
+                         const Eigen::VectorXd& lambda);
+  void examine_curvature(const Point& point, const Evaluation* assembled);
+  void examine_curvature(ActiveSetSystem& system, const Point& point,
+                         const Eigen::VectorXd& lambda);
+  [[nodiscard]] Eigen::VectorXd without_inactive(const BoundClasses& classes,
+                                                 Eigen::VectorXd lambda) const;
 
   CanonicalProblem& canonical_;
   KktSystem& kkt_;
@@ -128,6 +144,7 @@ class Certifier {
   std::optional<WrongCurvature> wrong_;
   bool far_ = false;      ///< the solution is near enough for the test but not for the user
   bool stopped_ = false;  ///< by the budget of factorizations
+  std::optional<Deviation> wrong_row_;  ///< of W
   Certificate certificate_;
 };
 
@@ -161,6 +178,7 @@ Look Certifier::first_look(const Point& point) {
   if (far_) return Look::Unclear;
   const double left = asked - max_norm(newton.error);
   if (!(left >= margin(1.0))) return Look::Unclear;
+  examine_curvature(system, point, point.iterate.lambda);
   certificate_.margin = left;
   certificate_.licq_min = certificate_.licq_max = true;
   certificate_.answer = InnerAnswer::Smooth;
@@ -220,17 +238,50 @@ Eigen::VectorXd Certifier::hessian_error_in(const Units& units) const {
   return hessian_error_->cwiseProduct(units.variable.cwiseAbs2());
 }
 
-/// Takes the multipliers of inactive inequalities, which are the barrier's, out of W.
-bool Certifier::clean(const BoundClasses& classes, Point& point) {
-  Eigen::VectorXd lambda = point.iterate.lambda;
+Eigen::VectorXd Certifier::without_inactive(const BoundClasses& classes,
+                                            Eigen::VectorXd lambda) const {
   const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     const Index slack = slack_of[at(j)];
     if (slack >= 0 && classes[slack] == BoundClass::Inactive) lambda[j] = 0.0;
   }
+  return lambda;
+}
+
+/// Takes the multipliers of inactive inequalities, which are the barrier's, out of W.
+bool Certifier::clean(const BoundClasses& classes, Point& point) {
+  const Eigen::VectorXd lambda = without_inactive(classes, point.iterate.lambda);
   if (lambda == point.iterate.lambda) return true;
   return canonical_.second_derivatives(point.iterate.v, lambda, point.evaluation) ==
          EvaluationStatus::Ok;
+}
+
+void Certifier::examine_curvature(const CurvatureTrial& trial, const Point& point,
+                                  const Eigen::VectorXd& lambda) {
+  const LittleCurvature found = find_little_curvature(canonical_, kkt_, trial);
+  if (found.variable >= 0) {
+    certificate_.least_curvature = found.least;
+    certificate_.least_curvature_variable = canonical_.model_variable(found.variable);
+  }
+  // Differences have errors of their own, which the tests allow for.
+  if (!hessian_error_) wrong_row_ = find_wrong_row(canonical_, point, lambda, trial.units, found);
+}
+
+void Certifier::examine_curvature(ActiveSetSystem& system, const Point& point,
+                                  const Eigen::VectorXd& lambda) {
+  const auto is_held = [&](Index i) { return system.is_slack(i) || system.is_fixed(i); };
+  examine_curvature({.units = system.units(), .assembled = &system.assembled(), .is_held = is_held},
+                    point, lambda);
+}
+
+/// At a point whose active set is not known.
+void Certifier::examine_curvature(const Point& point, const Evaluation* assembled) {
+  const Units units = units_of(canonical_, point.evaluation);
+  const auto is_held = [&](Index i) {
+    return canonical_.x_slacks().contains(i) || canonical_.y_slacks().contains(i);
+  };
+  examine_curvature({.units = units, .assembled = assembled, .in_units = false, .is_held = is_held},
+                    point, point.iterate.lambda);
 }
 
 /// Of W in units: that of differences, and what doubtful inequalities may give or not.
@@ -333,7 +384,11 @@ bool Certifier::refine_and_test(Stage& stage) {
       if (!stage.test.both() && stage.classes.weak_min > 0 && may_factorize(1)) {
         stage.test = survives_in_cone(system, stage.error, margin(1.0), stage.test.inner);
       }
-      if (stage.test.both()) return independent_or_harmless(stage, system);
+      if (stage.test.both()) {
+        examine_curvature(system, stage.point,
+                          without_inactive(stage.classes, stage.point.iterate.lambda));
+        return independent_or_harmless(stage, system);
+      }
     }
     if (look_for_dependences(stage, system)) {
       round = -1;
@@ -554,6 +609,7 @@ SecondOrder Certifier::judge_barrier_problem(const Point& given) {
   };
   if (right(-spare)) {
     certificate_.margin = spare;
+    examine_curvature(given, &given.evaluation);
     return barrier_newton_contracts(given) ? SecondOrder::Satisfied : SecondOrder::Undecided;
   }
   const bool refuted = !right(spare);
@@ -618,7 +674,25 @@ Finding Certifier::run(const Point& given) {
   } else {
     certificate_.second_order = judge(given);
   }
-  if (certificate_.second_order != SecondOrder::Satisfied) certificate_.margin = 0.0;
+  // Wrong second derivatives may be why nothing could be decided.
+  if (certificate_.second_order == SecondOrder::Undecided ||
+      certificate_.second_order == SecondOrder::Flat) {
+    examine_curvature(given, nullptr);
+  }
+  std::string remark;
+  if (wrong_row_ && certificate_.second_order != SecondOrder::Violated) {
+    certificate_.second_order = SecondOrder::Undecided;
+    certificate_.hessian_disagrees = true;
+    certificate_.answer = InnerAnswer::Unknown;
+    remark = "the second derivatives in " + canonical_.column_name(wrong_row_->index) +
+             " disagree with differences of the gradient" + percentage(*wrong_row_) +
+             ", and no certificate rests on wrong ones: try derivative_test second-order";
+    reasons_.add(Kind::WrongHessian, Player::Min, remark);
+  }
+  if (certificate_.second_order != SecondOrder::Satisfied) {
+    certificate_.margin = certificate_.least_curvature = 0.0;
+    certificate_.least_curvature_variable = -1;
+  }
   if (wrong_) {
     reasons_.add_direction(Kind::WrongCurvature, wrong_->owner, wrong_->direction,
                            wrong_->owner == Player::Min ? "Min gains along" : "Max gains along");
@@ -631,7 +705,8 @@ Finding Certifier::run(const Point& given) {
   return {.certificate = certificate_,
           .point = std::move(moved_),
           .mu = mu_,
-          .wrong = std::move(wrong_)};
+          .wrong = std::move(wrong_),
+          .remark = std::move(remark)};
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "core/kkt/system.hpp"
 #include "core/method/wrong_curvature.hpp"
@@ -19,6 +20,7 @@ struct Finding {
   std::optional<Point> point;
   double mu = 0.0;
   std::optional<WrongCurvature> wrong;  ///< why the verdict is Violated
+  std::string remark;                   ///< where W is wrong, if it is, without line end
 };
 
 inline constexpr Index kGenerousFactorizations = 100;

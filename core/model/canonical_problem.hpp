@@ -176,6 +176,11 @@ class CanonicalProblem {
   /// Name of a model variable or constraint for messages.
   [[nodiscard]] std::string variable_name(Index model_variable) const;
   [[nodiscard]] std::string constraint_name(Index model_constraint) const;
+  /// Of a canonical variable that is no slack, and of a canonical constraint.
+  [[nodiscard]] std::string column_name(Index variable) const {
+    return variable_name(model_variable(variable));
+  }
+  [[nodiscard]] std::string row_name(Index constraint) const;
 
  private:
   template <class Call>
@@ -225,7 +230,6 @@ class CanonicalProblem {
   [[nodiscard]] bool take_new_point();
   [[nodiscard]] bool has_equal_bounds(Index model_variable) const;
   [[nodiscard]] bool is_fixed_by_constraint(Index model_variable) const;
-  [[nodiscard]] std::string row_name(Index constraint) const;
   /// Value of a canonical Jacobian entry, unscaled, after the model's Jacobian was evaluated.
   [[nodiscard]] double model_jacobian(std::size_t entry) const {
     const Index source = jacobian_source_[entry];

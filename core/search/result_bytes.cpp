@@ -84,6 +84,9 @@ void walk_certificate(Visit& visit, C& c) {
   visit(c.weakly_active_max);
   visit(c.finite_differences);
   visit(c.hessian_error);
+  visit(c.hessian_disagrees);
+  visit(c.least_curvature);
+  visit(c.least_curvature_variable);
   visit(c.answer);
   walk_reasons(visit, c.reasons);
   for (auto& reason : c.reasons) {
@@ -120,9 +123,12 @@ void walk(Visit& visit, R& result) {
   visit(worst.competing);
   visit(worst.value);
   visit(worst.v);
+  visit(worst.y);
+  visit(worst.branches);
   visit(worst.higher);
   visit(worst.unbounded);
   visit(worst.single_branch);
+  visit(worst.stated_concave);
 }
 
 }  // namespace

@@ -171,7 +171,10 @@ Search::Verdict Search::judge(Status claim) {
   } else if ((finding.certificate.second_order == SecondOrder::Undecided ||
               finding.certificate.second_order == SecondOrder::Flat) &&
              purpose_ == Purpose::Solution) {
-    if (runs_to_infinity(context_, point_, barrier_.mu(), test_)) {
+    if (finding.certificate.hessian_disagrees) {
+      verdict.message = finding.remark;
+      if (claim == Status::Solved) verdict.status = Status::SolvedDegenerate;
+    } else if (runs_to_infinity(context_, point_, barrier_.mu(), test_)) {
       verdict.status = Status::DivergingIterates;
       verdict.message = "the iterates run to infinity, where the gradient vanishes";
     } else if (claim == Status::Solved) {
@@ -192,7 +195,8 @@ bool Search::is_hidden_by_scaling(const Verdict& verdict) {
   // A gradient that was huge at the start scales the objective down so far that any flat place meets
   // the tolerances: go on for a while. Minimizations end here, as Ipopt's do.
   const double gradient = std::max(point_.error.dual_min, point_.error.dual_max);
-  return verdict.status == Status::SolvedDegenerate && context_.canonical.max_size() > 0 &&
+  return verdict.status == Status::SolvedDegenerate &&
+         !verdict.finding.certificate.hessian_disagrees && context_.canonical.max_size() > 0 &&
          context_.canonical.objective_scale() < 1.0 && gradient > kFlatGradient &&
          ++context_.budget.hidden <= kHiddenIterations;
 }
@@ -202,6 +206,7 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
   // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for the
   // case that nothing better comes.
   const Certificate& found = verdict.finding.certificate;
+  if (found.hessian_disagrees) return false;  // curvature that is wrong leads nowhere
   const bool degenerate = verdict.status == Status::SolvedDegenerate && !kept &&
                           found.second_order != SecondOrder::Flat &&
                           (found.inner == found.inner_expected || seems_wrong(found));

@@ -6,6 +6,7 @@
 #include "core/method/globalized_method.hpp"
 #include "core/search/describe.hpp"
 #include "core/search/infeasibility.hpp"
+#include "core/search/restart.hpp"
 #include "core/search/solve.hpp"
 
 namespace ipminmax {
@@ -155,7 +156,8 @@ SearchOutcome Solve::search_all(Machinery& machinery, Start start) {
   const Index drawn = machinery.others.drawn();
   if (search_failed(best.status) && drawn > 0) {
     if (best.message.empty()) best.message = std::string(name_of(best.status));
-    best.message += " (nor from " + std::to_string(drawn) + " other starting points)";
+    const Index variables = canonical_.x().size() + canonical_.y().size();
+    best.message += " (" + describe_restarts(drawn, variables, options_) + ")";
   }
   return best;
 }

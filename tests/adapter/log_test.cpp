@@ -200,6 +200,16 @@ TEST(Summary, SaysWhatTheCertificateFound) {
   EXPECT_NE(line_with(more, "Reason").find("constant along +1 x"), std::string::npos);
   EXPECT_NE(line_with(more, "Answer of the maximizer").find("smooth"), std::string::npos);
 
+  result.certificate.least_curvature = 2e-4;
+  result.certificate.least_curvature_variable = 1;
+  EXPECT_NE(
+      line_with(log::summary(result), "Least curvature").find("2.0e-04 (of 1), most in variable 1"),
+      std::string::npos);
+  ProblemStructure structure;
+  structure.variable_names = {"x", "wind[3]"};
+  EXPECT_NE(line_with(log::summary(result, &structure), "Least curvature").find("wind[3]"),
+            std::string::npos);
+
   result.certificate.second_order = SecondOrder::NotTested;
   EXPECT_EQ(line_with(log::summary(result), "K_yy"), "");
 }

@@ -87,14 +87,23 @@ TEST(Restarts, AreBoundedWhereNothingIsToBeFound) {
   const Result result = solve(problem, SolverOptions{});
   EXPECT_EQ(result.status, Status::NoLocalMinmaxFound) << name_of(result.status);
   EXPECT_LE(result.iterations, 60);
-  EXPECT_NE(result.message.find("other starting points"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("other starting point"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("iterations in all for 2 variables"), std::string::npos)
+      << result.message;
+
+  SolverOptions twice;
+  twice.minmax_max_restarts = 1;
+  const std::string text = solve(problem, twice).message;
+  EXPECT_NE(text.find("nor from 1 other starting point: minmax_max_restarts allows no more"),
+            std::string::npos)
+      << text;
 
   SolverOptions once;
   once.minmax_max_restarts = 0;
   const Result single = solve(problem, once);
   EXPECT_EQ(single.status, Status::NoLocalMinmaxFound);
   EXPECT_LT(single.iterations, result.iterations);
-  EXPECT_EQ(single.message.find("other starting points"), std::string::npos) << single.message;
+  EXPECT_EQ(single.message.find("other starting point"), std::string::npos) << single.message;
 }
 
 TEST(Restarts, FindWhatTheFirstSearchMisses) {

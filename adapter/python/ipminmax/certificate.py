@@ -37,13 +37,16 @@ class Certificate:
     inner_expected: Inertia
     full: Inertia  #: of both players'
     full_expected: Inertia
-    margin: float  #: curvature to spare; 0 unless satisfied
+    margin: float  #: curvature probed; 0 unless satisfied
     licq_min: bool  #: gradients of the player's active constraints are independent
     licq_max: bool
     weakly_active_min: int  #: active bounds and inequalities whose multiplier vanishes
     weakly_active_max: int
     finite_differences: bool  #: second derivatives are differences of first ones
     hessian_error: float  #: curvature by which those may be wrong; the verdict allows for it
+    hessian_disagrees: bool  #: the model's second derivatives are wrong, so nothing is certified
+    least_curvature: float  #: about the least there is, of at most 1; 0 unless satisfied
+    least_curvature_variable: int  #: the one that moves most along it; -1: not known
 
     @property
     def is_local_minmax(self):
