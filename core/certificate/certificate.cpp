@@ -355,7 +355,7 @@ Finding Certifier::run(const Point& given) {
     if (certificate_.second_order == SecondOrder::Satisfied) {
       const Point& judged = moved_ ? *moved_ : given;
       certificate_.second_order =
-          test_robust_rows(canonical_, kkt_, judged.iterate, judged.evaluation);
+          test_robust_rows(canonical_, kkt_, judged.iterate, judged.evaluation, idle_);
     }
   }
   if (certificate_.second_order != SecondOrder::Satisfied) certificate_.margin = 0.0;
