@@ -205,6 +205,7 @@ void Certifier::find_rank(const ActiveSetSystem& system, const Point& point) {
 
 void Certifier::report_inertias(ActiveSetSystem& system) {
   system.assemble(ActiveSetSystem::kSufficient);
+  kkt_.factorize_ahead({}, {});
   certificate_.inner = kkt_.factorize_inner({}).inertia;
   certificate_.full = kkt_.factorize({}).inertia;
 }
@@ -317,6 +318,7 @@ SecondOrder Certifier::judge_barrier_problem(const Point& given) {
     return barrier_newton_contracts(given) ? SecondOrder::Satisfied : SecondOrder::Undecided;
   }
   const bool refuted = !right(spare);
+  kkt_.factorize_ahead({}, {});
   certificate_.inner = kkt_.factorize_inner({}).inertia;
   certificate_.full = kkt_.factorize({}).inertia;
   return refuted ? SecondOrder::Violated : SecondOrder::Undecided;
