@@ -326,6 +326,7 @@ bool Certifier::next_point(const NewtonTest& newton, Point& point) {
 
 void Certifier::report_inertias(ActiveSetSystem& system) {
   system.assemble(ActiveSetSystem::kSufficient);
+  kkt_.factorize_ahead({}, {});
   certificate_.inner = kkt_.factorize_inner({}).inertia;
   certificate_.full = kkt_.factorize({}).inertia;
 }
@@ -613,6 +614,7 @@ SecondOrder Certifier::judge_barrier_problem(const Point& given) {
     return barrier_newton_contracts(given) ? SecondOrder::Satisfied : SecondOrder::Undecided;
   }
   const bool refuted = !right(spare);
+  kkt_.factorize_ahead({}, {});
   certificate_.inner = kkt_.factorize_inner({}).inertia;
   certificate_.full = kkt_.factorize({}).inertia;
   return refuted ? SecondOrder::Violated : SecondOrder::Undecided;

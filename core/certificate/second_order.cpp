@@ -53,6 +53,8 @@ InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error
   InertiaTest test;
   // The worst W for the maximizer has + error in y, and no doubtful bound holds him.
   system.assemble({.min_fixed = false, .max_fixed = false}, error, 0.0, -1.0);
+  const bool same_values = error.size() == 0 && same_fixed;
+  if (same_values) kkt.factorize_ahead({.y = -margin}, worst_case(margin));
   test.inner = kkt.has_expected_inner_inertia(kkt.factorize_inner({.y = -margin}));
   if (!test.inner) return test;
   test.inner_response = response(system, true);
@@ -67,8 +69,7 @@ InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error, doub
   const bool same_fixed = system.classes().weak_max == 0;
   // For the minimizer it has - error everywhere, for then phi'' = W_xx - W_xy W_yy^-1 W_yx (on the
   // tangent spaces) is smallest.
-  if (error.size() > 0 || !same_fixed)
-    system.assemble(ActiveSetSystem::kSufficient, error, -1.0, 1.0);
+  if (!same_values) system.assemble(ActiveSetSystem::kSufficient, error, -1.0, 1.0);
   test.full = kkt.has_expected_inertia(kkt.factorize(worst_case(margin)));
   if (!test.full) return test;
   test.full_response = response(system, false);

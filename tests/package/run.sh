@@ -36,7 +36,7 @@ if [ -x "$prefix/bin/ipminmax" ]; then  # not built without the AMPL solver libr
 fi
 
 plugin=$(find "$prefix" -name libipminmax_mpi.so)
-if [ -n "$plugin" ] && [ -x "$prefix/bin/ipminmax" ]; then
+if [[ -n $plugin && -x $prefix/bin/ipminmax && ${CXXFLAGS:-} != *-fsanitize=*address* ]]; then
   echo "== the moved plugin is found"
   OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 \
     "$prefix/bin/ipminmax" "$work/saddle.nl" linear_solver=mumps_mpi | grep "certified local minmax"
@@ -91,7 +91,7 @@ if comm -12 "$work/ours" "$work/theirs" | grep .; then exit 1; fi
 if grep -v '^Ipminmax' "$work/ours"; then echo "C names without the prefix"; exit 1; fi
 
 echo "== every installed header alone, without Eigen"
-if grep -rl Eigen "$prefix/include" | grep -v autodiff_problem; then exit 1; fi
+if grep -rl Eigen "$prefix/include"; then exit 1; fi
 alone() { "$cxx" -std=c++20 -Wall -Wextra -Wconversion -Wshadow -Werror -fsyntax-only -x c++ "${@:1:$#-1}" -include "${@: -1}" /dev/null; }
 export -f alone
 export cxx
