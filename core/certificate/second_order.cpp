@@ -48,13 +48,14 @@ double response(ActiveSetSystem& system, bool inner) {
 
 Regularization worst_case(double margin) { return {.x = -margin, .y = margin}; }
 
-InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin) {
+/// full_follows: K is needed next with the same values.
+InertiaTest test_inner(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
+                       bool full_follows) {
   KktSystem& kkt = system.kkt();
   InertiaTest test;
   // The worst W for the maximizer has + error in y, and no doubtful bound holds him.
   system.assemble({.min_fixed = false, .max_fixed = false}, error, 0.0, -1.0);
-  const bool same_values = error.size() == 0 && same_fixed;
-  if (same_values) kkt.factorize_ahead({.y = -margin}, worst_case(margin));
+  if (full_follows) kkt.factorize_ahead({.y = -margin}, worst_case(margin));
   test.inner = kkt.has_expected_inner_inertia(kkt.factorize_inner({.y = -margin}));
   if (!test.inner) return test;
   test.inner_response = response(system, true);
@@ -62,11 +63,15 @@ InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error
   return test;
 }
 
+InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin) {
+  return test_inner(system, error, margin, false);
+}
+
 InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin) {
   KktSystem& kkt = system.kkt();
-  InertiaTest test = inner_survives(system, error, margin);
+  const bool same_values = error.size() == 0 && system.classes().weak_max == 0;
+  InertiaTest test = test_inner(system, error, margin, same_values);
   if (!test.inner) return test;
-  const bool same_fixed = system.classes().weak_max == 0;
   // For the minimizer it has - error everywhere, for then phi'' = W_xx - W_xy W_yy^-1 W_yx (on the
   // tangent spaces) is smallest.
   if (!same_values) system.assemble(ActiveSetSystem::kSufficient, error, -1.0, 1.0);
