@@ -18,7 +18,8 @@ namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
-// --- Registration ---------------------------------------------------------------------------------
+// --- Registration
+// ---------------------------------------------------------------------------------
 
 void register_number(Ipopt::RegisteredOptions& registry, const OptionInfo& info,
                      const OptionInfo::Number& kind) {
@@ -87,7 +88,8 @@ void register_application_options(Ipopt::RegisteredOptions& registry) {
   }
 }
 
-// --- Options files --------------------------------------------------------------------------------
+// --- Options files
+// --------------------------------------------------------------------------------
 
 struct Token {
   std::string text;
@@ -289,7 +291,8 @@ std::string set_option(const std::string& name, const std::string& text,
 
 namespace {
 
-// --- Typed values ---------------------------------------------------------------------------------
+// --- Typed values
+// ---------------------------------------------------------------------------------
 
 void copy_option(const OptionInfo& info, const Ipopt::OptionsList& list, SolverOptions& options) {
   const std::string name(info.name);

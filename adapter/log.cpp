@@ -114,6 +114,12 @@ std::string certificate_report(const Certificate& certificate, const ProblemStru
                  yes_no(certificate.licq_max));
   text += format("Weakly active bounds....: Min %d, Max %d\n", certificate.weakly_active_min,
                  certificate.weakly_active_max);
+  if (certificate.kind != PointKind::LocalMinmax && certificate.answer != InnerAnswer::Unknown) {
+    text += "Answer of the maximizer.: " + std::string(name_of(certificate.answer)) + "\n";
+  }
+  for (const CertificateReason& reason : certificate.reasons) {
+    text += "Reason..................: " + reason.text + "\n";
+  }
   return text;
 }
 
@@ -133,6 +139,9 @@ std::string exit_text(const Result& result) {
       if (result.certificate.hessian_disagrees) {
         return "First-order point found; its second derivatives look wrong, so nothing is "
                "certified.";
+      }
+      if (result.certificate.second_order == SecondOrder::Flat) {
+        return "First-order point found in a valley of points with the same value.";
       }
       return "First-order point found; the second-order test is undecided (degenerate point).";
     case Status::SolvedToAcceptableLevel:
@@ -384,6 +393,38 @@ std::string multistart_summary(const MultistartResult& result) {
   return text;
 }
 
+std::string place_text(const std::vector<std::pair<std::string, double>>& values) {
+  constexpr std::size_t kMost = 6;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kMost, values.size()); ++i) {
+    text += (i > 0 ? ", " : "") + values[i].first + format(" = %.6g", values[i].second);
+  }
+  return values.size() > kMost ? text + format(", ... (%zu in all)", values.size()) : text;
+}
+
+namespace {
+
+/// The Max variables that the constraint of a worst case reads, f if it is none, with their values.
+std::string place_of(const RobustWorstCase& found, const ProblemStructure& structure) {
+  const std::size_t n = structure.variable_players.size();
+  const bool is_f =
+      static_cast<std::size_t>(found.constraint) >= structure.constraint_players.size();
+  std::vector<bool> reads(n, is_f);
+  for (const Triplet& entry : structure.jacobian) {
+    if (entry.row == found.constraint) reads[static_cast<std::size_t>(entry.col)] = true;
+  }
+  std::vector<std::pair<std::string, double>> values;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!reads[i] || structure.variable_players[i] != Player::Max) continue;
+    const bool named = i < structure.variable_names.size() && !structure.variable_names[i].empty();
+    values.emplace_back(named ? structure.variable_names[i] : "variable " + std::to_string(i),
+                        found.v[i]);
+  }
+  return place_text(values);
+}
+
+}  // namespace
+
 std::string robust_summary(const RobustResult& result, const ProblemStructure& structure) {
   constexpr std::size_t kMostRows = 50;
   std::string text = format("\nRobust constraints: %zu worst cases, %d solves",
@@ -392,7 +433,7 @@ std::string robust_summary(const RobustResult& result, const ProblemStructure& s
     text += format(", %d maximizations over y, largest violation found %.2e", result.maximizations,
                    result.largest_violation);
   }
-  text += format("\n\n%-24s %24s %16s\n", "constraint", "value", "multiplier");
+  text += format("\n\n%-24s %24s %16s  %s\n", "constraint", "value", "multiplier", "worst case");
   for (std::size_t k = 0; k < std::min(kMostRows, result.worst_cases.size()); ++k) {
     const RobustWorstCase& found = result.worst_cases[k];
     const auto j = static_cast<std::size_t>(found.constraint);
@@ -402,7 +443,8 @@ std::string robust_summary(const RobustResult& result, const ProblemStructure& s
     } else if (j < structure.constraint_names.size() && !structure.constraint_names[j].empty()) {
       name = structure.constraint_names[j];
     }
-    text += format("%-24s %24.16e %16.8e\n", name.c_str(), found.value, found.multiplier);
+    text += format("%-24s %24.16e %16.8e  %s\n", name.c_str(), found.value, found.multiplier,
+                   place_of(found, structure).c_str());
   }
   if (result.worst_cases.size() > kMostRows) {
     text += format("... and %zu more\n", result.worst_cases.size() - kMostRows);

@@ -30,6 +30,7 @@
 #include "adapter/optional_players.hpp"
 #include "adapter/options_documentation.hpp"
 #include "adapter/output_file.hpp"
+#include "adapter/point_arrays.hpp"
 #include "adapter/status.hpp"
 #include "adapter/tnlp_problem.hpp"
 #include "core/model/forwarding_problem.hpp"
@@ -97,11 +98,6 @@ bool is_finite(const Violations& v) {
          all_finite(v.constraint_complementarity);
 }
 
-/// Copies what is asked for.
-void copy(const std::vector<double>& from, Ipopt::Number* to) {
-  if (to != nullptr) std::ranges::copy(from, to);
-}
-
 double system_seconds() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -157,6 +153,7 @@ struct MinMaxApplication::Implementation {
   SmartPtr<MinMaxStatistics> statistics;
   RepeatedSolver solver;
   Result result;
+  std::vector<RobustWorstCase> worst_cases;
   bool banner_printed = false;
   bool documentation_printed = false;
   std::set<std::string> ignored_options;  ///< messages already printed
@@ -227,7 +224,8 @@ MinMaxApplication::Implementation::Implementation(MinMaxApplication& owner, bool
   }
 }
 
-// --- Options and output ---------------------------------------------------------------------------
+// --- Options and output
+// ---------------------------------------------------------------------------
 
 std::string MinMaxApplication::Implementation::string_option(const char* name) const {
   std::string value;
@@ -259,8 +257,9 @@ bool MinMaxApplication::Implementation::open_output_file(const std::string& file
   const std::string journal_name = "OutputFile:" + file_name;
   SmartPtr<Ipopt::Journal> journal = journalist->GetJournal(journal_name);
   if (Ipopt::IsNull(journal)) {
-    journal = open_journal(journal_name, file_name, level, append);
-    if (Ipopt::IsNull(journal) || !journalist->AddJournal(journal)) return false;
+    const SmartPtr<OutputFile> file = new OutputFile(journal_name, level);
+    journal = Ipopt::GetRawPtr(file);
+    if (!file->open(file_name, append).empty() || !journalist->AddJournal(journal)) return false;
   }
   journal->SetAllPrintLevels(level);
   journal->SetPrintLevel(Ipopt::J_DBG, Ipopt::J_NONE);
@@ -353,7 +352,8 @@ void MinMaxApplication::Implementation::print_ignored_options() {
   }
 }
 
-// --- Solve ----------------------------------------------------------------------------------------
+// --- Solve
+// ----------------------------------------------------------------------------------------
 
 /// To be called while an exception is handled: says what it is and returns Ipopt's status, or
 /// passes it on.
@@ -469,6 +469,7 @@ Result MinMaxApplication::Implementation::solve_for_every_y(TnlpProblem& problem
   if (has_iterate(found.result.status)) {
     print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::robust_summary(found, problem.structure()));
   }
+  worst_cases = std::move(found.worst_cases);
   return std::move(found.result);
 }
 
@@ -627,6 +628,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
 
 ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
   result = {};
+  worst_cases.clear();
   statistics = nullptr;
   system_seconds_before = system_seconds();
   ApplicationReturnStatus status = Ipopt::Internal_Error;
@@ -645,7 +647,8 @@ ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
   return status;
 }
 
-// --- Public methods -------------------------------------------------------------------------------
+// --- Public methods
+// -------------------------------------------------------------------------------
 
 MinMaxApplication::MinMaxApplication(bool create_console_out, bool create_empty)
     : implementation_(
@@ -779,6 +782,10 @@ bool MinMaxApplication::GetCurrentViolations(Violations& violations) const {
 
 const Result& MinMaxApplication::LastResult() const { return implementation_->result; }
 
+const std::vector<RobustWorstCase>& MinMaxApplication::LastWorstCases() const {
+  return implementation_->worst_cases;
+}
+
 std::string MinMaxApplication::UpdateSensitivity(Sensitivity& sensitivity) const {
   const Implementation& here = *implementation_;
   if (Ipopt::IsNull(here.model)) return "nothing has been solved";
@@ -822,7 +829,8 @@ bool MinMaxApplication::RethrowNonIpoptException(bool dorethrow) {
   return std::exchange(implementation_->rethrow, dorethrow);
 }
 
-// --- What models ask in their callback ------------------------------------------------------------
+// --- What models ask in their callback
+// ------------------------------------------------------------
 
 bool get_current_iterate(bool scaled, Ipopt::Index n, Ipopt::Number* x, Ipopt::Number* z_L,
                          Ipopt::Number* z_U, Ipopt::Index m, Ipopt::Number* g,
@@ -833,11 +841,7 @@ bool get_current_iterate(bool scaled, Ipopt::Index n, Ipopt::Number* x, Ipopt::N
       at.constraints.size() != static_cast<std::size_t>(m)) {
     return false;
   }
-  copy(at.v, x);
-  copy(at.z_lower, z_L);
-  copy(at.z_upper, z_U);
-  copy(at.constraints, g);
-  copy(at.lambda, lambda);
+  fill({x, z_L, z_U, g, lambda}, at);
   return true;
 }
 
@@ -851,13 +855,9 @@ bool get_current_violations(bool scaled, Ipopt::Index n, Ipopt::Number* x_L_viol
       found.constraint.size() != static_cast<std::size_t>(m)) {
     return false;
   }
-  copy(found.lower_bound, x_L_violation);
-  copy(found.upper_bound, x_U_violation);
-  copy(found.lower_complementarity, compl_x_L);
-  copy(found.upper_complementarity, compl_x_U);
-  copy(found.lagrangian_gradient, grad_lag_x);
-  copy(found.constraint, nlp_constraint_violation);
-  copy(found.constraint_complementarity, compl_g);
+  fill({x_L_violation, x_U_violation, compl_x_L, compl_x_U, grad_lag_x, nlp_constraint_violation,
+        compl_g},
+       found);
   return true;
 }
 

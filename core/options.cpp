@@ -411,9 +411,19 @@ std::vector<OptionInfo> make_table() {
        "Residual ratio above which a factorization counts as inaccurate.",
        positive(&O::residual_ratio_singular)},
 
+      {"minmax_certificate", method,
+       "How much the second-order test at a first-order point may cost.",
+       choice(&O::minmax_certificate, {"full", "quick", "none"},
+              {"until the point is certified or refuted; points that stay undecided cost at most a "
+               "fifth of the solve's factorizations or 3 (40 where the matrices are small)",
+               "one factorization of K_yy and of K: only points with clear curvature and clear "
+               "active bounds are certified, clearly wrong ones refuted",
+               "no test, for minimizations at Ipopt's cost: the second-order test says \"not "
+               "tested\", and a saddle is not told from a minimum. Refused with Max variables"})},
       {"minmax_curvature_tol", method,
-       "Curvature, relative to the largest entry of the Hessian, below which the second-order "
-       "test calls an eigenvalue zero.",
+       "Curvature below which the second-order test calls an eigenvalue zero, relative to what "
+       "each variable has: variables are measured in lengths in which the entries of the Hessian "
+       "are at most 1, so that no units of the model matter.",
        positive(&O::minmax_curvature_tol)},
   };
 }

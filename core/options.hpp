@@ -51,6 +51,13 @@ enum class InstabilityShift : std::uint8_t {
   Smallest  ///< the least delta_x for which it has one at some mu, by bisection
 };
 
+/// How much the second-order test may cost.
+enum class CertificateEffort : std::uint8_t {
+  Full,  ///< until the point is certified, refuted or its budget of factorizations is used up
+  Quick,  ///< one factorization of K_yy and of K, and those for a witness where they are clearly wrong
+  None  ///< no test; for minimizations
+};
+
 /// All settings of a solve. Names, defaults and meanings are Ipopt's unless a name begins with
 /// minmax_. option_table() lists them with bounds and texts.
 struct SolverOptions {
@@ -179,6 +186,7 @@ struct SolverOptions {
   double residual_ratio_singular = 1e-5;
 
   // Certificate
+  CertificateEffort minmax_certificate = CertificateEffort::Full;
   double minmax_curvature_tol = 1e-8;
 };
 

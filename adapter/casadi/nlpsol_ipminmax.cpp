@@ -294,6 +294,8 @@ Dict NlpsolIpminmax::get_stats(void* mem) const {
   const auto inertia = [](const Inertia& i) {
     return std::vector<casadi_int>{i.positive, i.negative, i.zero};
   };
+  std::vector<std::string> reasons;
+  for (const CertificateReason& reason : c.reasons) reasons.push_back(reason.text);
   stats["certificate"] = Dict{{"kind", std::string(name_of(c.kind))},
                               {"local_minmax", c.kind == PointKind::LocalMinmax},
                               {"second_order", std::string(name_of(c.second_order))},
@@ -306,7 +308,9 @@ Dict NlpsolIpminmax::get_stats(void* mem) const {
                               {"licq_max", c.licq_max},
                               {"weakly_active_min", c.weakly_active_min},
                               {"weakly_active_max", c.weakly_active_max},
-                              {"hessian_disagrees", c.hessian_disagrees}};
+                              {"hessian_disagrees", c.hessian_disagrees},
+                              {"answer", std::string(name_of(c.answer))},
+                              {"reasons", reasons}};
   stats["return_status"] = std::string(name_of(m->status));
   stats["status"] = std::string(name_of(result.status));
   stats["message"] = result.message;

@@ -4,7 +4,7 @@
 
 #include "core/kkt/system.hpp"
 #include "core/model/canonical_problem.hpp"
-#include "core/point/iterate.hpp"
+#include "core/model/iterate.hpp"
 #include "core/result.hpp"
 
 namespace ipminmax {

@@ -34,20 +34,6 @@ double max_norm(const Vector& v) {
 
 }  // namespace
 
-Step zero_step(const CanonicalProblem& canonical) {
-  return {.v = Eigen::VectorXd::Zero(canonical.variables()),
-          .lambda = Eigen::VectorXd::Zero(canonical.constraints()),
-          .z_lower = Eigen::VectorXd::Zero(canonical.variables()),
-          .z_upper = Eigen::VectorXd::Zero(canonical.variables())};
-}
-
-void set_zero(Step& step) {
-  step.v.setZero();
-  step.lambda.setZero();
-  step.z_lower.setZero();
-  step.z_upper.setZero();
-}
-
 KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayout& layout,
                    const SolverOptions& options)
     : canonical_(canonical),
@@ -151,6 +137,15 @@ void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& bar
     const Index slack = slack_of[at(j)];
     diagonal_[at(constraint_row_[at(j)])] =
         slack < 0 ? 0.0 : -canonical_.sign(slack) / barrier_curvature[slack];
+  }
+}
+
+void KktBlock::decouple(const std::vector<bool>& constraints) {
+  if (constraints.empty()) return;
+  factorized_with_.reset();
+  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
+    if (!constraints[at(j)]) continue;
+    diagonal_[at(constraint_row_[at(j)])] = canonical_.max_constraints().contains(j) ? 1.0 : -1.0;
   }
 }
 
@@ -341,7 +336,8 @@ void KktSystem::assemble_inner(const Iterate& iterate, const Evaluation& evaluat
   inner_.assemble(evaluation, curvature_);
 }
 
-void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature) {
+void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature,
+                         const std::vector<bool>& decoupled) {
   const ScopedTimer timer(timing_.assembly);
   curvature_ = barrier_curvature;
   // In the unreduced equations: a bound at distance 1 with this multiplier.
@@ -352,6 +348,8 @@ void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& ba
   release_full();
   full_.assemble(evaluation, curvature_);
   inner_.assemble(evaluation, curvature_);
+  full_.decouple(decoupled);
+  inner_.decouple(decoupled);
 }
 
 Factorization KktSystem::factorize(KktBlock& block, const Regularization& shift, Index& count) {

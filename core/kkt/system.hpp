@@ -11,8 +11,9 @@
 #include "core/kkt/layout.hpp"
 #include "core/kkt/schur.hpp"
 #include "core/model/canonical_problem.hpp"
+#include "core/model/iterate.hpp"
 #include "core/options.hpp"
-#include "core/point/iterate.hpp"
+#include "core/point/step_length.hpp"
 #include "core/result.hpp"
 #include "linalg/symmetric_matrix.hpp"
 #include "linalg/symmetric_solver.hpp"
@@ -28,13 +29,6 @@ struct Regularization {
   double lambda_y = 0.0;
   friend bool operator==(const Regularization&, const Regularization&) = default;
 };
-
-/// Step of zeros in the shapes of the problem.
-[[nodiscard]] Step zero_step(const CanonicalProblem& canonical);
-void set_zero(Step& step);
-
-/// Right-hand side of the unreduced primal-dual Newton system, same shapes as a Step.
-using NewtonResidual = Step;
 
 /// No memory for the factors of a KKT matrix.
 class FactorsOutOfMemory : public std::bad_alloc {
@@ -78,6 +72,8 @@ class KktBlock {
   /// Takes the values of W, J and the barrier curvatures at zero shift. Nothing happens where they
   /// are those of the last call.
   void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature);
+  /// After assemble: rows without entries of J count with the expected sign and one as diagonal.
+  void decouple(const std::vector<bool>& constraints);
   /// W = I for Min, -I for Max, no coupling of the players, and the given diagonal on the
   /// multiplier rows (per canonical constraint): the matrix of least-squares multipliers and of
   /// the rank test. Columns of J are multiplied by column_factor, rows by row_factor.
@@ -179,8 +175,10 @@ class KktSystem {
   /// Barrier terms of another point than the last assembled one: before solving with a K that was
   /// factorized at this point.
   void take_barrier_terms(const Iterate& iterate);
-  /// As assemble, with the barrier curvatures given (certificate).
-  void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature);
+  /// As assemble, with the barrier curvatures given (certificate). decoupled, per constraint or empty:
+  /// equalities that are taken out; their rows of J have to be zero.
+  void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature,
+                const std::vector<bool>& decoupled = {});
 
   /// Factorizes K or K_yy with shifts; inertias count the slack rows.
   /// Where the last factorization had the same values and shift it is kept and not counted.
@@ -247,6 +245,10 @@ class KktSystem {
                                         const std::vector<bool>& active);
 
   [[nodiscard]] double hessian_norm() const { return full_.max_norm_hessian(); }
+  /// Of K and K_yy so far.
+  [[nodiscard]] Index factorizations() const {
+    return counts_.factorizations_full + counts_.factorizations_inner;
+  }
 
  private:
   [[nodiscard]] Factorization factorize(KktBlock& block, const Regularization& shift, Index& count);

@@ -1,12 +1,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/method/barrier.hpp"
 #include "core/method/globalized_method.hpp"
 #include "core/method/restoration.hpp"
 #include "core/model/initial_point.hpp"
-#include "core/point/norms.hpp"
+#include "core/model/norms.hpp"
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
 
@@ -74,35 +75,59 @@ constexpr double kExactGain = 1e-9;   // |q| of an exact one
 constexpr Index kFilterPairs = 1000;  // that need no allocation
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+bool are_values_defined(CanonicalProblem& canonical, Point& point) {
+  return evaluate_values(canonical, point) == EvaluationStatus::Ok;
+}
+
+bool are_derivatives_defined(CanonicalProblem& canonical, Point& point) {
+  return evaluate_derivatives(canonical, point) == EvaluationStatus::Ok;
+}
+
+/// All but the Hessian.
+bool residual_is_defined(CanonicalProblem& canonical, Point& point) {
+  return are_values_defined(canonical, point) &&
+         evaluate_first_derivatives(canonical, point) == EvaluationStatus::Ok;
+}
+
+bool is_hessian_defined(CanonicalProblem& canonical, Point& point) {
+  return evaluate_second_derivatives(canonical, point) == EvaluationStatus::Ok;
+}
+
 }  // namespace
 
-GlobalizedMethod::GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt,
-                                   InertiaCorrection& correction, const SolverOptions& options,
-                                   TimeLimit& limit, Counts& counts, bool allow_restoration,
-                                   bool repeated)
-    : canonical_(canonical),
-      kkt_(kkt),
-      correction_(correction),
-      options_(options),
-      limit_(limit),
-      counts_(counts),
-      allow_restoration_(allow_restoration),
-      repeated_(repeated),
-      inner_(canonical, kkt, correction, options, limit),
-      max_setbacks_(std::min(
-          kFewestSetbacks + (canonical.x().size() + canonical.y().size()) / kVariablesPerSetback,
-          kMostSetbacks)) {
-  rhs_ = step_ = correction_step_ = back_step_ = zero_step(canonical);
+Patience Patience::first(const CanonicalProblem& canonical) {
+  const Index variables = canonical.x().size() + canonical.y().size();
+  return {.setbacks = std::min(kFewestSetbacks + variables / kVariablesPerSetback, kMostSetbacks),
+          .setbacks_when_long = kFewestSetbacks,
+          .long_search = kLongSearch};
+}
+
+Patience Patience::begun_anew(const CanonicalProblem& canonical) {
+  Patience patience = first(canonical);
+  patience.long_search = kLongRepeatedSearch;
+  return patience;
+}
+
+GlobalizedMethod::GlobalizedMethod(const MethodContext& context, const Patience& patience,
+                                   Restorer restorer, const Point& first)
+    : canonical_(context.canonical),
+      kkt_(context.kkt),
+      correction_(context.correction),
+      options_(context.options),
+      limit_(context.limit),
+      budget_(context.budget),
+      patience_(patience),
+      restorer_(std::move(restorer)),
+      inner_(context, first),
+      trial_(first),
+      before_(first),
+      best_trial_(first) {
+  rhs_ = step_ = correction_step_ = back_step_ = zero_step(canonical_);
   direction_.step = trial_direction_.step = rhs_;
   gradient_ = rhs_.v;
   corrected_c_ = rhs_.lambda;
-  filter_.reserve(static_cast<std::size_t>(std::min(options.max_iter, kFilterPairs)));
-}
-
-void GlobalizedMethod::start(const Point& point) {
-  trial_ = before_ = best_trial_ = point;
-  inner_.start(point);
-  filter_.set_scale(violation(point.evaluation.c, canonical_.min_constraints()));
+  filter_.reserve(static_cast<std::size_t>(std::min(options_.max_iter, kFilterPairs)));
+  filter_.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
 }
 
 void GlobalizedMethod::barrier_changed() {
@@ -114,42 +139,13 @@ void GlobalizedMethod::barrier_changed() {
   soft_steps_ = 0;
 }
 
-bool GlobalizedMethod::evaluate_values(Point& point) {
-  return canonical_.values(point.iterate.v, point.evaluation.f, point.evaluation.c) ==
-         EvaluationStatus::Ok;
-}
-
-bool GlobalizedMethod::evaluate_derivatives(Point& point) {
-  if (canonical_.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
-      EvaluationStatus::Ok) {
-    return false;
-  }
-  dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
-  return true;
-}
-
-bool GlobalizedMethod::evaluate_residual(Point& point) {
-  if (!evaluate_values(point) ||
-      canonical_.first_derivatives(point.iterate.v, point.evaluation) != EvaluationStatus::Ok) {
-    return false;
-  }
-  dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
-  return true;
-}
-
-bool GlobalizedMethod::evaluate_hessian(Point& point) {
-  return canonical_.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) ==
-         EvaluationStatus::Ok;
-}
-
 Merit GlobalizedMethod::merit(const Point& point, double mu) const {
   return {violation(point.evaluation.c, canonical_.min_constraints()),
           barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu)};
 }
 
 double GlobalizedMethod::norm_error(const Point& point, double mu) const {
-  return barrier_error(canonical_, point.iterate, point.evaluation, point.dual, mu, options_.s_max)
-      .norm();
+  return barrier_error(canonical_, point, mu, options_.s_max).norm();
 }
 
 double GlobalizedMethod::inner_target(const Point& point, double mu) const {
@@ -166,17 +162,31 @@ void GlobalizedMethod::set_trial(const Point& from, const Step& step, double alp
   clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, trial_.iterate);
 }
 
-void GlobalizedMethod::accept(Point& point) {
-  std::swap(point, trial_);
+void GlobalizedMethod::move_to_trial(Run& run) {
+  std::swap(run.to, trial_);
+  run.here = &run.to;
+  run.report.moved = true;
+}
+
+void GlobalizedMethod::accept(Run& run) {
+  move_to_trial(run);
   std::swap(direction_, trial_direction_);
   direction_known_ = has_max();
   inner_right_ = false;
 }
 
-std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationInfo& info) {
-  info.trials = 0;
+StepReport GlobalizedMethod::step(const Point& from, double mu, Point& to) {
+  Run run{.here = &from, .to = to, .mu = mu};
   ++steps_;
-  if (!has_max()) return outer_step(point, mu, info);
+  run.report.failure = has_max() ? minmax_step(run) : outer_step(run);
+  // A step that fails may have come some way.
+  run.report.moved = run.here == &to;
+  return std::move(run.report);
+}
+
+std::optional<Status> GlobalizedMethod::minmax_step(Run& run) {
+  const Point& point = *run.here;
+  const double mu = run.mu;
 
   // Inner Newton step at this point, not before it is needed; the factorization of an accepted
   // trial point is still at hand.
@@ -188,7 +198,7 @@ std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationI
     return known;
   };
   const auto without_direction = [&] {
-    message_ = "no shift of the Max variables gives K_yy the expected inertia";
+    run.report.message = "no shift of the Max variables gives K_yy the expected inertia";
     return Status::InertiaCorrectionFailed;
   };
   if (!right) {
@@ -198,7 +208,7 @@ std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationI
   unshifted_step_ = UnshiftedStep::Unknown;
   inner_overwritten_ = false;
   if (right && fast_pause_ == 0) {
-    if (fast_step(point, mu, info)) return std::nullopt;
+    if (fast_step(run)) return std::nullopt;
     fast_pause_ = kFastPause;
   } else if (fast_pause_ > 0) {
     --fast_pause_;
@@ -214,42 +224,41 @@ std::optional<Status> GlobalizedMethod::step(Point& point, double mu, IterationI
   if (!inner_solved) {
     if (inner_pause_ > 0) {
       --inner_pause_;
-      return shifted_joint_step(point, mu, info);
+      return shifted_joint_step(run);
     }
     const double estimate =
         merit(point, mu).phi + (direction_.shift.y == 0.0 ? direction_.gain : 0.0);
-    before_ = point;
-    const auto outcome =
-        inner_.maximize(point, mu, target, kInnerSteps, kInfinity, direction_, !inner_overwritten_);
+    run.to = point;
+    const auto outcome = inner_.maximize(run.to, mu, target, kInnerSteps, kInfinity, direction_,
+                                         !inner_overwritten_);
     unshifted_step_ = UnshiftedStep::Unknown;
     if (outcome != InnerMaximizer::Outcome::Maximum) {
-      std::swap(point, before_);
       if (limit_.expired()) return limit_.exceeded();
       ++inner_failures_;
       inner_unbounded_ += outcome == InnerMaximizer::Outcome::Unbounded;
-      if (auto status = set_back()) return status;
+      if (auto status = set_back(Setback::NoMaximum, run)) return status;
       inner_pause_ = (Index{1} << std::min<Index>(inner_failures_ - 1, 4)) - 1;
-      return shifted_joint_step(point, mu, info);
+      return shifted_joint_step(run);
     }
+    run.here = &run.to;
     filter_.reset();
-    if (auto status = check_branch(estimate, point, mu)) return status;
+    if (auto status = check_branch(estimate, run)) return status;
   }
   inner_failures_ = 0;
-  if (auto status = check_progress(point, mu)) return status;
-  return outer_step(point, mu, info);
+  if (auto status = check_progress(run)) return status;
+  return outer_step(run);
 }
 
-std::optional<Status> GlobalizedMethod::check_branch(double estimate, const Point& point,
-                                                     double mu) {
+std::optional<Status> GlobalizedMethod::check_branch(double estimate, Run& run) {
   // phi above its estimate: another branch of inner maxima than the one descended on.
-  const double value = merit(point, mu).phi;
+  const double value = merit(*run.here, run.mu).phi;
   if (value <= estimate + kBranchJump * (1.0 + std::abs(value))) return std::nullopt;
-  return set_back();
+  return set_back(Setback::OtherBranch, run);
 }
 
-std::optional<Status> GlobalizedMethod::check_progress(const Point& point, double mu) {
+std::optional<Status> GlobalizedMethod::check_progress(Run& run) {
   // Jumps between two branches too small for check_branch, to and fro over a kink.
-  const Merit now = merit(point, mu);
+  const Merit now = merit(*run.here, run.mu);
   const bool better = now.theta < kProgress * best_.theta ||
                       now.phi < best_.phi - kSmallProgress * (1.0 + std::abs(best_.phi));
   if (better) {
@@ -258,26 +267,28 @@ std::optional<Status> GlobalizedMethod::check_progress(const Point& point, doubl
     stale_steps_ = 0;
   } else if (++stale_steps_ >= kStaleSteps) {
     stale_steps_ = 0;
-    return set_back();
+    return set_back(Setback::NoProgress, run);
   }
   return std::nullopt;
 }
 
-std::optional<Status> GlobalizedMethod::set_back() {
-  const bool is_long = steps_ > (repeated_ ? kLongRepeatedSearch : kLongSearch);
-  const Index allowed = is_long ? kFewestSetbacks : max_setbacks_;
-  if (++setbacks_ <= allowed && joint_steps_ <= kMaxJointSteps) return std::nullopt;
-  if (2 * inner_unbounded_ > setbacks_) {
-    message_ = "the maximization over the Max variables looks unbounded";
+std::optional<Status> GlobalizedMethod::set_back(Setback kind, Run& run) {
+  const bool is_long = steps_ > patience_.long_search;
+  const Index allowed = is_long ? patience_.setbacks_when_long : patience_.setbacks;
+  setbacks_.add(kind);
+  if (setbacks_.total() <= allowed && joint_steps_ <= kMaxJointSteps) return std::nullopt;
+  if (2 * inner_unbounded_ > setbacks_.total()) {
+    run.report.message = "the maximization over the Max variables looks unbounded";
     return Status::InnerUnbounded;
   }
-  message_ = "the branches of inner maxima followed from here end or meet in a kink";
+  run.report.message = "the branches of inner maxima followed from here end or meet in a kink: " +
+                       setbacks_.describe(canonical_, run.here->iterate.v);
   return Status::NoLocalMinmaxFound;
 }
 
 bool GlobalizedMethod::newton_step(const Point& point, double mu, Regularization& shift) {
   kkt_.assemble(point.iterate, point.evaluation);
-  newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
+  newton_residual(canonical_, point, mu, rhs_);
   for (;;) {
     Regularization trial = shift;
     const bool zero_fails = unshifted_step_ == UnshiftedStep::Wrong && shift == Regularization{};
@@ -290,10 +301,13 @@ bool GlobalizedMethod::newton_step(const Point& point, double mu, Regularization
   }
 }
 
-bool GlobalizedMethod::fast_step(Point& point, double mu, IterationInfo& info) {
+bool GlobalizedMethod::fast_step(Run& run) {
+  const Point& point = *run.here;
+  const double mu = run.mu;
+  StepReport& report = run.report;
   // Both inertias right without shifts and the residual contracts: Newton's method.
   kkt_.assemble(point.iterate, point.evaluation);
-  newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
+  newton_residual(canonical_, point, mu, rhs_);
   unshifted_step_ = UnshiftedStep::Wrong;
   if (!kkt_.has_expected_inertia(kkt_.factorize({})) ||
       !kkt_.solve(point.evaluation, rhs_, step_)) {
@@ -303,10 +317,10 @@ bool GlobalizedMethod::fast_step(Point& point, double mu, IterationInfo& info) {
   const StepLength alpha =
       largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
   set_trial(point, step_, alpha.primal, alpha.dual, mu);
-  ++info.trials;
-  if (!evaluate_residual(trial_)) return false;
+  ++report.trials;
+  if (!residual_is_defined(canonical_, trial_)) return false;
   const double contraction = norm_error(trial_, mu) / norm_error(point, mu);
-  if (!(contraction <= kFastContraction) || !evaluate_hessian(trial_)) return false;
+  if (!(contraction <= kFastContraction) || !is_hessian_defined(canonical_, trial_)) return false;
   // In the paper's freeze neighbourhood, where full steps contract faster and faster, K alone is
   // factorized. The certificate tests both matrices.
   const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
@@ -316,27 +330,29 @@ bool GlobalizedMethod::fast_step(Point& point, double mu, IterationInfo& info) {
     if (!inner_.has_maximum_in_sight(trial_)) return false;
   }
   fast_contraction_ = full ? contraction : 0.0;
-  info.delta_x = info.delta_y = 0.0;
-  info.alpha_primal = alpha.primal;
-  info.alpha_dual = alpha.dual;
-  info.step_norm = max_norm(step_.v);
-  info.step_kind = 'n';
-  std::swap(point, trial_);
+  report.delta_x = report.delta_y = 0.0;
+  report.alpha_primal = alpha.primal;
+  report.alpha_dual = alpha.dual;
+  report.step_norm = max_norm(step_.v);
+  report.kind = StepKind::Newton;
+  move_to_trial(run);
   inner_right_ = true;
   filter_.reset();
   slow_steps_ = 0;
   return true;
 }
 
-std::optional<Status> GlobalizedMethod::shifted_joint_step(Point& point, double mu,
-                                                           IterationInfo& info) {
+std::optional<Status> GlobalizedMethod::shifted_joint_step(Run& run) {
+  const Point& point = *run.here;
+  const double mu = run.mu;
+  StepReport& report = run.report;
   // Algorithm 1 of the paper: no inner maximum is in reach from here.
   ++joint_steps_;
   kkt_.assemble(point.iterate, point.evaluation);
-  newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
+  newton_residual(canonical_, point, mu, rhs_);
   const auto shift = correction_.correct(mu);
   if (!shift || !kkt_.solve(point.evaluation, rhs_, step_)) {
-    message_ = "no shift of the Hessian gives the KKT matrix the expected inertia";
+    run.report.message = "no shift of the Hessian gives the KKT matrix the expected inertia";
     return Status::InertiaCorrectionFailed;
   }
   StepLength alpha =
@@ -345,33 +361,33 @@ std::optional<Status> GlobalizedMethod::shifted_joint_step(Point& point, double 
   if (max_norm(step_.v) > longest) {
     alpha.primal = std::min(alpha.primal, longest / max_norm(step_.v));
   }
-  if (auto status = step_untested(point, alpha, mu, info)) return status;
-  info.delta_x = shift->x;
-  info.delta_y = shift->y;
-  info.shifts = correction_.findings();
-  info.step_norm = max_norm(step_.v);
-  info.step_kind = 'j';
+  if (auto status = step_untested(run, alpha)) return status;
+  report.delta_x = shift->x;
+  report.delta_y = shift->y;
+  report.shifts = correction_.findings();
+  report.step_norm = max_norm(step_.v);
+  report.kind = StepKind::Joint;
   return std::nullopt;
 }
 
-std::optional<Status> GlobalizedMethod::step_untested(Point& point, StepLength alpha, double mu,
-                                                      IterationInfo& info) {
+std::optional<Status> GlobalizedMethod::step_untested(Run& run, StepLength alpha) {
   for (int cuts = 0; cuts < kMaxTrials; ++cuts, alpha.primal *= 0.5) {
-    set_trial(point, step_, alpha.primal, alpha.dual, mu);
-    ++info.trials;
-    if (!evaluate_values(trial_) || !evaluate_derivatives(trial_)) continue;
+    set_trial(*run.here, step_, alpha.primal, alpha.dual, run.mu);
+    ++run.report.trials;
+    if (!are_values_defined(canonical_, trial_) || !are_derivatives_defined(canonical_, trial_))
+      continue;
     if (!trial_.dual.allFinite()) {  // the multipliers overflow
       alpha.dual *= 0.5;
       continue;
     }
-    std::swap(point, trial_);
+    move_to_trial(run);
     forget_direction();
     filter_.reset();
-    info.alpha_primal = alpha.primal;
-    info.alpha_dual = alpha.dual;
+    run.report.alpha_primal = alpha.primal;
+    run.report.alpha_dual = alpha.dual;
     return std::nullopt;
   }
-  message_ = canonical_.evaluation_error();
+  run.report.message = canonical_.evaluation_error();
   return Status::EvaluationFailed;
 }
 
@@ -402,12 +418,12 @@ double GlobalizedMethod::outer_slope(const Point& point, double mu) {
 GlobalizedMethod::Trial GlobalizedMethod::evaluate_trial(double mu, double slope, double alpha,
                                                          double upper_bound) {
   Trial result;
-  if (!evaluate_values(trial_)) return result;
+  if (!are_values_defined(canonical_, trial_)) return result;
   if (has_max()) {
     // phi(x) is at least the value at any feasible y.
     if (inner_.feasible(trial_, mu) && merit(trial_, mu).phi > upper_bound) return result;
     // A trial point must keep a local maximum over y in sight.
-    if (!evaluate_derivatives(trial_)) return result;
+    if (!are_derivatives_defined(canonical_, trial_)) return result;
     if (!inner_.unshifted_direction(trial_, mu, trial_direction_)) return result;
     const double value = std::abs(merit(trial_, mu).phi);
     double allowed =
@@ -425,7 +441,9 @@ GlobalizedMethod::Trial GlobalizedMethod::evaluate_trial(double mu, double slope
   return result;
 }
 
-std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, IterationInfo& info) {
+std::optional<Status> GlobalizedMethod::outer_step(Run& run) {
+  const double mu = run.mu;
+  StepReport& report = run.report;
   bool inner_exact = !has_max();
   for (;;) {
     Regularization shift;
@@ -434,61 +452,66 @@ std::optional<Status> GlobalizedMethod::outer_step(Point& point, double mu, Iter
       shift.x = shift.lambda_x = 0.0;
     }
     const bool at_hand = unshifted_step_ == UnshiftedStep::Right && shift == Regularization{};
-    if (!at_hand && !newton_step(point, mu, shift)) {
-      if (can_restore(point) && !limit_.expired()) return restore(point, mu, info);
-      message_ = "no shift of the Hessian gives the KKT matrix the expected inertia";
+    if (!at_hand && !newton_step(*run.here, mu, shift)) {
+      if (can_restore(*run.here) && !limit_.expired()) return restore(run);
+      run.report.message = "no shift of the Hessian gives the KKT matrix the expected inertia";
       return Status::InertiaCorrectionFailed;
     }
-    info.delta_x = shift.x;
-    info.delta_y = shift.y;
-    info.step_norm = max_norm(step_.v);
-    info.step_kind = shift.x > 0.0 ? 's' : 'f';
+    report.delta_x = shift.x;
+    report.delta_y = shift.y;
+    report.step_norm = max_norm(step_.v);
+    report.kind = shift.x > 0.0 ? StepKind::Shifted : StepKind::Filter;
     bool skip_first = false;
-    if (!has_max() && watched_step(point, mu, info, skip_first)) return std::nullopt;
+    if (!has_max() && watched_step(run, skip_first)) return std::nullopt;
     const int trials = !has_max() ? kMaxTrials : inner_exact ? kExactTrials : kRoughTrials;
-    if (search(point, mu, trials, info, skip_first)) return std::nullopt;
+    if (search(run, trials, skip_first)) return std::nullopt;
     if (limit_.expired()) return limit_.exceeded();  // no other step in haste
     // Rejections may be the fault of phi's estimate: make it exact and search once more.
     if (inner_exact || std::abs(direction_.gain) <= kExactGain) break;
     inner_exact = true;
-    before_ = point;
-    if (inner_.maximize(point, mu, kExactGain, kInnerSteps, kInfinity, direction_, false) !=
+    before_ = *run.here;
+    run.to = before_;
+    run.here = &run.to;
+    if (inner_.maximize(run.to, mu, kExactGain, kInnerSteps, kInfinity, direction_, false) !=
         InnerMaximizer::Outcome::Maximum) {
-      std::swap(point, before_);
+      std::swap(run.to, before_);
       if (limit_.expired()) return limit_.exceeded();
-      return leap(point, mu, info);  // the branch ends before its maximum
+      return leap(run);  // the branch ends before its maximum
     }
     const double estimate = merit(before_, mu).phi;
     unshifted_step_ = UnshiftedStep::Unknown;
     filter_.reset();
-    if (auto status = check_branch(estimate, point, mu)) return status;
+    if (auto status = check_branch(estimate, run)) return status;
   }
-  if (soft_steps_ < kMaxSoftSteps && soft_step(point, mu, info)) {
+  const Point& point = *run.here;
+  if (soft_steps_ < kMaxSoftSteps && soft_step(run)) {
     ++soft_steps_;
     return std::nullopt;
   }
-  if (can_restore(point)) return restore(point, mu, info);
-  if (has_max()) return leap(point, mu, info);
+  if (can_restore(point)) return restore(run);
+  if (has_max()) return leap(run);
   // Points of long ago may be all that rejects.
   filter_.reset();
-  if (search(point, mu, kMaxTrials, info, false)) return std::nullopt;
+  if (search(run, kMaxTrials, false)) return std::nullopt;
   const bool exactly_feasible =
       point.evaluation.c.size() == 0 ||
       point.evaluation.c.lpNorm<Eigen::Infinity>() <= kFeasible * options_.tol;
-  if (allow_restoration_ && !exactly_feasible) return restore(point, mu, info);
-  message_ = "no acceptable step found";
+  if (restorer_.solve && !exactly_feasible) return restore(run);
+  run.report.message = "no acceptable step found";
   return Status::TinyStep;
 }
 
 bool GlobalizedMethod::can_restore(const Point& point) const {
-  return allow_restoration_ && point.evaluation.c.size() > 0 &&
+  return restorer_.solve && point.evaluation.c.size() > 0 &&
          point.evaluation.c.lpNorm<Eigen::Infinity>() > kAlmostFeasible * options_.tol;
 }
 
-std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, IterationInfo& info) {
+std::optional<Status> GlobalizedMethod::restore(Run& run) {
+  const Point& point = *run.here;
+  const double mu = run.mu;
   // Where a branch of inner maxima ends, restorations may go round in circles.
   if (has_max()) {
-    if (auto status = set_back()) return status;
+    if (auto status = set_back(Setback::Infeasible, run)) return status;
   }
   // The violation that counts is that of both players: Max constraints are restored with Min's.
   const auto total = [&](const Eigen::VectorXd& c) { return c.lpNorm<1>(); };
@@ -502,38 +525,34 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
     if (canonical_.objective(v, f) != EvaluationStatus::Ok) return false;
     return has_max() || filter_.acceptable({total(c), barrier_objective(canonical_, v, f, mu)});
   };
-  // The step back counts, too.
-  const Index granted =
-      std::max<Index>(0, options_.max_iter - info.iteration - 1 - counts_.restoration_iterations);
+  const Index granted = budget_.left_to_restore();
   Index allowed = granted;
   trial_.iterate = point.iterate;
   trial_.evaluation = point.evaluation;
   SolverOptions options = options_;
   limit_.pass_on(options);
-  const auto outcome = restore_feasibility(canonical_, options, mu, acceptable,
-                                           restoration_observer_, trial_, allowed);
-  counts_.restoration_iterations += granted - allowed;
+  const auto outcome =
+      restore_feasibility(canonical_, options, mu, acceptable, restorer_, trial_, allowed);
+  budget_.restoration += granted - allowed;
   switch (outcome) {
     case RestorationOutcome::Restored:
       break;
     case RestorationOutcome::LocallyInfeasible:
-      message_ = "the violation of the constraints is at a local minimum";
+      run.report.message = "the violation of the constraints is at a local minimum";
       if (!has_max()) {  // the point that shows it
-        std::swap(point, trial_);
-        if (evaluate_values(point)) {
-          static_cast<void>(canonical_.first_derivatives(point.iterate.v, point.evaluation));
-        }
+        evaluate_where_defined(canonical_, trial_);
+        move_to_trial(run);
       }
       return Status::LocallyInfeasible;
     case RestorationOutcome::Stopped:
       return limit_.expired() ? limit_.exceeded() : Status::MaxIterations;
     case RestorationOutcome::UserStop:
-      std::swap(point, trial_);
-      evaluate_where_defined(canonical_, point);
+      evaluate_where_defined(canonical_, trial_);
+      move_to_trial(run);
       return Status::UserStop;
     case RestorationOutcome::Failed:
-      if (has_max()) return leap(point, mu, info);
-      message_ = "the feasibility restoration failed";
+      if (has_max()) return leap(run);
+      run.report.message = "the feasibility restoration failed";
       return Status::RestorationFailed;
   }
   // Multipliers start anew: bounds at mu / s, constraints by least squares.
@@ -546,24 +565,21 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
         std::min(kLargestRestoredMultiplier, mu / canonical_.below_upper(i, trial_.iterate.v[i]));
   }
   const auto undefined = [&] {
-    message_ = canonical_.evaluation_error() + " where the feasibility restoration ended";
+    run.report.message = canonical_.evaluation_error() + " where the feasibility restoration ended";
     return Status::EvaluationFailed;
   };
-  if (!evaluate_values(trial_) ||
-      canonical_.first_derivatives(trial_.iterate.v, trial_.evaluation) != EvaluationStatus::Ok) {
-    return undefined();
-  }
+  if (!residual_is_defined(canonical_, trial_)) return undefined();
   if (!kkt_.least_squares_multipliers(trial_.iterate, trial_.evaluation, trial_.iterate.lambda) ||
       trial_.iterate.lambda.lpNorm<Eigen::Infinity>() > options_.constr_mult_init_max) {
     trial_.iterate.lambda.setZero();
   }
   start_robust_multipliers(canonical_, trial_.iterate);
-  if (!evaluate_derivatives(trial_)) return undefined();
-  std::swap(point, trial_);
+  if (!are_derivatives_defined(canonical_, trial_)) return undefined();
+  move_to_trial(run);
   forget_direction();
   soft_steps_ = 0;
-  info.step_kind = 'R';
-  info.alpha_primal = info.alpha_dual = 1.0;
+  run.report.kind = StepKind::Restoration;
+  run.report.alpha_primal = run.report.alpha_dual = 1.0;
   return std::nullopt;
 }
 
@@ -576,8 +592,10 @@ void GlobalizedMethod::count_dominated(bool dominated) {
   dominated_steps_ = 0;
 }
 
-bool GlobalizedMethod::watched_step(Point& point, double mu, IterationInfo& info,
-                                    bool& skip_first) {
+bool GlobalizedMethod::watched_step(Run& run, bool& skip_first) {
+  const Point& point = *run.here;
+  const double mu = run.mu;
+  StepReport& report = run.report;
   // Ipopt's watchdog: full steps that need not improve on the point they leave, as long as one of
   // the first few improves on the point where it began.
   skip_first = false;
@@ -587,7 +605,7 @@ bool GlobalizedMethod::watched_step(Point& point, double mu, IterationInfo& info
     watchdog_.step = step_;
     watchdog_.from = merit(point, mu);
     watchdog_.slope = outer_slope(point, mu);
-    watchdog_.info = info;
+    watchdog_.report = report;
     watchdog_.trials = 0;
     watchdog_.active = true;
   }
@@ -595,9 +613,9 @@ bool GlobalizedMethod::watched_step(Point& point, double mu, IterationInfo& info
       largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
   if (watchdog_.trials == 0) watchdog_.alpha = alpha.primal;
   set_trial(point, step_, alpha.primal, alpha.dual, mu);
-  ++info.trials;
+  ++report.trials;
   const Trial trial = evaluate_trial(mu, watchdog_.slope, alpha.primal, kInfinity);
-  const bool defined = trial.usable && evaluate_derivatives(trial_);
+  const bool defined = trial.usable && are_derivatives_defined(canonical_, trial_);
   const auto verdict = filter_.test(watchdog_.from, watchdog_.slope, watchdog_.alpha, trial.merit);
   const bool improves = defined && Filter::accepted(verdict);
   if (improves || (defined && ++watchdog_.trials <= kWatchdogTrials)) {
@@ -606,27 +624,28 @@ bool GlobalizedMethod::watched_step(Point& point, double mu, IterationInfo& info
       watchdog_.active = false;
       shortened_steps_ = 0;
     }
-    accept(point);
-    info.alpha_primal = alpha.primal;
-    info.alpha_dual = alpha.dual;
-    info.step_kind = 'W';
+    accept(run);
+    report.alpha_primal = alpha.primal;
+    report.alpha_dual = alpha.dual;
+    report.kind = StepKind::Watchdog;
     return true;
   }
   watchdog_.active = false;
   shortened_steps_ = 0;
   skip_first = true;
-  std::swap(point, watchdog_.point);
+  std::swap(run.to, watchdog_.point);
+  run.here = &run.to;
   std::swap(step_, watchdog_.step);
-  const Index trials = info.trials;
-  const Index iteration = info.iteration;
-  info = watchdog_.info;
-  info.iteration = iteration;
-  info.trials = trials;
+  const Index trials = report.trials;
+  report = watchdog_.report;
+  report.trials = trials;
   return false;
 }
 
-bool GlobalizedMethod::search(Point& point, double mu, int max_trials, IterationInfo& info,
-                              bool skip_first) {
+bool GlobalizedMethod::search(Run& run, int max_trials, bool skip_first) {
+  const Point& point = *run.here;
+  const double mu = run.mu;
+  StepReport& report = run.report;
   const StepLength alpha =
       largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
   const double slope = outer_slope(point, mu);
@@ -636,7 +655,7 @@ bool GlobalizedMethod::search(Point& point, double mu, int max_trials, Iteration
   // phi above this cannot be accepted when there is no violation to reduce.
   const double upper_bound = from.theta == 0.0 ? from.phi : kInfinity;
   const double smallest = filter_.smallest_step(from, slope);
-  info.alpha_dual = alpha.dual;
+  report.alpha_dual = alpha.dual;
 
   double t = alpha.primal;
   if (has_max()) {
@@ -648,8 +667,8 @@ bool GlobalizedMethod::search(Point& point, double mu, int max_trials, Iteration
   for (int k = 0; k < max_trials && t >= smallest && !limit_.expired(); ++k, t *= 0.5) {
     if (k == 0 && skip_first) continue;
     set_trial(point, step_, t, alpha.dual, mu);
-    ++info.trials;
-    info.alpha_primal = t;
+    ++report.trials;
+    report.alpha_primal = t;
     const Trial trial = evaluate_trial(mu, slope, t, upper_bound);
     auto verdict = Filter::Verdict::Reject;
     if (trial.usable) {
@@ -658,14 +677,14 @@ bool GlobalizedMethod::search(Point& point, double mu, int max_trials, Iteration
       dominated = verdict == Filter::Verdict::Dominated;
       if (!Filter::accepted(verdict) && k == 0 && trial.merit.theta >= from.theta &&
           from.theta + trial.merit.theta > 0.0) {
-        verdict = second_order_correction(point, mu, from, slope, t, trial.merit.theta, info);
+        verdict = second_order_correction(run, from, slope, t, trial.merit.theta);
       }
     }
     if (!Filter::accepted(verdict)) continue;
-    if (!has_max() && !evaluate_derivatives(trial_)) continue;
+    if (!has_max() && !are_derivatives_defined(canonical_, trial_)) continue;
     if (verdict == Filter::Verdict::Sufficient) filter_.add(from);
-    accept(point);
-    slow_steps_ = info.alpha_primal <= kSlowLength ? slow_steps_ + 1 : 0;
+    accept(run);
+    slow_steps_ = report.alpha_primal <= kSlowLength ? slow_steps_ + 1 : 0;
     shortened_steps_ = k > 0 ? shortened_steps_ + 1 : 0;
     soft_steps_ = 0;
     if (has_max() && slow_steps_ >= kSlowSteps) fast_pause_ = 0;
@@ -674,10 +693,11 @@ bool GlobalizedMethod::search(Point& point, double mu, int max_trials, Iteration
   return false;
 }
 
-Filter::Verdict GlobalizedMethod::second_order_correction(const Point& point, double mu,
-                                                          const Merit& from, double slope,
-                                                          double alpha, double first_theta,
-                                                          IterationInfo& info) {
+Filter::Verdict GlobalizedMethod::second_order_correction(Run& run, const Merit& from, double slope,
+                                                          double alpha, double first_theta) {
+  const Point& point = *run.here;
+  const double mu = run.mu;
+  StepReport& report = run.report;
   constexpr auto kReject = Filter::Verdict::Reject;
   // Waechter and Biegler 2006, section 2.4: same matrix, c_soc = alpha c + c(trial).
   Eigen::VectorXd& c = corrected_c_;
@@ -686,19 +706,19 @@ Filter::Verdict GlobalizedMethod::second_order_correction(const Point& point, do
   const double tau = boundary_fraction(mu, options_);
   if (has_max()) kkt_.take_barrier_terms(point.iterate);
   for (int k = 0; k < kSecondOrderSteps; ++k) {
-    newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
+    newton_residual(canonical_, point, mu, rhs_);
     rhs_.lambda = -c;
     if (!kkt_.solve(point.evaluation, rhs_, correction_step_)) return kReject;
     const StepLength a = largest_step(canonical_, point.iterate, correction_step_, tau);
     set_trial(point, correction_step_, a.primal, a.dual, mu);
-    ++info.trials;
+    ++report.trials;
     const Trial trial = evaluate_trial(mu, slope, alpha, kInfinity);
     if (!trial.usable) return kReject;
     const auto verdict = filter_.test(from, slope, alpha, trial.merit);
     if (Filter::accepted(verdict)) {
-      info.alpha_primal = a.primal;
-      info.alpha_dual = a.dual;
-      info.step_kind = 'c';
+      report.alpha_primal = a.primal;
+      report.alpha_dual = a.dual;
+      report.kind = StepKind::Corrected;
       return verdict;
     }
     if (trial.merit.theta > kSecondOrderDecrease * last_theta) return kReject;
@@ -709,31 +729,34 @@ Filter::Verdict GlobalizedMethod::second_order_correction(const Point& point, do
   return kReject;
 }
 
-bool GlobalizedMethod::soft_step(Point& point, double mu, IterationInfo& info) {
+bool GlobalizedMethod::soft_step(Run& run) {
+  const Point& point = *run.here;
+  const double mu = run.mu;
+  StepReport& report = run.report;
   // Near rounding no merit function sees the progress that the residual still makes.
   const StepLength alpha =
       largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
   const double both = std::min(alpha.primal, alpha.dual);
   set_trial(point, step_, both, both, mu);
-  ++info.trials;
-  if (!evaluate_residual(trial_)) return false;
+  ++report.trials;
+  if (!residual_is_defined(canonical_, trial_)) return false;
   if (!(norm_error(trial_, mu) <= kSoftContraction * norm_error(point, mu))) return false;
-  if (!evaluate_hessian(trial_)) return false;
+  if (!is_hessian_defined(canonical_, trial_)) return false;
   if (has_max() && !inner_.unshifted_direction(trial_, mu, trial_direction_)) return false;
-  info.alpha_primal = info.alpha_dual = both;
-  info.step_kind = 'r';
-  accept(point);
+  report.alpha_primal = report.alpha_dual = both;
+  report.kind = StepKind::Soft;
+  accept(run);
   return true;
 }
 
-std::optional<Status> GlobalizedMethod::leap(Point& point, double mu, IterationInfo& info) {
+std::optional<Status> GlobalizedMethod::leap(Run& run) {
   // No step is acceptable: take a long one all the same, finitely often.
-  if (auto status = set_back()) return status;
+  if (auto status = set_back(Setback::NoStep, run)) return status;
   const StepLength alpha =
-      largest_step(canonical_, point.iterate, step_, boundary_fraction(mu, options_));
-  if (auto status = step_untested(point, alpha, mu, info)) return status;
+      largest_step(canonical_, run.here->iterate, step_, boundary_fraction(run.mu, options_));
+  if (auto status = step_untested(run, alpha)) return status;
   slow_steps_ = 0;
-  info.step_kind = 'l';
+  run.report.kind = StepKind::Leap;
   return std::nullopt;
 }
 
@@ -784,27 +807,41 @@ bool GlobalizedMethod::turn_to_least_curvature(const Point& point, bool clear) {
   return true;
 }
 
-bool GlobalizedMethod::escape(Point& point, double mu, bool clear, IterationInfo& info,
-                              const std::optional<WrongCurvature>& wrong) {
-  if (++escapes_ > kMaxEscapes) return false;
+StepReport GlobalizedMethod::escape(const Point& from, double mu, const EscapeRequest& request,
+                                    Point& to) {
+  Run run{.here = &from, .to = to, .mu = mu};
+  if (++escapes_ > kMaxEscapes) return {};
   forget_direction();
   filter_.reset();
-  info.trials = 0;
-  if (has_max()) {
-    if (!inner_.direction(point, mu, direction_)) return false;
-    const bool inner_wrong = wrong && wrong->owner == Player::Max;
-    if (inner_wrong &&
-        (!inner_.leave(point, mu, wrong->direction) || !inner_.direction(point, mu, direction_))) {
-      return false;
-    }
-    if (inner_wrong || direction_.shift.y > 0.0) {
-      const auto outcome = inner_.maximize(point, mu, inner_target(point, mu), kInnerSteps,
-                                           kInfinity, direction_, true);
-      info.step_kind = 'e';
-      return outcome == InnerMaximizer::Outcome::Maximum ||
-             outcome == InnerMaximizer::Outcome::NotFound;
-    }
+  run.report.kind = StepKind::Escape;
+  const bool inner_wrong = has_max() && request.wrong && request.wrong->owner == Player::Max;
+  if (has_max() && !inner_.direction(from, mu, direction_)) return {};
+  if (inner_wrong || (has_max() && direction_.shift.y > 0.0)) {
+    run.report.moved = escape_inner(run, request, inner_wrong);
+  } else {
+    run.report.moved = escape_outer(run, request);
   }
+  return std::move(run.report);
+}
+
+bool GlobalizedMethod::escape_inner(Run& run, const EscapeRequest& request, bool along_given) {
+  run.to = *run.here;
+  if (along_given && (!inner_.leave(run.to, run.mu, request.wrong->direction) ||
+                      !inner_.direction(run.to, run.mu, direction_))) {
+    return false;
+  }
+  const auto outcome = inner_.maximize(run.to, run.mu, inner_target(run.to, run.mu), kInnerSteps,
+                                       kInfinity, direction_, true);
+  return outcome == InnerMaximizer::Outcome::Maximum ||
+         outcome == InnerMaximizer::Outcome::NotFound;
+}
+
+bool GlobalizedMethod::escape_outer(Run& run, const EscapeRequest& request) {
+  const Point& point = *run.here;
+  const double mu = run.mu;
+  StepReport& report = run.report;
+  const bool clear = request.clear_gain;
+  const auto& wrong = request.wrong;
   Regularization shift = has_max() ? direction_.shift : Regularization{};
   if (!newton_step(point, mu, shift)) return false;
   if (wrong && wrong->owner == Player::Min) {
@@ -829,7 +866,7 @@ bool GlobalizedMethod::escape(Point& point, double mu, bool clear, IterationInfo
       correction_step_.v *= sign * t;
       const StepLength a = largest_step(canonical_, point.iterate, correction_step_, 0.9);
       set_trial(point, correction_step_, a.primal, a.dual, mu);
-      ++info.trials;
+      ++report.trials;
       Trial trial = evaluate_trial(mu, 1.0, t, kInfinity);
       const double least_gain = (clear ? kClearGain : kLeastGain) * (1.0 + std::abs(from.phi));
       if (clear && trial.merit.phi > from.phi - least_gain) continue;
@@ -837,10 +874,9 @@ bool GlobalizedMethod::escape(Point& point, double mu, bool clear, IterationInfo
       // A violation left over may not pay for the decrease.
       const double change = trial.merit.phi - from.phi + penalty * (trial.merit.theta - from.theta);
       if (!trial.usable || !(change < -least_gain)) continue;
-      if (!has_max() && !evaluate_derivatives(trial_)) continue;
-      accept(point);
-      info.alpha_primal = a.primal;
-      info.step_kind = 'e';
+      if (!has_max() && !are_derivatives_defined(canonical_, trial_)) continue;
+      accept(run);
+      report.alpha_primal = a.primal;
       return true;
     }
   }

@@ -1,99 +1,90 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
-#include <string>
 
-#include "core/kkt/inertia_correction.hpp"
-#include "core/kkt/system.hpp"
 #include "core/method/filter.hpp"
 #include "core/method/inner_maximizer.hpp"
 #include "core/method/restoration.hpp"
-#include "core/method/wrong_curvature.hpp"
-#include "core/model/canonical_problem.hpp"
+#include "core/method/setbacks.hpp"
+#include "core/method/step_method.hpp"
 #include "core/point/merit.hpp"
 #include "core/point/step_length.hpp"
-#include "core/solver.hpp"
 
 namespace ipminmax {
+
+/// Setbacks before a search is given up, to begin anew elsewhere.
+struct Patience {
+  Index setbacks = 0;
+  Index setbacks_when_long = 0;  ///< and in a long search
+  Index long_search = 0;         ///< iterations of one
+
+  /// Of the search from the model's start, and of those after it.
+  [[nodiscard]] static Patience first(const CanonicalProblem& canonical);
+  [[nodiscard]] static Patience begun_anew(const CanonicalProblem& canonical);
+};
 
 /// The globalized method, core/algorithm.md: the minimizer descends on phi(x), the local maximum
 /// over y, estimated by the barrier value plus the predicted gain of the inner Newton step.
 /// Without Max variables this is Ipopt's filter line search.
-class GlobalizedMethod {
+class GlobalizedMethod final : public StepMethod {
  public:
-  GlobalizedMethod(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
-                   const SolverOptions& options, TimeLimit& limit, Counts& counts,
-                   bool allow_restoration, bool repeated = false);
+  /// first: where the search begins.
+  GlobalizedMethod(const MethodContext& context, const Patience& patience, Restorer restorer,
+                   const Point& first);
 
-  /// Once, at the first point.
-  void start(const Point& point);
-  /// The barrier parameter changed: earlier merits no longer compare.
-  void barrier_changed();
-  /// The KKT systems were factorized for something else since the last step.
-  void factors_lost() { forget_direction(); }
-
-  /// One iteration: moves the point, fully evaluated at its end, and describes the step in info.
-  /// A status ends the solve; message() says more. Past the time limit any status may come.
-  [[nodiscard]] std::optional<Status> step(Point& point, double mu, IterationInfo& info);
-
-  /// Leaves a first-order point with a wrong inertia along a direction of the offending curvature: the
-  /// given one, or one that inverse iteration finds; clear: only for a clear gain, looked for at few
-  /// points. False: none of the allowed attempts is left, or none helps.
-  [[nodiscard]] bool escape(Point& point, double mu, bool clear, IterationInfo& info,
-                            const std::optional<WrongCurvature>& wrong);
-
-  /// To be told of restorations' iterations. A stop ends the step with Status::UserStop, the point
-  /// moved to where it happened, its values and first derivatives renewed where they exist.
-  void observe_restorations(RestorationObserver observer) {
-    restoration_observer_ = std::move(observer);
-  }
-
-  [[nodiscard]] const std::string& message() const { return message_; }
+  [[nodiscard]] StepReport step(const Point& from, double mu, Point& to) override;
+  [[nodiscard]] StepReport escape(const Point& from, double mu, const EscapeRequest& request,
+                                  Point& to) override;
+  void barrier_changed() override;
+  void factors_lost() override { forget_direction(); }
 
  private:
   struct Trial {
     bool usable = false;
     Merit merit;
   };
+  /// A step under way.
+  struct Run {
+    const Point* here;  ///< the point left, or what was reached on the way: then &to
+    Point& to;
+    double mu;
+    StepReport report{};
+  };
   [[nodiscard]] bool has_max() const { return canonical_.max_size() > 0; }
-  [[nodiscard]] bool fast_step(Point& point, double mu, IterationInfo& info);
-  [[nodiscard]] std::optional<Status> shifted_joint_step(Point& point, double mu,
-                                                         IterationInfo& info);
-  [[nodiscard]] std::optional<Status> outer_step(Point& point, double mu, IterationInfo& info);
+  [[nodiscard]] std::optional<Status> minmax_step(Run& run);
+  [[nodiscard]] bool fast_step(Run& run);
+  [[nodiscard]] std::optional<Status> shifted_joint_step(Run& run);
+  [[nodiscard]] std::optional<Status> outer_step(Run& run);
   [[nodiscard]] bool newton_step(const Point& point, double mu, Regularization& shift);
   /// The step of a minimization while the watchdog watches. False: an ordinary search is due, from
   /// the point and with the step that it went back to when skip_first.
-  [[nodiscard]] bool watched_step(Point& point, double mu, IterationInfo& info, bool& skip_first);
+  [[nodiscard]] bool watched_step(Run& run, bool& skip_first);
   /// skip_first: the full step was rejected before.
-  [[nodiscard]] bool search(Point& point, double mu, int max_trials, IterationInfo& info,
-                            bool skip_first);
+  [[nodiscard]] bool search(Run& run, int max_trials, bool skip_first);
   /// An accepted step, the last trial before which the filter alone rejected or not.
   void count_dominated(bool dominated);
   [[nodiscard]] bool turn_to_least_curvature(const Point& point, bool clear);
-  [[nodiscard]] Filter::Verdict second_order_correction(const Point& point, double mu,
-                                                        const Merit& from, double slope,
-                                                        double alpha, double first_theta,
-                                                        IterationInfo& info);
-  [[nodiscard]] bool soft_step(Point& point, double mu, IterationInfo& info);
+  [[nodiscard]] Filter::Verdict second_order_correction(Run& run, const Merit& from, double slope,
+                                                        double alpha, double first_theta);
+  [[nodiscard]] bool soft_step(Run& run);
   [[nodiscard]] bool can_restore(const Point& point) const;
-  [[nodiscard]] std::optional<Status> restore(Point& point, double mu, IterationInfo& info);
-  [[nodiscard]] std::optional<Status> check_branch(double estimate, const Point& point, double mu);
-  [[nodiscard]] std::optional<Status> check_progress(const Point& point, double mu);
-  [[nodiscard]] std::optional<Status> set_back();
+  [[nodiscard]] std::optional<Status> restore(Run& run);
+  [[nodiscard]] std::optional<Status> check_branch(double estimate, Run& run);
+  [[nodiscard]] std::optional<Status> check_progress(Run& run);
+  [[nodiscard]] std::optional<Status> set_back(Setback kind, Run& run);
   /// As far along step_ as all functions are defined.
-  std::optional<Status> step_untested(Point& point, StepLength alpha, double mu,
-                                      IterationInfo& info);
-  [[nodiscard]] std::optional<Status> leap(Point& point, double mu, IterationInfo& info);
+  [[nodiscard]] std::optional<Status> step_untested(Run& run, StepLength alpha);
+  [[nodiscard]] std::optional<Status> leap(Run& run);
+  [[nodiscard]] bool escape_inner(Run& run, const EscapeRequest& request, bool along_given);
+  [[nodiscard]] bool escape_outer(Run& run, const EscapeRequest& request);
   [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha, double upper_bound);
   /// The trial point moved towards the constraints of the minimizer; no Max variables.
   [[nodiscard]] Trial back_to_constraints(const Point& point, double mu, Trial trial);
   void set_trial(const Point& from, const Step& step, double alpha_primal, double alpha_dual,
                  double mu);
-  [[nodiscard]] bool evaluate_values(Point& point);
-  [[nodiscard]] bool evaluate_derivatives(Point& point);
-  [[nodiscard]] bool evaluate_residual(Point& point);  ///< all but the Hessian
-  [[nodiscard]] bool evaluate_hessian(Point& point);
-  void accept(Point& point);
+  void move_to_trial(Run& run);
+  void accept(Run& run);
   /// The point moved without its K_yy.
   void forget_direction() { direction_known_ = inner_right_ = false; }
   [[nodiscard]] double inner_target(const Point& point, double mu) const;
@@ -106,12 +97,10 @@ class GlobalizedMethod {
   InertiaCorrection& correction_;
   const SolverOptions& options_;
   TimeLimit& limit_;
-  Counts& counts_;
-  bool allow_restoration_;
-  RestorationObserver restoration_observer_;
-  bool repeated_;  ///< the search from another starting point failed before
+  IterationBudget& budget_;
+  Patience patience_;
+  Restorer restorer_;
   InnerMaximizer inner_;
-  Index max_setbacks_;
   Merit best_{1e300, 1e300};  ///< least violation and value at this mu
   Index stale_steps_ = 0;     ///< in a row that improved neither
   Index steps_ = 0;
@@ -148,7 +137,7 @@ class GlobalizedMethod {
     Merit from;
     double slope = 0.0;
     double alpha = 1.0;
-    IterationInfo info;
+    StepReport report;
   } watchdog_;
   Index escapes_ = 0;
   Index soft_steps_ = 0;
@@ -156,8 +145,7 @@ class GlobalizedMethod {
   Index inner_failures_ = 0;   ///< in a row
   Index inner_unbounded_ = 0;  ///< inner phases in which y ran away
   Index joint_steps_ = 0;      ///< shifted joint steps of the whole solve
-  Index setbacks_ = 0;         ///< leaps, failed inner phases and jumps to another branch
-  std::string message_;
+  Setbacks setbacks_;
 };
 
 }  // namespace ipminmax

@@ -29,10 +29,14 @@ double tail_norm(const Eigen::VectorXd& v, Index begin) {
 
 }  // namespace
 
-InnerMaximizer::InnerMaximizer(CanonicalProblem& canonical, KktSystem& kkt,
-                               InertiaCorrection& correction, const SolverOptions& options,
-                               TimeLimit& limit)
-    : canonical_(canonical), kkt_(kkt), correction_(correction), options_(options), limit_(limit) {
+InnerMaximizer::InnerMaximizer(const MethodContext& context, const Point& first)
+    : canonical_(context.canonical),
+      kkt_(context.kkt),
+      correction_(context.correction),
+      options_(context.options),
+      limit_(context.limit),
+      trial_(first) {
+  const CanonicalProblem& canonical = canonical_;
   for (Step* step : {&rhs_, &correction_step_}) *step = zero_step(canonical);
   gradient_ = start_v_ = rhs_.v;
   corrected_c_ = rhs_.lambda;
@@ -84,7 +88,7 @@ bool InnerMaximizer::unshifted_direction(const Point& point, double mu, InnerDir
 }
 
 bool InnerMaximizer::solve(const Point& point, double mu, InnerDirection& out) {
-  newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
+  newton_residual(canonical_, point, mu, rhs_);
   out.mu = mu;
   if (!kkt_.solve_inner(point.evaluation, rhs_, out.step)) return false;
   // q = grad f_b' p + p'Hp/2 with H p = -grad f_b - J'(lambda + dlambda) and J p = -c.
@@ -114,21 +118,9 @@ double InnerMaximizer::error(const Point& point, double mu) const {
 }
 
 bool InnerMaximizer::evaluate_merit(Point& trial, double mu, Merit& merit) {
-  if (canonical_.values(trial.iterate.v, trial.evaluation.f, trial.evaluation.c) !=
-      EvaluationStatus::Ok) {
-    return false;
-  }
+  if (evaluate_values(canonical_, trial) != EvaluationStatus::Ok) return false;
   merit.theta = violation(trial.evaluation.c, canonical_.max_constraints());
   merit.phi = -value(trial, mu);
-  return true;
-}
-
-bool InnerMaximizer::evaluate_derivatives(Point& point) {
-  if (canonical_.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
-      EvaluationStatus::Ok) {
-    return false;
-  }
-  dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
   return true;
 }
 
@@ -154,7 +146,7 @@ bool InnerMaximizer::search(Point& point, double mu, InnerDirection& direction) 
   trial_.evaluation = point.evaluation;
   Merit to;
   const auto accept = [&](Filter::Verdict verdict) {
-    if (!evaluate_derivatives(trial_)) return false;
+    if (evaluate_derivatives(canonical_, trial_) != EvaluationStatus::Ok) return false;
     if (verdict == Filter::Verdict::Sufficient) filter_.add(from);
     std::swap(point, trial_);
     canonical_.keep_distances(point.iterate, mu);
@@ -174,7 +166,7 @@ bool InnerMaximizer::search(Point& point, double mu, InnerDirection& direction) 
     Eigen::VectorXd& c = corrected_c_;
     c = t * point.evaluation.c + trial_.evaluation.c;
     for (int k = 0; k < kSecondOrderSteps; ++k) {
-      newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
+      newton_residual(canonical_, point, mu, rhs_);
       rhs_.lambda = -c;
       if (!kkt_.solve_inner(point.evaluation, rhs_, correction_step_)) break;
       const StepLength a = largest_step(canonical_, point.iterate, correction_step_, tau);
@@ -222,7 +214,8 @@ bool InnerMaximizer::leave(Point& point, double mu, const Eigen::VectorXd& direc
       move(point, d, a.primal, a.dual, mu, trial_);
       Merit to;
       if (!evaluate_merit(trial_, mu, to)) continue;
-      if (to.phi < from.phi - 1e-10 * (1.0 + std::abs(from.phi)) && evaluate_derivatives(trial_)) {
+      if (to.phi < from.phi - 1e-10 * (1.0 + std::abs(from.phi)) &&
+          evaluate_derivatives(canonical_, trial_) == EvaluationStatus::Ok) {
         std::swap(point, trial_);
         filter_.reset();
         return true;

@@ -1,9 +1,7 @@
 #pragma once
 
-#include "core/kkt/inertia_correction.hpp"
-#include "core/kkt/system.hpp"
 #include "core/method/filter.hpp"
-#include "core/model/canonical_problem.hpp"
+#include "core/method/step_method.hpp"
 #include "core/point/merit.hpp"
 
 namespace ipminmax {
@@ -22,11 +20,8 @@ struct InnerDirection {
 /// y that belongs to one of them maximizes it whether Min satisfies it or not.
 class InnerMaximizer {
  public:
-  InnerMaximizer(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
-                 const SolverOptions& options, TimeLimit& limit);
-
-  /// Makes room for trial points of the shape of the point.
-  void start(const Point& point) { trial_ = point; }
+  /// first: where the search begins.
+  InnerMaximizer(const MethodContext& context, const Point& first);
 
   enum class Outcome : std::uint8_t {
     Maximum,     ///< K_yy right at zero shift and the gain at most the target
@@ -65,7 +60,6 @@ class InnerMaximizer {
   [[nodiscard]] bool evaluate_merit(Point& trial, double mu, Merit& merit);
   [[nodiscard]] double value(const Point& point, double mu) const;
   void value_gradient(const Point& point, double mu);
-  [[nodiscard]] bool evaluate_derivatives(Point& point);
   void move(const Point& from, const Step& step, double alpha_primal, double alpha_dual, double mu,
             Point& to) const;
 

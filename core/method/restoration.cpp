@@ -160,7 +160,7 @@ SolverOptions restoration_options(const SolverOptions& options, double mu, Index
 RestorationOutcome restore_feasibility(
     CanonicalProblem& canonical, const SolverOptions& options, double mu,
     const std::function<bool(const Eigen::VectorXd&, const Eigen::VectorXd&)>& acceptable,
-    const RestorationObserver& on_iteration, Point& point, Index& iterations) {
+    const Restorer& restorer, Point& point, Index& iterations) {
   const double start_mu = std::max(mu, point.evaluation.c.lpNorm<Eigen::Infinity>());
   RestorationProblem problem(canonical, start_mu, point);
   Eigen::VectorXd v, c;
@@ -170,11 +170,11 @@ RestorationOutcome restore_feasibility(
   observer.on_iteration = [&](const IterationInfo& info) {
     if (info.iteration == 0 || !problem.read(info.v, v, c)) return true;
     restored = acceptable(v, c);
-    stopped = !restored && on_iteration && !on_iteration(info, v, c);
+    stopped = !restored && restorer.observe && !restorer.observe(info, point, v, c);
     return !restored && !stopped;
   };
   const Result result =
-      solve_nested(problem, restoration_options(options, start_mu, iterations), observer);
+      restorer.solve(problem, restoration_options(options, start_mu, iterations), observer);
   iterations = std::max<Index>(0, iterations - result.iterations);
   if (restored || stopped) {
     point.iterate.v = v;

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "core/model/canonical_problem.hpp"
+#include "core/model/norms.hpp"
 #include "core/model/timer.hpp"
-#include "core/point/norms.hpp"
 
 namespace ipminmax {
 namespace {

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/model/iterate.hpp"
 #include "core/options.hpp"
-#include "core/point/iterate.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
 
@@ -26,6 +26,11 @@ struct IndexRange {
 
 /// What an evaluation of the model gave.
 enum class EvaluationStatus : std::uint8_t { Ok, Undefined, NotFinite };
+
+/// How a solve ends that cannot go on without an evaluation that gave this, not Ok.
+[[nodiscard]] inline Status status_of(EvaluationStatus failed) {
+  return failed == EvaluationStatus::NotFinite ? Status::InvalidNumber : Status::EvaluationFailed;
+}
 
 /// Factors of a gradient-based scaling with the options that they were made with.
 struct GradientScaling {
@@ -160,13 +165,17 @@ class CanonicalProblem {
     return col_scale_[static_cast<std::size_t>(variable)];
   }
 
-  /// Name of a model variable or constraint for messages.
-  [[nodiscard]] std::string variable_name(Index model_variable) const;
-  [[nodiscard]] std::string constraint_name(Index model_constraint) const;
-  /// Model variable of a canonical one, -1 for a slack.
+  /// Of the model, for a canonical variable or constraint; -1: a slack, or a constraint that fixes a
+  /// variable.
   [[nodiscard]] Index model_variable(Index variable) const {
     return model_variable_[static_cast<std::size_t>(variable)];
   }
+  [[nodiscard]] Index model_constraint(Index constraint) const {
+    return model_constraint_[static_cast<std::size_t>(constraint)];
+  }
+  /// Name of a model variable or constraint for messages.
+  [[nodiscard]] std::string variable_name(Index model_variable) const;
+  [[nodiscard]] std::string constraint_name(Index model_constraint) const;
   /// Of a canonical variable that is no slack, and of a canonical constraint.
   [[nodiscard]] std::string column_name(Index variable) const {
     return variable_name(model_variable(variable));

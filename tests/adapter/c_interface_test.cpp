@@ -191,6 +191,8 @@ TEST(CInterface, IteratesAndAnswerAreThoseOfTheTnlp) {
     EXPECT_EQ(c.weakly_active_max, 0);
     EXPECT_EQ(c.finite_differences, 0);
     EXPECT_EQ(c.hessian_error, 0.0);
+    EXPECT_EQ(c.answer, IPMINMAX_ANSWER_SMOOTH);
+    EXPECT_STREQ(c.reasons, "");
 
     IpminmaxStatistics s;
     ASSERT_EQ(IpminmaxGetStatistics(problem.get(), &s), 1);
@@ -575,7 +577,6 @@ TEST(CInterface, CreateNamesWhatIsWrong) {
     EXPECT_TRUE(contains(IpminmaxMessage(nullptr), part)) << IpminmaxMessage(nullptr);
   };
   expect_refusal("n = -1", [](Arguments& a) { a.n = -1; });
-  expect_refusal("n = 0", [](Arguments& a) { a.n = 0; });
   expect_refusal("m = -2", [](Arguments& a) { a.m = -2; });
   expect_refusal("nele_jac = -1", [](Arguments& a) { a.nele_jac = -1; });
   expect_refusal("nele_jac = 4 without", [](Arguments& a) { a.m = 0; });
@@ -594,6 +595,38 @@ TEST(CInterface, CreateNamesWhatIsWrong) {
   expect_refusal("constraint_players[1] = -1", [](Arguments& a) {
     a.constraint_players = {0, -1};
   });
+}
+
+// f = 7, and m constraints with value 2.
+int constant_f(int, double*, int, double* f, void*) {
+  *f = 7.0;
+  return 1;
+}
+int no_grad_f(int, double*, int, double*, void*) { return 1; }
+int constant_g(int, double*, int, int m, double* g, void*) {
+  std::fill_n(g, m, 2.0);
+  return 1;
+}
+int no_jac_g(int, double*, int, int, int, int*, int*, double*, void*) { return 1; }
+int no_h(int, double*, int, double, int, double*, int, int, int*, int*, double*, void*) {
+  return 1;
+}
+
+TEST(CInterface, AModelWithoutVariablesIsSolvedOrInfeasibleAsItsValuesSay) {
+  for (const double upper : {3.0, 2.0, 1.0}) {
+    const double lower = -1e20;
+    const ProblemPtr problem(IpminmaxCreate(0, nullptr, nullptr, 1, &lower, &upper, 0, 0,
+                                            IPMINMAX_C_STYLE, constant_f, constant_g, no_grad_f,
+                                            no_jac_g, no_h, nullptr, nullptr));
+    ASSERT_TRUE(problem) << IpminmaxMessage(nullptr);
+    IpminmaxAddIntOption(problem.get(), "print_level", 0);
+    double f = 0.0, g = 0.0;
+    EXPECT_EQ(IpminmaxSolve(problem.get(), nullptr, &g, &f, nullptr, nullptr, nullptr, nullptr),
+              upper >= 2.0 ? IPMINMAX_SOLVE_SUCCEEDED : IPMINMAX_INFEASIBLE_PROBLEM_DETECTED)
+        << message(problem);
+    EXPECT_EQ(f, 7.0);
+    EXPECT_EQ(g, 2.0);
+  }
 }
 
 TEST(CInterface, OptionsNameWhatIsWrong) {
