@@ -336,8 +336,8 @@ struct IpminmaxProblemInfo {
   ipminmax::Sensitivity sensitivity;
   bool sensitivity_fits = false;                   ///< whether it is that of the last solve
   std::vector<ipminmax::ActiveSetChange> changes;  ///< of the last prediction
-  std::vector<double> branches;                    ///< of the last worst case given out
   std::string reasons;                             ///< of the last certificate asked for
+  std::vector<double> branches;                    ///< of the last worst case given out
   std::string message;
   const char* fixed_message = nullptr;  ///< in place of message, where memory is short
 };
@@ -636,7 +636,7 @@ void write(Problem& problem, const WorstCase& from, IpminmaxWorstCase& to, doubl
   to.single_branch = from.single_branch ? 1 : 0;
   to.stated_concave = from.stated_concave ? 1 : 0;
   problem.branches = from.branches;
-  copy_to(worst_x, from.v);
+  copy(from.v, worst_x);
 }
 
 /// As IpminmaxSolve would: the options file is read, and no callback of the model may call this.

@@ -136,12 +136,12 @@ std::string exit_text(const Result& result) {
     case Status::Solved:
       return "Local Minmax Found.";
     case Status::SolvedDegenerate:
+      if (result.certificate.second_order == SecondOrder::Flat) {
+        return "First-order point found in a valley of points with the same value.";
+      }
       if (result.certificate.hessian_disagrees) {
         return "First-order point found; its second derivatives look wrong, so nothing is "
                "certified.";
-      }
-      if (result.certificate.second_order == SecondOrder::Flat) {
-        return "First-order point found in a valley of points with the same value.";
       }
       return "First-order point found; the second-order test is undecided (degenerate point).";
     case Status::SolvedToAcceptableLevel:

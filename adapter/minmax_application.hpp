@@ -106,6 +106,9 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// Answer of the last solve, with the certificate; after a failed Initialize its status and
   /// message only.
   [[nodiscard]] const Result& LastResult() const;
+  /// Worst cases of the last answer's robust constraints, and of f with minmax_epigraph; empty
+  /// where there are none.
+  [[nodiscard]] const std::vector<RobustWorstCase>& LastWorstCases() const;
   /// The worst case over all of y at the x of v (n values), looked for from so many starting points of
   /// y with the options of this application, beginning with that of v; see check_worst_case of
   /// core/worst_case.hpp. Returns why it cannot be done, empty when it was. model as for OptimizeTNLP; its
@@ -113,9 +116,6 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   [[nodiscard]] std::string CheckWorstCase(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
                                            std::span<const double> v, Index starts,
                                            WorstCaseCheck& check) const;
-  /// Worst cases of the last answer's robust constraints, and of f with minmax_epigraph; empty
-  /// where there are none.
-  [[nodiscard]] const std::vector<RobustWorstCase>& LastWorstCases() const;
   /// Makes sensitivity that of the last answer; returns why that has no derivatives, empty when it
   /// has. Bounds and functions of the model must be those of the solve. Calls the model as a solve
   /// does before its start, then gradient, Jacobian and Hessian once; its exceptions pass through.

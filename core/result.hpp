@@ -89,7 +89,7 @@ struct CertificateReason {
     Unsteady,           ///< second derivatives change by more than the curvature on the way to it
     RobustRow,          ///< a robust constraint's worst case is not settled
     Differences,        ///< second derivatives from differences are too uncertain
-    WrongDerivatives,   ///< the model's second derivatives are not those of its gradients
+    WrongHessian,       ///< the model's second derivatives disagree with its gradient
     Effort              ///< minmax_certificate quick, or the budget is used up
   };
   Kind kind = Kind::Effort;
@@ -108,14 +108,14 @@ struct Certificate {
   SecondOrder second_order = SecondOrder::NotTested;
   Inertia inner, inner_expected;
   Inertia full, full_expected;
-  /// Curvature that was taken away from both players in the test while both inertias stayed right,
-  /// relative to what each variable has: in lengths in which the entries of W are at most 1
-  /// (core/algorithm.md, "Units"). The size of a probe, no measure of robustness. 0 unless Satisfied.
+  /// Curvature that can be taken away from both players while both inertias stay right, relative to
+  /// what each variable has: in lengths in which the entries of W are at most 1 (core/algorithm.md,
+  /// "Units"): the size of a probe, no measure of robustness. 0 unless Satisfied.
   double margin = 0.0;
-  /// About the least curvature of K and K_yy in these lengths, by inverse iteration; 0 unless
-  /// Satisfied. And the variable that moves most along it; -1: not known.
+  /// About the least curvature of K and K_yy in the same lengths, by inverse iteration; 0 unless
+  /// Satisfied.
   double least_curvature = 0.0;
-  Index least_curvature_variable = -1;
+  Index least_curvature_variable = -1;  ///< the one that moves most along it; -1: not known
   bool licq_min = false;        ///< gradients of the Min player's active constraints independent
   bool licq_max = false;        ///< the same for Max
   Index weakly_active_min = 0;  ///< Min bounds and inequalities without strict complementarity
@@ -123,11 +123,11 @@ struct Certificate {
   bool finite_differences = false;  ///< second derivatives came from differences
   double hessian_error = 0.0;       ///< curvature (scaled problem) by which these may be wrong, as
                                     ///< estimated; the tests hold in spite of it
-  /// The model's second derivatives are not those of its gradients: a difference along little
-  /// curvature shows it, so Undecided.
-  bool hessian_disagrees = false;
   InnerAnswer answer = InnerAnswer::Unknown;
   std::vector<CertificateReason> reasons;  ///< the most telling first; at most 20 of a kind
+  bool hessian_disagrees =
+      false;  ///< the model's second derivatives are not those of its gradients:
+              ///< a difference along little curvature shows it, so Undecided
 };
 
 /// Errors of the first-order conditions. Infinity norms, NaN where the model's functions are

@@ -175,16 +175,16 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
             << (game ? "both players " : "the solution ")
             << name_of(result.certificate.second_order);
   }
-  if (const std::string worst = describe_worst_case(result); !worst.empty()) {
-    message << "\nworst case over "
-            << (problem.maximizes() ? "y of the negative objective: " : "y: ") << worst;
-  }
   constexpr std::size_t kMostReasons = 5;
   const auto& reasons = result.certificate.reasons;
   for (std::size_t k = 0; k < std::min(kMostReasons, reasons.size()); ++k) {
     message << "\nreason: " << reasons[k].text;
   }
   print_worst_cases(message, worst_cases, problem);
+  if (const std::string worst = describe_worst_case(result); !worst.empty()) {
+    message << "\nworst case over "
+            << (problem.maximizes() ? "y of the negative objective: " : "y: ") << worst;
+  }
   const std::string warning = split_warning(problem);
   if (!warning.empty()) message << "\nWARNING: " << warning;
   return message.str();

@@ -308,9 +308,9 @@ Dict NlpsolIpminmax::get_stats(void* mem) const {
                               {"licq_max", c.licq_max},
                               {"weakly_active_min", c.weakly_active_min},
                               {"weakly_active_max", c.weakly_active_max},
-                              {"hessian_disagrees", c.hessian_disagrees},
                               {"answer", std::string(name_of(c.answer))},
-                              {"reasons", reasons}};
+                              {"reasons", reasons},
+                              {"hessian_disagrees", c.hessian_disagrees}};
   stats["return_status"] = std::string(name_of(m->status));
   stats["status"] = std::string(name_of(result.status));
   stats["message"] = result.message;

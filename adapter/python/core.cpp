@@ -173,11 +173,11 @@ class Problem {
     result["weakly_active_max"] = c.weakly_active_max;
     result["finite_differences"] = c.finite_differences != 0;
     result["hessian_error"] = c.hessian_error;
+    result["answer"] = static_cast<int>(c.answer);
+    result["reasons"] = std::string(c.reasons);
     result["hessian_disagrees"] = c.hessian_disagrees != 0;
     result["least_curvature"] = c.least_curvature;
     result["least_curvature_variable"] = c.least_curvature_variable;
-    result["answer"] = static_cast<int>(c.answer);
-    result["reasons"] = std::string(c.reasons);
     return result;
   }
 

@@ -116,13 +116,6 @@ class Certifier {
   [[nodiscard]] bool barrier_newton_contracts(const Point& given);
   [[nodiscard]] BoundClasses with_idle_held(BoundClasses classes) const;
   void report_inertias(ActiveSetSystem& system);
-  void examine_curvature(const CurvatureTrial& trial, const Point& point,
-                         const Eigen::VectorXd& lambda);
-  void examine_curvature(const Point& point, const Evaluation* assembled);
-  void examine_curvature(ActiveSetSystem& system, const Point& point,
-                         const Eigen::VectorXd& lambda);
-  [[nodiscard]] Eigen::VectorXd without_inactive(const BoundClasses& classes,
-                                                 Eigen::VectorXd lambda) const;
   void explain(const Stage& stage);
   [[nodiscard]] bool may_factorize(Index more) {
     const bool may = kkt_.factorizations() + more <= last_factorization_;
@@ -131,6 +124,13 @@ class Certifier {
   }
   [[nodiscard]] bool has_x() const { return kkt_.layout().x.size() > 0; }
   [[nodiscard]] bool has_y() const { return kkt_.layout().y.size() > 0; }
+  void examine_curvature(const CurvatureTrial& trial, const Point& point,
+                         const Eigen::VectorXd& lambda);
+  void examine_curvature(const Point& point, const Evaluation* assembled);
+  void examine_curvature(ActiveSetSystem& system, const Point& point,
+                         const Eigen::VectorXd& lambda);
+  [[nodiscard]] Eigen::VectorXd without_inactive(const BoundClasses& classes,
+                                                 Eigen::VectorXd lambda) const;
 
   CanonicalProblem& canonical_;
   KktSystem& kkt_;
@@ -142,9 +142,9 @@ class Certifier {
   std::optional<Eigen::VectorXd> hessian_error_;  ///< of differences, canonical units
   std::optional<Point> moved_;
   std::optional<WrongCurvature> wrong_;
-  std::optional<Deviation> wrong_row_;  ///< of W
   bool far_ = false;      ///< the solution is near enough for the test but not for the user
   bool stopped_ = false;  ///< by the budget of factorizations
+  std::optional<Deviation> wrong_row_;  ///< of W
   Certificate certificate_;
 };
 
@@ -674,19 +674,20 @@ Finding Certifier::run(const Point& given) {
   } else {
     certificate_.second_order = judge(given);
   }
-  // Wrong ones may be why nothing could be decided.
-  const bool open = certificate_.second_order == SecondOrder::Undecided ||
-                    certificate_.second_order == SecondOrder::Flat;
-  if (open) examine_curvature(given, nullptr);
+  // Wrong second derivatives may be why nothing could be decided.
+  if (certificate_.second_order == SecondOrder::Undecided ||
+      certificate_.second_order == SecondOrder::Flat) {
+    examine_curvature(given, nullptr);
+  }
   std::string remark;
   if (wrong_row_ && certificate_.second_order != SecondOrder::Violated) {
     certificate_.second_order = SecondOrder::Undecided;
     certificate_.hessian_disagrees = true;
+    certificate_.answer = InnerAnswer::Unknown;
     remark = "the second derivatives in " + canonical_.column_name(wrong_row_->index) +
              " disagree with differences of the gradient" + percentage(*wrong_row_) +
              ", and no certificate rests on wrong ones: try derivative_test second-order";
-    const bool max = canonical_.owned_by_max(wrong_row_->index);
-    reasons_.add(Kind::WrongDerivatives, max ? Player::Max : Player::Min, remark);
+    reasons_.add(Kind::WrongHessian, Player::Min, remark);
   }
   if (certificate_.second_order != SecondOrder::Satisfied) {
     certificate_.margin = certificate_.least_curvature = 0.0;

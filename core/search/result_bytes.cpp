@@ -84,6 +84,9 @@ void walk_certificate(Visit& visit, C& c) {
   visit(c.weakly_active_max);
   visit(c.finite_differences);
   visit(c.hessian_error);
+  visit(c.hessian_disagrees);
+  visit(c.least_curvature);
+  visit(c.least_curvature_variable);
   visit(c.answer);
   walk_reasons(visit, c.reasons);
   for (auto& reason : c.reasons) {
