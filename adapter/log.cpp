@@ -433,7 +433,13 @@ std::string robust_summary(const RobustResult& result, const ProblemStructure& s
     text += format(", %d maximizations over y, largest violation found %.2e", result.maximizations,
                    result.largest_violation);
   }
-  text += format("\n\n%-24s %24s %16s  %s\n", "constraint", "value", "multiplier", "worst case");
+  if (result.starts > 1) {
+    text += format("\n%d starts of x, %zu distinct certified points, the answer from start %d",
+                   result.starts, result.points.size(), result.best_start);
+  }
+  text += "\n";
+  if (result.worst_cases.empty()) return text;
+  text += format("\n%-24s %24s %16s  %s\n", "constraint", "value", "multiplier", "worst case");
   for (std::size_t k = 0; k < std::min(kMostRows, result.worst_cases.size()); ++k) {
     const RobustWorstCase& found = result.worst_cases[k];
     const auto j = static_cast<std::size_t>(found.constraint);

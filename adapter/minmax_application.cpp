@@ -117,7 +117,7 @@ double bound_violation(const ProblemStructure& structure, const std::vector<doub
 
 /// Whether constraints, or f, are to hold for every y.
 bool is_robust(const ProblemStructure& structure, const SolverOptions& options) {
-  return options.minmax_epigraph ||
+  return options.minmax_epigraph || options.minmax_epigraph_at_kinks ||
          (options.minmax_robust_constraints && has_robust_constraints(structure));
 }
 
@@ -461,12 +461,8 @@ Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& pr
 
 Result MinMaxApplication::Implementation::solve_for_every_y(TnlpProblem& problem,
                                                             const SolverOptions& options) {
-  if (options.minmax_starts > 1) {
-    print(Ipopt::J_WARNING, Ipopt::J_MAIN,
-          "Option minmax_starts does not apply to robust constraints: one start of x is made.\n");
-  }
   RobustResult found = solve_robust(problem, options, observer_of(problem, options));
-  if (has_iterate(found.result.status)) {
+  if (has_iterate(found.result.status) && (!found.worst_cases.empty() || found.starts > 1)) {
     print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::robust_summary(found, problem.structure()));
   }
   worst_cases = std::move(found.worst_cases);
@@ -608,6 +604,9 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
     }
     if (is_robust(problem.structure(), options)) {
       result = solve_for_every_y(problem, options);
+      if (!options.minmax_epigraph && !has_robust_constraints(problem.structure())) {
+        look_for_worst_case(problem, options);
+      }
     } else if (options.minmax_starts > 1 || over_ranks) {
       result = solve_from_many_starts(problem, options);
     } else {

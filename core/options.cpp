@@ -339,6 +339,10 @@ std::vector<OptionInfo> make_table() {
        "Whether f is treated as a robust constraint too, min t with f(x, y) <= t for every y: the "
        "answer minimizes the largest of the local worst cases met, kinks included.",
        Flag{&O::minmax_epigraph}},
+      {"minmax_epigraph_at_kinks", robust,
+       "Whether a search that ends without a local minmax goes on as with minmax_epigraph, from "
+       "where it ended, over the branches of y found there.",
+       Flag{&O::minmax_epigraph_at_kinks}},
       {"minmax_worst_case_tol", robust,
        "Violation of a robust constraint, relative to the range of values that it was seen to "
        "take, "

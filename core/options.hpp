@@ -159,6 +159,7 @@ struct SolverOptions {
   // Robust constraints, see robust.hpp; solve takes the model as it is
   bool minmax_robust_copies = true;
   bool minmax_epigraph = false;
+  bool minmax_epigraph_at_kinks = false;
   double minmax_worst_case_tol = 1e-7;
 
   // Hessian and Jacobian shifts

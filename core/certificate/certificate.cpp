@@ -647,7 +647,7 @@ SecondOrder Certifier::judge(const Point& given) {
   }
   if (verdict != SecondOrder::Satisfied) return verdict;
   const Point& judged = moved_ ? *moved_ : given;
-  verdict = test_robust_rows(canonical_, kkt_, judged.iterate, judged.evaluation);
+  verdict = test_robust_rows(canonical_, kkt_, judged.iterate, judged.evaluation, idle_);
   if (verdict != SecondOrder::Satisfied) {
     certificate_.answer = InnerAnswer::Unknown;
     reasons_.add(Kind::RobustRow, Player::Max,

@@ -17,9 +17,6 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Difference of two values of f, as a share of the range that f was seen to take, that counts.
 constexpr double kClearDifference = 1e-6;
-/// Violation of the Max constraints up to which a value of f bounds the maximum from below, in units
-/// of constr_viol_tol.
-constexpr double kFeasible = 1.0;
 
 /// The maximizer's problem at fixed x: Min variables are fixed, Min constraints absent.
 class HeldMin final : public ForwardingProblem {
@@ -93,7 +90,7 @@ class Maxima {
       return;
     }
     if (result.v.empty() || !std::isfinite(result.objective) ||
-        !(result.error.primal <= kFeasible * options_.constr_viol_tol)) {
+        !(result.error.primal <= options_.constr_viol_tol)) {
       one_branch_ = false;
       return;
     }
