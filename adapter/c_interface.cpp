@@ -636,7 +636,7 @@ void write(Problem& problem, const WorstCase& from, IpminmaxWorstCase& to, doubl
   to.single_branch = from.single_branch ? 1 : 0;
   to.stated_concave = from.stated_concave ? 1 : 0;
   problem.branches = from.branches;
-  copy(from.v, worst_x);
+  copy_to(worst_x, from.v);
 }
 
 /// As IpminmaxSolve would: the options file is read, and no callback of the model may call this.
