@@ -636,7 +636,7 @@ void write(Problem& problem, const WorstCase& from, IpminmaxWorstCase& to, doubl
   to.single_branch = from.single_branch ? 1 : 0;
   to.stated_concave = from.stated_concave ? 1 : 0;
   problem.branches = from.branches;
-  copy(from.v, worst_x);
+  copy_to(worst_x, from.v);
 }
 
 /// As IpminmaxSolve would: the options file is read, and no callback of the model may call this.
@@ -836,6 +836,9 @@ int IpminmaxGetCertificate(IpminmaxProblem problem, IpminmaxCertificate* certifi
     certificate->weakly_active_max = from.weakly_active_max;
     certificate->finite_differences = from.finite_differences ? 1 : 0;
     certificate->hessian_error = from.hessian_error;
+    certificate->hessian_disagrees = from.hessian_disagrees ? 1 : 0;
+    certificate->least_curvature = from.least_curvature;
+    certificate->least_curvature_variable = from.least_curvature_variable;
     certificate->answer = static_cast<IpminmaxAnswer>(from.answer);
     problem->reasons.clear();
     for (const CertificateReason& reason : from.reasons) {

@@ -95,6 +95,10 @@ typedef struct IpminmaxCertificate {
   /* Why the certificate is not more than it is, one reason a line with names of variables and
    * constraints; "" without any. Valid until the next call with this problem. */
   const char *reasons;
+  /* 1: the model's second derivatives are not those of its gradients, so nothing is certified. */
+  int hessian_disagrees;
+  double least_curvature; /* about the least there is, of at most 1; 0 unless satisfied */
+  int least_curvature_variable; /* the one that moves most along it, from 0; -1: not known */
 } IpminmaxCertificate;
 
 typedef struct IpminmaxStatistics {

@@ -175,7 +175,7 @@ class Problem {
     result["hessian_error"] = c.hessian_error;
     result["answer"] = static_cast<int>(c.answer);
     result["reasons"] = std::string(c.reasons);
-    result["hessian_disagrees"] = c.hessian_disagrees;
+    result["hessian_disagrees"] = c.hessian_disagrees != 0;
     result["least_curvature"] = c.least_curvature;
     result["least_curvature_variable"] = c.least_curvature_variable;
     return result;

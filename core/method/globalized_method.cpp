@@ -236,7 +236,7 @@ std::optional<Status> GlobalizedMethod::minmax_step(Run& run) {
       if (limit_.expired()) return limit_.exceeded();
       ++inner_failures_;
       inner_unbounded_ += outcome == InnerMaximizer::Outcome::Unbounded;
-      if (auto status = set_back(run)) return status;
+      if (auto status = set_back(Setback::NoMaximum, run)) return status;
       inner_pause_ = (Index{1} << std::min<Index>(inner_failures_ - 1, 4)) - 1;
       return shifted_joint_step(run);
     }
@@ -253,7 +253,7 @@ std::optional<Status> GlobalizedMethod::check_branch(double estimate, Run& run) 
   // phi above its estimate: another branch of inner maxima than the one descended on.
   const double value = merit(*run.here, run.mu).phi;
   if (value <= estimate + kBranchJump * (1.0 + std::abs(value))) return std::nullopt;
-  return set_back(run);
+  return set_back(Setback::OtherBranch, run);
 }
 
 std::optional<Status> GlobalizedMethod::check_progress(Run& run) {
@@ -267,20 +267,22 @@ std::optional<Status> GlobalizedMethod::check_progress(Run& run) {
     stale_steps_ = 0;
   } else if (++stale_steps_ >= kStaleSteps) {
     stale_steps_ = 0;
-    return set_back(run);
+    return set_back(Setback::NoProgress, run);
   }
   return std::nullopt;
 }
 
-std::optional<Status> GlobalizedMethod::set_back(Run& run) {
+std::optional<Status> GlobalizedMethod::set_back(Setback kind, Run& run) {
   const bool is_long = steps_ > patience_.long_search;
   const Index allowed = is_long ? patience_.setbacks_when_long : patience_.setbacks;
-  if (++setbacks_ <= allowed && joint_steps_ <= kMaxJointSteps) return std::nullopt;
-  if (2 * inner_unbounded_ > setbacks_) {
+  setbacks_.add(kind);
+  if (setbacks_.total() <= allowed && joint_steps_ <= kMaxJointSteps) return std::nullopt;
+  if (2 * inner_unbounded_ > setbacks_.total()) {
     run.report.message = "the maximization over the Max variables looks unbounded";
     return Status::InnerUnbounded;
   }
-  run.report.message = "the branches of inner maxima followed from here end or meet in a kink";
+  run.report.message = "the branches of inner maxima followed from here end or meet in a kink: " +
+                       setbacks_.describe(canonical_, run.here->iterate.v);
   return Status::NoLocalMinmaxFound;
 }
 
@@ -509,7 +511,7 @@ std::optional<Status> GlobalizedMethod::restore(Run& run) {
   const double mu = run.mu;
   // Where a branch of inner maxima ends, restorations may go round in circles.
   if (has_max()) {
-    if (auto status = set_back(run)) return status;
+    if (auto status = set_back(Setback::Infeasible, run)) return status;
   }
   // The violation that counts is that of both players: Max constraints are restored with Min's.
   const auto total = [&](const Eigen::VectorXd& c) { return c.lpNorm<1>(); };
@@ -749,7 +751,7 @@ bool GlobalizedMethod::soft_step(Run& run) {
 
 std::optional<Status> GlobalizedMethod::leap(Run& run) {
   // No step is acceptable: take a long one all the same, finitely often.
-  if (auto status = set_back(run)) return status;
+  if (auto status = set_back(Setback::NoStep, run)) return status;
   const StepLength alpha =
       largest_step(canonical_, run.here->iterate, step_, boundary_fraction(run.mu, options_));
   if (auto status = step_untested(run, alpha)) return status;

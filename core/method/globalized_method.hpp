@@ -6,6 +6,7 @@
 #include "core/method/filter.hpp"
 #include "core/method/inner_maximizer.hpp"
 #include "core/method/restoration.hpp"
+#include "core/method/setbacks.hpp"
 #include "core/method/step_method.hpp"
 #include "core/point/merit.hpp"
 #include "core/point/step_length.hpp"
@@ -71,7 +72,7 @@ class GlobalizedMethod final : public StepMethod {
   [[nodiscard]] std::optional<Status> restore(Run& run);
   [[nodiscard]] std::optional<Status> check_branch(double estimate, Run& run);
   [[nodiscard]] std::optional<Status> check_progress(Run& run);
-  [[nodiscard]] std::optional<Status> set_back(Run& run);
+  [[nodiscard]] std::optional<Status> set_back(Setback kind, Run& run);
   /// As far along step_ as all functions are defined.
   [[nodiscard]] std::optional<Status> step_untested(Run& run, StepLength alpha);
   [[nodiscard]] std::optional<Status> leap(Run& run);
@@ -144,7 +145,7 @@ class GlobalizedMethod final : public StepMethod {
   Index inner_failures_ = 0;   ///< in a row
   Index inner_unbounded_ = 0;  ///< inner phases in which y ran away
   Index joint_steps_ = 0;      ///< shifted joint steps of the whole solve
-  Index setbacks_ = 0;         ///< leaps, failed inner phases and jumps to another branch
+  Setbacks setbacks_;
 };
 
 }  // namespace ipminmax

@@ -91,6 +91,10 @@ TEST(Restarts, AreBoundedWhereNothingIsToBeFound) {
   EXPECT_NE(result.message.find("iterations in all for 2 variables"), std::string::npos)
       << result.message;
 
+  EXPECT_NE(result.message.find("meet in a kink: "), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("time"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("last at variable 0"), std::string::npos) << result.message;
+
   SolverOptions twice;
   twice.minmax_max_restarts = 1;
   const std::string text = solve(problem, twice).message;
