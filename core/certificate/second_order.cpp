@@ -48,6 +48,8 @@ double response(ActiveSetSystem& system, bool inner) {
 
 Regularization worst_case(double margin) { return {.x = -margin, .y = margin}; }
 
+namespace {
+
 /// full_follows: K is needed next with the same values.
 InertiaTest test_inner(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
                        bool full_follows) {
@@ -62,6 +64,8 @@ InertiaTest test_inner(ActiveSetSystem& system, const Eigen::VectorXd& error, do
   test.inner = kkt.pivots() || std::isfinite(test.inner_response);
   return test;
 }
+
+}  // namespace
 
 InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin) {
   return test_inner(system, error, margin, false);
