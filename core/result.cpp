@@ -33,6 +33,22 @@ std::string_view name_of(SecondOrder outcome) {
       return "undecided";
     case SecondOrder::Violated:
       return "violated";
+    case SecondOrder::Flat:
+      return "flat";
+  }
+  return "unknown";
+}
+
+std::string_view name_of(InnerAnswer answer) {
+  switch (answer) {
+    case InnerAnswer::Unknown:
+      return "unknown";
+    case InnerAnswer::StrictlyBest:
+      return "strictly best to this x";
+    case InnerAnswer::Unique:
+      return "unique near this x";
+    case InnerAnswer::Smooth:
+      return "smooth in x";
   }
   return "unknown";
 }

@@ -177,6 +177,15 @@ void KktBlock::assemble(const Evaluation& evaluation) {
   }
 }
 
+void KktBlock::decouple(const std::vector<bool>& constraints) {
+  if (constraints.empty()) return;
+  factorized_with_.reset();
+  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
+    if (!constraints[at(j)]) continue;
+    diagonal_[at(constraint_row_[at(j)])] = canonical_.max_constraints().contains(j) ? 1.0 : -1.0;
+  }
+}
+
 void KktBlock::assemble_projection(const Evaluation& evaluation,
                                    const Eigen::VectorXd& column_factor,
                                    const Eigen::VectorXd& row_factor,

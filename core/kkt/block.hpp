@@ -69,6 +69,8 @@ class KktBlock {
   void assemble(const Iterate& iterate, const Evaluation& evaluation);
   /// The same with the barrier curvatures given.
   void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature);
+  /// After assemble: rows without entries of J count with the expected sign and one as diagonal.
+  void decouple(const std::vector<bool>& constraints);
   /// The barrier terms of the last assemble, of none after assemble_projection.
   [[nodiscard]] const BarrierTerms& barrier_terms() const { return terms_; }
   /// W = I for Min, -I for Max, no coupling of the players, and the given diagonal on the

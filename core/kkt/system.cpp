@@ -99,11 +99,14 @@ void KktSystem::assemble_inner(const Iterate& iterate, const Evaluation& evaluat
   inner_.assemble(iterate, evaluation);
 }
 
-void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature) {
+void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature,
+                         const std::vector<bool>& decoupled) {
   const ScopedTimer timer(timing_.assembly);
   release_full();
   full_.assemble(evaluation, barrier_curvature);
   inner_.assemble(evaluation, barrier_curvature);
+  full_.decouple(decoupled);
+  inner_.decouple(decoupled);
 }
 
 Factorization KktSystem::factorize(KktBlock& block, const Regularization& shift, Index& count) {

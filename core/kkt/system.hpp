@@ -46,8 +46,10 @@ class KktSystem {
   void assemble(const Iterate& iterate, const Evaluation& evaluation);
   /// K_yy alone; K keeps the values of the last assemble, and its factors.
   void assemble_inner(const Iterate& iterate, const Evaluation& evaluation);
-  /// As assemble, with the barrier curvatures given (certificate).
-  void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature);
+  /// As assemble, with the barrier curvatures given (certificate). decoupled, per constraint or empty:
+  /// equalities that are taken out; their rows of J have to be zero.
+  void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature,
+                const std::vector<bool>& decoupled = {});
 
   /// Factorizes K or K_yy with shifts; inertias count the slack rows.
   /// Where the last factorization had the same values and shift it is kept and not counted.
@@ -132,6 +134,10 @@ class KktSystem {
                                         const std::vector<bool>& active);
 
   [[nodiscard]] double hessian_norm() const { return full_.max_norm_hessian(); }
+  /// Of K and K_yy so far.
+  [[nodiscard]] Index factorizations() const {
+    return counts_.factorizations_full + counts_.factorizations_inner;
+  }
 
  private:
   [[nodiscard]] Factorization factorize(KktBlock& block, const Regularization& shift, Index& count);

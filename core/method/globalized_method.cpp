@@ -46,8 +46,13 @@ bool GlobalizedMethod::fail(Run& run, Status status, std::string message) {
 
 bool GlobalizedMethod::fail_by_limit(Run& run) const { return fail(run, *limit_.exceeded()); }
 
-bool GlobalizedMethod::goes_on(Run& run, const std::optional<Patience::End>& end) {
-  return !end || fail(run, end->status, std::string(end->message));
+bool GlobalizedMethod::goes_on(Run& run, const std::optional<Patience::End>& end) const {
+  if (!end) return true;
+  std::string message(end->message);
+  if (end->status == Status::NoLocalMinmaxFound) {
+    message += ": " + patience_.setbacks().describe(canonical_, run.here->iterate.v);
+  }
+  return fail(run, end->status, std::move(message));
 }
 
 void GlobalizedMethod::move_to_trial(Run& run) {
@@ -211,7 +216,7 @@ bool GlobalizedMethod::joint_step(Run& run) {
 
 bool GlobalizedMethod::leap(Run& run) {
   // No step is acceptable: take a long one all the same, finitely often.
-  if (!goes_on(run, patience_.set_back())) return false;
+  if (!goes_on(run, patience_.set_back(Setback::NoStep))) return false;
   if (!untested_step(run, outer_.longest_step(*run.here, run.mu))) return false;
   slow_steps_ = 0;
   run.report.kind = StepKind::Leap;

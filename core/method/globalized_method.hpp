@@ -62,7 +62,7 @@ class GlobalizedMethod final : public StepMethod {
   [[nodiscard]] double inner_target(const Point& point, double mu) const;
   [[nodiscard]] bool find_outer_step(Run& run);
   /// False, and the run fails, where there is an end.
-  [[nodiscard]] static bool goes_on(Run& run, const std::optional<Patience::End>& end);
+  [[nodiscard]] bool goes_on(Run& run, const std::optional<Patience::End>& end) const;
   static bool fail(Run& run, Status status, std::string message = {});
   [[nodiscard]] bool fail_by_limit(Run& run) const;
   void move_to_trial(Run& run);

@@ -20,7 +20,7 @@ bool GlobalizedMethod::can_restore(const Point& point) const {
 bool GlobalizedMethod::restore(Run& run) {
   const Point& from = *run.here;
   // Where a branch of inner maxima ends, restorations may go round in circles.
-  if (has_max() && !goes_on(run, patience_.set_back())) return false;
+  if (has_max() && !goes_on(run, patience_.set_back(Setback::Infeasible))) return false;
   // The violation that counts is that of both players: Max constraints are restored with Min's.
   const double start_theta = from.evaluation.c.lpNorm<1>();
   filter_.add(outer_.estimate(from, run.mu));

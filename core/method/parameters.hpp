@@ -182,6 +182,14 @@ constexpr Index kFewestAfterEscape = 20;
 constexpr double kIdleMultiplier = 1e-3;
 }  // namespace doubtful
 
+/// What the second-order tests of a solve may cost, in factorizations.
+namespace test {
+constexpr Index kSmallSystem = 300;     ///< rows of K up to which they cost less than the functions
+constexpr Index kForSmallSystems = 40;  ///< for each test there
+constexpr Index kShareOfTests = 5;      ///< elsewhere one for so many others, all tests together
+constexpr Index kFewestForTests = 3;    ///< but for each test these
+}  // namespace test
+
 /// New starts [R].
 namespace restart {
 constexpr double kMargin = 1e-2;  ///< share of an interval that stays free at either end

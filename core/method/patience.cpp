@@ -30,11 +30,12 @@ void Patience::barrier_changed() {
   stale_steps_ = 0;
 }
 
-std::optional<Patience::End> Patience::set_back() {
+std::optional<Patience::End> Patience::set_back(Setback kind) {
   const bool is_long = steps_ > limits_.long_search;
   const Index allowed = is_long ? limits_.setbacks_when_long : limits_.setbacks;
-  if (++setbacks_ <= allowed && joint_steps_ <= parameter::kJointSteps) return std::nullopt;
-  if (2 * inner_unbounded_ > setbacks_) {
+  setbacks_.add(kind);
+  if (setbacks_.total() <= allowed && joint_steps_ <= parameter::kJointSteps) return std::nullopt;
+  if (2 * inner_unbounded_ > setbacks_.total()) {
     return End{Status::InnerUnbounded, "the maximization over the Max variables looks unbounded"};
   }
   return End{Status::NoLocalMinmaxFound,
@@ -43,12 +44,12 @@ std::optional<Patience::End> Patience::set_back() {
 
 std::optional<Patience::End> Patience::inner_phase_failed(bool y_ran_away) {
   inner_unbounded_ += y_ran_away ? 1 : 0;
-  return set_back();
+  return set_back(Setback::NoMaximum);
 }
 
 std::optional<Patience::End> Patience::check_branch(double estimate, double found) {
   if (found <= estimate + parameter::kBranchJump * (1.0 + std::abs(found))) return std::nullopt;
-  return set_back();
+  return set_back(Setback::OtherBranch);
 }
 
 std::optional<Patience::End> Patience::check_progress(const Merit& now) {
@@ -63,7 +64,7 @@ std::optional<Patience::End> Patience::check_progress(const Merit& now) {
   }
   if (++stale_steps_ < parameter::kStaleSteps) return std::nullopt;
   stale_steps_ = 0;
-  return set_back();
+  return set_back(Setback::NoProgress);
 }
 
 }  // namespace ipminmax

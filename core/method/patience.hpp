@@ -3,13 +3,13 @@
 #include <optional>
 #include <string_view>
 
+#include "core/method/setbacks.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/point/merit.hpp"
 
 namespace ipminmax {
 
-/// How long a search goes on without success. Setbacks are leaps, failed inner phases, restorations,
-/// jumps to another branch of inner maxima and steps without progress.
+/// How long a search goes on without success.
 class Patience {
  public:
   struct Limits {
@@ -34,17 +34,19 @@ class Patience {
   /// Merits of another barrier parameter do not compare.
   void barrier_changed();
 
-  [[nodiscard]] std::optional<End> set_back();
+  [[nodiscard]] std::optional<End> set_back(Setback kind);
   /// No inner maximum was found; y_ran_away: because y did.
   [[nodiscard]] std::optional<End> inner_phase_failed(bool y_ran_away);
   /// A setback where the value found is on another branch than its estimate.
   [[nodiscard]] std::optional<End> check_branch(double estimate, double found);
   /// A setback where neither violation nor value has improved for some steps.
   [[nodiscard]] std::optional<End> check_progress(const Merit& now);
+  [[nodiscard]] const Setbacks& setbacks() const { return setbacks_; }
 
  private:
   Limits limits_;
-  Index steps_ = 0, joint_steps_ = 0, setbacks_ = 0;
+  Setbacks setbacks_;
+  Index steps_ = 0, joint_steps_ = 0;
   Index inner_unbounded_ = 0;  ///< inner phases in which y ran away
   Merit best_{1e300, 1e300};   ///< least violation and value at this mu
   Index stale_steps_ = 0;      ///< in a row that improved neither

@@ -53,12 +53,13 @@ struct StepReport {
   }
 };
 
-/// The iterations of a solve: of all its searches together, and of restorations.
+/// What a solve may spend, and has: iterations of all its searches together and of restorations.
 struct IterationBudget {
   Index limit = 0;
   Index iteration = 0;    ///< done, of searches
   Index restoration = 0;  ///< done, of restorations
   Index hidden = 0;       ///< of those, beyond points that meet the tolerances by their scaling
+  Index tests = 0;        ///< factorizations of K and K_yy by second-order tests
 
   [[nodiscard]] bool is_spent() const { return iteration + restoration >= limit; }
   /// For a restoration: the step back counts, too.

@@ -162,9 +162,22 @@ class CanonicalProblem {
     return col_scale_[static_cast<std::size_t>(variable)];
   }
 
+  /// Of the model, for a canonical variable or constraint; -1: a slack, or a constraint that fixes a
+  /// variable.
+  [[nodiscard]] Index model_variable(Index variable) const {
+    return map_.model_variable[static_cast<std::size_t>(variable)];
+  }
+  [[nodiscard]] Index model_constraint(Index constraint) const {
+    return map_.model_constraint[static_cast<std::size_t>(constraint)];
+  }
   /// Name of a model variable or constraint for messages.
   [[nodiscard]] std::string variable_name(Index model_variable) const;
   [[nodiscard]] std::string constraint_name(Index model_constraint) const;
+  /// Of a canonical variable that is no slack, and of a canonical constraint.
+  [[nodiscard]] std::string column_name(Index variable) const {
+    return variable_name(model_variable(variable));
+  }
+  [[nodiscard]] std::string row_name(Index constraint) const;
 
  private:
   template <class Call>
@@ -207,7 +220,6 @@ class CanonicalProblem {
                                                          Evaluation& evaluation,
                                                          double objective_factor);
   [[nodiscard]] bool take_new_point();
-  [[nodiscard]] std::string row_name(Index constraint) const;
   /// Value of a canonical Jacobian entry, unscaled, after the model's Jacobian was evaluated.
   [[nodiscard]] double model_jacobian(std::size_t entry) const {
     const Index source = map_.jacobian_source[entry];

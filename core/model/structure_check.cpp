@@ -55,6 +55,11 @@ std::string check_structure(const ProblemStructure& s, const SolverOptions& opti
   if (s.variable_lower.size() != at(n) || s.variable_upper.size() != at(n)) {
     return "the bounds of the variables do not have one entry per variable";
   }
+  if (m == 0 && !s.constraint_lower.empty()) {
+    return "constraint_players is empty for " + std::to_string(s.constraint_lower.size()) +
+           " constraints: fill it, as constraint_players = implied_constraint_players(structure) "
+           "does once the Jacobian's structure is there";
+  }
   if (s.constraint_lower.size() != at(m) || s.constraint_upper.size() != at(m)) {
     return "the bounds of the constraints do not have one entry per constraint";
   }

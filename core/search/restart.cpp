@@ -23,6 +23,17 @@ Index restart_iterations(Index variables) {
   return std::min(parameter::kMostIterations, parameter::kIterationsPerCell << variables);
 }
 
+std::string describe_restarts(Index made, Index variables, const SolverOptions& options) {
+  const std::string points = made == 1 ? " other starting point" : " other starting points";
+  const std::string why = made >= options.minmax_max_restarts
+                              ? "minmax_max_restarts allows no more"
+                              : "new starts end after " +
+                                    std::to_string(restart_iterations(variables)) +
+                                    " iterations in all for " + std::to_string(variables) +
+                                    " variables, minmax_starts makes more";
+  return "nor from " + std::to_string(made) + points + ": " + why;
+}
+
 Index last_resort_iterations(const CanonicalProblem& canonical) {
   const Index variables = canonical.x().size() + canonical.y().size();
   if (variables <= 2 || variables > parameter::kLargeProblem) return 0;

@@ -142,16 +142,26 @@ void Search::drop_idle_multipliers(double tolerance) {
 
 Search::Verdict Search::judge(Status claim) {
   barrier_.settle();
-  Verdict verdict{.status = claim,
-                  .finding = certify(context_.canonical, context_.kkt, point_, barrier_.mu(),
-                                     context_.options)};
+  Verdict verdict{.status = claim, .finding = {}};
   Finding& finding = verdict.finding;
+  if (context_.options.minmax_certificate == CertificateEffort::None) {
+    finding.certificate.kind = PointKind::FirstOrderPoint;
+    return verdict;
+  }
+  const Index before = context_.kkt.factorizations();
+  finding = certify(context_.canonical, context_.kkt, point_, barrier_.mu(), context_.options,
+                    factorizations_for_test());
+  context_.budget.tests += context_.kkt.factorizations() - before;
   if (finding.certificate.second_order != SecondOrder::Satisfied) finding.point.reset();
   if (finding.certificate.second_order == SecondOrder::Violated) {
     verdict.status = Status::NotLocalMinmax;
-  } else if (finding.certificate.second_order == SecondOrder::Undecided &&
+  } else if ((finding.certificate.second_order == SecondOrder::Undecided ||
+              finding.certificate.second_order == SecondOrder::Flat) &&
              purpose_ == Purpose::Solution) {
-    if (runs_to_infinity(context_, point_, barrier_.mu(), test_)) {
+    if (finding.certificate.hessian_disagrees) {
+      verdict.message = finding.remark;
+      if (claim == Status::Solved) verdict.status = Status::SolvedDegenerate;
+    } else if (runs_to_infinity(context_, point_, barrier_.mu(), test_)) {
       verdict.status = Status::DivergingIterates;
       verdict.message = "the iterates run to infinity, where the gradient vanishes";
     } else if (claim == Status::Solved) {
@@ -161,11 +171,21 @@ Search::Verdict Search::judge(Status claim) {
   return verdict;
 }
 
+Index Search::factorizations_for_test() const {
+  if (context_.kkt.layout().dimension() <= parameters::test::kSmallSystem)
+    return parameters::test::kForSmallSystems;
+  const Index tests = context_.budget.tests;
+  const Index others = context_.kkt.factorizations() - tests;
+  return std::max(parameters::test::kFewestForTests,
+                  others / parameters::test::kShareOfTests - tests);
+}
+
 bool Search::is_hidden_by_scaling(const Verdict& verdict) {
   // A gradient that was huge at the start scales the objective down so far that any flat place meets
   // the tolerances: go on for a while. Minimizations end here, as Ipopt's do.
   const double gradient = std::max(point_.error.dual_min, point_.error.dual_max);
-  return verdict.status == Status::SolvedDegenerate && context_.canonical.max_size() > 0 &&
+  return verdict.status == Status::SolvedDegenerate &&
+         !verdict.finding.certificate.hessian_disagrees && context_.canonical.max_size() > 0 &&
          context_.canonical.objective_scale() < 1.0 && gradient > parameter::kFlatGradient &&
          ++context_.budget.hidden <= parameter::kHiddenIterations;
 }
@@ -175,7 +195,9 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
   // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for the
   // case that nothing better comes.
   const Certificate& found = verdict.finding.certificate;
+  if (found.hessian_disagrees) return false;  // curvature that is wrong leads nowhere
   const bool degenerate = verdict.status == Status::SolvedDegenerate && !kept &&
+                          found.second_order != SecondOrder::Flat &&
                           (found.inner == found.inner_expected || seems_wrong(found));
   if (verdict.status != Status::NotLocalMinmax && !degenerate) return false;
   const bool minimization = context_.canonical.max_size() == 0;

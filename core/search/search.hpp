@@ -41,6 +41,7 @@ class Search {
     Finding finding;
   };
   [[nodiscard]] Verdict judge(Status claim);
+  [[nodiscard]] Index factorizations_for_test() const;
   [[nodiscard]] SearchOutcome ended(Verdict&& verdict) const;
   [[nodiscard]] bool is_hidden_by_scaling(const Verdict& verdict);
   [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method,

@@ -5,6 +5,8 @@
 #include "core/method/algorithm_one.hpp"
 #include "core/method/globalized_method.hpp"
 #include "core/search/describe.hpp"
+#include "core/search/infeasibility.hpp"
+#include "core/search/restart.hpp"
 #include "core/search/solve.hpp"
 
 namespace ipminmax {
@@ -90,6 +92,12 @@ Result Solve::run_checked() {
         "adaptive_mu_globalization = obj-constr-filter is not available with Max variables, for "
         "whom the objective may rise; kkt-error is");
   }
+  if (options_.minmax_certificate == CertificateEffort::None && canonical_.max_size() > 0) {
+    return without_point(
+        Status::InvalidOption,
+        "minmax_certificate = none is for minimizations: with Max variables only the certificate "
+        "tells a local minmax from a saddle");
+  }
   return search();
 }
 
@@ -148,7 +156,8 @@ SearchOutcome Solve::search_all(Machinery& machinery, Start start) {
   const Index drawn = machinery.others.drawn();
   if (search_failed(best.status) && drawn > 0) {
     if (best.message.empty()) best.message = std::string(name_of(best.status));
-    best.message += " (nor from " + std::to_string(drawn) + " other starting points)";
+    const Index variables = canonical_.x().size() + canonical_.y().size();
+    best.message += " (" + describe_restarts(drawn, variables, options_) + ")";
   }
   return best;
 }
@@ -158,7 +167,12 @@ SearchOutcome Solve::search_from(const Start& start, Machinery& machinery) {
                            start);
   const auto method = method_for(start, machinery);
   if (auto found = contradiction(*machinery.search)) return std::move(*found);
-  return machinery.search->run(*method, machinery.left);
+  SearchOutcome outcome = machinery.search->run(*method, machinery.left);
+  const bool is_first = start.how == StepKind::None;
+  if (is_first && has_line_search() && purpose_ == Purpose::Solution) {
+    name_infeasibility(machinery.context, problem_.structure(), restorer(machinery), outcome);
+  }
+  return outcome;
 }
 
 std::optional<Start> Solve::next_start(Machinery& machinery) {

@@ -7,6 +7,7 @@
 
 #include "core/model/finite_difference_hessian.hpp"
 #include "core/model/timer.hpp"
+#include "core/search/diagnosis.hpp"
 #include "core/search/search_structure.hpp"
 #include "core/search/solve.hpp"
 #include "core/solver.hpp"
@@ -95,7 +96,9 @@ Result solve_once(Problem& problem, const SolverOptions& options, const SolveObs
 Result solve_keeping(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
                      KeptWork* kept) {
   try {
-    return solve_once(problem, options, observer, kept);
+    Result result = solve_once(problem, options, observer, kept);
+    diagnose_failure(problem, options, result);
+    return result;
   } catch (const std::bad_alloc&) {
     if (kept) *kept = {};
     return without_memory();
