@@ -32,6 +32,32 @@ std::string check_robust(const ProblemStructure& s, const SolverOptions& options
   return text;
 }
 
+/// Indices in range, and who reads whose variables.
+std::string check_patterns(const ProblemStructure& s, const SolverOptions& options) {
+  const auto n = static_cast<Index>(s.variable_players.size());
+  const auto m = static_cast<Index>(s.constraint_players.size());
+  for (std::size_t k = 0; k < s.jacobian.size(); ++k) {
+    const auto [row, col] = s.jacobian[k];
+    if (row < 0 || row >= m || col < 0 || col >= n) {
+      std::ostringstream text;
+      text << "entry " << k << " of the Jacobian's structure is at row " << row << ", column "
+           << col << ", outside " << m << " constraints and " << n << " variables (0-based)";
+      return text.str();
+    }
+    if (auto error = check_robust(s, options, s.jacobian[k]); !error.empty()) return error;
+  }
+  for (std::size_t k = 0; k < s.hessian.size(); ++k) {
+    const auto [row, col] = s.hessian[k];
+    if (row < 0 || row >= n || col < 0 || col >= n) {
+      std::ostringstream text;
+      text << "entry " << k << " of the Hessian's structure is at row " << row << ", column " << col
+           << ", outside " << n << " variables (0-based)";
+      return text.str();
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 std::string variable_name(const ProblemStructure& structure, Index i) {
@@ -75,34 +101,24 @@ std::string check_structure(const ProblemStructure& s, const SolverOptions& opti
     }
     return {};
   };
+  const auto no_player = [](Player player) {
+    return player != Player::Min && player != Player::Max ? " is owned by no player" : "";
+  };
   for (Index i = 0; i < n; ++i) {
+    if (*no_player(s.variable_players[at(i)])) {
+      return variable_name(s, i) + no_player(s.variable_players[at(i)]);
+    }
     const auto error = bad_bounds(s.variable_lower[at(i)], s.variable_upper[at(i)]);
     if (!error.empty()) return variable_name(s, i) + error;
   }
   for (Index j = 0; j < m; ++j) {
+    if (*no_player(s.constraint_players[at(j)])) {
+      return constraint_name(s, j) + no_player(s.constraint_players[at(j)]);
+    }
     const auto error = bad_bounds(s.constraint_lower[at(j)], s.constraint_upper[at(j)]);
     if (!error.empty()) return constraint_name(s, j) + error;
   }
-  for (std::size_t k = 0; k < s.jacobian.size(); ++k) {
-    const auto [row, col] = s.jacobian[k];
-    if (row < 0 || row >= m || col < 0 || col >= n) {
-      std::ostringstream text;
-      text << "entry " << k << " of the Jacobian's structure is at row " << row << ", column "
-           << col << ", outside " << m << " constraints and " << n << " variables (0-based)";
-      return text.str();
-    }
-    if (auto error = check_robust(s, options, s.jacobian[k]); !error.empty()) return error;
-  }
-  for (std::size_t k = 0; k < s.hessian.size(); ++k) {
-    const auto [row, col] = s.hessian[k];
-    if (row < 0 || row >= n || col < 0 || col >= n) {
-      std::ostringstream text;
-      text << "entry " << k << " of the Hessian's structure is at row " << row << ", column " << col
-           << ", outside " << n << " variables (0-based)";
-      return text.str();
-    }
-  }
-  return {};
+  return check_patterns(s, options);
 }
 
 }  // namespace ipminmax

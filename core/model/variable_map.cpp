@@ -147,8 +147,8 @@ void VariableMap::list_robust_constraints() {
     if (owned_by_max(col) && min_constraints.contains(row)) robust_constraints.push_back(row);
   }
   std::ranges::sort(robust_constraints);
-  const auto rest = std::ranges::unique(robust_constraints);
-  robust_constraints.erase(rest.begin(), rest.end());
+  robust_constraints.erase(std::unique(robust_constraints.begin(), robust_constraints.end()),
+                           robust_constraints.end());
 }
 
 }  // namespace ipminmax
