@@ -19,6 +19,8 @@ constexpr double kBeyond = 10.0;            // length over the distance to the s
 constexpr int kTrials = 12;
 constexpr double kShorter = 0.25;
 constexpr double kAmplified = 1e-3;   // by inverse iteration, over what the shift alone would do
+constexpr double kTangent = 1e-6;     // sum of a row's terms over their sizes
+constexpr double kNothing = 1e-9;     // row of length one times a direction of length one
 constexpr double kMoved = 0.5;        // of the length: corrections must not lead back
 constexpr double kShareOfGain = 0.1;  // of the gain predicted that has to come
 constexpr double kRounding = 1e-14;   // of the value
@@ -45,6 +47,7 @@ class WitnessSearch {
   [[nodiscard]] bool turn_to_least_curvature(double shift);
   [[nodiscard]] double curvature(const Eigen::VectorXd& d) const;
   [[nodiscard]] double curvature_of_all(const Eigen::VectorXd& d) const;
+  [[nodiscard]] bool is_tangent() const;
   [[nodiscard]] bool gains(double length);
   [[nodiscard]] bool gains_beyond_slope(double length);
   [[nodiscard]] std::optional<WrongCurvature> try_steps(double distance, bool one_way);
@@ -143,6 +146,24 @@ bool WitnessSearch::turn_to_least_curvature(double shift) {
   return curvature_ > 0.0;
 }
 
+/// Where gradients are nearly dependent in units, the relaxed constraints let directions pass that cross
+/// them: each row has to cancel within itself.
+bool WitnessSearch::is_tangent() const {
+  const Evaluation& all = system_.derivatives();
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(canonical_.constraints()), size = sum;
+  for (std::size_t k = 0; k < all.jacobian.size(); ++k) {
+    const auto [row, col] = canonical_.jacobian()[k];
+    const double term = all.jacobian[k] * units_direction_[col];
+    sum[row] += term;
+    size[row] += std::abs(term);
+  }
+  for (Index j = inner_ ? canonical_.max_constraints().begin : 0; j < sum.size(); ++j) {
+    const double allowed = std::max(kTangent * size[j], kNothing * units_direction_.norm());
+    if (system_.counts(j) && std::abs(sum[j]) > allowed) return false;
+  }
+  return true;
+}
+
 /// Whether the value changes as the curvature says after a step of this length and corrections.
 bool WitnessSearch::gains(double length) {
   const double predicted = 0.5 * length * length * curvature_;
@@ -163,7 +184,7 @@ bool WitnessSearch::gains_beyond_slope(double length) {
 }
 
 std::optional<WrongCurvature> WitnessSearch::run(double margin, double distance) {
-  if (!find_direction()) return {};
+  if (!find_direction() || !is_tangent()) return {};
   if (!(curvature_ > kClearlyWrong * margin * units_direction_.squaredNorm())) return {};
   return try_steps(distance, false);
 }
