@@ -172,7 +172,7 @@ int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double
                        const double *g_scaling);
 
 /* New bounds for the next solves: x_L, x_U (n), g_L, g_U (m); each may be NULL: as before. While
- * bounds stay of the same kind (absent, one-sided, equal) IpminmaxSolveAgain needs no new analysis. */
+ * bounds stay of the same kind (absent, one-sided, equal) IpminmaxSolveAgain needs no analysis. */
 int IpminmaxSetBounds(IpminmaxProblem problem, const double *x_L, const double *x_U,
                       const double *g_L, const double *g_U);
 
@@ -183,15 +183,15 @@ int IpminmaxSetIntermediateCallback(IpminmaxProblem problem,
 /* x (n): in the starting point, out the last point. Outputs, each may be NULL: g (m), obj_val,
  * mult_g (m), mult_x_L (n), mult_x_U (n); with warm_start_init_point yes the multipliers are also
  * inputs and may not be NULL. grad f + J' mult_g - mult_x_L + mult_x_U = 0, so multipliers of a Max
- * variable's bounds are <= 0. Outputs are untouched when the solve stops before its first iterate. */
+ * variable's bounds are <= 0. They are untouched when the solve stops before its first iterate. */
 enum IpminmaxReturnStatus IpminmaxSolve(IpminmaxProblem problem, double *x, double *g,
                                         double *obj_val, double *mult_g, double *mult_x_L,
                                         double *mult_x_U, void *user_data);
 
 /* IpminmaxSolve with the starts (option minmax_starts) on all MPI ranks, each of which has to call
- * this with the same problem and options; outputs are the same on all ranks, and only rank 0 prints.
- * The callbacks are called in another thread than this one. IPMINMAX_INVALID_OPTION where MPI cannot
- * be used: IpminmaxMessage tells why. */
+ * this with the same problem and options; outputs are the same on all ranks, only rank 0 prints.
+ * The callbacks are called in another thread than this one. IPMINMAX_INVALID_OPTION where MPI
+ * cannot be used: IpminmaxMessage tells why. */
 enum IpminmaxReturnStatus IpminmaxSolveOverRanks(IpminmaxProblem problem, double *x, double *g,
                                                  double *obj_val, double *mult_g, double *mult_x_L,
                                                  double *mult_x_U, void *user_data);
@@ -241,8 +241,8 @@ int IpminmaxGetCurrentIterate(IpminmaxProblem problem, int n, double *x, double 
                               int m, double *g, double *lambda);
 
 /* Inside the intermediate callback only, 0 elsewhere: by how much the iterate misses the
- * first-order conditions. Unscaled, zero where there is no bound; each may be NULL. Evaluates eval_grad_f and
- * eval_jac_g; 0 where these are undefined.
+ * first-order conditions. Unscaled, zero where there is no bound; each may be NULL. Evaluates
+ * eval_grad_f and eval_jac_g; 0 where these are undefined.
  *   x_L_violation, x_U_violation (n)  max(x_L - x, 0), max(x - x_U, 0)
  *   compl_x_L, compl_x_U (n)          (x - x_L) z_L, (x_U - x) z_U; 0 for a fixed variable
  *   grad_lag_x (n)                    grad f + J' lambda - z_L + z_U

@@ -211,8 +211,7 @@ TEST_F(AmplDamaged, ImpossibleCountsAreRefusedBeforeMemoryIsAsked) {
     const std::size_t first = text.find('\n') + 2;
     text.replace(first, text.find(' ', first) - first, count);
     const std::string message = message_for(text);
-    EXPECT_NE(message.find(count[0] == '0' ? "no variables" : "wrong counts"), std::string::npos)
-        << message;
+    EXPECT_NE(message.find("wrong counts"), std::string::npos) << message;
   }
 }
 
