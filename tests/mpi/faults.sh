@@ -116,9 +116,9 @@ no_mpi)
   ;;
 program_calls_mpi)
   for level in 0 1 2 3; do
-    expect 20 0 "^solved: " "$MPIEXEC" -n 1 "$OWN" $level solve : -n 2 "$WORKER"
-    expect 20 0 "^solved: " "$OWN" $level solve
+    expect 20 0 "^solved: " "$MPIEXEC" -n 1 "$OWN" $level solve : -n 1 "$WORKER"
   done
+  expect 20 0 "^solved: " "$OWN" 0 solve
   # Another thread than the main one calls MPI: with SERIALIZED and more it may.
   expect 20 0 "^solved: " "$MPIEXEC" -n 1 "$OWN" 2 solve --thread : -n 1 "$WORKER"
   expect 20 any "for calls of its main thread only" \
@@ -158,7 +158,7 @@ starts_taken_over)
       kill -KILL "$pid"
     fi
   done
-  expect_end 90 "^200 starts"
+  expect_end 90 "^80 starts"
   grep -q "rank 2 does not answer any more" "$log" || fail "the death was not noticed"
   ;;
 starts_interrupted)
