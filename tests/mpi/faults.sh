@@ -116,9 +116,9 @@ no_mpi)
   ;;
 program_calls_mpi)
   for level in 0 1 2 3; do
-    expect 20 0 "^solved: " "$MPIEXEC" -n 1 "$OWN" $level solve : -n 2 "$WORKER"
-    expect 20 0 "^solved: " "$OWN" $level solve
+    expect 20 0 "^solved: " "$MPIEXEC" -n 1 "$OWN" $level solve : -n 1 "$WORKER"
   done
+  expect 20 0 "^solved: " "$OWN" 0 solve
   # Another thread than the main one calls MPI: with SERIALIZED and more it may.
   expect 20 0 "^solved: " "$MPIEXEC" -n 1 "$OWN" 2 solve --thread : -n 1 "$WORKER"
   expect 20 any "for calls of its main thread only" \
@@ -142,7 +142,7 @@ interrupted)
   [ "$code" -ne 0 ] || fail "exit code 0"
   ;;
 starts_rank_killed)
-  begin "under way" "$MPIEXEC" -n 3 "$PROGRAM" slow_starts
+  begin "under way" "$MPIEXEC" -n 3 "$PROGRAM" slow_starts 1000
   for pid in $(left_running); do
     if tr '\0' '\n' <"/proc/$pid/environ" | grep -qx OMPI_COMM_WORLD_RANK=2; then
       kill -KILL "$pid"
@@ -152,17 +152,17 @@ starts_rank_killed)
   [ "$code" -ne 0 ] || fail "exit code 0"
   ;;
 starts_taken_over)
-  begin "under way" "$MPIEXEC" --enable-recovery -n 3 "$PROGRAM" slow_starts
+  begin "under way" "$MPIEXEC" --enable-recovery -n 3 "$PROGRAM" slow_starts 80
   for pid in $(left_running); do
     if tr '\0' '\n' <"/proc/$pid/environ" | grep -qx OMPI_COMM_WORLD_RANK=2; then
       kill -KILL "$pid"
     fi
   done
-  expect_end 90 "^200 starts"
+  expect_end 90 "^80 starts"
   grep -q "rank 2 does not answer any more" "$log" || fail "the death was not noticed"
   ;;
 starts_interrupted)
-  begin "under way" "$MPIEXEC" -n 2 "$PROGRAM" slow_starts
+  begin "under way" "$MPIEXEC" -n 2 "$PROGRAM" slow_starts 1000
   kill -INT "$running"
   expect_end 20 "starts, .* points, stopped by the launcher"
   [ -n "${IPMINMAX:-}" ] || exit 0
