@@ -520,9 +520,7 @@ std::optional<Status> GlobalizedMethod::restore(Point& point, double mu, Iterati
       message_ = "the violation of the constraints is at a local minimum";
       if (!has_max()) {  // the point that shows it
         std::swap(point, trial_);
-        if (evaluate_values(point)) {
-          static_cast<void>(canonical_.first_derivatives(point.iterate.v, point.evaluation));
-        }
+        evaluate_where_defined(canonical_, point);  // f has not been asked for there
       }
       return Status::LocallyInfeasible;
     case RestorationOutcome::Stopped:

@@ -107,11 +107,20 @@ std::string CanonicalProblem::validate() {
     }
     return {};
   };
+  const auto no_player = [](Player player) {
+    return player != Player::Min && player != Player::Max ? " is owned by no player" : "";
+  };
   for (Index i = 0; i < n; ++i) {
+    if (*no_player(s.variable_players[at(i)])) {
+      return variable_name(i) + no_player(s.variable_players[at(i)]);
+    }
     const auto error = bad_bounds(s.variable_lower[at(i)], s.variable_upper[at(i)]);
     if (!error.empty()) return variable_name(i) + error;
   }
   for (Index j = 0; j < m; ++j) {
+    if (*no_player(s.constraint_players[at(j)])) {
+      return constraint_name(j) + no_player(s.constraint_players[at(j)]);
+    }
     const auto error = bad_bounds(s.constraint_lower[at(j)], s.constraint_upper[at(j)]);
     if (!error.empty()) return constraint_name(j) + error;
   }
@@ -298,8 +307,8 @@ void CanonicalProblem::list_robust_constraints() {
     if (owned_by_max(col) && min_constraints_.contains(row)) robust_constraints_.push_back(row);
   }
   std::ranges::sort(robust_constraints_);
-  const auto rest = std::ranges::unique(robust_constraints_);
-  robust_constraints_.erase(rest.begin(), rest.end());
+  robust_constraints_.erase(std::unique(robust_constraints_.begin(), robust_constraints_.end()),
+                            robust_constraints_.end());
 }
 
 std::string CanonicalProblem::read_start() {

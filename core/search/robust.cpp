@@ -134,8 +134,7 @@ std::vector<Index> robust_constraints(const ProblemStructure& s) {
     }
   }
   std::ranges::sort(rows);
-  const auto rest = std::ranges::unique(rows);
-  rows.erase(rest.begin(), rest.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
   return rows;
 }
 
@@ -429,7 +428,8 @@ SideScan RobustSearch::scan_side(Index row, double side, const std::vector<doubl
   ConstraintOverY problem(model_, row, side, x);
   static_cast<void>(multistart(problem, options, observer, given));
   std::ranges::stable_sort(found, std::greater{}, &std::pair<double, std::vector<double>>::first);
-  for (auto& [value, v] : found) {
+  for (auto& [value, point] : found) {
+    std::vector<double>& v = point;  // clang 14 captures no structured binding
     const bool known = std::ranges::any_of(scan.maxima, [&](const auto& other) {
       return same_point(v, other.v, options_.minmax_distinct_tol);
     });
@@ -469,6 +469,7 @@ Result RobustSearch::in_model_shape(const RobustCopies& copies, const Result& re
       own.z_upper[i] = result.z_upper[copy];
     }
   }
+  if (!std::ranges::all_of(own.v, [](double x) { return std::isfinite(x); })) return own;
   double f = 0.0;
   if (model_.objective(own.v, true, f)) own.objective = f;
   if (m > 0) static_cast<void>(model_.constraints(own.v, false, own.constraints));
