@@ -32,7 +32,7 @@ std::vector<std::string> loaded_ipopt_libraries() {
       },
       &paths);
   std::ranges::sort(paths);
-  paths.erase(std::ranges::unique(paths).begin(), paths.end());
+  paths.erase(std::unique(paths.begin(), paths.end()), paths.end());
   return paths;
 }
 

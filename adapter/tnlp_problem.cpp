@@ -28,6 +28,16 @@ T* address(std::vector<T>& values) {
 
 std::string number(Index i) { return std::to_string(i); }
 
+/// What is wrong with owners that a model has written, if anything.
+std::string not_a_player(const char* method, const char* kind, const std::vector<Player>& players) {
+  for (std::size_t i = 0; i < players.size(); ++i) {
+    if (players[i] == Player::Min || players[i] == Player::Max) continue;
+    return std::string(method) + " gives " + kind + " " + std::to_string(i) + " the owner " +
+           std::to_string(static_cast<int>(players[i])) + ", which is no player";
+  }
+  return {};
+}
+
 /// One matrix of the model, as its structure call left it.
 struct StructureCall {
   std::string matrix;  ///< "Jacobian" or "Hessian"
@@ -235,6 +245,8 @@ std::string TnlpProblem::load_variable_players(MinMaxTNLP* model) {
     error = read_players(variable_metadata_.integers, "variable", players);
   } else if (!model->get_variable_players(n_, address(players))) {
     error = "get_variable_players returned false";
+  } else {
+    error = not_a_player("get_variable_players", "variable", players);
   }
   if (!error.empty()) return error;
   return apply_player_option("minmax_max_variables", options_.max_variables,
@@ -251,6 +263,8 @@ std::string TnlpProblem::load_constraint_players(MinMaxTNLP* model) {
     error = read_players(constraint_metadata_.integers, "constraint", players);
   } else if (!model->get_constraint_players(m_, address(players))) {
     error = "get_constraint_players returned false";
+  } else {
+    error = not_a_player("get_constraint_players", "constraint", players);
   }
   if (!error.empty()) return error;
   const ListedItems items{"constraint", m_, &structure_.constraint_names};

@@ -24,12 +24,15 @@ Number any(double SolverOptions::*member) { return {member, -kInfinity, kInfinit
 Number open(double SolverOptions::*member, double lower, double upper) {
   return {member, lower, upper, true, true};
 }
-Number above(double SolverOptions::*member, double lower) {
-  return {member, lower, kInfinity, true, true};
-}
 /// In [0, upper].
 Number closed_upto(double SolverOptions::*member, double upper) {
   return {member, 0.0, upper, false, false};
+}
+/// Slower growth would take thousands of factorizations.
+constexpr double kLeastGrowth = 1.01;
+
+Number from(double SolverOptions::*member, double lower) {
+  return {member, lower, kInfinity, false, true};
 }
 Integer at_least(int SolverOptions::*member, int lower) { return {member, lower, kIntMax}; }
 
@@ -356,9 +359,9 @@ std::vector<OptionInfo> make_table() {
       {"max_hessian_perturbation", shifts, "Shift above which the correction gives up.",
        positive(&O::max_hessian_perturbation)},
       {"perturb_inc_fact_first", shifts, "Growth of the very first shift of a solve.",
-       above(&O::perturb_inc_fact_first, 1.0)},
+       from(&O::perturb_inc_fact_first, kLeastGrowth)},
       {"perturb_inc_fact", shifts, "Growth of a shift that was too small.",
-       above(&O::perturb_inc_fact, 1.0)},
+       from(&O::perturb_inc_fact, kLeastGrowth)},
       {"perturb_dec_fact", shifts, "Factor of the last shift that is tried first.",
        open(&O::perturb_dec_fact, 0.0, 1.0)},
       {"jacobian_regularization_value", shifts,

@@ -5,6 +5,7 @@
 #include <new>
 #include <utility>
 
+#include "linalg/blas_threads.hpp"
 #include "linalg/lapack_solver.hpp"
 #include "linalg/memory_limit.hpp"
 
@@ -67,7 +68,7 @@ Analysis LapackSolver::analyze(const SymmetricMatrix& matrix, std::span<const st
   dimension_ = matrix.dimension();
   const double n = dimension_;
   Analysis analysis{false, Ordering::Amd, static_cast<std::int64_t>(n * (n + 1.0) / 2.0),
-                    n * n * n / 3.0};
+                    operations()};
   const auto size = as_size(dimension_);
   if (!blas_has_memory()) return analysis;
   try {
@@ -87,6 +88,11 @@ Analysis LapackSolver::analyze(const SymmetricMatrix& matrix, std::span<const st
   }
   analysis.ok = true;
   return analysis;
+}
+
+double LapackSolver::operations() const {
+  const double n = dimension_;
+  return n * n * n / 3.0;
 }
 
 std::unique_ptr<SymmetricSolver> LapackSolver::same_analysis(
@@ -179,6 +185,7 @@ Factorization LapackSolver::factorize(const SymmetricMatrix& matrix) {
   load_values(matrix);
   int info = 0;
   const int work_size = static_cast<int>(work_.size());
+  const SequentialBlas sequential(operations());
   dsytrf_rook_("L", &dimension_, dense_.data(), &dimension_, interchanges_.data(), work_.data(),
                &work_size, &info, 1);
   if (info < 0) return {};  // info > 0: an exactly zero pivot, counted below
@@ -202,6 +209,7 @@ void LapackSolver::solve_in_place(std::span<double> rhs, Index columns) {
   };
   int info = 0;
   apply_scale();
+  const SequentialBlas sequential(operations());
   dsytrs_rook_("L", &dimension_, &columns, dense_.data(), &dimension_, interchanges_.data(),
                rhs.data(), &dimension_, &info, 1);
   apply_scale();

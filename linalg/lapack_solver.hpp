@@ -29,6 +29,7 @@ class LapackSolver final : public SymmetricSolver {
   [[nodiscard]] std::string_view name() const override { return "lapack"; }
 
  private:
+  [[nodiscard]] double operations() const;  // of a factorization
   void equilibrate(const SymmetricMatrix& matrix);
   void load_values(const SymmetricMatrix& matrix);
   [[nodiscard]] Factorization count_pivots();

@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "linalg/blas_threads.hpp"
 #include "linalg/library_lock.hpp"
 #include "linalg/memory_limit.hpp"
 #include "linalg/mpi_library.hpp"
@@ -129,6 +130,7 @@ struct MumpsSolver::Instance {
     if (mpi) {
       mpi->finish();
     } else {
+      const SequentialBlas sequential(rinfog(1));
       dmumps_c(&data);
     }
     return infog(1);

@@ -92,6 +92,7 @@ class DerivativeTester {
 
   [[nodiscard]] bool evaluate(std::span<const double> v, Values& values) {
     values.g.assign(at(m_), 0.0);
+    if (!all_finite(v)) return false;
     if (!problem_.objective(v, true, values.f) || !std::isfinite(values.f)) return false;
     return m_ == 0 || (problem_.constraints(v, false, values.g) && all_finite(values.g));
   }

@@ -30,7 +30,8 @@ class Epigraph final : public Problem {
                       .z_upper = {}};
     if (!model_.starting_point(own)) return false;
     double f = 0.0;
-    if (model_.objective(own.v, true, f) && std::isfinite(f)) start.v.back() = f;
+    const bool finite = std::ranges::all_of(own.v, [](double x) { return std::isfinite(x); });
+    if (finite && model_.objective(own.v, true, f) && std::isfinite(f)) start.v.back() = f;
     return true;
   }
   [[nodiscard]] bool user_scaling(UserScaling& scaling) override {

@@ -17,6 +17,7 @@ bool FirstDerivativeSource::evaluate(std::span<const double> v, FirstDerivatives
   const ProblemStructure& structure = model_.structure();
   derivatives.gradient.resize(v.size());
   derivatives.jacobian.resize(structure.jacobian.size());
+  if (!all_finite(v)) return false;  // no model is asked there
   bool new_v = true;
   if (want_gradient) {
     ++gradients_;

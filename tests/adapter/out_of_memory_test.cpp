@@ -2,12 +2,14 @@
 // happens, and the next solve is as if nothing had been.
 #include <cstdlib>
 #include <new>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include <ipminmax.h>
 
+#include "adapter/application_options.hpp"
 #include "adapter/minmax_application.hpp"
 #include "adapter/model.hpp"
 
@@ -42,20 +44,19 @@ namespace {
 
 using Ipopt::SmartPtr;
 
-/// Places at which to fail: each of the first and last, others here and there.
-std::vector<long> places(long count) {
-  std::vector<long> result;
-  for (long k = 1; k <= count; k += k < 100 || k > count - 50 ? 1 : 1 + count / 150) {
-    result.push_back(k);
-  }
-  return result;
-}
+using Settings = std::vector<std::pair<const char*, const char*>>;
 
-TEST(OutOfMemory, AnywhereInASolve) {
+/// Every allocation of a solve.
+class OutOfMemory : public ::testing::TestWithParam<Settings> {};
+
+TEST_P(OutOfMemory, AnywhereInASolve) {
   const SmartPtr<Model> model = new Model;
   const SmartPtr<Ipopt::TNLP> game = new SplitTNLP(GetRawPtr(model), {1});
   const auto new_application = [] {
     const SmartPtr<MinMaxApplication> app = new MinMaxApplication(false);
+    for (const auto& [name, value] : GetParam()) {
+      EXPECT_EQ(set_option(name, value, *app->RegOptions(), *app->Options(), true), "");
+    }
     EXPECT_EQ(app->Initialize(""), Ipopt::Solve_Succeeded);
     return app;
   };
@@ -71,7 +72,7 @@ TEST(OutOfMemory, AnywhereInASolve) {
 
   long refused = 0;
   const auto app = new_application();
-  for (const long k : places(count)) {
+  for (long k = 1; k <= count; ++k) {
     countdown = k;
     const auto status = app->OptimizeTNLP(game);
     countdown = 0;
@@ -87,6 +88,12 @@ TEST(OutOfMemory, AnywhereInASolve) {
   }
   EXPECT_GT(refused, 100);
 }
+
+INSTANTIATE_TEST_SUITE_P(
+    Of, OutOfMemory,
+    ::testing::Values(Settings{}, Settings{{"linear_solver", "mumps"}, {"mu_strategy", "adaptive"}},
+                      Settings{{"hessian_approximation", "finite-difference-values"},
+                               {"minmax_worst_case_starts", "2"}}));
 
 // min over v0, max over v1 of v0^2 + 4 v0 v1 - v1^2.
 int eval_f(int, double* v, int, double* f, void*) {
@@ -110,7 +117,7 @@ int eval_h(int, double*, int, double sigma, int, double*, int, int, int* row, in
 }
 
 /// IpminmaxSolveAgain sets warm_start_init_point for its own call only.
-TEST(OutOfMemory, InASecondSolveLeavesNoWarmStartBehind) {
+TEST(OutOfMemoryInC, InASecondSolveLeavesNoWarmStartBehind) {
   const double lower[] = {-10.0, -10.0}, upper[] = {10.0, 10.0};
   const int players[] = {IPMINMAX_MIN, IPMINMAX_MAX};
   const IpminmaxProblem problem =
@@ -132,7 +139,7 @@ TEST(OutOfMemory, InASecondSolveLeavesNoWarmStartBehind) {
   ASSERT_EQ(again(), IPMINMAX_SOLVE_SUCCEEDED);
   const long count = made;
   long refused = 0;
-  for (const long k : places(count)) {
+  for (long k = 1; k <= count; ++k) {
     ASSERT_EQ(solve(), IPMINMAX_SOLVE_SUCCEEDED) << k << ": " << IpminmaxMessage(problem);
     countdown = k;
     const auto status = again();

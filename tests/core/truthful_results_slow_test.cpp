@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <problems/random_game.hpp>
+#include <support/dice.hpp>
 #include <support/judge_truth.hpp>
 
 #include "core/multistart.hpp"
@@ -19,11 +20,6 @@
 
 namespace ipminmax::testing {
 namespace {
-
-std::uint64_t number_from(const char* variable, std::uint64_t otherwise) {
-  const char* text = std::getenv(variable);
-  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
-}
 
 Result run(const RandomGame& game, FailingProblem& problem, std::uint64_t seed) {
   int calls = 0;

@@ -38,6 +38,8 @@ TEST(Corpus, NlFiles) { EXPECT_GE(replay("nl", fuzz_nl), 10); }
 
 TEST(Corpus, OptionsFiles) { EXPECT_GE(replay("options", fuzz_options), 5); }
 
+TEST(Corpus, CallsInC) { EXPECT_GE(replay("c", fuzz_c), 3); }
+
 // Seeds that are refused would seed nothing.
 TEST(Corpus, SeedsAreValid) {
   int seeds = 0;

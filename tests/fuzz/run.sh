@@ -10,9 +10,11 @@ cmake --preset fuzz
 cmake --build --preset fuzz -j "${JOBS:-$(nproc)}"
 export ASAN_OPTIONS=allocator_may_return_null=1:detect_leaks=0 OPENBLAS_NUM_THREADS=1
 mkdir -p build/fuzz/findings
-for target in nl options; do
+for target in nl options c; do
   mkdir -p "build/fuzz/corpus/$target"
+  dictionary=()
+  if [ -f "tests/fuzz/$target.dict" ]; then dictionary=(-dict="tests/fuzz/$target.dict"); fi
   "build/fuzz/tests/fuzz/${target}_fuzz" -max_total_time="$seconds" -timeout=60 -rss_limit_mb=4096 \
-    -max_len=4096 -dict="tests/fuzz/$target.dict" -print_final_stats=1 \
+    -max_len=4096 "${dictionary[@]}" -print_final_stats=1 \
     -artifact_prefix=build/fuzz/findings/ "build/fuzz/corpus/$target" "tests/fuzz/corpus/$target"
 done

@@ -12,4 +12,7 @@ void fuzz_nl(const std::string& bytes);
 /// An options file, which is also read as environment, command-line arguments and lists of players.
 void fuzz_options(const std::string& bytes);
 
+/// A C problem, what its callbacks answer, and calls between its solves.
+void fuzz_c(const std::string& bytes);
+
 }  // namespace ipminmax::testing

@@ -1,25 +1,11 @@
+#include <algorithm>
+#include <cmath>
+
 #include <problems/random_game.hpp>
-#include <random>
+#include <support/dice.hpp>
 
 namespace ipminmax::testing {
 namespace {
-
-/// Numbers that are equal on every platform.
-class Dice {
- public:
-  explicit Dice(std::uint64_t seed) : generator_(seed) {}
-  [[nodiscard]] double uniform() { return static_cast<double>(generator_() >> 11) * 0x1p-53; }
-  [[nodiscard]] double between(double low, double high) { return low + (high - low) * uniform(); }
-  [[nodiscard]] int below(int n) { return static_cast<int>(uniform() * n); }
-  [[nodiscard]] bool chance(double p) { return uniform() < p; }
-  template <class T>
-  [[nodiscard]] T one_of(std::initializer_list<T> values) {
-    return *(values.begin() + below(static_cast<int>(values.size())));
-  }
-
- private:
-  std::mt19937_64 generator_;
-};
 
 using Variables = std::vector<Expression>;
 
@@ -117,23 +103,37 @@ SolverOptions random_options(Dice& dice) {
   return o;
 }
 
-}  // namespace
+/// Curvature of the right sign in most variables.
+Expression curvature(std::uint64_t seed, const std::vector<Player>& players, const Variables& v) {
+  Dice dice(seed + 0x9e3779b97f4a7c15U);
+  Expression sum = 0.0;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    if (dice.chance(0.2)) continue;
+    const double right = players[i] == Player::Min ? 1.0 : -1.0;
+    sum += right * std::pow(10.0, dice.between(-3.0, 2.0)) * square(v[i]);
+  }
+  return sum;
+}
 
-RandomGame random_game(std::uint64_t seed) {
+RandomGame make_game(std::uint64_t seed, bool tame) {
   Dice dice(seed);
   RandomGame game;
   const int n = 1 + dice.below(5);
   const double max_share = dice.one_of({0.5, 0.5, 0.5, 0.0, 1.0});
   Variables v;
+  std::vector<Player> players;
   double start_scale = dice.one_of({1.0, 1.0, 3.0, 100.0});
   if (dice.chance(0.02)) start_scale = 1e300;
   for (int i = 0; i < n; ++i) {
     const Player player = dice.chance(max_share) ? Player::Max : Player::Min;
     const Bounds bounds = random_bounds(dice);
+    players.push_back(player);
     v.push_back(game.model.variable(player, "v" + std::to_string(i), bounds.lower, bounds.upper));
     game.start.push_back(dice.chance(0.1) ? 0.0 : start_scale * dice.between(-1.0, 1.0));
   }
-  game.model.objective(random_sum(dice, v, 1 + dice.below(2 * n + 1)));
+  Expression f = random_sum(dice, v, 1 + dice.below(2 * n + 1));
+  if (tame) f += curvature(seed, players, v);
+  game.model.objective(f);
   const int m = dice.chance(0.4) ? 0 : 1 + dice.below(3);
   for (int j = 0; j < m; ++j) {
     const Expression g = random_sum(dice, v, 1 + dice.below(n + 1));
@@ -148,6 +148,19 @@ RandomGame random_game(std::uint64_t seed) {
     game.failing_function = dice.below(5);
     game.fails_with_nan = dice.chance(0.5);
   }
+  return game;
+}
+
+}  // namespace
+
+RandomGame random_game(std::uint64_t seed) { return make_game(seed, false); }
+
+RandomGame tame_game(std::uint64_t seed) {
+  RandomGame game = make_game(seed, true);
+  game.stop_at = std::numeric_limits<int>::max();
+  game.fails_from = 0;
+  game.options.max_cpu_time = SolverOptions{}.max_cpu_time;
+  game.options.max_iter = std::max(game.options.max_iter, 200);
   return game;
 }
 

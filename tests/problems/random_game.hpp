@@ -29,6 +29,10 @@ struct RandomGame {
 /// The same seed gives the same game everywhere.
 [[nodiscard]] RandomGame random_game(std::uint64_t seed);
 
+/// The same with curvature of the right sign added in most variables, so that many have a local minmax;
+/// it is neither stopped nor fails.
+[[nodiscard]] RandomGame tame_game(std::uint64_t seed);
+
 /// A model that fails as the game says, and watches where it is asked.
 class FailingProblem final : public ForwardingProblem {
  public:

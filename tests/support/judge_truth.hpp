@@ -133,16 +133,17 @@ class TruthJudge {
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
     double f = kNaN;
     if (!finite_point() || !model_.objective(result_.v, true, f)) f = kNaN;
-    expect(same(f, result_.objective) || (fails_ && std::isnan(result_.objective)),
+    expect(same(f, result_.objective) || (fails_ && !std::isfinite(result_.objective)),
            "objective is " + std::to_string(result_.objective) + ", found " + std::to_string(f));
     std::vector<double> g(result_.constraints.size(), kNaN);
     if (!g.empty() && (!finite_point() || !model_.constraints(result_.v, true, g))) {
       std::ranges::fill(g, kNaN);
     }
     for (std::size_t j = 0; j < g.size(); ++j) {
-      expect(same(g[j], result_.constraints[j]) || (fails_ && std::isnan(result_.constraints[j])),
-             "constraint " + std::to_string(j) + " is " + std::to_string(result_.constraints[j]) +
-                 ", found " + std::to_string(g[j]));
+      expect(
+          same(g[j], result_.constraints[j]) || (fails_ && !std::isfinite(result_.constraints[j])),
+          "constraint " + std::to_string(j) + " is " + std::to_string(result_.constraints[j]) +
+              ", found " + std::to_string(g[j]));
     }
   }
 

@@ -1,0 +1,23 @@
+#pragma once
+
+namespace ipminmax {
+
+/// Operations of a factorization up to which BLAS uses one thread: fewer take longer on several, and
+/// sums are then the same whatever OPENBLAS_NUM_THREADS says.
+inline constexpr double kOperationsWorthThreads = 1e9;
+
+/// While one is alive, calls of OpenBLAS use one thread if a factorization of so many operations is not
+/// worth more. The number is the whole process's; it comes back when the last of them ends. With
+/// another BLAS nothing happens.
+class SequentialBlas {
+ public:
+  explicit SequentialBlas(double operations);
+  ~SequentialBlas();
+  SequentialBlas(const SequentialBlas&) = delete;
+  SequentialBlas& operator=(const SequentialBlas&) = delete;
+
+ private:
+  bool holds_;
+};
+
+}  // namespace ipminmax

@@ -1,0 +1,126 @@
+// No certificate is false: each is judged by an independent check, see judge_certificate.hpp.
+//
+// By hand, any number of games from any seed; one seed alone is repeated with
+//   IPMINMAX_RUNS=1 IPMINMAX_SEED=7 hostile_certificates_slow_test --gtest_filter='*/Trap'
+// IPMINMAX_VERBOSE=1 prints those that are doubtful, too.
+
+#include <cstdio>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <hostile/judge_certificate.hpp>
+#include <hostile/trap_game.hpp>
+#include <support/dice.hpp>
+#include <support/judge_truth.hpp>
+
+#include "core/solver.hpp"
+
+namespace ipminmax::testing {
+namespace {
+
+// --- The judge itself ------------------------------------------------------------------------------
+
+/// Says of a point of a game, without multipliers, what a false certificate would be told.
+CertificateVerdict verdict_at(const Model& game, std::vector<double> v) {
+  AutodiffProblem model(game, v);
+  Result result;
+  const std::size_t m = model.structure().constraint_players.size();
+  result.lambda.assign(m, 0.0);
+  result.z_lower.assign(v.size(), 0.0);
+  result.z_upper.assign(v.size(), 0.0);
+  result.v = std::move(v);
+  return judge_certificate(model, SolverOptions{}, result, 1).verdict;
+}
+
+TEST(JudgeCertificate, RefutesWhatIsFalse) {
+  Model hidden;  // by the multiplier of an inactive constraint
+  Expression x0 = hidden.variable(Player::Min, "x0"), x1 = hidden.variable(Player::Min, "x1");
+  hidden.objective(1e4 * square(x0) - 1e-3 * square(x1));
+  hidden.constraint(1e6 * square(x1), -kNoBound, 1.0);
+  EXPECT_EQ(verdict_at(hidden, {0.0, 0.0}), CertificateVerdict::False);
+
+  Model inner;  // K is right, K_yy is not: y is a minimum
+  Expression x = inner.variable(Player::Min, "x"), y = inner.variable(Player::Max, "y");
+  inner.objective(square(x) + 3.0 * x * y + square(y));
+  EXPECT_EQ(verdict_at(inner, {0.0, 0.0}), CertificateVerdict::False);
+
+  Model outer;  // phi = -3 x^2
+  x = outer.variable(Player::Min, "x"), y = outer.variable(Player::Max, "y");
+  outer.objective(-4.0 * square(x) + 2.0 * x * y - square(y));
+  EXPECT_EQ(verdict_at(outer, {0.0, 0.0}), CertificateVerdict::False);
+
+  Model flat;
+  x0 = flat.variable(Player::Min, "x0"), x1 = flat.variable(Player::Min, "x1");
+  flat.objective(square(x0) + 0.0 * x1);
+  EXPECT_EQ(verdict_at(flat, {0.0, 0.0}), CertificateVerdict::Doubtful);
+}
+
+TEST(JudgeCertificate, ConfirmsWhatIsTrue) {
+  Model game;  // phi = 2 x^2
+  Expression x = game.variable(Player::Min, "x"), y = game.variable(Player::Max, "y");
+  game.objective(-2.0 * square(x) + 4.0 * x * y - square(y));
+  EXPECT_EQ(verdict_at(game, {1e-6, 1e-6}), CertificateVerdict::Confirmed);
+  EXPECT_NE(verdict_at(game, {0.5, 0.5}), CertificateVerdict::False);
+}
+
+struct Kind {
+  const char* name;
+  RandomGame (*game)(std::uint64_t seed);
+  std::uint64_t runs;
+  std::uint64_t least;  ///< certificates among them
+};
+
+void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
+
+class Certificates : public ::testing::TestWithParam<Kind> {};
+
+TEST_P(Certificates, AreTrue) {
+  const std::uint64_t runs = number_from("IPMINMAX_RUNS", GetParam().runs);
+  const std::uint64_t first = number_from("IPMINMAX_SEED", 1);
+  const bool verbose = number_from("IPMINMAX_VERBOSE", 0) != 0;
+  std::uint64_t judged = 0, untrue = 0;
+  std::map<CertificateVerdict, std::uint64_t> verdicts;
+  for (std::uint64_t seed = first; seed < first + runs; ++seed) {
+    const RandomGame game = GetParam().game(seed);
+    AutodiffProblem model(game.model, game.start);
+    const Result result = solve(model, game.options);
+    const std::string untruths = TruthJudge(model, game.options, result, false).untruths();
+    if (!untruths.empty()) {
+      ++untrue;
+      ADD_FAILURE() << "seed " << seed << ", " << name_of(result.status) << ": " << untruths;
+    }
+    if (result.certificate.kind != PointKind::LocalMinmax) continue;
+    ++judged;
+    const CertificateJudgement found = judge_certificate(model, game.options, result, seed);
+    ++verdicts[found.verdict];
+    if (found.verdict == CertificateVerdict::False) {
+      ADD_FAILURE() << "seed " << seed << ": certified, but " << found.why;
+    } else if (found.verdict == CertificateVerdict::Doubtful && verbose) {
+      std::printf("seed %llu: doubtful, %s\n", static_cast<unsigned long long>(seed),
+                  found.why.c_str());
+    }
+  }
+  const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  std::printf(
+      "%llu games, %llu certificates: %llu confirmed, %llu doubtful, %llu false; "
+      "%llu results untrue\n",
+      count(runs), count(judged), count(verdicts[CertificateVerdict::Confirmed]),
+      count(verdicts[CertificateVerdict::Doubtful]), count(verdicts[CertificateVerdict::False]),
+      count(untrue));
+  if (runs >= GetParam().runs) {
+    EXPECT_GE(judged, GetParam().least);
+    EXPECT_LE(1000 * verdicts[CertificateVerdict::Doubtful], 20 * judged);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, Certificates,
+                         ::testing::Values(Kind{"Tame", tame_game, 4000, 1000},
+                                           Kind{"Trap", trap_game, 6000, 1000}),
+                         [](const auto& game) { return std::string(game.param.name); });
+
+}  // namespace
+}  // namespace ipminmax::testing

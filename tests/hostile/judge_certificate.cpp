@@ -1,0 +1,565 @@
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <set>
+#include <sstream>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include <hostile/judge_certificate.hpp>
+#include <support/dense_optimality.hpp>
+
+namespace ipminmax::testing {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Places = std::vector<Eigen::Index>;
+
+constexpr double kNear = 1e-3;      // movement of the polish over |v| + kOrigin
+constexpr double kContracts = 0.3;  // second Newton step over the first
+constexpr double kOrigin = 1e-2;
+constexpr double kSign = 1e-9;        // curvature of an equilibrated matrix that has a sign
+constexpr double kWeak = 1e-9;        // multiplier times gradient over the terms that it balances
+constexpr double kOutside = 1e-8;     // violation over 1 + |bound|
+constexpr double kShareOfGain = 0.1;  // of the predicted change that has to come
+constexpr double kRounding = 1e-13;   // of values
+constexpr int kMostNewtonSteps = 40;
+
+/// A finite bound of a variable or row, or an equation.
+struct Row {
+  bool is_variable = false;
+  Eigen::Index index = 0;
+  double side = 0.0;  ///< +1 upper, -1 lower, 0 equation
+  double bound = 0.0;
+  Player owner = Player::Min;
+};
+
+double max_norm(const VectorXd& v) { return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>(); }
+
+/// Factors d with |d_i a_ij d_j| about at most 1 in every row that is not zero.
+VectorXd equilibration(const MatrixXd& a) {
+  VectorXd d = VectorXd::Ones(a.rows());
+  for (int sweep = 0; sweep < 8; ++sweep) {
+    const MatrixXd scaled = d.asDiagonal() * a * d.asDiagonal();
+    for (Eigen::Index i = 0; i < a.rows(); ++i) {
+      const double largest = scaled.row(i).lpNorm<Eigen::Infinity>();
+      if (largest > 0.0 && std::isfinite(largest)) d[i] /= std::sqrt(largest);
+    }
+  }
+  return d;
+}
+
+VectorXd solve_symmetric(const MatrixXd& a, const VectorXd& rhs) {
+  const VectorXd d = equilibration(a);
+  const MatrixXd scaled = d.asDiagonal() * a * d.asDiagonal();
+  return d.asDiagonal() *
+         VectorXd(scaled.completeOrthogonalDecomposition().solve(VectorXd(d.asDiagonal() * rhs)));
+}
+
+/// Orthonormal basis of {d : rows d = 0}.
+MatrixXd null_space(MatrixXd rows, bool& independent) {
+  independent = true;
+  for (Eigen::Index k = 0; k < rows.rows(); ++k) {
+    const double norm = rows.row(k).norm();
+    if (norm > 0.0) rows.row(k) /= norm;
+  }
+  if (rows.rows() == 0 || rows.cols() == 0) {
+    independent = rows.rows() == 0;
+    return MatrixXd::Identity(rows.cols(), rows.cols());
+  }
+  Eigen::ColPivHouseholderQR<MatrixXd> qr(rows.transpose());
+  qr.setThreshold(1e-9);
+  independent = qr.rank() == rows.rows();
+  return MatrixXd(qr.householderQ()).rightCols(rows.cols() - qr.rank());
+}
+
+/// Least eigenvalue of h on the directions of a basis, in units in which it is equilibrated; +infinity
+/// without directions.
+double smallest_curvature(const MatrixXd& h, const MatrixXd& basis) {
+  if (basis.cols() == 0) return std::numeric_limits<double>::infinity();
+  const MatrixXd reduced = basis.transpose() * h * basis;
+  const VectorXd d = equilibration(reduced);
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(d.asDiagonal() * reduced * d.asDiagonal())
+      .eigenvalues()[0];
+}
+
+class CertificateJudge {
+ public:
+  CertificateJudge(Problem& problem, const SolverOptions& options, const Result& result,
+                   std::uint64_t seed)
+      : problem_(problem),
+        s_(problem.structure()),
+        options_(options),
+        sigma_(result.objective_scale < 0.0 ? -1.0 : 1.0),
+        given_(map(result.v)),
+        lambda_(sigma_ * map(result.lambda)),
+        z_(sigma_ * (map(result.z_upper) - map(result.z_lower))),
+        random_(seed) {
+    for (std::size_t i = 0; i < result.v.size(); ++i) {
+      const auto place = static_cast<Eigen::Index>(i);
+      if (s_.variable_lower[i] == s_.variable_upper[i]) {
+        given_[place] = s_.variable_lower[i];
+        continue;
+      }
+      (s_.variable_players[i] == Player::Min ? x_ : y_).push_back(place);
+    }
+    free_ = x_;
+    free_.insert(free_.end(), y_.begin(), y_.end());
+  }
+
+  CertificateJudgement run() {
+    CertificateJudgement best = doubtful("no active set leads to a solution near by");
+    for (const bool relaxed : {false, true}) {
+      list_rows(relaxed);
+      std::set<std::vector<std::size_t>> tried;
+      const auto confirms = [&](const std::vector<std::size_t>& active, bool is_guess) {
+        if (!tried.insert(active).second) return false;
+        const CertificateJudgement found = judge(active);
+        const bool confirmed = found.verdict == CertificateVerdict::Confirmed;
+        // Only the answer's own active set, where it is clear, refutes anything.
+        if (confirmed ||
+            (is_guess && tried.size() == 1 && best.verdict == CertificateVerdict::Doubtful))
+          best = found;
+        return confirmed;
+      };
+      const bool is_clear = guess(1e-2) == guess(1e2);
+      std::vector<std::vector<std::size_t>> guesses;
+      for (const double threshold : {1.0, 1e2, 1e-2, 1e4, 1e-4, 1e7, 1e-7}) {
+        guesses.push_back(guess(threshold));
+        if (confirms(guesses.back(), is_clear)) return best;
+      }
+      for (const auto& active : guesses) {
+        for (std::size_t i = 0; i < rows_.size(); ++i) {
+          for (std::size_t j = 0; j <= i; ++j) {
+            if (confirms(flipped(flipped(active, i), i == j ? rows_.size() : j), false)) {
+              return best;
+            }
+          }
+        }
+      }
+      if (options_.bound_relax_factor == 0.0) break;
+    }
+    return best;
+  }
+
+ private:
+  static VectorXd map(const std::vector<double>& values) {
+    return Eigen::Map<const VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  }
+  static CertificateJudgement doubtful(const std::string& why) {
+    return {CertificateVerdict::Doubtful, why};
+  }
+
+  void list_rows(bool relaxed) {
+    rows_.clear();
+    const auto relaxation = [&](double bound) {
+      return relaxed ? std::min(options_.bound_relax_factor * std::max(1.0, std::abs(bound)),
+                                options_.constr_viol_tol)
+                     : 0.0;
+    };
+    const auto add = [&](Row row, double lower, double upper) {
+      const bool below = lower > options_.nlp_lower_bound_inf;
+      const bool above = upper < options_.nlp_upper_bound_inf;
+      row.side = 0.0;
+      row.bound = lower;
+      if (lower == upper) return rows_.push_back(row);
+      row.side = -1.0;
+      row.bound = lower - (below ? relaxation(lower) : 0.0);
+      if (below) rows_.push_back(row);
+      row.side = 1.0;
+      row.bound = upper + (above ? relaxation(upper) : 0.0);
+      if (above) rows_.push_back(row);
+    };
+    for (const Eigen::Index i : free_) {
+      const auto k = static_cast<std::size_t>(i);
+      add({.is_variable = true, .index = i, .owner = s_.variable_players[k]}, s_.variable_lower[k],
+          s_.variable_upper[k]);
+    }
+    for (std::size_t j = 0; j < s_.constraint_players.size(); ++j) {
+      add({.index = static_cast<Eigen::Index>(j), .owner = s_.constraint_players[j]},
+          s_.constraint_lower[j], s_.constraint_upper[j]);
+    }
+  }
+
+  /// Of a row with the sign that its owner wants: >= 0.
+  [[nodiscard]] double wanted_multiplier(const Row& row, double multiplier) const {
+    return (row.owner == Player::Min ? 1.0 : -1.0) * row.side * multiplier;
+  }
+  [[nodiscard]] static double value_of(const Row& row, const VectorXd& v, const VectorXd& g) {
+    return row.is_variable ? v[row.index] : g[row.index];
+  }
+  /// Equations, and inequalities whose multiplier is at least threshold times their distance.
+  [[nodiscard]] std::vector<std::size_t> guess(double threshold) {
+    const DenseEvaluation here(problem_, given_);
+    std::vector<std::size_t> active;
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      const Row& row = rows_[k];
+      const double distance =
+          std::abs(row.side * (row.bound - value_of(row, given_, here.constraints)));
+      const double multiplier =
+          wanted_multiplier(row, row.is_variable ? z_[row.index] : lambda_[row.index]);
+      if (row.side == 0.0 || multiplier > threshold * distance) active.push_back(k);
+    }
+    return active;
+  }
+
+  /// With inequality i instead of without it, or the other way round.
+  [[nodiscard]] std::vector<std::size_t> flipped(std::vector<std::size_t> active,
+                                                 std::size_t i) const {
+    if (i >= rows_.size() || rows_[i].side == 0.0) return active;
+    const auto place = std::ranges::lower_bound(active, i);
+    if (place != active.end() && *place == i) {
+      active.erase(place);
+    } else {
+      active.insert(place, i);
+    }
+    return active;
+  }
+
+  /// A point on an active set with its multipliers, one for each active row.
+  struct State {
+    VectorXd v, multipliers;
+  };
+  struct System {
+    VectorXd gradient;  ///< of the Lagrangian, n
+    VectorXd violation;
+    MatrixXd hessian, rows;  ///< n x n, active x n
+    VectorXd g;
+    VectorXd terms;  ///< n, sums of the gradient's terms without signs
+    double f = 0.0;
+  };
+
+  [[nodiscard]] bool evaluate(const std::vector<std::size_t>& active, const State& z, System& out) {
+    if (!z.v.allFinite() || !z.multipliers.allFinite()) return false;
+    const DenseEvaluation here(problem_, z.v);
+    if (!here.ok) return false;
+    const Eigen::Index n = z.v.size(), k = static_cast<Eigen::Index>(active.size());
+    out.f = sigma_ * here.objective;
+    out.g = here.constraints;
+    out.gradient = sigma_ * here.gradient;
+    out.terms = out.gradient.cwiseAbs();
+    out.rows.setZero(k, n);
+    out.violation.setZero(k);
+    VectorXd lambda = VectorXd::Zero(here.constraints.size());
+    for (Eigen::Index a = 0; a < k; ++a) {
+      const Row& row = rows_[active[static_cast<std::size_t>(a)]];
+      if (row.is_variable) {
+        out.rows(a, row.index) = 1.0;
+      } else {
+        out.rows.row(a) = here.jacobian.row(row.index);
+        lambda[row.index] += z.multipliers[a];
+      }
+      out.violation[a] = value_of(row, z.v, here.constraints) - row.bound;
+      const VectorXd part = z.multipliers[a] * out.rows.row(a).transpose();
+      out.gradient += part;
+      out.terms += part.cwiseAbs();
+    }
+    out.hessian = dense_hessian(problem_, z.v, sigma_, lambda);
+    return out.hessian.allFinite() && out.gradient.allFinite();
+  }
+
+  /// One Newton step in the variables given on the rows given (places within active).
+  [[nodiscard]] bool newton_step(const System& here, const Places& variables, const Places& rows,
+                                 State& z, double& length) const {
+    const auto n = static_cast<Eigen::Index>(variables.size());
+    const auto k = static_cast<Eigen::Index>(rows.size());
+    MatrixXd kkt = MatrixXd::Zero(n + k, n + k);
+    kkt.topLeftCorner(n, n) = here.hessian(variables, variables);
+    kkt.bottomLeftCorner(k, n) = here.rows(rows, variables);
+    kkt.topRightCorner(n, k) = kkt.bottomLeftCorner(k, n).transpose();
+    VectorXd rhs(n + k);
+    rhs << -here.gradient(variables), -here.violation(rows);
+    if (n + k == 0) {
+      length = 0.0;
+      return true;
+    }
+    const VectorXd step = solve_symmetric(kkt, rhs);
+    if (!step.allFinite()) return false;
+    length = 0.0;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Eigen::Index place = variables[static_cast<std::size_t>(i)];
+      length = std::max(length, std::abs(step[i]) / (1e-3 + std::abs(given_[place])));
+      z.v[place] += step[i];
+    }
+    for (Eigen::Index a = 0; a < k; ++a) {
+      z.multipliers[rows[static_cast<std::size_t>(a)]] += step[n + a];
+    }
+    return true;
+  }
+
+  /// Newton's method until its steps are rounding.
+  [[nodiscard]] bool newton(const std::vector<std::size_t>& active, const Places& variables,
+                            const Places& rows, State& z, bool* contracts = nullptr) {
+    System here;
+    double last = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < kMostNewtonSteps; ++k) {
+      if (!evaluate(active, z, here)) return false;
+      double length = 0.0;
+      if (!newton_step(here, variables, rows, z, length)) return false;
+      if (contracts && k == 1) *contracts = length <= kContracts * last;
+      if (length <= 1e-14 || (last <= 1e-9 && length >= 0.1 * last)) return true;
+      last = length;
+    }
+    return last <= 1e-9;
+  }
+
+  [[nodiscard]] CertificateJudgement judge(const std::vector<std::size_t>& active) {
+    State z{given_, VectorXd::Zero(static_cast<Eigen::Index>(active.size()))};
+    Places all_rows;
+    for (std::size_t a = 0; a < active.size(); ++a) {
+      const Row& row = rows_[active[a]];
+      z.multipliers[static_cast<Eigen::Index>(a)] =
+          row.is_variable ? z_[row.index] : lambda_[row.index];
+      all_rows.push_back(static_cast<Eigen::Index>(a));
+    }
+    bool contracts = true;
+    if (!newton(active, free_, all_rows, z, &contracts))
+      return doubtful("Newton's method does not converge");
+    System here;
+    if (!evaluate(active, z, here)) return doubtful("undefined at the solution");
+    // Far is where Newton's method does not say at once that the solution is there.
+    if (!contracts && max_norm(z.v - given_) > kNear * (kOrigin + max_norm(given_))) {
+      return doubtful("the next solution is far: " + std::to_string(max_norm(z.v - given_)));
+    }
+    return judge_solution(active, z, here);
+  }
+
+  [[nodiscard]] CertificateJudgement judge_solution(const std::vector<std::size_t>& active,
+                                                    const State& z, const System& here) {
+    std::vector<bool> is_active(rows_.size(), false), weak(active.size(), false);
+    bool weak_max = false;
+    for (std::size_t a = 0; a < active.size(); ++a) {
+      const Row& row = rows_[active[a]];
+      is_active[active[a]] = true;
+      if (row.side == 0.0) continue;
+      const double multiplier = wanted_multiplier(row, z.multipliers[static_cast<Eigen::Index>(a)]);
+      const double share = share_of(here, z.v, static_cast<Eigen::Index>(a), multiplier);
+      if (share < -kWeak) return wrong("a multiplier of the wrong sign");
+      weak[a] = share <= kWeak;
+      weak_max = weak_max || (weak[a] && row.owner == Player::Max);
+    }
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      const Row& row = rows_[k];
+      if (is_active[k]) continue;
+      const double distance = row.side * (row.bound - value_of(row, z.v, here.g));
+      if (distance < -kOutside * (1.0 + std::abs(row.bound))) return wrong("outside of a bound");
+    }
+    return judge_curvature(active, z, here, weak, weak_max);
+  }
+
+  /// A multiplier's share, with its sign, in the terms that it balances: those of the gradient, and what
+  /// the gradient changes by over a small part of the point.
+  [[nodiscard]] static double share_of(const System& here, const VectorXd& v, Eigen::Index row,
+                                       double multiplier) {
+    const VectorXd size = v.cwiseAbs().array() + kOrigin;
+    const VectorXd change = here.hessian.cwiseAbs() * size;
+    double share = 0.0;
+    for (Eigen::Index i = 0; i < here.rows.cols(); ++i) {
+      const double part = std::abs(here.rows(row, i));
+      const double terms = here.terms[i] + change[i];
+      if (part > 0.0 && terms > 0.0) share = std::max(share, part / terms);
+    }
+    return share * multiplier;
+  }
+
+  [[nodiscard]] Places rows_of(const std::vector<std::size_t>& active, Player owner,
+                               const std::vector<bool>* without) const {
+    Places places;
+    for (std::size_t a = 0; a < active.size(); ++a) {
+      if (rows_[active[a]].owner != owner || (without && (*without)[a])) continue;
+      places.push_back(static_cast<Eigen::Index>(a));
+    }
+    return places;
+  }
+
+  [[nodiscard]] CertificateJudgement judge_curvature(const std::vector<std::size_t>& active,
+                                                     const State& z, const System& here,
+                                                     const std::vector<bool>& weak, bool weak_max) {
+    bool independent = true;
+    const Places strong = rows_of(active, Player::Max, &weak);
+    const double inner =
+        smallest_curvature(-here.hessian(y_, y_), null_space(here.rows(strong, y_), independent));
+    if (inner < -kSign) return wrong("inner curvature " + text(-inner));
+    if (inner <= kSign) return doubtful("inner curvature " + text(-inner));
+    if (x_.empty()) return sample(active, z, here, inner);
+    double outer = std::numeric_limits<double>::infinity();
+    for (const bool with_weak : {false, true}) {
+      const Places max_rows = rows_of(active, Player::Max, with_weak ? nullptr : &weak);
+      static_cast<void>(null_space(here.rows(max_rows, y_), independent));
+      if (!independent) return doubtful("dependent gradients of the maximizer");
+      const MatrixXd schur = complement(here, max_rows);
+      const Places min_rows = rows_of(active, Player::Min, &weak);
+      const MatrixXd basis = null_space(here.rows(min_rows, x_), independent);
+      outer = std::min(outer, smallest_curvature(schur, basis));
+      if (!weak_max) break;
+    }
+    if (outer < -kSign) return wrong("outer curvature " + text(outer));
+    if (outer <= kSign) return doubtful("outer curvature " + text(outer));
+    return sample(active, z, here, std::min(inner, outer));
+  }
+
+  /// H_xx - N' M^-1 N with M = [H_yy A_y'; A_y 0], N = [H_yx; A_x], A the rows of Max.
+  [[nodiscard]] MatrixXd complement(const System& here, const Places& max_rows) const {
+    const auto ny = static_cast<Eigen::Index>(y_.size()), nx = static_cast<Eigen::Index>(x_.size());
+    const auto k = static_cast<Eigen::Index>(max_rows.size());
+    if (ny + k == 0) return here.hessian(x_, x_);
+    MatrixXd inner = MatrixXd::Zero(ny + k, ny + k), coupling(ny + k, nx);
+    inner.topLeftCorner(ny, ny) = here.hessian(y_, y_);
+    inner.bottomLeftCorner(k, ny) = here.rows(max_rows, y_);
+    inner.topRightCorner(ny, k) = inner.bottomLeftCorner(k, ny).transpose();
+    coupling.topRows(ny) = here.hessian(y_, x_);
+    coupling.bottomRows(k) = here.rows(max_rows, x_);
+    const VectorXd d = equilibration(inner);
+    const MatrixXd scaled = d.asDiagonal() * inner * d.asDiagonal();
+    const MatrixXd right = d.asDiagonal() * coupling;
+    return here.hessian(x_, x_) - right.transpose() * scaled.fullPivLu().solve(right);
+  }
+
+  // --- Values -------------------------------------------------------------------------------------
+  /// Of what values are sums of, as far as f and its slopes show.
+  [[nodiscard]] static double size_of_values(const System& here, const VectorXd& v) {
+    return 1.0 + std::abs(here.f) + here.terms.dot(v.cwiseAbs());
+  }
+  [[nodiscard]] double normal() { return std::normal_distribution<double>()(random_); }
+
+  /// Values along curves on the active set and at random feasible points agree with the verdict.
+  [[nodiscard]] CertificateJudgement sample(const std::vector<std::size_t>& active, const State& z,
+                                            const System& here, double curvature) {
+    for (int k = 0; k < 3; ++k) {
+      if (!y_.empty() && !changes(active, z, here, Player::Max)) {
+        return wrong("the value rises over y");
+      }
+      if (!x_.empty() && !changes(active, z, here, Player::Min)) {
+        return wrong("the inner maximum falls over x");
+      }
+    }
+    if (!none_better(z, here)) return wrong("a better point was drawn");
+    return {CertificateVerdict::Confirmed, "curvature " + text(curvature)};
+  }
+
+  /// Along a random tangent of one player's active rows in both directions, the maximizer following
+  /// where x moves: whether f changes by what the curvature predicts. False needs three lengths at which
+  /// rounding does not hide the change and higher derivatives do not make it.
+  [[nodiscard]] bool changes(const std::vector<std::size_t>& active, const State& z,
+                             const System& here, Player mover) {
+    const Places own = rows_of(active, mover, nullptr);
+    const Places& variables = mover == Player::Min ? x_ : y_;
+    const Places max_rows = rows_of(active, Player::Max, nullptr);
+    const MatrixXd h =
+        mover == Player::Min ? complement(here, max_rows) : MatrixXd(-here.hessian(y_, y_));
+    bool independent = true;
+    const MatrixXd basis = null_space(here.rows(own, variables), independent);
+    if (basis.cols() == 0) return true;
+    const VectorXd weights = VectorXd::NullaryExpr(basis.cols(), [&] { return normal(); });
+    const VectorXd d = equilibration(basis.transpose() * h * basis);
+    const VectorXd direction = basis * VectorXd(d.asDiagonal() * weights / weights.norm());
+    const double slope = direction.dot(h * direction);
+    double last = std::numeric_limits<double>::quiet_NaN();
+    int equal = 0;
+    for (double length = 0.1; length > 1e-9; length *= 0.1) {
+      const double predicted = length * length * slope;
+      if (!(predicted > 100.0 * kRounding * size_of_values(here, z.v))) break;
+      double change = 0.0;
+      bool defined = true;
+      for (const double sign : {1.0, -1.0}) {
+        State moved = z;
+        for (std::size_t i = 0; i < variables.size(); ++i) {
+          moved.v[variables[i]] += sign * length * direction[static_cast<Eigen::Index>(i)];
+        }
+        System there;
+        defined = defined && return_to(active, own, variables, z, moved) &&
+                  (mover == Player::Max || y_.empty() || newton(active, y_, max_rows, moved)) &&
+                  evaluate(active, moved, there);
+        change += (mover == Player::Min ? 1.0 : -1.0) * (there.f - here.f);
+      }
+      if (!defined) continue;
+      const double share = change / predicted;
+      if (share >= kShareOfGain) return true;
+      equal = std::abs(share - last) <= 0.1 * std::abs(share) ? equal + 1 : 0;
+      if (equal >= 2 && share <= 0.0) return false;
+      last = share;
+    }
+    return true;
+  }
+
+  /// Moves the variables back to the rows. False where that is farther than they are from z.
+  [[nodiscard]] bool return_to(const std::vector<std::size_t>& active, const Places& rows,
+                               const Places& variables, const State& from, State& z) {
+    if (rows.empty()) return true;
+    const VectorXd start = z.v;
+    for (int k = 0; k < 20; ++k) {
+      System here;
+      if (!evaluate(active, z, here)) return false;
+      const VectorXd violation = here.violation(rows);
+      const MatrixXd a = here.rows(rows, variables);
+      const VectorXd step = a.completeOrthogonalDecomposition().solve(-violation);
+      if (!step.allFinite()) return false;
+      z.v(variables) += step;
+      if (max_norm(step) <= 1e-15 * (1.0 + max_norm(z.v))) break;
+    }
+    return (z.v - start).norm() <= 0.5 * (start - from.v).norm();
+  }
+
+  /// Random feasible points of one player alone: of Max with x fixed, or of Min without Max. A better one
+  /// counts when the way back from it to z is better as long as rounding does not hide it.
+  [[nodiscard]] bool none_better(const State& z, const System& here) {
+    const bool max = !y_.empty();
+    const Places& variables = max ? y_ : x_;
+    const double visible = 1000.0 * kRounding * size_of_values(here, z.v);
+    for (int k = 0; k < 20; ++k) {
+      VectorXd step = VectorXd::Zero(z.v.size());
+      for (const Eigen::Index i : variables) step[i] = normal();
+      step *= std::pow(10.0, -2.0 - static_cast<double>(k % 5));
+      bool better = false;
+      double last = 0.0;
+      for (int part = 0; part < 8; ++part, step *= 0.1) {
+        const DenseEvaluation there(problem_, z.v + step);
+        if (!there.ok || !is_inside(z.v + step, there.constraints)) break;
+        const double gain = (max ? 1.0 : -1.0) * (sigma_ * there.objective - here.f);
+        if (std::abs(gain) <= visible + 2.0 * max_norm(here.gradient) * step.norm()) break;
+        // Gains of higher derivatives shrink faster than with the square of the distance.
+        better = gain > 0.0 && last > 0.0 && last <= 300.0 * gain;
+        if (gain <= 0.0) break;
+        last = gain;
+      }
+      if (better) return false;
+    }
+    return true;
+  }
+  [[nodiscard]] bool is_inside(const VectorXd& v, const VectorXd& g) const {
+    return std::ranges::all_of(rows_, [&](const Row& row) {
+      const double off = value_of(row, v, g) - row.bound;
+      return row.side == 0.0 ? off == 0.0 : row.side * off <= 0.0;
+    });
+  }
+
+  static std::string text(double value) {
+    std::ostringstream out;
+    out.precision(4);
+    out << value;
+    return out.str();
+  }
+  static CertificateJudgement wrong(const std::string& why) {
+    return {CertificateVerdict::False, why};
+  }
+
+  Problem& problem_;
+  const ProblemStructure& s_;
+  const SolverOptions& options_;
+  double sigma_;
+  VectorXd given_, lambda_, z_;
+  std::mt19937_64 random_;
+  Places x_, y_, free_;
+  std::vector<Row> rows_;
+};
+
+}  // namespace
+
+CertificateJudgement judge_certificate(Problem& problem, const SolverOptions& options,
+                                       const Result& result, std::uint64_t seed) {
+  return CertificateJudge(problem, options, result, seed).run();
+}
+
+}  // namespace ipminmax::testing

@@ -1,0 +1,89 @@
+// Factors and solutions have the same bits for any number of BLAS threads.
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "linalg/blas_threads.hpp"
+#include "linalg/lapack_solver.hpp"
+#include "linalg/mumps_solver.hpp"
+#include "test_matrices.hpp"
+
+extern "C" int openblas_get_num_threads() __attribute__((weak));
+extern "C" void openblas_set_num_threads(int) __attribute__((weak));
+
+namespace ipminmax {
+namespace {
+
+/// Dense, symmetric, indefinite.
+SymmetricMatrix dense_matrix(Index n) {
+  test::MatrixBuilder builder(n);
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = j; i < n; ++i) {
+      const double diagonal = i == j ? (i % 3 == 0 ? -20.0 : 20.0) : 0.0;
+      builder.add(i, j, diagonal + std::sin(1.0 + i * 7.0 + j * 13.0));
+    }
+  }
+  return builder.build();
+}
+
+std::vector<std::uint64_t> bits_of_solution(SymmetricSolver& solver, const SymmetricMatrix& matrix,
+                                            int threads) {
+  openblas_set_num_threads(threads);
+  EXPECT_TRUE(solver.analyze(matrix, {}).ok);
+  EXPECT_EQ(solver.factorize(matrix).status, FactorizationStatus::Ok);
+  std::vector<double> x(static_cast<std::size_t>(matrix.dimension()));
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::cos(static_cast<double>(i));
+  solver.solve_in_place(x);
+  EXPECT_EQ(openblas_get_num_threads(), threads) << "comes back";
+  std::vector<std::uint64_t> bits;
+  for (const double value : x) bits.push_back(std::bit_cast<std::uint64_t>(value));
+  return bits;
+}
+
+class BlasThreads : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (openblas_set_num_threads == nullptr) GTEST_SKIP() << "no OpenBLAS";
+    before_ = openblas_get_num_threads();
+  }
+  void TearDown() override {
+    if (openblas_set_num_threads != nullptr) openblas_set_num_threads(before_);
+  }
+  int before_ = 1;
+};
+
+TEST_F(BlasThreads, DoNotChangeWhatMumpsSays) {
+  const SymmetricMatrix matrix = dense_matrix(400);
+  SymmetricSolverOptions options;
+  options.ordering = Ordering::Amd;
+  MumpsSolver one(options), two(options), four(options);
+  const auto expected = bits_of_solution(one, matrix, 1);
+  EXPECT_EQ(bits_of_solution(two, matrix, 2), expected);
+  EXPECT_EQ(bits_of_solution(four, matrix, 4), expected);
+}
+
+TEST_F(BlasThreads, DoNotChangeWhatLapackSays) {
+  const SymmetricMatrix matrix = dense_matrix(400);
+  LapackSolver one, four;
+  const auto expected = bits_of_solution(one, matrix, 1);
+  EXPECT_EQ(bits_of_solution(four, matrix, 4), expected);
+}
+
+TEST_F(BlasThreads, AreOneWhileAnyHolderLives) {
+  openblas_set_num_threads(3);
+  {
+    const SequentialBlas outer(1.0);
+    EXPECT_EQ(openblas_get_num_threads(), 1);
+    { const SequentialBlas inner(1.0); }
+    EXPECT_EQ(openblas_get_num_threads(), 1);
+  }
+  EXPECT_EQ(openblas_get_num_threads(), 3);
+  const SequentialBlas large(1e12);
+  EXPECT_EQ(openblas_get_num_threads(), 3);
+}
+
+}  // namespace
+}  // namespace ipminmax
