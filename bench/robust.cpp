@@ -88,8 +88,7 @@ std::vector<Index> robust_rows(const ProblemStructure& s) {
   std::vector<Index> rows;
   for (const auto& [row, col] : s.jacobian) {
     if (s.constraint_players[at(row)] == Player::Min &&
-        s.variable_players[at(col)] == Player::Max &&
-        (rows.empty() || std::ranges::find(rows, row) == rows.end())) {
+        s.variable_players[at(col)] == Player::Max && std::ranges::find(rows, row) == rows.end()) {
       rows.push_back(row);
     }
   }

@@ -26,6 +26,8 @@ constexpr double kNearlyActive = 1e-2;
 constexpr double kVanishing = 1e-5;
 /// The same for a scenario from which maximizations begin.
 constexpr double kActiveScenario = 1e-3;
+/// Distance, relative to max(1, |v|), up to which a maximum is that of a scenario.
+constexpr double kSameBranch = 0.05;
 /// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a large
 /// one maxima at different bounds are one.
 constexpr double kMuNear = 1e-4;
@@ -199,9 +201,11 @@ bool RobustSearch::exchange() {
     const Result result = solve_once(copies);
     if (!is_success(result.status)) return false;
     keep_point(copies, result);
-    const std::vector<SideScan> scans = scan(active_scenarios(copies, result));
+    const std::vector<RobustCopies::WorstCase> active = active_scenarios(copies, result);
+    const std::vector<SideScan> scans = scan(active);
     if (!add_violated(scans, kScenarioTol, true)) {
       release(scans);
+      add_missed(active);
       return true;
     }
   }
@@ -248,6 +252,18 @@ void RobustSearch::release(const std::vector<SideScan>& scans) {
     for (std::size_t k = 0; k < side.maxima.size(); ++k) {
       if (k == 0 || side.excess(k) > -kNearlyActive) worst_cases_.push_back(side.maxima[k]);
     }
+  }
+}
+
+/// Scenarios that hold x but led the maximizations elsewhere: a maximum of their own is near.
+void RobustSearch::add_missed(const std::vector<RobustCopies::WorstCase>& active) {
+  for (RobustCopies::WorstCase scenario : active) {
+    const bool met = std::ranges::any_of(worst_cases_, [&](const auto& other) {
+      return other.constraint == scenario.constraint &&
+             same_point(scenario.v, other.v, kSameBranch);
+    });
+    scenario.held = false;
+    if (!met) worst_cases_.push_back(std::move(scenario));
   }
 }
 

@@ -35,6 +35,7 @@ class RobustSearch {
   [[nodiscard]] bool exchange();
   void take_scenarios();
   void release(const std::vector<SideScan>& scans);
+  void add_missed(const std::vector<RobustCopies::WorstCase>& active);
   [[nodiscard]] Result solve_once(RobustCopies& copies);
   void keep_point(const RobustCopies& copies, const Result& result);
   [[nodiscard]] bool add_violated(const std::vector<SideScan>& scans, double tolerance, bool held);

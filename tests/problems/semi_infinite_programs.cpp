@@ -95,26 +95,6 @@ SemiInfinite controller() {
   return p;
 }
 
-/// Linear-phase filter of 5 coefficients: gain 1 up to 0.25 pi, 0 from 0.5 pi on, least ripple.
-SemiInfinite low_pass_filter() {
-  const auto gain = [](X x, const Expression& w) {
-    Expression sum = 1.0 * x[0];
-    for (int k = 1; k < 5; ++k) sum = sum + x[static_cast<std::size_t>(k)] * cos(1.0 * k * w);
-    return sum;
-  };
-  SemiInfinite p;
-  p.name = "low_pass_filter";
-  p.start = {0.3, 0.3, 0.2, 0.1, 0.0, 1.0};
-  p.objective = [](X x) { return 1.0 * x[5]; };
-  p.rows = {[=](X x, X t) { return gain(x, t[0]) - 1.0 - x[5]; },
-            [=](X x, X t) { return 1.0 - gain(x, t[0]) - x[5]; },
-            [=](X x, X t) { return gain(x, t[1]) - x[5]; },
-            [=](X x, X t) { return -gain(x, t[1]) - x[5]; }};
-  p.lower = {0.0, 0.5 * std::numbers::pi};
-  p.upper = {0.25 * std::numbers::pi, std::numbers::pi};
-  return p;
-}
-
 }  // namespace
 
 std::vector<SemiInfinite> semi_infinite_programs() {
@@ -233,7 +213,8 @@ std::vector<SemiInfinite> semi_infinite_programs() {
   list.push_back(chebyshev("chebyshev_fourth_power", 4, fourth_power, {0.0, 1.0}, 1.0 / 128.0));
   // E_n(1 / (t + a)) = (a - sqrt(a^2 - 1))^n / (a^2 - 1), degree n = 2, a = 1.25.
   list.push_back(chebyshev("chebyshev_reciprocal", 3, reciprocal, {-1.0, 1.0}, 0.25 / 0.5625));
-  list.push_back(low_pass_filter());
+  list.push_back(
+      chebyshev("chebyshev_reciprocal_cubic", 4, reciprocal, {-1.0, 1.0}, 0.125 / 0.5625));
   list.push_back(controller());
   return list;
 }
@@ -308,8 +289,10 @@ void SemiInfiniteRows::refine(const Point& x, std::size_t row, Point step,
 
 namespace {
 
-/// Of every row at a coarse grid, which keeps x bounded.
-std::vector<std::pair<std::size_t, Point>> first_cuts(const SemiInfinite& p) {
+/// Of every row at a coarse grid, which keeps x bounded, but where it is far from violated.
+std::vector<std::pair<std::size_t, Point>> first_cuts(const SemiInfinite& p, const Point& x,
+                                                      SemiInfiniteRows& rows) {
+  constexpr double kFar = -1e3;
   std::vector<std::pair<std::size_t, Point>> cuts;
   const bool plane = p.lower.size() == 2;
   const int points = plane ? 4 : 16;
@@ -318,7 +301,7 @@ std::vector<std::pair<std::size_t, Point>> first_cuts(const SemiInfinite& p) {
       for (int b = 0; b <= (plane ? points : 0); ++b) {
         Point t = {p.lower[0] + (p.upper[0] - p.lower[0]) * a / points};
         if (plane) t.push_back(p.lower[1] + (p.upper[1] - p.lower[1]) * b / points);
-        cuts.emplace_back(row, t);
+        if (rows.at(x, t)[row] > kFar) cuts.emplace_back(row, t);
       }
     }
   }
@@ -330,7 +313,7 @@ std::vector<std::pair<std::size_t, Point>> first_cuts(const SemiInfinite& p) {
 double cutting_plane_bound(const SemiInfinite& p, std::vector<double> x) {
   x.resize(p.start.size());
   SemiInfiniteRows rows(p);
-  std::vector<std::pair<std::size_t, Point>> cuts = first_cuts(p);
+  std::vector<std::pair<std::size_t, Point>> cuts = first_cuts(p, x, rows);
   double value = std::nan("");
   for (int round = 0; round < 60; ++round) {
     bool any = round == 0;
