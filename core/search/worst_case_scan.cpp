@@ -114,7 +114,7 @@ std::vector<Index> robust_constraints(const ProblemStructure& s) {
     }
   }
   std::ranges::sort(rows);
-  const auto rest = std::ranges::unique(rows);
+  const auto rest = std::unique(rows.begin(), rows.end());
   rows.erase(rest.begin(), rest.end());
   return rows;
 }
