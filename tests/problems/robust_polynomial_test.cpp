@@ -1,0 +1,122 @@
+// The robust polynomial of Bertsimas, Nohadani and Teo (2010): min over x, max over |y| <= 0.5 of a
+// sixth-order polynomial at x + y. Its best points are kinks of the outer function, and local minmax
+// points over weak branches of y abound: the answer has to stand up to a grid and to many starts of y.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/autodiff_problem.hpp"
+#include "core/multistart.hpp"
+#include "core/robust.hpp"
+#include "core/worst_case.hpp"
+
+namespace ipminmax {
+namespace {
+
+struct Polynomial {
+  template <class T>
+  static T value(const T& a, const T& b) {
+    const T a2 = a * a, b2 = b * b;
+    return 2.0 * a2 * a2 * a2 - 12.2 * a2 * a2 * a + 21.2 * a2 * a2 + 6.2 * a - 6.4 * a2 * a -
+           4.7 * a2 + b2 * b2 * b2 - 11.0 * b2 * b2 * b + 43.3 * b2 * b2 - 10.0 * b -
+           74.8 * b2 * b + 56.9 * b2 - 4.1 * a * b - 0.1 * a2 * b2 + 0.4 * b2 * a + 0.4 * a2 * b;
+  }
+  template <class T>
+  T objective(std::span<const T> v) const {
+    return value<T>(v[0] + v[2], v[1] + v[3]);
+  }
+  template <class T>
+  void constraints(std::span<const T> v, std::span<T> g) const {
+    g[0] = v[2] * v[2] + v[3] * v[3];
+  }
+};
+
+constexpr double kLowX = -1.0, kHighX = 3.2, kLowZ = -0.5, kHighZ = 4.4, kRadius = 0.5;
+
+AutodiffProblem<Polynomial> robust_polynomial() {
+  constexpr Player kMin = Player::Min, kMax = Player::Max;
+  return {Polynomial{},
+          {.players = {kMin, kMin, kMax, kMax},
+           .start = {0.5, 1.0, 0.1, 0.1},
+           .lower = {kLowX, kLowZ, -kRadius, -kRadius},
+           .upper = {kHighX, kHighZ, kRadius, kRadius},
+           .constraint_lower = {-1e20},
+           .constraint_upper = {kRadius * kRadius}}};
+}
+
+/// max over y of the polynomial, on a grid of the disk with so many points on its circles.
+double phi(double x, double z, int angles, int circles) {
+  double worst = Polynomial::value<double>(x, z);
+  for (int c = 1; c <= circles; ++c) {
+    const double r = kRadius * c / circles;
+    for (int k = 0; k < angles; ++k) {
+      const double t = 2.0 * std::numbers::pi * k / angles;
+      worst = std::max(worst, Polynomial::value<double>(x + r * std::cos(t), z + r * std::sin(t)));
+    }
+  }
+  return worst;
+}
+
+/// Best phi of a grid, then of ever finer ones around the best point.
+double best_of_grids() {
+  double best = phi(0.0, 0.0, 90, 1), best_x = 0.0, best_z = 0.0;
+  for (double x = kLowX; x <= kHighX; x += 0.05) {
+    for (double z = kLowZ; z <= kHighZ; z += 0.05) {
+      const double value = phi(x, z, 90, 1);
+      if (value < best) best = value, best_x = x, best_z = z;
+    }
+  }
+  best = phi(best_x, best_z, 2000, 10);
+  for (double h = 0.05; h > 1e-6; h *= 0.7) {
+    const double x = best_x, z = best_z;
+    for (int i = -2; i <= 2; ++i) {
+      for (int j = -2; j <= 2; ++j) {
+        const double value = phi(x + h * i, z + h * j, 2000, 10);
+        if (value < best) best = value, best_x = x + h * i, best_z = z + h * j;
+      }
+    }
+  }
+  return best;
+}
+
+TEST(RobustPolynomial, TheAnswerIsTheBestOfAGridAndNoStartOfYIsWorse) {
+  AutodiffProblem problem = robust_polynomial();
+  SolverOptions options;
+  options.minmax_epigraph = true;
+  options.minmax_starts = 8;
+  options.minmax_worst_case_starts = 20;
+  const RobustResult answer = solve_robust(problem, options);
+  const double grid = best_of_grids();
+  EXPECT_EQ(answer.result.certificate.kind, PointKind::LocalMinmax) << answer.result.message;
+  const double x = answer.result.v[0], z = answer.result.v[1];
+  EXPECT_NEAR(phi(x, z, 20000, 20), grid, 1e-4) << x << ' ' << z;
+  EXPECT_GE(answer.worst_cases.size(), 2U) << "no kink";
+
+  const WorstCaseCheck check = check_worst_case(problem, answer.result.v, {}, 1000);
+  EXPECT_EQ(check.found.starts, 1000);
+  EXPECT_LE(check.found.value, grid + 1e-4);
+}
+
+// Every point that the starts led to is the worst case that it says.
+TEST(RobustPolynomial, NoReportedPointHasAWorseY) {
+  AutodiffProblem problem = robust_polynomial();
+  SolverOptions options;
+  options.minmax_epigraph = true;
+  options.minmax_starts = 12;
+  options.minmax_worst_case_starts = 20;
+  const RobustResult answer = solve_robust(problem, options);
+  ASSERT_GE(answer.points.size(), 2U);
+  for (const DistinctPoint& point : answer.points) {
+    const double told = point.result.objective;
+    const WorstCaseCheck check = check_worst_case(problem, point.result.v, {}, 1000);
+    EXPECT_LE(check.found.value, told + 1e-6 * (1.0 + std::abs(told)))
+        << point.result.v[0] << ' ' << point.result.v[1];
+  }
+}
+
+}  // namespace
+}  // namespace ipminmax
