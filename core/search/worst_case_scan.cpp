@@ -94,7 +94,8 @@ class ConstraintOverY final : public ForwardingProblem {
 void sort_in(std::vector<std::pair<double, std::vector<double>>> found, double distinct_tol,
              SideScan& scan) {
   std::ranges::stable_sort(found, std::greater{}, &std::pair<double, std::vector<double>>::first);
-  for (auto& [value, v] : found) {
+  for (auto& [value, point] : found) {
+    std::vector<double>& v = point;  // clang 14 captures no structured binding
     const bool known = std::ranges::any_of(
         scan.maxima, [&](const auto& other) { return same_point(v, other.v, distinct_tol); });
     if (known) continue;
