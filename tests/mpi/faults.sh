@@ -142,7 +142,7 @@ interrupted)
   [ "$code" -ne 0 ] || fail "exit code 0"
   ;;
 starts_rank_killed)
-  begin "under way" "$MPIEXEC" -n 3 "$PROGRAM" slow_starts
+  begin "under way" "$MPIEXEC" -n 3 "$PROGRAM" slow_starts 1000
   for pid in $(left_running); do
     if tr '\0' '\n' <"/proc/$pid/environ" | grep -qx OMPI_COMM_WORLD_RANK=2; then
       kill -KILL "$pid"
@@ -152,7 +152,7 @@ starts_rank_killed)
   [ "$code" -ne 0 ] || fail "exit code 0"
   ;;
 starts_taken_over)
-  begin "under way" "$MPIEXEC" --enable-recovery -n 3 "$PROGRAM" slow_starts
+  begin "under way" "$MPIEXEC" --enable-recovery -n 3 "$PROGRAM" slow_starts 80
   for pid in $(left_running); do
     if tr '\0' '\n' <"/proc/$pid/environ" | grep -qx OMPI_COMM_WORLD_RANK=2; then
       kill -KILL "$pid"
@@ -162,7 +162,7 @@ starts_taken_over)
   grep -q "rank 2 does not answer any more" "$log" || fail "the death was not noticed"
   ;;
 starts_interrupted)
-  begin "under way" "$MPIEXEC" -n 2 "$PROGRAM" slow_starts
+  begin "under way" "$MPIEXEC" -n 2 "$PROGRAM" slow_starts 1000
   kill -INT "$running"
   expect_end 20 "starts, .* points, stopped by the launcher"
   [ -n "${IPMINMAX:-}" ] || exit 0
