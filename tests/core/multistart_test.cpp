@@ -318,9 +318,7 @@ TEST(MultistartThreads, LookForTheEntriesOfTheHessianOnce) {
   const auto calls_of_detection = [&](int count) {
     Index of_starts = 0;
     MultistartObserver observer;
-    observer.on_result = [&](Index, const Result& result) {
-      of_starts += result.counts.gradient;
-    };
+    observer.on_result = [&](Index, const Result& result) { of_starts += result.counts.gradient; };
     return multistart(problem, starts(count), observer).best.counts.gradient - of_starts;
   };
   const Index once = calls_of_detection(1);
