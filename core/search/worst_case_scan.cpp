@@ -115,8 +115,7 @@ std::vector<Index> robust_constraints(const ProblemStructure& s) {
     }
   }
   std::ranges::sort(rows);
-  const auto rest = std::unique(rows.begin(), rows.end());
-  rows.erase(rest.begin(), rest.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
   return rows;
 }
 
