@@ -12,10 +12,71 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+/// Least fall of the residual that counts as progress, and the one that leaves nothing to gain.
+constexpr double kProgress = 0.9;
+constexpr double kSlow = 0.1;
+/// Residual over right-hand side that a row may keep, and over the scale of the system.
+constexpr double kForcing = 1e-2;
+constexpr double kRounding = 1e-15;
+/// Size of a solution over that of its right-hand side up to which it counts in the scale.
+constexpr double kLongestSolution = 1e6;
+
 template <class Vector>
 double max_norm(const Vector& v) {
   return v.size() == 0 ? 0.0 : v.template lpNorm<Eigen::Infinity>();
 }
+
+/// The tails of canonical vectors, which a block owns.
+class OwnPart {
+ public:
+  explicit OwnPart(const KktBlock& block)
+      : begin_v_(block.variables().begin),
+        begin_lambda_(block.constraints().begin),
+        n_(block.variables().size()),
+        m_(block.constraints().size()) {}
+
+  void clear_rest(Step& s) const {
+    s.v.head(begin_v_).setZero();
+    s.lambda.head(begin_lambda_).setZero();
+    s.z_lower.head(begin_v_).setZero();
+    s.z_upper.head(begin_v_).setZero();
+  }
+  [[nodiscard]] double norm(const Step& s) const {
+    return std::max({max_norm(s.v.tail(n_)), max_norm(s.lambda.tail(m_)),
+                     max_norm(s.z_lower.tail(n_)), max_norm(s.z_upper.tail(n_))});
+  }
+  void add(double factor, const Step& correction, Step& step) const {
+    step.v.tail(n_) += factor * correction.v.tail(n_);
+    step.lambda.tail(m_) += factor * correction.lambda.tail(m_);
+    step.z_lower.tail(n_) += factor * correction.z_lower.tail(n_);
+    step.z_upper.tail(n_) += factor * correction.z_upper.tail(n_);
+  }
+  /// Rows of the variables and constraints.
+  void copy_equations(const NewtonResidual& from, NewtonResidual& to) const {
+    to.v.tail(n_) = from.v.tail(n_);
+    to.lambda.tail(m_) = from.lambda.tail(m_);
+  }
+  [[nodiscard]] bool is_small(const NewtonResidual& residual, const NewtonResidual& rhs,
+                              double scale) const {
+    const double rounding = kRounding * scale;
+    return max_norm(residual.v.tail(n_)) <= kForcing * max_norm(rhs.v.tail(n_)) + rounding &&
+           max_norm(residual.lambda.tail(m_)) <=
+               kForcing * max_norm(rhs.lambda.tail(m_)) + rounding;
+  }
+  /// A few modes that Gamma spoils are left: the multiple of the last correction d with the smallest
+  /// residual, from K d = last - residual, which last becomes.
+  [[nodiscard]] double best_multiple(const NewtonResidual& residual, NewtonResidual& last) const {
+    auto product_v = last.v.tail(n_);
+    auto product_lambda = last.lambda.tail(m_);
+    product_v -= residual.v.tail(n_);
+    product_lambda -= residual.lambda.tail(m_);
+    return (residual.v.tail(n_).dot(product_v) + residual.lambda.tail(m_).dot(product_lambda)) /
+           (product_v.squaredNorm() + product_lambda.squaredNorm());
+  }
+
+ private:
+  Index begin_v_, begin_lambda_, n_, m_;
+};
 
 }  // namespace
 
@@ -40,7 +101,7 @@ bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
     const double ratio = scale > 0.0 ? max_norm(residual) / scale : 0.0;
     if (ratio <= options_.residual_ratio_max) return true;
     // An overflow is no progress either.
-    if (k > options_.max_refinement_steps || !(ratio <= 0.9 * last_ratio)) return false;
+    if (k > options_.max_refinement_steps || !(ratio <= kProgress * last_ratio)) return false;
     last_ratio = ratio;
     solve_with_factors(block, {residual.data(), reduced.size()});
     solution += residual;
@@ -125,37 +186,11 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
                       const NewtonResidual& rhs, Step& step) {
   const ScopedTimer timer(timing_.solves);
   ++counts_.solves;
-  // The block owns the tails of the canonical vectors; nothing else enters or changes.
-  const Index n = block.variables().size();
-  const Index m = block.constraints().size();
-  const auto clear_head = [&](Step& s) {
-    s.v.head(block.variables().begin).setZero();
-    s.lambda.head(block.constraints().begin).setZero();
-    s.z_lower.head(block.variables().begin).setZero();
-    s.z_upper.head(block.variables().begin).setZero();
-  };
-  const auto norm = [&](const Step& s) {
-    return std::max({max_norm(s.v.tail(n)), max_norm(s.lambda.tail(m)), max_norm(s.z_lower.tail(n)),
-                     max_norm(s.z_upper.tail(n))});
-  };
-  clear_head(step);
-  clear_head(correction_);
+  const OwnPart own(block);
+  own.clear_rest(step);
+  own.clear_rest(correction_);
   solve_reduced(block, rhs, step);
-  // Refinement: stops at residual_ratio_max, or when the residual no longer falls. Beside long steps
-  // of the multipliers the ratio overlooks small rows, which Newton's method needs as well.
-  constexpr double kForcing = 1e-2;
-  constexpr double kRounding = 1e-15;
-  constexpr double kSlow = 0.1;
-  const double rhs_norm = norm(rhs);
-  const double rhs_v = max_norm(rhs.v.tail(n));
-  const double rhs_lambda = max_norm(rhs.lambda.tail(m));
-  double last_ratio = std::numeric_limits<double>::infinity();
-  const auto add_correction = [&](double factor) {
-    step.v.tail(n) += factor * correction_.v.tail(n);
-    step.lambda.tail(m) += factor * correction_.lambda.tail(m);
-    step.z_lower.tail(n) += factor * correction_.z_lower.tail(n);
-    step.z_upper.tail(n) += factor * correction_.z_upper.tail(n);
-  };
+  const double rhs_norm = own.norm(rhs);
   double scale = 0.0;
   const auto residual_ratio = [&] {
     residual_.v = rhs.v;
@@ -163,40 +198,30 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
     residual_.z_lower = rhs.z_lower;
     residual_.z_upper = rhs.z_upper;
     subtract_product(block, shift, evaluation, step, residual_);
-    scale = std::min(norm(step), 1e6 * rhs_norm) + rhs_norm;
-    return scale > 0.0 ? norm(residual_) / scale : 0.0;
+    scale = std::min(own.norm(step), kLongestSolution * rhs_norm) + rhs_norm;
+    return scale > 0.0 ? own.norm(residual_) / scale : 0.0;
   };
+  // Refinement: stops at residual_ratio_max, or when the residual no longer falls. Beside long steps
+  // of the multipliers the ratio overlooks small rows, which Newton's method needs as well.
+  double last_ratio = std::numeric_limits<double>::infinity();
   for (Index k = 0;; ++k) {
     double ratio = residual_ratio();
-    if (!std::isfinite(ratio)) return false;
-    if (ratio > kSlow * last_ratio) {
-      // A few modes that Gamma spoils are left: the multiple of the correction d with the smallest
-      // residual, from K d = last residual - residual.
-      auto product_v = last_residual_.v.tail(n);
-      auto product_lambda = last_residual_.lambda.tail(m);
-      product_v -= residual_.v.tail(n);
-      product_lambda -= residual_.lambda.tail(m);
-      const double more =
-          (residual_.v.tail(n).dot(product_v) + residual_.lambda.tail(m).dot(product_lambda)) /
-          (product_v.squaredNorm() + product_lambda.squaredNorm());
+    if (std::isfinite(ratio) && ratio > kSlow * last_ratio) {
+      const double more = own.best_multiple(residual_, last_residual_);
       if (std::isfinite(more)) {
-        add_correction(more);
+        own.add(more, correction_, step);
         ratio = residual_ratio();
-        if (!std::isfinite(ratio)) return false;
       }
     }
-    const double rounding = kRounding * scale;
-    const bool every_row = max_norm(residual_.v.tail(n)) <= kForcing * rhs_v + rounding &&
-                           max_norm(residual_.lambda.tail(m)) <= kForcing * rhs_lambda + rounding;
-    if (ratio <= options_.residual_ratio_max && every_row) return true;
-    if (k == options_.max_refinement_steps || ratio > 0.9 * last_ratio) {
+    if (!std::isfinite(ratio)) return false;
+    if (ratio <= options_.residual_ratio_max && own.is_small(residual_, rhs, scale)) return true;
+    if (k == options_.max_refinement_steps || ratio > kProgress * last_ratio) {
       return std::min(ratio, last_ratio) <= options_.residual_ratio_singular;
     }
     last_ratio = ratio;
-    last_residual_.v.tail(n) = residual_.v.tail(n);
-    last_residual_.lambda.tail(m) = residual_.lambda.tail(m);
+    own.copy_equations(residual_, last_residual_);
     solve_reduced(block, residual_, correction_);
-    add_correction(1.0);
+    own.add(1.0, correction_, step);
   }
 }
 
