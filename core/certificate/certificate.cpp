@@ -151,7 +151,7 @@ class Certifier {
 /// At most one factorization of each matrix at a clear point, with the margin in it: right with it is
 /// right without.
 Look Certifier::first_look(const Point& point) {
-  const Units units = units_of(canonical_, point.iterate.v, point.evaluation);
+  const Units units = units_of(canonical_, point.evaluation);
   const BoundClasses classes =
       with_idle_held(guess_classes(canonical_, options_, point.iterate, units));
   if (!classes.clear()) return Look::Unclear;
@@ -340,7 +340,7 @@ bool Certifier::settle(Stage& stage, bool follow) {
     moved_ = stage.point;
   }
   if (!clean(stage.classes, stage.point)) return false;
-  stage.units = units_of(canonical_, stage.point.iterate.v, stage.point.evaluation);
+  stage.units = units_of(canonical_, stage.point.evaluation);
   return true;
 }
 
@@ -399,7 +399,7 @@ bool Certifier::refine_and_test(Stage& stage) {
     const bool there = max_norm(stage.newton.error) <= margin(1.0);
     if (there || !stage.newton.classes_hold || round == kRefinements) return false;
     if (!next_point(stage.newton, stage.point)) return false;
-    stage.units = units_of(canonical_, stage.point.iterate.v, stage.point.evaluation);
+    stage.units = units_of(canonical_, stage.point.evaluation);
   }
 }
 
@@ -442,7 +442,7 @@ SecondOrder Certifier::examine(const Point& given) {
   }
   Stage stage;
   stage.point = given;
-  stage.units = units_of(canonical_, given.iterate.v, given.evaluation);
+  stage.units = units_of(canonical_, given.evaluation);
   stage.classes = with_idle_held(guess_classes(canonical_, options_, given.iterate, stage.units));
   const bool bounded = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
   bool follow = far_ || !stage.classes.clear();

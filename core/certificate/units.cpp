@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace ipminmax {
 namespace {
@@ -12,7 +11,6 @@ constexpr double kUnknown = 0.0;
 constexpr int kRounds = 16;
 constexpr int kSweeps = 4;
 /// Coupling of the players over the curvature of x alone, both in lengths of y.
-constexpr double kLongest = 1e4;  // over the shortest length, both over the variable's size
 constexpr double kImplausible = 1e6;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
@@ -132,31 +130,14 @@ void spread_by_constraints(const CanonicalProblem& canonical, const Evaluation& 
   }
 }
 
-/// Lengths of variables whose entries of W cancel.
-void cut_longest(const CanonicalProblem& canonical, const Eigen::VectorXd& v, Eigen::VectorXd& d) {
-  const Eigen::VectorXd& start = canonical.starting_point().v;
-  const auto size = [&](Index i) { return std::max(std::abs(v[i]), std::abs(start[i])); };
-  for (const IndexRange own : {canonical.x(), canonical.y()}) {
-    double shortest = std::numeric_limits<double>::infinity();
-    for (Index i = own.begin; i < own.end; ++i) {
-      if (size(i) > 0.0) shortest = std::min(shortest, d[i] / size(i));
-    }
-    for (Index i = own.begin; i < own.end; ++i) {
-      if (size(i) > 0.0) d[i] = std::min(d[i], kLongest * shortest * size(i));
-    }
-  }
-}
-
 }  // namespace
 
-Units units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-               const Evaluation& evaluation) {
+Units units_of(const CanonicalProblem& canonical, const Evaluation& evaluation) {
   Units units{Eigen::VectorXd::Constant(canonical.variables(), kUnknown),
               Eigen::VectorXd::Ones(canonical.constraints())};
   equilibrate_block(canonical, evaluation, true, units.variable);
   equilibrate_block(canonical, evaluation, false, units.variable);
   spread_by_constraints(canonical, evaluation, units.variable);
-  cut_longest(canonical, v, units.variable);
   Eigen::VectorXd norms(canonical.constraints());
   constraint_norms(canonical, evaluation, units.variable, norms);
   const auto slack_of = canonical.slack_of_constraint();

@@ -17,11 +17,8 @@ struct Units {
 
 /// Diagonal entries first, then rows without one by what couples them, then variables without
 /// curvature by the constraints that tie them to others: each step depends on the units of the model
-/// by the factor that it should. Variables that nothing ties keep the model's. Where the entries of a variable
-/// cancel its length says nothing: over its size at v or at the start, no length is more than 1e4 times
-/// that of the shortest of the same player.
-[[nodiscard]] Units units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-                             const Evaluation& evaluation);
+/// by the factor that it should. Variables that nothing ties keep the model's.
+[[nodiscard]] Units units_of(const CanonicalProblem& canonical, const Evaluation& evaluation);
 
 /// Longest entry of a vector of variables, slacks apart.
 [[nodiscard]] double longest(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
