@@ -2,6 +2,9 @@
 
 namespace ipminmax {
 
+/// Threads that OpenBLAS uses; 1 with another BLAS.
+[[nodiscard]] int blas_threads();
+
 /// Operations of a factorization up to which BLAS uses one thread: fewer take longer on several, and
 /// sums are then the same whatever OPENBLAS_NUM_THREADS says.
 inline constexpr double kOperationsWorthThreads = 1e9;

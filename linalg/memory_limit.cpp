@@ -11,13 +11,12 @@
 #include <string>
 #include <string_view>
 
+#include "linalg/blas_threads.hpp"
 #include "linalg/library_lock.hpp"
 #include "linalg/memory_limit.hpp"
 
 extern "C" void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info,
                         unsigned long);
-// OpenBLAS's; null with another BLAS.
-extern "C" int openblas_get_num_threads() __attribute__((weak));
 
 namespace ipminmax {
 namespace {
@@ -104,8 +103,7 @@ bool blas_has_memory() {
   if (has_memory) return true;
   if (address_space_limit() < kInfinity) {
     const LibraryLock lock;
-    const int threads = openblas_get_num_threads != nullptr ? openblas_get_num_threads() : 1;
-    const std::size_t bytes = kBlasBuffer * static_cast<std::size_t>(std::max(threads, 1));
+    const std::size_t bytes = kBlasBuffer * static_cast<std::size_t>(std::max(blas_threads(), 1));
     void* reserved = mmap(nullptr, bytes, PROT_READ | PROT_WRITE,
                           MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (reserved == MAP_FAILED) return false;

@@ -17,7 +17,7 @@ namespace {
 
 bool stopped_from_outside(Status status) {
   return status == Status::UserStop || status == Status::MaxCpuTime ||
-         status == Status::MaxWallTime;
+         status == Status::MaxWallTime || status == Status::OutOfMemory;
 }
 
 /// With second derivatives from differences. Where the pattern turns out to have missed entries at

@@ -40,7 +40,7 @@ void expect_true_certificate(Problem& model, const SolverOptions& options, const
 }
 
 TEST(HostileOptions, OfTheTableAreRefusedOrTrue) {
-  const std::uint64_t runs = number_from("IPMINMAX_RUNS", 3000);
+  const std::uint64_t runs = number_from("IPMINMAX_RUNS", 1200);
   const std::uint64_t first = number_from("IPMINMAX_SEED", 1);
   std::uint64_t refused = 0;
   for (std::uint64_t seed = first; seed < first + runs; ++seed) {

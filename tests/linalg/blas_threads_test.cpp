@@ -1,4 +1,6 @@
 // Factors and solutions have the same bits for any number of BLAS threads.
+#include <dlfcn.h>
+
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -11,11 +13,12 @@
 #include "linalg/mumps_solver.hpp"
 #include "test_matrices.hpp"
 
-extern "C" int openblas_get_num_threads() __attribute__((weak));
-extern "C" void openblas_set_num_threads(int) __attribute__((weak));
-
 namespace ipminmax {
 namespace {
+
+/// OpenBLAS's, null with another BLAS.
+void (*const set_threads)(int) = reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT,
+                                                                       "openblas_set_num_threads"));
 
 /// Dense, symmetric, indefinite.
 SymmetricMatrix dense_matrix(Index n) {
@@ -31,13 +34,13 @@ SymmetricMatrix dense_matrix(Index n) {
 
 std::vector<std::uint64_t> bits_of_solution(SymmetricSolver& solver, const SymmetricMatrix& matrix,
                                             int threads) {
-  openblas_set_num_threads(threads);
+  set_threads(threads);
   EXPECT_TRUE(solver.analyze(matrix, {}).ok);
   EXPECT_EQ(solver.factorize(matrix).status, FactorizationStatus::Ok);
   std::vector<double> x(static_cast<std::size_t>(matrix.dimension()));
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::cos(static_cast<double>(i));
   solver.solve_in_place(x);
-  EXPECT_EQ(openblas_get_num_threads(), threads) << "comes back";
+  EXPECT_EQ(blas_threads(), threads) << "comes back";
   std::vector<std::uint64_t> bits;
   for (const double value : x) bits.push_back(std::bit_cast<std::uint64_t>(value));
   return bits;
@@ -46,11 +49,11 @@ std::vector<std::uint64_t> bits_of_solution(SymmetricSolver& solver, const Symme
 class BlasThreads : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (openblas_set_num_threads == nullptr) GTEST_SKIP() << "no OpenBLAS";
-    before_ = openblas_get_num_threads();
+    if (set_threads == nullptr) GTEST_SKIP() << "no OpenBLAS";
+    before_ = blas_threads();
   }
   void TearDown() override {
-    if (openblas_set_num_threads != nullptr) openblas_set_num_threads(before_);
+    if (set_threads != nullptr) set_threads(before_);
   }
   int before_ = 1;
 };
@@ -73,16 +76,16 @@ TEST_F(BlasThreads, DoNotChangeWhatLapackSays) {
 }
 
 TEST_F(BlasThreads, AreOneWhileAnyHolderLives) {
-  openblas_set_num_threads(3);
+  set_threads(3);
   {
     const SequentialBlas outer(1.0);
-    EXPECT_EQ(openblas_get_num_threads(), 1);
+    EXPECT_EQ(blas_threads(), 1);
     { const SequentialBlas inner(1.0); }
-    EXPECT_EQ(openblas_get_num_threads(), 1);
+    EXPECT_EQ(blas_threads(), 1);
   }
-  EXPECT_EQ(openblas_get_num_threads(), 3);
+  EXPECT_EQ(blas_threads(), 3);
   const SequentialBlas large(1e12);
-  EXPECT_EQ(openblas_get_num_threads(), 3);
+  EXPECT_EQ(blas_threads(), 3);
 }
 
 }  // namespace
