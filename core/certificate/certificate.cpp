@@ -276,7 +276,7 @@ void Certifier::examine_curvature(ActiveSetSystem& system, const Point& point,
 
 /// At a point whose active set is not known.
 void Certifier::examine_curvature(const Point& point, const Evaluation* assembled) {
-  const Units units = units_of(canonical_, point.iterate.v, point.evaluation);
+  const Units units = units_of(canonical_, point.evaluation);
   const auto is_held = [&](Index i) {
     return canonical_.x_slacks().contains(i) || canonical_.y_slacks().contains(i);
   };
