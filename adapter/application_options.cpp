@@ -18,7 +18,8 @@ namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
-// --- Registration ---------------------------------------------------------------------------------
+// --- Registration
+// ---------------------------------------------------------------------------------
 
 void register_number(Ipopt::RegisteredOptions& registry, const OptionInfo& info,
                      const OptionInfo::Number& kind) {
@@ -87,7 +88,8 @@ void register_application_options(Ipopt::RegisteredOptions& registry) {
   }
 }
 
-// --- Options files --------------------------------------------------------------------------------
+// --- Options files
+// --------------------------------------------------------------------------------
 
 struct Token {
   std::string text;
@@ -239,15 +241,17 @@ bool is_set_to(const Value& value, Get get) {
 
 }  // namespace
 
+std::string unknown_option(const std::string& name, const Ipopt::RegisteredOptions& registry) {
+  const std::string similar = similar_option(name, registry);
+  return "unknown option \"" + name + "\"" +
+         (similar.empty() ? "" : "; did you mean " + similar + "?");
+}
+
 std::string set_option(const std::string& name, const std::string& text,
                        Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
                        bool allow_clobber) {
   const Ipopt::SmartPtr<const Ipopt::RegisteredOption> option = registry.GetOption(name);
-  if (Ipopt::IsNull(option)) {
-    const std::string similar = similar_option(name, registry);
-    return "unknown option \"" + name + "\"" +
-           (similar.empty() ? "" : "; did you mean " + similar + "?");
-  }
+  if (Ipopt::IsNull(option)) return unknown_option(name, registry);
   const std::string setting = name + " = " + text;
   bool done = false;
   if (option->Type() == Ipopt::OT_Number) {
@@ -287,7 +291,8 @@ std::string set_option(const std::string& name, const std::string& text,
 
 namespace {
 
-// --- Typed values ---------------------------------------------------------------------------------
+// --- Typed values
+// ---------------------------------------------------------------------------------
 
 void copy_option(const OptionInfo& info, const Ipopt::OptionsList& list, SolverOptions& options) {
   const std::string name(info.name);

@@ -41,15 +41,19 @@ struct ApplicationOption {
 void register_options(Ipopt::RegisteredOptions& registry);
 
 /// Sets the options of a file in Ipopt's format: name and value separated by blanks or line ends,
-/// # starts a comment, "..." quotes. As in Ipopt they cannot be overwritten by later Set calls unless
-/// allow_clobber. Stops at the first error and returns it as "ipminmax.opt, line 3: unknown option
-/// \"mu_int\"", or what cannot be read; empty when there is none. source: the file's name.
+/// # starts a comment, "..." quotes. As in Ipopt they cannot be overwritten by later Set calls
+/// unless allow_clobber. Stops at the first error and returns it as "ipminmax.opt, line 3: unknown
+/// option \"mu_int\"", or what cannot be read; empty when there is none. source: the file's name.
 [[nodiscard]] std::string read_options(std::istream& input, const std::string& source,
                                        Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
                                        bool allow_clobber = false);
 
-/// Sets one option from its text. allow_clobber: whether later calls may overwrite it. Returns what is
-/// wrong ("tol = -1 is not in (0, inf)"), empty when nothing is.
+/// "unknown option "tool"; did you mean tol?"
+[[nodiscard]] std::string unknown_option(const std::string& name,
+                                         const Ipopt::RegisteredOptions& registry);
+
+/// Sets one option from its text. allow_clobber: whether later calls may overwrite it. Returns what
+/// is wrong ("tol = -1 is not in (0, inf)"), empty when nothing is.
 [[nodiscard]] std::string set_option(const std::string& name, const std::string& text,
                                      Ipopt::RegisteredOptions& registry, Ipopt::OptionsList& list,
                                      bool allow_clobber);

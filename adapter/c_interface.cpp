@@ -17,6 +17,8 @@
 #include "adapter/ipminmax.h"
 #include "adapter/minmax_application.hpp"
 #include "adapter/minmax_tnlp.hpp"
+#include "adapter/optional_players.hpp"
+#include "adapter/point_arrays.hpp"
 #include "core/sensitivity.hpp"
 #include "core/version.h"
 
@@ -64,16 +66,17 @@ static_assert(same(IPMINMAX_LOCAL_MINMAX, PointKind::LocalMinmax) &&
               same(IPMINMAX_FEASIBLE_POINT, PointKind::FeasiblePoint) &&
               same(IPMINMAX_INFEASIBLE_POINT, PointKind::InfeasiblePoint) &&
               same(IPMINMAX_UNKNOWN_POINT, PointKind::Unknown));
+static_assert(same(IPMINMAX_ANSWER_UNKNOWN, InnerAnswer::Unknown) &&
+              same(IPMINMAX_ANSWER_STRICTLY_BEST, InnerAnswer::StrictlyBest) &&
+              same(IPMINMAX_ANSWER_UNIQUE, InnerAnswer::Unique) &&
+              same(IPMINMAX_ANSWER_SMOOTH, InnerAnswer::Smooth));
 static_assert(same(IPMINMAX_NOT_TESTED, SecondOrder::NotTested) &&
               same(IPMINMAX_SATISFIED, SecondOrder::Satisfied) &&
               same(IPMINMAX_UNDECIDED, SecondOrder::Undecided) &&
-              same(IPMINMAX_VIOLATED, SecondOrder::Violated));
+              same(IPMINMAX_VIOLATED, SecondOrder::Violated) &&
+              same(IPMINMAX_FLAT, SecondOrder::Flat));
 
 std::size_t size_of(Index n) { return static_cast<std::size_t>(n); }
-
-void copy(const std::vector<double>& from, double* to) {
-  if (to != nullptr) std::copy(from.begin(), from.end(), to);
-}
 
 /// What IpminmaxCreate was given; arrays have n or m entries.
 struct Definition {
@@ -95,7 +98,7 @@ struct Point {
 };
 
 /// The C model as an Ipopt model.
-class CallbackTNLP : public MinMaxTNLP {
+class CallbackTNLP : public MinMaxTNLP, public OptionalPlayers {
  public:
   explicit CallbackTNLP(Definition definition) : d_(std::move(definition)) {}
 
@@ -133,10 +136,10 @@ class CallbackTNLP : public MinMaxTNLP {
   }
 
   bool get_bounds_info(Index, Number* x_l, Number* x_u, Index, Number* g_l, Number* g_u) override {
-    copy(d_.x_lower, x_l);
-    copy(d_.x_upper, x_u);
-    copy(d_.g_lower, g_l);
-    copy(d_.g_upper, g_u);
+    copy_to(x_l, d_.x_lower);
+    copy_to(x_u, d_.x_upper);
+    copy_to(g_l, d_.g_lower);
+    copy_to(g_u, d_.g_upper);
     return true;
   }
 
@@ -146,17 +149,17 @@ class CallbackTNLP : public MinMaxTNLP {
     obj_scaling = objective_scaling;
     use_x_scaling = !x_scaling.empty();
     use_g_scaling = !g_scaling.empty();
-    copy(x_scaling, x_scaling_out);
-    copy(g_scaling, g_scaling_out);
+    copy_to(x_scaling_out, x_scaling);
+    copy_to(g_scaling_out, g_scaling);
     return true;
   }
 
   bool get_starting_point(Index, bool init_x, Number* x, bool init_z, Number* z_L, Number* z_U,
                           Index, bool init_lambda, Number* lambda) override {
-    if (init_x) copy(start.x, x);
-    if (init_z) copy(start.z_lower, z_L);
-    if (init_z) copy(start.z_upper, z_U);
-    if (init_lambda) copy(start.lambda, lambda);
+    if (init_x) copy_to(x, start.x);
+    if (init_z) copy_to(z_L, start.z_lower);
+    if (init_z) copy_to(z_U, start.z_upper);
+    if (init_lambda) copy_to(lambda, start.lambda);
     return true;
   }
 
@@ -269,7 +272,7 @@ std::vector<int> read_players(const int* players, Index count, const char* name,
 
 /// What is wrong with sizes and callbacks; empty when nothing is.
 std::string error_of(const Definition& d, int index_style, const int* variable_players) {
-  if (d.n < 1) return "n = " + std::to_string(d.n) + "; it must be at least 1";
+  if (d.n < 0) return "n = " + std::to_string(d.n) + " is negative";
   if (d.m < 0) return "m = " + std::to_string(d.m) + " is negative";
   if (d.nele_jac < 0) return "nele_jac = " + std::to_string(d.nele_jac) + " is negative";
   if (d.nele_hess < 0) return "nele_hess = " + std::to_string(d.nele_hess) + " is negative";
@@ -283,7 +286,7 @@ std::string error_of(const Definition& d, int index_style, const int* variable_p
   if (d.eval_grad_f == nullptr) return "eval_grad_f is NULL";
   if (d.m > 0 && d.eval_g == nullptr) return "eval_g is NULL";
   if (d.m > 0 && d.eval_jac_g == nullptr) return "eval_jac_g is NULL";
-  if (variable_players == nullptr) return "variable_players is NULL";
+  if (d.n > 0 && variable_players == nullptr) return "variable_players is NULL";
   return {};
 }
 
@@ -333,6 +336,8 @@ struct IpminmaxProblemInfo {
   ipminmax::Sensitivity sensitivity;
   bool sensitivity_fits = false;                   ///< whether it is that of the last solve
   std::vector<ipminmax::ActiveSetChange> changes;  ///< of the last prediction
+  std::string reasons;                             ///< of the last certificate asked for
+  std::vector<double> branches;                    ///< of the last worst case given out
   std::string message;
   const char* fixed_message = nullptr;  ///< in place of message, where memory is short
 };
@@ -380,7 +385,7 @@ int add_option(Problem* problem, const char* keyword, Ipopt::RegisteredOptionTyp
     const auto registry = problem->application->RegOptions();
     const SmartPtr<const Ipopt::RegisteredOption> option = registry->GetOption(keyword);
     const std::string name(keyword);
-    if (Ipopt::IsNull(option)) return "unknown option \"" + name + "\"";
+    if (Ipopt::IsNull(option)) return unknown_option(name, *registry);
     if (option->Type() != type) {
       return name + " is " + name_of(option->Type()) + " option, not " + name_of(type) + " option";
     }
@@ -394,8 +399,8 @@ bool is_warm(const Problem& problem) {
   return warm;
 }
 
-/// warm_start_init_point is yes while this lives. Where memory is too short for setting it back, the
-/// next solve does.
+/// warm_start_init_point is yes while this lives. Where memory is too short for setting it back,
+/// the next solve does.
 class WarmStart {
  public:
   explicit WarmStart(Problem& problem) : problem_(problem) {
@@ -447,11 +452,11 @@ IpminmaxReturnStatus stop(Problem& problem, Status status, std::string message) 
 
 /// Copies the answer out.
 void write(const CallbackTNLP& model, const Output& out) {
-  copy(model.answer.x, out.x);
-  copy(model.g, out.g);
-  copy(model.answer.lambda, out.lambda);
-  copy(model.answer.z_lower, out.z_lower);
-  copy(model.answer.z_upper, out.z_upper);
+  copy_to(out.x, model.answer.x);
+  copy_to(out.g, model.g);
+  copy_to(out.lambda, model.answer.lambda);
+  copy_to(out.z_lower, model.answer.z_lower);
+  copy_to(out.z_upper, model.answer.z_upper);
   if (out.objective != nullptr) *out.objective = model.objective;
 }
 
@@ -485,7 +490,7 @@ IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data,
   problem.sensitivity_fits = false;
   model.finalized = false;
   model.user_data = user_data;
-  if (out.x == nullptr) return stop(problem, Status::InvalidProblem, "x is NULL");
+  if (d.n > 0 && out.x == nullptr) return stop(problem, Status::InvalidProblem, "x is NULL");
   if (problem.application->Initialize() != Ipopt::Solve_Succeeded) {
     const Result& failure = problem.application->LastResult();
     return stop(problem, failure.status, failure.message);
@@ -506,10 +511,10 @@ IpminmaxReturnStatus start(Problem& problem, const Output& out, void* user_data,
     return run(problem, out, call);
   }
   if (is_warm(problem)) {
-    const char* missing = d.m > 0 && out.lambda == nullptr ? "mult_g"
-                          : out.z_lower == nullptr         ? "mult_x_L"
-                          : out.z_upper == nullptr         ? "mult_x_U"
-                                                           : nullptr;
+    const char* missing = d.m > 0 && out.lambda == nullptr    ? "mult_g"
+                          : d.n > 0 && out.z_lower == nullptr ? "mult_x_L"
+                          : d.n > 0 && out.z_upper == nullptr ? "mult_x_U"
+                                                              : nullptr;
     if (missing != nullptr) {
       return stop(problem, Status::InvalidProblem,
                   std::string("warm_start_init_point = yes, but ") + missing + " is NULL");
@@ -599,23 +604,66 @@ struct SensitivityOutput {
 };
 
 void write(const SolutionDerivative& found, const SensitivityOutput& out) {
-  copy(found.v, out.x);
-  copy(found.lambda, out.mult_g);
-  copy(found.z_lower, out.mult_x_L);
-  copy(found.z_upper, out.mult_x_U);
+  copy_to(out.x, found.v);
+  copy_to(out.mult_g, found.lambda);
+  copy_to(out.mult_x_L, found.z_lower);
+  copy_to(out.mult_x_U, found.z_upper);
   if (out.obj != nullptr) *out.obj = found.objective;
   if (out.last != nullptr) *out.last = found.objective_curvature;
 }
 
 void write(Prediction found, Problem& problem, const SensitivityOutput& out) {
-  copy(found.v, out.x);
-  copy(found.lambda, out.mult_g);
-  copy(found.z_lower, out.mult_x_L);
-  copy(found.z_upper, out.mult_x_U);
+  copy_to(out.x, found.v);
+  copy_to(out.mult_g, found.lambda);
+  copy_to(out.mult_x_L, found.z_lower);
+  copy_to(out.mult_x_U, found.z_upper);
   if (out.obj != nullptr) *out.obj = found.objective;
   if (out.last != nullptr) *out.last = found.share;
   problem.changes = std::move(found.changes);
   say(&problem, std::move(found.message));
+}
+
+/// Fills the caller's structure and array.
+void write(Problem& problem, const WorstCase& from, IpminmaxWorstCase& to, double* worst_x) {
+  to = {};
+  to.starts = from.starts;
+  to.maxima = from.maxima;
+  to.competing = from.competing;
+  to.value = from.value;
+  to.found = from.v.empty() ? 0 : 1;
+  to.higher = from.higher ? 1 : 0;
+  to.unbounded = from.unbounded ? 1 : 0;
+  to.single_branch = from.single_branch ? 1 : 0;
+  to.stated_concave = from.stated_concave ? 1 : 0;
+  problem.branches = from.branches;
+  copy_to(worst_x, from.v);
+}
+
+/// As IpminmaxSolve would: the options file is read, and no callback of the model may call this.
+std::string check_worst_case_of(Problem& problem, const double* x, int starts,
+                                IpminmaxWorstCase* worst_case, double* worst_x, void* user_data) {
+  if (problem.solving) return "the problem is being solved";
+  if (worst_case == nullptr) return "the structure to be filled is NULL";
+  std::string error;
+  const std::vector<double> v = read_array(x, problem.model->definition().n, "x", error);
+  if (!error.empty()) return error;
+  if (problem.application->Initialize() != Ipopt::Solve_Succeeded) {
+    return problem.application->LastResult().message;
+  }
+  problem.model->user_data = user_data;
+  problem.model->needs_hessian = asks_for_hessian(problem);
+  problem.model->start.x = v;
+  problem.solving = true;
+  WorstCaseCheck check;
+  try {
+    error = problem.application->CheckWorstCase(Ipopt::GetRawPtr(problem.model), v, starts, check);
+  } catch (...) {
+    problem.solving = false;
+    throw;
+  }
+  problem.solving = false;
+  if (error.empty()) write(problem, check.found, *worst_case, worst_x);
+  return error;
 }
 
 std::string error_of_answer(const Problem& problem, const void* target) {
@@ -628,7 +676,8 @@ std::string error_of_answer(const Problem& problem, const void* target) {
 }  // namespace IPMINMAX_IPOPT_ABI
 }  // namespace ipminmax
 
-// --- The C functions ------------------------------------------------------------------------------
+// --- The C functions
+// ------------------------------------------------------------------------------
 
 using namespace ipminmax;  // this file ends here
 
@@ -787,6 +836,16 @@ int IpminmaxGetCertificate(IpminmaxProblem problem, IpminmaxCertificate* certifi
     certificate->weakly_active_max = from.weakly_active_max;
     certificate->finite_differences = from.finite_differences ? 1 : 0;
     certificate->hessian_error = from.hessian_error;
+    certificate->hessian_disagrees = from.hessian_disagrees ? 1 : 0;
+    certificate->least_curvature = from.least_curvature;
+    certificate->least_curvature_variable = from.least_curvature_variable;
+    certificate->answer = static_cast<IpminmaxAnswer>(from.answer);
+    problem->reasons.clear();
+    for (const CertificateReason& reason : from.reasons) {
+      if (!problem->reasons.empty()) problem->reasons += '\n';
+      problem->reasons += reason.text;
+    }
+    certificate->reasons = problem->reasons.c_str();
     return {};
   });
 }
@@ -825,11 +884,7 @@ int IpminmaxGetCurrentIterate(IpminmaxProblem problem, int n, double* x, double*
     if (auto error = error_of_sizes(*problem, n, m); !error.empty()) return error;
     Result current;
     if (!problem->application->GetCurrentIterate(current)) return kNoCallback;
-    copy(current.v, x);
-    copy(current.z_lower, z_L);
-    copy(current.z_upper, z_U);
-    copy(current.constraints, g);
-    copy(current.lambda, lambda);
+    fill({x, z_L, z_U, g, lambda}, current);
     return {};
   });
 }
@@ -846,15 +901,34 @@ int IpminmaxGetCurrentViolations(IpminmaxProblem problem, int n, double* x_L_vio
     if (!problem->application->GetCurrentViolations(found)) {
       return "the first derivatives are undefined at the iterate";
     }
-    copy(found.lower_bound, x_L_violation);
-    copy(found.upper_bound, x_U_violation);
-    copy(found.lower_complementarity, compl_x_L);
-    copy(found.upper_complementarity, compl_x_U);
-    copy(found.lagrangian_gradient, grad_lag_x);
-    copy(found.constraint, nlp_constraint_violation);
-    copy(found.constraint_complementarity, compl_g);
+    fill({x_L_violation, x_U_violation, compl_x_L, compl_x_U, grad_lag_x, nlp_constraint_violation,
+          compl_g},
+         found);
     return {};
   });
+}
+
+int IpminmaxCheckWorstCase(IpminmaxProblem problem, const double* x, int starts,
+                           IpminmaxWorstCase* worst_case, double* worst_x, void* user_data) {
+  return guarded(problem, [&] {
+    return check_worst_case_of(*problem, x, starts, worst_case, worst_x, user_data);
+  });
+}
+
+int IpminmaxGetWorstCase(IpminmaxProblem problem, IpminmaxWorstCase* worst_case, double* worst_x) {
+  return guarded(problem, [&]() -> std::string {
+    if (auto error = error_of_answer(*problem, worst_case); !error.empty()) return error;
+    write(*problem, problem->application->LastResult().worst_case, *worst_case, worst_x);
+    return {};
+  });
+}
+
+int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double* values) {
+  if (problem == nullptr) return 0;
+  const std::vector<double>& branches = problem->branches;
+  const int most = std::min(capacity, static_cast<int>(branches.size()));
+  for (int k = 0; values != nullptr && k < most; ++k) values[k] = branches[size_of(k)];
+  return static_cast<int>(branches.size());
 }
 
 int IpminmaxUpdateSensitivity(IpminmaxProblem problem) {

@@ -89,7 +89,8 @@ class ProblemView final : public Problem {
   double sign_ = 1.0;
 };
 
-// --- Options --------------------------------------------------------------------------------------
+// --- Options
+// --------------------------------------------------------------------------------------
 
 /// As in an options file.
 std::string text_of(const OptionSetting& setting) {
@@ -182,7 +183,8 @@ std::string check_ipopt_options(const std::string& text) {
   return {};
 }
 
-// --- Two answers to one problem -------------------------------------------------------------------
+// --- Two answers to one problem
+// -------------------------------------------------------------------
 
 double largest(const std::vector<double>& values) {
   double size = 1.0;
@@ -261,7 +263,8 @@ CrossCheckVerdict compare(const CrossCheck& check, const CrossCheckSettings& set
   return check.difference.point <= settings.point_tolerance ? SameSolution : SameObjective;
 }
 
-// --- The maximizer at fixed x ---------------------------------------------------------------------
+// --- The maximizer at fixed x
+// ---------------------------------------------------------------------
 
 /// Ipopt's maximizations over y at fixed x.
 class InnerMaximization {
@@ -389,7 +392,8 @@ class InnerMaximization {
   double allowed_violation_ = kFeasible;
 };
 
-// --- Report ---------------------------------------------------------------------------------------
+// --- Report
+// ---------------------------------------------------------------------------------------
 
 template <class... Arguments>
 std::string format(const char* pattern, Arguments... arguments) {

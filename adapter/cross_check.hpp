@@ -115,8 +115,9 @@ struct CrossCheck {
                                                 const CrossCheckSettings& settings = {});
 
 /// Only the second half: can Ipopt improve the maximizer's part of any point v (n entries)?
-/// The structure of the problem has to be valid (see solve). Throws std::invalid_argument when v has
-/// another size or an option is invalid, std::runtime_error when the objective is undefined at v.
+/// The structure of the problem has to be valid (see solve). Throws std::invalid_argument when v
+/// has another size or an option is invalid, std::runtime_error when the objective is undefined at
+/// v.
 [[nodiscard]] InnerMaximumCheck check_inner_maximum(Problem& problem, const std::vector<double>& v,
                                                     const CrossCheckSettings& settings = {});
 

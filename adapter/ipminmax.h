@@ -59,10 +59,19 @@ enum IpminmaxPointKind {
 };
 
 enum IpminmaxSecondOrder {
-  IPMINMAX_NOT_TESTED = 0, /* not a first-order point */
+  IPMINMAX_NOT_TESTED = 0, /* not a first-order point, or minmax_certificate none */
   IPMINMAX_SATISFIED = 1,
-  IPMINMAX_UNDECIDED = 2, /* a zero eigenvalue, dependent or weakly active constraints */
-  IPMINMAX_VIOLATED = 3   /* an eigenvalue has a definite wrong sign: not a local minmax */
+  IPMINMAX_UNDECIDED = 2, /* none of the others could be shown; see reasons */
+  IPMINMAX_VIOLATED = 3,  /* an eigenvalue has a definite wrong sign: not a local minmax */
+  IPMINMAX_FLAT = 4 /* not refuted, the value is constant along directions without curvature */
+};
+
+/* What was shown of the maximizer's answer y, whatever is known of x. */
+enum IpminmaxAnswer {
+  IPMINMAX_ANSWER_UNKNOWN = 0,
+  IPMINMAX_ANSWER_STRICTLY_BEST = 1, /* nearby, to this x */
+  IPMINMAX_ANSWER_UNIQUE = 2,        /* one answer nearby to each x nearby, Lipschitz in x */
+  IPMINMAX_ANSWER_SMOOTH = 3         /* the same, differentiable in x */
 };
 
 typedef struct IpminmaxInertia {
@@ -75,13 +84,21 @@ typedef struct IpminmaxCertificate {
   enum IpminmaxSecondOrder second_order;
   IpminmaxInertia inner, inner_expected; /* of the maximizer's KKT matrix */
   IpminmaxInertia full, full_expected;   /* of both players' */
-  double margin;                         /* curvature to spare in the test; 0 unless satisfied */
+  double margin; /* curvature to spare, relative to each variable's own; 0 unless satisfied */
   int licq_min, licq_max; /* 1: gradients of the player's active constraints independent */
   int weakly_active_min, weakly_active_max; /* active bounds and inequalities, multiplier ~ 0 */
   int finite_differences; /* 1: second derivatives are differences of first ones */
   /* Curvature by which those may be wrong, as estimated; the verdict allows for it. 0 when they are
    * the model's. Infinite: the differences could not be trusted at all. */
   double hessian_error;
+  enum IpminmaxAnswer answer;
+  /* Why the certificate is not more than it is, one reason a line with names of variables and
+   * constraints; "" without any. Valid until the next call with this problem. */
+  const char *reasons;
+  /* 1: the model's second derivatives are not those of its gradients, so nothing is certified. */
+  int hessian_disagrees;
+  double least_curvature; /* about the least there is, of at most 1; 0 unless satisfied */
+  int least_curvature_variable; /* the one that moves most along it, from 0; -1: not known */
 } IpminmaxCertificate;
 
 typedef struct IpminmaxStatistics {
@@ -103,9 +120,9 @@ typedef struct IpminmaxStatistics {
 /* The model's functions, with Ipopt's arguments. Return 1 for success, 0 when the function is
  * undefined at x. Only the low byte of what they return is read, so callbacks made for Ipopt 3.14,
  * which return bool, may be cast to these types. An eval_h must know the structure of the Hessian;
- * where second derivatives do not exist it is NULL. x and lambda must not be written to. Matrix structure is asked for with values ==
- * NULL, values with iRow == jCol == NULL. The Hessian is that of obj_factor f + lambda' g, one of
- * the entries (i,j) and (j,i); duplicates add. */
+ * where second derivatives do not exist it is NULL. x and lambda must not be written to. Matrix
+ * structure is asked for with values == NULL, values with iRow == jCol == NULL. The Hessian is that
+ * of obj_factor f + lambda' g, one of the entries (i,j) and (j,i); duplicates add. */
 typedef int (*IpminmaxEval_F_CB)(int n, double *x, int new_x, double *obj_value, void *user_data);
 typedef int (*IpminmaxEval_Grad_F_CB)(int n, double *x, int new_x, double *grad_f, void *user_data);
 typedef int (*IpminmaxEval_G_CB)(int n, double *x, int new_x, int m, double *g, void *user_data);
@@ -124,7 +141,7 @@ typedef int (*IpminmaxIntermediate_CB)(int alg_mod, int iter_count, double obj_v
 
 typedef struct IpminmaxProblemInfo *IpminmaxProblem;
 
-/* n >= 1 variables with bounds x_L, x_U (n), m >= 0 constraints with bounds g_L, g_U (m); bounds
+/* n >= 0 variables with bounds x_L, x_U (n), m >= 0 constraints with bounds g_L, g_U (m); bounds
  * outside (nlp_lower_bound_inf, nlp_upper_bound_inf), by default +-1e19, are absent. nele_jac,
  * nele_hess: entries of Jacobian and Hessian. eval_g and eval_jac_g may be NULL when m is 0;
  * eval_h may be NULL: second derivatives are then differences of first ones.
@@ -149,8 +166,8 @@ int IpminmaxAddIntOption(IpminmaxProblem problem, const char *keyword, int val);
 /* print_level: 0 to 12. */
 int IpminmaxOpenOutputFile(IpminmaxProblem problem, const char *file_name, int print_level);
 
-/* Used with nlp_scaling_method user-scaling. x_scaling (n) and g_scaling (m), or NULL: none. Factors
- * are in [1e-20, 1e20]; with a negative obj_scaling Min maximizes and Max minimizes. */
+/* Used with nlp_scaling_method user-scaling. x_scaling (n) and g_scaling (m), or NULL: none.
+ * Factors are in [1e-20, 1e20]; with a negative obj_scaling Min maximizes and Max minimizes. */
 int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double *x_scaling,
                        const double *g_scaling);
 
@@ -166,16 +183,15 @@ int IpminmaxSetIntermediateCallback(IpminmaxProblem problem,
 /* x (n): in the starting point, out the last point. Outputs, each may be NULL: g (m), obj_val,
  * mult_g (m), mult_x_L (n), mult_x_U (n); with warm_start_init_point yes the multipliers are also
  * inputs and may not be NULL. grad f + J' mult_g - mult_x_L + mult_x_U = 0, so multipliers of a Max
- * variable's bounds are <= 0. Outputs are untouched when the solve stops before its first
- * iterate. */
+ * variable's bounds are <= 0. Outputs are untouched when the solve stops before its first iterate. */
 enum IpminmaxReturnStatus IpminmaxSolve(IpminmaxProblem problem, double *x, double *g,
                                         double *obj_val, double *mult_g, double *mult_x_L,
                                         double *mult_x_U, void *user_data);
 
-/* IpminmaxSolve with the starts (option minmax_starts) on all MPI ranks, each of which has to call this with
- * the same problem and options; outputs are the same on all ranks, and only rank 0 prints. The callbacks
- * are called in another thread than this one. IPMINMAX_INVALID_OPTION where MPI cannot be used:
- * IpminmaxMessage tells why. */
+/* IpminmaxSolve with the starts (option minmax_starts) on all MPI ranks, each of which has to call
+ * this with the same problem and options; outputs are the same on all ranks, and only rank 0 prints.
+ * The callbacks are called in another thread than this one. IPMINMAX_INVALID_OPTION where MPI cannot
+ * be used: IpminmaxMessage tells why. */
 enum IpminmaxReturnStatus IpminmaxSolveOverRanks(IpminmaxProblem problem, double *x, double *g,
                                                  double *obj_val, double *mult_g, double *mult_x_L,
                                                  double *mult_x_U, void *user_data);
@@ -183,7 +199,8 @@ enum IpminmaxReturnStatus IpminmaxSolveOverRanks(IpminmaxProblem problem, double
 /* The same structure again, warm started (as with warm_start_init_point yes) from x and the
  * multipliers of the last solve; user_data and IpminmaxSetBounds may have changed the numbers.
  * Orderings, symbolic factorizations, scaling and the last shifts of the Hessian are kept
- * (IpminmaxStatistics.analyses is 0). Arguments as in IpminmaxSolve, multipliers out only. Invalid_Problem_Definition when there is no last point. */
+ * (IpminmaxStatistics.analyses is 0). Arguments as in IpminmaxSolve, multipliers out only.
+ * Invalid_Problem_Definition when there is no last point. */
 enum IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double *x, double *g,
                                              double *obj_val, double *mult_g, double *mult_x_L,
                                              double *mult_x_U, void *user_data);
@@ -193,14 +210,38 @@ enum IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double *x,
 int IpminmaxGetCertificate(IpminmaxProblem problem, IpminmaxCertificate *certificate);
 int IpminmaxGetStatistics(IpminmaxProblem problem, IpminmaxStatistics *statistics);
 
+/* What maximizing over y from several starts, x held, has found; docs/certificate.md. */
+typedef struct IpminmaxWorstCase {
+  int starts;         /* maximizations made; 0: not looked for, the rest is 0 */
+  int maxima;         /* distinct certified maxima over y */
+  int competing;      /* distinct points that share the largest value: 2 or more, a kink */
+  double value;       /* largest f(x, y) found at a feasible y: a lower bound of the worst case */
+  int found;          /* 1: there is such a y */
+  int higher;         /* 1: value is clearly above f at the point asked about */
+  int unbounded;      /* 1: a maximization ran to infinity */
+  int single_branch;  /* 1: all ended at one maximum: f looks concave in y here */
+  int stated_concave; /* 1: option minmax_concave_in_y */
+} IpminmaxWorstCase;
+
+/* The worst case over all of y at the Min variables of x (n values), from so many starting points of y, at
+ * least 1; the first is that of x. Options as for the next solve. worst_x (n), or NULL: x and the worst
+ * y. Calls the model's functions; 0 when it cannot be done: IpminmaxMessage says why. */
+int IpminmaxCheckWorstCase(IpminmaxProblem problem, const double *x, int starts,
+                           IpminmaxWorstCase *worst_case, double *worst_x, void *user_data);
+/* The same of the last solve, with option minmax_worst_case_starts. */
+int IpminmaxGetWorstCase(IpminmaxProblem problem, IpminmaxWorstCase *worst_case, double *worst_x);
+/* Of the last of these calls: values of f at the distinct maxima over y, the largest first, and the
+ * first capacity of them; returns how many are known (10 at most). values may be NULL when capacity is 0. */
+int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double *values);
+
 /* Inside the intermediate callback only, 0 elsewhere: the iterate, as IpminmaxSolve would return it
- * if the callback stopped now. Unscaled; arrays of n: x, z_L, z_U, of m: g, lambda; each may be NULL.
- * Evaluates eval_f and eval_g, with fixed variables also eval_grad_f and eval_jac_g. */
+ * if the callback stopped now. Unscaled; arrays of n: x, z_L, z_U, of m: g, lambda; each may be
+ * NULL. Evaluates eval_f and eval_g, with fixed variables also eval_grad_f and eval_jac_g. */
 int IpminmaxGetCurrentIterate(IpminmaxProblem problem, int n, double *x, double *z_L, double *z_U,
                               int m, double *g, double *lambda);
 
-/* Inside the intermediate callback only, 0 elsewhere: by how much the iterate misses the first-order
- * conditions. Unscaled, zero where there is no bound; each may be NULL. Evaluates eval_grad_f and
+/* Inside the intermediate callback only, 0 elsewhere: by how much the iterate misses the
+ * first-order conditions. Unscaled, zero where there is no bound; each may be NULL. Evaluates eval_grad_f and
  * eval_jac_g; 0 where these are undefined.
  *   x_L_violation, x_U_violation (n)  max(x_L - x, 0), max(x - x_U, 0)
  *   compl_x_L, compl_x_U (n)          (x - x_L) z_L, (x_U - x) z_U; 0 for a fixed variable
@@ -214,7 +255,7 @@ int IpminmaxGetCurrentViolations(IpminmaxProblem problem, int n, double *x_L_vio
                                  double *grad_lag_x, int m, double *nlp_constraint_violation,
                                  double *compl_g);
 
-/* --- What if: derivatives of the last solution, and where it goes when constants of the model move ---
+/* --- What if: derivatives of the last solution, and where it goes when constants of the model move
  *
  * The parameters of a model are its bounds: right-hand sides of equations and values of fixed
  * variables (equal bounds, to be moved alike), bounds of variables and inequalities. */

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "adapter/log.hpp"
+#include "core/model/status_table.hpp"
 #include "core/worst_case.hpp"
 
 namespace ipminmax::log {
@@ -79,7 +80,16 @@ std::string inertia_row(const char* label, const Inertia& found, const Inertia& 
                 expected.positive, expected.negative, expected.zero);
 }
 
-std::string certificate_report(const Certificate& certificate) {
+/// Name of a variable of the model, else its number.
+std::string variable_name(const ProblemStructure* structure, Index i) {
+  if (structure != nullptr && i < static_cast<Index>(structure->variable_names.size())) {
+    const std::string& name = structure->variable_names[static_cast<std::size_t>(i)];
+    if (!name.empty()) return name;
+  }
+  return "variable " + std::to_string(i);
+}
+
+std::string certificate_report(const Certificate& certificate, const ProblemStructure* structure) {
   const std::string outcome(name_of(certificate.second_order));
   const std::string kind(name_of(certificate.kind));
   std::string text = format("Second-order test.......: %s\nReturned point..........: %s\n",
@@ -88,15 +98,29 @@ std::string certificate_report(const Certificate& certificate) {
   text += "                           found: +      -      0   expected: +      -      0\n";
   text += inertia_row("Inertia of K_yy.........:", certificate.inner, certificate.inner_expected);
   text += inertia_row("Inertia of K............:", certificate.full, certificate.full_expected);
-  text += format("Curvature margin........: %24.16e\n", certificate.margin);
+  text += format("Curvature, probed by....: %24.16e\n", certificate.margin);
+  if (certificate.least_curvature_variable >= 0) {
+    text +=
+        format("Least curvature, about..: %.1e (of 1), most in %s\n", certificate.least_curvature,
+               variable_name(structure, certificate.least_curvature_variable).c_str());
+  }
   if (certificate.finite_differences) {
     text += format("Second derivatives......: finite differences, error estimate %.1e\n",
                    certificate.hessian_error);
+  }
+  if (certificate.hessian_disagrees) {
+    text += "Second derivatives......: disagree with differences of the gradient\n";
   }
   text += format("Independent gradients...: Min %s, Max %s\n", yes_no(certificate.licq_min),
                  yes_no(certificate.licq_max));
   text += format("Weakly active bounds....: Min %d, Max %d\n", certificate.weakly_active_min,
                  certificate.weakly_active_max);
+  if (certificate.kind != PointKind::LocalMinmax && certificate.answer != InnerAnswer::Unknown) {
+    text += "Answer of the maximizer.: " + std::string(name_of(certificate.answer)) + "\n";
+  }
+  for (const CertificateReason& reason : certificate.reasons) {
+    text += "Reason..................: " + reason.text + "\n";
+  }
   return text;
 }
 
@@ -109,61 +133,20 @@ std::string wrong_curvature(const Certificate& certificate) {
 }
 
 std::string exit_text(const Result& result) {
-  switch (result.status) {
-    case Status::Solved:
-      return "Local Minmax Found.";
-    case Status::SolvedDegenerate:
-      return "First-order point found; the second-order test is undecided (degenerate point).";
-    case Status::SolvedToAcceptableLevel:
-      return "Solved To Acceptable Level.";
-    case Status::NotLocalMinmax:
-      return "First-order point found, but it is not a local minmax: " +
-             wrong_curvature(result.certificate) + ".";
-    case Status::NoLocalMinmaxFound:
-      return "No local minmax found from this starting point.";
-    case Status::InnerUnbounded:
-      return "The maximization over y looks unbounded.";
-    case Status::OuterUnbounded:
-      return "The minimization over x looks unbounded.";
-    case Status::DivergingIterates:
-      return "Iterates diverging; problem might be unbounded.";
-    case Status::LocallyInfeasible:
-      return "Converged to a point of local infeasibility. Problem may be infeasible.";
-    case Status::InnerInfeasible:
-      return "The maximizer's constraints cannot be met near the returned point. Problem may be "
-             "infeasible.";
-    case Status::MaxIterations:
-      return "Maximum Number of Iterations Exceeded.";
-    case Status::MaxCpuTime:
-      return "Maximum CPU time exceeded.";
-    case Status::MaxWallTime:
-      return "Maximum wallclock time exceeded.";
-    case Status::TinyStep:
-      return "Search Direction is becoming Too Small.";
-    case Status::RestorationFailed:
-      return "Restoration Failed!";
-    case Status::InertiaCorrectionFailed:
-      return "Error in step computation: no regularization gives the expected inertia.";
-    case Status::LinearSolverFailed:
-      return "Error in step computation: linear solver failed.";
-    case Status::EvaluationFailed:
-      return "A function of the model could not be evaluated.";
-    case Status::InvalidNumber:
-      return "Invalid number in function or derivative detected.";
-    case Status::UserStop:
-      return "Stopping optimization at current point as requested by user.";
-    case Status::InvalidProblem:
-      return "Invalid problem definition.";
-    case Status::InvalidOption:
-      return "Invalid option encountered.";
-    case Status::TooFewDegreesOfFreedom:
-      return "Problem has too few degrees of freedom.";
-    case Status::OutOfMemory:
-      return "Not enough memory.";
-    case Status::InternalError:
-      return "Internal error.";
+  if (result.status == Status::NotLocalMinmax) {
+    return "First-order point found, but it is not a local minmax: " +
+           wrong_curvature(result.certificate) + ".";
   }
-  return "Internal error.";
+  if (result.status == Status::SolvedDegenerate) {
+    if (result.certificate.second_order == SecondOrder::Flat) {
+      return "First-order point found in a valley of points with the same value.";
+    }
+    if (result.certificate.hessian_disagrees) {
+      return "First-order point found; its second derivatives look wrong, so nothing is "
+             "certified.";
+    }
+  }
+  return std::string(row_of(result.status).sentence);
 }
 
 }  // namespace
@@ -363,6 +346,38 @@ std::string multistart_summary(const MultistartResult& result) {
   return text;
 }
 
+std::string place_text(const std::vector<std::pair<std::string, double>>& values) {
+  constexpr std::size_t kMost = 6;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kMost, values.size()); ++i) {
+    text += (i > 0 ? ", " : "") + values[i].first + format(" = %.6g", values[i].second);
+  }
+  return values.size() > kMost ? text + format(", ... (%zu in all)", values.size()) : text;
+}
+
+namespace {
+
+/// The Max variables that the constraint of a worst case reads, f if it is none, with their values.
+std::string place_of(const RobustWorstCase& found, const ProblemStructure& structure) {
+  const std::size_t n = structure.variable_players.size();
+  const bool is_f =
+      static_cast<std::size_t>(found.constraint) >= structure.constraint_players.size();
+  std::vector<bool> reads(n, is_f);
+  for (const Triplet& entry : structure.jacobian) {
+    if (entry.row == found.constraint) reads[static_cast<std::size_t>(entry.col)] = true;
+  }
+  std::vector<std::pair<std::string, double>> values;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!reads[i] || structure.variable_players[i] != Player::Max) continue;
+    const bool named = i < structure.variable_names.size() && !structure.variable_names[i].empty();
+    values.emplace_back(named ? structure.variable_names[i] : "variable " + std::to_string(i),
+                        found.v[i]);
+  }
+  return place_text(values);
+}
+
+}  // namespace
+
 std::string robust_summary(const RobustResult& result, const ProblemStructure& structure) {
   constexpr std::size_t kMostRows = 50;
   std::string text = format("\nRobust constraints: %zu worst cases, %d solves",
@@ -371,7 +386,13 @@ std::string robust_summary(const RobustResult& result, const ProblemStructure& s
     text += format(", %d maximizations over y, largest violation found %.2e", result.maximizations,
                    result.largest_violation);
   }
-  text += format("\n\n%-24s %24s %16s\n", "constraint", "value", "multiplier");
+  if (result.starts > 1) {
+    text += format("\n%d starts of x, %zu distinct certified points, the answer from start %d",
+                   result.starts, result.points.size(), result.best_start);
+  }
+  text += "\n";
+  if (result.worst_cases.empty()) return text;
+  text += format("\n%-24s %24s %16s  %s\n", "constraint", "value", "multiplier", "worst case");
   for (std::size_t k = 0; k < std::min(kMostRows, result.worst_cases.size()); ++k) {
     const RobustWorstCase& found = result.worst_cases[k];
     const auto j = static_cast<std::size_t>(found.constraint);
@@ -381,7 +402,8 @@ std::string robust_summary(const RobustResult& result, const ProblemStructure& s
     } else if (j < structure.constraint_names.size() && !structure.constraint_names[j].empty()) {
       name = structure.constraint_names[j];
     }
-    text += format("%-24s %24.16e %16.8e\n", name.c_str(), found.value, found.multiplier);
+    text += format("%-24s %24.16e %16.8e  %s\n", name.c_str(), found.value, found.multiplier,
+                   place_of(found, structure).c_str());
   }
   if (result.worst_cases.size() > kMostRows) {
     text += format("... and %zu more\n", result.worst_cases.size() - kMostRows);
@@ -389,7 +411,7 @@ std::string robust_summary(const RobustResult& result, const ProblemStructure& s
   return text;
 }
 
-std::string summary(const Result& result) {
+std::string summary(const Result& result, const ProblemStructure* structure) {
   const KktError& error = result.error;
   std::string text = format("\nNumber of Iterations....: %d\n\n", result.iterations);
   text += format("Objective...............: %24.16e\n", result.objective);
@@ -398,7 +420,7 @@ std::string summary(const Result& result) {
   text += format("Constraint violation....: %24.16e\n", error.primal);
   text += format("Complementarity.........: %24.16e\n", error.complementarity);
   text += format("Overall scaled error....: %24.16e\n\n", error.total);
-  text += certificate_report(result.certificate);
+  text += certificate_report(result.certificate, structure);
   if (const std::string worst = describe_worst_case(result); !worst.empty()) {
     text += "Worst case over y.......: " + worst + "\n";
   }

@@ -2,6 +2,8 @@
 
 #include <chrono>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "../core/derivative_test.hpp"
 #include "../core/multistart.hpp"
@@ -68,8 +70,8 @@ namespace ipminmax::log {
 /// One line of that table.
 [[nodiscard]] std::string start_row(Index start, const Result& result);
 
-/// How far a multistart is: "Multistart: 12 of 100 starts, 9 certified, best value ..., 34 s left", without
-/// line end.
+/// How far a multistart is: "Multistart: 12 of 100 starts, 9 certified, best value ..., 34 s left",
+/// without line end.
 class StartsProgress {
  public:
   /// larger_is_better: a maximization.
@@ -88,16 +90,22 @@ class StartsProgress {
   Clock::time_point begin_ = Clock::now(), last_ = begin_;
 };
 
-/// Distinct certified points, smallest local minmax value first, and how often each status occurred.
+/// Distinct certified points, smallest local minmax value first, and how often each status
+/// occurred.
 [[nodiscard]] std::string multistart_summary(const MultistartResult& result);
 
-/// The worst cases of robust constraints: constraint, its value there, multiplier, and how far the
-/// search over y has come.
+/// "y = 0.5, w = -1", the first few of the values.
+[[nodiscard]] std::string place_text(const std::vector<std::pair<std::string, double>>& values);
+
+/// The worst cases of robust constraints: constraint, its value there, multiplier, the values of
+/// the Max variables that it reads, and how far the search over y has come.
 [[nodiscard]] std::string robust_summary(const RobustResult& result,
                                          const ProblemStructure& structure);
 
-/// Objective and errors at the returned point, then the certificate.
-[[nodiscard]] std::string summary(const Result& result);
+/// Objective and errors at the returned point, then the certificate. structure, which has the names,
+/// may be null.
+[[nodiscard]] std::string summary(const Result& result,
+                                  const ProblemStructure* structure = nullptr);
 
 /// Numbers of evaluations, factorizations and solves, and the time used.
 [[nodiscard]] std::string work(const Result& result);

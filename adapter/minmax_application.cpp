@@ -16,6 +16,7 @@
 #include <optional>
 #include <set>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -26,11 +27,14 @@
 #include "adapter/ipopt_only_options.hpp"
 #include "adapter/log.hpp"
 #include "adapter/minmax_application.hpp"
+#include "adapter/optional_players.hpp"
 #include "adapter/options_documentation.hpp"
 #include "adapter/output_file.hpp"
+#include "adapter/point_arrays.hpp"
 #include "adapter/status.hpp"
 #include "adapter/tnlp_problem.hpp"
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/remarks.hpp"
 #include "core/multistart.hpp"
 #include "core/robust.hpp"
 #include "core/solver.hpp"
@@ -94,11 +98,6 @@ bool is_finite(const Violations& v) {
          all_finite(v.constraint_complementarity);
 }
 
-/// Copies what is asked for.
-void copy(const std::vector<double>& from, Ipopt::Number* to) {
-  if (to != nullptr) std::ranges::copy(from, to);
-}
-
 double system_seconds() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -118,7 +117,7 @@ double bound_violation(const ProblemStructure& structure, const std::vector<doub
 
 /// Whether constraints, or f, are to hold for every y.
 bool is_robust(const ProblemStructure& structure, const SolverOptions& options) {
-  return options.minmax_epigraph ||
+  return options.minmax_epigraph || options.minmax_epigraph_at_kinks ||
          (options.minmax_robust_constraints && has_robust_constraints(structure));
 }
 
@@ -154,6 +153,7 @@ struct MinMaxApplication::Implementation {
   SmartPtr<MinMaxStatistics> statistics;
   RepeatedSolver solver;
   Result result;
+  std::vector<RobustWorstCase> worst_cases;
   bool banner_printed = false;
   bool documentation_printed = false;
   std::set<std::string> ignored_options;  ///< messages already printed
@@ -198,7 +198,8 @@ struct MinMaxApplication::Implementation {
   [[nodiscard]] ApplicationReturnStatus join_ranks();
   void look_for_worst_case(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] ApplicationReturnStatus stop(Status status, std::string message);
-  [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem);
+  [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem, const SolverOptions& options);
+  void print_split_remarks(const ProblemStructure& structure) const;
   [[nodiscard]] ApplicationReturnStatus report_exception();
 
   [[nodiscard]] std::string string_option(const char* name) const;
@@ -223,7 +224,8 @@ MinMaxApplication::Implementation::Implementation(MinMaxApplication& owner, bool
   }
 }
 
-// --- Options and output ---------------------------------------------------------------------------
+// --- Options and output
+// ---------------------------------------------------------------------------
 
 std::string MinMaxApplication::Implementation::string_option(const char* name) const {
   std::string value;
@@ -255,8 +257,9 @@ bool MinMaxApplication::Implementation::open_output_file(const std::string& file
   const std::string journal_name = "OutputFile:" + file_name;
   SmartPtr<Ipopt::Journal> journal = journalist->GetJournal(journal_name);
   if (Ipopt::IsNull(journal)) {
-    journal = open_journal(journal_name, file_name, level, append);
-    if (Ipopt::IsNull(journal) || !journalist->AddJournal(journal)) return false;
+    const SmartPtr<OutputFile> file = new OutputFile(journal_name, level);
+    journal = Ipopt::GetRawPtr(file);
+    if (!file->open(file_name, append).empty() || !journalist->AddJournal(journal)) return false;
   }
   journal->SetAllPrintLevels(level);
   journal->SetPrintLevel(Ipopt::J_DBG, Ipopt::J_NONE);
@@ -349,7 +352,8 @@ void MinMaxApplication::Implementation::print_ignored_options() {
   }
 }
 
-// --- Solve ----------------------------------------------------------------------------------------
+// --- Solve
+// ----------------------------------------------------------------------------------------
 
 /// To be called while an exception is handled: says what it is and returns Ipopt's status, or
 /// passes it on.
@@ -457,14 +461,11 @@ Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& pr
 
 Result MinMaxApplication::Implementation::solve_for_every_y(TnlpProblem& problem,
                                                             const SolverOptions& options) {
-  if (options.minmax_starts > 1) {
-    print(Ipopt::J_WARNING, Ipopt::J_MAIN,
-          "Option minmax_starts does not apply to robust constraints: one start of x is made.\n");
-  }
   RobustResult found = solve_robust(problem, options, observer_of(problem, options));
-  if (has_iterate(found.result.status)) {
+  if (has_iterate(found.result.status) && (!found.worst_cases.empty() || found.starts > 1)) {
     print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::robust_summary(found, problem.structure()));
   }
+  worst_cases = std::move(found.worst_cases);
   return std::move(found.result);
 }
 
@@ -522,6 +523,18 @@ void MinMaxApplication::Implementation::look_for_worst_case(TnlpProblem& problem
   add_worst_case(problem, options, result, observer);
 }
 
+void MinMaxApplication::Implementation::print_split_remarks(
+    const ProblemStructure& structure) const {
+  const bool any_max = std::ranges::find(structure.variable_players, Player::Max) !=
+                       structure.variable_players.end();
+  const bool distributes = dynamic_cast<const MinMaxTNLP*>(Ipopt::GetRawPtr(model)) != nullptr &&
+                           dynamic_cast<const OptionalPlayers*>(Ipopt::GetRawPtr(model)) == nullptr;
+  if (!any_max && !distributes) return;  // an ordinary model
+  for (const std::string& text : split_remarks(structure)) {
+    print(Ipopt::J_WARNING, Ipopt::J_MAIN, "Warning: " + text + "\n\n");
+  }
+}
+
 /// A model may stop because Ipopt's own methods have nothing to tell it.
 std::string stop_note(Ipopt::TNLP& model, const Result& result) {
   const bool may_have_asked = IPMINMAX_IPOPT_AT_LEAST(3, 14) && result.status == Status::UserStop &&
@@ -532,13 +545,19 @@ std::string stop_note(Ipopt::TNLP& model, const Result& result) {
                         : "";
 }
 
-ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& problem) {
+ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& problem,
+                                                                  const SolverOptions& options) {
   result.message += stop_note(*model, result);
   if (!has_iterate(result.status)) {
     print(Ipopt::J_ERROR, Ipopt::J_MAIN, log::exit_line(result));
     return application_status(result.status);
   }
-  print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::summary(result));
+  print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::summary(result, &problem.structure()));
+  if (is_success(result.status)) {
+    for (const std::string& text : idle_bound_remarks(problem.structure(), options, result)) {
+      print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, "Note: " + text + "\n");
+    }
+  }
   if (flag("print_ipopt_log"))
     print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::ipopt_errors(result));
   print(Ipopt::J_SUMMARY, Ipopt::J_STATISTICS, log::work(result));
@@ -577,6 +596,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
   }
   print(Ipopt::J_WARNING, Ipopt::J_STATISTICS,
         log::problem_statistics(problem.structure(), options));
+  print_split_remarks(problem.structure());
   try {
     if (options.derivative_test != DerivativeTest::None) {
       print(Ipopt::J_SUMMARY, Ipopt::J_NLP,
@@ -584,6 +604,9 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
     }
     if (is_robust(problem.structure(), options)) {
       result = solve_for_every_y(problem, options);
+      if (!options.minmax_epigraph && !has_robust_constraints(problem.structure())) {
+        look_for_worst_case(problem, options);
+      }
     } else if (options.minmax_starts > 1 || over_ranks) {
       result = solve_from_many_starts(problem, options);
     } else {
@@ -599,11 +622,12 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
     }
     return status;
   }
-  return finish(problem);
+  return finish(problem, options);
 }
 
 ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
   result = {};
+  worst_cases.clear();
   statistics = nullptr;
   system_seconds_before = system_seconds();
   ApplicationReturnStatus status = Ipopt::Internal_Error;
@@ -622,7 +646,8 @@ ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
   return status;
 }
 
-// --- Public methods -------------------------------------------------------------------------------
+// --- Public methods
+// -------------------------------------------------------------------------------
 
 MinMaxApplication::MinMaxApplication(bool create_console_out, bool create_empty)
     : implementation_(
@@ -756,6 +781,10 @@ bool MinMaxApplication::GetCurrentViolations(Violations& violations) const {
 
 const Result& MinMaxApplication::LastResult() const { return implementation_->result; }
 
+const std::vector<RobustWorstCase>& MinMaxApplication::LastWorstCases() const {
+  return implementation_->worst_cases;
+}
+
 std::string MinMaxApplication::UpdateSensitivity(Sensitivity& sensitivity) const {
   const Implementation& here = *implementation_;
   if (Ipopt::IsNull(here.model)) return "nothing has been solved";
@@ -764,6 +793,24 @@ std::string MinMaxApplication::UpdateSensitivity(Sensitivity& sensitivity) const
   TnlpProblem problem(here.model, player_options(*here.list));
   if (auto error = problem.load(); !error.empty()) return error;
   return sensitivity.update(problem, here.result, options);
+}
+
+std::string MinMaxApplication::CheckWorstCase(const SmartPtr<Ipopt::TNLP>& model,
+                                              std::span<const double> v, Index starts,
+                                              WorstCaseCheck& check) const {
+  if (Ipopt::IsNull(model)) return "the model is null";
+  if (starts < 1) return "a worst case is looked for from at least one start";
+  SolverOptions options;
+  if (auto error = solver_options(*implementation_->list, options); !error.empty()) return error;
+  if (auto error = ipopt_library_error(*model); !error.empty()) return error;
+  TnlpProblem problem(model, player_options(*implementation_->list), options.hessian_approximation);
+  if (auto error = problem.load(); !error.empty()) return error;
+  try {
+    check = check_worst_case(problem, v, options, starts);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return {};
 }
 
 SmartPtr<MinMaxStatistics> MinMaxApplication::Statistics() const {
@@ -781,7 +828,8 @@ bool MinMaxApplication::RethrowNonIpoptException(bool dorethrow) {
   return std::exchange(implementation_->rethrow, dorethrow);
 }
 
-// --- What models ask in their callback ------------------------------------------------------------
+// --- What models ask in their callback
+// ------------------------------------------------------------
 
 bool get_current_iterate(bool scaled, Ipopt::Index n, Ipopt::Number* x, Ipopt::Number* z_L,
                          Ipopt::Number* z_U, Ipopt::Index m, Ipopt::Number* g,
@@ -792,11 +840,7 @@ bool get_current_iterate(bool scaled, Ipopt::Index n, Ipopt::Number* x, Ipopt::N
       at.constraints.size() != static_cast<std::size_t>(m)) {
     return false;
   }
-  copy(at.v, x);
-  copy(at.z_lower, z_L);
-  copy(at.z_upper, z_U);
-  copy(at.constraints, g);
-  copy(at.lambda, lambda);
+  fill({x, z_L, z_U, g, lambda}, at);
   return true;
 }
 
@@ -810,13 +854,9 @@ bool get_current_violations(bool scaled, Ipopt::Index n, Ipopt::Number* x_L_viol
       found.constraint.size() != static_cast<std::size_t>(m)) {
     return false;
   }
-  copy(found.lower_bound, x_L_violation);
-  copy(found.upper_bound, x_U_violation);
-  copy(found.lower_complementarity, compl_x_L);
-  copy(found.upper_complementarity, compl_x_U);
-  copy(found.lagrangian_gradient, grad_lag_x);
-  copy(found.constraint, nlp_constraint_violation);
-  copy(found.constraint_complementarity, compl_g);
+  fill({x_L_violation, x_U_violation, compl_x_L, compl_x_U, grad_lag_x, nlp_constraint_violation,
+        compl_g},
+       found);
   return true;
 }
 

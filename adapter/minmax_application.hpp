@@ -2,13 +2,17 @@
 
 #include <iosfwd>
 #include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
 #include <IpIpoptApplication.hpp>
 
 #include "../core/result.hpp"
+#include "../core/robust.hpp"
 #include "../core/sensitivity.hpp"
 #include "../core/violations.hpp"
+#include "../core/worst_case.hpp"
 #include "minmax_statistics.hpp"
 #include "minmax_tnlp.hpp"
 
@@ -17,14 +21,14 @@ inline namespace IPMINMAX_IPOPT_ABI {
 
 /// Ipopt's IpoptApplication with a player split: porting a program is changing this type's name.
 ///
-/// The model's methods are called in Ipopt's order, finalize_metadata and finalize_solution included;
-/// ip_data and ip_cq are null, so the get_curr_* methods of Ipopt 3.14's TNLP return false; those of
-/// an ObservableTNLP (minmax_tnlp.hpp), and GetCurrentIterate and GetCurrentViolations here, answer. As
-/// in Ipopt, finalize_solution is not called when the solve stops before its first iterate (invalid
-/// option, invalid problem, too few degrees of freedom).
+/// The model's methods are called in Ipopt's order, finalize_metadata and finalize_solution
+/// included; ip_data and ip_cq are null, so the get_curr_* methods of Ipopt 3.14's TNLP return
+/// false; those of an ObservableTNLP (minmax_tnlp.hpp), and GetCurrentIterate and
+/// GetCurrentViolations here, answer. As in Ipopt, finalize_solution is not called when the solve
+/// stops before its first iterate (invalid option, invalid problem, too few degrees of freedom).
 ///
-/// Exceptions of the model end the solve as in Ipopt: Unrecoverable_Exception for Ipopt's own types,
-/// else NonIpopt_Exception_Thrown, or the exception passes through after
+/// Exceptions of the model end the solve as in Ipopt: Unrecoverable_Exception for Ipopt's own
+/// types, else NonIpopt_Exception_Thrown, or the exception passes through after
 /// RethrowNonIpoptException(true).
 class MinMaxApplication : public Ipopt::ReferencedObject {
  public:
@@ -46,9 +50,10 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   static void RegisterAllIpoptOptions(const Ipopt::SmartPtr<Ipopt::RegisteredOptions>& registry);
   static void RegisterOptions(const Ipopt::SmartPtr<Ipopt::RegisteredOptions>& registry);
 
-  /// Reads ipminmax.opt when present, or the file named by option_file_name, which must be there. Each
-  /// Initialize returns Invalid_Option when an option is unknown or has a bad value or the file cannot
-  /// be read, and says which. allow_clobber: whether later Set calls may change what a file sets.
+  /// Reads ipminmax.opt when present, or the file named by option_file_name, which must be there.
+  /// Each Initialize returns Invalid_Option when an option is unknown or has a bad value or the
+  /// file cannot be read, and says which. allow_clobber: whether later Set calls may change what a
+  /// file sets.
   Ipopt::ApplicationReturnStatus Initialize(bool allow_clobber = false);
   /// Reads the given options file; "" reads none.
   Ipopt::ApplicationReturnStatus Initialize(const std::string& options_file,
@@ -70,10 +75,10 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// start and stops all of them; finalize_solution is called once. Iterations, evaluations and
   /// times are those of all starts.
   Ipopt::ApplicationReturnStatus OptimizeTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
-  /// OptimizeTNLP with the starts (minmax_starts) on all MPI ranks, each of which has to call this with the
-  /// same model and options (core/multistart.hpp, multistart_over_ranks); one thread per rank. Only rank 0
-  /// prints, and writes minmax_points_file; all ranks get the same answer. The model is called by another
-  /// thread than this one. Invalid_Option where MPI cannot be used.
+  /// OptimizeTNLP with the starts (minmax_starts) on all MPI ranks, each of which has to call this
+  /// with the same model and options (core/multistart.hpp, multistart_over_ranks); one thread per
+  /// rank. Only rank 0 prints, and writes minmax_points_file; all ranks get the same answer. The
+  /// model is called by another thread than this one. Invalid_Option where MPI cannot be used.
   Ipopt::ApplicationReturnStatus OptimizeTNLPOverRanks(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
   /// The model of the last OptimizeTNLP again, with other numbers. Orderings, symbolic
   /// factorizations, scaling and the last shifts are kept (core/solver.hpp, RepeatedSolver; with
@@ -87,10 +92,11 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
                                              Ipopt::SmartPtr<Ipopt::AlgorithmBuilder>& builder);
   Ipopt::ApplicationReturnStatus ReOptimizeNLP(const Ipopt::SmartPtr<Ipopt::NLP>& nlp);
 
-  /// Inside intermediate_callback: the iterate, as LastResult() would hold it if the callback stopped
-  /// the solve now: v, lambda, z_lower, z_upper, constraints in the model's order and units, error
-  /// (inf_du split by player), mu, counts. Evaluates objective and constraints, with fixed variables
-  /// their derivatives, once per callback. False, and nothing is touched, anywhere else.
+  /// Inside intermediate_callback: the iterate, as LastResult() would hold it if the callback
+  /// stopped the solve now: v, lambda, z_lower, z_upper, constraints in the model's order and
+  /// units, error (inf_du split by player), mu, counts. Evaluates objective and constraints, with
+  /// fixed variables their derivatives, once per callback. False, and nothing is touched, anywhere
+  /// else.
   bool GetCurrentIterate(Result& iterate) const;
   /// Inside intermediate_callback: by how much the iterate misses the first-order conditions, entry
   /// by entry. Evaluates gradient and Jacobian. False where these are undefined or not finite, and
@@ -100,6 +106,16 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// Answer of the last solve, with the certificate; after a failed Initialize its status and
   /// message only.
   [[nodiscard]] const Result& LastResult() const;
+  /// Worst cases of the last answer's robust constraints, and of f with minmax_epigraph; empty
+  /// where there are none.
+  [[nodiscard]] const std::vector<RobustWorstCase>& LastWorstCases() const;
+  /// The worst case over all of y at the x of v (n values), looked for from so many starting points of
+  /// y with the options of this application, beginning with that of v; see check_worst_case of
+  /// core/worst_case.hpp. Returns why it cannot be done, empty when it was. model as for OptimizeTNLP; its
+  /// exceptions pass through.
+  [[nodiscard]] std::string CheckWorstCase(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
+                                           std::span<const double> v, Index starts,
+                                           WorstCaseCheck& check) const;
   /// Makes sensitivity that of the last answer; returns why that has no derivatives, empty when it
   /// has. Bounds and functions of the model must be those of the solve. Calls the model as a solve
   /// does before its start, then gradient, Jacobian and Hessian once; its exceptions pass through.

@@ -11,8 +11,8 @@
 namespace IPMINMAX_API ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
-/// Statistics of a solve, with the accessors of Ipopt's SolveStatistics (which cannot be filled from
-/// outside Ipopt). LastResult() of the application says more.
+/// Statistics of a solve, with the accessors of Ipopt's SolveStatistics (which cannot be filled
+/// from outside Ipopt). LastResult() of the application says more.
 class MinMaxStatistics : public Ipopt::ReferencedObject {
  public:
   /// What a result does not hold.

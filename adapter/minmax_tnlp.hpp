@@ -16,9 +16,9 @@ static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Ind
               "Ipminmax needs an Ipopt with double precision numbers and int indices");
 
 /// Inside a model's intermediate_callback, whichever application of this thread called it: the
-/// iterate, as MinMaxApplication::GetCurrentIterate gives it. Arrays of n: x, z_L, z_U, of m: g, lambda;
-/// each may be null. False, and nothing is touched, anywhere else, for other sizes, and for scaled:
-/// values are those of the model's units.
+/// iterate, as MinMaxApplication::GetCurrentIterate gives it. Arrays of n: x, z_L, z_U, of m: g,
+/// lambda; each may be null. False, and nothing is touched, anywhere else, for other sizes, and for
+/// scaled: values are those of the model's units.
 [[nodiscard]] bool get_current_iterate(bool scaled, Ipopt::Index n, Ipopt::Number* x,
                                        Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m,
                                        Ipopt::Number* g, Ipopt::Number* lambda);
@@ -32,8 +32,8 @@ static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Ind
                                           Ipopt::Number* compl_g);
 
 /// Base of models whose intermediate_callback calls get_curr_iterate and get_curr_violations, which
-/// Ipopt 3.14's TNLP has: here they answer under this library's applications too, and with Ipopt 3.11.
-/// A model that is solved by Ipopt 3.14 gets Ipopt's answer.
+/// Ipopt 3.14's TNLP has: here they answer under this library's applications too, and with Ipopt
+/// 3.11. A model that is solved by Ipopt 3.14 gets Ipopt's answer.
 class ObservableTNLP : public Ipopt::TNLP {
  public:
   bool get_curr_iterate(const Ipopt::IpoptData* ip_data, Ipopt::IpoptCalculatedQuantities* ip_cq,

@@ -1,5 +1,6 @@
+#include <cerrno>
 #include <cstdarg>
-#include <cstdio>
+#include <cstring>
 
 #include "adapter/output_file.hpp"
 
@@ -7,38 +8,45 @@ namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
-class AppendJournal : public Ipopt::Journal {
- public:
-  AppendJournal(const std::string& name, Ipopt::EJournalLevel level, std::FILE* file)
-      : Journal(name, level), file_(file) {}
-  ~AppendJournal() override { std::fclose(file_); }
-
- protected:
-  void PrintImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* text) override {
-    std::fputs(text, file_);
-  }
-  void PrintfImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* format,
-                  std::va_list values) override {
-    std::vfprintf(file_, format, values);
-  }
-  void FlushBufferImpl() override { std::fflush(file_); }
-
- private:
-  std::FILE* file_;
-};
+std::string cannot_write(const std::string& file, int error) {
+  return "cannot write " + file + ": " + std::strerror(error);
+}
 
 }  // namespace
 
-Ipopt::SmartPtr<Ipopt::Journal> open_journal(const std::string& name, const std::string& file_name,
-                                             Ipopt::EJournalLevel level, bool append) {
-  if (append && file_name != "stdout" && file_name != "stderr") {
-    std::FILE* file = std::fopen(file_name.c_str(), "a");
-    if (file == nullptr) return nullptr;
-    return new AppendJournal(name, level, file);
-  }
-  const Ipopt::SmartPtr<Ipopt::FileJournal> journal = new Ipopt::FileJournal(name, level);
-  if (!journal->Open(file_name.c_str())) return nullptr;
-  return Ipopt::GetRawPtr(journal);
+OutputFile::~OutputFile() {
+  if (file_ != nullptr && !is_stream()) std::fclose(file_);
+}
+
+std::string OutputFile::open(const std::string& file_name, bool append) {
+  file_name_ = file_name;
+  file_ = file_name == "stdout"   ? stdout
+          : file_name == "stderr" ? stderr
+                                  : std::fopen(file_name.c_str(), append ? "a" : "w");
+  return file_ == nullptr ? cannot_write(file_name, errno) : std::string();
+}
+
+std::string OutputFile::close() {
+  if (file_ != nullptr) note_error((is_stream() ? std::fflush(file_) : std::fclose(file_)) != 0);
+  file_ = nullptr;
+  return error_ != 0 ? cannot_write(file_name_, error_) : std::string();
+}
+
+void OutputFile::note_error(bool failed) {
+  if (failed && error_ == 0) error_ = errno;
+}
+
+void OutputFile::PrintImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* text) {
+  if (file_ != nullptr) note_error(std::fputs(text, file_) < 0);
+}
+
+void OutputFile::PrintfImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* format,
+                            va_list values) {
+  if (file_ != nullptr) note_error(std::vfprintf(file_, format, values) < 0);
+}
+
+void OutputFile::FlushBufferImpl() {
+  if (file_ != nullptr) note_error(std::fflush(file_) != 0);
 }
 
 }  // namespace IPMINMAX_IPOPT_ABI

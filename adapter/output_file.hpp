@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdio>
 #include <string>
 
 #include <IpJournalist.hpp>
@@ -9,11 +10,37 @@
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
-/// A journal that writes to a file, from its end on where append is set (Ipopt 3.11 cannot); null when
-/// it cannot be opened. "stdout" and "stderr" are the streams, as in Ipopt.
-[[nodiscard]] Ipopt::SmartPtr<Ipopt::Journal> open_journal(const std::string& name,
-                                                           const std::string& file_name,
-                                                           Ipopt::EJournalLevel level, bool append);
+/// A journal that writes to a file, from its end on where asked (Ipopt 3.11's cannot), and
+/// remembers whether all was written, which Ipopt's do not. "stdout" and "stderr" are the streams.
+class OutputFile : public Ipopt::Journal {
+ public:
+  /// name: the journal's.
+  OutputFile(const std::string& name, Ipopt::EJournalLevel level) : Journal(name, level) {}
+  ~OutputFile() override;
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  /// Returns what is wrong ("cannot write FILE: permission denied"), empty when nothing is. append:
+  /// what the file holds stays.
+  [[nodiscard]] std::string open(const std::string& file_name, bool append);
+  /// Returns the first error since it was opened, empty when all was written. Nothing is printed
+  /// afterwards.
+  [[nodiscard]] std::string close();
+
+ protected:
+  void PrintImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* text) override;
+  void PrintfImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* format,
+                  va_list values) override;
+  void FlushBufferImpl() override;
+
+ private:
+  void note_error(bool failed);
+  [[nodiscard]] bool is_stream() const { return file_ == stdout || file_ == stderr; }
+
+  std::string file_name_;
+  std::FILE* file_ = nullptr;
+  int error_ = 0;  ///< errno of the first failure
+};
 
 }  // namespace IPMINMAX_IPOPT_ABI
 }  // namespace ipminmax

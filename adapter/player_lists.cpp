@@ -11,8 +11,8 @@ namespace {
 
 bool is_separator(char c) { return c == ',' || c == ' ' || (c >= '\t' && c <= '\r'); }
 
-/// The next entry of the list, taken off its front; empty at the end. Names like x[1,'New York'] hold
-/// separators inside brackets and quotes.
+/// The next entry of the list, taken off its front; empty at the end. Names like x[1,'New York']
+/// hold separators inside brackets and quotes.
 std::string_view take_entry(std::string_view& list) {
   while (!list.empty() && is_separator(list.front())) list.remove_prefix(1);
   std::size_t end = 0;

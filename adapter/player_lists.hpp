@@ -24,8 +24,8 @@ struct ListedItems {
 /// Reads a list as "3 5-9 speed[2] wind": indices from 0, ranges, names. Entries are separated by
 /// blanks or commas outside brackets and quotes; digits alone are an index; a name without brackets
 /// also stands for all entries of an indexed name, wind for wind[1], wind[2].
-/// indices: what the list names, ascending. Returns what is wrong ("there is no variable 7: the model
-/// has 3, counted from 0"), empty when nothing is.
+/// indices: what the list names, ascending. Returns what is wrong ("there is no variable 7: the
+/// model has 3, counted from 0"), empty when nothing is.
 [[nodiscard]] std::string read_index_list(std::string_view list, const ListedItems& items,
                                           std::vector<Index>& indices);
 

@@ -24,8 +24,8 @@ class TnlpProblem : public Problem {
  public:
   /// model: a MinMaxTNLP, or a plain TNLP: then every variable is Min unless the model's integer
   /// variable metadata "player" says otherwise (n entries, 0 Min, 1 Max; the same for constraints).
-  /// options: what minmax_max_variables and minmax_max_constraints list; an error when the model's own
-  /// players disagree.
+  /// options: what minmax_max_variables and minmax_max_constraints list; an error when the model's
+  /// own players disagree.
   /// hessian: with LimitedMemory eval_h is never called, as in Ipopt.
   explicit TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOptions options = {},
                        HessianApproximation hessian = HessianApproximation::Unset);

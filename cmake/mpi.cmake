@@ -15,6 +15,12 @@ if(NOT IPMINMAX_MPI STREQUAL "OFF")
   endif()
 endif()
 
+# AddressSanitizer forbids RTLD_DEEPBIND, with which the plugin has to be loaded.
+set(IPMINMAX_CAN_LOAD_MPI ${IPMINMAX_WITH_MPI})
+if(CMAKE_CXX_FLAGS MATCHES "-fsanitize=[a-z,]*address")
+  set(IPMINMAX_CAN_LOAD_MPI FALSE)
+endif()
+
 function(ipminmax_add_mpi_plugin)
   set(folder "${PROJECT_SOURCE_DIR}/linalg/mpi")
   add_library(ipminmax_mpi_objects OBJECT "${folder}/plugin.cpp" "${folder}/remote_mumps.cpp"

@@ -328,6 +328,11 @@ std::vector<OptionInfo> make_table() {
        "Maximizations over y, x held, from as many starts, that look for a worst case above the "
        "answer's; a multistart ranks its points by what they find and goes on from it. 0: none.",
        at_least(&O::minmax_worst_case_starts, 0)},
+      {"minmax_concave_in_y", multistart,
+       "Whether f is concave in y and Y(x) convex, as the model knows: a maximum over y is then "
+       "the "
+       "worst case over all of y, and one maximization is enough of a check.",
+       Flag{&O::minmax_concave_in_y}},
 
       {"minmax_robust_copies", robust,
        "Whether each robust constraint gets copies of its own of the Max variables that it shares "
@@ -337,6 +342,10 @@ std::vector<OptionInfo> make_table() {
        "Whether f is treated as a robust constraint too, min t with f(x, y) <= t for every y: the "
        "answer minimizes the largest of the local worst cases met, kinks included.",
        Flag{&O::minmax_epigraph}},
+      {"minmax_epigraph_at_kinks", robust,
+       "Whether a search that ends without a local minmax goes on as with minmax_epigraph, from "
+       "where it ended, over the branches of y found there.",
+       Flag{&O::minmax_epigraph_at_kinks}},
       {"minmax_worst_case_tol", robust,
        "Violation of a robust constraint, relative to the range of values that it was seen to "
        "take, "
@@ -409,9 +418,19 @@ std::vector<OptionInfo> make_table() {
        "Residual ratio above which a factorization counts as inaccurate.",
        positive(&O::residual_ratio_singular)},
 
+      {"minmax_certificate", method,
+       "How much the second-order test at a first-order point may cost.",
+       choice(&O::minmax_certificate, {"full", "quick", "none"},
+              {"until the point is certified or refuted; points that stay undecided cost at most a "
+               "fifth of the solve's factorizations or 3 (40 where the matrices are small)",
+               "one factorization of K_yy and of K: only points with clear curvature and clear "
+               "active bounds are certified, clearly wrong ones refuted",
+               "no test, for minimizations at Ipopt's cost: the second-order test says \"not "
+               "tested\", and a saddle is not told from a minimum. Refused with Max variables"})},
       {"minmax_curvature_tol", method,
-       "Curvature, relative to the largest entry of the Hessian, below which the second-order "
-       "test calls an eigenvalue zero.",
+       "Curvature below which the second-order test calls an eigenvalue zero, relative to what "
+       "each variable has: variables are measured in lengths in which the entries of the Hessian "
+       "are at most 1, so that no units of the model matter.",
        positive(&O::minmax_curvature_tol)},
   };
 }

@@ -51,6 +51,13 @@ enum class InstabilityShift : std::uint8_t {
   Smallest  ///< the least delta_x for which it has one at some mu, by bisection
 };
 
+/// How much the second-order test may cost.
+enum class CertificateEffort : std::uint8_t {
+  Full,  ///< until the point is certified, refuted or its budget of factorizations is used up
+  Quick,  ///< one factorization of K_yy and of K, and those for a witness where they are clearly wrong
+  None  ///< no test; for minimizations
+};
+
 /// All settings of a solve. Names, defaults and meanings are Ipopt's unless a name begins with
 /// minmax_. option_table() lists them with bounds and texts.
 struct SolverOptions {
@@ -147,10 +154,12 @@ struct SolverOptions {
   double minmax_start_radius = 10.0;
   double minmax_distinct_tol = 1e-4;
   int minmax_worst_case_starts = 0;
+  bool minmax_concave_in_y = false;
 
   // Robust constraints, see robust.hpp; solve takes the model as it is
   bool minmax_robust_copies = true;
   bool minmax_epigraph = false;
+  bool minmax_epigraph_at_kinks = false;
   double minmax_worst_case_tol = 1e-7;
 
   // Hessian and Jacobian shifts
@@ -178,6 +187,7 @@ struct SolverOptions {
   double residual_ratio_singular = 1e-5;
 
   // Certificate
+  CertificateEffort minmax_certificate = CertificateEffort::Full;
   double minmax_curvature_tol = 1e-8;
 };
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "../linalg/inertia.hpp"
+#include "problem.hpp"
 
 namespace IPMINMAX_API ipminmax {
 
@@ -56,12 +57,47 @@ enum class PointKind : std::uint8_t {
 
 /// Outcome of the second-order test.
 enum class SecondOrder : std::uint8_t {
-  NotTested,  ///< not a first-order point
+  NotTested,  ///< not a first-order point, or minmax_certificate none
   Satisfied,
-  Undecided,  ///< a singular matrix, dependent active constraints or weakly active bounds
-  Violated    ///< an inertia with a definite wrong sign
+  Undecided,  ///< none of the others could be shown; Certificate::reasons say why
+  Violated,   ///< an inertia with a definite wrong sign
+  /// Not refuted, and along every direction without curvature the value stays the same, as far as
+  /// rounding shows: a valley of equally good points (of x, y answering; of y where there is no x).
+  Flat
 };
 [[nodiscard]] std::string_view name_of(SecondOrder outcome);
+
+/// What was shown of the maximizer's answer near the returned point, whatever is known of x.
+enum class InnerAnswer : std::uint8_t {
+  Unknown,
+  StrictlyBest,  ///< to this x, y is strictly the best answer nearby; how it moves with x is open
+  Unique,        ///< for each x nearby there is exactly one answer y(x) nearby, and it is Lipschitz
+  Smooth         ///< the same, and y(x) is differentiable
+};
+[[nodiscard]] std::string_view name_of(InnerAnswer answer);
+
+/// Why a certificate is not more than it is, or what is special about the point.
+struct CertificateReason {
+  enum class Kind : std::uint8_t {
+    WeaklyActive,       ///< an active bound or inequality with multiplier zero
+    Dependent,          ///< an active constraint whose gradient is a combination of others'
+    VanishingGradient,  ///< an active constraint without a gradient
+    FlatDirection,      ///< the value is constant along it
+    LittleCurvature,    ///< none is seen along it, but the value is not constant
+    WrongCurvature,     ///< along it the owner gains
+    NotIsolated,        ///< Newton's method does not contract towards a solution
+    Unsteady,           ///< second derivatives change by more than the curvature on the way to it
+    RobustRow,          ///< a robust constraint's worst case is not settled
+    Differences,        ///< second derivatives from differences are too uncertain
+    WrongHessian,       ///< the model's second derivatives disagree with its gradient
+    Effort              ///< minmax_certificate quick, or the budget is used up
+  };
+  Kind kind = Kind::Effort;
+  Player player = Player::Min;     ///< whose
+  std::string text;                ///< for people, with the names of the model
+  std::vector<Index> variables;    ///< of the model, that it is about
+  std::vector<Index> constraints;  ///< the same
+};
 
 /// What was found at the returned point, with all regularization off. Inertias are those of
 /// K (section "KKT system" of core/algorithm.md; the paper's J_zz) and of its (y, lambda_y) part
@@ -72,8 +108,14 @@ struct Certificate {
   SecondOrder second_order = SecondOrder::NotTested;
   Inertia inner, inner_expected;
   Inertia full, full_expected;
-  double margin = 0.0;          ///< curvature (scaled problem) that can be taken away from either
-                                ///< player while both inertias stay right; 0 unless Satisfied
+  /// Curvature that can be taken away from both players while both inertias stay right, relative to
+  /// what each variable has: in lengths in which the entries of W are at most 1 (core/algorithm.md,
+  /// "Units"): the size of a probe, no measure of robustness. 0 unless Satisfied.
+  double margin = 0.0;
+  /// About the least curvature of K and K_yy in the same lengths, by inverse iteration; 0 unless
+  /// Satisfied.
+  double least_curvature = 0.0;
+  Index least_curvature_variable = -1;  ///< the one that moves most along it; -1: not known
   bool licq_min = false;        ///< gradients of the Min player's active constraints independent
   bool licq_max = false;        ///< the same for Max
   Index weakly_active_min = 0;  ///< Min bounds and inequalities without strict complementarity
@@ -81,6 +123,11 @@ struct Certificate {
   bool finite_differences = false;  ///< second derivatives came from differences
   double hessian_error = 0.0;       ///< curvature (scaled problem) by which these may be wrong, as
                                     ///< estimated; the tests hold in spite of it
+  InnerAnswer answer = InnerAnswer::Unknown;
+  std::vector<CertificateReason> reasons;  ///< the most telling first; at most 20 of a kind
+  bool hessian_disagrees =
+      false;  ///< the model's second derivatives are not those of its gradients:
+              ///< a difference along little curvature shows it, so Undecided
 };
 
 /// Errors of the first-order conditions. Infinity norms, NaN where the model's functions are
@@ -127,14 +174,18 @@ struct Counts {
 /// The worst case over all of y at the returned x, as far as maximizations from several starts tell
 /// (worst_case.hpp).
 struct WorstCase {
-  Index starts = 0;            ///< maximizations made; 0: not checked
-  Index maxima = 0;            ///< distinct certified maxima over y
-  Index competing = 0;         ///< distinct points that share the largest value
-  double value = 0.0;          ///< largest f(x, y) found at a feasible y
-  std::vector<double> v;       ///< n: x and that y; empty when none was found
-  bool higher = false;         ///< value is clearly above the objective of the result
-  bool unbounded = false;      ///< a maximization over y ran to infinity
-  bool single_branch = false;  ///< all ended at one maximum, K_yy right at every iterate
+  Index starts = 0;       ///< maximizations made; 0: not checked
+  Index maxima = 0;       ///< distinct certified maxima over y
+  Index competing = 0;    ///< distinct points that share the largest value
+  double value = 0.0;     ///< largest f(x, y) found at a feasible y
+  std::vector<double> v;  ///< n: x and that y; empty when none was found
+  std::vector<double> y;  ///< Max's variables of v, in their order
+  /// Values of f at the distinct maxima over y, the largest first, at most ten.
+  std::vector<double> branches;
+  bool higher = false;          ///< value is clearly above the objective of the result
+  bool unbounded = false;       ///< a maximization over y ran to infinity
+  bool single_branch = false;   ///< all ended at one maximum, K_yy right at every iterate
+  bool stated_concave = false;  ///< by minmax_concave_in_y: one maximization is enough
 };
 
 /// Answer of a solve, in the units of the model. Multipliers satisfy

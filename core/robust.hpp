@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "multistart.hpp"
 #include "options.hpp"
 #include "problem.hpp"
 #include "result.hpp"
@@ -23,8 +24,9 @@ struct RobustWorstCase {
 struct RobustResult {
   /// Of the problem with the copies of y, in the shape of the model: v holds x and, for a variable
   /// that a constraint has copies of, its value in the worst case with the largest multiplier; a
-  /// constraint's multiplier is the sum of those of its worst cases. The certificate is that of the
-  /// problem with the copies.
+  /// constraint's multiplier is the sum of those of its worst cases. Objective and constraints are
+  /// those of v; certificate and errors are those of the problem with the copies. Counts, iterations,
+  /// factorizations and times are those of all solves and maximizations together.
   Result result;
   std::vector<RobustWorstCase> worst_cases;  ///< ordered by constraint, first found first
   Index solves = 0;                          ///< of problems with copies
@@ -32,6 +34,13 @@ struct RobustResult {
   /// Largest violation, over all robust constraints and all y looked at, of the returned x; NaN when
   /// nothing was looked at.
   double largest_violation = 0.0;
+  /// Worst cases of f among the worst cases, where f was treated as a robust constraint: with a
+  /// certificate, x minimizes the largest of so many local worst cases. 0: f is that of one y.
+  Index branches = 0;
+  Index starts = 1;      ///< of x
+  Index best_start = 0;  ///< the answer's
+  /// With minmax_starts above 1: certified points, the smallest objective first.
+  std::vector<DistinctPoint> points;
 };
 
 /// A problem in which f itself stands in a robust constraint: min t, f(x, y) <= t for every y. The
@@ -49,11 +58,15 @@ struct RobustResult {
 /// starts at the x found; a maximum that violates it by more than minmax_worst_case_tol (relative to
 /// the range of its values seen) becomes another worst case with a copy of y of its own, and the solve
 /// goes on from there, until none is found. Where minmax_epigraph is set, f is treated likewise: then
-/// x minimizes the largest of the local worst cases met, kinks included.
+/// x minimizes the largest of the local worst cases met, kinks included. With minmax_epigraph_at_kinks
+/// that happens only after a search that ended without a local minmax, from where it ended.
+///
+/// With minmax_starts N > 1 all of this is done from N starts of x, as in multistart(), and the best
+/// answer is returned.
 ///
 /// A certified answer is a strict local solution of the semi-infinite problem reduced to the worst
 /// cases listed; other worst cases are excluded as far as the search over y saw. Exceptions of the
-/// model pass through; limits of time and iterations hold for each solve.
+/// model pass through; the limit of iterations holds for each solve, those of time for all together.
 [[nodiscard]] RobustResult solve_robust(Problem& model, const SolverOptions& options,
                                         const SolveObserver& observer = {});
 

@@ -40,11 +40,11 @@ class Pursuit {
         app_(new ipminmax::MinMaxApplication(false)) {
     if (app_->Initialize("") != Ipopt::Solve_Succeeded) throw std::runtime_error("bad options");
     require(app_->OptimizeTNLP(Ipopt::GetRawPtr(model_)));
-    warm_start(*app_->Options(), 1e-5);
+    ipminmax::warm_start(*app_->Options(), 1e-5);
   }
 
   /// Solves for these states, from the given point.
-  void solve(const State& state, const PrimalDual& start) {
+  void solve(const State& state, const ipminmax::PrimalDual& start) {
     model_->set_state(state);
     model_->set_start(start);
     require(app_->ReOptimizeTNLP(Ipopt::GetRawPtr(model_)));

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "horizon_shift.hpp"
+#include <ipminmax/adapter/horizon_shift.hpp>
 
 /// The homicidal chauffeur as a model predictive control problem.
 ///
@@ -133,11 +133,11 @@ class ChauffeurTNLP : public ipminmax::MinMaxTNLP {
   void shift_controls() { std::shift_left(controls_.begin(), controls_.end(), 1); }
 
   /// The stages in a point of this model.
-  [[nodiscard]] HorizonShift horizon_shift() const {
+  [[nodiscard]] ipminmax::HorizonShift horizon_shift() const {
     return {static_cast<std::size_t>(horizon()), {{0, kVariables}}, {{0, kConstraints}}};
   }
   /// The next solves start here, multipliers included; empty: from the controls.
-  void set_start(std::optional<PrimalDual> start) { start_ = std::move(start); }
+  void set_start(std::optional<ipminmax::PrimalDual> start) { start_ = std::move(start); }
 
   /// Objective of the last answer.
   [[nodiscard]] Number objective() const { return objective_; }
@@ -363,7 +363,7 @@ class ChauffeurTNLP : public ipminmax::MinMaxTNLP {
   Parameters parameters_;
   State state_;
   std::vector<Control> controls_;
-  std::optional<PrimalDual> start_;
+  std::optional<ipminmax::PrimalDual> start_;
   Number objective_ = 0.0;
 };
 

@@ -187,9 +187,9 @@ void start_next(const Settings& settings, chauffeur::ChauffeurTNLP& model,
   if (!settings.warm) return;
   if (app.LastResult().certificate.kind == ipminmax::PointKind::LocalMinmax) {
     model.set_start(model.horizon_shift().next(app.LastResult()));
-    warm_start(*app.Options(), kWarmBarrier);
+    ipminmax::warm_start(*app.Options(), kWarmBarrier);
   } else {
-    cold_start(*app.Options());
+    ipminmax::cold_start(*app.Options());
   }
 }
 

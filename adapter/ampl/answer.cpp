@@ -3,12 +3,20 @@
 #include "core/version.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstddef>
 #include <functional>
 #include <iomanip>
+#include <map>
 #include <ostream>
 #include <sstream>
+#include <string_view>
+#include <utility>
 #include <vector>
+
+#include "adapter/log.hpp"
+#include "core/model/status_table.hpp"
+#include "core/worst_case.hpp"
 
 namespace ipminmax {
 namespace {
@@ -37,6 +45,65 @@ std::string name_of_optimum(bool maximizes, const NlProblem& problem) {
   return maximizes ? "maxmin" : "minmax";
 }
 
+/// A message of core about minimizing -f, of which f is to be spoken: its players change roles.
+/// Names of the model, which follow "variable 3 " and the like in parentheses, stay.
+std::string mirrored(const std::string& message) {
+  static const std::map<std::string_view, std::string_view> kMirrored = [] {
+    std::map<std::string_view, std::string_view> both = {{"minimization", "maximization"},
+                                                         {"minimizer", "maximizer"},
+                                                         {"minimizer's", "maximizer's"},
+                                                         {"minimize", "maximize"},
+                                                         {"minimizes", "maximizes"},
+                                                         {"minimizing", "maximizing"},
+                                                         {"minimum", "maximum"},
+                                                         {"minima", "maxima"},
+                                                         {"minmax", "maxmin"},
+                                                         {"Min", "Max"}};
+    for (const auto& [ours, theirs] : std::map(both)) both.emplace(theirs, ours);
+    return both;
+  }();
+  static constexpr std::string_view kAsItIs = "violation of the constraints is at a local minimum";
+  const auto is_letter = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '\'' || c == '[';
+  };
+  std::string text;
+  for (std::size_t at = 0; at < message.size();) {
+    if (message.compare(at, kAsItIs.size(), kAsItIs) == 0) {
+      text += kAsItIs;
+      at += kAsItIs.size();
+      continue;
+    }
+    std::size_t end = at;
+    while (end < message.size() && is_letter(message[end])) ++end;
+    const std::string_view word = std::string_view(message).substr(at, end - at);
+    const auto found = kMirrored.find(word);
+    const bool is_name =
+        at > 0 && message[at - 1] == '(' && end < message.size() && message[end] == ')';
+    text += found != kMirrored.end() && !is_name ? found->second : word;
+    if (end < message.size()) text += message[end];
+    at = end + 1;
+  }
+  return text;
+}
+
+/// Lines that say where the robust constraints are worst.
+void print_worst_cases(std::ostream& out, const std::vector<RobustWorstCase>& worst_cases,
+                       const NlProblem& problem) {
+  constexpr std::size_t kMost = 20;
+  for (std::size_t k = 0; k < std::min(kMost, worst_cases.size()); ++k) {
+    const RobustWorstCase& found = worst_cases[k];
+    const bool is_f = found.constraint >= problem.constraints();
+    std::vector<std::pair<std::string, double>> values;
+    for (const int i : problem.max_variables_of(found.constraint))
+      values.emplace_back(problem.variable_name(i), found.v[static_cast<std::size_t>(i)]);
+    out << "\nworst case of "
+        << (is_f ? "the objective" : problem.constraint_name(found.constraint)) << ": "
+        << std::setprecision(10) << (is_f && problem.maximizes() ? -found.value : found.value)
+        << " at " << log::place_text(values);
+  }
+  if (worst_cases.size() > kMost) out << "\n... and " << worst_cases.size() - kMost << " more";
+}
+
 /// Width of a column with this heading.
 std::size_t width_of(const char* heading, int rows, const std::function<std::string(int)>& text) {
   std::size_t width = std::string(heading).size();
@@ -46,46 +113,16 @@ std::size_t width_of(const char* heading, int rows, const std::function<std::str
 
 }  // namespace
 
-int solve_result(Status status) {
-  switch (status) {
-    case Status::Solved:
-      return 0;
-    case Status::SolvedDegenerate:
-      return 1;
-    case Status::SolvedToAcceptableLevel:
-      return 100;
-    case Status::LocallyInfeasible:
-      return 200;
-    case Status::InnerInfeasible:
-      return 201;
-    case Status::OuterUnbounded:
-      return 300;
-    case Status::InnerUnbounded:
-      return 301;
-    case Status::DivergingIterates:
-      return 302;
-    case Status::MaxIterations:
-      return 400;
-    case Status::MaxCpuTime:
-      return 401;
-    case Status::MaxWallTime:
-      return 402;
-    case Status::UserStop:
-      return 403;
-    case Status::NotLocalMinmax:
-      return 500;
-    case Status::NoLocalMinmaxFound:
-      return 501;
-    case Status::InvalidProblem:
-      return 502;
-    case Status::EvaluationFailed:
-      return 503;
-    default:
-      return 510;
-  }
+int solve_result(const Result& result) {
+  // First-order conditions that hold: a bounded value, approached at infinity.
+  constexpr int kAtInfinity = 101;
+  const bool at_infinity = result.status == Status::DivergingIterates &&
+                           result.certificate.kind == PointKind::FirstOrderPoint;
+  return at_infinity ? kAtInfinity : row_of(result.status).solve_result;
 }
 
-std::string message_of(const Result& result, const NlProblem& problem) {
+std::string message_of(const Result& result, const std::vector<RobustWorstCase>& worst_cases,
+                       const NlProblem& problem) {
   std::ostringstream message;
   const bool game = problem.has_player(Player::Max) && problem.has_player(Player::Min);
   message << "Ipminmax " IPMINMAX_VERSION ": ";
@@ -98,14 +135,23 @@ std::string message_of(const Result& result, const NlProblem& problem) {
     message << status;
   }
   if (has_details)
-    message << " (" << (problem.maximizes() ? "for minimizing the negative objective: " : "")
-            << result.message << ")";
-  if (!result.v.empty()) {
+    message << " (" << (problem.maximizes() ? mirrored(result.message) : result.message) << ")";
+  if (!result.v.empty() || problem.players().empty()) {
     message << std::setprecision(10) << "\nobjective "
             << (problem.maximizes() ? -result.objective : result.objective) << ", "
             << result.iterations << " iterations; second-order test of "
             << (game ? "both players " : "the solution ")
             << name_of(result.certificate.second_order);
+  }
+  constexpr std::size_t kMostReasons = 5;
+  const auto& reasons = result.certificate.reasons;
+  for (std::size_t k = 0; k < std::min(kMostReasons, reasons.size()); ++k) {
+    message << "\nreason: " << reasons[k].text;
+  }
+  print_worst_cases(message, worst_cases, problem);
+  if (const std::string worst = describe_worst_case(result); !worst.empty()) {
+    message << "\nworst case over "
+            << (problem.maximizes() ? "y of the negative objective: " : "y: ") << worst;
   }
   const std::string warning = split_warning(problem);
   if (!warning.empty()) message << "\nWARNING: " << warning;
@@ -114,7 +160,7 @@ std::string message_of(const Result& result, const NlProblem& problem) {
 
 std::string split_warning(const NlProblem& problem) {
   const bool has_min = problem.has_player(Player::Min), has_max = problem.has_player(Player::Max);
-  if (has_min && has_max) return {};
+  if ((has_min && has_max) || problem.players().empty()) return {};
   const char* const cause =
       " Was a variable eliminated before the model was written (Pyomo: linear_presolve=False)?";
   const auto plain = [&](bool maximization) {

@@ -2,17 +2,21 @@
 
 #include <iosfwd>
 #include <string>
+#include <vector>
 
 #include "core/result.hpp"
+#include "core/robust.hpp"
 #include "nl_problem.hpp"
 
 namespace ipminmax {
 
 /// AMPL's solve_result_num.
-[[nodiscard]] int solve_result(Status status);
+[[nodiscard]] int solve_result(const Result& result);
 
 /// What the point is, in the words of the model's sense, and how the solve ended.
-[[nodiscard]] std::string message_of(const Result& result, const NlProblem& problem);
+[[nodiscard]] std::string message_of(const Result& result,
+                                     const std::vector<RobustWorstCase>& worst_cases,
+                                     const NlProblem& problem);
 
 /// What is odd about the split: a player without variables where the model or the options speak of
 /// players. Empty when nothing is.

@@ -71,8 +71,8 @@ class Assignments {
   std::string file_;
 };
 
-/// Adds what the options file sets: ipminmax.opt when there is one, or the one that option_file_name
-/// names, which must be there.
+/// Adds what the options file sets: ipminmax.opt when there is one, or the one that
+/// option_file_name names, which must be there.
 void add_file(Ipopt::RegisteredOptions& registry, Assignments& assignments);
 
 }  // namespace ipminmax

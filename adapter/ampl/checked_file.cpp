@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdarg>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
@@ -72,40 +72,6 @@ void remove_stale_file(const std::string& file) {
   if (!std::filesystem::is_regular_file(file, error)) return;
   std::filesystem::remove(resolved(file), error);
   if (error) throw std::runtime_error("cannot remove the old " + file + ": " + error.message());
-}
-
-CheckedJournal::CheckedJournal(const std::string& name, const std::string& file,
-                               Ipopt::EJournalLevel level)
-    : Journal(name, level), file_name_(file), file_(std::fopen(file.c_str(), "w")) {
-  if (!file_) throw cannot_write(file, errno);
-}
-
-CheckedJournal::~CheckedJournal() {
-  if (file_) std::fclose(file_);
-}
-
-void CheckedJournal::note_error(bool failed) {
-  if (failed && error_ == 0) error_ = errno;
-}
-
-void CheckedJournal::PrintImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* text) {
-  if (file_) note_error(std::fputs(text, file_) < 0);
-}
-
-void CheckedJournal::PrintfImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* format,
-                                va_list arguments) {
-  if (file_) note_error(std::vfprintf(file_, format, arguments) < 0);
-}
-
-void CheckedJournal::FlushBufferImpl() {
-  if (file_) note_error(std::fflush(file_) != 0);
-}
-
-void CheckedJournal::close() {
-  if (!file_) return;
-  note_error(std::fclose(file_) != 0);
-  file_ = nullptr;
-  if (error_ != 0) throw cannot_write(file_name_, error_);
 }
 
 }  // namespace ipminmax

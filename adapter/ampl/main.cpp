@@ -19,6 +19,7 @@
 #include "adapter/application_options.hpp"
 #include "adapter/minmax_application.hpp"
 #include "adapter/options_documentation.hpp"
+#include "adapter/output_file.hpp"
 #include "answer.hpp"
 #include "assignments.hpp"
 #include "checked_file.hpp"
@@ -50,7 +51,8 @@ const char usage[] =
     "Integer suffix player, 1 for the maximizer's variables, says who owns what; so do the "
     "options\n"
     "minmax_max_variables and minmax_max_constraints, with indices from 0 or names from stub.col\n"
-    "and stub.row.\n"
+    "and stub.row. A constraint on the maximizer's variables that is listed with player 0, or has\n"
+    "integer suffix robust 1, must hold for all of their values (minmax_min_constraints).\n"
     "\n"
     "Flags:\n"
     "  -AMPL   called by AMPL: write stub.sol, print no final message\n"
@@ -107,7 +109,7 @@ struct RunOptions {
   bool halt_on_error = false;
   bool write = false, print_variables = false, print_duals = false, print_message = true;
   bool few_variables = false;  ///< print the variables when there are few
-  std::string max_variables, max_constraints;
+  ipminmax::PlayerOptions players;
 };
 
 RunOptions take_run_options(Command& command) {
@@ -124,8 +126,9 @@ RunOptions take_run_options(Command& command) {
   options.print_duals = (wanted & 4) != 0;
   options.print_message = (wanted & 8) == 0 && !command.called_by_ampl;  // AMPL prints it
   options.few_variables = wanted == kNotGiven && !command.called_by_ampl;
-  options.max_variables = assignments.take("minmax_max_variables");
-  options.max_constraints = assignments.take("minmax_max_constraints");
+  options.players.max_variables = assignments.take("minmax_max_variables");
+  options.players.max_constraints = assignments.take("minmax_max_constraints");
+  options.players.min_constraints = assignments.take("minmax_min_constraints");
   return options;
 }
 
@@ -144,14 +147,21 @@ void stop_on_signals() {
   }
 }
 
-/// The log file of option output_file, checked; null when there is none.
-Ipopt::SmartPtr<ipminmax::CheckedJournal> open_log(ipminmax::MinMaxApplication& application) {
+void require_none(const std::string& error) {
+  if (!error.empty()) throw std::runtime_error(error);
+}
+
+/// The log file of option output_file, opened; null when there is none. The application finds it by
+/// its name and sets its level.
+Ipopt::SmartPtr<ipminmax::OutputFile> open_log(ipminmax::MinMaxApplication& application) {
   std::string file;
   application.Options()->GetStringValue("output_file", file, "");
   if (file.empty() || file == "stdout" || file == "stderr") return nullptr;
-  // The application finds the journal by this name and sets its level.
-  Ipopt::SmartPtr<ipminmax::CheckedJournal> log =
-      new ipminmax::CheckedJournal("OutputFile:" + file, file, Ipopt::J_ITERSUMMARY);
+  bool append = false;
+  application.Options()->GetBoolValue("file_append", append, "");
+  const Ipopt::SmartPtr<ipminmax::OutputFile> log =
+      new ipminmax::OutputFile("OutputFile:" + file, Ipopt::J_ITERSUMMARY);
+  require_none(log->open(file, append));
   application.Jnlst()->AddJournal(Ipopt::GetRawPtr(log));
   return log;
 }
@@ -187,12 +197,12 @@ void write_solution(const ipminmax::NlProblem& problem, const std::string& file,
                     const std::string& message, const ipminmax::Result& result) {
   ipminmax::SolutionFile solution = problem.solution_file(result);
   solution.message = message;
-  solution.solve_result = ipminmax::solve_result(result.status);
+  solution.solve_result = ipminmax::solve_result(result);
   ipminmax::write_file(file, problem.is_binary() ? solution.binary() : solution.text());
 }
 
-/// Processes that mpirun (or srun) has started together with this one; 1 where nothing did. MPI itself
-/// is not asked: without a launcher it is not needed.
+/// Processes that mpirun (or srun) has started together with this one; 1 where nothing did. MPI
+/// itself is not asked: without a launcher it is not needed.
 int launched_processes() {
   const auto number = [](const char* name) {
     const char* text = std::getenv(name);
@@ -241,7 +251,7 @@ int solve(Command command) {
 
   Ipopt::SmartPtr<ipminmax::NlProblem> problem =
       new ipminmax::NlProblem(command.stub, options.objective);
-  problem->give_to_max(options.max_variables, options.max_constraints);
+  problem->set_players(options.players);
   if (options.halt_on_error) {
     problem->halt_on_error();
     application->RethrowNonIpoptException(true);
@@ -256,12 +266,12 @@ int solve(Command command) {
   if (ended == Ipopt::Invalid_Option) return 2;
   if (silent) return 0;
   const ipminmax::Result& result = application->LastResult();
-  const std::string message = ipminmax::message_of(result, *problem);
+  const std::string message = ipminmax::message_of(result, application->LastWorstCases(), *problem);
   if (options.write) write_solution(*problem, solution_file, message, result);
   int print_level = 0;
   application->Options()->GetIntegerValue("print_level", print_level, "");
   print_answer(options, print_level, message, result, *problem);
-  if (Ipopt::IsValid(log)) log->close();
+  if (Ipopt::IsValid(log)) require_none(log->close());
   return 0;
 }
 

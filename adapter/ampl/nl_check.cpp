@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <sstream>
@@ -31,6 +32,7 @@ class Cursor {
     swapped_ = swapped;
   }
   [[nodiscard]] bool binary() const { return binary_; }
+  [[nodiscard]] std::size_t at() const { return at_; }
   [[nodiscard]] std::size_t left() const { return text_.size() - at_; }
   [[noreturn]] void fail(const std::string& what) const {
     throw std::runtime_error(
@@ -150,7 +152,8 @@ std::string Cursor::line() {
   return line;
 }
 
-// --- Operations -----------------------------------------------------------------------------------
+// --- Operations
+// -----------------------------------------------------------------------------------
 
 enum class Form : std::uint8_t { None, Unary, Binary, List, LongList, Pieces, If, IfSymbolic };
 
@@ -171,15 +174,24 @@ Form form_of(int operation) {
   return operation == 65 ? Form::IfSymbolic : Form::None;
 }
 
-// --- The file -------------------------------------------------------------------------------------
+// --- The file
+// -------------------------------------------------------------------------------------
 
 class Checker {
  public:
   Checker(const std::string& text, const std::string& name) : cursor_(text, name), name_(name) {}
-  void check() {
+  [[nodiscard]] NlFacts check() {
     header();
-    while (const auto key = cursor_.key()) segment(*key);
+    while (const auto key = cursor_.key()) {
+      const std::size_t begin = cursor_.at() - 1;
+      segment(*key);
+      if (*key == 'b') facts_.bounds = {begin, cursor_.at()};
+      if (*key == 'k' || *key == 'K') facts_.columns = {begin, cursor_.at()};
+    }
     require_complete();
+    facts_.variables = n_;
+    facts_.binary = cursor_.binary();
+    return std::move(facts_);
   }
 
  private:
@@ -236,6 +248,7 @@ class Checker {
 
   Cursor cursor_;
   const std::string& name_;
+  NlFacts facts_;
   int n_ = 0, m_ = 0, objectives_ = 0, defined_ = 0, functions_ = 0;
   int jacobian_entries_ = 0, gradient_entries_ = 0;  ///< the header's
   int jacobian_read_ = 0, gradient_read_ = 0;
@@ -272,7 +285,6 @@ void Checker::header() {
   n_ = sizes[0];
   m_ = sizes[1];
   objectives_ = sizes[2];
-  if (n_ == 0) refuse("the model has no variables");
   const auto at_most = [&](const std::vector<int>& values, std::size_t first, std::size_t last,
                            int limit) {
     for (std::size_t i = first; i < last; ++i)
@@ -379,14 +391,13 @@ void Checker::suffix() {
   if (kind < 0 || kind > 7) cursor_.fail("suffix of unknown kind " + std::to_string(kind));
   const int size = std::array{n_, m_, objectives_, 1}[static_cast<std::size_t>(kind & 3)];
   const int entries = count(1, size, "values of a suffix");
-  static_cast<void>(cursor_.word());
+  const bool constraint_players =
+      std::string(cursor_.word().c_str()) == "player" && (kind & 3) == 1;
   cursor_.end_line();
   for (int i = 0; i < entries; ++i) {
-    static_cast<void>(index(size, "suffix of item"));
-    if ((kind & 4) != 0)
-      static_cast<void>(cursor_.number());
-    else
-      static_cast<void>(cursor_.integer());
+    const int item = index(size, "suffix of item");
+    const double value = (kind & 4) != 0 ? cursor_.number() : cursor_.integer();
+    if (constraint_players && value == 0.0) facts_.listed_as_min.push_back(item);
     cursor_.end_line();
   }
 }
@@ -424,7 +435,9 @@ void Checker::bounds(int size, bool rows) {
 void Checker::column_counts(bool cumulative) {
   if (has_columns_ || jacobian_read_ > 0) cursor_.fail("column counts twice or too late");
   has_columns_ = true;
-  if (cursor_.integer() != n_ - 1) cursor_.fail("column counts of another number of variables");
+  const int columns = cursor_.integer();
+  if (columns != n_ - 1 && !(n_ == 0 && columns == 0))
+    cursor_.fail("column counts of another number of variables");
   cursor_.end_line();
   int before = 0;
   for (int i = 0; i + 1 < n_; ++i) {
@@ -435,7 +448,7 @@ void Checker::column_counts(bool cumulative) {
     before += count - least;
     cursor_.end_line();
   }
-  column_.back() = jacobian_entries_ - before;
+  if (n_ > 0) column_.back() = jacobian_entries_ - before;
 }
 
 void Checker::jacobian_row() {
@@ -584,7 +597,7 @@ void Checker::pieces(std::vector<Operand>& pending) {
 }
 
 void Checker::require_complete() {
-  if (!has_bounds_) cursor_.fail("the file ends without bounds of variables");
+  if (!has_bounds_ && n_ > 0) cursor_.fail("the file ends without bounds of variables");
   if (m_ > 0 && !has_rows_) cursor_.fail("the file ends without bounds of constraints");
   require_all(constraint_seen_, "constraint");
   require_all(objective_seen_, "objective");
@@ -599,16 +612,28 @@ void Checker::require_complete() {
 
 }  // namespace
 
-void check_nl_text(const std::string& text, const std::string& name) {
-  Checker(text, name).check();
+NlFacts check_nl_text(const std::string& text, const std::string& name) {
+  return Checker(text, name).check();
 }
 
-void check_nl_file(const std::string& file) {
+NlFacts check_nl_file(const std::string& file) {
   std::ifstream input(file, std::ios::binary);
   if (!input) throw std::runtime_error("cannot open " + file + ": " + std::strerror(errno));
   const std::string text{std::istreambuf_iterator<char>(input), {}};
   if (input.bad()) throw std::runtime_error("cannot read " + file);
-  check_nl_text(text, file);
+  return check_nl_text(text, file);
+}
+
+std::string with_a_fixed_variable(const std::string& file, const NlFacts& facts) {
+  std::ifstream input(file, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(input), {}};
+  std::array parts = {facts.bounds, facts.columns};
+  std::ranges::sort(parts, std::greater{}, &NlFacts::Part::begin);  // the last one first
+  for (const NlFacts::Part& part : parts) text.erase(part.begin, part.end - part.begin);
+  const std::size_t count = text.find_first_of("0123456789", text.find_first_of("\r\n"));
+  text.replace(count, text.find_first_not_of("0123456789", count) - count, "1");
+  if (facts.binary) return text + "b4" + std::string(sizeof(double), '\0');
+  return text + (text.ends_with('\n') ? "" : "\n") + "b\n4 0\n";
 }
 
 }  // namespace ipminmax

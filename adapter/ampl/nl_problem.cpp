@@ -8,9 +8,8 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "adapter/player_lists.hpp"
+#include "checked_file.hpp"
 #include "child_process.hpp"
-#include "nl_check.hpp"
 
 #include <asl_pfgh.h>
 #include <getstub.h>
@@ -19,10 +18,11 @@
 namespace ipminmax {
 namespace {
 
-char player_name[] = "player";
+char player_name[] = "player", robust_name[] = "robust";
 char sosno_name[] = "sosno", sos_name[] = "sos";
 SufDecl suffixes[] = {{player_name, nullptr, ASL_Sufkind_var, 0},
                       {player_name, nullptr, ASL_Sufkind_con, 0},
+                      {robust_name, nullptr, ASL_Sufkind_con, 0},
                       {sosno_name, nullptr, ASL_Sufkind_var, 0},
                       {sos_name, nullptr, ASL_Sufkind_var, 0}};
 
@@ -39,15 +39,47 @@ bool hessian_values(ASL* asl, double* values, double* weights, double* multiplie
   return defined;
 }
 
+bool is_folder(const std::string& name) {
+  std::error_code unknown;
+  return std::filesystem::is_directory(name, unknown);
+}
+
+/// A copy of a file without variables that has one, for as long as this lives; else the file.
+class StandIn {
+ public:
+  StandIn(const std::string& file, const NlFacts& facts) : file_(file) {
+    if (facts.variables > 0) return;
+    std::string pattern = (std::filesystem::temp_directory_path() / "ipminmax_XXXXXX").string();
+    if (mkdtemp(pattern.data()) == nullptr)
+      throw std::runtime_error("cannot make a folder in " + pattern);
+    folder_ = pattern;
+    file_ = folder_ + "/model.nl";
+    write_file(file_, with_a_fixed_variable(file, facts));
+  }
+  ~StandIn() {
+    std::error_code unknown;
+    if (!folder_.empty()) std::filesystem::remove_all(folder_, unknown);
+  }
+  StandIn(const StandIn&) = delete;
+  StandIn& operator=(const StandIn&) = delete;
+  [[nodiscard]] const std::string& file() const { return file_; }
+
+ private:
+  std::string file_, folder_;
+};
+
 }  // namespace
 
 NlProblem::NlProblem(const std::string& stub, int objective) {
   file_ = stub;
   if (!std::filesystem::is_regular_file(file_)) file_ += ".nl";
-  if (!std::filesystem::is_regular_file(file_)) throw std::runtime_error("cannot open " + stub);
-  check_nl_file(file_);
+  if (!std::filesystem::is_regular_file(file_))
+    throw std::runtime_error("cannot open " + stub + (is_folder(stub) ? ": it is a folder" : ""));
+  facts_ = check_nl_file(file_);
   if (!file_.ends_with(".nl"))
     throw std::runtime_error("cannot read " + file_ + ": its name does not end in .nl");
+  const StandIn stand_in(file_, facts_);
+  read_from_ = stand_in.file();
   const auto bytes = std::filesystem::file_size(file_);
   try_in_child(file_, kReadSeconds + static_cast<unsigned>(bytes / kBytesPerSecond), [&] {
     load(objective);
@@ -84,7 +116,7 @@ void NlProblem::read() {
   asl_ = ASL_alloc(ASL_read_pfgh);
   ASL* asl = asl_;
   return_nofile = 1;
-  FILE* file = jac0dim(file_.data(), static_cast<ftnlen>(file_.size()));
+  FILE* file = jac0dim(read_from_.data(), static_cast<ftnlen>(read_from_.size()));
   if (!file) throw std::runtime_error("cannot open " + file_);
   try {
     refuse_unsupported();
@@ -176,7 +208,7 @@ void NlProblem::read_players() {
                                std::to_string(value) + ", not 0 (Min) or 1 (Max)");
     return value == 1;
   };
-  variable_players_.assign(static_cast<std::size_t>(n_var), Player::Min);
+  variable_players_.assign(static_cast<std::size_t>(variables()), Player::Min);
   const SufDesc* players = suf_get(player_name, ASL_Sufkind_var);
   has_player_suffix_ = players->u.i != nullptr;
   for (int i = 0; players->u.i && i < n_var; ++i)
@@ -185,10 +217,51 @@ void NlProblem::read_players() {
   players = suf_get(player_name, ASL_Sufkind_con);
   for (int i = 0; players->u.i && i < n_con; ++i)
     if (is_max(players->u.i[i], "constraint", con_name(i))) max_constraints_.push_back(i);
+  read_robust();
 }
 
-/// Calls all that a solve calls, at the start and beside it. Whether the results are defined does not
-/// matter here: a damaged formula crashes.
+void NlProblem::read_robust() {
+  ASL* asl = asl_;
+  const SufDesc* robust = suf_get(robust_name, ASL_Sufkind_con);
+  robust_constraints_ = facts_.listed_as_min;
+  for (int i = 0; robust->u.i && i < n_con; ++i) {
+    if (robust->u.i[i] == 0) continue;
+    if (robust->u.i[i] != 1)
+      throw std::runtime_error(std::string("constraint ") + con_name(i) + ": suffix robust is " +
+                               std::to_string(robust->u.i[i]) + ", not 0 or 1");
+    if (std::ranges::find(max_constraints_, i) != max_constraints_.end())
+      throw std::runtime_error(std::string("constraint ") + con_name(i) +
+                               ": suffix robust gives it to player 0, suffix player to player 1");
+    robust_constraints_.push_back(i);
+  }
+}
+
+int NlProblem::variables() const {
+  const ASL* asl = asl_;
+  return facts_.variables > 0 ? n_var : 0;
+}
+
+int NlProblem::constraints() const {
+  const ASL* asl = asl_;
+  return n_con;
+}
+
+std::vector<int> NlProblem::max_variables_of(int constraint) const {
+  const ASL* asl = asl_;
+  std::vector<int> found;
+  const auto add = [&](int i) {
+    if (variable_players_[static_cast<std::size_t>(i)] == Player::Max) found.push_back(i);
+  };
+  if (constraint >= n_con) {
+    for (int i = 0; i < variables(); ++i) add(i);
+  } else {
+    for (const cgrad* entry = Cgrad[constraint]; entry; entry = entry->next) add(entry->varno);
+  }
+  return found;
+}
+
+/// Calls all that a solve calls, at the start and beside it. Whether the results are defined does
+/// not matter here: a damaged formula crashes.
 void NlProblem::call_everything() {
   int n = 0, m = 0, jacobian_entries = 0, hessian_entries = 0;
   IndexStyleEnum style = C_STYLE;
@@ -288,32 +361,46 @@ void NlProblem::require_linear() {
   }
 }
 
-void NlProblem::give_to_max(const std::string& variables, const std::string& constraints) {
-  ASL* asl = asl_;
-  const auto apply = [](const char* option, const std::string& list, const ListedItems& items,
-                        const std::vector<Player>& implied, std::vector<Player>& players) {
-    const std::string error =
-        apply_player_option(option, list, items, {"the suffix player", implied}, players);
+std::vector<Player> NlProblem::implied_constraint_players() const {
+  std::vector<Player> implied;
+  for (int i = 0; i < constraints(); ++i)
+    implied.push_back(max_variables_of(i).empty() ? Player::Min : Player::Max);
+  return implied;
+}
+
+void NlProblem::set_players(const PlayerOptions& options) {
+  const auto require = [](const std::string& error) {
     if (!error.empty()) throw std::invalid_argument(error);
   };
   std::vector<std::string> names;
-  for (int i = 0; i < n_var; ++i) names.push_back(variable_name(i));
-  apply("minmax_max_variables", variables, {"variable", n_var, &names},
-        std::vector<Player>(names.size(), Player::Min), variable_players_);
+  for (int i = 0; i < variables(); ++i) names.push_back(variable_name(i));
+  require(apply_player_option(
+      "minmax_max_variables", options.max_variables, {"variable", variables(), &names},
+      {"the suffix player", std::vector(names.size(), Player::Min)}, variable_players_));
   names.clear();
-  std::vector<Player> implied(static_cast<std::size_t>(n_con), Player::Min);
-  for (int i = 0; i < n_con; ++i) {
-    names.push_back(constraint_name(i));
-    for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next)
-      if (variable_players_[static_cast<std::size_t>(entry->varno)] == Player::Max)
-        implied[static_cast<std::size_t>(i)] = Player::Max;
-  }
+  for (int i = 0; i < constraints(); ++i) names.push_back(constraint_name(i));
+  const ListedItems items{"constraint", constraints(), &names};
+  const std::vector<Player> implied = implied_constraint_players();
   std::vector<Player> players = implied;
-  get_constraint_players(n_con, players.data());
-  apply("minmax_max_constraints", constraints, {"constraint", n_con, &names}, implied, players);
+  get_constraint_players(constraints(), players.data());
+  require(apply_player_option("minmax_max_constraints", options.max_constraints, items,
+                              {"the suffix player or robust", implied}, players));
+  const std::vector<Player> before = players;
+  require(apply_min_constraints(options, items, players));
+  for (const int i : max_constraints_)
+    if (const auto at = static_cast<std::size_t>(i); players[at] != before[at])
+      throw std::invalid_argument("option minmax_min_constraints gives constraint " +
+                                  std::to_string(i) + " (" + names[at] +
+                                  ") to Min, the suffix player gives it to Max");
   max_constraints_.clear();
-  for (int i = 0; i < n_con; ++i)
-    if (players[static_cast<std::size_t>(i)] == Player::Max) max_constraints_.push_back(i);
+  robust_constraints_.clear();
+  for (int i = 0; i < constraints(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (players[at] == Player::Max)
+      max_constraints_.push_back(i);
+    else if (implied[at] == Player::Max)
+      robust_constraints_.push_back(i);
+  }
 }
 
 std::string NlProblem::variable_name(int i) const {
@@ -346,13 +433,14 @@ bool NlProblem::get_variable_players(Ipopt::Index, Player* players) {
 
 bool NlProblem::get_constraint_players(Ipopt::Index, Player* players) {
   for (const int i : max_constraints_) players[i] = Player::Max;
+  for (const int i : robust_constraints_) players[i] = Player::Min;
   return true;
 }
 
 bool NlProblem::get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
                              Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) {
   ASL* asl = asl_;
-  n = n_var;
+  n = variables();
   m = n_con;
   nnz_jac_g = static_cast<int>(nzc);
   nnz_h_lag = hessian_entries_;
@@ -390,8 +478,11 @@ bool NlProblem::get_starting_point(Ipopt::Index n, bool init_x, double* x, bool 
 
 bool NlProblem::evaluate(const double* x) {
   ASL* asl = asl_;
-  if (!x_.empty() && std::equal(x_.begin(), x_.end(), x)) return defined_;
-  x_.assign(x, x + n_var);
+  if (!x_.empty() && (variables() == 0 || std::equal(x_.begin(), x_.end(), x))) return defined_;
+  if (variables() > 0)
+    x_.assign(x, x + n_var);
+  else
+    x_.assign(1, 0.0);
   g_.resize(static_cast<std::size_t>(n_con));
   fint error = 0;
   f_ = objective_ >= 0 ? sign_ * objval(objective_, x_.data(), &error) : 0.0;
@@ -414,7 +505,7 @@ bool NlProblem::eval_grad_f(Ipopt::Index n, const double* x, bool, double* gradi
   ASL* asl = asl_;
   if (!evaluate(x)) return false;
   std::fill(gradient, gradient + n, 0.0);
-  if (objective_ < 0) return true;
+  if (objective_ < 0 || variables() == 0) return true;
   fint error = 0;
   objgrd(objective_, x_.data(), gradient, &error);
   for (int i = 0; i < n; ++i) gradient[i] *= sign_;
@@ -479,7 +570,7 @@ SolutionFile NlProblem::solution_file(const Result& result) const {
   if (file.options.size() > 2 && file.options[2] == kToleranceFollows)
     file.bound_tolerance = ampl_vbtol;
   file.constraints = n_con;
-  file.variables = n_var;
+  file.variables = variables();
   file.has_status = (asl->i.flags & 1) != 0;
   file.objective = std::max(objective_, 0);
   const auto scaled = [](std::vector<double> values, double factor) {

@@ -5,7 +5,10 @@
 #include <vector>
 
 #include "adapter/minmax_tnlp.hpp"
+#include "adapter/optional_players.hpp"
+#include "adapter/player_lists.hpp"
 #include "core/result.hpp"
+#include "nl_check.hpp"
 #include "solution_file.hpp"
 
 struct ASL;
@@ -14,21 +17,24 @@ namespace ipminmax {
 
 /// A model in AMPL's .nl format. Integer suffix `player` (0 or 1) carries the split: with a
 /// `minimize` objective 0 is Min and 1 is Max. A `maximize` objective f is solved as -f: its player
-/// 0 maximizes f, 1 minimizes it, and objective and gradients here are those of -f.
-class NlProblem : public MinMaxTNLP {
+/// 0 maximizes f, 1 minimizes it, and objective and gradients here are those of -f. A constraint
+/// that reads variables of player 1 and is listed with 0, or has suffix `robust` 1, must hold for
+/// all of their values.
+class NlProblem : public MinMaxTNLP, public OptionalPlayers {
  public:
   /// Reads stub.nl (stub with or without its ending). objective: 1-based, 0 for none; -1 takes the
   /// first when there is one. Checks the file's form, then reads it and makes every call of a solve
-  /// in a child process first, so that no file can end or stop this one. Throws std::runtime_error when the file cannot be used.
+  /// in a child process first, so that no file can end or stop this one. Throws std::runtime_error
+  /// when the file cannot be used.
   NlProblem(const std::string& stub, int objective);
   ~NlProblem() override;
   NlProblem(const NlProblem&) = delete;
   NlProblem& operator=(const NlProblem&) = delete;
 
-  /// What options minmax_max_variables and minmax_max_constraints list (adapter/player_lists.hpp), names
-  /// as in the files .col and .row. Throws std::invalid_argument when a list is wrong or contradicts
-  /// the suffix player.
-  void give_to_max(const std::string& variables, const std::string& constraints);
+  /// What options minmax_max_variables, minmax_max_constraints and minmax_min_constraints list
+  /// (adapter/player_lists.hpp), names as in the files .col and .row. Throws std::invalid_argument
+  /// when a list is wrong or contradicts the suffix player or robust.
+  void set_players(const PlayerOptions& options);
 
   /// Point, multipliers and suffixes with AMPL's signs; message and solve_result are the caller's.
   /// Vectors that are not finite are left out.
@@ -48,6 +54,9 @@ class NlProblem : public MinMaxTNLP {
   [[nodiscard]] std::string variable_name(int i) const;
   [[nodiscard]] std::string constraint_name(int i) const;
   [[nodiscard]] const std::vector<Player>& players() const { return variable_players_; }
+  [[nodiscard]] int constraints() const;
+  /// Max variables that a constraint reads; all where it is constraints(), which stands for f.
+  [[nodiscard]] std::vector<int> max_variables_of(int constraint) const;
 
   bool get_variable_players(Ipopt::Index n, Player* players) override;
   bool get_constraint_players(Ipopt::Index m, Player* players) override;
@@ -82,12 +91,15 @@ class NlProblem : public MinMaxTNLP {
  private:
   void load(int objective);
   void read();
+  [[nodiscard]] int variables() const;
   void refuse_unsupported();
   /// Every index that the library hands over lies within its array, places of the Jacobian once.
   void require_valid_structure();
   void require_valid_hessian();
   void choose_objective(int objective);
   void read_players();
+  void read_robust();
+  [[nodiscard]] std::vector<Player> implied_constraint_players() const;
   void call_everything();
   /// ASL leaves variables out of its derivatives that the header counts as linear: throws when a
   /// function is nonlinear in one of them.
@@ -96,13 +108,14 @@ class NlProblem : public MinMaxTNLP {
   /// Values of f and g at x, which ASL's derivatives build on. False where one is undefined.
   bool evaluate(const double* x);
 
-  std::string file_;
+  std::string file_, read_from_;  ///< not the same where a variable had to be added
+  NlFacts facts_;
   ASL* asl_ = nullptr;
   int objective_ = -1;  ///< 0-based, -1 for none
   double sign_ = 1.0;   ///< -1: the model maximizes
   int hessian_entries_ = 0;
   std::vector<Player> variable_players_;
-  std::vector<int> max_constraints_;
+  std::vector<int> max_constraints_, robust_constraints_;
   std::vector<double> x_, g_;
   double f_ = 0.0;
   bool defined_ = false;

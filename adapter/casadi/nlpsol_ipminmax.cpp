@@ -19,6 +19,7 @@
 
 #include "adapter/minmax_application.hpp"
 #include "adapter/minmax_tnlp.hpp"
+#include "adapter/optional_players.hpp"
 #include "adapter/status.hpp"
 
 namespace ipminmax {
@@ -83,7 +84,7 @@ class NlpsolIpminmax final : public casadi::Nlpsol {
 };
 
 /// The NLP of a solver object with the numbers of a Memory as an Ipopt model.
-class OracleTNLP final : public MinMaxTNLP {
+class OracleTNLP final : public MinMaxTNLP, public OptionalPlayers {
  public:
   OracleTNLP(const NlpsolIpminmax& owner, Memory* memory) : owner_(owner), m_(memory) {}
 
@@ -293,6 +294,8 @@ Dict NlpsolIpminmax::get_stats(void* mem) const {
   const auto inertia = [](const Inertia& i) {
     return std::vector<casadi_int>{i.positive, i.negative, i.zero};
   };
+  std::vector<std::string> reasons;
+  for (const CertificateReason& reason : c.reasons) reasons.push_back(reason.text);
   stats["certificate"] = Dict{{"kind", std::string(name_of(c.kind))},
                               {"local_minmax", c.kind == PointKind::LocalMinmax},
                               {"second_order", std::string(name_of(c.second_order))},
@@ -304,7 +307,10 @@ Dict NlpsolIpminmax::get_stats(void* mem) const {
                               {"licq_min", c.licq_min},
                               {"licq_max", c.licq_max},
                               {"weakly_active_min", c.weakly_active_min},
-                              {"weakly_active_max", c.weakly_active_max}};
+                              {"weakly_active_max", c.weakly_active_max},
+                              {"answer", std::string(name_of(c.answer))},
+                              {"reasons", reasons},
+                              {"hessian_disagrees", c.hessian_disagrees}};
   stats["return_status"] = std::string(name_of(m->status));
   stats["status"] = std::string(name_of(result.status));
   stats["message"] = result.message;

@@ -1,9 +1,10 @@
 // Library ipminmax_ipopt: the functions of Ipopt's IpStdCInterface.h, so that a program made for
 // Ipopt's C interface runs on this solver unchanged.
 //
-// One binary serves Ipopt 3.11, whose Bool is int, and 3.14, whose callbacks and functions use bool:
-// of what a callback returns the low byte is read (ipminmax.h), and the int 0 or 1 returned here is a
-// bool in its low byte. IpStdCInterface.h itself is not included, because it is one or the other.
+// One binary serves Ipopt 3.11, whose Bool is int, and 3.14, whose callbacks and functions use
+// bool: of what a callback returns the low byte is read (ipminmax.h), and the int 0 or 1 returned
+// here is a bool in its low byte. IpStdCInterface.h itself is not included, because it is one or
+// the other.
 //
 // An IpoptProblem is an IpminmaxProblem: IpminmaxGetCertificate and the others work on it, too.
 

@@ -1,9 +1,9 @@
 // The extension module ipminmax._core: the C interface with NumPy arrays. ipminmax/problem.py is
 // what users see.
 //
-// The interpreter's lock is released while a solve runs and taken in every callback. An exception of
-// a Python function ends the solve and is raised by solve(). The first KeyboardInterrupt stops at the
-// current iterate; a function that it hit is called once more, so that there is one.
+// The interpreter's lock is released while a solve runs and taken in every callback. An exception
+// of a Python function ends the solve and is raised by solve(). The first KeyboardInterrupt stops
+// at the current iterate; a function that it hit is called once more, so that there is one.
 #include <ipminmax.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -26,7 +26,8 @@ using IntArray = py::array_t<int, py::array::c_style | py::array::forcecast>;
 /// Leaves the solver after an exception of Python, which is kept in the problem.
 struct ModelStopped {};
 
-/// Raised by a model's function to say that it is undefined at this point (ipminmax.EvaluationError).
+/// Raised by a model's function to say that it is undefined at this point
+/// (ipminmax.EvaluationError).
 py::handle evaluation_error;
 
 py::array_t<double> to_array(const double* values, int count) {
@@ -172,6 +173,11 @@ class Problem {
     result["weakly_active_max"] = c.weakly_active_max;
     result["finite_differences"] = c.finite_differences != 0;
     result["hessian_error"] = c.hessian_error;
+    result["answer"] = static_cast<int>(c.answer);
+    result["reasons"] = std::string(c.reasons);
+    result["hessian_disagrees"] = c.hessian_disagrees != 0;
+    result["least_curvature"] = c.least_curvature;
+    result["least_curvature_variable"] = c.least_curvature_variable;
     return result;
   }
 

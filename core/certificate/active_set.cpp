@@ -46,7 +46,12 @@ void ActiveSetSystem::assemble(Doubtful fixed, const Eigen::VectorXd& error, dou
       curvature[i] = (canonical_.owned_by_max(i) ? max_times : min_times) * error[i];
     }
   }
-  kkt_.assemble(reduced_, curvature);
+  const auto slack_of = canonical_.slack_of_constraint();
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    const Index slack = slack_of[at(j)];
+    if (slack >= 0 && classes_.is_redundant(j)) curvature[slack] = 1.0;
+  }
+  kkt_.assemble(reduced_, curvature, classes_.redundant);
 }
 
 }  // namespace ipminmax

@@ -47,8 +47,9 @@ class ActiveSetSystem {
   [[nodiscard]] bool is_slack(Index variable) const {
     return canonical_.x_slacks().contains(variable) || canonical_.y_slacks().contains(variable);
   }
-  /// Whether a constraint is an equality or an inequality counted as active.
+  /// Whether a constraint is an equality or an inequality counted as active, and not redundant.
   [[nodiscard]] bool counts(Index constraint) const {
+    if (classes_.is_redundant(constraint)) return false;
     const Index slack = canonical_.slack_of_constraint()[static_cast<std::size_t>(constraint)];
     return slack < 0 || is_fixed(slack);
   }

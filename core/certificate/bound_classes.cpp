@@ -51,10 +51,10 @@ void count_doubtful(const CanonicalProblem& canonical, BoundClasses& classes) {
 template <class Visit>
 void for_each_bound(const CanonicalProblem& canonical, const Iterate& z, Visit&& visit) {
   for (const Index i : canonical.lower_bounded()) {
-    visit(i, std::int8_t{-1}, z.v[i] - canonical.lower()[i], z.z_lower[i]);
+    visit(i, std::int8_t{-1}, canonical.above_lower(i, z.v[i]), z.z_lower[i]);
   }
   for (const Index i : canonical.upper_bounded()) {
-    visit(i, std::int8_t{1}, canonical.upper()[i] - z.v[i], z.z_upper[i]);
+    visit(i, std::int8_t{1}, canonical.below_upper(i, z.v[i]), z.z_upper[i]);
   }
 }
 
@@ -80,7 +80,7 @@ BoundClasses classes_by_trend(const CanonicalProblem& canonical, const SolverOpt
   BoundClasses classes = no_classes(canonical);
   for_each_bound(canonical, before, [&](Index i, std::int8_t side, double distance, double z) {
     const double later =
-        side < 0 ? after.v[i] - canonical.lower()[i] : canonical.upper()[i] - after.v[i];
+        side < 0 ? canonical.above_lower(i, after.v[i]) : canonical.below_upper(i, after.v[i]);
     const double later_z = side < 0 ? after.z_lower[i] : after.z_upper[i];
     const double nearer = (1.0 - later / distance) / (1.0 - kDecrease);
     const double weaker = (1.0 - later_z / z) / (1.0 - kDecrease);
@@ -101,7 +101,7 @@ BoundClasses classes_by_trend(const CanonicalProblem& canonical, const SolverOpt
 }  // namespace
 
 double BoundClasses::distance(const CanonicalProblem& canonical, const Iterate& z, Index i) const {
-  return side[at(i)] < 0 ? z.v[i] - canonical.lower()[i] : canonical.upper()[i] - z.v[i];
+  return side[at(i)] < 0 ? canonical.above_lower(i, z.v[i]) : canonical.below_upper(i, z.v[i]);
 }
 
 double BoundClasses::multiplier(const Iterate& z, Index i) const {
@@ -126,7 +126,7 @@ BoundClasses guess_classes(const CanonicalProblem& canonical, const SolverOption
 
 BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
                             const SolverOptions& options, const Units& units,
-                            const BoundClasses& guess, Point& point, double& mu) {
+                            const BoundClasses& guess, int most_steps, Point& point, double& mu) {
   const auto error = [&](const Point& p) {
     return kkt_error(canonical, p.iterate, p.evaluation, p.dual, options.s_max).total;
   };
@@ -136,7 +136,7 @@ BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
   Point here = point;  // point: the last one on the path
   double here_mu = mu, next = mu;
   Index unresolved = 0;
-  for (int k = 0, decreases = 0; k < kMostSteps; ++k) {
+  for (int k = 0, decreases = 0; k < std::min(most_steps, kMostSteps); ++k) {
     Point trial = here;
     StepLength alpha;
     if (!barrier_newton_step(canonical, kkt, next, kTau, trial, alpha) ||

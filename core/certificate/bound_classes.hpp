@@ -20,6 +20,13 @@ struct BoundClasses {
   std::vector<BoundClass> of;
   std::vector<std::int8_t> side;     ///< -1: the lower bound is meant, +1: the upper one, 0: none
   Index weak_min = 0, weak_max = 0;  ///< doubtful bounds of each player
+  /// Per canonical constraint, or empty: rows that say nothing beside others, whose multipliers are
+  /// kept as they are.
+  std::vector<bool> redundant;
+
+  [[nodiscard]] bool is_redundant(Index constraint) const {
+    return !redundant.empty() && redundant[static_cast<std::size_t>(constraint)];
+  }
 
   [[nodiscard]] bool clear() const { return weak_min + weak_max == 0; }
   [[nodiscard]] BoundClass operator[](Index i) const { return of[static_cast<std::size_t>(i)]; }
@@ -36,10 +43,12 @@ struct BoundClasses {
 
 /// Follows the solution to smaller barrier parameters, where the distance of an active bound falls as
 /// mu and its multiplier stays, and the other way round at an inactive one: until every bound has
-/// shown what it is and the point hardly moves, a distance has lost its digits or 8 decreases are done.
+/// shown what it is and the point hardly moves, a distance has lost its digits, 8 decreases or
+/// most_steps Newton steps are done.
 /// Point (dual residual included) and mu are moved along.
 [[nodiscard]] BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
                                           const SolverOptions& options, const Units& units,
-                                          const BoundClasses& guess, Point& point, double& mu);
+                                          const BoundClasses& guess, int most_steps, Point& point,
+                                          double& mu);
 
 }  // namespace ipminmax

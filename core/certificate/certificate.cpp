@@ -2,15 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <utility>
 
 #include "core/certificate/bound_classes.hpp"
 #include "core/certificate/contraction.hpp"
+#include "core/certificate/copositive.hpp"
+#include "core/certificate/critical_cone.hpp"
+#include "core/certificate/dependence.hpp"
+#include "core/certificate/hessian_check.hpp"
 #include "core/certificate/newton.hpp"
+#include "core/certificate/reasons.hpp"
 #include "core/certificate/robust_rows.hpp"
 #include "core/certificate/second_order.hpp"
 #include "core/certificate/units.hpp"
+#include "core/certificate/valley.hpp"
 #include "core/certificate/witness.hpp"
 #include "core/point/residual.hpp"
 
@@ -26,6 +33,13 @@ constexpr double kClear = 100.0;
 constexpr double kIndependent = 1e5;
 /// Step to the solution, over the size of the point or of the start, that is worth going.
 constexpr double kFar = 1e-6;
+/// Of an active gradient, in units.
+constexpr double kVanishing = 1e-9;
+/// Factorizations that a Newton step and the test at its end need, and those that may refute a point.
+constexpr Index kToConfirm = 3;
+constexpr Index kToRefute = 3;
+/// Curvature, over the margin, of a direction that may be flat.
+constexpr double kFlatTimes = 10.0;
 /// Newton steps towards the solution of a point that is not clear.
 constexpr int kRefinements = 4;
 
@@ -35,31 +49,61 @@ double max_norm(const Eigen::VectorXd& v) {
   return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
 }
 
+std::string percentage(const Deviation& found) {
+  const double size = std::max(std::abs(found.exact), std::abs(found.difference));
+  const double percent = 100.0 * std::abs(found.exact - found.difference) / size;
+  char text[32];
+  std::snprintf(text, sizeof text, " by %.2g percent", percent);
+  return text;
+}
+/// A first look at a point.
+enum class Look : std::uint8_t { Right, Wrong, Unclear };
+
 class Certifier {
  public:
-  Certifier(CanonicalProblem& canonical, KktSystem& kkt, double mu, const SolverOptions& options)
-      : canonical_(canonical), kkt_(kkt), options_(options), mu_(mu) {}
+  Certifier(CanonicalProblem& canonical, KktSystem& kkt, double mu, const SolverOptions& options,
+            Index factorizations)
+      : canonical_(canonical),
+        kkt_(kkt),
+        options_(options),
+        mu_(mu),
+        last_factorization_(kkt.factorizations() + factorizations),
+        reasons_(canonical) {}
 
   Finding run(const Point& given);
 
  private:
-  [[nodiscard]] bool clearly_right(const Point& point);
-  [[nodiscard]] bool newton_confirms(ActiveSetSystem& system, const Point& point,
-                                     const KktSolve& solve, NewtonTest& newton) const;
+  using Kind = CertificateReason::Kind;
   /// A point on its way to the solution of the active set's equations.
   struct Stage {
     Point point;
     Units units;
     BoundClasses classes;
     NewtonTest newton;
+    InertiaTest test;
     Eigen::VectorXd error;   ///< of W in units
     bool converges = false;  ///< Newton's method, to a solution with these classes
+    std::optional<Dependences> dependences{};
   };
+  [[nodiscard]] SecondOrder judge(const Point& given);
+  [[nodiscard]] Look first_look(const Point& point);
+  [[nodiscard]] bool refute_clearly(ActiveSetSystem& system, const Point& point, Player player);
+  [[nodiscard]] bool newton_confirms(ActiveSetSystem& system, const Point& point,
+                                     const KktSolve& solve, NewtonTest& newton) const;
   [[nodiscard]] SecondOrder examine(const Point& given);
   [[nodiscard]] bool settle(Stage& stage, bool follow);
   [[nodiscard]] bool refine_and_test(Stage& stage);
+  [[nodiscard]] bool look_for_dependences(Stage& stage, ActiveSetSystem& system);
+  [[nodiscard]] bool independent_or_harmless(Stage& stage, ActiveSetSystem& system);
+  [[nodiscard]] bool settled(const Stage& stage, bool of_max) const;
+  [[nodiscard]] SecondOrder certified(const Stage& stage);
   [[nodiscard]] SecondOrder judge_without_certificate(Stage& stage);
+  [[nodiscard]] bool refute(ActiveSetSystem& system, Stage& stage);
+  [[nodiscard]] bool refute_in_cone(ActiveSetSystem& system, const Stage& stage);
+  [[nodiscard]] bool is_valley(ActiveSetSystem& system, const Stage& stage);
   [[nodiscard]] std::optional<Player> wrong_player(ActiveSetSystem& system, const Stage& stage);
+  [[nodiscard]] InnerAnswer answer_alone(const Stage& stage);
+  [[nodiscard]] std::vector<bool> droppable(const Dependences& dependences, bool x_held) const;
   [[nodiscard]] bool next_point(const NewtonTest& newton, Point& point);
   [[nodiscard]] bool clean(const BoundClasses& classes, Point& point);
   [[nodiscard]] Eigen::VectorXd error_of(const Point& point, const BoundClasses& classes,
@@ -71,46 +115,102 @@ class Certifier {
   [[nodiscard]] SecondOrder judge_barrier_problem(const Point& given);
   [[nodiscard]] bool barrier_newton_contracts(const Point& given);
   [[nodiscard]] BoundClasses with_idle_held(BoundClasses classes) const;
-  void find_rank(const ActiveSetSystem& system, const Point& point);
   void report_inertias(ActiveSetSystem& system);
+  void explain(const Stage& stage);
+  [[nodiscard]] bool may_factorize(Index more) {
+    const bool may = kkt_.factorizations() + more <= last_factorization_;
+    stopped_ = stopped_ || !may;
+    return may;
+  }
+  [[nodiscard]] bool has_x() const { return kkt_.layout().x.size() > 0; }
+  [[nodiscard]] bool has_y() const { return kkt_.layout().y.size() > 0; }
+  void examine_curvature(const CurvatureTrial& trial, const Point& point,
+                         const Eigen::VectorXd& lambda);
+  void examine_curvature(const Point& point, const Evaluation* assembled);
+  void examine_curvature(ActiveSetSystem& system, const Point& point,
+                         const Eigen::VectorXd& lambda);
+  [[nodiscard]] Eigen::VectorXd without_inactive(const BoundClasses& classes,
+                                                 Eigen::VectorXd lambda) const;
 
   CanonicalProblem& canonical_;
   KktSystem& kkt_;
   const SolverOptions& options_;
   double mu_;
+  Index last_factorization_;
+  Reasons reasons_;
   std::vector<Index> idle_;  ///< copies of y whose robust constraint is inactive
   std::optional<Eigen::VectorXd> hessian_error_;  ///< of differences, canonical units
-  KktSystem::RankFinding rank_;
   std::optional<Point> moved_;
   std::optional<WrongCurvature> wrong_;
-  bool far_ = false;  ///< the solution is near enough for the test but not for the user
+  bool far_ = false;      ///< the solution is near enough for the test but not for the user
+  bool stopped_ = false;  ///< by the budget of factorizations
+  std::optional<Deviation> wrong_row_;  ///< of W
   Certificate certificate_;
 };
 
-/// At most one factorization of each matrix, with the margin in it: right with it is right without.
-bool Certifier::clearly_right(const Point& point) {
+/// At most one factorization of each matrix at a clear point, with the margin in it: right with it is
+/// right without.
+Look Certifier::first_look(const Point& point) {
   const Units units = units_of(canonical_, point.evaluation);
   const BoundClasses classes =
       with_idle_held(guess_classes(canonical_, options_, point.iterate, units));
-  if (!classes.clear()) return false;
+  if (!classes.clear()) return Look::Unclear;
   ActiveSetSystem system(canonical_, kkt_, classes, units, point.evaluation);
   const Eigen::VectorXd error = hessian_error_in(units);
-  const double needed = margin(1.0);
-  const double asked = std::max(kClear * options_.minmax_curvature_tol, needed);
+  const double asked = std::max(kClear * options_.minmax_curvature_tol, margin(1.0));
   const InertiaTest test = survives(system, error, asked);
-  if (!test.both() || !(std::max(test.inner_response, test.full_response) <= kIndependent)) {
-    return false;
+  if (!test.both()) {
+    // Wrong with the margin for him, too?
+    const bool inner = test.inner;
+    if (error.size() > 0) system.assemble(ActiveSetSystem::kSufficient, error, 1.0, -1.0);
+    const bool open = inner ? kkt_.has_expected_inertia(kkt_.factorize({.x = asked, .y = -asked}))
+                            : kkt_.has_expected_inner_inertia(kkt_.factorize_inner({.y = asked}));
+    const Player player = inner ? Player::Min : Player::Max;
+    return !open && refute_clearly(system, point, player) ? Look::Wrong : Look::Unclear;
   }
+  if (!(std::max(test.inner_response, test.full_response) <= kIndependent)) return Look::Unclear;
   NewtonTest newton;
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
     return kkt_.solve_unshifted(system.assembled(), rhs, step);
   };
-  if (!newton_confirms(system, point, solve, newton)) return false;
+  if (!newton_confirms(system, point, solve, newton)) return Look::Unclear;
   far_ = newton.step > kFar * size_of_problem(canonical_, point.iterate, units);
-  if (far_) return false;
+  if (far_) return Look::Unclear;
   const double left = asked - max_norm(newton.error);
-  if (!(left >= margin(1.0))) return false;
+  if (!(left >= margin(1.0))) return Look::Unclear;
+  examine_curvature(system, point, point.iterate.lambda);
   certificate_.margin = left;
+  certificate_.licq_min = certificate_.licq_max = true;
+  certificate_.answer = InnerAnswer::Smooth;
+  return Look::Right;
+}
+
+/// Where an active gradient vanishes the second-order conditions are not necessary.
+bool has_vanishing_row(ActiveSetSystem& system) {
+  const CanonicalProblem& canonical = system.canonical();
+  Eigen::VectorXd largest = Eigen::VectorXd::Zero(canonical.constraints());
+  for (std::size_t k = 0; k < system.derivatives().jacobian.size(); ++k) {
+    double& row = largest[canonical.jacobian()[k].row];
+    row = std::max(row, std::abs(system.derivatives().jacobian[k]));
+  }
+  for (Index j = 0; j < largest.size(); ++j) {
+    if (system.counts(j) && largest[j] <= kVanishing) return true;
+  }
+  return false;
+}
+
+bool Certifier::refute_clearly(ActiveSetSystem& system, const Point& point, Player player) {
+  if (has_vanishing_row(system)) return false;
+  report_inertias(system);
+  NewtonTest newton;
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
+    return kkt_.factorize({}).status == FactorizationStatus::Ok &&
+           kkt_.solve(system.assembled(), rhs, step);
+  };
+  if (!newton_confirms(system, point, solve, newton)) return false;
+  const double spare = margin(1.0) + 2.0 * max_norm(newton.error);
+  wrong_ = find_witness(canonical_, system, point, spare, newton.step, player);
+  if (!wrong_) return false;
   certificate_.licq_min = certificate_.licq_max = true;
   return true;
 }
@@ -138,17 +238,50 @@ Eigen::VectorXd Certifier::hessian_error_in(const Units& units) const {
   return hessian_error_->cwiseProduct(units.variable.cwiseAbs2());
 }
 
-/// Takes the multipliers of inactive inequalities, which are the barrier's, out of W.
-bool Certifier::clean(const BoundClasses& classes, Point& point) {
-  Eigen::VectorXd lambda = point.iterate.lambda;
+Eigen::VectorXd Certifier::without_inactive(const BoundClasses& classes,
+                                            Eigen::VectorXd lambda) const {
   const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     const Index slack = slack_of[at(j)];
     if (slack >= 0 && classes[slack] == BoundClass::Inactive) lambda[j] = 0.0;
   }
+  return lambda;
+}
+
+/// Takes the multipliers of inactive inequalities, which are the barrier's, out of W.
+bool Certifier::clean(const BoundClasses& classes, Point& point) {
+  const Eigen::VectorXd lambda = without_inactive(classes, point.iterate.lambda);
   if (lambda == point.iterate.lambda) return true;
   return canonical_.second_derivatives(point.iterate.v, lambda, point.evaluation) ==
          EvaluationStatus::Ok;
+}
+
+void Certifier::examine_curvature(const CurvatureTrial& trial, const Point& point,
+                                  const Eigen::VectorXd& lambda) {
+  const LittleCurvature found = find_little_curvature(canonical_, kkt_, trial);
+  if (found.variable >= 0) {
+    certificate_.least_curvature = found.least;
+    certificate_.least_curvature_variable = canonical_.model_variable(found.variable);
+  }
+  // Differences have errors of their own, which the tests allow for.
+  if (!hessian_error_) wrong_row_ = find_wrong_row(canonical_, point, lambda, trial.units, found);
+}
+
+void Certifier::examine_curvature(ActiveSetSystem& system, const Point& point,
+                                  const Eigen::VectorXd& lambda) {
+  const auto is_held = [&](Index i) { return system.is_slack(i) || system.is_fixed(i); };
+  examine_curvature({.units = system.units(), .assembled = &system.assembled(), .is_held = is_held},
+                    point, lambda);
+}
+
+/// At a point whose active set is not known.
+void Certifier::examine_curvature(const Point& point, const Evaluation* assembled) {
+  const Units units = units_of(canonical_, point.evaluation);
+  const auto is_held = [&](Index i) {
+    return canonical_.x_slacks().contains(i) || canonical_.y_slacks().contains(i);
+  };
+  examine_curvature({.units = units, .assembled = assembled, .in_units = false, .is_held = is_held},
+                    point, point.iterate.lambda);
 }
 
 /// Of W in units: that of differences, and what doubtful inequalities may give or not.
@@ -191,20 +324,9 @@ bool Certifier::next_point(const NewtonTest& newton, Point& point) {
              EvaluationStatus::Ok;
 }
 
-void Certifier::find_rank(const ActiveSetSystem& system, const Point& point) {
-  std::vector<bool> active(at(canonical_.variables()));
-  for (Index i = 0; i < canonical_.variables(); ++i) {
-    active[at(i)] = system.classes()[i] != BoundClass::Inactive;
-  }
-  Units lengths = system.units();
-  lengths.constraint.setOnes();
-  rank_ = kkt_.active_rank(in_units(canonical_, point.evaluation, lengths), active);
-  certificate_.licq_min = rank_.full_min;
-  certificate_.licq_max = rank_.full_max;
-}
-
 void Certifier::report_inertias(ActiveSetSystem& system) {
   system.assemble(ActiveSetSystem::kSufficient);
+  kkt_.factorize_ahead({}, {});
   certificate_.inner = kkt_.factorize_inner({}).inertia;
   certificate_.full = kkt_.factorize({}).inertia;
 }
@@ -212,8 +334,9 @@ void Certifier::report_inertias(ActiveSetSystem& system) {
 /// Classes that a Newton step confirms where possible; the stage's point may move along the central path.
 bool Certifier::settle(Stage& stage, bool follow) {
   if (follow) {
-    stage.classes = with_idle_held(
-        follow_barrier(canonical_, kkt_, options_, stage.units, stage.classes, stage.point, mu_));
+    const auto most = static_cast<int>(last_factorization_ - kkt_.factorizations() - kToConfirm);
+    stage.classes = with_idle_held(follow_barrier(canonical_, kkt_, options_, stage.units,
+                                                  stage.classes, most, stage.point, mu_));
     moved_ = stage.point;
   }
   if (!clean(stage.classes, stage.point)) return false;
@@ -221,10 +344,34 @@ bool Certifier::settle(Stage& stage, bool follow) {
   return true;
 }
 
+/// Constraints that say nothing beside others, so that the model without them is the same model.
+/// x_held: beside others at this x.
+std::vector<bool> Certifier::droppable(const Dependences& dependences, bool x_held) const {
+  std::vector<bool> rows(at(canonical_.constraints()), false);
+  for (const Dependence& dependence : dependences.found) {
+    rows[at(dependence.row)] = x_held ? dependence.identical_in_y : dependence.identical;
+  }
+  return rows;
+}
+
+/// False: not asked for again, or nothing can be left out.
+bool Certifier::look_for_dependences(Stage& stage, ActiveSetSystem& system) {
+  if (stage.dependences || canonical_.constraints() == 0 || !may_factorize(1)) return false;
+  system.assemble(ActiveSetSystem::kSufficient);
+  stage.dependences = find_dependences(canonical_, system, stage.point, options_);
+  certificate_.licq_min = stage.dependences->independent(canonical_, false);
+  certificate_.licq_max = stage.dependences->independent(canonical_, true);
+  std::vector<bool> rows = droppable(*stage.dependences, !has_x());
+  if (std::ranges::find(rows, true) == rows.end()) return false;
+  stage.classes.redundant = std::move(rows);
+  return true;
+}
+
 /// Newton's method towards the solution of the active set's equations, until what W changes by on the
 /// way is less than its curvature. False: not seen.
 bool Certifier::refine_and_test(Stage& stage) {
   for (int round = 0;; ++round) {
+    if (!may_factorize(round == 0 ? 1 : kToConfirm)) return false;
     ActiveSetSystem system(canonical_, kkt_, stage.classes, stage.units, stage.point.evaluation);
     system.assemble(ActiveSetSystem::kSufficient);
     stage.error = error_of(stage.point, stage.classes, stage.units);
@@ -232,17 +379,61 @@ bool Certifier::refine_and_test(Stage& stage) {
       return solve_accurately(kkt_, system.assembled(), rhs, step);
     };
     stage.converges = newton_confirms(system, stage.point, solve, stage.newton);
-    if (!stage.newton.done) return false;
-    stage.error += stage.newton.error;
-    if (stage.converges && survives(system, stage.error, margin(1.0)).both()) {
-      find_rank(system, stage.point);
-      return true;
+    if (stage.newton.done) stage.error += stage.newton.error;
+    if (stage.converges) {
+      stage.test = survives(system, stage.error, margin(1.0));
+      if (!stage.test.both() && stage.classes.weak_min > 0 && may_factorize(1)) {
+        stage.test = survives_in_cone(system, stage.error, margin(1.0), stage.test.inner);
+      }
+      if (stage.test.both()) {
+        examine_curvature(system, stage.point,
+                          without_inactive(stage.classes, stage.point.iterate.lambda));
+        return independent_or_harmless(stage, system);
+      }
     }
+    if (look_for_dependences(stage, system)) {
+      round = -1;
+      continue;
+    }
+    if (!stage.newton.done) return false;
     const bool there = max_norm(stage.newton.error) <= margin(1.0);
     if (there || !stage.newton.classes_hold || round == kRefinements) return false;
     if (!next_point(stage.newton, stage.point)) return false;
     stage.units = units_of(canonical_, stage.point.evaluation);
   }
+}
+
+/// Independent Max gradients make the inner maximum follow x; a Min point needs none.
+bool Certifier::independent_or_harmless(Stage& stage, ActiveSetSystem& system) {
+  const double response = std::max(stage.test.inner_response, stage.test.full_response);
+  if (response <= kIndependent || canonical_.constraints() == 0) {
+    if (!stage.dependences) certificate_.licq_min = certificate_.licq_max = true;
+    return true;
+  }
+  if (!stage.dependences) {
+    const BoundClasses classes = stage.classes;
+    static_cast<void>(look_for_dependences(stage, system));
+    stage.classes = classes;
+  }
+  return stage.dependences && (settled(stage, true) || !has_x());
+}
+
+/// Whether all dependent rows found are left out; of_max: of Max's.
+bool Certifier::settled(const Stage& stage, bool of_max) const {
+  if (!stage.dependences) return true;
+  const auto open = [&](const Dependence& d) {
+    const bool max = canonical_.max_constraints().contains(d.row);
+    return (max || !of_max) && !stage.classes.is_redundant(d.row);
+  };
+  return stage.dependences->complete && std::ranges::none_of(stage.dependences->found, open);
+}
+
+SecondOrder Certifier::certified(const Stage& stage) {
+  certificate_.margin = margin(1.0);
+  certificate_.answer = stage.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
+  reasons_.add_weakly_active(stage.classes);
+  if (stage.dependences) reasons_.add_dependences(*stage.dependences);
+  return SecondOrder::Satisfied;
 }
 
 /// The test at a point that is not clear, with pivoting.
@@ -259,15 +450,13 @@ SecondOrder Certifier::examine(const Point& given) {
     if (!settle(stage, follow)) return SecondOrder::Undecided;
     certificate_.weakly_active_min = stage.classes.weak_min;
     certificate_.weakly_active_max = stage.classes.weak_max;
-    if (refine_and_test(stage)) {
-      certificate_.margin = margin(1.0);
-      // Independent Max gradients make the inner maximum follow x; a Min point needs none.
-      const bool inner_follows = rank_.full_max || kkt_.layout().x.size() == 0;
-      return inner_follows ? SecondOrder::Satisfied : SecondOrder::Undecided;
-    }
+    if (refine_and_test(stage)) return certified(stage);
     if (follow || !bounded || (stage.newton.done && stage.newton.classes_hold)) break;
+    if (!may_factorize(kToConfirm + 1)) break;
     follow = true;
     stage.point = given;
+    stage.classes.redundant.clear();
+    stage.dependences.reset();
   }
   return judge_without_certificate(stage);
 }
@@ -275,15 +464,122 @@ SecondOrder Certifier::examine(const Point& given) {
 SecondOrder Certifier::judge_without_certificate(Stage& stage) {
   ActiveSetSystem system(canonical_, kkt_, stage.classes, stage.units, stage.point.evaluation);
   report_inertias(system);
-  find_rank(system, stage.point);
-  // Where an active gradient vanishes the second-order conditions are not necessary.
-  if (rank_.vanishing) return SecondOrder::Undecided;
+  if (canonical_.constraints() == 0) certificate_.licq_min = certificate_.licq_max = true;
+  const bool vanishing =
+      stage.dependences && std::ranges::any_of(stage.dependences->found, &Dependence::vanishing);
+  SecondOrder verdict = SecondOrder::Undecided;
+  if (vanishing) {
+    explain(stage);
+    return verdict;
+  }
+  if (may_factorize(kToRefute) && refute(system, stage)) {
+    verdict = SecondOrder::Violated;
+  } else if (may_factorize(1) && is_valley(system, stage)) {
+    verdict = SecondOrder::Flat;
+  }
+  if (wrong_ && wrong_->owner == Player::Max) return verdict;
+  explain(stage);
+  if (has_x() && has_y()) certificate_.answer = answer_alone(stage);
+  return verdict;
+}
+
+bool Certifier::refute(ActiveSetSystem& system, Stage& stage) {
   const std::optional<Player> suspect = wrong_player(system, stage);
   if (suspect) {
     wrong_ =
         find_witness(canonical_, system, stage.point, margin(1.0), stage.newton.step, *suspect);
+    return wrong_.has_value();
   }
-  return wrong_ ? SecondOrder::Violated : SecondOrder::Undecided;
+  return stage.converges && stage.classes.weak_min > 0 && refute_in_cone(system, stage);
+}
+
+/// After wrong_player, which leaves K with all help in it: a direction into weakly active bounds.
+bool Certifier::refute_in_cone(ActiveSetSystem& system, const Stage& stage) {
+  if (stage.classes.weak_max > 0) return false;
+  const Eigen::VectorXd added =
+      stage.error + Eigen::VectorXd::Constant(canonical_.variables(), margin(1.0));
+  const auto cone = critical_cone(system, added);
+  if (!cone) return false;
+  const Copositivity found = copositivity(cone->curvature);
+  if (found.verdict != Copositivity::Verdict::Not) return false;
+  Eigen::VectorXd direction = Eigen::VectorXd::Zero(canonical_.variables());
+  for (std::size_t k = 0; k < cone->directions.size(); ++k) {
+    direction += found.direction[static_cast<Eigen::Index>(k)] * cone->directions[k];
+  }
+  wrong_ = try_witness(canonical_, system, stage.point, direction, stage.newton.step);
+  return wrong_.has_value();
+}
+
+/// Of Min where the inner maximum is strict; of Max where there is no x, else it is a reason alone.
+bool Certifier::is_valley(ActiveSetSystem& system, const Stage& stage) {
+  const bool inner =
+      !has_x() || (has_y() && !inner_survives(system, stage.error, margin(1.0)).inner);
+  if (inner && !may_factorize(1)) return false;
+  const Player player = inner ? Player::Max : Player::Min;
+  const Valley valley =
+      explore_valley(canonical_, system, stage.point, margin(1.0), kFlatTimes * margin(1.0), inner);
+  if (valley.verdict == Valley::Verdict::None) return false;
+  const bool flat = valley.verdict == Valley::Verdict::Flat;
+  reasons_.add_direction(flat ? Kind::FlatDirection : Kind::LittleCurvature, player,
+                         valley.direction,
+                         flat ? "flat: the value is constant along" : "no curvature is seen along");
+  return flat && !(inner && has_x()) && stage.classes.clear() && settled(stage, false);
+}
+
+void Certifier::explain(const Stage& stage) {
+  reasons_.add_weakly_active(stage.classes);
+  if (stage.dependences) reasons_.add_dependences(*stage.dependences);
+  if (wrong_) return;
+  if (stage.newton.done && !stage.newton.classes_hold) {
+    reasons_.add(Kind::NotIsolated, Player::Min,
+                 "which bounds are active is not settled: a Newton step changes it");
+  } else if (!stage.converges) {
+    reasons_.add(Kind::NotIsolated, Player::Min,
+                 "Newton's method does not contract here: no isolated solution is seen");
+  } else if (max_norm(stage.newton.error) > margin(1.0)) {
+    reasons_.add(Kind::Unsteady, Player::Min,
+                 "second derivatives change by more than the curvature on the way to the solution");
+  }
+  if (stopped_) {
+    reasons_.add(Kind::Effort, Player::Min, "the test was ended after its share of factorizations");
+  }
+}
+
+/// What is known of y at this x alone.
+InnerAnswer Certifier::answer_alone(const Stage& stage) {
+  if (!may_factorize(2)) return InnerAnswer::Unknown;
+  Stage alone;
+  alone.point = stage.point;
+  alone.units = stage.units;
+  alone.classes = stage.classes;
+  for (const IndexRange own : {canonical_.x(), canonical_.x_slacks()}) {
+    for (Index i = own.begin; i < own.end; ++i) {
+      if (alone.classes[i] == BoundClass::Doubtful) --alone.classes.weak_min;
+      alone.classes.of[at(i)] = BoundClass::Active;
+      alone.classes.side[at(i)] = 0;
+    }
+  }
+  std::vector<bool>& held = alone.classes.redundant;
+  held.assign(at(canonical_.constraints()), false);
+  bool smooth = true;
+  if (stage.dependences) {
+    held = droppable(*stage.dependences, true);
+    smooth = held == droppable(*stage.dependences, false);
+  }
+  const IndexRange min_rows = canonical_.min_constraints();
+  for (Index j = min_rows.begin; j < min_rows.end; ++j) held[at(j)] = true;
+  ActiveSetSystem system(canonical_, kkt_, alone.classes, alone.units, alone.point.evaluation);
+  system.assemble(ActiveSetSystem::kSufficient);
+  alone.error = error_of(alone.point, stage.classes, alone.units);
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
+    return solve_accurately(kkt_, system.assembled(), rhs, step);
+  };
+  if (!newton_confirms(system, alone.point, solve, alone.newton)) return InnerAnswer::Unknown;
+  alone.error += alone.newton.error;
+  const InertiaTest test = inner_survives(system, alone.error, margin(1.0));
+  if (!test.inner || !(test.inner_response <= kIndependent)) return InnerAnswer::Unknown;
+  if (!smooth) return InnerAnswer::StrictlyBest;
+  return alone.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
 }
 
 /// Whose necessary conditions the matrices say are violated; where Newton's method does not converge,
@@ -314,9 +610,11 @@ SecondOrder Certifier::judge_barrier_problem(const Point& given) {
   };
   if (right(-spare)) {
     certificate_.margin = spare;
+    examine_curvature(given, &given.evaluation);
     return barrier_newton_contracts(given) ? SecondOrder::Satisfied : SecondOrder::Undecided;
   }
   const bool refuted = !right(spare);
+  kkt_.factorize_ahead({}, {});
   certificate_.inner = kkt_.factorize_inner({}).inertia;
   certificate_.full = kkt_.factorize({}).inertia;
   return refuted ? SecondOrder::Violated : SecondOrder::Undecided;
@@ -336,6 +634,30 @@ bool Certifier::barrier_newton_contracts(const Point& given) {
          max_norm(point.iterate.v - before) <= kContraction * first;
 }
 
+SecondOrder Certifier::judge(const Point& given) {
+  idle_ = idle_copies(canonical_, given.iterate, given.evaluation);
+  const Look look = first_look(given);
+  if (look == Look::Wrong) return SecondOrder::Violated;
+  SecondOrder verdict = SecondOrder::Satisfied;
+  if (look == Look::Unclear) {
+    if (options_.minmax_certificate == CertificateEffort::Quick) {
+      reasons_.add(Kind::Effort, Player::Min,
+                   "not clear at a quick look (minmax_certificate quick)");
+      return SecondOrder::Undecided;
+    }
+    verdict = examine(given);
+  }
+  if (verdict != SecondOrder::Satisfied) return verdict;
+  const Point& judged = moved_ ? *moved_ : given;
+  verdict = test_robust_rows(canonical_, kkt_, judged.iterate, judged.evaluation, idle_);
+  if (verdict != SecondOrder::Satisfied) {
+    certificate_.answer = InnerAnswer::Unknown;
+    reasons_.add(Kind::RobustRow, Player::Max,
+                 "a robust constraint's worst case is no strict maximum of it");
+  }
+  return verdict;
+}
+
 Finding Certifier::run(const Point& given) {
   kkt_.require_certain_inertia(true);
   certificate_.inner_expected = kkt_.layout().expected_inner();
@@ -347,18 +669,37 @@ Finding Certifier::run(const Point& given) {
   if (hessian_error_) certificate_.hessian_error = max_norm(*hessian_error_);
   if (hessian_error_ && !hessian_error_->allFinite()) {
     certificate_.second_order = SecondOrder::Undecided;
+    reasons_.add(Kind::Differences, Player::Min,
+                 "second derivatives from differences could not be trusted");
   } else if (options_.mu_target > 0.0) {
     certificate_.second_order = judge_barrier_problem(given);
   } else {
-    idle_ = idle_copies(canonical_, given.iterate, given.evaluation);
-    certificate_.second_order = clearly_right(given) ? SecondOrder::Satisfied : examine(given);
-    if (certificate_.second_order == SecondOrder::Satisfied) {
-      const Point& judged = moved_ ? *moved_ : given;
-      certificate_.second_order =
-          test_robust_rows(canonical_, kkt_, judged.iterate, judged.evaluation);
-    }
+    certificate_.second_order = judge(given);
   }
-  if (certificate_.second_order != SecondOrder::Satisfied) certificate_.margin = 0.0;
+  // Wrong second derivatives may be why nothing could be decided.
+  if (certificate_.second_order == SecondOrder::Undecided ||
+      certificate_.second_order == SecondOrder::Flat) {
+    examine_curvature(given, nullptr);
+  }
+  std::string remark;
+  if (wrong_row_ && certificate_.second_order != SecondOrder::Violated) {
+    certificate_.second_order = SecondOrder::Undecided;
+    certificate_.hessian_disagrees = true;
+    certificate_.answer = InnerAnswer::Unknown;
+    remark = "the second derivatives in " + canonical_.column_name(wrong_row_->index) +
+             " disagree with differences of the gradient" + percentage(*wrong_row_) +
+             ", and no certificate rests on wrong ones: try derivative_test second-order";
+    reasons_.add(Kind::WrongHessian, Player::Min, remark);
+  }
+  if (certificate_.second_order != SecondOrder::Satisfied) {
+    certificate_.margin = certificate_.least_curvature = 0.0;
+    certificate_.least_curvature_variable = -1;
+  }
+  if (wrong_) {
+    reasons_.add_direction(Kind::WrongCurvature, wrong_->owner, wrong_->direction,
+                           wrong_->owner == Player::Min ? "Min gains along" : "Max gains along");
+  }
+  certificate_.reasons = reasons_.take();
   certificate_.kind = certificate_.second_order == SecondOrder::Satisfied
                           ? PointKind::LocalMinmax
                           : PointKind::FirstOrderPoint;
@@ -366,14 +707,15 @@ Finding Certifier::run(const Point& given) {
   return {.certificate = certificate_,
           .point = std::move(moved_),
           .mu = mu_,
-          .wrong = std::move(wrong_)};
+          .wrong = std::move(wrong_),
+          .remark = std::move(remark)};
 }
 
 }  // namespace
 
 Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point, double mu,
-                const SolverOptions& options) {
-  return Certifier(canonical, kkt, mu, options).run(point);
+                const SolverOptions& options, Index factorizations) {
+  return Certifier(canonical, kkt, mu, options, factorizations).run(point);
 }
 
 }  // namespace ipminmax

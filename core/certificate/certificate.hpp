@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "core/kkt/system.hpp"
 #include "core/method/wrong_curvature.hpp"
@@ -19,15 +20,20 @@ struct Finding {
   std::optional<Point> point;
   double mu = 0.0;
   std::optional<WrongCurvature> wrong;  ///< why the verdict is Violated
+  std::string remark;                   ///< where W is wrong, if it is, without line end
 };
+
+inline constexpr Index kGenerousFactorizations = 100;
 
 /// Second-order test at a first-order point: the paper's Proposition "Second order sufficient
 /// conditions for constrained minmax", all regularization off. The claim, its hypotheses and what of
 /// them is proved, checked or trusted: core/algorithm.md, "Second-order test".
 ///
 /// point: f, c, first and second derivatives and the dual residual at the iterate. The KKT matrices
-/// are left at the certificate's values.
+/// are left at the certificate's values. factorizations: that may be spent on an undecided point,
+/// beyond those of the first look; options.minmax_certificate: Full or Quick.
 [[nodiscard]] Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
-                              double mu, const SolverOptions& options);
+                              double mu, const SolverOptions& options,
+                              Index factorizations = kGenerousFactorizations);
 
 }  // namespace ipminmax

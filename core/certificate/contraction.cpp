@@ -66,7 +66,8 @@ class ActiveSetNewton {
         solve_(solve),
         lambda_(iterate.lambda) {
     for (Index j = 0; j < canonical.constraints(); ++j) {
-      if (!system.counts(j)) lambda_[j] = 0.0;
+      const bool kept = system.counts(j) || system.classes().is_redundant(j);
+      if (!kept) lambda_[j] = 0.0;
     }
   }
 
@@ -123,7 +124,7 @@ bool ActiveSetNewton::first_step() {
   const BoundClasses& classes = system_.classes();
   Eigen::VectorXd fixed = Eigen::VectorXd::Zero(canonical_.variables());
   for (Index i = 0; i < canonical_.variables(); ++i) {
-    if (!system_.is_fixed(i)) continue;
+    if (!system_.is_fixed(i) || classes.side[at(i)] == 0) continue;
     fixed[i] = classes.side[at(i)] * classes.distance(canonical_, iterate_, i);
   }
   gradient_ = evaluation_.gradient;
@@ -172,10 +173,10 @@ bool ActiveSetNewton::classes_hold() const {
     if (classes[i] == BoundClass::Inactive) hold = hold && towards <= kConfirmed * distance;
   };
   for (const Index i : canonical_.lower_bounded()) {
-    stays_away(i, -dv_[i], iterate_.v[i] - canonical_.lower()[i]);
+    stays_away(i, -dv_[i], canonical_.above_lower(i, iterate_.v[i]));
   }
   for (const Index i : canonical_.upper_bounded()) {
-    stays_away(i, dv_[i], canonical_.upper()[i] - iterate_.v[i]);
+    stays_away(i, dv_[i], canonical_.below_upper(i, iterate_.v[i]));
   }
   return hold;
 }
@@ -198,10 +199,10 @@ void ActiveSetNewton::choose_trial() {
     if (!system_.is_fixed(i) && !system_.is_slack(i) && towards > most) trial_[i] = side * most;
   };
   for (const Index i : canonical_.lower_bounded()) {
-    keep_inside(i, -trial_[i], iterate_.v[i] - canonical_.lower()[i], -1.0);
+    keep_inside(i, -trial_[i], canonical_.above_lower(i, iterate_.v[i]), -1.0);
   }
   for (const Index i : canonical_.upper_bounded()) {
-    keep_inside(i, trial_[i], canonical_.upper()[i] - iterate_.v[i], 1.0);
+    keep_inside(i, trial_[i], canonical_.below_upper(i, iterate_.v[i]), 1.0);
   }
   trial_v_ = iterate_.v + trial_;
   trial_lambda_ = lambda_ + dlambda_;

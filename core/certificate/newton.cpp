@@ -4,6 +4,10 @@
 
 namespace ipminmax {
 
+namespace {
+constexpr double kRelaxed = 1e-8;  // as jacobian_regularization_value
+}
+
 bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const NewtonResidual& rhs,
                       Step& step) {
   for (;;) {
@@ -19,7 +23,14 @@ bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu,
   Step step = zero_step(canonical);
   newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
   kkt.assemble(point.iterate, point.evaluation);
-  if (!solve_accurately(kkt, point.evaluation, rhs, step)) return false;
+  if (!solve_accurately(kkt, point.evaluation, rhs, step)) {
+    // Dependent constraints: their equations agree, any of their multipliers will do.
+    const Regularization relaxed{.lambda_x = kRelaxed, .lambda_y = kRelaxed};
+    if (kkt.factorize_for_solutions(relaxed).status != FactorizationStatus::Ok ||
+        !kkt.solve_unshifted(point.evaluation, rhs, step)) {
+      return false;
+    }
+  }
   alpha = largest_step(canonical, point.iterate, step, tau);
   advance(step, alpha, point.iterate);
   if (canonical.values(point.iterate.v, point.evaluation.f, point.evaluation.c) !=

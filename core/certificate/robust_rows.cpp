@@ -57,9 +57,11 @@ std::vector<ActiveRow> active_rows(const CanonicalProblem& canonical, const Eige
 }  // namespace
 
 SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt,
-                             const Iterate& iterate, const Evaluation& evaluation) {
+                             const Iterate& iterate, const Evaluation& evaluation,
+                             const std::vector<Index>& idle) {
   if (canonical.robust_constraints().empty()) return SecondOrder::Satisfied;
-  const Eigen::VectorXd firm = firm_curvature(canonical, iterate);
+  Eigen::VectorXd firm = firm_curvature(canonical, iterate);
+  for (const Index i : idle) firm[i] += kFixed;
   const std::vector<ActiveRow> rows = active_rows(canonical, firm);
   if (rows.empty()) return SecondOrder::Satisfied;
   kkt.assemble(evaluation, firm);

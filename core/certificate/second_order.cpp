@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "core/certificate/copositive.hpp"
+#include "core/certificate/critical_cone.hpp"
+
 namespace ipminmax {
 namespace {
 
@@ -45,25 +48,57 @@ double response(ActiveSetSystem& system, bool inner) {
 
 Regularization worst_case(double margin) { return {.x = -margin, .y = margin}; }
 
-InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin) {
+namespace {
+
+/// full_follows: K is needed next with the same values.
+InertiaTest test_inner(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
+                       bool full_follows) {
   KktSystem& kkt = system.kkt();
   InertiaTest test;
-  const bool same_fixed = system.classes().weak_max == 0;
   // The worst W for the maximizer has + error in y, and no doubtful bound holds him.
   system.assemble({.min_fixed = false, .max_fixed = false}, error, 0.0, -1.0);
+  if (full_follows) kkt.factorize_ahead({.y = -margin}, worst_case(margin));
   test.inner = kkt.has_expected_inner_inertia(kkt.factorize_inner({.y = -margin}));
   if (!test.inner) return test;
   test.inner_response = response(system, true);
   test.inner = kkt.pivots() || std::isfinite(test.inner_response);
+  return test;
+}
+
+}  // namespace
+
+InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin) {
+  return test_inner(system, error, margin, false);
+}
+
+InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin) {
+  KktSystem& kkt = system.kkt();
+  const bool same_values = error.size() == 0 && system.classes().weak_max == 0;
+  InertiaTest test = test_inner(system, error, margin, same_values);
   if (!test.inner) return test;
   // For the minimizer it has - error everywhere, for then phi'' = W_xx - W_xy W_yy^-1 W_yx (on the
   // tangent spaces) is smallest.
-  if (error.size() > 0 || !same_fixed)
-    system.assemble(ActiveSetSystem::kSufficient, error, -1.0, 1.0);
+  if (!same_values) system.assemble(ActiveSetSystem::kSufficient, error, -1.0, 1.0);
   test.full = kkt.has_expected_inertia(kkt.factorize(worst_case(margin)));
   if (!test.full) return test;
   test.full_response = response(system, false);
   test.full = kkt.pivots() || std::isfinite(test.full_response);
+  return test;
+}
+
+InertiaTest survives_in_cone(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
+                             bool inner) {
+  InertiaTest test{.inner = inner};
+  if (!inner) return test;
+  KktSystem& kkt = system.kkt();
+  system.assemble({.min_fixed = true, .max_fixed = true}, error, -1.0, 1.0);
+  if (!kkt.has_expected_inertia(kkt.factorize(worst_case(margin)))) return test;
+  test.full_response = response(system, false);
+  if (!std::isfinite(test.full_response)) return test;
+  Eigen::VectorXd taken = Eigen::VectorXd::Constant(system.canonical().variables(), -margin);
+  if (error.size() > 0) taken -= error;
+  const auto cone = critical_cone(system, taken);
+  test.full = cone && copositivity(cone->curvature).verdict == Copositivity::Verdict::Strictly;
   return test;
 }
 

@@ -19,6 +19,14 @@ struct InertiaTest {
 /// K is left factorized with the margin in it (and the error, if there is one).
 [[nodiscard]] InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error,
                                    double margin);
+/// The same where doubtful bounds of Min are exactly active, with multiplier zero or not: his critical
+/// directions lead into them, and the curvature along these has to be right (copositivity). inner: what
+/// survives found of K_yy.
+[[nodiscard]] InertiaTest survives_in_cone(ActiveSetSystem& system, const Eigen::VectorXd& error,
+                                           double margin, bool inner);
+/// K_yy alone.
+[[nodiscard]] InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error,
+                                         double margin);
 /// The shift that survives factorizes K with.
 [[nodiscard]] Regularization worst_case(double margin);
 

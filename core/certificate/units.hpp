@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 
 #include "core/model/canonical_problem.hpp"
-#include "core/point/iterate.hpp"
+#include "core/model/iterate.hpp"
 
 namespace ipminmax {
 

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/certificate/walk.hpp"
+
 namespace ipminmax {
 namespace {
 
-constexpr double kGrowth = 8.0;  // of the shift
-constexpr int kMostShifts = 16;
+constexpr double kGrowth = 16.0;  // of the shift
+constexpr int kMostShifts = 12;
 constexpr double kConstraintShift = 1e-10;  // for dependent constraints
 constexpr int kMostSolves = 20;             // of inverse iteration
 constexpr double kSettled = 1e-2;           // relative change of the curvature that ends it
@@ -16,13 +18,10 @@ constexpr double kFirstLength = 0.1;        // of a trial, over the size of the 
 constexpr double kBeyond = 10.0;            // length over the distance to the solution
 constexpr int kTrials = 12;
 constexpr double kShorter = 0.25;
-constexpr int kCorrections = 6;       // back to the constraints and to the inner maximum
+constexpr double kAmplified = 1e-3;   // by inverse iteration, over what the shift alone would do
+constexpr double kMoved = 0.5;        // of the length: corrections must not lead back
 constexpr double kShareOfGain = 0.1;  // of the gain predicted that has to come
 constexpr double kRounding = 1e-14;   // of the value
-constexpr double kNegligible = 1e-6;  // residual over length^2 that needs no correction
-constexpr double kSmall = 1e-2;       // that is accepted
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 class WitnessSearch {
  public:
@@ -33,24 +32,22 @@ class WitnessSearch {
         point_(point),
         inner_(inner),
         begin_(inner ? canonical.y().begin : 0),
-        owned_end_(inner ? canonical.variables() : canonical.y().begin) {}
+        owned_end_(inner ? canonical.variables() : canonical.y().begin),
+        walk_(canonical, system, point, inner ? Walk::Kind::Inner : Walk::Kind::Outer) {}
 
   std::optional<WrongCurvature> run(double margin, double distance);
+  /// Along a direction in units that may be closed the other way; the matrix is factorized.
+  std::optional<WrongCurvature> run_along(const Eigen::VectorXd& direction, double distance);
 
  private:
   [[nodiscard]] bool right_with(double shift);
   [[nodiscard]] bool find_direction();
+  [[nodiscard]] bool turn_to_least_curvature(double shift);
   [[nodiscard]] double curvature(const Eigen::VectorXd& d) const;
-  void make_step();
+  [[nodiscard]] double curvature_of_all(const Eigen::VectorXd& d) const;
   [[nodiscard]] bool gains(double length);
-  struct Trial {
-    Eigen::VectorXd v, lambda;
-    Evaluation evaluation;
-  };
-  [[nodiscard]] bool evaluate(Trial& trial);
-  [[nodiscard]] bool correct(Trial& trial, double& residual);
-  [[nodiscard]] double lagrangian(const Evaluation& evaluation) const;
-  [[nodiscard]] bool is_inside(const Eigen::VectorXd& v, const Eigen::VectorXd& c) const;
+  [[nodiscard]] bool gains_beyond_slope(double length);
+  [[nodiscard]] std::optional<WrongCurvature> try_steps(double distance, bool one_way);
   [[nodiscard]] bool solve(const NewtonResidual& rhs, Step& step) {
     return inner_ ? system_.kkt().solve_inner(system_.assembled(), rhs, step)
                   : system_.kkt().solve(system_.assembled(), rhs, step);
@@ -65,6 +62,7 @@ class WitnessSearch {
   const Point& point_;
   const bool inner_;
   const Index begin_, owned_end_;
+  Walk walk_;
   Eigen::VectorXd units_direction_;  ///< in units, owned part of length 1
   Eigen::VectorXd step_;             ///< the same in the canonical problem's lengths
   double curvature_ = 0.0;           ///< along it; of the sign that is wrong: > 0
@@ -91,13 +89,32 @@ double WitnessSearch::curvature(const Eigen::VectorXd& d) const {
   return inner_ ? sum : -sum;
 }
 
-/// Inverse iteration with the least shift, by factors, that makes the matrix right: turns to the
-/// direction of the worst curvature on the tangent space.
-bool WitnessSearch::find_direction() {
-  double shift = 1e-6;
-  for (int k = 0; !right_with(shift); ++k, shift *= kGrowth) {
-    if (k == kMostShifts) return false;
+/// The same with what fixed variables move along.
+double WitnessSearch::curvature_of_all(const Eigen::VectorXd& d) const {
+  double sum = 0.0;
+  const Evaluation& w = system_.derivatives();
+  for (std::size_t k = 0; k < w.hessian.size(); ++k) {
+    const auto [i, j] = canonical_.hessian()[k];
+    sum += (i == j ? 1.0 : 2.0) * w.hessian[k] * d[i] * d[j];
   }
+  return inner_ ? sum : -sum;
+}
+
+/// Inverse iteration with a shift that makes the matrix right, a smaller one where that finds nothing:
+/// turns to the direction of the worst curvature on the tangent space.
+bool WitnessSearch::find_direction() {
+  for (const double first : {1e-2, 1e-4, 1e-6}) {
+    double shift = first;
+    for (int k = 0; !right_with(shift); ++k, shift *= kGrowth) {
+      if (k == kMostShifts) return false;
+    }
+    if (turn_to_least_curvature(shift)) return true;
+    if (shift > first) return false;
+  }
+  return false;
+}
+
+bool WitnessSearch::turn_to_least_curvature(double shift) {
   NewtonResidual rhs = zero_step(canonical_);
   Step step = zero_step(canonical_);
   for (Index i = begin_; i < owned_end_; ++i) {
@@ -117,6 +134,8 @@ bool WitnessSearch::find_direction() {
       if (system_.is_slack(i) || system_.is_fixed(i)) units_direction_[i] = 0.0;
       rhs.v[i] = is_owned(i) ? units_direction_[i] : 0.0;
     }
+    // Without a tangent direction what comes out is rounding.
+    if (k > 0 && norm < kAmplified / shift) return false;
     curvature_ = curvature(units_direction_);
     if (k > 1 && curvature_ > 0.0 && std::abs(curvature_ - last) <= kSettled * curvature_) break;
     last = curvature_;
@@ -124,109 +143,51 @@ bool WitnessSearch::find_direction() {
   return curvature_ > 0.0;
 }
 
-/// Slacks of open inequalities move with their constraint.
-void WitnessSearch::make_step() {
-  step_ = units_direction_.cwiseProduct(system_.units().variable);
-  const auto slack_of = canonical_.slack_of_constraint();
-  for (std::size_t k = 0; k < point_.evaluation.jacobian.size(); ++k) {
-    const auto [row, col] = canonical_.jacobian()[k];
-    const Index slack = slack_of[at(row)];
-    if (slack >= 0 && !system_.is_fixed(slack)) {
-      step_[slack] += point_.evaluation.jacobian[k] * step_[col];
-    }
-  }
-}
-
-/// Bounds and open inequalities, of which c tells by how much their slack is off.
-bool WitnessSearch::is_inside(const Eigen::VectorXd& v, const Eigen::VectorXd& c) const {
-  Eigen::VectorXd at_end = v;
-  const auto slack_of = canonical_.slack_of_constraint();
-  for (Index j = 0; j < c.size(); ++j) {
-    const Index slack = slack_of[at(j)];
-    if (slack >= 0 && !system_.is_fixed(slack)) at_end[slack] += c[j];
-  }
-  return std::ranges::all_of(canonical_.lower_bounded(),
-                             [&](Index i) { return at_end[i] >= canonical_.lower()[i]; }) &&
-         std::ranges::all_of(canonical_.upper_bounded(),
-                             [&](Index i) { return at_end[i] <= canonical_.upper()[i]; });
-}
-
-bool WitnessSearch::evaluate(Trial& trial) {
-  return canonical_.values(trial.v, trial.evaluation.f, trial.evaluation.c) ==
-             EvaluationStatus::Ok &&
-         canonical_.first_derivatives(trial.v, trial.evaluation) == EvaluationStatus::Ok;
-}
-
-/// f with what the violation left over is worth.
-double WitnessSearch::lagrangian(const Evaluation& evaluation) const {
-  double value = evaluation.f;
-  for (Index j = 0; j < canonical_.constraints(); ++j) {
-    if (system_.counts(j)) value += point_.iterate.lambda[j] * evaluation.c[j];
-  }
-  return value;
-}
-
-/// One Newton step with the matrix at hand back to the constraints and, for Min, to the inner maximum.
-/// residual: what was left before, in units.
-bool WitnessSearch::correct(Trial& trial, double& residual) {
-  const Units& units = system_.units();
-  NewtonResidual rhs = zero_step(canonical_);
-  Step step = zero_step(canonical_);
-  const IndexRange rows{inner_ ? canonical_.max_constraints().begin : 0, canonical_.constraints()};
-  for (Index j = rows.begin; j < rows.end; ++j) {
-    if (system_.counts(j)) rhs.lambda[j] = -units.constraint[j] * trial.evaluation.c[j];
-  }
-  if (!inner_) {
-    Eigen::VectorXd gradient = trial.evaluation.gradient;
-    for (std::size_t k = 0; k < trial.evaluation.jacobian.size(); ++k) {
-      const auto [row, col] = canonical_.jacobian()[k];
-      if (system_.counts(row)) gradient[col] += trial.evaluation.jacobian[k] * trial.lambda[row];
-    }
-    for (Index i = canonical_.y().begin; i < canonical_.y().end; ++i) {
-      if (!system_.is_fixed(i)) rhs.v[i] = -units.variable[i] * gradient[i];
-    }
-  }
-  residual = 0.0;
-  for (const Eigen::VectorXd* part : {&rhs.v, &rhs.lambda}) {
-    if (part->size() > 0) residual = std::max(residual, part->lpNorm<Eigen::Infinity>());
-  }
-  if (residual == 0.0) return true;
-  if (!solve(rhs, step)) return false;
-  for (Index i = begin_; i < canonical_.variables(); ++i) {
-    if (!system_.is_slack(i) && !system_.is_fixed(i)) trial.v[i] += units.variable[i] * step.v[i];
-  }
-  for (Index j = rows.begin; j < rows.end; ++j) {
-    if (system_.counts(j)) trial.lambda[j] += units.constraint[j] * step.lambda[j];
-  }
-  return evaluate(trial);
-}
-
 /// Whether the value changes as the curvature says after a step of this length and corrections.
 bool WitnessSearch::gains(double length) {
   const double predicted = 0.5 * length * length * curvature_;
   if (!(predicted > kRounding * std::abs(point_.evaluation.f))) return false;
-  Trial trial{point_.iterate.v + length * step_, point_.iterate.lambda, point_.evaluation};
-  if (!evaluate(trial)) return false;
-  double residual = 0.0;
-  for (int k = 0; k < kCorrections; ++k) {
-    if (!correct(trial, residual)) return false;
-    if (residual <= kNegligible * length * length) break;
-  }
-  if (!(residual <= kSmall * length * length)) return false;
-  if (!is_inside(trial.v, trial.evaluation.c)) return false;
-  const double change = lagrangian(trial.evaluation) - lagrangian(point_.evaluation);
-  return (inner_ ? change : -change) >= kShareOfGain * predicted;
+  const Walk::End end = walk_.take(step_, length);
+  const double extent = std::abs(length) * longest(canonical_, step_, system_.units());
+  return end.reached && end.moved >= kMoved * extent &&
+         (inner_ ? end.change : -end.change) >= kShareOfGain * predicted;
+}
+
+/// The same where the way back is closed: the value has to fall, and by more than a slope explains.
+bool WitnessSearch::gains_beyond_slope(double length) {
+  const double predicted = 0.5 * length * length * curvature_;
+  if (!gains(length)) return false;
+  const Walk::End whole = walk_.take(step_, length), half = walk_.take(step_, 0.5 * length);
+  const double bend = whole.change - 2.0 * half.change;  // half of the predicted change
+  return half.reached && (inner_ ? bend : -bend) >= 0.5 * kShareOfGain * predicted;
 }
 
 std::optional<WrongCurvature> WitnessSearch::run(double margin, double distance) {
   if (!find_direction()) return {};
   if (!(curvature_ > kClearlyWrong * margin * units_direction_.squaredNorm())) return {};
-  make_step();
+  return try_steps(distance, false);
+}
+
+std::optional<WrongCurvature> WitnessSearch::run_along(const Eigen::VectorXd& direction,
+                                                       double distance) {
+  double norm = 0.0;
+  for (Index i = begin_; i < owned_end_; ++i) {
+    if (!system_.is_slack(i)) norm += direction[i] * direction[i];
+  }
+  if (!(norm > 0.0)) return {};
+  units_direction_ = direction / std::sqrt(norm);
+  curvature_ = curvature_of_all(units_direction_);
+  if (!(curvature_ > 0.0)) return {};
+  return try_steps(distance, true);
+}
+
+std::optional<WrongCurvature> WitnessSearch::try_steps(double distance, bool one_way) {
+  step_ = walk_.step_along(units_direction_);
   const double size = std::max(1.0, longest(canonical_, point_.iterate.v, system_.units()));
   double length = kFirstLength * size;
   for (int k = 0; k < kTrials && length >= kBeyond * distance; ++k, length *= kShorter) {
     // In both directions, so that no slope left over counts.
-    if (gains(length) && gains(-length)) {
+    if (one_way ? gains_beyond_slope(length) : gains(length) && gains(-length)) {
       return WrongCurvature{inner_ ? Player::Max : Player::Min, step_};
     }
   }
@@ -241,6 +202,12 @@ std::optional<WrongCurvature> find_witness(CanonicalProblem& canonical, ActiveSe
   const bool inner = owner == Player::Max;
   system.assemble({.min_fixed = true, .max_fixed = inner});
   return WitnessSearch(canonical, system, point, inner).run(margin, distance);
+}
+
+std::optional<WrongCurvature> try_witness(CanonicalProblem& canonical, ActiveSetSystem& system,
+                                          const Point& point, const Eigen::VectorXd& direction,
+                                          double distance) {
+  return WitnessSearch(canonical, system, point, false).run_along(direction, distance);
 }
 
 }  // namespace ipminmax

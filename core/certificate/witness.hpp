@@ -18,4 +18,11 @@ namespace ipminmax {
                                                          const Point& point, double margin,
                                                          double distance, Player owner);
 
+/// The same for Min along a direction in units that leads into the bounds where the other one does not:
+/// the value has to bend down by more than a slope explains. Bounds as in the last assemble, K factorized.
+[[nodiscard]] std::optional<WrongCurvature> try_witness(CanonicalProblem& canonical,
+                                                        ActiveSetSystem& system, const Point& point,
+                                                        const Eigen::VectorXd& direction,
+                                                        double distance);
+
 }  // namespace ipminmax

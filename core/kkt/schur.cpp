@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/kkt/block.hpp"
 #include "core/kkt/schur.hpp"
-#include "core/kkt/system.hpp"
 
 namespace ipminmax {
 namespace {

@@ -1,18 +1,17 @@
 #include <algorithm>
 #include <cstddef>
+#include <string>
 
 #include "core/method/algorithm_one.hpp"
 #include "core/method/barrier.hpp"
+#include "core/method/parameters.hpp"
+#include "core/model/norms.hpp"
 #include "core/point/residual.hpp"
 
 namespace ipminmax {
 namespace {
 
-/// Halvings of a step whose end point the model cannot evaluate.
-constexpr int kMaxCuts = 40;
-/// minmax_residual_watchdog: residuals looked back on, and the shortest step it asks for.
-constexpr std::size_t kWatchedResiduals = 10;
-constexpr double kShortestWatchedStep = 1e-3;
+namespace parameter = parameters::algorithm_one;
 
 bool is_finite(const Step& step) {
   return step.v.allFinite() && step.lambda.allFinite() && step.z_lower.allFinite() &&
@@ -21,134 +20,121 @@ bool is_finite(const Step& step) {
 
 }  // namespace
 
-AlgorithmOne::AlgorithmOne(CanonicalProblem& canonical, KktSystem& kkt,
-                           InertiaCorrection& correction, const SolverOptions& options,
-                           Counts& counts)
-    : canonical_(canonical),
-      kkt_(kkt),
-      correction_(correction),
-      options_(options),
-      counts_(counts) {
-  rhs_ = step_ = zero_step(canonical);
-  trial_c_.setZero(canonical.constraints());
-  last_residuals_.reserve(kWatchedResiduals + 1);
+AlgorithmOne::AlgorithmOne(const MethodContext& context) : context_(context) {
+  rhs_ = step_ = zero_step(context.canonical);
+  last_residuals_.reserve(parameter::kWatchedResiduals + 1);
 }
 
-std::optional<Status> AlgorithmOne::step(Point& point, double mu, IterationInfo& info) {
-  if (auto status = compute_step(point, mu, info)) return status;
-  before_ = point;
-  const auto status = options_.minmax_residual_watchdog ? watched_step(point, mu, info)
-                                                        : take_step(point, 1.0, mu, info);
-  if (status) point = before_;
-  return status;
+StepReport AlgorithmOne::step(const Point& from, double mu, Point& to) {
+  StepReport report;
+  if (!compute_step(from, mu, report)) return report;
+  report.moved = context_.options.minmax_residual_watchdog ? watched_step(from, mu, to, report)
+                                                           : take_step(from, 1.0, mu, to, report);
+  return report;
 }
 
 std::optional<Regularization> AlgorithmOne::prescribed() const {
-  if (options_.minmax_pure_newton) return Regularization{};
-  if (options_.minmax_prescribed_delta_x < 0.0) return std::nullopt;
-  return Regularization{.x = options_.minmax_prescribed_delta_x,
-                        .y = options_.minmax_prescribed_delta_y};
+  const SolverOptions& options = context_.options;
+  if (options.minmax_pure_newton) return Regularization{};
+  if (options.minmax_prescribed_delta_x < 0.0) return std::nullopt;
+  return Regularization{.x = options.minmax_prescribed_delta_x,
+                        .y = options.minmax_prescribed_delta_y};
 }
 
-bool AlgorithmOne::factorize(bool frozen, double mu, IterationInfo& info) {
+bool AlgorithmOne::factorize(bool frozen, double mu, StepReport& report) {
   const auto fixed = prescribed();
   if (fixed) shift_ = *fixed;
   if (fixed || frozen) {
-    const Factorization f = kkt_.factorize(shift_);
+    const Factorization f = context_.kkt.factorize(shift_);
     if (f.status == FactorizationStatus::Ok) {
-      info.shifts.full = f.inertia;
+      report.shifts.full = f.inertia;
       return true;
     }
     if (fixed) {
-      message_ = "the KKT matrix with the prescribed shifts is singular";
+      report.fail(Status::InertiaCorrectionFailed,
+                  "the KKT matrix with the prescribed shifts is singular");
       return false;
     }
   }
-  const auto shift = correction_.correct(mu);
+  const auto shift = context_.correction.correct(mu);
   if (!shift) {
-    message_ = "no shift of the Hessian gives the KKT matrix the expected inertia";
+    report.fail(Status::InertiaCorrectionFailed,
+                "no shift of the Hessian gives the KKT matrix the expected inertia");
     return false;
   }
   shift_ = *shift;
-  info.shifts = correction_.findings();
+  report.shifts = context_.correction.findings();
   return true;
 }
 
-std::optional<Status> AlgorithmOne::compute_step(const Point& point, double mu,
-                                                 IterationInfo& info) {
-  newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
-  kkt_.assemble(point.iterate, point.evaluation);
+bool AlgorithmOne::compute_step(const Point& from, double mu, StepReport& report) {
+  newton_residual(context_.canonical, from, mu, rhs_);
+  context_.kkt.assemble(from.iterate, from.evaluation);
   const double residual_norm =
-      barrier_error(canonical_, point.iterate, point.evaluation, point.dual, mu, options_.s_max)
-          .norm();
-  const bool frozen = residual_norm <= options_.minmax_freeze_tol;
+      barrier_error(context_.canonical, from, mu, context_.options.s_max).norm();
+  const bool frozen = residual_norm <= context_.options.minmax_freeze_tol;
   for (;;) {
-    const Index raises = counts_.instability_raises;
-    if (!factorize(frozen, mu, info)) return Status::InertiaCorrectionFailed;
-    info.delta_x = shift_.x;
-    info.delta_y = shift_.y;
-    info.step_kind = counts_.instability_raises > raises ? 'i'
-                     : shift_ == Regularization{}        ? 'n'
-                                                         : 's';
-    if (kkt_.solve(point.evaluation, rhs_, step_) && is_finite(step_)) return std::nullopt;
-    if (!kkt_.increase_quality()) {
-      message_ = "the Newton system cannot be solved accurately";
-      return Status::LinearSolverFailed;
+    const Index raises = context_.counts.instability_raises;
+    if (!factorize(frozen, mu, report)) return false;
+    report.delta_x = shift_.x;
+    report.delta_y = shift_.y;
+    report.kind = context_.counts.instability_raises > raises ? StepKind::Instability
+                  : shift_ == Regularization{}                ? StepKind::Newton
+                                                              : StepKind::Shifted;
+    if (context_.kkt.solve(from.evaluation, rhs_, step_) && is_finite(step_)) return true;
+    if (!context_.kkt.increase_quality()) {
+      report.fail(Status::LinearSolverFailed, "the Newton system cannot be solved accurately");
+      return false;
     }
   }
 }
 
-std::optional<Status> AlgorithmOne::take_step(Point& point, double longest, double mu,
-                                              IterationInfo& info) {
-  const double tau = boundary_fraction(mu, options_);
-  StepLength alpha = largest_step(canonical_, point.iterate, step_, tau);
+bool AlgorithmOne::take_step(const Point& from, double longest, double mu, Point& to,
+                             StepReport& report) {
+  CanonicalProblem& canonical = context_.canonical;
+  StepLength alpha =
+      largest_step(canonical, from.iterate, step_, boundary_fraction(mu, context_.options));
   // One step length for everything, as in Algorithm 1.
   alpha.primal = alpha.dual = std::min({alpha.primal, alpha.dual, longest});
   EvaluationStatus status = EvaluationStatus::Ok;
-  for (info.trials = 1; info.trials <= kMaxCuts; ++info.trials) {
-    trial_ = point.iterate;
-    advance(step_, alpha, trial_);
-    status = canonical_.values(trial_.v, point.evaluation.f, trial_c_);
+  for (report.trials = 1; report.trials <= parameter::kCuts; ++report.trials) {
+    to.iterate = from.iterate;
+    advance(step_, alpha, to.iterate);
+    status = evaluate_values(canonical, to);
     if (status == EvaluationStatus::Ok) break;
     alpha.primal = alpha.dual = 0.5 * alpha.primal;
   }
   if (status != EvaluationStatus::Ok) {
-    return evaluation_failure(status, "at every point tried along the step");
+    fail(status, "at every point tried along the step", report);
+    return false;
   }
-  info.alpha_primal = alpha.primal;
-  info.alpha_dual = alpha.dual;
-  info.step_norm = canonical_.variables() > 0 ? step_.v.lpNorm<Eigen::Infinity>() : 0.0;
-  std::swap(point.iterate, trial_);
-  std::swap(point.evaluation.c, trial_c_);
-  clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, point.iterate);
-  status = canonical_.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation);
-  if (status != EvaluationStatus::Ok) return evaluation_failure(status, "at an iterate");
-  return std::nullopt;
+  report.alpha_primal = alpha.primal;
+  report.alpha_dual = alpha.dual;
+  report.step_norm = max_norm(step_.v);
+  clip_bound_multipliers(canonical, mu, context_.options.kappa_sigma, to.iterate);
+  status = evaluate_derivatives(canonical, to);
+  if (status != EvaluationStatus::Ok) fail(status, "at an iterate", report);
+  return status == EvaluationStatus::Ok;
 }
 
-std::optional<Status> AlgorithmOne::watched_step(Point& point, double mu, IterationInfo& info) {
+bool AlgorithmOne::watched_step(const Point& from, double mu, Point& to, StepReport& report) {
   // Halve the step while the residual exceeds the largest of the last few.
   for (double longest = 1.0;; longest *= 0.5) {
-    if (auto status = take_step(point, longest, mu, info)) return status;
-    dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
-    const double norm =
-        barrier_error(canonical_, point.iterate, point.evaluation, point.dual, mu, options_.s_max)
-            .norm();
+    if (!take_step(from, longest, mu, to, report)) return false;
+    const double norm = barrier_error(context_.canonical, to, mu, context_.options.s_max).norm();
     const bool falls =
         last_residuals_.empty() || norm <= *std::ranges::max_element(last_residuals_);
-    if (falls || longest < kShortestWatchedStep) {
+    if (falls || longest < parameter::kShortestWatchedStep) {
       last_residuals_.push_back(norm);
-      if (last_residuals_.size() > kWatchedResiduals)
+      if (last_residuals_.size() > parameter::kWatchedResiduals)
         last_residuals_.erase(last_residuals_.begin());
-      return std::nullopt;
+      return true;
     }
-    point = before_;
   }
 }
 
-Status AlgorithmOne::evaluation_failure(EvaluationStatus status, std::string_view where) {
-  message_ = canonical_.evaluation_error() + " " + std::string(where);
-  return status == EvaluationStatus::NotFinite ? Status::InvalidNumber : Status::EvaluationFailed;
+void AlgorithmOne::fail(EvaluationStatus status, std::string_view where, StepReport& report) const {
+  report.fail(status_of(status), context_.canonical.evaluation_error() + " " + std::string(where));
 }
 
 }  // namespace ipminmax

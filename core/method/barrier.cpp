@@ -4,17 +4,13 @@
 #include <utility>
 
 #include "core/method/barrier.hpp"
+#include "core/method/parameters.hpp"
 #include "core/point/step_length.hpp"
 
 namespace ipminmax {
 namespace {
 
-constexpr double kLargestSigma = 100.0;  // sigma_max, sigma_min of Ipopt
-constexpr double kSmallestSigma = 1e-6;
-constexpr double kSigmaTolerance = 1e-2;
-constexpr int kSectionSteps = 8;
-constexpr double kFilterMargin = 1e-5;  // filter_margin_fact, filter_max_margin of Ipopt
-constexpr double kLargestFilterMargin = 1.0;
+namespace parameter = parameters::barrier;
 
 /// Calls use(distance * multiplier) for every bound of the iterate moved by steps.
 template <class Use>
@@ -74,8 +70,10 @@ Complementarity complementarity_of(const CanonicalProblem& canonical, const Iter
 double loqo_barrier(const Complementarity& products) {
   if (!(products.average > 0.0)) return 0.0;
   const double xi = products.smallest / products.average;
-  const double factor = xi > 0.0 ? std::min(0.05 * (1.0 - xi) / xi, 2.0) : 2.0;
-  return 0.1 * std::pow(factor, 3.0) * products.average;
+  const double factor =
+      xi > 0.0 ? std::min(parameter::kLoqoSpread * (1.0 - xi) / xi, parameter::kLoqoMost)
+               : parameter::kLoqoMost;
+  return parameter::kLoqoFactor * std::pow(factor, parameter::kLoqoPower) * products.average;
 }
 
 double probing_barrier(const CanonicalProblem& canonical, const Iterate& iterate,
@@ -86,7 +84,7 @@ double probing_barrier(const CanonicalProblem& canonical, const Iterate& iterate
   moved = iterate;
   advance(affine, largest_step(canonical, iterate, affine, 1.0), moved);
   const double ratio = std::max(0.0, complementarity_of(canonical, moved).average / average);
-  return std::min(std::pow(ratio, 3.0), kLargestSigma) * average;
+  return std::min(std::pow(ratio, parameter::kProbingPower), parameter::kLargestSigma) * average;
 }
 
 SquaredResidual squared_residual(const CanonicalProblem& canonical, const Iterate& iterate,
@@ -131,15 +129,15 @@ double quality_function_barrier(const CanonicalProblem& canonical, const Iterate
            sum / static_cast<double>(std::max<Index>(bounds, 1));
   };
   // Golden section for log(sigma), on the side of sigma = 1 on which the quality improves.
-  const bool above = quality(1.0 - kSigmaTolerance) > quality(1.0);
-  double low = above ? 0.0 : std::log(kSmallestSigma);
-  double high = above ? std::log(kLargestSigma) : 0.0;
+  const bool above = quality(1.0 - parameter::kSigmaTolerance) > quality(1.0);
+  double low = above ? 0.0 : std::log(parameter::kSmallestSigma);
+  double high = above ? std::log(parameter::kLargestSigma) : 0.0;
   const double golden = (3.0 - std::sqrt(5.0)) / 2.0;
   double left = low + golden * (high - low);
   double right = high - golden * (high - low);
   double left_value = quality(std::exp(left));
   double right_value = quality(std::exp(right));
-  for (int k = 0; k < kSectionSteps && high - low > kSigmaTolerance; ++k) {
+  for (int k = 0; k < parameter::kSectionSteps && high - low > parameter::kSigmaTolerance; ++k) {
     if (left_value > right_value) {
       low = std::exchange(left, right);
       left_value = right_value;
@@ -154,7 +152,7 @@ double quality_function_barrier(const CanonicalProblem& canonical, const Iterate
   }
   double best = std::exp(left_value < right_value ? left : right);
   double best_value = std::min(left_value, right_value);
-  for (const double end : {above ? kLargestSigma : kSmallestSigma, 1.0}) {
+  for (const double end : {above ? parameter::kLargestSigma : parameter::kSmallestSigma, 1.0}) {
     if (const double value = quality(end); value < best_value) {
       best = end;
       best_value = value;
@@ -198,7 +196,8 @@ bool AdaptiveBarrier::progress(const BarrierState& now) const {
                return now.residual <= options_.adaptive_mu_kkterror_red_fact * earlier;
              });
     case AdaptiveGlobalization::ObjectiveFilter: {
-      const double margin = kFilterMargin * std::min(kLargestFilterMargin, now.barrier_error);
+      const double margin =
+          parameter::kFilterMargin * std::min(parameter::kLargestFilterMargin, now.barrier_error);
       return std::ranges::all_of(filter_, [&](const Merit& earlier) {
         return now.merit.theta + margin <= earlier.theta || now.merit.phi + margin <= earlier.phi;
       });

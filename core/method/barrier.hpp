@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/model/canonical_problem.hpp"
+#include "core/model/iterate.hpp"
 #include "core/options.hpp"
-#include "core/point/iterate.hpp"
 #include "core/point/merit.hpp"
 
 namespace ipminmax {

@@ -3,14 +3,9 @@
 #include <cstddef>
 #include <vector>
 
-namespace ipminmax {
+#include "core/point/merit.hpp"
 
-/// Violation of a player's constraints (1-norm) and the barrier objective that the player wants
-/// small, at one point.
-struct Merit {
-  double theta = 0.0;
-  double phi = 0.0;
-};
+namespace ipminmax {
 
 /// The filter of Waechter and Biegler 2006, section 2.3: pairs (theta, phi) that later points must
 /// improve on in one of the two. Constants are the paper's, names too.

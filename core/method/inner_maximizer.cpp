@@ -1,26 +1,19 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/method/barrier.hpp"
+#include "core/method/curvature_escape.hpp"
+#include "core/method/filter_search.hpp"
 #include "core/method/inner_maximizer.hpp"
+#include "core/method/parameters.hpp"
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
 
 namespace ipminmax {
 namespace {
 
-constexpr double kSecondOrderDecrease = 0.99;  // kappa_soc
-constexpr int kSecondOrderSteps = 4;
-/// A step of y longer than this times (1 + |y|) is cut.
-constexpr double kLongStep = 10.0;
-/// Violation of the Max constraints, over max(1, mu), at which values are compared.
-constexpr double kFeasible = 1e-6;
-/// Growth of |y| that counts as running away.
-constexpr double kRunaway = 1e4;
-/// Shifted steps allowed once y has left its neighbourhood.
-constexpr int kFarShiftedSteps = 3;
-/// One per step at most.
-constexpr std::size_t kFilterPairs = 64;
+namespace parameter = parameters::inner;
 
 double tail_norm(const Eigen::VectorXd& v, Index begin) {
   const auto size = v.size() - begin;
@@ -29,14 +22,18 @@ double tail_norm(const Eigen::VectorXd& v, Index begin) {
 
 }  // namespace
 
-InnerMaximizer::InnerMaximizer(CanonicalProblem& canonical, KktSystem& kkt,
-                               InertiaCorrection& correction, const SolverOptions& options,
-                               TimeLimit& limit)
-    : canonical_(canonical), kkt_(kkt), correction_(correction), options_(options), limit_(limit) {
+InnerMaximizer::InnerMaximizer(const MethodContext& context, const Point& first)
+    : canonical_(context.canonical),
+      kkt_(context.kkt),
+      correction_(context.correction),
+      options_(context.options),
+      limit_(context.limit),
+      trial_(first) {
+  const CanonicalProblem& canonical = canonical_;
   for (Step* step : {&rhs_, &correction_step_}) *step = zero_step(canonical);
   gradient_ = start_v_ = rhs_.v;
   corrected_c_ = rhs_.lambda;
-  filter_.reserve(kFilterPairs);
+  filter_.reserve(parameter::kFilterPairs);
   if (canonical.robust_constraints().empty()) return;
   const auto jacobian = canonical.jacobian();
   for (std::size_t k = 0; k < jacobian.size(); ++k) {
@@ -84,9 +81,12 @@ bool InnerMaximizer::unshifted_direction(const Point& point, double mu, InnerDir
 }
 
 bool InnerMaximizer::solve(const Point& point, double mu, InnerDirection& out) {
-  newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
+  newton_residual(canonical_, point, mu, rhs_);
   out.mu = mu;
-  if (!kkt_.solve_inner(point.evaluation, rhs_, out.step)) return false;
+  out.factors = kkt_.inner_factors();
+  out.jacobian_call = point.evaluation.jacobian_call;
+  out.hessian_call = point.evaluation.hessian_call;
+  if (!kkt_.solve_inner(out.factors, point.evaluation, rhs_, out.step)) return false;
   // q = grad f_b' p + p'Hp/2 with H p = -grad f_b - J'(lambda + dlambda) and J p = -c.
   value_gradient(point, mu);
   const Index n = canonical_.variables() - canonical_.y().begin;
@@ -114,132 +114,141 @@ double InnerMaximizer::error(const Point& point, double mu) const {
 }
 
 bool InnerMaximizer::evaluate_merit(Point& trial, double mu, Merit& merit) {
-  if (canonical_.values(trial.iterate.v, trial.evaluation.f, trial.evaluation.c) !=
-      EvaluationStatus::Ok) {
-    return false;
-  }
+  if (evaluate_values(canonical_, trial) != EvaluationStatus::Ok) return false;
   merit.theta = violation(trial.evaluation.c, canonical_.max_constraints());
   merit.phi = -value(trial, mu);
   return true;
 }
 
-bool InnerMaximizer::evaluate_derivatives(Point& point) {
-  if (canonical_.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
-      EvaluationStatus::Ok) {
-    return false;
-  }
-  dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
-  return true;
-}
-
-void InnerMaximizer::move(const Point& from, const Step& step, double alpha_primal,
-                          double alpha_dual, double mu, Point& to) const {
+void InnerMaximizer::move(const Point& from, const Step& step, StepLength alpha, double mu,
+                          Point& to) const {
   to.iterate = from.iterate;
-  advance(step, {alpha_primal, alpha_dual}, to.iterate);
+  advance(step, alpha, to.iterate);
   clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, to.iterate);
 }
 
-bool InnerMaximizer::search(Point& point, double mu, InnerDirection& direction) {
-  Step& d = direction.step;
-  const double length = tail_norm(d.v, canonical_.y().begin);
-  const double longest = kLongStep * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
-  const double tau = boundary_fraction(mu, options_);
-  StepLength alpha = largest_step(canonical_, point.iterate, d, tau);
-  if (length > longest) alpha.primal = std::min(alpha.primal, longest / length);
+/// The block of y alone, for filter_search and move_along_curvature.
+struct InnerMaximizer::Block {
+  InnerMaximizer& owner;
+  const Point& point;
+  double mu;
+  const Step& step;
+  const KktFactors& factors;
 
-  const Merit from{violation(point.evaluation.c, canonical_.max_constraints()), -value(point, mu)};
-  const Index n = canonical_.variables() - canonical_.y().begin;
-  const double slope = -gradient_.tail(n).dot(d.v.tail(n));
-  const double smallest = std::max(filter_.smallest_step(from, slope), 1e-12);
-  trial_.evaluation = point.evaluation;
-  Merit to;
-  const auto accept = [&](Filter::Verdict verdict) {
-    if (!evaluate_derivatives(trial_)) return false;
-    if (verdict == Filter::Verdict::Sufficient) filter_.add(from);
-    std::swap(point, trial_);
-    canonical_.keep_distances(point.iterate, mu);
-    return true;
-  };
-  bool first = true;
-  for (double t = alpha.primal; t >= smallest && !limit_.expired(); t *= 0.5, first = false) {
-    move(point, d, t, alpha.dual, mu, trial_);
-    const bool defined = evaluate_merit(trial_, mu, to);
-    if (defined) {
-      const auto verdict = filter_.test(from, slope, t, to);
-      if (Filter::accepted(verdict)) return accept(verdict);
-    }
-    if (!first || !defined || to.theta < from.theta) continue;
-    // Second-order correction against the Maratos effect: same matrix, c = alpha c + c(trial).
-    double last_theta = to.theta;
-    Eigen::VectorXd& c = corrected_c_;
-    c = t * point.evaluation.c + trial_.evaluation.c;
-    for (int k = 0; k < kSecondOrderSteps; ++k) {
-      newton_residual(canonical_, point.iterate, point.evaluation, point.dual, mu, rhs_);
-      rhs_.lambda = -c;
-      if (!kkt_.solve_inner(point.evaluation, rhs_, correction_step_)) break;
-      const StepLength a = largest_step(canonical_, point.iterate, correction_step_, tau);
-      move(point, correction_step_, a.primal, a.dual, mu, trial_);
-      if (!evaluate_merit(trial_, mu, to)) break;
-      const auto verdict = filter_.test(from, slope, t, to);
-      if (Filter::accepted(verdict)) return accept(verdict);
-      if (to.theta > kSecondOrderDecrease * last_theta) break;
-      last_theta = to.theta;
-      c = a.primal * c + trial_.evaluation.c;
-    }
+  [[nodiscard]] const Point& from() const { return point; }
+  [[nodiscard]] Point& trial() const { return owner.trial_; }
+  [[nodiscard]] Eigen::VectorXd& corrected_c() const { return owner.corrected_c_; }
+
+  [[nodiscard]] Trial merit() const {
+    Trial result;
+    result.usable = owner.evaluate_merit(trial(), mu, result.merit);
+    return result;
   }
-  return false;
+  [[nodiscard]] Trial evaluate(double /*slope*/, StepLength alpha) const {
+    owner.move(point, step, alpha, mu, trial());
+    return merit();
+  }
+  [[nodiscard]] std::optional<StepLength> correct(const Eigen::VectorXd& c) const {
+    newton_residual(owner.canonical_, point, mu, owner.rhs_);
+    owner.rhs_.lambda = -c;
+    Step& corrected = owner.correction_step_;
+    if (!owner.kkt_.solve_inner(factors, point.evaluation, owner.rhs_, corrected))
+      return std::nullopt;
+    const StepLength a = largest_step(owner.canonical_, point.iterate, corrected,
+                                      boundary_fraction(mu, owner.options_));
+    owner.move(point, corrected, a, mu, trial());
+    return a;
+  }
+  [[nodiscard]] Trial evaluate_corrected(double /*slope*/, double /*alpha*/) const {
+    return merit();
+  }
+  [[nodiscard]] static bool corrects(const Merit& from, const Merit& to) {
+    return to.theta >= from.theta;
+  }
+  static void passed(bool /*dominated*/) {}
+  [[nodiscard]] bool complete() const {
+    return evaluate_derivatives(owner.canonical_, trial()) == EvaluationStatus::Ok;
+  }
+
+  void set_trial(const Eigen::VectorXd& along, double length) const {
+    Step& d = owner.correction_step_;
+    set_zero(d);
+    d.v.tail(along.size()) = length * along;
+    owner.move(
+        point, d,
+        largest_step(owner.canonical_, point.iterate, d, parameters::escape::kBoundaryFraction), mu,
+        trial());
+  }
+  [[nodiscard]] Trial evaluate_move(double /*length*/) const { return merit(); }
+  [[nodiscard]] static Trial improve(const Trial& trial) { return trial; }
+};
+
+Merit InnerMaximizer::merit(const Point& point, double mu) const {
+  return {violation(point.evaluation.c, canonical_.max_constraints()), -value(point, mu)};
 }
 
-bool InnerMaximizer::escape(Point& point, double mu) {
-  // Inverse iteration with the shifted K_yy turns to the direction of largest curvature.
+bool InnerMaximizer::search(Point& point, double mu, const InnerDirection& direction) {
+  const Step& d = direction.step;
+  const double length = tail_norm(d.v, canonical_.y().begin);
+  const double longest =
+      parameter::kLongStep * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
+  SearchLine line{
+      .from = merit(point, mu),
+      .longest = largest_step(canonical_, point.iterate, d, boundary_fraction(mu, options_)),
+      .trials = std::numeric_limits<int>::max()};
+  if (length > longest) line.longest.primal = std::min(line.longest.primal, longest / length);
   const Index n = canonical_.variables() - canonical_.y().begin;
-  Step& w = correction_step_;
-  set_zero(rhs_);
-  for (Index i = 0; i < n; ++i) rhs_.v[canonical_.y().begin + i] = std::sin(1.0 + i);
-  for (int k = 0; k < 4; ++k) {
-    if (!kkt_.solve_inner(point.evaluation, rhs_, w)) return false;
-    const double norm = w.v.tail(n).norm();
-    if (!(norm > 0.0)) return false;
-    rhs_.v.tail(n) = w.v.tail(n) / norm;
-  }
-  return leave(point, mu, rhs_.v);
+  line.slope = -gradient_.tail(n).dot(d.v.tail(n));
+  line.smallest = std::max(filter_.smallest_step(line.from, line.slope), parameter::kShortestStep);
+  trial_.evaluation = point.evaluation;
+  Block block{.owner = *this, .point = point, .mu = mu, .step = d, .factors = direction.factors};
+  if (!filter_search(block, filter_, line, limit_).accepted) return false;
+  std::swap(point, trial_);
+  canonical_.keep_distances(point.iterate, mu);
+  return true;
+}
+
+bool InnerMaximizer::escape(Point& point, double mu, const KktFactors& factors) {
+  const InverseIteration how{.variables = {canonical_.y().begin, canonical_.variables()},
+                             .iterations = parameters::escape::kInnerIterations};
+  return turn_to_curvature(how, rhs_, correction_step_,
+                           [&](const NewtonResidual& rhs, Step& step) {
+                             return kkt_.solve_inner(factors, point.evaluation, rhs, step);
+                           }) &&
+         leave(point, mu, rhs_.v);
 }
 
 bool InnerMaximizer::leave(Point& point, double mu, const Eigen::VectorXd& direction) {
   const Index n = canonical_.variables() - canonical_.y().begin;
-  Step& d = correction_step_;
-  set_zero(d);
   Eigen::VectorXd along = direction.tail(n).normalized();
   value_gradient(point, mu);
   if (gradient_.tail(n).dot(along) < 0.0) along = -along;
-  const double length = 0.1 * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
-  const Merit from{violation(point.evaluation.c, canonical_.max_constraints()), -value(point, mu)};
+  CurvatureMove move{.from = merit(point, mu)};
+  move.length =
+      parameters::escape::kLength * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
+  move.shortest = parameters::escape::kShortest * move.length;
+  move.decrease = parameters::escape::kDecrease;
+  move.least_gain = parameters::escape::kLeastGain * (1.0 + std::abs(move.from.phi));
   trial_.evaluation = point.evaluation;
-  for (double t = length; t > 1e-6 * length && !limit_.expired(); t *= 0.5) {
-    for (const double sign : {1.0, -1.0}) {
-      d.v.tail(n) = sign * t * along;
-      const StepLength a = largest_step(canonical_, point.iterate, d, 0.9);
-      move(point, d, a.primal, a.dual, mu, trial_);
-      Merit to;
-      if (!evaluate_merit(trial_, mu, to)) continue;
-      if (to.phi < from.phi - 1e-10 * (1.0 + std::abs(from.phi)) && evaluate_derivatives(trial_)) {
-        std::swap(point, trial_);
-        filter_.reset();
-        return true;
-      }
-    }
-  }
-  return false;
+  Block block{.owner = *this,
+              .point = point,
+              .mu = mu,
+              .step = correction_step_,
+              .factors = kkt_.inner_factors()};
+  if (!move_along_curvature(block, move, along, limit_)) return false;
+  std::swap(point, trial_);
+  filter_.reset();
+  return true;
 }
 
 bool InnerMaximizer::feasible(const Point& point, double mu) const {
   return violation(point.evaluation.c, canonical_.max_constraints()) <=
-         kFeasible * std::max(1.0, mu);
+         parameter::kFeasible * std::max(1.0, mu);
 }
 
 InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double target,
                                                  int max_steps, double upper_bound,
-                                                 InnerDirection& out, bool known) {
+                                                 InnerDirection& out) {
   filter_.reset();
   filter_.set_scale(violation(point.evaluation.c, canonical_.max_constraints()));
   start_v_ = point.iterate.v;
@@ -247,9 +256,10 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
   const double start_norm = tail_norm(start_v_, canonical_.y().begin);
   int far_shifted_steps = 0;
   for (int k = 0;; ++k) {
-    if ((k > 0 || !known) && !direction(point, mu, out)) return Outcome::NotFound;
+    const bool known = k == 0 && out.mu == mu && is_known(out, point);
+    if (!known && !direction(point, mu, out)) return Outcome::NotFound;
     const double theta = violation(point.evaluation.c, canonical_.max_constraints());
-    const double feasible_theta = kFeasible * std::max(1.0, mu);
+    const double feasible_theta = parameter::kFeasible * std::max(1.0, mu);
     const bool unshifted = out.shift.y == 0.0;
     if (unshifted && std::abs(out.gain) <= target && theta <= std::max(feasible_theta, target)) {
       return Outcome::Maximum;
@@ -259,21 +269,23 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
       return Outcome::AboveBound;
     }
     const double norm = tail_norm(point.iterate.v, canonical_.y().begin);
-    if (norm > kRunaway * (1.0 + start_norm)) return Outcome::Unbounded;
+    if (norm > parameter::kRunaway * (1.0 + start_norm)) return Outcome::Unbounded;
     const double moved = (point.iterate.v - start_v_).tail(n).lpNorm<Eigen::Infinity>();
-    if (!unshifted && moved > kLongStep * (1.0 + start_norm) &&
-        ++far_shifted_steps > kFarShiftedSteps) {
+    if (!unshifted && moved > parameter::kLongStep * (1.0 + start_norm) &&
+        ++far_shifted_steps > parameter::kFarShiftedSteps) {
       return Outcome::Unbounded;
     }
     if (k >= max_steps || limit_.expired()) return Outcome::NotFound;
-    const bool stationary = error(point, mu) <= std::max(options_.tol, 1e-3 * std::min(1.0, mu));
+    const bool stationary =
+        error(point, mu) <= std::max(options_.tol, parameter::kStationary * std::min(1.0, mu));
     if (!unshifted && stationary) {
-      if (!escape(point, mu)) return Outcome::NotFound;
+      if (!escape(point, mu, out.factors)) return Outcome::NotFound;
     } else if (!search(point, mu, out)) {
       // Rounding: a step predicted to gain nothing visible ends the search.
       const double here = value(point, mu);
-      const bool rounding = unshifted && std::abs(out.gain) <= 1e-9 * (1.0 + std::abs(here)) &&
-                            theta <= std::max(feasible_theta, target);
+      const bool rounding =
+          unshifted && std::abs(out.gain) <= parameter::kInvisibleGain * (1.0 + std::abs(here)) &&
+          theta <= std::max(feasible_theta, target);
       return rounding ? Outcome::Maximum : Outcome::NotFound;
     }
   }

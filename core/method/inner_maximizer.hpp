@@ -1,10 +1,9 @@
 #pragma once
 
-#include "core/kkt/inertia_correction.hpp"
-#include "core/kkt/system.hpp"
 #include "core/method/filter.hpp"
-#include "core/model/canonical_problem.hpp"
+#include "core/method/step_method.hpp"
 #include "core/point/merit.hpp"
+#include "core/point/step_length.hpp"
 
 namespace ipminmax {
 
@@ -14,6 +13,14 @@ struct InnerDirection {
   double mu = -1.0;      ///< barrier parameter of the step
   double gain = 0.0;     ///< q: predicted increase of the barrier objective
   Regularization shift;  ///< of K_yy
+  KktFactors factors;    ///< of K_yy
+  std::uint64_t jacobian_call = 0, hessian_call = 0;  ///< of the point's derivatives
+
+  /// Whether it is the step from a point, with some mu.
+  [[nodiscard]] bool is_at(const Point& point) const {
+    return hessian_call != 0 && hessian_call == point.evaluation.hessian_call &&
+           jacobian_call == point.evaluation.jacobian_call;
+  }
 };
 
 /// Maximizes the barrier objective over (y, s_y) at fixed x: Newton steps from K_yy alone, filter
@@ -22,11 +29,8 @@ struct InnerDirection {
 /// y that belongs to one of them maximizes it whether Min satisfies it or not.
 class InnerMaximizer {
  public:
-  InnerMaximizer(CanonicalProblem& canonical, KktSystem& kkt, InertiaCorrection& correction,
-                 const SolverOptions& options, TimeLimit& limit);
-
-  /// Makes room for trial points of the shape of the point.
-  void start(const Point& point) { trial_ = point; }
+  /// first: where the search begins.
+  InnerMaximizer(const MethodContext& context, const Point& first);
 
   enum class Outcome : std::uint8_t {
     Maximum,     ///< K_yy right at zero shift and the gain at most the target
@@ -43,10 +47,14 @@ class InnerMaximizer {
   /// Whether K_yy has the expected inertia at the point without shifts.
   [[nodiscard]] bool has_maximum_in_sight(const Point& point);
 
-  /// Moves y, s_y and their multipliers of the point; out is the direction at its end. When known,
-  /// out is already the direction at the point, whose K_yy was the last factorized.
+  /// Moves y, s_y and their multipliers of the point; out is the direction at its end, and is used at
+  /// its beginning where it is_known there.
   [[nodiscard]] Outcome maximize(Point& point, double mu, double target, int max_steps,
-                                 double upper_bound, InnerDirection& out, bool known);
+                                 double upper_bound, InnerDirection& out);
+  /// Whether it is the direction at the point, with its factors at hand.
+  [[nodiscard]] bool is_known(const InnerDirection& direction, const Point& point) const {
+    return direction.is_at(point) && kkt_.are_current_inner(direction.factors);
+  }
 
   /// Moves y, s_y along a direction (or against it) in which the value rises to second order; x stays.
   /// False: it does not.
@@ -60,14 +68,14 @@ class InnerMaximizer {
 
  private:
   [[nodiscard]] bool solve(const Point& point, double mu, InnerDirection& out);
-  [[nodiscard]] bool search(Point& point, double mu, InnerDirection& direction);
-  [[nodiscard]] bool escape(Point& point, double mu);
+  struct Block;
+  [[nodiscard]] Merit merit(const Point& point, double mu) const;
+  [[nodiscard]] bool search(Point& point, double mu, const InnerDirection& direction);
+  [[nodiscard]] bool escape(Point& point, double mu, const KktFactors& factors);
   [[nodiscard]] bool evaluate_merit(Point& trial, double mu, Merit& merit);
   [[nodiscard]] double value(const Point& point, double mu) const;
   void value_gradient(const Point& point, double mu);
-  [[nodiscard]] bool evaluate_derivatives(Point& point);
-  void move(const Point& from, const Step& step, double alpha_primal, double alpha_dual, double mu,
-            Point& to) const;
+  void move(const Point& from, const Step& step, StepLength alpha, double mu, Point& to) const;
 
   CanonicalProblem& canonical_;
   KktSystem& kkt_;

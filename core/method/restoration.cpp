@@ -3,12 +3,13 @@
 #include <limits>
 #include <vector>
 
+#include "core/method/parameters.hpp"
 #include "core/method/restoration.hpp"
 
 namespace ipminmax {
 namespace {
 
-constexpr double kRho = 1000.0;
+namespace parameter = parameters::restoration;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
@@ -55,8 +56,8 @@ class RestorationProblem final : public Problem {
     for (Index j = 0; j < m_; ++j) {
       // Minimizer of rho (p + n) - mu (ln p + ln n) with p - n = c, eq. (33).
       const double c = c_[j];
-      const double half = (mu_ - kRho * c) / (2.0 * kRho);
-      const double n = half + std::sqrt(half * half + mu_ * c / (2.0 * kRho));
+      const double half = (mu_ - parameter::kPenalty * c) / (2.0 * parameter::kPenalty);
+      const double n = half + std::sqrt(half * half + mu_ * c / (2.0 * parameter::kPenalty));
       const double p = c + n;
       start.v[at(n_ + j)] = p;
       start.v[at(n_ + m_ + j)] = n;
@@ -64,8 +65,8 @@ class RestorationProblem final : public Problem {
       start.z_lower[at(n_ + m_ + j)] = mu_ / n;
     }
     for (Index i = 0; i < n_; ++i) {
-      start.z_lower[at(i)] = std::min(kRho, from_.iterate.z_lower[i]);
-      start.z_upper[at(i)] = std::min(kRho, from_.iterate.z_upper[i]);
+      start.z_lower[at(i)] = std::min(parameter::kPenalty, from_.iterate.z_lower[i]);
+      start.z_upper[at(i)] = std::min(parameter::kPenalty, from_.iterate.z_upper[i]);
     }
     return true;
   }
@@ -73,7 +74,7 @@ class RestorationProblem final : public Problem {
   [[nodiscard]] bool objective(std::span<const double> w, bool, double& f) override {
     load(w);
     f = 0.0;
-    for (Index k = n_; k < n_ + 2 * m_; ++k) f += kRho * w[at(k)];
+    for (Index k = n_; k < n_ + 2 * m_; ++k) f += parameter::kPenalty * w[at(k)];
     f += 0.5 * zeta_ * (v_ - from_.iterate.v).cwiseAbs2().dot(weight_);
     return true;
   }
@@ -82,7 +83,7 @@ class RestorationProblem final : public Problem {
     for (Index i = 0; i < n_; ++i) {
       grad[at(i)] = zeta_ * weight_[i] * (v_[i] - from_.iterate.v[i]);
     }
-    std::fill(grad.begin() + n_, grad.end(), kRho);
+    std::fill(grad.begin() + n_, grad.end(), parameter::kPenalty);
     return true;
   }
   [[nodiscard]] bool constraints(std::span<const double> w, bool, std::span<double> g) override {
@@ -160,7 +161,7 @@ SolverOptions restoration_options(const SolverOptions& options, double mu, Index
 RestorationOutcome restore_feasibility(
     CanonicalProblem& canonical, const SolverOptions& options, double mu,
     const std::function<bool(const Eigen::VectorXd&, const Eigen::VectorXd&)>& acceptable,
-    const RestorationObserver& on_iteration, Point& point, Index& iterations) {
+    const Restorer& restorer, Point& point, Index& iterations) {
   const double start_mu = std::max(mu, point.evaluation.c.lpNorm<Eigen::Infinity>());
   RestorationProblem problem(canonical, start_mu, point);
   Eigen::VectorXd v, c;
@@ -170,11 +171,11 @@ RestorationOutcome restore_feasibility(
   observer.on_iteration = [&](const IterationInfo& info) {
     if (info.iteration == 0 || !problem.read(info.v, v, c)) return true;
     restored = acceptable(v, c);
-    stopped = !restored && on_iteration && !on_iteration(info, v, c);
+    stopped = !restored && restorer.observe && !restorer.observe(info, point, v, c);
     return !restored && !stopped;
   };
   const Result result =
-      solve_nested(problem, restoration_options(options, start_mu, iterations), observer);
+      restorer.solve(problem, restoration_options(options, start_mu, iterations), observer);
   iterations = std::max<Index>(0, iterations - result.iterations);
   if (restored || stopped) {
     point.iterate.v = v;

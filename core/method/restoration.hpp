@@ -4,7 +4,7 @@
 
 #include "core/model/canonical_problem.hpp"
 #include "core/options.hpp"
-#include "core/point/merit.hpp"
+#include "core/point/point.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {
@@ -17,10 +17,20 @@ enum class RestorationOutcome : std::uint8_t {
   UserStop  ///< by the observer; the point was moved to where it happened
 };
 
-/// Told of each iteration of a restoration but the first: its v and c in the canonical problem, and
-/// what the restoration's own solve says of it. False stops.
-using RestorationObserver = std::function<bool(const IterationInfo& info, const Eigen::VectorXd& v,
-                                               const Eigen::VectorXd& c)>;
+/// A solve inside a solve: no feasibility restoration and no certificate of its own.
+using NestedSolve =
+    std::function<Result(Problem& problem, const SolverOptions&, const SolveObserver&)>;
+
+/// Told of each iteration of a restoration but the first: what the restoration's own solve says of
+/// it, the point that is restored, and v and c of the iteration in the canonical problem. False stops.
+using RestorationObserver = std::function<bool(const IterationInfo& nested, const Point& from,
+                                               const Eigen::VectorXd& v, const Eigen::VectorXd& c)>;
+
+/// How a method restores feasibility. Without solve: not at all; observe may be empty.
+struct Restorer {
+  NestedSolve solve;
+  RestorationObserver observe;
+};
 
 /// Feasibility restoration, Waechter and Biegler 2006, section 3.3: minimizes over all variables of
 /// both players
@@ -28,10 +38,10 @@ using RestorationObserver = std::function<bool(const IterationInfo& info, const 
 ///     rho sum(p + n) + zeta/2 |D (v - v_R)|^2   s.t.  c(v) - p + n = 0,  bounds of v,  p, n >= 0
 ///
 /// until acceptable(v, c) holds. Moves only v of the point; its values and multipliers are the
-/// caller's to renew. on_iteration may be empty. iterations: those still allowed, reduced by those used.
+/// caller's to renew. iterations: those still allowed, reduced by those used.
 [[nodiscard]] RestorationOutcome restore_feasibility(
     CanonicalProblem& canonical, const SolverOptions& options, double mu,
     const std::function<bool(const Eigen::VectorXd& v, const Eigen::VectorXd& c)>& acceptable,
-    const RestorationObserver& on_iteration, Point& point, Index& iterations);
+    const Restorer& restorer, Point& point, Index& iterations);
 
 }  // namespace ipminmax

@@ -9,23 +9,21 @@
 #include <string_view>
 #include <vector>
 
+#include "core/model/iterate.hpp"
+#include "core/model/variable_map.hpp"
 #include "core/options.hpp"
-#include "core/point/iterate.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
 
 namespace ipminmax {
 
-/// Half-open range of indices.
-struct IndexRange {
-  Index begin = 0;
-  Index end = 0;
-  [[nodiscard]] Index size() const { return end - begin; }
-  [[nodiscard]] bool contains(Index i) const { return begin <= i && i < end; }
-};
-
 /// What an evaluation of the model gave.
 enum class EvaluationStatus : std::uint8_t { Ok, Undefined, NotFinite };
+
+/// How a solve ends that cannot go on without an evaluation that gave this, not Ok.
+[[nodiscard]] inline Status status_of(EvaluationStatus failed) {
+  return failed == EvaluationStatus::NotFinite ? Status::InvalidNumber : Status::EvaluationFailed;
+}
 
 /// Factors of a gradient-based scaling with the options that they were made with.
 struct GradientScaling {
@@ -56,21 +54,21 @@ class CanonicalProblem {
   }
   [[nodiscard]] Status error_status() const { return error_status_; }
 
-  [[nodiscard]] Index variables() const { return y_slacks_.end; }
-  [[nodiscard]] Index constraints() const { return max_constraints_.end; }
-  [[nodiscard]] IndexRange x() const { return x_; }  ///< Min variables of the model
-  [[nodiscard]] IndexRange x_slacks() const { return x_slacks_; }
-  [[nodiscard]] IndexRange y() const { return y_; }  ///< Max variables of the model
-  [[nodiscard]] IndexRange y_slacks() const { return y_slacks_; }
-  [[nodiscard]] IndexRange min_constraints() const { return min_constraints_; }
-  [[nodiscard]] IndexRange max_constraints() const { return max_constraints_; }
-  [[nodiscard]] Index max_size() const { return variables() - y_.begin; }  ///< slacks included
+  [[nodiscard]] Index variables() const { return map_.variables(); }
+  [[nodiscard]] Index constraints() const { return map_.constraints(); }
+  [[nodiscard]] IndexRange x() const { return map_.x; }  ///< Min variables of the model
+  [[nodiscard]] IndexRange x_slacks() const { return map_.x_slacks; }
+  [[nodiscard]] IndexRange y() const { return map_.y; }  ///< Max variables of the model
+  [[nodiscard]] IndexRange y_slacks() const { return map_.y_slacks; }
+  [[nodiscard]] IndexRange min_constraints() const { return map_.min_constraints; }
+  [[nodiscard]] IndexRange max_constraints() const { return map_.max_constraints; }
+  [[nodiscard]] Index max_size() const { return variables() - map_.y.begin; }  ///< slacks included
   /// Whether the Max player has any bound or inequality.
   [[nodiscard]] bool has_max_bounds() const {
     return (!lower_bounded_.empty() && owned_by_max(lower_bounded_.back())) ||
            (!upper_bounded_.empty() && owned_by_max(upper_bounded_.back()));
   }
-  [[nodiscard]] bool owned_by_max(Index variable) const { return variable >= y_.begin; }
+  [[nodiscard]] bool owned_by_max(Index variable) const { return map_.owned_by_max(variable); }
   /// +1 for Min variables, -1 for Max: the sign of barrier terms and bound multipliers.
   [[nodiscard]] double sign(Index variable) const { return owned_by_max(variable) ? -1.0 : 1.0; }
 
@@ -94,15 +92,19 @@ class CanonicalProblem {
   /// Algorithm 1.
   [[nodiscard]] const Eigen::VectorXd& damping() const { return damping_; }
   /// Slack variable of each constraint, -1 for an equality.
-  [[nodiscard]] std::span<const Index> slack_of_constraint() const { return slack_of_constraint_; }
+  [[nodiscard]] std::span<const Index> slack_of_constraint() const {
+    return map_.slack_of_constraint;
+  }
 
   /// Constraints of Min that read Max variables: they must hold for every y, so Max tries to violate
   /// them. Inequalities all; ascending.
-  [[nodiscard]] std::span<const Index> robust_constraints() const { return robust_constraints_; }
+  [[nodiscard]] std::span<const Index> robust_constraints() const {
+    return map_.robust_constraints;
+  }
 
   /// Patterns without the slacks' entries (which are -1): row = constraint, col = variable.
-  [[nodiscard]] std::span<const Triplet> jacobian() const { return jacobian_; }
-  [[nodiscard]] std::span<const Triplet> hessian() const { return hessian_; }
+  [[nodiscard]] std::span<const Triplet> jacobian() const { return map_.jacobian; }
+  [[nodiscard]] std::span<const Triplet> hessian() const { return map_.hessian; }
 
   /// The model's starting point, which is asked for once, pushed into the bounds; slacks at zero,
   /// multipliers zero or, for a warm start, those of the model.
@@ -160,9 +162,22 @@ class CanonicalProblem {
     return col_scale_[static_cast<std::size_t>(variable)];
   }
 
+  /// Of the model, for a canonical variable or constraint; -1: a slack, or a constraint that fixes a
+  /// variable.
+  [[nodiscard]] Index model_variable(Index variable) const {
+    return map_.model_variable[static_cast<std::size_t>(variable)];
+  }
+  [[nodiscard]] Index model_constraint(Index constraint) const {
+    return map_.model_constraint[static_cast<std::size_t>(constraint)];
+  }
   /// Name of a model variable or constraint for messages.
   [[nodiscard]] std::string variable_name(Index model_variable) const;
   [[nodiscard]] std::string constraint_name(Index model_constraint) const;
+  /// Of a canonical variable that is no slack, and of a canonical constraint.
+  [[nodiscard]] std::string column_name(Index variable) const {
+    return variable_name(model_variable(variable));
+  }
+  [[nodiscard]] std::string row_name(Index constraint) const;
 
  private:
   template <class Call>
@@ -180,12 +195,7 @@ class CanonicalProblem {
         distance < kLeast && -distance <= kSlackMove * std::max(1.0, std::abs(bound));
     return rounded ? kLeast : distance;
   }
-  [[nodiscard]] std::string validate();
-  [[nodiscard]] std::string check_robust(Triplet entry) const;
-  void list_robust_constraints();
-  [[nodiscard]] std::string index_variables();
-  void index_constraints();
-  void map_entries();
+  void make_buffers();
   [[nodiscard]] std::string read_start();
   [[nodiscard]] std::string check_start();
   [[nodiscard]] std::string scale(const std::optional<GradientScaling>& kept);
@@ -210,12 +220,9 @@ class CanonicalProblem {
                                                          Evaluation& evaluation,
                                                          double objective_factor);
   [[nodiscard]] bool take_new_point();
-  [[nodiscard]] bool has_equal_bounds(Index model_variable) const;
-  [[nodiscard]] bool is_fixed_by_constraint(Index model_variable) const;
-  [[nodiscard]] std::string row_name(Index constraint) const;
   /// Value of a canonical Jacobian entry, unscaled, after the model's Jacobian was evaluated.
   [[nodiscard]] double model_jacobian(std::size_t entry) const {
-    const Index source = jacobian_source_[entry];
+    const Index source = map_.jacobian_source[entry];
     return source >= 0 ? model_jacobian_[static_cast<std::size_t>(source)] : 1.0;
   }
   void restore_fixed_multipliers(Result& result);
@@ -246,22 +253,12 @@ class CanonicalProblem {
   Timing& timing_;
   Status error_status_ = Status::InvalidProblem;
 
-  IndexRange x_, x_slacks_, y_, y_slacks_, min_constraints_, max_constraints_;
-  std::vector<Index> variable_of_model_;    ///< canonical variable of a model variable, -1 if fixed
-  std::vector<Index> model_variable_;       ///< model variable of a canonical one, -1 for slacks
-  std::vector<Index> constraint_of_model_;  ///< -1 for constraints without bounds
-  std::vector<Index> model_constraint_;     ///< -1 where a variable is fixed by the constraint
-  std::vector<Index> fixing_variable_;      ///< canonical variable of such a constraint, else -1
-  std::vector<Index> slack_of_constraint_;
-  std::vector<Index> robust_constraints_;
+  VariableMap map_;
   std::vector<Index> lower_bounded_, upper_bounded_;
   Eigen::VectorXd lower_, upper_, damping_;
   /// By how much keep_distances has moved the bounds: too little to be added to large ones.
   Eigen::VectorXd room_below_, room_above_;
   Eigen::VectorXd right_hand_side_;  ///< of equalities, scaled; 0 for inequalities
-  std::vector<Triplet> jacobian_, hessian_;
-  /// Model triplet of each canonical one; -1 for the entry of a constraint that fixes a variable.
-  std::vector<Index> jacobian_source_, hessian_source_;
   std::vector<double> jacobian_scale_, hessian_scale_;  ///< hessian_scale_ empty: all one
   double objective_scale_ = 1.0;
   std::vector<double> col_scale_, row_scale_;

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/model/extended_structure.hpp"
 #include "core/robust.hpp"
 
 namespace ipminmax {
@@ -11,17 +12,9 @@ namespace {
 class Epigraph final : public Problem {
  public:
   explicit Epigraph(Problem& model) : model_(model), structure_(model.structure()) {
-    n_ = static_cast<Index>(structure_.variable_players.size());
-    m_ = static_cast<Index>(structure_.constraint_players.size());
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    structure_.variable_players.push_back(Player::Min);
-    structure_.variable_lower.push_back(-kInfinity);
-    structure_.variable_upper.push_back(kInfinity);
-    if (!structure_.variable_names.empty()) structure_.variable_names.emplace_back("t");
-    structure_.constraint_players.push_back(Player::Min);
-    structure_.constraint_lower.push_back(-kInfinity);
-    structure_.constraint_upper.push_back(0.0);
-    if (!structure_.constraint_names.empty()) structure_.constraint_names.emplace_back("f - t");
+    n_ = add_variable(structure_, Player::Min, -kInfinity, kInfinity, "t");
+    m_ = add_constraint(structure_, Player::Min, -kInfinity, 0.0, "f - t");
     entries_ = structure_.jacobian.size();
     for (Index i = 0; i <= n_; ++i) structure_.jacobian.push_back({m_, i});
     structure_.nonlinear_variables.reset();

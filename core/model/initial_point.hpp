@@ -1,8 +1,8 @@
 #pragma once
 
 #include "core/model/canonical_problem.hpp"
+#include "core/model/iterate.hpp"
 #include "core/options.hpp"
-#include "core/point/iterate.hpp"
 
 namespace ipminmax {
 

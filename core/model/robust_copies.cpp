@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "core/model/extended_structure.hpp"
 #include "core/model/robust_copies.hpp"
 
 namespace ipminmax {
@@ -12,6 +13,11 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Empty where the model has no names.
+std::string name_of_copy(const std::vector<std::string>& names, Index i, std::size_t copy) {
+  return names.empty() ? std::string() : names[at(i)] + "@" + std::to_string(copy);
+}
 
 }  // namespace
 
@@ -100,29 +106,20 @@ void RobustCopies::drop_unread(const std::vector<bool>& read) {
   }
 }
 
-Index RobustCopies::add_variable(Index i, std::size_t copy, const WorstCase& worst_case) {
+Index RobustCopies::copy_variable(Index i, std::size_t copy, const WorstCase& worst_case) {
   const ProblemStructure& s = model_.structure();
   const double value = worst_case.v[at(i)];
-  structure_.variable_players.push_back(Player::Max);
-  structure_.variable_lower.push_back(worst_case.held ? value : s.variable_lower[at(i)]);
-  structure_.variable_upper.push_back(worst_case.held ? value : s.variable_upper[at(i)]);
-  if (!s.variable_names.empty()) {
-    structure_.variable_names.push_back(s.variable_names[at(i)] + "@" + std::to_string(copy));
-  }
   model_variable_.push_back(i);
-  return static_cast<Index>(structure_.variable_players.size()) - 1;
+  return add_variable(structure_, Player::Max, worst_case.held ? value : s.variable_lower[at(i)],
+                      worst_case.held ? value : s.variable_upper[at(i)],
+                      name_of_copy(s.variable_names, i, copy));
 }
 
-Index RobustCopies::add_row(Index j, std::size_t copy) {
+Index RobustCopies::copy_row(Index j, std::size_t copy) {
   const ProblemStructure& s = model_.structure();
-  structure_.constraint_players.push_back(s.constraint_players[at(j)]);
-  structure_.constraint_lower.push_back(s.constraint_lower[at(j)]);
-  structure_.constraint_upper.push_back(s.constraint_upper[at(j)]);
-  if (!s.constraint_names.empty()) {
-    structure_.constraint_names.push_back(s.constraint_names[at(j)] + "@" + std::to_string(copy));
-  }
   model_row_.push_back(j);
-  return static_cast<Index>(structure_.constraint_players.size()) - 1;
+  return add_constraint(structure_, s.constraint_players[at(j)], s.constraint_lower[at(j)],
+                        s.constraint_upper[at(j)], name_of_copy(s.constraint_names, j, copy));
 }
 
 void RobustCopies::add_worst_case(const WorstCase& worst_case) {
@@ -132,16 +129,16 @@ void RobustCopies::add_worst_case(const WorstCase& worst_case) {
   part.column.resize(v_.size());
   std::iota(part.column.begin(), part.column.end(), 0);
   part.row_of.assign(g_.size(), -1);
-  part.row = std::ranges::any_of(parts_, same_row) ? add_row(worst_case.constraint, copy)
+  part.row = std::ranges::any_of(parts_, same_row) ? copy_row(worst_case.constraint, copy)
                                                    : worst_case.constraint;
   part.row_of[at(worst_case.constraint)] = part.row;
   if (worst_case.copied) {
     const RobustScope scope = robust_scope(model_.structure(), worst_case.constraint);
     for (const Index i : scope.variables) {
-      part.column[at(i)] = add_variable(i, copy, worst_case);
+      part.column[at(i)] = copy_variable(i, copy, worst_case);
     }
     if (!worst_case.held) {
-      for (const Index j : scope.constraints) part.row_of[at(j)] = add_row(j, copy);
+      for (const Index j : scope.constraints) part.row_of[at(j)] = copy_row(j, copy);
     }
   }
   parts_.push_back(std::move(part));

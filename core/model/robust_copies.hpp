@@ -75,9 +75,9 @@ class RobustCopies final : public Problem {
   };
   void add_base(const std::vector<bool>& reads_y);
   void add_worst_case(const WorstCase& worst_case);
-  [[nodiscard]] Index add_variable(Index model_variable, std::size_t copy,
-                                   const WorstCase& worst_case);
-  [[nodiscard]] Index add_row(Index model_row, std::size_t copy);
+  [[nodiscard]] Index copy_variable(Index model_variable, std::size_t copy,
+                                    const WorstCase& worst_case);
+  [[nodiscard]] Index copy_row(Index model_row, std::size_t copy);
   void drop_unread(const std::vector<bool>& read);
   void add_entries();
   void load(std::span<const double> v, const Part& part);

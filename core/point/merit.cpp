@@ -1,24 +1,8 @@
-#include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/point/merit.hpp"
-#include "core/point/residual.hpp"
 
 namespace ipminmax {
-
-void evaluate_where_defined(CanonicalProblem& canonical, Point& point) {
-  constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
-  const Eigen::VectorXd& v = point.iterate.v;
-  Evaluation& e = point.evaluation;
-  if (canonical.objective(v, e.f) != EvaluationStatus::Ok) e.f = kUndefined;
-  if (canonical.constraints(v, e.c) != EvaluationStatus::Ok) e.c.setConstant(kUndefined);
-  if (canonical.first_derivatives(v, e) != EvaluationStatus::Ok) {
-    e.gradient.setConstant(kUndefined);
-    std::ranges::fill(e.jacobian, kUndefined);
-  }
-  dual_residual(canonical, point.iterate, e, point.dual);
-}
 
 double barrier_objective(const CanonicalProblem& canonical, const Eigen::VectorXd& v, double f,
                          double mu) {

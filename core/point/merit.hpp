@@ -1,20 +1,16 @@
 #pragma once
 
-#include "core/method/filter.hpp"
 #include "core/model/canonical_problem.hpp"
-#include "core/point/iterate.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 
-/// A point with everything that the method reads there.
-struct Point {
-  Iterate iterate;
-  Evaluation evaluation;
-  Eigen::VectorXd dual;  ///< gradient of the Lagrangian, see dual_residual
+/// Violation of a player's constraints (1-norm) and the barrier objective that the player wants
+/// small, at one point.
+struct Merit {
+  double theta = 0.0;
+  double phi = 0.0;
 };
-
-/// Values and first derivatives at the point, and dual with them; NaN what is undefined there.
-void evaluate_where_defined(CanonicalProblem& canonical, Point& point);
 
 /// f - mu sum ln(Min distances to bounds) + mu sum ln(Max distances to bounds), damping included.
 [[nodiscard]] double barrier_objective(const CanonicalProblem& canonical, const Eigen::VectorXd& v,

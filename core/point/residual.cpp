@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/point/norms.hpp"
+#include "core/model/norms.hpp"
 #include "core/point/residual.hpp"
 
 namespace ipminmax {

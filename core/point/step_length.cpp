@@ -5,6 +5,20 @@
 
 namespace ipminmax {
 
+Step zero_step(const CanonicalProblem& canonical) {
+  return {.v = Eigen::VectorXd::Zero(canonical.variables()),
+          .lambda = Eigen::VectorXd::Zero(canonical.constraints()),
+          .z_lower = Eigen::VectorXd::Zero(canonical.variables()),
+          .z_upper = Eigen::VectorXd::Zero(canonical.variables())};
+}
+
+void set_zero(Step& step) {
+  step.v.setZero();
+  step.lambda.setZero();
+  step.z_lower.setZero();
+  step.z_upper.setZero();
+}
+
 StepLength largest_step(const CanonicalProblem& canonical, const Iterate& iterate, const Step& step,
                         double tau) {
   StepLength alpha;

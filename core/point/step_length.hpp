@@ -1,9 +1,13 @@
 #pragma once
 
 #include "core/model/canonical_problem.hpp"
-#include "core/point/iterate.hpp"
+#include "core/model/iterate.hpp"
 
 namespace ipminmax {
+
+/// Step of zeros in the shapes of the problem.
+[[nodiscard]] Step zero_step(const CanonicalProblem& canonical);
+void set_zero(Step& step);
 
 struct StepLength {
   double primal = 1.0;  ///< of v and lambda

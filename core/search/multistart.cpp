@@ -1,13 +1,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstdint>
 #include <exception>
 #include <iomanip>
 #include <limits>
 #include <map>
 #include <mutex>
-#include <random>
 #include <span>
 #include <sstream>
 #include <stdexcept>
@@ -17,10 +15,10 @@
 #include <tuple>
 #include <utility>
 
-#include "core/model/forwarding_problem.hpp"
 #include "core/model/timer.hpp"
 #include "core/multistart.hpp"
 #include "core/search/multistart_run.hpp"
+#include "core/search/random_starts.hpp"
 #include "core/search/result_bytes.hpp"
 #include "core/worst_case.hpp"
 
@@ -51,80 +49,6 @@ Rank rank_of(const Result& result) {
 bool is_final(Status status) {
   return status == Status::InvalidProblem || status == Status::InvalidOption ||
          status == Status::TooFewDegreesOfFreedom;
-}
-
-/// A model with another starting point.
-class Restarted final : public ForwardingProblem {
- public:
-  /// start: n values; empty: the model's, which is then kept in model_start().
-  Restarted(Problem& model, std::vector<double> start)
-      : ForwardingProblem(model), start_(std::move(start)) {}
-
-  [[nodiscard]] const std::vector<double>& model_start() const { return model_start_; }
-
-  [[nodiscard]] bool starting_point(StartingPoint& start) override {
-    if (!start_.empty()) {
-      std::ranges::copy(start_, start.v.begin());
-      return true;
-    }
-    if (!model().starting_point(start)) return false;
-    model_start_.assign(start.v.begin(), start.v.end());
-    return true;
-  }
-
- private:
-  std::vector<double> start_;
-  std::vector<double> model_start_;
-};
-
-/// Random starting point number `start`: each has a generator of its own, so that it does not depend
-/// on which thread draws it.
-std::vector<double> random_start(const ProblemStructure& structure,
-                                 const std::vector<double>& center, Index start,
-                                 const SolverOptions& options) {
-  std::seed_seq seed{static_cast<std::uint32_t>(options.minmax_start_seed),
-                     static_cast<std::uint32_t>(start)};
-  std::mt19937_64 generator(seed);
-  std::vector<double> v(center.size());
-  for (std::size_t i = 0; i < v.size(); ++i) {
-    double lower = structure.variable_lower[i];
-    double upper = structure.variable_upper[i];
-    const bool has_lower = lower > options.nlp_lower_bound_inf;
-    const bool has_upper = upper < options.nlp_upper_bound_inf;
-    double s = center[i];
-    if (has_lower) s = std::max(s, lower);
-    if (has_upper) s = std::min(s, upper);
-    const double radius = options.minmax_start_radius * std::max(1.0, std::abs(s));
-    if (!(has_lower && has_upper)) {
-      lower = has_lower ? std::max(lower, s - radius) : s - radius;
-      upper = has_upper ? std::min(upper, s + radius) : s + radius;
-    }
-    const double t = std::ldexp(static_cast<double>(generator() >> 11U), -53);  // in [0, 1)
-    v[i] = (1.0 - t) * lower + t * upper;
-  }
-  return v;
-}
-
-void add(const Result& part, Result& total) {
-  total.iterations += part.iterations;
-  total.factorizations += part.factorizations;
-  total.counts.objective += part.counts.objective;
-  total.counts.gradient += part.counts.gradient;
-  total.counts.constraints += part.counts.constraints;
-  total.counts.jacobian += part.counts.jacobian;
-  total.counts.hessian += part.counts.hessian;
-  total.counts.factorizations_full += part.counts.factorizations_full;
-  total.counts.factorizations_inner += part.counts.factorizations_inner;
-  total.counts.factorizations_complement += part.counts.factorizations_complement;
-  total.counts.solves += part.counts.solves;
-  total.counts.analyses += part.counts.analyses;
-  total.counts.instability_raises += part.counts.instability_raises;
-  total.counts.restoration_iterations += part.counts.restoration_iterations;
-  total.timing.evaluations += part.timing.evaluations;
-  total.timing.assembly += part.timing.assembly;
-  total.timing.analysis += part.timing.analysis;
-  total.timing.factorization += part.timing.factorization;
-  total.timing.solves += part.timing.solves;
 }
 
 bool has_free_min_variable(const ProblemStructure& s) {
@@ -300,7 +224,7 @@ void Multistart::record(Index start, Result&& result) {
   }
   if (static_cast<Index>(recorded_.size()) > last_) queue_.close();
   ++statuses_[result.status];
-  add(result, total_);
+  add_work(result, total_);
   if (observer_.on_result) observer_.on_result(start, result);
   if (result.certificate.kind == PointKind::LocalMinmax) {
     certified_.emplace(start, std::move(result));
@@ -395,7 +319,7 @@ WorstCase Multistart::worst_case_of(const DistinctPoint& point,
   observer.on_iteration = [&](Index, const IterationInfo& info) {
     return !observer_.on_iteration || observer_.on_iteration(point.first_start, info);
   };
-  observer.on_result = [&](Index, const Result& result) { add(result, total_); };
+  observer.on_result = [&](Index, const Result& result) { add_work(result, total_); };
   const WorstCaseCheck check =
       check_worst_case(*workers_.front().model, point.result.v, with_remaining_time(),
                        options_.minmax_worst_case_starts, given, observer);

@@ -15,9 +15,16 @@
 namespace ipminmax {
 namespace {
 
-/// Seconds of silence after which a rank counts as dead; beats come once a second.
+/// Seconds of silence after which a rank on another machine counts as dead; beats come once a second. On
+/// this one its process is looked at.
 constexpr double kDeadAfter = 15.0;
 constexpr double kFirstDeadAfter = 60.0;
+constexpr const char* kStopped =
+    "stopped by the launcher, because a rank has died or it was interrupted; best of the "
+    "starts made so far";
+
+/// What Kind::Answer says in place of a start.
+enum AnswerIs : Index { kResult = 0, kException = 1, kRankDead = 2 };
 /// Seconds that the others get to end what they do when all is interrupted.
 constexpr double kTimeToEnd = 3.0;
 
@@ -77,13 +84,25 @@ MultistartResult Multistart::run_as_first(Ranks& ranks) {
       ranks.pause();
     }
   }
-  const std::vector<char> bytes = failure ? text_bytes(what_of(failure)) : to_bytes(answer);
-  for (int rank = 1; rank < ranks.size(); ++rank) {
-    if (others.ranks[static_cast<std::size_t>(rank)].dead) continue;
-    ranks.send(rank, Ranks::Kind::Answer, failure ? 1 : 0, bytes);
-  }
+  send_answer(ranks, others, answer, failure);
   if (failure) std::rethrow_exception(failure);
   return answer;
+}
+
+/// Where the launcher ends all, the others wait for the end of this process: the end of theirs would hasten it.
+void Multistart::send_answer(Ranks& ranks, const Others& others, const MultistartResult& answer,
+                             const std::exception_ptr& failure) {
+  if (ranks.stop_requested()) return;
+  const std::vector<char> bytes = failure ? text_bytes(what_of(failure)) : to_bytes(answer);
+  Index is = failure ? kException : kResult;
+  for (int rank = 1; rank < ranks.size(); ++rank) {
+    if (!others.ranks[static_cast<std::size_t>(rank)].dead) continue;
+    ranks.forget(rank);
+    is |= kRankDead;
+  }
+  for (int rank = 1; rank < ranks.size(); ++rank) {
+    ranks.send(rank, Ranks::Kind::Answer, is, bytes);
+  }
 }
 
 void Multistart::take_messages(Ranks& ranks, Others& others) {
@@ -112,11 +131,22 @@ void Multistart::take_messages(Ranks& ranks, Others& others) {
       }
       case Ranks::Kind::Ended:
         rank.ended = true;
+        rank.ready = 0;
+        give_back(rank.starts);
         break;
       default:
         break;
     }
   }
+}
+
+/// Starts that a rank will not make.
+void Multistart::give_back(std::set<Index>& starts) {
+  const std::lock_guard lock(mutex_);
+  for (const Index start : starts) {
+    if (!recorded_.contains(start)) queue_.put(start, start);
+  }
+  starts.clear();
 }
 
 void Multistart::hand_out(Ranks& ranks, Others& others) {
@@ -137,26 +167,19 @@ void Multistart::look_after(Ranks& ranks, Others& others) {
   ranks.beat();
   for (int r = 1; r < ranks.size(); ++r) {
     Others::Rank& rank = others.ranks[static_cast<std::size_t>(r)];
-    if (rank.dead || ranks.silence(r) < kDeadAfter) continue;
+    if (rank.dead || !(ranks.gone(r) || ranks.silence(r) > kDeadAfter)) continue;
     rank.dead = true;
-    ranks.abandon();
+    give_back(rank.starts);
     const std::lock_guard lock(mutex_);
-    for (const Index start : rank.starts) {
-      if (!recorded_.contains(start)) queue_.put(start, start);
-    }
-    rank.starts.clear();
     if (observer_.message) {
       observer_.message(0, "rank " + std::to_string(r) +
                                " does not answer any more; its starts are made by others");
     }
   }
   if (ranks.stop_requested()) {
-    ranks.abandon();
     const std::lock_guard lock(mutex_);
     if (interrupted_by_.empty()) {
-      interrupted_by_ =
-          "stopped by the launcher, because a rank has died or it was interrupted; best of the "
-          "starts made so far";
+      interrupted_by_ = kStopped;
       interrupt(Status::UserStop);
     }
     others_ended_ = true;
@@ -188,6 +211,18 @@ void Multistart::wait_for_others() {
 }
 
 // --- Other ranks ----------------------------------------------------------------------------------
+
+namespace {
+
+/// Of another rank when the launcher ends all.
+MultistartResult stopped() {
+  MultistartResult answer;
+  answer.interrupted = answer.best.status = Status::UserStop;
+  answer.best.message = kStopped;
+  return answer;
+}
+
+}  // namespace
 
 void Multistart::read_model_start() {
   const ProblemStructure& s = workers_.front().model->structure();
@@ -242,15 +277,18 @@ MultistartResult Multistart::run_as_other(Ranks& ranks) {
         stop();
       } else if (message->kind == Ranks::Kind::Answer) {
         stop();
-        if (message->start != 0) {
+        if ((message->start & kRankDead) != 0) ranks.forget(0);  // it does not wait for us either
+        if ((message->start & kException) != 0) {
           throw std::runtime_error(std::string(message->bytes.begin(), message->bytes.end()));
         }
         return multistart_result_from(message->bytes);
       }
     }
-    if (ranks.silence(0) > kFirstDeadAfter) {
+    if (ranks.stop_requested()) stop();
+    if (ranks.gone(0) || ranks.silence(0) > kFirstDeadAfter) {
       stop();
-      ranks.abandon();
+      ranks.forget(0);
+      if (ranks.stop_requested()) return stopped();
       throw std::runtime_error("rank 0 of the multistart does not answer any more");
     }
     ranks.pause();

@@ -68,9 +68,12 @@ class Multistart {
   MultistartResult run_as_other(Ranks& ranks);
   struct Others;
   void take_messages(Ranks& ranks, Others& others);
+  void give_back(std::set<Index>& starts);
   void hand_out(Ranks& ranks, Others& others);
   void look_after(Ranks& ranks, Others& others);
   void wait_for_others();
+  void send_answer(Ranks& ranks, const Others& others, const MultistartResult& answer,
+                   const std::exception_ptr& failure);
   void read_model_start();
   void tell_first(Ranks::Kind kind, Index start, std::vector<char> bytes);
 

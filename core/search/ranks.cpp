@@ -74,7 +74,7 @@ bool Ranks::take_next(Message& message) {
   std::size_t count = 0;
   while (plugin_.poll(&rank, &count)) {
     std::vector<char> bytes(count);
-    plugin_.receive(bytes.data());
+    if (!plugin_.receive(bytes.data())) continue;
     Header header;
     std::memcpy(&header, bytes.data(), sizeof header);
     heard_[static_cast<std::size_t>(rank)] = Clock::now();

@@ -55,8 +55,10 @@ class Ranks {
   [[nodiscard]] double silence(int rank) const;
   /// The launcher wants an end.
   [[nodiscard]] bool stop_requested() const { return plugin_.stop_requested(); }
-  /// A rank is dead: MPI is left without waiting for it.
-  void abandon() { plugin_.abandon(); }
+  /// That process has ended, as far as can be seen from this machine.
+  [[nodiscard]] bool gone(int rank) const { return plugin_.gone(rank); }
+  /// That rank is dead: MPI is left without waiting for it.
+  void forget(int rank) { plugin_.forget(rank); }
   /// Waits a little; longer the more often in a row.
   void pause();
 

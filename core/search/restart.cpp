@@ -2,48 +2,47 @@
 #include <cmath>
 #include <random>
 
+#include "core/method/parameters.hpp"
 #include "core/search/restart.hpp"
 
 namespace ipminmax {
 namespace {
 
-/// Share of an interval that stays free at either end.
-constexpr double kMargin = 1e-2;
+namespace parameter = parameters::restart;
 
 /// Uniform in [0, 1), equal on every platform.
 double uniform(std::mt19937_64& generator) {
   return static_cast<double>(generator() >> 11) * 0x1p-53;
 }
 
-// Measured on random multimodal problems and on problems without a local minmax.
-constexpr Index kIterationsPerCell = 8;  // of a grid with two cells per dimension
-constexpr Index kMostIterations = 200;
-constexpr Index kLargeProblem = 50;
-constexpr Index kLastResortIterations = 150;
-constexpr Index kIterationsOfLargeProblem = 40;
-
-/// Half-width of the box, over max(1, |v|), where bounds are missing.
-constexpr double kReach = 3.0;
-/// Intervals of bounds wider than this many reaches are not taken for the region of interest.
-constexpr double kWideInterval = 100.0;
-
 }  // namespace
 
 Index restart_iterations(Index variables) {
-  if (variables > kLargeProblem) return kIterationsOfLargeProblem;
-  if (variables > 8) return kMostIterations;
-  return std::min(kMostIterations, kIterationsPerCell << variables);
+  if (variables > parameter::kLargeProblem) return parameter::kIterationsOfLargeProblem;
+  if (variables > 8) return parameter::kMostIterations;
+  return std::min(parameter::kMostIterations, parameter::kIterationsPerCell << variables);
+}
+
+std::string describe_restarts(Index made, Index variables, const SolverOptions& options) {
+  const std::string points = made == 1 ? " other starting point" : " other starting points";
+  const std::string why = made >= options.minmax_max_restarts
+                              ? "minmax_max_restarts allows no more"
+                              : "new starts end after " +
+                                    std::to_string(restart_iterations(variables)) +
+                                    " iterations in all for " + std::to_string(variables) +
+                                    " variables, minmax_starts makes more";
+  return "nor from " + std::to_string(made) + points + ": " + why;
 }
 
 Index last_resort_iterations(const CanonicalProblem& canonical) {
   const Index variables = canonical.x().size() + canonical.y().size();
-  if (variables <= 2 || variables > kLargeProblem) return 0;
+  if (variables <= 2 || variables > parameter::kLargeProblem) return 0;
   for (const IndexRange range : {canonical.x(), canonical.y()}) {
     for (Index i = range.begin; i < range.end; ++i) {
       if (!std::isfinite(canonical.upper()[i] - canonical.lower()[i])) return 0;
     }
   }
-  return kLastResortIterations;
+  return parameter::kLastResortIterations;
 }
 
 Iterate restart_point(const CanonicalProblem& canonical, const Iterate& start, Index number) {
@@ -57,14 +56,16 @@ Iterate restart_point(const CanonicalProblem& canonical, const Iterate& start, I
     for (Index i = range.begin; i < range.end; ++i) {
       double lower = canonical.lower()[i];
       double upper = canonical.upper()[i];
-      const double reach = kReach * std::max(1.0, std::abs(start.v[i]));
-      if (!(upper - lower <= kWideInterval * reach)) {
+      const double reach = parameter::kReach * std::max(1.0, std::abs(start.v[i]));
+      if (!(upper - lower <= parameter::kWideInterval * reach)) {
         const double center = number % 2 != 0 ? start.v[i] : 0.0;
         const double inside = std::clamp(center, lower, upper);
         lower = std::max(lower, inside - reach);
         upper = std::min(upper, inside + reach);
       }
-      point.v[i] = lower + (upper - lower) * (kMargin + (1.0 - 2.0 * kMargin) * uniform(generator));
+      point.v[i] =
+          lower + (upper - lower) *
+                      (parameter::kMargin + (1.0 - 2.0 * parameter::kMargin) * uniform(generator));
     }
   }
   return point;

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <string>
+
 #include "core/model/canonical_problem.hpp"
-#include "core/point/iterate.hpp"
+#include "core/model/iterate.hpp"
 
 namespace ipminmax {
 
@@ -20,5 +22,9 @@ namespace ipminmax {
 /// steps search a box well. None where a variable lacks a bound, none for one variable a player, none
 /// for large problems.
 [[nodiscard]] Index last_resort_iterations(const CanonicalProblem& canonical);
+
+/// "nor from 3 other starting points: ... ", with what ended the restarts after `made` of them.
+[[nodiscard]] std::string describe_restarts(Index made, Index variables,
+                                            const SolverOptions& options);
 
 }  // namespace ipminmax

@@ -59,10 +59,49 @@ class Reader {
   std::span<const char> rest_;
 };
 
+template <class R>
+void walk_reasons(Writer& write, R& reasons) {
+  write(static_cast<std::uint64_t>(reasons.size()));
+}
+void walk_reasons(Reader& read, std::vector<CertificateReason>& reasons) {
+  std::uint64_t size = 0;
+  read(size);
+  reasons.resize(size);
+}
+
+template <class Visit, class C>
+void walk_certificate(Visit& visit, C& c) {
+  visit(c.kind);
+  visit(c.second_order);
+  visit(c.inner);
+  visit(c.inner_expected);
+  visit(c.full);
+  visit(c.full_expected);
+  visit(c.margin);
+  visit(c.licq_min);
+  visit(c.licq_max);
+  visit(c.weakly_active_min);
+  visit(c.weakly_active_max);
+  visit(c.finite_differences);
+  visit(c.hessian_error);
+  visit(c.hessian_disagrees);
+  visit(c.least_curvature);
+  visit(c.least_curvature_variable);
+  visit(c.answer);
+  walk_reasons(visit, c.reasons);
+  for (auto& reason : c.reasons) {
+    visit(reason.kind);
+    visit(reason.player);
+    visit(reason.text);
+    visit(reason.variables);
+    visit(reason.constraints);
+  }
+}
+
 template <class Visit, class R>
 void walk(Visit& visit, R& result) {
   visit(result.status);
-  visit(result.certificate);
+  walk_certificate(visit, result.certificate);
   visit(result.message);
   visit(result.v);
   visit(result.lambda);
@@ -84,9 +123,12 @@ void walk(Visit& visit, R& result) {
   visit(worst.competing);
   visit(worst.value);
   visit(worst.v);
+  visit(worst.y);
+  visit(worst.branches);
   visit(worst.higher);
   visit(worst.unbounded);
   visit(worst.single_branch);
+  visit(worst.stated_concave);
 }
 
 }  // namespace

@@ -17,9 +17,6 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Difference of two values of f, as a share of the range that f was seen to take, that counts.
 constexpr double kClearDifference = 1e-6;
-/// Violation of the Max constraints up to which a value of f bounds the maximum from below, in units
-/// of constr_viol_tol.
-constexpr double kFeasible = 1.0;
 
 /// The maximizer's problem at fixed x: Min variables are fixed, Min constraints absent.
 class HeldMin final : public ForwardingProblem {
@@ -82,14 +79,18 @@ class Maxima {
   void add(const Result& result) {
     ++check_.found.starts;
     using enum Status;
-    if (result.status == InnerUnbounded || result.status == OuterUnbounded ||
-        result.status == DivergingIterates) {
-      check_.found.unbounded = true;
+    const bool runs_away = result.status == InnerUnbounded || result.status == OuterUnbounded ||
+                           result.status == DivergingIterates;
+    if (runs_away) {
+      // Far away and infeasible, nothing is seen of f.
+      double size = 1.0;
+      for (const double value : result.v) size = std::max(size, std::abs(value));
+      if (result.error.primal <= options_.constr_viol_tol * size) check_.found.unbounded = true;
       one_branch_ = false;
       return;
     }
     if (result.v.empty() || !std::isfinite(result.objective) ||
-        !(result.error.primal <= kFeasible * options_.constr_viol_tol)) {
+        !(result.error.primal <= options_.constr_viol_tol)) {
       one_branch_ = false;
       return;
     }
@@ -110,7 +111,8 @@ class Maxima {
     check_.maxima.push_back({result.v, result.objective, certified, 1});
   }
 
-  void finish(double here) {
+  void finish(double here, const ProblemStructure& structure) {
+    constexpr std::size_t kMostBranches = 10;
     WorstCase& found = check_.found;
     std::ranges::stable_sort(check_.maxima, std::greater{}, &WorstCaseMaximum::value);
     const double scale = std::max(most_ - least_, 0.0);
@@ -120,6 +122,12 @@ class Maxima {
     if (check_.maxima.empty()) return;
     found.value = check_.maxima.front().value;
     found.v = check_.maxima.front().v;
+    for (std::size_t i = 0; i < found.v.size(); ++i) {
+      if (structure.variable_players[i] == Player::Max) found.y.push_back(found.v[i]);
+    }
+    for (std::size_t k = 0; k < std::min(kMostBranches, check_.maxima.size()); ++k) {
+      found.branches.push_back(check_.maxima[k].value);
+    }
     found.higher = found.value - here > kClearDifference * scale;
     for (const WorstCaseMaximum& maximum : check_.maxima) {
       if (found.value - maximum.value <= kClearDifference * scale) ++found.competing;
@@ -150,7 +158,8 @@ WorstCaseCheck check_worst_case(Problem& problem, std::span<const double> v,
   inner_options.fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
   inner_options.warm_start_init_point = false;
   inner_options.minmax_worst_case_starts = 0;
-  inner_options.minmax_starts = std::max(1, starts);
+  inner_options.minmax_starts = options.minmax_concave_in_y ? 1 : std::max(1, starts);
+  check.found.stated_concave = options.minmax_concave_in_y;
   Maxima maxima(options, check);
   MultistartObserver inner_observer = observer;
   inner_observer.on_iteration = [&](Index start, const IterationInfo& info) {
@@ -161,8 +170,11 @@ WorstCaseCheck check_worst_case(Problem& problem, std::span<const double> v,
     maxima.add(result);
     if (observer.on_result) observer.on_result(start, result);
   };
-  check.interrupted = multistart(inner, inner_options, inner_observer, given).interrupted;
-  maxima.finish(here);
+  const std::vector<std::vector<double>> none;
+  check.interrupted =
+      multistart(inner, inner_options, inner_observer, options.minmax_concave_in_y ? none : given)
+          .interrupted;
+  maxima.finish(here, problem.structure());
   return check;
 }
 
@@ -178,21 +190,41 @@ void add_worst_case(Problem& problem, const SolverOptions& options, Result& resu
           .found;
 }
 
+namespace {
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.8g", value);
+  return text;
+}
+
+/// "(a, b, c, ...)"
+std::string list(const std::vector<double>& values, std::size_t most) {
+  std::string text = "(";
+  for (std::size_t i = 0; i < std::min(most, values.size()); ++i) {
+    text += (i > 0 ? ", " : "") + number(values[i]);
+  }
+  return text + (values.size() > most ? ", ...)" : ")");
+}
+
+}  // namespace
+
 std::string describe_worst_case(const Result& result) {
+  constexpr std::size_t kMostEntries = 6;
   const WorstCase& found = result.worst_case;
   if (found.starts == 0) return {};
-  const auto number = [](double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.8g", value);
-    return std::string(text);
-  };
-  const std::string searched = " in " + std::to_string(found.starts) + " maximizations over y";
+  const std::string searched = " in " + std::to_string(found.starts) + " maximization" +
+                               (found.starts == 1 ? "" : "s") + " over y";
   std::string text;
   if (found.unbounded) {
     text = "at this x the maximization over y is unbounded, seen" + searched;
   } else if (found.higher) {
-    text = "value " + number(result.objective) + " is a local worst case only: another y gives " +
-           number(found.value) + " at this x (largest" + searched + ")";
+    text = "value " + number(result.objective) +
+           " is a local worst case only: another y, y = " + list(found.y, kMostEntries) +
+           ", gives " + number(found.value) + " at this x (largest" + searched + ")";
+  } else if (found.stated_concave) {
+    text = found.v.empty() ? "no maximum over y was found at this x"
+                           : "f is concave in y, so the model says: no other y can be worse";
   } else if (found.single_branch) {
     text = "one maximum over y at this x" + searched +
            ", with K_yy of the right inertia at every iterate: f looks concave in y here";
@@ -202,9 +234,14 @@ std::string describe_worst_case(const Result& result) {
     text = "no higher maximum over y was found at this x" + searched + " (" +
            std::to_string(found.maxima) + " distinct)";
   }
-  if (!found.unbounded && found.competing > 1) {
+  if (found.unbounded) return text;
+  if (found.branches.size() > 1) {
+    text += "; values at the maxima: " + list(found.branches, kMostEntries);
+  }
+  if (found.competing > 1) {
     text += "; " + std::to_string(found.competing) +
-            " maxima over y share the largest value: the worst case may have a kink at this x";
+            " of them share the largest: the worst case may have a kink at this x, where "
+            "minmax_epigraph yes goes on";
   }
   return text;
 }

@@ -10,7 +10,7 @@
 namespace ipminmax::mpi {
 
 /// Number of this interface and of the messages between program and workers.
-inline constexpr int kInterface = 1;
+inline constexpr int kInterface = 2;
 
 /// What a process wants from the others of MPI_COMM_WORLD.
 enum class Role : std::int32_t {
@@ -47,14 +47,16 @@ struct Plugin {
   void (*send)(int rank, const char* bytes, std::size_t count);
   /// Size of the next message and its sender; false: none has arrived.
   bool (*poll)(int* rank, std::size_t* count);
-  /// The polled message.
-  void (*receive)(char* bytes);
+  /// The polled message. False: its sender has ended on the way.
+  bool (*receive)(char* bytes);
 
   /// Whether the launcher wants the program to end (SIGTERM: mpirun was interrupted, or another
   /// rank has died).
   bool (*stop_requested)();
-  /// Ranks died: MPI must not be used any more, and leave() does not wait for anybody.
-  void (*abandon)();
+  /// Whether that rank's process has ended, as far as can be seen from this machine.
+  bool (*gone)(int rank);
+  /// That rank is dead: nothing is sent to it, and leave() waits for nobody.
+  void (*forget)(int rank);
 };
 
 }  // namespace ipminmax::mpi

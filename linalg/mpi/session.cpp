@@ -1,13 +1,17 @@
 #include "linalg/mpi/session.hpp"
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <condition_variable>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -26,10 +30,13 @@ constexpr std::uint32_t kMagic = 0x49504d4d;
 constexpr double kWorkerPatience = 10.0;
 constexpr double kProgramPatience = 120.0;
 
-struct Welcome {
-  std::int32_t accepted;
-  char text[500];
-};
+/// Seconds that a worker lives after SIGTERM at most, so that rank 0 can write its answer first.
+constexpr unsigned kTimeAfterSigterm = 60;
+/// The same for ranks that share starts, when a rank is dead.
+constexpr double kTimeForFirst = 20.0;
+
+/// How often a rank that waits looks whether the others are still there.
+constexpr auto kLook = std::chrono::milliseconds(50);
 
 std::string name_of_rank(int rank) { return "rank " + std::to_string(rank); }
 
@@ -44,6 +51,10 @@ extern "C" void ipminmax_mpi_on_sigterm(int number) {
 }
 
 /// Hears of SIGTERM before the program does; a second one ends it as usual.
+///
+/// All ranks do. mpirun sends SIGTERM, waits (a second, odls_base_sigkill_timeout) and sends SIGKILL; but
+/// the wait ends as soon as one of the processes does, so that rank 0 could not even write its answer if the
+/// others obeyed at once.
 void watch_sigterm() {
   struct sigaction action = {};
   if (sigaction(SIGTERM, nullptr, &action) != 0 || action.sa_handler == SIG_IGN ||
@@ -58,11 +69,21 @@ void watch_sigterm() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
+/// Names the machine (since it was booted) and its table of processes: numbers of processes mean the same
+/// where this is equal.
+std::string table_of_processes() {
+  std::string boot;
+  std::ifstream("/proc/sys/kernel/random/boot_id") >> boot;
+  struct stat status = {};
+  if (boot.empty() || stat("/proc/self/ns/pid", &status) != 0) return {};
+  return boot + ":" + std::to_string(status.st_ino);
+}
+
 /// A thread that makes MPI calls for another, which need not wait until they return.
 class Caller {
  public:
-  /// False: stop was requested before the task was done; the task goes on, unless never.
-  bool run(const std::function<void()>& task) {
+  /// False: stop() was true before the task was done; the task goes on, unless never.
+  bool run(const std::function<void()>& task, const std::function<bool()>& stop) {
     std::unique_lock lock(mutex_);
     if (!started_) {
       std::thread([this] { work(); }).detach();
@@ -71,8 +92,8 @@ class Caller {
     task_ = task;
     busy_ = true;
     changed_.notify_all();
-    while (!changed_.wait_for(lock, std::chrono::milliseconds(50), [&] { return !busy_; })) {
-      if (stop_requested()) return false;
+    while (!changed_.wait_for(lock, kLook, [&] { return !busy_; })) {
+      if (stop()) return false;
     }
     return true;
   }
@@ -113,6 +134,23 @@ struct Session::Hello {
   std::int32_t pid = 0;
   char version[32] = "";
   char host[64] = "";
+  char processes[80] = "";
+
+  Hello() {
+    pid = static_cast<std::int32_t>(getpid());
+    gethostname(host, sizeof host - 1);
+    table_of_processes().copy(processes, sizeof processes - 1);
+  }
+  [[nodiscard]] Peer peer(const Hello& me) const {
+    const bool near = processes[0] != '\0' && std::strcmp(processes, me.processes) == 0;
+    return {near ? pid : 0, host};
+  }
+};
+
+struct Session::Welcome {
+  std::int32_t accepted = 0;
+  char text[500] = "";
+  Hello from;
 };
 
 Session& Session::of_process() {
@@ -128,10 +166,10 @@ const char* Session::fail(std::string text) {
 void Session::initialize() {
   int is_initialized = 0;
   MPI_Initialized(&is_initialized);
+  // Also where the program has initialized MPI: its MPI_Finalize may be the stub in the sequential MUMPS.
+  std::atexit([] { Session::of_process().leave(); });
   if (is_initialized == 0) {
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &level_);
-    initialized_ = true;
-    std::atexit([] { Session::of_process().leave(); });
   } else {
     MPI_Query_thread(&level_);
     // MPI_Finalize begins with the deletion of the attributes of MPI_COMM_SELF.
@@ -141,6 +179,8 @@ void Session::initialize() {
   }
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
   MPI_Comm_size(MPI_COMM_WORLD, &size_);
+  peers_.resize(static_cast<std::size_t>(size_));
+  forgotten_.resize(static_cast<std::size_t>(size_), false);
 }
 
 int Session::before_finalize(MPI_Comm, int, void* session, void*) {
@@ -164,8 +204,8 @@ const char* Session::join(Role role, const std::string& version) {
   role_ = role;
   std::string error;
   if (size_ > 1) {
+    if (rank_ == 0 || role == Role::Starts) watch_sigterm();
     if (rank_ == 0) {
-      watch_sigterm();
       error = gather(role, version);
     } else {
       error = say_hello(role, version);
@@ -184,6 +224,8 @@ std::string Session::join_as_worker(const std::string& version) {
     return std::string("a worker cannot be the only rank or rank 0: ") + kUsage;
   }
   role_ = Role::Worker;
+  watch_sigterm();
+  next_handler = [](int) { alarm(kTimeAfterSigterm); };
   std::string error = say_hello(Role::Worker, version);
   if (error.empty()) error = await_welcome(0.0);
   if (!error.empty()) return error;
@@ -195,9 +237,7 @@ std::string Session::join_as_worker(const std::string& version) {
 std::string Session::say_hello(Role role, const std::string& version) {
   Hello hello;
   hello.role = static_cast<std::int32_t>(role);
-  hello.pid = static_cast<std::int32_t>(getpid());
   version.copy(hello.version, sizeof hello.version - 1);
-  gethostname(hello.host, sizeof hello.host - 1);
   MPI_Send(&hello, sizeof hello, MPI_BYTE, 0, kHelloTag, MPI_COMM_WORLD);
   if (role != Role::Solver) return {};
   return "linear_solver mumps_mpi works for rank 0 alone, and this is rank " +
@@ -217,8 +257,9 @@ std::string Session::await_welcome(double seconds) {
     }
     pause(waited);
   }
-  Welcome welcome{};
+  Welcome welcome;
   MPI_Recv(&welcome, sizeof welcome, MPI_BYTE, 0, kWelcomeTag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+  peers_[0] = welcome.from.peer({});
   return welcome.accepted != 0 ? std::string() : std::string(welcome.text);
 }
 
@@ -246,6 +287,9 @@ std::string Session::gather(Role role, const std::string& version) {
     MPI_Recv(&hello, sizeof hello, MPI_BYTE, status.MPI_SOURCE, kHelloTag, MPI_COMM_WORLD,
              MPI_STATUS_IGNORE);
     const int rank = status.MPI_SOURCE;
+    hello.host[sizeof hello.host - 1] = '\0';
+    hello.processes[sizeof hello.processes - 1] = '\0';
+    peers_[static_cast<std::size_t>(rank)] = hello.peer({});
     heard[static_cast<std::size_t>(rank)] = true;
     const auto is = static_cast<Role>(hello.role);
     if (is != Role::Solver) waiting.push_back(rank);
@@ -260,7 +304,6 @@ std::string Session::gather(Role role, const std::string& version) {
     } else if (hello.magic != kMagic || hello.interface_number != kInterface ||
                hello.version != version) {
       hello.version[sizeof hello.version - 1] = '\0';
-      hello.host[sizeof hello.host - 1] = '\0';
       error = name_of_rank(rank) + " on " + hello.host + " is of version " + hello.version +
               ", rank 0 of version " + version;
     }
@@ -272,7 +315,8 @@ std::string Session::gather(Role role, const std::string& version) {
             (wanted == Role::Worker ? std::string("it has to be ipminmax-worker: ") + kUsage
                                     : std::string("all ranks have to share the starts"));
   }
-  Welcome welcome{error.empty() ? 1 : 0, ""};
+  Welcome welcome;
+  welcome.accepted = error.empty() ? 1 : 0;
   error.copy(welcome.text, sizeof welcome.text - 1);
   for (const int rank : waiting) {
     MPI_Send(&welcome, sizeof welcome, MPI_BYTE, rank, kWelcomeTag, MPI_COMM_WORLD);
@@ -297,13 +341,34 @@ MPI_Comm Session::group(int first, int count) {
   return made.communicator;
 }
 
+bool Session::gone(int rank) const {
+  const std::int32_t pid = peers_[static_cast<std::size_t>(rank)].pid;
+  return pid > 0 && kill(pid, 0) != 0 && errno == ESRCH;
+}
+
+void Session::forget(int rank) {
+  forgotten_[static_cast<std::size_t>(rank)] = true;
+  abandoned_ = true;
+}
+
+/// Empty: they have not.
+std::string Session::why_stopped() const {
+  for (int rank = 0; rank < size_; ++rank) {
+    if (rank == rank_ || !gone(rank)) continue;
+    return name_of_rank(rank) + " on " + peers_[static_cast<std::size_t>(rank)].host +
+           " has died (killed, or out of memory?)";
+  }
+  if (!stop_requested()) return {};
+  return "the launcher ends the program: it was interrupted, or another rank has died";
+}
+
 const char* Session::trouble() {
   if (!error_.empty()) return error_.c_str();
   if (left_) return fail("the program has finalized MPI");
   if (size_ == 1) return nullptr;
-  if (stop_requested()) {
-    abandon();
-    return fail("the launcher ends the program: another rank has died, or it was interrupted");
+  if (std::string why = why_stopped(); !why.empty()) {
+    abandoned_ = true;
+    return fail(std::move(why));
   }
   if (level_ < MPI_THREAD_SERIALIZED) {
     int is_main = 0;
@@ -318,11 +383,36 @@ const char* Session::trouble() {
 
 const char* Session::call(const std::function<void()>& task) {
   if (const char* error = trouble()) return error;
-  if (size_ == 1 || level_ < MPI_THREAD_SERIALIZED) {
+  if (size_ == 1) {
     task();
     return nullptr;
   }
-  return caller().run(task) ? nullptr : trouble();
+  if (level_ < MPI_THREAD_SERIALIZED) {
+    run_watched(task);
+    return trouble();
+  }
+  return caller().run(task, [this] { return !why_stopped().empty(); }) ? nullptr : trouble();
+}
+
+/// In this thread, which cannot return before the task does, even if that is never: then another one says
+/// why, until the launcher ends the process.
+void Session::run_watched(const std::function<void()>& task) const {
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool done = false;
+  const std::jthread watch([&] {
+    std::unique_lock lock(mutex);
+    while (!changed.wait_for(lock, kLook, [&] { return done; })) {
+      const std::string why = why_stopped();
+      if (why.empty()) continue;
+      std::fprintf(stderr, "ipminmax: linear solver failed: %s\n", why.c_str());
+      return;
+    }
+  });
+  task();
+  const std::lock_guard lock(mutex);
+  done = true;
+  changed.notify_all();
 }
 
 void Session::pause(int& waited) {
@@ -337,16 +427,27 @@ void Session::pause(int& waited) {
 
 void Session::release() {
   if (left_) return;
-  if (joined_ && !abandoned_ && at_leave_) at_leave_();
+  if (joined_ && at_leave_ && !(abandoned_ && role_ == Role::Solver)) at_leave_();
   left_ = true;
 }
 
 void Session::leave() {
+  const bool first_call = !left_;
   release();
-  int is_finalized = 0;
+  int is_initialized = 0, is_finalized = 0;
+  MPI_Initialized(&is_initialized);
   MPI_Finalized(&is_finalized);
-  if (initialized_ && !abandoned_ && is_finalized == 0) MPI_Finalize();
-  initialized_ = false;
+  if (is_initialized == 0 || is_finalized != 0) return;
+  // A rank that shares starts and has the answer is not stopped.
+  const bool stopped = stop_requested() && (rank_ == 0 || role_ == Role::Worker);
+  if (!abandoned_ && !stopped) {
+    MPI_Finalize();
+  } else if (first_call && joined_ && rank_ > 0) {
+    // The launcher takes the end of this process for a reason to kill rank 0.
+    const auto begin = Clock::now();
+    const auto limit = std::chrono::duration<double>(kTimeForFirst);
+    while (!gone(0) && Clock::now() - begin < limit) std::this_thread::sleep_for(kLook);
+  }
 }
 
 }  // namespace ipminmax::mpi

@@ -38,9 +38,16 @@ class Session {
   [[nodiscard]] const char* call(const std::function<void()>& task);
   /// Waits a little for something from other ranks; waited: number of calls in a row so far.
   static void pause(int& waited);
-  /// Whether other ranks can still be reached.
+  /// Why the other ranks cannot be worked with, null: they can.
   [[nodiscard]] const char* trouble();
-  void abandon() { abandoned_ = true; }
+  /// Whether that rank's process has ended, as far as can be seen from this machine.
+  [[nodiscard]] bool gone(int rank) const;
+  /// Nobody waits for that rank any more; MPI, which would, is not finalized.
+  void forget(int rank);
+  [[nodiscard]] bool is_abandoned() const { return abandoned_; }
+  [[nodiscard]] bool is_forgotten(int rank) const {
+    return forgotten_[static_cast<std::size_t>(rank)];
+  }
 
   /// Called once before MPI is finalized, whoever does that.
   void at_leave(std::function<void()> task) { at_leave_ = std::move(task); }
@@ -48,12 +55,15 @@ class Session {
 
  private:
   struct Hello;
+  struct Welcome;
   Session() = default;
   void initialize();
   [[nodiscard]] std::string gather(Role role, const std::string& version);
   [[nodiscard]] std::string say_hello(Role role, const std::string& version);
   [[nodiscard]] std::string await_welcome(double seconds);
   const char* fail(std::string text);
+  [[nodiscard]] std::string why_stopped() const;
+  void run_watched(const std::function<void()>& task) const;
   void release();
   static int before_finalize(MPI_Comm, int, void*, void*);
 
@@ -64,9 +74,14 @@ class Session {
   };
   std::vector<Group> groups_;
   Role role_{};
-  bool initialized_ = false;  ///< by this class
   bool joined_ = false, left_ = false, abandoned_ = false;
   int rank_ = 0, size_ = 1, level_ = 0;
+  struct Peer {
+    std::int32_t pid = 0;  ///< 0: not known, or on another machine
+    std::string host;
+  };
+  std::vector<Peer> peers_;  ///< by rank
+  std::vector<bool> forgotten_;
   std::string error_;
   std::function<void()> at_leave_;
 };

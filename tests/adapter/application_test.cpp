@@ -486,6 +486,12 @@ TEST(Console, PrintLevels) {
   EXPECT_TRUE(contains(all, "\n   0 "));
 }
 
+TEST(Console, APlayerWithoutVariablesIsNoticed) {
+  EXPECT_TRUE(contains(console({}, new SplitTNLP(new Model, {})), "Max has no variables"));
+  EXPECT_FALSE(contains(console({}, new Model), "has no variables")) << "an ordinary model";
+  EXPECT_FALSE(contains(console({}, split(new Model)), "Warning"));
+}
+
 TEST(Console, BannerOptionsAndTimes) {
   const SmartPtr<Ipopt::TNLP> problem = split(new Model);
   EXPECT_TRUE(contains(console({}, problem), "This program contains Ipminmax"));

@@ -191,6 +191,8 @@ TEST(CInterface, IteratesAndAnswerAreThoseOfTheTnlp) {
     EXPECT_EQ(c.weakly_active_max, 0);
     EXPECT_EQ(c.finite_differences, 0);
     EXPECT_EQ(c.hessian_error, 0.0);
+    EXPECT_EQ(c.answer, IPMINMAX_ANSWER_SMOOTH);
+    EXPECT_STREQ(c.reasons, "");
 
     IpminmaxStatistics s;
     ASSERT_EQ(IpminmaxGetStatistics(problem.get(), &s), 1);
@@ -575,7 +577,6 @@ TEST(CInterface, CreateNamesWhatIsWrong) {
     EXPECT_TRUE(contains(IpminmaxMessage(nullptr), part)) << IpminmaxMessage(nullptr);
   };
   expect_refusal("n = -1", [](Arguments& a) { a.n = -1; });
-  expect_refusal("n = 0", [](Arguments& a) { a.n = 0; });
   expect_refusal("m = -2", [](Arguments& a) { a.m = -2; });
   expect_refusal("nele_jac = -1", [](Arguments& a) { a.nele_jac = -1; });
   expect_refusal("nele_jac = 4 without", [](Arguments& a) { a.m = 0; });
@@ -594,6 +595,38 @@ TEST(CInterface, CreateNamesWhatIsWrong) {
   expect_refusal("constraint_players[1] = -1", [](Arguments& a) {
     a.constraint_players = {0, -1};
   });
+}
+
+// f = 7, and m constraints with value 2.
+int constant_f(int, double*, int, double* f, void*) {
+  *f = 7.0;
+  return 1;
+}
+int no_grad_f(int, double*, int, double*, void*) { return 1; }
+int constant_g(int, double*, int, int m, double* g, void*) {
+  std::fill_n(g, m, 2.0);
+  return 1;
+}
+int no_jac_g(int, double*, int, int, int, int*, int*, double*, void*) { return 1; }
+int no_h(int, double*, int, double, int, double*, int, int, int*, int*, double*, void*) {
+  return 1;
+}
+
+TEST(CInterface, AModelWithoutVariablesIsSolvedOrInfeasibleAsItsValuesSay) {
+  for (const double upper : {3.0, 2.0, 1.0}) {
+    const double lower = -1e20;
+    const ProblemPtr problem(IpminmaxCreate(0, nullptr, nullptr, 1, &lower, &upper, 0, 0,
+                                            IPMINMAX_C_STYLE, constant_f, constant_g, no_grad_f,
+                                            no_jac_g, no_h, nullptr, nullptr));
+    ASSERT_TRUE(problem) << IpminmaxMessage(nullptr);
+    IpminmaxAddIntOption(problem.get(), "print_level", 0);
+    double f = 0.0, g = 0.0;
+    EXPECT_EQ(IpminmaxSolve(problem.get(), nullptr, &g, &f, nullptr, nullptr, nullptr, nullptr),
+              upper >= 2.0 ? IPMINMAX_SOLVE_SUCCEEDED : IPMINMAX_INFEASIBLE_PROBLEM_DETECTED)
+        << message(problem);
+    EXPECT_EQ(f, 7.0);
+    EXPECT_EQ(g, 2.0);
+  }
 }
 
 TEST(CInterface, OptionsNameWhatIsWrong) {
@@ -673,6 +706,72 @@ TEST(CInterface, NullsAreRefused) {
 }
 
 TEST(CInterface, Version) { EXPECT_EQ(std::string(IpminmaxVersion()).find("0."), 0U); }
+
+// min over x, max over y of (x - 1)^2 / 2 + x y / 10 - (y^2 - 1)^2 + 0.3 y: a weak branch near y = -1.
+int two_branches_f(int, double* v, int, double* f, void*) {
+  const double s = v[1] * v[1] - 1.0;
+  *f = 0.5 * (v[0] - 1.0) * (v[0] - 1.0) + 0.1 * v[0] * v[1] - s * s + 0.3 * v[1];
+  return 1;
+}
+int two_branches_grad(int, double* v, int, double* grad, void*) {
+  grad[0] = v[0] - 1.0 + 0.1 * v[1];
+  grad[1] = 0.1 * v[0] - 4.0 * v[1] * (v[1] * v[1] - 1.0) + 0.3;
+  return 1;
+}
+
+TEST(CInterface, TheWorstCaseOverAllOfY) {
+  const double lower[] = {-5.0, -2.0}, upper[] = {5.0, 2.0};
+  const int players[] = {IPMINMAX_MIN, IPMINMAX_MAX};
+  ProblemPtr problem(IpminmaxCreate(2, lower, upper, 0, nullptr, nullptr, 0, 0, IPMINMAX_C_STYLE,
+                                    two_branches_f, nullptr, two_branches_grad, nullptr, nullptr,
+                                    players, nullptr));
+  ASSERT_NE(problem.get(), nullptr);
+  IpminmaxAddIntOption(problem.get(), "print_level", 0);
+  IpminmaxWorstCase found;
+  double x[] = {1.0, -1.0}, worst[2] = {}, f = 0.0;
+  EXPECT_EQ(IpminmaxGetWorstCase(problem.get(), &found, worst), 0) << "nothing was solved";
+  ASSERT_EQ(IpminmaxSolve(problem.get(), x, nullptr, &f, nullptr, nullptr, nullptr, nullptr),
+            IPMINMAX_SOLVE_SUCCEEDED);
+  ASSERT_LT(x[1], 0.0) << "not the weak branch";
+  ASSERT_EQ(IpminmaxGetWorstCase(problem.get(), &found, nullptr), 1);
+  EXPECT_EQ(found.starts, 0) << "was not asked for";
+
+  ASSERT_EQ(IpminmaxCheckWorstCase(problem.get(), x, 10, &found, worst, nullptr), 1)
+      << IpminmaxMessage(problem.get());
+  EXPECT_EQ(found.starts, 10);
+  EXPECT_EQ(found.found, 1);
+  EXPECT_EQ(found.higher, 1);
+  EXPECT_EQ(found.maxima, 2);
+  EXPECT_GT(found.value, f + 0.1);
+  EXPECT_EQ(worst[0], x[0]);
+  EXPECT_GT(worst[1], 0.9);
+  double values[2] = {};
+  ASSERT_EQ(IpminmaxGetWorstCaseBranches(problem.get(), 2, values), 2);
+  EXPECT_EQ(values[0], found.value);
+  EXPECT_NEAR(values[1], f, 1e-6);
+
+  IpminmaxAddIntOption(problem.get(), "minmax_worst_case_starts", 10);
+  x[1] = -1.0;
+  ASSERT_EQ(IpminmaxSolve(problem.get(), x, nullptr, &f, nullptr, nullptr, nullptr, nullptr),
+            IPMINMAX_SOLVE_SUCCEEDED);
+  ASSERT_EQ(IpminmaxGetWorstCase(problem.get(), &found, worst), 1);
+  EXPECT_EQ(found.starts, 10);
+  EXPECT_EQ(found.higher, 1);
+
+  EXPECT_EQ(IpminmaxCheckWorstCase(problem.get(), x, 0, &found, nullptr, nullptr), 0);
+  EXPECT_NE(std::string(IpminmaxMessage(problem.get())).find("at least one"), std::string::npos);
+  EXPECT_EQ(IpminmaxCheckWorstCase(problem.get(), x, 5, nullptr, nullptr, nullptr), 0);
+  EXPECT_EQ(IpminmaxCheckWorstCase(problem.get(), nullptr, 5, &found, nullptr, nullptr), 0);
+  EXPECT_EQ(IpminmaxCheckWorstCase(nullptr, x, 5, &found, nullptr, nullptr), 0);
+}
+
+TEST(CInterface, AMistypedOptionGetsAProposal) {
+  ProblemPtr problem = Arguments{}.create();
+  EXPECT_EQ(IpminmaxAddNumOption(problem.get(), "toll", 1e-6), 0);
+  EXPECT_NE(std::string(IpminmaxMessage(problem.get())).find("did you mean tol?"),
+            std::string::npos)
+      << IpminmaxMessage(problem.get());
+}
 
 }  // namespace
 }  // namespace ipminmax

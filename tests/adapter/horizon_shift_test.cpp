@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "../../examples/horizon_shift.hpp"
+#include "adapter/horizon_shift.hpp"
 #include "adapter/minmax_application.hpp"
 
 namespace ipminmax {

@@ -187,6 +187,28 @@ TEST(Summary, SaysWhatTheCertificateFound) {
   EXPECT_EQ(numbers("K_yy"), (Words{"2", "1", "0", "1", "2", "0"}));
   EXPECT_EQ(numbers("Inertia of K."), (Words{"4", "5", "1", "5", "5", "0"}));
   EXPECT_NE(line_with(text, "gradients").find("Min no, Max yes"), std::string::npos);
+  EXPECT_EQ(line_with(text, "Reason"), "");
+  EXPECT_EQ(line_with(text, "Answer of the maximizer"), "");
+
+  result.certificate.answer = InnerAnswer::Smooth;
+  result.certificate.reasons.push_back({.kind = CertificateReason::Kind::FlatDirection,
+                                        .player = Player::Min,
+                                        .text = "flat: the value is constant along +1 x",
+                                        .variables = {0},
+                                        .constraints = {}});
+  const std::string more = log::summary(result);
+  EXPECT_NE(line_with(more, "Reason").find("constant along +1 x"), std::string::npos);
+  EXPECT_NE(line_with(more, "Answer of the maximizer").find("smooth"), std::string::npos);
+
+  result.certificate.least_curvature = 2e-4;
+  result.certificate.least_curvature_variable = 1;
+  EXPECT_NE(
+      line_with(log::summary(result), "Least curvature").find("2.0e-04 (of 1), most in variable 1"),
+      std::string::npos);
+  ProblemStructure structure;
+  structure.variable_names = {"x", "wind[3]"};
+  EXPECT_NE(line_with(log::summary(result, &structure), "Least curvature").find("wind[3]"),
+            std::string::npos);
 
   result.certificate.second_order = SecondOrder::NotTested;
   EXPECT_EQ(line_with(log::summary(result), "K_yy"), "");

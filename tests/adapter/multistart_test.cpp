@@ -104,6 +104,21 @@ TEST(ApplicationMultistart, ReturnsTheBestCertifiedPoint) {
   EXPECT_EQ(app->Statistics()->IterationCount(), best.iterations);
 }
 
+TEST(ApplicationMultistart, GoesTogetherWithRobustConstraints) {
+  // g1, y - x0 <= 100 for every y in [-5, 5], is Min's and holds in both wells.
+  const SmartPtr<Model> model = two_wells();
+  auto app = application(12);
+  EXPECT_TRUE(app->Options()->SetStringValue("minmax_min_constraints", "1"));
+  EXPECT_TRUE(app->Options()->SetIntegerValue("minmax_worst_case_starts", 3));
+  ASSERT_EQ(app->OptimizeTNLP(split(model)), Ipopt::Solve_Succeeded);
+  const Result& best = app->LastResult();
+  EXPECT_LT(best.v[0], -1.0);
+  EXPECT_NEAR(4.0 * std::pow(best.v[0], 3.0) - 7.5 * best.v[0] + 1.0, 0.0, 1e-5);
+  EXPECT_EQ(best.certificate.kind, PointKind::LocalMinmax) << best.message;
+  EXPECT_EQ(model->final.count, 1);
+  EXPECT_EQ(model->final.x, best.v);
+}
+
 TEST(ApplicationMultistart, CallbackStopsAllStarts) {
   const SmartPtr<Model> model = two_wells();
   int begun = 0;

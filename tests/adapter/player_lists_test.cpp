@@ -162,6 +162,10 @@ TEST(PlayerOption, ConstraintsOfMinThatReadMaxHoldForEveryY) {
     EXPECT_NEAR(model->final.objective, 4.25, 1e-5);
     EXPECT_EQ(model->final.z_lower.size(), 3U);
     EXPECT_GT(app->LastResult().lambda[1], 1.0);
+    ASSERT_EQ(app->LastWorstCases().size(), 1U);
+    EXPECT_EQ(app->LastWorstCases()[0].constraint, 1);
+    EXPECT_NEAR(app->LastWorstCases()[0].v[1], 5.0, 1e-5);
+    EXPECT_NEAR(app->LastWorstCases()[0].value, 4.0, 1e-6);
   }
 }
 

@@ -1,6 +1,7 @@
 // What the executable accepts and refuses, and what it answers.
 
 #include <cstddef>
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -276,6 +277,117 @@ TEST_F(AmplExecutable, SolveResultsTellTheOutcome) {
   EXPECT_EQ(outcome(parts, ""), 301);
 }
 
+// An infimum that is bounded and not attained is not called unbounded.
+TEST_F(AmplExecutable, AnInfimumThatIsNotAttainedHasAResultOfItsOwn) {
+  for (const bool maximize : {false, true}) {
+    Parts parts = minimize("o44\no16\nv0\n");  // exp(-v)
+    if (maximize) {
+      parts.objectives[0].maximize = true;
+      parts.objectives[0].formula = "o16\n" + parts.objectives[0].formula;
+    }
+    ASSERT_EQ(solve(parts), 0) << err_;
+    EXPECT_TRUE(solution_has("\nobjno 0 101\n")) << get("model.sol");
+    EXPECT_TRUE(printed("run to infinity, where the gradient vanishes")) << out_;
+  }
+}
+
+// min over x, max over y of x^2 + x y - y^2 with nothing for y to choose.
+TEST_F(AmplExecutable, AnEmptySetOfTheMaximizerIsInfeasible) {
+  const std::string x2 = "o5\nv0\nn2\n", y2 = "o5\nv1\nn2\n";
+  const std::string file =
+      "g3 1 1 0\n 2 1 1 0 0\n 1 1\n 0 0\n 2 2 2\n 0 0 0 1\n 0 0 0 0 0\n 2 2\n 0 0\n 0 0 0 0 0\n"
+      "S0 1 player\n1 1\nC0\no0\n" +
+      x2 + y2 + "O0 0\no54\n3\n" + x2 + "o2\nv0\nv1\no16\n" + y2 +
+      "x2\n0 1\n1 0.5\nr\n1 -1\nb\n0 -2 2\n3\nk1\n1\nJ0 2\n0 0\n1 0\nG0 2\n0 0\n1 0\n";
+  put("model.nl", file);
+  ASSERT_EQ(run("model.nl -s print_level=0"), 0) << err_;
+  EXPECT_TRUE(solution_has("\nobjno 0 201\n")) << get("model.sol");
+  EXPECT_TRUE(printed("constraint 0")) << out_;
+}
+
+// 5 with the constraint 2 in [lower, 3].
+TEST_F(AmplExecutable, AModelWithoutVariablesIsSolvedOrInfeasibleAsItsValuesSay) {
+  const std::string header =
+      "3 1 1 0\n 0 1 1 1 0\n 0 0\n 0 0\n 0 0 0\n 0 0 0 1\n 0 0 0 0 0\n 0 0\n 0 0\n 0 0 0 0 0\n";
+  const auto bytes = [](double value) {
+    std::string raw(sizeof value, '\0');
+    std::memcpy(raw.data(), &value, sizeof value);
+    return raw;
+  };
+  for (const double lower : {1.0, 2.5}) {
+    const std::string text =
+        "g" + header + "C0\nn2\nO0 1\nn5\nr\n0 " + std::to_string(lower) + " 3\nb\nk0\n";
+    const std::string zero(4, '\0'), one = {'\1', '\0', '\0', '\0'};
+    const std::string binary = "b" + header + "C" + zero + "n" + bytes(2.0) + "O" + zero + one +
+                               "n" + bytes(5.0) + "r0" + bytes(lower) + bytes(3.0) + "b";
+    for (const std::string& content : {text, binary}) {
+      put("model.nl", content);
+      ASSERT_EQ(run("model.nl -s print_level=0"), 0) << err_;
+      EXPECT_TRUE(printed(lower < 2.0 ? "solved" : "locally infeasible")) << out_;
+      EXPECT_TRUE(printed("objective 5,")) << out_;
+      EXPECT_FALSE(printed("WARNING")) << out_;
+      if (content == text) {
+        EXPECT_TRUE(solution_has(lower < 2.0 ? "\nobjno 0 1\n" : "\nobjno 0 200\n"))
+            << get("model.sol");
+      }
+    }
+  }
+}
+
+// min -x, 2 x y - y^2 <= 4 for every y in [-10, 10]: x = 2 = y. suffixes: of the constraint.
+std::string limit_for_every_y(const std::string& suffixes) {
+  return "g3 1 1 0\n 2 1 1 0 0\n 1 0\n 0 0\n 2 0 0\n 0 0 0 1\n 0 0 0 0 0\n 2 1\n 5 1\n 0 0 0 0 0\n"
+         "S0 1 player\n1 1\n" +
+         suffixes +
+         "C0\no0\no2\nn2\no2\nv0\nv1\no16\no5\nv1\nn2\nO0 0\nn0\n"
+         "x2\n0 0.5\n1 0.1\nr\n1 4\nb\n0 -10 10\n0 -10 10\nk1\n1\nJ0 2\n0 0\n1 0\nG0 1\n0 -1\n";
+}
+
+TEST_F(AmplExecutable, ConstraintsOfMinThatReadMaxHoldForEveryY) {
+  put("model.row", "limit\n");
+  put("model.col", "x\ny\n");
+  const auto expect_robust = [&](const std::string& arguments) {
+    ASSERT_EQ(run("model.nl -s print_level=5 " + arguments), 0) << err_;
+    EXPECT_TRUE(printed("certified local minmax\nobjective -2.0000000")) << out_;
+    EXPECT_TRUE(printed("Robust constraints: 1 worst cases")) << out_;
+    for (const std::string& text : {out_, get("model.sol")}) {
+      EXPECT_NE(text.find("worst case of limit: 4.0000000"), std::string::npos) << text;
+      EXPECT_NE(text.find(" at y = 2\n"), std::string::npos) << text;
+    }
+  };
+  for (const char* suffixes : {"S1 1 player\n0 0\n", "S1 1 robust\n0 1\n"}) {
+    put("model.nl", limit_for_every_y(suffixes));
+    for (const char* arguments : {"", "minmax_worst_case_starts=5", "minmax_robust_copies=no"})
+      expect_robust(arguments);
+  }
+  EXPECT_EQ(run("model.nl minmax_max_constraints=limit"), 2);
+  EXPECT_NE(err_.find("gives constraint 0 (limit) to Max, the suffix player or robust gives it to "
+                      "Min"),
+            std::string::npos)
+      << err_;
+  ASSERT_EQ(run("model.nl -s print_level=0 minmax_robust_constraints=no"), 0) << err_;
+  EXPECT_TRUE(printed("constraint 0 (limit) belongs to the Min player but depends on")) << out_;
+  EXPECT_TRUE(solution_has("\nobjno 0 502\n"));
+  put("model.nl", limit_for_every_y(""));
+  expect_robust("minmax_min_constraints=limit");
+  put("model.nl", limit_for_every_y("S1 1 player\n0 1\n"));
+  EXPECT_EQ(run("model.nl minmax_min_constraints=limit"), 2);
+  EXPECT_NE(err_.find("gives constraint 0 (limit) to Min, the suffix player gives it to Max"),
+            std::string::npos)
+      << err_;
+}
+
+TEST_F(AmplExecutable, SuffixesOfAConstraintThatContradictAreRefused) {
+  put("model.nl", limit_for_every_y("S1 1 player\n0 1\nS1 1 robust\n0 1\n"));
+  EXPECT_EQ(run("model.nl"), 1);
+  EXPECT_NE(err_.find("suffix robust gives it to player 0, suffix player to player 1"),
+            std::string::npos)
+      << err_;
+  put("model.nl", limit_for_every_y("S1 1 robust\n0 2\n"));
+  EXPECT_EQ(run("model.nl"), 1);
+  EXPECT_NE(err_.find("suffix robust is 2, not 0 or 1"), std::string::npos) << err_;
+}
+
 TEST_F(AmplExecutable, CommandLineOverridesEnvironmentOverridesFile) {
   const Parts parts = minimize(kSquare);
   const auto stopped = [&] { return printed("maximum number of iterations"); };
@@ -474,7 +586,14 @@ TEST_F(AmplExecutable, MessagesSpeakOfTheModelsSense) {
   Parts parts;
   parts.objectives = {{.maximize = true, .formula = kSquare}};
   ASSERT_EQ(solve(parts, "max_iter=100"), 0) << err_;
-  EXPECT_EQ(out_.find(": minimization"), std::string::npos) << out_;
+  EXPECT_TRUE(printed("maximization looks unbounded (the maximization looks unbounded)")) << out_;
+  EXPECT_EQ(out_.find("minim"), std::string::npos) << out_;
+  // Least violation stays a minimum.
+  Parts infeasible = parts;
+  infeasible.constraints = {"o5\nv0\nn2\n"};
+  infeasible.rows = "1 -1\n";
+  ASSERT_EQ(solve(infeasible), 0) << err_;
+  EXPECT_TRUE(printed("violation of the constraints is at a local minimum")) << out_;
   parts.segments = "S0 1 player\n0 1\n";  // player 1 minimizes
   ASSERT_EQ(solve(parts), 0) << err_;
   EXPECT_TRUE(printed("certified local minimum\n")) << out_;

@@ -51,6 +51,13 @@ TEST_F(AmplFaults, FilesThatCannotBeWrittenAreErrors) {
   EXPECT_NE(err_.find("cannot write nowhere/log"), std::string::npos) << err_;
   ASSERT_EQ(run("model.nl print_level=0 -s output_file=log.txt file_print_level=5"), 0) << err_;
   EXPECT_NE(get("log.txt").find("EXIT: Local Minmax Found"), std::string::npos);
+  const std::string once = get("log.txt");
+  const std::string again = "model.nl print_level=0 output_file=log.txt file_print_level=5";
+  ASSERT_EQ(run(again + " file_append=yes"), 0) << err_;
+  EXPECT_TRUE(get("log.txt").starts_with(once));
+  EXPECT_GT(get("log.txt").size(), once.size());
+  ASSERT_EQ(run(again), 0) << err_;
+  EXPECT_LT(get("log.txt").size(), 2 * once.size() - 100);
 }
 
 // The limit on file sizes is 512 or 1024 bytes, the .sol longer: SIGXFSZ ended the program.

@@ -372,19 +372,23 @@ TEST(PaperExample1, AtTheMaximumAlgorithm1StaysForEver) {
   KktSystem kkt(canonical, options, counts, timing);
   ASSERT_TRUE(kkt.analyze());
   InertiaCorrection correction(kkt, options, counts);
-  AlgorithmOne algorithm(canonical, kkt, correction, options, counts);
-  Point point;
-  point.iterate = canonical.starting_point();
-  point.evaluation.c.setZero(0);
-  point.evaluation.gradient.setZero(1);
-  point.evaluation.hessian.assign(1, 0.0);
-  ASSERT_EQ(canonical.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation),
-            EvaluationStatus::Ok);
+  TimeLimit limit(options);
+  IterationBudget budget{.limit = options.max_iter};
+  AlgorithmOne algorithm({.canonical = canonical,
+                          .kkt = kkt,
+                          .correction = correction,
+                          .options = options,
+                          .limit = limit,
+                          .budget = budget,
+                          .counts = counts});
+  Point point = unevaluated_point(canonical, canonical.starting_point());
+  Point next = point;
+  ASSERT_EQ(evaluate_derivatives(canonical, point), EvaluationStatus::Ok);
   for (int k = 0; k < 100; ++k) {
-    dual_residual(canonical, point.iterate, point.evaluation, point.dual);
-    IterationInfo info;
-    ASSERT_FALSE(algorithm.step(point, 0.1, info));
-    ASSERT_EQ(info.delta_x, 7.0);
+    const StepReport report = algorithm.step(point, 0.1, next);
+    ASSERT_TRUE(report.moved && !report.failure);
+    ASSERT_EQ(report.delta_x, 7.0);
+    std::swap(point, next);
     ASSERT_EQ(point.iterate.v[0], -1.0) << k;
   }
   // An unstable equilibrium: the slightest push and it leaves, and the solver does not believe it.

@@ -10,128 +10,23 @@
 #include <Eigen/Dense>
 
 #include <support/autodiff_problem.hpp>
+#include <support/certified_point.hpp>
 #include <support/function_problem.hpp>
-
-#include "core/certificate/certificate.hpp"
-#include "core/kkt/system.hpp"
-#include "core/model/canonical_problem.hpp"
-#include "core/point/residual.hpp"
 
 namespace ipminmax {
 namespace {
 
 using testing::AutodiffProblem;
+using testing::certify;
 using testing::Expression;
 using testing::FunctionProblem;
 using testing::kNoBound;
 using testing::Model;
 
-constexpr double kMu = 1e-9;
+using Point = testing::CertifiedPoint;
+constexpr double kMu = Point::kMu;
 constexpr Player kMin = Player::Min;
 constexpr Player kMax = Player::Max;
-
-/// A point in the model's units with multipliers of the constraints. Bound multipliers are those
-/// that make it stationary; a point stays away from its active bounds as on the central path.
-class Point {
- public:
-  Point(Problem& problem, std::vector<double> v, std::vector<double> lambda = {},
-        const SolverOptions& options = {})
-      : options_(options), canonical_(problem, options_, counts_, timing_) {
-    options_.nlp_scaling_method = Scaling::None;
-    options_.bound_relax_factor = 0.0;
-    EXPECT_EQ(canonical_.build(), "");
-    kkt_ = std::make_unique<KktSystem>(canonical_, options_, counts_, timing_);
-    EXPECT_TRUE(kkt_->analyze());
-    place(problem.structure(), v, lambda);
-  }
-
-  Certificate certify() {
-    ipminmax::Point point{iterate_, evaluation_, {}};
-    dual_residual(canonical_, iterate_, evaluation_, point.dual);
-    return ipminmax::certify(canonical_, *kkt_, point, kMu, options_).certificate;
-  }
-
-  /// A multiplier other than the stationary one, with the distance that belongs to it.
-  void set_bound(Index i, bool lower, double distance, double z) {
-    (lower ? iterate_.z_lower : iterate_.z_upper)[i] = z;
-    iterate_.v[i] = lower ? canonical_.lower()[i] + distance : canonical_.upper()[i] - distance;
-    evaluate();
-  }
-
- private:
-  void place(const ProblemStructure& shape, const std::vector<double>& v,
-             const std::vector<double>& lambda) {
-    const Index n = canonical_.variables();
-    iterate_ = {Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(canonical_.constraints()),
-                Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n)};
-    evaluation_.c.setZero(canonical_.constraints());
-    evaluation_.gradient.setZero(n);
-    evaluation_.jacobian.assign(canonical_.jacobian().size(), 0.0);
-    evaluation_.hessian.assign(canonical_.hessian().size(), 0.0);
-    Index x = canonical_.x().begin;
-    Index y = canonical_.y().begin;
-    for (std::size_t i = 0; i < v.size(); ++i) {
-      iterate_.v[shape.variable_players[i] == kMin ? x++ : y++] = v[i];
-    }
-    Index min = canonical_.min_constraints().begin;
-    Index max = canonical_.max_constraints().begin;
-    for (std::size_t j = 0; j < lambda.size(); ++j) {
-      iterate_.lambda[shape.constraint_players[j] == kMin ? min++ : max++] = lambda[j];
-    }
-    EXPECT_EQ(canonical_.constraints(iterate_.v, evaluation_.c), EvaluationStatus::Ok);
-    for (Index j = 0; j < canonical_.constraints(); ++j) {
-      const Index slack = canonical_.slack_of_constraint()[static_cast<std::size_t>(j)];
-      if (slack >= 0) iterate_.v[slack] = evaluation_.c[j];
-    }
-    evaluate();
-    // sign (z_lower - z_upper) = grad f + J' lambda; the slacks' rows are -lambda.
-    Eigen::VectorXd gradient = evaluation_.gradient;
-    for (std::size_t k = 0; k < evaluation_.jacobian.size(); ++k) {
-      const auto [row, col] = canonical_.jacobian()[k];
-      gradient[col] += evaluation_.jacobian[k] * iterate_.lambda[row];
-    }
-    for (Index j = 0; j < canonical_.constraints(); ++j) {
-      const Index slack = canonical_.slack_of_constraint()[static_cast<std::size_t>(j)];
-      if (slack >= 0) gradient[slack] = -iterate_.lambda[j];
-    }
-    const auto give = [&](Index i, double distance, double force, double& z, double direction) {
-      z = distance > 1e-6 ? kMu / distance : std::max(force, 1e-12);
-      if (distance <= 1e-6) iterate_.v[i] += direction * (kMu / z - distance);
-    };
-    const Eigen::VectorXd start = iterate_.v;
-    for (const Index i : canonical_.lower_bounded()) {
-      give(i, start[i] - canonical_.lower()[i], canonical_.sign(i) * gradient[i],
-           iterate_.z_lower[i], 1.0);
-    }
-    for (const Index i : canonical_.upper_bounded()) {
-      give(i, canonical_.upper()[i] - start[i], -canonical_.sign(i) * gradient[i],
-           iterate_.z_upper[i], -1.0);
-    }
-    evaluate();
-  }
-
-  void evaluate() {
-    EXPECT_EQ(canonical_.values(iterate_.v, evaluation_.f, evaluation_.c), EvaluationStatus::Ok);
-    EXPECT_EQ(canonical_.first_derivatives(iterate_.v, evaluation_), EvaluationStatus::Ok);
-    EXPECT_EQ(canonical_.second_derivatives(iterate_.v, iterate_.lambda, evaluation_),
-              EvaluationStatus::Ok);
-  }
-
-  SolverOptions options_;
-  Counts counts_;
-  Timing timing_;
-  CanonicalProblem canonical_;
-  std::unique_ptr<KktSystem> kkt_;
-  Iterate iterate_;
-  Evaluation evaluation_;
-};
-
-/// The certificate of a model at a point.
-Certificate certify(const Model& model, const std::vector<double>& v,
-                    const std::vector<double>& lambda = {}) {
-  AutodiffProblem problem(model, v);
-  return Point(problem, v, lambda).certify();
-}
 
 void expect_consistent(const Certificate& c) {
   EXPECT_EQ(c.kind == PointKind::LocalMinmax, c.second_order == SecondOrder::Satisfied);
@@ -163,7 +58,7 @@ TEST_P(CertificateBySolver, ScalarSaddlesOfAllSigns) {
             certify_quadratic({kMin, kMax}, Eigen::MatrixXd{{a, c}, {c, b}}, GetParam());
         const double outer = a - c * c / b;
         const SecondOrder expected = b > 0.0 || outer < 0.0 ? SecondOrder::Violated
-                                     : outer == 0.0         ? SecondOrder::Undecided
+                                     : outer == 0.0         ? SecondOrder::Flat
                                                             : SecondOrder::Satisfied;
         EXPECT_EQ(found.second_order, expected) << a << ' ' << b << ' ' << c;
         EXPECT_EQ(found.inner_expected, (Inertia{0, 1, 0}));
@@ -206,16 +101,19 @@ TEST_P(CertificateBySolver, RandomSaddlesNeedBothInertias) {
   EXPECT_GT(inner_right_full_wrong, 20);
 }
 
-TEST_P(CertificateBySolver, SingularCurvatureIsUndecided) {
-  // x y, flat in y, flat in x, and a flat direction of phi.
-  for (const Eigen::MatrixXd& h :
-       {Eigen::MatrixXd{{0.0, 1.0}, {1.0, 0.0}}, Eigen::MatrixXd{{1.0, 0.0}, {0.0, 0.0}},
-        Eigen::MatrixXd{{0.0, 0.0}, {0.0, -1.0}}, Eigen::MatrixXd{{-1.0, 1.0}, {1.0, -1.0}}}) {
+TEST_P(CertificateBySolver, SingularCurvatureIsUndecidedOrFlat) {
+  const auto expect = [&](const Eigen::MatrixXd& h, SecondOrder outcome) {
     const Certificate found = certify_quadratic({kMin, kMax}, h, GetParam());
-    EXPECT_EQ(found.second_order, SecondOrder::Undecided) << h;
+    EXPECT_EQ(found.second_order, outcome) << h;
     EXPECT_EQ(found.kind, PointKind::FirstOrderPoint);
     expect_consistent(found);
-  }
+  };
+  // x y and flat in y: y is not strictly best.
+  expect(Eigen::MatrixXd{{0.0, 1.0}, {1.0, 0.0}}, SecondOrder::Undecided);
+  expect(Eigen::MatrixXd{{1.0, 0.0}, {0.0, 0.0}}, SecondOrder::Undecided);
+  // Flat in x, and a flat direction of phi.
+  expect(Eigen::MatrixXd{{0.0, 0.0}, {0.0, -1.0}}, SecondOrder::Flat);
+  expect(Eigen::MatrixXd{{-1.0, 1.0}, {1.0, -1.0}}, SecondOrder::Flat);
 }
 
 INSTANTIATE_TEST_SUITE_P(Solvers, CertificateBySolver,
@@ -257,7 +155,7 @@ TEST(CertificateOfOnePlayer, AVariableOfItsOwnMayHaveAnyCurvature) {
   };
   EXPECT_EQ(second_order(1e-6), SecondOrder::Satisfied);
   EXPECT_EQ(second_order(-1e-6), SecondOrder::Violated);
-  EXPECT_EQ(second_order(0.0), SecondOrder::Undecided);
+  EXPECT_EQ(second_order(0.0), SecondOrder::Flat);
 }
 
 TEST(DegeneratePowers, AreNeverSatisfiedOnTheWayToZero) {
@@ -425,7 +323,7 @@ TEST(MaxConstraintsThatDependOnX, CurveTheOuterProblem) {
   EXPECT_EQ(verdict(-1.0, 0.0), SecondOrder::Violated);
   EXPECT_EQ(verdict(-1.0, 2.0), SecondOrder::Satisfied);
   EXPECT_EQ(verdict(2.0, -3.0), SecondOrder::Violated);
-  EXPECT_EQ(verdict(1.0, -1.0), SecondOrder::Undecided);
+  EXPECT_EQ(verdict(1.0, -1.0), SecondOrder::Flat);
 }
 
 TEST(MaxConstraintsThatDependOnX, CountWhenTheyAreActiveInequalities) {
@@ -442,30 +340,28 @@ TEST(MaxConstraintsThatDependOnX, CountWhenTheyAreActiveInequalities) {
   EXPECT_EQ(verdict(-1.0), SecondOrder::Violated);
 }
 
-TEST(DependentConstraints, OfTheMaxPlayerLeaveTheTestUndecided) {
-  Model model;
-  const Expression x = model.variable(kMin, "x");
-  const Expression y0 = model.variable(kMax, "y0");
-  const Expression y1 = model.variable(kMax, "y1");
-  model.objective(square(x) - square(y0) - square(y1));
-  model.constraint(y0 + y1, 0.0, 0.0);
-  model.constraint(2.0 * y0 + 2.0 * y1, 0.0, 0.0);
-  const Certificate found = certify(model, {0.0, 0.0, 0.0}, {0.0, 0.0});
-  EXPECT_EQ(found.second_order, SecondOrder::Undecided);
-  EXPECT_FALSE(found.licq_max);
-}
-
-TEST(DependentConstraints, OfTheMinPlayerAreNotRefuted) {
-  Model model;
-  const Expression x0 = model.variable(kMin, "x0");
-  const Expression x1 = model.variable(kMin, "x1");
-  const Expression y = model.variable(kMax, "y");
-  model.objective(square(x0) + square(x1) - square(y));
-  model.constraint(x0 + x1, 0.0, 0.0);
-  model.constraint(2.0 * x0 + 2.0 * x1, 0.0, 0.0);
-  const Certificate found = certify(model, {0.0, 0.0, 0.0}, {0.0, 0.0});
-  EXPECT_EQ(found.second_order, SecondOrder::Undecided);
-  EXPECT_FALSE(found.licq_min);
+TEST(DependentConstraints, ThatSayTheSameTwiceLeaveTheModelAsItIs) {
+  for (const Player player : {kMin, kMax}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    const Expression x1 = model.variable(kMin, "x1");
+    const Expression y = model.variable(kMax, "y");
+    const Expression y1 = model.variable(kMax, "y1");
+    model.objective(square(x) + square(x1) - square(y) - square(y1));
+    const Expression sum = player == kMin ? x + x1 : y + y1;
+    model.constraint(sum, 0.0, 0.0);
+    model.constraint(2.0 * sum, 0.0, 0.0);
+    const Certificate found = certify(model, {0.0, 0.0, 0.0, 0.0}, {0.0, 0.0});
+    EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
+    EXPECT_EQ(found.licq_min, player == kMax);
+    EXPECT_EQ(found.licq_max, player == kMin);
+    ASSERT_EQ(found.reasons.size(), 1U);
+    EXPECT_EQ(found.reasons[0].kind, CertificateReason::Kind::Dependent);
+    EXPECT_EQ(found.reasons[0].player, player);
+    EXPECT_EQ(found.reasons[0].constraints, (std::vector<Index>{0, 1}));
+    EXPECT_NE(found.reasons[0].text.find("g1"), std::string::npos) << found.reasons[0].text;
+    EXPECT_NE(found.reasons[0].text.find("g2"), std::string::npos) << found.reasons[0].text;
+  }
 }
 
 TEST(DependentConstraints, DoNotHideAWrongSign) {
@@ -479,7 +375,7 @@ TEST(DependentConstraints, DoNotHideAWrongSign) {
   EXPECT_EQ(certify(model, {0.0, 0.0, 0.0}, {0.0, 0.0}).second_order, SecondOrder::Violated);
 }
 
-TEST(DependentConstraints, OfActiveInequalitiesFailLicq) {
+TEST(DependentConstraints, OfActiveInequalitiesShareTheMultiplier) {
   // y <= 0 twice, each with half of the multiplier.
   Model model;
   const Expression x = model.variable(kMin, "x");
@@ -489,7 +385,7 @@ TEST(DependentConstraints, OfActiveInequalitiesFailLicq) {
   model.constraint(3.0 * y, -kNoBound, 0.0);
   const Certificate found = certify(model, {0.0, 0.0}, {-1.0, -1.0 / 3.0});
   EXPECT_FALSE(found.licq_max);
-  EXPECT_EQ(found.second_order, SecondOrder::Undecided);
+  EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
 }
 
 TEST(DependentConstraints, OfBothPlayersAtOnceAreSeen) {
@@ -504,8 +400,8 @@ TEST(DependentConstraints, OfBothPlayersAtOnceAreSeen) {
   const Certificate found = certify(model, {0.0, 0.0}, {-1.0, -1.0 / 3.0, -1.0, -1.0 / 3.0});
   EXPECT_FALSE(found.licq_min);
   EXPECT_FALSE(found.licq_max);
-  EXPECT_EQ(found.second_order, SecondOrder::Undecided);
-  EXPECT_NE(found.kind, PointKind::LocalMinmax);
+  EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
+  EXPECT_EQ(found.reasons.size(), 2U);
 }
 
 TEST(CertificateOfNothing, IsSatisfied) {

@@ -779,6 +779,38 @@ TEST(ActiveRank, FindsDuplicateConstraintsOfEitherPlayer) {
   }
 }
 
+TEST(KktFactorsTest, AreRefusedOnceOthersAreAtHand) {
+  RandomSystem s({}, 9);
+  const Regularization shift{.x = 2.0, .y = 3.0};
+  const KktFactors inner = s.kkt->factorize_inner(shift);
+  const KktFactors full = s.kkt->factorize(shift);
+  EXPECT_EQ(full.shift, shift);
+  const NewtonResidual rhs = s.random_residual();
+  Step step = zero_step(s.canonical);
+  ASSERT_TRUE(s.kkt->solve(full, s.evaluation, rhs, step));
+  EXPECT_LT(s.newton_error(shift, rhs, step), 1e-8);
+  ASSERT_TRUE(s.kkt->solve_inner(inner, s.evaluation, rhs, step));
+
+  // K_yy at another point: its own factors are gone, and K's are not, nor the barrier terms of K's point.
+  Iterate other = s.iterate;
+  for (const Index i : s.canonical.lower_bounded()) other.z_lower[i] *= 1.5;
+  s.kkt->assemble_inner(other, s.evaluation);
+  const KktFactors there = s.kkt->factorize_inner(shift);
+  EXPECT_FALSE(s.kkt->solve_inner(inner, s.evaluation, rhs, step));
+  EXPECT_TRUE(s.kkt->solve_inner(there, s.evaluation, rhs, step));
+  ASSERT_TRUE(s.kkt->solve(full, s.evaluation, rhs, step));
+  EXPECT_LT(s.newton_error(shift, rhs, step), 1e-8);
+
+  // The same matrix and shift again: the same factors. Another shift: others.
+  EXPECT_EQ(s.kkt->factorize(shift).serial, full.serial);
+  static_cast<void>(s.kkt->factorize({.x = 5.0, .y = 3.0}));
+  EXPECT_FALSE(s.kkt->are_current(full));
+  EXPECT_FALSE(s.kkt->solve(full, s.evaluation, rhs, step));
+  const KktFactors last = s.kkt->factorize(shift);
+  s.kkt->reset_quality();
+  EXPECT_FALSE(s.kkt->solve(last, s.evaluation, rhs, step));
+}
+
 TEST(KktFactorizations, AreNotRepeatedForTheSameValuesAndShifts) {
   RandomSystem system({}, 3);
   KktSystem& kkt = *system.kkt;

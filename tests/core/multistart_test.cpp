@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include <support/autodiff_problem.hpp>
+#include <support/without_hessian.hpp>
 
 #include "core/multistart.hpp"
 
@@ -25,6 +26,7 @@ using testing::AutodiffProblem;
 using testing::Expression;
 using testing::kNoBound;
 using testing::Model;
+using testing::WithoutHessian;
 
 constexpr Player kMin = Player::Min;
 constexpr Player kMax = Player::Max;
@@ -287,6 +289,43 @@ TEST(MultistartThreads, WorkAtTheSameTimeAndGetAModelEach) {
   options.minmax_starts = 3;  // two starts are left after the first
   static_cast<void>(multistart(make, 100, options));
   EXPECT_EQ(made, 2);
+}
+
+TEST(MultistartThreads, AnalyseOnceEachAndNotPerStart) {
+  std::mutex mutex;
+  std::set<std::thread::id> ids;
+  const ProblemFactory make = [&] {
+    return std::make_unique<Hooked>([&](double) {
+      std::this_thread::sleep_for(std::chrono::microseconds(200));
+      const std::lock_guard lock(mutex);
+      ids.insert(std::this_thread::get_id());
+    });
+  };
+  const Index once = multistart(make, 1, starts(1)).best.counts.analyses;
+  EXPECT_GT(once, 0);
+  EXPECT_EQ(multistart(make, 1, starts(40)).best.counts.analyses, once);
+  for (const int threads : {2, 4}) {
+    ids.clear();
+    const MultistartResult result = multistart(make, threads, starts(40));
+    EXPECT_EQ(result.starts, 40);
+    EXPECT_EQ(result.best.counts.analyses, once * static_cast<Index>(ids.size())) << threads;
+  }
+}
+
+TEST(MultistartThreads, LookForTheEntriesOfTheHessianOnce) {
+  const auto model = f3();
+  WithoutHessian problem(*model);
+  const auto calls_of_detection = [&](int count) {
+    Index of_starts = 0;
+    MultistartObserver observer;
+    observer.on_result = [&](Index, const Result& result) {
+      of_starts += result.counts.gradient;
+    };
+    return multistart(problem, starts(count), observer).best.counts.gradient - of_starts;
+  };
+  const Index once = calls_of_detection(1);
+  EXPECT_GT(once, 0);
+  EXPECT_EQ(calls_of_detection(20), once);
 }
 
 TEST(MultistartThreads, AFactoryThatMakesNothingIsRefused) {

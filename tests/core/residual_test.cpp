@@ -9,6 +9,7 @@
 #include "core/model/canonical_problem.hpp"
 #include "core/point/merit.hpp"
 #include "core/point/residual.hpp"
+#include "core/point/step_length.hpp"
 
 namespace ipminmax {
 namespace {

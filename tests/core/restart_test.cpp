@@ -87,14 +87,27 @@ TEST(Restarts, AreBoundedWhereNothingIsToBeFound) {
   const Result result = solve(problem, SolverOptions{});
   EXPECT_EQ(result.status, Status::NoLocalMinmaxFound) << name_of(result.status);
   EXPECT_LE(result.iterations, 60);
-  EXPECT_NE(result.message.find("other starting points"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("other starting point"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("iterations in all for 2 variables"), std::string::npos)
+      << result.message;
+
+  EXPECT_NE(result.message.find("meet in a kink: "), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("time"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("last at variable 0"), std::string::npos) << result.message;
+
+  SolverOptions twice;
+  twice.minmax_max_restarts = 1;
+  const std::string text = solve(problem, twice).message;
+  EXPECT_NE(text.find("nor from 1 other starting point: minmax_max_restarts allows no more"),
+            std::string::npos)
+      << text;
 
   SolverOptions once;
   once.minmax_max_restarts = 0;
   const Result single = solve(problem, once);
   EXPECT_EQ(single.status, Status::NoLocalMinmaxFound);
   EXPECT_LT(single.iterations, result.iterations);
-  EXPECT_EQ(single.message.find("other starting points"), std::string::npos) << single.message;
+  EXPECT_EQ(single.message.find("other starting point"), std::string::npos) << single.message;
 }
 
 TEST(Restarts, FindWhatTheFirstSearchMisses) {
@@ -172,6 +185,49 @@ TEST(VanishingMaxSet, IsNamed) {
   const Result result = solve(problem, SolverOptions{});
   EXPECT_EQ(result.status, Status::InnerInfeasible) << name_of(result.status);
   EXPECT_NE(result.certificate.kind, PointKind::LocalMinmax);
+}
+
+// Y(x) is empty for every x: not a kink, and no other start helps.
+TEST(EmptyMaxSet, IsNamed) {
+  for (int kind = 0; kind < 3; ++kind) {
+    Model model;
+    const Expression x = model.variable(kMin, "x", -2.0, 2.0);
+    const Expression y = model.variable(kMax, "y");
+    model.objective(square(x) + x * y - square(y));
+    double least = 0.0;  // violation that is left
+    if (kind == 0) {
+      model.constraint(square(y) + square(x) + 1.0, -kNoBound, 0.0);
+      least = 1.0;
+    } else if (kind == 1) {
+      model.constraint(y - square(x), 1.0, kNoBound);
+      model.constraint(y, -kNoBound, -1.0);
+      least = 1.0;  // 2 in all, shared somehow
+    } else {
+      model.constraint(square(y) + square(x), -1.0, -1.0);
+      least = 1.0;
+    }
+    AutodiffProblem problem(model, {1.0, 0.5});
+    const Result result = solve(problem, SolverOptions{});
+    EXPECT_EQ(result.status, Status::InnerInfeasible) << kind << " " << name_of(result.status);
+    EXPECT_NE(result.message.find("violated most"), std::string::npos) << result.message;
+    EXPECT_EQ(result.certificate.kind, PointKind::InfeasiblePoint) << kind;
+    EXPECT_GE(result.error.primal, 0.99 * least) << kind;
+    EXPECT_NEAR(result.v[0], 0.0, 1e-2) << kind;  // where the violation is least
+  }
+}
+
+// A kink with a feasible point is no infeasibility.
+TEST(EmptyMaxSet, IsNotSeenWhereASearchIsLostNearFeasiblePoints) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(x * y +
+                  0.1 * square(x));  // max over |y| <= 1: |x| + .1 x^2, y^2 in the constraint
+  model.constraint(pow(y, 4.0) - square(y), -kNoBound, -0.2);
+  AutodiffProblem problem(model, {0.7, 0.1});
+  const Result result = solve(problem, SolverOptions{});
+  EXPECT_NE(result.status, Status::InnerInfeasible) << result.message;
+  EXPECT_NE(result.status, Status::LocallyInfeasible) << result.message;
 }
 
 }  // namespace

@@ -120,6 +120,39 @@ TEST(WorstCase, ConcaveObjectiveHasOneMaximum) {
   EXPECT_NE(describe_worst_case(result).find("looks concave in y"), std::string::npos);
 }
 
+TEST(WorstCase, BranchesAreListedWithTheirValues) {
+  AutodiffProblem problem(two_branches(0.3), {1.0, -1.0});
+  Result result = solve(problem, {});
+  add_worst_case(problem, with_starts(10), result);
+  const WorstCase& found = result.worst_case;
+  ASSERT_EQ(found.branches.size(), 2U);
+  EXPECT_EQ(found.branches[0], found.value);
+  EXPECT_NEAR(found.branches[1], result.objective, 1e-7);
+  ASSERT_EQ(found.y.size(), 1U);
+  EXPECT_EQ(found.y[0], found.v[1]);
+  const std::string text = describe_worst_case(result);
+  EXPECT_NE(text.find("another y, y = ("), std::string::npos) << text;
+  EXPECT_NE(text.find("values at the maxima: ("), std::string::npos) << text;
+}
+
+TEST(WorstCase, AModelThatStatesConcavityIsBelieved) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x - 1.0) + x * y - square(y));
+  AutodiffProblem problem(model, {0.0, 0.0});
+  SolverOptions options = with_starts(50);
+  options.minmax_concave_in_y = true;
+  Result result = solve(problem, options);
+  add_worst_case(problem, options, result);
+  EXPECT_EQ(result.worst_case.starts, 1);
+  EXPECT_TRUE(result.worst_case.stated_concave);
+  EXPECT_NE(describe_worst_case(result).find("concave in y, so the model says"), std::string::npos);
+  options.minmax_concave_in_y = false;
+  add_worst_case(problem, options, result);
+  EXPECT_EQ(result.worst_case.starts, 50);
+}
+
 TEST(WorstCase, RunawayIsTold) {
   // -y^2 + y^4: a local maximum at 0, none far away.
   Model model;

@@ -19,7 +19,7 @@ left_running() {
   for process in /proc/[0-9]*; do
     name=$(cat "$process/comm" 2>/dev/null) || continue
     case $name in
-    ipminmax-worker | mpi_*) ;;
+    ipminmax | ipminmax-worker | mpi_*) ;;
     *) continue ;;
     esac
     if tr '\0' '\n' 2>/dev/null <"$process/environ" | grep -qx "TMPDIR=$work"; then
@@ -49,17 +49,22 @@ expect() {
   expect_nothing_left
 }
 
+wait_for() {
+  local k
+  for k in $(seq 300); do
+    grep -q -s -- "$1" "$log" && return
+    sleep 0.1
+  done
+  fail "no \"$1\""
+}
+
 # Starts COMMAND..., waits for TEXT, sets $running to its process.
 begin() {
-  local text=$1 k
+  local text=$1
   shift
   "$@" >"$log" 2>&1 </dev/null &
   running=$!
-  for k in $(seq 300); do
-    grep -q -- "$text" "$log" && return
-    sleep 0.1
-  done
-  fail "no \"$text\""
+  wait_for "$text"
 }
 
 # Waits for the end of $running: SECONDS TEXT
@@ -82,12 +87,20 @@ worker_killed)
   for pid in $(left_running); do
     if grep -q ipminmax-worker "/proc/$pid/comm"; then kill -KILL "$pid"; break; fi
   done
-  expect_end 20 "linear solver failed: the launcher ends the program: another rank has died"
+  expect_end 20 "linear solver failed: rank [12] on .* has died (killed, or out of memory?)"
   [ "$code" -ne 0 ] || fail "exit code 0"
   ;;
 no_memory_in_worker)
-  expect 60 any "out of memory in the factorization of a KKT matrix" \
-    "$MPIEXEC" -n 1 "$PROGRAM" large : -n 1 bash -c "ulimit -v 700000; exec $WORKER"
+  # From now on the worker gets 8 MB more.
+  begin "first solve done" "$MPIEXEC" -n 1 "$PROGRAM" large "$work/go" : -n 1 "$WORKER"
+  for pid in $(left_running); do
+    if grep -q ipminmax-worker "/proc/$pid/comm"; then
+      size=$(sed -n 's/^VmSize:[^0-9]*\([0-9]*\) kB$/\1/p' "/proc/$pid/status")
+      prlimit --pid "$pid" --as=$(((size + 8192) * 1024))
+    fi
+  done
+  touch "$work/go"
+  expect_end 60 "out of memory in the factorization of a KKT matrix"
   ;;
 other_version)
   expect 20 any "invalid option: rank 1 on .* is of version 0.0.other, rank 0 of version" \
@@ -152,6 +165,17 @@ starts_interrupted)
   begin "under way" "$MPIEXEC" -n 2 "$PROGRAM" slow_starts
   kill -INT "$running"
   expect_end 20 "starts, .* points, stopped by the launcher"
+  [ -n "${IPMINMAX:-}" ] || exit 0
+  # The executable writes what it has. (It prints past mpirun, which stops reading before it kills.)
+  cp "$MODEL" "$work/model.nl"
+  "$MPIEXEC" -n 2 bash -c "exec \"$IPMINMAX\" \"$work/model.nl\" -s minmax_starts=10000000 \
+    >\"$work/out.\$OMPI_COMM_WORLD_RANK\"" >/dev/null 2>"$log" </dev/null &
+  running=$!
+  log=$work/out.0
+  wait_for "solved$"
+  kill -INT "$running"
+  expect_end 20 "stopped by the launcher"
+  grep -q "certified local minmax, .*stopped by the launcher" "$work/model.sol" || fail "no model.sol"
   ;;
 mixed)
   expect 20 any "is a worker; to share starts" \

@@ -1,7 +1,7 @@
 // A program as users write them, run by the scripts of this folder:
 //   program solve [--thread]       one solve with linear_solver mumps_mpi, in a thread of its own
 //   program loop                    solves a larger problem again and again until one fails
-//   program large                   one problem whose factors need about 1 GB
+//   program large FILE              a small problem and, when FILE is there, one with large factors
 //   program compare                 verdicts and values beside those of the sequential MUMPS
 //   program starts FILE THREADS STARTS   starts on all ranks; what was found goes to FILE
 //   program one_process FILE THREADS STARTS   the same without MPI
@@ -64,7 +64,7 @@ int solve_once(bool in_thread) {
 }
 
 int solve_until_failure() {
-  const ScalableProblem family = f30_few_min(20, 120);
+  const ScalableProblem family = f30_few_min(10, 60);
   SolverOptions options = on_ranks();
   options.minmax_schur_complement = SchurComplementUse::No;
   for (int k = 0; k < 1000; ++k) {
@@ -78,13 +78,17 @@ int solve_until_failure() {
   return 0;
 }
 
-/// A grid of Max variables alone: its factors are large.
-int solve_large() {
-  const ScalableProblem family = f30_few_min(20, 700);
+/// A small problem; when the file is there, one whose factors are large.
+int solve_large(const char* file) {
+  int code = solve_once(false);
+  std::puts("first solve done");
+  std::fflush(stdout);
+  while (!std::ifstream(file)) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  const ScalableProblem family = f30_few_min(20, 200);
   SolverOptions options = on_ranks();
   options.minmax_schur_complement = SchurComplementUse::No;
   options.max_iter = 1;
-  return tell(solve(*family.problem, options));
+  return code + tell(solve(*family.problem, options));
 }
 
 // --- The same certificates as with the sequential MUMPS -------------------------------------------
@@ -264,7 +268,7 @@ int run(int argc, char** argv) {
   const std::string task = argc > 1 ? argv[1] : "";
   if (task == "solve") return solve_once(argc > 2);
   if (task == "loop") return solve_until_failure();
-  if (task == "large") return solve_large();
+  if (task == "large" && argc > 2) return solve_large(argv[2]);
   if (task == "compare") return compare_all();
   if ((task == "starts" || task == "one_process") && argc > 4) {
     return share_starts(argv[2], std::atoi(argv[3]), std::atoi(argv[4]), task == "starts");

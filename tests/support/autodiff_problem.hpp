@@ -68,6 +68,14 @@ class Expression {
     tape.push_back(operation);
   }
 
+  /// What is recorded there.
+  [[nodiscard]] static Expression at(Tape& tape, std::size_t position) {
+    Expression recorded;
+    recorded.tape_ = &tape;
+    recorded.position_ = position;
+    return recorded;
+  }
+
   [[nodiscard]] bool is_constant() const { return tape_ == nullptr; }
   [[nodiscard]] double constant() const { return constant_; }
   [[nodiscard]] std::size_t position() const { return position_; }
@@ -109,6 +117,13 @@ class Expression {
   }
   friend Expression cos(const Expression& a) {
     return a.is_constant() ? std::cos(a.constant_) : a.unary(Operation::Kind::Cos);
+  }
+
+  /// The same position of another tape that begins alike.
+  [[nodiscard]] Expression on(Tape& tape) const {
+    Expression moved = *this;
+    if (!is_constant()) moved.tape_ = &tape;
+    return moved;
   }
 
  private:
@@ -158,8 +173,32 @@ class Model {
 
   [[nodiscard]] std::size_t variables() const { return structure_.variable_players.size(); }
 
+  /// A copy with formulas of its own, to which others can be added, and with all variables and
+  /// constraints of one player.
+  [[nodiscard]] Model owned_by(Player player) const {
+    Model copy = *this;
+    copy.tape_ = std::make_shared<Tape>(*tape_);
+    copy.objective_ = objective_.on(*copy.tape_);
+    for (Expression& g : copy.constraints_) g = g.on(*copy.tape_);
+    std::ranges::fill(copy.structure_.variable_players, player);
+    copy.owners_.assign(owners_.size(), player);
+    return copy;
+  }
+  [[nodiscard]] const Expression& objective() const { return objective_; }
+  /// The variable that was made as number i.
+  [[nodiscard]] Expression variable(std::size_t i) const {
+    for (std::size_t k = 0; k < tape_->size(); ++k) {
+      const Operation& operation = (*tape_)[k];
+      if (operation.kind == Operation::Kind::Variable && operation.a == i) {
+        return Expression::at(*tape_, k);
+      }
+    }
+    throw std::out_of_range("no such variable");
+  }
+
  private:
   friend class AutodiffProblem;
+  friend class ExtendedModel;
   friend class NlWriter;
 
   std::shared_ptr<Tape> tape_ = std::make_shared<Tape>();

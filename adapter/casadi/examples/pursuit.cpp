@@ -1,5 +1,5 @@
-// The homicidal chauffeur (examples/chauffeur_tnlp.hpp) in CasADi: a car chases a pedestrian. Run with
-// the plugin's folder in the environment variable CASADIPATH.
+// The homicidal chauffeur (examples/chauffeur_tnlp.hpp) in CasADi: a car chases a pedestrian. Run
+// with the plugin's folder in the environment variable CASADIPATH.
 #include <casadi/casadi.hpp>
 #include <cstdio>
 #include <vector>

@@ -9,7 +9,7 @@ scipy.optimize.minimize.
 """
 
 from ._core import __version__
-from .certificate import Certificate, Inertia, PointKind, SecondOrder
+from .certificate import Certificate, Inertia, InnerAnswer, PointKind, SecondOrder
 from .minimize import Constraint, MinmaxResult, minimize_minmax
 from .problem import MAX, MIN, EvaluationError, Problem
 from .sensitivity import ActiveSetChange, NoSensitivity, Sensitivity
@@ -24,6 +24,7 @@ __all__ = [
     "MIN",
     "MinmaxResult",
     "NoSensitivity",
+    "InnerAnswer",
     "PointKind",
     "Problem",
     "SecondOrder",

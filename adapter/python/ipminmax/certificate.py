@@ -10,13 +10,24 @@ class PointKind(IntEnum):
     FIRST_ORDER_POINT = 1  #: stationary, not certified
     FEASIBLE_POINT = 2
     INFEASIBLE_POINT = 3
+    UNKNOWN_POINT = 4  #: no point, or one at which the constraints are undefined
 
 
 class SecondOrder(IntEnum):
     NOT_TESTED = 0  #: not a first-order point
     SATISFIED = 1
-    UNDECIDED = 2  #: a zero eigenvalue, dependent or weakly active constraints
+    UNDECIDED = 2  #: none of the others could be shown; see reasons
     VIOLATED = 3  #: an eigenvalue has a definite wrong sign: not a local minmax
+    FLAT = 4  #: not refuted, the value is constant along directions without curvature
+
+
+class InnerAnswer(IntEnum):
+    """What was shown of the maximizer's answer y, whatever is known of x."""
+
+    UNKNOWN = 0
+    STRICTLY_BEST = 1  #: nearby, to this x
+    UNIQUE = 2  #: one answer nearby to each x nearby, Lipschitz in x
+    SMOOTH = 3  #: the same, differentiable in x
 
 
 class Inertia(NamedTuple):
@@ -37,13 +48,18 @@ class Certificate:
     inner_expected: Inertia
     full: Inertia  #: of both players'
     full_expected: Inertia
-    margin: float  #: curvature to spare; 0 unless satisfied
+    margin: float  #: curvature probed; 0 unless satisfied
     licq_min: bool  #: gradients of the player's active constraints are independent
     licq_max: bool
     weakly_active_min: int  #: active bounds and inequalities whose multiplier vanishes
     weakly_active_max: int
     finite_differences: bool  #: second derivatives are differences of first ones
     hessian_error: float  #: curvature by which those may be wrong; the verdict allows for it
+    hessian_disagrees: bool  #: the model's second derivatives are wrong, so nothing is certified
+    least_curvature: float  #: about the least there is, of at most 1; 0 unless satisfied
+    least_curvature_variable: int  #: the one that moves most along it; -1: not known
+    answer: InnerAnswer  #: what is known of y
+    reasons: str  #: why the certificate is not more than it is, one a line; may be empty
 
     @property
     def is_local_minmax(self):
@@ -59,4 +75,5 @@ class Certificate:
             values[name] = Inertia(*values[name])
         values["kind"] = PointKind(values["kind"])
         values["second_order"] = SecondOrder(values["second_order"])
+        values["answer"] = InnerAnswer(values["answer"])
         return Certificate(**values)

@@ -20,6 +20,9 @@ struct Step {
   Eigen::VectorXd v, lambda, z_lower, z_upper;
 };
 
+/// Right-hand side of the unreduced primal-dual Newton system, same shapes as a Step.
+using NewtonResidual = Step;
+
 /// Values of the canonical functions at a point (scaled).
 struct Evaluation {
   double f = 0.0;

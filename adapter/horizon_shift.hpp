@@ -3,10 +3,11 @@
 #include <IpOptionsList.hpp>
 #include <algorithm>
 #include <cstddef>
-#include <ipminmax/core/result.hpp>
 #include <stdexcept>
 #include <utility>
 #include <vector>
+
+#include "../core/result.hpp"
 
 /// Warm start in model predictive control: the solution of one time step, moved one stage ahead, is
 /// where the next one starts.
@@ -19,6 +20,8 @@
 ///     ...                                               // the model's new state
 ///     app->ReOptimizeTNLP(model);                       // no ordering, no symbolic factorization
 ///   }
+
+namespace ipminmax {
 
 /// A starting point with multipliers, in the order and with the signs of Result.
 struct PrimalDual {
@@ -43,7 +46,7 @@ class HorizonShift {
 
   /// Stage k gets the values and multipliers that stage k + 1 had; the last stage keeps its own.
   /// Throws std::invalid_argument when a block ends outside the vectors.
-  [[nodiscard]] PrimalDual next(const ipminmax::Result& last) const {
+  [[nodiscard]] PrimalDual next(const Result& last) const {
     PrimalDual point{last.v, last.lambda, last.z_lower, last.z_upper};
     for (auto* values : {&point.v, &point.z_lower, &point.z_upper}) shift(variables_, *values);
     shift(constraints_, point.lambda);
@@ -84,3 +87,5 @@ inline void cold_start(Ipopt::OptionsList& options) {
   options.SetStringValue("warm_start_init_point", "no");
   options.SetNumericValue("mu_init", 0.1);
 }
+
+}  // namespace ipminmax

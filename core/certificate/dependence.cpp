@@ -1,0 +1,297 @@
+#include "core/certificate/dependence.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace ipminmax {
+namespace {
+
+/// Relaxation of rows of length one; combinations shorter than about its root are dependent.
+constexpr double kRelaxation = 1e-10;
+/// Share of a right-hand side in the null space below which nothing is left of that.
+constexpr double kNothingLeft = 1e-4;
+constexpr double kDependent = 1e-7;   // length of the combination of rows of length one
+constexpr double kNoGradient = 1e-9;  // of a row over its length with active bounds, or absolute
+constexpr int kMostFound = 32;
+constexpr int kTrials = 3;
+constexpr int kShorter = 4;  // times a tenth, where the model is undefined
+constexpr double kIdentical = 1e-11;
+constexpr double kRigid = 1e20;
+constexpr double kOpen = 1.0;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+class DependenceSearch {
+ public:
+  DependenceSearch(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
+                   const SolverOptions& options)
+      : canonical_(canonical), system_(system), point_(point), options_(options) {}
+
+  Dependences run();
+
+ private:
+  void normalize();
+  [[nodiscard]] bool factorize();
+  [[nodiscard]] bool next_null_vector(int number, Eigen::VectorXd& w);
+  [[nodiscard]] std::vector<Dependence> reduce();
+  [[nodiscard]] bool is_combination(const Eigen::VectorXd& w) const;
+  void examine(Dependence& dependence);
+  [[nodiscard]] bool consistent(const Eigen::VectorXd& weights, double& value) const;
+  [[nodiscard]] bool constant(const Eigen::VectorXd& weights, double value, bool x_moves);
+  [[nodiscard]] Eigen::VectorXd moved(int trial, double length, bool x_moves) const;
+  [[nodiscard]] double size_of(const Eigen::VectorXd& weights, const Eigen::VectorXd& v) const;
+  [[nodiscard]] bool same_owner(Index row, Index col) const {
+    return canonical_.owned_by_max(col) == canonical_.max_constraints().contains(row);
+  }
+
+  CanonicalProblem& canonical_;
+  ActiveSetSystem& system_;
+  const Point& point_;
+  const SolverOptions& options_;
+  Evaluation rows_;         ///< gradients of length one in the owner's free variables
+  Eigen::VectorXd factor_;  ///< of each row, to the canonical constraint
+  std::vector<Eigen::VectorXd> null_;
+};
+
+void DependenceSearch::normalize() {
+  rows_ = system_.derivatives();
+  std::ranges::fill(rows_.hessian, 0.0);
+  Eigen::VectorXd free = Eigen::VectorXd::Zero(canonical_.constraints()), all = free;
+  for (std::size_t k = 0; k < rows_.jacobian.size(); ++k) {
+    const auto [row, col] = canonical_.jacobian()[k];
+    double& value = rows_.jacobian[k];
+    if (!system_.counts(row) || !same_owner(row, col)) value = 0.0;
+    all[row] += value * value;
+    if (system_.is_fixed(col)) value = 0.0;
+    free[row] += value * value;
+  }
+  factor_.setOnes(canonical_.constraints());
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    const double length = std::sqrt(free[j]);
+    const double full = std::sqrt(all[j]);
+    const bool none = length <= kNoGradient * std::max(full, 1.0);
+    factor_[j] = none ? 0.0 : 1.0 / length;
+  }
+  for (std::size_t k = 0; k < rows_.jacobian.size(); ++k) {
+    rows_.jacobian[k] *= factor_[canonical_.jacobian()[k].row];
+  }
+  for (double& factor : factor_) {
+    if (factor == 0.0) factor = 1.0;
+  }
+}
+
+bool DependenceSearch::factorize() {
+  Eigen::VectorXd curvature = Eigen::VectorXd::Constant(canonical_.variables(), kOpen);
+  const auto slack_of = canonical_.slack_of_constraint();
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    if (slack_of[at(j)] >= 0 && system_.counts(j)) curvature[slack_of[at(j)]] = kRigid;
+  }
+  KktSystem& kkt = system_.kkt();
+  kkt.assemble(rows_, curvature, system_.classes().redundant);
+  const Regularization relaxed{.lambda_x = kRelaxation, .lambda_y = kRelaxation};
+  return kkt.factorize_for_solutions(relaxed).status == FactorizationStatus::Ok;
+}
+
+/// Inverse iteration from a vector of its own, orthogonal to those found.
+bool DependenceSearch::next_null_vector(int number, Eigen::VectorXd& w) {
+  NewtonResidual rhs = zero_step(canonical_);
+  Step step = zero_step(canonical_);
+  w.setZero(canonical_.constraints());
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    if (system_.counts(j)) w[j] = std::sin(1.0 + number + 1.7 * (number + 1) * j);
+  }
+  const auto orthogonalize = [&] {
+    for (const Eigen::VectorXd& other : null_) w -= other.dot(w) * other;
+  };
+  orthogonalize();
+  for (int k = 0; k < 2; ++k) {
+    const double before = w.norm();
+    if (!(before > 0.0)) return false;
+    rhs.lambda = w;
+    // Its accuracy is that of the null vector, which is tested.
+    static_cast<void>(system_.kkt().solve(rows_, rhs, step));
+    w = step.lambda;
+    for (Index j = 0; j < w.size(); ++j) {
+      if (!system_.counts(j)) w[j] = 0.0;
+    }
+    orthogonalize();
+    const double norm = w.norm();
+    if (!std::isfinite(norm) || norm * kRelaxation < kNothingLeft * before) return false;
+    w /= norm;
+  }
+  return true;
+}
+
+bool DependenceSearch::is_combination(const Eigen::VectorXd& w) const {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(canonical_.variables());
+  for (std::size_t k = 0; k < rows_.jacobian.size(); ++k) {
+    const auto [row, col] = canonical_.jacobian()[k];
+    sum[col] += w[row] * rows_.jacobian[k];
+  }
+  return sum.norm() <= kDependent * w.norm();
+}
+
+/// Each null vector gets a row of its own: Gauss and Jordan with the largest pivots.
+std::vector<Dependence> DependenceSearch::reduce() {
+  std::vector<Dependence> found;
+  std::vector<Eigen::VectorXd> rest = null_;
+  for (std::size_t k = 0; k < rest.size(); ++k) {
+    std::size_t best = k;
+    Index row = 0;
+    double largest = -1.0;
+    for (std::size_t other = k; other < rest.size(); ++other) {
+      Index here = 0;
+      const double size = rest[other].cwiseAbs().maxCoeff(&here);
+      if (size > largest) best = other, row = here, largest = size;
+    }
+    std::swap(rest[k], rest[best]);
+    rest[k] /= rest[k][row];
+    for (std::size_t other = 0; other < rest.size(); ++other) {
+      if (other == k) continue;
+      const double multiple = rest[other][row];
+      rest[other] -= multiple * rest[k];
+      rest[other][row] = 0.0;
+    }
+    found.push_back({.row = row, .weights = {}});
+  }
+  for (std::size_t k = 0; k < rest.size(); ++k) {
+    found[k].weights = rest[k].cwiseProduct(factor_).cwiseProduct(system_.units().constraint);
+    found[k].weights /= found[k].weights[found[k].row];
+  }
+  return found;
+}
+
+/// Rounding of the combination of constraints at v.
+double DependenceSearch::size_of(const Eigen::VectorXd& weights, const Eigen::VectorXd& v) const {
+  double size = 0.01 * weights.lpNorm<1>();
+  for (std::size_t k = 0; k < point_.evaluation.jacobian.size(); ++k) {
+    const auto [row, col] = canonical_.jacobian()[k];
+    size += std::abs(weights[row] * point_.evaluation.jacobian[k] * v[col]);
+  }
+  return size;
+}
+
+/// Zero where bounds stand at their values, within what they were relaxed by. value: at the point.
+bool DependenceSearch::consistent(const Eigen::VectorXd& weights, double& value) const {
+  Eigen::VectorXd slope = Eigen::VectorXd::Zero(canonical_.variables());
+  for (std::size_t k = 0; k < point_.evaluation.jacobian.size(); ++k) {
+    const auto [row, col] = canonical_.jacobian()[k];
+    if (weights[row] != 0.0) slope[col] += weights[row] * point_.evaluation.jacobian[k];
+  }
+  const auto slack_of = canonical_.slack_of_constraint();
+  for (Index j = 0; j < weights.size(); ++j) {
+    if (slack_of[at(j)] >= 0) slope[slack_of[at(j)]] -= weights[j];
+  }
+  value = weights.dot(point_.evaluation.c);
+  const BoundClasses& classes = system_.classes();
+  double at_bounds = value;
+  double allowed = kIdentical * size_of(weights, point_.iterate.v);
+  for (Index i = 0; i < slope.size(); ++i) {
+    if (!system_.is_fixed(i) || slope[i] == 0.0 || classes.side[at(i)] == 0) continue;
+    const bool lower = classes.side[at(i)] < 0;
+    const double bound = lower ? canonical_.lower()[i] : canonical_.upper()[i];
+    at_bounds += slope[i] * classes.side[at(i)] * classes.distance(canonical_, point_.iterate, i);
+    allowed +=
+        2.0 * std::abs(slope[i]) * options_.bound_relax_factor * std::max(1.0, std::abs(bound));
+  }
+  return std::abs(at_bounds) <= allowed;
+}
+
+/// Free variables moved inside their bounds.
+Eigen::VectorXd DependenceSearch::moved(int trial, double length, bool x_moves) const {
+  const Units& units = system_.units();
+  const double size = std::max(1.0, longest(canonical_, point_.iterate.v, units));
+  Eigen::VectorXd v = point_.iterate.v;
+  for (Index i = x_moves ? 0 : canonical_.y().begin; i < canonical_.variables(); ++i) {
+    if (system_.is_fixed(i) || system_.is_slack(i)) continue;
+    const double most = 0.05 * std::abs(v[i]) + std::min(0.01 * units.variable[i] * size, 1.0);
+    v[i] += length * most * std::sin(1.0 + trial + 1.3 * (trial + 1) * i);
+  }
+  const auto keep = [&](Index i, double before, double after, double side) {
+    if (system_.is_slack(i) || system_.is_fixed(i)) return;
+    if (after < 0.5 * before) v[i] = point_.iterate.v[i] + side * 0.5 * before;
+  };
+  for (const Index i : canonical_.lower_bounded()) {
+    const double before = canonical_.above_lower(i, point_.iterate.v[i]);
+    keep(i, before, canonical_.above_lower(i, v[i]), -1.0);
+  }
+  for (const Index i : canonical_.upper_bounded()) {
+    const double before = canonical_.below_upper(i, point_.iterate.v[i]);
+    keep(i, before, canonical_.below_upper(i, v[i]), 1.0);
+  }
+  return v;
+}
+
+bool DependenceSearch::constant(const Eigen::VectorXd& weights, double value, bool x_moves) {
+  Eigen::VectorXd c;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    double length = 1.0;
+    Eigen::VectorXd v = moved(trial, length, x_moves);
+    c.setZero(canonical_.constraints());
+    for (int k = 0; canonical_.constraints(v, c) != EvaluationStatus::Ok; ++k) {
+      if (k == kShorter) return false;
+      length *= 0.1;
+      v = moved(trial, length, x_moves);
+    }
+    if (!(std::abs(weights.dot(c) - value) <= kIdentical * size_of(weights, v))) return false;
+  }
+  return true;
+}
+
+void DependenceSearch::examine(Dependence& dependence) {
+  Eigen::VectorXd& weights = dependence.weights;
+  // Rounding of the null vector.
+  const double largest = weights.cwiseAbs().maxCoeff();
+  for (double& weight : weights) {
+    if (std::abs(weight) < 1e-12 * largest) weight = 0.0;
+  }
+  double gradient = 0.0;
+  for (std::size_t k = 0; k < point_.evaluation.jacobian.size(); ++k) {
+    const auto [row, col] = canonical_.jacobian()[k];
+    if (row == dependence.row && same_owner(row, col)) {
+      gradient = std::max(gradient, std::abs(system_.derivatives().jacobian[k]));
+    }
+  }
+  dependence.vanishing = gradient <= kNoGradient;
+  double value = 0.0;
+  if (!consistent(weights, value)) return;
+  dependence.identical = constant(weights, value, true);
+  dependence.identical_in_y =
+      dependence.identical ||
+      (canonical_.max_constraints().contains(dependence.row) && constant(weights, value, false));
+}
+
+Dependences DependenceSearch::run() {
+  Dependences answer;
+  normalize();
+  if (!factorize()) {
+    answer.complete = false;
+    return answer;
+  }
+  Eigen::VectorXd w;
+  while (next_null_vector(static_cast<int>(null_.size()), w)) {
+    answer.complete = is_combination(w) && static_cast<int>(null_.size()) < kMostFound;
+    if (!answer.complete) break;
+    null_.push_back(w);
+  }
+  answer.found = reduce();
+  for (Dependence& dependence : answer.found) examine(dependence);
+  return answer;
+}
+
+}  // namespace
+
+bool Dependences::independent(const CanonicalProblem& canonical, bool max) const {
+  if (!complete) return false;
+  return std::ranges::none_of(found, [&](const Dependence& d) {
+    return canonical.max_constraints().contains(d.row) == max;
+  });
+}
+
+Dependences find_dependences(CanonicalProblem& canonical, ActiveSetSystem& system,
+                             const Point& point, const SolverOptions& options) {
+  return DependenceSearch(canonical, system, point, options).run();
+}
+
+}  // namespace ipminmax

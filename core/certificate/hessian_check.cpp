@@ -1,0 +1,92 @@
+#include "core/certificate/hessian_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ipminmax {
+namespace {
+
+/// Longest entry of the step, in units, for a small point, and its growth with the point's size:
+/// the rounding of gradients grows with it.
+constexpr double kStep = 1e-6;
+constexpr double kStepOfSize = 1e-8;
+/// Share of the distance to a bound.
+constexpr double kShareOfDistance = 0.1;
+/// Error of W, in units, that counts: a share of the least curvature seen, within limits.
+constexpr double kShareOfCurvature = 0.1;
+constexpr double kLeastError = 1e-5, kLargestError = 1e-3;
+constexpr int kInverseIterations = 2;
+
+double longest_entry(const Eigen::VectorXd& v) {
+  return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
+}
+
+/// Inverse iteration from a generic vector, in the lengths of the matrices; normalized.
+Eigen::VectorXd inverse_iteration(const CanonicalProblem& canonical, KktSystem& kkt,
+                                  const CurvatureTrial& trial, bool inner, LittleCurvature& found) {
+  const Index n = canonical.variables();
+  Eigen::VectorXd direction = Eigen::VectorXd::Zero(n);
+  for (Index i = inner ? canonical.y().begin : 0; i < n; ++i) {
+    if (!trial.is_held(i)) direction[i] = std::sin(1.0 + i);
+  }
+  for (int k = 0; k < kInverseIterations; ++k) {
+    const double length = longest_entry(direction);
+    if (!(length > 0.0)) break;
+    NewtonResidual rhs = zero_step(canonical);
+    Step step = zero_step(canonical);
+    rhs.v = direction / length;
+    const bool solved = inner ? kkt.solve_inner(*trial.assembled, rhs, step)
+                              : kkt.solve(*trial.assembled, rhs, step);
+    if (!solved || !step.v.allFinite()) break;
+    for (Index i = 0; i < n; ++i) {
+      if (trial.is_held(i)) step.v[i] = 0.0;
+    }
+    Index longest = 0;
+    const double growth = step.v.cwiseAbs().maxCoeff(&longest);
+    if (!(growth > 0.0)) break;
+    direction = step.v;
+    if (1.0 / growth < found.least || found.variable < 0) {
+      found.least = std::min(found.least, 1.0 / growth);
+      found.variable = longest;
+    }
+  }
+  const double length = longest_entry(direction);
+  if (length > 0.0) direction /= length;
+  return direction;
+}
+
+}  // namespace
+
+LittleCurvature find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
+                                      const CurvatureTrial& trial) {
+  LittleCurvature found;
+  found.direction.setZero(canonical.variables());
+  if (trial.assembled) {
+    found.direction += inverse_iteration(canonical, kkt, trial, false, found);
+    if (canonical.y().size() > 0 && canonical.x().size() > 0) {
+      found.direction += inverse_iteration(canonical, kkt, trial, true, found);
+    }
+  }
+  for (Index i = 0; i < canonical.variables(); ++i) {
+    if (!trial.is_held(i)) found.direction[i] += std::cos(1.0 + i);
+  }
+  if (trial.in_units) {
+    found.direction = found.direction.cwiseProduct(trial.units.variable).eval();
+  }
+  return found;
+}
+
+std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical, const Point& point,
+                                        const Eigen::VectorXd& lambda, const Units& units,
+                                        const LittleCurvature& curvature) {
+  const double longest = longest_entry(curvature.direction.cwiseQuotient(units.variable));
+  if (!(longest > 0.0)) return std::nullopt;
+  const double size = ipminmax::longest(canonical, point.iterate.v, units);
+  Eigen::VectorXd step = (kStep + kStepOfSize * size) / longest * curvature.direction;
+  keep_within_bounds(canonical, point.iterate.v, kShareOfDistance, step);
+  return compare_second_derivatives(
+      canonical, point.iterate.v, lambda, point.evaluation, step, units.variable,
+      std::clamp(kShareOfCurvature * curvature.least, kLeastError, kLargestError));
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,147 @@
+#include "core/certificate/reasons.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+namespace ipminmax {
+namespace {
+
+constexpr std::ptrdiff_t kMostOfAKind = 20;
+constexpr std::size_t kMostNames = 4;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+const char* name_of(Player player) { return player == Player::Min ? "Min" : "Max"; }
+
+}  // namespace
+
+void Reasons::add(CertificateReason reason) {
+  const auto same = [&](const CertificateReason& other) { return other.kind == reason.kind; };
+  if (std::ranges::count_if(reasons_, same) < kMostOfAKind) reasons_.push_back(std::move(reason));
+}
+
+void Reasons::add(Kind kind, Player player, std::string text) {
+  add({.kind = kind,
+       .player = player,
+       .text = std::move(text),
+       .variables = {},
+       .constraints = {}});
+}
+
+std::string Reasons::name_of_row(Index constraint) const {
+  const Index row = canonical_.model_constraint(constraint);
+  return row >= 0 ? canonical_.constraint_name(row) : "the equation of a fixed variable";
+}
+
+void Reasons::add_weakly_active(const BoundClasses& classes) {
+  std::vector<Index> row_of_slack(at(canonical_.variables()), -1);
+  const auto slack_of = canonical_.slack_of_constraint();
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    if (slack_of[at(j)] >= 0) row_of_slack[at(slack_of[at(j)])] = j;
+  }
+  for (Index i = 0; i < canonical_.variables(); ++i) {
+    if (classes[i] != BoundClass::Doubtful) continue;
+    const Player player = canonical_.owned_by_max(i) ? Player::Max : Player::Min;
+    const char* const side = classes.side[at(i)] < 0 ? "lower" : "upper";
+    CertificateReason reason{.kind = Kind::WeaklyActive,
+                             .player = player,
+                             .text = {},
+                             .variables = {},
+                             .constraints = {}};
+    std::string name;
+    if (const Index j = row_of_slack[at(i)]; j >= 0) {
+      name = name_of_row(j);
+      if (canonical_.model_constraint(j) >= 0) {
+        reason.constraints.push_back(canonical_.model_constraint(j));
+      }
+    } else {
+      const Index variable = canonical_.model_variable(i);
+      name = canonical_.variable_name(variable);
+      reason.variables.push_back(variable);
+    }
+    reason.text = std::string("weakly active: the ") + side + " bound of " + name + " (" +
+                  name_of(player) + ") has both distance and multiplier near zero";
+    add(std::move(reason));
+  }
+}
+
+void Reasons::add_dependences(const Dependences& dependences) {
+  for (const Dependence& dependence : dependences.found) {
+    const bool max = canonical_.max_constraints().contains(dependence.row);
+    CertificateReason reason{
+        .kind = dependence.vanishing ? Kind::VanishingGradient : Kind::Dependent,
+        .player = max ? Player::Max : Player::Min,
+        .text = {},
+        .variables = {},
+        .constraints = {}};
+    std::string others;
+    std::size_t named = 0, more = 0;
+    const double largest = dependence.weights.cwiseAbs().maxCoeff();
+    for (Index j = 0; j < dependence.weights.size(); ++j) {
+      if (std::abs(dependence.weights[j]) < 1e-8 * largest) continue;
+      if (canonical_.model_constraint(j) >= 0) {
+        reason.constraints.push_back(canonical_.model_constraint(j));
+      }
+      if (j == dependence.row) continue;
+      if (named < kMostNames) {
+        others += (named++ == 0 ? "" : ", ") + name_of_row(j);
+      } else {
+        ++more;
+      }
+    }
+    const std::string row = name_of_row(dependence.row) + " (" + name_of(reason.player) + ")";
+    if (more > 0) others += " and " + std::to_string(more) + " more";
+    if (others.empty()) others = "active bounds";
+    if (dependence.vanishing) {
+      reason.text = "the gradient of active constraint " + row + " is zero";
+    } else if (dependence.identical) {
+      reason.text = "redundant: " + row + " follows from " + others;
+    } else {
+      reason.text = "dependent: the gradient of active constraint " + row +
+                    " is a combination of those of " + others + ", at this point";
+    }
+    add(std::move(reason));
+  }
+  if (!dependences.complete) {
+    add(Kind::Dependent, Player::Min, "more active constraints have (nearly) dependent gradients");
+  }
+}
+
+void Reasons::add_direction(Kind kind, Player player, const Eigen::VectorXd& step,
+                            const char* before) {
+  const IndexRange own = player == Player::Min ? canonical_.x() : canonical_.y();
+  std::vector<std::pair<double, Index>> entries;
+  double largest = 0.0;
+  for (Index i = own.begin; i < own.end; ++i) {
+    const double value = step[i] / canonical_.variable_scale(i);
+    entries.emplace_back(value, i);
+    largest = std::max(largest, std::abs(value));
+  }
+  if (!(largest > 0.0)) return;
+  std::ranges::sort(entries, [](const auto& a, const auto& b) {
+    return std::abs(a.first) != std::abs(b.first) ? std::abs(a.first) > std::abs(b.first)
+                                                  : a.second < b.second;
+  });
+  CertificateReason reason{
+      .kind = kind, .player = player, .text = before, .variables = {}, .constraints = {}};
+  std::size_t more = 0;
+  for (const auto& [value, i] : entries) {
+    if (std::abs(value) < 1e-3 * largest) break;
+    const Index variable = canonical_.model_variable(i);
+    if (reason.variables.size() < kMostNames) {
+      char size[32];
+      std::snprintf(size, sizeof size, "%s %+.3g ", reason.variables.empty() ? "" : ",",
+                    value / largest);
+      reason.text += size + canonical_.variable_name(variable);
+    } else {
+      ++more;
+    }
+    reason.variables.push_back(variable);
+  }
+  if (more > 0) reason.text += " and " + std::to_string(more) + " more";
+  add(std::move(reason));
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "core/certificate/active_set.hpp"
+#include "core/point/merit.hpp"
+
+namespace ipminmax {
+
+/// Directions without curvature beyond the margin.
+struct Valley {
+  enum class Verdict : std::uint8_t {
+    Flat,  ///< the value stays the same along all of them, over lengths up to a tenth of the point
+    Neither,  ///< it changes, or the model could not be followed along them
+    None      ///< there are none
+  };
+  Verdict verdict = Verdict::None;
+  /// The first that is not flat, or the first of all; a step of canonical variables.
+  Eigen::VectorXd direction;
+};
+
+/// At a point that is not refuted, with no doubtful bounds. inner: of Max at this x, else of Min with y
+/// answering. tolerance: curvature up to which a direction counts, in units. At most six directions,
+/// orthogonal, are found by inverse iteration with the matrix helped by margin.
+[[nodiscard]] Valley explore_valley(CanonicalProblem& canonical, ActiveSetSystem& system,
+                                    const Point& point, double margin, double tolerance,
+                                    bool inner);
+
+}  // namespace ipminmax

@@ -1,0 +1,271 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/kkt/block.hpp"
+
+namespace ipminmax {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+SymmetricSolverOptions solver_options(const SolverOptions& options) {
+  return {.ordering = options.minmax_ordering,
+          .ldlt_gamma = options.minmax_ldlt_gamma,
+          .mumps_pivot_tolerance = options.mumps_pivtol,
+          .mumps_pivot_tolerance_max = options.mumps_pivtolmax,
+          .mumps_memory_percent = options.mumps_mem_percent,
+          .max_memory = 1e6 * options.max_memory,
+          .mpi_halves = options.minmax_mpi_halves};
+}
+
+BarrierTerms::BarrierTerms(Index variables)
+    : curvature(Eigen::VectorXd::Zero(variables)),
+      distance_lower(Eigen::VectorXd::Ones(variables)),
+      distance_upper(Eigen::VectorXd::Ones(variables)),
+      z_lower(Eigen::VectorXd::Zero(variables)),
+      z_upper(Eigen::VectorXd::Zero(variables)) {}
+
+void BarrierTerms::take(const CanonicalProblem& canonical, const Iterate& iterate, Index begin) {
+  z_lower = iterate.z_lower;
+  z_upper = iterate.z_upper;
+  curvature.setZero();
+  for (const Index i : canonical.lower_bounded()) {
+    if (i < begin) continue;
+    distance_lower[i] = canonical.above_lower(i, iterate.v[i]);
+    curvature[i] += z_lower[i] / distance_lower[i];
+  }
+  for (const Index i : canonical.upper_bounded()) {
+    if (i < begin) continue;
+    distance_upper[i] = canonical.below_upper(i, iterate.v[i]);
+    curvature[i] += z_upper[i] / distance_upper[i];
+  }
+}
+
+void BarrierTerms::take(const Eigen::VectorXd& given) {
+  curvature = given;
+  distance_lower.setOnes();
+  distance_upper.setOnes();
+  z_lower = given;
+  z_upper.setZero();
+}
+
+void BarrierTerms::take_none() {
+  curvature.setOnes();
+  distance_lower.setOnes();
+  distance_upper.setOnes();
+  z_lower.setZero();
+  z_upper.setZero();
+}
+
+KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayout& layout,
+                   const SolverOptions& options)
+    : canonical_(canonical),
+      variable_row_(at(canonical.variables()), -1),
+      constraint_row_(at(canonical.constraints()), -1),
+      solver_(make_symmetric_solver(options.linear_solver, solver_options(options))),
+      terms_(canonical.variables()) {
+  const bool full = which == Which::Full;
+  const Index y_offset = full ? layout.y.begin : 0;
+  const Index lambda_y_offset = full ? layout.lambda_y.begin : layout.y.size();
+  const Index dimension = full ? layout.dimension() : layout.y.size() + layout.lambda_y.size();
+  variables_ = {full ? 0 : canonical.y().begin, canonical.variables()};
+  constraints_ = {full ? 0 : canonical.max_constraints().begin, canonical.constraints()};
+
+  const auto number = [](std::vector<Index>& rows, IndexRange range, Index offset) {
+    for (Index i = range.begin; i < range.end; ++i) rows[at(i)] = offset + (i - range.begin);
+  };
+  if (full) {
+    number(variable_row_, canonical.x(), layout.x.begin);
+    number(constraint_row_, canonical.min_constraints(), layout.lambda_x.begin);
+  }
+  number(variable_row_, canonical.y(), y_offset);
+  number(constraint_row_, canonical.max_constraints(), lambda_y_offset);
+
+  std::vector<Triplet> entries;
+  for (std::size_t k = 0; k < canonical.hessian().size(); ++k) {
+    const Index row = variable_row_[at(canonical.hessian()[k].row)];
+    const Index col = variable_row_[at(canonical.hessian()[k].col)];
+    if (row < 0 || col < 0) continue;
+    hessian_entries_.push_back(static_cast<Index>(k));
+    entries.push_back({row, col});
+  }
+  for (std::size_t k = 0; k < canonical.jacobian().size(); ++k) {
+    const Index row = constraint_row_[at(canonical.jacobian()[k].row)];
+    const Index col = variable_row_[at(canonical.jacobian()[k].col)];
+    if (row < 0 || col < 0) continue;
+    jacobian_entries_.push_back(static_cast<Index>(k));
+    entries.push_back({row, col});
+  }
+  matrix_ = SymmetricMatrix(dimension, entries);
+  positions_ = matrix_.take_triplet_positions();
+  hessian_entries_.shrink_to_fit();
+  jacobian_entries_.shrink_to_fit();
+  diagonal_.assign(at(dimension), 0.0);
+  curvature_.setZero(variables_.size());
+
+  const std::vector<std::int8_t> signs = layout.signs();
+  signs_.assign(at(dimension), 1);
+  for (Index i = variables_.begin; i < variables_.end; ++i) {
+    if (const Index row = variable_row_[at(i)]; row >= 0) {
+      signs_[at(row)] = canonical.owned_by_max(i) ? -1 : 1;
+    }
+  }
+  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
+    signs_[at(constraint_row_[at(j)])] = canonical.max_constraints().contains(j) ? 1 : -1;
+  }
+}
+
+Analysis KktBlock::analyze() {
+  return empty() ? Analysis{.ok = true} : solver_->analyze(matrix_, signs_);
+}
+
+void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
+  factorized_with_.reset();
+  solver_ = std::move(solver);
+  solver_->require_certain_inertia(certain_);
+  if (!empty()) solver_->reset_quality();
+}
+
+void KktBlock::assemble(const Iterate& iterate, const Evaluation& evaluation) {
+  terms_.take(canonical_, iterate, variables_.begin);
+  assemble(evaluation);
+}
+
+void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature) {
+  terms_.take(barrier_curvature);
+  assemble(evaluation);
+}
+
+void KktBlock::assemble(const Evaluation& evaluation) {
+  const auto own_curvature = terms_.curvature.segment(variables_.begin, variables_.size());
+  const bool known = evaluation.jacobian_call > 0 && evaluation.hessian_call > 0;
+  if (known && jacobian_call_ == evaluation.jacobian_call &&
+      hessian_call_ == evaluation.hessian_call && curvature_ == own_curvature) {
+    return;
+  }
+  factorized_with_.reset();
+  ++version_;
+  jacobian_call_ = known ? evaluation.jacobian_call : 0;
+  hessian_call_ = known ? evaluation.hessian_call : 0;
+  curvature_ = own_curvature;
+  matrix_.set_zero();
+  const auto values = matrix_.values();
+  hessian_norm_ = 0.0;
+  for (std::size_t k = 0; k < hessian_entries_.size(); ++k) {
+    const double value = evaluation.hessian[at(hessian_entries_[k])];
+    values[at(positions_[k])] += value;
+    hessian_norm_ = std::max(hessian_norm_, std::abs(value));
+  }
+  for (std::size_t k = 0; k < jacobian_entries_.size(); ++k) {
+    values[at(positions_[hessian_entries_.size() + k])] +=
+        evaluation.jacobian[at(jacobian_entries_[k])];
+  }
+  for (Index i = variables_.begin; i < variables_.end; ++i) {
+    const Index row = variable_row_[at(i)];
+    if (row < 0) continue;
+    diagonal_[at(row)] =
+        values[at(matrix_.diagonal_position(row))] + canonical_.sign(i) * terms_.curvature[i];
+  }
+  const auto slack_of = canonical_.slack_of_constraint();
+  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
+    const Index slack = slack_of[at(j)];
+    diagonal_[at(constraint_row_[at(j)])] =
+        slack < 0 ? 0.0 : -canonical_.sign(slack) / terms_.curvature[slack];
+  }
+}
+
+void KktBlock::decouple(const std::vector<bool>& constraints) {
+  if (constraints.empty()) return;
+  factorized_with_.reset();
+  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
+    if (!constraints[at(j)]) continue;
+    diagonal_[at(constraint_row_[at(j)])] = canonical_.max_constraints().contains(j) ? 1.0 : -1.0;
+  }
+}
+
+void KktBlock::assemble_projection(const Evaluation& evaluation,
+                                   const Eigen::VectorXd& column_factor,
+                                   const Eigen::VectorXd& row_factor,
+                                   const Eigen::VectorXd& multiplier_diagonal) {
+  terms_.take_none();
+  factorized_with_.reset();
+  ++version_;
+  jacobian_call_ = hessian_call_ = 0;
+  matrix_.set_zero();
+  const auto values = matrix_.values();
+  for (std::size_t k = 0; k < jacobian_entries_.size(); ++k) {
+    const auto [row, col] = canonical_.jacobian()[at(jacobian_entries_[k])];
+    if (canonical_.owned_by_max(col) != canonical_.max_constraints().contains(row)) continue;
+    values[at(positions_[hessian_entries_.size() + k])] +=
+        column_factor[col] * row_factor[row] * evaluation.jacobian[at(jacobian_entries_[k])];
+  }
+  for (Index i = variables_.begin; i < variables_.end; ++i) {
+    if (const Index row = variable_row_[at(i)]; row >= 0) diagonal_[at(row)] = canonical_.sign(i);
+  }
+  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
+    diagonal_[at(constraint_row_[at(j)])] = multiplier_diagonal[j];
+  }
+}
+
+void KktBlock::shift_by(const Regularization& shift) {
+  const auto values = matrix_.values();
+  for (Index i = variables_.begin; i < variables_.end; ++i) {
+    const Index row = variable_row_[at(i)];
+    if (row < 0) continue;
+    values[at(matrix_.diagonal_position(row))] =
+        diagonal_[at(row)] + (canonical_.owned_by_max(i) ? -shift.y : shift.x);
+  }
+  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
+    const Index row = constraint_row_[at(j)];
+    values[at(matrix_.diagonal_position(row))] =
+        diagonal_[at(row)] +
+        (canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x);
+  }
+}
+
+void KktBlock::begin_factorize(const Regularization& shift) {
+  factorized_with_.reset();
+  shift_by(shift);
+  solver_->begin_factorize(matrix_);
+}
+
+Factorization KktBlock::factorize(const Regularization& shift) {
+  if (is_factorized(shift)) return factorization_;
+  shift_by(shift);
+  factorization_ = solver_->factorize(matrix_);
+  factorized_with_.reset();
+  if (factorization_.status == FactorizationStatus::OutOfMemory) throw FactorsOutOfMemory();
+  if (factorization_.status == FactorizationStatus::Ok) factorized_with_ = shift;
+  return factorization_;
+}
+
+Factorization KktBlock::make_certain(const Regularization& shift) {
+  if (certain_ || !is_factorized(shift)) return factorization_;
+  factorization_ = solver_->make_certain(matrix_, factorization_);
+  if (factorization_.status != FactorizationStatus::Ok) factorized_with_.reset();
+  return factorization_;
+}
+
+void KktBlock::subtract_product(const Evaluation& evaluation, const Eigen::VectorXd& v,
+                                const Eigen::VectorXd& lambda, Eigen::VectorXd& product_v,
+                                Eigen::VectorXd& product_c) const {
+  const auto hessian = canonical_.hessian();
+  for (const Index k : hessian_entries_) {
+    const auto [row, col] = hessian[at(k)];
+    const double value = evaluation.hessian[at(k)];
+    product_v[row] -= value * v[col];
+    if (row != col) product_v[col] -= value * v[row];
+  }
+  const auto jacobian = canonical_.jacobian();
+  for (const Index k : jacobian_entries_) {
+    const auto [row, col] = jacobian[at(k)];
+    const double value = evaluation.jacobian[at(k)];
+    product_c[row] -= value * v[col];
+    product_v[col] -= value * lambda[row];
+  }
+}
+
+}  // namespace ipminmax

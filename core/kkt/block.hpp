@@ -1,0 +1,160 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <new>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/kkt/layout.hpp"
+#include "core/kkt/regularization.hpp"
+#include "core/model/canonical_problem.hpp"
+#include "core/model/iterate.hpp"
+#include "core/options.hpp"
+#include "linalg/symmetric_matrix.hpp"
+#include "linalg/symmetric_solver.hpp"
+
+namespace ipminmax {
+
+/// No memory for the factors of a KKT matrix.
+class FactorsOutOfMemory : public std::bad_alloc {
+ public:
+  [[nodiscard]] const char* what() const noexcept override {
+    return "out of memory in the factorization of a KKT matrix";
+  }
+};
+
+/// How the options choose and set up the linear solver.
+[[nodiscard]] SymmetricSolverOptions solver_options(const SolverOptions& options);
+
+/// Barrier terms of the primal-dual equations where a matrix was assembled.
+struct BarrierTerms {
+  Eigen::VectorXd curvature;                       ///< Sigma per canonical variable, >= 0
+  Eigen::VectorXd distance_lower, distance_upper;  ///< to the bounds, 1 where there is none
+  Eigen::VectorXd z_lower, z_upper;                ///< bound multipliers
+
+  explicit BarrierTerms(Index variables);
+  /// Those of an iterate; of variables up to begin they are of no interest.
+  void take(const CanonicalProblem& canonical, const Iterate& iterate, Index begin);
+  /// The curvature given: bounds at distance 1 with these multipliers.
+  void take(const Eigen::VectorXd& curvature);
+  /// Curvature 1 and no bounds.
+  void take_none();
+};
+
+/// One of the two KKT matrices with its solver: K over all rows, or K_yy over (y, lambda_y).
+/// Positions of all entries are found once; afterwards only values move.
+class KktBlock {
+ public:
+  enum class Which : std::uint8_t { Full, Inner };
+
+  KktBlock(Which which, const CanonicalProblem& canonical, const KktLayout& layout,
+           const SolverOptions& options);
+
+  [[nodiscard]] bool empty() const { return matrix_.dimension() == 0; }
+  [[nodiscard]] Analysis analyze();
+  /// The analyzed solver, and its use for a block with the same pattern, instead of analyze.
+  [[nodiscard]] const std::shared_ptr<SymmetricSolver>& solver() const { return solver_; }
+  void adopt(std::shared_ptr<SymmetricSolver> solver);
+  /// Solves with the factors that another solver has of matrix().
+  void take_factors_of(const std::shared_ptr<SymmetricSolver>& solver) {
+    factorized_with_.reset();
+    solver_ = solver;
+  }
+
+  /// Takes the values of W, J and the barrier terms at zero shift. The matrix stays, and its factors, where
+  /// they are those of the last call.
+  void assemble(const Iterate& iterate, const Evaluation& evaluation);
+  /// The same with the barrier curvatures given.
+  void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature);
+  /// After assemble: rows without entries of J count with the expected sign and one as diagonal.
+  void decouple(const std::vector<bool>& constraints);
+  /// The barrier terms of the last assemble, of none after assemble_projection.
+  [[nodiscard]] const BarrierTerms& barrier_terms() const { return terms_; }
+  /// W = I for Min, -I for Max, no coupling of the players, and the given diagonal on the
+  /// multiplier rows (per canonical constraint): the matrix of least-squares multipliers and of
+  /// the rank test. Columns of J are multiplied by column_factor, rows by row_factor.
+  void assemble_projection(const Evaluation& evaluation, const Eigen::VectorXd& column_factor,
+                           const Eigen::VectorXd& row_factor,
+                           const Eigen::VectorXd& multiplier_diagonal);
+
+  /// Sets the diagonal of matrix().
+  void shift_by(const Regularization& shift);
+  /// Whether the last factorize was right with these values and this shift.
+  [[nodiscard]] bool is_factorized(const Regularization& shift) const {
+    return factorized_with_ && *factorized_with_ == shift;
+  }
+  /// Grows with every change of the values, shifts apart.
+  [[nodiscard]] std::uint64_t version() const { return version_; }
+  /// Begins what the next call of factorize with this shift ends; see SymmetricSolver.
+  void begin_factorize(const Regularization& shift);
+  /// Repeated, the last factorization is kept. Throws FactorsOutOfMemory.
+  [[nodiscard]] Factorization factorize(const Regularization& shift);
+  /// The last factorization, made with this shift, as it is with a certain inertia.
+  [[nodiscard]] Factorization make_certain(const Regularization& shift);
+  [[nodiscard]] bool increase_quality() {
+    factorized_with_.reset();
+    return solver_->increase_quality();
+  }
+  void reset_quality() {
+    factorized_with_.reset();
+    if (!empty()) solver_->reset_quality();
+  }
+  [[nodiscard]] bool pivots() const { return empty() || solver_->pivots(); }
+  [[nodiscard]] double perturbation() const { return empty() ? 0.0 : solver_->perturbation(); }
+  void require_certain_inertia(bool certain) {
+    if (certain == certain_) return;
+    factorized_with_.reset();
+    certain_ = certain;
+    solver_->require_certain_inertia(certain);
+  }
+  [[nodiscard]] bool inertia_is_certain() const { return certain_; }
+
+  /// Solution of the reduced system for a right-hand side in rows of this block, in place.
+  void solve_in_place(std::span<double> rhs) { solver_->solve_in_place(rhs); }
+
+  [[nodiscard]] Index dimension() const { return matrix_.dimension(); }
+  /// The matrix of the last factorize, and the expected sign of each pivot.
+  [[nodiscard]] const SymmetricMatrix& matrix() const { return matrix_; }
+  [[nodiscard]] std::span<const std::int8_t> signs() const { return signs_; }
+  /// Row of a canonical variable or constraint, -1 when it is not in this block.
+  [[nodiscard]] Index row_of_variable(Index i) const {
+    return variable_row_[static_cast<std::size_t>(i)];
+  }
+  [[nodiscard]] Index row_of_constraint(Index j) const {
+    return constraint_row_[static_cast<std::size_t>(j)];
+  }
+  [[nodiscard]] IndexRange variables() const { return variables_; }      ///< canonical, with slacks
+  [[nodiscard]] IndexRange constraints() const { return constraints_; }  ///< canonical
+  [[nodiscard]] double max_norm_hessian() const { return hessian_norm_; }
+
+  /// (product_v, product_c) -= [W J'; J 0] (v, lambda), restricted to this block.
+  void subtract_product(const Evaluation& evaluation, const Eigen::VectorXd& v,
+                        const Eigen::VectorXd& lambda, Eigen::VectorXd& product_v,
+                        Eigen::VectorXd& product_c) const;
+
+ private:
+  void assemble(const Evaluation& evaluation);
+
+  const CanonicalProblem& canonical_;
+  IndexRange variables_, constraints_;
+  std::vector<Index> variable_row_, constraint_row_;
+  std::vector<std::int8_t> signs_;
+  SymmetricMatrix matrix_;
+  std::vector<Index> hessian_entries_, jacobian_entries_;  ///< triplets that lie in the block
+  std::vector<Index> positions_;  ///< their places in the matrix, the Hessian's first
+  std::vector<double> diagonal_;  ///< at zero shift, per row
+  std::shared_ptr<SymmetricSolver> solver_;
+  double hessian_norm_ = 0.0;
+  std::uint64_t jacobian_call_ = 0, hessian_call_ = 0;  ///< that gave the values, 0 if unknown
+  BarrierTerms terms_;
+  Eigen::VectorXd curvature_;  ///< of the variables, in the values
+  std::uint64_t version_ = 0;
+  std::optional<Regularization> factorized_with_;  ///< empty: not these values
+  Factorization factorization_;
+  bool certain_ = true;
+};
+
+}  // namespace ipminmax

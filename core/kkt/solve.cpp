@@ -1,0 +1,250 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/kkt/system.hpp"
+#include "core/model/timer.hpp"
+
+// Solutions with the factors of K and K_yy: elimination, refinement.
+
+namespace ipminmax {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Least fall of the residual that counts as progress, and the one that leaves nothing to gain.
+constexpr double kProgress = 0.9;
+constexpr double kSlow = 0.1;
+/// Residual over right-hand side that a row may keep, and over the scale of the system.
+constexpr double kForcing = 1e-2;
+constexpr double kRounding = 1e-15;
+/// Size of a solution over that of its right-hand side up to which it counts in the scale.
+constexpr double kLongestSolution = 1e6;
+
+template <class Vector>
+double max_norm(const Vector& v) {
+  return v.size() == 0 ? 0.0 : v.template lpNorm<Eigen::Infinity>();
+}
+
+/// The tails of canonical vectors, which a block owns.
+class OwnPart {
+ public:
+  explicit OwnPart(const KktBlock& block)
+      : begin_v_(block.variables().begin),
+        begin_lambda_(block.constraints().begin),
+        n_(block.variables().size()),
+        m_(block.constraints().size()) {}
+
+  void clear_rest(Step& s) const {
+    s.v.head(begin_v_).setZero();
+    s.lambda.head(begin_lambda_).setZero();
+    s.z_lower.head(begin_v_).setZero();
+    s.z_upper.head(begin_v_).setZero();
+  }
+  [[nodiscard]] double norm(const Step& s) const {
+    return std::max({max_norm(s.v.tail(n_)), max_norm(s.lambda.tail(m_)),
+                     max_norm(s.z_lower.tail(n_)), max_norm(s.z_upper.tail(n_))});
+  }
+  void add(double factor, const Step& correction, Step& step) const {
+    step.v.tail(n_) += factor * correction.v.tail(n_);
+    step.lambda.tail(m_) += factor * correction.lambda.tail(m_);
+    step.z_lower.tail(n_) += factor * correction.z_lower.tail(n_);
+    step.z_upper.tail(n_) += factor * correction.z_upper.tail(n_);
+  }
+  /// Rows of the variables and constraints.
+  void copy_equations(const NewtonResidual& from, NewtonResidual& to) const {
+    to.v.tail(n_) = from.v.tail(n_);
+    to.lambda.tail(m_) = from.lambda.tail(m_);
+  }
+  [[nodiscard]] bool is_small(const NewtonResidual& residual, const NewtonResidual& rhs,
+                              double scale) const {
+    const double rounding = kRounding * scale;
+    return max_norm(residual.v.tail(n_)) <= kForcing * max_norm(rhs.v.tail(n_)) + rounding &&
+           max_norm(residual.lambda.tail(m_)) <=
+               kForcing * max_norm(rhs.lambda.tail(m_)) + rounding;
+  }
+  /// A few modes that Gamma spoils are left: the multiple of the last correction d with the smallest
+  /// residual, from K d = last - residual, which last becomes.
+  [[nodiscard]] double best_multiple(const NewtonResidual& residual, NewtonResidual& last) const {
+    auto product_v = last.v.tail(n_);
+    auto product_lambda = last.lambda.tail(m_);
+    product_v -= residual.v.tail(n_);
+    product_lambda -= residual.lambda.tail(m_);
+    return (residual.v.tail(n_).dot(product_v) + residual.lambda.tail(m_).dot(product_lambda)) /
+           (product_v.squaredNorm() + product_lambda.squaredNorm());
+  }
+
+ private:
+  Index begin_v_, begin_lambda_, n_, m_;
+};
+
+}  // namespace
+
+void KktSystem::solve_with_factors(KktBlock& block, std::span<double> reduced) {
+  if (full_factors_.by_schur_complement && &block == &full_) {
+    schur_->solve_in_place(reduced);
+  } else if (!block.empty()) {
+    block.solve_in_place(reduced);
+  }
+}
+
+bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
+  const auto size = static_cast<Eigen::Index>(reduced.size());
+  const Eigen::VectorXd rhs = Eigen::Map<const Eigen::VectorXd>(reduced.data(), size);
+  Eigen::VectorXd residual = rhs;
+  Eigen::VectorXd product(size);
+  Eigen::Map<Eigen::VectorXd> solution(reduced.data(), size);
+  solution.setZero();
+  double last_ratio = std::numeric_limits<double>::infinity();
+  for (Index k = 0;; ++k) {
+    const double scale = max_norm(rhs) + max_norm(solution);
+    const double ratio = scale > 0.0 ? max_norm(residual) / scale : 0.0;
+    if (ratio <= options_.residual_ratio_max) return true;
+    // An overflow is no progress either.
+    if (k > options_.max_refinement_steps || !(ratio <= kProgress * last_ratio)) return false;
+    last_ratio = ratio;
+    solve_with_factors(block, {residual.data(), reduced.size()});
+    solution += residual;
+    block.matrix().multiply(reduced, {product.data(), reduced.size()});
+    residual = rhs - product;
+  }
+}
+
+bool KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& step,
+                              bool refined) {
+  // Bound multipliers: S dz_l + z_l dv = r, S dz_u - z_u dv = r, so that the variables' rows read
+  //   (W + sign Sigma) dv + J' dlambda = r_v + sign (r_zl / S_l - r_zu / S_u) =: t.
+  const auto slack_of = canonical_.slack_of_constraint();
+  const BarrierTerms& at_point = block.barrier_terms();
+  const auto t = [&](Index i) {
+    return rhs.v[i] + canonical_.sign(i) * (rhs.z_lower[i] / at_point.distance_lower[i] -
+                                            rhs.z_upper[i] / at_point.distance_upper[i]);
+  };
+  const std::span<double> reduced(rhs_.data(), at(block.dimension()));
+  for (Index i = block.variables().begin; i < block.variables().end; ++i) {
+    if (const Index row = block.row_of_variable(i); row >= 0) reduced[at(row)] = t(i);
+  }
+  // Slack s of constraint j: sign Sigma_s ds - dlambda_j = t_s, eliminated.
+  for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
+    const Index slack = slack_of[at(j)];
+    reduced[at(block.row_of_constraint(j))] =
+        rhs.lambda[j] +
+        (slack < 0 ? 0.0 : canonical_.sign(slack) * t(slack) / at_point.curvature[slack]);
+  }
+  bool ok = true;
+  if (refined) {
+    ok = solve_refined(block, reduced);
+  } else {
+    solve_with_factors(block, reduced);
+  }
+
+  for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
+    step.lambda[j] = reduced[at(block.row_of_constraint(j))];
+    if (const Index slack = slack_of[at(j)]; slack >= 0) {
+      step.v[slack] =
+          canonical_.sign(slack) * (t(slack) + step.lambda[j]) / at_point.curvature[slack];
+    }
+  }
+  for (Index i = block.variables().begin; i < block.variables().end; ++i) {
+    if (const Index row = block.row_of_variable(i); row >= 0) step.v[i] = reduced[at(row)];
+    step.z_lower[i] =
+        (rhs.z_lower[i] - at_point.z_lower[i] * step.v[i]) / at_point.distance_lower[i];
+    step.z_upper[i] =
+        (rhs.z_upper[i] + at_point.z_upper[i] * step.v[i]) / at_point.distance_upper[i];
+  }
+  return ok;
+}
+
+void KktSystem::subtract_product(const KktBlock& block, const Regularization& shift,
+                                 const Evaluation& evaluation, const Step& step,
+                                 NewtonResidual& residual) const {
+  const BarrierTerms& at_point = block.barrier_terms();
+  block.subtract_product(evaluation, step.v, step.lambda, residual.v, residual.lambda);
+  for (Index i = block.variables().begin; i < block.variables().end; ++i) {
+    const double sign = canonical_.sign(i);
+    const bool is_slack = block.row_of_variable(i) < 0;
+    const double delta = is_slack ? 0.0 : (sign > 0.0 ? shift.x : -shift.y);
+    residual.v[i] -= delta * step.v[i] + sign * (step.z_upper[i] - step.z_lower[i]);
+    residual.z_lower[i] -=
+        at_point.z_lower[i] * step.v[i] + at_point.distance_lower[i] * step.z_lower[i];
+    residual.z_upper[i] -=
+        at_point.distance_upper[i] * step.z_upper[i] - at_point.z_upper[i] * step.v[i];
+  }
+  const auto slack_of = canonical_.slack_of_constraint();
+  for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
+    const double delta =
+        canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x;
+    residual.lambda[j] -= delta * step.lambda[j];
+    if (const Index slack = slack_of[at(j)]; slack >= 0) {
+      residual.lambda[j] += step.v[slack];
+      residual.v[slack] += step.lambda[j];
+    }
+  }
+}
+
+bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evaluation& evaluation,
+                      const NewtonResidual& rhs, Step& step) {
+  const ScopedTimer timer(timing_.solves);
+  ++counts_.solves;
+  const OwnPart own(block);
+  own.clear_rest(step);
+  own.clear_rest(correction_);
+  solve_reduced(block, rhs, step);
+  const double rhs_norm = own.norm(rhs);
+  double scale = 0.0;
+  const auto residual_ratio = [&] {
+    residual_.v = rhs.v;
+    residual_.lambda = rhs.lambda;
+    residual_.z_lower = rhs.z_lower;
+    residual_.z_upper = rhs.z_upper;
+    subtract_product(block, shift, evaluation, step, residual_);
+    scale = std::min(own.norm(step), kLongestSolution * rhs_norm) + rhs_norm;
+    return scale > 0.0 ? own.norm(residual_) / scale : 0.0;
+  };
+  // Refinement: stops at residual_ratio_max, or when the residual no longer falls. Beside long steps
+  // of the multipliers the ratio overlooks small rows, which Newton's method needs as well.
+  double last_ratio = std::numeric_limits<double>::infinity();
+  for (Index k = 0;; ++k) {
+    double ratio = residual_ratio();
+    if (std::isfinite(ratio) && ratio > kSlow * last_ratio) {
+      const double more = own.best_multiple(residual_, last_residual_);
+      if (std::isfinite(more)) {
+        own.add(more, correction_, step);
+        ratio = residual_ratio();
+      }
+    }
+    if (!std::isfinite(ratio)) return false;
+    if (ratio <= options_.residual_ratio_max && own.is_small(residual_, rhs, scale)) return true;
+    if (k == options_.max_refinement_steps || ratio > kProgress * last_ratio) {
+      return std::min(ratio, last_ratio) <= options_.residual_ratio_singular;
+    }
+    last_ratio = ratio;
+    own.copy_equations(residual_, last_residual_);
+    solve_reduced(block, residual_, correction_);
+    own.add(1.0, correction_, step);
+  }
+}
+
+bool KktSystem::solve(const KktFactors& factors, const Evaluation& evaluation,
+                      const NewtonResidual& rhs, Step& step) {
+  if (!are_current(factors)) return false;
+  if (solve(full_, full_factors_.shift, evaluation, rhs, step)) return true;
+  return leave_schur_complement() && solve(full_, full_factors_.shift, evaluation, rhs, step);
+}
+
+/// K as a whole from now on, the current one at once. False: that changes nothing, or its inertia.
+bool KktSystem::leave_schur_complement() {
+  if (!full_factors_.by_schur_complement) return false;
+  const KktFactors before = full_factors_;
+  schur_ = nullptr;
+  const KktFactors now = factorize(before.shift);
+  full_factors_.serial = before.serial;  // of the same matrix
+  return now.status == FactorizationStatus::Ok && now.inertia == before.inertia;
+}
+
+bool KktSystem::solve_inner(const KktFactors& factors, const Evaluation& evaluation,
+                            const NewtonResidual& rhs, Step& step) {
+  return are_current_inner(factors) && solve(inner_, inner_factors_.shift, evaluation, rhs, step);
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,94 @@
+#include <algorithm>
+
+#include "core/method/barrier_update.hpp"
+#include "core/point/residual.hpp"
+
+namespace ipminmax {
+
+BarrierUpdate::BarrierUpdate(const MethodContext& context, const Point& first)
+    : context_(context),
+      least_(final_barrier(context.options, context.canonical.objective_scale())),
+      mu_(std::max(context.options.mu_init, least_)) {
+  if (context.options.mu_strategy != BarrierStrategy::Adaptive) return;
+  const Complementarity products = complementarity_of(context.canonical, first.iterate);
+  if (products.bounds == 0) return;
+  adaptive_.emplace(context.options, least_,
+                    least_adaptive_barrier(context.options, context.canonical.objective_scale()),
+                    products.average);
+  rhs_ = step_ = affine_ = zero_step(context.canonical);
+}
+
+void BarrierUpdate::begin_anew() {
+  mu_ = std::max(context_.options.mu_init, least_);
+  forget_progress();
+}
+
+void BarrierUpdate::forget_progress() {
+  if (adaptive_) adaptive_->reset();
+}
+
+void BarrierUpdate::settle() {
+  if (adaptive_) mu_ = std::min(mu_, least_);
+}
+
+double BarrierUpdate::monotone(const Point& point, double from) const {
+  const auto error = [&](double mu) {
+    return barrier_error(context_.canonical, point, mu, context_.options.s_max);
+  };
+  return next_barrier(
+      from, least_, [&](double mu) { return error(mu).scaled; },
+      [&](double mu) { return error(mu).norm(); }, context_.options);
+}
+
+bool BarrierUpdate::update(const Point& point, const StepReport& last) {
+  const SolverOptions& options = context_.options;
+  // Algorithm 1 decreases b after a step, so not before the first.
+  if (options.minmax_barrier_rule == BarrierRule::Paper && context_.budget.iteration == 0) {
+    return false;
+  }
+  const double before = mu_;
+  if (adaptive_) {
+    BarrierState now;
+    now.residual =
+        squared_residual(context_.canonical, point.iterate, point.evaluation, point.dual).total();
+    now.merit = {point.evaluation.c.lpNorm<1>(), point.evaluation.f};
+    now.average = complementarity_of(context_.canonical, point.iterate).average;
+    now.barrier_error = barrier_error(context_.canonical, point, mu_, options.s_max).scaled;
+    now.step_accepted = last.kind != StepKind::Leap && last.kind != StepKind::Restoration;
+    mu_ = adaptive_->next(
+        mu_, now, [&] { return ask_oracle(point); },
+        [&](double from) { return monotone(point, from); });
+  } else {
+    mu_ = monotone(point, mu_);
+  }
+  return mu_ != before;
+}
+
+std::optional<double> BarrierUpdate::ask_oracle(const Point& point) {
+  const CanonicalProblem& canonical = context_.canonical;
+  KktSystem& kkt = context_.kkt;
+  const Complementarity products = complementarity_of(canonical, point.iterate);
+  if (context_.options.mu_oracle == BarrierOracle::Loqo) return loqo_barrier(products);
+
+  // The Newton step to mu = 0, with shifts of its own: the step's memory of shifts stays as it is.
+  InertiaCorrection correction = context_.correction;
+  newton_residual(canonical, point, 0.0, rhs_);
+  kkt.assemble(point.iterate, point.evaluation);
+  if (!correction.correct(mu_) || !kkt.solve(point.evaluation, rhs_, step_)) return std::nullopt;
+  if (context_.options.mu_oracle == BarrierOracle::Probing) {
+    return probing_barrier(canonical, point.iterate, step_, work_);
+  }
+  affine_ = step_;
+  const double average = products.average;
+  set_zero(rhs_);
+  rhs_.v = -average * canonical.damping();
+  for (const Index i : canonical.lower_bounded()) rhs_.z_lower[i] = average;
+  for (const Index i : canonical.upper_bounded()) rhs_.z_upper[i] = average;
+  if (!kkt.solve(point.evaluation, rhs_, step_)) return std::nullopt;
+  return quality_function_barrier(
+      canonical, point.iterate,
+      squared_residual(canonical, point.iterate, point.evaluation, point.dual), affine_, step_,
+      context_.options.tau_min, work_);
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "core/method/filter_search.hpp"
+#include "core/method/parameters.hpp"
+
+namespace ipminmax {
+
+/// Inverse iteration on the variables of one player's block.
+struct InverseIteration {
+  IndexRange variables{};
+  int iterations = 0;
+  /// Ends when the Rayleigh quotient of the inverse has settled: where little is at stake.
+  bool until_settled = false;
+};
+
+/// Turns the step to the direction of the curvature with the wrong sign, by inverse iteration with the
+/// block's matrix, solve(rhs, step). A shift far above what the matrix needs makes it slow. The step has
+/// length one in the block. False: no direction.
+template <class Solve>
+bool turn_to_curvature(const InverseIteration& how, NewtonResidual& rhs, Step& step, Solve solve) {
+  const Index begin = how.variables.begin;
+  const Index n = how.variables.size();
+  set_zero(rhs);
+  for (Index i = 0; i < n; ++i) rhs.v[begin + i] = std::sin(1.0 + i);
+  double last_quotient = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < how.iterations; ++k) {
+    if (!solve(rhs, step)) return false;
+    auto direction = rhs.v.segment(begin, n);
+    const double quotient = direction.dot(step.v.segment(begin, n)) / direction.squaredNorm();
+    const double norm = step.v.segment(begin, n).norm();
+    if (!(norm > 0.0)) return false;
+    direction = step.v.segment(begin, n) / norm;
+    step.v /= norm;
+    const bool settled = std::abs(quotient - last_quotient) <=
+                         parameters::escape::kSettledQuotient * std::abs(quotient);
+    if (settled && how.until_settled) break;
+    last_quotient = quotient;
+  }
+  return true;
+}
+
+/// A move along a curvature, to both sides.
+struct CurvatureMove {
+  Merit from{};
+  double length = 0.0;  ///< first one tried
+  double shortest = 0.0;
+  double decrease = 0.0;    ///< of the length
+  double least_gain = 0.0;  ///< of phi
+  double penalty = 0.0;     ///< of the violation against phi
+};
+
+/// Moves a block's trial point along the direction, whose first sense is the better one, until the merit
+/// improves. A block has
+///   set_trial(direction, length)  the trial point as far along as bounds allow
+///   evaluate_move(length)         its merit
+///   improve(trial)                brings it closer to the constraints: its merit then
+///   complete()                    as in filter_search
+template <class Block>
+bool move_along_curvature(Block& block, const CurvatureMove& move, const Eigen::VectorXd& direction,
+                          TimeLimit& limit) {
+  const auto gains = [&](const Trial& trial) {
+    // A violation left over may not pay for the decrease.
+    const double change =
+        trial.merit.phi - move.from.phi + move.penalty * (trial.merit.theta - move.from.theta);
+    return trial.usable && change < -move.least_gain;
+  };
+  for (double t = move.length; t > move.shortest && !limit.expired(); t *= move.decrease) {
+    for (const double sign : {1.0, -1.0}) {
+      block.set_trial(direction, sign * t);
+      const Trial trial = block.improve(block.evaluate_move(t));
+      if (gains(trial) && block.complete()) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace ipminmax

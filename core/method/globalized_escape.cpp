@@ -1,0 +1,79 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/method/globalized_block.hpp"
+#include "core/method/parameters.hpp"
+#include "core/model/norms.hpp"
+
+// Leaving a first-order point that is no solution.
+
+namespace ipminmax {
+
+namespace parameter = parameters::escape;
+
+StepReport GlobalizedMethod::escape(const Point& from, double mu, const EscapeRequest& request,
+                                    Point& to) {
+  Run run{.here = &from, .to = to, .mu = mu};
+  if (++escapes_ > parameter::kMost) return {};
+  filter_.reset();
+  run.report.kind = StepKind::Escape;
+  const bool inner_wrong = has_max() && request.wrong && request.wrong->owner == Player::Max;
+  if (has_max() && !outer_.inner.direction(from, mu, outer_.direction)) return {};
+  const bool along_y = inner_wrong || (has_max() && outer_.direction.shift.y > 0.0);
+  run.report.moved = along_y ? escape_inner(run, request, inner_wrong) : escape_outer(run, request);
+  return std::move(run.report);
+}
+
+bool GlobalizedMethod::escape_inner(Run& run, const EscapeRequest& request, bool along_given) {
+  run.to = *run.here;
+  InnerMaximizer& inner = outer_.inner;
+  if (along_given && (!inner.leave(run.to, run.mu, request.wrong->direction) ||
+                      !inner.direction(run.to, run.mu, outer_.direction))) {
+    return false;
+  }
+  const auto outcome =
+      inner.maximize(run.to, run.mu, inner_target(run.to, run.mu), parameters::inner::kSteps,
+                     std::numeric_limits<double>::infinity(), outer_.direction);
+  return outcome == InnerMaximizer::Outcome::Maximum ||
+         outcome == InnerMaximizer::Outcome::NotFound;
+}
+
+bool GlobalizedMethod::escape_outer(Run& run, const EscapeRequest& request) {
+  const Point& from = *run.here;
+  const bool clear = request.clear_gain;
+  const Index nx = canonical_.y().begin;
+  Regularization shift = has_max() ? outer_.direction.shift : Regularization{};
+  if (!outer_.find_step(from, run.mu, shift, false)) return false;
+  Step& step = outer_.step;
+  if (request.wrong && request.wrong->owner == Player::Min) {
+    step.v = request.wrong->direction / request.wrong->direction.head(nx).norm();
+  } else {
+    const InverseIteration how{
+        .variables = {0, nx},
+        .iterations = has_max() ? parameter::kOuterIterations : parameter::kIterations,
+        .until_settled = clear};
+    if (!turn_to_curvature(how, outer_.rhs, step, [&](const NewtonResidual& rhs, Step& solution) {
+          return kkt_.solve(outer_.factors, from.evaluation, rhs, solution);
+        })) {
+      return false;
+    }
+  }
+  if (outer_.slope(from, run.mu) > 0.0) step.v = -step.v;
+
+  CurvatureMove move{.from = outer_.estimate(from, run.mu)};
+  move.length = parameter::kLength * (1.0 + max_norm(from.iterate.v));
+  move.shortest = (clear ? parameter::kClearShortest : parameter::kShortest) * move.length;
+  move.decrease = clear ? parameter::kClearDecrease : parameter::kDecrease;
+  move.least_gain =
+      (clear ? parameter::kClearGain : parameter::kLeastGain) * (1.0 + std::abs(move.from.phi));
+  if (!has_max()) move.penalty = parameter::kPenalty * max_norm(from.iterate.lambda);
+  Block block{.owner = *this, .run = run, .left = move.from};
+  if (clear) block.clear_gain = move.least_gain;
+  if (!move_along_curvature(block, move, step.v, limit_)) return false;
+  accept(run);
+  run.report.alpha_primal = block.alpha_primal;
+  return true;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,168 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/method/globalized_block.hpp"
+#include "core/method/parameters.hpp"
+#include "core/model/norms.hpp"
+
+// The outer step: filter line search along the Newton step of K, and what is done where it fails.
+
+namespace ipminmax {
+
+namespace parameter = parameters::outer;
+
+bool GlobalizedMethod::find_outer_step(Run& run) {
+  Regularization shift;
+  if (has_max()) {
+    shift = outer_.direction.shift;
+    shift.x = shift.lambda_x = 0.0;
+  }
+  const bool at_hand = run.unshifted_step == UnshiftedStep::Right && shift == Regularization{};
+  if (!at_hand &&
+      !outer_.find_step(*run.here, run.mu, shift, run.unshifted_step == UnshiftedStep::Wrong)) {
+    return false;
+  }
+  run.report.delta_x = shift.x;
+  run.report.delta_y = shift.y;
+  run.report.step_norm = max_norm(outer_.step.v);
+  run.report.kind = shift.x > 0.0 ? StepKind::Shifted : StepKind::Filter;
+  return true;
+}
+
+bool GlobalizedMethod::outer_step(Run& run) {
+  bool inner_exact = !has_max();
+  for (;;) {
+    if (!find_outer_step(run)) {
+      if (can_restore(*run.here) && !limit_.expired()) return restore(run);
+      return fail(run, Status::InertiaCorrectionFailed,
+                  "no shift of the Hessian gives the KKT matrix the expected inertia");
+    }
+    const bool is_watched = !has_max() && watchdog_.is_due();
+    if (is_watched && watched_step(run)) return true;
+    const int trials = !has_max()    ? parameter::kTrials
+                       : inner_exact ? parameter::kExactTrials
+                                     : parameter::kRoughTrials;
+    if (search(run, trials, is_watched)) return true;
+    if (limit_.expired()) return fail_by_limit(run);  // no other step in haste
+    // Rejections may be the fault of phi's estimate: make it exact and search once more.
+    if (inner_exact || std::abs(outer_.direction.gain) <= parameter::kExactGain) break;
+    inner_exact = true;
+    const double estimate = outer_.merit(*run.here, run.mu).phi;
+    if (!exact_inner_maximum(run)) {  // the branch ends before its maximum
+      return limit_.expired() ? fail_by_limit(run) : leap(run);
+    }
+    const double found = outer_.merit(*run.here, run.mu).phi;
+    if (!goes_on(run, patience_.check_branch(estimate, found))) return false;
+  }
+  return without_line_search(run);
+}
+
+bool GlobalizedMethod::exact_inner_maximum(Run& run) {
+  outer_.trial = *run.here;
+  if (outer_.inner.maximize(outer_.trial, run.mu, parameter::kExactGain, parameters::inner::kSteps,
+                            std::numeric_limits<double>::infinity(),
+                            outer_.direction) != InnerMaximizer::Outcome::Maximum) {
+    return false;
+  }
+  move_to_trial(run);
+  run.unshifted_step = UnshiftedStep::Unknown;
+  filter_.reset();
+  return true;
+}
+
+bool GlobalizedMethod::without_line_search(Run& run) {
+  if (soft_step(run)) return true;
+  if (can_restore(*run.here)) return restore(run);
+  if (has_max()) return leap(run);
+  // Points of long ago may be all that rejects.
+  filter_.reset();
+  if (search(run, parameter::kTrials, false)) return true;
+  const Eigen::VectorXd& c = run.here->evaluation.c;
+  const bool exactly_feasible = max_norm(c) <= parameters::restoration::kFeasible * options_.tol;
+  if (restorer_.solve && !exactly_feasible) return restore(run);
+  return fail(run, Status::TinyStep, "no acceptable step found");
+}
+
+bool GlobalizedMethod::search(Run& run, int trials, bool first_fails) {
+  const Point& from = *run.here;
+  SearchLine line{.from = outer_.estimate(from, run.mu),
+                  .longest = outer_.longest_step(from, run.mu),
+                  .trials = trials,
+                  .first_fails = first_fails};
+  line.slope = outer_.slope(from, run.mu);
+  line.smallest = filter_.smallest_step(line.from, line.slope);
+  last_slope_ = std::abs(line.slope);
+  if (has_max()) {
+    // phi is known along one branch of inner maxima only: no step far out of its neighbourhood.
+    const double longest = parameter::kLongStep * (1.0 + max_norm(from.iterate.v));
+    line.longest.primal =
+        std::min(line.longest.primal, longest / std::max(max_norm(outer_.step.v), longest));
+  }
+  Block block{.owner = *this, .run = run};
+  // phi above this cannot be accepted when there is no violation to reduce.
+  if (line.from.theta == 0.0) block.upper_bound = line.from.phi;
+  const SearchEnd end = filter_search(block, filter_, line, limit_);
+  if (!end.accepted) return false;
+  accept(run);
+  run.report.alpha_primal = end.alpha.primal;
+  run.report.alpha_dual = end.alpha.dual;
+  if (end.corrected) run.report.kind = StepKind::Corrected;
+  slow_steps_ = end.alpha.primal <= parameter::kSlowLength ? slow_steps_ + 1 : 0;
+  watchdog_.count(end.cuts > 0);
+  soft_steps_ = 0;
+  if (has_max() && slow_steps_ >= parameter::kSlowSteps) fast_pause_ = 0;
+  return true;
+}
+
+void GlobalizedMethod::count_dominated(bool dominated) {
+  if (has_max() || filter_resets_ >= parameter::kFilterResets) return;
+  dominated_steps_ = dominated ? dominated_steps_ + 1 : 0;
+  if (dominated_steps_ < parameter::kDominatedBeforeReset) return;
+  filter_.reset();
+  ++filter_resets_;
+  dominated_steps_ = 0;
+}
+
+/// False: an ordinary search is due, from the point and with the step that it went back to.
+bool GlobalizedMethod::watched_step(Run& run) {
+  const Point& from = *run.here;
+  if (!watchdog_.active) {
+    watchdog_.point = from;
+    watchdog_.step = outer_.step;
+    watchdog_.from = outer_.merit(from, run.mu);
+    watchdog_.slope = outer_.slope(from, run.mu);
+    watchdog_.report = run.report;
+    watchdog_.trials = 0;
+    watchdog_.active = true;
+  }
+  const StepLength alpha = outer_.longest_step(from, run.mu);
+  if (watchdog_.trials == 0) watchdog_.alpha = alpha.primal;
+  Block block{.owner = *this, .run = run};
+  const Trial trial = block.evaluate(watchdog_.slope, alpha);
+  const bool defined = trial.usable && block.complete();
+  const auto verdict = filter_.test(watchdog_.from, watchdog_.slope, watchdog_.alpha, trial.merit);
+  const bool improves = defined && Filter::accepted(verdict);
+  if (improves || (defined && ++watchdog_.trials <= parameter::kWatchdogTrials)) {
+    if (improves) {
+      if (verdict == Filter::Verdict::Sufficient) filter_.add(watchdog_.from);
+      watchdog_.end();
+    }
+    accept(run);
+    run.report.alpha_primal = alpha.primal;
+    run.report.alpha_dual = alpha.dual;
+    run.report.kind = StepKind::Watchdog;
+    return true;
+  }
+  watchdog_.end();
+  std::swap(run.to, watchdog_.point);
+  run.here = &run.to;
+  std::swap(outer_.step, watchdog_.step);
+  const Index trials = run.report.trials;
+  run.report = watchdog_.report;
+  run.report.trials = trials;
+  return false;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,160 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/method/barrier.hpp"
+#include "core/method/outer_block.hpp"
+#include "core/method/parameters.hpp"
+#include "core/point/residual.hpp"
+
+namespace ipminmax {
+
+OuterBlock::OuterBlock(const MethodContext& context, const Point& first)
+    : inner(context, first),
+      trial(first),
+      canonical_(context.canonical),
+      kkt_(context.kkt),
+      correction_(context.correction),
+      options_(context.options),
+      before_(first),
+      best_(first) {
+  rhs = step = corrected = zero_step(canonical_);
+  direction.step = trial_direction.step = rhs;
+  gradient_ = rhs.v;
+  corrected_c = rhs.lambda;
+}
+
+Merit OuterBlock::merit(const Point& point, double mu) const {
+  return {violation(point.evaluation.c, canonical_.min_constraints()),
+          barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu)};
+}
+
+Merit OuterBlock::estimate(const Point& point, double mu) const {
+  Merit result = merit(point, mu);
+  if (has_max()) result.phi += direction.gain;
+  return result;
+}
+
+double OuterBlock::norm_error(const Point& point, double mu) const {
+  return barrier_error(canonical_, point, mu, options_.s_max).norm();
+}
+
+void OuterBlock::assemble(const Point& point, double mu) {
+  kkt_.assemble(point.iterate, point.evaluation);
+  newton_residual(canonical_, point, mu, rhs);
+}
+
+bool OuterBlock::find_step(const Point& point, double mu, Regularization& shift, bool zero_fails) {
+  assemble(point, mu);
+  for (;;) {
+    Regularization found = shift;
+    if (!correction_.correct_full(mu, found, zero_fails && shift == Regularization{})) return false;
+    factors = kkt_.factors();
+    if (solve(point)) {
+      shift = found;
+      return true;
+    }
+    if (!kkt_.increase_quality()) return false;
+  }
+}
+
+StepLength OuterBlock::longest_step(const Point& point, double mu) const {
+  return largest_step(canonical_, point.iterate, step, boundary_fraction(mu, options_));
+}
+
+double OuterBlock::slope(const Point& point, double mu) {
+  // d/dx of phi along d_x: grad_x f_b + W_xy d_Y + J_yx' (lambda_y + dlambda_Y).
+  barrier_gradient(canonical_, point, mu, gradient_);
+  const Index y = canonical_.y().begin;
+  if (has_max()) {
+    const auto hessian = canonical_.hessian();
+    for (std::size_t k = 0; k < hessian.size(); ++k) {
+      const auto [row, col] = hessian[k];  // row >= col: row is the Max variable of a mixed entry
+      if (row >= y && col < y) {
+        gradient_[col] += point.evaluation.hessian[k] * direction.step.v[row];
+      }
+    }
+    const auto jacobian = canonical_.jacobian();
+    for (std::size_t k = 0; k < jacobian.size(); ++k) {
+      const auto [row, col] = jacobian[k];
+      if (col < y && canonical_.max_constraints().contains(row)) {
+        gradient_[col] +=
+            point.evaluation.jacobian[k] * (point.iterate.lambda[row] + direction.step.lambda[row]);
+      }
+    }
+  }
+  return gradient_.head(y).dot(step.v.head(y));
+}
+
+void OuterBlock::set_trial(const Point& from, const Step& along, StepLength alpha, double mu) {
+  trial.iterate = from.iterate;
+  advance(along, alpha, trial.iterate);
+  clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, trial.iterate);
+}
+
+Trial OuterBlock::evaluate_trial(double mu, double slope, double alpha, double upper_bound) {
+  Trial result;
+  if (evaluate_values(canonical_, trial) != EvaluationStatus::Ok) return result;
+  if (has_max()) {
+    // phi(x) is at least the value at any feasible y.
+    if (inner.feasible(trial, mu) && merit(trial, mu).phi > upper_bound) return result;
+    // A trial point must keep a local maximum over y in sight.
+    if (evaluate_derivatives(canonical_, trial) != EvaluationStatus::Ok) return result;
+    if (!find_trial_direction(mu)) return result;
+    const double value = std::abs(merit(trial, mu).phi);
+    double allowed = std::min(parameters::inner::kSlopeShare * alpha * std::abs(slope),
+                              parameters::inner::kValueShare * (1.0 + value));
+    allowed = std::max(allowed, parameters::inner::kRoundingShare * (1.0 + value));
+    if (std::abs(trial_direction.gain) > allowed &&
+        inner.maximize(trial, mu, allowed, parameters::inner::kCorrections, upper_bound,
+                       trial_direction) != InnerMaximizer::Outcome::Maximum) {
+      return result;
+    }
+  }
+  result.merit = merit(trial, mu);
+  if (has_max()) result.merit.phi += trial_direction.gain;
+  result.usable = std::isfinite(result.merit.phi);
+  return result;
+}
+
+std::optional<StepLength> OuterBlock::correct(const Point& from, double mu,
+                                              const Eigen::VectorXd& c) {
+  newton_residual(canonical_, from, mu, rhs);
+  rhs.lambda = -c;
+  if (!kkt_.solve(factors, from.evaluation, rhs, corrected)) return std::nullopt;
+  const StepLength alpha =
+      largest_step(canonical_, from.iterate, corrected, boundary_fraction(mu, options_));
+  set_trial(from, corrected, alpha, mu);
+  return alpha;
+}
+
+Trial OuterBlock::return_to_constraints(const Point& from, double mu, Trial reached) {
+  // A direction of curvature is tangent to the constraints, which bend: Newton steps on c with the
+  // matrix factorized at the point.
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  set_zero(rhs);
+  best_ = trial;
+  for (int k = 0; k < parameters::escape::kConstraintSteps && reached.merit.theta > options_.tol;
+       ++k) {
+    rhs.lambda = -trial.evaluation.c;
+    Step& back = corrected;
+    if (!kkt_.solve(factors, from.evaluation, rhs, back)) break;
+    back.lambda.setZero();
+    back.z_lower.setZero();
+    back.z_upper.setZero();
+    before_ = trial;
+    const double alpha =
+        largest_step(canonical_, before_.iterate, back, parameters::escape::kBoundaryFraction)
+            .primal;
+    set_trial(before_, back, {.primal = alpha, .dual = 0.0}, mu);
+    const Trial next = evaluate_trial(mu, 1.0, 1.0, kInfinity);
+    if (!next.usable || !(next.merit.theta < reached.merit.theta)) break;
+    reached = next;
+    best_ = trial;
+  }
+  std::swap(trial, best_);
+  return reached;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,205 @@
+#pragma once
+
+#include <cstddef>
+
+#include "core/result.hpp"
+
+/// The numbers of the method that are no options. Symbols are those of core/algorithm.md or of the source
+/// named: [WB] Waechter and Biegler 2006, [Ipopt] the solver's options of that name, [G] the study of
+/// the globalized method on 28 small problems, [R] measurements on random multimodal problems and on
+/// problems without a local minmax (tests/problems), [eps] rounding.
+namespace ipminmax::parameters {
+
+/// The fast path: Newton's method where both inertias are right.
+namespace fast {
+constexpr double kContraction = 0.9;  ///< kappa_f: of |g(z, mu)|, else the step is no fast one [G]
+constexpr double kFreezeContraction =
+    0.1;                     ///< of a full step: K_yy is taken to be right [CYH's freeze]
+constexpr Index kPause = 2;  ///< iterations without it after it failed [G]
+}  // namespace fast
+
+/// The inner phase: ascent in y alone.
+namespace inner {
+constexpr double kSlopeShare = 0.5;       ///< theta: |q| against the predicted outer decrease [G]
+constexpr double kValueShare = 0.1;       ///< t_in: |q| against 1 + |f_b| [R]
+constexpr double kBarrierShare = 1e-2;    ///< |q| against mu where Max has bounds [G]
+constexpr double kLeastTarget = 1e-13;    ///< of that [eps]
+constexpr double kRoundingShare = 1e-14;  ///< of 1 + |f_b|: no gain is asked to be smaller [eps]
+constexpr double kErrorFactor = 10.0;  ///< kappa_y: E_y against mu; barrier_tol_factor of [Ipopt]
+constexpr int kSteps = 50;             ///< of one maximization [G]
+constexpr int kCorrections = 4;        ///< of a trial point of the minimizer [G]
+constexpr double kLongStep =
+    10.0;  ///< a longer step of y, over 1 + |y|, is cut; farther out y is away [G]
+constexpr double kFeasible =
+    1e-6;                         ///< violation, over max(1, mu), at which values are compared [G]
+constexpr double kRunaway = 1e4;  ///< growth of |y| that counts as running away [G]
+constexpr int kFarShiftedSteps = 3;   ///< allowed once y has left its neighbourhood [R]
+constexpr double kStationary = 1e-3;  ///< E_y over min(1, mu) at which a wrong K_yy is left [G]
+constexpr double kInvisibleGain =
+    1e-9;  ///< q over 1 + |value| that a failed search may leave [eps]
+constexpr double kShortestStep = 1e-12;   ///< of the search [eps]
+constexpr std::size_t kFilterPairs = 64;  ///< room; one per step at most
+}  // namespace inner
+
+/// The outer step: filter line search of the minimizer.
+namespace outer {
+constexpr int kTrials = 60;           ///< of a minimization
+constexpr int kRoughTrials = 4;       ///< with an inexact inner maximum [G]
+constexpr int kExactTrials = 10;      ///< with an exact one [G]
+constexpr double kExactGain = 1e-9;   ///< |q| of an exact one [G]
+constexpr double kLongStep = 4.0;     ///< the longest step with Max variables, over 1 + |v| [G]
+constexpr Index kSlowSteps = 4;       ///< short steps in a row that end the fast path's pause [G]
+constexpr double kSlowLength = 0.13;  ///< of a short one: three halvings [G]
+constexpr Index kFilterPairs = 1000;  ///< room
+// Second-order correction, p_max and kappa_soc of [WB, 2.4].
+constexpr int kSecondOrderSteps = 4;
+constexpr double kSecondOrderDecrease = 0.99;
+// watchdog_shortened_iter_trigger, watchdog_trial_iter_max, filter_reset_trigger, max_filter_resets
+// of [Ipopt].
+constexpr Index kShortenedBeforeWatchdog = 10;
+constexpr Index kWatchdogTrials = 3;
+constexpr Index kDominatedBeforeReset = 5;
+constexpr Index kFilterResets = 5;
+}  // namespace outer
+
+/// Steps where no merit function helps.
+namespace untested {
+constexpr double kLongestJointStep = 10.0;   ///< over 1 + |v| [G]
+constexpr int kCuts = 60;                    ///< to where the model is defined
+constexpr Index kSoftSteps = 10;             ///< in a row; max_soft_resto_iters of [Ipopt]
+constexpr double kSoftContraction = 0.9999;  ///< soft_resto_pderror_reduction_factor of [Ipopt]
+constexpr Index kLongestPause =
+    4;  ///< joint steps before the inner phase: 2^0, 2^1 to this power [G]
+}  // namespace untested
+
+/// Feasibility restoration.
+namespace restoration {
+constexpr double kDecrease = 0.9;           ///< kappa_resto of [WB, 3.3]
+constexpr double kLargestMultiplier = 1e3;  ///< bound_mult_reset_threshold of [Ipopt]
+constexpr double kPenalty = 1e3;            ///< rho of [WB, 3.3.1]
+constexpr double kAlmostFeasible = 1e2;  ///< violation over tol below which nothing is restored [R]
+constexpr double kFeasible = 1e-2;       ///< or not even where nothing else is left [eps]
+}  // namespace restoration
+
+/// Leaving first-order points along curvature of a wrong sign.
+namespace escape {
+constexpr Index kMost = 30;          ///< of one search
+constexpr int kInnerIterations = 4;  ///< inverse iterations for y [G]
+constexpr int kOuterIterations = 6;  ///< for x [G]
+constexpr int kIterations = 60;      ///< of a minimization: shifts far too large make them slow
+constexpr double kSettledQuotient = 1e-2;  ///< change of the Rayleigh quotient that ends them
+constexpr double kLength = 0.1;            ///< first length tried, over 1 + |v| [G]
+constexpr double kBoundaryFraction = 0.9;  ///< tau of these moves
+constexpr double kDecrease = 0.5;          ///< of the length
+constexpr double kShortest = 1e-6;         ///< length, over the first
+constexpr double kLeastGain = 1e-10;       ///< over 1 + |phi| [eps]
+// The same where curvature decides nothing and little is to be spent.
+constexpr double kClearDecrease = 0.25;
+constexpr double kClearShortest = 0.1;
+constexpr double kClearGain = 1e-6;
+constexpr int kConstraintSteps = 8;  ///< back to the constraints
+constexpr double kPenalty = 2.0;     ///< over the largest multiplier: an exact penalty of |c|_1
+}  // namespace escape
+
+/// When a search is given up, to begin anew elsewhere: cheap where there are few variables, so soon [R].
+namespace patience {
+constexpr Index kFewestSetbacks = 3;
+constexpr Index kMostSetbacks = 15;
+constexpr Index kVariablesPerSetback = 10;
+constexpr Index kLongSearch = 20;          ///< iterations after which the fewest suffice
+constexpr Index kLongRepeatedSearch = 12;  ///< the same in a search begun anew
+constexpr Index kJointSteps = 40;
+constexpr double kBranchJump = 1e-2;     ///< of phi above its estimate, over 1 + |phi| [G]
+constexpr double kProgress = 0.9;        ///< of the violation
+constexpr double kSmallProgress = 1e-4;  ///< of phi, over 1 + |phi|
+constexpr Index kStaleSteps = 8;         ///< without progress in either: a setback
+}  // namespace patience
+
+/// Algorithm 1.
+namespace algorithm_one {
+constexpr int kCuts = 40;  ///< halvings of a step whose end point the model cannot evaluate
+constexpr std::size_t kWatchedResiduals = 10;  ///< minmax_residual_watchdog looks back on
+constexpr double kShortestWatchedStep = 1e-3;
+}  // namespace algorithm_one
+
+/// The filter, [WB, 2.3]; names there.
+namespace filter {
+constexpr double kGammaTheta = 1e-5;
+constexpr double kGammaPhi = 1e-8;
+constexpr double kDelta = 1.0;
+constexpr double kThetaPower = 1.1;  ///< s_theta
+constexpr double kPhiPower = 2.3;    ///< s_phi
+constexpr double kEtaPhi = 1e-8;
+constexpr double kGammaAlpha = 0.05;
+constexpr double kThetaMin = 1e-4;  ///< theta_min over max(1, first violation)
+constexpr double kThetaMax = 1e4;   ///< theta_max over it
+constexpr double kRounding = 10.0;  ///< units of rounding that comparisons forgive; [Ipopt]
+}  // namespace filter
+
+/// The barrier parameter's oracles, as in [Ipopt]; Nocedal, Waechter, Waltz 2009.
+namespace barrier {
+constexpr double kLargestSigma = 100.0;       ///< sigma_max
+constexpr double kSmallestSigma = 1e-6;       ///< sigma_min
+constexpr double kSigmaTolerance = 1e-2;      ///< quality_function_section_sigma_tol
+constexpr int kSectionSteps = 8;              ///< quality_function_max_section_steps
+constexpr double kFilterMargin = 1e-5;        ///< filter_margin_fact
+constexpr double kLargestFilterMargin = 1.0;  ///< filter_max_margin
+constexpr double kLoqoFactor = 0.1;
+constexpr double kLoqoSpread = 0.05;
+constexpr double kLoqoMost = 2.0;
+constexpr double kLoqoPower = 3.0;
+constexpr double kProbingPower = 3.0;
+}  // namespace barrier
+
+/// Divergence of a search, and when it ends elsewhere.
+namespace divergence {
+constexpr double kRunaway =
+    1e10;  ///< size of a variable (scaled), over its bounds' and the start's
+constexpr Index kRunawayIterations = 100;  ///< of a minimization beyond that
+constexpr double kLargeMultiplier =
+    1e6;  ///< of a Max constraint (scaled): Max has no room left [R]
+// Growth of |v| by a Newton step, over 1 + |v|, that counts as a run to infinity when that many steps in
+// a row pass through first-order points, each of them at least that share of the one before: towards a
+// zero of order p they shrink by (p - 1)/p.
+constexpr double kOutwardStep = 5e-4;
+constexpr int kOutwardSteps = 3;
+constexpr double kOutwardShare = 0.95;
+// Second derivatives below this, that many times farther out than the start, have died out.
+constexpr double kDiedOut = 1e-100;
+constexpr double kFarAway = 10.0;
+}  // namespace divergence
+
+/// First-order points that are not yet the end.
+namespace doubtful {
+/// Unscaled gradient above which a degenerate point is no solution at once where the objective is scaled
+/// down, and the iterations that it may take to do better.
+constexpr double kFlatGradient = 1e-4;
+constexpr Index kHiddenIterations = 50;
+/// Iterations after a minimization has left a point whose curvature decides nothing, or as many as that
+/// took where it is more.
+constexpr Index kFewestAfterEscape = 20;
+/// Bound multipliers, over tol, where the constraints alone decide: the barrier needs some.
+constexpr double kIdleMultiplier = 1e-3;
+}  // namespace doubtful
+
+/// What the second-order tests of a solve may cost, in factorizations.
+namespace test {
+constexpr Index kSmallSystem = 300;     ///< rows of K up to which they cost less than the functions
+constexpr Index kForSmallSystems = 40;  ///< for each test there
+constexpr Index kShareOfTests = 5;      ///< elsewhere one for so many others, all tests together
+constexpr Index kFewestForTests = 3;    ///< but for each test these
+}  // namespace test
+
+/// New starts [R].
+namespace restart {
+constexpr double kMargin = 1e-2;  ///< share of an interval that stays free at either end
+constexpr double kReach = 3.0;    ///< half-width of the box, over max(1, |v|), without bounds
+constexpr double kWideInterval = 100.0;  ///< reaches; wider bounds are no region of interest
+constexpr Index kIterationsPerCell = 8;  ///< of a grid with two cells per dimension
+constexpr Index kMostIterations = 200;
+constexpr Index kLargeProblem = 50;  ///< variables
+constexpr Index kIterationsOfLargeProblem = 40;
+constexpr Index kLastResortIterations = 150;  ///< of Algorithm 1
+}  // namespace restart
+
+}  // namespace ipminmax::parameters

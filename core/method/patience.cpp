@@ -1,0 +1,70 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/method/parameters.hpp"
+#include "core/method/patience.hpp"
+
+namespace ipminmax {
+
+namespace parameter = parameters::patience;
+
+Patience::Limits Patience::first(const CanonicalProblem& canonical) {
+  const Index variables = canonical.x().size() + canonical.y().size();
+  return {
+      .setbacks = std::min(parameter::kFewestSetbacks + variables / parameter::kVariablesPerSetback,
+                           parameter::kMostSetbacks),
+      .setbacks_when_long = parameter::kFewestSetbacks,
+      .long_search = parameter::kLongSearch};
+}
+
+Patience::Limits Patience::begun_anew(const CanonicalProblem& canonical) {
+  Limits limits = first(canonical);
+  limits.long_search = parameter::kLongRepeatedSearch;
+  return limits;
+}
+
+void Patience::barrier_changed() {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  best_ = {kInfinity, kInfinity};
+  stale_steps_ = 0;
+}
+
+std::optional<Patience::End> Patience::set_back(Setback kind) {
+  const bool is_long = steps_ > limits_.long_search;
+  const Index allowed = is_long ? limits_.setbacks_when_long : limits_.setbacks;
+  setbacks_.add(kind);
+  if (setbacks_.total() <= allowed && joint_steps_ <= parameter::kJointSteps) return std::nullopt;
+  if (2 * inner_unbounded_ > setbacks_.total()) {
+    return End{Status::InnerUnbounded, "the maximization over the Max variables looks unbounded"};
+  }
+  return End{Status::NoLocalMinmaxFound,
+             "the branches of inner maxima followed from here end or meet in a kink"};
+}
+
+std::optional<Patience::End> Patience::inner_phase_failed(bool y_ran_away) {
+  inner_unbounded_ += y_ran_away ? 1 : 0;
+  return set_back(Setback::NoMaximum);
+}
+
+std::optional<Patience::End> Patience::check_branch(double estimate, double found) {
+  if (found <= estimate + parameter::kBranchJump * (1.0 + std::abs(found))) return std::nullopt;
+  return set_back(Setback::OtherBranch);
+}
+
+std::optional<Patience::End> Patience::check_progress(const Merit& now) {
+  // Jumps between two branches too small for check_branch, to and fro over a kink.
+  const bool better = now.theta < parameter::kProgress * best_.theta ||
+                      now.phi < best_.phi - parameter::kSmallProgress * (1.0 + std::abs(best_.phi));
+  if (better) {
+    best_.theta = std::min(best_.theta, now.theta);
+    best_.phi = std::min(best_.phi, now.phi);
+    stale_steps_ = 0;
+    return std::nullopt;
+  }
+  if (++stale_steps_ < parameter::kStaleSteps) return std::nullopt;
+  stale_steps_ = 0;
+  return set_back(Setback::NoProgress);
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/iteration.hpp"
+#include "core/kkt/inertia_correction.hpp"
+#include "core/kkt/system.hpp"
+#include "core/method/wrong_curvature.hpp"
+#include "core/model/canonical_problem.hpp"
+#include "core/model/timer.hpp"
+#include "core/options.hpp"
+#include "core/point/point.hpp"
+#include "core/result.hpp"
+
+namespace ipminmax {
+
+/// What led to a point. The values are the letters of the log, core/algorithm.md.
+enum class StepKind : char {
+  None = ' ',
+  Newton = 'n',
+  Filter = 'f',
+  Shifted = 's',
+  Corrected = 'c',  ///< of second order
+  Soft = 'r',
+  Restoration = 'R',
+  Joint = 'j',
+  Leap = 'l',
+  Escape = 'e',
+  Watchdog = 'W',
+  Instability = 'i',  ///< line 7 of Algorithm 1 raised delta_x
+  NewStart = 'w'
+};
+
+/// What a step did.
+struct StepReport {
+  bool moved = false;               ///< a new point is there, complete
+  std::optional<Status> failure{};  ///< ends the search, at the new point if there is one
+  std::string message{};            ///< of the failure
+  StepKind kind = StepKind::None;
+  double delta_x = 0.0, delta_y = 0.0;  ///< shifts of W
+  double alpha_primal = 0.0, alpha_dual = 0.0;
+  double step_norm = 0.0;  ///< infinity norm of the primal step
+  Index trials = 0;
+  ShiftFindings shifts{};
+
+  void fail(Status status, std::string text = {}) {
+    failure = status;
+    message = std::move(text);
+  }
+};
+
+/// What a solve may spend, and has: iterations of all its searches together and of restorations.
+struct IterationBudget {
+  Index limit = 0;
+  Index iteration = 0;    ///< done, of searches
+  Index restoration = 0;  ///< done, of restorations
+  Index hidden = 0;       ///< of those, beyond points that meet the tolerances by their scaling
+  Index tests = 0;        ///< factorizations of K and K_yy by second-order tests
+
+  [[nodiscard]] bool is_spent() const { return iteration + restoration >= limit; }
+  /// For a restoration: the step back counts, too.
+  [[nodiscard]] Index left_to_restore() const {
+    return std::max<Index>(0, limit - iteration - 1 - restoration);
+  }
+};
+
+/// What the parts of a method work with; one for all searches of a solve.
+struct MethodContext {
+  CanonicalProblem& canonical;
+  KktSystem& kkt;
+  InertiaCorrection& correction;
+  const SolverOptions& options;
+  TimeLimit& limit;
+  IterationBudget& budget;
+  Counts& counts;
+};
+
+/// How to leave a first-order point.
+struct EscapeRequest {
+  bool clear_gain = false;                     ///< only for one, looked for at few points
+  const std::optional<WrongCurvature>& wrong;  ///< the offending curvature, where it is known
+};
+
+/// A rule that leads from point to point. Points given have functions, derivatives and dual residual;
+/// they stay as they are.
+class StepMethod {
+ public:
+  virtual ~StepMethod() = default;
+
+  /// One iteration, to another point with functions, derivatives and dual residual. Past the time
+  /// limit any failure may come.
+  [[nodiscard]] virtual StepReport step(const Point& from, double mu, Point& to) = 0;
+  /// Leaves a first-order point that is no solution, with a wrong inertia, along a direction of the
+  /// offending curvature. Not moved: no allowed attempt is left, none helps, or the method knows none.
+  [[nodiscard]] virtual StepReport escape(const Point& /*from*/, double /*mu*/,
+                                          const EscapeRequest& /*request*/, Point& /*to*/) {
+    return {};
+  }
+  /// The barrier parameter changed: earlier merits no longer compare.
+  virtual void barrier_changed() {}
+};
+
+}  // namespace ipminmax

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "core/method/filter.hpp"
+#include "core/method/parameters.hpp"
+#include "core/method/step_method.hpp"
+
+namespace ipminmax {
+
+/// Ipopt's watchdog for minimizations: after shortened steps in a row, full steps that need not improve on
+/// the point they leave, as long as one of the first few improves on the point where it began.
+struct Watchdog {
+  bool active = false;
+  Index trials = 0;
+  Index shortened_steps = 0;  ///< in a row
+  // Where it began.
+  Point point;
+  Step step;
+  Merit from;
+  double slope = 0.0;
+  double alpha = 1.0;
+  StepReport report;
+
+  [[nodiscard]] bool is_due() const {
+    return active || shortened_steps >= parameters::outer::kShortenedBeforeWatchdog;
+  }
+  void count(bool shortened) { shortened_steps = shortened ? shortened_steps + 1 : 0; }
+  void end() {
+    active = false;
+    shortened_steps = 0;
+  }
+};
+
+}  // namespace ipminmax

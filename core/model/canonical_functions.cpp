@@ -1,0 +1,241 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "core/model/canonical_problem.hpp"
+#include "core/model/norms.hpp"
+#include "core/model/structure_check.hpp"
+#include "core/model/timer.hpp"
+
+// The functions, asked of the model, in canonical form.
+
+namespace ipminmax {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+bool CanonicalProblem::take_new_point() { return std::exchange(new_point_, false); }
+
+bool CanonicalProblem::load(const Eigen::VectorXd& v) {
+  Index bad = -1;
+  const auto copy = [&](IndexRange range) {
+    for (Index i = range.begin; i < range.end; ++i) {
+      const double value = v[i] / col_scale_[at(i)];
+      if (!std::isfinite(value)) bad = i;
+      double& target = model_v_[at(map_.model_variable[at(i)])];
+      if (target != value) {
+        target = value;
+        new_point_ = true;
+      }
+    }
+  };
+  copy(map_.x);
+  copy(map_.y);
+  if (bad >= 0) evaluation_failure_ = {.function = "the point tried", .col = bad};
+  return bad < 0;
+}
+
+std::string CanonicalProblem::evaluation_error() const {
+  const EvaluationFailure& failure = evaluation_failure_;
+  std::string text(failure.function);
+  if (failure.status == EvaluationStatus::Undefined) return text + " is undefined";
+  const auto name = [&](Index variable) {
+    return variable_name(map_.model_variable[at(variable)]);
+  };
+  if (failure.row >= 0 && failure.col >= 0) text += " of " + row_name(failure.row);
+  text += " is NaN or infinite";
+  if (failure.col >= 0) {
+    text += " in " + name(failure.col);
+  } else if (failure.row >= 0) {
+    text += " in " + row_name(failure.row);
+  }
+  if (failure.other_col >= 0) text += " and " + name(failure.other_col);
+  return text;
+}
+
+EvaluationStatus CanonicalProblem::objective(const Eigen::VectorXd& v, double& f) {
+  const ScopedTimer timer(timing_.evaluations);
+  if (!load(v)) return EvaluationStatus::Undefined;
+  return objective_here(f);
+}
+
+EvaluationStatus CanonicalProblem::constraints(const Eigen::VectorXd& v, Eigen::VectorXd& c) {
+  const ScopedTimer timer(timing_.evaluations);
+  if (!load(v)) return EvaluationStatus::Undefined;
+  return constraints_here(v, c);
+}
+
+EvaluationStatus CanonicalProblem::values(const Eigen::VectorXd& v, double& f, Eigen::VectorXd& c) {
+  const ScopedTimer timer(timing_.evaluations);
+  if (!load(v)) return EvaluationStatus::Undefined;
+  const EvaluationStatus status = objective_here(f);
+  return status == EvaluationStatus::Ok ? constraints_here(v, c) : status;
+}
+
+EvaluationStatus CanonicalProblem::first_derivatives(const Eigen::VectorXd& v,
+                                                     Evaluation& evaluation) {
+  const ScopedTimer timer(timing_.evaluations);
+  if (!load(v)) return EvaluationStatus::Undefined;
+  return first_derivatives_here(evaluation);
+}
+
+EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
+                                                      const Eigen::VectorXd& lambda,
+                                                      Evaluation& evaluation,
+                                                      double objective_factor) {
+  const ScopedTimer timer(timing_.evaluations);
+  if (!load(v)) return EvaluationStatus::Undefined;
+  return second_derivatives_here(lambda, evaluation, objective_factor);
+}
+
+EvaluationStatus CanonicalProblem::derivatives(const Eigen::VectorXd& v,
+                                               const Eigen::VectorXd& lambda,
+                                               Evaluation& evaluation) {
+  const ScopedTimer timer(timing_.evaluations);
+  if (!load(v)) return EvaluationStatus::Undefined;
+  const EvaluationStatus status = first_derivatives_here(evaluation);
+  return status == EvaluationStatus::Ok ? second_derivatives_here(lambda, evaluation, 1.0) : status;
+}
+
+EvaluationStatus CanonicalProblem::objective_here(double& f) {
+  ++counts_.objective;
+  double value = 0.0;
+  if (!ask([&] { return problem_.objective(model_v_, take_new_point(), value); }))
+    return undefined("the objective");
+  if (!std::isfinite(value)) return not_finite({.function = "the objective"});
+  objective_point_ = model_v_;
+  objective_value_ = value;
+  f = objective_scale_ * value;
+  return EvaluationStatus::Ok;
+}
+
+EvaluationStatus CanonicalProblem::constraints_here(const Eigen::VectorXd& v, Eigen::VectorXd& c) {
+  if (constraints() == 0) return EvaluationStatus::Ok;
+  if (!model_g_.empty()) {  // else all rows fix a variable
+    ++counts_.constraints;
+    constraints_point_.clear();
+    if (!ask([&] { return problem_.constraints(model_v_, take_new_point(), model_g_); })) {
+      return undefined("the vector of constraints");
+    }
+  }
+  for (Index j = 0; j < constraints(); ++j) {
+    const Index fixed = map_.fixing_variable[at(j)];
+    const double value =
+        fixed >= 0 ? v[fixed] / col_scale_[at(fixed)] : model_g_[at(map_.model_constraint[at(j)])];
+    if (!std::isfinite(value)) return not_finite({.function = "the constraint function", .row = j});
+    const Index slack = map_.slack_of_constraint[at(j)];
+    c[j] = row_scale_[at(j)] * value - (slack >= 0 ? v[slack] : right_hand_side_[j]);
+  }
+  if (!model_g_.empty()) {
+    constraints_point_ = model_v_;
+    constraint_values_ = model_g_;
+  }
+  return EvaluationStatus::Ok;
+}
+
+EvaluationStatus CanonicalProblem::first_derivatives_here(Evaluation& evaluation) {
+  evaluation.jacobian_call = 0;
+  ++counts_.gradient;
+  if (!ask([&] { return problem_.gradient(model_v_, take_new_point(), model_gradient_); })) {
+    return undefined("the gradient of the objective");
+  }
+  for (Index i = 0; i < variables(); ++i) {
+    const Index model = map_.model_variable[at(i)];
+    if (model < 0) {
+      evaluation.gradient[i] = 0.0;
+      continue;
+    }
+    const double value = model_gradient_[at(model)];
+    if (!std::isfinite(value)) {
+      return not_finite({.function = "the gradient of the objective", .col = i});
+    }
+    evaluation.gradient[i] = objective_scale_ * value / col_scale_[at(i)];
+  }
+  if (constraints() == 0) {
+    evaluation.jacobian_call = ++derivative_calls_;
+    return EvaluationStatus::Ok;
+  }
+  if (!model_g_.empty()) {
+    ++counts_.jacobian;
+    if (!ask([&] { return problem_.jacobian(model_v_, take_new_point(), model_jacobian_); })) {
+      return undefined("the Jacobian of the constraints");
+    }
+  }
+  for (std::size_t k = 0; k < map_.jacobian.size(); ++k) {
+    const double value = model_jacobian(k);
+    if (!std::isfinite(value)) {
+      return not_finite(
+          {.function = "the Jacobian", .row = map_.jacobian[k].row, .col = map_.jacobian[k].col});
+    }
+    evaluation.jacobian[k] = jacobian_scale_[k] * value;
+  }
+  evaluation.jacobian_call = ++derivative_calls_;
+  return EvaluationStatus::Ok;
+}
+
+EvaluationStatus CanonicalProblem::second_derivatives_here(const Eigen::VectorXd& lambda,
+                                                           Evaluation& evaluation,
+                                                           double objective_factor) {
+  evaluation.hessian_call = 0;
+  if (!load_multipliers(lambda)) return EvaluationStatus::Undefined;
+  ++counts_.hessian;
+  if (!ask([&] {
+        return problem_.hessian(model_v_, take_new_point(), objective_factor * objective_scale_,
+                                model_lambda_, true, model_hessian_);
+      })) {
+    return undefined("the Hessian of the Lagrangian");
+  }
+  for (std::size_t k = 0; k < map_.hessian.size(); ++k) {
+    const double value = model_hessian_[at(map_.hessian_source[k])];
+    if (!std::isfinite(value)) {
+      return not_finite({.function = "the Hessian of the Lagrangian",
+                         .col = map_.hessian[k].row,
+                         .other_col = map_.hessian[k].col});
+    }
+    evaluation.hessian[k] = hessian_scale_.empty() ? value : hessian_scale_[k] * value;
+  }
+  evaluation.hessian_call = ++derivative_calls_;
+  return EvaluationStatus::Ok;
+}
+
+bool CanonicalProblem::load_multipliers(const Eigen::VectorXd& lambda) {
+  Index bad = -1;
+  for (Index j = 0; j < constraints(); ++j) {
+    const Index model = map_.model_constraint[at(j)];
+    if (model < 0) continue;
+    model_lambda_[at(model)] = row_scale_[at(j)] * lambda[j];
+    if (!std::isfinite(model_lambda_[at(model)])) bad = j;
+  }
+  if (bad >= 0) evaluation_failure_ = {.function = "the multiplier", .row = bad};
+  return bad < 0;
+}
+
+std::optional<Eigen::VectorXd> CanonicalProblem::hessian_error(const Eigen::VectorXd& v,
+                                                               const Eigen::VectorXd& lambda) {
+  const ScopedTimer timer(timing_.evaluations);
+  std::vector<double> rows(model_v_.size(), 0.0);
+  if (!load(v) || !load_multipliers(lambda)) {
+    return Eigen::VectorXd::Constant(variables(), kInfinity);
+  }
+  if (!ask([&] {
+        return problem_.hessian_errors(model_v_, objective_scale_, model_lambda_, rows);
+      })) {
+    return std::nullopt;
+  }
+  // |d'Ed| <= sum |E_ij| (d_i^2 + d_j^2)/2: the row sums of |E| bound E, and scale as its diagonal.
+  Eigen::VectorXd error = Eigen::VectorXd::Zero(variables());
+  for (Index i = 0; i < variables(); ++i) {
+    if (const Index model = map_.model_variable[at(i)]; model >= 0) {
+      error[i] = rows[at(model)] / (col_scale_[at(i)] * col_scale_[at(i)]);
+    }
+  }
+  return error;
+}
+
+}  // namespace ipminmax

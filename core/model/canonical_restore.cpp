@@ -1,0 +1,144 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "core/model/canonical_problem.hpp"
+#include "core/model/norms.hpp"
+#include "core/model/structure_check.hpp"
+#include "core/model/timer.hpp"
+
+// From the canonical problem back to the model's units.
+
+namespace ipminmax {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
+  const ProblemStructure& s = structure_;
+  const bool finite = load(iterate.v);
+  result.v = model_v_;
+  result.lambda.assign(s.constraint_players.size(), 0.0);
+  result.z_lower.assign(s.variable_players.size(), 0.0);
+  result.z_upper.assign(s.variable_players.size(), 0.0);
+  for (Index i = 0; i < variables(); ++i) {
+    const Index model = map_.model_variable[at(i)];
+    if (model < 0) continue;
+    const double factor = sign(i) * col_scale_[at(i)] / objective_scale_;
+    result.z_lower[at(model)] = factor * iterate.z_lower[i];
+    result.z_upper[at(model)] = factor * iterate.z_upper[i];
+    if (options_.honor_original_bounds) {
+      result.v[at(model)] =
+          std::clamp(result.v[at(model)], s.variable_lower[at(model)], s.variable_upper[at(model)]);
+    }
+  }
+  for (Index j = 0; j < constraints(); ++j) {
+    const double value = iterate.lambda[j] * row_scale_[at(j)] / objective_scale_;
+    if (const Index fixed = map_.fixing_variable[at(j)]; fixed >= 0) {
+      set_fixed_multiplier(map_.model_variable[at(fixed)], -value, result);
+    } else {
+      result.lambda[at(map_.model_constraint[at(j)])] = value;
+    }
+  }
+  if (finite) restore_fixed_multipliers(result);
+  restore_values(finite, result);
+}
+
+void CanonicalProblem::restore_values(bool finite, Result& result) {
+  constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
+  bool new_point = true;
+  result.objective = kUndefined;
+  if (result.v == objective_point_) {
+    result.objective = objective_value_;
+  } else if (finite) {
+    ++counts_.objective;
+    if (!ask([&] {
+          return problem_.objective(result.v, std::exchange(new_point, false), result.objective);
+        })) {
+      result.objective = kUndefined;
+    }
+  }
+  result.constraints.assign(structure_.constraint_players.size(), kUndefined);
+  if (result.constraints.empty()) return;
+  if (result.v == constraints_point_) {
+    result.constraints = constraint_values_;
+  } else if (finite) {
+    ++counts_.constraints;
+    if (!ask([&] { return problem_.constraints(result.v, new_point, result.constraints); })) {
+      std::ranges::fill(result.constraints, kUndefined);
+    }
+  }
+  new_point_ = true;
+}
+
+std::optional<Index> CanonicalProblem::violated_constant_constraint() const {
+  if (constraint_values_.empty()) return std::nullopt;
+  std::vector<bool> varies(constraint_values_.size(), false);
+  for (const Triplet& entry : structure_.jacobian) {
+    if (map_.variable_of_model[at(entry.col)] >= 0) varies[at(entry.row)] = true;
+  }
+  for (std::size_t j = 0; j < varies.size(); ++j) {
+    if (varies[j] || map_.constraint_of_model[j] < 0) continue;
+    const double tolerance = options_.constr_viol_tol;
+    if (structure_.constraint_lower[j] - constraint_values_[j] > tolerance ||
+        constraint_values_[j] - structure_.constraint_upper[j] > tolerance) {
+      return static_cast<Index>(j);
+    }
+  }
+  return std::nullopt;
+}
+
+double CanonicalProblem::violation(const Result& result) const {
+  const ProblemStructure& s = structure_;
+  double most = 0.0;
+  const auto measure = [&](double value, double lower, double upper) {
+    if (lower > options_.nlp_lower_bound_inf || upper < options_.nlp_upper_bound_inf) {
+      most = largest(most, largest(lower - value, value - upper));
+    }
+  };
+  for (std::size_t i = 0; i < s.variable_players.size(); ++i) {
+    measure(result.v[i], s.variable_lower[i], s.variable_upper[i]);
+  }
+  for (std::size_t j = 0; j < s.constraint_players.size(); ++j) {
+    measure(result.constraints[j], s.constraint_lower[j], s.constraint_upper[j]);
+  }
+  return most;
+}
+
+void CanonicalProblem::restore_fixed_multipliers(Result& result) {
+  // A fixed variable's bounds balance grad f + J' lambda.
+  if (options_.fixed_variable_treatment == FixedVariableTreatment::MakeParameterNodual) return;
+  const bool any_fixed = std::any_of(map_.variable_of_model.begin(), map_.variable_of_model.end(),
+                                     [](Index i) { return i < 0; });
+  if (!any_fixed) return;
+  ++counts_.gradient;
+  if (!ask([&] { return problem_.gradient(result.v, true, model_gradient_); })) return;
+  counts_.jacobian += model_jacobian_.empty() ? 0 : 1;
+  if (!model_jacobian_.empty() &&
+      !ask([&] { return problem_.jacobian(result.v, false, model_jacobian_); }))
+    return;
+  for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
+    const auto [row, col] = structure_.jacobian[k];
+    model_gradient_[at(col)] += model_jacobian_[k] * result.lambda[at(row)];
+  }
+  for (std::size_t i = 0; i < map_.variable_of_model.size(); ++i) {
+    // Where the derivative does not exist there is no multiplier.
+    if (map_.variable_of_model[i] >= 0 || !std::isfinite(model_gradient_[i])) continue;
+    set_fixed_multiplier(static_cast<Index>(i), model_gradient_[i], result);
+  }
+}
+
+void CanonicalProblem::set_fixed_multiplier(Index model_variable, double slope,
+                                            Result& result) const {
+  // z_L - z_U = slope, on the side that gives the owner's sign.
+  const auto i = at(model_variable);
+  const double sign = structure_.variable_players[i] == Player::Max ? -1.0 : 1.0;
+  result.z_lower[i] = sign * std::max(sign * slope, 0.0);
+  result.z_upper[i] = sign * std::max(-sign * slope, 0.0);
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,137 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/model/canonical_problem.hpp"
+#include "core/model/norms.hpp"
+#include "core/model/structure_check.hpp"
+#include "core/model/timer.hpp"
+
+// Scaling factors of objective, constraints and variables.
+
+namespace ipminmax {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+std::string CanonicalProblem::user_scaling() {
+  UserScaling scaling;
+  if (!ask([&] { return problem_.user_scaling(scaling); })) return {};
+  const auto error_of = [](const std::string& of_what, double factor) {
+    return "the model's scaling factor of " + of_what + " is " + number_text(factor) +
+           ", not in [" + number_text(kLeastScaling) + ", " + number_text(kLargestScaling) + "]";
+  };
+  if (!is_sane_scaling(std::abs(scaling.objective))) {
+    return error_of("the objective", scaling.objective);
+  }
+  const auto fits = [](const std::vector<double>& factors, std::size_t size) {
+    return factors.empty() || factors.size() == size;
+  };
+  if (!fits(scaling.variables, map_.variable_of_model.size()) ||
+      !fits(scaling.constraints, map_.constraint_of_model.size())) {
+    return "the model's scaling factors do not have one entry per variable and constraint";
+  }
+  objective_scale_ *= scaling.objective;
+  for (std::size_t i = 0; i < scaling.variables.size(); ++i) {
+    if (!is_sane_scaling(scaling.variables[i])) {
+      return error_of(variable_name(static_cast<Index>(i)), scaling.variables[i]);
+    }
+    if (map_.variable_of_model[i] >= 0)
+      col_scale_[at(map_.variable_of_model[i])] = scaling.variables[i];
+  }
+  for (std::size_t j = 0; j < scaling.constraints.size(); ++j) {
+    if (!is_sane_scaling(scaling.constraints[j])) {
+      return error_of(constraint_name(static_cast<Index>(j)), scaling.constraints[j]);
+    }
+    if (map_.constraint_of_model[j] >= 0) {
+      row_scale_[at(map_.constraint_of_model[j])] = scaling.constraints[j];
+    }
+  }
+  return {};
+}
+
+void CanonicalProblem::scale_entries() {
+  jacobian_scale_.resize(map_.jacobian.size());
+  for (std::size_t k = 0; k < map_.jacobian.size(); ++k) {
+    jacobian_scale_[k] =
+        row_scale_[at(map_.jacobian[k].row)] / col_scale_[at(map_.jacobian[k].col)];
+  }
+  const bool variables_scaled =
+      std::any_of(col_scale_.begin(), col_scale_.begin() + map_.x.end,
+                  [](double d) { return d != 1.0; }) ||
+      std::any_of(col_scale_.begin() + map_.y.begin, col_scale_.begin() + map_.y.end,
+                  [](double d) { return d != 1.0; });
+  if (!variables_scaled) return;
+  hessian_scale_.resize(map_.hessian.size());
+  for (std::size_t k = 0; k < map_.hessian.size(); ++k) {
+    hessian_scale_[k] =
+        1.0 / (col_scale_[at(map_.hessian[k].row)] * col_scale_[at(map_.hessian[k].col)]);
+  }
+}
+
+std::string CanonicalProblem::gradient_based_scaling() {
+  // At the model's own point, as in Ipopt. It may lie outside its bounds, where the functions need
+  // not be defined; then where the solve starts.
+  for (const Index i : map_.model_variable) {
+    if (i >= 0) model_v_[at(i)] = model_start_.v[at(i)];
+  }
+  new_point_ = true;
+  std::string error = scale_gradients();
+  if (error.empty()) return {};
+  if (!load(start_.v)) {
+    return fail(Status::InvalidNumber, "the scaled starting point is not finite");
+  }
+  return new_point_ ? scale_gradients() : error;
+}
+
+std::string CanonicalProblem::scale_gradients() {
+  const double largest = options_.nlp_scaling_max_gradient;
+  const auto factor = [&](double norm) {
+    return norm > largest ? std::max(largest / norm, options_.nlp_scaling_min_value) : 1.0;
+  };
+  ++counts_.gradient;
+  if (!ask([&] { return problem_.gradient(model_v_, take_new_point(), model_gradient_); })) {
+    return fail(Status::EvaluationFailed,
+                "the gradient of the objective is undefined at the starting point");
+  }
+  double norm = 0.0;
+  for (const Index i : map_.model_variable) {
+    if (i < 0) continue;
+    if (!std::isfinite(model_gradient_[at(i)])) {
+      return fail(Status::InvalidNumber, "the gradient of the objective in " + variable_name(i) +
+                                             " is not finite at the starting point");
+    }
+    norm = std::max(norm, std::abs(model_gradient_[at(i)]));
+  }
+  std::vector<double> row_norm(row_scale_.size(), 0.0);
+  if (constraints() > 0 && !model_g_.empty()) {
+    ++counts_.jacobian;
+    if (!ask([&] { return problem_.jacobian(model_v_, take_new_point(), model_jacobian_); })) {
+      return fail(Status::EvaluationFailed,
+                  "the Jacobian of the constraints is undefined at the starting point");
+    }
+  }
+  for (std::size_t k = 0; k < map_.jacobian.size(); ++k) {
+    const double value = model_jacobian(k);
+    if (!std::isfinite(value)) {
+      return fail(Status::InvalidNumber,
+                  "the Jacobian of " + row_name(map_.jacobian[k].row) + " in " +
+                      variable_name(map_.model_variable[at(map_.jacobian[k].col)]) +
+                      " is not finite at the starting point");
+    }
+    row_norm[at(map_.jacobian[k].row)] =
+        std::max(row_norm[at(map_.jacobian[k].row)], std::abs(value));
+  }
+  for (double& scale : row_norm) scale = factor(scale);
+  gradient_scaling_ = {.objective = factor(norm),
+                       .constraints = std::move(row_norm),
+                       .largest_gradient = largest,
+                       .least_factor = options_.nlp_scaling_min_value};
+  return {};
+}
+
+}  // namespace ipminmax

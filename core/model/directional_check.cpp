@@ -1,0 +1,167 @@
+#include "core/model/directional_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ipminmax {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+/// Roundings of a derivative, over epsilon and the sum of its terms.
+constexpr double kRoundings = 100.0;
+/// Disagreement of two differences, times this, that may be their error.
+constexpr double kDoubt = 10.0;
+/// Relative error of a slope that is called wrong, as derivative_test_tol.
+constexpr double kWrongSlope = 1e-4;
+/// Share of the distance to a bound that a generic step may take.
+constexpr double kShareOfDistance = 0.1;
+
+bool is_slack(const CanonicalProblem& canonical, Index i) {
+  return canonical.x_slacks().contains(i) || canonical.y_slacks().contains(i);
+}
+
+/// Gradient of the Lagrangian in the variables that are no slacks, and the sums of its terms' sizes.
+struct LagrangianGradient {
+  Eigen::VectorXd value, size;
+
+  LagrangianGradient(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                     const Eigen::VectorXd& lambda)
+      : value(evaluation.gradient), size(evaluation.gradient.cwiseAbs()) {
+    for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+      const auto [row, col] = canonical.jacobian()[k];
+      const double term = evaluation.jacobian[k] * lambda[row];
+      value[col] += term;
+      size[col] += std::abs(term);
+    }
+  }
+};
+
+Eigen::VectorXd hessian_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                                const Eigen::VectorXd& step) {
+  Eigen::VectorXd product = Eigen::VectorXd::Zero(step.size());
+  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
+    const auto [i, j] = canonical.hessian()[k];
+    product[i] += evaluation.hessian[k] * step[j];
+    if (i != j) product[j] += evaluation.hessian[k] * step[i];
+  }
+  return product;
+}
+
+double longest_entry(const Eigen::VectorXd& v) {
+  return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
+}
+
+}  // namespace
+
+std::optional<Deviation> compare_second_derivatives(
+    CanonicalProblem& canonical, const Eigen::VectorXd& v, const Eigen::VectorXd& lambda,
+    const Evaluation& evaluation, const Eigen::VectorXd& step, const Eigen::VectorXd& lengths,
+    double tolerance) {
+  const double longest = longest_entry(step.cwiseQuotient(lengths));
+  if (!(longest > 0.0)) return std::nullopt;
+  const LagrangianGradient here(canonical, evaluation, lambda);
+  const Eigen::VectorXd exact = hessian_product(canonical, evaluation, step);
+  Evaluation there = evaluation;
+  // (gradient at v + factor step - gradient at v) / factor; empty where undefined.
+  const auto difference = [&](double factor) -> std::optional<Eigen::VectorXd> {
+    if (canonical.first_derivatives(v + factor * step, there) != EvaluationStatus::Ok) return {};
+    const LagrangianGradient end(canonical, there, lambda);
+    return Eigen::VectorXd((end.value - here.value) / factor);
+  };
+  double sign = 1.0;
+  std::optional<Eigen::VectorXd> near = difference(sign);
+  if (!near) near = difference(sign = -1.0);
+  if (!near) return std::nullopt;
+  const auto in_lengths = [&](const Eigen::VectorXd& gradient) {
+    return gradient.cwiseProduct(lengths).cwiseAbs();
+  };
+  if (longest_entry(in_lengths(*near - exact)) <= tolerance * longest) return std::nullopt;
+
+  // The error of first order in the step is extrapolated away.
+  const std::optional<Eigen::VectorXd> far = difference(2.0 * sign);
+  if (!far) return std::nullopt;
+  const Eigen::VectorXd better = 2.0 * *near - *far;
+  const double doubt = kDoubt * longest_entry(in_lengths(*near - *far)) +
+                       kRoundings * kEpsilon * longest_entry(in_lengths(here.size));
+  Index row = 0;
+  const Eigen::VectorXd deviation = in_lengths(better - exact);
+  if (!deviation.allFinite()) return std::nullopt;
+  if (!(deviation.maxCoeff(&row) > tolerance * longest + doubt)) return std::nullopt;
+  return Deviation{.index = row, .exact = exact[row], .difference = better[row]};
+}
+
+std::optional<Deviation> compare_first_derivatives(CanonicalProblem& canonical,
+                                                   const Eigen::VectorXd& v,
+                                                   const Evaluation& evaluation,
+                                                   const Eigen::VectorXd& step) {
+  const Index m = canonical.constraints();
+  // Entry m is the objective's.
+  Eigen::VectorXd slope = Eigen::VectorXd::Zero(m + 1);
+  Eigen::VectorXd size = slope;
+  const auto add = [&](Index row, double term) {
+    slope[row] += term;
+    size[row] += std::abs(term);
+  };
+  for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+    const auto [row, col] = canonical.jacobian()[k];
+    add(row, evaluation.jacobian[k] * step[col]);
+  }
+  for (Index i = 0; i < v.size(); ++i) add(m, evaluation.gradient[i] * step[i]);
+
+  const auto values = [&](double factor, Eigen::VectorXd& to) {
+    double f = 0.0;
+    Eigen::VectorXd c(m);
+    if (canonical.values(v + factor * step, f, c) != EvaluationStatus::Ok) return false;
+    to << c, f;
+    return true;
+  };
+  Eigen::VectorXd ahead(m + 1), behind(m + 1), far_ahead(m + 1), far_behind(m + 1);
+  if (!values(1.0, ahead) || !values(-1.0, behind) || !values(2.0, far_ahead) ||
+      !values(-2.0, far_behind)) {
+    return std::nullopt;
+  }
+  const Eigen::VectorXd near = 0.5 * (ahead - behind);
+  const Eigen::VectorXd far = 0.25 * (far_ahead - far_behind);
+  std::optional<Deviation> worst;
+  double largest = 1.0;
+  for (Index row = 0; row <= m; ++row) {
+    const double better = (4.0 * near[row] - far[row]) / 3.0;
+    const double rounding =
+        kRoundings * kEpsilon * std::max(std::abs(ahead[row]), std::abs(behind[row]));
+    const double allowed = kWrongSlope * std::max(size[row], std::abs(better)) +
+                           kDoubt * std::abs(near[row] - far[row]) + rounding;
+    const double times = std::abs(better - slope[row]) / allowed;
+    if (!(times > largest)) continue;
+    largest = times;
+    worst = Deviation{.index = row == m ? -1 : row, .exact = slope[row], .difference = better};
+  }
+  return worst;
+}
+
+void keep_within_bounds(const CanonicalProblem& canonical, const Eigen::VectorXd& v, double share,
+                        Eigen::VectorXd& step) {
+  for (const Index i : canonical.lower_bounded()) {
+    step[i] = std::max(step[i], -share * canonical.above_lower(i, v[i]));
+  }
+  for (const Index i : canonical.upper_bounded()) {
+    step[i] = std::min(step[i], share * canonical.below_upper(i, v[i]));
+  }
+}
+
+Eigen::VectorXd generic_step(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+                             double relative) {
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(v.size());
+  for (Index i = 0; i < v.size(); ++i) {
+    if (is_slack(canonical, i)) continue;
+    const double size = relative * std::max(1.0, std::abs(v[i]));
+    step[i] = (i % 2 == 0 ? size : -size) * (0.6 + 0.4 * std::sin(1.0 + i));
+  }
+  // Steps are made in both directions.
+  keep_within_bounds(canonical, v, kShareOfDistance, step);
+  step = -step;
+  keep_within_bounds(canonical, v, kShareOfDistance, step);
+  return step;
+}
+
+}  // namespace ipminmax

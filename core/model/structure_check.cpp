@@ -1,0 +1,124 @@
+#include <cmath>
+#include <sstream>
+#include <string_view>
+#include <vector>
+
+#include "core/model/structure_check.hpp"
+
+namespace ipminmax {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+std::string named(std::string_view kind, const std::vector<std::string>& names, Index i) {
+  std::ostringstream text;
+  text << kind << ' ' << i;
+  if (at(i) < names.size() && !names[at(i)].empty()) text << " (" << names[at(i)] << ')';
+  return text.str();
+}
+
+/// What is wrong with a Jacobian entry of Min's constraint in Max's variable, if anything.
+std::string check_robust(const ProblemStructure& s, const SolverOptions& options, Triplet entry) {
+  if (s.constraint_players[at(entry.row)] != Player::Min ||
+      s.variable_players[at(entry.col)] != Player::Max) {
+    return {};
+  }
+  const bool equality = s.constraint_lower[at(entry.row)] == s.constraint_upper[at(entry.row)];
+  if (options.minmax_robust_constraints && !equality) return {};
+  std::string text = constraint_name(s, entry.row) +
+                     " belongs to the Min player but depends on the Max player's " +
+                     variable_name(s, entry.col);
+  if (equality) text += ", and an equality cannot hold for every value of it";
+  return text;
+}
+
+/// Indices in range, and who reads whose variables.
+std::string check_patterns(const ProblemStructure& s, const SolverOptions& options) {
+  const auto n = static_cast<Index>(s.variable_players.size());
+  const auto m = static_cast<Index>(s.constraint_players.size());
+  for (std::size_t k = 0; k < s.jacobian.size(); ++k) {
+    const auto [row, col] = s.jacobian[k];
+    if (row < 0 || row >= m || col < 0 || col >= n) {
+      std::ostringstream text;
+      text << "entry " << k << " of the Jacobian's structure is at row " << row << ", column "
+           << col << ", outside " << m << " constraints and " << n << " variables (0-based)";
+      return text.str();
+    }
+    if (auto error = check_robust(s, options, s.jacobian[k]); !error.empty()) return error;
+  }
+  for (std::size_t k = 0; k < s.hessian.size(); ++k) {
+    const auto [row, col] = s.hessian[k];
+    if (row < 0 || row >= n || col < 0 || col >= n) {
+      std::ostringstream text;
+      text << "entry " << k << " of the Hessian's structure is at row " << row << ", column " << col
+           << ", outside " << n << " variables (0-based)";
+      return text.str();
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string variable_name(const ProblemStructure& structure, Index i) {
+  return named("variable", structure.variable_names, i);
+}
+
+std::string constraint_name(const ProblemStructure& structure, Index i) {
+  return named("constraint", structure.constraint_names, i);
+}
+
+std::string number_text(double value) {
+  std::ostringstream text;
+  text.precision(17);
+  text << value;
+  return text.str();
+}
+
+std::string check_structure(const ProblemStructure& s, const SolverOptions& options) {
+  const auto n = static_cast<Index>(s.variable_players.size());
+  const auto m = static_cast<Index>(s.constraint_players.size());
+  if (s.variable_lower.size() != at(n) || s.variable_upper.size() != at(n)) {
+    return "the bounds of the variables do not have one entry per variable";
+  }
+  if (m == 0 && !s.constraint_lower.empty()) {
+    return "constraint_players is empty for " + std::to_string(s.constraint_lower.size()) +
+           " constraints: fill it, as constraint_players = implied_constraint_players(structure) "
+           "does once the Jacobian's structure is there";
+  }
+  if (s.constraint_lower.size() != at(m) || s.constraint_upper.size() != at(m)) {
+    return "the bounds of the constraints do not have one entry per constraint";
+  }
+  const auto bad_bounds = [&](double lower, double upper) -> std::string {
+    if (std::isnan(lower) || std::isnan(upper)) return " has a bound that is NaN";
+    if (lower > upper) {
+      return " has inconsistent bounds: lower " + number_text(lower) + " above upper " +
+             number_text(upper);
+    }
+    if (lower >= options.nlp_upper_bound_inf || upper <= options.nlp_lower_bound_inf) {
+      return lower > 0.0 ? " has the lower bound " + number_text(lower) + ", which means +infinity"
+                         : " has the upper bound " + number_text(upper) + ", which means -infinity";
+    }
+    return {};
+  };
+  const auto no_player = [](Player player) {
+    return player != Player::Min && player != Player::Max ? " is owned by no player" : "";
+  };
+  for (Index i = 0; i < n; ++i) {
+    if (*no_player(s.variable_players[at(i)])) {
+      return variable_name(s, i) + no_player(s.variable_players[at(i)]);
+    }
+    const auto error = bad_bounds(s.variable_lower[at(i)], s.variable_upper[at(i)]);
+    if (!error.empty()) return variable_name(s, i) + error;
+  }
+  for (Index j = 0; j < m; ++j) {
+    if (*no_player(s.constraint_players[at(j)])) {
+      return constraint_name(s, j) + no_player(s.constraint_players[at(j)]);
+    }
+    const auto error = bad_bounds(s.constraint_lower[at(j)], s.constraint_upper[at(j)]);
+    if (!error.empty()) return constraint_name(s, j) + error;
+  }
+  return check_patterns(s, options);
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+
+#include "core/options.hpp"
+#include "core/problem.hpp"
+
+namespace ipminmax {
+
+/// Names of a variable and a constraint of the model for messages.
+[[nodiscard]] std::string variable_name(const ProblemStructure& structure, Index i);
+[[nodiscard]] std::string constraint_name(const ProblemStructure& structure, Index i);
+/// A number with all its digits.
+[[nodiscard]] std::string number_text(double value);
+
+/// What is wrong with sizes, bounds and patterns of a model, or with who reads whose variables; empty:
+/// nothing.
+[[nodiscard]] std::string check_structure(const ProblemStructure& structure,
+                                          const SolverOptions& options);
+
+}  // namespace ipminmax

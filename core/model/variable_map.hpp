@@ -1,0 +1,53 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/options.hpp"
+#include "core/problem.hpp"
+
+namespace ipminmax {
+
+/// Half-open range of indices.
+struct IndexRange {
+  Index begin = 0;
+  Index end = 0;
+  [[nodiscard]] Index size() const { return end - begin; }
+  [[nodiscard]] bool contains(Index i) const { return begin <= i && i < end; }
+};
+
+/// Which variables and constraints of the model are which of the canonical problem, and their patterns
+/// there; see CanonicalProblem.
+struct VariableMap {
+  IndexRange x, x_slacks, y, y_slacks, min_constraints, max_constraints;
+  std::vector<Index> variable_of_model;    ///< canonical variable of a model variable, -1 if fixed
+  std::vector<Index> model_variable;       ///< model variable of a canonical one, -1 for slacks
+  std::vector<Index> constraint_of_model;  ///< -1 for constraints without bounds
+  std::vector<Index> model_constraint;     ///< -1 where a variable is fixed by the constraint
+  std::vector<Index> fixing_variable;      ///< canonical variable of such a constraint, else -1
+  std::vector<Index> slack_of_constraint;  ///< -1 for equalities
+  std::vector<Index> robust_constraints;   ///< of Min that read Max variables; ascending
+  std::vector<Triplet> jacobian, hessian;  ///< without the slacks' entries
+  /// Model triplet of each canonical one; -1 for the entry of a constraint that fixes a variable.
+  std::vector<Index> jacobian_source, hessian_source;
+
+  /// Of a checked structure. The error: a player has too few degrees of freedom.
+  [[nodiscard]] std::string build(const ProblemStructure& structure, const SolverOptions& options);
+
+  [[nodiscard]] Index variables() const { return y_slacks.end; }
+  [[nodiscard]] Index constraints() const { return max_constraints.end; }
+  [[nodiscard]] bool owned_by_max(Index variable) const { return variable >= y.begin; }
+
+ private:
+  [[nodiscard]] std::string index_variables(const ProblemStructure& s,
+                                            const SolverOptions& options);
+  void index_constraints(const ProblemStructure& s, const SolverOptions& options);
+  void map_entries(const ProblemStructure& s);
+  void list_robust_constraints();
+};
+
+/// Whether equal bounds of a model variable have become a constraint.
+[[nodiscard]] bool is_fixed_by_constraint(const ProblemStructure& structure,
+                                          const SolverOptions& options, Index model_variable);
+
+}  // namespace ipminmax

@@ -1,0 +1,65 @@
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "core/point/point.hpp"
+#include "core/point/residual.hpp"
+
+namespace ipminmax {
+
+Point unevaluated_point(const CanonicalProblem& canonical, Iterate iterate) {
+  Point point;
+  point.iterate = std::move(iterate);
+  point.evaluation.c.setZero(canonical.constraints());
+  point.evaluation.gradient.setZero(canonical.variables());
+  point.evaluation.jacobian.assign(canonical.jacobian().size(), 0.0);
+  point.evaluation.hessian.assign(canonical.hessian().size(), 0.0);
+  point.dual.setZero(canonical.variables());
+  return point;
+}
+
+EvaluationStatus evaluate_values(CanonicalProblem& canonical, Point& point) {
+  return canonical.values(point.iterate.v, point.evaluation.f, point.evaluation.c);
+}
+
+EvaluationStatus evaluate_first_derivatives(CanonicalProblem& canonical, Point& point) {
+  const auto status = canonical.first_derivatives(point.iterate.v, point.evaluation);
+  if (status == EvaluationStatus::Ok) {
+    dual_residual(canonical, point.iterate, point.evaluation, point.dual);
+  }
+  return status;
+}
+
+EvaluationStatus evaluate_second_derivatives(CanonicalProblem& canonical, Point& point) {
+  return canonical.second_derivatives(point.iterate.v, point.iterate.lambda, point.evaluation);
+}
+
+EvaluationStatus evaluate_derivatives(CanonicalProblem& canonical, Point& point) {
+  const auto status =
+      canonical.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation);
+  if (status == EvaluationStatus::Ok) {
+    dual_residual(canonical, point.iterate, point.evaluation, point.dual);
+  }
+  return status;
+}
+
+void evaluate_where_defined(CanonicalProblem& canonical, Point& point) {
+  constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
+  const Eigen::VectorXd& v = point.iterate.v;
+  Evaluation& e = point.evaluation;
+  if (canonical.objective(v, e.f) != EvaluationStatus::Ok) e.f = kUndefined;
+  if (canonical.constraints(v, e.c) != EvaluationStatus::Ok) e.c.setConstant(kUndefined);
+  if (canonical.first_derivatives(v, e) != EvaluationStatus::Ok) {
+    e.gradient.setConstant(kUndefined);
+    std::ranges::fill(e.jacobian, kUndefined);
+  }
+  dual_residual(canonical, point.iterate, e, point.dual);
+}
+
+void measure(const CanonicalProblem& canonical, const SolverOptions& options, Point& point) {
+  dual_residual(canonical, point.iterate, point.evaluation, point.dual);
+  point.error = kkt_error(canonical, point.iterate, point.evaluation, point.dual, options.s_max,
+                          options.mu_target);
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "core/model/canonical_problem.hpp"
+#include "core/model/iterate.hpp"
+#include "core/result.hpp"
+
+namespace ipminmax {
+
+/// A point with everything that the method reads there.
+struct Point {
+  Iterate iterate;
+  Evaluation evaluation;
+  Eigen::VectorXd dual;                  ///< gradient of the Lagrangian, see dual_residual
+  KktError error = KktError::unknown();  ///< where measured
+};
+
+/// A point at the iterate with room for its functions, all zero.
+[[nodiscard]] Point unevaluated_point(const CanonicalProblem& canonical, Iterate iterate);
+
+/// Objective and constraints at the point.
+[[nodiscard]] EvaluationStatus evaluate_values(CanonicalProblem& canonical, Point& point);
+/// First derivatives at the point, and dual with them.
+[[nodiscard]] EvaluationStatus evaluate_first_derivatives(CanonicalProblem& canonical,
+                                                          Point& point);
+[[nodiscard]] EvaluationStatus evaluate_second_derivatives(CanonicalProblem& canonical,
+                                                           Point& point);
+/// First and second derivatives at the point, and dual with them.
+[[nodiscard]] EvaluationStatus evaluate_derivatives(CanonicalProblem& canonical, Point& point);
+/// Values and first derivatives at the point, and dual with them; NaN what is undefined there.
+void evaluate_where_defined(CanonicalProblem& canonical, Point& point);
+
+/// Renews dual and error from the functions at the point.
+void measure(const CanonicalProblem& canonical, const SolverOptions& options, Point& point);
+
+}  // namespace ipminmax

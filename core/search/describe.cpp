@@ -1,0 +1,69 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/model/norms.hpp"
+#include "core/search/describe.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// What is NaN or infinite in a result, empty: nothing.
+std::string_view not_finite_part(const Result& result) {
+  const auto finite = [](const std::vector<double>& values) {
+    return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+  };
+  if (!finite(result.v)) return "a variable";
+  if (!std::isfinite(result.objective)) return "the objective";
+  if (!finite(result.constraints)) return "a constraint";
+  if (!finite(result.lambda)) return "a multiplier of a constraint";
+  if (!finite(result.z_lower) || !finite(result.z_upper)) return "a multiplier of a bound";
+  const KktError& e = result.error;
+  if (!finite({e.primal, e.dual_min, e.dual_max, e.complementarity, e.total})) return "an error";
+  return {};
+}
+
+PointKind kind_without_test(double primal, double tolerance) {
+  if (std::isnan(primal)) return PointKind::Unknown;
+  return primal <= tolerance ? PointKind::FeasiblePoint : PointKind::InfeasiblePoint;
+}
+
+}  // namespace
+
+void describe(CanonicalProblem& canonical, const SolverOptions& options, const Point& point,
+              Result& result) {
+  canonical.restore(point.iterate, result);
+  result.error = point.error;
+  const double violation = canonical.violation(result);
+  result.error.primal =
+      options.honor_original_bounds ? violation : largest(result.error.primal, violation);
+  result.objective_scale = canonical.objective_scale();
+  const bool stationary = options.minmax_certificate == CertificateEffort::None &&
+                          result.certificate.kind == PointKind::FirstOrderPoint;
+  if (result.certificate.second_order == SecondOrder::NotTested && !stationary) {
+    result.certificate.kind = kind_without_test(result.error.primal, options.constr_viol_tol);
+  }
+}
+
+Result result_of(CanonicalProblem& canonical, const SolverOptions& options, SearchOutcome outcome) {
+  Result result;
+  result.status = outcome.status;
+  result.message = std::move(outcome.message);
+  result.certificate = outcome.certificate;
+  result.mu = outcome.mu;
+  result.iterations = outcome.iterations;
+  describe(canonical, options, outcome.point, result);
+  const std::string_view what = not_finite_part(result);
+  if (is_success(result.status) && !what.empty()) {
+    result.status = Status::InvalidNumber;
+    result.message = std::string(what) + " is NaN or infinite at the last point";
+    result.certificate = {};
+    describe(canonical, options, outcome.point, result);
+  }
+  return result;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,131 @@
+#include "core/search/diagnosis.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "core/certificate/units.hpp"
+#include "core/model/canonical_problem.hpp"
+#include "core/model/directional_check.hpp"
+#include "core/model/forwarding_problem.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// Longest entries of the steps, over the size of the variables: second differences of values would
+/// need longer ones than differences of gradients.
+constexpr double kStepOfValues = 1e-5;
+constexpr double kStepOfGradients = 1e-6;
+/// Error of W, in units in which none of its entries exceeds 1, that counts.
+constexpr double kWrongCurvature = 1e-3;
+
+bool may_be_due_to_derivatives(Status status) {
+  using enum Status;
+  switch (status) {
+    case NotLocalMinmax:
+    case NoLocalMinmaxFound:
+    case InnerUnbounded:
+    case OuterUnbounded:
+    case DivergingIterates:
+    case LocallyInfeasible:
+    case InnerInfeasible:
+    case MaxIterations:
+    case TinyStep:
+    case RestorationFailed:
+    case InertiaCorrectionFailed:
+    case LinearSolverFailed:
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// The model with a result as its starting point.
+class AtResult final : public ForwardingProblem {
+ public:
+  AtResult(Problem& model, const Result& result) : ForwardingProblem(model), result_(result) {}
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    std::ranges::copy(result_.v, start.v.begin());
+    if (!start.needs_multipliers) return true;
+    std::ranges::copy(result_.lambda, start.lambda.begin());
+    std::ranges::copy(result_.z_lower, start.z_lower.begin());
+    std::ranges::copy(result_.z_upper, start.z_upper.begin());
+    return true;
+  }
+
+ private:
+  const Result& result_;
+};
+
+SolverOptions unscaled_at_the_point(SolverOptions options) {
+  constexpr double kHardly = 1e-12;
+  options.nlp_scaling_method = Scaling::None;
+  options.warm_start_init_point = true;
+  options.warm_start_bound_push = options.warm_start_bound_frac = kHardly;
+  options.warm_start_slack_bound_push = options.warm_start_slack_bound_frac = kHardly;
+  options.warm_start_mult_init_max = 1e20;
+  return options;
+}
+
+bool all_finite(const Result& result) {
+  const auto finite = [](const std::vector<double>& values) {
+    return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+  };
+  return finite(result.v) && finite(result.lambda) && finite(result.z_lower) &&
+         finite(result.z_upper);
+}
+
+std::string beside(const Deviation& found) {
+  char text[96];
+  std::snprintf(text, sizeof text, " (%.3g along a small step, differences say %.3g)", found.exact,
+                found.difference);
+  return text;
+}
+
+std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian) {
+  const Eigen::VectorXd v = canonical.starting_point().v;
+  const Eigen::VectorXd lambda = canonical.starting_point().lambda;
+  Evaluation here;
+  here.c.setZero(canonical.constraints());
+  here.gradient.setZero(canonical.variables());
+  here.jacobian.assign(canonical.jacobian().size(), 0.0);
+  here.hessian.assign(canonical.hessian().size(), 0.0);
+  if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return {};
+  if (const auto wrong = compare_first_derivatives(canonical, v, here,
+                                                   generic_step(canonical, v, kStepOfValues))) {
+    const std::string of = wrong->index < 0 ? "the objective" : canonical.row_name(wrong->index);
+    return "the gradient of " + of + " looks wrong at the last point" + beside(*wrong) +
+           ": try derivative_test first-order";
+  }
+  if (!has_hessian || canonical.second_derivatives(v, lambda, here) != EvaluationStatus::Ok) {
+    return {};
+  }
+  const Units units = units_of(canonical, here);
+  if (const auto wrong = compare_second_derivatives(canonical, v, lambda, here,
+                                                    generic_step(canonical, v, kStepOfGradients),
+                                                    units.variable, kWrongCurvature)) {
+    return "the second derivatives in " + canonical.column_name(wrong->index) +
+           " look wrong at the last point" + beside(*wrong) + ": try derivative_test second-order";
+  }
+  return "first and second derivatives agree with differences there";
+}
+
+}  // namespace
+
+void diagnose_failure(Problem& problem, const SolverOptions& options, Result& result) {
+  if (!may_be_due_to_derivatives(result.status) || result.v.empty() || !all_finite(result)) return;
+  const bool has_hessian = problem.structure().has_hessian &&
+                           (options.hessian_approximation == HessianApproximation::Unset ||
+                            options.hessian_approximation == HessianApproximation::Exact);
+  AtResult at(problem, result);
+  const SolverOptions own = unscaled_at_the_point(options);
+  CanonicalProblem canonical(at, own, result.counts, result.timing);
+  if (!canonical.build().empty()) return;
+  const std::string verdict = find_wrong_derivative(canonical, has_hessian);
+  if (verdict.empty()) return;
+  if (result.message.empty()) result.message = std::string(name_of(result.status));
+  result.message += "; " + verdict;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,102 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "core/point/residual.hpp"
+#include "core/search/describe.hpp"
+#include "core/search/observation.hpp"
+
+namespace ipminmax {
+
+Observation::Observation(const SolveObserver& observer, const MethodContext& context,
+                         std::function<void(Result&)> totals)
+    : observer_(observer), context_(context), totals_(std::move(totals)) {}
+
+void Observation::say(std::string_view text) {
+  if (!observer_.message) return;
+  inside_ = true;
+  observer_.message(text);
+  inside_ = false;
+}
+
+bool Observation::tell(const IterationInfo& info) {
+  inside_ = true;
+  const bool goes_on = observer_.on_iteration(info);
+  inside_ = false;
+  return goes_on;
+}
+
+Result Observation::stopped_at(const Point& point) const {
+  Result result;
+  result.status = Status::UserStop;
+  result.message = std::string(name_of(result.status));
+  result.mu = mu_;
+  result.iterations = context_.budget.iteration;
+  describe(context_.canonical, context_.options, point, result);
+  totals_(result);
+  return result;
+}
+
+void Observation::count_factorizations(IterationInfo& info) {
+  const Counts& now = context_.counts;
+  info.factorizations_full = now.factorizations_full - told_.factorizations_full;
+  info.factorizations_inner = now.factorizations_inner - told_.factorizations_inner;
+  info.factorizations_complement = now.factorizations_complement - told_.factorizations_complement;
+  told_ = now;
+}
+
+bool Observation::tell(const Point& point, double mu, const StepReport& step) {
+  point_ = &point;
+  mu_ = mu;
+  if (!is_wanted()) return true;
+  IterationInfo info;
+  info.iteration = context_.budget.iteration;
+  info.objective = context_.canonical.unscaled_objective(point.evaluation.f);
+  info.error = point.error;
+  info.mu = mu;
+  info.barrier_error = barrier_error(context_.canonical, point, mu, context_.options.s_max).norm();
+  info.step_norm = step.step_norm;
+  info.delta_x = step.delta_x;
+  info.delta_y = step.delta_y;
+  info.alpha_dual = step.alpha_dual;
+  info.alpha_primal = step.alpha_primal;
+  info.step_kind = static_cast<char>(step.kind);
+  info.shifts = step.shifts;
+  info.trials = step.trials;
+  count_factorizations(info);
+  info.v = context_.canonical.model_point(point.iterate.v);
+  info.result = [this] { return stopped_at(*point_); };
+  return tell(info);
+}
+
+bool Observation::tell_restoration(double mu, const IterationInfo& nested, const Point& from,
+                                   const Eigen::VectorXd& v, const Eigen::VectorXd& c) {
+  mu_ = mu;
+  CanonicalProblem& canonical = context_.canonical;
+  IterationInfo info = nested;
+  info.restoration = true;
+  info.iteration = context_.budget.iteration + 1;
+  info.factorizations_full = info.factorizations_inner = 0;
+  double f = std::numeric_limits<double>::quiet_NaN();
+  if (canonical.objective(v, f) != EvaluationStatus::Ok) {
+    f = std::numeric_limits<double>::quiet_NaN();
+  }
+  info.objective = canonical.unscaled_objective(f);
+  info.error.primal = 0.0;
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    info.error.primal = std::max(info.error.primal, std::abs(c[j]) / canonical.constraint_scale(j));
+  }
+  info.v = canonical.model_point(v);
+  info.result = [&] {
+    Point here = from;
+    here.iterate.v = v;
+    evaluate_where_defined(canonical, here);
+    measure(canonical, context_.options, here);
+    return stopped_at(here);
+  };
+  return tell(info);
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,16 @@
+#include <utility>
+
+#include "core/model/status_table.hpp"
+#include "core/search/outcome.hpp"
+
+namespace ipminmax {
+
+bool search_failed(Status status) { return row_of(status).group == StatusRow::Group::Failure; }
+
+SearchOutcome better(SearchOutcome earlier, SearchOutcome later) {
+  if (is_success(later.status) || later.status == Status::UserStop) return later;
+  return is_success(earlier.status) || search_failed(later.status) ? std::move(earlier)
+                                                                   : std::move(later);
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "core/point/point.hpp"
+#include "core/result.hpp"
+
+namespace ipminmax {
+
+/// All that a search leaves.
+struct SearchOutcome {
+  Status status = Status::InternalError;
+  std::string message;  ///< empty: the status says all
+  Point point;
+  double mu = 0.0;
+  Certificate certificate;  ///< of the point, where it was tested
+  Index iterations = 0;     ///< of the solve so far
+};
+
+/// Whether a search that ended so may do better from another starting point.
+[[nodiscard]] bool search_failed(Status status);
+
+/// What a solve reports of two outcomes: a solution, where both are none the first failure, unless the
+/// later search was stopped and did not fail.
+[[nodiscard]] SearchOutcome better(SearchOutcome earlier, SearchOutcome later);
+
+}  // namespace ipminmax

@@ -1,0 +1,58 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+#include "core/search/random_starts.hpp"
+
+namespace ipminmax {
+
+std::vector<double> random_start(const ProblemStructure& structure,
+                                 const std::vector<double>& center, Index start,
+                                 const SolverOptions& options) {
+  std::seed_seq seed{static_cast<std::uint32_t>(options.minmax_start_seed),
+                     static_cast<std::uint32_t>(start)};
+  std::mt19937_64 generator(seed);
+  std::vector<double> v(center.size());
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    double lower = structure.variable_lower[i];
+    double upper = structure.variable_upper[i];
+    const bool has_lower = lower > options.nlp_lower_bound_inf;
+    const bool has_upper = upper < options.nlp_upper_bound_inf;
+    double s = center[i];
+    if (has_lower) s = std::max(s, lower);
+    if (has_upper) s = std::min(s, upper);
+    const double radius = options.minmax_start_radius * std::max(1.0, std::abs(s));
+    if (!(has_lower && has_upper)) {
+      lower = has_lower ? std::max(lower, s - radius) : s - radius;
+      upper = has_upper ? std::min(upper, s + radius) : s + radius;
+    }
+    const double t = std::ldexp(static_cast<double>(generator() >> 11U), -53);  // in [0, 1)
+    v[i] = (1.0 - t) * lower + t * upper;
+  }
+  return v;
+}
+
+void add_work(const Result& part, Result& total) {
+  total.iterations += part.iterations;
+  total.factorizations += part.factorizations;
+  total.counts.objective += part.counts.objective;
+  total.counts.gradient += part.counts.gradient;
+  total.counts.constraints += part.counts.constraints;
+  total.counts.jacobian += part.counts.jacobian;
+  total.counts.hessian += part.counts.hessian;
+  total.counts.factorizations_full += part.counts.factorizations_full;
+  total.counts.factorizations_inner += part.counts.factorizations_inner;
+  total.counts.factorizations_complement += part.counts.factorizations_complement;
+  total.counts.solves += part.counts.solves;
+  total.counts.analyses += part.counts.analyses;
+  total.counts.instability_raises += part.counts.instability_raises;
+  total.counts.restoration_iterations += part.counts.restoration_iterations;
+  total.timing.evaluations += part.timing.evaluations;
+  total.timing.assembly += part.timing.assembly;
+  total.timing.analysis += part.timing.analysis;
+  total.timing.factorization += part.timing.factorization;
+  total.timing.solves += part.timing.solves;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,441 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <string>
+#include <utility>
+
+#include "core/multistart.hpp"
+#include "core/search/random_starts.hpp"
+#include "core/search/robust_search.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// Rounds of solving and looking for worst cases.
+constexpr Index kMostRounds = 30;
+/// Points at which the gradient of f tells which Max variables f reads, and how far they lie from the
+/// start, relative to max(1, |v|).
+constexpr int kProbes = 3;
+constexpr double kProbeRadius = 0.1;
+/// Excess over its bound, relative to its range, from which a constraint asks for another scenario.
+constexpr double kScenarioTol = 1e-3;
+/// Distance to its bound, on that scale, within which a maximum becomes a worst case of its own.
+constexpr double kNearlyActive = 1e-2;
+/// Multiplier, relative to the largest one, below which a worst case is inactive.
+constexpr double kVanishing = 1e-5;
+/// The same for a scenario from which maximizations begin.
+constexpr double kActiveScenario = 1e-3;
+/// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a large
+/// one maxima at different bounds are one.
+constexpr double kMuNear = 1e-4;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Options of a solve that begins near its solution.
+SolverOptions near(const SolverOptions& options) {
+  SolverOptions near = options;
+  near.mu_init = std::min(options.mu_init, kMuNear);
+  for (double* push :
+       {&near.bound_push, &near.bound_frac, &near.slack_bound_push, &near.slack_bound_frac}) {
+    *push = std::min(*push, kMuNear);
+  }
+  near.bound_mult_init_method = BoundMultiplierInit::MuBased;
+  return near;
+}
+
+bool stopped_from_outside(Status status) {
+  return status == Status::UserStop || status == Status::MaxCpuTime ||
+         status == Status::MaxWallTime || status == Status::OutOfMemory;
+}
+
+/// Which Max variables f reads, from its gradient around the start.
+std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& start) {
+  const ProblemStructure& s = model.structure();
+  std::vector<bool> reads(start.size(), false);
+  std::vector<double> v = start, gradient(start.size());
+  std::mt19937_64 random(20220411);
+  for (int probe = 0; probe < kProbes; ++probe) {
+    for (std::size_t i = 0; probe > 0 && i < v.size(); ++i) {
+      const double t = std::ldexp(static_cast<double>(random() >> 11U), -52) - 1.0;
+      v[i] = std::clamp(start[i] + kProbeRadius * t * std::max(1.0, std::abs(start[i])),
+                        std::min(s.variable_lower[i], start[i]),
+                        std::max(s.variable_upper[i], start[i]));
+    }
+    const bool finite = std::ranges::all_of(v, [](double x) { return std::isfinite(x); });
+    if (!finite || !model.gradient(v, true, gradient)) continue;
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      if (s.variable_players[i] == Player::Max && gradient[i] != 0.0) reads[i] = true;
+    }
+  }
+  return reads;
+}
+
+/// Whether Y, as far as a robust constraint's scope goes, depends on x: then no fixed y is in it for
+/// every x.
+bool moves_with_x(const ProblemStructure& s, const RobustScope& scope) {
+  return std::ranges::any_of(s.jacobian, [&](Triplet entry) {
+    return s.variable_players[at(entry.col)] == Player::Min &&
+           std::ranges::binary_search(scope.constraints, entry.row);
+  });
+}
+
+/// Cuts what the solved form has behind the asked model's variables and constraints.
+void cut(const ProblemStructure& asked, Result& result) {
+  const std::size_t n = asked.variable_players.size();
+  const std::size_t m = asked.constraint_players.size();
+  for (auto* values : {&result.v, &result.z_lower, &result.z_upper}) values->resize(n);
+  for (auto* values : {&result.lambda, &result.constraints}) values->resize(m);
+}
+
+}  // namespace
+
+RobustSearch::RobustSearch(RobustForm form, const SolverOptions& options, int starts,
+                           const SolveObserver& observer, TimeLimit& limit)
+    : model_(form.solved),
+      asked_(form.asked),
+      options_(options),
+      starts_(starts),
+      observer_(observer),
+      limit_(limit),
+      violation_(kNaN) {}
+
+RobustResult RobustSearch::run(std::vector<double> start) {
+  moved_ = !start.empty();
+  start_ = std::move(start);
+  if (!moved_) {
+    start_.assign(model_.structure().variable_players.size(), 0.0);
+    StartingPoint own{
+        .v = start_, .needs_multipliers = false, .lambda = {}, .z_lower = {}, .z_upper = {}};
+    if (!model_.starting_point(own)) {
+      answer_.result = solve(model_, options_, observer_);  // says what is wrong
+      cut(asked_.structure(), answer_.result);
+      return std::move(answer_);
+    }
+  }
+  const std::vector<double> first_start = start_;
+  const bool moved = moved_;
+  choose_copies();
+  if (solve_rounds() || starts_ == 0 || stopped_from_outside(answer_.result.status)) {
+    return finish();
+  }
+  // One branch of y alone may leave x unbounded, or end: scenarios first, then the worst cases at
+  // the x that they give.
+  start_ = first_start;
+  moved_ = moved;
+  near_ = false;
+  if (exchange()) static_cast<void>(solve_rounds());
+  return finish();
+}
+
+RobustResult RobustSearch::run_from_maxima(std::vector<double> start) {
+  moved_ = true;
+  start_ = std::move(start);
+  const std::vector<double> first_start = start_;
+  choose_copies();
+  std::vector<RobustCopies::WorstCase> own = std::move(worst_cases_);
+  release(scan(own));
+  for (const auto& first : own) {
+    if (std::ranges::find(worst_cases_, first.constraint, &RobustCopies::WorstCase::constraint) ==
+        worst_cases_.end()) {
+      worst_cases_.push_back(first);
+    }
+  }
+  if (solve_rounds() || stopped_from_outside(answer_.result.status)) return finish();
+  start_ = first_start;
+  near_ = false;
+  if (exchange()) static_cast<void>(solve_rounds());
+  return finish();
+}
+
+/// Solves with the worst cases at hand and adds violated ones until there are none. Whether the answer,
+/// that of the last solve or of the last that was checked over y, is a success.
+bool RobustSearch::solve_rounds() {
+  verified_ = false;
+  for (Index round = 0;; ++round) {
+    RobustCopies copies(model_, worst_cases_, reads_y_);
+    if (moved_) copies.start_at(start_);
+    const Result result = solve_once(copies);
+    if (!is_success(result.status)) {
+      if (!verified_) report(copies, result);
+      return verified_;
+    }
+    keep_point(copies, result);
+    if (starts_ == 0) {
+      report(copies, result);
+      return true;
+    }
+    if (!look_further(copies, result, round)) return is_success(answer_.result.status);
+  }
+}
+
+/// Checks a success over all of y. Whether another solve is to follow.
+bool RobustSearch::look_further(const RobustCopies& copies, const Result& result, Index round) {
+  const std::vector<SideScan> scans = scan(worst_cases_);
+  const std::vector<RobustCopies::WorstCase> solved = worst_cases_;
+  if (add_violated(scans, options_.minmax_worst_case_tol, false)) {
+    if (round < kMostRounds) return true;
+    if (verified_) return false;
+    worst_cases_ = solved;
+    report(copies, result);
+    answer_.result.status = Status::NoLocalMinmaxFound;
+    answer_.result.message =
+        "worst cases over y that violate a robust constraint were found in every round";
+    return false;
+  }
+  const bool first = !std::exchange(verified_, true);
+  if (first || better(result, answer_.result)) report(copies, result);
+  // Checked over all of y, worst cases far from active only blur the certificate.
+  return first && drop_inactive(copies, result);
+}
+
+/// Solves with scenarios of y, the worst of them added in each round, until none violates much.
+bool RobustSearch::exchange() {
+  take_scenarios();
+  for (Index round = 0; round < kMostRounds; ++round) {
+    RobustCopies copies(model_, worst_cases_, reads_y_);
+    if (moved_) copies.start_at(start_);
+    const Result result = solve_once(copies);
+    if (!is_success(result.status)) return false;
+    keep_point(copies, result);
+    const std::vector<SideScan> scans = scan(active_scenarios(copies, result));
+    if (!add_violated(scans, kScenarioTol, true)) {
+      release(scans);
+      return true;
+    }
+  }
+  return false;
+}
+
+/// The scenarios that hold x where it is: local maxima are near them.
+std::vector<RobustCopies::WorstCase> RobustSearch::active_scenarios(const RobustCopies& copies,
+                                                                    const Result& result) const {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
+    largest = std::max(largest, std::abs(result.lambda[at(copies.row(k))]));
+  }
+  std::vector<RobustCopies::WorstCase> active;
+  for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
+    if (std::abs(result.lambda[at(copies.row(k))]) > kActiveScenario * largest) {
+      active.push_back(worst_cases_[k]);
+    }
+  }
+  return active;
+}
+
+/// The y where maximizations at this x begin and end. One that Max constraints restrain begins anywhere.
+void RobustSearch::take_scenarios() {
+  const ProblemStructure& s = model_.structure();
+  const std::vector<SideScan> scans = scan(worst_cases_);
+  worst_cases_.clear();
+  for (const SideScan& side : scans) {
+    const RobustScope scope = robust_scope(s, side.constraint);
+    const bool held = !moves_with_x(s, scope);
+    if (scope.constraints.empty()) {
+      for (const auto& v : side.starts) worst_cases_.push_back({side.constraint, v, true, true});
+    }
+    for (const auto& found : side.maxima) {
+      worst_cases_.push_back({side.constraint, found.v, true, held});
+    }
+  }
+}
+
+/// The worst cases that are active or nearly so at this x, with y free again.
+void RobustSearch::release(const std::vector<SideScan>& scans) {
+  worst_cases_.clear();
+  for (const SideScan& side : scans) {
+    for (std::size_t k = 0; k < side.maxima.size(); ++k) {
+      if (k == 0 || side.excess(k) > -kNearlyActive) worst_cases_.push_back(side.maxima[k]);
+    }
+  }
+}
+
+void RobustSearch::choose_copies() {
+  const ProblemStructure& s = model_.structure();
+  reads_y_ = read_by_objective(model_, start_);
+  std::vector<Index> readers(start_.size(), 0);
+  const std::vector<Index> rows = robust_constraints(s);
+  for (const Index row : rows) {
+    for (const Index i : robust_scope(s, row).variables) ++readers[at(i)];
+  }
+  for (const Index row : rows) {
+    const RobustScope scope = robust_scope(s, row);
+    const bool shared = std::ranges::any_of(
+        scope.variables, [&](Index i) { return reads_y_[at(i)] || readers[at(i)] > 1; });
+    worst_cases_.push_back({row, start_, shared && options_.minmax_robust_copies});
+  }
+}
+
+Result RobustSearch::solve_once(RobustCopies& copies) {
+  SolverOptions options = options_;
+  options.warm_start_init_point = false;
+  // Where worst cases are looked for, that is where to begin anew.
+  if (starts_ > 0) options.minmax_max_restarts = 0;
+  SolveObserver observer = observer_;
+  if (observer_.on_iteration) {
+    observer.on_iteration = [&](const IterationInfo& info) {
+      IterationInfo seen = info;
+      seen.v = info.v.first(asked_.structure().variable_players.size());
+      seen.result = [&] { return in_asked_shape(copies, info.result()); };
+      return observer_.on_iteration(seen);
+    };
+  }
+  const auto solve_with = [&](SolverOptions own) {
+    limit_.pass_on(own);
+    ++answer_.solves;
+    Result result = solve(copies, own, observer);
+    add_work(result, work_);
+    return result;
+  };
+  if (near_) {
+    Result result = solve_with(near(options));
+    if (is_success(result.status) || stopped_from_outside(result.status)) return result;
+  }
+  return solve_with(options);
+}
+
+/// The next solve goes on from here.
+void RobustSearch::keep_point(const RobustCopies& copies, const Result& result) {
+  start_.assign(result.v.begin(), result.v.begin() + static_cast<std::ptrdiff_t>(start_.size()));
+  moved_ = near_ = true;
+  for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
+    worst_cases_[k].v = copies.model_point(result.v, k);
+  }
+}
+
+/// One more worst case of each side whose largest maximum exceeds the bound, unless it is known;
+/// scenarios (held): one of each maximum that does. Whether there were any.
+bool RobustSearch::add_violated(const std::vector<SideScan>& scans, double tolerance, bool held) {
+  bool any = false;
+  for (const SideScan& side : scans) {
+    const bool fixed = held && !moves_with_x(model_.structure(),
+                                             robust_scope(model_.structure(), side.constraint));
+    for (std::size_t k = 0; k < side.maxima.size() && (k == 0 || held); ++k) {
+      if (!(side.excess(k) > tolerance)) break;
+      const bool known = std::ranges::any_of(worst_cases_, [&](const auto& other) {
+        return other.constraint == side.constraint &&
+               same_point(side.maxima[k].v, other.v, options_.minmax_distinct_tol);
+      });
+      if (known) continue;
+      worst_cases_.push_back({side.constraint, side.maxima[k].v, true, fixed});
+      any = true;
+    }
+  }
+  return any;
+}
+
+/// Drops worst cases whose multiplier vanishes or that have met another one; each constraint keeps at
+/// least one. Whether there were any.
+bool RobustSearch::drop_inactive(const RobustCopies& copies, const Result& result) {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
+    largest = std::max(largest, std::abs(result.lambda[at(copies.row(k))]));
+  }
+  std::vector<RobustCopies::WorstCase> kept;
+  for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
+    const auto& worst_case = worst_cases_[k];
+    const bool active = std::abs(result.lambda[at(copies.row(k))]) > kVanishing * largest;
+    const bool met = std::ranges::any_of(kept, [&](const auto& other) {
+      return other.constraint == worst_case.constraint &&
+             same_point(worst_case.v, other.v, options_.minmax_distinct_tol);
+    });
+    if ((active && !met) || !worst_case.copied) kept.push_back(worst_case);
+  }
+  for (const auto& worst_case : worst_cases_) {
+    if (std::ranges::find(kept, worst_case.constraint, &RobustCopies::WorstCase::constraint) ==
+        kept.end()) {
+      kept.push_back(worst_case);
+    }
+  }
+  const bool fewer = kept.size() < worst_cases_.size();
+  worst_cases_ = std::move(kept);
+  return fewer;
+}
+
+/// At the x of start_; maximizations begin at the given worst cases, too.
+std::vector<SideScan> RobustSearch::scan(const std::vector<RobustCopies::WorstCase>& given) {
+  SolverOptions options = options_;
+  limit_.pass_on(options);
+  std::vector<SideScan> scans =
+      scan_worst_cases(model_, start_, options, starts_, given, answer_.maximizations, work_);
+  violation_ = 0.0;
+  for (const SideScan& side : scans) {
+    if (!side.maxima.empty()) violation_ = std::max(violation_, side.values[0] - side.bound);
+  }
+  return scans;
+}
+
+void RobustSearch::report(const RobustCopies& copies, const Result& result) {
+  answer_.worst_cases = list_worst_cases(copies, result);
+  answer_.result = in_asked_shape(copies, result);
+  answer_.largest_violation = violation_;
+}
+
+Result RobustSearch::in_asked_shape(const RobustCopies& copies, const Result& result) const {
+  const std::size_t n = start_.size();
+  Result own = result;
+  if (result.v.size() < n) return own;
+  own.lambda.resize(model_.structure().constraint_players.size());
+  std::vector<double> largest(n, -1.0);
+  for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
+    const Index row = copies.row(k);
+    const auto constraint = at(worst_cases_[k].constraint);
+    const double multiplier = result.lambda[at(row)];
+    if (at(row) != constraint) own.lambda[constraint] += multiplier;
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto copy = at(copies.variable(k, static_cast<Index>(i)));
+      const bool unread =
+          copies.structure().variable_lower[i] == copies.structure().variable_upper[i];
+      if (copy == i || !unread || !(std::abs(multiplier) > largest[i])) continue;
+      largest[i] = std::abs(multiplier);
+      own.v[i] = result.v[copy];
+      own.z_lower[i] = result.z_lower[copy];
+      own.z_upper[i] = result.z_upper[copy];
+    }
+  }
+  cut(asked_.structure(), own);
+  std::ranges::fill(own.constraints, kNaN);
+  if (!std::ranges::all_of(own.v, [](double x) { return std::isfinite(x); })) return own;
+  double f = 0.0;
+  if (asked_.objective(own.v, true, f)) own.objective = f;
+  if (!own.constraints.empty()) {
+    static_cast<void>(asked_.constraints(own.v, false, own.constraints));
+  }
+  return own;
+}
+
+std::vector<RobustWorstCase> RobustSearch::list_worst_cases(const RobustCopies& copies,
+                                                            const Result& result) const {
+  std::vector<RobustWorstCase> list;
+  if (result.v.size() < start_.size()) return list;
+  const std::size_t n = asked_.structure().variable_players.size();
+  const std::size_t m = asked_.structure().constraint_players.size();
+  for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
+    const auto row = at(copies.row(k));
+    RobustWorstCase found{.constraint = worst_cases_[k].constraint,
+                          .v = copies.model_point(result.v, k),
+                          .value = row < result.constraints.size() ? result.constraints[row] : kNaN,
+                          .multiplier = result.lambda[row]};
+    if (at(found.constraint) == m) found.value += found.v.back();  // f - t
+    found.v.resize(n);
+    list.push_back(std::move(found));
+  }
+  std::ranges::stable_sort(list, {}, &RobustWorstCase::constraint);
+  return list;
+}
+
+/// The work of all solves and maximizations.
+RobustResult RobustSearch::finish() {
+  Result& result = answer_.result;
+  result.iterations = work_.iterations;
+  result.factorizations = work_.factorizations;
+  result.counts = work_.counts;
+  result.timing = work_.timing;
+  result.seconds = result.timing.total = limit_.stopwatch().wall();
+  result.cpu_seconds = limit_.stopwatch().cpu();
+  return std::move(answer_);
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <vector>
+
+#include "core/model/robust_copies.hpp"
+#include "core/model/timer.hpp"
+#include "core/robust.hpp"
+#include "core/search/worst_case_scan.hpp"
+
+namespace ipminmax {
+
+/// A model in the form in which it is solved and as it was asked for: the same, or its epigraph form,
+/// which has one more variable and one more row, both last.
+struct RobustForm {
+  Problem& solved;
+  Problem& asked;
+};
+
+/// The search for worst cases around a list of solves, from one start of x.
+class RobustSearch {
+ public:
+  /// starts: maximizations over y per side of a robust constraint; 0: worst cases are not looked for.
+  RobustSearch(RobustForm form, const SolverOptions& options, int starts,
+               const SolveObserver& observer, TimeLimit& limit);
+
+  /// start: n values of the solved form; empty: the model's. The y of the start is the first worst case.
+  [[nodiscard]] RobustResult run(std::vector<double> start);
+  /// Begins with the maxima over y at the x of start.
+  [[nodiscard]] RobustResult run_from_maxima(std::vector<double> start);
+
+ private:
+  void choose_copies();
+  [[nodiscard]] bool solve_rounds();
+  [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
+  [[nodiscard]] bool exchange();
+  void take_scenarios();
+  void release(const std::vector<SideScan>& scans);
+  [[nodiscard]] Result solve_once(RobustCopies& copies);
+  void keep_point(const RobustCopies& copies, const Result& result);
+  [[nodiscard]] bool add_violated(const std::vector<SideScan>& scans, double tolerance, bool held);
+  [[nodiscard]] bool drop_inactive(const RobustCopies& copies, const Result& result);
+  [[nodiscard]] std::vector<SideScan> scan(const std::vector<RobustCopies::WorstCase>& given);
+  [[nodiscard]] std::vector<RobustCopies::WorstCase> active_scenarios(const RobustCopies& copies,
+                                                                      const Result& result) const;
+  void report(const RobustCopies& copies, const Result& result);
+  [[nodiscard]] Result in_asked_shape(const RobustCopies& copies, const Result& result) const;
+  [[nodiscard]] std::vector<RobustWorstCase> list_worst_cases(const RobustCopies& copies,
+                                                              const Result& result) const;
+  [[nodiscard]] RobustResult finish();
+
+  Problem& model_;  ///< in the form that is solved
+  Problem& asked_;
+  const SolverOptions& options_;
+  int starts_;
+  const SolveObserver& observer_;
+  TimeLimit& limit_;
+  std::vector<double> start_;
+  bool moved_ = false;  ///< start_ is no longer the model's
+  bool near_ = false;   ///< start_ is the answer of a solve
+  std::vector<bool> reads_y_;
+  std::vector<RobustCopies::WorstCase> worst_cases_;
+  bool verified_ = false;  ///< the answer was checked over all of y
+  double violation_;       ///< largest of the last scan; NaN: none was made
+  RobustResult answer_;
+  Result work_;  ///< of all solves and maximizations
+};
+
+}  // namespace ipminmax

@@ -1,0 +1,229 @@
+#include <algorithm>
+#include <utility>
+
+#include "core/method/parameters.hpp"
+#include "core/model/norms.hpp"
+#include "core/search/divergence.hpp"
+#include "core/search/search.hpp"
+
+namespace ipminmax {
+namespace {
+
+namespace parameter = parameters::doubtful;
+
+/// Whether K_yy has a wrong sign, although no direction was found that proves it.
+bool seems_wrong(const Certificate& found) {
+  return found.inner.positive > found.inner_expected.positive;
+}
+
+}  // namespace
+
+Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
+               Observation& observation, Start start)
+    : context_(context),
+      purpose_(purpose),
+      barrier_(barrier),
+      observation_(observation),
+      test_(context.options),
+      point_(std::move(start.point)),
+      next_(point_),
+      step_{.kind = start.how},
+      deadline_(start.deadline) {}
+
+SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept) {
+  for (;; ++context_.budget.iteration) {
+    if (!observation_.tell(point_, barrier_.mu(), step_)) return ended(Status::UserStop);
+    drop_idle_multipliers(context_.options.tol);
+
+    bool escaped = false;
+    const double objective = context_.canonical.unscaled_objective(point_.evaluation.f);
+    if (const auto claim = test_.claim(point_.error, objective)) {
+      Verdict verdict = judge(*claim);
+      if (is_hidden_by_scaling(verdict)) {
+        return_to_fast_factorizations();
+      } else {
+        escaped = leave(verdict, method, kept);
+        if (!escaped) return ended(std::move(verdict));
+      }
+    }
+    if (const auto status = limit_reached()) return ended(*status);
+    if (escaped) continue;
+    if (const auto status = deadline_reached()) return ended(*status);
+
+    if (barrier_.update(point_, step_)) method.barrier_changed();
+    make_step(method);
+    if (step_.failure) return after_failed_step();
+  }
+}
+
+SearchOutcome Search::ended(Status status, std::string message) const {
+  name_divergence(context_.canonical, point_, status, message);
+  return {.status = status,
+          .message = std::move(message),
+          .point = point_,
+          .mu = barrier_.mu(),
+          .certificate = {},
+          .iterations = context_.budget.iteration};
+}
+
+SearchOutcome Search::ended(Verdict&& verdict) const {
+  SearchOutcome outcome = ended(verdict.status, std::move(verdict.message));
+  outcome.certificate = verdict.finding.certificate;
+  if (verdict.finding.point) {
+    outcome.point = std::move(*verdict.finding.point);
+    outcome.mu = verdict.finding.mu;
+    measure(context_.canonical, context_.options, outcome.point);
+  }
+  return outcome;
+}
+
+void Search::take_next() {
+  std::swap(point_, next_);
+  measure(context_.canonical, context_.options, point_);
+}
+
+void Search::make_step(StepMethod& method) {
+  const double mu = barrier_.mu();
+  step_ = method.step(point_, mu, next_);
+  if (step_.moved) std::swap(point_, next_);
+  context_.canonical.keep_distances(point_.iterate, mu);
+  measure(context_.canonical, context_.options, point_);
+}
+
+SearchOutcome Search::after_failed_step() {
+  // Whatever failed past the time limit was cut short.
+  if (const auto exceeded = context_.limit.exceeded()) return ended(*exceeded);
+  // As in Ipopt: where no better point can be reached, the acceptable tolerances are enough.
+  const bool stuck =
+      step_.failure == Status::TinyStep || step_.failure == Status::RestorationFailed;
+  if (stuck) drop_idle_multipliers(context_.options.acceptable_tol);
+  if (stuck && context_.canonical.max_size() == 0 && purpose_ == Purpose::Solution &&
+      test_.is_acceptable(point_.error)) {
+    return ended(judge(Status::SolvedToAcceptableLevel));
+  }
+  return ended(*step_.failure, step_.message);
+}
+
+std::optional<Status> Search::limit_reached() {
+  const CanonicalProblem& canonical = context_.canonical;
+  if (max_norm(point_.iterate.v) > context_.options.diverging_iterates_tol) {
+    return Status::DivergingIterates;
+  }
+  if (context_.budget.is_spent()) return Status::MaxIterations;
+  const bool far =
+      canonical.max_size() == 0 && has_run_away(canonical, point_, {0, canonical.variables()});
+  runaway_iterations_ = far ? runaway_iterations_ + 1 : 0;
+  if (runaway_iterations_ > parameters::divergence::kRunawayIterations)
+    return Status::OuterUnbounded;
+  if (context_.limit.expired()) return context_.limit.exceeded();
+  return std::nullopt;
+}
+
+std::optional<Status> Search::deadline_reached() const {
+  const bool reached = deadline_ && context_.budget.iteration >= deadline_->iteration;
+  return reached ? std::optional(deadline_->status) : std::nullopt;
+}
+
+void Search::drop_idle_multipliers(double tolerance) {
+  // Without a gradient of the objective every feasible point is optimal, with multipliers zero.
+  if (context_.canonical.max_size() > 0 || point_.evaluation.c.size() == 0 ||
+      max_norm(point_.evaluation.gradient) > 0.0 || max_norm(point_.evaluation.c) > tolerance ||
+      max_norm(point_.iterate.lambda) == 0.0) {
+    return;
+  }
+  Iterate& iterate = point_.iterate;
+  const double most = parameter::kIdleMultiplier * context_.options.tol;
+  iterate.lambda.setZero();
+  iterate.z_lower = iterate.z_lower.cwiseMin(most);
+  iterate.z_upper = iterate.z_upper.cwiseMin(most);
+  static_cast<void>(evaluate_second_derivatives(context_.canonical, point_));
+  measure(context_.canonical, context_.options, point_);
+}
+
+Search::Verdict Search::judge(Status claim) {
+  barrier_.settle();
+  Verdict verdict{.status = claim, .finding = {}};
+  Finding& finding = verdict.finding;
+  if (context_.options.minmax_certificate == CertificateEffort::None) {
+    finding.certificate.kind = PointKind::FirstOrderPoint;
+    return verdict;
+  }
+  const Index before = context_.kkt.factorizations();
+  finding = certify(context_.canonical, context_.kkt, point_, barrier_.mu(), context_.options,
+                    factorizations_for_test());
+  context_.budget.tests += context_.kkt.factorizations() - before;
+  if (finding.certificate.second_order != SecondOrder::Satisfied) finding.point.reset();
+  if (finding.certificate.second_order == SecondOrder::Violated) {
+    verdict.status = Status::NotLocalMinmax;
+  } else if ((finding.certificate.second_order == SecondOrder::Undecided ||
+              finding.certificate.second_order == SecondOrder::Flat) &&
+             purpose_ == Purpose::Solution) {
+    if (finding.certificate.hessian_disagrees) {
+      verdict.message = finding.remark;
+      if (claim == Status::Solved) verdict.status = Status::SolvedDegenerate;
+    } else if (runs_to_infinity(context_, point_, barrier_.mu(), test_)) {
+      verdict.status = Status::DivergingIterates;
+      verdict.message = "the iterates run to infinity, where the gradient vanishes";
+    } else if (claim == Status::Solved) {
+      verdict.status = Status::SolvedDegenerate;
+    }
+  }
+  return verdict;
+}
+
+Index Search::factorizations_for_test() const {
+  if (context_.kkt.layout().dimension() <= parameters::test::kSmallSystem)
+    return parameters::test::kForSmallSystems;
+  const Index tests = context_.budget.tests;
+  const Index others = context_.kkt.factorizations() - tests;
+  return std::max(parameters::test::kFewestForTests,
+                  others / parameters::test::kShareOfTests - tests);
+}
+
+bool Search::is_hidden_by_scaling(const Verdict& verdict) {
+  // A gradient that was huge at the start scales the objective down so far that any flat place meets
+  // the tolerances: go on for a while. Minimizations end here, as Ipopt's do.
+  const double gradient = std::max(point_.error.dual_min, point_.error.dual_max);
+  return verdict.status == Status::SolvedDegenerate &&
+         !verdict.finding.certificate.hessian_disagrees && context_.canonical.max_size() > 0 &&
+         context_.canonical.objective_scale() < 1.0 && gradient > parameter::kFlatGradient &&
+         ++context_.budget.hidden <= parameter::kHiddenIterations;
+}
+
+bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<SearchOutcome>& kept) {
+  if (context_.budget.is_spent()) return false;
+  // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for the
+  // case that nothing better comes.
+  const Certificate& found = verdict.finding.certificate;
+  if (found.hessian_disagrees) return false;  // curvature that is wrong leads nowhere
+  const bool degenerate = verdict.status == Status::SolvedDegenerate && !kept &&
+                          found.second_order != SecondOrder::Flat &&
+                          (found.inner == found.inner_expected || seems_wrong(found));
+  if (verdict.status != Status::NotLocalMinmax && !degenerate) return false;
+  const bool minimization = context_.canonical.max_size() == 0;
+  const EscapeRequest request{.clear_gain = degenerate && minimization,
+                              .wrong = verdict.finding.wrong};
+  StepReport step = method.escape(point_, barrier_.mu(), request, next_);
+  if (!step.moved) return false;
+  if (degenerate) {
+    kept = ended(Verdict{verdict});
+    const Index iteration = context_.budget.iteration;
+    if (minimization) {
+      deadline_ = {iteration + std::max(parameter::kFewestAfterEscape, iteration),
+                   Status::TinyStep};
+    }
+  }
+  step_ = std::move(step);
+  take_next();
+  test_.begin_anew();
+  return_to_fast_factorizations();
+  barrier_.forget_progress();
+  return true;
+}
+
+void Search::return_to_fast_factorizations() const {
+  // The test of a point that was not certified has gone over to pivoting.
+  context_.kkt.reset_quality();
+}
+
+}  // namespace ipminmax

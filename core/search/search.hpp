@@ -1,0 +1,68 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/certificate/certificate.hpp"
+#include "core/method/barrier_update.hpp"
+#include "core/method/step_method.hpp"
+#include "core/search/first_order_test.hpp"
+#include "core/search/observation.hpp"
+#include "core/search/outcome.hpp"
+#include "core/search/starts.hpp"
+
+namespace ipminmax {
+
+/// What a solve is for.
+enum class Purpose : std::uint8_t {
+  Solution,
+  Restoration  ///< of another solve's feasibility: any first-order point will do
+};
+
+/// One search from one starting point: the main loop.
+class Search {
+ public:
+  /// The start's point is evaluated and measured.
+  Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
+         Observation& observation, Start start);
+
+  /// Iterates until the search ends. kept: a first-order point with an undecided test that was left for
+  /// a better one.
+  [[nodiscard]] SearchOutcome run(StepMethod& method, std::optional<SearchOutcome>& kept);
+
+  /// The search as it stands, ended so.
+  [[nodiscard]] SearchOutcome ended(Status status, std::string message = {}) const;
+
+ private:
+  /// What the certificate says of a first-order point.
+  struct Verdict {
+    Status status;
+    std::string message{};
+    Finding finding;
+  };
+  [[nodiscard]] Verdict judge(Status claim);
+  [[nodiscard]] Index factorizations_for_test() const;
+  [[nodiscard]] SearchOutcome ended(Verdict&& verdict) const;
+  [[nodiscard]] bool is_hidden_by_scaling(const Verdict& verdict);
+  [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method,
+                           std::optional<SearchOutcome>& kept);
+  [[nodiscard]] std::optional<Status> limit_reached();
+  [[nodiscard]] std::optional<Status> deadline_reached() const;
+  void make_step(StepMethod& method);
+  [[nodiscard]] SearchOutcome after_failed_step();
+  void drop_idle_multipliers(double tolerance);
+  void return_to_fast_factorizations() const;
+  void take_next();
+
+  MethodContext context_;
+  Purpose purpose_;
+  BarrierUpdate& barrier_;
+  Observation& observation_;
+  FirstOrderTest test_;
+  Point point_, next_;
+  StepReport step_;  ///< that led to point_, or failed there
+  std::optional<Deadline> deadline_;
+  Index runaway_iterations_ = 0;  ///< in a row
+};
+
+}  // namespace ipminmax

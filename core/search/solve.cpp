@@ -1,0 +1,274 @@
+#include <new>
+#include <stdexcept>
+#include <utility>
+
+#include "core/method/algorithm_one.hpp"
+#include "core/method/globalized_method.hpp"
+#include "core/search/describe.hpp"
+#include "core/search/infeasibility.hpp"
+#include "core/search/restart.hpp"
+#include "core/search/solve.hpp"
+
+namespace ipminmax {
+namespace {
+
+SearchOutcome better(const std::optional<SearchOutcome>& earlier, SearchOutcome later) {
+  return earlier ? better(*earlier, std::move(later)) : later;
+}
+
+}  // namespace
+
+struct Solve::Machinery {
+  explicit Machinery(Solve& solve)
+      : kkt(solve.canonical_, solve.options_, solve.counts_, solve.timing_),
+        correction(kkt, solve.options_, solve.counts_, &solve.limit_),
+        context{.canonical = solve.canonical_,
+                .kkt = kkt,
+                .correction = correction,
+                .options = solve.options_,
+                .limit = solve.limit_,
+                .budget = solve.budget_,
+                .counts = solve.counts_},
+        observation(solve.observer_, context,
+                    [&solve](Result& result) { solve.set_totals(result); }),
+        others(context) {}
+
+  /// Of all searches, with the outcome of the last one.
+  [[nodiscard]] SearchOutcome best_with(SearchOutcome last) const {
+    return better(best, better(left, std::move(last)));
+  }
+
+  KktSystem kkt;
+  InertiaCorrection correction;
+  MethodContext context;
+  Observation observation;
+  OtherStarts others;
+  std::optional<BarrierUpdate> barrier;
+  std::optional<Search> search;       ///< the last one
+  std::optional<SearchOutcome> left;  ///< by the last one, for a better point
+  std::optional<SearchOutcome> best;  ///< of those before
+};
+
+Solve::Solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
+             Purpose purpose, KeptWork* kept)
+    : problem_(problem),
+      options_(options),
+      observer_(observer),
+      purpose_(purpose),
+      kept_(kept),
+      limit_(options),
+      budget_{.limit = options.max_iter},
+      canonical_(problem, options, counts_, timing_) {}
+
+Result Solve::run() {
+  try {
+    return run_checked();
+  } catch (const FactorsOutOfMemory& error) {
+    return without_point(Status::OutOfMemory, error.what());
+  } catch (const std::bad_alloc&) {
+    if (purpose_ == Purpose::Restoration) throw;  // the whole solve is out of memory
+    return without_point(Status::OutOfMemory, "out of memory");
+  } catch (const std::length_error&) {  // more than an array can hold
+    if (canonical_.inside_model() || observer_threw_) throw;
+    return without_point(Status::OutOfMemory, "out of memory");
+  } catch (const SolverUnavailable& error) {
+    if (purpose_ == Purpose::Restoration) throw;
+    return without_point(Status::InvalidOption, error.what());
+  }
+}
+
+Result Solve::run_checked() {
+  if (auto error = check(options_); !error.empty()) {
+    return without_point(Status::InvalidOption, std::move(error));
+  }
+  if (kept_ && !kept_->fits(problem_.structure(), options_)) kept_ = nullptr;
+  if (auto error = canonical_.build(kept_ ? kept_->scaling : std::nullopt); !error.empty()) {
+    return without_point(canonical_.error_status(), std::move(error));
+  }
+  if (options_.mu_strategy == BarrierStrategy::Adaptive && canonical_.max_size() > 0 &&
+      options_.adaptive_mu_globalization == AdaptiveGlobalization::ObjectiveFilter) {
+    return without_point(
+        Status::InvalidOption,
+        "adaptive_mu_globalization = obj-constr-filter is not available with Max variables, for "
+        "whom the objective may rise; kkt-error is");
+  }
+  if (options_.minmax_certificate == CertificateEffort::None && canonical_.max_size() > 0) {
+    return without_point(
+        Status::InvalidOption,
+        "minmax_certificate = none is for minimizations: with Max variables only the certificate "
+        "tells a local minmax from a saddle");
+  }
+  return search();
+}
+
+Result Solve::search() {
+  Machinery machinery(*this);
+  if (!analyze(machinery)) {
+    return without_point(Status::OutOfMemory, "out of memory in the analysis of the KKT matrix");
+  }
+  const auto stopped = [&](Status status, const char* why) {
+    return machinery.search
+               ? finish(machinery, machinery.best_with(machinery.search->ended(status, why)))
+               : without_point(status, why);
+  };
+  try {
+    Start first{.point = unevaluated_point(canonical_, canonical_.starting_point())};
+    std::string message;
+    if (const auto status = evaluate_start(machinery.context, options_, first.point, message)) {
+      Result result = without_point(*status, std::move(message));
+      keep_work(machinery, *status);
+      return result;
+    }
+    return finish(machinery, search_all(machinery, std::move(first)));
+  } catch (const FactorsOutOfMemory& error) {
+    return stopped(Status::OutOfMemory, error.what());
+  } catch (const SolverUnavailable& error) {
+    if (purpose_ == Purpose::Restoration) throw;
+    machinery.best.reset();  // this is why nothing better was found
+    return stopped(Status::LinearSolverFailed, error.what());
+  } catch (const std::length_error&) {
+    observer_threw_ = machinery.observation.is_inside();
+    throw;
+  }
+}
+
+bool Solve::analyze(Machinery& machinery) {
+  if (!machinery.kkt.analyze(kept_ ? kept_->analysis : std::nullopt)) return false;
+  if (!kept_) return true;
+  // Before any factorization, so that every search begins with the same solvers in the same places.
+  if (kept_->structure_only && !kept_->analysis) kept_->analysis = machinery.kkt.analysis();
+  if (options_.minmax_warm_start_shifts) machinery.correction.remember(kept_->shifts);
+  return true;
+}
+
+SearchOutcome Solve::search_all(Machinery& machinery, Start start) {
+  machinery.barrier.emplace(machinery.context, start.point);
+  for (;;) {
+    const bool is_last = start.rule == Start::Rule::AlgorithmOne;
+    SearchOutcome outcome = machinery.best_with(search_from(start, machinery));
+    const bool goes_on = search_failed(outcome.status) && !is_last;
+    machinery.best = std::move(outcome);
+    auto next = goes_on ? next_start(machinery) : std::nullopt;
+    if (!next) break;
+    start = std::move(*next);
+  }
+  SearchOutcome best = std::move(*machinery.best);
+  const Index drawn = machinery.others.drawn();
+  if (search_failed(best.status) && drawn > 0) {
+    if (best.message.empty()) best.message = std::string(name_of(best.status));
+    const Index variables = canonical_.x().size() + canonical_.y().size();
+    best.message += " (" + describe_restarts(drawn, variables, options_) + ")";
+  }
+  return best;
+}
+
+SearchOutcome Solve::search_from(const Start& start, Machinery& machinery) {
+  machinery.search.emplace(machinery.context, purpose_, *machinery.barrier, machinery.observation,
+                           start);
+  const auto method = method_for(start, machinery);
+  if (auto found = contradiction(*machinery.search)) return std::move(*found);
+  SearchOutcome outcome = machinery.search->run(*method, machinery.left);
+  const bool is_first = start.how == StepKind::None;
+  if (is_first && has_line_search() && purpose_ == Purpose::Solution) {
+    name_infeasibility(machinery.context, problem_.structure(), restorer(machinery), outcome);
+  }
+  return outcome;
+}
+
+std::optional<Start> Solve::next_start(Machinery& machinery) {
+  if (!has_line_search() || canonical_.max_size() == 0 || options_.minmax_max_restarts == 0 ||
+      budget_.is_spent()) {
+    return std::nullopt;
+  }
+  auto next = machinery.others.next();
+  if (!next) return std::nullopt;
+  machinery.observation.say("no local minmax found from here; " +
+                            (next->rule == Start::Rule::AlgorithmOne
+                                 ? "Algorithm 1 from the first point"
+                                 : "new start " + std::to_string(machinery.others.drawn())));
+  machinery.barrier->begin_anew();
+  ++budget_.iteration;
+  return next;
+}
+
+bool Solve::has_line_search() const {
+  return options_.minmax_globalization == Globalization::Filter && !options_.minmax_pure_newton;
+}
+
+std::unique_ptr<StepMethod> Solve::method_for(const Start& start, Machinery& machinery) {
+  const bool is_first = start.how == StepKind::None;
+  if (start.rule == Start::Rule::Chosen && has_line_search()) {
+    return std::make_unique<GlobalizedMethod>(
+        machinery.context,
+        is_first ? Patience::first(canonical_) : Patience::begun_anew(canonical_),
+        restorer(machinery), start.point);
+  }
+  if (is_first && options_.minmax_freeze_tol > 0.0) {
+    machinery.observation.say(
+        "minmax_freeze_tol > 0: shifts that are kept depend on where the iterates came from, so "
+        "points that are no local minmax may attract them; the certificate tells");
+  }
+  return std::make_unique<AlgorithmOne>(machinery.context);
+}
+
+Restorer Solve::restorer(Machinery& machinery) {
+  if (purpose_ == Purpose::Restoration) return {};
+  Restorer restorer{.solve = solve_nested, .observe = {}};
+  if (machinery.observation.is_wanted()) {
+    restorer.observe = [&machinery](const IterationInfo& nested, const Point& from,
+                                    const Eigen::VectorXd& v, const Eigen::VectorXd& c) {
+      return machinery.observation.tell_restoration(machinery.barrier->mu(), nested, from, v, c);
+    };
+  }
+  return restorer;
+}
+
+std::optional<SearchOutcome> Solve::contradiction(const Search& search) const {
+  const auto row = canonical_.violated_constant_constraint();
+  if (!row) return std::nullopt;
+  const bool max =
+      problem_.structure().constraint_players[static_cast<std::size_t>(*row)] == Player::Max;
+  return search.ended(max ? Status::InnerInfeasible : Status::LocallyInfeasible,
+                      canonical_.constraint_name(*row) + " has no free variable and is violated");
+}
+
+Result Solve::finish(Machinery& machinery, SearchOutcome outcome) {
+  Result result = result_of(canonical_, options_, std::move(outcome));
+  result.iterations = budget_.iteration;
+  if (result.message.empty()) result.message = std::string(name_of(result.status));
+  keep_work(machinery, result.status);
+  set_totals(result);
+  return result;
+}
+
+Result Solve::without_point(Status status, std::string message) {
+  if (kept_ && !kept_->structure_only) *kept_ = {};
+  Result result;
+  result.status = status;
+  result.message = std::move(message);
+  set_totals(result);
+  return result;
+}
+
+void Solve::keep_work(const Machinery& machinery, Status status) {
+  if (!kept_ || kept_->structure_only) return;
+  if (status == Status::OutOfMemory) {
+    *kept_ = {};
+    return;
+  }
+  kept_->scaling = canonical_.gradient_scaling();
+  kept_->analysis = machinery.kkt.analysis();
+  kept_->shifts = is_success(status) ? machinery.correction.memory() : ShiftMemory{};
+}
+
+void Solve::set_totals(Result& result) const {
+  result.counts = counts_;
+  result.counts.restoration_iterations = budget_.restoration;
+  result.timing = timing_;
+  result.factorizations = counts_.factorizations_full + counts_.factorizations_inner;
+  result.seconds = limit_.stopwatch().wall();
+  result.cpu_seconds = limit_.stopwatch().cpu();
+  result.timing.total = result.seconds;
+}
+
+}  // namespace ipminmax

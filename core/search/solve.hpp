@@ -1,0 +1,56 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/method/restoration.hpp"
+#include "core/search/kept_work.hpp"
+#include "core/search/search.hpp"
+#include "core/solver.hpp"
+
+namespace ipminmax {
+
+/// One solve: the best of a list of searches, all within one budget of iterations.
+class Solve {
+ public:
+  /// kept: of the last solve, replaced by that of this one. Null: nothing is kept.
+  Solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
+        Purpose purpose, KeptWork* kept);
+
+  [[nodiscard]] Result run();
+
+ private:
+  /// What the searches work with.
+  struct Machinery;
+
+  [[nodiscard]] Result run_checked();
+  [[nodiscard]] Result search();
+  [[nodiscard]] bool analyze(Machinery& machinery);
+  [[nodiscard]] SearchOutcome search_all(Machinery& machinery, Start start);
+  [[nodiscard]] SearchOutcome search_from(const Start& start, Machinery& machinery);
+  [[nodiscard]] std::optional<Start> next_start(Machinery& machinery);
+  [[nodiscard]] std::unique_ptr<StepMethod> method_for(const Start& start, Machinery& machinery);
+  [[nodiscard]] Restorer restorer(Machinery& machinery);
+  [[nodiscard]] bool has_line_search() const;
+  /// Names a constraint that no variable can mend.
+  [[nodiscard]] std::optional<SearchOutcome> contradiction(const Search& search) const;
+  [[nodiscard]] Result finish(Machinery& machinery, SearchOutcome outcome);
+  [[nodiscard]] Result without_point(Status status, std::string message);
+  void keep_work(const Machinery& machinery, Status status);
+  void set_totals(Result& result) const;
+
+  Problem& problem_;
+  const SolverOptions& options_;
+  const SolveObserver& observer_;
+  Purpose purpose_;
+  KeptWork* kept_;
+  Counts counts_;
+  Timing timing_;
+  TimeLimit limit_;
+  IterationBudget budget_;
+  CanonicalProblem canonical_;
+  bool observer_threw_ = false;
+};
+
+}  // namespace ipminmax

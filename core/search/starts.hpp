@@ -1,0 +1,50 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/method/step_method.hpp"
+#include "core/point/point.hpp"
+
+namespace ipminmax {
+
+/// Evaluates and measures a starting point, of which v without slacks is given and for a warm start
+/// the multipliers: slacks, multipliers, functions and derivatives. A status: why that is impossible;
+/// message says more.
+[[nodiscard]] std::optional<Status> evaluate_start(const MethodContext& context,
+                                                   const SolverOptions& options, Point& point,
+                                                   std::string& message);
+
+/// An iteration before which a search ends, and how.
+struct Deadline {
+  Index iteration = 0;
+  Status status = Status::InternalError;
+};
+
+/// Where and how a search begins.
+struct Start {
+  enum class Rule : std::uint8_t { Chosen, AlgorithmOne };
+
+  Point point;
+  StepKind how = StepKind::None;
+  Rule rule = Rule::Chosen;
+  std::optional<Deadline> deadline{};
+};
+
+/// The starting points of a solve after the model's own: random ones, then the model's for Algorithm 1.
+class OtherStarts {
+ public:
+  explicit OtherStarts(const MethodContext& context) : context_(context) {}
+
+  /// The next one at which the model is defined. Shifts of earlier searches and raised accuracy of
+  /// factorizations are forgotten. Empty: there is none.
+  [[nodiscard]] std::optional<Start> next();
+  /// Random points drawn.
+  [[nodiscard]] Index drawn() const { return drawn_; }
+
+ private:
+  MethodContext context_;
+  Index drawn_ = 0;
+};
+
+}  // namespace ipminmax

@@ -1,0 +1,327 @@
+// Dependent rows, weakly active bounds, valleys, what is known of y, reasons by name, and what it costs.
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <support/autodiff_problem.hpp>
+#include <support/certified_point.hpp>
+
+#include "core/certificate/copositive.hpp"
+#include "core/search/result_bytes.hpp"
+#include "core/solver.hpp"
+
+namespace ipminmax::testing {
+namespace {
+
+using Kind = CertificateReason::Kind;
+constexpr Player kMin = Player::Min;
+constexpr Player kMax = Player::Max;
+
+const CertificateReason* find(const Certificate& found, Kind kind) {
+  for (const CertificateReason& reason : found.reasons) {
+    if (reason.kind == kind) return &reason;
+  }
+  return nullptr;
+}
+bool names(const CertificateReason* reason, const char* name) {
+  return reason != nullptr && reason->text.find(name) != std::string::npos;
+}
+Certificate solved(const Model& model, const std::vector<double>& start,
+                   const SolverOptions& options = {}) {
+  AutodiffProblem problem(model, start);
+  return solve(problem, options).certificate;
+}
+
+// Rows that are combinations at every point are left out; those that touch at the point alone are not.
+
+TEST(DependentRows, NonlinearOnesThatSayTheSameAreLeftOut) {
+  Model model;
+  const Expression a = model.variable(kMin, "a"), b = model.variable(kMin, "b");
+  model.objective(b);
+  model.constraint(square(a) + square(b), 1.0, 1.0);
+  model.constraint(3.0 * square(a) + 3.0 * square(b), 3.0, 3.0);
+  const Certificate below = certify(model, {0.0, -1.0}, {0.5, 0.0});
+  EXPECT_EQ(below.second_order, SecondOrder::Satisfied);
+  EXPECT_FALSE(below.licq_min);
+  EXPECT_EQ(certify(model, {0.0, 1.0}, {-0.5, 0.0}).second_order, SecondOrder::Violated);
+}
+
+TEST(DependentRows, AVertexMayHaveMoreActiveRowsThanVariables) {
+  // Bounds and two rows meet in (0, 0); the equation follows from the bounds.
+  Model model;
+  const Expression a = model.variable(kMin, "a", 0.0), b = model.variable(kMin, "b", 0.0);
+  model.objective(2.0 * a + 3.0 * b);
+  model.constraint(a + b, 0.0, kNoBound);
+  model.constraint(a - b, 0.0, 0.0);
+  const Certificate found = solved(model, {0.5, 0.7});
+  EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
+  EXPECT_TRUE(names(find(found, Kind::Dependent), "g"));
+}
+
+TEST(DependentRows, OnesThatTouchAtThePointAloneAreNotTrusted) {
+  // y = 0 and y = x^3 (hs220's kind): feasible at 0 alone, without curvature to speak of; and
+  // y = 0, y = x^2.
+  for (const double power : {2.0, 3.0}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x"), y = model.variable(kMin, "y");
+    model.objective(square(x) + square(y));
+    model.constraint(1.0 * y, 0.0, 0.0);
+    model.constraint(y - pow(x, power), 0.0, 0.0);
+    const Certificate found = certify(model, {0.0, 0.0}, {0.0, 0.0});
+    EXPECT_NE(found.second_order, SecondOrder::Satisfied);
+    EXPECT_NE(found.second_order, SecondOrder::Violated);
+    EXPECT_TRUE(names(find(found, Kind::Dependent), "at this point"));
+  }
+}
+
+TEST(DependentRows, SquaredEquationsHaveNoGradient) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  model.objective(square(x));
+  model.constraint(square(x), 0.0, 0.0);
+  const Certificate found = certify(model, {0.0}, {0.0});
+  EXPECT_EQ(found.second_order, SecondOrder::Undecided);
+  EXPECT_TRUE(names(find(found, Kind::VanishingGradient), "g1"));
+}
+
+TEST(DependentRows, OfMaxAtOneXAloneLeaveYStrictlyBest) {
+  // y = x and y = 2 x: an answer at x = 0 alone, no function y(x).
+  Model model;
+  const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
+  const Expression w = model.variable(kMax, "w");
+  model.objective(square(x) - square(y) - square(w));
+  model.constraint(y - x, 0.0, 0.0);
+  model.constraint(y - 2.0 * x, 0.0, 0.0);
+  const Certificate found = certify(model, {0.0, 0.0, 0.0}, {0.0, 0.0});
+  EXPECT_EQ(found.second_order, SecondOrder::Undecided);
+  EXPECT_EQ(found.answer, InnerAnswer::StrictlyBest);
+  EXPECT_FALSE(found.licq_max);
+}
+
+TEST(AnswerOfY, IsKnownWhereXIsNot) {
+  Model model;
+  const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
+  model.objective(pow(x, 4.0) - square(y));
+  const Certificate found = certify(model, {0.0, 0.0});
+  EXPECT_EQ(found.second_order, SecondOrder::Undecided);
+  EXPECT_EQ(found.answer, InnerAnswer::Smooth);
+  EXPECT_TRUE(names(find(found, Kind::LittleCurvature), "x"));
+  Model other;
+  const Expression u = other.variable(kMin, "u"), w = other.variable(kMax, "w");
+  other.objective(square(u) - pow(w, 4.0));
+  EXPECT_EQ(certify(other, {0.0, 0.0}).answer, InnerAnswer::Unknown);
+}
+
+// Weakly active bounds of Min: only directions into them count.
+
+/// (a^2 + b^2) / 2 + c a b on a, b >= 0, at the point of the central path.
+Certificate certify_corner(double c) {
+  Model model;
+  const Expression a = model.variable(kMin, "a", 0.0), b = model.variable(kMin, "b", 0.0);
+  model.objective(0.5 * square(a) + 0.5 * square(b) + c * a * b);
+  AutodiffProblem problem(model, {1.0, 1.0});
+  CertifiedPoint point(problem, {0.0, 0.0});
+  // z = (1 + c) s; where that has the wrong sign, a point that meets the tolerances.
+  const double s = c > -1.0 ? std::sqrt(CertifiedPoint::kMu / (1.0 + c)) : 1e-9;
+  for (const Index i : {0, 1}) point.set_bound(i, true, s, c > -1.0 ? (1.0 + c) * s : 1e-9);
+  return point.certify();
+}
+
+TEST(WeaklyActiveBounds, NeedCurvatureInTheConeAlone) {
+  const Certificate found = certify_corner(2.0);  // negative along (1, -1), which leads out
+  EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
+  EXPECT_EQ(found.weakly_active_min, 2);
+  EXPECT_TRUE(names(find(found, Kind::WeaklyActive), "a"));
+}
+
+TEST(WeaklyActiveBounds, AreRefutedAlongADirectionIntoThem) {
+  const Certificate found = certify_corner(-2.0);  // along (1, 1)
+  EXPECT_EQ(found.second_order, SecondOrder::Violated);
+  const CertificateReason* const reason = find(found, Kind::WrongCurvature);
+  EXPECT_TRUE(names(reason, "+1 variable 0 (a), +1 variable 1 (b)"));
+}
+
+TEST(Copositive, MatricesAreTold) {
+  using Verdict = Copositivity::Verdict;
+  using Matrix = Eigen::MatrixXd;
+  EXPECT_EQ(copositivity(Matrix{{1, 2}, {2, 1}}).verdict, Verdict::Strictly);
+  EXPECT_EQ(copositivity(Matrix{{1, -0.9}, {-0.9, 1}}).verdict, Verdict::Strictly);
+  EXPECT_EQ(copositivity(Matrix{{1, -1}, {-1, 1}}).verdict, Verdict::Unknown);
+  EXPECT_EQ(copositivity(Matrix{{1, -2}, {-2, 1}}).verdict, Verdict::Not);
+  EXPECT_EQ(copositivity(Matrix{{0, 1}, {1, 1}}).verdict, Verdict::Unknown);
+  // Horn's form: copositive, neither positive semidefinite nor with entries of one sign.
+  const Matrix horn{{1, -1, 1, 1, -1},
+                    {-1, 1, -1, 1, 1},
+                    {1, -1, 1, -1, 1},
+                    {1, 1, -1, 1, -1},
+                    {-1, 1, 1, -1, 1}};
+  EXPECT_EQ(copositivity(horn + 1e-3 * Matrix::Identity(5, 5)).verdict, Verdict::Strictly);
+  EXPECT_EQ(copositivity(horn - 1e-3 * Matrix::Identity(5, 5)).verdict, Verdict::Not);
+}
+
+TEST(Copositive, VerdictsHoldOnRandomMatrices) {
+  // Sampled minima may refute Strictly, directions prove Not.
+  for (int seed = 0; seed < 300; ++seed) {
+    std::srand(static_cast<unsigned>(seed));
+    const int size = 2 + seed % 13;
+    Eigen::MatrixXd c = Eigen::MatrixXd::Random(size, size);
+    c = (c + c.transpose()).eval();
+    c.diagonal() = c.diagonal().cwiseAbs().array() + 0.3 * size * (seed % 3);
+    const Copositivity found = copositivity(c);
+    if (found.verdict == Copositivity::Verdict::Not) {
+      EXPECT_GE(found.direction.minCoeff(), 0.0);
+      EXPECT_LT(found.direction.dot(c * found.direction), 0.0);
+    } else if (found.verdict == Copositivity::Verdict::Strictly) {
+      for (int k = 0; k < 300; ++k) {
+        const Eigen::VectorXd t = Eigen::VectorXd::Random(size).cwiseMax(0.0);
+        EXPECT_GE(t.dot(c * t), 0.0);
+      }
+    } else {
+      EXPECT_GT(size, 10);
+    }
+  }
+}
+
+// Valleys: the value is constant, also where they bend, and not where a higher power rises.
+
+TEST(Flat, StraightAndBentValleysAreSeen) {
+  Model straight;
+  const Expression a = straight.variable(kMin, "a"), b = straight.variable(kMin, "b");
+  straight.objective(square(a - b));
+  const Certificate found = certify(straight, {0.3, 0.3});
+  EXPECT_EQ(found.second_order, SecondOrder::Flat);
+  EXPECT_EQ(found.kind, PointKind::FirstOrderPoint);
+  EXPECT_TRUE(names(find(found, Kind::FlatDirection), "a") &&
+              names(find(found, Kind::FlatDirection), "b"));
+  Model bent;
+  const Expression u = bent.variable(kMin, "u"), w = bent.variable(kMin, "w");
+  bent.objective(square(square(u) + square(w) - 1.0));
+  EXPECT_EQ(certify(bent, {0.6, 0.8}).second_order, SecondOrder::Flat);
+}
+
+TEST(Flat, AValleyOfPhiNeedNotBeOneOfF) {
+  // phi(x) = 0: y = x^2 answers.
+  Model model;
+  const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
+  model.objective(2.0 * y * square(x) - square(y) - pow(x, 4.0));
+  const Certificate found = certify(model, {0.0, 0.0});
+  EXPECT_EQ(found.second_order, SecondOrder::Flat);
+  EXPECT_EQ(found.answer, InnerAnswer::Smooth);
+}
+
+TEST(Flat, HigherPowersAreNot) {
+  for (const double power : {3.0, 4.0, 6.0}) {
+    for (const double sign : {1.0, -1.0}) {
+      Model model;
+      const Expression a = model.variable(kMin, "a"), b = model.variable(kMin, "b");
+      model.objective(square(a) + sign * pow(b, power));
+      const Certificate found = certify(model, {0.0, 0.0});
+      EXPECT_EQ(found.second_order, SecondOrder::Undecided) << power;
+      EXPECT_TRUE(names(find(found, Kind::LittleCurvature), "b")) << power;
+    }
+  }
+}
+
+TEST(Flat, MaximizersHaveRidges) {
+  Model model;
+  const Expression a = model.variable(kMax, "a"), b = model.variable(kMax, "b");
+  model.objective(-square(a + b));
+  EXPECT_EQ(certify(model, {1.0, -1.0}).second_order, SecondOrder::Flat);
+}
+
+// What it costs.
+
+TEST(Effort, AClearPointCostsOneFactorizationOfEachMatrix) {
+  Model model;
+  const Expression x = model.variable(kMin, "x", -1.0, 2.0);
+  const Expression y = model.variable(kMax, "y", -1.0, 2.0);
+  model.objective(square(x) + x * y - 4.0 * square(y) + 4.0 * y);
+  model.constraint(0.1 * x + y, -kNoBound, 0.1);
+  AutodiffProblem problem(model, {-0.2, 0.3});
+  SolverOptions options;
+  options.minmax_certificate = CertificateEffort::Full;
+  Index full = 0, inner = 0;
+  SolveObserver observer;
+  observer.on_iteration = [&](const IterationInfo& info) {
+    full += info.factorizations_full;
+    inner += info.factorizations_inner;
+    return true;
+  };
+  const Result result = solve(problem, options, observer);
+  ASSERT_EQ(result.status, Status::Solved);
+  EXPECT_EQ(result.counts.factorizations_full - full, 1);
+  EXPECT_EQ(result.counts.factorizations_inner - inner, 1);
+}
+
+TEST(Effort, AClearNoOfMaxNeedsNoMoreThanKyyToBeSeen) {
+  // y^2 for Max: K_yy with the margin, with the margin given, both at zero, and the witness's.
+  Model model;
+  const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
+  model.objective(square(x) + square(y));
+  AutodiffProblem problem(model, {0.0, 0.0});
+  CertifiedPoint point(problem, {0.0, 0.0});
+  EXPECT_EQ(point.certify().second_order, SecondOrder::Violated);
+  EXPECT_LE(point.counts().factorizations_full, 1);
+  EXPECT_LE(point.counts().factorizations_inner, 6);
+}
+
+TEST(Effort, QuickCertifiesClearPointsAlone) {
+  SolverOptions quick;
+  quick.minmax_certificate = CertificateEffort::Quick;
+  Model clear;
+  const Expression x = clear.variable(kMin, "x"), y = clear.variable(kMax, "y");
+  clear.objective(square(x) + x * y - square(y));
+  EXPECT_EQ(solved(clear, {1.0, 1.0}, quick).kind, PointKind::LocalMinmax);
+  Model twice;
+  const Expression a = twice.variable(kMin, "a"), b = twice.variable(kMin, "b");
+  twice.objective(square(a) + square(b));
+  twice.constraint(a + b, 1.0, 1.0);
+  twice.constraint(a + b, 1.0, 1.0);
+  const Certificate found = solved(twice, {1.0, 1.0}, quick);
+  EXPECT_EQ(found.second_order, SecondOrder::Undecided);
+  EXPECT_TRUE(names(find(found, Kind::Effort), "quick"));
+  EXPECT_EQ(solved(twice, {1.0, 1.0}).kind, PointKind::LocalMinmax);
+}
+
+TEST(Effort, NoneTestsNothingAndIsForMinimizations) {
+  SolverOptions none;
+  none.minmax_certificate = CertificateEffort::None;
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  model.objective(square(x - 1.0));
+  AutodiffProblem problem(model, {3.0});
+  const Result full = solve(problem, SolverOptions{});
+  const Result result = solve(problem, none);
+  EXPECT_EQ(result.status, Status::Solved);
+  EXPECT_EQ(result.certificate.second_order, SecondOrder::NotTested);
+  EXPECT_EQ(result.certificate.kind, PointKind::FirstOrderPoint);
+  EXPECT_LT(result.factorizations, full.factorizations);
+  Model game;
+  const Expression u = game.variable(kMin, "u"), w = game.variable(kMax, "w");
+  game.objective(square(u) - square(w));
+  AutodiffProblem both(game, {1.0, 1.0});
+  const Result refused = solve(both, none);
+  EXPECT_EQ(refused.status, Status::InvalidOption);
+  EXPECT_NE(refused.message.find("minmax_certificate"), std::string::npos);
+}
+
+TEST(Reasons, SurviveTheWayBetweenRanks) {
+  Model model;
+  const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
+  model.objective(pow(x, 4.0) - square(y));
+  AutodiffProblem problem(model, {0.0, 0.0});
+  const Result sent = solve(problem, SolverOptions{});
+  ASSERT_FALSE(sent.certificate.reasons.empty());
+  const Result received = result_from(to_bytes(sent));
+  ASSERT_EQ(received.certificate.reasons.size(), sent.certificate.reasons.size());
+  EXPECT_EQ(received.certificate.answer, sent.certificate.answer);
+  for (std::size_t k = 0; k < sent.certificate.reasons.size(); ++k) {
+    EXPECT_EQ(received.certificate.reasons[k].text, sent.certificate.reasons[k].text);
+    EXPECT_EQ(received.certificate.reasons[k].variables, sent.certificate.reasons[k].variables);
+  }
+}
+
+}  // namespace
+}  // namespace ipminmax::testing

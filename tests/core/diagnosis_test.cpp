@@ -1,0 +1,129 @@
+// What a failure says about the model's derivatives.
+#include <functional>
+#include <span>
+#include <string>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include <support/autodiff_problem.hpp>
+#include <support/forwarding_problem.hpp>
+
+#include "../../examples/shared_dynamics.hpp"
+#include "core/solver.hpp"
+
+namespace ipminmax {
+namespace {
+
+using testing::AutodiffProblem;
+using testing::Expression;
+using testing::ForwardingProblem;
+using testing::kNoBound;
+using testing::Model;
+
+constexpr Player kMin = Player::Min;
+constexpr Player kMax = Player::Max;
+
+/// Derivatives changed by the caller.
+class Changed final : public ForwardingProblem {
+ public:
+  using Change = std::function<void(std::span<double>)>;
+  explicit Changed(Problem& model) : ForwardingProblem(model) {}
+  Change of_gradient, of_jacobian, of_hessian;
+
+  bool gradient(std::span<const double> v, bool new_v, std::span<double> values) override {
+    return ForwardingProblem::gradient(v, new_v, values) && apply(of_gradient, values);
+  }
+  bool jacobian(std::span<const double> v, bool new_v, std::span<double> values) override {
+    return ForwardingProblem::jacobian(v, new_v, values) && apply(of_jacobian, values);
+  }
+  bool hessian(std::span<const double> v, bool new_v, double sigma, std::span<const double> lambda,
+               bool new_lambda, std::span<double> values) override {
+    return ForwardingProblem::hessian(v, new_v, sigma, lambda, new_lambda, values) &&
+           apply(of_hessian, values);
+  }
+
+ private:
+  static bool apply(const Change& change, std::span<double> values) {
+    if (change) change(values);
+    return true;
+  }
+};
+
+/// Too few iterations for its solution.
+AutodiffProblem long_way() {
+  Model model;
+  const Expression x = model.variable(kMin, "thrust"), y = model.variable(kMax, "wind");
+  model.objective(exp(0.3 * x) + square(square(x - 3.0)) + x * y - square(y) * (2.0 + x * x));
+  model.constraint(square(x) + x * y, -kNoBound, 50.0);
+  return AutodiffProblem(model, {-2.0, 1.5});
+}
+
+std::string message_of(Problem& problem) {
+  SolverOptions options;
+  options.max_iter = 2;
+  options.minmax_max_restarts = 0;
+  const Result result = solve(problem, options);
+  EXPECT_FALSE(is_success(result.status)) << result.message;
+  return result.message;
+}
+
+TEST(Diagnosis, RightDerivativesAreCleared) {
+  AutodiffProblem problem = long_way();
+  const std::string text = message_of(problem);
+  EXPECT_NE(text.find("first and second derivatives agree"), std::string::npos) << text;
+}
+
+TEST(Diagnosis, AWrongGradientIsNamed) {
+  AutodiffProblem right = long_way();
+  Changed problem(right);
+  problem.of_gradient = [](std::span<double> values) { values[0] *= 0.9; };
+  const std::string text = message_of(problem);
+  EXPECT_NE(text.find("the gradient of the objective looks wrong"), std::string::npos) << text;
+  EXPECT_NE(text.find("derivative_test first-order"), std::string::npos) << text;
+}
+
+TEST(Diagnosis, AWrongJacobianIsNamed) {
+  AutodiffProblem right = long_way();
+  Changed problem(right);
+  problem.of_jacobian = [](std::span<double> values) { values[0] += 1.0; };
+  const std::string text = message_of(problem);
+  EXPECT_NE(text.find("the gradient of constraint 0 (g1) looks wrong"), std::string::npos) << text;
+}
+
+TEST(Diagnosis, AWrongHessianIsNamed) {
+  AutodiffProblem right = long_way();
+  Changed problem(right);
+  problem.of_hessian = [](std::span<double> values) { values[0] *= 1.5; };
+  const std::string text = message_of(problem);
+  EXPECT_NE(text.find("the second derivatives in variable 0 (thrust) look wrong"),
+            std::string::npos)
+      << text;
+}
+
+// Without a price on the disturbance and without bounds the maximum is infinite, however its
+// multipliers grow on the way.
+TEST(Diagnosis, AFreeDisturbanceIsUnboundedNotInfeasible) {
+  for (const int horizon : {5, 20, 60}) {
+    for (const double gamma : {0.0, 0.3}) {
+      shared_dynamics::System system = shared_dynamics::oscillator(horizon, false);
+      system.gamma = gamma;
+      shared_dynamics::Game game(system);
+      const Result result = solve(game, {});
+      EXPECT_EQ(result.status, Status::InnerUnbounded)
+          << horizon << ' ' << gamma << ' ' << result.message;
+    }
+  }
+}
+
+TEST(Diagnosis, DifferencesAreNotCompared) {
+  AutodiffProblem problem = long_way();
+  SolverOptions options;
+  options.max_iter = 2;
+  options.hessian_approximation = HessianApproximation::FiniteDifferenceValues;
+  const Result result = solve(problem, options);
+  EXPECT_EQ(result.message.find("look wrong"), std::string::npos) << result.message;
+}
+
+}  // namespace
+}  // namespace ipminmax

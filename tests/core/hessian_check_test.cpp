@@ -1,0 +1,151 @@
+// A certificate is a statement about second derivatives: wrong ones are noticed.
+#include <functional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <support/autodiff_problem.hpp>
+#include <support/forwarding_problem.hpp>
+
+#include "core/solver.hpp"
+
+namespace ipminmax {
+namespace {
+
+using testing::AutodiffProblem;
+using testing::Expression;
+using testing::ForwardingProblem;
+using testing::kNoBound;
+using testing::Model;
+
+constexpr Player kMin = Player::Min;
+constexpr Player kMax = Player::Max;
+
+/// Second derivatives changed by the caller.
+class Changed final : public ForwardingProblem {
+ public:
+  using Change = std::function<void(std::span<const Triplet>, std::span<double>)>;
+  Changed(Problem& model, Change change) : ForwardingProblem(model), change_(std::move(change)) {}
+  bool hessian(std::span<const double> v, bool new_v, double sigma, std::span<const double> lambda,
+               bool new_lambda, std::span<double> values) override {
+    if (!ForwardingProblem::hessian(v, new_v, sigma, lambda, new_lambda, values)) return false;
+    change_(structure().hessian, values);
+    return true;
+  }
+
+ private:
+  Change change_;
+};
+
+Changed::Change times(Index i, Index j, double factor) {
+  return [=](std::span<const Triplet> structure, std::span<double> values) {
+    for (std::size_t k = 0; k < structure.size(); ++k) {
+      const auto [row, col] = structure[k];
+      if ((row == i && col == j) || (row == j && col == i)) values[k] *= factor;
+    }
+  };
+}
+
+/// Its local minmax has every entry of W away from zero, constraints of both players among them.
+AutodiffProblem game() {
+  Model model;
+  const Expression x = model.variable(kMin, "design"), z = model.variable(kMin, "size");
+  const Expression y = model.variable(kMax, "wind");
+  model.objective(square(x - 1.0) + 0.5 * square(z) + x * y + 0.3 * z * y - square(y) +
+                  0.1 * exp(x + z));
+  model.constraint(square(x) + square(z), 0.25, kNoBound);
+  model.constraint(x + square(y), -kNoBound, 2.0);
+  return AutodiffProblem(model, {0.5, 0.4, 0.2});
+}
+
+TEST(HessianCheck, ExactSecondDerivativesAreCertified) {
+  AutodiffProblem problem = game();
+  const Result result = solve(problem, {});
+  EXPECT_EQ(result.status, Status::Solved) << result.message;
+  EXPECT_FALSE(result.certificate.hessian_disagrees);
+}
+
+TEST(HessianCheck, WrongEntriesAreNotCertified) {
+  struct Case {
+    Index i, j;
+    double factor;
+  };
+  for (const auto& [i, j, factor] :
+       {Case{0, 0, 2.0}, Case{2, 2, 0.5}, Case{1, 1, 1.3}, Case{1, 0, 0.0}, Case{2, 0, 0.7}}) {
+    AutodiffProblem right = game();
+    Changed problem(right, times(i, j, factor));
+    SolverOptions options;
+    options.minmax_max_restarts = 0;
+    const Result result = solve(problem, options);
+    EXPECT_TRUE(is_success(result.status)) << i << ' ' << j << ' ' << result.message;
+    EXPECT_NE(result.status, Status::Solved) << i << ' ' << j << ' ' << result.message;
+    EXPECT_EQ(result.certificate.kind, PointKind::FirstOrderPoint);
+    EXPECT_TRUE(result.certificate.hessian_disagrees) << i << ' ' << j;
+    EXPECT_NE(result.message.find("second derivatives in "), std::string::npos) << result.message;
+    EXPECT_NE(result.message.find("derivative_test second-order"), std::string::npos);
+  }
+}
+
+TEST(HessianCheck, NamesTheRow) {
+  AutodiffProblem right = game();
+  Changed problem(right, times(2, 2, 1.5));
+  EXPECT_NE(solve(problem, {}).message.find("wind"), std::string::npos);
+}
+
+// A small error matters where the curvature that is certified is small, too.
+TEST(HessianCheck, LittleCurvatureIsComparedWithItsOwnSize) {
+  for (const bool changed : {false, true}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x"), z = model.variable(kMin, "z");
+    const Expression y = model.variable(kMax, "y");
+    model.objective(0.5 * square(x + z) + 5e-4 * square(x - z) + x * y - square(y) + x);
+    AutodiffProblem right(model, {1.0, 2.0, 0.5});
+    // W = (1.001, 0.999; 0.999, 1.001): with the change the curvature along (1, -1) is negative.
+    Changed wrong(right, times(1, 0, 0.9980));
+    const Result result = solve(changed ? static_cast<Problem&>(wrong) : right, {});
+    EXPECT_EQ(result.certificate.hessian_disagrees, changed) << result.message;
+    EXPECT_EQ(result.certificate.kind == PointKind::LocalMinmax, !changed);
+  }
+}
+
+TEST(HessianCheck, MinimizationsToo) {
+  Model model;
+  const Expression x = model.variable(kMin, "x"), z = model.variable(kMin, "z");
+  model.objective(100.0 * square(z - square(x)) + square(1.0 - x));
+  AutodiffProblem right(model, {-1.2, 1.0});
+  EXPECT_EQ(solve(right, {}).status, Status::Solved);
+  Changed gauss_newton(right, [](std::span<const Triplet> structure, std::span<double> values) {
+    for (std::size_t k = 0; k < structure.size(); ++k) {
+      if (structure[k].row == structure[k].col) values[k] *= 1.2;
+    }
+  });
+  const Result result = solve(gauss_newton, {});
+  EXPECT_TRUE(is_success(result.status)) << result.message;
+  EXPECT_NE(result.status, Status::Solved);
+  EXPECT_TRUE(result.certificate.hessian_disagrees);
+}
+
+// On the central path, where a barrier's curvature counts.
+TEST(HessianCheck, OnTheCentralPath) {
+  AutodiffProblem right = game();
+  Changed wrong(right, times(0, 0, 2.0));
+  SolverOptions options;
+  options.mu_target = 1e-3;
+  EXPECT_EQ(solve(right, options).status, Status::Solved);
+  EXPECT_TRUE(solve(wrong, options).certificate.hessian_disagrees);
+}
+
+TEST(HessianCheck, DifferencesAnswerForThemselves) {
+  AutodiffProblem problem = game();
+  SolverOptions options;
+  options.hessian_approximation = HessianApproximation::FiniteDifferenceValues;
+  const Result result = solve(problem, options);
+  EXPECT_EQ(result.status, Status::Solved);
+  EXPECT_FALSE(result.certificate.hessian_disagrees);
+}
+
+}  // namespace
+}  // namespace ipminmax

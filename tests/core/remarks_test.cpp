@@ -1,0 +1,112 @@
+// What looks like a mistake in who owns what.
+#include <cmath>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <support/autodiff_problem.hpp>
+
+#include "core/model/remarks.hpp"
+#include "core/solver.hpp"
+
+namespace ipminmax {
+namespace {
+
+using testing::AutodiffProblem;
+using testing::Expression;
+using testing::kNoBound;
+using testing::Model;
+
+constexpr Player kMin = Player::Min;
+constexpr Player kMax = Player::Max;
+
+/// A controller u, a gust w and a state s with s = u + w, whose owner differs.
+AutodiffProblem shared_state(Player gust, double price = 10.0) {
+  Model model;
+  const Expression u = model.variable(kMin, "u", -5.0, 5.0);
+  const Expression w = model.variable(gust, "w[1]", -1.0, 1.0);
+  const Expression s = model.variable(kMax, "s");
+  model.objective(5.0 * square(u) + square(s - 1.0) - price * square(w));
+  model.constraint(s - u - w, 0.0, 0.0);
+  return AutodiffProblem(model, {0.0, 0.1, 0.1});
+}
+
+std::string first(const std::vector<std::string>& remarks) {
+  return remarks.empty() ? std::string() : remarks.front();
+}
+
+TEST(SplitRemarks, MaxWithoutAChoice) {
+  EXPECT_EQ(first(split_remarks(shared_state(kMax).structure())), "");
+  const std::string text = first(split_remarks(shared_state(kMin).structure()));
+  EXPECT_NE(text.find("Max has 1 equality constraints for 1 variables: no choice is left"),
+            std::string::npos)
+      << text;
+}
+
+TEST(SplitRemarks, APlayerWithoutVariables) {
+  for (const Player player : {kMin, kMax}) {
+    Model model;
+    const Expression x = model.variable(player, "x", -1.0, 1.0);
+    model.objective(square(x));
+    const std::string text = first(split_remarks(AutodiffProblem(model, {0.0}).structure()));
+    EXPECT_NE(text.find(player == kMin ? "Max has no variables" : "Min has no variables"),
+              std::string::npos)
+        << text;
+  }
+  Model model;
+  const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y", 1.0, 1.0);
+  model.objective(square(x) + y);
+  EXPECT_NE(first(split_remarks(AutodiffProblem(model, {0.0, 1.0}).structure())).find("all fixed"),
+            std::string::npos);
+}
+
+TEST(IdleBounds, ADisturbanceThatIsPricedOut) {
+  AutodiffProblem dear = shared_state(kMax, 50.0);
+  const Result priced = solve(dear, {});
+  ASSERT_EQ(priced.status, Status::Solved);
+  ASSERT_LT(std::abs(priced.v[1]), 0.1);
+  const std::string text = first(idle_bound_remarks(dear.structure(), {}, priced));
+  EXPECT_NE(text.find("bounded variables w (1) use "), std::string::npos) << text;
+
+  AutodiffProblem cheap = shared_state(kMax, 1.2);
+  const Result bound = solve(cheap, {});
+  ASSERT_EQ(bound.status, Status::Solved);
+  ASSERT_GT(std::abs(bound.v[1]), 0.1);
+  EXPECT_EQ(first(idle_bound_remarks(cheap.structure(), {}, bound)), "");
+}
+
+TEST(Structure, ForgottenConstraintPlayersAreNamed) {
+  class Forgetful final : public Problem {
+   public:
+    Forgetful() {
+      s_.variable_players = {kMin};
+      s_.variable_lower = {-1.0};
+      s_.variable_upper = {1.0};
+      s_.constraint_lower = {0.0};
+      s_.constraint_upper = {1.0};
+    }
+    const ProblemStructure& structure() const override { return s_; }
+    bool starting_point(StartingPoint&) override { return true; }
+    bool objective(std::span<const double>, bool, double&) override { return true; }
+    bool gradient(std::span<const double>, bool, std::span<double>) override { return true; }
+    bool constraints(std::span<const double>, bool, std::span<double>) override { return true; }
+    bool jacobian(std::span<const double>, bool, std::span<double>) override { return true; }
+    bool hessian(std::span<const double>, bool, double, std::span<const double>, bool,
+                 std::span<double>) override {
+      return true;
+    }
+
+   private:
+    ProblemStructure s_;
+  };
+  Forgetful problem;
+  const Result result = solve(problem, {});
+  EXPECT_EQ(result.status, Status::InvalidProblem);
+  EXPECT_NE(result.message.find("constraint_players is empty for 1 constraints"), std::string::npos)
+      << result.message;
+}
+
+}  // namespace
+}  // namespace ipminmax

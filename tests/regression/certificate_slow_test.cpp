@@ -1,0 +1,155 @@
+// What the certificate says of answers, beside a dense check in extended precision: minimizations,
+// minmax twins of them, scalable families.
+
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <problems/scalable_problems.hpp>
+#include <regression/hock_schittkowski.hpp>
+#include <regression/scalable_nlp.hpp>
+#include <support/extended_optimality.hpp>
+
+#include "core/solver.hpp"
+
+namespace ipminmax::testing {
+namespace {
+
+struct Tally {
+  int runs = 0, solved = 0, certified = 0, undecided = 0, flat = 0;
+  int strict = 0, strict_certified = 0;
+  int unjustified = 0;  ///< certified, but the check finds a wrong sign or none
+  int wrongly_refuted = 0;
+  Index factorizations = 0, after_convergence = 0;  ///< of undecided answers
+};
+
+void print(const char* name, const Tally& t) {
+  std::printf(
+      "%-24s runs %4d solved %4d certified %4d undecided %3d flat %3d | strict %4d, of them "
+      "certified %4d "
+      "| unjustified %d, wrongly refuted %d | factorizations of undecided: %d, %d after "
+      "convergence\n",
+      name, t.runs, t.solved, t.certified, t.undecided, t.flat, t.strict, t.strict_certified,
+      t.unjustified, t.wrongly_refuted, t.factorizations, t.after_convergence);
+}
+
+void judge(const std::string& name, Problem& problem, ExtendedFunctions& functions, Tally& tally) {
+  SolveObserver observer;
+  Index iterating = 0;
+  observer.on_iteration = [&](const IterationInfo& info) {
+    iterating += info.factorizations_full + info.factorizations_inner;
+    return true;
+  };
+  const Result result = solve(problem, SolverOptions{}, observer);
+  ++tally.runs;
+  const Certificate& found = result.certificate;
+  const bool refuted = found.second_order == SecondOrder::Violated;
+  if (!is_success(result.status) && !refuted) return;
+  const ExtendedOptimality truth = ExtendedJudge(functions, result).judge();
+  const bool certified = found.kind == PointKind::LocalMinmax;
+  const bool strict = truth.verdict == ExtendedVerdict::Strict;
+  if (is_success(result.status)) {
+    ++tally.solved;
+    tally.certified += certified;
+    if (!certified) {
+      ++tally.undecided;
+      tally.factorizations += result.factorizations;
+      tally.after_convergence += result.factorizations - iterating;
+    }
+    tally.strict += strict;
+    tally.strict_certified += strict && certified;
+    tally.unjustified += certified && truth.verdict == ExtendedVerdict::Wrong;
+  }
+  tally.wrongly_refuted += refuted && strict;
+  if (certified == strict && !(refuted && strict)) return;
+  std::printf(
+      "  %-28s %-10s check: %-11s curvature %9.2Le residual %8.1Le moved %8.1Le weak %d %s| K_yy "
+      "%d/%d K %d/%d weak %d %d licq %d %d it %d fact %d after %d\n",
+      name.c_str(), std::string(name_of(found.second_order)).c_str(),
+      std::string(name_of(truth.verdict)).c_str(), truth.curvature, truth.residual, truth.moved,
+      truth.weak, truth.independent ? "" : "dependent ", found.inner.negative,
+      found.inner_expected.negative, found.full.negative, found.full_expected.negative,
+      found.weakly_active_min, found.weakly_active_max, found.licq_min, found.licq_max,
+      result.iterations, result.factorizations, result.factorizations - iterating);
+  if (refuted) {
+    std::printf("      f %.12g at", result.objective);
+    for (const double value : result.v) std::printf(" %.9g", value);
+    std::printf("\n");
+  }
+  for (const CertificateReason& reason : found.reasons) {
+    std::printf("      %s\n", reason.text.c_str());
+  }
+}
+
+void judge(const std::string& name, const Model& model, const std::vector<double>& start,
+           Tally& tally) {
+  AutodiffProblem problem(model, start);
+  ExtendedModel functions(model);
+  judge(name, problem, functions, tally);
+}
+
+/// The other player pulls at the sum of all variables, around a solution v.
+Model twin(const Model& model, Player owner, const std::vector<double>& v) {
+  Model game = model.owned_by(owner);
+  const double sign = owner == Player::Min ? 1.0 : -1.0;
+  Expression sum = 0.0;
+  for (std::size_t i = 0; i < v.size(); ++i) sum += game.variable(i) - v[i];
+  const Expression other =
+      game.variable(owner == Player::Min ? Player::Max : Player::Min, "other", -10.0, 10.0);
+  game.objective(sign * game.objective() + other * sum - sign * 0.5 * square(other));
+  return game;
+}
+
+TEST(CertificateTable, HockSchittkowski) {
+  Tally minimizations, min_twins, max_twins;
+  for (const MinimizationProblem& known : hock_schittkowski()) {
+    judge(known.name, known.model, known.start, minimizations);
+    AutodiffProblem problem(known.model, known.start);
+    const Result result = solve(problem, SolverOptions{});
+    if (!is_success(result.status) || known.model.variables() >= 64) continue;
+    std::vector<double> start = known.start;
+    start.push_back(0.1);
+    judge(known.name + " twin of Min", twin(known.model, Player::Min, result.v), start, min_twins);
+    judge(known.name + " twin of Max", twin(known.model, Player::Max, result.v), start, max_twins);
+  }
+  print("minimizations", minimizations);
+  print("twins, Min's rows", min_twins);
+  print("twins, Max's rows", max_twins);
+}
+
+TEST(CertificateTable, ScalableFamilies) {
+  Tally tally;
+  for (const ScalableNlp& family : scalable_nlps()) {
+    for (const Index n : {20, 40}) {
+      const auto problem = family.make(n);
+      ExtendedProblem functions(*problem);
+      judge(family.name + " " + std::to_string(n), *problem, functions, tally);
+    }
+  }
+  for (ScalableProblem& family : []() {
+         std::vector<ScalableProblem> all;
+         all.push_back(f01_quad(10));
+         all.push_back(f03_quad_box(20));
+         all.push_back(f05_trig(10));
+         all.push_back(f10_ball_halfspace(10));
+         all.push_back(f12_robust_ls(6, 4));
+         all.push_back(f16_lq_game(10));
+         all.push_back(f17_mpc_box(10));
+         all.push_back(f19_pde(15));
+         all.push_back(f23_sphere(10));
+         all.push_back(f30_few_min(3, 6));
+         return all;
+       }()) {
+    ExtendedProblem functions(*family.problem);
+    judge(family.name, *family.problem, functions, tally);
+  }
+  print("scalable families", tally);
+}
+
+}  // namespace
+}  // namespace ipminmax::testing
