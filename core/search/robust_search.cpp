@@ -66,7 +66,8 @@ std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& s
                         std::min(s.variable_lower[i], start[i]),
                         std::max(s.variable_upper[i], start[i]));
     }
-    if (!model.gradient(v, true, gradient)) continue;
+    const bool finite = std::ranges::all_of(v, [](double x) { return std::isfinite(x); });
+    if (!finite || !model.gradient(v, true, gradient)) continue;
     for (std::size_t i = 0; i < v.size(); ++i) {
       if (s.variable_players[i] == Player::Max && gradient[i] != 0.0) reads[i] = true;
     }
@@ -412,6 +413,7 @@ Result RobustSearch::in_asked_shape(const RobustCopies& copies, const Result& re
   }
   cut(asked_.structure(), own);
   std::ranges::fill(own.constraints, kNaN);
+  if (!std::ranges::all_of(own.v, [](double x) { return std::isfinite(x); })) return own;
   double f = 0.0;
   if (asked_.objective(own.v, true, f)) own.objective = f;
   if (!own.constraints.empty()) {
