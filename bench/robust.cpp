@@ -55,6 +55,20 @@ class RowOverY final : public ipminmax::testing::ForwardingProblem {
     g_.resize(model.structure().constraint_lower.size());
     lambda_.resize(g_.size());
     j_.resize(model.structure().jacobian.size());
+    structure_ = model.structure();
+    structure_.jacobian.clear();
+    for (std::size_t k = 0; k < j_.size(); ++k) {
+      const ipminmax::Triplet entry = model.structure().jacobian[k];
+      if (structure_.constraint_players[at(entry.row)] != Player::Max) continue;
+      structure_.jacobian.push_back(entry);
+      entries_.push_back(k);
+    }
+  }
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+  [[nodiscard]] bool jacobian(std::span<const double> v, bool, std::span<double> values) override {
+    if (!model_.jacobian(v, true, j_)) return false;
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] = j_[entries_[k]];
+    return true;
   }
   [[nodiscard]] bool objective(std::span<const double> v, bool, double& f) override {
     if (!model_.constraints(v, true, g_)) return false;
@@ -81,6 +95,8 @@ class RowOverY final : public ipminmax::testing::ForwardingProblem {
  private:
   Problem& model_;
   Index row_;
+  ProblemStructure structure_;
+  std::vector<std::size_t> entries_;  ///< of the model's Jacobian, Max's
   std::vector<double> g_, lambda_, j_;
 };
 
