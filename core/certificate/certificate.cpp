@@ -87,7 +87,8 @@ class Certifier {
   };
   [[nodiscard]] SecondOrder judge(const Point& given);
   [[nodiscard]] Look first_look(const Point& point);
-  [[nodiscard]] bool refute_clearly(ActiveSetSystem& system, const Point& point, Player player);
+  [[nodiscard]] bool refute_clearly(ActiveSetSystem& system, const Point& point, double error,
+                                    Player player);
   [[nodiscard]] bool newton_confirms(ActiveSetSystem& system, const Point& point,
                                      const KktSolve& solve, NewtonTest& newton) const;
   [[nodiscard]] SecondOrder examine(const Point& given);
@@ -162,11 +163,14 @@ Look Certifier::first_look(const Point& point) {
   if (!test.both()) {
     // Wrong with the margin for him, too?
     const bool inner = test.inner;
-    if (error.size() > 0) system.assemble(ActiveSetSystem::kSufficient, error, 1.0, -1.0);
+    if (error.size() > 0) {
+      system.assemble(ActiveSetSystem::kSufficient, error, 1.0, inner ? -1.0 : 1.0);
+    }
     const bool open = inner ? kkt_.has_expected_inertia(kkt_.factorize({.x = asked, .y = -asked}))
                             : kkt_.has_expected_inner_inertia(kkt_.factorize_inner({.y = asked}));
     const Player player = inner ? Player::Min : Player::Max;
-    return !open && refute_clearly(system, point, player) ? Look::Wrong : Look::Unclear;
+    return !open && refute_clearly(system, point, max_norm(error), player) ? Look::Wrong
+                                                                           : Look::Unclear;
   }
   if (!(std::max(test.inner_response, test.full_response) <= kIndependent)) return Look::Unclear;
   NewtonTest newton;
@@ -199,7 +203,8 @@ bool has_vanishing_row(ActiveSetSystem& system) {
   return false;
 }
 
-bool Certifier::refute_clearly(ActiveSetSystem& system, const Point& point, Player player) {
+bool Certifier::refute_clearly(ActiveSetSystem& system, const Point& point, double error,
+                               Player player) {
   if (has_vanishing_row(system)) return false;
   report_inertias(system);
   NewtonTest newton;
@@ -208,7 +213,7 @@ bool Certifier::refute_clearly(ActiveSetSystem& system, const Point& point, Play
            kkt_.solve(system.assembled(), rhs, step);
   };
   if (!newton_confirms(system, point, solve, newton)) return false;
-  const double spare = margin(1.0) + 2.0 * max_norm(newton.error);
+  const double spare = margin(1.0) + 2.0 * (error + max_norm(newton.error));
   wrong_ = find_witness(canonical_, system, point, spare, newton.step, player);
   if (!wrong_) return false;
   certificate_.licq_min = certificate_.licq_max = true;

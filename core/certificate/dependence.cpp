@@ -38,8 +38,9 @@ class DependenceSearch {
   [[nodiscard]] bool is_combination(const Eigen::VectorXd& w) const;
   void examine(Dependence& dependence);
   [[nodiscard]] bool consistent(const Eigen::VectorXd& weights, double& value) const;
-  [[nodiscard]] bool constant(const Eigen::VectorXd& weights, double value, bool x_moves);
-  [[nodiscard]] Eigen::VectorXd moved(int trial, double length, bool x_moves) const;
+  [[nodiscard]] bool constant(const Eigen::VectorXd& weights, double value, bool x_moves,
+                              bool of_max);
+  [[nodiscard]] Eigen::VectorXd moved(int trial, double length, bool x_moves, bool of_max) const;
   [[nodiscard]] double size_of(const Eigen::VectorXd& weights, const Eigen::VectorXd& v) const;
   [[nodiscard]] bool same_owner(Index row, Index col) const {
     return canonical_.owned_by_max(col) == canonical_.max_constraints().contains(row);
@@ -198,15 +199,18 @@ bool DependenceSearch::consistent(const Eigen::VectorXd& weights, double& value)
   return std::abs(at_bounds) <= allowed;
 }
 
-/// Free variables moved inside their bounds.
-Eigen::VectorXd DependenceSearch::moved(int trial, double length, bool x_moves) const {
+/// Free variables moved inside their bounds; of_max: all x, for Max's rows must agree whatever x is.
+Eigen::VectorXd DependenceSearch::moved(int trial, double length, bool x_moves, bool of_max) const {
   const Units& units = system_.units();
   const double size = std::max(1.0, longest(canonical_, point_.iterate.v, units));
   Eigen::VectorXd v = point_.iterate.v;
   for (Index i = x_moves ? 0 : canonical_.y().begin; i < canonical_.variables(); ++i) {
-    if (system_.is_fixed(i) || system_.is_slack(i)) continue;
+    const bool held = system_.is_fixed(i) && (canonical_.owned_by_max(i) || !of_max);
+    if (held || system_.is_slack(i)) continue;
     const double most = 0.05 * std::abs(v[i]) + std::min(0.01 * units.variable[i] * size, 1.0);
-    v[i] += length * most * std::sin(1.0 + trial + 1.3 * (trial + 1) * i);
+    const double way = length * most * std::sin(1.0 + trial + 1.3 * (trial + 1) * i);
+    const int side = system_.classes().side[at(i)];
+    v[i] += system_.is_fixed(i) && side != 0 ? -side * std::abs(way) : way;
   }
   const auto keep = [&](Index i, double before, double after, double side) {
     if (system_.is_slack(i) || system_.is_fixed(i)) return;
@@ -223,16 +227,17 @@ Eigen::VectorXd DependenceSearch::moved(int trial, double length, bool x_moves) 
   return v;
 }
 
-bool DependenceSearch::constant(const Eigen::VectorXd& weights, double value, bool x_moves) {
+bool DependenceSearch::constant(const Eigen::VectorXd& weights, double value, bool x_moves,
+                                bool of_max) {
   Eigen::VectorXd c;
   for (int trial = 0; trial < kTrials; ++trial) {
     double length = 1.0;
-    Eigen::VectorXd v = moved(trial, length, x_moves);
+    Eigen::VectorXd v = moved(trial, length, x_moves, of_max);
     c.setZero(canonical_.constraints());
     for (int k = 0; canonical_.constraints(v, c) != EvaluationStatus::Ok; ++k) {
       if (k == kShorter) return false;
       length *= 0.1;
-      v = moved(trial, length, x_moves);
+      v = moved(trial, length, x_moves, of_max);
     }
     if (!(std::abs(weights.dot(c) - value) <= kIdentical * size_of(weights, v))) return false;
   }
@@ -256,10 +261,10 @@ void DependenceSearch::examine(Dependence& dependence) {
   dependence.vanishing = gradient <= kNoGradient;
   double value = 0.0;
   if (!consistent(weights, value)) return;
-  dependence.identical = constant(weights, value, true);
+  const bool of_max = canonical_.max_constraints().contains(dependence.row);
+  dependence.identical = constant(weights, value, true, of_max);
   dependence.identical_in_y =
-      dependence.identical ||
-      (canonical_.max_constraints().contains(dependence.row) && constant(weights, value, false));
+      dependence.identical || (of_max && constant(weights, value, false, of_max));
 }
 
 Dependences DependenceSearch::run() {

@@ -10,8 +10,6 @@ constexpr double kUnknown = 0.0;
 /// Rounds in which units spread from variable to variable.
 constexpr int kRounds = 16;
 constexpr int kSweeps = 4;
-/// Coupling of the players over the curvature of x alone, both in lengths of y.
-constexpr double kImplausible = 1e6;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -61,12 +59,9 @@ void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& eval
   // What the maximizer's answer makes of a coupling, W_xy^2 / W_yy, is curvature of x as well.
   const Eigen::VectorXd coupling = max ? Eigen::VectorXd::Zero(d.size()) : row_norms(d, false);
   for (Index i = 0; i < d.size(); ++i) {
-    if (canonical.owned_by_max(i) != max) continue;
-    // Beyond that it is no answer of y's that makes the coupling large but W_yy that is nothing: y is
-    // held by constraints.
-    const double own = std::sqrt(diagonal[i]);
-    const bool held = own > 0.0 && coupling[i] > kImplausible * own;
-    d[i] = inverse(held ? own : std::max(own, coupling[i]));
+    if (canonical.owned_by_max(i) == max) {
+      d[i] = inverse(std::max(std::sqrt(diagonal[i]), coupling[i]));
+    }
   }
   for (int round = 0; round < kRounds; ++round) {
     const Eigen::VectorXd norms = row_norms(d, true);

@@ -100,6 +100,18 @@ TEST(DependentRows, OfMaxAtOneXAloneLeaveYStrictlyBest) {
   EXPECT_FALSE(found.licq_max);
 }
 
+TEST(DependentRows, OfMaxThatPinchYAtABoundOfXAreNotCertified) {
+  // y <= -x and y >= x on x >= 0: no answer but at x = 0, where Min's bound is active.
+  Model model;
+  const Expression x = model.variable(kMin, "x", 0.0), y = model.variable(kMax, "y");
+  model.objective(10.0 * x + 2.0 * y);
+  model.constraint(y + x, -kNoBound, 0.0);
+  model.constraint(y - x, 0.0, kNoBound);
+  const Certificate found = certify(model, {0.0, 0.0}, {-3.0, 1.0});
+  EXPECT_NE(found.kind, PointKind::LocalMinmax);
+  EXPECT_EQ(found.answer, InnerAnswer::StrictlyBest);
+}
+
 TEST(AnswerOfY, IsKnownWhereXIsNot) {
   Model model;
   const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");

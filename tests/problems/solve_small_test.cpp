@@ -47,7 +47,7 @@ constexpr Required kRequired[] = {
     {"kbeam_weapons", 1, 19},
     {"forsaken_variant", 1, 19},
     {"rh1", 1, 19},
-    {"rh3", 1, 14},  // some runs stay at a degenerate point near x = 0
+    {"rh3", 1, 19},
     {"rh5", 1, 19},
     {"rh7", 2, 19},
     {"ea3", 2, 19},
