@@ -29,7 +29,7 @@ Number closed_upto(double SolverOptions::*member, double upper) {
   return {member, 0.0, upper, false, false};
 }
 /// Slower growth would take thousands of factorizations.
-constexpr double kLeastGrowth = 1.01;
+constexpr double kLeastGrowth = 1.001;
 
 Number from(double SolverOptions::*member, double lower) {
   return {member, lower, kInfinity, false, true};

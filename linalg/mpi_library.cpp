@@ -3,9 +3,12 @@
 #include <dlfcn.h>
 #include <dmumps_c.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <mutex>
 #include <vector>
+
+#include "linalg/solver_lost.hpp"
 
 #if defined(__SANITIZE_ADDRESS__)
 #define IPMINMAX_WITH_ADDRESS_SANITIZER 1
@@ -75,8 +78,18 @@ const mpi::Plugin& load() {
 #endif
 }
 
+/// Of calls after a join.
 void require(const char* error) {
-  if (error != nullptr) throw SolverUnavailable(error);
+  if (error != nullptr) throw SolverLost(error);
+}
+
+void join_ranks(const mpi::Plugin& plugin) {
+  static std::atomic<bool> joined = false;  // once: what fails later has failed on the way
+  if (const char* error = plugin.join(mpi::Role::Solver, library_version()); error != nullptr) {
+    if (joined) throw SolverLost(error);
+    throw SolverUnavailable(error);
+  }
+  joined = true;
 }
 
 }  // namespace
@@ -93,7 +106,7 @@ const mpi::Plugin& mpi_plugin() {
 
 MpiMumps::MpiMumps(mpi::Part part, void* data, int initialize)
     : plugin_(mpi_plugin()), data_(data) {
-  require(plugin_.join(mpi::Role::Solver, library_version()));
+  join_ranks(plugin_);
   instance_ = plugin_.create(part, data);
   static_cast<DMUMPS_STRUC_C*>(data)->job = initialize;
   run();

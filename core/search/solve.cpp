@@ -8,6 +8,7 @@
 #include "core/search/infeasibility.hpp"
 #include "core/search/restart.hpp"
 #include "core/search/solve.hpp"
+#include "linalg/solver_lost.hpp"
 
 namespace ipminmax {
 namespace {
@@ -71,6 +72,9 @@ Result Solve::run() {
   } catch (const std::length_error&) {  // more than an array can hold
     if (canonical_.inside_model() || observer_threw_) throw;
     return without_point(Status::OutOfMemory, "out of memory");
+  } catch (const SolverLost& error) {
+    if (purpose_ == Purpose::Restoration) throw;
+    return without_point(Status::LinearSolverFailed, error.what());
   } catch (const SolverUnavailable& error) {
     if (purpose_ == Purpose::Restoration) throw;
     return without_point(Status::InvalidOption, error.what());
