@@ -59,6 +59,14 @@ std::string percentage(const Deviation& found) {
 /// A first look at a point.
 enum class Look : std::uint8_t { Right, Wrong, Unclear };
 
+/// Entries of W that are rounding errors of multipliers give lengths beside which everything that ties
+/// these variables looks like nothing.
+bool are_alike(const Units& units) {
+  constexpr double kLargestRatio = 1e6;
+  return units.variable.size() == 0 ||
+         units.variable.maxCoeff() <= kLargestRatio * units.variable.minCoeff();
+}
+
 class Certifier {
  public:
   Certifier(CanonicalProblem& canonical, KktSystem& kkt, double mu, const SolverOptions& options,
@@ -161,6 +169,7 @@ Look Certifier::first_look(const Point& point) {
   const double asked = std::max(kClear * options_.minmax_curvature_tol, margin(1.0));
   const InertiaTest test = survives(system, error, asked);
   if (!test.both()) {
+    if (!are_alike(units)) return Look::Unclear;
     // Wrong with the margin for him, too?
     const bool inner = test.inner;
     if (error.size() > 0) {
