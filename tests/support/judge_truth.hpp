@@ -55,7 +55,7 @@ class TruthJudge {
       return;
     }
     if (std::isnan(said) && (fails_ || has_slacks())) return;  // slacks may overflow
-    rounding += 1e-250;  // where products underflow
+    rounding += 1e-250;                                        // where products underflow
     const bool least = said >= found - rounding;
     const bool most = has_slacks() || said <= found + rounding;
     expect(least && most, what.str());
