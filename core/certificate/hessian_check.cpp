@@ -10,6 +10,8 @@ namespace {
 /// the rounding of gradients grows with it.
 constexpr double kStep = 1e-6;
 constexpr double kStepOfSize = 1e-8;
+/// Largest entry over the size of the variable, at least 1: lengths may be errors of a W that cancels.
+constexpr double kLargestEntry = 1e-4;
 /// Share of the distance to a bound.
 constexpr double kShareOfDistance = 0.1;
 /// Error of W, in units, that counts: a share of the least curvature seen, within limits.
@@ -83,6 +85,8 @@ std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical, const Point
   if (!(longest > 0.0)) return std::nullopt;
   const double size = ipminmax::longest(canonical, point.iterate.v, units);
   Eigen::VectorXd step = (kStep + kStepOfSize * size) / longest * curvature.direction;
+  const Eigen::ArrayXd largest = kLargestEntry * point.iterate.v.array().abs().max(1.0);
+  step = step.array().max(-largest).min(largest).matrix().eval();
   keep_within_bounds(canonical, point.iterate.v, kShareOfDistance, step);
   return compare_second_derivatives(
       canonical, point.iterate.v, lambda, point.evaluation, step, units.variable,

@@ -158,12 +158,12 @@ Search::Verdict Search::judge(Status claim) {
   } else if ((finding.certificate.second_order == SecondOrder::Undecided ||
               finding.certificate.second_order == SecondOrder::Flat) &&
              purpose_ == Purpose::Solution) {
-    if (finding.certificate.hessian_disagrees) {
-      verdict.message = finding.remark;
-      if (claim == Status::Solved) verdict.status = Status::SolvedDegenerate;
-    } else if (runs_to_infinity(context_, point_, barrier_.mu(), test_)) {
+    if (runs_to_infinity(context_, point_, barrier_.mu(), test_)) {
       verdict.status = Status::DivergingIterates;
       verdict.message = "the iterates run to infinity, where the gradient vanishes";
+    } else if (finding.certificate.hessian_disagrees) {
+      verdict.message = finding.remark;
+      if (claim == Status::Solved) verdict.status = Status::SolvedDegenerate;
     } else if (claim == Status::Solved) {
       verdict.status = Status::SolvedDegenerate;
     }
