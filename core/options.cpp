@@ -422,7 +422,7 @@ std::vector<OptionInfo> make_table() {
        "How much the second-order test at a first-order point may cost.",
        choice(&O::minmax_certificate, {"full", "quick", "none"},
               {"until the point is certified or refuted; points that stay undecided cost at most a "
-               "fifth of the solve's factorizations or 3 (40 where the matrices are small)",
+               "fifth of the solve's factorizations or 20 (40 where the matrices are small)",
                "one factorization of K_yy and of K: only points with clear curvature and clear "
                "active bounds are certified, clearly wrong ones refuted",
                "no test, for minimizations at Ipopt's cost: the second-order test says \"not "

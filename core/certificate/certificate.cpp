@@ -429,6 +429,7 @@ bool Certifier::independent_or_harmless(Stage& stage, ActiveSetSystem& system) {
     static_cast<void>(look_for_dependences(stage, system));
     stage.classes = classes;
   }
+  if (canonical_.max_constraints().size() == 0) return true;
   return stage.dependences && (settled(stage, true) || !has_x());
 }
 
