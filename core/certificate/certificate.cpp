@@ -19,6 +19,7 @@
 #include "core/certificate/units.hpp"
 #include "core/certificate/valley.hpp"
 #include "core/certificate/witness.hpp"
+#include "core/model/norms.hpp"
 #include "core/point/residual.hpp"
 
 namespace ipminmax {
@@ -44,10 +45,6 @@ constexpr double kFlatTimes = 10.0;
 constexpr int kRefinements = 4;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-double max_norm(const Eigen::VectorXd& v) {
-  return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
-}
 
 std::string percentage(const Deviation& found) {
   const double size = std::max(std::abs(found.exact), std::abs(found.difference));

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/model/norms.hpp"
+
 namespace ipminmax {
 namespace {
 
@@ -19,10 +21,6 @@ constexpr double kShareOfCurvature = 0.1;
 constexpr double kLeastError = 1e-5, kLargestError = 1e-3;
 constexpr int kInverseIterations = 2;
 
-double longest_entry(const Eigen::VectorXd& v) {
-  return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
-}
-
 /// Inverse iteration from a generic vector, in the lengths of the matrices; normalized.
 Eigen::VectorXd inverse_iteration(const CanonicalProblem& canonical, KktSystem& kkt,
                                   const CurvatureTrial& trial, bool inner, LittleCurvature& found) {
@@ -32,7 +30,7 @@ Eigen::VectorXd inverse_iteration(const CanonicalProblem& canonical, KktSystem& 
     if (!trial.is_held(i)) direction[i] = std::sin(1.0 + i);
   }
   for (int k = 0; k < kInverseIterations; ++k) {
-    const double length = longest_entry(direction);
+    const double length = max_norm(direction);
     if (!(length > 0.0)) break;
     NewtonResidual rhs = zero_step(canonical);
     Step step = zero_step(canonical);
@@ -52,7 +50,7 @@ Eigen::VectorXd inverse_iteration(const CanonicalProblem& canonical, KktSystem& 
       found.variable = longest;
     }
   }
-  const double length = longest_entry(direction);
+  const double length = max_norm(direction);
   if (length > 0.0) direction /= length;
   return direction;
 }
@@ -81,7 +79,7 @@ LittleCurvature find_little_curvature(const CanonicalProblem& canonical, KktSyst
 std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical, const Point& point,
                                         const Eigen::VectorXd& lambda, const Units& units,
                                         const LittleCurvature& curvature) {
-  const double longest = longest_entry(curvature.direction.cwiseQuotient(units.variable));
+  const double longest = max_norm(curvature.direction.cwiseQuotient(units.variable));
   if (!(longest > 0.0)) return std::nullopt;
   const double size = ipminmax::longest(canonical, point.iterate.v, units);
   Eigen::VectorXd step = (kStep + kStepOfSize * size) / longest * curvature.direction;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/model/norms.hpp"
+
 namespace ipminmax {
 namespace {
 
@@ -48,17 +50,13 @@ Eigen::VectorXd hessian_product(const CanonicalProblem& canonical, const Evaluat
   return product;
 }
 
-double longest_entry(const Eigen::VectorXd& v) {
-  return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
-}
-
 }  // namespace
 
 std::optional<Deviation> compare_second_derivatives(
     CanonicalProblem& canonical, const Eigen::VectorXd& v, const Eigen::VectorXd& lambda,
     const Evaluation& evaluation, const Eigen::VectorXd& step, const Eigen::VectorXd& lengths,
     double tolerance) {
-  const double longest = longest_entry(step.cwiseQuotient(lengths));
+  const double longest = max_norm(step.cwiseQuotient(lengths));
   if (!(longest > 0.0)) return std::nullopt;
   const LagrangianGradient here(canonical, evaluation, lambda);
   const Eigen::VectorXd exact = hessian_product(canonical, evaluation, step);
@@ -76,14 +74,14 @@ std::optional<Deviation> compare_second_derivatives(
   const auto in_lengths = [&](const Eigen::VectorXd& gradient) {
     return gradient.cwiseProduct(lengths).cwiseAbs();
   };
-  if (longest_entry(in_lengths(*near - exact)) <= tolerance * longest) return std::nullopt;
+  if (max_norm(in_lengths(*near - exact)) <= tolerance * longest) return std::nullopt;
 
   // The error of first order in the step is extrapolated away.
   const std::optional<Eigen::VectorXd> far = difference(2.0 * sign);
   if (!far) return std::nullopt;
   const Eigen::VectorXd better = 2.0 * *near - *far;
-  const double doubt = kDoubt * longest_entry(in_lengths(*near - *far)) +
-                       kRoundings * kEpsilon * longest_entry(in_lengths(here.size));
+  const double doubt = kDoubt * max_norm(in_lengths(*near - *far)) +
+                       kRoundings * kEpsilon * max_norm(in_lengths(here.size));
   Index row = 0;
   const Eigen::VectorXd deviation = in_lengths(better - exact);
   if (!deviation.allFinite()) return std::nullopt;
