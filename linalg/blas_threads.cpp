@@ -12,9 +12,8 @@ std::mutex mutex;
 int holders = 0;  // under the mutex
 int threads = 1;  // before the first of them
 
-/// No child is forked while another thread is inside.
-[[maybe_unused]] const int registered =
-    pthread_atfork([] { mutex.lock(); }, [] { mutex.unlock(); }, [] { mutex.unlock(); });
+/// When the library is loaded, also where nothing makes a LibraryLock.
+[[maybe_unused]] const bool registered = (hold_blas_threads_over_forks(), true);
 
 /// OpenBLAS's own functions, null with another BLAS. Looked up, for the library may come with LAPACK or
 /// MUMPS only.
@@ -24,28 +23,38 @@ struct OpenBlas {
                                                            "openblas_set_num_threads"));
 };
 const OpenBlas& openblas() {
+  const std::lock_guard lock(mutex);  // a child must not find the look-up for ever under way
   static const OpenBlas functions;
   return functions;
 }
 
 }  // namespace
 
-int blas_threads() { return openblas().get != nullptr ? openblas().get() : 1; }
+void hold_blas_threads_over_forks() {
+  [[maybe_unused]] static const int once =
+      pthread_atfork([] { mutex.lock(); }, [] { mutex.unlock(); }, [] { mutex.unlock(); });
+}
 
-SequentialBlas::SequentialBlas(double operations)
-    : holds_(operations <= kOperationsWorthThreads && openblas().get != nullptr &&
-             openblas().set != nullptr) {
+int blas_threads() {
+  const OpenBlas& blas = openblas();
+  return blas.get != nullptr ? blas.get() : 1;
+}
+
+SequentialBlas::SequentialBlas(double operations) {
+  const OpenBlas& blas = openblas();
+  holds_ = operations <= kOperationsWorthThreads && blas.get != nullptr && blas.set != nullptr;
   if (!holds_) return;
   const std::lock_guard lock(mutex);
   if (holders++ > 0) return;
-  threads = openblas().get();
-  if (threads > 1) openblas().set(1);
+  threads = blas.get();
+  if (threads > 1) blas.set(1);
 }
 
 SequentialBlas::~SequentialBlas() {
   if (!holds_) return;
+  const OpenBlas& blas = openblas();
   const std::lock_guard lock(mutex);
-  if (--holders == 0 && threads > 1) openblas().set(threads);
+  if (--holders == 0 && threads > 1) blas.set(threads);
 }
 
 }  // namespace ipminmax

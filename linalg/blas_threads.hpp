@@ -5,6 +5,10 @@ namespace ipminmax {
 /// Threads that OpenBLAS uses; 1 with another BLAS.
 [[nodiscard]] int blas_threads();
 
+/// From the first call on no child is forked while another thread changes the number of threads. Before a
+/// fork the handler registered last runs first, so a lock around which this one is taken registers later.
+void hold_blas_threads_over_forks();
+
 /// Operations of a factorization up to which BLAS uses one thread: fewer take longer on several, and
 /// sums are then the same whatever OPENBLAS_NUM_THREADS says.
 inline constexpr double kOperationsWorthThreads = 1e9;

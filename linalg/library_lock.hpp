@@ -7,6 +7,8 @@
 #include <mutex>
 #include <new>
 
+#include "linalg/blas_threads.hpp"
+
 namespace ipminmax {
 
 /// Held around every call of MUMPS and METIS: MUMPS is not thread-safe, and both draw from rand().
@@ -30,6 +32,7 @@ class LibraryLock {
 
   static Mutex& mutex() {
     static Mutex& process_wide = []() -> Mutex& {
+      hold_blas_threads_over_forks();  // before ours: its lock is taken inside this one
       pthread_atfork([] { LibraryLock::mutex().lock(); }, [] { LibraryLock::mutex().unlock(); },
                      after_fork);
       return *new (storage()) Mutex;
