@@ -14,6 +14,7 @@
 #include "linalg/mpi_library.hpp"
 #include "linalg/mumps_solver.hpp"
 #include "linalg/ordering.hpp"
+#include "linalg/reproducible_rand.hpp"
 
 namespace ipminmax {
 
