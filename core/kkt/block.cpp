@@ -125,7 +125,6 @@ Analysis KktBlock::analyze() {
 void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
   factorized_with_.reset();
   solver_ = std::move(solver);
-  solver_->require_certain_inertia(certain_);
   if (!empty()) solver_->reset_quality();
 }
 
@@ -232,10 +231,11 @@ void KktBlock::begin_factorize(const Regularization& shift) {
   solver_->begin_factorize(matrix_);
 }
 
-Factorization KktBlock::factorize(const Regularization& shift) {
-  if (is_factorized(shift)) return factorization_;
+Factorization KktBlock::factorize(const Regularization& shift, Certainty certainty) {
+  if (is_factorized(shift, certainty)) return factorization_;
   shift_by(shift);
-  factorization_ = solver_->factorize(matrix_);
+  certainty_ = certainty;
+  factorization_ = solver_->factorize(matrix_, certainty);
   factorized_with_.reset();
   if (factorization_.status == FactorizationStatus::OutOfMemory) throw FactorsOutOfMemory();
   if (factorization_.status == FactorizationStatus::Ok) factorized_with_ = shift;
@@ -243,7 +243,7 @@ Factorization KktBlock::factorize(const Regularization& shift) {
 }
 
 Factorization KktBlock::make_certain(const Regularization& shift) {
-  if (certain_ || !is_factorized(shift)) return factorization_;
+  if (certainty_ == Certainty::Certain || !is_factorized(shift, certainty_)) return factorization_;
   factorization_ = solver_->make_certain(matrix_, factorization_);
   if (factorization_.status != FactorizationStatus::Ok) factorized_with_.reset();
   return factorization_;

@@ -17,7 +17,8 @@ constexpr double kVanishingGradient = 1e-8;
 
 bool KktSystem::solve_projection(const NewtonResidual& rhs, Step& step) {
   for (;;) {
-    if (factorize_for_solutions({}).status != FactorizationStatus::Ok) return false;
+    if (factorize_for_solutions({}, Certainty::Usual).status != FactorizationStatus::Ok)
+      return false;
     {
       const ScopedTimer timer(timing_.solves);
       ++counts_.solves;

@@ -549,16 +549,19 @@ INSTANTIATE_TEST_SUITE_P(Solvers, KktBySchurComplement,
                          testing::Values(LinearSolver::Auto, LinearSolver::Mumps,
                                          LinearSolver::Lapack));
 
+/// While iterating inertias need not be certain, and K may be factorized by way of K_yy.
+constexpr Certainty kUsual = Certainty::Usual;
+
 TEST_P(KktBySchurComplement, GivesTheDenseInertiasAndSolutions) {
   int by_complement = 0;
   for (unsigned seed = 0; seed < 200; ++seed) {
     RandomSystem s(random_shape(seed), seed, GetParam(), SchurComplementUse::Yes);
-    s.kkt->require_certain_inertia(false);
     for (const Regularization& shift :
          {Regularization{}, Regularization{.x = 3.0}, Regularization{.x = 3.0, .y = 4.0},
           Regularization{.x = 9.0, .y = 4.0, .lambda_x = 1e-2, .lambda_y = 1e-2}}) {
-      EXPECT_EQ(s.kkt->factorize(shift).inertia, inertia_of(s.dense(shift))) << seed;
-      EXPECT_EQ(s.kkt->factorize_inner(shift).inertia, inertia_of(s.dense_inner(shift))) << seed;
+      EXPECT_EQ(s.kkt->factorize(shift, kUsual).inertia, inertia_of(s.dense(shift))) << seed;
+      EXPECT_EQ(s.kkt->factorize_inner(shift, kUsual).inertia, inertia_of(s.dense_inner(shift)))
+          << seed;
       const NewtonResidual rhs = s.random_residual();
       Step step = zero_step(s.canonical);
       if (s.kkt->solve(s.evaluation, rhs, step)) {
@@ -572,13 +575,12 @@ TEST_P(KktBySchurComplement, GivesTheDenseInertiasAndSolutions) {
 
 TEST_P(KktBySchurComplement, SharesTheFactorsOfTheInnerMatrix) {
   RandomSystem s({}, 8, GetParam(), SchurComplementUse::Yes);
-  s.kkt->require_certain_inertia(false);
-  static_cast<void>(s.kkt->factorize_inner({.y = 1.0}));
+  static_cast<void>(s.kkt->factorize_inner({.y = 1.0}, kUsual));
   for (const double x : {0.0, 1.0, 10.0}) {
     const Regularization shift{.x = x, .y = 1.0};
-    EXPECT_EQ(s.kkt->factorize(shift).inertia, inertia_of(s.dense(shift)));
+    EXPECT_EQ(s.kkt->factorize(shift, kUsual).inertia, inertia_of(s.dense(shift)));
   }
-  static_cast<void>(s.kkt->factorize_inner({.y = 1.0}));
+  static_cast<void>(s.kkt->factorize_inner({.y = 1.0}, kUsual));
   EXPECT_EQ(s.counts.factorizations_full, 0);
   EXPECT_EQ(s.counts.factorizations_inner, 1);
   EXPECT_EQ(s.counts.factorizations_complement, 3);
@@ -586,13 +588,12 @@ TEST_P(KktBySchurComplement, SharesTheFactorsOfTheInnerMatrix) {
 
 TEST_P(KktBySchurComplement, FactorsOfKSurviveThoseOfTheInnerMatrix) {
   RandomSystem s({}, 8, GetParam(), SchurComplementUse::Yes);
-  s.kkt->require_certain_inertia(false);
   const Regularization shift{.x = 2.0, .y = 3.0};
-  static_cast<void>(s.kkt->factorize_inner(shift));
-  static_cast<void>(s.kkt->factorize(shift));
+  static_cast<void>(s.kkt->factorize_inner(shift, kUsual));
+  static_cast<void>(s.kkt->factorize(shift, kUsual));
   for (const double y : {5.0, 7.0, 9.0}) {
     const Regularization other{.y = y};
-    EXPECT_EQ(s.kkt->factorize_inner(other).inertia, inertia_of(s.dense_inner(other)));
+    EXPECT_EQ(s.kkt->factorize_inner(other, kUsual).inertia, inertia_of(s.dense_inner(other)));
     const NewtonResidual rhs = s.random_residual();
     Step step = zero_step(s.canonical);
     ASSERT_TRUE(s.kkt->solve_inner(s.evaluation, rhs, step));
@@ -606,7 +607,6 @@ TEST_P(KktBySchurComplement, FactorsOfKSurviveThoseOfTheInnerMatrix) {
 
 TEST_P(KktBySchurComplement, CertainInertiasAreThoseOfTheWholeMatrix) {
   RandomSystem s({}, 8, GetParam(), SchurComplementUse::Yes);
-  s.kkt->require_certain_inertia(true);
   EXPECT_EQ(s.kkt->factorize({}).inertia, inertia_of(s.dense({})));
   EXPECT_EQ(s.counts.factorizations_full, 1);
   EXPECT_EQ(s.counts.factorizations_complement, 0);
@@ -620,12 +620,11 @@ TEST_P(KktBySchurComplement, ASingularInnerMatrixLeavesTheWholeOne) {
                   .max_equalities = 0,
                   .max_inequalities = 0},
                  3, GetParam(), SchurComplementUse::Yes);
-  s.kkt->require_certain_inertia(false);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(s.dense_inner({}));
   for (const double distance : {0.0, 1e-13, -1e-11}) {  // of an eigenvalue of K_yy to zero
     const Regularization shift{.x = 1.0, .y = eigen.eigenvalues()[1] + distance};
     const Index whole = s.counts.factorizations_full;
-    EXPECT_EQ(s.kkt->factorize(shift).inertia, inertia_of(s.dense(shift)));
+    EXPECT_EQ(s.kkt->factorize(shift, kUsual).inertia, inertia_of(s.dense(shift)));
     EXPECT_EQ(s.counts.factorizations_full, whole + 1);
     const NewtonResidual rhs = s.random_residual();
     Step step = zero_step(s.canonical);
@@ -816,14 +815,14 @@ TEST(KktFactorizations, AreNotRepeatedForTheSameValuesAndShifts) {
   KktSystem& kkt = *system.kkt;
   const Counts& counts = system.counts;
   const Regularization shift{.x = 1.0, .y = 2.0};
-  const Factorization first = kkt.factorize(shift);
-  const Factorization inner = kkt.factorize_inner({});
+  const Factorization first = kkt.factorize(shift, Certainty::Usual);
+  const Factorization inner = kkt.factorize_inner({}, Certainty::Usual);
   EXPECT_EQ(counts.factorizations_full, 1);
   EXPECT_EQ(counts.factorizations_inner, 1);
 
   kkt.assemble(system.iterate, system.evaluation);
-  EXPECT_EQ(kkt.factorize(shift).inertia, first.inertia);
-  EXPECT_EQ(kkt.factorize_inner({}).inertia, inner.inertia);
+  EXPECT_EQ(kkt.factorize(shift, Certainty::Usual).inertia, first.inertia);
+  EXPECT_EQ(kkt.factorize_inner({}, Certainty::Usual).inertia, inner.inertia);
   EXPECT_EQ(counts.factorizations_full, 1);
   EXPECT_EQ(counts.factorizations_inner, 1);
   const NewtonResidual rhs = system.random_residual();
@@ -832,28 +831,29 @@ TEST(KktFactorizations, AreNotRepeatedForTheSameValuesAndShifts) {
   EXPECT_LT(system.newton_error(shift, rhs, step), 1e-8);
 
   // Another shift of one matrix.
-  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}));
-  static_cast<void>(kkt.factorize_inner({}));
+  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}, Certainty::Usual));
+  static_cast<void>(kkt.factorize_inner({}, Certainty::Usual));
   EXPECT_EQ(counts.factorizations_full, 2);
   EXPECT_EQ(counts.factorizations_inner, 1);
 
   // Other values: barrier terms, derivatives.
   for (const Index i : system.canonical.lower_bounded()) system.iterate.z_lower[i] *= 1.5;
   kkt.assemble(system.iterate, system.evaluation);
-  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}));
+  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}, Certainty::Usual));
   EXPECT_EQ(counts.factorizations_full, 3);
   ASSERT_EQ(system.canonical.second_derivatives(system.iterate.v, 2.0 * system.iterate.lambda,
                                                 system.evaluation),
             EvaluationStatus::Ok);
   kkt.assemble(system.iterate, system.evaluation);
-  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}));
-  static_cast<void>(kkt.factorize_inner({}));
+  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}, Certainty::Usual));
+  static_cast<void>(kkt.factorize_inner({}, Certainty::Usual));
   EXPECT_EQ(counts.factorizations_full, 4);
   EXPECT_EQ(counts.factorizations_inner, 2);
 
-  // A factorization that must be better than the last.
-  kkt.require_certain_inertia(true);
+  // A factorization that must be better than the last, and one that need not be.
   static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}));
+  EXPECT_EQ(counts.factorizations_full, 5);
+  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}, Certainty::Usual));
   EXPECT_EQ(counts.factorizations_full, 5);
 }
 
