@@ -186,8 +186,6 @@ void KktBlock::decouple(const std::vector<bool>& constraints) {
 }
 
 void KktBlock::assemble_projection(const Evaluation& evaluation,
-                                   const Eigen::VectorXd& column_factor,
-                                   const Eigen::VectorXd& row_factor,
                                    const Eigen::VectorXd& multiplier_diagonal) {
   terms_.take_none();
   factorized_with_.reset();
@@ -199,7 +197,7 @@ void KktBlock::assemble_projection(const Evaluation& evaluation,
     const auto [row, col] = canonical_.jacobian()[at(jacobian_entries_[k])];
     if (canonical_.owned_by_max(col) != canonical_.max_constraints().contains(row)) continue;
     values[at(positions_[hessian_entries_.size() + k])] +=
-        column_factor[col] * row_factor[row] * evaluation.jacobian[at(jacobian_entries_[k])];
+        evaluation.jacobian[at(jacobian_entries_[k])];
   }
   for (Index i = variables_.begin; i < variables_.end; ++i) {
     if (const Index row = variable_row_[at(i)]; row >= 0) diagonal_[at(row)] = canonical_.sign(i);

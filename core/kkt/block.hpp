@@ -74,10 +74,8 @@ class KktBlock {
   /// The barrier terms of the last assemble, of none after assemble_projection.
   [[nodiscard]] const BarrierTerms& barrier_terms() const { return terms_; }
   /// W = I for Min, -I for Max, no coupling of the players, and the given diagonal on the
-  /// multiplier rows (per canonical constraint): the matrix of least-squares multipliers and of
-  /// the rank test. Columns of J are multiplied by column_factor, rows by row_factor.
-  void assemble_projection(const Evaluation& evaluation, const Eigen::VectorXd& column_factor,
-                           const Eigen::VectorXd& row_factor,
+  /// multiplier rows (per canonical constraint): the matrix of least-squares multipliers.
+  void assemble_projection(const Evaluation& evaluation,
                            const Eigen::VectorXd& multiplier_diagonal);
 
   /// Sets the diagonal of matrix().

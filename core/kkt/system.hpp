@@ -130,16 +130,6 @@ class KktSystem {
   [[nodiscard]] bool least_squares_multipliers(const Iterate& iterate, const Evaluation& evaluation,
                                                Eigen::VectorXd& lambda);
 
-  struct RankFinding {
-    bool full_min = false;
-    bool full_max = false;
-    bool vanishing = false;  ///< an active gradient is zero: no constraint qualification at all
-  };
-  /// Whether the gradients of each player's active constraints are independent. active: per
-  /// canonical variable (slacks stand for their inequality).
-  [[nodiscard]] RankFinding active_rank(const Evaluation& evaluation,
-                                        const std::vector<bool>& active);
-
   [[nodiscard]] double hessian_norm() const { return full_.max_norm_hessian(); }
   /// Of K and K_yy so far.
   [[nodiscard]] Index factorizations() const {
