@@ -537,8 +537,7 @@ SecondOrder Certifier::certified(const Stage& stage, const Point& given) {
 
 /// The test at a point that is not clear, with pivoting.
 SecondOrder Certifier::examine(const Point& given) {
-  while (!kkt_.pivots() && kkt_.increase_quality()) {
-  }
+  kkt_.begin_pivoting();
   Stage stage;
   stage.point = given;
   stage.units = units_of(canonical_, given.evaluation);
@@ -759,7 +758,6 @@ SecondOrder Certifier::judge(const Point& given) {
 }
 
 Finding Certifier::run(const Point& given) {
-  kkt_.require_certain_inertia(true);
   certificate_.inner_expected = kkt_.layout().expected_inner();
   certificate_.full_expected = kkt_.layout().expected();
   certificate_.inner = certificate_.inner_expected;
@@ -803,7 +801,6 @@ Finding Certifier::run(const Point& given) {
   certificate_.kind = certificate_.second_order == SecondOrder::Satisfied
                           ? PointKind::LocalMinmax
                           : PointKind::FirstOrderPoint;
-  kkt_.require_certain_inertia(false);
   return {.certificate = certificate_,
           .point = std::move(moved_),
           .mu = mu_,

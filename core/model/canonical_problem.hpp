@@ -151,6 +151,8 @@ class CanonicalProblem {
   void restore(const Iterate& iterate, Result& result);
   /// Largest violation of the model's own bounds and constraints by a result's v and constraints.
   [[nodiscard]] double violation(const Result& result) const;
+  /// The model's constraint that a result's constraints violate most; 0 where none is violated.
+  [[nodiscard]] Index most_violated_constraint(const Result& result) const;
   [[nodiscard]] double unscaled_objective(double f) const { return f / objective_scale_; }
   /// Factor by which a canonical constraint was scaled.
   [[nodiscard]] double constraint_scale(Index constraint) const {
@@ -187,6 +189,8 @@ class CanonicalProblem {
     inside_model_ = false;
     return defined;
   }
+  /// Not negative; of bounds that are none, zero.
+  [[nodiscard]] double bound_violation(double value, double lower, double upper) const;
   /// slack_move of Ipopt, over max(1, |bound|).
   static constexpr double kSlackMove = 1.8189894035458565e-12;  // epsilon^(3/4)
   [[nodiscard]] static double safe_distance(double distance, double bound) {

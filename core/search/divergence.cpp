@@ -84,7 +84,7 @@ bool runs_to_infinity(const MethodContext& context, const Point& from, double mu
     const double norm = max_norm(point.iterate.v);
     newton_residual(canonical, point, mu, rhs);
     context.kkt.assemble(point.iterate, point.evaluation);
-    if (context.kkt.factorize({}).status != FactorizationStatus::Ok ||
+    if (context.kkt.factorize({}, Certainty::Usual).status != FactorizationStatus::Ok ||
         !context.kkt.solve(point.evaluation, rhs, step)) {
       return false;
     }
