@@ -264,7 +264,7 @@ int IpminmaxGetCurrentIterate(IpminmaxProblem problem, int n, double *x, double 
  *   nlp_constraint_violation (m)      max(g_L - g, g - g_U, 0)
  *   compl_g (m)                       (g_U - g) lambda where lambda presses against g_U (positive
  *                                     for a constraint of Min, negative for Max), else
- *                                     (g - g_L) lambda; 0 for an equation */
+ *                                     (g_L - g) lambda; (c - g) lambda for an equation g = c */
 int IpminmaxGetCurrentViolations(IpminmaxProblem problem, int n, double *x_L_violation,
                                  double *x_U_violation, double *compl_x_L, double *compl_x_U,
                                  double *grad_lag_x, int m, double *nlp_constraint_violation,

@@ -60,6 +60,8 @@ class CanonicalProblem {
   [[nodiscard]] IndexRange x_slacks() const { return map_.x_slacks; }
   [[nodiscard]] IndexRange y() const { return map_.y; }  ///< Max variables of the model
   [[nodiscard]] IndexRange y_slacks() const { return map_.y_slacks; }
+  /// Whether the model has no free variable: only slacks are left.
+  [[nodiscard]] bool is_constant() const { return x().size() + y().size() == 0; }
   [[nodiscard]] IndexRange min_constraints() const { return map_.min_constraints; }
   [[nodiscard]] IndexRange max_constraints() const { return map_.max_constraints; }
   [[nodiscard]] Index max_size() const { return variables() - map_.y.begin; }  ///< slacks included

@@ -40,8 +40,7 @@ void describe(CanonicalProblem& canonical, const SolverOptions& options, const P
   result.error.primal =
       options.honor_original_bounds ? violation : largest(result.error.primal, violation);
   result.objective_scale = canonical.objective_scale();
-  const bool stationary = options.minmax_certificate == CertificateEffort::None &&
-                          result.certificate.kind == PointKind::FirstOrderPoint;
+  const bool stationary = result.certificate.kind == PointKind::FirstOrderPoint;
   if (result.certificate.second_order == SecondOrder::NotTested && !stationary) {
     result.certificate.kind = kind_without_test(result.error.primal, options.constr_viol_tol);
   }

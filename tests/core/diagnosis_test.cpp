@@ -46,6 +46,18 @@ TEST(Diagnosis, RightDerivativesAreCleared) {
   EXPECT_NE(text.find("first and second derivatives agree"), std::string::npos) << text;
 }
 
+// Slacks do not move in the comparison, wherever their bounds are: g - s would change with them.
+TEST(Diagnosis, InequalitiesFarFromZeroAreCleared) {
+  Model model;
+  const Expression x = model.variable(kMin, "x"), y = model.variable(kMin, "y");
+  model.objective(x + y);
+  model.constraint(x + y, 3.0, kNoBound);
+  model.constraint(square(x) + square(y), -kNoBound, 1.0);
+  AutodiffProblem problem(model, {1.0, 1.0});
+  const std::string text = solve(problem, {}).message;
+  EXPECT_NE(text.find("first and second derivatives agree"), std::string::npos) << text;
+}
+
 TEST(Diagnosis, AWrongGradientIsNamed) {
   AutodiffProblem right = long_way();
   ChangedProblem problem(right);

@@ -9,7 +9,7 @@ namespace ipminmax::testing {
 
 /// A problem's functions and first derivatives alone; counts their calls. The structure of the
 /// Hessian may be kept, its values are never given.
-class WithoutHessian final : public CountingProblem {
+class WithoutHessian : public CountingProblem {
  public:
   explicit WithoutHessian(Problem& problem, bool keep_structure = false)
       : CountingProblem(problem), structure_(problem.structure()) {
