@@ -125,7 +125,6 @@ Analysis KktBlock::analyze() {
 void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
   factorized_with_.reset();
   solver_ = std::move(solver);
-  solver_->require_certain_inertia(certain_);
   if (!empty()) solver_->reset_quality();
 }
 
@@ -187,8 +186,6 @@ void KktBlock::decouple(const std::vector<bool>& constraints) {
 }
 
 void KktBlock::assemble_projection(const Evaluation& evaluation,
-                                   const Eigen::VectorXd& column_factor,
-                                   const Eigen::VectorXd& row_factor,
                                    const Eigen::VectorXd& multiplier_diagonal) {
   terms_.take_none();
   factorized_with_.reset();
@@ -200,7 +197,7 @@ void KktBlock::assemble_projection(const Evaluation& evaluation,
     const auto [row, col] = canonical_.jacobian()[at(jacobian_entries_[k])];
     if (canonical_.owned_by_max(col) != canonical_.max_constraints().contains(row)) continue;
     values[at(positions_[hessian_entries_.size() + k])] +=
-        column_factor[col] * row_factor[row] * evaluation.jacobian[at(jacobian_entries_[k])];
+        evaluation.jacobian[at(jacobian_entries_[k])];
   }
   for (Index i = variables_.begin; i < variables_.end; ++i) {
     if (const Index row = variable_row_[at(i)]; row >= 0) diagonal_[at(row)] = canonical_.sign(i);
@@ -232,10 +229,11 @@ void KktBlock::begin_factorize(const Regularization& shift) {
   solver_->begin_factorize(matrix_);
 }
 
-Factorization KktBlock::factorize(const Regularization& shift) {
-  if (is_factorized(shift)) return factorization_;
+Factorization KktBlock::factorize(const Regularization& shift, Certainty certainty) {
+  if (is_factorized(shift, certainty)) return factorization_;
   shift_by(shift);
-  factorization_ = solver_->factorize(matrix_);
+  certainty_ = certainty;
+  factorization_ = solver_->factorize(matrix_, certainty);
   factorized_with_.reset();
   if (factorization_.status == FactorizationStatus::OutOfMemory) throw FactorsOutOfMemory();
   if (factorization_.status == FactorizationStatus::Ok) factorized_with_ = shift;
@@ -243,7 +241,7 @@ Factorization KktBlock::factorize(const Regularization& shift) {
 }
 
 Factorization KktBlock::make_certain(const Regularization& shift) {
-  if (certain_ || !is_factorized(shift)) return factorization_;
+  if (certainty_ == Certainty::Certain || !is_factorized(shift, certainty_)) return factorization_;
   factorization_ = solver_->make_certain(matrix_, factorization_);
   if (factorization_.status != FactorizationStatus::Ok) factorized_with_.reset();
   return factorization_;

@@ -165,6 +165,7 @@ constexpr double kLargeMultiplier =
 constexpr double kOutwardStep = 5e-4;
 constexpr int kOutwardSteps = 3;
 constexpr double kOutwardShare = 0.95;
+constexpr int kStepsIntoValley = 10;  ///< of a minimization at its limit of iterations
 // Second derivatives below this, that many times farther out than the start, have died out.
 constexpr double kDiedOut = 1e-100;
 constexpr double kFarAway = 10.0;
