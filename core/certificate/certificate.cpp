@@ -55,7 +55,7 @@ std::string percentage(const Deviation& found) {
   const double size = std::max(std::abs(found.exact), std::abs(found.difference));
   const double percent = 100.0 * std::abs(found.exact - found.difference) / size;
   char text[32];
-  std::snprintf(text, sizeof text, " by %.2g percent", percent);
+  std::snprintf(text, sizeof text, " by %.3g percent", percent);
   return text;
 }
 /// A first look at a point.
