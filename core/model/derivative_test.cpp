@@ -8,6 +8,8 @@
 
 #include "core/derivative_test.hpp"
 #include "core/model/first_derivatives.hpp"
+#include "core/model/norms.hpp"
+#include "core/model/structure_check.hpp"
 
 namespace ipminmax {
 namespace {
@@ -17,16 +19,6 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kRounding = 8.0;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-bool all_finite(std::span<const double> values) {
-  return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
-}
-
-std::string name_of(std::string_view kind, const std::vector<std::string>& names, Index i) {
-  std::string text = std::string(kind) + " " + std::to_string(i);
-  if (at(i) < names.size() && !names[at(i)].empty()) text += " (" + names[at(i)] + ")";
-  return text;
-}
 
 /// Sparse rows of a matrix whose triplets may repeat.
 using SparseRows = std::vector<std::map<Index, double>>;
@@ -118,7 +110,7 @@ class DerivativeTester {
     // A fixed variable has no room; its derivatives are tested all the same.
     if (!inside && (moved(step, false) || moved(-step, false))) return v[at(i)] - here;
     report_.remarks.push_back("The functions are undefined on both sides of " +
-                              name_of("variable", structure_.variable_names, i) + ".");
+                              variable_name(structure_, i) + ".");
     return 0.0;
   }
 
@@ -263,31 +255,10 @@ class DerivativeTester {
   FirstDerivatives derivatives_;
 };
 
-/// Empty when the structure's indices are in range.
-std::string structure_error(const ProblemStructure& s) {
-  const std::size_t n = s.variable_players.size(), m = s.constraint_players.size();
-  if (s.variable_lower.size() != n || s.variable_upper.size() != n ||
-      s.constraint_lower.size() != m || s.constraint_upper.size() != m) {
-    return "the bounds do not have one entry per variable and constraint";
-  }
-  const auto outside = [](Index i, std::size_t size) { return i < 0 || at(i) >= size; };
-  for (const auto& [row, col] : s.jacobian) {
-    if (outside(row, m) || outside(col, n)) {
-      return "the structure of the Jacobian has an entry outside the matrix";
-    }
-  }
-  for (const auto& [row, col] : s.hessian) {
-    if (outside(row, n) || outside(col, n)) {
-      return "the structure of the Hessian has an entry outside the matrix";
-    }
-  }
-  return {};
-}
-
 }  // namespace
 
 DerivativeReport test_derivatives(Problem& problem, const SolverOptions& options) {
-  if (auto error = structure_error(problem.structure()); !error.empty()) {
+  if (auto error = check_indices(problem.structure()); !error.empty()) {
     DerivativeReport report;
     report.failure = std::move(error);
     return report;
@@ -300,8 +271,7 @@ std::string describe(const DerivativeEntry& entry, const ProblemStructure& struc
     return player == Player::Max ? " of Max" : " of Min";
   };
   const auto variable = [&](Index i) {
-    return name_of("variable", structure.variable_names, i) +
-           of_player(structure.variable_players[at(i)]);
+    return variable_name(structure, i) + of_player(structure.variable_players[at(i)]);
   };
   const bool second = entry.second_variable >= 0;
   std::string text = second                 ? "Hessian of "
@@ -310,7 +280,7 @@ std::string describe(const DerivativeEntry& entry, const ProblemStructure& struc
   if (entry.constraint < 0) {
     text += "the objective";
   } else {
-    text += name_of("constraint", structure.constraint_names, entry.constraint) +
+    text += constraint_name(structure, entry.constraint) +
             of_player(structure.constraint_players[at(entry.constraint)]);
   }
   text += " in " + variable(entry.variable);

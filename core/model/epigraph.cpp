@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "core/model/extended_structure.hpp"
+#include "core/model/norms.hpp"
 #include "core/robust.hpp"
 
 namespace ipminmax {
@@ -30,7 +31,7 @@ class Epigraph final : public Problem {
                       .z_upper = {}};
     if (!model_.starting_point(own)) return false;
     double f = 0.0;
-    const bool finite = std::ranges::all_of(own.v, [](double x) { return std::isfinite(x); });
+    const bool finite = all_finite(own.v);
     if (finite && model_.objective(own.v, true, f) && std::isfinite(f)) start.v.back() = f;
     return true;
   }

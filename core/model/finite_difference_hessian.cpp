@@ -6,6 +6,7 @@
 
 #include "core/model/finite_difference_hessian.hpp"
 #include "core/model/hessian_detection.hpp"
+#include "core/model/norms.hpp"
 
 namespace ipminmax {
 namespace {
@@ -88,7 +89,7 @@ void FiniteDifferenceHessian::choose_pattern(const std::vector<Triplet>* known) 
   }
   structure_.has_hessian = true;
   set_pattern({});
-  if (!take_start() || !std::ranges::all_of(start_->v, [](double x) { return std::isfinite(x); })) {
+  if (!take_start() || !all_finite(start_->v)) {
     return;
   }
   std::vector<Index> variables;

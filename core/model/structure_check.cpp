@@ -32,28 +32,15 @@ std::string check_robust(const ProblemStructure& s, const SolverOptions& options
   return text;
 }
 
-/// Indices in range, and who reads whose variables.
-std::string check_patterns(const ProblemStructure& s, const SolverOptions& options) {
-  const auto n = static_cast<Index>(s.variable_players.size());
-  const auto m = static_cast<Index>(s.constraint_players.size());
-  for (std::size_t k = 0; k < s.jacobian.size(); ++k) {
-    const auto [row, col] = s.jacobian[k];
-    if (row < 0 || row >= m || col < 0 || col >= n) {
-      std::ostringstream text;
-      text << "entry " << k << " of the Jacobian's structure is at row " << row << ", column "
-           << col << ", outside " << m << " constraints and " << n << " variables (0-based)";
-      return text.str();
-    }
-    if (auto error = check_robust(s, options, s.jacobian[k]); !error.empty()) return error;
-  }
-  for (std::size_t k = 0; k < s.hessian.size(); ++k) {
-    const auto [row, col] = s.hessian[k];
-    if (row < 0 || row >= n || col < 0 || col >= n) {
-      std::ostringstream text;
-      text << "entry " << k << " of the Hessian's structure is at row " << row << ", column " << col
-           << ", outside " << n << " variables (0-based)";
-      return text.str();
-    }
+std::string check_range(std::string_view matrix, const std::vector<Triplet>& entries, Index rows,
+                        std::string_view of_rows, Index cols) {
+  for (std::size_t k = 0; k < entries.size(); ++k) {
+    const auto [row, col] = entries[k];
+    if (row >= 0 && row < rows && col >= 0 && col < cols) continue;
+    std::ostringstream text;
+    text << "entry " << k << " of the " << matrix << "'s structure is at row " << row << ", column "
+         << col << ", outside " << of_rows << cols << " variables (0-based)";
+    return text.str();
   }
   return {};
 }
@@ -75,7 +62,7 @@ std::string number_text(double value) {
   return text.str();
 }
 
-std::string check_structure(const ProblemStructure& s, const SolverOptions& options) {
+std::string check_indices(const ProblemStructure& s) {
   const auto n = static_cast<Index>(s.variable_players.size());
   const auto m = static_cast<Index>(s.constraint_players.size());
   if (s.variable_lower.size() != at(n) || s.variable_upper.size() != at(n)) {
@@ -89,6 +76,14 @@ std::string check_structure(const ProblemStructure& s, const SolverOptions& opti
   if (s.constraint_lower.size() != at(m) || s.constraint_upper.size() != at(m)) {
     return "the bounds of the constraints do not have one entry per constraint";
   }
+  auto error = check_range("Jacobian", s.jacobian, m, std::to_string(m) + " constraints and ", n);
+  return error.empty() ? check_range("Hessian", s.hessian, n, "", n) : error;
+}
+
+std::string check_structure(const ProblemStructure& s, const SolverOptions& options) {
+  if (auto error = check_indices(s); !error.empty()) return error;
+  const auto n = static_cast<Index>(s.variable_players.size());
+  const auto m = static_cast<Index>(s.constraint_players.size());
   const auto bad_bounds = [&](double lower, double upper) -> std::string {
     if (std::isnan(lower) || std::isnan(upper)) return " has a bound that is NaN";
     if (lower > upper) {
@@ -118,7 +113,10 @@ std::string check_structure(const ProblemStructure& s, const SolverOptions& opti
     const auto error = bad_bounds(s.constraint_lower[at(j)], s.constraint_upper[at(j)]);
     if (!error.empty()) return constraint_name(s, j) + error;
   }
-  return check_patterns(s, options);
+  for (const Triplet entry : s.jacobian) {
+    if (auto error = check_robust(s, options, entry); !error.empty()) return error;
+  }
+  return {};
 }
 
 }  // namespace ipminmax

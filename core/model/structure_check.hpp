@@ -13,6 +13,9 @@ namespace ipminmax {
 /// A number with all its digits.
 [[nodiscard]] std::string number_text(double value);
 
+/// What is wrong with the sizes of bounds and the indices of patterns; empty: nothing.
+[[nodiscard]] std::string check_indices(const ProblemStructure& structure);
+
 /// What is wrong with sizes, bounds and patterns of a model, or with who reads whose variables; empty:
 /// nothing.
 [[nodiscard]] std::string check_structure(const ProblemStructure& structure,

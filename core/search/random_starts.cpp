@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <random>
 
+#include "core/model/uniform.hpp"
 #include "core/search/random_starts.hpp"
 
 namespace ipminmax {
@@ -27,7 +28,7 @@ std::vector<double> random_start(const ProblemStructure& structure,
       lower = has_lower ? std::max(lower, s - radius) : s - radius;
       upper = has_upper ? std::min(upper, s + radius) : s + radius;
     }
-    const double t = std::ldexp(static_cast<double>(generator() >> 11U), -53);  // in [0, 1)
+    const double t = uniform(generator);
     v[i] = (1.0 - t) * lower + t * upper;
   }
   return v;

@@ -3,17 +3,13 @@
 #include <random>
 
 #include "core/method/parameters.hpp"
+#include "core/model/uniform.hpp"
 #include "core/search/restart.hpp"
 
 namespace ipminmax {
 namespace {
 
 namespace parameter = parameters::restart;
-
-/// Uniform in [0, 1), equal on every platform.
-double uniform(std::mt19937_64& generator) {
-  return static_cast<double>(generator() >> 11) * 0x1p-53;
-}
 
 }  // namespace
 

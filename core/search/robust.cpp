@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "core/model/norms.hpp"
 #include "core/robust.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/search/robust_search.hpp"
@@ -70,9 +71,7 @@ class RobustSolve {
 RobustResult RobustSolve::from(const std::vector<double>& start) {
   if (options_.minmax_epigraph) return in_epigraph_form(start, false);
   RobustResult answer = as_asked(start);
-  const bool has_point =
-      !answer.result.v.empty() &&
-      std::ranges::all_of(answer.result.v, [](double v) { return std::isfinite(v); });
+  const bool has_point = !answer.result.v.empty() && all_finite(answer.result.v);
   if (!options_.minmax_epigraph_at_kinks || !may_be_kink(answer.result.status) || !has_point) {
     return answer;
   }

@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "core/model/norms.hpp"
+#include "core/model/uniform.hpp"
 #include "core/multistart.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/search/robust_search.hpp"
@@ -61,13 +63,12 @@ std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& s
   std::mt19937_64 random(20220411);
   for (int probe = 0; probe < kProbes; ++probe) {
     for (std::size_t i = 0; probe > 0 && i < v.size(); ++i) {
-      const double t = std::ldexp(static_cast<double>(random() >> 11U), -52) - 1.0;
+      const double t = 2.0 * uniform(random) - 1.0;
       v[i] = std::clamp(start[i] + kProbeRadius * t * std::max(1.0, std::abs(start[i])),
                         std::min(s.variable_lower[i], start[i]),
                         std::max(s.variable_upper[i], start[i]));
     }
-    const bool finite = std::ranges::all_of(v, [](double x) { return std::isfinite(x); });
-    if (!finite || !model.gradient(v, true, gradient)) continue;
+    if (!all_finite(v) || !model.gradient(v, true, gradient)) continue;
     for (std::size_t i = 0; i < v.size(); ++i) {
       if (s.variable_players[i] == Player::Max && gradient[i] != 0.0) reads[i] = true;
     }
@@ -413,7 +414,7 @@ Result RobustSearch::in_asked_shape(const RobustCopies& copies, const Result& re
   }
   cut(asked_.structure(), own);
   std::ranges::fill(own.constraints, kNaN);
-  if (!std::ranges::all_of(own.v, [](double x) { return std::isfinite(x); })) return own;
+  if (!all_finite(own.v)) return own;
   double f = 0.0;
   if (asked_.objective(own.v, true, f)) own.objective = f;
   if (!own.constraints.empty()) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/norms.hpp"
 #include "core/worst_case.hpp"
 
 namespace ipminmax {
@@ -182,7 +183,7 @@ void add_worst_case(Problem& problem, const SolverOptions& options, Result& resu
                     const MultistartObserver& observer) {
   // A negative factor of the objective makes the inner player minimize: no maxima to look for.
   if (options.minmax_worst_case_starts == 0 || result.v.empty() || result.objective_scale < 0.0 ||
-      !std::ranges::all_of(result.v, [](double value) { return std::isfinite(value); })) {
+      !all_finite(result.v)) {
     return;
   }
   result.worst_case =

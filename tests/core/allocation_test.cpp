@@ -2,7 +2,8 @@
 // counted is malloc and its kin between two calls of the iteration callback, of Eigen and libraries
 // too, without the model's own functions. MUMPS allocates in every factorization; with it only
 // operator new is counted, which std containers use. Not counted: the certificate, feasibility
-// restorations and new starts, which are solves or tests of their own.
+// restorations and new starts, which are solves or tests of their own. A search may go on with a plain
+// step from a point that was tested, so steps from first-order points are left out.
 #include <cmath>
 #include <string>
 #include <vector>
@@ -69,10 +70,13 @@ Finding watch(Problem& model, const SolverOptions& options) {
   Uncounted problem(model);
   Finding finding;
   finding.kinds.reserve(1000);
+  finding.allocated.reserve(1000);
+  bool from_first_order_point = false;
   const Result result = solve(problem, options, [&](const IterationInfo& info) {
     allocation_counter.stop();
-    const bool watched = info.iteration > 1 && info.step_kind != 'w' && info.step_kind != 'R' &&
-                         info.step_kind != 'e';
+    const bool watched = info.iteration > 1 && !info.restoration && info.step_kind != 'w' &&
+                         info.step_kind != 'R' && info.step_kind != 'e' && !from_first_order_point;
+    from_first_order_point = info.error.total <= options.acceptable_tol;
     if (watched) {
       finding.kinds += info.step_kind;
       if (allocation_counter.all > 0) finding.allocated += info.step_kind;
@@ -115,9 +119,8 @@ TEST_P(NoAllocation, InTheIterationsOfTheSmallProblems) {
   Index solved = 0, trials = 0;
   for (const testing::SmallProblem& problem : testing::small_problems()) {
     for (const std::vector<double>& start : problem.starts) {
-      // Steps next to those with a second-order test allocate there, in the dense and the automatic solver.
+      // A new direction of curvature in y allocates.
       if (problem.name == "dsp_lagr" && c.globalization == Globalization::Filter) continue;
-      if (problem.name == "bolib_tp7" && c.oracle == BarrierOracle::Loqo) continue;
       testing::AutodiffProblem model(problem.model, start);
       const Finding finding = watch(model, options);
       const bool is_mumps = c.solver == LinearSolver::Mumps;
