@@ -33,6 +33,7 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
   // first lambda_y from the y-rows, then lambda_x with J_yx' lambda_y on the right-hand side.
   lambda.setZero(canonical_.constraints());
   if (canonical_.constraints() == 0) return true;
+  const Counting counting(*this, FactorizationCause::Multipliers);
   Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(canonical_.constraints());
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     if (const Index slack = canonical_.slack_of_constraint()[at(j)]; slack >= 0) {
@@ -109,10 +110,10 @@ KktSystem::RankFinding KktSystem::active_rank(const Evaluation& evaluation,
       (max ? any_max : any_min) = true;
     }
   }
-  const auto full_rank = [&](KktBlock& block, Inertia expected, Index& count) {
+  const auto full_rank = [&](KktBlock& block, Inertia expected) {
     block.assemble_projection(evaluation, columns, rows, diagonal);
     const ScopedTimer timer(timing_.factorization);
-    ++count;
+    count_factorizations(&block == &full_ ? 1 : 0, &block == &full_ ? 0 : 1);
     KktFactors& at_hand = &block == &full_ ? full_factors_ : inner_factors_;
     at_hand = {};
     if (schur_) schur_->forget_factors();
@@ -122,12 +123,12 @@ KktSystem::RankFinding KktSystem::active_rank(const Evaluation& evaluation,
   // The players are uncoupled here. Max is tested alone: in the whole matrix two equal deficiencies
   // of the players would cancel.
   const Inertia expected_inner{layout_.lambda_y.size(), layout_.y.size(), 0};
-  if (any_max && !full_rank(inner_, expected_inner, counts_.factorizations_inner)) {
+  if (any_max && !full_rank(inner_, expected_inner)) {
     return {.full_min = false, .full_max = false, .vanishing = finding.vanishing};
   }
   const Inertia expected{layout_.x.size() + layout_.lambda_y.size(),
                          layout_.y.size() + layout_.lambda_x.size(), 0};
-  if (any_min && !full_rank(full_, expected, counts_.factorizations_full)) {
+  if (any_min && !full_rank(full_, expected)) {
     finding.full_min = false;
   }
   return finding;

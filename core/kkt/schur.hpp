@@ -36,12 +36,12 @@ class KktSchur {
 
   /// Factorizes inner's matrix as it stands, unless that was done before, and leaves inner with the
   /// solver that has the factors.
-  [[nodiscard]] Factorization factorize_inner(KktBlock& inner, Counts& counts);
+  [[nodiscard]] Factorization factorize_inner(KktBlock& inner, Index& factorized);
 
   /// Factorizes full's matrix as it stands. Nothing: K_yy is nearly singular, or has no
   /// factorization, so that K should be factorized as a whole.
   [[nodiscard]] std::optional<Factorization> factorize(const KktBlock& full, const KktBlock& inner,
-                                                       Counts& counts);
+                                                       Index& factorized, Index& complements);
   /// Solves with the last factorization of K, in place.
   void solve_in_place(std::span<double> rhs);
 
@@ -64,7 +64,7 @@ class KktSchur {
   }
   [[nodiscard]] Factors* find(std::span<const double> values);
   void factorize(Factors& factors, const SymmetricMatrix& matrix, const KktBlock& inner,
-                 Counts& counts);
+                 Index& factorized);
 
   SchurComplement complement_;
   std::array<Factors, 2> factors_;

@@ -15,11 +15,12 @@ constexpr double kLeastSchurFlops = 5e4;
 }  // namespace
 
 KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& options,
-                     Counts& counts, Timing& timing)
+                     Counts& counts, Timing& timing, TimeLimit* limit)
     : canonical_(canonical),
       options_(options),
       counts_(counts),
       timing_(timing),
+      limit_(limit),
       layout_(canonical),
       full_(KktBlock::Which::Full, canonical, layout_, options),
       inner_(KktBlock::Which::Inner, canonical, layout_, options),
@@ -109,11 +110,44 @@ void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& ba
   inner_.decouple(decoupled);
 }
 
-Factorization KktSystem::factorize(KktBlock& block, const Regularization& shift, Index& count) {
+void KktSystem::count_factorizations(Index full, Index inner) {
+  counts_.factorizations_full += full;
+  counts_.factorizations_inner += inner;
+  counts_.factorizations_for(cause_).full += full;
+  counts_.factorizations_for(cause_).inner += inner;
+}
+
+bool KktSystem::may_factorize() {
+  if (factorizations_left() > 0) return true;
+  if (limit_ != nullptr) limit_->exceed(Status::MaxIterations);
+  return false;
+}
+
+Factorization KktSystem::factorize(KktBlock& block, const Regularization& shift) {
   if (block.is_factorized(shift)) return block.factorize(shift);
+  if (!may_factorize()) return {};
   const ScopedTimer timer(timing_.factorization);
-  ++count;
+  const bool full = &block == &full_;
+  count_factorizations(full ? 1 : 0, full ? 0 : 1);
   return block.factorize(shift);
+}
+
+Factorization KktSystem::inner_by_schur_complement() {
+  if (!may_factorize()) return {};
+  const ScopedTimer timer(timing_.factorization);
+  Index factorized = 0;
+  const Factorization result = schur_->factorize_inner(inner_, factorized);
+  count_factorizations(0, factorized);
+  return result;
+}
+
+std::optional<Factorization> KktSystem::full_by_schur_complement() {
+  if (!may_factorize()) return Factorization{};
+  const ScopedTimer timer(timing_.factorization);
+  Index factorized = 0;
+  auto result = schur_->factorize(full_, inner_, factorized, counts_.factorizations_complement);
+  count_factorizations(0, factorized);
+  return result;
 }
 
 const KktFactors& KktSystem::hold(KktFactors& at_hand, const Factorization& result, bool kept) {
@@ -140,12 +174,11 @@ KktFactors KktSystem::factorize(const Regularization& shift, bool by_schur_compl
   const bool kept = full_.is_factorized(shift) && !full_factors_.by_schur_complement;
   std::optional<Factorization> result;
   if (schur_ && by_schur_complement && !full_.is_factorized(shift)) {
-    const ScopedTimer timer(timing_.factorization);
     full_.shift_by(shift);
-    result = schur_->factorize(full_, inner_, counts_);
+    result = full_by_schur_complement();
   }
   full_factors_.by_schur_complement = result.has_value();
-  if (!result) result = factorize(full_, shift, counts_.factorizations_full);
+  if (!result) result = factorize(full_, shift);
   result->inertia = layout_.with_slacks(result->inertia);
   return hold(full_factors_, *result, kept);
 }
@@ -159,12 +192,11 @@ KktFactors KktSystem::factorize_inner(const Regularization& shift) {
   Factorization result;
   bool kept = false;
   if (schur_) {
-    const ScopedTimer timer(timing_.factorization);
     inner_.shift_by(shift);
-    result = schur_->factorize_inner(inner_, counts_);
+    result = inner_by_schur_complement();
   } else {
     kept = inner_.is_factorized(shift);
-    result = factorize(inner_, shift, counts_.factorizations_inner);
+    result = factorize(inner_, shift);
   }
   result.inertia = layout_.with_slacks_inner(result.inertia);
   return hold(inner_factors_, result, kept);

@@ -32,6 +32,8 @@ class Solve {
   [[nodiscard]] std::optional<Start> next_start(Machinery& machinery);
   [[nodiscard]] std::unique_ptr<StepMethod> method_for(const Start& start, Machinery& machinery);
   [[nodiscard]] Restorer restorer(Machinery& machinery);
+  [[nodiscard]] Result restoration(Machinery& machinery, Problem& problem,
+                                   const SolverOptions& options, const SolveObserver& observer);
   [[nodiscard]] bool has_line_search() const;
   /// Names a constraint that no variable can mend.
   [[nodiscard]] std::optional<SearchOutcome> contradiction(const Search& search) const;
