@@ -12,18 +12,25 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 /// than it saves (bench/schur).
 constexpr double kLeastSchurFlops = 5e4;
 
+std::shared_ptr<const KktPattern> pattern_of(KktPattern::Which which,
+                                             const CanonicalProblem& canonical,
+                                             const KktLayout& layout, const KktAnalysis* kept) {
+  if (kept == nullptr) return std::make_shared<KktPattern>(which, canonical, layout);
+  return which == KktPattern::Which::Full ? kept->full_pattern : kept->inner_pattern;
+}
+
 }  // namespace
 
 KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& options,
-                     Counts& counts, Timing& timing, TimeLimit* limit)
+                     Counts& counts, Timing& timing, TimeLimit* limit, const KktAnalysis* kept)
     : canonical_(canonical),
       options_(options),
       counts_(counts),
       timing_(timing),
       limit_(limit),
       layout_(canonical),
-      full_(KktBlock::Which::Full, canonical, layout_, options),
-      inner_(KktBlock::Which::Inner, canonical, layout_, options),
+      full_(pattern_of(KktPattern::Which::Full, canonical, layout_, kept), canonical),
+      inner_(pattern_of(KktPattern::Which::Inner, canonical, layout_, kept), canonical),
       rhs_(at(layout_.dimension()), 0.0) {
   residual_ = last_residual_ = correction_ = zero_step(canonical);
   require_certain_inertia(false);
@@ -43,8 +50,8 @@ bool KktSystem::analyze(const std::optional<KktAnalysis>& kept) {
   }
   const ScopedTimer timer(timing_.analysis);
   counts_.analyses += inner_.empty() ? 1 : 2;
-  const Analysis full = full_.analyze();
-  if (!full.ok || !inner_.analyze().ok) return false;
+  const Analysis full = full_.analyze(options_);
+  if (!full.ok || !inner_.analyze(options_).ok) return false;
   decide_on_schur_complement(full);
   if (!schur_) {
     at_once_ = !inner_.empty() && inner_.solver()->work_beside(*full_.solver());
@@ -80,7 +87,9 @@ KktAnalysis KktSystem::analysis() const {
           .second_inner = schur_ ? schur_->second(inner_) : nullptr,
           .schur_option = options_.minmax_schur_complement,
           .by_schur_complement = schur_ != nullptr,
-          .at_once = at_once_};
+          .at_once = at_once_,
+          .full_pattern = full_.pattern(),
+          .inner_pattern = inner_.pattern()};
 }
 
 void KktSystem::release_full() {

@@ -30,14 +30,16 @@ struct KktAnalysis {
   SchurComplementUse schur_option{};
   bool by_schur_complement = false;
   bool at_once = false;  ///< SymmetricSolver::work_beside
+  std::shared_ptr<const KktPattern> full_pattern, inner_pattern;
 };
 
 /// The Newton system of the primal-dual equations (paper's eq. (interiorpoint)) at one iterate.
 class KktSystem {
  public:
-  /// limit: told when a factorization is refused; null for none.
+  /// limit: told when a factorization is refused; null for none. kept: of a problem of the same shape,
+  /// whose patterns serve again.
   KktSystem(const CanonicalProblem& canonical, const SolverOptions& options, Counts& counts,
-            Timing& timing, TimeLimit* limit = nullptr);
+            Timing& timing, TimeLimit* limit = nullptr, const KktAnalysis* kept = nullptr);
 
   [[nodiscard]] const KktLayout& layout() const { return layout_; }
 

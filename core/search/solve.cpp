@@ -22,7 +22,8 @@ SearchOutcome better(const std::optional<SearchOutcome>& earlier, SearchOutcome 
 
 struct Solve::Machinery {
   explicit Machinery(Solve& solve)
-      : kkt(solve.canonical_, solve.options_, solve.counts_, solve.timing_, &solve.limit_),
+      : kkt(solve.canonical_, solve.options_, solve.counts_, solve.timing_, &solve.limit_,
+            solve.kept_analysis()),
         correction(kkt, solve.options_, solve.counts_, &solve.limit_),
         context{.canonical = solve.canonical_,
                 .kkt = kkt,
@@ -141,6 +142,10 @@ Result Solve::search() {
     observer_threw_ = machinery.observation.is_inside();
     throw;
   }
+}
+
+const KktAnalysis* Solve::kept_analysis() const {
+  return kept_ && kept_->analysis ? &*kept_->analysis : nullptr;
 }
 
 bool Solve::analyze(Machinery& machinery) {

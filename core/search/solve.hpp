@@ -27,6 +27,7 @@ class Solve {
   [[nodiscard]] Result run_checked();
   [[nodiscard]] Result search();
   [[nodiscard]] bool analyze(Machinery& machinery);
+  [[nodiscard]] const KktAnalysis* kept_analysis() const;
   [[nodiscard]] SearchOutcome search_all(Machinery& machinery, Start start);
   [[nodiscard]] SearchOutcome search_from(const Start& start, Machinery& machinery);
   [[nodiscard]] std::optional<Start> next_start(Machinery& machinery);
