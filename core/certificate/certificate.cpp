@@ -35,6 +35,9 @@ constexpr double kProbeInTols = 100.0;
 constexpr double kMostProbed = 1e-4;
 /// Amplification of a generic right-hand side up to which active gradients are independent.
 constexpr double kIndependent = 1e5;
+/// Change of the active gradients over a step, times the amplification of the matrices, up to which
+/// these are nonsingular all along it.
+constexpr double kTurn = 0.25;
 /// Step to the solution, over the size of the point or of the start, that is worth going: in tols, within
 /// limits.
 constexpr double kFarInTols = 100.0;
@@ -104,10 +107,12 @@ class Certifier {
   [[nodiscard]] SecondOrder examine(const Point& given);
   [[nodiscard]] bool settle(Stage& stage, bool follow);
   [[nodiscard]] bool refine_and_test(Stage& stage);
+  [[nodiscard]] bool release(Stage& stage);
   [[nodiscard]] bool look_for_dependences(Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool independent_or_harmless(Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool settled(const Stage& stage, bool of_max) const;
-  [[nodiscard]] SecondOrder certified(const Stage& stage);
+  [[nodiscard]] SecondOrder certified(const Stage& stage, const Point& given);
+  [[nodiscard]] bool reports_solution(const Stage& stage, const Point& given);
   [[nodiscard]] SecondOrder judge_without_certificate(Stage& stage);
   [[nodiscard]] bool refute(ActiveSetSystem& system, Stage& stage);
   [[nodiscard]] bool refute_in_cone(ActiveSetSystem& system, const Stage& stage);
@@ -122,6 +127,9 @@ class Certifier {
   [[nodiscard]] Eigen::VectorXd hessian_error_in(const Units& units) const;
   [[nodiscard]] double margin(double times) const {
     return std::max(times * options_.minmax_curvature_tol, 2.0 * kkt_.perturbation());
+  }
+  [[nodiscard]] double far() const {
+    return std::clamp(kFarInTols * options_.tol, kLeastFar, kMostFar);
   }
   [[nodiscard]] SecondOrder judge_barrier_problem(const Point& given);
   [[nodiscard]] bool barrier_newton_contracts(const Point& given);
@@ -159,6 +167,22 @@ class Certifier {
   Certificate certificate_;
 };
 
+/// Whether the matrices of the test are nonsingular at the end of the step as well.
+bool gradients_hold(const NewtonTest& newton, const InertiaTest& test) {
+  return newton.inner_turn * test.inner_response <= kTurn &&
+         newton.turn * test.full_response <= kTurn;
+}
+
+/// Without entries of W that the last Newton step has changed by more than they are now: what is left of a
+/// cancellation gives no length.
+Evaluation certain_part(const Evaluation& evaluation, const NewtonTest& newton) {
+  Evaluation certain = evaluation;
+  for (std::size_t k = 0; k < certain.hessian.size(); ++k) {
+    if (std::abs(certain.hessian[k]) < newton.hessian_change[k]) certain.hessian[k] = 0.0;
+  }
+  return certain;
+}
+
 /// At most one factorization of each matrix at a clear point, with the margin in it: right with it is
 /// right without.
 Look Certifier::first_look(const Point& point) {
@@ -190,16 +214,16 @@ Look Certifier::first_look(const Point& point) {
     return kkt_.solve_unshifted(system.assembled(), rhs, step);
   };
   if (!newton_confirms(system, point, solve, newton)) return Look::Unclear;
-  far_ = newton.step > std::clamp(kFarInTols * options_.tol, kLeastFar, kMostFar) *
-                           size_of_problem(canonical_, point.iterate, units);
+  if (!gradients_hold(newton, test)) return Look::Unclear;
+  far_ = newton.step > far() * size_of_problem(canonical_, point.iterate, units);
   if (far_) return Look::Unclear;
   double left = asked - max_norm(newton.error);
   if (!(left >= margin(1.0))) {
     // W changes by more than that on the way to the solution: does the test hold beside it?
     const Eigen::VectorXd change = error.size() > 0 ? error + newton.error : newton.error;
-    if (!may_factorize(kToConfirm - 1) || !survives(system, change, margin(kClear)).both()) {
-      return Look::Unclear;
-    }
+    if (!may_factorize(kToConfirm - 1)) return Look::Unclear;
+    const InertiaTest beside = survives(system, change, margin(kClear));
+    if (!beside.both() || !gradients_hold(newton, beside)) return Look::Unclear;
     left = margin(kClear);
   }
   examine_curvature(system, point, point.iterate.lambda);
@@ -341,8 +365,7 @@ Eigen::VectorXd Certifier::error_of(const Point& point, const BoundClasses& clas
 
 /// The end of a Newton step with all derivatives.
 bool Certifier::next_point(const NewtonTest& newton, Point& point) {
-  point.iterate.v = newton.end.iterate.v;
-  point.iterate.lambda = newton.end.iterate.lambda;
+  point.iterate = newton.end.iterate;
   return canonical_.values(point.iterate.v, point.evaluation.f, point.evaluation.c) ==
              EvaluationStatus::Ok &&
          canonical_.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) ==
@@ -392,6 +415,14 @@ bool Certifier::look_for_dependences(Stage& stage, ActiveSetSystem& system) {
   return true;
 }
 
+/// Doubtful bounds that Max leaves are none of his active ones. False: there are none.
+bool Certifier::release(Stage& stage) {
+  if (stage.newton.pulled_off.empty()) return false;
+  for (const Index i : stage.newton.pulled_off) stage.classes.of[at(i)] = BoundClass::Inactive;
+  stage.classes.weak_max -= static_cast<Index>(stage.newton.pulled_off.size());
+  return clean(stage.classes, stage.point);
+}
+
 /// Newton's method towards the solution of the active set's equations, until what W changes by on the
 /// way is less than its curvature. False: not seen.
 bool Certifier::refine_and_test(Stage& stage) {
@@ -404,13 +435,17 @@ bool Certifier::refine_and_test(Stage& stage) {
       return solve_accurately(kkt_, system.assembled(), rhs, step);
     };
     stage.converges = newton_confirms(system, stage.point, solve, stage.newton);
+    if (release(stage)) {
+      --round;
+      continue;
+    }
     if (stage.newton.done) stage.error += stage.newton.error;
     if (stage.converges) {
       stage.test = survives(system, stage.error, margin(1.0));
       if (!stage.test.both() && stage.classes.weak_min > 0 && may_factorize(1)) {
-        stage.test = survives_in_cone(system, stage.error, margin(1.0), stage.test.inner);
+        stage.test = survives_in_cone(system, stage.error, margin(1.0), stage.test);
       }
-      if (stage.test.both()) {
+      if (stage.test.both() && gradients_hold(stage.newton, stage.test)) {
         examine_curvature(system, stage.point,
                           without_inactive(stage.classes, stage.point.iterate.lambda));
         return independent_or_harmless(stage, system);
@@ -421,10 +456,11 @@ bool Certifier::refine_and_test(Stage& stage) {
       continue;
     }
     if (!stage.newton.done) return false;
-    const bool there = max_norm(stage.newton.error) <= margin(1.0);
+    const bool there =
+        max_norm(stage.newton.error) <= margin(1.0) && gradients_hold(stage.newton, stage.test);
     if (there || !stage.newton.classes_hold || round == kRefinements) return false;
     if (!next_point(stage.newton, stage.point)) return false;
-    stage.units = units_of(canonical_, stage.point.evaluation);
+    stage.units = units_of(canonical_, certain_part(stage.point.evaluation, stage.newton));
   }
 }
 
@@ -454,8 +490,45 @@ bool Certifier::settled(const Stage& stage, bool of_max) const {
   return stage.dependences->complete && std::ranges::none_of(stage.dependences->found, open);
 }
 
-SecondOrder Certifier::certified(const Stage& stage) {
+/// After Newton steps on the way to the certified solution: whether the point that is returned is that
+/// one, or as near as makes no difference.
+bool Certifier::reports_solution(const Stage& stage, const Point& given) {
+  const Point& reported = moved_ ? *moved_ : given;
+  if (stage.point.iterate.v == reported.iterate.v) return true;
+  const auto error = [&](const Point& p) {
+    return kkt_error(canonical_, p.iterate, p.evaluation, p.dual, options_.s_max).total;
+  };
+  Point end = stage.point;
+  const auto slack_of = canonical_.slack_of_constraint();
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    const Index slack = slack_of[at(j)];
+    if (slack < 0 || stage.classes[slack] == BoundClass::Active) continue;
+    end.iterate.lambda[j] =
+        canonical_.sign(slack) * (end.iterate.z_upper[slack] - end.iterate.z_lower[slack]);
+  }
+  if (canonical_.values(end.iterate.v, end.evaluation.f, end.evaluation.c) ==
+          EvaluationStatus::Ok &&
+      canonical_.derivatives(end.iterate.v, end.iterate.lambda, end.evaluation) ==
+          EvaluationStatus::Ok) {
+    dual_residual(canonical_, end.iterate, end.evaluation, end.dual);
+    if (error(end) <= std::max(error(reported), options_.tol)) {
+      moved_ = std::move(end);
+      return true;
+    }
+  }
+  const Eigen::VectorXd way = stage.point.iterate.v - reported.iterate.v;
+  return longest(canonical_, way, stage.units) <=
+         far() * size_of_problem(canonical_, reported.iterate, stage.units);
+}
+
+SecondOrder Certifier::certified(const Stage& stage, const Point& given) {
+  if (!reports_solution(stage, given)) {
+    reasons_.add(Kind::NotIsolated, Player::Min,
+                 "the solution near by is farther than the point's accuracy allows");
+    return SecondOrder::Undecided;
+  }
   certificate_.margin = margin(1.0);
+  certificate_.weakly_active_max = stage.classes.weak_max;
   certificate_.answer = stage.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
   reasons_.add_weakly_active(stage.classes);
   if (stage.dependences) reasons_.add_dependences(*stage.dependences);
@@ -476,7 +549,7 @@ SecondOrder Certifier::examine(const Point& given) {
     if (!settle(stage, follow)) return SecondOrder::Undecided;
     certificate_.weakly_active_min = stage.classes.weak_min;
     certificate_.weakly_active_max = stage.classes.weak_max;
-    if (refine_and_test(stage)) return certified(stage);
+    if (refine_and_test(stage)) return certified(stage, given);
     if (follow || !bounded || (stage.newton.done && stage.newton.classes_hold)) break;
     if (!may_factorize(kToConfirm + 1)) break;
     follow = true;
@@ -603,6 +676,7 @@ InnerAnswer Certifier::answer_alone(const Stage& stage) {
   if (!newton_confirms(system, alone.point, solve, alone.newton)) return InnerAnswer::Unknown;
   alone.error += alone.newton.error;
   const InertiaTest test = inner_survives(system, alone.error, margin(1.0));
+  if (alone.newton.inner_turn * test.inner_response > kTurn) return InnerAnswer::Unknown;
   if (!test.inner || !(test.inner_response <= kIndependent)) return InnerAnswer::Unknown;
   if (!smooth) return InnerAnswer::StrictlyBest;
   return alone.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;

@@ -76,14 +76,20 @@ class ActiveSetNewton {
  private:
   [[nodiscard]] bool first_step();
   void place_slacks();
-  [[nodiscard]] bool classes_hold() const;
+  [[nodiscard]] bool classes_hold(std::vector<Index>& pulled_off) const;
   void choose_trial();
   [[nodiscard]] bool compare(NewtonTest& test);
+  [[nodiscard]] bool inequalities_stay_open(const Eigen::VectorXd& c) const;
+  void measure_turn(const Evaluation& there, NewtonTest& test) const;
+  [[nodiscard]] Eigen::VectorXd forces() const;
+  [[nodiscard]] Iterate end() const;
   [[nodiscard]] bool solve_in_units(const Eigen::VectorXd& row_v, const Eigen::VectorXd& row_c,
                                     Eigen::VectorXd& v, Eigen::VectorXd& lambda);
   [[nodiscard]] double length(const Eigen::VectorXd& v) const {
     return longest(canonical_, v, system_.units());
   }
+
+  [[nodiscard]] double length_in_sizes(const Eigen::VectorXd& v) const;
 
   CanonicalProblem& canonical_;
   ActiveSetSystem& system_;
@@ -95,6 +101,20 @@ class ActiveSetNewton {
   Eigen::VectorXd gradient_;                        ///< of the Lagrangian, as predicted for its end
   Eigen::VectorXd trial_, trial_v_, trial_lambda_;  ///< step that is tried, and its end
 };
+
+/// Longest entry beside the variable's size here or at the start, whichever is larger; slacks apart.
+double ActiveSetNewton::length_in_sizes(const Eigen::VectorXd& v) const {
+  const Eigen::VectorXd& start = canonical_.starting_point().v;
+  const double others = std::max(length(iterate_.v), length(start));
+  double longest = 0.0;
+  for (Index i = 0; i < v.size(); ++i) {
+    if (system_.is_slack(i)) continue;
+    double size = std::max(std::abs(iterate_.v[i]), std::abs(start[i]));
+    if (size == 0.0) size = system_.units().variable[i] * std::max(others, 1.0);
+    longest = std::max(longest, std::abs(v[i]) / size);
+  }
+  return longest;
+}
 
 /// Right-hand side given and solution wanted in the canonical problem's lengths.
 bool ActiveSetNewton::solve_in_units(const Eigen::VectorXd& row_v, const Eigen::VectorXd& row_c,
@@ -152,23 +172,32 @@ void ActiveSetNewton::place_slacks() {
   }
 }
 
-bool ActiveSetNewton::classes_hold() const {
-  const BoundClasses& classes = system_.classes();
-  Eigen::VectorXd force = gradient_;  // of slacks: -lambda
+/// Gradient of the Lagrangian at the end; of slacks: -lambda.
+Eigen::VectorXd ActiveSetNewton::forces() const {
+  Eigen::VectorXd force = gradient_;
   const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     if (slack_of[at(j)] >= 0) force[slack_of[at(j)]] = -(lambda_[j] + dlambda_[j]);
   }
+  return force;
+}
+
+bool ActiveSetNewton::classes_hold(std::vector<Index>& pulled_off) const {
+  const BoundClasses& classes = system_.classes();
+  const Eigen::VectorXd force = forces();
   bool hold = true;
   for (Index i = 0; i < canonical_.variables(); ++i) {
     const int side = classes.side[at(i)];
-    if (side == 0 || classes[i] == BoundClass::Doubtful) continue;
+    if (side == 0 || !system_.is_fixed(i)) continue;
+    const double before = classes.multiplier(iterate_, i);
+    const double after = -side * canonical_.sign(i) * force[i];
     if (classes[i] == BoundClass::Active) {
-      const double before = classes.multiplier(iterate_, i);
-      const double after = -side * canonical_.sign(i) * force[i];
       hold = hold && std::abs(after - before) <= kConfirmed * before;
+    } else if (canonical_.owned_by_max(i)) {
+      if (after < -before) pulled_off.push_back(i);  // else zero, as far as can be told
     }
   }
+  hold = hold && pulled_off.empty();
   const auto stays_away = [&](Index i, double towards, double distance) {
     if (classes[i] == BoundClass::Inactive) hold = hold && towards <= kConfirmed * distance;
   };
@@ -228,36 +257,103 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
   add_constraint_product(canonical_, evaluation_, -trial_, row_c);
   Eigen::VectorXd second_v, second_lambda;
   if (!solve_in_units(-row_v, -row_c, second_v, second_lambda)) return false;
-  const double tried = length(trial_);
-  test.contraction = tried > 0.0 ? length(second_v) / tried : 0.0;
+  const auto ratio = [&](auto&& norm) {
+    const double tried = norm(trial_);
+    return tried > 0.0 ? norm(second_v) / tried : 0.0;
+  };
+  test.contraction = std::min(ratio([&](const Eigen::VectorXd& v) { return length(v); }),
+                              ratio([&](const Eigen::VectorXd& v) { return length_in_sizes(v); }));
 
   const Units& units = system_.units();
   test.error.setZero(canonical_.variables());
+  test.hessian_change.resize(there.hessian.size());
   for (std::size_t k = 0; k < there.hessian.size(); ++k) {
     const auto [i, j] = canonical_.hessian()[k];
+    test.hessian_change[k] = std::abs(there.hessian[k] - evaluation_.hessian[k]);
     const BoundClasses& classes = system_.classes();
     if (classes[i] == BoundClass::Active || classes[j] == BoundClass::Active) continue;
-    const double change = 2.0 * units.variable[i] * units.variable[j] *
-                          std::abs(there.hessian[k] - evaluation_.hessian[k]);
+    const double change = 2.0 * units.variable[i] * units.variable[j] * test.hessian_change[k];
     test.error[i] += change;
     if (i != j) test.error[j] += change;
   }
+  test.classes_hold = test.classes_hold && inequalities_stay_open(there.c);
+  measure_turn(there, test);
   return test.error.allFinite() && std::isfinite(test.contraction);
+}
+
+/// Their values at the trial point, where they are not what their gradients predict.
+bool ActiveSetNewton::inequalities_stay_open(const Eigen::VectorXd& c) const {
+  const auto slack_of = canonical_.slack_of_constraint();
+  Eigen::VectorXd change = Eigen::VectorXd::Zero(canonical_.variables());
+  for (Index j = 0; j < c.size(); ++j) {
+    const Index slack = slack_of[at(j)];
+    if (slack < 0 || system_.classes()[slack] != BoundClass::Inactive) continue;
+    change[slack] = trial_[slack] + c[j];
+  }
+  const auto above = [&](Index i) {
+    return -change[i] <= kConfirmed * canonical_.above_lower(i, iterate_.v[i]);
+  };
+  const auto below = [&](Index i) {
+    return change[i] <= kConfirmed * canonical_.below_upper(i, iterate_.v[i]);
+  };
+  return std::ranges::all_of(canonical_.lower_bounded(), above) &&
+         std::ranges::all_of(canonical_.upper_bounded(), below);
+}
+
+void ActiveSetNewton::measure_turn(const Evaluation& there, NewtonTest& test) const {
+  const Units& units = system_.units();
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(canonical_.constraints()), inner = all;
+  for (std::size_t k = 0; k < there.jacobian.size(); ++k) {
+    const auto [row, col] = canonical_.jacobian()[k];
+    if (!system_.counts(row) || system_.is_fixed(col)) continue;
+    const double change = units.constraint[row] * units.variable[col] *
+                          std::abs(there.jacobian[k] - evaluation_.jacobian[k]);
+    all[row] += change;
+    const bool is_inner =
+        canonical_.max_constraints().contains(row) && canonical_.owned_by_max(col);
+    if (is_inner) inner[row] += change;
+  }
+  if (all.size() == 0) return;
+  test.turn = all.maxCoeff();
+  test.inner_turn = inner.maxCoeff();
+}
+
+Iterate ActiveSetNewton::end() const {
+  constexpr double kLeastShare = 1e-3;  // of a multiplier: it stays positive
+  const BoundClasses& classes = system_.classes();
+  const Eigen::VectorXd force = forces();
+  Iterate z = iterate_;
+  z.v += dv_;
+  for (Index i = 0; i < dv_.size(); ++i) {
+    if (system_.is_fixed(i)) z.v[i] = iterate_.v[i] + kAlmostThere * dv_[i];
+  }
+  z.lambda = lambda_ + dlambda_;
+  const auto follow = [&](Index i, int side, double before, double after, double& multiplier) {
+    if (system_.is_fixed(i) && classes.side[at(i)] == side) {
+      multiplier = std::max(-side * canonical_.sign(i) * force[i], kLeastShare * multiplier);
+    } else if (after > 0.0) {
+      multiplier *= before / after;
+    }
+  };
+  for (const Index i : canonical_.lower_bounded()) {
+    follow(i, -1, canonical_.above_lower(i, iterate_.v[i]), canonical_.above_lower(i, z.v[i]),
+           z.z_lower[i]);
+  }
+  for (const Index i : canonical_.upper_bounded()) {
+    follow(i, 1, canonical_.below_upper(i, iterate_.v[i]), canonical_.below_upper(i, z.v[i]),
+           z.z_upper[i]);
+  }
+  return z;
 }
 
 NewtonTest ActiveSetNewton::run() {
   NewtonTest test;
   if (!first_step()) return test;
   test.step = length(dv_);
-  test.classes_hold = classes_hold();
+  test.classes_hold = classes_hold(test.pulled_off);
   choose_trial();
   test.done = compare(test);
-  test.end.iterate = iterate_;
-  test.end.iterate.v += dv_;
-  for (Index i = 0; i < dv_.size(); ++i) {
-    if (system_.is_fixed(i)) test.end.iterate.v[i] = iterate_.v[i] + kAlmostThere * dv_[i];
-  }
-  test.end.iterate.lambda = lambda_ + dlambda_;
+  test.end.iterate = end();
   return test;
 }
 

@@ -10,12 +10,21 @@ namespace ipminmax {
 struct NewtonTest {
   bool done = false;          ///< the steps could be computed and the model evaluated at the end
   bool classes_hold = false;  ///< multipliers and distances at the end confirm the classes
+  std::vector<Index>
+      pulled_off;  ///< doubtful bounds of Max that he leaves: their multiplier is negative
   /// Step that the curvature of the equations makes necessary at the end, over the step: Newton's
-  /// method converges from a point where that is below 1/4 (it is 1/4 for x^3 at 0).
+  /// method converges from a point where that is below 1/4 (it is 1/4 for x^3 at 0). The smaller of what
+  /// it is in units and beside the variables' sizes: any norm will do.
   double contraction = 0.0;
   Eigen::VectorXd error;  ///< per variable, in units: bounds what W changes by on the way, twice
-  double step = 0.0;      ///< longest entry of the step, in units
-  Point end;              ///< iterate only; on the bounds to 99 percent, inactive multipliers zero
+  std::vector<double> hessian_change;  ///< on the way, per triplet, canonical units
+  double step = 0.0;                   ///< longest entry of the step, in units
+  /// What the rows of active constraints change by on the way, sum of the entries of the worst one in
+  /// units; inner: of Max's rows in his variables.
+  double turn = 0.0, inner_turn = 0.0;
+  /// Iterate only; on the bounds to 99 percent, inactive multipliers of constraints zero. Multipliers
+  /// of active bounds are those that balance the gradient, of others those that keep z s.
+  Point end;
 };
 
 /// Solves with the matrix K of the system, assembled as kSufficient, at zero shift.

@@ -87,9 +87,9 @@ InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error, doub
 }
 
 InertiaTest survives_in_cone(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
-                             bool inner) {
-  InertiaTest test{.inner = inner};
-  if (!inner) return test;
+                             const InertiaTest& inner) {
+  InertiaTest test{.inner = inner.inner, .inner_response = inner.inner_response};
+  if (!test.inner) return test;
   KktSystem& kkt = system.kkt();
   system.assemble({.min_fixed = true, .max_fixed = true}, error, -1.0, 1.0);
   if (!kkt.has_expected_inertia(kkt.factorize(worst_case(margin)))) return test;

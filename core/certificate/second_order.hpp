@@ -23,7 +23,7 @@ struct InertiaTest {
 /// directions lead into them, and the curvature along these has to be right (copositivity). inner: what
 /// survives found of K_yy.
 [[nodiscard]] InertiaTest survives_in_cone(ActiveSetSystem& system, const Eigen::VectorXd& error,
-                                           double margin, bool inner);
+                                           double margin, const InertiaTest& inner);
 /// K_yy alone.
 [[nodiscard]] InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error,
                                          double margin);

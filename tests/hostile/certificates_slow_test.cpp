@@ -117,6 +117,19 @@ TEST_P(Certificates, AreTrue) {
   }
 }
 
+// Gradients that turn on the way to the solution, inequalities open by their gradients alone, a solution
+// far from the point that was returned.
+TEST(OnceFalse, TrapsAreNoMore) {
+  for (const std::uint64_t seed : {1012110, 1032517, 1034127, 1050867, 1051177, 1054030, 1058769}) {
+    const RandomGame game = trap_game(seed);
+    AutodiffProblem model(game.model, game.start);
+    const Result result = solve(model, game.options);
+    if (result.certificate.kind != PointKind::LocalMinmax) continue;
+    const CertificateJudgement found = judge_certificate(model, game.options, result, seed);
+    EXPECT_NE(found.verdict, CertificateVerdict::False) << "seed " << seed << ": " << found.why;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Of, Certificates,
                          ::testing::Values(Kind{"Tame", tame_game, 4000, 1000},
                                            Kind{"Trap", trap_game, 6000, 1000}),

@@ -381,6 +381,8 @@ class CertificateJudge {
     const Places strong = rows_of(active, Player::Max, &weak);
     const double inner =
         smallest_curvature(-here.hessian(y_, y_), null_space(here.rows(strong, y_), independent));
+    // With dependent gradients other multipliers may be right, or nothing else be feasible.
+    if (!independent) return doubtful("dependent gradients of the maximizer");
     if (inner < -kSign) return wrong("inner curvature " + text(-inner));
     if (inner <= kSign) return doubtful("inner curvature " + text(-inner));
     if (x_.empty()) return sample(active, z, here, inner);
@@ -440,8 +442,8 @@ class CertificateJudge {
   }
 
   /// Along a random tangent of one player's active rows in both directions, the maximizer following
-  /// where x moves: whether f changes by what the curvature predicts. False needs three lengths at which
-  /// rounding does not hide the change and higher derivatives do not make it.
+  /// where x moves: whether f changes by what the curvature predicts. False needs the three shortest
+  /// lengths at which rounding does not hide the change to agree: far away higher derivatives make it.
   [[nodiscard]] bool changes(const std::vector<std::size_t>& active, const State& z,
                              const System& here, Player mover) {
     const Places own = rows_of(active, mover, nullptr);
@@ -478,10 +480,9 @@ class CertificateJudge {
       const double share = change / predicted;
       if (share >= kShareOfGain) return true;
       equal = std::abs(share - last) <= 0.1 * std::abs(share) ? equal + 1 : 0;
-      if (equal >= 2 && share <= 0.0) return false;
       last = share;
     }
-    return true;
+    return equal < 2 || last > 0.0;
   }
 
   /// Moves the variables back to the rows. False where that is farther than they are from z.

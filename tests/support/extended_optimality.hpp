@@ -517,19 +517,22 @@ class ExtendedJudge {
   /// Scales a symmetric matrix and its tangent space to a diagonal of about one.
   /// at_start: what counts as size where the curvature vanishes on the way to the solution.
   static Extended least_curvature(ExtendedMatrix c, const ExtendedMatrix& at_start,
-                                  ExtendedMatrix strong, ExtendedMatrix weak, bool& independent) {
-    const ExtendedVector size = c.cwiseAbs().rowwise().maxCoeff();
+                                  const ExtendedMatrix& strong, ExtendedMatrix weak,
+                                  bool& independent) {
+    // Which directions there are does not depend on what counts as length.
+    const ExtendedMatrix directions = null_space(strong, independent);
+    if (directions.cols() == 0) return std::numeric_limits<Extended>::infinity();
     ExtendedVector d(c.rows());
     for (Eigen::Index i = 0; i < c.rows(); ++i) {
-      const Extended own =
-          std::max({std::abs(c(i, i)), std::abs(at_start(i, i)), Extended{1e-6L} * size[i]});
+      const Extended size = Extended{1e-6L} * c.row(i).cwiseAbs().maxCoeff();
+      const Extended own = std::max({std::abs(c(i, i)), std::abs(at_start(i, i)), size});
       d[i] = own > 0 ? 1 / std::sqrt(own) : 1;
     }
     c = d.asDiagonal() * c * d.asDiagonal();
-    strong = strong * d.asDiagonal();
     weak = weak * d.asDiagonal();
-    const ExtendedMatrix basis = null_space(strong, independent);
-    if (basis.cols() == 0) return std::numeric_limits<Extended>::infinity();
+    const ExtendedMatrix scaled = d.cwiseInverse().asDiagonal() * directions;
+    const ExtendedMatrix basis = Eigen::HouseholderQR<ExtendedMatrix>(scaled).householderQ() *
+                                 ExtendedMatrix::Identity(scaled.rows(), scaled.cols());
     return least_on_cone(basis.transpose() * c * basis, weak * basis);
   }
 
