@@ -4,7 +4,9 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <new>
 #include <span>
@@ -623,9 +625,35 @@ void write(Prediction found, Problem& problem, const SensitivityOutput& out) {
   say(&problem, std::move(found.message));
 }
 
+/// Sizes of the structures when they were first fixed: those of a caller who does not tell. They stay
+/// as they are when a structure grows.
+constexpr std::size_t kFirstCertificate =
+    offsetof(IpminmaxCertificate, least_curvature_variable) + sizeof(int);
+constexpr std::size_t kFirstStatistics =
+    offsetof(IpminmaxStatistics, objective_scale) + sizeof(double);
+constexpr std::size_t kFirstWorstCase = offsetof(IpminmaxWorstCase, stated_concave) + sizeof(int);
+constexpr std::size_t kFirstActiveSetChange =
+    offsetof(IpminmaxActiveSetChange, enters) + sizeof(int);
+
+/// As much of a structure as the caller's has; what his has beyond is zero.
+template <class Structure>
+void write_sized(const Structure& from, void* to, std::size_t size) {
+  const std::size_t known = std::min(size, sizeof(Structure));
+  std::memcpy(to, &from, known);
+  std::memset(static_cast<char*>(to) + known, 0, size - known);
+}
+
+/// A structure of the caller's.
+template <class Structure>
+struct Target {
+  Structure* structure;
+  std::size_t size;
+};
+
 /// Fills the caller's structure and array.
-void write(Problem& problem, const WorstCase& from, IpminmaxWorstCase& to, double* worst_x) {
-  to = {};
+void write(Problem& problem, const WorstCase& from, Target<IpminmaxWorstCase> target,
+           double* worst_x) {
+  IpminmaxWorstCase to{};
   to.starts = from.starts;
   to.maxima = from.maxima;
   to.competing = from.competing;
@@ -635,15 +663,17 @@ void write(Problem& problem, const WorstCase& from, IpminmaxWorstCase& to, doubl
   to.unbounded = from.unbounded ? 1 : 0;
   to.single_branch = from.single_branch ? 1 : 0;
   to.stated_concave = from.stated_concave ? 1 : 0;
+  write_sized(to, target.structure, target.size);
   problem.branches = from.branches;
   copy_to(worst_x, from.v);
 }
 
 /// As IpminmaxSolve would: the options file is read, and no callback of the model may call this.
 std::string check_worst_case_of(Problem& problem, const double* x, int starts,
-                                IpminmaxWorstCase* worst_case, double* worst_x, void* user_data) {
+                                Target<IpminmaxWorstCase> target, double* worst_x,
+                                void* user_data) {
   if (problem.solving) return "the problem is being solved";
-  if (worst_case == nullptr) return "the structure to be filled is NULL";
+  if (target.structure == nullptr) return "the structure to be filled is NULL";
   std::string error;
   const std::vector<double> v = read_array(x, problem.model->definition().n, "x", error);
   if (!error.empty()) return error;
@@ -662,7 +692,7 @@ std::string check_worst_case_of(Problem& problem, const double* x, int starts,
     throw;
   }
   problem.solving = false;
-  if (error.empty()) write(problem, check.found, *worst_case, worst_x);
+  if (error.empty()) write(problem, check.found, target, worst_x);
   return error;
 }
 
@@ -819,61 +849,77 @@ IpminmaxReturnStatus IpminmaxSolveOverRanks(IpminmaxProblem problem, double* x, 
                        Call::OverRanks);
 }
 
-int IpminmaxGetCertificate(IpminmaxProblem problem, IpminmaxCertificate* certificate) {
+// A name in parentheses is the function, not the macro.
+
+int(IpminmaxGetCertificate)(IpminmaxProblem problem, IpminmaxCertificate* certificate) {
+  return IpminmaxGetCertificateSized(problem, certificate, kFirstCertificate);
+}
+
+int IpminmaxGetCertificateSized(IpminmaxProblem problem, IpminmaxCertificate* certificate,
+                                size_t size) {
   return guarded(problem, [&]() -> std::string {
     if (auto error = error_of_answer(*problem, certificate); !error.empty()) return error;
     const Certificate& from = problem->application->LastResult().certificate;
-    certificate->point_kind = static_cast<IpminmaxPointKind>(from.kind);
-    certificate->second_order = static_cast<IpminmaxSecondOrder>(from.second_order);
-    certificate->inner = to_c(from.inner);
-    certificate->inner_expected = to_c(from.inner_expected);
-    certificate->full = to_c(from.full);
-    certificate->full_expected = to_c(from.full_expected);
-    certificate->margin = from.margin;
-    certificate->licq_min = from.licq_min ? 1 : 0;
-    certificate->licq_max = from.licq_max ? 1 : 0;
-    certificate->weakly_active_min = from.weakly_active_min;
-    certificate->weakly_active_max = from.weakly_active_max;
-    certificate->finite_differences = from.finite_differences ? 1 : 0;
-    certificate->hessian_error = from.hessian_error;
-    certificate->hessian_disagrees = from.hessian_disagrees ? 1 : 0;
-    certificate->least_curvature = from.least_curvature;
-    certificate->least_curvature_variable = from.least_curvature_variable;
-    certificate->answer = static_cast<IpminmaxAnswer>(from.answer);
+    IpminmaxCertificate to{};
+    to.point_kind = static_cast<IpminmaxPointKind>(from.kind);
+    to.second_order = static_cast<IpminmaxSecondOrder>(from.second_order);
+    to.inner = to_c(from.inner);
+    to.inner_expected = to_c(from.inner_expected);
+    to.full = to_c(from.full);
+    to.full_expected = to_c(from.full_expected);
+    to.margin = from.margin;
+    to.licq_min = from.licq_min ? 1 : 0;
+    to.licq_max = from.licq_max ? 1 : 0;
+    to.weakly_active_min = from.weakly_active_min;
+    to.weakly_active_max = from.weakly_active_max;
+    to.finite_differences = from.finite_differences ? 1 : 0;
+    to.hessian_error = from.hessian_error;
+    to.hessian_disagrees = from.hessian_disagrees ? 1 : 0;
+    to.least_curvature = from.least_curvature;
+    to.least_curvature_variable = from.least_curvature_variable;
+    to.answer = static_cast<IpminmaxAnswer>(from.answer);
     problem->reasons.clear();
     for (const CertificateReason& reason : from.reasons) {
       if (!problem->reasons.empty()) problem->reasons += '\n';
       problem->reasons += reason.text;
     }
-    certificate->reasons = problem->reasons.c_str();
+    to.reasons = problem->reasons.c_str();
+    write_sized(to, certificate, size);
     return {};
   });
 }
 
-int IpminmaxGetStatistics(IpminmaxProblem problem, IpminmaxStatistics* statistics) {
+int(IpminmaxGetStatistics)(IpminmaxProblem problem, IpminmaxStatistics* statistics) {
+  return IpminmaxGetStatisticsSized(problem, statistics, kFirstStatistics);
+}
+
+int IpminmaxGetStatisticsSized(IpminmaxProblem problem, IpminmaxStatistics* statistics,
+                               size_t size) {
   return guarded(problem, [&]() -> std::string {
     Result current;
     const bool now = statistics != nullptr && problem->application->GetCurrentIterate(current);
     if (!now) {
       if (auto error = error_of_answer(*problem, statistics); !error.empty()) return error;
     }
+    IpminmaxStatistics to{};
     const Result& from = now ? current : problem->application->LastResult();
-    statistics->iterations = from.iterations;
-    statistics->factorizations = from.factorizations;
-    statistics->analyses = from.counts.analyses;
-    statistics->objective_evaluations = from.counts.objective;
-    statistics->gradient_evaluations = from.counts.gradient;
-    statistics->constraint_evaluations = from.counts.constraints;
-    statistics->jacobian_evaluations = from.counts.jacobian;
-    statistics->hessian_evaluations = from.counts.hessian;
-    statistics->seconds = from.seconds;
-    statistics->cpu_seconds = from.cpu_seconds;
-    statistics->primal_error = from.error.primal;
-    statistics->dual_error_min = from.error.dual_min;
-    statistics->dual_error_max = from.error.dual_max;
-    statistics->complementarity_error = from.error.complementarity;
-    statistics->error = from.error.total;
-    statistics->objective_scale = from.objective_scale;
+    to.iterations = from.iterations;
+    to.factorizations = from.factorizations;
+    to.analyses = from.counts.analyses;
+    to.objective_evaluations = from.counts.objective;
+    to.gradient_evaluations = from.counts.gradient;
+    to.constraint_evaluations = from.counts.constraints;
+    to.jacobian_evaluations = from.counts.jacobian;
+    to.hessian_evaluations = from.counts.hessian;
+    to.seconds = from.seconds;
+    to.cpu_seconds = from.cpu_seconds;
+    to.primal_error = from.error.primal;
+    to.dual_error_min = from.error.dual_min;
+    to.dual_error_max = from.error.dual_max;
+    to.complementarity_error = from.error.complementarity;
+    to.error = from.error.total;
+    to.objective_scale = from.objective_scale;
+    write_sized(to, statistics, size);
     return {};
   });
 }
@@ -908,17 +954,29 @@ int IpminmaxGetCurrentViolations(IpminmaxProblem problem, int n, double* x_L_vio
   });
 }
 
-int IpminmaxCheckWorstCase(IpminmaxProblem problem, const double* x, int starts,
-                           IpminmaxWorstCase* worst_case, double* worst_x, void* user_data) {
+int(IpminmaxCheckWorstCase)(IpminmaxProblem problem, const double* x, int starts,
+                            IpminmaxWorstCase* worst_case, double* worst_x, void* user_data) {
+  return IpminmaxCheckWorstCaseSized(problem, x, starts, worst_case, kFirstWorstCase, worst_x,
+                                     user_data);
+}
+
+int IpminmaxCheckWorstCaseSized(IpminmaxProblem problem, const double* x, int starts,
+                                IpminmaxWorstCase* worst_case, size_t size, double* worst_x,
+                                void* user_data) {
   return guarded(problem, [&] {
-    return check_worst_case_of(*problem, x, starts, worst_case, worst_x, user_data);
+    return check_worst_case_of(*problem, x, starts, {worst_case, size}, worst_x, user_data);
   });
 }
 
-int IpminmaxGetWorstCase(IpminmaxProblem problem, IpminmaxWorstCase* worst_case, double* worst_x) {
+int(IpminmaxGetWorstCase)(IpminmaxProblem problem, IpminmaxWorstCase* worst_case, double* worst_x) {
+  return IpminmaxGetWorstCaseSized(problem, worst_case, kFirstWorstCase, worst_x);
+}
+
+int IpminmaxGetWorstCaseSized(IpminmaxProblem problem, IpminmaxWorstCase* worst_case, size_t size,
+                              double* worst_x) {
   return guarded(problem, [&]() -> std::string {
     if (auto error = error_of_answer(*problem, worst_case); !error.empty()) return error;
-    write(*problem, problem->application->LastResult().worst_case, *worst_case, worst_x);
+    write(*problem, problem->application->LastResult().worst_case, {worst_case, size}, worst_x);
     return {};
   });
 }
@@ -994,14 +1052,20 @@ int IpminmaxPredictReaction(IpminmaxProblem problem, const double* dx_min, doubl
   });
 }
 
-int IpminmaxGetActiveSetChanges(IpminmaxProblem problem, int capacity,
-                                IpminmaxActiveSetChange* changes) {
+int(IpminmaxGetActiveSetChanges)(IpminmaxProblem problem, int capacity,
+                                 IpminmaxActiveSetChange* changes) {
+  return IpminmaxGetActiveSetChangesSized(problem, capacity, changes, kFirstActiveSetChange);
+}
+
+int IpminmaxGetActiveSetChangesSized(IpminmaxProblem problem, int capacity,
+                                     IpminmaxActiveSetChange* changes, size_t size) {
   if (problem == nullptr) return 0;
   const int count = static_cast<int>(problem->changes.size());
   for (int k = 0; k < std::min(count, capacity) && changes != nullptr; ++k) {
     const ActiveSetChange& from = problem->changes[static_cast<std::size_t>(k)];
-    changes[k] = {from.share, from.of_constraint ? 1 : 0, from.index, from.upper ? 1 : 0,
-                  from.enters ? 1 : 0};
+    const IpminmaxActiveSetChange to{from.share, from.of_constraint ? 1 : 0, from.index,
+                                     from.upper ? 1 : 0, from.enters ? 1 : 0};
+    write_sized(to, reinterpret_cast<char*>(changes) + static_cast<std::size_t>(k) * size, size);
   }
   return count;
 }

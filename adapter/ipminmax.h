@@ -10,9 +10,15 @@
  * One problem may be used by one thread at a time, and from inside its own callbacks only by
  * IpminmaxGetCurrentIterate, IpminmaxGetCurrentViolations and IpminmaxGetStatistics. No C++
  * exception leaves these functions. Functions that return int return 1 for success and 0 for
- * failure; IpminmaxMessage then says what is wrong. */
+ * failure; IpminmaxMessage then says what is wrong.
+ *
+ * The structures may grow at their end in later versions. What fills one is told its size and writes
+ * no more, so that a program works with a library of a later version than its header, too; see
+ * "Sizes of structures" at the end. */
 #ifndef IPMINMAX_H
 #define IPMINMAX_H
+
+#include <stddef.h>
 
 #if defined(__GNUC__)
 #pragma GCC visibility push(default) /* exported by the shared library */
@@ -97,7 +103,7 @@ typedef struct IpminmaxCertificate {
   const char *reasons;
   /* 1: the model's second derivatives are not those of its gradients, so nothing is certified. */
   int hessian_disagrees;
-  double least_curvature; /* about the least there is, of at most 1; 0 unless satisfied */
+  double least_curvature;       /* about the least there is, of at most 1; 0 unless satisfied */
   int least_curvature_variable; /* the one that moves most along it, from 0; -1: not known */
 } IpminmaxCertificate;
 
@@ -208,7 +214,11 @@ enum IpminmaxReturnStatus IpminmaxSolveAgain(IpminmaxProblem problem, double *x,
 /* Of the last solve; 0 when it stopped before its first iterate. IpminmaxGetStatistics, called from
  * the intermediate callback, gives those of the current solve, the errors split by player. */
 int IpminmaxGetCertificate(IpminmaxProblem problem, IpminmaxCertificate *certificate);
+int IpminmaxGetCertificateSized(IpminmaxProblem problem, IpminmaxCertificate *certificate,
+                                size_t size);
 int IpminmaxGetStatistics(IpminmaxProblem problem, IpminmaxStatistics *statistics);
+int IpminmaxGetStatisticsSized(IpminmaxProblem problem, IpminmaxStatistics *statistics,
+                               size_t size);
 
 /* What maximizing over y from several starts, x held, has found; docs/certificate.md. */
 typedef struct IpminmaxWorstCase {
@@ -228,8 +238,13 @@ typedef struct IpminmaxWorstCase {
  * y. Calls the model's functions; 0 when it cannot be done: IpminmaxMessage says why. */
 int IpminmaxCheckWorstCase(IpminmaxProblem problem, const double *x, int starts,
                            IpminmaxWorstCase *worst_case, double *worst_x, void *user_data);
+int IpminmaxCheckWorstCaseSized(IpminmaxProblem problem, const double *x, int starts,
+                                IpminmaxWorstCase *worst_case, size_t size, double *worst_x,
+                                void *user_data);
 /* The same of the last solve, with option minmax_worst_case_starts. */
 int IpminmaxGetWorstCase(IpminmaxProblem problem, IpminmaxWorstCase *worst_case, double *worst_x);
+int IpminmaxGetWorstCaseSized(IpminmaxProblem problem, IpminmaxWorstCase *worst_case, size_t size,
+                              double *worst_x);
 /* Of the last of these calls: values of f at the distinct maxima over y, the largest first, and the
  * first capacity of them; returns how many are known (10 at most). values may be NULL when capacity is 0. */
 int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double *values);
@@ -249,7 +264,7 @@ int IpminmaxGetCurrentIterate(IpminmaxProblem problem, int n, double *x, double 
  *   nlp_constraint_violation (m)      max(g_L - g, g - g_U, 0)
  *   compl_g (m)                       (g_U - g) lambda where lambda presses against g_U (positive
  *                                     for a constraint of Min, negative for Max), else
- *                                     (g - g_L) lambda; 0 for an equation */
+ *                                     (g_L - g) lambda; (c - g) lambda for an equation g = c */
 int IpminmaxGetCurrentViolations(IpminmaxProblem problem, int n, double *x_L_violation,
                                  double *x_U_violation, double *compl_x_L, double *compl_x_U,
                                  double *grad_lag_x, int m, double *nlp_constraint_violation,
@@ -301,6 +316,8 @@ typedef struct IpminmaxActiveSetChange {
  * are. changes may be NULL when capacity is 0. */
 int IpminmaxGetActiveSetChanges(IpminmaxProblem problem, int capacity,
                                 IpminmaxActiveSetChange *changes);
+int IpminmaxGetActiveSetChangesSized(IpminmaxProblem problem, int capacity,
+                                     IpminmaxActiveSetChange *changes, size_t size);
 
 /* Why the last solve stopped, finer than the return status; "" before the first solve. */
 const char *IpminmaxStatusName(IpminmaxProblem problem);
@@ -311,6 +328,24 @@ const char *IpminmaxMessage(IpminmaxProblem problem);
 
 /* "major.minor.patch" of the library. */
 const char *IpminmaxVersion(void);
+
+/* --- Sizes of structures
+ *
+ * The functions without Sized fill structures as the first version of this header had them: they are
+ * what programs compiled against that version call. In a source file the same names mean the
+ * functions with Sized, told the size that this header knows; of an array's elements, for the
+ * last. Languages that call the library by its symbols should call those with Sized. */
+#define IpminmaxGetCertificate(problem, certificate) \
+  IpminmaxGetCertificateSized(problem, certificate, sizeof(IpminmaxCertificate))
+#define IpminmaxGetStatistics(problem, statistics) \
+  IpminmaxGetStatisticsSized(problem, statistics, sizeof(IpminmaxStatistics))
+#define IpminmaxCheckWorstCase(problem, x, starts, worst_case, worst_x, user_data)                \
+  IpminmaxCheckWorstCaseSized(problem, x, starts, worst_case, sizeof(IpminmaxWorstCase), worst_x, \
+                              user_data)
+#define IpminmaxGetWorstCase(problem, worst_case, worst_x) \
+  IpminmaxGetWorstCaseSized(problem, worst_case, sizeof(IpminmaxWorstCase), worst_x)
+#define IpminmaxGetActiveSetChanges(problem, capacity, changes) \
+  IpminmaxGetActiveSetChangesSized(problem, capacity, changes, sizeof(IpminmaxActiveSetChange))
 
 #ifdef __cplusplus
 }

@@ -1,7 +1,10 @@
+#include <pthread.h>
+
 #include <IpIpoptApplication.hpp>
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <mutex>
 #include <optional>
 
 #include "adapter/application_options.hpp"
@@ -43,35 +46,45 @@ IpoptOption read_option(const Ipopt::RegisteredOption& option) {
   return result;
 }
 
-/// Every option of the linked Ipopt, in alphabetical order.
-const std::vector<IpoptOption>& all_ipopt_options() {
-  static const std::vector<IpoptOption> options = [] {
-    const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
-    Ipopt::IpoptApplication::RegisterAllIpoptOptions(registry);
-    std::vector<IpoptOption> result;
-    for (const auto& entry : registry->RegisteredOptionsList()) {
-      result.push_back(read_option(*entry.second));
-    }
-    return result;
-  }();
-  return options;
-}
-
 bool is_own_option(std::string_view name) {
   const auto table = option_table();
-  const auto application = application_option_table();
+  const auto& application = application_option_table();
   return std::ranges::find(table, name, &OptionInfo::name) != table.end() ||
          std::ranges::find(application, name, &ApplicationOption::name) != application.end();
 }
 
-const std::vector<IpoptOption>& ipopt_only_options() {
-  static const std::vector<IpoptOption> options = [] {
-    std::vector<IpoptOption> result;
-    for (const IpoptOption& option : all_ipopt_options()) {
-      if (!is_own_option(option.name)) result.push_back(option);
-    }
-    return result;
-  }();
+/// Options of the linked Ipopt, in alphabetical order.
+struct IpoptOptions {
+  std::vector<IpoptOption> all;
+  std::vector<IpoptOption> not_ours;
+};
+IpoptOptions read_options() {
+  const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
+  Ipopt::IpoptApplication::RegisterAllIpoptOptions(registry);
+  IpoptOptions options;
+  for (const auto& entry : registry->RegisteredOptionsList()) {
+    options.all.push_back(read_option(*entry.second));
+    if (!is_own_option(options.all.back().name)) options.not_ours.push_back(options.all.back());
+  }
+  return options;
+}
+
+/// A fork waits until the table is made: the child would wait for ever for the thread that makes it.
+std::mutex table_is_made;
+
+/// When the library is loaded; the smaller tables are made then.
+[[maybe_unused]] const bool loaded = [] {
+  pthread_atfork([] { table_is_made.lock(); }, [] { table_is_made.unlock(); },
+                 [] { table_is_made.unlock(); });
+  static_cast<void>(application_option_table());
+  static_cast<void>(refused_ipopt_option_advice());
+  static_cast<void>(ignored_ipopt_option_advice());
+  return true;
+}();
+
+const IpoptOptions& ipopt_options() {
+  const std::lock_guard lock(table_is_made);
+  static const IpoptOptions options = read_options();
   return options;
 }
 
@@ -221,7 +234,7 @@ const std::vector<IpoptOptionAdvice>& ignored_ipopt_option_advice() {
 
 void register_ipopt_only_options(Ipopt::RegisteredOptions& registry) {
   registry.SetRegisteringCategory("Ipopt only");
-  for (const IpoptOption& option : ipopt_only_options()) {
+  for (const IpoptOption& option : ipopt_options().not_ours) {
     if (option.type == Ipopt::OT_Number) {
       register_number(registry, option);
     } else if (option.type == Ipopt::OT_Integer) {
@@ -234,7 +247,7 @@ void register_ipopt_only_options(Ipopt::RegisteredOptions& registry) {
 }
 
 std::vector<std::string> ipopt_only_linear_solvers() {
-  const auto& options = all_ipopt_options();
+  const auto& options = ipopt_options().all;
   const auto found = std::ranges::find(options, std::string("linear_solver"), &IpoptOption::name);
   if (found == options.end()) return {};
   const auto table = option_table();
@@ -248,7 +261,7 @@ std::vector<std::string> ipopt_only_linear_solvers() {
 }
 
 std::string refused_ipopt_option(const Ipopt::OptionsList& list) {
-  for (const IpoptOption& option : ipopt_only_options()) {
+  for (const IpoptOption& option : ipopt_options().not_ours) {
     const auto advice = find_advice(refused_ipopt_option_advice(), option.name);
     if (!advice) continue;
     const auto value = set_value(list, option);
@@ -264,7 +277,7 @@ std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list) {
   const auto add = [&](const std::string& name, const std::string& value, std::string_view reason) {
     messages.push_back(name + " = " + value + " has no effect: " + std::string(reason));
   };
-  for (const IpoptOption& option : ipopt_only_options()) {
+  for (const IpoptOption& option : ipopt_options().not_ours) {
     const auto value = set_value(list, option);
     if (!value || is_default(option, *value)) continue;
     add(option.name, *value,
@@ -291,7 +304,7 @@ std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list) {
 std::vector<std::pair<std::string, std::string>> set_ipopt_only_options(
     const Ipopt::OptionsList& list) {
   std::vector<std::pair<std::string, std::string>> result;
-  for (const IpoptOption& option : ipopt_only_options()) {
+  for (const IpoptOption& option : ipopt_options().not_ours) {
     if (auto value = set_value(list, option)) result.emplace_back(option.name, std::move(*value));
   }
   return result;

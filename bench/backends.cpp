@@ -37,6 +37,7 @@
 namespace bench {
 namespace {
 
+using ipminmax::Certainty;
 using ipminmax::Index;
 using ipminmax::LinearSolver;
 using ipminmax::Ordering;
@@ -132,7 +133,6 @@ struct Prepared {
 Prepared prepare(const Backend& backend, const KktMatrix& k) {
   Prepared p;
   p.solver = make_symmetric_solver(backend.solver, {.ordering = backend.ordering});
-  p.solver->require_certain_inertia(false);
   const Clock clock;
   p.analysis = p.solver->analyze(k.matrix, k.signs);
   p.analysis_seconds = clock.seconds();
@@ -159,7 +159,7 @@ const char* name_of(Ordering ordering) {
 struct Measured {
   std::vector<double> seconds{};
   Prepared prepared{};
-  ipminmax::Inertia inertia{};
+  ipminmax::Factorization result{};
 };
 
 /// By matrix and backend; filled while the benchmarks run.
@@ -169,10 +169,11 @@ void factorize(benchmark::State& state, const Backend& backend, const KktMatrix&
                Measured& measured) {
   if (measured.prepared.solver == nullptr) {
     measured.prepared = prepare(backend, k);
-    (void)measured.prepared.solver->factorize(k.matrix);  // allocates
+    (void)measured.prepared.solver->factorize(k.matrix, Certainty::Usual);  // allocates
   }
   ipminmax::SymmetricSolver& solver = *measured.prepared.solver;
-  for ([[maybe_unused]] auto _ : state) measured.inertia = solver.factorize(k.matrix).inertia;
+  for ([[maybe_unused]] auto _ : state)
+    measured.result = solver.factorize(k.matrix, Certainty::Usual);
 }
 
 /// Takes the repetitions down and prints nothing.
@@ -216,8 +217,9 @@ class MatrixReport {
       table.number(static_cast<double>(m.prepared.analysis.factor_entries));
       table.number(m.prepared.analysis.flops).number(flops_per_entry());
       table.time(m.prepared.analysis_seconds).time(line.time).number(line.time.median / best());
-      table.text(std::to_string(m.inertia.positive) + " " + std::to_string(m.inertia.negative) +
-                 " " + std::to_string(m.inertia.zero));
+      table.text(std::to_string(m.result.inertia.positive) + " " +
+                 std::to_string(m.result.inertia.negative) + " " +
+                 std::to_string(m.result.inertia.zero));
     }
   }
 
@@ -233,7 +235,7 @@ class MatrixReport {
     if (chosen == nullptr) return;
     table.number(chosen->time.median / best());
     table.time(chosen->measured->prepared.analysis_seconds);
-    table.text(chosen->measured->prepared.solver->pivots() ? "pivoting" : "LDL'");
+    table.text(chosen->measured->result.trust.pivoted ? "pivoting" : "LDL'");
     table.text(name_of(chosen->measured->prepared.analysis.ordering));
   }
 
@@ -320,7 +322,7 @@ void time_blas_as_child(const std::string& only) {
       const Backend& backend = backend_named(name);
       if (!worthwhile(backend, k)) continue;
       const Prepared p = prepare(backend, k);
-      (void)p.solver->factorize(k.matrix);
+      (void)p.solver->factorize(k.matrix, Certainty::Usual);
       std::printf("%.17g %s/%s\n", time_factorization(*p.solver, k.matrix, 5e-3),
                   source.name.c_str(), name);
     }

@@ -99,7 +99,7 @@ double factorize_pair(const SymmetricMatrix& k, const SymmetricMatrix& k_yy, Mpi
   const Analysis found = full->analyze(k, {});
   const Analysis found_inner = inner->analyze(k_yy, {});
   if (!found.ok || !found_inner.ok) return -1.0;
-  const bool beside = inner->work_beside(*full);
+  const bool beside = work_at_once(*full, found.flops, *inner, found_inner.flops);
   if (beside != (halves == MpiHalves::Yes)) return -1.0;
   if (!beside) std::printf("flops of K %.2e, of K_yy %.2e\n", found.flops, found_inner.flops);
   double best = 1e20;

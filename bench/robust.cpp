@@ -34,7 +34,7 @@ namespace {
 using ipminmax::Player;
 using ipminmax::ProblemStructure;
 using ipminmax::RobustCopies;
-using ipminmax::testing::ForwardingProblem;
+using ipminmax::testing::CountingProblem;
 
 constexpr int kStarts = 20;  // of each maximization over y
 constexpr double kTolerance = 1e-9, kViolation = 1e-7;
@@ -167,7 +167,7 @@ Found solve_ours(Problem& model, const std::vector<double>&, double) {
 Found solve_by_cutting_sets(Problem& model, const std::vector<double>& start, double seconds) {
   const CpuClock clock;
   Found found;
-  ForwardingProblem counted(model);
+  CountingProblem counted(model);
   const std::vector<Index> rows = robust_rows(model.structure());
   const std::vector<bool> reads_y(start.size(), false);
   Maximizer maximizer(counted, found);
@@ -307,7 +307,7 @@ class NestedProblem final : public Problem {
 Found solve_nested(Problem& model, const std::vector<double>& start, double seconds) {
   const CpuClock clock;
   Found found;
-  ForwardingProblem counted(model);
+  CountingProblem counted(model);
   NestedProblem problem(counted, start, found, seconds);
   IpoptMinimizer ipopt(1e-7);
   ipopt.options().SetStringValue("hessian_approximation", "limited-memory");

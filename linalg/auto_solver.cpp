@@ -2,6 +2,7 @@
 #include <cmath>
 #include <new>
 #include <numeric>
+#include <utility>
 
 #include "linalg/auto_solver.hpp"
 #include "linalg/lapack_solver.hpp"
@@ -41,13 +42,12 @@ Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
   make_pivoting(n);
   if (n > kDenseDimension && !signs.empty() && options_.ordering != Ordering::Pord) {
     try {
-      const OrderingChoice choice = choose_ordering(matrix, options_.ordering);
+      OrderingChoice choice = choose_ordering(matrix, options_.ordering);
       if (choose_ldlt(choice.size)) {
         const Analysis analysis = ldlt_.analyze(matrix, signs, choice);
         if (prepare_ldlt(analysis)) return analysis;
-      } else if (auto* mumps = dynamic_cast<MumpsSolver*>(pivoting_.get());
-                 mumps != nullptr && choice.ordering == Ordering::Metis) {
-        mumps->know_metis_order(choice.new_index);
+      } else if (choice.ordering == Ordering::Metis) {
+        make_pivoting(n, std::move(choice.new_index));
       }
     } catch (const std::bad_alloc&) {
       return {};
@@ -75,11 +75,14 @@ std::unique_ptr<SymmetricSolver> AutoSolver::same_analysis(
   return other;
 }
 
-void AutoSolver::make_pivoting(Index dimension) {
+/// metis_order: of the matrix that it analyzes first, where known.
+void AutoSolver::make_pivoting(Index dimension, std::vector<Index> metis_order) {
   if (dimension <= kDensePivotingDimension) {
     pivoting_ = std::make_unique<LapackSolver>();
   } else {
-    pivoting_ = std::make_unique<MumpsSolver>(options_);
+    auto mumps = std::make_unique<MumpsSolver>(options_);
+    mumps->know_metis_order(std::move(metis_order));
+    pivoting_ = std::move(mumps);
   }
 }
 
@@ -128,14 +131,15 @@ bool AutoSolver::inertia_is_certain(const SymmetricMatrix& matrix, double gamma,
 Factorization AutoSolver::factorize_pivoting(const SymmetricMatrix& matrix) {
   ldlt_is_current_ = false;
   if (!pivoting_analyzed_) {
-    if (!pivoting_->analyze(matrix, {}).ok) return {FactorizationStatus::OutOfMemory, {}, 0.0};
+    if (!pivoting_->analyze(matrix, {}).ok) return {.status = FactorizationStatus::OutOfMemory};
     pivoting_analyzed_ = true;
   }
   return pivoting_->factorize(matrix);
 }
 
-Factorization AutoSolver::factorize(const SymmetricMatrix& matrix) {
-  const bool paused = certain_ && ldlt_pause_ > 0;
+Factorization AutoSolver::factorize(const SymmetricMatrix& matrix, Certainty certainty) {
+  const bool certain = certainty == Certainty::Certain;
+  const bool paused = certain && ldlt_pause_ > 0;
   if (paused) --ldlt_pause_;
   if (!use_ldlt_ || paused) return factorize_pivoting(matrix);
   const Factorization result = ldlt_.factorize(matrix);
@@ -144,24 +148,29 @@ Factorization AutoSolver::factorize(const SymmetricMatrix& matrix) {
     if (!std::isfinite(matrix.max_norm())) return {};
     return factorize_pivoting(matrix);
   }
-  return certain_ ? make_certain(matrix, result) : result;
+  return certain ? checked(matrix, result) : result;
 }
 
 Factorization AutoSolver::make_certain(const SymmetricMatrix& matrix, const Factorization& last) {
-  if (!certain_ && ldlt_pause_ > 0) {  // checks that led to pivoting are rare, too
+  if (ldlt_pause_ > 0) {  // checks that led to pivoting are rare, too
     --ldlt_pause_;
     return last;
   }
+  return checked(matrix, last);
+}
+
+/// The last factorization of this matrix, where need be repeated until its inertia is certain.
+Factorization AutoSolver::checked(const SymmetricMatrix& matrix, const Factorization& last) {
   constexpr int kSmallerGammas = 2;  // what Gamma hides spoils the first estimate
   Factorization result = last;
   for (int attempt = 0; ldlt_is_current_; ++attempt) {
     double gamma = 0.0;
-    if (inertia_is_certain(matrix, ldlt_.perturbation(), gamma)) {
+    if (inertia_is_certain(matrix, result.trust.perturbation, gamma)) {
       uncertain_ = 0;
       return result;
     }
     if (gamma == 0.0 || attempt == kSmallerGammas) break;
-    result = ldlt_.factorize(matrix, gamma);
+    result = ldlt_.factorize_with(matrix, gamma);
     if (result.status != FactorizationStatus::Ok) break;
   }
   if (!ldlt_is_current_) return last;
@@ -199,16 +208,16 @@ bool AutoSolver::increase_quality() {
   return left_ldlt || pivoting_->increase_quality();
 }
 
+bool AutoSolver::begin_pivoting() {
+  const bool changes = use_ldlt_;
+  use_ldlt_ = ldlt_is_current_ = false;
+  return changes;
+}
+
 void AutoSolver::reset_quality() {
   use_ldlt_ = ldlt_is_current_ = ldlt_analyzed_;
   uncertain_ = ldlt_pause_ = 0;
   pivoting_->reset_quality();
-}
-
-bool AutoSolver::pivots() const { return !ldlt_is_current_; }
-
-double AutoSolver::perturbation() const {
-  return ldlt_is_current_ ? ldlt_.perturbation() : pivoting_->perturbation();
 }
 
 std::string_view AutoSolver::name() const { return "auto"; }

@@ -24,7 +24,11 @@ class AutoSolver final : public SymmetricSolver {
                                  std::span<const std::int8_t> signs) override;
   [[nodiscard]] std::unique_ptr<SymmetricSolver> same_analysis(
       const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const override;
-  [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
+  /// Certain: every LDL' inertia is checked, at about the cost of the factorization.
+  [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix,
+                                        Certainty certainty = Certainty::Certain) override;
+  [[nodiscard]] Factorization make_certain(const SymmetricMatrix& matrix,
+                                           const Factorization& last) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
 
   void inverse_product(const SparseColumns& b, std::span<double> product) override;
@@ -32,29 +36,21 @@ class AutoSolver final : public SymmetricSolver {
 
   /// The first call after an LDL' factorization leaves LDL' for good.
   [[nodiscard]] bool increase_quality() override;
+  [[nodiscard]] bool begin_pivoting() override;
   void reset_quality() override;
-
-  /// True at first: every LDL' inertia is checked, at about the cost of the factorization.
-  void require_certain_inertia(bool certain) override { certain_ = certain; }
-  [[nodiscard]] Factorization make_certain(const SymmetricMatrix& matrix,
-                                           const Factorization& last) override;
-
-  /// Whether the last factorization (before any: the next one) pivots.
-  [[nodiscard]] bool pivots() const override;
-  [[nodiscard]] double perturbation() const override;
   [[nodiscard]] std::string_view name() const override;
 
  private:
-  void make_pivoting(Index dimension);
+  void make_pivoting(Index dimension, std::vector<Index> metis_order = {});
   [[nodiscard]] bool prepare_ldlt(const Analysis& analysis);
   [[nodiscard]] bool inertia_is_certain(const SymmetricMatrix& matrix, double gamma,
                                         double& smaller_gamma);
+  [[nodiscard]] Factorization checked(const SymmetricMatrix& matrix, const Factorization& last);
   [[nodiscard]] Factorization factorize_pivoting(const SymmetricMatrix& matrix);
 
   SymmetricSolverOptions options_;
   LdltSolver ldlt_;
   std::unique_ptr<SymmetricSolver> pivoting_;
-  bool certain_ = true;
   bool pivoting_analyzed_ = false;
   bool ldlt_analyzed_ = false;
   bool use_ldlt_ = false;         // for the next factorization

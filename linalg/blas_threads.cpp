@@ -1,16 +1,37 @@
 #include <dlfcn.h>
 #include <pthread.h>
 
+#include <chrono>
 #include <mutex>
+#include <thread>
 
 #include "linalg/blas_threads.hpp"
 
 namespace ipminmax {
 namespace {
 
+std::mutex entry;  // held over a fork: no call of BLAS begins
 std::mutex mutex;
-int holders = 0;  // under the mutex
+int calls = 0;    // under way, under the mutex
+int holders = 0;  // of them: of those that want one thread
 int threads = 1;  // before the first of them
+thread_local int own_calls = 0;
+
+/// OpenBLAS's threads end before a fork, also in the middle of their work, and a child would find its
+/// lock of buffers as another thread held it. So a fork waits for the calls of other threads.
+void before_fork() {
+  entry.lock();
+  mutex.lock();
+  while (calls > own_calls) {
+    mutex.unlock();
+    std::this_thread::sleep_for(std::chrono::microseconds(20));
+    mutex.lock();
+  }
+}
+void after_fork() {
+  mutex.unlock();
+  entry.unlock();
+}
 
 /// When the library is loaded, also where nothing makes a LibraryLock.
 [[maybe_unused]] const bool registered = (hold_blas_threads_over_forks(), true);
@@ -31,8 +52,7 @@ const OpenBlas& openblas() {
 }  // namespace
 
 void hold_blas_threads_over_forks() {
-  [[maybe_unused]] static const int once =
-      pthread_atfork([] { mutex.lock(); }, [] { mutex.unlock(); }, [] { mutex.unlock(); });
+  [[maybe_unused]] static const int once = pthread_atfork(before_fork, after_fork, after_fork);
 }
 
 int blas_threads() {
@@ -43,18 +63,21 @@ int blas_threads() {
 SequentialBlas::SequentialBlas(double operations) {
   const OpenBlas& blas = openblas();
   holds_ = operations <= kOperationsWorthThreads && blas.get != nullptr && blas.set != nullptr;
-  if (!holds_) return;
+  std::unique_lock begins(entry, std::defer_lock);
+  if (own_calls++ == 0) begins.lock();
   const std::lock_guard lock(mutex);
-  if (holders++ > 0) return;
+  ++calls;
+  if (!holds_ || holders++ > 0) return;
   threads = blas.get();
   if (threads > 1) blas.set(1);
 }
 
 SequentialBlas::~SequentialBlas() {
-  if (!holds_) return;
   const OpenBlas& blas = openblas();
   const std::lock_guard lock(mutex);
-  if (--holders == 0 && threads > 1) blas.set(threads);
+  --calls;
+  --own_calls;
+  if (holds_ && --holders == 0 && threads > 1) blas.set(threads);
 }
 
 }  // namespace ipminmax

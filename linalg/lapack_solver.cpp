@@ -34,8 +34,8 @@ double equilibrating_factor(double norm) {
 
 /// Counts pivots as they come.
 struct PivotCounter {
-  double zero_below;
-  Factorization result;
+  double zero_below = 0.0;
+  Factorization result{};
 
   /// scaled: an eigenvalue of a diagonal block of the equilibrated factor; unscaled: of the matrix.
   void count(double scaled, double unscaled) {
@@ -144,7 +144,7 @@ Factorization LapackSolver::count_pivots() {
   const std::size_t n = scale_.size();
   // Rounding errors of the factorization are a small multiple of n eps, entries being about 1.
   const double zero_below = 8.0 * static_cast<double>(n) * std::numeric_limits<double>::epsilon();
-  PivotCounter counter{zero_below, {}};
+  PivotCounter counter{.zero_below = zero_below};
   counter.result.smallest_pivot = n > 0 ? std::numeric_limits<double>::infinity() : 0.0;
 
   // Interchanges move rows, so the scales of the pivot rows are found by following them.
@@ -174,12 +174,12 @@ Factorization LapackSolver::count_pivots() {
   return counter.result;
 }
 
-Factorization LapackSolver::factorize(const SymmetricMatrix& matrix) {
+Factorization LapackSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
   factorized_ = false;
   if (!std::isfinite(matrix.max_norm())) return {};
   if (dimension_ == 0) {
     factorized_ = true;
-    return {FactorizationStatus::Ok, {}, 0.0};
+    return {.status = FactorizationStatus::Ok};
   }
   equilibrate(matrix);
   load_values(matrix);

@@ -18,14 +18,14 @@ class LapackSolver final : public SymmetricSolver {
                                  std::span<const std::int8_t> signs) override;
   [[nodiscard]] std::unique_ptr<SymmetricSolver> same_analysis(
       const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const override;
-  [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
+  [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix,
+                                        Certainty certainty = Certainty::Certain) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
   [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override {
     return 2.0 * dimension_ * static_cast<double>(dimension_) * b.columns();
   }
   [[nodiscard]] bool increase_quality() override { return false; }
   void reset_quality() override {}
-  [[nodiscard]] bool pivots() const override { return true; }
   [[nodiscard]] std::string_view name() const override { return "lapack"; }
 
  private:

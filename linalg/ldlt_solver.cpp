@@ -57,7 +57,7 @@ struct LdltSolver::Factor {
 };
 
 LdltSolver::LdltSolver(const SymmetricSolverOptions& options)
-    : options_(options), gamma_(options.ldlt_gamma), factor_(std::make_unique<Factor>()) {}
+    : options_(options), factor_(std::make_unique<Factor>()) {}
 
 LdltSolver::~LdltSolver() = default;
 
@@ -176,14 +176,13 @@ double LdltSolver::suitable_gamma(const SymmetricMatrix& matrix) const {
   return options_.ldlt_gamma * std::min(coupling * coupling, kLargest);
 }
 
-Factorization LdltSolver::factorize(const SymmetricMatrix& matrix) {
-  return factorize(matrix, suitable_gamma(matrix));
+Factorization LdltSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
+  return factorize_with(matrix, suitable_gamma(matrix));
 }
 
-Factorization LdltSolver::factorize(const SymmetricMatrix& matrix, double gamma) {
+Factorization LdltSolver::factorize_with(const SymmetricMatrix& matrix, double gamma) {
   factorized_ = false;
-  gamma_ = gamma;
-  Factorization result;
+  Factorization result{.trust = {.pivoted = false, .perturbation = gamma}};
   if (!load_values(matrix, gamma)) return result;
   if (matrix.dimension() == 0) {
     factorized_ = true;

@@ -38,19 +38,18 @@ class LdltSolver final : public SymmetricSolver {
                                     std::span<const std::int8_t> signs);
   [[nodiscard]] std::unique_ptr<SymmetricSolver> same_analysis(
       const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const override;
-  [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
+  [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix,
+                                        Certainty certainty = Certainty::Certain) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
   /// With the forward substitution alone; rows that no column of B reaches cost nothing.
   void inverse_product(const SparseColumns& b, std::span<double> product) override;
   [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
-  [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix, double gamma);
+  [[nodiscard]] Factorization factorize_with(const SymmetricMatrix& matrix, double gamma);
   /// What factorize takes by itself. As pivot of a multiplier's zero diagonal gamma leaves J'J / gamma
   /// in the rows of the variables: too small a gamma costs their digits, too large a one accuracy.
   [[nodiscard]] double suitable_gamma(const SymmetricMatrix& matrix) const;
   [[nodiscard]] bool increase_quality() override { return false; }
   void reset_quality() override {}
-  [[nodiscard]] bool pivots() const override { return false; }
-  [[nodiscard]] double perturbation() const override { return gamma_; }
   [[nodiscard]] std::string_view name() const override { return "ldlt"; }
 
  private:
@@ -72,7 +71,6 @@ class LdltSolver final : public SymmetricSolver {
   std::vector<Index> upper_index_;  // position in the permuted upper triangle of each matrix entry
   std::vector<double> gamma_weights_;  // diagonal of Gamma over gamma
   std::vector<bool> couples_;          // entries of the matrix that link rows of opposite signs
-  double gamma_;                       // of the last factorization, before any the option
   std::vector<std::array<double, kTogether>> together_;
   std::vector<ColumnRange> ranges_;  // of inverse_product: columns that reach a row; else empty
   std::vector<double> forward_;      // L^-1 P B by rows; else zero

@@ -3,7 +3,6 @@
 #include <pthread.h>
 
 #include <array>
-#include <cstdlib>
 #include <mutex>
 #include <new>
 
@@ -56,21 +55,6 @@ class LibraryLock {
     auto* fresh = new (storage()) Mutex;
     for (int i = 0; i < depth(); ++i) fresh->lock();
   }
-};
-
-/// Lends METIS and PORD a freshly seeded rand(), so that orderings are reproducible, and gives the
-/// caller's generator back. To be used under a LibraryLock.
-class ReproducibleRand {
- public:
-  ReproducibleRand() : previous_(initstate(kSeed, state_.data(), state_.size())) {}
-  ~ReproducibleRand() { setstate(previous_); }
-  ReproducibleRand(const ReproducibleRand&) = delete;
-  ReproducibleRand& operator=(const ReproducibleRand&) = delete;
-
- private:
-  static constexpr unsigned kSeed = 1;
-  std::array<char, 128> state_{};
-  char* previous_;
 };
 
 }  // namespace ipminmax

@@ -25,7 +25,7 @@ constexpr const char* kName = "libipminmax_mpi.so";
 constexpr const char* kVariable = "IPMINMAX_MPI_LIBRARY";
 
 /// Files to try, the first that can be loaded counts.
-std::vector<std::string> candidates() {
+[[maybe_unused]] std::vector<std::string> candidates() {
   if (const char* given = std::getenv(kVariable); given != nullptr && *given != '\0') {
     return {given};
   }

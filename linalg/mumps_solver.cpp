@@ -14,6 +14,7 @@
 #include "linalg/mpi_library.hpp"
 #include "linalg/mumps_solver.hpp"
 #include "linalg/ordering.hpp"
+#include "linalg/reproducible_rand.hpp"
 
 namespace ipminmax {
 
@@ -159,9 +160,9 @@ void MumpsSolver::make_instance() {
   begun_ = false;
   std::optional<mpi::Part> part;
   if (processes_ == Processes::Ranks) {
-    part = ranks_ == Ranks::All         ? mpi::Part::All
-           : ranks_ == Ranks::FirstHalf ? mpi::Part::FirstHalf
-                                        : mpi::Part::SecondHalf;
+    part = ranks_ == RankPart::All         ? mpi::Part::All
+           : ranks_ == RankPart::FirstHalf ? mpi::Part::FirstHalf
+                                           : mpi::Part::SecondHalf;
   }
   instance_ = std::make_unique<Instance>(part);
 }
@@ -288,7 +289,7 @@ Analysis MumpsSolver::analyze(const SymmetricMatrix& matrix, std::span<const std
     return {true, wanted == Ordering::Best ? Ordering::Amd : wanted, 0, 0.0};
   }
   try {
-    ranks_ = Ranks::All;
+    ranks_ = RankPart::All;
     make_instance();
     take_pattern(matrix);
     load_pattern();
@@ -342,10 +343,10 @@ std::vector<Index> MumpsSolver::current_order() const {
 }
 
 /// The same analysis for other ranks.
-bool MumpsSolver::move_to(Ranks ranks) {
+bool MumpsSolver::analyze_on(RankPart part) {
   if (dimension_ == 0) return true;
   factorized_ = false;
-  ranks_ = ranks;
+  ranks_ = part;
   std::vector<Index> order = current_order();
   make_instance();
   load_pattern();
@@ -353,24 +354,25 @@ bool MumpsSolver::move_to(Ranks ranks) {
   return analysis_.ok;
 }
 
-bool MumpsSolver::work_beside(SymmetricSolver& other) {
-  auto* const first = dynamic_cast<MumpsSolver*>(&other);
-  if (first == nullptr || processes_ == Processes::This || first->processes_ == Processes::This ||
-      MpiMumps::ranks() < 2 || options_.mpi_halves == MpiHalves::No) {
-    return false;
-  }
-  const double ratio = analysis_.flops / std::max(first->analysis_.flops, 1.0);
-  const bool pays = std::min(ratio, 1.0 / ratio) > kLeastShareForHalves &&
-                    std::max(analysis_.flops, first->analysis_.flops) < kMostFlopsForHalves;
-  if (options_.mpi_halves == MpiHalves::Auto && !pays) return false;
-  // Out of memory: both on all ranks again.
-  if (move_to(Ranks::SecondHalf) && first->move_to(Ranks::FirstHalf)) return true;
-  if (!move_to(Ranks::All) || !first->move_to(Ranks::All)) throw std::bad_alloc();
+/// Whether half of the ranks should factorize while the other half makes so many operations.
+bool MumpsSolver::is_shared_beside(double flops) const {
+  if (processes_ == Processes::This || MpiMumps::ranks() < 2) return false;
+  if (options_.mpi_halves != MpiHalves::Auto) return options_.mpi_halves == MpiHalves::Yes;
+  const double ratio = analysis_.flops / std::max(flops, 1.0);
+  return std::min(ratio, 1.0 / ratio) > kLeastShareForHalves &&
+         std::max(analysis_.flops, flops) < kMostFlopsForHalves;
+}
+
+bool MumpsSolver::move_to(RankPart part, double flops_beside) {
+  if (part == RankPart::All) return analyze_on(part);
+  if (!is_shared_beside(flops_beside)) return false;
+  if (analyze_on(part)) return true;
+  if (!analyze_on(RankPart::All)) throw std::bad_alloc();
   return false;
 }
 
 void MumpsSolver::begin_factorize(const SymmetricMatrix& matrix) {
-  if (ranks_ != Ranks::SecondHalf || instance_ == nullptr || !std::isfinite(matrix.max_norm())) {
+  if (ranks_ != RankPart::SecondHalf || instance_ == nullptr || !std::isfinite(matrix.max_norm())) {
     return;
   }
   factorized_ = false;
@@ -407,7 +409,7 @@ int MumpsSolver::factorize_with_enough_memory() {
   }
 }
 
-Factorization MumpsSolver::factorize(const SymmetricMatrix& matrix) {
+Factorization MumpsSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
   factorized_ = false;
   Factorization result;
   if (dimension_ == 0) {

@@ -29,26 +29,25 @@ class MumpsSolver final : public SymmetricSolver {
   void know_metis_order(std::vector<Index> new_index) { metis_order_ = std::move(new_index); }
   [[nodiscard]] std::unique_ptr<SymmetricSolver> same_analysis(
       const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const override;
-  [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix) override;
-  /// This one moves to the second half of the ranks, the other one to the first.
-  [[nodiscard]] bool work_beside(SymmetricSolver& other) override;
+  [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix,
+                                        Certainty certainty = Certainty::Certain) override;
+  [[nodiscard]] bool move_to(RankPart part, double flops_beside) override;
   void begin_factorize(const SymmetricMatrix& matrix) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
   [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
   [[nodiscard]] bool increase_quality() override;
   void reset_quality() override { pivot_tolerance_ = options_.mumps_pivot_tolerance; }
-  [[nodiscard]] bool pivots() const override { return true; }
   [[nodiscard]] std::string_view name() const override {
     return processes_ == Processes::This ? "mumps" : "mumps_mpi";
   }
 
  private:
   struct Instance;  // hides the MUMPS structure
-  enum class Ranks : std::uint8_t { All, FirstHalf, SecondHalf };
   void make_instance();
   void load_pattern();
   void take_pattern(const SymmetricMatrix& matrix);
-  [[nodiscard]] bool move_to(Ranks ranks);
+  [[nodiscard]] bool is_shared_beside(double flops) const;
+  [[nodiscard]] bool analyze_on(RankPart part);
   [[nodiscard]] std::vector<Index> current_order() const;
   void prepare_factorize(const SymmetricMatrix& matrix);
   Analysis analyze_with(Ordering ordering, const SymmetricMatrix& matrix);
@@ -63,7 +62,7 @@ class MumpsSolver final : public SymmetricSolver {
 
   SymmetricSolverOptions options_;
   Processes processes_;
-  Ranks ranks_ = Ranks::All;
+  RankPart ranks_ = RankPart::All;
   double pivot_tolerance_;
   Index memory_percent_;
   Index dimension_ = 0;

@@ -11,6 +11,7 @@
 
 #include "linalg/library_lock.hpp"
 #include "linalg/ordering.hpp"
+#include "linalg/reproducible_rand.hpp"
 
 namespace ipminmax {
 

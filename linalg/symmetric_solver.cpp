@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <new>
 #include <stdexcept>
 
 #include "linalg/auto_solver.hpp"
@@ -43,6 +44,14 @@ void SymmetricSolver::inverse_product(const SparseColumns& b, std::span<double> 
       }
     }
   }
+}
+
+bool work_at_once(SymmetricSolver& first, double first_flops, SymmetricSolver& second,
+                  double second_flops) {
+  if (!second.move_to(RankPart::SecondHalf, first_flops)) return false;
+  if (first.move_to(RankPart::FirstHalf, second_flops)) return true;
+  if (!second.move_to(RankPart::All, 0.0)) throw std::bad_alloc();
+  return false;
 }
 
 std::unique_ptr<SymmetricSolver> make_symmetric_solver(LinearSolver kind,

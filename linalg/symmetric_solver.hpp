@@ -26,12 +26,29 @@ enum class FactorizationStatus : std::uint8_t {
   Ok
 };
 
+/// Whether an inertia must hold for the matrix itself, whatever that costs. Matters only to solvers
+/// that can do both.
+enum class Certainty : std::uint8_t {
+  Usual,  ///< regularization or rounding may decide it
+  Certain
+};
+
+/// How far factors can be trusted.
+struct Trust {
+  bool pivoted = true;        ///< the inertia is reliable for any matrix
+  double perturbation = 0.0;  ///< bound of what was added to eigenvalues
+};
+
 struct Factorization {
   FactorizationStatus status = FactorizationStatus::Failed;
-  Inertia inertia;
-  double smallest_pivot =
-      0.0;  ///< smallest |eigenvalue| of the (block) diagonal factor; 0 if unknown
+  Inertia inertia{};
+  /// Smallest |eigenvalue| of the (block) diagonal factor; 0 if unknown.
+  double smallest_pivot = 0.0;
+  Trust trust{};
 };
+
+/// Of the MPI ranks.
+enum class RankPart : std::uint8_t { All, FirstHalf, SecondHalf };
 
 /// A sparse dimension x columns matrix: column k has the entries starts[k] to starts[k + 1] - 1.
 struct SparseColumns {
@@ -64,14 +81,21 @@ class SymmetricSolver {
   [[nodiscard]] virtual std::unique_ptr<SymmetricSolver> same_analysis(
       const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const = 0;
 
-  [[nodiscard]] virtual Factorization factorize(const SymmetricMatrix& matrix) = 0;
+  [[nodiscard]] virtual Factorization factorize(const SymmetricMatrix& matrix,
+                                                Certainty certainty = Certainty::Certain) = 0;
+  /// After a factorize of the same matrix with Certainty::Usual: its result as it would be with a certain
+  /// inertia, and factors for it. last: what factorize returned.
+  [[nodiscard]] virtual Factorization make_certain(const SymmetricMatrix& /*matrix*/,
+                                                   const Factorization& last) {
+    return last;
+  }
 
-  /// Whether this solver and another of its kind, both analyzed, can be factorized at the same time
-  /// and should be. True: they share the processors from now on, without factors; false: nothing has
-  /// changed.
-  [[nodiscard]] virtual bool work_beside(SymmetricSolver& /*other*/) { return false; }
-  /// After work_beside: begins what the next factorize of this matrix ends. The matrix must stay as it
-  /// is in between.
+  /// After analyze: moves to a part of the ranks, without factors, so that another solver can
+  /// factorize on the other part at the same time, which takes so many operations. False: it cannot
+  /// or should not, and nothing has changed. Throws std::bad_alloc.
+  [[nodiscard]] virtual bool move_to(RankPart /*part*/, double /*flops_beside*/) { return false; }
+  /// After work_at_once: begins what the next factorize of this matrix ends. The matrix must stay as
+  /// it is in between.
   virtual void begin_factorize(const SymmetricMatrix& /*matrix*/) {}
 
   /// rhs: columns right-hand sides of length dimension one after the other, overwritten by the
@@ -88,31 +112,23 @@ class SymmetricSolver {
   /// True when the next factorize will be more accurate than the last one (larger pivot threshold,
   /// pivoting instead of none); false when nothing better is left.
   [[nodiscard]] virtual bool increase_quality() = 0;
-  /// Undoes all calls of increase_quality; the analysis stays.
+  /// Only pivoting factorizations from now on, where the solver has the choice. True: the next factorize
+  /// may differ from the last one.
+  [[nodiscard]] virtual bool begin_pivoting() { return false; }
+  /// Undoes all calls of increase_quality and begin_pivoting; the analysis stays.
   virtual void reset_quality() = 0;
-
-  /// Whether factorize must return an inertia that holds for the matrix itself, whatever that costs;
-  /// false allows one that regularization or rounding may have decided. Matters only to solvers
-  /// that can do both.
-  virtual void require_certain_inertia(bool /*certain*/) {}
-  /// After a factorize of the same matrix that need not be certain: its result as it would be with
-  /// a certain inertia, and factors for it. last: what factorize returned.
-  [[nodiscard]] virtual Factorization make_certain(const SymmetricMatrix& /*matrix*/,
-                                                   const Factorization& last) {
-    return last;
-  }
-
-  /// Whether pivoting makes the inertia reliable for any matrix.
-  [[nodiscard]] virtual bool pivots() const = 0;
-
-  /// Bound of what the last factorize added to eigenvalues (before any: will add at least).
-  [[nodiscard]] virtual double perturbation() const { return 0.0; }
 
   [[nodiscard]] virtual std::string_view name() const = 0;
 
  private:
   std::vector<double> block_;  // workspace of inverse_product
 };
+
+/// Whether two analyzed solvers can be factorized at the same time and should be, given the operations of
+/// each. True: they share the ranks from now on, without factors, and begin_factorize of the second serves;
+/// false: nothing has changed.
+[[nodiscard]] bool work_at_once(SymmetricSolver& first, double first_flops, SymmetricSolver& second,
+                                double second_flops);
 
 /// A solver of the given kind. MumpsMpi throws SolverUnavailable from the first analyze on where it
 /// cannot be used. Auto chooses at analyze: LAPACK for tiny matrices, LDL' where the

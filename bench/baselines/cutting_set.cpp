@@ -15,7 +15,7 @@
 namespace bench {
 namespace {
 
-using ipminmax::testing::ForwardingProblem;
+using ipminmax::testing::CountingProblem;
 
 constexpr double kInfinity = 2e19;
 constexpr double kTolerance = 1e-9;  // of both problems
@@ -268,7 +268,7 @@ std::unique_ptr<Problem> scenario_problem(const Game& game,
 Answer solve_cutting_set(Game& game, std::span<const double> start, const Limits& limits) {
   const Clock clock;
   const CpuClock cpu;
-  ForwardingProblem counted(*game.problem);
+  CountingProblem counted(*game.problem);
   const Players players(counted.structure());
   ScenarioProblem master(counted, game.states);
   Answer answer;

@@ -12,7 +12,7 @@
 namespace bench {
 namespace {
 
-using ipminmax::testing::ForwardingProblem;
+using ipminmax::testing::CountingProblem;
 
 constexpr double kTolerance = 1e-7;  // of the natural residual |P(z - F(z)) - z|
 constexpr int kMaxSteps = 200000;
@@ -86,7 +86,7 @@ Answer solve(Game& game, std::span<const double> start, const Limits& limits, bo
   answer.applicable = static_cast<bool>(game.project);
   if (!answer.applicable) return answer;
   const Clock clock;
-  ForwardingProblem counted(first_order_problem(game));
+  CountingProblem counted(first_order_problem(game));
   FirstOrderMethod method(game, counted);
   std::vector<double> z = first_order_start(game, start);
   const Game::Steps& steps = extragradient ? game.extragradient : game.gda;

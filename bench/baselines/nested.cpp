@@ -10,7 +10,7 @@
 namespace bench {
 namespace {
 
-using ipminmax::testing::ForwardingProblem;
+using ipminmax::testing::CountingProblem;
 
 constexpr double kInnerTolerance = 1e-9;
 constexpr double kOuterTolerance = 1e-7;  // what the inner tolerance leaves of the gradient
@@ -146,7 +146,7 @@ class OuterProblem final : public Problem {
 
 Answer solve_nested_ipopt(Game& game, std::span<const double> start, const Limits& limits) {
   const Clock clock;
-  ForwardingProblem counted(*game.problem);
+  CountingProblem counted(*game.problem);
   OuterProblem problem(counted, {start.begin(), start.end()}, limits.seconds);
   IpoptMinimizer outer(kOuterTolerance);
   outer.options().SetStringValue("hessian_approximation", "limited-memory");

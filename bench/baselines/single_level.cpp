@@ -22,7 +22,7 @@
 namespace bench {
 namespace {
 
-using ipminmax::testing::ForwardingProblem;
+using ipminmax::testing::CountingProblem;
 
 constexpr double kInfinity = 1e19;
 constexpr double kFirstRelaxation = 0.1;
@@ -340,7 +340,7 @@ std::unique_ptr<Problem> single_level_problem(const Game& game, std::span<const 
 Answer solve_single_level(Game& game, std::span<const double> start, const Limits& limits) {
   const Clock clock;
   const CpuClock cpu;
-  ForwardingProblem counted(*game.problem);
+  CountingProblem counted(*game.problem);
   SingleLevelProblem problem(counted, {start.begin(), start.end()});
   IpoptMinimizer ipopt(1e-8);
   for (const char* push :

@@ -120,7 +120,8 @@ class Certifier {
   [[nodiscard]] std::optional<Player> wrong_player(ActiveSetSystem& system, const Stage& stage);
   [[nodiscard]] InnerAnswer answer_alone(const Stage& stage);
   [[nodiscard]] std::vector<bool> droppable(const Dependences& dependences, bool x_held) const;
-  [[nodiscard]] bool next_point(const NewtonTest& newton, Point& point);
+  [[nodiscard]] bool evaluate(Point& point);
+  [[nodiscard]] Iterate solution_of(const Stage& stage) const;
   [[nodiscard]] bool clean(const BoundClasses& classes, Point& point);
   [[nodiscard]] Eigen::VectorXd error_of(const Point& point, const BoundClasses& classes,
                                          const Units& units);
@@ -363,13 +364,16 @@ Eigen::VectorXd Certifier::error_of(const Point& point, const BoundClasses& clas
   return error;
 }
 
-/// The end of a Newton step with all derivatives.
-bool Certifier::next_point(const NewtonTest& newton, Point& point) {
-  point.iterate = newton.end.iterate;
-  return canonical_.values(point.iterate.v, point.evaluation.f, point.evaluation.c) ==
-             EvaluationStatus::Ok &&
-         canonical_.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) ==
-             EvaluationStatus::Ok;
+/// All derivatives at the point's iterate.
+bool Certifier::evaluate(Point& point) {
+  if (canonical_.values(point.iterate.v, point.evaluation.f, point.evaluation.c) !=
+          EvaluationStatus::Ok ||
+      canonical_.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
+          EvaluationStatus::Ok) {
+    return false;
+  }
+  dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
+  return true;
 }
 
 void Certifier::report_inertias(ActiveSetSystem& system) {
@@ -459,7 +463,8 @@ bool Certifier::refine_and_test(Stage& stage) {
     const bool there =
         max_norm(stage.newton.error) <= margin(1.0) && gradients_hold(stage.newton, stage.test);
     if (there || !stage.newton.classes_hold || round == kRefinements) return false;
-    if (!next_point(stage.newton, stage.point)) return false;
+    stage.point.iterate = stage.newton.end.iterate;
+    if (!evaluate(stage.point)) return false;
     stage.units = units_of(canonical_, certain_part(stage.point.evaluation, stage.newton));
   }
 }
@@ -490,6 +495,29 @@ bool Certifier::settled(const Stage& stage, bool of_max) const {
   return stage.dependences->complete && std::ranges::none_of(stage.dependences->found, open);
 }
 
+/// The iterate at the end of the test's Newton steps, with multipliers of open bounds that are mu / s.
+Iterate Certifier::solution_of(const Stage& stage) const {
+  Iterate end = stage.point.iterate;
+  const auto is_open = [&](Index i, int side) {
+    return stage.classes[i] == BoundClass::Inactive || stage.classes.side[at(i)] != side;
+  };
+  for (const Index i : canonical_.lower_bounded()) {
+    const double distance = canonical_.above_lower(i, end.v[i]);
+    if (is_open(i, -1) && distance > 0.0) end.z_lower[i] = mu_ / distance;
+  }
+  for (const Index i : canonical_.upper_bounded()) {
+    const double distance = canonical_.below_upper(i, end.v[i]);
+    if (is_open(i, 1) && distance > 0.0) end.z_upper[i] = mu_ / distance;
+  }
+  const auto slack_of = canonical_.slack_of_constraint();
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    const Index slack = slack_of[at(j)];
+    if (slack < 0 || stage.classes[slack] == BoundClass::Active) continue;
+    end.lambda[j] = canonical_.sign(slack) * (end.z_upper[slack] - end.z_lower[slack]);
+  }
+  return end;
+}
+
 /// After Newton steps on the way to the certified solution: whether the point that is returned is that
 /// one, or as near as makes no difference.
 bool Certifier::reports_solution(const Stage& stage, const Point& given) {
@@ -499,22 +527,10 @@ bool Certifier::reports_solution(const Stage& stage, const Point& given) {
     return kkt_error(canonical_, p.iterate, p.evaluation, p.dual, options_.s_max).total;
   };
   Point end = stage.point;
-  const auto slack_of = canonical_.slack_of_constraint();
-  for (Index j = 0; j < canonical_.constraints(); ++j) {
-    const Index slack = slack_of[at(j)];
-    if (slack < 0 || stage.classes[slack] == BoundClass::Active) continue;
-    end.iterate.lambda[j] =
-        canonical_.sign(slack) * (end.iterate.z_upper[slack] - end.iterate.z_lower[slack]);
-  }
-  if (canonical_.values(end.iterate.v, end.evaluation.f, end.evaluation.c) ==
-          EvaluationStatus::Ok &&
-      canonical_.derivatives(end.iterate.v, end.iterate.lambda, end.evaluation) ==
-          EvaluationStatus::Ok) {
-    dual_residual(canonical_, end.iterate, end.evaluation, end.dual);
-    if (error(end) <= std::max(error(reported), options_.tol)) {
-      moved_ = std::move(end);
-      return true;
-    }
+  end.iterate = solution_of(stage);
+  if (evaluate(end) && error(end) <= std::max(error(reported), options_.tol)) {
+    moved_ = std::move(end);
+    return true;
   }
   const Eigen::VectorXd way = stage.point.iterate.v - reported.iterate.v;
   return longest(canonical_, way, stage.units) <=
@@ -537,8 +553,7 @@ SecondOrder Certifier::certified(const Stage& stage, const Point& given) {
 
 /// The test at a point that is not clear, with pivoting.
 SecondOrder Certifier::examine(const Point& given) {
-  while (!kkt_.pivots() && kkt_.increase_quality()) {
-  }
+  kkt_.begin_pivoting();
   Stage stage;
   stage.point = given;
   stage.units = units_of(canonical_, given.evaluation);
@@ -759,7 +774,6 @@ SecondOrder Certifier::judge(const Point& given) {
 }
 
 Finding Certifier::run(const Point& given) {
-  kkt_.require_certain_inertia(true);
   certificate_.inner_expected = kkt_.layout().expected_inner();
   certificate_.full_expected = kkt_.layout().expected();
   certificate_.inner = certificate_.inner_expected;
@@ -803,7 +817,6 @@ Finding Certifier::run(const Point& given) {
   certificate_.kind = certificate_.second_order == SecondOrder::Satisfied
                           ? PointKind::LocalMinmax
                           : PointKind::FirstOrderPoint;
-  kkt_.require_certain_inertia(false);
   return {.certificate = certificate_,
           .point = std::move(moved_),
           .mu = mu_,

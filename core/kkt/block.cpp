@@ -121,14 +121,12 @@ KktBlock::KktBlock(std::shared_ptr<const KktPattern> pattern, const CanonicalPro
 
 Analysis KktBlock::analyze(const SolverOptions& options) {
   solver_ = make_symmetric_solver(options.linear_solver, solver_options(options));
-  solver_->require_certain_inertia(certain_);
   return empty() ? Analysis{.ok = true} : solver_->analyze(matrix_, signs());
 }
 
 void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
   factorized_with_.reset();
   solver_ = std::move(solver);
-  solver_->require_certain_inertia(certain_);
   if (!empty()) solver_->reset_quality();
 }
 
@@ -192,8 +190,6 @@ void KktBlock::decouple(const std::vector<bool>& constraints) {
 }
 
 void KktBlock::assemble_projection(const Evaluation& evaluation,
-                                   const Eigen::VectorXd& column_factor,
-                                   const Eigen::VectorXd& row_factor,
                                    const Eigen::VectorXd& multiplier_diagonal) {
   terms_.take_none();
   factorized_with_.reset();
@@ -205,7 +201,6 @@ void KktBlock::assemble_projection(const Evaluation& evaluation,
     const auto [row, col] = canonical_.jacobian()[at(pattern_->jacobian_entries[k])];
     if (canonical_.owned_by_max(col) != canonical_.max_constraints().contains(row)) continue;
     values[at(pattern_->positions[pattern_->hessian_entries.size() + k])] +=
-        column_factor[col] * row_factor[row] *
         evaluation.jacobian[at(pattern_->jacobian_entries[k])];
   }
   for (Index i = pattern_->variables.begin; i < pattern_->variables.end; ++i) {
@@ -239,10 +234,11 @@ void KktBlock::begin_factorize(const Regularization& shift) {
   solver_->begin_factorize(matrix_);
 }
 
-Factorization KktBlock::factorize(const Regularization& shift) {
-  if (is_factorized(shift)) return factorization_;
+Factorization KktBlock::factorize(const Regularization& shift, Certainty certainty) {
+  if (is_factorized(shift, certainty)) return factorization_;
   shift_by(shift);
-  factorization_ = solver_->factorize(matrix_);
+  certainty_ = certainty;
+  factorization_ = solver_->factorize(matrix_, certainty);
   factorized_with_.reset();
   if (factorization_.status == FactorizationStatus::OutOfMemory) throw FactorsOutOfMemory();
   if (factorization_.status == FactorizationStatus::Ok) factorized_with_ = shift;
@@ -250,7 +246,7 @@ Factorization KktBlock::factorize(const Regularization& shift) {
 }
 
 Factorization KktBlock::make_certain(const Regularization& shift) {
-  if (certain_ || !is_factorized(shift)) return factorization_;
+  if (certainty_ == Certainty::Certain || !is_factorized(shift, certainty_)) return factorization_;
   factorization_ = solver_->make_certain(matrix_, factorization_);
   if (factorization_.status != FactorizationStatus::Ok) factorized_with_.reset();
   return factorization_;

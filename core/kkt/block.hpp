@@ -87,43 +87,39 @@ class KktBlock {
   /// The barrier terms of the last assemble, of none after assemble_projection.
   [[nodiscard]] const BarrierTerms& barrier_terms() const { return terms_; }
   /// W = I for Min, -I for Max, no coupling of the players, and the given diagonal on the
-  /// multiplier rows (per canonical constraint): the matrix of least-squares multipliers and of
-  /// the rank test. Columns of J are multiplied by column_factor, rows by row_factor.
-  void assemble_projection(const Evaluation& evaluation, const Eigen::VectorXd& column_factor,
-                           const Eigen::VectorXd& row_factor,
+  /// multiplier rows (per canonical constraint): the matrix of least-squares multipliers.
+  void assemble_projection(const Evaluation& evaluation,
                            const Eigen::VectorXd& multiplier_diagonal);
 
   /// Sets the diagonal of matrix().
   void shift_by(const Regularization& shift);
-  /// Whether the last factorize was right with these values and this shift.
-  [[nodiscard]] bool is_factorized(const Regularization& shift) const {
-    return factorized_with_ && *factorized_with_ == shift;
+  /// Whether the last factorize was right with these values, this shift and at least this certainty.
+  [[nodiscard]] bool is_factorized(const Regularization& shift, Certainty certainty) const {
+    return factorized_with_ && *factorized_with_ == shift && certainty <= certainty_;
   }
   /// Grows with every change of the values, shifts apart.
   [[nodiscard]] std::uint64_t version() const { return version_; }
   /// Begins what the next call of factorize with this shift ends; see SymmetricSolver.
   void begin_factorize(const Regularization& shift);
   /// Repeated, the last factorization is kept. Throws FactorsOutOfMemory.
-  [[nodiscard]] Factorization factorize(const Regularization& shift);
+  [[nodiscard]] Factorization factorize(const Regularization& shift,
+                                        Certainty certainty = Certainty::Certain);
   /// The last factorization, made with this shift, as it is with a certain inertia.
   [[nodiscard]] Factorization make_certain(const Regularization& shift);
   [[nodiscard]] bool increase_quality() {
     factorized_with_.reset();
     return solver_->increase_quality();
   }
+  /// True: the factors are lost, the next ones will be made with pivoting.
+  [[nodiscard]] bool begin_pivoting() {
+    if (empty() || !solver_->begin_pivoting()) return false;
+    factorized_with_.reset();
+    return true;
+  }
   void reset_quality() {
     factorized_with_.reset();
     if (!empty()) solver_->reset_quality();
   }
-  [[nodiscard]] bool pivots() const { return empty() || solver_->pivots(); }
-  [[nodiscard]] double perturbation() const { return empty() ? 0.0 : solver_->perturbation(); }
-  void require_certain_inertia(bool certain) {
-    if (certain == certain_) return;
-    factorized_with_.reset();
-    certain_ = certain;
-    if (solver_) solver_->require_certain_inertia(certain);
-  }
-  [[nodiscard]] bool inertia_is_certain() const { return certain_; }
 
   /// Solution of the reduced system for a right-hand side in rows of this block, in place.
   void solve_in_place(std::span<double> rhs) { solver_->solve_in_place(rhs); }
@@ -164,7 +160,7 @@ class KktBlock {
   std::uint64_t version_ = 0;
   std::optional<Regularization> factorized_with_;  ///< empty: not these values
   Factorization factorization_;
-  bool certain_ = true;
+  Certainty certainty_ = Certainty::Certain;  ///< asked of it
 };
 
 }  // namespace ipminmax

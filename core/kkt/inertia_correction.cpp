@@ -56,7 +56,7 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
   if (economical() && dependent_y_ >= kTimesUntilKnown) shift.lambda_y = multiplier_shift(mu);
   std::optional<KktSystem::Counting> search;
   for (int raises = 0;; ++raises) {
-    const Factorization f = kkt_.factorize_inner(shift);
+    const Factorization f = factorize_inner(shift);
     if (shift.y == 0.0) findings_.inner_at_zero = inertia_of(f);
     if (kkt_.has_expected_inner_inertia(f)) break;
     if (f.status == FactorizationStatus::OutOfMemory || out_of_time()) return false;
@@ -89,7 +89,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
   if (economical() && dependent_x_ >= kTimesUntilKnown) shift.lambda_x = multiplier_shift(mu);
   std::optional<KktSystem::Counting> search;
   for (int raises = 0;; ++raises) {
-    Factorization f = kkt_.factorize(shift);
+    Factorization f = factorize(shift);
     if (shift.x == 0.0 && shift.y == 0.0) findings_.full_at_zero = inertia_of(f);
     if (kkt_.has_expected_inertia(f)) break;
     if (raises == 0) {
@@ -116,9 +116,9 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
     // The first shift of a solve grew in large strides: try half of the last one (of its logarithm).
     Regularization smaller = shift;
     smaller.x /= std::sqrt(options_.perturb_inc_fact_first);
-    if (kkt_.has_expected_inertia(kkt_.factorize(smaller)))
+    if (kkt_.has_expected_inertia(factorize(smaller)))
       shift = smaller;
-    else if (!kkt_.has_expected_inertia(kkt_.factorize(shift)))
+    else if (!kkt_.has_expected_inertia(factorize(shift)))
       return false;
   }
   if (shift.x > 0.0) last_.x = shift.x;
@@ -132,7 +132,7 @@ std::optional<Regularization> InertiaCorrection::correct(double mu) {
   // Where K_yy is right without shift, K is wanted next, and else for line 7.
   Regularization guess;
   if (economical() && last_.first_x_failed) guess.x = first_shift(last_.x);
-  if (kkt_.layout().y.size() > 0) kkt_.factorize_ahead({}, guess);
+  if (kkt_.layout().y.size() > 0) kkt_.factorize_ahead({}, guess, certainty_);
   if (!correct_inner(mu, shift)) return std::nullopt;
   // The right inertia of K at zero shift although K_yy's is wrong: the case of line 7.
   bool instability = false;
@@ -141,7 +141,7 @@ std::optional<Regularization> InertiaCorrection::correct(double mu) {
     none.lambda_x = shift.lambda_x;
     none.lambda_y = shift.lambda_y;
     const KktSystem::Counting counting(kkt_, FactorizationCause::Shifts);
-    const Factorization f = kkt_.factorize(none);
+    const Factorization f = factorize(none);
     findings_.full_at_zero = inertia_of(f);
     instability = kkt_.has_expected_inertia(f);
   }
@@ -159,7 +159,7 @@ double InertiaCorrection::failing_inner_shift(const Regularization& shift) {
   for (trial.y = shift.y / options_.perturb_inc_fact; trial.y > kSingularShift;
        trial.y /= options_.perturb_inc_fact) {
     if (out_of_time()) break;
-    if (!kkt_.has_expected_inner_inertia(kkt_.factorize_inner(trial))) return trial.y;
+    if (!kkt_.has_expected_inner_inertia(factorize_inner(trial))) return trial.y;
   }
   return 0.0;
 }
@@ -167,7 +167,7 @@ double InertiaCorrection::failing_inner_shift(const Regularization& shift) {
 bool InertiaCorrection::is_wrong_at(double fraction, Regularization shift) {
   shift.x *= fraction;
   shift.y *= fraction;
-  return !kkt_.has_expected_inertia(kkt_.factorize(shift));
+  return !kkt_.has_expected_inertia(factorize(shift));
 }
 
 void InertiaCorrection::grow_until_wrong(double fraction, Regularization& shift) {
@@ -218,13 +218,13 @@ bool InertiaCorrection::raise_for_instability(Regularization& shift) {
   const KktSystem::Counting counting(kkt_, FactorizationCause::Shifts);
   const double failed = failing_inner_shift(shift);
   const auto restore_inner = [&] {
-    return kkt_.has_expected_inner_inertia(kkt_.factorize_inner(shift));
+    return kkt_.has_expected_inner_inertia(factorize_inner(shift));
   };
   if (failed <= kSingularShift) {
     Regularization singular = shift;
     singular.y = kSingularShift;
-    const bool merely_singular = kkt_.has_expected_inner_inertia(kkt_.factorize_inner(singular));
-    if (merely_singular) return restore_inner() && kkt_.has_expected_inertia(kkt_.factorize(shift));
+    const bool merely_singular = kkt_.has_expected_inner_inertia(factorize_inner(singular));
+    if (merely_singular) return restore_inner() && kkt_.has_expected_inertia(factorize(shift));
   }
   const double fraction = std::max(failed, kSingularShift) / shift.y;
   const double accepted_x = shift.x;
@@ -238,9 +238,9 @@ bool InertiaCorrection::raise_for_instability(Regularization& shift) {
     last_.raised_x = shift.x;
   }
   // Larger delta_x keeps K's inertia in exact arithmetic; where rounding disagrees, do without.
-  if (!kkt_.has_expected_inertia(kkt_.factorize(shift))) {
+  if (!kkt_.has_expected_inertia(factorize(shift))) {
     shift.x = accepted_x;
-    if (!kkt_.has_expected_inertia(kkt_.factorize(shift))) return false;
+    if (!kkt_.has_expected_inertia(factorize(shift))) return false;
   }
   return restore_inner();
 }

@@ -25,10 +25,10 @@ struct ShiftMemory {
 /// first_hessian_perturbation as in the paper. Deterministic.
 class InertiaCorrection {
  public:
-  /// limit: asked after each factorization that was not right; null for none.
+  /// limit: asked after each factorization that was not right; null for none. certainty: of the inertias.
   InertiaCorrection(KktSystem& kkt, const SolverOptions& options, Counts& counts,
-                    TimeLimit* limit = nullptr)
-      : kkt_(kkt), options_(options), counts_(counts), limit_(limit) {}
+                    TimeLimit* limit = nullptr, Certainty certainty = Certainty::Usual)
+      : kkt_(kkt), options_(options), counts_(counts), limit_(limit), certainty_(certainty) {}
 
   /// Leaves K factorized with the returned shifts and K_yy with its part of them. Empty: no shift
   /// up to max_hessian_perturbation gave the inertias, or the time limit is exceeded.
@@ -50,6 +50,12 @@ class InertiaCorrection {
   [[nodiscard]] const ShiftFindings& findings() const { return findings_; }
 
  private:
+  [[nodiscard]] KktFactors factorize(const Regularization& shift) {
+    return kkt_.factorize(shift, certainty_);
+  }
+  [[nodiscard]] KktFactors factorize_inner(const Regularization& shift) {
+    return kkt_.factorize_inner(shift, certainty_);
+  }
   [[nodiscard]] bool out_of_time() const { return limit_ != nullptr && limit_->expired(); }
   [[nodiscard]] bool raise_for_instability(Regularization& shift);
   [[nodiscard]] double failing_inner_shift(const Regularization& shift);
@@ -67,6 +73,7 @@ class InertiaCorrection {
   const SolverOptions& options_;
   Counts& counts_;
   TimeLimit* limit_;
+  Certainty certainty_;
   ShiftMemory last_;
   double failed_y_ = 0.0;
   ShiftFindings findings_;

@@ -20,8 +20,9 @@ struct Regularization {
 /// are of. They serve until the same matrix is factorized with other values or another shift.
 struct KktFactors : Factorization {
   Regularization shift;
-  bool by_schur_complement = false;  ///< K by way of K_yy
-  std::uint64_t serial = 0;          ///< of the factorization in its system; 0: none
+  Certainty certainty = Certainty::Certain;  ///< that was asked for
+  bool by_schur_complement = false;          ///< K by way of K_yy
+  std::uint64_t serial = 0;                  ///< of the factorization in its system; 0: none
 };
 
 }  // namespace ipminmax

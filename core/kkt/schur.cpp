@@ -47,9 +47,10 @@ void KktSchur::reset_quality() {
   }
 }
 
-KktSchur::Factors* KktSchur::find(std::span<const double> values) {
+KktSchur::Factors* KktSchur::find(std::span<const double> values, Certainty certainty) {
   for (Factors& factors : factors_) {
-    if (!factors.values.empty() && std::ranges::equal(factors.values, values)) return &factors;
+    const bool made = !factors.values.empty() && certainty <= factors.certainty;
+    if (made && std::ranges::equal(factors.values, values)) return &factors;
   }
   return nullptr;
 }
@@ -68,34 +69,34 @@ const std::shared_ptr<SymmetricSolver>& KktSchur::second(const KktBlock& inner) 
   return factors_[factors_[0].solver == inner.solver() ? 1 : 0].solver;
 }
 
-void KktSchur::factorize(Factors& factors, const SymmetricMatrix& matrix, const KktBlock& inner,
+void KktSchur::factorize(Factors& factors, const SymmetricMatrix& matrix, Certainty certainty,
                          Index& factorized) {
   ++factorized;
   ++factors.serial;
-  factors.solver->require_certain_inertia(inner.inertia_is_certain());
-  factors.result = factors.solver->factorize(matrix);
+  factors.certainty = certainty;
+  factors.result = factors.solver->factorize(matrix, certainty);
   factors.values.assign(matrix.values().begin(), matrix.values().end());
 }
 
-Factorization KktSchur::factorize_inner(KktBlock& inner, Index& factorized) {
-  if (Factors* known = find(inner.matrix().values())) {
+Factorization KktSchur::factorize_inner(KktBlock& inner, Certainty certainty, Index& factorized) {
+  if (Factors* known = find(inner.matrix().values(), certainty)) {
     inner_factors_ = known;
   } else {
     // K may still be solved with.
     if (inner_factors_ == full_factors_) inner_factors_ = other(inner_factors_);
-    factorize(*inner_factors_, inner.matrix(), inner, factorized);
+    factorize(*inner_factors_, inner.matrix(), certainty, factorized);
   }
   inner.take_factors_of(inner_factors_->solver);
   return inner_factors_->result;
 }
 
-std::optional<Factorization> KktSchur::factorize(const KktBlock& full, const KktBlock& inner,
+std::optional<Factorization> KktSchur::factorize(const KktBlock& full, Certainty certainty,
                                                  Index& factorized, Index& complements) {
   complement_.extract_inner(full.matrix(), inner_matrix_.values());
-  full_factors_ = find(inner_matrix_.values());
+  full_factors_ = find(inner_matrix_.values(), certainty);
   if (!full_factors_) {
     full_factors_ = other(inner_factors_);
-    factorize(*full_factors_, inner_matrix_, inner, factorized);
+    factorize(*full_factors_, inner_matrix_, certainty, factorized);
   }
   Factors& factors = *full_factors_;
   if (factors.result.status == FactorizationStatus::OutOfMemory) return factors.result;
@@ -115,6 +116,7 @@ std::optional<Factorization> KktSchur::factorize(const KktBlock& full, const Kkt
   result.inertia.positive += factors.result.inertia.positive;
   result.inertia.negative += factors.result.inertia.negative;
   result.smallest_pivot = std::min(result.smallest_pivot, factors.result.smallest_pivot);
+  result.trust = factors.result.trust;  // the dense complement is pivoted
   return result;
 }
 

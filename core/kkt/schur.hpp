@@ -36,11 +36,12 @@ class KktSchur {
 
   /// Factorizes inner's matrix as it stands, unless that was done before, and leaves inner with the
   /// solver that has the factors.
-  [[nodiscard]] Factorization factorize_inner(KktBlock& inner, Index& factorized);
+  [[nodiscard]] Factorization factorize_inner(KktBlock& inner, Certainty certainty,
+                                              Index& factorized);
 
   /// Factorizes full's matrix as it stands. Nothing: K_yy is nearly singular, or has no
   /// factorization, so that K should be factorized as a whole.
-  [[nodiscard]] std::optional<Factorization> factorize(const KktBlock& full, const KktBlock& inner,
+  [[nodiscard]] std::optional<Factorization> factorize(const KktBlock& full, Certainty certainty,
                                                        Index& factorized, Index& complements);
   /// Solves with the last factorization of K, in place.
   void solve_in_place(std::span<double> rhs);
@@ -57,13 +58,14 @@ class KktSchur {
     std::shared_ptr<SymmetricSolver> solver;
     std::vector<double> values{};  ///< of the matrix that was factorized; empty: none
     Factorization result{};
-    Index serial = 0;  ///< number of factorizations so far
+    Certainty certainty{};  ///< asked of it
+    Index serial = 0;       ///< number of factorizations so far
   };
   [[nodiscard]] Factors* other(const Factors* factors) {
     return factors == factors_.data() ? &factors_[1] : factors_.data();
   }
-  [[nodiscard]] Factors* find(std::span<const double> values);
-  void factorize(Factors& factors, const SymmetricMatrix& matrix, const KktBlock& inner,
+  [[nodiscard]] Factors* find(std::span<const double> values, Certainty certainty);
+  void factorize(Factors& factors, const SymmetricMatrix& matrix, Certainty certainty,
                  Index& factorized);
 
   SchurComplement complement_;

@@ -237,7 +237,7 @@ bool KktSystem::leave_schur_complement() {
   if (!full_factors_.by_schur_complement) return false;
   const KktFactors before = full_factors_;
   schur_ = nullptr;
-  const KktFactors now = factorize(before.shift);
+  const KktFactors now = factorize_full(before.shift, before.certainty, false);
   full_factors_.serial = before.serial;  // of the same matrix
   return now.status == FactorizationStatus::Ok && now.inertia == before.inertia;
 }

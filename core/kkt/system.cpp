@@ -33,7 +33,6 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
       inner_(pattern_of(KktPattern::Which::Inner, canonical, layout_, kept), canonical),
       rhs_(at(layout_.dimension()), 0.0) {
   residual_ = last_residual_ = correction_ = zero_step(canonical);
-  require_certain_inertia(false);
 }
 
 bool KktSystem::analyze(const std::optional<KktAnalysis>& kept) {
@@ -43,7 +42,6 @@ bool KktSystem::analyze(const std::optional<KktAnalysis>& kept) {
     full_.adopt(kept->full);
     inner_.adopt(kept->inner);
     at_once_ = kept->at_once;
-    require_certain_inertia(false);
     if (!kept->by_schur_complement) return true;
     schur_ = std::make_unique<KktSchur>(full_, inner_);
     return schur_->prepare(inner_, kept->second_inner);
@@ -51,10 +49,13 @@ bool KktSystem::analyze(const std::optional<KktAnalysis>& kept) {
   const ScopedTimer timer(timing_.analysis);
   counts_.analyses += inner_.empty() ? 1 : 2;
   const Analysis full = full_.analyze(options_);
-  if (!full.ok || !inner_.analyze(options_).ok) return false;
+  if (!full.ok) return false;
+  const Analysis inner = inner_.analyze(options_);
+  if (!inner.ok) return false;
   decide_on_schur_complement(full);
   if (!schur_) {
-    at_once_ = !inner_.empty() && inner_.solver()->work_beside(*full_.solver());
+    at_once_ =
+        !inner_.empty() && work_at_once(*full_.solver(), full.flops, *inner_.solver(), inner.flops);
     return true;
   }
   ++counts_.analyses;
@@ -70,13 +71,6 @@ void KktSystem::decide_on_schur_complement(const Analysis& full) {
   if (open && (full.flops < kLeastSchurFlops || outer * outer * outer / 3.0 > full.flops)) return;
   schur_ = std::make_unique<KktSchur>(full_, inner_);
   if (open && schur_->predict_flops(inner_) > full.flops) schur_ = nullptr;
-}
-
-void KktSystem::require_certain_inertia(bool certain) {
-  certain = certain || inner_.empty();
-  if (schur_ && certain != inner_.inertia_is_certain()) schur_->forget_factors();
-  full_.require_certain_inertia(certain);
-  inner_.require_certain_inertia(certain);
 }
 
 KktAnalysis KktSystem::analysis() const {
@@ -132,29 +126,30 @@ bool KktSystem::may_factorize() {
   return false;
 }
 
-Factorization KktSystem::factorize(KktBlock& block, const Regularization& shift) {
-  if (block.is_factorized(shift)) return block.factorize(shift);
+Factorization KktSystem::factorize(KktBlock& block, const Regularization& shift,
+                                   Certainty certainty) {
+  if (block.is_factorized(shift, certainty)) return block.factorize(shift, certainty);
   if (!may_factorize()) return {};
   const ScopedTimer timer(timing_.factorization);
   const bool full = &block == &full_;
   count_factorizations(full ? 1 : 0, full ? 0 : 1);
-  return block.factorize(shift);
+  return block.factorize(shift, certainty);
 }
 
-Factorization KktSystem::inner_by_schur_complement() {
+Factorization KktSystem::inner_by_schur_complement(Certainty certainty) {
   if (!may_factorize()) return {};
   const ScopedTimer timer(timing_.factorization);
   Index factorized = 0;
-  const Factorization result = schur_->factorize_inner(inner_, factorized);
+  const Factorization result = schur_->factorize_inner(inner_, certainty, factorized);
   count_factorizations(0, factorized);
   return result;
 }
 
-std::optional<Factorization> KktSystem::full_by_schur_complement() {
+std::optional<Factorization> KktSystem::full_by_schur_complement(Certainty certainty) {
   if (!may_factorize()) return Factorization{};
   const ScopedTimer timer(timing_.factorization);
   Index factorized = 0;
-  auto result = schur_->factorize(full_, inner_, factorized, counts_.factorizations_complement);
+  auto result = schur_->factorize(full_, certainty, factorized, counts_.factorizations_complement);
   count_factorizations(0, factorized);
   return result;
 }
@@ -165,35 +160,40 @@ const KktFactors& KktSystem::hold(KktFactors& at_hand, const Factorization& resu
   return at_hand;
 }
 
-KktFactors KktSystem::factorize(const Regularization& shift) {
-  return factorize(shift, !full_.inertia_is_certain());
+KktFactors KktSystem::factorize(const Regularization& shift, Certainty certainty) {
+  const Certainty needed_here = needed(certainty);
+  return factorize_full(shift, needed_here, needed_here == Certainty::Usual);
 }
 
-KktFactors KktSystem::factorize_for_solutions(const Regularization& shift) {
-  return factorize(shift, true);
+KktFactors KktSystem::factorize_for_solutions(const Regularization& shift, Certainty certainty) {
+  return factorize_full(shift, needed(certainty), true);
 }
 
-KktFactors KktSystem::factorize(const Regularization& shift, bool by_schur_complement) {
+KktFactors KktSystem::factorize_full(const Regularization& shift, Certainty certainty,
+                                     bool by_schur_complement) {
   full_factors_.shift = shift;
+  full_factors_.certainty = certainty;
   if (full_.empty()) {
     full_factors_.by_schur_complement = false;
     return hold(full_factors_, {.status = FactorizationStatus::Ok, .inertia = layout_.expected()},
                 false);
   }
-  const bool kept = full_.is_factorized(shift) && !full_factors_.by_schur_complement;
+  const bool made = full_.is_factorized(shift, certainty);
+  const bool kept = made && !full_factors_.by_schur_complement;
   std::optional<Factorization> result;
-  if (schur_ && by_schur_complement && !full_.is_factorized(shift)) {
+  if (schur_ && by_schur_complement && !made) {
     full_.shift_by(shift);
-    result = full_by_schur_complement();
+    result = full_by_schur_complement(certainty);
   }
   full_factors_.by_schur_complement = result.has_value();
-  if (!result) result = factorize(full_, shift);
+  if (!result) result = factorize(full_, shift, certainty);
   result->inertia = layout_.with_slacks(result->inertia);
   return hold(full_factors_, *result, kept);
 }
 
-KktFactors KktSystem::factorize_inner(const Regularization& shift) {
+KktFactors KktSystem::factorize_inner(const Regularization& shift, Certainty certainty) {
   inner_factors_.shift = shift;
+  inner_factors_.certainty = certainty;
   if (inner_.empty()) {
     return hold(inner_factors_,
                 {.status = FactorizationStatus::Ok, .inertia = layout_.expected_inner()}, false);
@@ -202,10 +202,10 @@ KktFactors KktSystem::factorize_inner(const Regularization& shift) {
   bool kept = false;
   if (schur_) {
     inner_.shift_by(shift);
-    result = inner_by_schur_complement();
+    result = inner_by_schur_complement(certainty);
   } else {
-    kept = inner_.is_factorized(shift);
-    result = factorize(inner_, shift);
+    kept = inner_.is_factorized(shift, certainty);
+    result = factorize(inner_, shift, certainty);
   }
   result.inertia = layout_.with_slacks_inner(result.inertia);
   return hold(inner_factors_, result, kept);
@@ -214,30 +214,45 @@ KktFactors KktSystem::factorize_inner(const Regularization& shift) {
 KktFactors KktSystem::make_certain() {
   if (full_.empty()) return full_factors_;
   const Regularization shift = full_factors_.shift;
-  if (full_factors_.by_schur_complement) static_cast<void>(factorize(shift, false));
+  if (full_factors_.by_schur_complement) {
+    static_cast<void>(factorize_full(shift, full_factors_.certainty, false));
+  }
   const ScopedTimer timer(timing_.factorization);
   Factorization result = full_.make_certain(shift);
   result.inertia = layout_.with_slacks(result.inertia);
   return hold(full_factors_, result, false);
 }
 
-void KktSystem::factorize_ahead(const Regularization& inner, const Regularization& full) {
-  if (!at_once_ || inner_.is_factorized(inner) || full_.is_factorized(full)) return;
+void KktSystem::factorize_ahead(const Regularization& inner, const Regularization& full,
+                                Certainty certainty) {
+  if (!at_once_ || inner_.is_factorized(inner, certainty) || full_.is_factorized(full, certainty)) {
+    return;
+  }
   {
     const ScopedTimer timer(timing_.factorization);
     inner_.begin_factorize(inner);
   }
-  static_cast<void>(factorize(full));
-  static_cast<void>(factorize_inner(inner));
+  static_cast<void>(factorize(full, certainty));
+  static_cast<void>(factorize_inner(inner, certainty));
 }
 
 bool KktSystem::increase_quality() {
+  release_full();
   if (schur_) schur_->forget_factors();
   const bool full = !full_.empty() && full_.increase_quality();
   const bool inner = !inner_.empty() && inner_.increase_quality();
-  if (full) full_factors_.serial = 0;
-  if (inner) inner_factors_.serial = 0;
+  if (full) full_factors_ = {};
+  if (inner) inner_factors_ = {};
   return full || inner;
+}
+
+void KktSystem::begin_pivoting() {
+  const bool full = full_.begin_pivoting();
+  const bool inner = inner_.begin_pivoting();
+  if (full || inner) release_full();
+  if (schur_ && (full || inner)) schur_->forget_factors();
+  if (full) full_factors_ = {};
+  if (inner) inner_factors_ = {};
 }
 
 void KktSystem::reset_quality() {

@@ -29,7 +29,7 @@ struct KktAnalysis {
   std::shared_ptr<SymmetricSolver> second_inner;  ///< by_schur_complement
   SchurComplementUse schur_option{};
   bool by_schur_complement = false;
-  bool at_once = false;  ///< SymmetricSolver::work_beside
+  bool at_once = false;  ///< work_at_once
   std::shared_ptr<const KktPattern> full_pattern, inner_pattern;
 };
 
@@ -73,10 +73,16 @@ class KktSystem {
 
   /// Factorizes K or K_yy with shifts; inertias count the slack rows.
   /// Where the last factorization had the same values and shift it is kept and not counted.
-  [[nodiscard]] KktFactors factorize(const Regularization& shift);
-  /// Where a certain inertia is required but not of this matrix.
-  [[nodiscard]] KktFactors factorize_for_solutions(const Regularization& shift);
-  [[nodiscard]] KktFactors factorize_inner(const Regularization& shift);
+  /// Usual while iterating: with Max variables, for whom many matrices are factorized, a wrong inertia
+  /// costs a step. Without, it could end or mislead a minimization: Usual is then Certain.
+  [[nodiscard]] KktFactors factorize(const Regularization& shift,
+                                     Certainty certainty = Certainty::Certain);
+  /// K where only solutions are wanted of it. certainty: of K_yy's inertia or, where K is factorized
+  /// as a whole, of K's.
+  [[nodiscard]] KktFactors factorize_for_solutions(const Regularization& shift,
+                                                   Certainty certainty = Certainty::Certain);
+  [[nodiscard]] KktFactors factorize_inner(const Regularization& shift,
+                                           Certainty certainty = Certainty::Certain);
   /// The last factorization of K or K_yy, whose inertia Gamma or rounding may have decided, checked
   /// and if need be repeated with pivoting.
   [[nodiscard]] KktFactors make_certain();
@@ -92,7 +98,8 @@ class KktSystem {
   }
   /// Before factorize_inner and factorize with these shifts: makes both factorizations at the same
   /// time where the linear solver can, and does nothing elsewhere.
-  void factorize_ahead(const Regularization& inner, const Regularization& full);
+  void factorize_ahead(const Regularization& inner, const Regularization& full,
+                       Certainty certainty = Certainty::Certain);
   [[nodiscard]] bool has_expected_inertia(const Factorization& f) const {
     return f.status == FactorizationStatus::Ok && f.inertia == layout_.expected();
   }
@@ -125,33 +132,23 @@ class KktSystem {
 
   /// True when another factorization will be more accurate; factorize anew after it.
   [[nodiscard]] bool increase_quality();
-  /// Undoes all calls of increase_quality; the factors are lost.
+  /// Only pivoting factorizations from now on, where the linear solver has the choice; factorize anew.
+  void begin_pivoting();
+  /// Undoes all calls of increase_quality and begin_pivoting; the factors are lost.
   void reset_quality();
-  /// True for the certificate. False while iterating: with Max variables, for whom many matrices are
-  /// factorized, a wrong inertia costs a step; without, it could end or mislead a minimization, and
-  /// inertias stay certain.
-  void require_certain_inertia(bool certain);
-  /// Whether both factorizations pivot, so that their inertias hold for any matrix.
-  [[nodiscard]] bool pivots() const { return full_.pivots() && inner_.pivots(); }
+  /// Whether both of the last factorizations were pivoted, so that their inertias hold for any matrix.
+  [[nodiscard]] bool pivots() const {
+    return full_factors_.trust.pivoted && inner_factors_.trust.pivoted;
+  }
   /// By how much eigenvalues of the last factorizations are off.
   [[nodiscard]] double perturbation() const {
-    return std::max(full_.perturbation(), inner_.perturbation());
+    return std::max(full_factors_.trust.perturbation, inner_factors_.trust.perturbation);
   }
 
   /// Least-squares multipliers: lambda_y from the y-rows, then lambda_x from the x-rows.
   /// False: the constraints' gradients are dependent or the solve failed.
   [[nodiscard]] bool least_squares_multipliers(const Iterate& iterate, const Evaluation& evaluation,
                                                Eigen::VectorXd& lambda);
-
-  struct RankFinding {
-    bool full_min = false;
-    bool full_max = false;
-    bool vanishing = false;  ///< an active gradient is zero: no constraint qualification at all
-  };
-  /// Whether the gradients of each player's active constraints are independent. active: per
-  /// canonical variable (slacks stand for their inequality).
-  [[nodiscard]] RankFinding active_rank(const Evaluation& evaluation,
-                                        const std::vector<bool>& active);
 
   /// From now on factorizations beyond so many of the solve fail, and the limit is exceeded.
   void allow_factorizations(Index most) { allowed_ = most; }
@@ -168,12 +165,17 @@ class KktSystem {
   }
 
  private:
-  [[nodiscard]] Factorization factorize(KktBlock& block, const Regularization& shift);
+  [[nodiscard]] Certainty needed(Certainty asked) const {
+    return inner_.empty() ? Certainty::Certain : asked;
+  }
+  [[nodiscard]] Factorization factorize(KktBlock& block, const Regularization& shift,
+                                        Certainty certainty);
   [[nodiscard]] bool may_factorize();
   void count_factorizations(Index full, Index inner);
-  [[nodiscard]] Factorization inner_by_schur_complement();
-  [[nodiscard]] std::optional<Factorization> full_by_schur_complement();
-  [[nodiscard]] KktFactors factorize(const Regularization& shift, bool by_schur_complement);
+  [[nodiscard]] Factorization inner_by_schur_complement(Certainty certainty);
+  [[nodiscard]] std::optional<Factorization> full_by_schur_complement(Certainty certainty);
+  [[nodiscard]] KktFactors factorize_full(const Regularization& shift, Certainty certainty,
+                                          bool by_schur_complement);
   /// The factors at hand from now on: made again, or kept under their number.
   const KktFactors& hold(KktFactors& at_hand, const Factorization& result, bool kept);
   void release_full();

@@ -45,7 +45,7 @@ bool AlgorithmOne::factorize(bool frozen, double mu, StepReport& report) {
   const auto fixed = prescribed();
   if (fixed) shift_ = *fixed;
   if (fixed || frozen) {
-    const Factorization f = context_.kkt.factorize(shift_);
+    const Factorization f = context_.kkt.factorize(shift_, Certainty::Usual);
     if (f.status == FactorizationStatus::Ok) {
       report.shifts.full = f.inertia;
       return true;

@@ -156,7 +156,7 @@ bool GlobalizedMethod::fast_step(Run& run) {
   const double mu = run.mu;
   outer_.assemble(from, mu);
   run.unshifted_step = UnshiftedStep::Wrong;
-  outer_.factors = kkt_.factorize({});
+  outer_.factors = kkt_.factorize({}, Certainty::Usual);
   if (!kkt_.has_expected_inertia(outer_.factors) || !outer_.solve(from)) return false;
   run.unshifted_step = UnshiftedStep::Right;
   const StepLength alpha = outer_.longest_step(from, mu);

@@ -72,7 +72,7 @@ bool InnerMaximizer::direction(const Point& point, double mu, InnerDirection& ou
 
 bool InnerMaximizer::has_maximum_in_sight(const Point& point) {
   kkt_.assemble_inner(point.iterate, point.evaluation);
-  return kkt_.has_expected_inner_inertia(kkt_.factorize_inner({}));
+  return kkt_.has_expected_inner_inertia(kkt_.factorize_inner({}, Certainty::Usual));
 }
 
 bool InnerMaximizer::unshifted_direction(const Point& point, double mu, InnerDirection& out) {

@@ -136,7 +136,7 @@ std::optional<Eigen::MatrixXd> map_matrix(const CanonicalProblem& canonical, Kkt
 std::optional<Regularization> choose_shift(KktSystem& kkt, const SolverOptions& options,
                                            Counts& counts, double mu) {
   if (options.minmax_prescribed_delta_x < 0.0 && !options.minmax_pure_newton) {
-    return InertiaCorrection(kkt, options, counts).correct(mu);
+    return InertiaCorrection(kkt, options, counts, nullptr, Certainty::Certain).correct(mu);
   }
   Regularization shift;
   if (!options.minmax_pure_newton) {
@@ -172,7 +172,6 @@ IterationMap iteration_map(Problem& problem, const Result& at, const SolverOptio
   map.error = "the KKT matrix cannot be factorized";
   if (!kkt.analyze()) return map;
   kkt.assemble(point.iterate, point.evaluation);
-  kkt.require_certain_inertia(true);
   map.inner_expected = kkt.layout().expected_inner();
   map.full_expected = kkt.layout().expected();
   map.inner = kkt.factorize_inner({}).inertia;

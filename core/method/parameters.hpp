@@ -138,6 +138,7 @@ constexpr double kRounding = 10.0;  ///< units of rounding that comparisons forg
 
 /// The barrier parameter's oracles, as in [Ipopt]; Nocedal, Waechter, Waltz 2009.
 namespace barrier {
+constexpr int kMostDecreases = 1000;          ///< of mu at one iterate
 constexpr double kLargestSigma = 100.0;       ///< sigma_max
 constexpr double kSmallestSigma = 1e-6;       ///< sigma_min
 constexpr double kSigmaTolerance = 1e-2;      ///< quality_function_section_sigma_tol
@@ -164,6 +165,7 @@ constexpr double kLargeMultiplier =
 constexpr double kOutwardStep = 5e-4;
 constexpr int kOutwardSteps = 3;
 constexpr double kOutwardShare = 0.95;
+constexpr int kStepsIntoValley = 10;  ///< of a minimization at its limit of iterations
 // Second derivatives below this, that many times farther out than the start, have died out.
 constexpr double kDiedOut = 1e-100;
 constexpr double kFarAway = 10.0;

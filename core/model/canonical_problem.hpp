@@ -60,6 +60,8 @@ class CanonicalProblem {
   [[nodiscard]] IndexRange x_slacks() const { return map_.x_slacks; }
   [[nodiscard]] IndexRange y() const { return map_.y; }  ///< Max variables of the model
   [[nodiscard]] IndexRange y_slacks() const { return map_.y_slacks; }
+  /// Whether the model has no free variable: only slacks are left.
+  [[nodiscard]] bool is_constant() const { return x().size() + y().size() == 0; }
   [[nodiscard]] IndexRange min_constraints() const { return map_.min_constraints; }
   [[nodiscard]] IndexRange max_constraints() const { return map_.max_constraints; }
   [[nodiscard]] Index max_size() const { return variables() - map_.y.begin; }  ///< slacks included
@@ -151,6 +153,8 @@ class CanonicalProblem {
   void restore(const Iterate& iterate, Result& result);
   /// Largest violation of the model's own bounds and constraints by a result's v and constraints.
   [[nodiscard]] double violation(const Result& result) const;
+  /// The model's constraint that a result's constraints violate most; 0 where none is violated.
+  [[nodiscard]] Index most_violated_constraint(const Result& result) const;
   [[nodiscard]] double unscaled_objective(double f) const { return f / objective_scale_; }
   /// Factor by which a canonical constraint was scaled.
   [[nodiscard]] double constraint_scale(Index constraint) const {
@@ -187,6 +191,8 @@ class CanonicalProblem {
     inside_model_ = false;
     return defined;
   }
+  /// Not negative; of bounds that are none, zero.
+  [[nodiscard]] double bound_violation(double value, double lower, double upper) const;
   /// slack_move of Ipopt, over max(1, |bound|).
   static constexpr double kSlackMove = 1.8189894035458565e-12;  // epsilon^(3/4)
   [[nodiscard]] static double safe_distance(double distance, double bound) {

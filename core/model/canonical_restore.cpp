@@ -92,21 +92,36 @@ std::optional<Index> CanonicalProblem::violated_constant_constraint() const {
   return std::nullopt;
 }
 
+double CanonicalProblem::bound_violation(double value, double lower, double upper) const {
+  const bool bounded = lower > options_.nlp_lower_bound_inf || upper < options_.nlp_upper_bound_inf;
+  return bounded ? largest(0.0, largest(lower - value, value - upper)) : 0.0;
+}
+
 double CanonicalProblem::violation(const Result& result) const {
   const ProblemStructure& s = structure_;
   double most = 0.0;
-  const auto measure = [&](double value, double lower, double upper) {
-    if (lower > options_.nlp_lower_bound_inf || upper < options_.nlp_upper_bound_inf) {
-      most = largest(most, largest(lower - value, value - upper));
-    }
-  };
   for (std::size_t i = 0; i < s.variable_players.size(); ++i) {
-    measure(result.v[i], s.variable_lower[i], s.variable_upper[i]);
+    most = largest(most, bound_violation(result.v[i], s.variable_lower[i], s.variable_upper[i]));
   }
   for (std::size_t j = 0; j < s.constraint_players.size(); ++j) {
-    measure(result.constraints[j], s.constraint_lower[j], s.constraint_upper[j]);
+    most = largest(
+        most, bound_violation(result.constraints[j], s.constraint_lower[j], s.constraint_upper[j]));
   }
   return most;
+}
+
+Index CanonicalProblem::most_violated_constraint(const Result& result) const {
+  const ProblemStructure& s = structure_;
+  Index found = 0;
+  double most = 0.0;
+  for (std::size_t j = 0; j < s.constraint_players.size(); ++j) {
+    const double violation =
+        bound_violation(result.constraints[j], s.constraint_lower[j], s.constraint_upper[j]);
+    if (!(violation > most)) continue;
+    most = violation;
+    found = static_cast<Index>(j);
+  }
+  return found;
 }
 
 void CanonicalProblem::restore_fixed_multipliers(Result& result) {

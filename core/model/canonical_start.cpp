@@ -140,13 +140,14 @@ void CanonicalProblem::start_multipliers() {
 void CanonicalProblem::start_slacks(Iterate& start, const Eigen::VectorXd& c) const {
   // With the slacks at zero, c holds g; push it inside the slack's bounds.
   const bool warm = options_.warm_start_init_point;
+  const double push = warm ? options_.warm_start_slack_bound_push : options_.slack_bound_push;
+  const double fraction = warm ? options_.warm_start_slack_bound_frac : options_.slack_bound_frac;
   for (Index j = 0; j < constraints(); ++j) {
     const Index slack = map_.slack_of_constraint[at(j)];
     if (slack < 0) continue;
+    // Where nothing is left to choose, a slack is what it is.
     start.v[slack] =
-        push_inside(c[j], lower_[slack], upper_[slack],
-                    warm ? options_.warm_start_slack_bound_push : options_.slack_bound_push,
-                    warm ? options_.warm_start_slack_bound_frac : options_.slack_bound_frac);
+        push_inside(c[j], lower_[slack], upper_[slack], is_constant() ? 0.0 : push, fraction);
   }
 }
 

@@ -140,10 +140,10 @@ std::optional<Deviation> compare_first_derivatives(CanonicalProblem& canonical,
 void keep_within_bounds(const CanonicalProblem& canonical, const Eigen::VectorXd& v, double share,
                         Eigen::VectorXd& step) {
   for (const Index i : canonical.lower_bounded()) {
-    step[i] = std::max(step[i], -share * canonical.above_lower(i, v[i]));
+    step[i] = std::max(step[i], -share * std::max(canonical.above_lower(i, v[i]), 0.0));
   }
   for (const Index i : canonical.upper_bounded()) {
-    step[i] = std::min(step[i], share * canonical.below_upper(i, v[i]));
+    step[i] = std::min(step[i], share * std::max(canonical.below_upper(i, v[i]), 0.0));
   }
 }
 

@@ -1,16 +1,7 @@
-#include <algorithm>
-#include <cmath>
-
 #include "core/model/first_derivatives.hpp"
+#include "core/model/norms.hpp"
 
 namespace ipminmax {
-namespace {
-
-bool all_finite(std::span<const double> values) {
-  return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
-}
-
-}  // namespace
 
 bool FirstDerivativeSource::evaluate(std::span<const double> v, FirstDerivatives& derivatives,
                                      bool want_gradient, bool want_jacobian) {

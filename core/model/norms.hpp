@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace ipminmax {
 
@@ -16,5 +18,9 @@ namespace ipminmax {
   return norm;
 }
 [[nodiscard]] inline double max_norm(const Eigen::VectorXd& v) { return max_norm(v, 0, v.size()); }
+
+[[nodiscard]] inline bool all_finite(std::span<const double> values) {
+  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+}
 
 }  // namespace ipminmax

@@ -37,7 +37,11 @@ StepLength largest_step(const CanonicalProblem& canonical, const Iterate& iterat
 }
 
 void advance(const Step& step, StepLength alpha, Iterate& iterate) {
-  iterate.v += alpha.primal * step.v;
+  // A step of v that is its rounding would renew the rounding errors of the gradient, which the step of
+  // the multipliers answers.
+  constexpr double kRounding = 2.0 * std::numeric_limits<double>::epsilon();
+  const bool moves = (step.v.array().abs() > kRounding * iterate.v.array().abs()).any();
+  if (moves) iterate.v += alpha.primal * step.v;
   iterate.lambda += alpha.primal * step.lambda;
   iterate.z_lower += alpha.dual * step.z_lower;
   iterate.z_upper += alpha.dual * step.z_upper;

@@ -19,7 +19,7 @@ struct StepLength {
 [[nodiscard]] StepLength largest_step(const CanonicalProblem& canonical, const Iterate& iterate,
                                       const Step& step, double tau);
 
-/// iterate += alpha step.
+/// iterate += alpha step; v stays where the step changes it by its rounding alone.
 void advance(const Step& step, StepLength alpha, Iterate& iterate);
 
 /// Keeps bound multipliers within [mu / (kappa s), kappa mu / s], s the distance to the bound:

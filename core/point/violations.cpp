@@ -47,9 +47,9 @@ std::optional<Violations> violations_at(Problem& problem, const Result& point,
         (s.constraint_players[j] == Player::Min) == (point.objective_scale > 0.0);
     const bool presses_up = (lambda > 0.0) == minimized;
     double& product = found.constraint_complementarity[j];
-    if (lower == upper || lambda == 0.0) continue;
+    if (lambda == 0.0) continue;
     if (presses_up && above) product = (upper - g) * lambda;
-    if (!presses_up && below) product = (g - lower) * lambda;
+    if (!presses_up && below) product = (g - lower) * -lambda;
   }
   return found;
 }

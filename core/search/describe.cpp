@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <string_view>
@@ -13,16 +14,14 @@ namespace {
 
 /// What is NaN or infinite in a result, empty: nothing.
 std::string_view not_finite_part(const Result& result) {
-  const auto finite = [](const std::vector<double>& values) {
-    return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
-  };
-  if (!finite(result.v)) return "a variable";
+  if (!all_finite(result.v)) return "a variable";
   if (!std::isfinite(result.objective)) return "the objective";
-  if (!finite(result.constraints)) return "a constraint";
-  if (!finite(result.lambda)) return "a multiplier of a constraint";
-  if (!finite(result.z_lower) || !finite(result.z_upper)) return "a multiplier of a bound";
+  if (!all_finite(result.constraints)) return "a constraint";
+  if (!all_finite(result.lambda)) return "a multiplier of a constraint";
+  if (!all_finite(result.z_lower) || !all_finite(result.z_upper)) return "a multiplier of a bound";
   const KktError& e = result.error;
-  if (!finite({e.primal, e.dual_min, e.dual_max, e.complementarity, e.total})) return "an error";
+  const std::array errors{e.primal, e.dual_min, e.dual_max, e.complementarity, e.total};
+  if (!all_finite(errors)) return "an error";
   return {};
 }
 
@@ -41,8 +40,7 @@ void describe(CanonicalProblem& canonical, const SolverOptions& options, const P
   result.error.primal =
       options.honor_original_bounds ? violation : largest(result.error.primal, violation);
   result.objective_scale = canonical.objective_scale();
-  const bool stationary = options.minmax_certificate == CertificateEffort::None &&
-                          result.certificate.kind == PointKind::FirstOrderPoint;
+  const bool stationary = result.certificate.kind == PointKind::FirstOrderPoint;
   if (result.certificate.second_order == SecondOrder::NotTested && !stationary) {
     result.certificate.kind = kind_without_test(result.error.primal, options.constr_viol_tol);
   }

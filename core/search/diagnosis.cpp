@@ -9,6 +9,7 @@
 #include "core/model/canonical_problem.hpp"
 #include "core/model/directional_check.hpp"
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/norms.hpp"
 
 namespace ipminmax {
 namespace {
@@ -68,12 +69,9 @@ SolverOptions unscaled_at_the_point(SolverOptions options) {
   return options;
 }
 
-bool all_finite(const Result& result) {
-  const auto finite = [](const std::vector<double>& values) {
-    return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
-  };
-  return finite(result.v) && finite(result.lambda) && finite(result.z_lower) &&
-         finite(result.z_upper);
+bool is_finite(const Result& result) {
+  return all_finite(result.v) && all_finite(result.lambda) && all_finite(result.z_lower) &&
+         all_finite(result.z_upper);
 }
 
 std::string beside(const Deviation& found) {
@@ -114,7 +112,7 @@ std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian)
 }  // namespace
 
 void diagnose_failure(Problem& problem, const SolverOptions& options, Result& result) {
-  if (!may_be_due_to_derivatives(result.status) || result.v.empty() || !all_finite(result)) return;
+  if (!may_be_due_to_derivatives(result.status) || result.v.empty() || !is_finite(result)) return;
   const bool has_hessian = problem.structure().has_hessian &&
                            (options.hessian_approximation == HessianApproximation::Unset ||
                             options.hessian_approximation == HessianApproximation::Exact);

@@ -28,16 +28,54 @@ bool can_be_divergence(Status status) {
   }
 }
 
+bool is_farther(const CanonicalProblem& canonical, const Point& point) {
+  return max_norm(point.iterate.v) >
+         parameter::kFarAway * (1.0 + max_norm(canonical.starting_point().v));
+}
+
 bool has_died_out(const CanonicalProblem& canonical, const Point& point) {
   const auto& hessian = point.evaluation.hessian;
-  return !hessian.empty() &&
-         std::ranges::all_of(hessian,
-                             [](double value) { return std::abs(value) < parameter::kDiedOut; }) &&
-         max_norm(point.iterate.v) >
-             parameter::kFarAway * (1.0 + max_norm(canonical.starting_point().v));
+  return !hessian.empty() && std::ranges::all_of(hessian, [](double value) {
+    return std::abs(value) < parameter::kDiedOut;
+  }) && is_farther(canonical, point);
+}
+
+/// A Newton step with this shift, as far as the bounds allow, and the functions where it leads.
+bool shifted_step(const MethodContext& context, const Regularization& shift, double mu,
+                  Point& point, NewtonResidual& rhs, Step& step) {
+  CanonicalProblem& canonical = context.canonical;
+  newton_residual(canonical, point, mu, rhs);
+  context.kkt.assemble(point.iterate, point.evaluation);
+  if (context.kkt.factorize(shift, Certainty::Usual).status != FactorizationStatus::Ok ||
+      !context.kkt.solve(point.evaluation, rhs, step)) {
+    return false;
+  }
+  advance(step,
+          largest_step(canonical, point.iterate, step, boundary_fraction(mu, context.options)),
+          point.iterate);
+  if (evaluate_values(canonical, point) != EvaluationStatus::Ok ||
+      evaluate_derivatives(canonical, point) != EvaluationStatus::Ok) {
+    return false;
+  }
+  measure(canonical, context.options, point);
+  return true;
 }
 
 }  // namespace
+
+bool is_far_out(const CanonicalProblem& canonical, const Point& point) {
+  return canonical.max_size() == 0 && is_farther(canonical, point);
+}
+
+bool step_into_valley(const MethodContext& context, double mu, const FirstOrderTest& test,
+                      Point& point) {
+  NewtonResidual rhs = zero_step(context.canonical);
+  Step step = rhs;
+  const Regularization shift{.x = context.options.first_hessian_perturbation};
+  for (int k = 0; k < parameter::kStepsIntoValley && !test.is_met(point.error); ++k)
+    if (!shifted_step(context, shift, mu, point, rhs, step)) return false;
+  return test.is_met(point.error);
+}
 
 bool has_run_away(const CanonicalProblem& canonical, const Point& point, IndexRange variables) {
   const double start = std::max(1.0, max_norm(canonical.starting_point().v));
@@ -72,6 +110,22 @@ void name_divergence(const CanonicalProblem& canonical, const Point& point, Stat
   }
 }
 
+bool valley_leads_to_infinity(const MethodContext& context, const Point& bottom, double mu,
+                              const FirstOrderTest& test) {
+  NewtonResidual rhs = zero_step(context.canonical);
+  Step step = rhs;
+  Point point = bottom;
+  for (int k = 0; k < parameter::kOutwardSteps; ++k) {
+    const double norm = max_norm(point.iterate.v), f = point.evaluation.f;
+    if (!shifted_step(context, {}, mu, point, rhs, step) ||
+        !step_into_valley(context, mu, test, point) || !(point.evaluation.f < f) ||
+        !(max_norm(point.iterate.v) - norm > parameter::kOutwardStep * (1.0 + norm))) {
+      return false;
+    }
+  }
+  return true;
+}
+
 bool runs_to_infinity(const MethodContext& context, const Point& from, double mu,
                       const FirstOrderTest& test) {
   CanonicalProblem& canonical = context.canonical;
@@ -82,24 +136,13 @@ bool runs_to_infinity(const MethodContext& context, const Point& from, double mu
   double last_growth = 0.0;
   for (int k = 0; k < parameter::kOutwardSteps; ++k) {
     const double norm = max_norm(point.iterate.v);
-    newton_residual(canonical, point, mu, rhs);
-    context.kkt.assemble(point.iterate, point.evaluation);
-    if (context.kkt.factorize({}).status != FactorizationStatus::Ok ||
-        !context.kkt.solve(point.evaluation, rhs, step)) {
-      return false;
-    }
-    advance(step,
-            largest_step(canonical, point.iterate, step, boundary_fraction(mu, context.options)),
-            point.iterate);
+    if (!shifted_step(context, {}, mu, point, rhs, step)) return false;
     const double growth = max_norm(point.iterate.v) - norm;
     if (!(growth > std::max(parameter::kOutwardStep * (1.0 + norm),
                             parameter::kOutwardShare * last_growth)) ||
-        evaluate_values(canonical, point) != EvaluationStatus::Ok ||
-        evaluate_derivatives(canonical, point) != EvaluationStatus::Ok) {
+        !test.is_met(point.error)) {
       return false;
     }
-    measure(canonical, context.options, point);
-    if (!test.is_met(point.error)) return false;
     last_growth = growth;
   }
   return true;

@@ -1,27 +1,11 @@
 #include <algorithm>
-#include <limits>
 #include <utility>
-#include <vector>
 
 #include "core/model/norms.hpp"
 #include "core/search/infeasibility.hpp"
 
 namespace ipminmax {
 namespace {
-
-/// The model's constraint that values violate most.
-Index most_violated(const ProblemStructure& s, const std::vector<double>& values) {
-  Index found = 0;
-  double most = -std::numeric_limits<double>::infinity();
-  for (std::size_t j = 0; j < values.size(); ++j) {
-    const double violation =
-        std::max(s.constraint_lower[j] - values[j], values[j] - s.constraint_upper[j]);
-    if (!(violation > most)) continue;
-    most = violation;
-    found = static_cast<Index>(j);
-  }
-  return found;
-}
 
 bool may_be_infeasible(const MethodContext& context, const SearchOutcome& outcome) {
   return search_failed(outcome.status) && context.canonical.max_constraints().size() > 0 &&
@@ -59,7 +43,7 @@ void name_infeasibility(const MethodContext& context, const ProblemStructure& st
   if (found == RestorationOutcome::UserStop) return;
   Result here;
   canonical.restore(outcome.point.iterate, here);
-  const Index row = most_violated(structure, here.constraints);
+  const Index row = canonical.most_violated_constraint(here);
   outcome.message = "the violation of the constraints is at a local minimum, where " +
                     canonical.constraint_name(row) + " is violated most";
   outcome.status = structure.constraint_players[static_cast<std::size_t>(row)] == Player::Max

@@ -11,6 +11,8 @@ namespace {
 
 namespace parameter = parameters::doubtful;
 
+constexpr const char* kToInfinity = "the iterates run to infinity, where the gradient vanishes";
+
 /// Whether K_yy has a wrong sign, although no direction was found that proves it.
 bool seems_wrong(const Certificate& found) {
   return found.inner.positive > found.inner_expected.positive;
@@ -50,7 +52,11 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
         if (!escaped) return ended(std::move(verdict));
       }
     }
-    if (const auto status = limit_reached()) return ended(*status);
+    if (const auto status = limit_reached()) {
+      if (*status == Status::MaxIterations)
+        if (auto outcome = end_at_infinity()) return std::move(*outcome);
+      return ended(*status);
+    }
     if (escaped) continue;
     if (const auto status = deadline_reached()) return ended(*status);
 
@@ -168,6 +174,21 @@ std::optional<Status> Search::limit_reached() {
   return std::nullopt;
 }
 
+std::optional<SearchOutcome> Search::end_at_infinity() {
+  // Iterates that zigzag outward along a curved valley do not meet the tolerances, its bottom does.
+  if (purpose_ != Purpose::Solution || !is_far_out(context_.canonical, point_)) return std::nullopt;
+  next_ = point_;
+  const double mu = barrier_.mu();
+  if (!step_into_valley(context_, mu, test_, next_) ||
+      !valley_leads_to_infinity(context_, next_, mu, test_)) {
+    return std::nullopt;
+  }
+  std::swap(point_, next_);
+  Verdict verdict{.status = Status::DivergingIterates, .message = kToInfinity, .finding = {}};
+  verdict.finding.certificate.kind = PointKind::FirstOrderPoint;
+  return ended(std::move(verdict));
+}
+
 std::optional<Status> Search::deadline_reached() const {
   const bool reached = deadline_ && context_.budget.iteration >= deadline_->iteration;
   return reached ? std::optional(deadline_->status) : std::nullopt;
@@ -175,7 +196,8 @@ std::optional<Status> Search::deadline_reached() const {
 
 void Search::drop_idle_multipliers(double tolerance) {
   // Without a gradient of the objective every feasible point is optimal, with multipliers zero.
-  if (context_.canonical.max_size() > 0 || point_.evaluation.c.size() == 0 ||
+  const bool minimization = context_.canonical.max_size() == 0 || context_.canonical.is_constant();
+  if (!minimization || point_.evaluation.c.size() == 0 ||
       max_norm(point_.evaluation.gradient) > 0.0 || max_norm(point_.evaluation.c) > tolerance ||
       max_norm(point_.iterate.lambda) == 0.0) {
     return;
@@ -212,7 +234,7 @@ Search::Verdict Search::judge(Status claim) {
              purpose_ == Purpose::Solution) {
     if (runs_to_infinity(context_, point_, barrier_.mu(), test_)) {
       verdict.status = Status::DivergingIterates;
-      verdict.message = "the iterates run to infinity, where the gradient vanishes";
+      verdict.message = kToInfinity;
     } else if (finding.certificate.hessian_disagrees) {
       verdict.message = finding.remark;
       if (claim == Status::Solved) verdict.status = Status::SolvedDegenerate;

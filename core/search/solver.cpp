@@ -1,3 +1,4 @@
+#include <Eigen/Core>
 #include <algorithm>
 #include <limits>
 #include <new>
@@ -14,6 +15,14 @@
 
 namespace ipminmax {
 namespace {
+
+/// Tables that are made on first use are made when the library is loaded: a child that is forked
+/// while another thread is at it would wait for them for ever.
+[[maybe_unused]] const bool tables_are_made = [] {
+  static_cast<void>(option_table());
+  static_cast<void>(Eigen::l1CacheSize());
+  return true;
+}();
 
 bool stopped_from_outside(Status status) {
   return status == Status::UserStop || status == Status::MaxCpuTime ||

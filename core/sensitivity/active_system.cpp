@@ -41,7 +41,6 @@ ActiveSystem::ActiveSystem(const ProblemStructure& structure, const SolverOption
   for (const std::int8_t sign : signs_) ++(sign > 0 ? expected_.positive : expected_.negative);
   matrix_ = SymmetricMatrix(static_cast<Index>(signs_.size()), entries);
   scale_.assign(signs_.size(), 1.0);
-  solver_->require_certain_inertia(true);
 }
 
 bool ActiveSystem::fits(const ProblemStructure& structure) const {
@@ -116,16 +115,17 @@ ActiveSystem::Outcome ActiveSystem::factorize_values() {
     analyzed_ = solver_->analyze(matrix_, signs_).ok;
     if (!analyzed_) return Outcome::OutOfMemory;
   }
+  Factorization found;
   const auto once = [&] {
     ++factorizations_;
-    const Factorization found = solver_->factorize(matrix_);
+    found = solver_->factorize(matrix_);
     if (found.status == FactorizationStatus::OutOfMemory) return Outcome::OutOfMemory;
     if (found.status != FactorizationStatus::Ok) return Outcome::Singular;
     return found.inertia == expected_ ? Outcome::Ok : Outcome::WrongInertia;
   };
   solver_->reset_quality();
   Outcome outcome = once();
-  while (outcome != Outcome::Ok && !solver_->pivots() && solver_->increase_quality()) {
+  while (outcome != Outcome::Ok && !found.trust.pivoted && solver_->increase_quality()) {
     outcome = once();
   }
   return outcome;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/model/finite_difference_hessian.hpp"
+#include "core/model/norms.hpp"
 #include "core/robust.hpp"
 #include "core/sensitivity/active_set.hpp"
 #include "core/sensitivity/active_system.hpp"
@@ -45,10 +46,6 @@ struct Event {
   std::size_t index = 0;
   Hold to = Hold::Free, from = Hold::Free;
 };
-
-bool all_finite(const std::vector<double>& values) {
-  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
-}
 
 std::vector<double> padded(const std::vector<double>& values, std::size_t size, const char* name) {
   if (values.empty()) return std::vector<double>(size, 0.0);

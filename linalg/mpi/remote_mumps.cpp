@@ -8,7 +8,7 @@
 #include <new>
 #include <optional>
 
-#include "linalg/library_lock.hpp"
+#include "linalg/reproducible_rand.hpp"
 
 namespace ipminmax::mpi {
 namespace {

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <limits>
 #include <memory>
@@ -16,6 +18,7 @@
 #include <tuple>
 #include <vector>
 
+#include "adapter/c_callbacks.hpp"
 #include "adapter/minmax_application.hpp"
 #include "adapter/model.hpp"
 
@@ -43,38 +46,7 @@ class Recorder : public Model {
   }
 };
 
-// C callbacks whose user data is a Recorder.
-Recorder& model_of(void* user_data) { return *static_cast<Recorder*>(user_data); }
-
-int eval_f(int n, double* x, int new_x, double* f, void* user_data) {
-  return model_of(user_data).eval_f(n, x, new_x != 0, *f) ? 1 : 0;
-}
-int eval_grad_f(int n, double* x, int new_x, double* grad, void* user_data) {
-  return model_of(user_data).eval_grad_f(n, x, new_x != 0, grad) ? 1 : 0;
-}
-int eval_g(int n, double* x, int new_x, int m, double* g, void* user_data) {
-  return model_of(user_data).eval_g(n, x, new_x != 0, m, g) ? 1 : 0;
-}
-int eval_jac_g(int n, double* x, int new_x, int m, int entries, int* row, int* col, double* values,
-               void* user_data) {
-  return model_of(user_data).eval_jac_g(n, x, new_x != 0, m, entries, row, col, values) ? 1 : 0;
-}
-int eval_h(int n, double* x, int new_x, double sigma, int m, double* lambda, int new_lambda,
-           int entries, int* row, int* col, double* values, void* user_data) {
-  return model_of(user_data).eval_h(n, x, new_x != 0, sigma, m, lambda, new_lambda != 0, entries,
-                                    row, col, values)
-             ? 1
-             : 0;
-}
-int intermediate(int mode, int iter, double f, double inf_pr, double inf_du, double mu,
-                 double d_norm, double regularization, double alpha_du, double alpha_pr, int trials,
-                 void* user_data) {
-  return model_of(user_data).intermediate_callback(static_cast<Ipopt::AlgorithmMode>(mode), iter, f,
-                                                   inf_pr, inf_du, mu, d_norm, regularization,
-                                                   alpha_du, alpha_pr, trials, nullptr, nullptr)
-             ? 1
-             : 0;
-}
+using Callbacks = CCallbacks<Recorder>;
 
 struct Free {
   void operator()(IpminmaxProblem problem) const { IpminmaxFree(problem); }
@@ -87,11 +59,11 @@ struct Arguments {
   std::vector<double> x_L{-10.0, -5.0, -1e20}, x_U{1e20, 5.0, 1e20}, g_L{1.0, -1e20}, g_U{1.0, 4.0};
   std::vector<int> variable_players{IPMINMAX_MIN, IPMINMAX_MAX, IPMINMAX_MIN};
   std::vector<int> constraint_players;
-  IpminmaxEval_F_CB f = eval_f;
-  IpminmaxEval_G_CB g = eval_g;
-  IpminmaxEval_Grad_F_CB grad_f = eval_grad_f;
-  IpminmaxEval_Jac_G_CB jac_g = eval_jac_g;
-  IpminmaxEval_H_CB h = eval_h;
+  IpminmaxEval_F_CB f = Callbacks::eval_f;
+  IpminmaxEval_G_CB g = Callbacks::eval_g;
+  IpminmaxEval_Grad_F_CB grad_f = Callbacks::eval_grad_f;
+  IpminmaxEval_Jac_G_CB jac_g = Callbacks::eval_jac_g;
+  IpminmaxEval_H_CB h = Callbacks::eval_h;
 
   [[nodiscard]] ProblemPtr create() const {
     const auto data = [](const auto& values) { return values.empty() ? nullptr : values.data(); };
@@ -157,7 +129,7 @@ TEST(CInterface, IteratesAndAnswerAreThoseOfTheTnlp) {
     arguments.style = static_cast<int>(style);
     const auto problem = arguments.create();
     ASSERT_TRUE(problem) << IpminmaxMessage(nullptr);
-    ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), intermediate), 1);
+    ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), Callbacks::intermediate), 1);
     const Answer answer = solve(problem, model);
 
     EXPECT_EQ(answer.status, IPMINMAX_SOLVE_SUCCEEDED);
@@ -308,7 +280,7 @@ TEST(CInterface, TheUserStops) {
   Recorder model;
   model.on_iteration = [](int iteration) { return iteration < 2; };
   const auto problem = Arguments().create();
-  ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), intermediate), 1);
+  ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), Callbacks::intermediate), 1);
   EXPECT_EQ(solve(problem, model).status, IPMINMAX_USER_REQUESTED_STOP);
   EXPECT_EQ(model.rows.size(), 3U);
   IpminmaxCertificate certificate;
@@ -376,7 +348,7 @@ TEST(CInterface, TheCurrentIterateIsSeenInsideTheCallback) {
     EXPECT_EQ(compl_low[0], (x[0] + 10.0) * at.z_L[0]);
     EXPECT_EQ(compl_up[0], 0.0);  // no upper bound
     EXPECT_EQ(compl_up[1], (5.0 - x[1]) * at.z_U[1]);
-    EXPECT_EQ(compl_g[0], 0.0);
+    EXPECT_EQ(compl_g[0], -(at.g[0] - 1.0) * at.lambda[0]);  // g0 = 1
     if (at.lambda[1] < 0.0) {  // g1 is Max's
       EXPECT_EQ(compl_g[1], (4.0 - at.g[1]) * at.lambda[1]);
     }
@@ -384,7 +356,7 @@ TEST(CInterface, TheCurrentIterateIsSeenInsideTheCallback) {
     EXPECT_EQ(x_up, std::vector<double>(3, 0.0));
     return iteration < 3;
   };
-  ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), intermediate), 1);
+  ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), Callbacks::intermediate), 1);
   const Answer answer = solve(problem, model);
   EXPECT_EQ(answer.status, IPMINMAX_USER_REQUESTED_STOP);
   EXPECT_EQ(answer.x, at.x);
@@ -455,7 +427,7 @@ TEST(CInterface, NoSolveInsideItsOwnCallback) {
     text = message(problem);
     return true;
   };
-  ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), intermediate), 1);
+  ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), Callbacks::intermediate), 1);
   EXPECT_EQ(solve(problem, model).status, IPMINMAX_SOLVE_SUCCEEDED);
   EXPECT_EQ(inner, IPMINMAX_INVALID_PROBLEM_DEFINITION);
   EXPECT_TRUE(contains(text, "inside its own callbacks"));
@@ -466,7 +438,7 @@ TEST(CInterface, NoSolveInsideItsOwnCallback) {
 TEST(CInterface, UserScalingChangesThePathNotTheAnswer) {
   Recorder plain, scaled;
   const auto problem = Arguments().create();
-  ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), intermediate), 1);
+  ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), Callbacks::intermediate), 1);
   ASSERT_EQ(IpminmaxAddStrOption(problem.get(), "nlp_scaling_method", "user-scaling"), 1);
   const Answer first = solve(problem, plain);
   const std::vector<double> x_scaling{2.0, 0.5, 3.0}, g_scaling{10.0, 0.1};
@@ -703,6 +675,55 @@ TEST(CInterface, NullsAreRefused) {
   EXPECT_EQ(message(problem), "x is NULL");
   solve(problem, model);
   EXPECT_EQ(IpminmaxGetCertificate(problem.get(), nullptr), 0);
+}
+
+// A program of another version has a shorter or a longer structure, which is filled as far as it reaches.
+template <class Structure, class Get>
+void expect_sizes_respected(std::size_t part, const Get& get,
+                            int (*old)(IpminmaxProblem, Structure*), IpminmaxProblem problem) {
+  Structure known{};
+  ASSERT_EQ(get(&known, sizeof known), 1);
+  constexpr std::size_t kMore = 24;
+  constexpr unsigned char kUntouched = 0xA5;
+  std::array<unsigned char, sizeof(Structure)> expected{};
+  std::memcpy(expected.data(), &known, sizeof known);
+  for (const std::size_t size : {std::size_t{0}, part, sizeof known, sizeof known + kMore}) {
+    alignas(Structure) std::array<unsigned char, sizeof(Structure) + 2 * kMore> memory{};
+    memory.fill(kUntouched);
+    ASSERT_EQ(get(reinterpret_cast<Structure*>(memory.data()), size), 1);
+    for (std::size_t k = 0; k < memory.size(); ++k) {
+      const unsigned char filled = k < expected.size() ? expected[k] : 0;
+      ASSERT_EQ(memory[k], k < size ? filled : kUntouched) << "byte " << k << " of " << size;
+    }
+  }
+  Structure by_old_name{};
+  ASSERT_EQ(old(problem, &by_old_name), 1);
+  EXPECT_EQ(std::memcmp(&by_old_name, &known, sizeof known), 0);
+}
+
+TEST(CInterface, StructuresOfOtherVersionsAreFilledAsFarAsTheyReach) {
+  const auto problem = Arguments().create();
+  Recorder model;
+  solve(problem, model);
+  expect_sizes_respected<IpminmaxCertificate>(
+      offsetof(IpminmaxCertificate, margin),
+      [&](IpminmaxCertificate* c, std::size_t size) {
+        return IpminmaxGetCertificateSized(problem.get(), c, size);
+      },
+      IpminmaxGetCertificate, problem.get());
+  expect_sizes_respected<IpminmaxStatistics>(
+      offsetof(IpminmaxStatistics, seconds),
+      [&](IpminmaxStatistics* s, std::size_t size) {
+        return IpminmaxGetStatisticsSized(problem.get(), s, size);
+      },
+      IpminmaxGetStatistics, problem.get());
+  expect_sizes_respected<IpminmaxWorstCase>(
+      offsetof(IpminmaxWorstCase, found),
+      [&](IpminmaxWorstCase* w, std::size_t size) {
+        return IpminmaxGetWorstCaseSized(problem.get(), w, size, nullptr);
+      },
+      [](IpminmaxProblem p, IpminmaxWorstCase* w) { return (IpminmaxGetWorstCase)(p, w, nullptr); },
+      problem.get());
 }
 
 TEST(CInterface, Version) { EXPECT_EQ(std::string(IpminmaxVersion()).find("0."), 0U); }

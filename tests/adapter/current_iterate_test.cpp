@@ -135,8 +135,8 @@ void expect_consistent(AutodiffProblem& problem, const Told& told, const Result&
     EXPECT_EQ(found.constraint[j], distance(g[j], lower, upper)) << j;
     const double pressure = s.constraint_players[j] == Player::Max ? -at.lambda[j] : at.lambda[j];
     double product = 0.0;
-    if (lower != upper && pressure > 0.0 && upper < 1e19) product = (upper - g[j]) * at.lambda[j];
-    if (lower != upper && pressure < 0.0 && lower > -1e19) product = (g[j] - lower) * at.lambda[j];
+    if (pressure > 0.0 && upper < 1e19) product = (upper - g[j]) * at.lambda[j];
+    if (pressure < 0.0 && lower > -1e19) product = (lower - g[j]) * at.lambda[j];
     EXPECT_EQ(found.constraint_complementarity[j], product) << j;
   }
 }

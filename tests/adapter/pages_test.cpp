@@ -83,6 +83,30 @@ TEST(PortingPage, FourLinesOfTheProgramDiffer) {
   EXPECT_EQ(before.size(), after.size() + 1);
 }
 
+/// The programs that the page promises: `folder/name` in the second column.
+TEST(GuaranteesPage, EveryPromiseNamesTestsThatExist) {
+  const std::filesystem::path tests = std::filesystem::path(IPMINMAX_SOURCE_DIR) / "tests";
+  int promises = 0;
+  bool holds = false;
+  for (const std::string& line : lines_of("guarantees.md")) {
+    if (line.starts_with("## ")) holds = line == "## Holds";
+    if (!holds || !line.starts_with("| ") || line.starts_with("| promise |")) continue;
+    const std::size_t column = line.rfind(" | ");
+    ASSERT_NE(column, std::string::npos) << line;
+    int named = 0;
+    for (std::size_t begin = line.find('`', column); begin != std::string::npos; ++named) {
+      const std::size_t end = line.find('`', begin + 1);
+      ASSERT_NE(end, std::string::npos) << line;
+      const std::string name = line.substr(begin + 1, end - begin - 1);
+      EXPECT_TRUE(exists(tests / (name + ".cpp")) || exists(tests / (name + ".c"))) << name;
+      begin = line.find('`', end + 1);
+    }
+    EXPECT_GT(named, 0) << line;
+    ++promises;
+  }
+  EXPECT_GT(promises, 20);
+}
+
 TEST(ReadmePage, ListsEveryPage) {
   std::ifstream file(std::string(IPMINMAX_SOURCE_DIR) + "/README.md");
   std::ostringstream readme;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "../../examples/chauffeur_tnlp.hpp"
+#include "adapter/c_callbacks.hpp"
 #include "adapter/minmax_application.hpp"
 #include "adapter/model.hpp"
 
@@ -145,27 +146,7 @@ TEST(Sensitivity, PredictionsOfThePursuitHaveSecondOrderErrors) {
 
 // --- The C interface ------------------------------------------------------------------------------
 
-Model& model_of(void* user_data) { return *static_cast<Model*>(user_data); }
-int eval_f(int n, double* x, int new_x, double* f, void* user_data) {
-  return model_of(user_data).eval_f(n, x, new_x != 0, *f) ? 1 : 0;
-}
-int eval_grad_f(int n, double* x, int new_x, double* grad, void* user_data) {
-  return model_of(user_data).eval_grad_f(n, x, new_x != 0, grad) ? 1 : 0;
-}
-int eval_g(int n, double* x, int new_x, int m, double* g, void* user_data) {
-  return model_of(user_data).eval_g(n, x, new_x != 0, m, g) ? 1 : 0;
-}
-int eval_jac_g(int n, double* x, int new_x, int m, int entries, int* row, int* col, double* values,
-               void* user_data) {
-  return model_of(user_data).eval_jac_g(n, x, new_x != 0, m, entries, row, col, values) ? 1 : 0;
-}
-int eval_h(int n, double* x, int new_x, double sigma, int m, double* lambda, int new_lambda,
-           int entries, int* row, int* col, double* values, void* user_data) {
-  return model_of(user_data).eval_h(n, x, new_x != 0, sigma, m, lambda, new_lambda != 0, entries,
-                                    row, col, values)
-             ? 1
-             : 0;
-}
+using Callbacks = CCallbacks<Model>;
 
 class CSensitivity : public ::testing::Test {
  protected:
@@ -173,8 +154,9 @@ class CSensitivity : public ::testing::Test {
     constexpr std::array<double, 3> x_L{-10.0, -5.0, -1e20}, x_U{1e20, 5.0, 1e20};
     constexpr std::array<double, 2> g_L{1.0, -1e20}, g_U{1.0, 4.0};
     constexpr std::array<int, 3> players{IPMINMAX_MIN, IPMINMAX_MAX, IPMINMAX_MIN};
-    problem_ = IpminmaxCreate(3, x_L.data(), x_U.data(), 2, g_L.data(), g_U.data(), 4, 4, 0, eval_f,
-                              eval_g, eval_grad_f, eval_jac_g, eval_h, players.data(), nullptr);
+    problem_ = IpminmaxCreate(3, x_L.data(), x_U.data(), 2, g_L.data(), g_U.data(), 4, 4, 0,
+                              Callbacks::eval_f, Callbacks::eval_g, Callbacks::eval_grad_f,
+                              Callbacks::eval_jac_g, Callbacks::eval_h, players.data(), nullptr);
     ASSERT_NE(problem_, nullptr);
     IpminmaxAddIntOption(problem_, "print_level", 0);
     IpminmaxAddNumOption(problem_, "bound_relax_factor", 0.0);

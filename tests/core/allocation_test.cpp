@@ -211,5 +211,15 @@ TEST(NoAllocation, InAMinimization) {
   for (const char kind : std::string("fc")) EXPECT_NE(kinds.find(kind), std::string::npos) << kind;
 }
 
+// What is made on first use would keep a child waiting that is forked meanwhile.
+TEST(Tables, AreMadeWhenTheLibraryIsLoaded) {
+  if (!IPMINMAX_COUNTS_ALLOCATIONS) GTEST_SKIP() << "allocator replaced by a sanitizer";
+  allocation_counter.start();
+  const std::size_t rows = option_table().size();
+  allocation_counter.stop();
+  EXPECT_GT(rows, 50U);
+  EXPECT_EQ(allocation_counter.all, 0);
+}
+
 }  // namespace
 }  // namespace ipminmax

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -81,6 +82,24 @@ TEST(IpoptsRule, ReadsItsOptions) {
   options.barrier_tol_factor = 2.0;
   EXPECT_DOUBLE_EQ(next(0.1, 0.15, 0.0, options), 0.05);
   EXPECT_EQ(next(0.1, 0.25, 0.0, options), 0.1);
+}
+
+TEST(IpoptsRule, LeavesSlowDecreasesToLaterIterates) {
+  for (const double factor : {0.9999999, std::nextafter(1.0, 0.0)}) {
+    SolverOptions options;
+    options.mu_linear_decrease_factor = factor;
+    options.mu_superlinear_decrease_power = std::nextafter(1.0, 2.0);
+    int asked = 0;
+    const auto zero_error = [&](double) {
+      if (++asked > 1000000) throw std::runtime_error("does not end");
+      return 0.0;
+    };
+    const double mu = next_barrier(
+        0.1, 1e-9, zero_error, [](double) { return 0.0; }, options);
+    EXPECT_LE(mu, 0.1);
+    EXPECT_GT(mu, 0.099);
+    EXPECT_LE(asked, 1000);
+  }
 }
 
 TEST(PapersRule, DecreasesOncePerIterateWhenTheResidualIsBelowMu) {

@@ -1,13 +1,11 @@
 // What a failure says about the model's derivatives.
-#include <functional>
 #include <span>
 #include <string>
-#include <utility>
 
 #include <gtest/gtest.h>
 
 #include <support/autodiff_problem.hpp>
-#include <support/forwarding_problem.hpp>
+#include <support/changed_problem.hpp>
 
 #include "../../examples/shared_dynamics.hpp"
 #include "core/solver.hpp"
@@ -16,39 +14,13 @@ namespace ipminmax {
 namespace {
 
 using testing::AutodiffProblem;
+using testing::ChangedProblem;
 using testing::Expression;
-using testing::ForwardingProblem;
 using testing::kNoBound;
 using testing::Model;
 
 constexpr Player kMin = Player::Min;
 constexpr Player kMax = Player::Max;
-
-/// Derivatives changed by the caller.
-class Changed final : public ForwardingProblem {
- public:
-  using Change = std::function<void(std::span<double>)>;
-  explicit Changed(Problem& model) : ForwardingProblem(model) {}
-  Change of_gradient, of_jacobian, of_hessian;
-
-  bool gradient(std::span<const double> v, bool new_v, std::span<double> values) override {
-    return ForwardingProblem::gradient(v, new_v, values) && apply(of_gradient, values);
-  }
-  bool jacobian(std::span<const double> v, bool new_v, std::span<double> values) override {
-    return ForwardingProblem::jacobian(v, new_v, values) && apply(of_jacobian, values);
-  }
-  bool hessian(std::span<const double> v, bool new_v, double sigma, std::span<const double> lambda,
-               bool new_lambda, std::span<double> values) override {
-    return ForwardingProblem::hessian(v, new_v, sigma, lambda, new_lambda, values) &&
-           apply(of_hessian, values);
-  }
-
- private:
-  static bool apply(const Change& change, std::span<double> values) {
-    if (change) change(values);
-    return true;
-  }
-};
 
 /// Too few iterations for its solution.
 AutodiffProblem long_way() {
@@ -74,9 +46,21 @@ TEST(Diagnosis, RightDerivativesAreCleared) {
   EXPECT_NE(text.find("first and second derivatives agree"), std::string::npos) << text;
 }
 
+// Slacks do not move in the comparison, wherever their bounds are: g - s would change with them.
+TEST(Diagnosis, InequalitiesFarFromZeroAreCleared) {
+  Model model;
+  const Expression x = model.variable(kMin, "x"), y = model.variable(kMin, "y");
+  model.objective(x + y);
+  model.constraint(x + y, 3.0, kNoBound);
+  model.constraint(square(x) + square(y), -kNoBound, 1.0);
+  AutodiffProblem problem(model, {1.0, 1.0});
+  const std::string text = solve(problem, {}).message;
+  EXPECT_NE(text.find("first and second derivatives agree"), std::string::npos) << text;
+}
+
 TEST(Diagnosis, AWrongGradientIsNamed) {
   AutodiffProblem right = long_way();
-  Changed problem(right);
+  ChangedProblem problem(right);
   problem.of_gradient = [](std::span<double> values) { values[0] *= 0.9; };
   const std::string text = message_of(problem);
   EXPECT_NE(text.find("the gradient of the objective looks wrong"), std::string::npos) << text;
@@ -85,7 +69,7 @@ TEST(Diagnosis, AWrongGradientIsNamed) {
 
 TEST(Diagnosis, AWrongJacobianIsNamed) {
   AutodiffProblem right = long_way();
-  Changed problem(right);
+  ChangedProblem problem(right);
   problem.of_jacobian = [](std::span<double> values) { values[0] += 1.0; };
   const std::string text = message_of(problem);
   EXPECT_NE(text.find("the gradient of constraint 0 (g1) looks wrong"), std::string::npos) << text;
@@ -93,7 +77,7 @@ TEST(Diagnosis, AWrongJacobianIsNamed) {
 
 TEST(Diagnosis, AWrongHessianIsNamed) {
   AutodiffProblem right = long_way();
-  Changed problem(right);
+  ChangedProblem problem(right);
   problem.of_hessian = [](std::span<double> values) { values[0] *= 1.5; };
   const std::string text = message_of(problem);
   EXPECT_NE(text.find("the second derivatives in variable 0 (thrust) look wrong"),

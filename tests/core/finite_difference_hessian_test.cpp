@@ -8,6 +8,7 @@
 #include <numeric>
 #include <random>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -712,6 +713,70 @@ TEST(SolveWithDifferences, IsAnErrorWhereExactDerivativesWereAskedFor) {
   EXPECT_NE(result.message.find("finite-difference-values"), std::string::npos);
   EXPECT_EQ(blind.counts().gradient, 0);
   EXPECT_EQ(solve(problem, options).status, Status::Solved);
+}
+
+/// Without second derivatives, and with first ones from differences whose rounding is tol.
+class Rough final : public WithoutHessian {
+ public:
+  using WithoutHessian::WithoutHessian;
+  bool gradient(std::span<const double> v, bool, std::span<double> grad) override {
+    double f = 0.0;
+    return difference(
+        v, 1, [&](std::span<const double> w) { return objective(w, true, f) ? &f : nullptr; },
+        [&](std::size_t, std::size_t i, double slope) { grad[i] = slope; });
+  }
+  bool jacobian(std::span<const double> v, bool, std::span<double> values) override {
+    std::vector<double> g(structure().constraint_players.size());
+    return difference(
+        v, g.size(),
+        [&](std::span<const double> w) { return constraints(w, true, g) ? g.data() : nullptr; },
+        [&](std::size_t j, std::size_t i, double slope) {
+          for (std::size_t k = 0; k < values.size(); ++k) {
+            const auto [row, col] = structure().jacobian[k];
+            if (at(row) == j && at(col) == i) values[k] = slope;
+          }
+        });
+  }
+
+ private:
+  template <class Values, class Store>
+  static bool difference(std::span<const double> v, std::size_t rows, const Values& values_at,
+                         const Store& store) {
+    constexpr double kStep = 1e-8;
+    std::vector<double> w(v.begin(), v.end());
+    const double* found = values_at(w);
+    if (found == nullptr) return false;
+    const std::vector<double> here(found, found + rows);
+    for (std::size_t i = 0; i < w.size(); ++i) {
+      w[i] = v[i] + kStep;
+      if ((found = values_at(w)) == nullptr) return false;
+      for (std::size_t j = 0; j < rows; ++j) store(j, i, (found[j] - here[j]) / kStep);
+      w[i] = v[i];
+    }
+    return true;
+  }
+};
+
+// Each step by a rounding renews the errors of rough gradients: multipliers have to answer at one point.
+TEST(SolveWithDifferences, RoughGradientsReachTheTolerance) {
+  for (int k = 0; k < 40; ++k) {
+    const double slope = 2.0 + 0.05 * k, root = 1.0 / (1.0 + slope);  // of slope x = 1 - x
+    Model model;
+    const Expression x = model.variable(kMin, "x", -0.5, 1.0),
+                     y = model.variable(kMin, "y", 0.0, 8.0);
+    model.objective(sqrt(y));
+    model.constraint(y - slope * slope * slope * x * square(x), 0.0, 0.0);
+    model.constraint(y - (1.0 - x) * square(1.0 - x), 0.0, 0.0);
+    AutodiffProblem smooth(model, {8.0, 0.25});
+    Rough problem(smooth);
+    SolverOptions options;
+    options.mu_strategy = BarrierStrategy::Adaptive;
+    const Result result = solve(problem, options);
+    // Differences of such gradients may leave the curvature undecided.
+    EXPECT_TRUE(result.status == Status::Solved || result.status == Status::SolvedDegenerate)
+        << slope << ": " << name_of(result.status);
+    EXPECT_NEAR(result.v[0], root, 1e-6);
+  }
 }
 
 TEST(SolveWithDifferences, IsWhatLimitedMemoryMeans) {

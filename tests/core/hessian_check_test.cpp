@@ -1,14 +1,12 @@
 // A certificate is a statement about second derivatives: wrong ones are noticed.
-#include <functional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include <support/autodiff_problem.hpp>
-#include <support/forwarding_problem.hpp>
+#include <support/changed_problem.hpp>
 
 #include "core/solver.hpp"
 
@@ -16,37 +14,24 @@ namespace ipminmax {
 namespace {
 
 using testing::AutodiffProblem;
+using testing::ChangedProblem;
 using testing::Expression;
-using testing::ForwardingProblem;
 using testing::kNoBound;
 using testing::Model;
 
 constexpr Player kMin = Player::Min;
 constexpr Player kMax = Player::Max;
 
-/// Second derivatives changed by the caller.
-class Changed final : public ForwardingProblem {
- public:
-  using Change = std::function<void(std::span<const Triplet>, std::span<double>)>;
-  Changed(Problem& model, Change change) : ForwardingProblem(model), change_(std::move(change)) {}
-  bool hessian(std::span<const double> v, bool new_v, double sigma, std::span<const double> lambda,
-               bool new_lambda, std::span<double> values) override {
-    if (!ForwardingProblem::hessian(v, new_v, sigma, lambda, new_lambda, values)) return false;
-    change_(structure().hessian, values);
-    return true;
-  }
-
- private:
-  Change change_;
-};
-
-Changed::Change times(Index i, Index j, double factor) {
-  return [=](std::span<const Triplet> structure, std::span<double> values) {
+/// Entry (i, j) of the second derivatives multiplied.
+ChangedProblem with_entry_times(Problem& right, Index i, Index j, double factor) {
+  ChangedProblem changed(right);
+  changed.of_hessian = [=, structure = right.structure().hessian](std::span<double> values) {
     for (std::size_t k = 0; k < structure.size(); ++k) {
       const auto [row, col] = structure[k];
       if ((row == i && col == j) || (row == j && col == i)) values[k] *= factor;
     }
   };
+  return changed;
 }
 
 /// Its local minmax has every entry of W away from zero, constraints of both players among them.
@@ -76,7 +61,7 @@ TEST(HessianCheck, WrongEntriesAreNotCertified) {
   for (const auto& [i, j, factor] :
        {Case{0, 0, 2.0}, Case{2, 2, 0.5}, Case{1, 1, 1.3}, Case{1, 0, 0.0}, Case{2, 0, 0.7}}) {
     AutodiffProblem right = game();
-    Changed problem(right, times(i, j, factor));
+    ChangedProblem problem = with_entry_times(right, i, j, factor);
     SolverOptions options;
     options.minmax_max_restarts = 0;
     const Result result = solve(problem, options);
@@ -91,7 +76,7 @@ TEST(HessianCheck, WrongEntriesAreNotCertified) {
 
 TEST(HessianCheck, NamesTheRow) {
   AutodiffProblem right = game();
-  Changed problem(right, times(2, 2, 1.5));
+  ChangedProblem problem = with_entry_times(right, 2, 2, 1.5);
   EXPECT_NE(solve(problem, {}).message.find("wind"), std::string::npos);
 }
 
@@ -104,7 +89,7 @@ TEST(HessianCheck, LittleCurvatureIsComparedWithItsOwnSize) {
     model.objective(0.5 * square(x + z) + 5e-4 * square(x - z) + x * y - square(y) + x);
     AutodiffProblem right(model, {1.0, 2.0, 0.5});
     // W = (1.001, 0.999; 0.999, 1.001): with the change the curvature along (1, -1) is negative.
-    Changed wrong(right, times(1, 0, 0.9980));
+    ChangedProblem wrong = with_entry_times(right, 1, 0, 0.9980);
     const Result result = solve(changed ? static_cast<Problem&>(wrong) : right, {});
     EXPECT_EQ(result.certificate.hessian_disagrees, changed) << result.message;
     EXPECT_EQ(result.certificate.kind == PointKind::LocalMinmax, !changed);
@@ -117,11 +102,13 @@ TEST(HessianCheck, MinimizationsToo) {
   model.objective(100.0 * square(z - square(x)) + square(1.0 - x));
   AutodiffProblem right(model, {-1.2, 1.0});
   EXPECT_EQ(solve(right, {}).status, Status::Solved);
-  Changed gauss_newton(right, [](std::span<const Triplet> structure, std::span<double> values) {
+  ChangedProblem gauss_newton(right);
+  gauss_newton.of_hessian = [&right](std::span<double> values) {
+    const std::vector<Triplet>& structure = right.structure().hessian;
     for (std::size_t k = 0; k < structure.size(); ++k) {
       if (structure[k].row == structure[k].col) values[k] *= 1.2;
     }
-  });
+  };
   const Result result = solve(gauss_newton, {});
   EXPECT_TRUE(is_success(result.status)) << result.message;
   EXPECT_NE(result.status, Status::Solved);
@@ -131,7 +118,7 @@ TEST(HessianCheck, MinimizationsToo) {
 // On the central path, where a barrier's curvature counts.
 TEST(HessianCheck, OnTheCentralPath) {
   AutodiffProblem right = game();
-  Changed wrong(right, times(0, 0, 2.0));
+  ChangedProblem wrong = with_entry_times(right, 0, 0, 2.0);
   SolverOptions options;
   options.mu_target = 1e-3;
   EXPECT_EQ(solve(right, options).status, Status::Solved);

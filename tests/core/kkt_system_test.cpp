@@ -549,16 +549,19 @@ INSTANTIATE_TEST_SUITE_P(Solvers, KktBySchurComplement,
                          testing::Values(LinearSolver::Auto, LinearSolver::Mumps,
                                          LinearSolver::Lapack));
 
+/// While iterating inertias need not be certain, and K may be factorized by way of K_yy.
+constexpr Certainty kUsual = Certainty::Usual;
+
 TEST_P(KktBySchurComplement, GivesTheDenseInertiasAndSolutions) {
   int by_complement = 0;
   for (unsigned seed = 0; seed < 200; ++seed) {
     RandomSystem s(random_shape(seed), seed, GetParam(), SchurComplementUse::Yes);
-    s.kkt->require_certain_inertia(false);
     for (const Regularization& shift :
          {Regularization{}, Regularization{.x = 3.0}, Regularization{.x = 3.0, .y = 4.0},
           Regularization{.x = 9.0, .y = 4.0, .lambda_x = 1e-2, .lambda_y = 1e-2}}) {
-      EXPECT_EQ(s.kkt->factorize(shift).inertia, inertia_of(s.dense(shift))) << seed;
-      EXPECT_EQ(s.kkt->factorize_inner(shift).inertia, inertia_of(s.dense_inner(shift))) << seed;
+      EXPECT_EQ(s.kkt->factorize(shift, kUsual).inertia, inertia_of(s.dense(shift))) << seed;
+      EXPECT_EQ(s.kkt->factorize_inner(shift, kUsual).inertia, inertia_of(s.dense_inner(shift)))
+          << seed;
       const NewtonResidual rhs = s.random_residual();
       Step step = zero_step(s.canonical);
       if (s.kkt->solve(s.evaluation, rhs, step)) {
@@ -572,13 +575,12 @@ TEST_P(KktBySchurComplement, GivesTheDenseInertiasAndSolutions) {
 
 TEST_P(KktBySchurComplement, SharesTheFactorsOfTheInnerMatrix) {
   RandomSystem s({}, 8, GetParam(), SchurComplementUse::Yes);
-  s.kkt->require_certain_inertia(false);
-  static_cast<void>(s.kkt->factorize_inner({.y = 1.0}));
+  static_cast<void>(s.kkt->factorize_inner({.y = 1.0}, kUsual));
   for (const double x : {0.0, 1.0, 10.0}) {
     const Regularization shift{.x = x, .y = 1.0};
-    EXPECT_EQ(s.kkt->factorize(shift).inertia, inertia_of(s.dense(shift)));
+    EXPECT_EQ(s.kkt->factorize(shift, kUsual).inertia, inertia_of(s.dense(shift)));
   }
-  static_cast<void>(s.kkt->factorize_inner({.y = 1.0}));
+  static_cast<void>(s.kkt->factorize_inner({.y = 1.0}, kUsual));
   EXPECT_EQ(s.counts.factorizations_full, 0);
   EXPECT_EQ(s.counts.factorizations_inner, 1);
   EXPECT_EQ(s.counts.factorizations_complement, 3);
@@ -586,13 +588,12 @@ TEST_P(KktBySchurComplement, SharesTheFactorsOfTheInnerMatrix) {
 
 TEST_P(KktBySchurComplement, FactorsOfKSurviveThoseOfTheInnerMatrix) {
   RandomSystem s({}, 8, GetParam(), SchurComplementUse::Yes);
-  s.kkt->require_certain_inertia(false);
   const Regularization shift{.x = 2.0, .y = 3.0};
-  static_cast<void>(s.kkt->factorize_inner(shift));
-  static_cast<void>(s.kkt->factorize(shift));
+  static_cast<void>(s.kkt->factorize_inner(shift, kUsual));
+  static_cast<void>(s.kkt->factorize(shift, kUsual));
   for (const double y : {5.0, 7.0, 9.0}) {
     const Regularization other{.y = y};
-    EXPECT_EQ(s.kkt->factorize_inner(other).inertia, inertia_of(s.dense_inner(other)));
+    EXPECT_EQ(s.kkt->factorize_inner(other, kUsual).inertia, inertia_of(s.dense_inner(other)));
     const NewtonResidual rhs = s.random_residual();
     Step step = zero_step(s.canonical);
     ASSERT_TRUE(s.kkt->solve_inner(s.evaluation, rhs, step));
@@ -606,7 +607,6 @@ TEST_P(KktBySchurComplement, FactorsOfKSurviveThoseOfTheInnerMatrix) {
 
 TEST_P(KktBySchurComplement, CertainInertiasAreThoseOfTheWholeMatrix) {
   RandomSystem s({}, 8, GetParam(), SchurComplementUse::Yes);
-  s.kkt->require_certain_inertia(true);
   EXPECT_EQ(s.kkt->factorize({}).inertia, inertia_of(s.dense({})));
   EXPECT_EQ(s.counts.factorizations_full, 1);
   EXPECT_EQ(s.counts.factorizations_complement, 0);
@@ -620,12 +620,11 @@ TEST_P(KktBySchurComplement, ASingularInnerMatrixLeavesTheWholeOne) {
                   .max_equalities = 0,
                   .max_inequalities = 0},
                  3, GetParam(), SchurComplementUse::Yes);
-  s.kkt->require_certain_inertia(false);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(s.dense_inner({}));
   for (const double distance : {0.0, 1e-13, -1e-11}) {  // of an eigenvalue of K_yy to zero
     const Regularization shift{.x = 1.0, .y = eigen.eigenvalues()[1] + distance};
     const Index whole = s.counts.factorizations_full;
-    EXPECT_EQ(s.kkt->factorize(shift).inertia, inertia_of(s.dense(shift)));
+    EXPECT_EQ(s.kkt->factorize(shift, kUsual).inertia, inertia_of(s.dense(shift)));
     EXPECT_EQ(s.counts.factorizations_full, whole + 1);
     const NewtonResidual rhs = s.random_residual();
     Step step = zero_step(s.canonical);
@@ -690,95 +689,6 @@ TEST(LeastSquaresMultipliers, OfDependentGradientsAreRefused) {
   }
 }
 
-/// Whether the dense gradients of a player's active constraints are independent.
-bool dense_rank_full(const RandomSystem& s, const std::vector<bool>& active, bool max) {
-  const Index y = s.canonical.y().begin;
-  const IndexRange rows = max ? s.canonical.max_constraints() : s.canonical.min_constraints();
-  const IndexRange columns{max ? y : 0, max ? s.canonical.variables() : y};
-  // Active bounds are rows of their own; a slack at its bound makes its inequality active.
-  MatrixXd all = MatrixXd::Zero(rows.size() + columns.size(), columns.size());
-  Index used = 0;
-  for (Index j = rows.begin; j < rows.end; ++j) {
-    all.row(used++) = s.a.row(j).segment(columns.begin, columns.size());
-  }
-  for (Index i = columns.begin; i < columns.end; ++i) {
-    if (active[static_cast<std::size_t>(i)]) all(used++, i - columns.begin) = 1.0;
-  }
-  if (used == 0) return true;
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(all.topRows(used));
-  qr.setThreshold(1e-9);
-  return qr.rank() == used;
-}
-
-TEST(ActiveRank, AgreesWithTheDenseRank) {
-  int deficient_min = 0;
-  int deficient_max = 0;
-  int full = 0;
-  for (unsigned seed = 0; seed < 300; ++seed) {
-    RandomSystem s(random_shape(seed), seed);
-    std::mt19937 random(seed);
-    std::vector<bool> active(static_cast<std::size_t>(s.canonical.variables()), false);
-    for (const auto list : {s.canonical.lower_bounded(), s.canonical.upper_bounded()}) {
-      for (const Index i : list) active[static_cast<std::size_t>(i)] = random() % 3 == 0;
-    }
-    const bool want_min = dense_rank_full(s, active, false);
-    const bool want_max = dense_rank_full(s, active, true);
-    const auto found = s.kkt->active_rank(s.evaluation, active);
-    // The Max player's gradients are settled first; only when they are does Min's finding bind.
-    EXPECT_EQ(found.full_max, want_max) << seed;
-    if (want_max) {
-      EXPECT_EQ(found.full_min, want_min) << seed;
-    }
-    if (!want_min) {
-      EXPECT_FALSE(found.full_min) << seed;
-    }
-    deficient_min += want_max && !want_min;
-    deficient_max += !want_max;
-    full += want_min && want_max;
-  }
-  EXPECT_GT(deficient_min, 10);
-  EXPECT_GT(deficient_max, 10);
-  EXPECT_GT(full, 10);
-}
-
-TEST(ActiveRank, DoesNotDependOnTheSizeOfAGradient) {
-  RandomSystem s({.x = 3,
-                  .y = 3,
-                  .min_equalities = 2,
-                  .min_inequalities = 0,
-                  .max_equalities = 2,
-                  .max_inequalities = 0},
-                 4);
-  s.model.jacobian_matrix.row(0) *= 1e-7;
-  s.model.jacobian_matrix.row(3) *= 1e7;
-  s.take();
-  const std::vector<bool> none(static_cast<std::size_t>(s.canonical.variables()), false);
-  const auto found = s.kkt->active_rank(s.evaluation, none);
-  EXPECT_TRUE(found.full_min);
-  EXPECT_TRUE(found.full_max);
-}
-
-TEST(ActiveRank, FindsDuplicateConstraintsOfEitherPlayer) {
-  for (const LinearSolver solver : {LinearSolver::Lapack, LinearSolver::Auto}) {
-    for (const bool max : {false, true}) {
-      RandomSystem s({.x = 3,
-                      .y = 3,
-                      .min_equalities = 2,
-                      .min_inequalities = 0,
-                      .max_equalities = 2,
-                      .max_inequalities = 0},
-                     11, solver);
-      const Index first = max ? 2 : 0;
-      s.model.jacobian_matrix.row(first + 1) = -3.0 * s.model.jacobian_matrix.row(first);
-      s.take();
-      const std::vector<bool> none(static_cast<std::size_t>(s.canonical.variables()), false);
-      const auto found = s.kkt->active_rank(s.evaluation, none);
-      EXPECT_EQ(found.full_max, !max);
-      EXPECT_FALSE(found.full_min && !max);
-    }
-  }
-}
-
 TEST(KktFactorsTest, AreRefusedOnceOthersAreAtHand) {
   RandomSystem s({}, 9);
   const Regularization shift{.x = 2.0, .y = 3.0};
@@ -816,14 +726,14 @@ TEST(KktFactorizations, AreNotRepeatedForTheSameValuesAndShifts) {
   KktSystem& kkt = *system.kkt;
   const Counts& counts = system.counts;
   const Regularization shift{.x = 1.0, .y = 2.0};
-  const Factorization first = kkt.factorize(shift);
-  const Factorization inner = kkt.factorize_inner({});
+  const Factorization first = kkt.factorize(shift, Certainty::Usual);
+  const Factorization inner = kkt.factorize_inner({}, Certainty::Usual);
   EXPECT_EQ(counts.factorizations_full, 1);
   EXPECT_EQ(counts.factorizations_inner, 1);
 
   kkt.assemble(system.iterate, system.evaluation);
-  EXPECT_EQ(kkt.factorize(shift).inertia, first.inertia);
-  EXPECT_EQ(kkt.factorize_inner({}).inertia, inner.inertia);
+  EXPECT_EQ(kkt.factorize(shift, Certainty::Usual).inertia, first.inertia);
+  EXPECT_EQ(kkt.factorize_inner({}, Certainty::Usual).inertia, inner.inertia);
   EXPECT_EQ(counts.factorizations_full, 1);
   EXPECT_EQ(counts.factorizations_inner, 1);
   const NewtonResidual rhs = system.random_residual();
@@ -832,28 +742,29 @@ TEST(KktFactorizations, AreNotRepeatedForTheSameValuesAndShifts) {
   EXPECT_LT(system.newton_error(shift, rhs, step), 1e-8);
 
   // Another shift of one matrix.
-  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}));
-  static_cast<void>(kkt.factorize_inner({}));
+  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}, Certainty::Usual));
+  static_cast<void>(kkt.factorize_inner({}, Certainty::Usual));
   EXPECT_EQ(counts.factorizations_full, 2);
   EXPECT_EQ(counts.factorizations_inner, 1);
 
   // Other values: barrier terms, derivatives.
   for (const Index i : system.canonical.lower_bounded()) system.iterate.z_lower[i] *= 1.5;
   kkt.assemble(system.iterate, system.evaluation);
-  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}));
+  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}, Certainty::Usual));
   EXPECT_EQ(counts.factorizations_full, 3);
   ASSERT_EQ(system.canonical.second_derivatives(system.iterate.v, 2.0 * system.iterate.lambda,
                                                 system.evaluation),
             EvaluationStatus::Ok);
   kkt.assemble(system.iterate, system.evaluation);
-  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}));
-  static_cast<void>(kkt.factorize_inner({}));
+  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}, Certainty::Usual));
+  static_cast<void>(kkt.factorize_inner({}, Certainty::Usual));
   EXPECT_EQ(counts.factorizations_full, 4);
   EXPECT_EQ(counts.factorizations_inner, 2);
 
-  // A factorization that must be better than the last.
-  kkt.require_certain_inertia(true);
+  // A factorization that must be better than the last, and one that need not be.
   static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}));
+  EXPECT_EQ(counts.factorizations_full, 5);
+  static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}, Certainty::Usual));
   EXPECT_EQ(counts.factorizations_full, 5);
 }
 

@@ -15,8 +15,8 @@ namespace ipminmax {
 namespace {
 
 using testing::AutodiffProblem;
+using testing::CountingProblem;
 using testing::Expression;
-using testing::ForwardingProblem;
 using testing::kNoBound;
 using testing::Model;
 using testing::StartedProblem;
@@ -174,7 +174,7 @@ TEST_P(BothMethods, GiveTheSameBitsTwice) {
 
 TEST_P(BothMethods, CountWhatTheyDo) {
   AutodiffProblem problem = constrained_minmax();
-  ForwardingProblem counted(problem);
+  CountingProblem counted(problem);
   Index calls = 0;
   Index last = -1;
   const Result result = solve(counted, with(GetParam()), [&](const IterationInfo& info) {

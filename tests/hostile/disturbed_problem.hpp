@@ -7,7 +7,8 @@
 #include <vector>
 
 #include <support/dice.hpp>
-#include <support/forwarding_problem.hpp>
+
+#include "core/model/forwarding_problem.hpp"
 
 namespace ipminmax::testing {
 

@@ -52,9 +52,6 @@ void keep_small(SolverOptions& o) {
   o.perturb_inc_fact = std::max(o.perturb_inc_fact, 1.5);
   o.perturb_inc_fact_first = std::max(o.perturb_inc_fact_first, 1.5);
   o.perturb_dec_fact = std::min(o.perturb_dec_fact, 0.7);
-  // The same of decreases of mu.
-  o.mu_linear_decrease_factor = std::min(o.mu_linear_decrease_factor, 0.9);
-  o.mu_superlinear_decrease_power = std::max(o.mu_superlinear_decrease_power, 1.05);
   o.max_refinement_steps = std::min(o.max_refinement_steps, 20);
   o.derivative_test = DerivativeTest::None;
   o.mu_target = 0.0;                        // above, errors are those of the barrier problem

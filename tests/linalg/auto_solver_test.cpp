@@ -25,28 +25,40 @@ TEST(AutoSolver, UsesLdltOnChainsAndLeavesItForGood) {
   const KktMatrix chain = chauffeur_kkt(40, 1);
   AutoSolver solver({});
   ASSERT_TRUE(solver.analyze(chain.matrix, chain.signs).ok);
-  EXPECT_FALSE(solver.pivots());
-  const Inertia by_ldlt = solver.factorize(chain.matrix).inertia;
-  EXPECT_FALSE(solver.pivots());
+  const Factorization by_ldlt = solver.factorize(chain.matrix);
+  EXPECT_FALSE(by_ldlt.trust.pivoted);
+  EXPECT_GT(by_ldlt.trust.perturbation, 0.0);
   ASSERT_TRUE(solver.increase_quality());
-  EXPECT_TRUE(solver.pivots());
   for (int run = 0; run < 2; ++run) {
     const Factorization result = solver.factorize(chain.matrix);
     EXPECT_EQ(result.status, FactorizationStatus::Ok);
-    EXPECT_EQ(result.inertia, by_ldlt);
-    EXPECT_TRUE(solver.pivots());
+    EXPECT_EQ(result.inertia, by_ldlt.inertia);
+    EXPECT_TRUE(result.trust.pivoted);
+    EXPECT_EQ(result.trust.perturbation, 0.0);
   }
   EXPECT_TRUE(solver.increase_quality());  // now the pivot tolerance of MUMPS
+}
+
+TEST(AutoSolver, PivotsWhereItIsAskedTo) {
+  const KktMatrix chain = chauffeur_kkt(40, 1);
+  AutoSolver solver({});
+  ASSERT_TRUE(solver.analyze(chain.matrix, chain.signs).ok);
+  ASSERT_FALSE(solver.factorize(chain.matrix).trust.pivoted);
+  EXPECT_TRUE(solver.begin_pivoting());
+  EXPECT_TRUE(solver.factorize(chain.matrix, Certainty::Usual).trust.pivoted);
+  EXPECT_FALSE(solver.begin_pivoting());  // as before
+  solver.reset_quality();
+  EXPECT_FALSE(solver.factorize(chain.matrix).trust.pivoted);
 }
 
 TEST(AutoSolver, PivotsOnTinyMatricesAndWithoutSigns) {
   const KktMatrix tiny = random_kkt({{3, 3, 1, 1}, 0.5, 0.0}, 1);
   AutoSolver solver({});
   ASSERT_TRUE(solver.analyze(tiny.matrix, tiny.signs).ok);
-  EXPECT_TRUE(solver.pivots());
+  EXPECT_TRUE(solver.factorize(tiny.matrix).trust.pivoted);
   const KktMatrix chain = chauffeur_kkt(40, 1);
   ASSERT_TRUE(solver.analyze(chain.matrix, {}).ok);
-  EXPECT_TRUE(solver.pivots());
+  EXPECT_TRUE(solver.factorize(chain.matrix).trust.pivoted);
 }
 
 TEST(AutoSolver, PivotsWhereFrontsAreLarge) {
@@ -54,7 +66,7 @@ TEST(AutoSolver, PivotsWhereFrontsAreLarge) {
   AutoSolver solver({});
   const Analysis analysis = solver.analyze(filled.matrix, filled.signs);
   ASSERT_TRUE(analysis.ok);
-  EXPECT_TRUE(solver.pivots());
+  EXPECT_TRUE(solver.factorize(filled.matrix, Certainty::Usual).trust.pivoted);
   EXPECT_GT(analysis.flops, 100.0 * static_cast<double>(analysis.factor_entries));
 }
 
@@ -71,16 +83,14 @@ TEST(AutoSolver, PivotsWhenGammaDecidesTheInertia) {
   EXPECT_EQ(ldlt.factorize(matrix).inertia, (Inertia{n, 0, 0}));
   AutoSolver solver({});
   ASSERT_TRUE(solver.analyze(matrix, signs).ok);
-  EXPECT_FALSE(solver.pivots());
-  solver.require_certain_inertia(false);
-  const Factorization uncertain = solver.factorize(matrix);
+  const Factorization uncertain = solver.factorize(matrix, Certainty::Usual);
   EXPECT_EQ(uncertain.inertia, (Inertia{n, 0, 0}));
-  EXPECT_FALSE(solver.pivots());
-  EXPECT_EQ(solver.make_certain(matrix, uncertain).inertia, (Inertia{n - 1, 1, 0}));
-  EXPECT_TRUE(solver.pivots());
-  solver.require_certain_inertia(true);
-  EXPECT_EQ(solver.factorize(matrix).inertia, (Inertia{n - 1, 1, 0}));
-  EXPECT_TRUE(solver.pivots());
+  EXPECT_FALSE(uncertain.trust.pivoted);
+  for (const Factorization& certain :
+       {solver.make_certain(matrix, uncertain), solver.factorize(matrix)}) {
+    EXPECT_EQ(certain.inertia, (Inertia{n - 1, 1, 0}));
+    EXPECT_TRUE(certain.trust.pivoted);
+  }
 }
 
 TEST(AutoSolver, ASmallerGammaSavesThePivoting) {
@@ -93,8 +103,10 @@ TEST(AutoSolver, ASmallerGammaSavesThePivoting) {
     AutoSolver solver({});
     ASSERT_TRUE(solver.analyze(matrix, std::vector<std::int8_t>(n, 1)).ok);
     const Index negative = eigenvalue < 0.0 ? 1 : 0;
-    EXPECT_EQ(solver.factorize(matrix).inertia, (Inertia{n - negative, negative, 0})) << eigenvalue;
-    EXPECT_FALSE(solver.pivots()) << eigenvalue;
+    const Factorization result = solver.factorize(matrix);
+    EXPECT_EQ(result.inertia, (Inertia{n - negative, negative, 0})) << eigenvalue;
+    EXPECT_FALSE(result.trust.pivoted) << eigenvalue;
+    EXPECT_LT(result.trust.perturbation, std::abs(eigenvalue));
   }
 }
 
@@ -109,14 +121,16 @@ TEST(AutoSolver, LdltPausesWhereItsInertiaIsNeverCertain) {
   AutoSolver solver({});
   ASSERT_TRUE(solver.analyze(matrix, std::vector<std::int8_t>(n, 1)).ok);
   for (int run = 0; run < 4; ++run) {
-    EXPECT_EQ(solver.factorize(matrix).inertia.positive, n - 1);
-    EXPECT_TRUE(solver.pivots());
+    const Factorization result = solver.factorize(matrix);
+    EXPECT_EQ(result.inertia.positive, n - 1);
+    EXPECT_TRUE(result.trust.pivoted);
   }
   int pauses = 0;  // then LDL' is back
   for (const SymmetricMatrix easy = clear.build();; ++pauses) {
     ASSERT_LT(pauses, 16);
-    EXPECT_EQ(solver.factorize(easy).inertia, (Inertia{n, 0, 0}));
-    if (!solver.pivots()) break;
+    const Factorization result = solver.factorize(easy);
+    EXPECT_EQ(result.inertia, (Inertia{n, 0, 0}));
+    if (!result.trust.pivoted) break;
   }
   EXPECT_GT(pauses, 0);
 }
@@ -126,7 +140,7 @@ TEST(AutoSolver, SingularMatricesAreSeenThroughLdlt) {
     const KktMatrix kkt = random_kkt({{60, 50, 20, 20}, 0.05, 0.0, true}, seed);
     AutoSolver solver({});
     ASSERT_TRUE(solver.analyze(kkt.matrix, kkt.signs).ok);
-    ASSERT_FALSE(solver.pivots());
+    ASSERT_FALSE(solver.factorize(kkt.matrix, Certainty::Usual).trust.pivoted);
     EXPECT_EQ(solver.factorize(kkt.matrix).status, FactorizationStatus::Singular) << seed;
   }
 }
@@ -144,14 +158,15 @@ TEST(AutoSolver, AZeroPivotIsRepairedAndLdltTriedAgain) {
   ASSERT_TRUE(solver.analyze(chain.matrix, chain.signs).ok);
   const Factorization result = solver.factorize(chain.matrix);
   EXPECT_EQ(result.status, FactorizationStatus::Ok);
-  EXPECT_TRUE(solver.pivots());
+  EXPECT_TRUE(result.trust.pivoted);
   SymmetricMatrix easy = chain.matrix;
   easy.set_zero();
   for (Index i = 0; i < easy.dimension(); ++i) {
     easy.values()[static_cast<std::size_t>(easy.diagonal_position(i))] = i % 3 == 0 ? -1.0 : 2.0;
   }
-  EXPECT_EQ(solver.factorize(easy).inertia, (Inertia{200, 100, 0}));
-  EXPECT_FALSE(solver.pivots());
+  const Factorization repaired = solver.factorize(easy);
+  EXPECT_EQ(repaired.inertia, (Inertia{200, 100, 0}));
+  EXPECT_FALSE(repaired.trust.pivoted);
 }
 
 TEST(LdltSolver, NeedsOneSignPerRow) {
@@ -174,8 +189,9 @@ TEST(LdltSolver, GammaGrowsWithTheCouplingOfTheSigns) {
     LdltSolver ldlt(options);
     ASSERT_TRUE(ldlt.analyze(matrix, std::vector<std::int8_t>{1, 1, -1}).ok);
     EXPECT_DOUBLE_EQ(ldlt.suitable_gamma(matrix), factor * options.ldlt_gamma);
-    ASSERT_EQ(ldlt.factorize(matrix).status, FactorizationStatus::Ok);
-    EXPECT_DOUBLE_EQ(ldlt.perturbation(), factor * options.ldlt_gamma);
+    const Factorization result = ldlt.factorize(matrix);
+    ASSERT_EQ(result.status, FactorizationStatus::Ok);
+    EXPECT_DOUBLE_EQ(result.trust.perturbation, factor * options.ldlt_gamma);
   }
 }
 

@@ -1,11 +1,17 @@
-// Factors and solutions have the same bits for any number of BLAS threads.
+// Factors and solutions have the same bits for any number of BLAS threads; forks wait for calls of BLAS.
 #include <dlfcn.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
+#include <thread>
 #include <vector>
 
 #include "linalg/blas_threads.hpp"
@@ -86,6 +92,41 @@ TEST_F(BlasThreads, AreOneWhileAnyHolderLives) {
   EXPECT_EQ(blas_threads(), 3);
   const SequentialBlas large(1e12);
   EXPECT_EQ(blas_threads(), 3);
+}
+
+bool factorizes(const SymmetricMatrix& matrix) {
+  LapackSolver solver;
+  return solver.analyze(matrix, {}).ok &&
+         solver.factorize(matrix).status == FactorizationStatus::Ok;
+}
+
+/// OpenBLAS's own handler ends its threads before a fork, whatever they are at.
+TEST_F(BlasThreads, AreNotEndedByAForkInTheMiddle) {
+  alarm(100);  // a deadlock of this process
+  set_threads(2);
+  const SymmetricMatrix matrix = dense_matrix(1450);
+  ASSERT_GT(std::pow(1450.0, 3) / 3.0, kOperationsWorthThreads);
+  std::atomic<bool> done{false};
+  std::atomic<int> failures{0};
+  std::thread worker([&] {
+    while (!done) failures += factorizes(matrix) ? 0 : 1;
+  });
+  int lost = 0;
+  for (int k = 0; k < 2; ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    const pid_t child = fork();
+    if (child == 0) {
+      alarm(60);
+      std::_Exit(factorizes(matrix) ? 0 : 1);
+    }
+    int status = -1;
+    lost += waitpid(child, &status, 0) == child && status == 0 ? 0 : 1;
+  }
+  done = true;
+  worker.join();
+  EXPECT_EQ(lost, 0);
+  EXPECT_EQ(failures, 0);
+  alarm(0);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <ipminmax.h>
 #include <ipminmax/adapter/ipminmax.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 
 /* min over x, max over y: x^2 + 3 x y - y^2 - x, solution x = 2/13, y = 3/13. */
@@ -35,6 +36,22 @@ static int eval_h(int n, double *v, int new_v, double obj_factor, int m, double 
   return 1;
 }
 
+/* IpminmaxStatistics as an earlier version had it, shorter; and what stands behind it. */
+struct OldStatistics {
+  int iterations, factorizations, behind;
+};
+
+static int fills_old_structures(IpminmaxProblem problem) {
+  IpminmaxStatistics all;
+  struct OldStatistics old = {0, 0, -7};
+  int (*by_symbol)(IpminmaxProblem, IpminmaxStatistics *) = IpminmaxGetStatistics;
+  return IpminmaxGetStatistics(problem, &all) && all.iterations > 0 &&
+         IpminmaxGetStatisticsSized(problem, (IpminmaxStatistics *)(void *)&old,
+                                    offsetof(struct OldStatistics, behind)) &&
+         old.iterations == all.iterations && old.factorizations == all.factorizations &&
+         old.behind == -7 && by_symbol(problem, &all);
+}
+
 int main(void) {
   const double lower[] = {-1e20, -1e20}, upper[] = {1e20, 1e20};
   const int players[] = {IPMINMAX_MIN, IPMINMAX_MAX};
@@ -50,7 +67,7 @@ int main(void) {
   right =
       IpminmaxAddIntOption(problem, "print_level", 0) &&
       IpminmaxSolve(problem, v, NULL, NULL, NULL, NULL, NULL, NULL) == IPMINMAX_SOLVE_SUCCEEDED &&
-      IpminmaxGetCertificate(problem, &certificate) &&
+      IpminmaxGetCertificate(problem, &certificate) && fills_old_structures(problem) &&
       certificate.point_kind == IPMINMAX_LOCAL_MINMAX && fabs(v[0] - 2.0 / 13.0) < 1e-6 &&
       fabs(v[1] - 3.0 / 13.0) < 1e-6;
   printf("C: x = %.6f, y = %.6f, %s: %s\n", v[0], v[1], right ? "right" : "WRONG ANSWER",

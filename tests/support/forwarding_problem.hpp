@@ -5,53 +5,47 @@
 #include <utility>
 #include <vector>
 
-#include "core/problem.hpp"
+#include "core/model/forwarding_problem.hpp"
 #include "core/result.hpp"
 
 namespace ipminmax::testing {
 
-/// Passes everything on to another problem, which must outlive it, and counts.
-class ForwardingProblem : public Problem {
+using ipminmax::ForwardingProblem;
+
+/// Passes everything on and counts.
+class CountingProblem : public ForwardingProblem {
  public:
-  explicit ForwardingProblem(Problem& problem) : problem_(problem) {}
+  using ForwardingProblem::ForwardingProblem;
 
   [[nodiscard]] const Counts& counts() const { return counts_; }
 
-  [[nodiscard]] const ProblemStructure& structure() const override { return problem_.structure(); }
-  [[nodiscard]] bool starting_point(StartingPoint& start) override {
-    return problem_.starting_point(start);
-  }
-  [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
-    return problem_.user_scaling(scaling);
-  }
   [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override {
     ++counts_.objective;
-    return problem_.objective(v, new_v, f);
+    return ForwardingProblem::objective(v, new_v, f);
   }
   [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
                               std::span<double> grad) override {
     ++counts_.gradient;
-    return problem_.gradient(v, new_v, grad);
+    return ForwardingProblem::gradient(v, new_v, grad);
   }
   [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
                                  std::span<double> g) override {
     ++counts_.constraints;
-    return problem_.constraints(v, new_v, g);
+    return ForwardingProblem::constraints(v, new_v, g);
   }
   [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
                               std::span<double> values) override {
     ++counts_.jacobian;
-    return problem_.jacobian(v, new_v, values);
+    return ForwardingProblem::jacobian(v, new_v, values);
   }
   [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
                              std::span<const double> lambda, bool new_lambda,
                              std::span<double> values) override {
     ++counts_.hessian;
-    return problem_.hessian(v, new_v, sigma, lambda, new_lambda, values);
+    return ForwardingProblem::hessian(v, new_v, sigma, lambda, new_lambda, values);
   }
 
  private:
-  Problem& problem_;
   Counts counts_;
 };
 

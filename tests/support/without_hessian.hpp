@@ -9,10 +9,10 @@ namespace ipminmax::testing {
 
 /// A problem's functions and first derivatives alone; counts their calls. The structure of the
 /// Hessian may be kept, its values are never given.
-class WithoutHessian final : public ForwardingProblem {
+class WithoutHessian : public CountingProblem {
  public:
   explicit WithoutHessian(Problem& problem, bool keep_structure = false)
-      : ForwardingProblem(problem), structure_(problem.structure()) {
+      : CountingProblem(problem), structure_(problem.structure()) {
     if (keep_structure) return;
     structure_.has_hessian = false;
     structure_.hessian.clear();
