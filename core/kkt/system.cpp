@@ -212,7 +212,7 @@ KktFactors KktSystem::factorize_inner(const Regularization& shift, Certainty cer
 }
 
 KktFactors KktSystem::make_certain() {
-  if (full_.empty()) return full_factors_;
+  if (full_.empty() || full_factors_.status == FactorizationStatus::Failed) return full_factors_;
   const Regularization shift = full_factors_.shift;
   if (full_factors_.by_schur_complement) {
     static_cast<void>(factorize_full(shift, full_factors_.certainty, false));

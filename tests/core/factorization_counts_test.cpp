@@ -86,11 +86,26 @@ TEST(FactorizationLimit, IsNeverExceededAndChangesNothingWhereItIsEnough) {
   for_each_start([&](const SmallProblem& known, AutodiffProblem& problem) {
     SolverOptions options;
     options.max_iter = 100;
-    const Result free = solve(problem, options);
+    std::vector<std::vector<double>> way;
+    const Result free = solve(problem, options, [&](const IterationInfo& info) {
+      if (!info.restoration) way.emplace_back(info.v.begin(), info.v.end());
+      return true;
+    });
     const Index restoration = free.counts.factorizations_for(FactorizationCause::Restoration).full;
     for (const Index most : {1, 2, 3, 5, 8, 13, 21, 34}) {
       options.minmax_max_factorizations = most;
-      const Result r = solve(problem, options);
+      std::size_t step = 0;
+      const Result r = solve(problem, options, [&](const IterationInfo& info) {
+        // The same way, as far as it goes; restorations and tests may end earlier.
+        const bool begun_anew = std::string("wRe").find(info.step_kind) != std::string::npos;
+        if (info.restoration || begun_anew || step >= way.size()) {
+          step = way.size();
+          return true;
+        }
+        EXPECT_TRUE(std::ranges::equal(info.v, way[step])) << known.name << ' ' << most;
+        ++step;
+        return true;
+      });
       const Index used =
           r.factorizations + r.counts.factorizations_for(FactorizationCause::Restoration).full;
       EXPECT_LE(used, most) << known.name;
