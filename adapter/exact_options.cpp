@@ -25,8 +25,44 @@ std::string lower_case(std::string text) {
 
 }  // namespace
 
+#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
+Ipopt::OptionsList& ExactOptionsList::operator=(const Ipopt::OptionsList& source) {
+  ++changes_;
+  Ipopt::OptionsList::operator=(source);
+  return *this;
+}
+
+bool ExactOptionsList::UnsetValue(const std::string& tag) {
+  ++changes_;
+  return Ipopt::OptionsList::UnsetValue(tag);
+}
+#else
+void ExactOptionsList::operator=(const Ipopt::OptionsList& source) {
+  ++changes_;
+  Ipopt::OptionsList::operator=(source);
+}
+#endif
+
+void ExactOptionsList::clear() {
+  ++changes_;
+  Ipopt::OptionsList::clear();
+}
+
+bool ExactOptionsList::SetStringValue(const std::string& tag, const std::string& value,
+                                      bool allow_clobber, bool dont_print) {
+  ++changes_;
+  return Ipopt::OptionsList::SetStringValue(tag, value, allow_clobber, dont_print);
+}
+
+bool ExactOptionsList::SetIntegerValue(const std::string& tag, Ipopt::Index value,
+                                       bool allow_clobber, bool dont_print) {
+  ++changes_;
+  return Ipopt::OptionsList::SetIntegerValue(tag, value, allow_clobber, dont_print);
+}
+
 bool ExactOptionsList::SetNumericValue(const std::string& tag, Ipopt::Number value,
                                        bool allow_clobber, bool dont_print) {
+  ++changes_;
   if (!Ipopt::OptionsList::SetNumericValue(tag, value, allow_clobber, dont_print)) return false;
   // True also where an earlier value that must not be overwritten stays.
   Ipopt::Number rounded = 0.0;

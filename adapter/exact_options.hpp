@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <string>
 
@@ -16,10 +17,24 @@ class ExactOptionsList : public Ipopt::OptionsList {
  public:
   using Ipopt::OptionsList::OptionsList;
 
+#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
+  Ipopt::OptionsList& operator=(const Ipopt::OptionsList& source) override;
+  bool UnsetValue(const std::string& tag) override;
+#else
+  void operator=(const Ipopt::OptionsList& source) override;
+#endif
+  void clear() override;
+  bool SetStringValue(const std::string& tag, const std::string& value, bool allow_clobber = true,
+                      bool dont_print = false) override;
+  bool SetIntegerValue(const std::string& tag, Ipopt::Index value, bool allow_clobber = true,
+                       bool dont_print = false) override;
   bool SetNumericValue(const std::string& tag, Ipopt::Number value, bool allow_clobber = true,
                        bool dont_print = false) override;
   bool GetNumericValue(const std::string& tag, Ipopt::Number& value,
                        const std::string& prefix) const override;
+
+  /// Grows with every call that may change an option.
+  [[nodiscard]] std::uint64_t changes() const { return changes_; }
 
   /// Takes the other's options, registry and journalist.
   void copy(const Ipopt::OptionsList& other);
@@ -31,6 +46,7 @@ class ExactOptionsList : public Ipopt::OptionsList {
     Ipopt::Number rounded;
   };
   std::map<std::string, Exact> exact_;  ///< by lower-case name
+  std::uint64_t changes_ = 0;
 };
 
 }  // namespace IPMINMAX_IPOPT_ABI

@@ -427,6 +427,23 @@ std::string summary(const Result& result, const ProblemStructure* structure) {
   return text;
 }
 
+namespace {
+
+/// "  K + K_yy for steps 6 + 5, certificate 1 + 1", empty where there were none.
+std::string factorization_causes(const Counts& counts) {
+  std::string text;
+  for (std::size_t k = 0; k < kFactorizationCauses; ++k) {
+    const auto cause = static_cast<FactorizationCause>(k);
+    const auto [full, inner] = counts.factorizations_for(cause);
+    if (full + inner == 0) continue;
+    text += text.empty() ? "  K + K_yy for " : ", ";
+    text += std::string(name_of(cause)) + format(" %d + %d", full, inner);
+  }
+  return text.empty() ? text : text + "\n";
+}
+
+}  // namespace
+
 std::string work(const Result& result) {
   const Counts& counts = result.counts;
   const auto line = [](const char* label, Index count) {
@@ -445,6 +462,7 @@ std::string work(const Result& result) {
     text += line("Number of factorizations of the complement of K_yy   ",
                  counts.factorizations_complement);
   }
+  text += factorization_causes(counts);
   text += line("Number of linear systems solved                      ", counts.solves);
   text += format("Total seconds in Ipminmax (w/o function evaluations)  = %10.3f\n",
                  result.timing.total - result.timing.evaluations);

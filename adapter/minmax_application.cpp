@@ -50,15 +50,57 @@ using Ipopt::SmartPtr;
 
 namespace {
 
+/// What the options say of the iteration table.
+struct RowSettings {
+  Index every = 1;
+  double pause = 0.0;
+  bool with_info = false, as_ipopt = false;
+};
+
+/// All that a solve takes from the options.
+struct Settings {
+  std::string error;  ///< what is wrong with them, empty: nothing
+  SolverOptions solver;
+  PlayerOptions players;
+  RowSettings rows;
+  EJournalLevel print_level = Ipopt::J_NONE;
+  bool without_banner = false, list_options = false, document_options = false, time_stages = false;
+  std::vector<std::string> ignored;  ///< messages about options without effect
+};
+
+Settings read_settings(const Ipopt::OptionsList& list) {
+  const auto flag = [&](const char* name) {
+    bool value = false;
+    list.GetBoolValue(name, value, "");
+    return value;
+  };
+  Settings settings;
+  Ipopt::Index level = 0;
+  list.GetIntegerValue("print_level", level, "");
+  settings.print_level = static_cast<EJournalLevel>(level);
+  settings.without_banner = flag("sb");
+  settings.error = solver_options(list, settings.solver);
+  if (!settings.error.empty()) return settings;
+  settings.players = player_options(list);
+  list.GetIntegerValue("print_frequency_iter", settings.rows.every, "");
+  list.GetNumericValue("print_frequency_time", settings.rows.pause, "");
+  settings.rows.with_info = flag("print_info_string");
+  settings.rows.as_ipopt = flag("print_ipopt_log");
+  settings.list_options = flag("print_user_options");
+  settings.document_options = flag("print_options_documentation");
+  settings.time_stages = flag("print_timing_statistics");
+  settings.ignored = ignored_ipopt_options(list);
+  return settings;
+}
+
 /// The iteration table: which rows are printed, and when the header is repeated.
 class IterationRows {
  public:
-  explicit IterationRows(const Ipopt::OptionsList& list) {
-    list.GetIntegerValue("print_frequency_iter", every_, "");
-    list.GetNumericValue("print_frequency_time", pause_, "");
-    list.GetBoolValue("print_info_string", with_info_, "");
-    list.GetBoolValue("print_ipopt_log", as_ipopt_, "");
-  }
+  explicit IterationRows(const RowSettings& settings)
+      : every_(settings.every),
+        pause_(settings.pause),
+        with_info_(settings.with_info),
+        as_ipopt_(settings.as_ipopt) {}
 
   /// Empty when the iteration is not due.
   [[nodiscard]] std::string text(const IterationInfo& info) {
@@ -154,6 +196,8 @@ struct MinMaxApplication::Implementation {
   RepeatedSolver solver;
   Result result;
   std::vector<RobustWorstCase> worst_cases;
+  std::optional<Settings> settings;    ///< as last read
+  std::uint64_t settings_read_at = 0;  ///< changes of the list before that
   bool banner_printed = false;
   bool documentation_printed = false;
   std::set<std::string> ignored_options;  ///< messages already printed
@@ -202,16 +246,25 @@ struct MinMaxApplication::Implementation {
   void print_split_remarks(const ProblemStructure& structure) const;
   [[nodiscard]] ApplicationReturnStatus report_exception();
 
+  [[nodiscard]] const Settings& current_settings();
   [[nodiscard]] std::string string_option(const char* name) const;
   [[nodiscard]] bool flag(const char* name) const;
   [[nodiscard]] EJournalLevel level_option(const char* name) const;
-  void set_console_level();
+  void set_console_level(EJournalLevel level);
   void print_banner();
   void print_user_options();
   void print_options_documentation();
   void print_ignored_options();
   void print(EJournalLevel level, EJournalCategory category, const std::string& text) const {
     if (!silent) journalist->Printf(level, category, "%s", text.c_str());
+  }
+  [[nodiscard]] bool is_printed(EJournalLevel level, EJournalCategory category) const {
+    return !silent && journalist->ProduceOutput(level, category);
+  }
+  /// make() gives the text, which is made only where it is printed.
+  template <class Make>
+  void print_made(EJournalLevel level, EJournalCategory category, Make&& make) const {
+    if (is_printed(level, category)) print(level, category, make());
   }
 };
 
@@ -220,7 +273,7 @@ MinMaxApplication::Implementation::Implementation(MinMaxApplication& owner, bool
   register_options(*registry);
   if (create_console_out) {
     journalist->AddFileJournal("console", "stdout", Ipopt::J_ITERSUMMARY);
-    set_console_level();
+    set_console_level(level_option("print_level"));
   }
 }
 
@@ -245,10 +298,20 @@ EJournalLevel MinMaxApplication::Implementation::level_option(const char* name) 
   return static_cast<EJournalLevel>(value);
 }
 
-void MinMaxApplication::Implementation::set_console_level() {
+const Settings& MinMaxApplication::Implementation::current_settings() {
+  // Another class of list does not tell when it changes.
+  const auto* counting = dynamic_cast<const ExactOptionsList*>(Ipopt::GetRawPtr(list));
+  if (!settings || counting == nullptr || settings_read_at != counting->changes()) {
+    settings = read_settings(*list);
+    settings_read_at = counting != nullptr ? counting->changes() : 0;
+  }
+  return *settings;
+}
+
+void MinMaxApplication::Implementation::set_console_level(EJournalLevel level) {
   const SmartPtr<Ipopt::Journal> console = journalist->GetJournal("console");
   if (Ipopt::IsNull(console)) return;
-  console->SetAllPrintLevels(level_option("print_level"));
+  console->SetAllPrintLevels(level);
   console->SetPrintLevel(Ipopt::J_DBG, Ipopt::J_NONE);
 }
 
@@ -267,7 +330,7 @@ bool MinMaxApplication::Implementation::open_output_file(const std::string& file
 }
 
 ApplicationReturnStatus MinMaxApplication::Implementation::set_up_output() {
-  set_console_level();
+  set_console_level(level_option("print_level"));
   const std::string file_name = string_option("output_file");
   if (file_name.empty()) return Ipopt::Solve_Succeeded;
   Ipopt::Index unused = 0;
@@ -346,7 +409,7 @@ void MinMaxApplication::Implementation::print_options_documentation() {
 }
 
 void MinMaxApplication::Implementation::print_ignored_options() {
-  for (const std::string& message : ignored_ipopt_options(*list)) {
+  for (const std::string& message : current_settings().ignored) {
     if (!ignored_options.insert(message).second) continue;
     print(Ipopt::J_STRONGWARNING, Ipopt::J_MAIN, "Option " + message + ".\n");
   }
@@ -413,9 +476,9 @@ bool MinMaxApplication::Implementation::call_back(TnlpProblem& problem,
 SolveObserver MinMaxApplication::Implementation::observer_of(TnlpProblem& problem,
                                                              const SolverOptions& options) {
   SolveObserver observer;
-  observer.on_iteration = [this, &problem, &options,
-                           rows = IterationRows(*list)](const IterationInfo& info) mutable {
-    print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, rows.text(info));
+  observer.on_iteration = [this, &problem, &options, rows = IterationRows(current_settings().rows)](
+                              const IterationInfo& info) mutable {
+    print_made(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, [&] { return rows.text(info); });
     return call_back(problem, options, info);
   };
   observer.message = [this](std::string_view text) {
@@ -427,10 +490,12 @@ SolveObserver MinMaxApplication::Implementation::observer_of(TnlpProblem& proble
 Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& problem,
                                                                  const SolverOptions& options) {
   MultistartObserver observer;
-  observer.on_iteration = [this, &problem, &options, rows = IterationRows(*list)](
-                              Index, const IterationInfo& info) mutable {
-    if (info.iteration == 0) rows = IterationRows(*list);
-    print(Ipopt::J_DETAILED, Ipopt::J_MAIN, rows.text(info));
+  const RowSettings row_settings = current_settings().rows;
+  observer.on_iteration = [this, &problem, &options, row_settings,
+                           rows = IterationRows(row_settings)](Index,
+                                                               const IterationInfo& info) mutable {
+    if (info.iteration == 0) rows = IterationRows(row_settings);
+    print_made(Ipopt::J_DETAILED, Ipopt::J_MAIN, [&] { return rows.text(info); });
     return call_back(problem, options, info);
   };
   const bool as_ipopt = flag("print_ipopt_log");  // whose log has no such tables
@@ -525,6 +590,7 @@ void MinMaxApplication::Implementation::look_for_worst_case(TnlpProblem& problem
 
 void MinMaxApplication::Implementation::print_split_remarks(
     const ProblemStructure& structure) const {
+  if (!is_printed(Ipopt::J_WARNING, Ipopt::J_MAIN)) return;
   const bool any_max = std::ranges::find(structure.variable_players, Player::Max) !=
                        structure.variable_players.end();
   const bool distributes = dynamic_cast<const MinMaxTNLP*>(Ipopt::GetRawPtr(model)) != nullptr &&
@@ -552,19 +618,22 @@ ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& p
     print(Ipopt::J_ERROR, Ipopt::J_MAIN, log::exit_line(result));
     return application_status(result.status);
   }
-  print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::summary(result, &problem.structure()));
-  if (is_success(result.status)) {
+  const auto printed = [&](EJournalCategory category, auto&& make) {
+    print_made(Ipopt::J_SUMMARY, category, make);
+  };
+  printed(Ipopt::J_SOLUTION, [&] { return log::summary(result, &problem.structure()); });
+  if (is_success(result.status) && is_printed(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION)) {
     for (const std::string& text : idle_bound_remarks(problem.structure(), options, result)) {
       print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, "Note: " + text + "\n");
     }
   }
-  if (flag("print_ipopt_log"))
-    print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::ipopt_errors(result));
-  print(Ipopt::J_SUMMARY, Ipopt::J_STATISTICS, log::work(result));
-  if (flag("print_timing_statistics")) {
-    print(Ipopt::J_SUMMARY, Ipopt::J_TIMING_STATISTICS, log::timing(result.timing));
+  if (current_settings().rows.as_ipopt)
+    printed(Ipopt::J_SOLUTION, [&] { return log::ipopt_errors(result); });
+  printed(Ipopt::J_STATISTICS, [&] { return log::work(result); });
+  if (current_settings().time_stages) {
+    printed(Ipopt::J_TIMING_STATISTICS, [&] { return log::timing(result.timing); });
   }
-  print(Ipopt::J_SUMMARY, Ipopt::J_MAIN, log::exit_line(result));
+  printed(Ipopt::J_MAIN, [&] { return log::exit_line(result); });
   statistics = new MinMaxStatistics(
       result, {.bound_violation = bound_violation(problem.structure(), result.v),
                .system_seconds = system_seconds() - system_seconds_before});
@@ -573,20 +642,21 @@ ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& p
 }
 
 ApplicationReturnStatus MinMaxApplication::Implementation::run() {
-  if (!banner_printed && !flag("sb")) print_banner();
-  SolverOptions options;
-  if (auto error = solver_options(*list, options); !error.empty()) {
-    return stop(Status::InvalidOption, std::move(error));
+  if (!banner_printed && !current_settings().without_banner) print_banner();
+  if (!current_settings().error.empty()) {
+    return stop(Status::InvalidOption, current_settings().error);
   }
-  if (flag("print_user_options")) print_user_options();
-  print_options_documentation();
+  // A copy: the model may change options while it is called.
+  const SolverOptions options = current_settings().solver;
+  if (current_settings().list_options) print_user_options();
+  if (current_settings().document_options) print_options_documentation();
   print_ignored_options();
   if (Ipopt::IsNull(model)) return stop(Status::InvalidProblem, "the model is null");
   if (auto error = ipopt_library_error(*model); !error.empty()) {
     return stop(Status::InvalidProblem, std::move(error));
   }
 
-  TnlpProblem problem(model, player_options(*list), options.hessian_approximation);
+  TnlpProblem problem(model, current_settings().players, options.hessian_approximation);
   try {
     if (auto error = problem.load(); !error.empty()) {
       return stop(Status::InvalidProblem, std::move(error));
@@ -594,8 +664,8 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
   } catch (const Ipopt::OPTION_INVALID& error) {
     return stop(Status::InvalidOption, error.Message());
   }
-  print(Ipopt::J_WARNING, Ipopt::J_STATISTICS,
-        log::problem_statistics(problem.structure(), options));
+  print_made(Ipopt::J_WARNING, Ipopt::J_STATISTICS,
+             [&] { return log::problem_statistics(problem.structure(), options); });
   print_split_remarks(problem.structure());
   try {
     if (options.derivative_test != DerivativeTest::None) {
@@ -633,7 +703,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
   ApplicationReturnStatus status = Ipopt::Internal_Error;
   try {
     try {
-      set_console_level();
+      set_console_level(current_settings().print_level);
       status = run();
     } catch (...) {
       status = report_exception();
@@ -684,7 +754,8 @@ void MinMaxApplication::RegisterOptions(const SmartPtr<Ipopt::RegisteredOptions>
 ApplicationReturnStatus MinMaxApplication::Initialize(bool allow_clobber) {
   std::string file_name;
   const bool is_set = implementation_->list->GetStringValue("option_file_name", file_name, "");
-  implementation_->set_console_level();  // print_level may have been set by now
+  // print_level may have been set by now.
+  implementation_->set_console_level(implementation_->level_option("print_level"));
   if (!file_name.empty() && file_name != "ipminmax.opt") {
     implementation_->print(Ipopt::J_SUMMARY, Ipopt::J_MAIN,
                            "Using option file \"" + file_name + "\".\n\n");

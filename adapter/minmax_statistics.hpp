@@ -49,6 +49,17 @@ class MinMaxStatistics : public Ipopt::ReferencedObject {
     num_hess_evals = counts_.hessian;
   }
 
+  /// Factorizations of K and of K_yy in all, and those for one cause.
+  void NumberOfFactorizations(Ipopt::Index& of_k, Ipopt::Index& of_k_yy) const {
+    of_k = counts_.factorizations_full;
+    of_k_yy = counts_.factorizations_inner;
+  }
+  void NumberOfFactorizations(FactorizationCause cause, Ipopt::Index& of_k,
+                              Ipopt::Index& of_k_yy) const {
+    of_k = counts_.factorizations_for(cause).full;
+    of_k_yy = counts_.factorizations_for(cause).inner;
+  }
+
   /// Unscaled infinity norms, dual_inf that of both players; kkt_error is the largest of the three.
   void Infeasibilities(Ipopt::Number& dual_inf, Ipopt::Number& constr_viol,
                        Ipopt::Number& complementarity, Ipopt::Number& kkt_error) const {

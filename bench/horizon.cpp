@@ -2,6 +2,7 @@
 // with the horizon, where it goes, and what the sequential formulation costs.
 
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +12,7 @@
 #include <examples/sequential_chauffeur.hpp>
 #include "adapter/tnlp_problem.hpp"
 #include "core/solver.hpp"
+#include "factorizations.hpp"
 #include "program.hpp"
 
 namespace bench {
@@ -106,6 +108,7 @@ void run(const Settings& settings, int largest) {
                "fact K_yy", "time", "time/iter", "overhead", "time / filter"});
   Table stages(
       {"T", "contestant", "callbacks", "assembly", "analysis", "factorization", "solves", "rest"});
+  Table causes = factorizations_by_cause("T");
   std::vector<std::pair<std::string, Growth>> growths;
   const auto growth_of = [&](const std::string& name) -> Growth& {
     for (auto& [known, growth] : growths) {
@@ -153,6 +156,8 @@ void run(const Settings& settings, int largest) {
       }
       stages.percent(rest);
 
+      add_factorizations(causes.row().integer(horizon).text(run.name), std::span(&r, 1));
+
       Growth& growth = growth_of(run.name);
       growth.horizons.push_back(horizon);
       growth.per_iteration.push_back(each.median);
@@ -160,6 +165,7 @@ void run(const Settings& settings, int largest) {
     }
   }
   publish(times, "Homicidal chauffeur, refined family: median [quartiles]", "horizon", settings);
+  publish(causes, kFactorizationsTitle, "horizon_factorizations", settings);
   publish(stages, "Share of the wall time by stage", "horizon_stages", settings);
   report_growth(growths, settings);
 }

@@ -1,3 +1,4 @@
+#include <memory>
 #include <stdexcept>
 
 #include <support/forwarding_problem.hpp>
@@ -15,11 +16,12 @@ namespace {
 
 using ipminmax::Index;
 using ipminmax::KktBlock;
+using ipminmax::KktPattern;
 using ipminmax::testing::StartedProblem;
 
-KktMatrix copy_of(KktBlock& block) {
+KktMatrix copy_of(KktBlock& block, const ipminmax::SolverOptions& options) {
   if (block.empty()) return {};
-  if (!block.analyze().ok) throw std::runtime_error("out of memory in the analysis");
+  if (!block.analyze(options).ok) throw std::runtime_error("out of memory in the analysis");
   (void)block.factorize({});  // completes the diagonal
   return {block.matrix(), {block.signs().begin(), block.signs().end()}};
 }
@@ -68,11 +70,14 @@ KktMatrices kkt_matrices_at(ipminmax::Problem& problem, const ipminmax::Result& 
     curvature[i] += iterate.z_upper[i] / (canonical.upper()[i] - iterate.v[i]);
   }
   const ipminmax::KktLayout layout(canonical);
-  KktBlock full(KktBlock::Which::Full, canonical, layout, warm);
-  KktBlock inner(KktBlock::Which::Inner, canonical, layout, warm);
+  const auto block = [&](KktPattern::Which which) {
+    return KktBlock(std::make_shared<KktPattern>(which, canonical, layout), canonical);
+  };
+  KktBlock full = block(KktPattern::Which::Full);
+  KktBlock inner = block(KktPattern::Which::Inner);
   full.assemble(evaluation, curvature);
   inner.assemble(evaluation, curvature);
-  KktMatrices matrices{copy_of(full), copy_of(inner), {}};
+  KktMatrices matrices{copy_of(full, warm), copy_of(inner, warm), {}};
   matrices.inner_row.assign(static_cast<std::size_t>(full.dimension()), -1);
   for (ipminmax::Index i = inner.variables().begin; i < inner.variables().end; ++i) {
     if (const auto row = full.row_of_variable(i); row >= 0) {

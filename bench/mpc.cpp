@@ -17,6 +17,7 @@
 #include "adapter/minmax_application.hpp"
 #include "adapter/tnlp_problem.hpp"
 #include "core/solver.hpp"
+#include "factorizations.hpp"
 #include "kkt_matrices.hpp"
 #include "program.hpp"
 
@@ -106,6 +107,7 @@ std::vector<Task> record(const chauffeur::Parameters& parameters, int steps) {
 struct Contestant {
   std::string name;
   std::vector<double> seconds{}, least{}, iterations{};  ///< per task; medians
+  std::vector<Result> results{};
   int certified = 0;
 };
 
@@ -176,6 +178,7 @@ class Comparison {
       c.seconds.push_back(spread(times[k]).median);
       c.iterations.push_back(r.iterations);
       c.least.push_back(std::max(r.iterations, 1) * pair);
+      c.results.push_back(r);
       c.certified += r.certificate.kind == ipminmax::PointKind::LocalMinmax ? 1 : 0;
     }
   }
@@ -196,6 +199,11 @@ class Comparison {
                 ": median [quartiles] over the time steps; least = iterations x (one LDL' of K + "
                 "one of K_yy)",
             "mpc", settings);
+    Table causes = factorizations_by_cause("T");
+    for (const Contestant& c : contestants_) {
+      add_factorizations(causes.row().integer(parameters_.horizon).text(c.name), c.results);
+    }
+    publish(causes, kFactorizationsTitle, "mpc_factorizations", settings);
     if (settings.csv.empty()) return;
     Table steps({"step", "start", "seconds", "iterations", "least"});
     for (const Contestant& c : contestants_) {

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds the benchmarks in build/bench and runs them.
 #   bench/run.sh [--seconds N] [--csv FOLDER] [NAME [arguments of that program]]
-# NAME: horizon, mpc, baselines, robust, minimization, scalable, backends, schur; default: all of them.
+# NAME: horizon, mpc, embedded, baselines, robust, minimization, scalable, backends, schur; default: all of them.
 # --seconds: time for each program, about (default: its own). --csv: folder of the tables
 # (default: build/bench/csv). JOBS: of the build, default all cores.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-programs=(horizon mpc baselines robust minimization scalable backends schur)
+programs=(horizon mpc embedded baselines robust minimization scalable backends schur)
 csv="$root/build/bench/csv"
 seconds=()
 

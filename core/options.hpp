@@ -75,6 +75,7 @@ struct SolverOptions {
   int max_iter = 3000;
   double max_cpu_time = 1e20;
   double max_wall_time = 1e20;
+  int minmax_max_factorizations = 0;
   double diverging_iterates_tol = 1e20;
   double s_max = 100.0;
 

@@ -23,6 +23,30 @@ std::string_view name_of(PointKind kind) {
   return "unknown";
 }
 
+std::string_view name_of(FactorizationCause cause) {
+  switch (cause) {
+    case FactorizationCause::Step:
+      return "steps";
+    case FactorizationCause::Shifts:
+      return "other shifts";
+    case FactorizationCause::TrialPoint:
+      return "trial points";
+    case FactorizationCause::InnerAscent:
+      return "inner ascent";
+    case FactorizationCause::Curvature:
+      return "escapes";
+    case FactorizationCause::Barrier:
+      return "barrier parameter";
+    case FactorizationCause::Multipliers:
+      return "multipliers";
+    case FactorizationCause::Certificate:
+      return "certificate";
+    case FactorizationCause::Restoration:
+      return "restoration";
+  }
+  return "unknown";
+}
+
 std::string_view name_of(SecondOrder outcome) {
   switch (outcome) {
     case SecondOrder::NotTested:

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -160,15 +162,45 @@ struct Timing {
   double solves = 0.0;  ///< back substitution and refinement
 };
 
+/// What K or K_yy was factorized for.
+enum class FactorizationCause : std::uint8_t {
+  Step,         ///< the matrices of an iteration's step, with the shifts guessed first
+  Shifts,       ///< the same with other shifts, where inertias were wrong
+  TrialPoint,   ///< K_yy where the minimizer's line search looked
+  InnerAscent,  ///< further steps of the maximization over y
+  Curvature,    ///< leaving a first-order point along curvature
+  Barrier,      ///< oracles of mu_strategy adaptive
+  Multipliers,  ///< least-squares multipliers
+  Certificate,  ///< the second-order test
+  Restoration   ///< K of the restoration problem, which the other counts leave out
+};
+inline constexpr std::size_t kFactorizationCauses = 9;
+[[nodiscard]] std::string_view name_of(FactorizationCause cause);
+
+/// Factorizations of K and of K_yy.
+struct FactorizationCounts {
+  Index full = 0;
+  Index inner = 0;
+};
+
 struct Counts {
   Index objective = 0, gradient = 0, constraints = 0, jacobian = 0, hessian = 0;  ///< model calls
   Index factorizations_full = 0;                                                  ///< of K
   Index factorizations_inner = 0;                                                 ///< of K_yy
   Index factorizations_complement = 0;  ///< of the dense complement of K_yy in K, instead of K
-  Index solves = 0;                     ///< linear systems, refinement not counted
-  Index analyses = 0;                   ///< symbolic analyses
-  Index instability_raises = 0;         ///< times line 7 of Algorithm 1 raised delta_x
-  Index restoration_iterations = 0;     ///< count against max_iter, not in Result::iterations
+  /// factorizations_full and _inner by FactorizationCause; Restoration apart they add up to these.
+  std::array<FactorizationCounts, kFactorizationCauses> by_cause{};
+  Index solves = 0;                  ///< linear systems, refinement not counted
+  Index analyses = 0;                ///< symbolic analyses
+  Index instability_raises = 0;      ///< times line 7 of Algorithm 1 raised delta_x
+  Index restoration_iterations = 0;  ///< count against max_iter, not in Result::iterations
+
+  [[nodiscard]] const FactorizationCounts& factorizations_for(FactorizationCause cause) const {
+    return by_cause[static_cast<std::size_t>(cause)];
+  }
+  [[nodiscard]] FactorizationCounts& factorizations_for(FactorizationCause cause) {
+    return by_cause[static_cast<std::size_t>(cause)];
+  }
 };
 
 /// The worst case over all of y at the returned x, as far as maximizations from several starts tell

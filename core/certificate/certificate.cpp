@@ -28,15 +28,20 @@ namespace {
 /// Newton's method counts as contracting when the second step with the same matrix is at most this
 /// fraction of the first (1/4 for x^3 at 0, below it quadratic convergence is near).
 constexpr double kContraction = 0.1;
-/// A clear point has so many times minmax_curvature_tol.
+/// A clear point has so many times minmax_curvature_tol. More is taken away where tolerances are loose, for
+/// W changes by more on the way to the solution: so many tols, at most so much.
 constexpr double kClear = 100.0;
+constexpr double kProbeInTols = 100.0;
+constexpr double kMostProbed = 1e-4;
 /// Amplification of a generic right-hand side up to which active gradients are independent.
 constexpr double kIndependent = 1e5;
 /// Change of the active gradients over a step, times the amplification of the matrices, up to which
 /// these are nonsingular all along it.
 constexpr double kTurn = 0.25;
-/// Step to the solution, over the size of the point or of the start, that is worth going.
-constexpr double kFar = 1e-6;
+/// Step to the solution, over the size of the point or of the start, that is worth going: in tols, within
+/// limits.
+constexpr double kFarInTols = 100.0;
+constexpr double kLeastFar = 1e-6, kMostFar = 1e-4;
 /// The same of a certified solution that does not meet the tolerances itself.
 constexpr double kNear = 1e-3;
 /// Of an active gradient, in units.
@@ -126,6 +131,9 @@ class Certifier {
   [[nodiscard]] double margin(double times) const {
     return std::max(times * options_.minmax_curvature_tol, 2.0 * kkt_.perturbation());
   }
+  [[nodiscard]] double far() const {
+    return std::clamp(kFarInTols * options_.tol, kLeastFar, kMostFar);
+  }
   [[nodiscard]] SecondOrder judge_barrier_problem(const Point& given);
   [[nodiscard]] bool barrier_newton_contracts(const Point& given);
   [[nodiscard]] BoundClasses with_idle_held(BoundClasses classes) const;
@@ -188,7 +196,8 @@ Look Certifier::first_look(const Point& point) {
   if (!classes.clear()) return Look::Unclear;
   ActiveSetSystem system(canonical_, kkt_, classes, units, point.evaluation);
   const Eigen::VectorXd error = hessian_error_in(units);
-  const double asked = std::max(kClear * options_.minmax_curvature_tol, margin(1.0));
+  const double asked = std::max({kClear * options_.minmax_curvature_tol, margin(1.0),
+                                 std::min(kProbeInTols * options_.tol, kMostProbed)});
   const InertiaTest test = survives(system, error, asked);
   if (!test.both()) {
     if (!are_alike(units)) return Look::Unclear;
@@ -210,10 +219,17 @@ Look Certifier::first_look(const Point& point) {
   };
   if (!newton_confirms(system, point, solve, newton)) return Look::Unclear;
   if (!gradients_hold(newton, test)) return Look::Unclear;
-  far_ = newton.step > kFar * size_of_problem(canonical_, point.iterate, units);
+  far_ = newton.step > far() * size_of_problem(canonical_, point.iterate, units);
   if (far_) return Look::Unclear;
-  const double left = asked - max_norm(newton.error);
-  if (!(left >= margin(1.0))) return Look::Unclear;
+  double left = asked - max_norm(newton.error);
+  if (!(left >= margin(1.0))) {
+    // W changes by more than that on the way to the solution: does the test hold beside it?
+    const Eigen::VectorXd change = error.size() > 0 ? error + newton.error : newton.error;
+    if (!may_factorize(kToConfirm - 1)) return Look::Unclear;
+    const InertiaTest beside = survives(system, change, margin(kClear));
+    if (!beside.both() || !gradients_hold(newton, beside)) return Look::Unclear;
+    left = margin(kClear);
+  }
   examine_curvature(system, point, point.iterate.lambda);
   certificate_.margin = left;
   certificate_.licq_min = certificate_.licq_max = true;

@@ -60,66 +60,68 @@ void BarrierTerms::take_none() {
   z_upper.setZero();
 }
 
-KktBlock::KktBlock(Which which, const CanonicalProblem& canonical, const KktLayout& layout,
-                   const SolverOptions& options)
-    : canonical_(canonical),
-      variable_row_(at(canonical.variables()), -1),
-      constraint_row_(at(canonical.constraints()), -1),
-      solver_(make_symmetric_solver(options.linear_solver, solver_options(options))),
-      terms_(canonical.variables()) {
+KktPattern::KktPattern(Which which, const CanonicalProblem& canonical, const KktLayout& layout)
+    : row_of_variable(at(canonical.variables()), -1),
+      row_of_constraint(at(canonical.constraints()), -1) {
   const bool full = which == Which::Full;
   const Index y_offset = full ? layout.y.begin : 0;
   const Index lambda_y_offset = full ? layout.lambda_y.begin : layout.y.size();
   const Index dimension = full ? layout.dimension() : layout.y.size() + layout.lambda_y.size();
-  variables_ = {full ? 0 : canonical.y().begin, canonical.variables()};
-  constraints_ = {full ? 0 : canonical.max_constraints().begin, canonical.constraints()};
+  variables = {full ? 0 : canonical.y().begin, canonical.variables()};
+  constraints = {full ? 0 : canonical.max_constraints().begin, canonical.constraints()};
 
   const auto number = [](std::vector<Index>& rows, IndexRange range, Index offset) {
     for (Index i = range.begin; i < range.end; ++i) rows[at(i)] = offset + (i - range.begin);
   };
   if (full) {
-    number(variable_row_, canonical.x(), layout.x.begin);
-    number(constraint_row_, canonical.min_constraints(), layout.lambda_x.begin);
+    number(row_of_variable, canonical.x(), layout.x.begin);
+    number(row_of_constraint, canonical.min_constraints(), layout.lambda_x.begin);
   }
-  number(variable_row_, canonical.y(), y_offset);
-  number(constraint_row_, canonical.max_constraints(), lambda_y_offset);
+  number(row_of_variable, canonical.y(), y_offset);
+  number(row_of_constraint, canonical.max_constraints(), lambda_y_offset);
 
   std::vector<Triplet> entries;
   for (std::size_t k = 0; k < canonical.hessian().size(); ++k) {
-    const Index row = variable_row_[at(canonical.hessian()[k].row)];
-    const Index col = variable_row_[at(canonical.hessian()[k].col)];
+    const Index row = row_of_variable[at(canonical.hessian()[k].row)];
+    const Index col = row_of_variable[at(canonical.hessian()[k].col)];
     if (row < 0 || col < 0) continue;
-    hessian_entries_.push_back(static_cast<Index>(k));
+    hessian_entries.push_back(static_cast<Index>(k));
     entries.push_back({row, col});
   }
   for (std::size_t k = 0; k < canonical.jacobian().size(); ++k) {
-    const Index row = constraint_row_[at(canonical.jacobian()[k].row)];
-    const Index col = variable_row_[at(canonical.jacobian()[k].col)];
+    const Index row = row_of_constraint[at(canonical.jacobian()[k].row)];
+    const Index col = row_of_variable[at(canonical.jacobian()[k].col)];
     if (row < 0 || col < 0) continue;
-    jacobian_entries_.push_back(static_cast<Index>(k));
+    jacobian_entries.push_back(static_cast<Index>(k));
     entries.push_back({row, col});
   }
-  matrix_ = SymmetricMatrix(dimension, entries);
-  positions_ = matrix_.take_triplet_positions();
-  hessian_entries_.shrink_to_fit();
-  jacobian_entries_.shrink_to_fit();
-  diagonal_.assign(at(dimension), 0.0);
-  curvature_.setZero(variables_.size());
+  zero = SymmetricMatrix(dimension, entries);
+  positions = zero.take_triplet_positions();
+  hessian_entries.shrink_to_fit();
+  jacobian_entries.shrink_to_fit();
 
-  const std::vector<std::int8_t> signs = layout.signs();
-  signs_.assign(at(dimension), 1);
-  for (Index i = variables_.begin; i < variables_.end; ++i) {
-    if (const Index row = variable_row_[at(i)]; row >= 0) {
-      signs_[at(row)] = canonical.owned_by_max(i) ? -1 : 1;
+  signs.assign(at(dimension), 1);
+  for (Index i = variables.begin; i < variables.end; ++i) {
+    if (const Index row = row_of_variable[at(i)]; row >= 0) {
+      signs[at(row)] = canonical.owned_by_max(i) ? -1 : 1;
     }
   }
-  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
-    signs_[at(constraint_row_[at(j)])] = canonical.max_constraints().contains(j) ? 1 : -1;
+  for (Index j = constraints.begin; j < constraints.end; ++j) {
+    signs[at(row_of_constraint[at(j)])] = canonical.max_constraints().contains(j) ? 1 : -1;
   }
 }
 
-Analysis KktBlock::analyze() {
-  return empty() ? Analysis{.ok = true} : solver_->analyze(matrix_, signs_);
+KktBlock::KktBlock(std::shared_ptr<const KktPattern> pattern, const CanonicalProblem& canonical)
+    : canonical_(canonical),
+      pattern_(std::move(pattern)),
+      matrix_(pattern_->zero),
+      diagonal_(at(matrix_.dimension()), 0.0),
+      terms_(canonical.variables()),
+      curvature_(Eigen::VectorXd::Zero(pattern_->variables.size())) {}
+
+Analysis KktBlock::analyze(const SolverOptions& options) {
+  solver_ = make_symmetric_solver(options.linear_solver, solver_options(options));
+  return empty() ? Analysis{.ok = true} : solver_->analyze(matrix_, signs());
 }
 
 void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
@@ -129,7 +131,7 @@ void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
 }
 
 void KktBlock::assemble(const Iterate& iterate, const Evaluation& evaluation) {
-  terms_.take(canonical_, iterate, variables_.begin);
+  terms_.take(canonical_, iterate, pattern_->variables.begin);
   assemble(evaluation);
 }
 
@@ -139,7 +141,8 @@ void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& bar
 }
 
 void KktBlock::assemble(const Evaluation& evaluation) {
-  const auto own_curvature = terms_.curvature.segment(variables_.begin, variables_.size());
+  const auto own_curvature =
+      terms_.curvature.segment(pattern_->variables.begin, pattern_->variables.size());
   const bool known = evaluation.jacobian_call > 0 && evaluation.hessian_call > 0;
   if (known && jacobian_call_ == evaluation.jacobian_call &&
       hessian_call_ == evaluation.hessian_call && curvature_ == own_curvature) {
@@ -153,25 +156,25 @@ void KktBlock::assemble(const Evaluation& evaluation) {
   matrix_.set_zero();
   const auto values = matrix_.values();
   hessian_norm_ = 0.0;
-  for (std::size_t k = 0; k < hessian_entries_.size(); ++k) {
-    const double value = evaluation.hessian[at(hessian_entries_[k])];
-    values[at(positions_[k])] += value;
+  for (std::size_t k = 0; k < pattern_->hessian_entries.size(); ++k) {
+    const double value = evaluation.hessian[at(pattern_->hessian_entries[k])];
+    values[at(pattern_->positions[k])] += value;
     hessian_norm_ = std::max(hessian_norm_, std::abs(value));
   }
-  for (std::size_t k = 0; k < jacobian_entries_.size(); ++k) {
-    values[at(positions_[hessian_entries_.size() + k])] +=
-        evaluation.jacobian[at(jacobian_entries_[k])];
+  for (std::size_t k = 0; k < pattern_->jacobian_entries.size(); ++k) {
+    values[at(pattern_->positions[pattern_->hessian_entries.size() + k])] +=
+        evaluation.jacobian[at(pattern_->jacobian_entries[k])];
   }
-  for (Index i = variables_.begin; i < variables_.end; ++i) {
-    const Index row = variable_row_[at(i)];
+  for (Index i = pattern_->variables.begin; i < pattern_->variables.end; ++i) {
+    const Index row = pattern_->row_of_variable[at(i)];
     if (row < 0) continue;
     diagonal_[at(row)] =
         values[at(matrix_.diagonal_position(row))] + canonical_.sign(i) * terms_.curvature[i];
   }
   const auto slack_of = canonical_.slack_of_constraint();
-  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
+  for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
     const Index slack = slack_of[at(j)];
-    diagonal_[at(constraint_row_[at(j)])] =
+    diagonal_[at(pattern_->row_of_constraint[at(j)])] =
         slack < 0 ? 0.0 : -canonical_.sign(slack) / terms_.curvature[slack];
   }
 }
@@ -179,9 +182,10 @@ void KktBlock::assemble(const Evaluation& evaluation) {
 void KktBlock::decouple(const std::vector<bool>& constraints) {
   if (constraints.empty()) return;
   factorized_with_.reset();
-  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
+  for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
     if (!constraints[at(j)]) continue;
-    diagonal_[at(constraint_row_[at(j)])] = canonical_.max_constraints().contains(j) ? 1.0 : -1.0;
+    diagonal_[at(pattern_->row_of_constraint[at(j)])] =
+        canonical_.max_constraints().contains(j) ? 1.0 : -1.0;
   }
 }
 
@@ -193,30 +197,31 @@ void KktBlock::assemble_projection(const Evaluation& evaluation,
   jacobian_call_ = hessian_call_ = 0;
   matrix_.set_zero();
   const auto values = matrix_.values();
-  for (std::size_t k = 0; k < jacobian_entries_.size(); ++k) {
-    const auto [row, col] = canonical_.jacobian()[at(jacobian_entries_[k])];
+  for (std::size_t k = 0; k < pattern_->jacobian_entries.size(); ++k) {
+    const auto [row, col] = canonical_.jacobian()[at(pattern_->jacobian_entries[k])];
     if (canonical_.owned_by_max(col) != canonical_.max_constraints().contains(row)) continue;
-    values[at(positions_[hessian_entries_.size() + k])] +=
-        evaluation.jacobian[at(jacobian_entries_[k])];
+    values[at(pattern_->positions[pattern_->hessian_entries.size() + k])] +=
+        evaluation.jacobian[at(pattern_->jacobian_entries[k])];
   }
-  for (Index i = variables_.begin; i < variables_.end; ++i) {
-    if (const Index row = variable_row_[at(i)]; row >= 0) diagonal_[at(row)] = canonical_.sign(i);
+  for (Index i = pattern_->variables.begin; i < pattern_->variables.end; ++i) {
+    if (const Index row = pattern_->row_of_variable[at(i)]; row >= 0)
+      diagonal_[at(row)] = canonical_.sign(i);
   }
-  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
-    diagonal_[at(constraint_row_[at(j)])] = multiplier_diagonal[j];
+  for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
+    diagonal_[at(pattern_->row_of_constraint[at(j)])] = multiplier_diagonal[j];
   }
 }
 
 void KktBlock::shift_by(const Regularization& shift) {
   const auto values = matrix_.values();
-  for (Index i = variables_.begin; i < variables_.end; ++i) {
-    const Index row = variable_row_[at(i)];
+  for (Index i = pattern_->variables.begin; i < pattern_->variables.end; ++i) {
+    const Index row = pattern_->row_of_variable[at(i)];
     if (row < 0) continue;
     values[at(matrix_.diagonal_position(row))] =
         diagonal_[at(row)] + (canonical_.owned_by_max(i) ? -shift.y : shift.x);
   }
-  for (Index j = constraints_.begin; j < constraints_.end; ++j) {
-    const Index row = constraint_row_[at(j)];
+  for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
+    const Index row = pattern_->row_of_constraint[at(j)];
     values[at(matrix_.diagonal_position(row))] =
         diagonal_[at(row)] +
         (canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x);
@@ -251,14 +256,14 @@ void KktBlock::subtract_product(const Evaluation& evaluation, const Eigen::Vecto
                                 const Eigen::VectorXd& lambda, Eigen::VectorXd& product_v,
                                 Eigen::VectorXd& product_c) const {
   const auto hessian = canonical_.hessian();
-  for (const Index k : hessian_entries_) {
+  for (const Index k : pattern_->hessian_entries) {
     const auto [row, col] = hessian[at(k)];
     const double value = evaluation.hessian[at(k)];
     product_v[row] -= value * v[col];
     if (row != col) product_v[col] -= value * v[row];
   }
   const auto jacobian = canonical_.jacobian();
-  for (const Index k : jacobian_entries_) {
+  for (const Index k : pattern_->jacobian_entries) {
     const auto [row, col] = jacobian[at(k)];
     const double value = evaluation.jacobian[at(k)];
     product_c[row] -= value * v[col];

@@ -44,17 +44,30 @@ struct BarrierTerms {
   void take_none();
 };
 
-/// One of the two KKT matrices with its solver: K over all rows, or K_yy over (y, lambda_y).
+/// Where the entries of one of the two KKT matrices are: K over all rows, or K_yy over (y, lambda_y).
+struct KktPattern {
+  enum class Which : std::uint8_t { Full, Inner };
+  KktPattern(Which which, const CanonicalProblem& canonical, const KktLayout& layout);
+
+  IndexRange variables, constraints;                      ///< canonical, with slacks
+  std::vector<Index> row_of_variable, row_of_constraint;  ///< -1: not in this block
+  std::vector<std::int8_t> signs;                         ///< expected, of each pivot
+  SymmetricMatrix zero;                                   ///< with these entries
+  std::vector<Index> hessian_entries, jacobian_entries;   ///< triplets that lie in the block
+  std::vector<Index> positions;  ///< their places in the matrix, the Hessian's first
+};
+
+/// One of the two KKT matrices with its solver.
 /// Positions of all entries are found once; afterwards only values move.
 class KktBlock {
  public:
-  enum class Which : std::uint8_t { Full, Inner };
+  /// The pattern is that of the canonical problem, or of another one of the same shape.
+  KktBlock(std::shared_ptr<const KktPattern> pattern, const CanonicalProblem& canonical);
 
-  KktBlock(Which which, const CanonicalProblem& canonical, const KktLayout& layout,
-           const SolverOptions& options);
-
+  [[nodiscard]] const std::shared_ptr<const KktPattern>& pattern() const { return pattern_; }
   [[nodiscard]] bool empty() const { return matrix_.dimension() == 0; }
-  [[nodiscard]] Analysis analyze();
+  /// With a new solver.
+  [[nodiscard]] Analysis analyze(const SolverOptions& options);
   /// The analyzed solver, and its use for a block with the same pattern, instead of analyze.
   [[nodiscard]] const std::shared_ptr<SymmetricSolver>& solver() const { return solver_; }
   void adopt(std::shared_ptr<SymmetricSolver> solver);
@@ -114,16 +127,17 @@ class KktBlock {
   [[nodiscard]] Index dimension() const { return matrix_.dimension(); }
   /// The matrix of the last factorize, and the expected sign of each pivot.
   [[nodiscard]] const SymmetricMatrix& matrix() const { return matrix_; }
-  [[nodiscard]] std::span<const std::int8_t> signs() const { return signs_; }
+  [[nodiscard]] std::span<const std::int8_t> signs() const { return pattern_->signs; }
   /// Row of a canonical variable or constraint, -1 when it is not in this block.
   [[nodiscard]] Index row_of_variable(Index i) const {
-    return variable_row_[static_cast<std::size_t>(i)];
+    return pattern_->row_of_variable[static_cast<std::size_t>(i)];
   }
   [[nodiscard]] Index row_of_constraint(Index j) const {
-    return constraint_row_[static_cast<std::size_t>(j)];
+    return pattern_->row_of_constraint[static_cast<std::size_t>(j)];
   }
-  [[nodiscard]] IndexRange variables() const { return variables_; }      ///< canonical, with slacks
-  [[nodiscard]] IndexRange constraints() const { return constraints_; }  ///< canonical
+  /// Canonical, with slacks.
+  [[nodiscard]] IndexRange variables() const { return pattern_->variables; }
+  [[nodiscard]] IndexRange constraints() const { return pattern_->constraints; }
   [[nodiscard]] double max_norm_hessian() const { return hessian_norm_; }
 
   /// (product_v, product_c) -= [W J'; J 0] (v, lambda), restricted to this block.
@@ -135,12 +149,8 @@ class KktBlock {
   void assemble(const Evaluation& evaluation);
 
   const CanonicalProblem& canonical_;
-  IndexRange variables_, constraints_;
-  std::vector<Index> variable_row_, constraint_row_;
-  std::vector<std::int8_t> signs_;
+  std::shared_ptr<const KktPattern> pattern_;
   SymmetricMatrix matrix_;
-  std::vector<Index> hessian_entries_, jacobian_entries_;  ///< triplets that lie in the block
-  std::vector<Index> positions_;  ///< their places in the matrix, the Hessian's first
   std::vector<double> diagonal_;  ///< at zero shift, per row
   std::shared_ptr<SymmetricSolver> solver_;
   double hessian_norm_ = 0.0;

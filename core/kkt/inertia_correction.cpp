@@ -54,11 +54,13 @@ double InertiaCorrection::multiplier_shift(double mu) const {
 bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
   failed_y_ = 0.0;
   if (economical() && dependent_y_ >= kTimesUntilKnown) shift.lambda_y = multiplier_shift(mu);
+  std::optional<KktSystem::Counting> search;
   for (int raises = 0;; ++raises) {
     const Factorization f = factorize_inner(shift);
     if (shift.y == 0.0) findings_.inner_at_zero = inertia_of(f);
     if (kkt_.has_expected_inner_inertia(f)) break;
     if (f.status == FactorizationStatus::OutOfMemory || out_of_time()) return false;
+    if (raises == 0) search.emplace(kkt_, FactorizationCause::Shifts);
     // Zero eigenvalues, or positive ones missing whatever the shift: J_yy may be rank-deficient.
     const bool dependent =
         f.inertia.zero > 0 || (raises >= kRaisesBeforeMultiplierShift &&
@@ -85,6 +87,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
   const bool sparing = economical() && kkt_.layout().y.size() > 0;
   if (zero_fails || (sparing && last_.first_x_failed && shift.x == 0.0)) shift.x = first;
   if (economical() && dependent_x_ >= kTimesUntilKnown) shift.lambda_x = multiplier_shift(mu);
+  std::optional<KktSystem::Counting> search;
   for (int raises = 0;; ++raises) {
     Factorization f = factorize(shift);
     if (shift.x == 0.0 && shift.y == 0.0) findings_.full_at_zero = inertia_of(f);
@@ -94,6 +97,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
       if (kkt_.has_expected_inertia(f)) break;
     }
     if (f.status == FactorizationStatus::OutOfMemory || out_of_time()) return false;
+    if (raises == 0) search.emplace(kkt_, FactorizationCause::Shifts);
     const bool dependent =
         f.inertia.zero > 0 || (raises >= kRaisesBeforeMultiplierShift &&
                                f.inertia.negative < kkt_.layout().expected().negative);
@@ -108,6 +112,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
   }
   last_.first_x_failed = shift.x > first;
   if (sparing && last_.x == 0.0 && shift.x > first) {
+    const KktSystem::Counting counting(kkt_, FactorizationCause::Shifts);
     // The first shift of a solve grew in large strides: try half of the last one (of its logarithm).
     Regularization smaller = shift;
     smaller.x /= std::sqrt(options_.perturb_inc_fact_first);
@@ -135,6 +140,7 @@ std::optional<Regularization> InertiaCorrection::correct(double mu) {
     Regularization none;
     none.lambda_x = shift.lambda_x;
     none.lambda_y = shift.lambda_y;
+    const KktSystem::Counting counting(kkt_, FactorizationCause::Shifts);
     const Factorization f = factorize(none);
     findings_.full_at_zero = inertia_of(f);
     instability = kkt_.has_expected_inertia(f);
@@ -209,6 +215,7 @@ bool InertiaCorrection::raise_for_instability(Regularization& shift) {
   // Some mu in (0,1) with In(K + mu E) wrong. mu = failed / accepted delta_y lies below the largest
   // mu at which K_yy(mu) is singular, so a large delta_x makes K's inertia wrong there (proof of
   // the paper's Theorem "Stability and instability of modified Newton's method").
+  const KktSystem::Counting counting(kkt_, FactorizationCause::Shifts);
   const double failed = failing_inner_shift(shift);
   const auto restore_inner = [&] {
     return kkt_.has_expected_inner_inertia(factorize_inner(shift));

@@ -29,6 +29,7 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
   // first lambda_y from the y-rows, then lambda_x with J_yx' lambda_y on the right-hand side.
   lambda.setZero(canonical_.constraints());
   if (canonical_.constraints() == 0) return true;
+  const Counting counting(*this, FactorizationCause::Multipliers);
   Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(canonical_.constraints());
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     if (const Index slack = canonical_.slack_of_constraint()[at(j)]; slack >= 0) {

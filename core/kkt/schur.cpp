@@ -70,33 +70,33 @@ const std::shared_ptr<SymmetricSolver>& KktSchur::second(const KktBlock& inner) 
 }
 
 void KktSchur::factorize(Factors& factors, const SymmetricMatrix& matrix, Certainty certainty,
-                         Counts& counts) {
-  ++counts.factorizations_inner;
+                         Index& factorized) {
+  ++factorized;
   ++factors.serial;
   factors.certainty = certainty;
   factors.result = factors.solver->factorize(matrix, certainty);
   factors.values.assign(matrix.values().begin(), matrix.values().end());
 }
 
-Factorization KktSchur::factorize_inner(KktBlock& inner, Certainty certainty, Counts& counts) {
+Factorization KktSchur::factorize_inner(KktBlock& inner, Certainty certainty, Index& factorized) {
   if (Factors* known = find(inner.matrix().values(), certainty)) {
     inner_factors_ = known;
   } else {
     // K may still be solved with.
     if (inner_factors_ == full_factors_) inner_factors_ = other(inner_factors_);
-    factorize(*inner_factors_, inner.matrix(), certainty, counts);
+    factorize(*inner_factors_, inner.matrix(), certainty, factorized);
   }
   inner.take_factors_of(inner_factors_->solver);
   return inner_factors_->result;
 }
 
 std::optional<Factorization> KktSchur::factorize(const KktBlock& full, Certainty certainty,
-                                                 Counts& counts) {
+                                                 Index& factorized, Index& complements) {
   complement_.extract_inner(full.matrix(), inner_matrix_.values());
   full_factors_ = find(inner_matrix_.values(), certainty);
   if (!full_factors_) {
     full_factors_ = other(inner_factors_);
-    factorize(*full_factors_, inner_matrix_, certainty, counts);
+    factorize(*full_factors_, inner_matrix_, certainty, factorized);
   }
   Factors& factors = *full_factors_;
   if (factors.result.status == FactorizationStatus::OutOfMemory) return factors.result;
@@ -111,7 +111,7 @@ std::optional<Factorization> KktSchur::factorize(const KktBlock& full, Certainty
     }
     formed_ = {.factors = &factors, .serial = factors.serial, .version = full.version()};
   }
-  ++counts.factorizations_complement;
+  ++complements;
   Factorization result = complement_.factorize(full.matrix());
   result.inertia.positive += factors.result.inertia.positive;
   result.inertia.negative += factors.result.inertia.negative;

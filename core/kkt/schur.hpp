@@ -36,12 +36,13 @@ class KktSchur {
 
   /// Factorizes inner's matrix as it stands, unless that was done before, and leaves inner with the
   /// solver that has the factors.
-  [[nodiscard]] Factorization factorize_inner(KktBlock& inner, Certainty certainty, Counts& counts);
+  [[nodiscard]] Factorization factorize_inner(KktBlock& inner, Certainty certainty,
+                                              Index& factorized);
 
   /// Factorizes full's matrix as it stands. Nothing: K_yy is nearly singular, or has no
   /// factorization, so that K should be factorized as a whole.
   [[nodiscard]] std::optional<Factorization> factorize(const KktBlock& full, Certainty certainty,
-                                                       Counts& counts);
+                                                       Index& factorized, Index& complements);
   /// Solves with the last factorization of K, in place.
   void solve_in_place(std::span<double> rhs);
 
@@ -65,7 +66,7 @@ class KktSchur {
   }
   [[nodiscard]] Factors* find(std::span<const double> values, Certainty certainty);
   void factorize(Factors& factors, const SymmetricMatrix& matrix, Certainty certainty,
-                 Counts& counts);
+                 Index& factorized);
 
   SchurComplement complement_;
   std::array<Factors, 2> factors_;

@@ -12,17 +12,25 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 /// than it saves (bench/schur).
 constexpr double kLeastSchurFlops = 5e4;
 
+std::shared_ptr<const KktPattern> pattern_of(KktPattern::Which which,
+                                             const CanonicalProblem& canonical,
+                                             const KktLayout& layout, const KktAnalysis* kept) {
+  if (kept == nullptr) return std::make_shared<KktPattern>(which, canonical, layout);
+  return which == KktPattern::Which::Full ? kept->full_pattern : kept->inner_pattern;
+}
+
 }  // namespace
 
 KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& options,
-                     Counts& counts, Timing& timing)
+                     Counts& counts, Timing& timing, TimeLimit* limit, const KktAnalysis* kept)
     : canonical_(canonical),
       options_(options),
       counts_(counts),
       timing_(timing),
+      limit_(limit),
       layout_(canonical),
-      full_(KktBlock::Which::Full, canonical, layout_, options),
-      inner_(KktBlock::Which::Inner, canonical, layout_, options),
+      full_(pattern_of(KktPattern::Which::Full, canonical, layout_, kept), canonical),
+      inner_(pattern_of(KktPattern::Which::Inner, canonical, layout_, kept), canonical),
       rhs_(at(layout_.dimension()), 0.0) {
   residual_ = last_residual_ = correction_ = zero_step(canonical);
 }
@@ -40,9 +48,9 @@ bool KktSystem::analyze(const std::optional<KktAnalysis>& kept) {
   }
   const ScopedTimer timer(timing_.analysis);
   counts_.analyses += inner_.empty() ? 1 : 2;
-  const Analysis full = full_.analyze();
+  const Analysis full = full_.analyze(options_);
   if (!full.ok) return false;
-  const Analysis inner = inner_.analyze();
+  const Analysis inner = inner_.analyze(options_);
   if (!inner.ok) return false;
   decide_on_schur_complement(full);
   if (!schur_) {
@@ -73,7 +81,9 @@ KktAnalysis KktSystem::analysis() const {
           .second_inner = schur_ ? schur_->second(inner_) : nullptr,
           .schur_option = options_.minmax_schur_complement,
           .by_schur_complement = schur_ != nullptr,
-          .at_once = at_once_};
+          .at_once = at_once_,
+          .full_pattern = full_.pattern(),
+          .inner_pattern = inner_.pattern()};
 }
 
 void KktSystem::release_full() {
@@ -103,12 +113,45 @@ void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& ba
   inner_.decouple(decoupled);
 }
 
+void KktSystem::count_factorizations(Index full, Index inner) {
+  counts_.factorizations_full += full;
+  counts_.factorizations_inner += inner;
+  counts_.factorizations_for(cause_).full += full;
+  counts_.factorizations_for(cause_).inner += inner;
+}
+
+bool KktSystem::may_factorize() {
+  if (factorizations_left() > 0) return true;
+  if (limit_ != nullptr) limit_->exceed(Status::MaxIterations);
+  return false;
+}
+
 Factorization KktSystem::factorize(KktBlock& block, const Regularization& shift,
-                                   Certainty certainty, Index& count) {
+                                   Certainty certainty) {
   if (block.is_factorized(shift, certainty)) return block.factorize(shift, certainty);
+  if (!may_factorize()) return {};
   const ScopedTimer timer(timing_.factorization);
-  ++count;
+  const bool full = &block == &full_;
+  count_factorizations(full ? 1 : 0, full ? 0 : 1);
   return block.factorize(shift, certainty);
+}
+
+Factorization KktSystem::inner_by_schur_complement(Certainty certainty) {
+  if (!may_factorize()) return {};
+  const ScopedTimer timer(timing_.factorization);
+  Index factorized = 0;
+  const Factorization result = schur_->factorize_inner(inner_, certainty, factorized);
+  count_factorizations(0, factorized);
+  return result;
+}
+
+std::optional<Factorization> KktSystem::full_by_schur_complement(Certainty certainty) {
+  if (!may_factorize()) return Factorization{};
+  const ScopedTimer timer(timing_.factorization);
+  Index factorized = 0;
+  auto result = schur_->factorize(full_, certainty, factorized, counts_.factorizations_complement);
+  count_factorizations(0, factorized);
+  return result;
 }
 
 const KktFactors& KktSystem::hold(KktFactors& at_hand, const Factorization& result, bool kept) {
@@ -139,12 +182,11 @@ KktFactors KktSystem::factorize_full(const Regularization& shift, Certainty cert
   const bool kept = made && !full_factors_.by_schur_complement;
   std::optional<Factorization> result;
   if (schur_ && by_schur_complement && !made) {
-    const ScopedTimer timer(timing_.factorization);
     full_.shift_by(shift);
-    result = schur_->factorize(full_, certainty, counts_);
+    result = full_by_schur_complement(certainty);
   }
   full_factors_.by_schur_complement = result.has_value();
-  if (!result) result = factorize(full_, shift, certainty, counts_.factorizations_full);
+  if (!result) result = factorize(full_, shift, certainty);
   result->inertia = layout_.with_slacks(result->inertia);
   return hold(full_factors_, *result, kept);
 }
@@ -159,19 +201,18 @@ KktFactors KktSystem::factorize_inner(const Regularization& shift, Certainty cer
   Factorization result;
   bool kept = false;
   if (schur_) {
-    const ScopedTimer timer(timing_.factorization);
     inner_.shift_by(shift);
-    result = schur_->factorize_inner(inner_, certainty, counts_);
+    result = inner_by_schur_complement(certainty);
   } else {
     kept = inner_.is_factorized(shift, certainty);
-    result = factorize(inner_, shift, certainty, counts_.factorizations_inner);
+    result = factorize(inner_, shift, certainty);
   }
   result.inertia = layout_.with_slacks_inner(result.inertia);
   return hold(inner_factors_, result, kept);
 }
 
 KktFactors KktSystem::make_certain() {
-  if (full_.empty()) return full_factors_;
+  if (full_.empty() || full_factors_.status == FactorizationStatus::Failed) return full_factors_;
   const Regularization shift = full_factors_.shift;
   if (full_factors_.by_schur_complement) {
     static_cast<void>(factorize_full(shift, full_factors_.certainty, false));

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/kkt/block.hpp"
@@ -12,6 +14,7 @@
 #include "core/kkt/regularization.hpp"
 #include "core/kkt/schur.hpp"
 #include "core/model/canonical_problem.hpp"
+#include "core/model/timer.hpp"
 #include "core/options.hpp"
 #include "core/point/step_length.hpp"
 #include "core/result.hpp"
@@ -27,13 +30,16 @@ struct KktAnalysis {
   SchurComplementUse schur_option{};
   bool by_schur_complement = false;
   bool at_once = false;  ///< work_at_once
+  std::shared_ptr<const KktPattern> full_pattern, inner_pattern;
 };
 
 /// The Newton system of the primal-dual equations (paper's eq. (interiorpoint)) at one iterate.
 class KktSystem {
  public:
+  /// limit: told when a factorization is refused; null for none. kept: of a problem of the same shape,
+  /// whose patterns serve again.
   KktSystem(const CanonicalProblem& canonical, const SolverOptions& options, Counts& counts,
-            Timing& timing);
+            Timing& timing, TimeLimit* limit = nullptr, const KktAnalysis* kept = nullptr);
 
   [[nodiscard]] const KktLayout& layout() const { return layout_; }
 
@@ -50,6 +56,20 @@ class KktSystem {
   /// equalities that are taken out; their rows of J have to be zero.
   void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature,
                 const std::vector<bool>& decoupled = {});
+
+  /// What factorizations are counted for while it lives; before and after, what they were.
+  class Counting {
+   public:
+    Counting(KktSystem& kkt, FactorizationCause cause)
+        : cause_(kkt.cause_), before_(std::exchange(cause_, cause)) {}
+    ~Counting() { cause_ = before_; }
+    Counting(const Counting&) = delete;
+    Counting& operator=(const Counting&) = delete;
+
+   private:
+    FactorizationCause& cause_;
+    FactorizationCause before_;
+  };
 
   /// Factorizes K or K_yy with shifts; inertias count the slack rows.
   /// Where the last factorization had the same values and shift it is kept and not counted.
@@ -130,6 +150,14 @@ class KktSystem {
   [[nodiscard]] bool least_squares_multipliers(const Iterate& iterate, const Evaluation& evaluation,
                                                Eigen::VectorXd& lambda);
 
+  /// From now on factorizations beyond so many of the solve fail, and the limit is exceeded.
+  void allow_factorizations(Index most) { allowed_ = most; }
+  /// How many more are allowed.
+  [[nodiscard]] Index factorizations_left() const {
+    return allowed_ - factorizations() -
+           counts_.factorizations_for(FactorizationCause::Restoration).full;
+  }
+
   [[nodiscard]] double hessian_norm() const { return full_.max_norm_hessian(); }
   /// Of K and K_yy so far.
   [[nodiscard]] Index factorizations() const {
@@ -141,7 +169,11 @@ class KktSystem {
     return inner_.empty() ? Certainty::Certain : asked;
   }
   [[nodiscard]] Factorization factorize(KktBlock& block, const Regularization& shift,
-                                        Certainty certainty, Index& count);
+                                        Certainty certainty);
+  [[nodiscard]] bool may_factorize();
+  void count_factorizations(Index full, Index inner);
+  [[nodiscard]] Factorization inner_by_schur_complement(Certainty certainty);
+  [[nodiscard]] std::optional<Factorization> full_by_schur_complement(Certainty certainty);
   [[nodiscard]] KktFactors factorize_full(const Regularization& shift, Certainty certainty,
                                           bool by_schur_complement);
   /// The factors at hand from now on: made again, or kept under their number.
@@ -167,6 +199,9 @@ class KktSystem {
   const SolverOptions& options_;
   Counts& counts_;
   Timing& timing_;
+  TimeLimit* limit_;
+  Index allowed_ = std::numeric_limits<Index>::max();  ///< factorizations, all together
+  FactorizationCause cause_ = FactorizationCause::Step;
   KktLayout layout_;
   KktBlock full_, inner_;
   std::unique_ptr<KktSchur> schur_;          ///< null: K is factorized as a whole

@@ -72,6 +72,7 @@ std::optional<double> BarrierUpdate::ask_oracle(const Point& point) {
 
   // The Newton step to mu = 0, with shifts of its own: the step's memory of shifts stays as it is.
   InertiaCorrection correction = context_.correction;
+  const KktSystem::Counting counting(kkt, FactorizationCause::Barrier);
   newton_residual(canonical, point, 0.0, rhs_);
   kkt.assemble(point.iterate, point.evaluation);
   if (!correction.correct(mu_) || !kkt.solve(point.evaluation, rhs_, step_)) return std::nullopt;

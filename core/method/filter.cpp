@@ -43,6 +43,27 @@ Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, cons
   return theta_falls || phi_falls ? unless_dominated(Verdict::Sufficient) : Verdict::Reject;
 }
 
+double Filter::largest_acceptable(const Merit& from, double slope, double alpha,
+                                  double theta) const {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  if (!(theta <= theta_max_)) return -kInfinity;
+  const auto forgiving = [](double phi, double size) {
+    return phi + parameter::kRounding * std::numeric_limits<double>::epsilon() * std::abs(size);
+  };
+  double largest = kInfinity;
+  if (from.theta <= theta_min_ && is_phi_step(from.theta, slope, alpha)) {
+    largest = forgiving(from.phi + parameter::kEtaPhi * alpha * slope, from.phi);
+  } else if (!at_most(theta, (1.0 - parameter::kGammaTheta) * from.theta, from.theta)) {
+    largest = forgiving(from.phi - parameter::kGammaPhi * from.theta, from.phi);
+  }
+  for (const Entry& entry : entries_) {
+    if (!at_most(theta, entry.theta, entry.theta)) {
+      largest = std::min(largest, forgiving(entry.phi, entry.phi));
+    }
+  }
+  return largest;
+}
+
 bool Filter::acceptable(const Merit& merit) const {
   if (merit.theta > theta_max_) return false;
   return std::all_of(entries_.begin(), entries_.end(), [&](const Entry& entry) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <optional>
 
 #include "core/method/curvature_escape.hpp"
@@ -15,7 +14,7 @@ namespace ipminmax {
 struct GlobalizedMethod::Block {
   GlobalizedMethod& owner;
   Run& run;
-  double upper_bound = std::numeric_limits<double>::infinity();  ///< of merits worth looking at
+  OuterBlock::Bound bound{};  ///< of merits worth looking at
   // Of a move along a curvature
   Merit left{};
   double clear_gain = 0.0;  ///< what is looked for; 0: any gain
@@ -28,15 +27,14 @@ struct GlobalizedMethod::Block {
   [[nodiscard]] Trial evaluate(double slope, StepLength alpha) const {
     owner.outer_.set_trial(from(), owner.outer_.step, alpha, run.mu);
     ++run.report.trials;
-    return owner.outer_.evaluate_trial(run.mu, slope, alpha.primal, upper_bound);
+    return owner.outer_.evaluate_trial(run.mu, slope, alpha.primal, bound);
   }
   [[nodiscard]] std::optional<StepLength> correct(const Eigen::VectorXd& c) const {
     ++run.report.trials;
     return owner.outer_.correct(from(), run.mu, c);
   }
   [[nodiscard]] Trial evaluate_corrected(double slope, double alpha) const {
-    return owner.outer_.evaluate_trial(run.mu, slope, alpha,
-                                       std::numeric_limits<double>::infinity());
+    return owner.outer_.evaluate_trial(run.mu, slope, alpha, {});
   }
   [[nodiscard]] static bool corrects(const Merit& from, const Merit& to) {
     return to.theta >= from.theta && from.theta + to.theta > 0.0;
@@ -58,8 +56,7 @@ struct GlobalizedMethod::Block {
     ++run.report.trials;
   }
   [[nodiscard]] Trial evaluate_move(double length) const {
-    return owner.outer_.evaluate_trial(run.mu, 1.0, length,
-                                       std::numeric_limits<double>::infinity());
+    return owner.outer_.evaluate_trial(run.mu, 1.0, length, {});
   }
   [[nodiscard]] Trial improve(const Trial& moved) const {
     if (clear_gain > 0.0 && moved.merit.phi > left.phi - clear_gain) return {};

@@ -14,6 +14,7 @@ namespace parameter = parameters::escape;
 
 StepReport GlobalizedMethod::escape(const Point& from, double mu, const EscapeRequest& request,
                                     Point& to) {
+  const KktSystem::Counting counting(kkt_, FactorizationCause::Curvature);
   Run run{.here = &from, .to = to, .mu = mu};
   if (++escapes_ > parameter::kMost) return {};
   filter_.reset();

@@ -177,7 +177,7 @@ bool GlobalizedMethod::fast_step(Run& run) {
   const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
   const bool frozen =
       full && contraction <= std::min(parameter::kFreezeContraction, fast_contraction_);
-  if (!frozen && !outer_.inner.has_maximum_in_sight(trial)) return false;
+  if (!frozen && !outer_.has_trial_maximum_in_sight()) return false;
   fast_contraction_ = full ? contraction : 0.0;
   run.report.alpha_primal = alpha.primal;
   run.report.alpha_dual = alpha.dual;

@@ -100,9 +100,7 @@ bool GlobalizedMethod::search(Run& run, int trials, bool first_fails) {
     line.longest.primal =
         std::min(line.longest.primal, longest / std::max(max_norm(outer_.step.v), longest));
   }
-  Block block{.owner = *this, .run = run};
-  // phi above this cannot be accepted when there is no violation to reduce.
-  if (line.from.theta == 0.0) block.upper_bound = line.from.phi;
+  Block block{.owner = *this, .run = run, .bound = OuterBlock::Bound(filter_, line)};
   const SearchEnd end = filter_search(block, filter_, line, limit_);
   if (!end.accepted) return false;
   accept(run);

@@ -249,6 +249,7 @@ bool InnerMaximizer::feasible(const Point& point, double mu) const {
 InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double target,
                                                  int max_steps, double upper_bound,
                                                  InnerDirection& out) {
+  const KktSystem::Counting counting(kkt_, FactorizationCause::InnerAscent);
   filter_.reset();
   filter_.set_scale(violation(point.evaluation.c, canonical_.max_constraints()));
   start_v_ = point.iterate.v;

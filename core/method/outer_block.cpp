@@ -93,12 +93,24 @@ void OuterBlock::set_trial(const Point& from, const Step& along, StepLength alph
   clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, trial.iterate);
 }
 
-Trial OuterBlock::evaluate_trial(double mu, double slope, double alpha, double upper_bound) {
+double OuterBlock::Bound::operator()(double alpha, double theta) const {
+  if (filter_ == nullptr) return std::numeric_limits<double>::infinity();
+  const Merit& from = line_->from;
+  // The first trial may be worth a second-order correction.
+  const bool correctable = alpha == line_->longest.primal && theta >= from.theta && theta > 0.0;
+  if (!correctable) return filter_->largest_acceptable(from, line_->slope, alpha, theta);
+  // phi above this cannot be accepted when there is no violation to reduce.
+  return from.theta == 0.0 ? from.phi : std::numeric_limits<double>::infinity();
+}
+
+Trial OuterBlock::evaluate_trial(double mu, double slope, double alpha, const Bound& bound) {
   Trial result;
   if (evaluate_values(canonical_, trial) != EvaluationStatus::Ok) return result;
   if (has_max()) {
     // phi(x) is at least the value at any feasible y.
-    if (inner.feasible(trial, mu) && merit(trial, mu).phi > upper_bound) return result;
+    const Merit least = merit(trial, mu);
+    const double upper_bound = bound(alpha, least.theta);
+    if (inner.feasible(trial, mu) && least.phi > upper_bound) return result;
     // A trial point must keep a local maximum over y in sight.
     if (evaluate_derivatives(canonical_, trial) != EvaluationStatus::Ok) return result;
     if (!find_trial_direction(mu)) return result;
@@ -132,7 +144,6 @@ std::optional<StepLength> OuterBlock::correct(const Point& from, double mu,
 Trial OuterBlock::return_to_constraints(const Point& from, double mu, Trial reached) {
   // A direction of curvature is tangent to the constraints, which bend: Newton steps on c with the
   // matrix factorized at the point.
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   set_zero(rhs);
   best_ = trial;
   for (int k = 0; k < parameters::escape::kConstraintSteps && reached.merit.theta > options_.tol;
@@ -148,7 +159,7 @@ Trial OuterBlock::return_to_constraints(const Point& from, double mu, Trial reac
         largest_step(canonical_, before_.iterate, back, parameters::escape::kBoundaryFraction)
             .primal;
     set_trial(before_, back, {.primal = alpha, .dual = 0.0}, mu);
-    const Trial next = evaluate_trial(mu, 1.0, 1.0, kInfinity);
+    const Trial next = evaluate_trial(mu, 1.0, 1.0, {});
     if (!next.usable || !(next.merit.theta < reached.merit.theta)) break;
     reached = next;
     best_ = trial;

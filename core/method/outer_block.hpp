@@ -14,6 +14,18 @@ namespace ipminmax {
 /// phi is the barrier objective.
 class OuterBlock {
  public:
+  /// The largest merit phi worth looking at where the violation is theta.
+  class Bound {
+   public:
+    Bound() = default;  ///< none
+    Bound(const Filter& filter, const SearchLine& line) : filter_(&filter), line_(&line) {}
+    [[nodiscard]] double operator()(double alpha, double theta) const;
+
+   private:
+    const Filter* filter_ = nullptr;
+    const SearchLine* line_ = nullptr;
+  };
+
   /// first: where the search begins.
   OuterBlock(const MethodContext& context, const Point& first);
 
@@ -40,12 +52,19 @@ class OuterBlock {
   /// Directional derivative of phi along step.
   [[nodiscard]] double slope(const Point& point, double mu);
 
+  /// Whether K_yy is right at the trial point.
+  [[nodiscard]] bool has_trial_maximum_in_sight() {
+    const KktSystem::Counting counting(kkt_, FactorizationCause::TrialPoint);
+    return inner.has_maximum_in_sight(trial);
+  }
+
   void set_trial(const Point& from, const Step& along, StepLength alpha, double mu);
   /// Merit of the trial point, its inner maximum first where there are Max variables: it must keep one
-  /// in sight. A value above the bound is none.
-  [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha, double upper_bound);
+  /// in sight. None where phi is seen to lie above the bound, before K_yy is factorized if the value shows it.
+  [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha, const Bound& bound);
   /// trial_direction at the trial point; false: K_yy is wrong there.
   [[nodiscard]] bool find_trial_direction(double mu) {
+    const KktSystem::Counting counting(kkt_, FactorizationCause::TrialPoint);
     return inner.unshifted_direction(trial, mu, trial_direction);
   }
   /// The trial point along the step for constraints with the values c, from a point with the factors.

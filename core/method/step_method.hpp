@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -60,6 +61,15 @@ struct IterationBudget {
   Index restoration = 0;  ///< done, of restorations
   Index hidden = 0;       ///< of those, beyond points that meet the tolerances by their scaling
   Index tests = 0;        ///< factorizations of K and K_yy by second-order tests
+  Index factorizations = std::numeric_limits<Index>::max();  ///< allowed, restorations included
+
+  /// What steps may spend of them: two are kept for the second-order test.
+  [[nodiscard]] Index factorizations_of_steps() const {
+    constexpr Index kForTest = 2;
+    const bool limited = factorizations < std::numeric_limits<Index>::max();
+    return limited ? std::max<Index>(0, factorizations - kForTest) : factorizations;
+  }
+  [[nodiscard]] Index factorizations_with_test() const { return factorizations; }
 
   [[nodiscard]] bool is_spent() const { return iteration + restoration >= limit; }
   /// For a restoration: the step back counts, too.

@@ -59,6 +59,10 @@ class TimeLimit {
     }
     return exceeded_.has_value();
   }
+  /// Another limit of the solve is exceeded: as if it were one of these.
+  void exceed(Status status) {
+    if (!exceeded_) exceeded_ = status;
+  }
   /// The status that goes with the limit that expired() has seen exceeded, if any.
   [[nodiscard]] std::optional<Status> exceeded() const { return exceeded_; }
 

@@ -45,6 +45,10 @@ void add_work(const Result& part, Result& total) {
   total.counts.factorizations_full += part.counts.factorizations_full;
   total.counts.factorizations_inner += part.counts.factorizations_inner;
   total.counts.factorizations_complement += part.counts.factorizations_complement;
+  for (std::size_t cause = 0; cause < kFactorizationCauses; ++cause) {
+    total.counts.by_cause[cause].full += part.counts.by_cause[cause].full;
+    total.counts.by_cause[cause].inner += part.counts.by_cause[cause].inner;
+  }
   total.counts.solves += part.counts.solves;
   total.counts.analyses += part.counts.analyses;
   total.counts.instability_raises += part.counts.instability_raises;

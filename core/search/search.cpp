@@ -29,8 +29,12 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
       test_(context.options),
       point_(std::move(start.point)),
       next_(point_),
+      best_(point_),
       step_{.kind = start.how},
-      deadline_(start.deadline) {}
+      deadline_(start.deadline) {
+  best_.see(rank_of(context_.canonical, context_.options, point_), point_, barrier_.mu(),
+            context_.budget.iteration);
+}
 
 SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept) {
   for (;; ++context_.budget.iteration) {
@@ -64,12 +68,51 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
 
 SearchOutcome Search::ended(Status status, std::string message) const {
   name_divergence(context_.canonical, point_, status, message);
-  return {.status = status,
-          .message = std::move(message),
-          .point = point_,
-          .mu = barrier_.mu(),
-          .certificate = {},
-          .iterations = context_.budget.iteration};
+  if (status == Status::MaxIterations && !context_.budget.is_spent() && message.empty()) {
+    message = "the factorizations that minmax_max_factorizations allows are used up";
+  }
+  SearchOutcome outcome{.status = status,
+                        .message = std::move(message),
+                        .point = point_,
+                        .mu = barrier_.mu(),
+                        .certificate = {},
+                        .iterations = context_.budget.iteration};
+  if (!is_better_than_last(status)) return outcome;
+  outcome.point = best_.point();
+  outcome.mu = best_.mu();
+  measure(context_.canonical, context_.options, outcome.point);
+  if (!outcome.message.empty()) {
+    outcome.message +=
+        " (returned: the best point seen, of iteration " + std::to_string(best_.iteration()) + ")";
+  }
+  return outcome;
+}
+
+/// Whether a search that ended so returns the best point that it has seen, and that is not the last one.
+bool Search::is_better_than_last(Status ended) const {
+  const SolverOptions& options = context_.options;
+  if (purpose_ != Purpose::Solution || options.minmax_pure_newton ||
+      options.minmax_globalization != Globalization::Filter) {
+    return false;
+  }
+  const PointRank last = rank_of(context_.canonical, options, point_);
+  switch (ended) {
+    case Status::TinyStep:
+    case Status::RestorationFailed:
+    case Status::InertiaCorrectionFailed:
+    case Status::LinearSolverFailed:
+    case Status::EvaluationFailed:
+    case Status::InvalidNumber:
+      return best_.rank() < last;
+    case Status::MaxIterations:
+    case Status::MaxCpuTime:
+    case Status::MaxWallTime:
+      // A minimization that goes on later does so from the last point, unless that is infeasible.
+      return context_.canonical.max_size() > 0 ? best_.rank() < last
+                                               : best_.rank().violation < last.violation;
+    default:  // the last point shows what the status says, or is the user's
+      return false;
+  }
 }
 
 SearchOutcome Search::ended(Verdict&& verdict) const {
@@ -85,7 +128,13 @@ SearchOutcome Search::ended(Verdict&& verdict) const {
 
 void Search::take_next() {
   std::swap(point_, next_);
+  measure_point();
+}
+
+void Search::measure_point() {
   measure(context_.canonical, context_.options, point_);
+  best_.see(rank_of(context_.canonical, context_.options, point_), point_, barrier_.mu(),
+            context_.budget.iteration + 1);
 }
 
 void Search::make_step(StepMethod& method) {
@@ -93,7 +142,7 @@ void Search::make_step(StepMethod& method) {
   step_ = method.step(point_, mu, next_);
   if (step_.moved) std::swap(point_, next_);
   context_.canonical.keep_distances(point_.iterate, mu);
-  measure(context_.canonical, context_.options, point_);
+  measure_point();
 }
 
 SearchOutcome Search::after_failed_step() {
@@ -170,9 +219,12 @@ Search::Verdict Search::judge(Status claim) {
     finding.certificate.kind = PointKind::FirstOrderPoint;
     return verdict;
   }
+  const KktSystem::Counting counting(context_.kkt, FactorizationCause::Certificate);
   const Index before = context_.kkt.factorizations();
+  context_.kkt.allow_factorizations(context_.budget.factorizations_with_test());
   finding = certify(context_.canonical, context_.kkt, point_, barrier_.mu(), context_.options,
                     factorizations_for_test());
+  context_.kkt.allow_factorizations(context_.budget.factorizations_of_steps());
   context_.budget.tests += context_.kkt.factorizations() - before;
   if (finding.certificate.second_order != SecondOrder::Satisfied) finding.point.reset();
   if (finding.certificate.second_order == SecondOrder::Violated) {
@@ -194,6 +246,10 @@ Search::Verdict Search::judge(Status claim) {
 }
 
 Index Search::factorizations_for_test() const {
+  return std::min(context_.kkt.factorizations_left(), reasonable_factorizations_for_test());
+}
+
+Index Search::reasonable_factorizations_for_test() const {
   if (context_.kkt.layout().dimension() <= parameters::test::kSmallSystem)
     return parameters::test::kForSmallSystems;
   const Index tests = context_.budget.tests;
@@ -213,7 +269,7 @@ bool Search::is_hidden_by_scaling(const Verdict& verdict) {
 }
 
 bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<SearchOutcome>& kept) {
-  if (context_.budget.is_spent()) return false;
+  if (context_.budget.is_spent() || context_.limit.expired()) return false;
   // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for the
   // case that nothing better comes.
   const Certificate& found = verdict.finding.certificate;

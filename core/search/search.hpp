@@ -6,6 +6,7 @@
 #include "core/certificate/certificate.hpp"
 #include "core/method/barrier_update.hpp"
 #include "core/method/step_method.hpp"
+#include "core/search/best_point.hpp"
 #include "core/search/first_order_test.hpp"
 #include "core/search/observation.hpp"
 #include "core/search/outcome.hpp"
@@ -42,6 +43,7 @@ class Search {
   };
   [[nodiscard]] Verdict judge(Status claim);
   [[nodiscard]] Index factorizations_for_test() const;
+  [[nodiscard]] Index reasonable_factorizations_for_test() const;
   [[nodiscard]] SearchOutcome ended(Verdict&& verdict) const;
   [[nodiscard]] bool is_hidden_by_scaling(const Verdict& verdict);
   [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method,
@@ -56,6 +58,8 @@ class Search {
   void drop_idle_multipliers(double tolerance);
   void return_to_fast_factorizations() const;
   void take_next();
+  void measure_point();
+  [[nodiscard]] bool is_better_than_last(Status ended) const;
 
   MethodContext context_;
   Purpose purpose_;
@@ -63,6 +67,7 @@ class Search {
   Observation& observation_;
   FirstOrderTest test_;
   Point point_, next_;
+  BestPoint best_;
   StepReport step_;  ///< that led to point_, or failed there
   std::optional<Deadline> deadline_;
   Index runaway_iterations_ = 0;  ///< in a row

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <new>
 #include <stdexcept>
 #include <utility>
@@ -21,7 +22,8 @@ SearchOutcome better(const std::optional<SearchOutcome>& earlier, SearchOutcome 
 
 struct Solve::Machinery {
   explicit Machinery(Solve& solve)
-      : kkt(solve.canonical_, solve.options_, solve.counts_, solve.timing_),
+      : kkt(solve.canonical_, solve.options_, solve.counts_, solve.timing_, &solve.limit_,
+            solve.kept_analysis()),
         correction(kkt, solve.options_, solve.counts_, &solve.limit_),
         context{.canonical = solve.canonical_,
                 .kkt = kkt,
@@ -32,7 +34,9 @@ struct Solve::Machinery {
                 .counts = solve.counts_},
         observation(solve.observer_, context,
                     [&solve](Result& result) { solve.set_totals(result); }),
-        others(context) {}
+        others(context) {
+    kkt.allow_factorizations(solve.budget_.factorizations_of_steps());
+  }
 
   /// Of all searches, with the outcome of the last one.
   [[nodiscard]] SearchOutcome best_with(SearchOutcome last) const {
@@ -59,7 +63,11 @@ Solve::Solve(Problem& problem, const SolverOptions& options, const SolveObserver
       kept_(kept),
       limit_(options),
       budget_{.limit = options.max_iter},
-      canonical_(problem, options, counts_, timing_) {}
+      canonical_(problem, options, counts_, timing_) {
+  if (options.minmax_max_factorizations > 0) {
+    budget_.factorizations = options.minmax_max_factorizations;
+  }
+}
 
 Result Solve::run() {
   try {
@@ -134,6 +142,10 @@ Result Solve::search() {
     observer_threw_ = machinery.observation.is_inside();
     throw;
   }
+}
+
+const KktAnalysis* Solve::kept_analysis() const {
+  return kept_ && kept_->analysis ? &*kept_->analysis : nullptr;
 }
 
 bool Solve::analyze(Machinery& machinery) {
@@ -217,7 +229,12 @@ std::unique_ptr<StepMethod> Solve::method_for(const Start& start, Machinery& mac
 
 Restorer Solve::restorer(Machinery& machinery) {
   if (purpose_ == Purpose::Restoration) return {};
-  Restorer restorer{.solve = solve_nested, .observe = {}};
+  Restorer restorer{.solve =
+                        [this, &machinery](Problem& problem, const SolverOptions& options,
+                                           const SolveObserver& observer) {
+                          return restoration(machinery, problem, options, observer);
+                        },
+                    .observe = {}};
   if (machinery.observation.is_wanted()) {
     restorer.observe = [&machinery](const IterationInfo& nested, const Point& from,
                                     const Eigen::VectorXd& v, const Eigen::VectorXd& c) {
@@ -225,6 +242,23 @@ Restorer Solve::restorer(Machinery& machinery) {
     };
   }
   return restorer;
+}
+
+Result Solve::restoration(Machinery& machinery, Problem& problem, const SolverOptions& options,
+                          const SolveObserver& observer) {
+  SolverOptions own = options;
+  if (options_.minmax_max_factorizations > 0) {
+    own.minmax_max_factorizations = machinery.kkt.factorizations_left();
+    if (own.minmax_max_factorizations <= 0) {
+      limit_.exceed(Status::MaxIterations);
+      Result none;
+      none.status = Status::MaxIterations;
+      return none;
+    }
+  }
+  Result result = solve_nested(problem, own, observer);
+  counts_.factorizations_for(FactorizationCause::Restoration).full += result.factorizations;
+  return result;
 }
 
 std::optional<SearchOutcome> Solve::contradiction(const Search& search) const {

@@ -27,11 +27,14 @@ class Solve {
   [[nodiscard]] Result run_checked();
   [[nodiscard]] Result search();
   [[nodiscard]] bool analyze(Machinery& machinery);
+  [[nodiscard]] const KktAnalysis* kept_analysis() const;
   [[nodiscard]] SearchOutcome search_all(Machinery& machinery, Start start);
   [[nodiscard]] SearchOutcome search_from(const Start& start, Machinery& machinery);
   [[nodiscard]] std::optional<Start> next_start(Machinery& machinery);
   [[nodiscard]] std::unique_ptr<StepMethod> method_for(const Start& start, Machinery& machinery);
   [[nodiscard]] Restorer restorer(Machinery& machinery);
+  [[nodiscard]] Result restoration(Machinery& machinery, Problem& problem,
+                                   const SolverOptions& options, const SolveObserver& observer);
   [[nodiscard]] bool has_line_search() const;
   /// Names a constraint that no variable can mend.
   [[nodiscard]] std::optional<SearchOutcome> contradiction(const Search& search) const;

@@ -222,6 +222,11 @@ TEST(Work, CountsAndTimes) {
   EXPECT_EQ(last_two(log::work(result), "Hessian evaluations").back(), "5");
   EXPECT_EQ(last_two(log::work(result), "factorizations of K_yy").back(), "6");
   EXPECT_EQ(last_two(log::work(result), "w/o function").back(), "1.500");
+  EXPECT_EQ(line_with(log::work(result), "K + K_yy for"), "");
+  result.counts.factorizations_for(FactorizationCause::Step) = {4, 3};
+  result.counts.factorizations_for(FactorizationCause::Certificate) = {1, 2};
+  EXPECT_EQ(line_with(log::work(result), "K + K_yy for"),
+            "  K + K_yy for steps 4 + 3, certificate 1 + 2");
   EXPECT_EQ(last_two(log::timing(result.timing), "Everything else").back(), "1.500");
 }
 

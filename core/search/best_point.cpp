@@ -1,0 +1,28 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/search/best_point.hpp"
+
+namespace ipminmax {
+
+PointRank rank_of(const CanonicalProblem& canonical, const SolverOptions& options,
+                  const Point& point) {
+  const auto or_last = [](double value) {
+    return std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
+  };
+  const bool minimization = canonical.max_size() == 0;
+  return {.violation = std::max(or_last(point.error.primal), options.constr_viol_tol),
+          .value = or_last(minimization ? point.evaluation.f : point.error.total)};
+}
+
+void BestPoint::see(const PointRank& rank, const Point& point, double mu, Index iteration) {
+  if (any_ && !(rank < rank_)) return;
+  any_ = true;
+  rank_ = rank;
+  point_ = point;
+  mu_ = mu;
+  iteration_ = iteration;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,155 @@
+// Factorizations by cause, and the limit on their number.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <problems/small_problems.hpp>
+#include <support/autodiff_problem.hpp>
+#include <support/judge_truth.hpp>
+
+#include "core/solver.hpp"
+
+namespace ipminmax::testing {
+namespace {
+
+Index sum(const Counts& counts, Index FactorizationCounts::*of) {
+  Index total = 0;
+  for (std::size_t k = 0; k < kFactorizationCauses; ++k) {
+    if (static_cast<FactorizationCause>(k) != FactorizationCause::Restoration) {
+      total += counts.by_cause[k].*of;
+    }
+  }
+  return total;
+}
+
+template <class Visit>
+void for_each_start(Visit&& visit) {
+  for (const SmallProblem& known : small_problems()) {
+    AutodiffProblem problem(known.model);
+    for (const std::vector<double>& start : known.starts) {
+      problem.set_start(start);
+      visit(known, problem);
+    }
+  }
+}
+
+TEST(FactorizationCauses, AddUpToAllFactorizations) {
+  std::array<Index, kFactorizationCauses> seen{};
+  const auto add = [&](const Counts& counts) {
+    for (std::size_t k = 0; k < seen.size(); ++k) {
+      seen[k] += counts.by_cause[k].full + counts.by_cause[k].inner;
+    }
+  };
+  for (const auto globalization : {Globalization::Filter, Globalization::None}) {
+    for (const auto schur : {SchurComplementUse::Auto, SchurComplementUse::Yes}) {
+      SolverOptions options;
+      options.max_iter = 100;
+      options.minmax_globalization = globalization;
+      options.minmax_schur_complement = schur;
+      options.mu_strategy =
+          schur == SchurComplementUse::Yes ? BarrierStrategy::Adaptive : BarrierStrategy::Monotone;
+      for_each_start([&](const SmallProblem& known, AutodiffProblem& problem) {
+        const Result r = solve(problem, options);
+        EXPECT_EQ(sum(r.counts, &FactorizationCounts::full), r.counts.factorizations_full)
+            << known.name;
+        EXPECT_EQ(sum(r.counts, &FactorizationCounts::inner), r.counts.factorizations_inner)
+            << known.name;
+        add(r.counts);
+        const auto& test = r.counts.factorizations_for(FactorizationCause::Certificate);
+        if (r.status == Status::Solved) {
+          EXPECT_GT(test.full, 0);
+        }
+      });
+    }
+  }
+  // From a saddle of x.
+  Model model;
+  const Expression x = model.variable(Player::Min, "x");
+  const Expression y = model.variable(Player::Max, "y");
+  model.objective(square(square(x) - 1.0) - square(y));
+  AutodiffProblem saddle(model, {0.0, 0.0});
+  const Result left = solve(saddle, SolverOptions{});
+  EXPECT_EQ(left.status, Status::Solved);
+  EXPECT_GT(left.counts.factorizations_for(FactorizationCause::Curvature).inner, 0);
+  add(left.counts);
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    EXPECT_GT(seen[k], 0) << name_of(static_cast<FactorizationCause>(k));
+  }
+}
+
+TEST(FactorizationLimit, IsNeverExceededAndChangesNothingWhereItIsEnough) {
+  Index stopped = 0, solved = 0;
+  for_each_start([&](const SmallProblem& known, AutodiffProblem& problem) {
+    SolverOptions options;
+    options.max_iter = 100;
+    std::vector<std::vector<double>> way;
+    const Result free = solve(problem, options, [&](const IterationInfo& info) {
+      if (!info.restoration) way.emplace_back(info.v.begin(), info.v.end());
+      return true;
+    });
+    const Index restoration = free.counts.factorizations_for(FactorizationCause::Restoration).full;
+    for (const Index most : {1, 2, 3, 5, 8, 13, 21, 34}) {
+      options.minmax_max_factorizations = most;
+      std::size_t step = 0;
+      const Result r = solve(problem, options, [&](const IterationInfo& info) {
+        // The same way, as far as it goes; restorations and tests may end earlier.
+        const bool begun_anew = std::string("wRe").find(info.step_kind) != std::string::npos;
+        if (info.restoration || begun_anew || step >= way.size()) {
+          step = way.size();
+          return true;
+        }
+        EXPECT_TRUE(std::ranges::equal(info.v, way[step])) << known.name << ' ' << most;
+        ++step;
+        return true;
+      });
+      const Index used =
+          r.factorizations + r.counts.factorizations_for(FactorizationCause::Restoration).full;
+      EXPECT_LE(used, most) << known.name;
+      EXPECT_EQ(TruthJudge(problem, options, r, false).untruths(), "") << known.name << ' ' << most;
+      if (r.status == Status::MaxIterations && r.iterations < options.max_iter) {
+        ++stopped;
+        EXPECT_NE(r.message.find("minmax_max_factorizations"), std::string::npos) << r.message;
+        EXPECT_NE(r.certificate.kind, PointKind::LocalMinmax);
+      }
+      if (most < free.factorizations + restoration + 2) continue;
+      ++solved;
+      EXPECT_EQ(r.v, free.v) << known.name << ' ' << most;
+      EXPECT_EQ(r.status, free.status) << known.name;
+    }
+  });
+  EXPECT_GT(stopped, 100);
+  EXPECT_GT(solved, 50);
+}
+
+TEST(FactorizationLimit, LeavesTheBestPointSeen) {
+  Index earlier = 0;
+  for_each_start([&](const SmallProblem& known, AutodiffProblem& problem) {
+    for (const Index most : {5, 8, 13, 21}) {
+      SolverOptions options;
+      options.max_iter = 100;
+      options.minmax_max_factorizations = most;
+      double least = std::numeric_limits<double>::infinity(), last = least;
+      const Result r = solve(problem, options, [&](const IterationInfo& info) {
+        last = info.error.total;
+        if (info.error.primal <= options.constr_viol_tol) least = std::min(least, last);
+        return true;
+      });
+      if (r.status != Status::MaxIterations || r.iterations >= options.max_iter) continue;
+      if (r.error.primal > options.constr_viol_tol) {
+        EXPECT_EQ(least, std::numeric_limits<double>::infinity()) << known.name;
+        continue;
+      }
+      // Bounds may have moved since by rounding.
+      EXPECT_LE(r.error.total, least * (1.0 + 1e-6) + 1e-12) << known.name << ' ' << most;
+      earlier += r.error.total < 0.5 * last ? 1 : 0;
+    }
+  });
+  EXPECT_GT(earlier, 5);
+}
+
+}  // namespace
+}  // namespace ipminmax::testing
