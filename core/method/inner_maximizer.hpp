@@ -87,6 +87,7 @@ class InnerMaximizer {
   NewtonResidual rhs_;
   Step correction_step_;
   Eigen::VectorXd gradient_;                 ///< of value
+  Eigen::VectorXd along_;                    ///< direction of leave in y, s_y
   std::vector<std::size_t> robust_entries_;  ///< of the Jacobian: robust constraints in y
   Eigen::VectorXd corrected_c_;              ///< right-hand side of second-order corrections
   Eigen::VectorXd start_v_;                  ///< where maximize began
