@@ -13,6 +13,7 @@
 
 #include "adapter/application_options.hpp"
 #include "adapter/ipopt_only_options.hpp"
+#include "adapter/spelling.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -199,24 +200,6 @@ std::string interval_of(const Ipopt::RegisteredOption& option) {
   return text.str();
 }
 
-/// Insertions, deletions, changes and swaps of neighbours that make one text the other.
-std::size_t edits(const std::string& a, const std::string& b) {
-  std::vector<std::vector<std::size_t>> least(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
-  for (std::size_t i = 0; i <= a.size(); ++i) {
-    for (std::size_t j = 0; j <= b.size(); ++j) {
-      if (i == 0 || j == 0) {
-        least[i][j] = i + j;
-        continue;
-      }
-      least[i][j] = std::min({least[i - 1][j] + 1, least[i][j - 1] + 1,
-                              least[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-        least[i][j] = std::min(least[i][j], least[i - 2][j - 2] + 1);
-    }
-  }
-  return least[a.size()][b.size()];
-}
-
 /// The option whose name is nearest, empty when none is near.
 std::string similar_option(const std::string& name, const Ipopt::RegisteredOptions& registry) {
   std::string nearest;
@@ -224,7 +207,7 @@ std::string similar_option(const std::string& name, const Ipopt::RegisteredOptio
   constexpr std::size_t kLongest = 100;
   if (name.size() > kLongest) return nearest;
   for (const auto& [option, unused] : registry.RegisteredOptionsList()) {
-    if (const std::size_t distance = edits(name, option); distance < least) {
+    if (const std::size_t distance = edit_distance(name, option); distance < least) {
       least = distance;
       nearest = option;
     }

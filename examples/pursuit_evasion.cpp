@@ -373,7 +373,9 @@ std::string title_of(int instability_from) {
 }
 
 void single_run(const Settings& settings, const std::filesystem::path& output) {
-  const Run run = closed_loop(settings, title_of(settings.instability_from));
+  const bool usual = settings.instability_from == 1;
+  const Run run =
+      closed_loop(settings, usual ? "a car pursues a walker" : title_of(settings.instability_from));
   std::printf("\n");
   print_summary(run, settings);
   print_comparison(run);

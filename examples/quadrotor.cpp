@@ -79,16 +79,22 @@ void draw(const Flight& flight, double step, const std::filesystem::path& file) 
     wind_x.points.push_back({t, flight.winds[k][0]});
     wind_z.points.push_back({t, flight.winds[k][1]});
   }
-  svg::write({{.title = "flight", .subtitle = "height over distance, m", .series = {path, plan}},
-              {.title = "thrusts",
-               .subtitle = "m/s^2 over s",
-               .series = {left, right},
-               .same_scale = false},
-              {.title = "wind",
-               .subtitle = "m/s^2 over s",
-               .series = {wind_x, wind_z},
-               .same_scale = false}},
-             file);
+  const svg::Series start{.points = {path.points.front()},
+                          .mark = svg::Mark::Circles,
+                          .color = "#000000",
+                          .label = "start",
+                          .size = 5.0};
+  svg::write(
+      {{.title = "flight", .subtitle = "height over distance, m", .series = {path, plan, start}},
+       {.title = "thrusts",
+        .subtitle = "m/s^2 over s",
+        .series = {left, right},
+        .same_scale = false},
+       {.title = "wind",
+        .subtitle = "m/s^2 over s",
+        .series = {wind_x, wind_z},
+        .same_scale = false}},
+      file);
 }
 
 int run(int argc, char** argv) {

@@ -5,8 +5,8 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 jobs=${JOBS:-$(nproc)}
 
-# For the tests alone: a decimal comma; MPI; the Python package, which is left out where it finds nothing.
-cmake/install_dependencies.sh locales libmumps-dev libopenmpi-dev openmpi-bin \
+# For the tests alone: a decimal comma; ADOL-C; MPI; the Python package, which is left out where it finds nothing.
+cmake/install_dependencies.sh locales libadolc-dev libmumps-dev libopenmpi-dev openmpi-bin \
   python3-dev python3-numpy python3-scipy pybind11-dev
 cmake --preset release
 cmake --build build/release -j "$jobs"

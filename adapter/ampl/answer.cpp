@@ -169,6 +169,9 @@ std::string split_warning(const NlProblem& problem) {
   if (!has_min)
     return "all variables have player 1, none is left for player 0: " +
            plain(!problem.maximizes()) + cause;
+  if (const std::string name = problem.misspelt_suffix(); !name.empty())
+    return "the variables have a suffix " + name +
+           ", but none player: " + plain(problem.maximizes()) + " Did you mean player?";
   if (problem.has_player_suffix())
     return "there is a suffix player, but no variable has player 1: " + plain(problem.maximizes()) +
            cause;

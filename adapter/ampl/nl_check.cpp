@@ -391,8 +391,9 @@ void Checker::suffix() {
   if (kind < 0 || kind > 7) cursor_.fail("suffix of unknown kind " + std::to_string(kind));
   const int size = std::array{n_, m_, objectives_, 1}[static_cast<std::size_t>(kind & 3)];
   const int entries = count(1, size, "values of a suffix");
-  const bool constraint_players =
-      std::string(cursor_.word().c_str()) == "player" && (kind & 3) == 1;
+  const std::string name = cursor_.word().c_str();
+  const bool constraint_players = name == "player" && (kind & 3) == 1;
+  if (name != "player" && (kind & 3) == 0) facts_.other_suffixes.push_back(name);
   cursor_.end_line();
   for (int i = 0; i < entries; ++i) {
     const int item = index(size, "suffix of item");

@@ -11,6 +11,8 @@ struct NlFacts {
   int variables = 0;
   /// Constraints that suffix player lists with the value 0, which the library takes for not listed.
   std::vector<int> listed_as_min;
+  /// Names of suffixes of variables that the library drops: all but player.
+  std::vector<std::string> other_suffixes;
   struct Part {
     std::size_t begin = 0, end = 0;
   };

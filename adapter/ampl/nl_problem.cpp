@@ -3,11 +3,13 @@
 #include <setjmp.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <stdexcept>
 
+#include "adapter/spelling.hpp"
 #include "checked_file.hpp"
 #include "child_process.hpp"
 
@@ -411,6 +413,18 @@ std::string NlProblem::variable_name(int i) const {
 std::string NlProblem::constraint_name(int i) const {
   ASL* asl = asl_;
   return con_name(i);
+}
+
+std::string NlProblem::misspelt_suffix() const {
+  constexpr std::size_t kLongest = 20, kNear = 2;
+  if (has_player_suffix_) return {};
+  for (const std::string& name : facts_.other_suffixes) {
+    std::string lower = name;
+    std::ranges::transform(lower, lower.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (lower.size() <= kLongest && edit_distance(lower, player_name) <= kNear) return name;
+  }
+  return {};
 }
 
 bool NlProblem::has_player(Player player) const {

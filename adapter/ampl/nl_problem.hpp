@@ -51,6 +51,8 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers {
   [[nodiscard]] bool has_player(Player player) const;
   /// Whether the file has the suffix player of variables.
   [[nodiscard]] bool has_player_suffix() const { return has_player_suffix_; }
+  /// A suffix of variables whose name is nearly that one; empty without.
+  [[nodiscard]] std::string misspelt_suffix() const;
   [[nodiscard]] std::string variable_name(int i) const;
   [[nodiscard]] std::string constraint_name(int i) const;
   [[nodiscard]] const std::vector<Player>& players() const { return variable_players_; }

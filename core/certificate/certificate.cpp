@@ -37,6 +37,8 @@ constexpr double kIndependent = 1e5;
 constexpr double kTurn = 0.25;
 /// Step to the solution, over the size of the point or of the start, that is worth going.
 constexpr double kFar = 1e-6;
+/// The same of a certified solution that does not meet the tolerances itself.
+constexpr double kNear = 1e-3;
 /// Of an active gradient, in units.
 constexpr double kVanishing = 1e-9;
 /// Factorizations that a Newton step and the test at its end need, and those that may refute a point.
@@ -53,7 +55,7 @@ std::string percentage(const Deviation& found) {
   const double size = std::max(std::abs(found.exact), std::abs(found.difference));
   const double percent = 100.0 * std::abs(found.exact - found.difference) / size;
   char text[32];
-  std::snprintf(text, sizeof text, " by %.2g percent", percent);
+  std::snprintf(text, sizeof text, " by %.3g percent", percent);
   return text;
 }
 /// A first look at a point.
@@ -155,6 +157,7 @@ class Certifier {
   std::optional<Point> moved_;
   std::optional<WrongCurvature> wrong_;
   bool far_ = false;      ///< the solution is near enough for the test but not for the user
+  bool spared_ = false;   ///< factorizations beyond the budget were given once
   bool stopped_ = false;  ///< by the budget of factorizations
   std::optional<Deviation> wrong_row_;  ///< of W
   Certificate certificate_;
@@ -439,7 +442,11 @@ bool Certifier::refine_and_test(Stage& stage) {
         return independent_or_harmless(stage, system);
       }
     }
-    if (look_for_dependences(stage, system)) {
+    const bool right = stage.converges && stage.test.both();
+    if (right && !spared_) {  // but for how far the gradients turn: the next point settles that
+      spared_ = true;
+      last_factorization_ = std::max(last_factorization_, kkt_.factorizations() + kToConfirm);
+    } else if (!right && look_for_dependences(stage, system)) {
       round = -1;
       continue;
     }
@@ -497,6 +504,8 @@ Iterate Certifier::solution_of(const Stage& stage) const {
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     const Index slack = slack_of[at(j)];
     if (slack < 0 || stage.classes[slack] == BoundClass::Active) continue;
+    // Doubtful rows of Max are in the equations, with multipliers of their own.
+    if (stage.classes[slack] == BoundClass::Doubtful && canonical_.owned_by_max(slack)) continue;
     end.lambda[j] = canonical_.sign(slack) * (end.z_upper[slack] - end.z_lower[slack]);
   }
   return end;
@@ -518,7 +527,7 @@ bool Certifier::reports_solution(const Stage& stage, const Point& given) {
   }
   const Eigen::VectorXd way = stage.point.iterate.v - reported.iterate.v;
   return longest(canonical_, way, stage.units) <=
-         kFar * size_of_problem(canonical_, reported.iterate, stage.units);
+         kNear * size_of_problem(canonical_, reported.iterate, stage.units);
 }
 
 SecondOrder Certifier::certified(const Stage& stage, const Point& given) {

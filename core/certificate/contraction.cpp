@@ -281,20 +281,24 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
   return test.error.allFinite() && std::isfinite(test.contraction);
 }
 
-/// Their values at the trial point, where they are not what their gradients predict.
+/// Their values at the trial point, where they are not what their gradients predict. A doubtful one is
+/// violated by no more than it is satisfied now.
 bool ActiveSetNewton::inequalities_stay_open(const Eigen::VectorXd& c) const {
   const auto slack_of = canonical_.slack_of_constraint();
   Eigen::VectorXd change = Eigen::VectorXd::Zero(canonical_.variables());
   for (Index j = 0; j < c.size(); ++j) {
     const Index slack = slack_of[at(j)];
-    if (slack < 0 || system_.classes()[slack] != BoundClass::Inactive) continue;
+    if (slack < 0 || system_.is_fixed(slack)) continue;
     change[slack] = trial_[slack] + c[j];
   }
+  const auto share = [&](Index i) {
+    return system_.classes()[i] == BoundClass::Inactive ? kConfirmed : 2.0;
+  };
   const auto above = [&](Index i) {
-    return -change[i] <= kConfirmed * canonical_.above_lower(i, iterate_.v[i]);
+    return -change[i] <= share(i) * canonical_.above_lower(i, iterate_.v[i]);
   };
   const auto below = [&](Index i) {
-    return change[i] <= kConfirmed * canonical_.below_upper(i, iterate_.v[i]);
+    return change[i] <= share(i) * canonical_.below_upper(i, iterate_.v[i]);
   };
   return std::ranges::all_of(canonical_.lower_bounded(), above) &&
          std::ranges::all_of(canonical_.upper_bounded(), below);

@@ -32,7 +32,7 @@ bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu,
     }
   }
   alpha = largest_step(canonical, point.iterate, step, tau);
-  advance(step, alpha, point.iterate);
+  advance(canonical, step, alpha, point.iterate);
   if (canonical.values(point.iterate.v, point.evaluation.f, point.evaluation.c) !=
           EvaluationStatus::Ok ||
       canonical.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=

@@ -99,7 +99,7 @@ bool AlgorithmOne::take_step(const Point& from, double longest, double mu, Point
   EvaluationStatus status = EvaluationStatus::Ok;
   for (report.trials = 1; report.trials <= parameter::kCuts; ++report.trials) {
     to.iterate = from.iterate;
-    advance(step_, alpha, to.iterate);
+    advance(canonical, step_, alpha, to.iterate);
     status = evaluate_values(canonical, to);
     if (status == EvaluationStatus::Ok) break;
     alpha.primal = alpha.dual = 0.5 * alpha.primal;

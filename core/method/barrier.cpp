@@ -85,7 +85,7 @@ double probing_barrier(const CanonicalProblem& canonical, const Iterate& iterate
   if (!(average > 0.0)) return 0.0;
   Iterate& moved = work.moved;
   moved = iterate;
-  advance(affine, largest_step(canonical, iterate, affine, 1.0), moved);
+  advance(canonical, affine, largest_step(canonical, iterate, affine, 1.0), moved);
   const double ratio = std::max(0.0, complementarity_of(canonical, moved).average / average);
   return std::min(std::pow(ratio, parameter::kProbingPower), parameter::kLargestSigma) * average;
 }
@@ -119,7 +119,7 @@ double quality_function_barrier(const CanonicalProblem& canonical, const Iterate
     const double tau = std::max(tau_min, 1.0 - sigma * average);
     const StepLength alpha = largest_step(canonical, iterate, step, tau);
     moved = iterate;
-    advance(step, alpha, moved);
+    advance(canonical, step, alpha, moved);
     double sum = 0.0;
     Index bounds = 0;
     for_each_product(canonical, moved, [&](double product) {

@@ -89,7 +89,7 @@ double OuterBlock::slope(const Point& point, double mu) {
 
 void OuterBlock::set_trial(const Point& from, const Step& along, StepLength alpha, double mu) {
   trial.iterate = from.iterate;
-  advance(along, alpha, trial.iterate);
+  advance(canonical_, along, alpha, trial.iterate);
   clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, trial.iterate);
 }
 

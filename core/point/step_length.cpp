@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/point/step_length.hpp"
@@ -36,12 +37,28 @@ StepLength largest_step(const CanonicalProblem& canonical, const Iterate& iterat
   return alpha;
 }
 
-void advance(const Step& step, StepLength alpha, Iterate& iterate) {
+namespace {
+
+/// Whether some variable changes by more than its rounding, or by what matters beside its bounds.
+bool moves(const CanonicalProblem& canonical, const Iterate& iterate, const Step& step) {
+  constexpr double kRounding = 2.0 * std::numeric_limits<double>::epsilon();
+  const auto more = [&](Index i, double size) { return std::abs(step.v[i]) > kRounding * size; };
+  for (Index i = 0; i < step.v.size(); ++i) {
+    if (more(i, std::abs(iterate.v[i]))) return true;
+  }
+  const auto lower = [&](Index i) { return more(i, canonical.above_lower(i, iterate.v[i])); };
+  const auto upper = [&](Index i) { return more(i, canonical.below_upper(i, iterate.v[i])); };
+  return std::ranges::any_of(canonical.lower_bounded(), lower) ||
+         std::ranges::any_of(canonical.upper_bounded(), upper);
+}
+
+}  // namespace
+
+void advance(const CanonicalProblem& canonical, const Step& step, StepLength alpha,
+             Iterate& iterate) {
   // A step of v that is its rounding would renew the rounding errors of the gradient, which the step of
   // the multipliers answers.
-  constexpr double kRounding = 2.0 * std::numeric_limits<double>::epsilon();
-  const bool moves = (step.v.array().abs() > kRounding * iterate.v.array().abs()).any();
-  if (moves) iterate.v += alpha.primal * step.v;
+  if (moves(canonical, iterate, step)) iterate.v += alpha.primal * step.v;
   iterate.lambda += alpha.primal * step.lambda;
   iterate.z_lower += alpha.dual * step.z_lower;
   iterate.z_upper += alpha.dual * step.z_upper;

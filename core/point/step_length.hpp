@@ -20,7 +20,8 @@ struct StepLength {
                                       const Step& step, double tau);
 
 /// iterate += alpha step; v stays where the step changes it by its rounding alone.
-void advance(const Step& step, StepLength alpha, Iterate& iterate);
+void advance(const CanonicalProblem& canonical, const Step& step, StepLength alpha,
+             Iterate& iterate);
 
 /// Keeps bound multipliers within [mu / (kappa s), kappa mu / s], s the distance to the bound:
 /// Waechter and Biegler 2006, eq. (16).

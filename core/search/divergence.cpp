@@ -50,7 +50,7 @@ bool shifted_step(const MethodContext& context, const Regularization& shift, dou
       !context.kkt.solve(point.evaluation, rhs, step)) {
     return false;
   }
-  advance(step,
+  advance(canonical, step,
           largest_step(canonical, point.iterate, step, boundary_fraction(mu, context.options)),
           point.iterate);
   if (evaluate_values(canonical, point) != EvaluationStatus::Ok ||

@@ -590,6 +590,17 @@ TEST_F(AmplExecutable, APlayerWithoutVariablesIsWarnedOf) {
     EXPECT_NE(text.find("WARNING: there is a suffix player, but no variable has player 1"),
               std::string::npos)
         << text;
+  for (const std::string name : {"playr", "Player", "players"}) {
+    parts.segments = "S0 1 " + name + "\n0 1\n";
+    ASSERT_EQ(solve(parts), 0);
+    for (const std::string& text : {err_, get("model.sol")})
+      EXPECT_NE(text.find("WARNING: the variables have a suffix " + name + ", but none player"),
+                std::string::npos)
+          << text;
+  }
+  parts.segments = "S0 1 priority\n0 1\n";
+  ASSERT_EQ(solve(parts), 0);
+  EXPECT_EQ(err_, "");
   ASSERT_EQ(solve(minimize(kSquare)), 0);
   EXPECT_EQ(err_, "");
 }

@@ -116,6 +116,18 @@ TEST_P(CertificateBySolver, SingularCurvatureIsUndecidedOrFlat) {
   expect(Eigen::MatrixXd{{-1.0, 1.0}, {1.0, -1.0}}, SecondOrder::Flat);
 }
 
+TEST_P(CertificateBySolver, ManyZeroEigenvaluesAreNoWrongSign) {
+  constexpr Eigen::Index kSize = 60;
+  for (const Player player : {kMin, kMax}) {
+    const Eigen::MatrixXd h = (player == kMin ? 1.0 : -1.0) * Eigen::MatrixXd::Ones(kSize, kSize);
+    const Certificate found = certify_quadratic(std::vector<Player>(kSize, player), h, GetParam());
+    EXPECT_TRUE(found.second_order == SecondOrder::Flat ||
+                found.second_order == SecondOrder::Undecided)
+        << name_of(found.second_order);
+    EXPECT_EQ(found.kind, PointKind::FirstOrderPoint);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Solvers, CertificateBySolver,
                          ::testing::Values(LinearSolver::Auto, LinearSolver::Lapack,
                                            LinearSolver::Mumps, LinearSolver::Ldlt));

@@ -107,7 +107,7 @@ TEST_F(StepLengthTest, AdvanceUsesThePrimalLengthForLambda) {
   step_.lambda << 10.0;
   step_.z_lower << 0.0, 4.0, 8.0, 0.0;
   step_.z_upper << 0.0, -2.0, 0.0, 16.0;
-  advance(step_, {.primal = 0.5, .dual = 0.25}, iterate_);
+  advance(canonical_, step_, {.primal = 0.5, .dual = 0.25}, iterate_);
   EXPECT_EQ(iterate_.v, (Eigen::VectorXd{{0.5, 2.0, 0.5, -1.0}}));
   EXPECT_EQ(iterate_.lambda[0], 10.0);
   EXPECT_EQ(iterate_.z_lower, (Eigen::VectorXd{{0.0, 3.0, 2.5, 0.0}}));

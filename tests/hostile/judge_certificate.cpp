@@ -118,10 +118,11 @@ class CertificateJudge {
         if (!tried.insert(active).second) return false;
         const CertificateJudgement found = judge(active);
         const bool confirmed = found.verdict == CertificateVerdict::Confirmed;
-        // Only the answer's own active set, where it is clear, refutes anything.
-        if (confirmed ||
-            (is_guess && tried.size() == 1 && best.verdict == CertificateVerdict::Doubtful))
-          best = found;
+        // Only the answer's own active set, where it is clear, refutes anything, and no other guess at
+        // which the signs are right.
+        const bool first = is_guess && tried.size() == 1;
+        if (confirmed || (first && best.verdict == CertificateVerdict::Doubtful)) best = found;
+        if (found.signs_are_right && best.verdict == CertificateVerdict::False) best = found;
         return confirmed;
       };
       const bool is_clear = guess(1e-2) == guess(1e2);
@@ -149,7 +150,10 @@ class CertificateJudge {
     return Eigen::Map<const VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
   }
   static CertificateJudgement doubtful(const std::string& why) {
-    return {CertificateVerdict::Doubtful, why};
+    return {.verdict = CertificateVerdict::Doubtful, .why = why};
+  }
+  static CertificateJudgement weak_signs(const std::string& why) {
+    return {.verdict = CertificateVerdict::Doubtful, .why = why, .signs_are_right = true};
   }
 
   void list_rows(bool relaxed) {
@@ -349,6 +353,18 @@ class CertificateJudge {
     return judge_curvature(active, z, here, weak, weak_max);
   }
 
+  /// Where the way down from a saddle ends, too near to be told from it: a bound of Min.
+  [[nodiscard]] bool is_next_to_a_bound(const std::vector<std::size_t>& active, const State& z,
+                                        const System& here) const {
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      const Row& row = rows_[k];
+      if (std::ranges::binary_search(active, k) || row.owner == Player::Max) continue;
+      const double distance = row.side * (row.bound - value_of(row, z.v, here.g));
+      if (distance <= kNear * (kOrigin + max_norm(z.v))) return true;
+    }
+    return false;
+  }
+
   /// A multiplier's share, with its sign, in the terms that it balances: those of the gradient, and what
   /// the gradient changes by over a small part of the point.
   [[nodiscard]] static double share_of(const System& here, const VectorXd& v, Eigen::Index row,
@@ -384,7 +400,7 @@ class CertificateJudge {
     // With dependent gradients other multipliers may be right, or nothing else be feasible.
     if (!independent) return doubtful("dependent gradients of the maximizer");
     if (inner < -kSign) return wrong("inner curvature " + text(-inner));
-    if (inner <= kSign) return doubtful("inner curvature " + text(-inner));
+    if (inner <= kSign) return weak_signs("inner curvature " + text(-inner));
     if (x_.empty()) return sample(active, z, here, inner);
     double outer = std::numeric_limits<double>::infinity();
     for (const bool with_weak : {false, true}) {
@@ -397,8 +413,11 @@ class CertificateJudge {
       outer = std::min(outer, smallest_curvature(schur, basis));
       if (!weak_max) break;
     }
+    if (outer < -kSign && is_next_to_a_bound(active, z, here)) {
+      return doubtful("a saddle next to a bound");
+    }
     if (outer < -kSign) return wrong("outer curvature " + text(outer));
-    if (outer <= kSign) return doubtful("outer curvature " + text(outer));
+    if (outer <= kSign) return weak_signs("outer curvature " + text(outer));
     return sample(active, z, here, std::min(inner, outer));
   }
 
@@ -438,7 +457,7 @@ class CertificateJudge {
       }
     }
     if (!none_better(z, here)) return wrong("a better point was drawn");
-    return {CertificateVerdict::Confirmed, "curvature " + text(curvature)};
+    return {.verdict = CertificateVerdict::Confirmed, .why = "curvature " + text(curvature)};
   }
 
   /// Along a random tangent of one player's active rows in both directions, the maximizer following
@@ -513,6 +532,9 @@ class CertificateJudge {
       VectorXd step = VectorXd::Zero(z.v.size());
       for (const Eigen::Index i : variables) step[i] = normal();
       step *= std::pow(10.0, -2.0 - static_cast<double>(k % 5));
+      // Where f falls to first order its gain ends before z, be it where rounding hides that.
+      const VectorXd pulls = z.multipliers.cwiseProduct(here.rows * step);
+      if ((max ? 1.0 : -1.0) * pulls.sum() > 1e-9 * pulls.cwiseAbs().sum()) continue;
       bool better = false;
       double last = 0.0;
       for (int part = 0; part < 8; ++part, step *= 0.1) {
@@ -543,7 +565,7 @@ class CertificateJudge {
     return out.str();
   }
   static CertificateJudgement wrong(const std::string& why) {
-    return {CertificateVerdict::False, why};
+    return {.verdict = CertificateVerdict::False, .why = why};
   }
 
   Problem& problem_;

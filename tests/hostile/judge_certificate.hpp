@@ -19,6 +19,7 @@ enum class CertificateVerdict : std::uint8_t {
 struct CertificateJudgement {
   CertificateVerdict verdict = CertificateVerdict::Doubtful;
   std::string why;
+  bool signs_are_right = false;  ///< of curvature too small for the check
 };
 
 /// Checks the claim that a strict local minmax is near result.v. Dense linear algebra, that shares no

@@ -15,6 +15,7 @@
 #include <problems/scalable_problems.hpp>
 #include <support/failing_malloc.hpp>
 #include <support/judge_truth.hpp>
+#include <support/sanitizer.hpp>
 
 #include "core/solver.hpp"
 
@@ -31,7 +32,8 @@ struct Solve {
 
 class MallocFails : public ::testing::TestWithParam<Solve> {
  protected:
-  MallocFails() {
+  void SetUp() override {
+    if (IPMINMAX_UNDER_SANITIZER) GTEST_SKIP() << "allocator replaced by a sanitizer";
     options_.linear_solver = GetParam().linear_solver;
     options_.minmax_ordering = GetParam().ordering;
     expected_ = solve(*problem_.problem, options_);  // fills the tables of a process

@@ -142,6 +142,18 @@ TEST(RobustMinimization, InfeasibleModelsEndAtTheLeastViolation) {
   EXPECT_EQ(result.status, Status::LocallyInfeasible);
   ASSERT_EQ(result.constraints.size(), 1U);
   EXPECT_NEAR(result.constraints[0], 0.0, 1e-4);
+
+  Model line_and_disk;
+  const Expression p = line_and_disk.variable(Player::Min, "p");
+  const Expression q = line_and_disk.variable(Player::Min, "q");
+  line_and_disk.objective(p + q);
+  line_and_disk.constraint(p + q, 3.0, kInf);
+  line_and_disk.constraint(square(p) + square(q), -kInf, 1.0);
+  AutodiffProblem apart(line_and_disk, {1.0, 1.0});
+  const Result between = solve(apart, SolverOptions{});
+  EXPECT_EQ(between.status, Status::LocallyInfeasible);
+  EXPECT_NEAR(between.v[0], std::sqrt(0.5), 1e-5);
+  EXPECT_NEAR(between.v[1], std::sqrt(0.5), 1e-5);
 }
 
 }  // namespace

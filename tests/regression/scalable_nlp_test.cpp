@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <gtest/gtest.h>
+#include <Eigen/QR>
 
 #include <regression/problem_tnlp.hpp>
 #include <regression/scalable_nlp.hpp>

@@ -5,20 +5,11 @@
 #include <cstdlib>
 #include <new>
 
+#include <support/sanitizer.hpp>
+
 /// Counts allocations of the whole process, of shared libraries too, by taking glibc's place. For
 /// one source file of an executable.
-
-// A sanitizer has an allocator of its own.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define IPMINMAX_COUNTS_ALLOCATIONS 0
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define IPMINMAX_COUNTS_ALLOCATIONS 0
-#endif
-#endif
-#ifndef IPMINMAX_COUNTS_ALLOCATIONS
-#define IPMINMAX_COUNTS_ALLOCATIONS 1
-#endif
+#define IPMINMAX_COUNTS_ALLOCATIONS (!IPMINMAX_UNDER_SANITIZER)
 
 namespace ipminmax::testing {
 

@@ -9,9 +9,10 @@
 #include <cstring>
 #include <string_view>
 
+#include <support/sanitizer.hpp>
+
 /// Lets chosen calls of malloc and its kin fail, those of operator new and of shared libraries among
-/// them, by taking glibc's place. For one source file of an executable without sanitizers, which have
-/// allocators of their own.
+/// them, by taking glibc's place. For one source file of an executable; not under sanitizers.
 namespace ipminmax::testing {
 
 /// Who allocates, by the return address.
@@ -91,32 +92,36 @@ inline thread_local constinit FailingMalloc failing_malloc;
 
 }  // namespace ipminmax::testing
 
-// The names called are glibc's own for its allocator.
+#if !IPMINMAX_UNDER_SANITIZER
+// The names called are glibc's own for its allocator. Not inlined, or the compiler warns of what it
+// takes for a use after free().
 extern "C" {
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
 void* __libc_realloc(void* old, std::size_t size);
 void* __libc_memalign(std::size_t alignment, std::size_t size);
 
-void* malloc(std::size_t size) {
+[[gnu::noinline]] void* malloc(std::size_t size) {
   if (ipminmax::testing::failing_malloc.fails(__builtin_return_address(0))) return nullptr;
   return __libc_malloc(size);
 }
-void* calloc(std::size_t count, std::size_t size) {
+[[gnu::noinline]] void* calloc(std::size_t count, std::size_t size) {
   if (ipminmax::testing::failing_malloc.fails(__builtin_return_address(0))) return nullptr;
   return __libc_calloc(count, size);
 }
-void* realloc(void* old, std::size_t size) {
+[[gnu::noinline]] void* realloc(void* old, std::size_t size) {
   if (ipminmax::testing::failing_malloc.fails(__builtin_return_address(0))) return nullptr;
   return __libc_realloc(old, size);
 }
-void* aligned_alloc(std::size_t alignment, std::size_t size) {
+[[gnu::noinline]] void* aligned_alloc(std::size_t alignment, std::size_t size) {
   if (ipminmax::testing::failing_malloc.fails(__builtin_return_address(0))) return nullptr;
   return __libc_memalign(alignment, size);
 }
-int posix_memalign(void** memory, std::size_t alignment, std::size_t size) noexcept {
+[[gnu::noinline]] int posix_memalign(void** memory, std::size_t alignment,
+                                     std::size_t size) noexcept {
   if (ipminmax::testing::failing_malloc.fails(__builtin_return_address(0))) return ENOMEM;
   *memory = __libc_memalign(alignment, size);
   return *memory != nullptr ? 0 : ENOMEM;
 }
 }
+#endif

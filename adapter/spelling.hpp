@@ -1,0 +1,11 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace ipminmax {
+
+/// Insertions, deletions, changes and swaps of neighbours that make one text the other.
+[[nodiscard]] std::size_t edit_distance(const std::string& a, const std::string& b);
+
+}  // namespace ipminmax
