@@ -30,13 +30,15 @@ struct PrimalDual {
   std::vector<double> z_lower, z_upper;  ///< n
 };
 
-/// Entries begin, ..., begin + T size - 1 of a vector: those of stage 0, of stage 1, ..., size each.
+/// Entries begin, ..., begin + T size - 1 of a vector: those of stage 0, of stage 1, ..., size
+/// each.
 struct StageBlock {
   std::size_t begin = 0;
   std::size_t size = 0;
 };
 
-/// Moves primal-dual points one stage ahead. What is in no block (parameters, a terminal set) stays.
+/// Moves primal-dual points one stage ahead. What is in no block (parameters, a terminal set)
+/// stays.
 class HorizonShift {
  public:
   /// stages: T. The blocks of the variables and of the constraints.
@@ -69,9 +71,10 @@ class HorizonShift {
   std::vector<StageBlock> variables_, constraints_;
 };
 
-/// Options for a start close to the solution: multipliers are asked for, the barrier parameter starts
-/// at mu, and the point is hardly pushed away from its bounds. mu about the size of the change from
-/// one time step to the next, at least tol: smaller makes steps short, larger walks back.
+/// Options for a start close to the solution: multipliers are asked for, the barrier parameter
+/// starts at mu, and the point is hardly pushed away from its bounds. mu about the size of the
+/// change from one time step to the next, at least tol: smaller makes steps short, larger walks
+/// back.
 inline void warm_start(Ipopt::OptionsList& options, double mu) {
   options.SetStringValue("warm_start_init_point", "yes");
   options.SetNumericValue("mu_init", mu);

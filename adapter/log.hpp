@@ -102,8 +102,8 @@ class StartsProgress {
 [[nodiscard]] std::string robust_summary(const RobustResult& result,
                                          const ProblemStructure& structure);
 
-/// Objective and errors at the returned point, then the certificate. structure, which has the names,
-/// may be null.
+/// Objective and errors at the returned point, then the certificate. structure, which has the
+/// names, may be null.
 [[nodiscard]] std::string summary(const Result& result,
                                   const ProblemStructure* structure = nullptr);
 

@@ -50,8 +50,8 @@ class PlantedProblem final : public ipminmax::Problem {
 ///
 ///   f = dx'A dx/2 + 2 dx'dy - dy'C dy/2 + sum dx^4/8 - dy^4/40,   |x| <= 1, a quarter of it active.
 ///
-/// C is positive definite by its diagonal (at most 4 edges), and so is A + 4 C^-1 >= 4/1.4 - 1.8: v*
-/// is a local minmax.
+/// C is positive definite by its diagonal (at most 4 edges), and so is A + 4 C^-1 >= 4/1.4 - 1.8:
+/// v* is a local minmax.
 [[nodiscard]] std::unique_ptr<PlantedProblem> quartic_chain(ipminmax::Index nodes);
 [[nodiscard]] std::unique_ptr<PlantedProblem> quartic_grid(ipminmax::Index side);
 
@@ -61,8 +61,8 @@ class PlantedProblem final : public ipminmax::Problem {
 ///   f = |dz|^2/2 + |du|^2/20 - |dw|^2 + sum du^4/8 - dw^4/40 + s'd,   |u| <= 1, a quarter of it
 ///   active.
 ///
-/// Given u, f is strictly concave in w, because |K^-1| <= 1 < 2; given w it is convex in u. So v* is
-/// the only local minmax.
+/// Given u, f is strictly concave in w, because |K^-1| <= 1 < 2; given w it is convex in u. So v*
+/// is the only local minmax.
 [[nodiscard]] std::unique_ptr<PlantedProblem> elliptic_grid(ipminmax::Index side);
 
 }  // namespace bench

@@ -1,6 +1,6 @@
-// Sparse minmax families with a planted solution, 10^3 to 10^6 unknowns (variables and multipliers):
-// time, its growth against the predicted factor entries, and peak memory against what MUMPS says it
-// uses. Every solve runs in a process of its own, so that VmHWM is that solve's.
+// Sparse minmax families with a planted solution, 10^3 to 10^6 unknowns (variables and
+// multipliers): time, its growth against the predicted factor entries, and peak memory against what
+// MUMPS says it uses. Every solve runs in a process of its own, so that VmHWM is that solve's.
 
 #include <dmumps_c.h>
 #include <unistd.h>
@@ -49,7 +49,7 @@ const Family& family_named(const std::string& name) {
   throw std::invalid_argument("no family " + name);
 }
 
-// --- The child: one solve --------------------------------------------------------------------------
+// --- The child: one solve ------------------------------------------------------------------------
 
 /// Megabytes of a line of /proc/self/status.
 double status_megabytes(const std::string& key) {
@@ -177,7 +177,7 @@ void analyze_as_child(const Family& family, Index unknowns, bool by_mumps) {
   }
 }
 
-// --- The parent ------------------------------------------------------------------------------------
+// --- The parent ----------------------------------------------------------------------------------
 
 /// Runs this program with arguments and returns the numbers it prints; empty when it fails.
 std::vector<double> child(const std::string& arguments) {

@@ -13,8 +13,8 @@
 
 #include "problem.hpp"
 
-/// Small models written as formulas, with exact derivatives and sparsity, for those who do not want to write
-/// derivatives. Functions are templates of the number type:
+/// Small models written as formulas, with exact derivatives and sparsity, for those who do not want
+/// to write derivatives. Functions are templates of the number type:
 ///
 ///   struct Game {
 ///     template <class T> T objective(std::span<const T> v) const { return v[0] * v[0] - v[1] * v[1]; }
@@ -27,9 +27,10 @@
 ///                                              .constraint_lower = {-1e20},
 ///                                              .constraint_upper = {2.0}});
 ///
-/// Each evaluation at a new point records the operations. A gradient is one sweep over them, a Hessian
-/// two sweeps per variable: some hundred variables are few enough. Branches on values (comparisons
-/// compare values) are allowed where they do not change which variables a function reads.
+/// Each evaluation at a new point records the operations. A gradient is one sweep over them, a
+/// Hessian two sweeps per variable: some hundred variables are few enough. Branches on values
+/// (comparisons compare values) are allowed where they do not change which variables a function
+/// reads.
 namespace ipminmax {
 
 /// An operation with partial derivatives in its operands; -1: no operand.
@@ -224,7 +225,8 @@ class AutodiffProblem : public Problem {
   }
 
   [[nodiscard]] const Functions& functions() const { return functions_; }
-  /// For the next solves: other numbers, read by the functions; formulas that read the same variables.
+  /// For the next solves: other numbers, read by the functions; formulas that read the same
+  /// variables.
   [[nodiscard]] Functions& functions() {
     point_.clear();
     return functions_;

@@ -8,8 +8,8 @@
 
 namespace IPMINMAX_API ipminmax {
 
-/// What the choice of the shifts found at the point that a step left. Inertias count the slack rows,
-/// as in Certificate; those that were not needed are empty.
+/// What the choice of the shifts found at the point that a step left. Inertias count the slack
+/// rows, as in Certificate; those that were not needed are empty.
 struct ShiftFindings {
   std::optional<Inertia> inner_at_zero;  ///< of K_yy (the paper's J_yy) without shift
   std::optional<Inertia> full_at_zero;   ///< of K (the paper's J_zz) without shift
@@ -23,17 +23,18 @@ struct ShiftFindings {
 /// State of the method after an iteration; iteration 0 is the starting point. Quantities of the
 /// step are those of the step that led here and zero at iteration 0.
 ///
-/// Iterations of a feasibility restoration are told, too, with restoration set and the number of the
-/// iteration that waits for it. Objective and error.primal are then those of the model (the objective
-/// NaN where undefined); mu, the step and the other errors are those of the restoration problem.
+/// Iterations of a feasibility restoration are told, too, with restoration set and the number of
+/// the iteration that waits for it. Objective and error.primal are then those of the model (the
+/// objective NaN where undefined); mu, the step and the other errors are those of the restoration
+/// problem.
 struct IterationInfo {
   Index iteration = 0;
   bool restoration = false;
   double objective = 0.0;  ///< unscaled
   KktError error;          ///< primal: to the relaxed bounds (bound_relax_factor), unlike in Result
   double mu = 0.0;
-  /// |g(z, mu)|_inf at the iterate, in canonical units: the |g(z, b)| that Algorithm 1 compares with b,
-  /// delta_s and delta_epsilon.
+  /// |g(z, mu)|_inf at the iterate, in canonical units: the |g(z, b)| that Algorithm 1 compares
+  /// with b, delta_s and delta_epsilon.
   double barrier_error = 0.0;
   double step_norm = 0.0;  ///< infinity norm of the primal step
   double delta_x = 0.0;    ///< Hessian shift of the Min variables (the paper's epsilon_x)

@@ -25,14 +25,14 @@ struct RobustResult {
   /// Of the problem with the copies of y, in the shape of the model: v holds x and, for a variable
   /// that a constraint has copies of, its value in the worst case with the largest multiplier; a
   /// constraint's multiplier is the sum of those of its worst cases. Objective and constraints are
-  /// those of v; certificate and errors are those of the problem with the copies. Counts, iterations,
-  /// factorizations and times are those of all solves and maximizations together.
+  /// those of v; certificate and errors are those of the problem with the copies. Counts,
+  /// iterations, factorizations and times are those of all solves and maximizations together.
   Result result;
   std::vector<RobustWorstCase> worst_cases;  ///< ordered by constraint, first found first
   Index solves = 0;                          ///< of problems with copies
   Index maximizations = 0;                   ///< of single constraints over y
-  /// Largest violation, over all robust constraints and all y looked at, of the returned x; NaN when
-  /// nothing was looked at.
+  /// Largest violation, over all robust constraints and all y looked at, of the returned x; NaN
+  /// when nothing was looked at.
   double largest_violation = 0.0;
   /// Worst cases of f among the worst cases, where f was treated as a robust constraint: with a
   /// certificate, x minimizes the largest of so many local worst cases. 0: f is that of one y.
@@ -50,23 +50,26 @@ struct RobustResult {
 /// Whether the model has a constraint of Min that reads a Max variable.
 [[nodiscard]] bool has_robust_constraints(const ProblemStructure& structure);
 
-/// Solves a model with robust constraints g(x, y) <= 0 for every y. Each gets copies of its own of the
-/// Max variables that it reads, and of the Max constraints on these, where f or another constraint
-/// reads them too; a model in which each robust constraint has its own Max variables is left as it is.
+/// Solves a model with robust constraints g(x, y) <= 0 for every y. Each gets copies of its own of
+/// the Max variables that it reads, and of the Max constraints on these, where f or another
+/// constraint reads them too; a model in which each robust constraint has its own Max variables is
+/// left as it is.
 ///
-/// With minmax_worst_case_starts N > 0 each robust constraint is then maximized over all of y from N
-/// starts at the x found; a maximum that violates it by more than minmax_worst_case_tol (relative to
-/// the range of its values seen) becomes another worst case with a copy of y of its own, and the solve
-/// goes on from there, until none is found. Where minmax_epigraph is set, f is treated likewise: then
-/// x minimizes the largest of the local worst cases met, kinks included. With minmax_epigraph_at_kinks
-/// that happens only after a search that ended without a local minmax, from where it ended.
+/// With minmax_worst_case_starts N > 0 each robust constraint is then maximized over all of y from
+/// N starts at the x found; a maximum that violates it by more than minmax_worst_case_tol (relative
+/// to the range of its values seen) becomes another worst case with a copy of y of its own, and the
+/// solve goes on from there, until none is found. Where minmax_epigraph is set, f is treated
+/// likewise: then x minimizes the largest of the local worst cases met, kinks included. With
+/// minmax_epigraph_at_kinks that happens only after a search that ended without a local minmax,
+/// from where it ended.
 ///
-/// With minmax_starts N > 1 all of this is done from N starts of x, as in multistart(), and the best
-/// answer is returned.
+/// With minmax_starts N > 1 all of this is done from N starts of x, as in multistart(), and the
+/// best answer is returned.
 ///
 /// A certified answer is a strict local solution of the semi-infinite problem reduced to the worst
 /// cases listed; other worst cases are excluded as far as the search over y saw. Exceptions of the
-/// model pass through; the limit of iterations holds for each solve, those of time for all together.
+/// model pass through; the limit of iterations holds for each solve, those of time for all
+/// together.
 [[nodiscard]] RobustResult solve_robust(Problem& model, const SolverOptions& options,
                                         const SolveObserver& observer = {});
 

@@ -11,10 +11,10 @@
 
 namespace IPMINMAX_API ipminmax {
 
-/// A change of the model's bounds. The parameters of a model are the constants that stand there: the
-/// right-hand side of an equation and the value of a fixed variable (equal bounds, both to be moved
-/// alike; sIPOPT's parameters, too, are variables held by an equation), or one bound of a variable
-/// or an inequality. An empty vector changes nothing.
+/// A change of the model's bounds. The parameters of a model are the constants that stand there:
+/// the right-hand side of an equation and the value of a fixed variable (equal bounds, both to be
+/// moved alike; sIPOPT's parameters, too, are variables held by an equation), or one bound of a
+/// variable or an inequality. An empty vector changes nothing.
 struct BoundChange {
   std::vector<double> variable_lower{}, variable_upper{};      ///< n or empty
   std::vector<double> constraint_lower{}, constraint_upper{};  ///< m or empty
@@ -59,8 +59,8 @@ struct Prediction {
 /// finite change, and the maximizer's reaction to other values of the minimizer's variables.
 ///
 /// At a certified point with strict complementarity the solution is a differentiable function of
-/// the constants, and of (y, lambda_y) of x. With A the active constraints and F the variables at no
-/// bound, p the moved constants,
+/// the constants, and of (y, lambda_y) of x. With A the active constraints and F the variables at
+/// no bound, p the moved constants,
 ///
 ///     | W_FF  J_AF' | | dv_F / dp     |     | (W_F. dv / dp) of the variables at bounds         |
 ///     | J_AF  0     | | dlambda_A / dp| = - | (J_A. dv / dp) of these, less moved right sides   |
@@ -69,8 +69,8 @@ struct Prediction {
 /// dy / dx is the same with K_yy. The value moves by -lambda per constraint constant and by z_lower
 /// and -z_upper per bound, which needs no factorization.
 ///
-/// One evaluation of gradient, Jacobian and Hessian and one factorization per update (and per active
-/// set on the way of a prediction), one back substitution per derivative.
+/// One evaluation of gradient, Jacobian and Hessian and one factorization per update (and per
+/// active set on the way of a prediction), one back substitution per derivative.
 class Sensitivity {
  public:
   Sensitivity();
@@ -80,8 +80,8 @@ class Sensitivity {
 
   /// Takes a solution of the problem. Returns why it has no derivatives, empty when it has: the
   /// result is no first-order point, a function is undefined there, K is singular (dependent active
-  /// constraints, flat directions), has the wrong inertia (no local minmax), or constraints are robust
-  /// (robust.hpp), for which there are none yet. The structure of the
+  /// constraints, flat directions), has the wrong inertia (no local minmax), or constraints are
+  /// robust (robust.hpp), for which there are none yet. The structure of the
   /// matrix is analyzed anew only where it differs from the last one's.
   /// The problem is not used after the call. Exceptions of the model pass through.
   [[nodiscard]] std::string update(Problem& problem, const Result& result,

@@ -56,8 +56,8 @@ double left_in_group(const std::string& folder, const char* limit_name, const ch
   return *limit - *usage + value_of(folder + "memory.stat", inactive_name);
 }
 
-/// Over the process's group and all above; inside a container the group's own path may not exist, its
-/// root then is the group.
+/// Over the process's group and all above; inside a container the group's own path may not exist,
+/// its root then is the group.
 double left_in_groups() {
   std::ifstream groups("/proc/self/cgroup");
   double left = kInfinity;

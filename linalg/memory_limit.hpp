@@ -2,14 +2,14 @@
 
 namespace ipminmax {
 
-/// Bytes that the process can still take: the least of what RLIMIT_AS, the memory limit of its control
-/// group (Linux; also those of the groups above) and max_process_bytes, compared with the resident
-/// memory, leave. Infinite where there is no limit. Reads files of /proc and /sys.
+/// Bytes that the process can still take: the least of what RLIMIT_AS, the memory limit of its
+/// control group (Linux; also those of the groups above) and max_process_bytes, compared with the
+/// resident memory, leave. Infinite where there is no limit. Reads files of /proc and /sys.
 [[nodiscard]] double available_memory(double max_process_bytes);
 
 /// Whether OpenBLAS, or another BLAS, has its work buffer. OpenBLAS maps it at its first call and
-/// tries for ever when it cannot: where the address space is limited this reserves so much, and makes
-/// that call. To be asked before anything that calls BLAS; the answer yes is final.
+/// tries for ever when it cannot: where the address space is limited this reserves so much, and
+/// makes that call. To be asked before anything that calls BLAS; the answer yes is final.
 [[nodiscard]] bool blas_has_memory();
 
 }  // namespace ipminmax

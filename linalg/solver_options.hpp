@@ -14,8 +14,8 @@ enum class LinearSolver : std::uint8_t { Auto, Mumps, Ldlt, Lapack, MumpsMpi };
 /// Fill-reducing ordering.
 enum class Ordering : std::uint8_t { Best, Amd, Pord, Metis };
 
-/// Whether two matrices that are needed together are factorized at the same time, each by one half of
-/// the MPI ranks.
+/// Whether two matrices that are needed together are factorized at the same time, each by one half
+/// of the MPI ranks.
 enum class MpiHalves : std::uint8_t { Auto, Yes, No };
 
 struct SymmetricSolverOptions {
@@ -32,8 +32,8 @@ struct SymmetricSolverOptions {
   friend bool operator==(const SymmetricSolverOptions&, const SymmetricSolverOptions&) = default;
 };
 
-/// The linear solver cannot be used here, or not any more, whatever the matrix: a library is missing,
-/// another process has died. Thrown by solvers that need more than this process.
+/// The linear solver cannot be used here, or not any more, whatever the matrix: a library is
+/// missing, another process has died. Thrown by solvers that need more than this process.
 class SolverUnavailable : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

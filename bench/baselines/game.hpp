@@ -72,8 +72,9 @@ using Method = std::function<Answer(Game&, std::span<const double>, const Limits
 [[nodiscard]] Answer solve_pure_newton(Game& game, std::span<const double> start,
                                        const Limits& limits);
 
-/// (a) One level: Ipopt minimizes f subject to the first-order conditions of the inner maximization,
-/// complementarity relaxed to <= t, t = 0.1 to 1e-9 with primal-dual warm starts (Scholtes 2001).
+/// (a) One level: Ipopt minimizes f subject to the first-order conditions of the inner
+/// maximization, complementarity relaxed to <= t, t = 0.1 to 1e-9 with primal-dual warm starts
+/// (Scholtes 2001).
 [[nodiscard]] Answer solve_single_level(Game& game, std::span<const double> start,
                                         const Limits& limits);
 
@@ -101,8 +102,8 @@ void tune_first_order(Game& game, Random& random);
 [[nodiscard]] std::unique_ptr<Problem> scenario_problem(
     const Game& game, std::span<const std::vector<double>> scenarios);
 
-/// Whether a local minmax that the library certifies lies within 1e-3 max(1, |v|) of a point: solves
-/// from there with small barrier parameters.
+/// Whether a local minmax that the library certifies lies within 1e-3 max(1, |v|) of a point:
+/// solves from there with small barrier parameters.
 [[nodiscard]] bool is_local_minmax(Problem& problem, const std::vector<double>& v);
 
 }  // namespace bench

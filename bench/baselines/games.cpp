@@ -30,7 +30,7 @@ void project_on_ball(std::span<double> v, double radius) {
   for (double& value : v) value *= radius / length;
 }
 
-// --- The homicidal chauffeur -----------------------------------------------------------------------
+// --- The homicidal chauffeur ---------------------------------------------------------------------
 
 Game chauffeur_game(int horizon) {
   const chauffeur::Parameters p = chauffeur::refined(horizon);
@@ -86,7 +86,7 @@ Game chauffeur_game(int horizon) {
   return game;
 }
 
-// --- Linear dynamics ------------------------------------------------------------------------------------
+// --- Linear dynamics -----------------------------------------------------------------------------
 
 /// A quadratic game with linear Max equalities without these and their states: dense, and with
 /// gradients only, for first-order methods.
@@ -221,7 +221,7 @@ Game elliptic_control_game(int nodes) {
                               ipminmax::testing::f19_pde(nodes).problem, nodes);
 }
 
-// --- Others ----------------------------------------------------------------------------------------
+// --- Others --------------------------------------------------------------------------------------
 
 /// Least squares whose data an adversary moves within a ball.
 Game regression_game(int rows, int n) {

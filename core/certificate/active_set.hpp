@@ -26,8 +26,8 @@ class ActiveSetSystem {
   ActiveSetSystem(const CanonicalProblem& canonical, KktSystem& kkt, const BoundClasses& classes,
                   const Units& units, const Evaluation& evaluation);
 
-  /// Assembles K and K_yy with min_times, max_times the error (per variable, in units; may be empty)
-  /// added to the curvature of the players' variables: to W for Min, taken from W for Max.
+  /// Assembles K and K_yy with min_times, max_times the error (per variable, in units; may be
+  /// empty) added to the curvature of the players' variables: to W for Min, taken from W for Max.
   void assemble(Doubtful fixed, const Eigen::VectorXd& error = {}, double min_times = 0.0,
                 double max_times = 0.0);
 

@@ -12,7 +12,8 @@ namespace {
 
 /// z / s in units above which a bound is guessed active, and its inverse below which inactive.
 constexpr double kStrictRatio = 100.0;
-/// Share of what an active distance (an inactive multiplier) loses with mu that makes a class certain.
+/// Share of what an active distance (an inactive multiplier) loses with mu that makes a class
+/// certain.
 constexpr double kClearTrend = 0.75;
 constexpr double kDecrease = 0.05;  // of mu
 constexpr int kMostDecreases = 8;

@@ -11,11 +11,12 @@
 
 namespace ipminmax {
 
-/// What a bound is at the solution nearby. Doubtful: multiplier and distance are both small, there is
-/// no strict complementarity that could be seen.
+/// What a bound is at the solution nearby. Doubtful: multiplier and distance are both small, there
+/// is no strict complementarity that could be seen.
 enum class BoundClass : std::uint8_t { Inactive, Doubtful, Active };
 
-/// Per canonical variable; a slack stands for its inequality. Of two bounds the more active one counts.
+/// Per canonical variable; a slack stands for its inequality. Of two bounds the more active one
+/// counts.
 struct BoundClasses {
   std::vector<BoundClass> of;
   std::vector<std::int8_t> side;     ///< -1: the lower bound is meant, +1: the upper one, 0: none
@@ -35,15 +36,15 @@ struct BoundClasses {
   [[nodiscard]] double multiplier(const Iterate& z, Index i) const;
 };
 
-/// By z / s in units: a first guess, which a Newton step has to confirm. A bound no farther than what it
-/// was relaxed by is never inactive.
+/// By z / s in units: a first guess, which a Newton step has to confirm. A bound no farther than
+/// what it was relaxed by is never inactive.
 [[nodiscard]] BoundClasses guess_classes(const CanonicalProblem& canonical,
                                          const SolverOptions& options, const Iterate& iterate,
                                          const Units& units);
 
-/// Follows the solution to smaller barrier parameters, where the distance of an active bound falls as
-/// mu and its multiplier stays, and the other way round at an inactive one: until every bound has
-/// shown what it is and the point hardly moves, a distance has lost its digits, 8 decreases or
+/// Follows the solution to smaller barrier parameters, where the distance of an active bound falls
+/// as mu and its multiplier stays, and the other way round at an inactive one: until every bound
+/// has shown what it is and the point hardly moves, a distance has lost its digits, 8 decreases or
 /// most_steps Newton steps are done.
 /// Point (dual residual included) and mu are moved along.
 [[nodiscard]] BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,

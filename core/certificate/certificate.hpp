@@ -15,8 +15,8 @@ namespace ipminmax {
 /// What the second-order test found, and where.
 struct Finding {
   Certificate certificate;
-  /// A point nearer to the solution, with all derivatives and the barrier parameter that belongs to it,
-  /// of which the certificate speaks; empty: of the point that was given.
+  /// A point nearer to the solution, with all derivatives and the barrier parameter that belongs to
+  /// it, of which the certificate speaks; empty: of the point that was given.
   std::optional<Point> point;
   double mu = 0.0;
   std::optional<WrongCurvature> wrong;  ///< why the verdict is Violated
@@ -26,8 +26,8 @@ struct Finding {
 inline constexpr Index kGenerousFactorizations = 100;
 
 /// Second-order test at a first-order point: the paper's Proposition "Second order sufficient
-/// conditions for constrained minmax", all regularization off. The claim, its hypotheses and what of
-/// them is proved, checked or trusted: core/algorithm.md, "Second-order test".
+/// conditions for constrained minmax", all regularization off. The claim, its hypotheses and what
+/// of them is proved, checked or trusted: core/algorithm.md, "Second-order test".
 ///
 /// point: f, c, first and second derivatives and the dual residual at the iterate. The KKT matrices
 /// are left at the certificate's values. factorizations: that may be spent on an undecided point,

@@ -102,7 +102,8 @@ class ActiveSetNewton {
   Eigen::VectorXd trial_, trial_v_, trial_lambda_;  ///< step that is tried, and its end
 };
 
-/// Longest entry beside the variable's size here or at the start, whichever is larger; slacks apart.
+/// Longest entry beside the variable's size here or at the start, whichever is larger; slacks
+/// apart.
 double ActiveSetNewton::length_in_sizes(const Eigen::VectorXd& v) const {
   const Eigen::VectorXd& start = canonical_.starting_point().v;
   const double others = std::max(length(iterate_.v), length(start));

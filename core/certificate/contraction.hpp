@@ -13,17 +13,18 @@ struct NewtonTest {
   std::vector<Index>
       pulled_off;  ///< doubtful bounds of Max that he leaves: their multiplier is negative
   /// Step that the curvature of the equations makes necessary at the end, over the step: Newton's
-  /// method converges from a point where that is below 1/4 (it is 1/4 for x^3 at 0). The smaller of what
-  /// it is in units and beside the variables' sizes: any norm will do.
+  /// method converges from a point where that is below 1/4 (it is 1/4 for x^3 at 0). The smaller of
+  /// what it is in units and beside the variables' sizes: any norm will do.
   double contraction = 0.0;
   Eigen::VectorXd error;  ///< per variable, in units: bounds what W changes by on the way, twice
   std::vector<double> hessian_change;  ///< on the way, per triplet, canonical units
   double step = 0.0;                   ///< longest entry of the step, in units
-  /// What the rows of active constraints change by on the way, sum of the entries of the worst one in
-  /// units; inner: of Max's rows in his variables.
+  /// What the rows of active constraints change by on the way, sum of the entries of the worst one
+  /// in units; inner: of Max's rows in his variables.
   double turn = 0.0, inner_turn = 0.0;
-  /// Iterate only; on the bounds to 99 percent, inactive multipliers of constraints zero. Multipliers
-  /// of active bounds are those that balance the gradient, of others those that keep z s.
+  /// Iterate only; on the bounds to 99 percent, inactive multipliers of constraints zero.
+  /// Multipliers of active bounds are those that balance the gradient, of others those that keep z
+  /// s.
   Point end;
 };
 

@@ -199,7 +199,8 @@ bool DependenceSearch::consistent(const Eigen::VectorXd& weights, double& value)
   return std::abs(at_bounds) <= allowed;
 }
 
-/// Free variables moved inside their bounds; of_max: all x, for Max's rows must agree whatever x is.
+/// Free variables moved inside their bounds; of_max: all x, for Max's rows must agree whatever x
+/// is.
 Eigen::VectorXd DependenceSearch::moved(int trial, double length, bool x_moves, bool of_max) const {
   const Units& units = system_.units();
   const double size = std::max(1.0, longest(canonical_, point_.iterate.v, units));

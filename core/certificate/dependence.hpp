@@ -7,16 +7,17 @@
 
 namespace ipminmax {
 
-/// An active constraint whose gradient is a combination of those of other active constraints and bounds of
-/// its owner, in the owner's variables.
+/// An active constraint whose gradient is a combination of those of other active constraints and
+/// bounds of its owner, in the owner's variables.
 struct Dependence {
   Index row = -1;  ///< canonical constraint that the others make redundant or contradict
-  /// Per canonical constraint, one for row: the sum of weights times gradients has entries at active
-  /// bounds alone.
+  /// Per canonical constraint, one for row: the sum of weights times gradients has entries at
+  /// active bounds alone.
   Eigen::VectorXd weights;
   bool vanishing = false;  ///< the gradient is zero, at active bounds too
-  /// The same combination of the constraints themselves is zero not at the point alone but wherever it
-  /// was tried, up to rounding and what bounds were relaxed by: the row says nothing beside the others.
+  /// The same combination of the constraints themselves is zero not at the point alone but wherever
+  /// it was tried, up to rounding and what bounds were relaxed by: the row says nothing beside the
+  /// others.
   bool identical = false;
   bool identical_in_y = false;  ///< the same with x held; Max's rows
 };
@@ -27,9 +28,9 @@ struct Dependences {
   [[nodiscard]] bool independent(const CanonicalProblem& canonical, bool max) const;
 };
 
-/// Looks for all of them among the constraints that the system counts, doubtful bounds as in its last
-/// assemble: inverse iteration with [I J'; J -delta I], one factorization. Constraints are evaluated
-/// at a few points nearby. The matrices are left at other values.
+/// Looks for all of them among the constraints that the system counts, doubtful bounds as in its
+/// last assemble: inverse iteration with [I J'; J -delta I], one factorization. Constraints are
+/// evaluated at a few points nearby. The matrices are left at other values.
 [[nodiscard]] Dependences find_dependences(CanonicalProblem& canonical, ActiveSetSystem& system,
                                            const Point& point, const SolverOptions& options);
 

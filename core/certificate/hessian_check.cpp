@@ -12,7 +12,8 @@ namespace {
 /// the rounding of gradients grows with it.
 constexpr double kStep = 1e-6;
 constexpr double kStepOfSize = 1e-8;
-/// Largest entry over the size of the variable, at least 1: lengths may be errors of a W that cancels.
+/// Largest entry over the size of the variable, at least 1: lengths may be errors of a W that
+/// cancels.
 constexpr double kLargestEntry = 1e-4;
 /// Share of the distance to a bound.
 constexpr double kShareOfDistance = 0.1;

@@ -28,9 +28,9 @@ struct LittleCurvature {
 [[nodiscard]] LittleCurvature find_little_curvature(const CanonicalProblem& canonical,
                                                     KktSystem& kkt, const CurvatureTrial& trial);
 
-/// A certificate is a statement about W, so W is compared with a difference of gradients along the direction
-/// of little curvature, to a tenth of it. The row of W that disagrees; empty: none, or the model is
-/// undefined on both sides of the point. lambda: for which W was evaluated.
+/// A certificate is a statement about W, so W is compared with a difference of gradients along the
+/// direction of little curvature, to a tenth of it. The row of W that disagrees; empty: none, or
+/// the model is undefined on both sides of the point. lambda: for which W was evaluated.
 [[nodiscard]] std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical,
                                                       const Point& point,
                                                       const Eigen::VectorXd& lambda,

@@ -7,12 +7,14 @@
 
 namespace ipminmax {
 
-/// Solves with the assembled K at zero shift, factorized anew at a higher quality as often as needed.
+/// Solves with the assembled K at zero shift, factorized anew at a higher quality as often as
+/// needed.
 [[nodiscard]] bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation,
                                     const NewtonResidual& rhs, Step& step);
 
-/// One Newton step for the equations at mu from a point with all derivatives and dual residual, which
-/// is left at its end; tau: fraction to the boundary. False: it cannot be computed or evaluated.
+/// One Newton step for the equations at mu from a point with all derivatives and dual residual,
+/// which is left at its end; tau: fraction to the boundary. False: it cannot be computed or
+/// evaluated.
 [[nodiscard]] bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu,
                                        double tau, Point& point, StepLength& alpha);
 

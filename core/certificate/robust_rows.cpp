@@ -16,8 +16,8 @@ constexpr double kClearlyWrong = -1.0;
 /// Violation of a robust constraint (scaled problem) within Max's reach that refutes a point.
 constexpr double kWorthwhileGain = 1e-6;
 
-/// Growth of the barrier curvature of active bounds: with their own, D of a constraint whose worst y
-/// stands at a bound would be of the size of T, for both stand at the same mu.
+/// Growth of the barrier curvature of active bounds: with their own, D of a constraint whose worst
+/// y stands at a bound would be of the size of T, for both stand at the same mu.
 constexpr double kFixed = 1e6;
 /// Barrier curvature of a slack away from its bounds.
 constexpr double kInactiveCurvature = 1e-12;

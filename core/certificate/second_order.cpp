@@ -24,8 +24,8 @@ NewtonResidual generic_right_hand_side(const ActiveSetSystem& system) {
   return rhs;
 }
 
-/// Largest entry of the solution, slacks and bound multipliers apart; infinite where the factors do not
-/// reproduce the matrix: without pivoting an inertia is trusted only when they do.
+/// Largest entry of the solution, slacks and bound multipliers apart; infinite where the factors do
+/// not reproduce the matrix: without pivoting an inertia is trusted only when they do.
 double response(ActiveSetSystem& system, bool inner) {
   const CanonicalProblem& canonical = system.canonical();
   const NewtonResidual rhs = generic_right_hand_side(system);

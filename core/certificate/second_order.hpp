@@ -4,8 +4,8 @@
 
 namespace ipminmax {
 
-/// Inertias of the two matrices, and how much a system with each amplifies a generic right-hand side:
-/// moderate numbers show that the gradients of the equalities are independent.
+/// Inertias of the two matrices, and how much a system with each amplifies a generic right-hand
+/// side: moderate numbers show that the gradients of the equalities are independent.
 struct InertiaTest {
   bool inner = false;
   bool full = false;
@@ -19,9 +19,9 @@ struct InertiaTest {
 /// K is left factorized with the margin in it (and the error, if there is one).
 [[nodiscard]] InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error,
                                    double margin);
-/// The same where doubtful bounds of Min are exactly active, with multiplier zero or not: his critical
-/// directions lead into them, and the curvature along these has to be right (copositivity). inner: what
-/// survives found of K_yy.
+/// The same where doubtful bounds of Min are exactly active, with multiplier zero or not: his
+/// critical directions lead into them, and the curvature along these has to be right
+/// (copositivity). inner: what survives found of K_yy.
 [[nodiscard]] InertiaTest survives_in_cone(ActiveSetSystem& system, const Eigen::VectorXd& error,
                                            double margin, const InertiaTest& inner);
 /// K_yy alone.

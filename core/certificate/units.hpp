@@ -7,17 +7,17 @@
 
 namespace ipminmax {
 
-/// Lengths in which no entry of W_yy exceeds 1, then none of W_xx and W_xy, and variables with curvature
-/// have an entry of about that size, so that "little curvature" means the same whatever the units of the
-/// model.
+/// Lengths in which no entry of W_yy exceeds 1, then none of W_xx and W_xy, and variables with
+/// curvature have an entry of about that size, so that "little curvature" means the same whatever
+/// the units of the model.
 struct Units {
   Eigen::VectorXd variable;    ///< per canonical variable; a slack's is its constraint's
   Eigen::VectorXd constraint;  ///< per canonical constraint
 };
 
 /// Diagonal entries first, then rows without one by what couples them, then variables without
-/// curvature by the constraints that tie them to others: each step depends on the units of the model
-/// by the factor that it should. Variables that nothing ties keep the model's.
+/// curvature by the constraints that tie them to others: each step depends on the units of the
+/// model by the factor that it should. Variables that nothing ties keep the model's.
 [[nodiscard]] Units units_of(const CanonicalProblem& canonical, const Evaluation& evaluation);
 
 /// Longest entry of a vector of variables, slacks apart.

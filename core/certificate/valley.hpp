@@ -19,9 +19,9 @@ struct Valley {
   Eigen::VectorXd direction;
 };
 
-/// At a point that is not refuted, with no doubtful bounds. inner: of Max at this x, else of Min with y
-/// answering. tolerance: curvature up to which a direction counts, in units. At most six directions,
-/// orthogonal, are found by inverse iteration with the matrix helped by margin.
+/// At a point that is not refuted, with no doubtful bounds. inner: of Max at this x, else of Min
+/// with y answering. tolerance: curvature up to which a direction counts, in units. At most six
+/// directions, orthogonal, are found by inverse iteration with the matrix helped by margin.
 [[nodiscard]] Valley explore_valley(CanonicalProblem& canonical, ActiveSetSystem& system,
                                     const Point& point, double margin, double tolerance,
                                     bool inner);

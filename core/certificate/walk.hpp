@@ -8,8 +8,8 @@
 
 namespace ipminmax {
 
-/// Trial steps from a point, brought back to the constraints that the system counts and to the inner
-/// maximum with the matrix at hand: what the value does along a direction.
+/// Trial steps from a point, brought back to the constraints that the system counts and to the
+/// inner maximum with the matrix at hand: what the value does along a direction.
 class Walk {
  public:
   enum class Kind : std::uint8_t {
@@ -30,7 +30,8 @@ class Walk {
   /// Of a valley, in units, orthonormal in the variables of whom it belongs to.
   void set_free_directions(const std::vector<Eigen::VectorXd>& directions) { free_ = directions; }
 
-  /// step: canonical variables; corrections end below negligible times length (squared but in a valley).
+  /// step: canonical variables; corrections end below negligible times length (squared but in a
+  /// valley).
   [[nodiscard]] End take(const Eigen::VectorXd& step, double length);
 
   /// A direction in units as a step of canonical variables; slacks of open inequalities move along.

@@ -103,8 +103,8 @@ double WitnessSearch::curvature_of_all(const Eigen::VectorXd& d) const {
   return inner_ ? sum : -sum;
 }
 
-/// Inverse iteration with a shift that makes the matrix right, a smaller one where that finds nothing:
-/// turns to the direction of the worst curvature on the tangent space.
+/// Inverse iteration with a shift that makes the matrix right, a smaller one where that finds
+/// nothing: turns to the direction of the worst curvature on the tangent space.
 bool WitnessSearch::find_direction() {
   for (const double first : {1e-2, 1e-4, 1e-6}) {
     double shift = first;
@@ -146,8 +146,8 @@ bool WitnessSearch::turn_to_least_curvature(double shift) {
   return curvature_ > 0.0;
 }
 
-/// Where gradients are nearly dependent in units, the relaxed constraints let directions pass that cross
-/// them: each row has to cancel within itself.
+/// Where gradients are nearly dependent in units, the relaxed constraints let directions pass that
+/// cross them: each row has to cancel within itself.
 bool WitnessSearch::is_tangent() const {
   const Evaluation& all = system_.derivatives();
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(canonical_.constraints()), size = sum;

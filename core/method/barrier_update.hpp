@@ -15,8 +15,8 @@ class BarrierUpdate {
   BarrierUpdate(const MethodContext& context, const Point& first);
 
   [[nodiscard]] double mu() const { return mu_; }
-  /// Chooses the parameter of the next step from a point that the last one led to. True: another one
-  /// than before.
+  /// Chooses the parameter of the next step from a point that the last one led to. True: another
+  /// one than before.
   [[nodiscard]] bool update(const Point& point, const StepReport& last);
   /// Another search begins: with the first parameter.
   void begin_anew();

@@ -16,9 +16,9 @@ struct InverseIteration {
   bool until_settled = false;
 };
 
-/// Turns the step to the direction of the curvature with the wrong sign, by inverse iteration with the
-/// block's matrix, solve(rhs, step). A shift far above what the matrix needs makes it slow. The step has
-/// length one in the block. False: no direction.
+/// Turns the step to the direction of the curvature with the wrong sign, by inverse iteration with
+/// the block's matrix, solve(rhs, step). A shift far above what the matrix needs makes it slow. The
+/// step has length one in the block. False: no direction.
 template <class Solve>
 bool turn_to_curvature(const InverseIteration& how, NewtonResidual& rhs, Step& step, Solve solve) {
   const Index begin = how.variables.begin;
@@ -52,8 +52,8 @@ struct CurvatureMove {
   double penalty = 0.0;     ///< of the violation against phi
 };
 
-/// Moves a block's trial point along the direction, whose first sense is the better one, until the merit
-/// improves. A block has
+/// Moves a block's trial point along the direction, whose first sense is the better one, until the
+/// merit improves. A block has
 ///   set_trial(direction, length)  the trial point as far along as bounds allow
 ///   evaluate_move(length)         its merit
 ///   improve(trial)                brings it closer to the constraints: its merit then

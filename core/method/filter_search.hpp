@@ -35,8 +35,8 @@ struct SearchEnd {
   int cuts = 0;
 };
 
-/// Second-order correction against the Maratos effect, [WB, 2.4]: same matrix, c_soc = alpha c + c(trial).
-/// first: theta of the trial point rejected, alpha long.
+/// Second-order correction against the Maratos effect, [WB, 2.4]: same matrix, c_soc = alpha c +
+/// c(trial). first: theta of the trial point rejected, alpha long.
 template <class Block>
 Filter::Verdict correct_to_second_order(Block& block, const Filter& filter, const SearchLine& line,
                                         double alpha, double first, SearchEnd& end) {
@@ -61,8 +61,8 @@ Filter::Verdict correct_to_second_order(Block& block, const Filter& filter, cons
   return Filter::Verdict::Reject;
 }
 
-/// Backtracking with a filter, [WB, 2.3], for one player's block: y alone with K_yy, or x through K. A block
-/// has
+/// Backtracking with a filter, [WB, 2.3], for one player's block: y alone with K_yy, or x through
+/// K. A block has
 ///   from(), trial()               the point left, and the one tried
 ///   evaluate(slope, alpha)        moves trial() along the step: its merit
 ///   correct(c)                    moves trial() along a corrected step: its lengths

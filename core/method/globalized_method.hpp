@@ -82,8 +82,8 @@ class GlobalizedMethod final : public StepMethod {
   OuterBlock outer_;
   Watchdog watchdog_;
 
-  /// Second derivatives of the point at which a fast step ended, by their number: K_yy is right there,
-  /// or taken to be, in the freeze neighbourhood.
+  /// Second derivatives of the point at which a fast step ended, by their number: K_yy is right
+  /// there, or taken to be, in the freeze neighbourhood.
   std::uint64_t inner_right_at_ = 0;
   double last_slope_ = 1e20;
   Index fast_pause_ = 0;           ///< iterations without the fast path after it failed

@@ -32,6 +32,7 @@ InnerMaximizer::InnerMaximizer(const MethodContext& context, const Point& first)
   const CanonicalProblem& canonical = canonical_;
   for (Step* step : {&rhs_, &correction_step_}) *step = zero_step(canonical);
   gradient_ = start_v_ = rhs_.v;
+  along_ = rhs_.v.tail(canonical_.variables() - canonical_.y().begin);
   corrected_c_ = rhs_.lambda;
   filter_.reserve(parameter::kFilterPairs);
   if (canonical.robust_constraints().empty()) return;
@@ -220,9 +221,10 @@ bool InnerMaximizer::escape(Point& point, double mu, const KktFactors& factors) 
 
 bool InnerMaximizer::leave(Point& point, double mu, const Eigen::VectorXd& direction) {
   const Index n = canonical_.variables() - canonical_.y().begin;
-  Eigen::VectorXd along = direction.tail(n).normalized();
+  along_ = direction.tail(n);
+  along_.normalize();
   value_gradient(point, mu);
-  if (gradient_.tail(n).dot(along) < 0.0) along = -along;
+  if (gradient_.tail(n).dot(along_) < 0.0) along_ = -along_;
   CurvatureMove move{.from = merit(point, mu)};
   move.length =
       parameters::escape::kLength * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
@@ -235,7 +237,7 @@ bool InnerMaximizer::leave(Point& point, double mu, const Eigen::VectorXd& direc
               .mu = mu,
               .step = correction_step_,
               .factors = kkt_.inner_factors()};
-  if (!move_along_curvature(block, move, along, limit_)) return false;
+  if (!move_along_curvature(block, move, along_, limit_)) return false;
   std::swap(point, trial_);
   filter_.reset();
   return true;

@@ -25,8 +25,8 @@ struct InnerDirection {
 
 /// Maximizes the barrier objective over (y, s_y) at fixed x: Newton steps from K_yy alone, filter
 /// on (violation of the Max constraints, minus value), second-order correction. Robust constraints,
-/// which Max tries to violate, enter the value as lambda_r' c_r with lambda_r held, so that a copy of
-/// y that belongs to one of them maximizes it whether Min satisfies it or not.
+/// which Max tries to violate, enter the value as lambda_r' c_r with lambda_r held, so that a copy
+/// of y that belongs to one of them maximizes it whether Min satisfies it or not.
 class InnerMaximizer {
  public:
   /// first: where the search begins.
@@ -47,8 +47,8 @@ class InnerMaximizer {
   /// Whether K_yy has the expected inertia at the point without shifts.
   [[nodiscard]] bool has_maximum_in_sight(const Point& point);
 
-  /// Moves y, s_y and their multipliers of the point; out is the direction at its end, and is used at
-  /// its beginning where it is_known there.
+  /// Moves y, s_y and their multipliers of the point; out is the direction at its end, and is used
+  /// at its beginning where it is_known there.
   [[nodiscard]] Outcome maximize(Point& point, double mu, double target, int max_steps,
                                  double upper_bound, InnerDirection& out);
   /// Whether it is the direction at the point, with its factors at hand.
@@ -56,8 +56,8 @@ class InnerMaximizer {
     return direction.is_at(point) && kkt_.are_current_inner(direction.factors);
   }
 
-  /// Moves y, s_y along a direction (or against it) in which the value rises to second order; x stays.
-  /// False: it does not.
+  /// Moves y, s_y along a direction (or against it) in which the value rises to second order; x
+  /// stays. False: it does not.
   [[nodiscard]] bool leave(Point& point, double mu, const Eigen::VectorXd& direction);
 
   /// Whether the Max constraints hold closely enough to compare values.
@@ -87,6 +87,7 @@ class InnerMaximizer {
   NewtonResidual rhs_;
   Step correction_step_;
   Eigen::VectorXd gradient_;                 ///< of value
+  Eigen::VectorXd along_;                    ///< direction of leave in y, s_y
   std::vector<std::size_t> robust_entries_;  ///< of the Jacobian: robust constraints in y
   Eigen::VectorXd corrected_c_;              ///< right-hand side of second-order corrections
   Eigen::VectorXd start_v_;                  ///< where maximize began

@@ -22,7 +22,8 @@ using NestedSolve =
     std::function<Result(Problem& problem, const SolverOptions&, const SolveObserver&)>;
 
 /// Told of each iteration of a restoration but the first: what the restoration's own solve says of
-/// it, the point that is restored, and v and c of the iteration in the canonical problem. False stops.
+/// it, the point that is restored, and v and c of the iteration in the canonical problem. False
+/// stops.
 using RestorationObserver = std::function<bool(const IterationInfo& nested, const Point& from,
                                                const Eigen::VectorXd& v, const Eigen::VectorXd& c)>;
 

@@ -6,8 +6,9 @@
 
 namespace ipminmax {
 
-/// Ipopt's watchdog for minimizations: after shortened steps in a row, full steps that need not improve on
-/// the point they leave, as long as one of the first few improves on the point where it began.
+/// Ipopt's watchdog for minimizations: after shortened steps in a row, full steps that need not
+/// improve on the point they leave, as long as one of the first few improves on the point where it
+/// began.
 struct Watchdog {
   bool active = false;
   Index trials = 0;

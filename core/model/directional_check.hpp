@@ -16,24 +16,24 @@ struct Deviation {
 
 /// The row of W step that differs most from the change of the gradient of the Lagrangian, slacks
 /// apart, by more than tolerance times the longest entry of the step and than the differences'
-/// own error explains; both in lengths, one per canonical variable. W and J are those of the evaluation at
-/// v, lambda. One gradient and Jacobian where they agree, two where not. Empty: no difference, or
-/// the model is undefined at v + step and v - step.
+/// own error explains; both in lengths, one per canonical variable. W and J are those of the
+/// evaluation at v, lambda. One gradient and Jacobian where they agree, two where not. Empty: no
+/// difference, or the model is undefined at v + step and v - step.
 [[nodiscard]] std::optional<Deviation> compare_second_derivatives(
     CanonicalProblem& canonical, const Eigen::VectorXd& v, const Eigen::VectorXd& lambda,
     const Evaluation& evaluation, const Eigen::VectorXd& step, const Eigen::VectorXd& lengths,
     double tolerance);
 
-/// The objective or constraint whose slope along the step differs most, relative to the size of its terms, from
-/// the change of its value. Four values of the functions. Empty: no difference beyond the differences'
-/// own error, or the model is undefined nearby.
+/// The objective or constraint whose slope along the step differs most, relative to the size of its
+/// terms, from the change of its value. Four values of the functions. Empty: no difference beyond
+/// the differences' own error, or the model is undefined nearby.
 [[nodiscard]] std::optional<Deviation> compare_first_derivatives(CanonicalProblem& canonical,
                                                                  const Eigen::VectorXd& v,
                                                                  const Evaluation& evaluation,
                                                                  const Eigen::VectorXd& step);
 
-/// A step from v in generic directions, shorter than a tenth of the distances to bounds; slacks stay.
-/// relative: longest entry over the size of its variable.
+/// A step from v in generic directions, shorter than a tenth of the distances to bounds; slacks
+/// stay. relative: longest entry over the size of its variable.
 [[nodiscard]] Eigen::VectorXd generic_step(const CanonicalProblem& canonical,
                                            const Eigen::VectorXd& v, double relative);
 

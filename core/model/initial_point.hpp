@@ -11,8 +11,8 @@ namespace ipminmax {
 void start_bound_multipliers(const CanonicalProblem& canonical, const SolverOptions& options,
                              Iterate& start);
 
-/// Multipliers of robust constraints follow those of their slacks' bounds, lambda = z_upper - z_lower:
-/// with another sign Max would help Min.
+/// Multipliers of robust constraints follow those of their slacks' bounds, lambda = z_upper -
+/// z_lower: with another sign Max would help Min.
 void start_robust_multipliers(const CanonicalProblem& canonical, Iterate& start);
 
 /// Multipliers of the constraints where no others are known: zero, and with mu-based bound

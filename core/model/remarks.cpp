@@ -9,7 +9,8 @@
 namespace ipminmax {
 namespace {
 
-/// Share of the way from the middle of an interval to its ends up to which a variable stays away from both.
+/// Share of the way from the middle of an interval to its ends up to which a variable stays away
+/// from both.
 constexpr double kFarFromBounds = 0.1;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }

@@ -9,12 +9,14 @@
 
 namespace ipminmax {
 
-/// What looks like a mistake in who owns what, in sentences: a player without free variables although the
-/// model distributes them, Max's equalities that leave him no choice. The structure must be valid.
+/// What looks like a mistake in who owns what, in sentences: a player without free variables
+/// although the model distributes them, Max's equalities that leave him no choice. The structure
+/// must be valid.
 [[nodiscard]] std::vector<std::string> split_remarks(const ProblemStructure& structure);
 
-/// Groups of Max's bounded variables (by their names up to a bracket) that stay far from their bounds
-/// at the point of a result: a disturbance that is priced out rather than bounded. One sentence each.
+/// Groups of Max's bounded variables (by their names up to a bracket) that stay far from their
+/// bounds at the point of a result: a disturbance that is priced out rather than bounded. One
+/// sentence each.
 [[nodiscard]] std::vector<std::string> idle_bound_remarks(const ProblemStructure& structure,
                                                           const SolverOptions& options,
                                                           const Result& result);

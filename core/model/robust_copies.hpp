@@ -21,9 +21,9 @@ struct RobustScope {
 ///
 ///     x, y, y_1, ..., y_C       g_r(x, y_k) <= 0 with r of worst case k, y_k in Y(x)
 ///
-/// Rows of the model come first (the first worst case of a robust constraint takes its row), then one
-/// row for each further worst case and the Max constraints on each copy. Max variables that nothing
-/// reads any more are fixed, their constraints dropped.
+/// Rows of the model come first (the first worst case of a robust constraint takes its row), then
+/// one row for each further worst case and the Max constraints on each copy. Max variables that
+/// nothing reads any more are fixed, their constraints dropped.
 class RobustCopies final : public Problem {
  public:
   struct WorstCase {

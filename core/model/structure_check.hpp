@@ -16,8 +16,8 @@ namespace ipminmax {
 /// What is wrong with the sizes of bounds and the indices of patterns; empty: nothing.
 [[nodiscard]] std::string check_indices(const ProblemStructure& structure);
 
-/// What is wrong with sizes, bounds and patterns of a model, or with who reads whose variables; empty:
-/// nothing.
+/// What is wrong with sizes, bounds and patterns of a model, or with who reads whose variables;
+/// empty: nothing.
 [[nodiscard]] std::string check_structure(const ProblemStructure& structure,
                                           const SolverOptions& options);
 

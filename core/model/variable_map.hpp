@@ -16,8 +16,8 @@ struct IndexRange {
   [[nodiscard]] bool contains(Index i) const { return begin <= i && i < end; }
 };
 
-/// Which variables and constraints of the model are which of the canonical problem, and their patterns
-/// there; see CanonicalProblem.
+/// Which variables and constraints of the model are which of the canonical problem, and their
+/// patterns there; see CanonicalProblem.
 struct VariableMap {
   IndexRange x, x_slacks, y, y_slacks, min_constraints, max_constraints;
   std::vector<Index> variable_of_model;    ///< canonical variable of a model variable, -1 if fixed

@@ -6,9 +6,10 @@
 
 namespace ipminmax {
 
-/// For a solve that failed where wrong derivatives could be why: compares first and second derivatives
-/// with differences along one direction at the returned point, and appends to the message the function
-/// or variable where they disagree. A few evaluations, which are counted; exceptions of the model pass through.
+/// For a solve that failed where wrong derivatives could be why: compares first and second
+/// derivatives with differences along one direction at the returned point, and appends to the
+/// message the function or variable where they disagree. A few evaluations, which are counted;
+/// exceptions of the model pass through.
 void diagnose_failure(Problem& problem, const SolverOptions& options, Result& result);
 
 }  // namespace ipminmax

@@ -7,8 +7,8 @@
 
 namespace ipminmax {
 
-/// Whether the iterates meet the tolerances of the first-order conditions, or the acceptable ones for
-/// long enough. As Ipopt's.
+/// Whether the iterates meet the tolerances of the first-order conditions, or the acceptable ones
+/// for long enough. As Ipopt's.
 class FirstOrderTest {
  public:
   explicit FirstOrderTest(const SolverOptions& options) : options_(options) {}

@@ -15,8 +15,8 @@
 namespace ipminmax {
 namespace {
 
-/// Seconds of silence after which a rank on another machine counts as dead; beats come once a second. On
-/// this one its process is looked at.
+/// Seconds of silence after which a rank on another machine counts as dead; beats come once a
+/// second. On this one its process is looked at.
 constexpr double kDeadAfter = 15.0;
 constexpr double kFirstDeadAfter = 60.0;
 constexpr const char* kStopped =
@@ -59,7 +59,7 @@ MultistartResult Multistart::run(Ranks& ranks) {
   return is_first_rank_ ? run_as_first(ranks) : run_as_other(ranks);
 }
 
-// --- Rank 0 ---------------------------------------------------------------------------------------
+// --- Rank 0 --------------------------------------------------------------------------------------
 
 /// This thread exchanges messages, others search.
 MultistartResult Multistart::run_as_first(Ranks& ranks) {
@@ -89,7 +89,8 @@ MultistartResult Multistart::run_as_first(Ranks& ranks) {
   return answer;
 }
 
-/// Where the launcher ends all, the others wait for the end of this process: the end of theirs would hasten it.
+/// Where the launcher ends all, the others wait for the end of this process: the end of theirs
+/// would hasten it.
 void Multistart::send_answer(Ranks& ranks, const Others& others, const MultistartResult& answer,
                              const std::exception_ptr& failure) {
   if (ranks.stop_requested()) return;
@@ -210,7 +211,7 @@ void Multistart::wait_for_others() {
   }
 }
 
-// --- Other ranks ----------------------------------------------------------------------------------
+// --- Other ranks ---------------------------------------------------------------------------------
 
 namespace {
 

@@ -26,7 +26,8 @@ class Observation {
                                       const Eigen::VectorXd& v, const Eigen::VectorXd& c);
   void say(std::string_view text);
 
-  /// Whether a call of the observer has begun and not ended: an exception on its way is the caller's.
+  /// Whether a call of the observer has begun and not ended: an exception on its way is the
+  /// caller's.
   [[nodiscard]] bool is_inside() const { return inside_; }
 
  private:

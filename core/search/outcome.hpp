@@ -20,8 +20,8 @@ struct SearchOutcome {
 /// Whether a search that ended so may do better from another starting point.
 [[nodiscard]] bool search_failed(Status status);
 
-/// What a solve reports of two outcomes: a solution, where both are none the first failure, unless the
-/// later search was stopped and did not fail.
+/// What a solve reports of two outcomes: a solution, where both are none the first failure, unless
+/// the later search was stopped and did not fail.
 [[nodiscard]] SearchOutcome better(SearchOutcome earlier, SearchOutcome later);
 
 }  // namespace ipminmax

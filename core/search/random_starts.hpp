@@ -35,8 +35,8 @@ class Restarted final : public ForwardingProblem {
   std::vector<double> model_start_;
 };
 
-/// Random starting point number `start`: each has a generator of its own, so that it does not depend
-/// on which thread draws it.
+/// Random starting point number `start`: each has a generator of its own, so that it does not
+/// depend on which thread draws it.
 [[nodiscard]] std::vector<double> random_start(const ProblemStructure& structure,
                                                const std::vector<double>& center, Index start,
                                                const SolverOptions& options);

@@ -19,8 +19,8 @@ namespace ipminmax {
 [[nodiscard]] Index restart_iterations(Index variables);
 
 /// Iterations of Algorithm 1, as a last resort, from the model's starting point: its undirected
-/// steps search a box well. None where a variable lacks a bound, none for one variable a player, none
-/// for large problems.
+/// steps search a box well. None where a variable lacks a bound, none for one variable a player,
+/// none for large problems.
 [[nodiscard]] Index last_resort_iterations(const CanonicalProblem& canonical);
 
 /// "nor from 3 other starting points: ... ", with what ended the restarts after `made` of them.

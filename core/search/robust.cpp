@@ -151,8 +151,8 @@ RobustResult RobustSolve::from_many_starts() {
   return best;
 }
 
-/// One more certified point, unless its x is known: where several y are worst, any of them may stand
-/// in v.
+/// One more certified point, unless its x is known: where several y are worst, any of them may
+/// stand in v.
 void RobustSolve::add_point(Index start, const Result& result,
                             std::vector<DistinctPoint>& points) const {
   if (result.certificate.kind != PointKind::LocalMinmax) return;

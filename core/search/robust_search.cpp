@@ -16,8 +16,8 @@ namespace {
 
 /// Rounds of solving and looking for worst cases.
 constexpr Index kMostRounds = 30;
-/// Points at which the gradient of f tells which Max variables f reads, and how far they lie from the
-/// start, relative to max(1, |v|).
+/// Points at which the gradient of f tells which Max variables f reads, and how far they lie from
+/// the start, relative to max(1, |v|).
 constexpr int kProbes = 3;
 constexpr double kProbeRadius = 0.1;
 /// Excess over its bound, relative to its range, from which a constraint asks for another scenario.
@@ -30,8 +30,8 @@ constexpr double kVanishing = 1e-5;
 constexpr double kActiveScenario = 1e-3;
 /// Distance, relative to max(1, |v|), up to which a maximum is that of a scenario.
 constexpr double kSameBranch = 0.05;
-/// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a large
-/// one maxima at different bounds are one.
+/// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a
+/// large one maxima at different bounds are one.
 constexpr double kMuNear = 1e-4;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -76,8 +76,8 @@ std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& s
   return reads;
 }
 
-/// Whether Y, as far as a robust constraint's scope goes, depends on x: then no fixed y is in it for
-/// every x.
+/// Whether Y, as far as a robust constraint's scope goes, depends on x: then no fixed y is in it
+/// for every x.
 bool moves_with_x(const ProblemStructure& s, const RobustScope& scope) {
   return std::ranges::any_of(s.jacobian, [&](Triplet entry) {
     return s.variable_players[at(entry.col)] == Player::Min &&
@@ -153,8 +153,8 @@ RobustResult RobustSearch::run_from_maxima(std::vector<double> start) {
   return finish();
 }
 
-/// Solves with the worst cases at hand and adds violated ones until there are none. Whether the answer,
-/// that of the last solve or of the last that was checked over y, is a success.
+/// Solves with the worst cases at hand and adds violated ones until there are none. Whether the
+/// answer, that of the last solve or of the last that was checked over y, is a success.
 bool RobustSearch::solve_rounds() {
   verified_ = false;
   for (Index round = 0;; ++round) {
@@ -230,7 +230,8 @@ std::vector<RobustCopies::WorstCase> RobustSearch::active_scenarios(const Robust
   return active;
 }
 
-/// The y where maximizations at this x begin and end. One that Max constraints restrain begins anywhere.
+/// The y where maximizations at this x begin and end. One that Max constraints restrain begins
+/// anywhere.
 void RobustSearch::take_scenarios() {
   const ProblemStructure& s = model_.structure();
   const std::vector<SideScan> scans = scan(worst_cases_);
@@ -343,8 +344,8 @@ bool RobustSearch::add_violated(const std::vector<SideScan>& scans, double toler
   return any;
 }
 
-/// Drops worst cases whose multiplier vanishes or that have met another one; each constraint keeps at
-/// least one. Whether there were any.
+/// Drops worst cases whose multiplier vanishes or that have met another one; each constraint keeps
+/// at least one. Whether there were any.
 bool RobustSearch::drop_inactive(const RobustCopies& copies, const Result& result) {
   double largest = 0.0;
   for (std::size_t k = 0; k < worst_cases_.size(); ++k) {

@@ -9,8 +9,8 @@
 
 namespace ipminmax {
 
-/// A model in the form in which it is solved and as it was asked for: the same, or its epigraph form,
-/// which has one more variable and one more row, both last.
+/// A model in the form in which it is solved and as it was asked for: the same, or its epigraph
+/// form, which has one more variable and one more row, both last.
 struct RobustForm {
   Problem& solved;
   Problem& asked;
@@ -19,11 +19,13 @@ struct RobustForm {
 /// The search for worst cases around a list of solves, from one start of x.
 class RobustSearch {
  public:
-  /// starts: maximizations over y per side of a robust constraint; 0: worst cases are not looked for.
+  /// starts: maximizations over y per side of a robust constraint; 0: worst cases are not looked
+  /// for.
   RobustSearch(RobustForm form, const SolverOptions& options, int starts,
                const SolveObserver& observer, TimeLimit& limit);
 
-  /// start: n values of the solved form; empty: the model's. The y of the start is the first worst case.
+  /// start: n values of the solved form; empty: the model's. The y of the start is the first worst
+  /// case.
   [[nodiscard]] RobustResult run(std::vector<double> start);
   /// Begins with the maxima over y at the x of start.
   [[nodiscard]] RobustResult run_from_maxima(std::vector<double> start);

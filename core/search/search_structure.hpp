@@ -11,10 +11,10 @@ namespace ipminmax {
 
 struct KeptWork;
 
-/// What the searches of one thread on one model have in common and is computed once: the pattern of the
-/// second derivatives where it has to be detected, orderings, symbolic factorizations. Nothing that
-/// depends on where a search began or went, so that each gives the same answer, bit by bit, whichever
-/// searches came before.
+/// What the searches of one thread on one model have in common and is computed once: the pattern of
+/// the second derivatives where it has to be detected, orderings, symbolic factorizations. Nothing
+/// that depends on where a search began or went, so that each gives the same answer, bit by bit,
+/// whichever searches came before.
 class SearchStructure {
  public:
   SearchStructure();

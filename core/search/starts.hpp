@@ -9,8 +9,8 @@
 namespace ipminmax {
 
 /// Evaluates and measures a starting point, of which v without slacks is given and for a warm start
-/// the multipliers: slacks, multipliers, functions and derivatives. A status: why that is impossible;
-/// message says more.
+/// the multipliers: slacks, multipliers, functions and derivatives. A status: why that is
+/// impossible; message says more.
 [[nodiscard]] std::optional<Status> evaluate_start(const MethodContext& context,
                                                    const SolverOptions& options, Point& point,
                                                    std::string& message);
@@ -31,7 +31,8 @@ struct Start {
   std::optional<Deadline> deadline{};
 };
 
-/// The starting points of a solve after the model's own: random ones, then the model's for Algorithm 1.
+/// The starting points of a solve after the model's own: random ones, then the model's for
+/// Algorithm 1.
 class OtherStarts {
  public:
   explicit OtherStarts(const MethodContext& context) : context_(context) {}

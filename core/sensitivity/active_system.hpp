@@ -18,8 +18,8 @@ namespace ipminmax {
 ///     | W  J' |   with the rows and columns of held variables and of inactive constraints
 ///     | J  0  |   replaced by those of +-1, so that one pattern serves all active sets.
 ///
-/// The +-1 have the signs that the rows have in K's expected inertia (n_x + m_y, n_y + m_x, 0), which
-/// is therefore the expected one of every such matrix. Rows are equilibrated.
+/// The +-1 have the signs that the rows have in K's expected inertia (n_x + m_y, n_y + m_x, 0),
+/// which is therefore the expected one of every such matrix. Rows are equilibrated.
 class ActiveSystem {
  public:
   enum class Outcome : std::uint8_t { Ok, OutOfMemory, Singular, WrongInertia };

@@ -22,8 +22,8 @@ enum class Role : std::int32_t {
 /// The ranks of a MUMPS instance.
 enum class Part : std::int32_t { All, FirstHalf, SecondHalf };
 
-/// Functions that return text return null when they succeeded, else what went wrong; it stays valid.
-/// All but request_stop are to be called by one thread at a time.
+/// Functions that return text return null when they succeeded, else what went wrong; it stays
+/// valid. All but request_stop are to be called by one thread at a time.
 struct Plugin {
   int interface_number;
   std::size_t mumps_structure_size;  ///< of DMUMPS_STRUC_C

@@ -21,7 +21,7 @@ Session& session() { return Session::of_process(); }
 
 DMUMPS_STRUC_C& mumps(void* data) { return *static_cast<DMUMPS_STRUC_C*>(data); }
 
-// --- Messages between programs --------------------------------------------------------------------
+// --- Messages between programs -------------------------------------------------------------------
 
 using Clock = std::chrono::steady_clock;
 
@@ -108,7 +108,7 @@ bool receive(char* bytes) {
   return true;
 }
 
-// --- The end --------------------------------------------------------------------------------------
+// --- The end -------------------------------------------------------------------------------------
 
 void dismiss_workers() {
   const Command end;
@@ -136,8 +136,8 @@ const char* join(Role role, const char* version) {
   return error;
 }
 
-/// A worker in the middle of a factorization would wait for ever for a program that is dead, where the
-/// launcher lets it live.
+/// A worker in the middle of a factorization would wait for ever for a program that is dead, where
+/// the launcher lets it live.
 void end_with_rank_0(const std::atomic<bool>& dismissed) {
   for (;;) {
     const bool gone = session().gone(0);

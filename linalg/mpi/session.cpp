@@ -52,9 +52,9 @@ extern "C" void ipminmax_mpi_on_sigterm(int number) {
 
 /// Hears of SIGTERM before the program does; a second one ends it as usual.
 ///
-/// All ranks do. mpirun sends SIGTERM, waits (a second, odls_base_sigkill_timeout) and sends SIGKILL; but
-/// the wait ends as soon as one of the processes does, so that rank 0 could not even write its answer if the
-/// others obeyed at once.
+/// All ranks do. mpirun sends SIGTERM, waits (a second, odls_base_sigkill_timeout) and sends
+/// SIGKILL; but the wait ends as soon as one of the processes does, so that rank 0 could not even
+/// write its answer if the others obeyed at once.
 void watch_sigterm() {
   struct sigaction action = {};
   if (sigaction(SIGTERM, nullptr, &action) != 0 || action.sa_handler == SIG_IGN ||
@@ -69,8 +69,8 @@ void watch_sigterm() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
-/// Names the machine (since it was booted) and its table of processes: numbers of processes mean the same
-/// where this is equal.
+/// Names the machine (since it was booted) and its table of processes: numbers of processes mean
+/// the same where this is equal.
 std::string table_of_processes() {
   std::string boot;
   std::ifstream("/proc/sys/kernel/random/boot_id") >> boot;
@@ -166,7 +166,8 @@ const char* Session::fail(std::string text) {
 void Session::initialize() {
   int is_initialized = 0;
   MPI_Initialized(&is_initialized);
-  // Also where the program has initialized MPI: its MPI_Finalize may be the stub in the sequential MUMPS.
+  // Also where the program has initialized MPI: its MPI_Finalize may be the stub in the sequential
+  // MUMPS.
   std::atexit([] { Session::of_process().leave(); });
   if (is_initialized == 0) {
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &level_);
@@ -394,8 +395,8 @@ const char* Session::call(const std::function<void()>& task) {
   return caller().run(task, [this] { return !why_stopped().empty(); }) ? nullptr : trouble();
 }
 
-/// In this thread, which cannot return before the task does, even if that is never: then another one says
-/// why, until the launcher ends the process.
+/// In this thread, which cannot return before the task does, even if that is never: then another
+/// one says why, until the launcher ends the process.
 void Session::run_watched(const std::function<void()>& task) const {
   std::mutex mutex;
   std::condition_variable changed;

@@ -33,8 +33,8 @@ class Session {
   [[nodiscard]] int rank() const { return rank_; }
   [[nodiscard]] int size() const { return size_; }
 
-  /// Runs a task that calls MPI, and stops waiting for it when the launcher ends the program. Null, or
-  /// why it has no result; then MPI must not be used again.
+  /// Runs a task that calls MPI, and stops waiting for it when the launcher ends the program. Null,
+  /// or why it has no result; then MPI must not be used again.
   [[nodiscard]] const char* call(const std::function<void()>& task);
   /// Waits a little for something from other ranks; waited: number of calls in a row so far.
   static void pause(int& waited);

@@ -443,7 +443,7 @@ TEST(Application, Statistics) {
   EXPECT_EQ(error, std::max({dual, primal, complementarity}));
 }
 
-// --- What is printed ------------------------------------------------------------------------------
+// --- What is printed -----------------------------------------------------------------------------
 
 /// Console output of a solve.
 std::string console(const std::vector<std::pair<std::string, std::string>>& options,

@@ -349,7 +349,7 @@ TEST(CInterface, TheCurrentIterateIsSeenInsideTheCallback) {
     EXPECT_EQ(compl_up[0], 0.0);  // no upper bound
     EXPECT_EQ(compl_up[1], (5.0 - x[1]) * at.z_U[1]);
     EXPECT_EQ(compl_g[0], -(at.g[0] - 1.0) * at.lambda[0]);  // g0 = 1
-    if (at.lambda[1] < 0.0) {  // g1 is Max's
+    if (at.lambda[1] < 0.0) {                                // g1 is Max's
       EXPECT_EQ(compl_g[1], (4.0 - at.g[1]) * at.lambda[1]);
     }
     EXPECT_EQ(x_low, std::vector<double>(3, 0.0));

@@ -1,5 +1,5 @@
-// The public comparison with Ipopt: minimizations, maximizations, and the maximizer's part of minmax
-// answers.
+// The public comparison with Ipopt: minimizations, maximizations, and the maximizer's part of
+// minmax answers.
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -172,7 +172,7 @@ TEST(CrossCheckMaximization, AFalseMaximumIsFound) {
   EXPECT_EQ(cross_check_with_ipopt(problem).verdict, Verdict::IpoptRefuted);
 }
 
-// --- Minmax ---------------------------------------------------------------------------------------
+// --- Minmax --------------------------------------------------------------------------------------
 
 TEST(CrossCheckMinmax, CertifiedAnswersAreConfirmed) {
   int certified = 0;

@@ -1,5 +1,6 @@
-// A negative factor of the objective: Ipopt documents that it maximizes. Here Min then maximizes and
-// Max minimizes, so that a model of -f with the factor -1 is the model of f, multipliers negated.
+// A negative factor of the objective: Ipopt documents that it maximizes. Here Min then maximizes
+// and Max minimizes, so that a model of -f with the factor -1 is the model of f, multipliers
+// negated.
 #include <cmath>
 #include <string>
 #include <vector>

@@ -118,7 +118,7 @@ TEST(OptionsMarkdown, EveryRowHasFourCells) {
   }
 }
 
-// --- Through the application ----------------------------------------------------------------------
+// --- Through the application ---------------------------------------------------------------------
 
 using Settings = std::vector<std::pair<std::string, std::string>>;
 

@@ -168,7 +168,7 @@ TEST_F(Options, NaNIsFoundOut) {
   EXPECT_NE(solver_options(*list, options).find("tol = "), std::string::npos);
 }
 
-// --- Through the application ----------------------------------------------------------------------
+// --- Through the application ---------------------------------------------------------------------
 
 class OptionFile : public testing::Test {
  protected:

@@ -1,4 +1,5 @@
-// Options minmax_max_variables and minmax_max_constraints: the lists, and what the model itself says.
+// Options minmax_max_variables and minmax_max_constraints: the lists, and what the model itself
+// says.
 #include <cmath>
 #include <sstream>
 #include <string>

@@ -136,7 +136,7 @@ TEST(PortedProgram, StatisticsSayByHowMuchBoundsAreViolated) {
   EXPECT_GT(bounds, 1e-7);
 }
 
-// --- get_curr_iterate and get_curr_violations -----------------------------------------------------
+// --- get_curr_iterate and get_curr_violations ----------------------------------------------------
 
 /// A model that asks as one for Ipopt 3.14 does, and stops when there is no answer.
 class Asking : public ObservableTNLP {
@@ -283,7 +283,7 @@ TEST(GetCurrentViolations, AreFiniteOrFalse) {
   EXPECT_EQ(app->OptimizeTNLP(new SplitTNLP(GetRawPtr(bad), {1})), Ipopt::Solve_Succeeded);
 }
 
-// --- Which Ipopt is loaded ------------------------------------------------------------------------
+// --- Which Ipopt is loaded -----------------------------------------------------------------------
 
 TEST(IpoptLibrary, TheLoadedOneFits) {
   const SmartPtr<Model> model = new Model;

@@ -1,5 +1,5 @@
-// What leaves through the doors, Ipopt's interface and C, is the core's result, which is true of its own
-// point: random small problems with random options, models that fail, stops by the user.
+// What leaves through the doors, Ipopt's interface and C, is the core's result, which is true of
+// its own point: random small problems with random options, models that fail, stops by the user.
 //
 // By hand: IPMINMAX_RUNS=20000 IPMINMAX_SEED=7 adapter_truthful_doors_slow_test
 

@@ -98,8 +98,8 @@ TEST_F(AmplDamaged, RandomDamageEndsInARefusalOrAModel) {
   EXPECT_GT(refused, kFiles / 2);
 }
 
-// Places of Jacobian entries follow from the column counts of segment k: the library wrote beyond its
-// arrays, and so did we.
+// Places of Jacobian entries follow from the column counts of segment k: the library wrote beyond
+// its arrays, and so did we.
 TEST_F(AmplDamaged, WrongColumnCountsAreRefused) {
   const std::string whole = game(Format::Text);
   ASSERT_EQ(message_for(whole), "");

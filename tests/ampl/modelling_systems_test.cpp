@@ -139,8 +139,8 @@ TEST_F(ModellingSystems, Pyomo) {
   EXPECT_NE(out_.find(" 0."), std::string::npos) << out_;
 }
 
-// Pyomo's new interface quotes texts, wants Ipopt's name and version, and takes each line of the log that
-// begins with a number for an iteration of Ipopt's.
+// Pyomo's new interface quotes texts, wants Ipopt's name and version, and takes each line of the
+// log that begins with a number for an iteration of Ipopt's.
 TEST_F(ModellingSystems, PyomosNewInterface) {
   put("model.nl", kPyomo);
   put("model.opt", "minmax_starts 2\nprint_user_options yes\n");
@@ -185,8 +185,8 @@ TEST_F(ModellingSystems, Jump) {
   EXPECT_LT(solve_result_, 400);
 }
 
-// AmplNLWriter has counted too few nonlinear variables in objectives: ASL then differentiates another
-// function than it evaluates.
+// AmplNLWriter has counted too few nonlinear variables in objectives: ASL then differentiates
+// another function than it evaluates.
 TEST_F(ModellingSystems, TooFewNonlinearVariablesAreRefused) {
   put("model.nl", jump(true, "2 2 1"));
   EXPECT_EQ(run("model.nl -AMPL print_level=0"), 1) << out_;

@@ -1,5 +1,5 @@
-// What leaves through the third door, .nl files, is true of its own point as well: random small problems
-// written as files, text and binary, and what the .sol file says of them.
+// What leaves through the third door, .nl files, is true of its own point as well: random small
+// problems written as files, text and binary, and what the .sol file says of them.
 //
 // By hand: IPMINMAX_RUNS=5000 IPMINMAX_SEED=7 ampl_truthful_nl_slow_test
 

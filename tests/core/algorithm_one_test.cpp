@@ -179,7 +179,8 @@ TEST_P(Reference, GivesTheSameIterates) {
       form.functions(), form.start(example.start, options.mu_init, options.slack_bound_push),
       options.mu_init, {.delta_epsilon = example.delta_epsilon, .line7 = example.line7});
 
-  // Rounding grows where the iterates are repelled: 1e-15 to 1e-9 within 26 iterations of the longest.
+  // Rounding grows where the iterates are repelled: 1e-15 to 1e-9 within 26 iterations of the
+  // longest.
   double largest = 0.0;
   int compared = 0, line7 = 0, shifted = 0, frozen = 0;
   const Eigen::Index max_bounds = form.bounds(kMax);
@@ -245,7 +246,7 @@ void PrintTo(const Case& example, std::ostream* out) { *out << example.name; }
 INSTANTIATE_TEST_SUITE_P(AsPrinted, Reference, ::testing::ValuesIn(cases()),
                          [](const auto& test) { return test.param.name; });
 
-// --- What the preset says --------------------------------------------------------------------------
+// --- What the preset says ------------------------------------------------------------------------
 
 TEST(AsPrinted, KeepsWhatAlgorithm1LeavesOpen) {
   SolverOptions options;
@@ -291,7 +292,8 @@ TEST(AsPrinted, DependentConstraintsEndTheSolve) {
 }
 
 TEST(BarrierRule, OfThePaperWaitsForAStep) {
-  // The start is the centre for b = 0.1, so |g(z, b)| <= b before any step; b falls after the first.
+  // The start is the centre for b = 0.1, so |g(z, b)| <= b before any step; b falls after the
+  // first.
   Model model;
   const Expression x = model.variable(kMin, "x", 0.0);
   model.objective(1.0 * x);
@@ -306,7 +308,7 @@ TEST(BarrierRule, OfThePaperWaitsForAStep) {
   EXPECT_NEAR(b[2], 0.02, 1e-15);
 }
 
-// --- Example 1: min x^3 - 3x, minimum at 1, maximum at -1 ------------------------------------------
+// --- Example 1: min x^3 - 3x, minimum at 1, maximum at -1 ----------------------------------------
 
 AutodiffProblem cubic(double start) {
   Model model;
@@ -399,7 +401,7 @@ TEST(PaperExample1, AtTheMaximumAlgorithm1StaysForEver) {
   EXPECT_NEAR(solve(pushed, strict).v[0], 1.0, 1e-7);
 }
 
-// --- Examples 2 and 3 with the paper's shifts -------------------------------------------------------
+// --- Examples 2 and 3 with the paper's shifts ----------------------------------------------------
 
 SolverOptions with_shifts(double x, double y) {
   SolverOptions options = printed();
@@ -457,7 +459,7 @@ TEST(PrescribedShifts, GoTogetherAndWithAlgorithm1) {
   EXPECT_NE(check(options), "");
 }
 
-// --- The freeze neighbourhood ------------------------------------------------------------------------
+// --- The freeze neighbourhood --------------------------------------------------------------------
 
 TEST(FreezeTolerance, LeadsToAPointThatIsNoLocalMinmaxAndIsWarnedOf) {
   SolverOptions options = printed();
@@ -480,7 +482,7 @@ TEST(FreezeTolerance, LeadsToAPointThatIsNoLocalMinmaxAndIsWarnedOf) {
   EXPECT_TRUE(messages.empty());
 }
 
-// --- Line 7 ------------------------------------------------------------------------------------------
+// --- Line 7 --------------------------------------------------------------------------------------
 
 TEST(Line7, FindsTheSmallestShiftOnRequest) {
   // Example 2 with accepted epsilon_y: det(K + mu E) = 0 for some mu in (0, 1).
@@ -534,7 +536,7 @@ TEST(Line7, MakesTheWrongPointRepelWithEitherShift) {
   }
 }
 
-// --- mu_target ---------------------------------------------------------------------------------------
+// --- mu_target -----------------------------------------------------------------------------------
 
 /// min over x in [0, 4], max over y in [-1, 1] of x^2 + x y - 2 y^2 - y.
 Model boxed() {
@@ -584,7 +586,7 @@ TEST(MuTarget, RefusesACentreThatIsNoLocalMinmax) {
   EXPECT_EQ(solve(problem, options).status, Status::Solved);
 }
 
-// --- What a callback sees ----------------------------------------------------------------------------
+// --- What a callback sees ------------------------------------------------------------------------
 
 TEST(ShiftFindings, TellBothInertiasAtZeroAndWithTheShifts) {
   AutodiffProblem problem(example2(), {1.0, 0.5});

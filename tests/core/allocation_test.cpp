@@ -119,8 +119,6 @@ TEST_P(NoAllocation, InTheIterationsOfTheSmallProblems) {
   Index solved = 0, trials = 0;
   for (const testing::SmallProblem& problem : testing::small_problems()) {
     for (const std::vector<double>& start : problem.starts) {
-      // A new direction of curvature in y allocates.
-      if (problem.name == "dsp_lagr" && c.globalization == Globalization::Filter) continue;
       testing::AutodiffProblem model(problem.model, start);
       const Finding finding = watch(model, options);
       const bool is_mumps = c.solver == LinearSolver::Mumps;

@@ -1,5 +1,5 @@
-// First-order points that are no strict local minmax although some matrix looks as if they were: none
-// may be certified. And points that are, in units from tiny to huge: all must be.
+// First-order points that are no strict local minmax although some matrix looks as if they were:
+// none may be certified. And points that are, in units from tiny to huge: all must be.
 
 #include <cmath>
 #include <stdexcept>
@@ -107,8 +107,8 @@ TEST(DegeneratePowers, AreNotCertifiedInOtherUnits) {
 }
 
 TEST(WeaklyActiveBounds, OfTheMaximizerGiveTheMinimizerNothing) {
-  // y <= 0 with a small multiplier holds only near 0, where phi = -x^2 / 4; away from the bound y would
-  // answer and phi grow.
+  // y <= 0 with a small multiplier holds only near 0, where phi = -x^2 / 4; away from the bound y
+  // would answer and phi grow.
   Model model;
   const Expression x = model.variable(kMin, "x", -1.0, 1.0);
   const Expression y = model.variable(kMax, "y", -1.0, 0.0);
@@ -118,7 +118,8 @@ TEST(WeaklyActiveBounds, OfTheMaximizerGiveTheMinimizerNothing) {
 }
 
 /// A strict local minmax with active and inactive bounds and inequalities of both players, in other
-/// units: v_i = unit_i times the variable, constraint j multiplied by weight_j, objective by weight.
+/// units: v_i = unit_i times the variable, constraint j multiplied by weight_j, objective by
+/// weight.
 struct Measures {
   double objective = 1.0;
   std::vector<double> units = {1.0, 1.0, 1.0, 1.0};

@@ -1,4 +1,5 @@
-// Dependent rows, weakly active bounds, valleys, what is known of y, reasons by name, and what it costs.
+// Dependent rows, weakly active bounds, valleys, what is known of y, reasons by name, and what it
+// costs.
 #include <cmath>
 #include <string>
 #include <vector>
@@ -34,7 +35,8 @@ Certificate solved(const Model& model, const std::vector<double>& start,
   return solve(problem, options).certificate;
 }
 
-// Rows that are combinations at every point are left out; those that touch at the point alone are not.
+// Rows that are combinations at every point are left out; those that touch at the point alone are
+// not.
 
 TEST(DependentRows, NonlinearOnesThatSayTheSameAreLeftOut) {
   Model model;

@@ -151,7 +151,7 @@ TEST(Multistart, AddsUpTheWorkOfAllStarts) {
   EXPECT_GE(best.seconds, best.timing.factorization);
 }
 
-// --- Starting points ------------------------------------------------------------------------------
+// --- Starting points -----------------------------------------------------------------------------
 
 /// The points the starts began at, before they are pushed inside the bounds.
 std::vector<std::vector<double>> starting_points(
@@ -236,7 +236,7 @@ TEST(MultistartPoints, WrongLengthOfAGivenOneIsNamed) {
   }
 }
 
-// --- Threads --------------------------------------------------------------------------------------
+// --- Threads -------------------------------------------------------------------------------------
 
 void expect_same_bits(const MultistartResult& a, const MultistartResult& b) {
   EXPECT_EQ(a.best.v, b.best.v);
@@ -331,7 +331,7 @@ TEST(MultistartThreads, AFactoryThatMakesNothingIsRefused) {
                std::invalid_argument);
 }
 
-// --- Exceptions and stops -------------------------------------------------------------------------
+// --- Exceptions and stops ------------------------------------------------------------------------
 
 struct Broken : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -429,7 +429,7 @@ TEST(MultistartStops, TimeLimitWithoutACertifiedPointIsTheStatus) {
   EXPECT_EQ(result.starts, 1);
 }
 
-// --- Statuses and what is best --------------------------------------------------------------------
+// --- Statuses and what is best -------------------------------------------------------------------
 
 TEST(Multistart, CountsEveryStatus) {
   // (x - 1)^2 + log x is undefined for x <= 0, without lower bound.

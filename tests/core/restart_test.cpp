@@ -174,8 +174,8 @@ TEST(RunsToInfinity, AreNotDegenerateSolutions) {
 }
 
 TEST(VanishingMaxSet, IsNamed) {
-  // y^2 <= 1 - x with f = x-decreasing value: the minimizer gains by x -> 1, where Y(x) = {0} has no
-  // interior and beyond which it is empty.
+  // y^2 <= 1 - x with f = x-decreasing value: the minimizer gains by x -> 1, where Y(x) = {0} has
+  // no interior and beyond which it is empty.
   Model model;
   const Expression x = model.variable(kMin, "x");
   const Expression y = model.variable(kMax, "y");

@@ -73,7 +73,8 @@ bool has_signs(const Matrix& matrix, Eigen::Index positive) {
   return (eigenvalues(matrix).array() > 0.0).count() == positive;
 }
 
-/// The equilibrium 0 of a quadratic; shifts prescribed, or chosen as printed where they are negative.
+/// The equilibrium 0 of a quadratic; shifts prescribed, or chosen as printed where they are
+/// negative.
 IterationMap map_of(const Matrix& h, Eigen::Index nx, double x = -1.0, double y = -1.0) {
   const Eigen::Index n = h.rows();
   std::vector<Player> players(static_cast<std::size_t>(n), Player::Max);
@@ -100,7 +101,7 @@ double checked_radius(const Matrix& h, Eigen::Index nx, const IterationMap& map)
   return dense;
 }
 
-// --- Theorem 1: minimization -------------------------------------------------------------------------
+// --- Theorem 1: minimization ---------------------------------------------------------------------
 
 TEST(Theorem1, MinimaAttractAndAllOtherPointsRepel) {
   Random random(1);
@@ -120,7 +121,7 @@ TEST(Theorem1, MinimaAttractAndAllOtherPointsRepel) {
   EXPECT_GT(others, 50);
 }
 
-// --- Theorem 3: minmax -------------------------------------------------------------------------------
+// --- Theorem 3: minmax ---------------------------------------------------------------------------
 
 struct Game {
   Matrix h;
@@ -233,8 +234,8 @@ TEST(Theorem3, WithoutLine7SomeWrongPointsAttract) {
 }
 
 TEST(Theorem3, RealSingularitiesDoNotDecideStability) {
-  // "Nonsingular for all mu in [0, 2]" fails at the paper's own Example 3: det(K + mu E) has no real
-  // zero at all, and the point repels, for the eigenvalues are complex.
+  // "Nonsingular for all mu in [0, 2]" fails at the paper's own Example 3: det(K + mu E) has no
+  // real zero at all, and the point repels, for the eigenvalues are complex.
   const Matrix k{{-0.5, 1.0}, {1.0, -1.0}};
   const Matrix e = shift(1, 0.3, 1, 3.0);
   for (int i = 0; i <= 2000; ++i) EXPECT_LT((k + i / 1000.0 * e).determinant(), -0.09);
@@ -247,10 +248,10 @@ TEST(Theorem3, RealSingularitiesDoNotDecideStability) {
   EXPECT_LT(std::abs(singular.determinant()), 1e-12);
 }
 
-// --- Theorems 2 and 4: interior-point methods at b > 0 ------------------------------------------------
+// --- Theorems 2 and 4: interior-point methods at b > 0 -------------------------------------------
 
-/// A random problem with a random equilibrium g(z, b) = 0: quadratics with a linear term that makes the
-/// gradient of L vanish.
+/// A random problem with a random equilibrium g(z, b) = 0: quadratics with a linear term that makes
+/// the gradient of L vanish.
 struct Equilibrium {
   Model model;
   Result at;
@@ -268,8 +269,8 @@ Expression quadratic(const Matrix& h, const Eigen::VectorXd& g, const std::vecto
   return sum;
 }
 
-/// nx, ny variables; every player an inequality and, with more than one variable, an equality; every
-/// second variable has bounds. Those of Max read x, too.
+/// nx, ny variables; every player an inequality and, with more than one variable, an equality;
+/// every second variable has bounds. Those of Max read x, too.
 Equilibrium random_equilibrium(Random& random, Eigen::Index nx, Eigen::Index ny,
                                bool towards_minmax) {
   Equilibrium e;

@@ -1,4 +1,5 @@
-// The worst case over all of y: higher branches found, points ranked by them, kinks and runaways told.
+// The worst case over all of y: higher branches found, points ranked by them, kinks and runaways
+// told.
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -26,8 +27,8 @@ using testing::Model;
 constexpr Player kMin = Player::Min;
 constexpr Player kMax = Player::Max;
 
-/// 0.5 (x - 1)^2 + x y / 10 - (y^2 - 1)^2 + tilt y: maxima over y near -1 and 1, the higher one near
-/// 1 for x > -10 tilt; a local minmax on each branch.
+/// 0.5 (x - 1)^2 + x y / 10 - (y^2 - 1)^2 + tilt y: maxima over y near -1 and 1, the higher one
+/// near 1 for x > -10 tilt; a local minmax on each branch.
 Model two_branches(double tilt) {
   Model model;
   const Expression x = model.variable(kMin, "x", -5.0, 5.0);

@@ -22,7 +22,7 @@
 namespace ipminmax::testing {
 namespace {
 
-// --- The judge itself ------------------------------------------------------------------------------
+// --- The judge itself ----------------------------------------------------------------------------
 
 /// Says of a point of a game, without multipliers, what a false certificate would be told.
 CertificateVerdict verdict_at(const Model& game, std::vector<double> v) {
@@ -117,8 +117,8 @@ TEST_P(Certificates, AreTrue) {
   }
 }
 
-// Gradients that turn on the way to the solution, inequalities open by their gradients alone, a solution
-// far from the point that was returned.
+// Gradients that turn on the way to the solution, inequalities open by their gradients alone, a
+// solution far from the point that was returned.
 TEST(OnceFalse, TrapsAreNoMore) {
   for (const std::uint64_t seed : {1012110, 1032517, 1034127, 1050867, 1051177, 1054030, 1058769}) {
     const RandomGame game = trap_game(seed);

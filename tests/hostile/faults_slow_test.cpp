@@ -1,6 +1,6 @@
 // A fault of the model at every call: a function fails, gives NaN or infinity, throws, throws
-// bad_alloc, or the user stops. Whatever is answered is true, exceptions arrive as documented, nothing
-// is left behind for the next solve. Through the core, Ipopt's interface and C.
+// bad_alloc, or the user stops. Whatever is answered is true, exceptions arrive as documented,
+// nothing is left behind for the next solve. Through the core, Ipopt's interface and C.
 //
 // By hand: IPMINMAX_RUNS=200 IPMINMAX_SEED=7 hostile_faults_slow_test
 

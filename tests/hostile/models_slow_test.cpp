@@ -1,6 +1,6 @@
 // Models whose structure is odd are solved, and what is said of the answer is true; models whose
-// structure is wrong are refused before a function is called. Through the core, Ipopt's interface and
-// C.
+// structure is wrong are refused before a function is called. Through the core, Ipopt's interface
+// and C.
 //
 // By hand: IPMINMAX_RUNS=20000 IPMINMAX_SEED=7 hostile_models_slow_test
 

@@ -1,5 +1,5 @@
-// Options drawn from the table, also wrong ones, and damaged options files: refused before the model is
-// called, or the answer is true, and within the time limit.
+// Options drawn from the table, also wrong ones, and damaged options files: refused before the
+// model is called, or the answer is true, and within the time limit.
 //
 // By hand: IPMINMAX_RUNS=20000 IPMINMAX_SEED=7 hostile_options_slow_test
 

@@ -63,8 +63,8 @@ FactorizationStatus factorize(const SymmetricMatrix& matrix, double max_memory) 
   return solver.factorize(matrix).status;
 }
 
-/// Without the reservation OpenBLAS tries for ever. First, because a process that has called BLAS has
-/// its buffer.
+/// Without the reservation OpenBLAS tries for ever. First, because a process that has called BLAS
+/// has its buffer.
 TEST(MemoryLimit, OfTheAddressSpaceIsKeptByLapack) {
   EXPECT_EXIT(
       {

@@ -6,7 +6,8 @@
 //   program starts FILE THREADS STARTS   starts on all ranks; what was found goes to FILE
 //   program one_process FILE THREADS STARTS   the same without MPI
 //   program slow_starts STARTS      starts that take 0.15 s each
-// Compiled with IPMINMAX_TEST_CALLS_MPI it is a program that calls MPI itself: its first argument is the thread level, 0 to 3.
+// Compiled with IPMINMAX_TEST_CALLS_MPI it is a program that calls MPI itself: its first argument
+// is the thread level, 0 to 3.
 #ifdef IPMINMAX_TEST_CALLS_MPI
 #include <mpi.h>
 #endif
@@ -91,7 +92,7 @@ int solve_large(const char* file) {
   return code + tell(solve(*family.problem, options));
 }
 
-// --- The same certificates as with the sequential MUMPS -------------------------------------------
+// --- The same certificates as with the sequential MUMPS ------------------------------------------
 
 bool compare(const std::string& name, Problem& problem, MpiHalves halves) {
   SolverOptions options;
@@ -156,7 +157,7 @@ int compare_all() {
   return different == 0 && compared > (alone ? 40 : 80) ? 0 : 1;
 }
 
-// --- Starts ---------------------------------------------------------------------------------------
+// --- Starts --------------------------------------------------------------------------------------
 
 void write(std::ofstream& file, const Result& result) {
   file << name_of(result.status) << ' ' << result.iterations << ' ' << result.objective << ' '

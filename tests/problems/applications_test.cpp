@@ -31,7 +31,7 @@ void expect_certified(Problem& problem, const Result& result) {
   EXPECT_EQ(judge(problem, result).verdict, Verdict::LocalMinmax);
 }
 
-// --- Robust model predictive control --------------------------------------------------------------
+// --- Robust model predictive control -------------------------------------------------------------
 
 /// States as linear functions of the moves z = (u, w): x_k = free_k + move_k z.
 struct Eliminated {
@@ -131,7 +131,7 @@ TEST(RobustMpc, NonlinearDynamicsAreCertified) {
   EXPECT_GT(std::abs(solve(spring, {}).objective - result.objective), 1e-2);
 }
 
-// --- Finite-horizon H-infinity game ---------------------------------------------------------------
+// --- Finite-horizon H-infinity game --------------------------------------------------------------
 
 System three_states(double gamma_factor) {
   System s;
@@ -186,7 +186,7 @@ TEST(HInfinity, BelowTheCriticalGammaIsRefused) {
   }
 }
 
-// --- Robust regression ----------------------------------------------------------------------------
+// --- Robust regression ---------------------------------------------------------------------------
 
 struct Samples {
   MatrixXd a =
@@ -237,7 +237,7 @@ TEST(RobustRegressionApplication, AgreesWithTheClosedFormOfTheWorstCase) {
   }
 }
 
-// --- A set that shrinks with x --------------------------------------------------------------------
+// --- A set that shrinks with x -------------------------------------------------------------------
 
 TEST(InterdictionApplication, AgreesWithTheFormula) {
   const auto check = [](Interdiction problem, bool bound) {

@@ -1,5 +1,5 @@
-// Families whose worst case has kinks at the best x: wherever one of four ways finds a certified point,
-// minmax_epigraph_at_kinks does so in 95 % of the runs, and what it certifies holds.
+// Families whose worst case has kinks at the best x: wherever one of four ways finds a certified
+// point, minmax_epigraph_at_kinks does so in 95 % of the runs, and what it certifies holds.
 #include <algorithm>
 #include <cmath>
 #include <random>

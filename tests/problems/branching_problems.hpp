@@ -7,11 +7,11 @@
 
 namespace ipminmax::testing {
 
-/// Random problems whose worst case over y has several branches: phi(x) = max_y f(x, y) often has a kink
-/// where it is smallest.
+/// Random problems whose worst case over y has several branches: phi(x) = max_y f(x, y) often has a
+/// kink where it is smallest.
 ///
-/// Response: residuals of a response to an uncertain y in a box and an ellipsoid, all maxima over y on
-/// the boundary,
+/// Response: residuals of a response to an uncertain y in a box and an ellipsoid, all maxima over y
+/// on the boundary,
 ///
 ///     f = rho |x|^2 / 2 + sum_k (c_k + a_k'x + b_k'y + x'M_k y + s_k sin(p_k'x + q_k'y))^2 / 2
 ///
@@ -26,8 +26,8 @@ struct BranchingProblem {
   std::vector<std::vector<double>> starts;  ///< uniform in the boxes
 };
 
-/// Sizes are drawn with the rest: Response 2 to 6 and 2 to 4 variables of Min and Max, Network 10 to 24
-/// variables in all. The same seed gives the same problem everywhere.
+/// Sizes are drawn with the rest: Response 2 to 6 and 2 to 4 variables of Min and Max, Network 10
+/// to 24 variables in all. The same seed gives the same problem everywhere.
 [[nodiscard]] BranchingProblem branching_problem(BranchingFamily family, int starts,
                                                  std::uint64_t seed);
 

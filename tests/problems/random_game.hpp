@@ -13,8 +13,8 @@
 namespace ipminmax::testing {
 
 /// A random small problem with random options: sums of powers, products, exp, sin, log, square
-/// roots and reciprocals in one to five variables of either player, bounds of every kind, up to three
-/// constraints. Many have no solution, some are undefined at their start.
+/// roots and reciprocals in one to five variables of either player, bounds of every kind, up to
+/// three constraints. Many have no solution, some are undefined at their start.
 struct RandomGame {
   Model model;
   std::vector<double> start;
@@ -29,8 +29,8 @@ struct RandomGame {
 /// The same seed gives the same game everywhere.
 [[nodiscard]] RandomGame random_game(std::uint64_t seed);
 
-/// The same with curvature of the right sign added in most variables, so that many have a local minmax;
-/// it is neither stopped nor fails.
+/// The same with curvature of the right sign added in most variables, so that many have a local
+/// minmax; it is neither stopped nor fails.
 [[nodiscard]] RandomGame tame_game(std::uint64_t seed);
 
 /// A model that fails as the game says, and watches where it is asked.

@@ -266,9 +266,9 @@ TEST(Refusal, WrongCurvatureAlongAnActiveInequality) {
   }
 }
 
-/// At (0,0) the bound y >= 0 is active with multiplier 0. Where it is left (x > 0) the outer value is
-/// x^2/2, where it stays active (x < 0) it is -x^2/2: no local minmax, though a test that takes the
-/// bound for inactive passes. The only local minmax is (-1,0).
+/// At (0,0) the bound y >= 0 is active with multiplier 0. Where it is left (x > 0) the outer value
+/// is x^2/2, where it stays active (x < 0) it is -x^2/2: no local minmax, though a test that takes
+/// the bound for inactive passes. The only local minmax is (-1,0).
 TEST(Refusal, WeaklyActiveMaxBoundWithOneBadBranch) {
   Model model;
   const Expression x = model.variable(kMin, "x", -1.0, 1.0);

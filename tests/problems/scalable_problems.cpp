@@ -533,8 +533,9 @@ std::unique_ptr<QuadraticProblem> oscillator_game(int horizon, const Eigen::Vect
   return problem;
 }
 
-/// s0' P_0 s0 / 2 of the coupled Riccati recursion: the value of the saddle point. Throws unless the
-/// maximization over all w for given u is strictly concave, which the recursion without u tells.
+/// s0' P_0 s0 / 2 of the coupled Riccati recursion: the value of the saddle point. Throws unless
+/// the maximization over all w for given u is strictly concave, which the recursion without u
+/// tells.
 double riccati_value(int horizon, const Eigen::Vector2d& s0) {
   const Eigen::Matrix2d a{{0.98, 0.1}, {-0.1, 0.95}};
   const Eigen::Matrix2d g{{0.005, 0.1}, {0.1, 0.05}};  // columns: u, w

@@ -23,28 +23,30 @@ struct ScalableProblem {
 };
 
 /// (x-a)'A(x-a)/2 + 2(x-a)'(y-b) - (y-b)'C(y-b)/2 + 1, A = tridiag(.2, cos i, .2) indefinite,
-/// C = tridiag(-.25, 1, -.25). The Schur complement A + 4 C^-1 is positive definite. n + n variables.
+/// C = tridiag(-.25, 1, -.25). The Schur complement A + 4 C^-1 is positive definite. n + n
+/// variables.
 [[nodiscard]] ScalableProblem f01_quad(int n);
 
-/// Quadratic in the box [-1,1] with planted active bounds and multipliers, indefinite in x and in y:
-/// tridiagonal A and D, B = 2I + .3 shift. n + n variables; other solutions may exist.
+/// Quadratic in the box [-1,1] with planted active bounds and multipliers, indefinite in x and in
+/// y: tridiagonal A and D, B = 2I + .3 shift. n + n variables; other solutions may exist.
 [[nodiscard]] ScalableProblem f03_quad_box(int n);
 
-/// sum (cos u_i - 1) + (cos v_i - 1) + 2 sin u_i sin v_i + .2 sin u_i sin v_{i+1}, u = x-a, v = y-b:
-/// periodic, with stationary points of all inertias. n + n variables.
+/// sum (cos u_i - 1) + (cos v_i - 1) + 2 sin u_i sin v_i + .2 sin u_i sin v_{i+1}, u = x-a, v =
+/// y-b: periodic, with stationary points of all inertias. n + n variables.
 [[nodiscard]] ScalableProblem f05_trig(int n);
 
 /// |x-y|^2/2 with a'x >= 1 and |y| <= 2: the farthest point of a ball, f convex in y. The value is
 /// (|x|+2)^2/2 at x = a, |a| = 1. n + n variables.
 [[nodiscard]] ScalableProblem f10_ball_halfspace(int n);
 
-/// Robust least squares |(A+dA)x-(b+db)|^2/2, |[dA db]|_F <= rho (El Ghaoui, Lebret 1997). The inner
-/// maximum is (|Ax-b| + rho sqrt(1+|x|^2))^2/2. n + rows(n+1) variables, own random data.
+/// Robust least squares |(A+dA)x-(b+db)|^2/2, |[dA db]|_F <= rho (El Ghaoui, Lebret 1997). The
+/// inner maximum is (|Ax-b| + rho sqrt(1+|x|^2))^2/2. n + rows(n+1) variables, own random data.
 [[nodiscard]] ScalableProblem f12_robust_ls(int rows, int n);
 
 /// Finite-horizon linear-quadratic difference game (Basar, Bernhard): a damped oscillator with
 /// control u, disturbance w, states s in the Max block. The value is s0'P s0/2 by the coupled
-/// Riccati recursion; the weight of w makes the maximization concave. T + 3T variables, 2T equalities of Max.
+/// Riccati recursion; the weight of w makes the maximization concave. T + 3T variables, 2T
+/// equalities of Max.
 [[nodiscard]] ScalableProblem f16_lq_game(int horizon);
 
 /// The same with |u| <= .5 and |w| <= .02; convex-concave after elimination of the states, so a

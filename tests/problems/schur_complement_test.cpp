@@ -1,5 +1,5 @@
-// Solves with the Schur complement give the certified answers of those without, and it is chosen where
-// it saves operations.
+// Solves with the Schur complement give the certified answers of those without, and it is chosen
+// where it saves operations.
 
 #include <algorithm>
 #include <random>

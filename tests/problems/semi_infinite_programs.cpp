@@ -78,7 +78,8 @@ SemiInfinite controller() {
     return above / below;
   };
   p.rows = {[](X x, X t) {
-    // T = 1 + (x_0 + x_1 / s + x_2 s) / ((s + 3)(s^2 + 2 s + 2)), s = i w; Im T - 3.33 (Re T)^2 + 1.
+    // T = 1 + (x_0 + x_1 / s + x_2 s) / ((s + 3)(s^2 + 2 s + 2)), s = i w; Im T - 3.33 (Re T)^2 +
+    // 1.
     const Expression w = t[0];
     const Expression a = 6.0 - 5.0 * square(w), b = 8.0 * w - power(w, 3);  // of the denominator
     const Expression c = 1.0 * x[0], d = x[2] * w - x[1] / w;               // of the controller

@@ -10,7 +10,8 @@
 
 namespace ipminmax::testing {
 
-/// A semi-infinite program, min f(x) with g(x, t) <= 0 for every t in a box of one or two dimensions.
+/// A semi-infinite program, min f(x) with g(x, t) <= 0 for every t in a box of one or two
+/// dimensions.
 struct SemiInfinite {
   using Variables = const std::vector<Expression>&;
   using Point = std::vector<double>;
@@ -46,8 +47,8 @@ class SemiInfiniteRows {
 
   /// x may have more values behind. Throws std::domain_error where a row is undefined.
   [[nodiscard]] const std::vector<double>& at(const Point& x, const Point& t);
-  /// The largest value of a row over t and where it is: on a grid, and from its 20 largest values by
-  /// smaller and smaller grids.
+  /// The largest value of a row over t and where it is: on a grid, and from its 20 largest values
+  /// by smaller and smaller grids.
   [[nodiscard]] std::pair<double, Point> largest(const Point& x, std::size_t row);
 
  private:
@@ -59,8 +60,8 @@ class SemiInfiniteRows {
   Point v_;
 };
 
-/// A lower bound of the optimum near x: constraints at the worst t only, added until none is violated by
-/// more than 1e-9, so that it is the optimum. NaN when that fails.
+/// A lower bound of the optimum near x: constraints at the worst t only, added until none is
+/// violated by more than 1e-9, so that it is the optimum. NaN when that fails.
 [[nodiscard]] double cutting_plane_bound(const SemiInfinite& program, std::vector<double> x);
 
 }  // namespace ipminmax::testing

@@ -1,7 +1,7 @@
-// Semi-infinite programs, min f(x) with g(x, t) <= 0 for every t, by solve_robust. The optimum is that of
-// a cutting-plane method of the test's own: constraints at values of t, those of its worst cases on a grid
-// with local refinement added until none is violated, so that it is a lower bound to 1e-8; published and
-// exact values stand beside it.
+// Semi-infinite programs, min f(x) with g(x, t) <= 0 for every t, by solve_robust. The optimum is
+// that of a cutting-plane method of the test's own: constraints at values of t, those of its worst
+// cases on a grid with local refinement added until none is violated, so that it is a lower bound
+// to 1e-8; published and exact values stand beside it.
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -168,7 +168,8 @@ TEST(RobustCopies, EpigraphAtKinksLeavesOtherSearchesAlone) {
 }
 
 TEST(RobustConstraints, ManyStartsFindTheBetterOfTwoDesigns) {
-  // The double well (x^2 - 1)^2 + 0.3 x, with x <= 1.5 + 0.2 y for every y in [-1, 1]: -1 is better.
+  // The double well (x^2 - 1)^2 + 0.3 x, with x <= 1.5 + 0.2 y for every y in [-1, 1]: -1 is
+  // better.
   Model model;
   const Expression x = model.variable(Player::Min, "x", -3.0, 3.0);
   const Expression y = model.variable(Player::Max, "y", -1.0, 1.0);
@@ -211,8 +212,9 @@ TEST(RobustConstraints, TimeLimitHoldsForAllSolvesTogether) {
 }
 
 TEST(RobustConstraints, ScenariosMeetMaxConstraints) {
-  // y in the disc |y| <= 1 although its box is larger: starts of maximizations outside are no scenarios.
-  // max_y of 4 y_0 y_1 - x is 2 - x; the first y maximizes only -x, and its branch leaves x unbounded.
+  // y in the disc |y| <= 1 although its box is larger: starts of maximizations outside are no
+  // scenarios. max_y of 4 y_0 y_1 - x is 2 - x; the first y maximizes only -x, and its branch
+  // leaves x unbounded.
   Model model;
   const Expression x = model.variable(Player::Min, "x");
   const Expression a = model.variable(Player::Max, "a", -3.0, 3.0);

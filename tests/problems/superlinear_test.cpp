@@ -32,8 +32,8 @@ TEST(SuperlinearTail, ShowsWhereStrictComplementarityHolds) {
       std::printf("%-18s", known.name.c_str());
       for (const double error : errors) std::printf(" %5.1f", std::log10(std::max(error, 1e-16)));
       std::printf("\n");
-      // The error ends below the 1.3th power of that of two iterations before, one step of which may be
-      // spent on a smaller barrier parameter.
+      // The error ends below the 1.3th power of that of two iterations before, one step of which
+      // may be spent on a smaller barrier parameter.
       const double last = errors.back();
       const double before = errors[errors.size() - 3];
       EXPECT_LE(last, std::max(std::pow(std::min(before, 1.0), 1.3), 1e-8)) << known.name;

@@ -30,8 +30,8 @@ TEST(StartOutsideTheBounds, IsSolvedAsByIpopt) {
   EXPECT_EQ(cross_check(known).verdict, CrossCheckVerdict::SameSolution);
 }
 
-// The gradient of an eighth power meets the tolerances far from the minimum, and Newton's steps lead
-// outward to it, but ever shorter.
+// The gradient of an eighth power meets the tolerances far from the minimum, and Newton's steps
+// lead outward to it, but ever shorter.
 TEST(HighPower, IsNoRunToInfinity) {
   const MinimizationProblem& known = hock_schittkowski("hs213");
   AutodiffProblem problem(known.model, perturbed_start(known, 6));
@@ -59,9 +59,9 @@ TEST(ReportedObjective, IsThatOfTheReturnedPoint) {
   EXPECT_GE(moved, 10);
 }
 
-/// What a solve to tol 1e-8 leaves in the units of the model: bounds and rows are relaxed by 1e-8 of
-/// their size, and the stopping test sees the objective divided by its largest slope at the start
-/// over 100.
+/// What a solve to tol 1e-8 leaves in the units of the model: bounds and rows are relaxed by 1e-8
+/// of their size, and the stopping test sees the objective divided by its largest slope at the
+/// start over 100.
 DenseTolerances tolerances_for(Problem& problem, const std::vector<double>& start) {
   double size = 50.0;
   const ProblemStructure& structure = problem.structure();

@@ -30,8 +30,8 @@ struct MinimizationProblem {
 /// Throws std::out_of_range when there is none.
 [[nodiscard]] const MinimizationProblem& hock_schittkowski(const std::string& name);
 
-/// The start with s (1 + |v_i|) u_i added to every v_i, u_i random in [-1, 1], the same in every run;
-/// s = 0.1, 0.3, 1 and 3 in turn for draws 0, 1, 2, ...
+/// The start with s (1 + |v_i|) u_i added to every v_i, u_i random in [-1, 1], the same in every
+/// run; s = 0.1, 0.3, 1 and 3 in turn for draws 0, 1, 2, ...
 [[nodiscard]] std::vector<double> perturbed_start(const MinimizationProblem& problem,
                                                   unsigned draw);
 

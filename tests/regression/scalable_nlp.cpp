@@ -93,8 +93,8 @@ Pointer luksan_vlcek_3(Index n) {
   return p;
 }
 
-// Bounds only, many of them active. They keep iterates out of the valley that takes Newton's method a
-// number of iterations proportional to n.
+// Bounds only, many of them active. They keep iterates out of the valley that takes Newton's method
+// a number of iterations proportional to n.
 Pointer chained_rosenbrock(Index n) {
   auto p = std::make_unique<ElementProblem>();
   for (Index i = 0; i < n; ++i) {

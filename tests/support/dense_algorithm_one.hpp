@@ -7,12 +7,12 @@
 #include <stdexcept>
 #include <utility>
 
-/// The paper's Algorithm 1 as printed, with dense matrices and eigenvalues; it shares nothing with the
-/// library. For tests.
+/// The paper's Algorithm 1 as printed, with dense matrices and eigenvalues; it shares nothing with
+/// the library. For tests.
 namespace ipminmax::testing {
 
-/// The derivatives that J_zz and g(z, b) are made of, for min over x in {G_x = 0, F_x <= 0}, max over y
-/// in {G_y = 0, F_y <= 0}. Jacobians have a row per constraint.
+/// The derivatives that J_zz and g(z, b) are made of, for min over x in {G_x = 0, F_x <= 0}, max
+/// over y in {G_y = 0, F_y <= 0}. Jacobians have a row per constraint.
 struct PaperDerivatives {
   Eigen::VectorXd fx, fy;          ///< gradient of f
   Eigen::VectorXd gx, hx, gy, hy;  ///< G_x, F_x, G_y, F_y
@@ -32,7 +32,8 @@ struct PaperInertia {
   friend bool operator==(const PaperInertia&, const PaperInertia&) = default;
 };
 
-/// By eigenvalues, after a congruence that makes all rows equally large: entries lambda / s are huge.
+/// By eigenvalues, after a congruence that makes all rows equally large: entries lambda / s are
+/// huge.
 inline PaperInertia inertia(Eigen::MatrixXd matrix) {
   PaperInertia result;
   if (matrix.rows() == 0) return result;

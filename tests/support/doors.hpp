@@ -18,7 +18,8 @@
 #include "core/options.hpp"
 #include "core/problem.hpp"
 
-/// The doors of the library besides the core's: Ipopt's interface and C, each in front of a Problem.
+/// The doors of the library besides the core's: Ipopt's interface and C, each in front of a
+/// Problem.
 namespace ipminmax::testing {
 
 /// Calls set(name, value) for every option that is not at its default, value a double, an int or
@@ -49,7 +50,7 @@ inline bool same(const std::vector<double>& a, const std::vector<double>& b) {
   return std::ranges::equal(a, b, [](double x, double y) { return same(x, y); });
 }
 
-// --- Ipopt's interface ----------------------------------------------------------------------------
+// --- Ipopt's interface ---------------------------------------------------------------------------
 
 /// A model that asks a function in every iteration whether to go on.
 class DoorTnlp final : public ProblemTnlp {
@@ -91,8 +92,8 @@ inline Ipopt::SmartPtr<Ipopt::TNLP> split(const Ipopt::SmartPtr<DoorTnlp>& model
                        indices_of_max(s.constraint_players));
 }
 
-/// An application without console and options file. Options may contradict each other: what is refused
-/// is refused by the solve as well.
+/// An application without console and options file. Options may contradict each other: what is
+/// refused is refused by the solve as well.
 inline Ipopt::SmartPtr<MinMaxApplication> application_with(const SolverOptions& options) {
   const Ipopt::SmartPtr<MinMaxApplication> application = new MinMaxApplication(false);
   for_each_option(options, [&](const std::string& name, const auto& value) {
@@ -110,7 +111,7 @@ inline Ipopt::SmartPtr<MinMaxApplication> application_with(const SolverOptions& 
   return application;
 }
 
-// --- C ----------------------------------------------------------------------------------------------
+// --- C -------------------------------------------------------------------------------------------
 
 /// A problem in C with what its callbacks are given.
 class CDoor {

@@ -16,8 +16,9 @@
 #include "core/problem.hpp"
 #include "core/result.hpp"
 
-/// Second-order conditions by dense linear algebra in extended precision, at the solution of the active
-/// set's equations near a returned point. Shares no code with the library, for judging its verdicts.
+/// Second-order conditions by dense linear algebra in extended precision, at the solution of the
+/// active set's equations near a returned point. Shares no code with the library, for judging its
+/// verdicts.
 namespace ipminmax::testing {
 
 using Extended = long double;

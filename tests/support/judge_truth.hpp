@@ -15,9 +15,9 @@
 
 namespace ipminmax::testing {
 
-/// Finds what a result says that is not so at its own point, recomputed from the model. What cannot be
-/// recomputed from v and the multipliers alone, the slacks of inequalities, makes lower bounds of
-/// equalities.
+/// Finds what a result says that is not so at its own point, recomputed from the model. What cannot
+/// be recomputed from v and the multipliers alone, the slacks of inequalities, makes lower bounds
+/// of equalities.
 class TruthJudge {
  public:
   /// fails: the model may have been undefined in the solve where it is not now.

@@ -91,8 +91,8 @@ class PaperForm {
     add(max_, z.lambda_y, -1.0);
   }
 
-  /// Bounds of variables, which the paper counts with the inequalities: each adds one positive and one
-  /// negative eigenvalue.
+  /// Bounds of variables, which the paper counts with the inequalities: each adds one positive and
+  /// one negative eigenvalue.
   [[nodiscard]] Eigen::Index bounds(Player player) const {
     const Side& side = player == Player::Min ? min_ : max_;
     return std::ranges::count_if(side.inequalities, [](const Row& row) { return row.is_variable; });
