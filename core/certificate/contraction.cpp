@@ -82,7 +82,7 @@ class ActiveSetNewton {
   [[nodiscard]] bool inequalities_stay_open(const Eigen::VectorXd& c) const;
   void measure_turn(const Evaluation& there, NewtonTest& test) const;
   [[nodiscard]] Eigen::VectorXd forces() const;
-  [[nodiscard]] Iterate end() const;
+  void place_end(Iterate& z) const;
   [[nodiscard]] bool solve_in_units(const Eigen::VectorXd& row_v, const Eigen::VectorXd& row_c,
                                     Eigen::VectorXd& v, Eigen::VectorXd& lambda);
   [[nodiscard]] double length(const Eigen::VectorXd& v) const {
@@ -323,11 +323,11 @@ void ActiveSetNewton::measure_turn(const Evaluation& there, NewtonTest& test) co
   test.inner_turn = inner.maxCoeff();
 }
 
-Iterate ActiveSetNewton::end() const {
+void ActiveSetNewton::place_end(Iterate& z) const {
   constexpr double kLeastShare = 1e-3;  // of a multiplier: it stays positive
   const BoundClasses& classes = system_.classes();
   const Eigen::VectorXd force = forces();
-  Iterate z = iterate_;
+  z = iterate_;
   z.v += dv_;
   for (Index i = 0; i < dv_.size(); ++i) {
     if (system_.is_fixed(i)) z.v[i] = iterate_.v[i] + kAlmostThere * dv_[i];
@@ -348,7 +348,6 @@ Iterate ActiveSetNewton::end() const {
     follow(i, 1, canonical_.below_upper(i, iterate_.v[i]), canonical_.below_upper(i, z.v[i]),
            z.z_upper[i]);
   }
-  return z;
 }
 
 NewtonTest ActiveSetNewton::run() {
@@ -358,7 +357,7 @@ NewtonTest ActiveSetNewton::run() {
   test.classes_hold = classes_hold(test.pulled_off);
   choose_trial();
   test.done = compare(test);
-  test.end.iterate = end();
+  place_end(test.end.iterate);
   return test;
 }
 

@@ -91,7 +91,8 @@ std::string CanonicalProblem::gradient_based_scaling() {
 std::string CanonicalProblem::scale_gradients() {
   const double largest = options_.nlp_scaling_max_gradient;
   const auto factor = [&](double norm) {
-    return norm > largest ? std::max(largest / norm, options_.nlp_scaling_min_value) : 1.0;
+    if (!(norm > largest)) return 1.0;
+    return std::max({largest / norm, options_.nlp_scaling_min_value, kLeastScaling});
   };
   ++counts_.gradient;
   if (!ask([&] { return problem_.gradient(model_v_, take_new_point(), model_gradient_); })) {

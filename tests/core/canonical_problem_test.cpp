@@ -332,6 +332,19 @@ TEST(CanonicalScaling, GradientBasedBringsLargeGradientsDown) {
   EXPECT_DOUBLE_EQ(c.evaluation.c[3], 1e-8);
 }
 
+TEST(CanonicalScaling, GradientBasedFactorsStayInTheRangeOfOthers) {
+  FixedValues model = mixed_model();
+  model.gradient_values = {1.0, 2.0, 1e9, -400.0, 5.0, 1e9};
+  SolverOptions options = plain_options();
+  options.nlp_scaling_method = Scaling::GradientBased;
+  options.nlp_scaling_max_gradient = 1e-300;
+  options.nlp_scaling_min_value = 0.0;
+  Canonical c(std::move(model), options);
+  ASSERT_EQ(c.error, "");
+  EXPECT_DOUBLE_EQ(c.problem.objective_scale(), 1e-20);
+  EXPECT_DOUBLE_EQ(c.problem.constraint_scale(0), 1e-20);
+}
+
 TEST(CanonicalScaling, TheHessianGetsTheScaledMultipliers) {
   FixedValues model = mixed_model();
   model.jacobian_values[1] = 200.0;

@@ -20,6 +20,7 @@
 
 #include "adapter/application_options.hpp"
 #include "adapter/options_documentation.hpp"
+#include "core/robust.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax::testing {
@@ -67,6 +68,25 @@ TEST(HostileOptions, OfTheTableAreRefusedOrTrue) {
         << "TNLP: " << name_of(application->LastResult().status);
   }
   print("settings", runs, refused);
+}
+
+// What a search over the branches that meet at a kink leaves is not a point of the model's own.
+TEST(HostileOptions, FailedSearchesOverBranchesLeaveTheModelsPoint) {
+  std::uint64_t failed = 0;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const RandomGame game = tame_game(seed);
+    SolverOptions options;
+    options.minmax_epigraph_at_kinks = true;
+    options.max_iter = 30;
+    AutodiffProblem model(game.model, game.start);
+    const RobustResult answer = solve_robust(model, options);
+    if (is_success(answer.result.status)) continue;
+    ++failed;
+    EXPECT_EQ(TruthJudge(model, options, answer.result, false).untruths(), "")
+        << name_of(answer.result.status);
+  }
+  EXPECT_GE(failed, 50U);
 }
 
 /// Options without files, MPI and limits of work.
