@@ -104,15 +104,13 @@ std::vector<OptionInfo> make_table() {
        "Maximum number of iterations, those of feasibility restorations included.",
        at_least(&O::max_iter, 0)},
       {"max_cpu_time", termination, "Maximum number of CPU seconds.", positive(&O::max_cpu_time)},
-      {"minmax_max_factorizations", termination,
-       "Most factorizations of K and K_yy together, those of restorations included: for "
-       "controllers "
-       "with a deadline. Two are kept for the certificate. Where they are used up the solve ends "
-       "as "
-       "at max_iter, with the best point that it has seen. 0: no limit.",
-       at_least(&O::minmax_max_factorizations, 0)},
       {"max_wall_time", termination, "Maximum number of wall clock seconds.",
        positive(&O::max_wall_time)},
+      {"minmax_max_factorizations", termination,
+       "Most factorizations of K and K_yy together, those of restorations included: for "
+       "controllers with a deadline. Two are kept for the certificate. Where they are used up the "
+       "solve ends as at max_iter, with the best point that it has seen. 0: no limit.",
+       at_least(&O::minmax_max_factorizations, 0)},
       {"diverging_iterates_tol", termination,
        "Infinity norm of the variables above which the solve stops as diverging.",
        positive(&O::diverging_iterates_tol)},

@@ -78,7 +78,14 @@ SearchOutcome Search::ended(Status status, std::string message) const {
                         .certificate = {},
                         .iterations = context_.budget.iteration};
   if (!is_better_than_last(status)) return outcome;
-  outcome.point = best_.point();
+  Point best = best_.point();
+  // The bounds that the search moved since then are those of its last point.
+  context_.canonical.keep_distances(best.iterate, best_.mu());
+  if (evaluate_values(context_.canonical, best) != EvaluationStatus::Ok ||
+      evaluate_first_derivatives(context_.canonical, best) != EvaluationStatus::Ok) {
+    return outcome;
+  }
+  outcome.point = std::move(best);
   outcome.mu = best_.mu();
   measure(context_.canonical, context_.options, outcome.point);
   if (!outcome.message.empty()) {
