@@ -84,9 +84,6 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
 /// Two certified points are the same when they differ by at most minmax_distinct_tol max(1, |v|) in
 /// infinity norm.
 ///
-/// Where the best point's worst case is another y, the message says so. minmax_epigraph, which then
-/// helps, is an option of solve_robust (robust.hpp), which takes minmax_starts, too.
-///
 /// Calling thread only. Exceptions pass through as from solve; a given point whose length is not n
 /// throws std::invalid_argument.
 [[nodiscard]] MultistartResult multistart(Problem& problem, const SolverOptions& options,

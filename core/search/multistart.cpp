@@ -354,12 +354,6 @@ void Multistart::choose_best(MultistartResult& answer) {
                               : interrupted_by_;
   }
   Result& best = answer.best;
-  if (best.worst_case.higher) {
-    std::ostringstream text;
-    text << "; another y is worse at this x: " << best.worst_case.value << " against "
-         << best.objective << " (solve_robust with minmax_epigraph goes on over the branches of y)";
-    best.message += text.str();
-  }
   best.iterations = total_.iterations;
   best.factorizations = total_.factorizations;
   best.counts = total_.counts;

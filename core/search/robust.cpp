@@ -77,8 +77,9 @@ RobustResult RobustSolve::from(const std::vector<double>& start) {
   }
   if (observer_.message) observer_.message("a kink of the worst case: the epigraph form from here");
   RobustResult branches = in_epigraph_form(answer.result.v, true);
-  // The errors of a search over branches that failed are those of its copies of y, not of one answer.
-  const bool found = is_success(branches.result.status) && better(branches.result, answer.result);
+  // The errors of a search over branches are those of its copies of y: only a certified answer is one.
+  const bool found = branches.result.certificate.kind == PointKind::LocalMinmax &&
+                     better(branches.result, answer.result);
   RobustResult& chosen = found ? branches : answer;
   add_before(&chosen == &answer ? branches : answer, chosen);
   return std::move(chosen);

@@ -101,19 +101,6 @@ TEST(RobustPolynomial, TheAnswerIsTheBestOfAGridAndNoStartOfYIsWorse) {
   EXPECT_LE(check.found.value, grid + 1e-4);
 }
 
-// Local minmax points alone stand over weak branches of y: the message says so, and what goes on.
-TEST(RobustPolynomial, APlainMultistartSaysThatAnotherYIsWorse) {
-  AutodiffProblem problem = robust_polynomial();
-  SolverOptions options;
-  options.minmax_starts = 8;
-  options.minmax_worst_case_starts = 20;
-  const MultistartResult plain = multistart(problem, options);
-  ASSERT_TRUE(plain.best.worst_case.higher);
-  EXPECT_NE(plain.best.message.find("another y is worse at this x"), std::string::npos)
-      << plain.best.message;
-  EXPECT_NE(plain.best.message.find("minmax_epigraph"), std::string::npos);
-}
-
 // Every point that the starts led to is the worst case that it says.
 TEST(RobustPolynomial, NoReportedPointHasAWorseY) {
   AutodiffProblem problem = robust_polynomial();
