@@ -369,14 +369,8 @@ Eigen::VectorXd Certifier::error_of(const Point& point, const BoundClasses& clas
 
 /// All derivatives at the point's iterate.
 bool Certifier::evaluate(Point& point) {
-  if (canonical_.values(point.iterate.v, point.evaluation.f, point.evaluation.c) !=
-          EvaluationStatus::Ok ||
-      canonical_.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
-          EvaluationStatus::Ok) {
-    return false;
-  }
-  dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
-  return true;
+  return evaluate_values(canonical_, point) == EvaluationStatus::Ok &&
+         evaluate_derivatives(canonical_, point) == EvaluationStatus::Ok;
 }
 
 void Certifier::report_inertias(ActiveSetSystem& system) {

@@ -33,14 +33,8 @@ bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu,
   }
   alpha = largest_step(canonical, point.iterate, step, tau);
   advance(canonical, step, alpha, point.iterate);
-  if (canonical.values(point.iterate.v, point.evaluation.f, point.evaluation.c) !=
-          EvaluationStatus::Ok ||
-      canonical.derivatives(point.iterate.v, point.iterate.lambda, point.evaluation) !=
-          EvaluationStatus::Ok) {
-    return false;
-  }
-  dual_residual(canonical, point.iterate, point.evaluation, point.dual);
-  return true;
+  return evaluate_values(canonical, point) == EvaluationStatus::Ok &&
+         evaluate_derivatives(canonical, point) == EvaluationStatus::Ok;
 }
 
 }  // namespace ipminmax
