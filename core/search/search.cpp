@@ -78,15 +78,10 @@ SearchOutcome Search::ended(Status status, std::string message) const {
                         .certificate = {},
                         .iterations = context_.budget.iteration};
   if (!is_better_than_last(status)) return outcome;
-  Point best = best_.point();
-  // The bounds that the search moved since then are those of its last point.
-  context_.canonical.keep_distances(best.iterate, best_.mu());
-  if (evaluate_values(context_.canonical, best) != EvaluationStatus::Ok ||
-      evaluate_first_derivatives(context_.canonical, best) != EvaluationStatus::Ok) {
-    return outcome;
-  }
-  outcome.point = std::move(best);
+  outcome.point = best_.point();
   outcome.mu = best_.mu();
+  // The bounds that the search moved since then are those of its last point.
+  context_.canonical.keep_distances(outcome.point.iterate, outcome.mu);
   measure(context_.canonical, context_.options, outcome.point);
   if (!outcome.message.empty()) {
     outcome.message +=
