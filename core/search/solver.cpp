@@ -8,6 +8,7 @@
 
 #include "core/model/finite_difference_hessian.hpp"
 #include "core/model/timer.hpp"
+#include "core/robust.hpp"
 #include "core/search/diagnosis.hpp"
 #include "core/search/search_structure.hpp"
 #include "core/search/solve.hpp"
@@ -101,10 +102,21 @@ Result solve_once(Problem& problem, const SolverOptions& options, const SolveObs
   return Solve(problem, options, observer, Purpose::Solution, kept).run();
 }
 
+/// minmax_epigraph and minmax_epigraph_at_kinks make other problems of the model.
+Result solve_over_branches(Problem& problem, const SolverOptions& options,
+                           const SolveObserver& observer) {
+  SolverOptions from_one_start = options;
+  from_one_start.minmax_starts = 1;
+  return solve_robust(problem, from_one_start, observer).result;
+}
+
 /// Also where the solver itself, or its answer, found no memory.
 Result solve_keeping(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
                      KeptWork* kept) {
   try {
+    if (options.minmax_epigraph || options.minmax_epigraph_at_kinks) {
+      return solve_over_branches(problem, options, observer);
+    }
     Result result = solve_once(problem, options, observer, kept);
     diagnose_failure(problem, options, result);
     return result;
