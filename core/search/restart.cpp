@@ -13,6 +13,11 @@ namespace parameter = parameters::restart;
 
 }  // namespace
 
+bool makes_new_starts(const SolverOptions& options) {
+  return options.minmax_globalization == Globalization::Filter && !options.minmax_pure_newton &&
+         options.minmax_max_restarts > 0;
+}
+
 Index restart_iterations(Index variables) {
   if (variables > parameter::kLargeProblem) return parameter::kIterationsOfLargeProblem;
   if (variables > 8) return parameter::kMostIterations;

@@ -7,6 +7,9 @@
 
 namespace ipminmax {
 
+/// Whether a search with Max variables that fails is begun anew elsewhere.
+[[nodiscard]] bool makes_new_starts(const SolverOptions& options);
+
 /// The number-th other starting point (from 1) of a search that failed from the model's: uniform in
 /// the box of the bounds; where a bound is missing or far away, within the reach of the model's
 /// point around it (odd numbers) or around zero (even ones). The same for every run. Slacks and

@@ -192,8 +192,7 @@ SearchOutcome Solve::search_from(const Start& start, Machinery& machinery) {
 }
 
 std::optional<Start> Solve::next_start(Machinery& machinery) {
-  if (!has_line_search() || canonical_.max_size() == 0 || options_.minmax_max_restarts == 0 ||
-      budget_.is_spent()) {
+  if (!makes_new_starts(options_) || canonical_.max_size() == 0 || budget_.is_spent()) {
     return std::nullopt;
   }
   auto next = machinery.others.next();

@@ -7,6 +7,7 @@
 #include <problems/small_problems.hpp>
 #include <support/autodiff_problem.hpp>
 
+#include "core/multistart.hpp"
 #include "core/search/restart.hpp"
 #include "core/solver.hpp"
 
@@ -129,6 +130,61 @@ TEST(Restarts, FindWhatTheFirstSearchMisses) {
   }
   EXPECT_LT(at_once, starts);
   EXPECT_EQ(in_all, starts);
+}
+
+TEST(Restarts, AMultistartFindsNoLess) {
+  const auto& problems = testing::small_problems();
+  const auto known = std::ranges::find(problems, std::string("forsaken_variant"),
+                                       [](const auto& p) { return std::string(p.name); });
+  ASSERT_NE(known, problems.end());
+  AutodiffProblem problem(known->model);
+  SolverOptions two;
+  two.minmax_starts = 2;
+  two.minmax_start_radius = 0.1;
+  for (double x = -1.4; x < 1.5; x += 0.4) {
+    for (double y = -1.4; y < 1.5; y += 0.4) {
+      problem.set_start({x, y});
+      ASSERT_EQ(solve(problem, SolverOptions{}).status, Status::Solved) << x << ' ' << y;
+      const MultistartResult answer = multistart(problem, two);
+      EXPECT_EQ(answer.best.status, Status::Solved) << x << ' ' << y;
+      EXPECT_LE(answer.starts, 3);
+    }
+  }
+}
+
+TEST(Restarts, ReplaceAStartThatIsUndefined) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(x - log(x) + 0.1 * x * y - square(y));
+  AutodiffProblem problem(model, {-1.0, 0.0});
+  std::vector<std::string> messages;
+  SolveObserver observer;
+  observer.message = [&](std::string_view text) { messages.emplace_back(text); };
+  const Result result = solve(problem, SolverOptions{}, observer);
+  EXPECT_EQ(result.status, Status::Solved) << result.message;
+  EXPECT_NEAR(result.v[0], 1.0, 0.1);
+  ASSERT_FALSE(messages.empty());
+  EXPECT_NE(messages.front().find("at the starting point; new start 1"), std::string::npos)
+      << messages.front();
+
+  SolverOptions once;
+  once.minmax_max_restarts = 0;
+  const Result single = solve(problem, once);
+  EXPECT_EQ(single.status, Status::EvaluationFailed) << single.message;
+  EXPECT_TRUE(single.v.empty());
+}
+
+TEST(Restarts, AModelThatIsDefinedNowhereSaysSo) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y");
+  model.objective(log(-1.0 - square(x)) - square(y));
+  AutodiffProblem problem(model, {1.0, 0.0});
+  const Result result = solve(problem, SolverOptions{});
+  EXPECT_EQ(result.status, Status::EvaluationFailed) << result.message;
+  EXPECT_TRUE(result.v.empty());
+  EXPECT_NE(result.message.find("nor at 20 other points"), std::string::npos) << result.message;
 }
 
 TEST(Restarts, AreNotForMinimizers) {
