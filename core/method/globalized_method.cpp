@@ -16,8 +16,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-GlobalizedMethod::GlobalizedMethod(const MethodContext& context, const Patience::Limits& patience,
-                                   Restorer restorer, const Point& first)
+GlobalizedMethod::GlobalizedMethod(const MethodContext& context, Restorer restorer,
+                                   const Point& first)
     : canonical_(context.canonical),
       kkt_(context.kkt),
       correction_(context.correction),
@@ -25,7 +25,6 @@ GlobalizedMethod::GlobalizedMethod(const MethodContext& context, const Patience:
       limit_(context.limit),
       budget_(context.budget),
       restorer_(std::move(restorer)),
-      patience_(patience),
       outer_(context, first) {
   filter_.reserve(
       static_cast<std::size_t>(std::min(options_.max_iter, parameters::outer::kFilterPairs)));
@@ -67,7 +66,6 @@ void GlobalizedMethod::accept(Run& run) {
 
 StepReport GlobalizedMethod::step(const Point& from, double mu, Point& to) {
   Run run{.here = &from, .to = to, .mu = mu};
-  patience_.count_step();
   static_cast<void>(has_max() ? minmax_step(run) : outer_step(run));
   // A step that fails may have come some way.
   run.report.moved = run.here == &to;
@@ -192,7 +190,6 @@ bool GlobalizedMethod::fast_step(Run& run) {
 
 bool GlobalizedMethod::joint_step(Run& run) {
   // Algorithm 1 of the paper: no inner maximum is in reach from here.
-  patience_.count_joint_step();
   const Point& from = *run.here;
   outer_.assemble(from, run.mu);
   const auto shift = correction_.correct(run.mu);

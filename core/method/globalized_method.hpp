@@ -18,8 +18,7 @@ namespace ipminmax {
 class GlobalizedMethod final : public StepMethod {
  public:
   /// first: where the search begins.
-  GlobalizedMethod(const MethodContext& context, const Patience::Limits& patience,
-                   Restorer restorer, const Point& first);
+  GlobalizedMethod(const MethodContext& context, Restorer restorer, const Point& first);
 
   [[nodiscard]] StepReport step(const Point& from, double mu, Point& to) override;
   [[nodiscard]] StepReport escape(const Point& from, double mu, const EscapeRequest& request,

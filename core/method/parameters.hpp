@@ -103,12 +103,7 @@ constexpr double kPenalty = 2.0;     ///< over the largest multiplier: an exact 
 
 /// When a search is given up, to begin anew elsewhere: cheap where there are few variables, so soon [R].
 namespace patience {
-constexpr Index kFewestSetbacks = 3;
-constexpr Index kMostSetbacks = 15;
-constexpr Index kVariablesPerSetback = 10;
-constexpr Index kLongSearch = 20;          ///< iterations after which the fewest suffice
-constexpr Index kLongRepeatedSearch = 12;  ///< the same in a search begun anew
-constexpr Index kJointSteps = 40;
+constexpr Index kSetbacks = 3;
 constexpr double kBranchJump = 1e-2;     ///< of phi above its estimate, over 1 + |phi| [G]
 constexpr double kProgress = 0.9;        ///< of the violation
 constexpr double kSmallProgress = 1e-4;  ///< of phi, over 1 + |phi|

@@ -213,10 +213,7 @@ bool Solve::has_line_search() const {
 std::unique_ptr<StepMethod> Solve::method_for(const Start& start, Machinery& machinery) {
   const bool is_first = start.how == StepKind::None;
   if (start.rule == Start::Rule::Chosen && has_line_search()) {
-    return std::make_unique<GlobalizedMethod>(
-        machinery.context,
-        is_first ? Patience::first(canonical_) : Patience::begun_anew(canonical_),
-        restorer(machinery), start.point);
+    return std::make_unique<GlobalizedMethod>(machinery.context, restorer(machinery), start.point);
   }
   if (is_first && options_.minmax_freeze_tol > 0.0) {
     machinery.observation.say(
