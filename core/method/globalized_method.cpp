@@ -102,12 +102,7 @@ bool GlobalizedMethod::minmax_step(Run& run) {
     if (!find_direction()) return false;
     right = direction.shift.y == 0.0;
   }
-  if (right && fast_pause_ == 0) {
-    if (fast_step(run)) return true;
-    fast_pause_ = parameters::fast::kPause;
-  } else if (fast_pause_ > 0) {
-    --fast_pause_;
-  }
+  if (right && fast_step(run)) return true;
   fast_contraction_ = 0.0;
   if (!find_direction()) return false;
 
@@ -115,14 +110,7 @@ bool GlobalizedMethod::minmax_step(Run& run) {
   const bool inner_solved = direction.shift.y == 0.0 && std::abs(direction.gain) <= target &&
                             (!canonical_.has_max_bounds() ||
                              outer_.inner.error(from, mu) <= parameters::inner::kErrorFactor * mu);
-  if (!inner_solved) {
-    if (inner_pause_ > 0) {
-      --inner_pause_;
-      return joint_step(run);
-    }
-    if (!inner_phase(run, target)) return !run.report.failure && joint_step(run);
-  }
-  inner_failures_ = 0;
+  if (!inner_solved && !inner_phase(run, target)) return !run.report.failure && joint_step(run);
   return goes_on(run, patience_.check_progress(outer_.merit(*run.here, mu))) && outer_step(run);
 }
 
@@ -141,9 +129,7 @@ bool GlobalizedMethod::inner_phase(Run& run, double target) {
   }
   if (limit_.expired()) return fail_by_limit(run);
   const bool y_ran_away = outcome == InnerMaximizer::Outcome::Unbounded;
-  if (!goes_on(run, patience_.inner_phase_failed(y_ran_away))) return false;
-  const Index doublings = std::min<Index>(inner_failures_++, parameters::untested::kLongestPause);
-  inner_pause_ = (Index{1} << doublings) - 1;
+  static_cast<void>(goes_on(run, patience_.inner_phase_failed(y_ran_away)));
   return false;
 }
 
@@ -184,7 +170,6 @@ bool GlobalizedMethod::fast_step(Run& run) {
   inner_right_at_ = trial.evaluation.hessian_call;
   move_to_trial(run);
   filter_.reset();
-  slow_steps_ = 0;
   return true;
 }
 
@@ -215,7 +200,6 @@ bool GlobalizedMethod::leap(Run& run) {
   // No step is acceptable: take a long one all the same, finitely often.
   if (!goes_on(run, patience_.set_back(Setback::NoStep))) return false;
   if (!untested_step(run, outer_.longest_step(*run.here, run.mu))) return false;
-  slow_steps_ = 0;
   run.report.kind = StepKind::Leap;
   return true;
 }

@@ -14,8 +14,7 @@ namespace ipminmax::parameters {
 namespace fast {
 constexpr double kContraction = 0.9;  ///< kappa_f: of |g(z, mu)|, else the step is no fast one [G]
 constexpr double kFreezeContraction =
-    0.1;                     ///< of a full step: K_yy is taken to be right [CYH's freeze]
-constexpr Index kPause = 2;  ///< iterations without it after it failed [G]
+    0.1;  ///< of a full step: K_yy is taken to be right [CYH's freeze]
 }  // namespace fast
 
 /// The inner phase: ascent in y alone.
@@ -48,8 +47,6 @@ constexpr int kRoughTrials = 4;       ///< with an inexact inner maximum [G]
 constexpr int kExactTrials = 10;      ///< with an exact one [G]
 constexpr double kExactGain = 1e-9;   ///< |q| of an exact one [G]
 constexpr double kLongStep = 4.0;     ///< the longest step with Max variables, over 1 + |v| [G]
-constexpr Index kSlowSteps = 4;       ///< short steps in a row that end the fast path's pause [G]
-constexpr double kSlowLength = 0.13;  ///< of a short one: three halvings [G]
 constexpr Index kFilterPairs = 1000;  ///< room
 // Second-order correction, p_max and kappa_soc of [WB, 2.4].
 constexpr int kSecondOrderSteps = 4;
@@ -68,8 +65,6 @@ constexpr double kLongestJointStep = 10.0;   ///< over 1 + |v| [G]
 constexpr int kCuts = 60;                    ///< to where the model is defined
 constexpr Index kSoftSteps = 10;             ///< in a row; max_soft_resto_iters of [Ipopt]
 constexpr double kSoftContraction = 0.9999;  ///< soft_resto_pderror_reduction_factor of [Ipopt]
-constexpr Index kLongestPause =
-    4;  ///< joint steps before the inner phase: 2^0, 2^1 to this power [G]
 }  // namespace untested
 
 /// Feasibility restoration.
