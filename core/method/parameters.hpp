@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 
 #include "core/result.hpp"
@@ -185,13 +186,12 @@ constexpr Index kFewestForTests = 20;   ///< but for each test these
 /// New starts [R].
 namespace restart {
 constexpr double kMargin = 1e-2;  ///< share of an interval that stays free at either end
-constexpr double kReach = 3.0;    ///< half-width of the box, over max(1, |v|), without bounds
+/// Half-widths of the box, over max(1, |v|), without bounds: one after the other, around the start and
+/// around zero.
+inline constexpr std::array kReaches{3.0, 1.0, 10.0};
 constexpr double kWideInterval = 100.0;  ///< reaches; wider bounds are no region of interest
-constexpr Index kIterationsPerCell = 8;  ///< of a grid with two cells per dimension
-constexpr Index kMostIterations = 200;
-constexpr Index kLargeProblem = 50;  ///< variables
-constexpr Index kIterationsOfLargeProblem = 40;
-constexpr Index kLastResortIterations = 150;  ///< of Algorithm 1
+constexpr Index kIterations = 300;       ///< after the first search, after which none begins
+constexpr Index kIterationsOfAlgorithmOne = 60;  ///< of one search
 }  // namespace restart
 
 }  // namespace ipminmax::parameters
