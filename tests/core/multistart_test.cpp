@@ -147,7 +147,9 @@ TEST(Multistart, AddsUpTheWorkOfAllStarts) {
   const Result best = multistart(*problem, starts(10), observer).best;
   EXPECT_EQ(best.iterations, iterations);
   EXPECT_EQ(best.factorizations, factorizations);
-  EXPECT_EQ(best.counts.objective, objectives);
+  // The y of the other starts is tried at the best x.
+  EXPECT_GE(best.counts.objective, objectives);
+  EXPECT_LE(best.counts.objective, objectives + 10);
   EXPECT_GE(best.seconds, best.timing.factorization);
 }
 
@@ -493,7 +495,7 @@ TEST(Multistart, NothingCertifiedIsNotCalledSolved) {
   EXPECT_TRUE(result.points.empty());
   EXPECT_FALSE(is_success(result.best.status));
   EXPECT_NE(result.best.certificate.kind, PointKind::LocalMinmax);
-  EXPECT_EQ(total(result), 12);
+  EXPECT_EQ(total(result), 13);  // the last one as a single solve, which goes on elsewhere
 }
 
 Result made(PointKind kind, SecondOrder second_order, Status status, double objective,
