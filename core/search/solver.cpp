@@ -7,6 +7,7 @@
 
 #include "core/model/finite_difference_hessian.hpp"
 #include "core/model/timer.hpp"
+#include "core/robust.hpp"
 #include "core/search/diagnosis.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/search/restart.hpp"
@@ -142,10 +143,21 @@ Result solve_elsewhere(Problem& problem, const SolverOptions& options,
   return undefined;
 }
 
+/// minmax_epigraph and minmax_epigraph_at_kinks make other problems of the model.
+Result solve_over_branches(Problem& problem, const SolverOptions& options,
+                           const SolveObserver& observer) {
+  SolverOptions from_one_start = options;
+  from_one_start.minmax_starts = 1;
+  return solve_robust(problem, from_one_start, observer).result;
+}
+
 /// Also where the solver itself, or its answer, found no memory.
 Result solve_keeping(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
                      KeptWork* kept) {
   try {
+    if (options.minmax_epigraph || options.minmax_epigraph_at_kinks) {
+      return solve_over_branches(problem, options, observer);
+    }
     Result result = solve_once(problem, options, observer, kept);
     if (start_is_undefined(result)) {
       result = solve_elsewhere(problem, options, observer, kept, std::move(result));
