@@ -286,7 +286,7 @@ bool TnlpProblem::starting_point(StartingPoint& start) {
                                   lambda)) {
     return false;
   }
-  last_point_.assign(start.v.begin(), start.v.end());
+  start_.assign(start.v.begin(), start.v.end());
   started_ = true;
   return true;
 }
@@ -310,7 +310,6 @@ bool TnlpProblem::objective(std::span<const double> v, bool new_v, double& f) {
 }
 
 bool TnlpProblem::gradient(std::span<const double> v, bool new_v, std::span<double> grad) {
-  last_point_.assign(v.begin(), v.end());
   return model_->eval_grad_f(n_, address(v), new_v, address(grad));
 }
 
@@ -351,7 +350,7 @@ void TnlpProblem::finalize(Ipopt::SolverReturn status, const Result& result) {
     return values.size() == size_of(length) && length > 0 ? values.data() : unknown.data();
   };
   const bool solved = result.v.size() == size_of(n_);
-  model_->finalize_solution(status, n_, address_of(solved ? result.v : last_point_, n_),
+  model_->finalize_solution(status, n_, address_of(solved ? result.v : start_, n_),
                             address_of(result.z_lower, n_), address_of(result.z_upper, n_), m_,
                             address_of(result.constraints, m_), address_of(result.lambda, m_),
                             result.objective, nullptr, nullptr);

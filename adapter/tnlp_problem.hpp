@@ -90,7 +90,7 @@ class TnlpProblem : public Problem {
   Metadata constraint_metadata_;
   ProblemStructure structure_;
   bool started_ = false;
-  std::vector<double> last_point_;  ///< see finalize
+  std::vector<double> start_;  ///< the model's
 };
 
 }  // namespace IPMINMAX_IPOPT_ABI

@@ -310,7 +310,8 @@ std::vector<OptionInfo> make_table() {
       {"minmax_max_restarts", method,
        "Other starting points tried, the same in every run, when the search from the model's finds "
        "no "
-       "local minmax; 0 for none. Problems without Max variables are never restarted.",
+       "local minmax or the model is undefined there; 0 for none. Problems without Max variables "
+       "are never restarted.",
        Integer{&O::minmax_max_restarts, 0, 1000000}},
       {"minmax_robust_constraints", method,
        "Whether a constraint given to Min explicitly may read Max variables: it must then hold for "

@@ -16,8 +16,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-GlobalizedMethod::GlobalizedMethod(const MethodContext& context, const Patience::Limits& patience,
-                                   Restorer restorer, const Point& first)
+GlobalizedMethod::GlobalizedMethod(const MethodContext& context, Restorer restorer,
+                                   const Point& first)
     : canonical_(context.canonical),
       kkt_(context.kkt),
       correction_(context.correction),
@@ -25,7 +25,6 @@ GlobalizedMethod::GlobalizedMethod(const MethodContext& context, const Patience:
       limit_(context.limit),
       budget_(context.budget),
       restorer_(std::move(restorer)),
-      patience_(patience),
       outer_(context, first) {
   filter_.reserve(
       static_cast<std::size_t>(std::min(options_.max_iter, parameters::outer::kFilterPairs)));
@@ -67,7 +66,6 @@ void GlobalizedMethod::accept(Run& run) {
 
 StepReport GlobalizedMethod::step(const Point& from, double mu, Point& to) {
   Run run{.here = &from, .to = to, .mu = mu};
-  patience_.count_step();
   static_cast<void>(has_max() ? minmax_step(run) : outer_step(run));
   // A step that fails may have come some way.
   run.report.moved = run.here == &to;
@@ -104,12 +102,7 @@ bool GlobalizedMethod::minmax_step(Run& run) {
     if (!find_direction()) return false;
     right = direction.shift.y == 0.0;
   }
-  if (right && fast_pause_ == 0) {
-    if (fast_step(run)) return true;
-    fast_pause_ = parameters::fast::kPause;
-  } else if (fast_pause_ > 0) {
-    --fast_pause_;
-  }
+  if (right && fast_step(run)) return true;
   fast_contraction_ = 0.0;
   if (!find_direction()) return false;
 
@@ -117,14 +110,7 @@ bool GlobalizedMethod::minmax_step(Run& run) {
   const bool inner_solved = direction.shift.y == 0.0 && std::abs(direction.gain) <= target &&
                             (!canonical_.has_max_bounds() ||
                              outer_.inner.error(from, mu) <= parameters::inner::kErrorFactor * mu);
-  if (!inner_solved) {
-    if (inner_pause_ > 0) {
-      --inner_pause_;
-      return joint_step(run);
-    }
-    if (!inner_phase(run, target)) return !run.report.failure && joint_step(run);
-  }
-  inner_failures_ = 0;
+  if (!inner_solved && !inner_phase(run, target)) return !run.report.failure && joint_step(run);
   return goes_on(run, patience_.check_progress(outer_.merit(*run.here, mu))) && outer_step(run);
 }
 
@@ -143,9 +129,7 @@ bool GlobalizedMethod::inner_phase(Run& run, double target) {
   }
   if (limit_.expired()) return fail_by_limit(run);
   const bool y_ran_away = outcome == InnerMaximizer::Outcome::Unbounded;
-  if (!goes_on(run, patience_.inner_phase_failed(y_ran_away))) return false;
-  const Index doublings = std::min<Index>(inner_failures_++, parameters::untested::kLongestPause);
-  inner_pause_ = (Index{1} << doublings) - 1;
+  static_cast<void>(goes_on(run, patience_.inner_phase_failed(y_ran_away)));
   return false;
 }
 
@@ -186,13 +170,11 @@ bool GlobalizedMethod::fast_step(Run& run) {
   inner_right_at_ = trial.evaluation.hessian_call;
   move_to_trial(run);
   filter_.reset();
-  slow_steps_ = 0;
   return true;
 }
 
 bool GlobalizedMethod::joint_step(Run& run) {
   // Algorithm 1 of the paper: no inner maximum is in reach from here.
-  patience_.count_joint_step();
   const Point& from = *run.here;
   outer_.assemble(from, run.mu);
   const auto shift = correction_.correct(run.mu);
@@ -218,7 +200,6 @@ bool GlobalizedMethod::leap(Run& run) {
   // No step is acceptable: take a long one all the same, finitely often.
   if (!goes_on(run, patience_.set_back(Setback::NoStep))) return false;
   if (!untested_step(run, outer_.longest_step(*run.here, run.mu))) return false;
-  slow_steps_ = 0;
   run.report.kind = StepKind::Leap;
   return true;
 }

@@ -18,8 +18,7 @@ namespace ipminmax {
 class GlobalizedMethod final : public StepMethod {
  public:
   /// first: where the search begins.
-  GlobalizedMethod(const MethodContext& context, const Patience::Limits& patience,
-                   Restorer restorer, const Point& first);
+  GlobalizedMethod(const MethodContext& context, Restorer restorer, const Point& first);
 
   [[nodiscard]] StepReport step(const Point& from, double mu, Point& to) override;
   [[nodiscard]] StepReport escape(const Point& from, double mu, const EscapeRequest& request,
@@ -86,15 +85,11 @@ class GlobalizedMethod final : public StepMethod {
   /// there, or taken to be, in the freeze neighbourhood.
   std::uint64_t inner_right_at_ = 0;
   double last_slope_ = 1e20;
-  Index fast_pause_ = 0;           ///< iterations without the fast path after it failed
   double fast_contraction_ = 0.0;  ///< of the residual by the last step; 0: that was not full, fast
-  Index slow_steps_ = 0;           ///< short accepted steps in a row
   Index dominated_steps_ = 0;      ///< in a row whose last rejection was the filter's
   Index filter_resets_ = 0;
   Index escapes_ = 0;
   Index soft_steps_ = 0;
-  Index inner_pause_ = 0;     ///< joint steps before the inner phase is tried again
-  Index inner_failures_ = 0;  ///< in a row
 };
 
 }  // namespace ipminmax

@@ -107,10 +107,8 @@ bool GlobalizedMethod::search(Run& run, int trials, bool first_fails) {
   run.report.alpha_primal = end.alpha.primal;
   run.report.alpha_dual = end.alpha.dual;
   if (end.corrected) run.report.kind = StepKind::Corrected;
-  slow_steps_ = end.alpha.primal <= parameter::kSlowLength ? slow_steps_ + 1 : 0;
   watchdog_.count(end.cuts > 0);
   soft_steps_ = 0;
-  if (has_max() && slow_steps_ >= parameter::kSlowSteps) fast_pause_ = 0;
   return true;
 }
 

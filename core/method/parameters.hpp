@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 
 #include "core/result.hpp"
@@ -14,8 +15,7 @@ namespace ipminmax::parameters {
 namespace fast {
 constexpr double kContraction = 0.9;  ///< kappa_f: of |g(z, mu)|, else the step is no fast one [G]
 constexpr double kFreezeContraction =
-    0.1;                     ///< of a full step: K_yy is taken to be right [CYH's freeze]
-constexpr Index kPause = 2;  ///< iterations without it after it failed [G]
+    0.1;  ///< of a full step: K_yy is taken to be right [CYH's freeze]
 }  // namespace fast
 
 /// The inner phase: ascent in y alone.
@@ -48,8 +48,6 @@ constexpr int kRoughTrials = 4;       ///< with an inexact inner maximum [G]
 constexpr int kExactTrials = 10;      ///< with an exact one [G]
 constexpr double kExactGain = 1e-9;   ///< |q| of an exact one [G]
 constexpr double kLongStep = 4.0;     ///< the longest step with Max variables, over 1 + |v| [G]
-constexpr Index kSlowSteps = 4;       ///< short steps in a row that end the fast path's pause [G]
-constexpr double kSlowLength = 0.13;  ///< of a short one: three halvings [G]
 constexpr Index kFilterPairs = 1000;  ///< room
 // Second-order correction, p_max and kappa_soc of [WB, 2.4].
 constexpr int kSecondOrderSteps = 4;
@@ -68,8 +66,6 @@ constexpr double kLongestJointStep = 10.0;   ///< over 1 + |v| [G]
 constexpr int kCuts = 60;                    ///< to where the model is defined
 constexpr Index kSoftSteps = 10;             ///< in a row; max_soft_resto_iters of [Ipopt]
 constexpr double kSoftContraction = 0.9999;  ///< soft_resto_pderror_reduction_factor of [Ipopt]
-constexpr Index kLongestPause =
-    4;  ///< joint steps before the inner phase: 2^0, 2^1 to this power [G]
 }  // namespace untested
 
 /// Feasibility restoration.
@@ -103,12 +99,7 @@ constexpr double kPenalty = 2.0;     ///< over the largest multiplier: an exact 
 
 /// When a search is given up, to begin anew elsewhere: cheap where there are few variables, so soon [R].
 namespace patience {
-constexpr Index kFewestSetbacks = 3;
-constexpr Index kMostSetbacks = 15;
-constexpr Index kVariablesPerSetback = 10;
-constexpr Index kLongSearch = 20;          ///< iterations after which the fewest suffice
-constexpr Index kLongRepeatedSearch = 12;  ///< the same in a search begun anew
-constexpr Index kJointSteps = 40;
+constexpr Index kSetbacks = 3;
 constexpr double kBranchJump = 1e-2;     ///< of phi above its estimate, over 1 + |phi| [G]
 constexpr double kProgress = 0.9;        ///< of the violation
 constexpr double kSmallProgress = 1e-4;  ///< of phi, over 1 + |phi|
@@ -195,13 +186,12 @@ constexpr Index kFewestForTests = 20;   ///< but for each test these
 /// New starts [R].
 namespace restart {
 constexpr double kMargin = 1e-2;  ///< share of an interval that stays free at either end
-constexpr double kReach = 3.0;    ///< half-width of the box, over max(1, |v|), without bounds
+/// Half-widths of the box, over max(1, |v|), without bounds: one after the other, around the start and
+/// around zero.
+inline constexpr std::array kReaches{3.0, 1.0, 10.0};
 constexpr double kWideInterval = 100.0;  ///< reaches; wider bounds are no region of interest
-constexpr Index kIterationsPerCell = 8;  ///< of a grid with two cells per dimension
-constexpr Index kMostIterations = 200;
-constexpr Index kLargeProblem = 50;  ///< variables
-constexpr Index kIterationsOfLargeProblem = 40;
-constexpr Index kLastResortIterations = 150;  ///< of Algorithm 1
+constexpr Index kIterations = 300;       ///< after the first search, after which none begins
+constexpr Index kIterationsOfAlgorithmOne = 60;  ///< of one search
 }  // namespace restart
 
 }  // namespace ipminmax::parameters

@@ -9,21 +9,6 @@ namespace ipminmax {
 
 namespace parameter = parameters::patience;
 
-Patience::Limits Patience::first(const CanonicalProblem& canonical) {
-  const Index variables = canonical.x().size() + canonical.y().size();
-  return {
-      .setbacks = std::min(parameter::kFewestSetbacks + variables / parameter::kVariablesPerSetback,
-                           parameter::kMostSetbacks),
-      .setbacks_when_long = parameter::kFewestSetbacks,
-      .long_search = parameter::kLongSearch};
-}
-
-Patience::Limits Patience::begun_anew(const CanonicalProblem& canonical) {
-  Limits limits = first(canonical);
-  limits.long_search = parameter::kLongRepeatedSearch;
-  return limits;
-}
-
 void Patience::barrier_changed() {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   best_ = {kInfinity, kInfinity};
@@ -31,10 +16,8 @@ void Patience::barrier_changed() {
 }
 
 std::optional<Patience::End> Patience::set_back(Setback kind) {
-  const bool is_long = steps_ > limits_.long_search;
-  const Index allowed = is_long ? limits_.setbacks_when_long : limits_.setbacks;
   setbacks_.add(kind);
-  if (setbacks_.total() <= allowed && joint_steps_ <= parameter::kJointSteps) return std::nullopt;
+  if (setbacks_.total() <= parameter::kSetbacks) return std::nullopt;
   if (2 * inner_unbounded_ > setbacks_.total()) {
     return End{Status::InnerUnbounded, "the maximization over the Max variables looks unbounded"};
   }

@@ -4,7 +4,6 @@
 #include <string_view>
 
 #include "core/method/setbacks.hpp"
-#include "core/model/canonical_problem.hpp"
 #include "core/point/merit.hpp"
 
 namespace ipminmax {
@@ -12,25 +11,12 @@ namespace ipminmax {
 /// How long a search goes on without success.
 class Patience {
  public:
-  struct Limits {
-    Index setbacks = 0;
-    Index setbacks_when_long = 0;  ///< and in a long search
-    Index long_search = 0;         ///< iterations of one
-  };
-  /// Of the search from the model's start, and of those after it.
-  [[nodiscard]] static Limits first(const CanonicalProblem& canonical);
-  [[nodiscard]] static Limits begun_anew(const CanonicalProblem& canonical);
-
   /// Why a search is given up.
   struct End {
     Status status;
     std::string_view message;
   };
 
-  explicit Patience(const Limits& limits) : limits_(limits) {}
-
-  void count_step() { ++steps_; }
-  void count_joint_step() { ++joint_steps_; }
   /// Merits of another barrier parameter do not compare.
   void barrier_changed();
 
@@ -44,9 +30,7 @@ class Patience {
   [[nodiscard]] const Setbacks& setbacks() const { return setbacks_; }
 
  private:
-  Limits limits_;
   Setbacks setbacks_;
-  Index steps_ = 0, joint_steps_ = 0;
   Index inner_unbounded_ = 0;  ///< inner phases in which y ran away
   Merit best_{1e300, 1e300};   ///< least violation and value at this mu
   Index stale_steps_ = 0;      ///< in a row that improved neither

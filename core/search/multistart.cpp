@@ -18,7 +18,9 @@
 #include "core/model/timer.hpp"
 #include "core/multistart.hpp"
 #include "core/search/multistart_run.hpp"
+#include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
+#include "core/search/restart.hpp"
 #include "core/search/result_bytes.hpp"
 #include "core/worst_case.hpp"
 
@@ -67,7 +69,7 @@ bool has_free_min_variable(const ProblemStructure& s) {
 Multistart::Multistart(const std::vector<Problem*>& models, const SolverOptions& options,
                        const MultistartObserver& observer,
                        const std::vector<std::vector<double>>& given)
-    : options_(options), observer_(observer), given_(given) {
+    : options_(options), observer_(observer), given_(given), limit_(options) {
   for (Problem* model : models) workers_.push_back({model});
 }
 
@@ -80,7 +82,11 @@ void Multistart::prepare() {
 MultistartResult Multistart::run() {
   prepare();
   run_start(workers_.front(), 0);
-  if (!exception_ && last_ > 0 && !is_final(statuses_.begin()->first)) start_after_the_first();
+  if (!exception_ && last_ > 0 && !is_final(statuses_.begin()->first)) {
+    const bool failed = search_failed(statuses_.begin()->first);
+    start_after_the_first();
+    if (failed) begin_anew_if_uncertified();
+  }
   if (exception_) std::rethrow_exception(exception_);
   return collect();
 }
@@ -119,8 +125,8 @@ void Multistart::work(Worker& worker) {
 }
 
 bool Multistart::time_is_up() {
-  const bool cpu = stopwatch_.cpu() >= options_.max_cpu_time;
-  if (cpu || stopwatch_.wall() >= options_.max_wall_time) {
+  const bool cpu = limit_.stopwatch().cpu() >= options_.max_cpu_time;
+  if (cpu || limit_.stopwatch().wall() >= options_.max_wall_time) {
     const std::lock_guard lock(mutex_);
     interrupt(cpu ? Status::MaxCpuTime : Status::MaxWallTime);
   }
@@ -130,31 +136,44 @@ bool Multistart::time_is_up() {
 SolverOptions Multistart::with_remaining_time() const {
   SolverOptions options = options_;
   // The CPU clock is that of the process, so the rest is a limit for all threads together.
-  const double least = std::numeric_limits<double>::min();
-  options.max_cpu_time = std::max(least, options_.max_cpu_time - stopwatch_.cpu());
-  options.max_wall_time = std::max(least, options_.max_wall_time - stopwatch_.wall());
+  limit_.pass_on(options);
   return options;
 }
 
 void Multistart::run_start(Worker& worker, Index start) {
-  std::vector<double> v;
-  if (start > 0) {
-    const auto g = at(start) - 1;
-    v = g < given_.size() ? given_[g]
-                          : random_start(worker.model->structure(), model_start_, start, options_);
+  if (start == 0) {
+    SolverOptions options = options_;
+    if (last_ > 0) options.minmax_max_restarts = 0;  // the other starts are chosen here
+    run_start(worker, 0, {}, options);
+    return;
   }
-  run_start(worker, start, std::move(v));
+  const auto g = at(start) - 1;
+  std::vector<double> v =
+      g < given_.size() ? given_[g]
+                        : random_start(worker.model->structure(), model_start_, start, options_);
+  run_start(worker, start, std::move(v), one_cold_search());
+}
+
+/// Of a start other than the model's.
+SolverOptions Multistart::one_cold_search() const {
+  SolverOptions options = with_remaining_time();
+  options.warm_start_init_point = false;
+  options.minmax_max_restarts = 0;
+  return options;
+}
+
+/// As a single solve does, which is not to find more than many starts.
+void Multistart::begin_anew_if_uncertified() {
+  if (exception_ || interrupted_ || !certified_.empty() || !makes_new_starts(options_)) return;
+  const auto& players = workers_.front().model->structure().variable_players;
+  if (std::ranges::find(players, Player::Max) == players.end()) return;
+  run_start(workers_.front(), ++last_, {}, with_remaining_time());
 }
 
 /// v: n values, or empty for the model's own start.
-void Multistart::run_start(Worker& worker, Index start, std::vector<double> v) {
+void Multistart::run_start(Worker& worker, Index start, std::vector<double> v,
+                           const SolverOptions& options) {
   try {
-    SolverOptions options = options_;
-    if (start > 0) {
-      options = with_remaining_time();
-      options.warm_start_init_point = false;
-    }
-    if (last_ > 0) options.minmax_max_restarts = 0;  // the other starts are chosen here
     detect(worker, start);
     Restarted restarted(*worker.model, std::move(v));
     Result result = worker.structure.solve(restarted, options, observer_of(start));
@@ -329,7 +348,7 @@ WorstCase Multistart::worst_case_of(const DistinctPoint& point,
 
 /// One more start, at the higher branch of y.
 void Multistart::go_on_from(const std::vector<double>& v, MultistartResult& answer) {
-  run_start(workers_.front(), ++last_, v);
+  run_start(workers_.front(), ++last_, v, one_cold_search());
   if (exception_) std::rethrow_exception(exception_);
   for (auto& [start, result] : certified_) add_point(start, std::move(result), answer.points);
   certified_.clear();
@@ -358,8 +377,8 @@ void Multistart::choose_best(MultistartResult& answer) {
   best.factorizations = total_.factorizations;
   best.counts = total_.counts;
   best.timing = total_.timing;
-  best.seconds = best.timing.total = stopwatch_.wall();
-  best.cpu_seconds = stopwatch_.cpu();
+  best.seconds = best.timing.total = limit_.stopwatch().wall();
+  best.cpu_seconds = limit_.stopwatch().cpu();
 }
 
 bool better(const Result& a, const Result& b) { return rank_of(a) < rank_of(b); }

@@ -45,7 +45,9 @@ class Multistart {
   void check_given() const;
   void work(Worker& worker);
   void run_start(Worker& worker, Index start);
-  void run_start(Worker& worker, Index start, std::vector<double> v);
+  void run_start(Worker& worker, Index start, std::vector<double> v, const SolverOptions& options);
+  [[nodiscard]] SolverOptions one_cold_search() const;
+  void begin_anew_if_uncertified();
   void detect(Worker& worker, Index start);
   void start_after_the_first();
   void note_exception(Index start, std::exception_ptr exception);
@@ -81,7 +83,7 @@ class Multistart {
   const SolverOptions& options_;
   const MultistartObserver& observer_;
   const std::vector<std::vector<double>>& given_;
-  Stopwatch stopwatch_;
+  TimeLimit limit_;
   std::vector<double> model_start_;
   bool maximization_ = false;  ///< no free Min variable: the larger value is the better one
   Index last_ = 0;

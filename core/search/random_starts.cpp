@@ -1,12 +1,19 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <random>
 
-#include "core/model/uniform.hpp"
+#include "core/model/sampling.hpp"
 #include "core/search/random_starts.hpp"
 
 namespace ipminmax {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+}  // namespace
 
 std::vector<double> random_start(const ProblemStructure& structure,
                                  const std::vector<double>& center, Index start,
@@ -16,20 +23,15 @@ std::vector<double> random_start(const ProblemStructure& structure,
   std::mt19937_64 generator(seed);
   std::vector<double> v(center.size());
   for (std::size_t i = 0; i < v.size(); ++i) {
-    double lower = structure.variable_lower[i];
-    double upper = structure.variable_upper[i];
-    const bool has_lower = lower > options.nlp_lower_bound_inf;
-    const bool has_upper = upper < options.nlp_upper_bound_inf;
-    double s = center[i];
-    if (has_lower) s = std::max(s, lower);
-    if (has_upper) s = std::min(s, upper);
-    const double radius = options.minmax_start_radius * std::max(1.0, std::abs(s));
+    const bool has_lower = structure.variable_lower[i] > options.nlp_lower_bound_inf;
+    const bool has_upper = structure.variable_upper[i] < options.nlp_upper_bound_inf;
+    Interval box{has_lower ? structure.variable_lower[i] : -kInfinity,
+                 has_upper ? structure.variable_upper[i] : kInfinity};
     if (!(has_lower && has_upper)) {
-      lower = has_lower ? std::max(lower, s - radius) : s - radius;
-      upper = has_upper ? std::min(upper, s + radius) : s + radius;
+      const double s = std::clamp(center[i], box.lower, box.upper);
+      box = box.around(s, options.minmax_start_radius * std::max(1.0, std::abs(s)));
     }
-    const double t = uniform(generator);
-    v[i] = (1.0 - t) * lower + t * upper;
+    v[i] = box.draw(generator);
   }
   return v;
 }

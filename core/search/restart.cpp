@@ -3,7 +3,7 @@
 #include <random>
 
 #include "core/method/parameters.hpp"
-#include "core/model/uniform.hpp"
+#include "core/model/sampling.hpp"
 #include "core/search/restart.hpp"
 
 namespace ipminmax {
@@ -13,32 +13,28 @@ namespace parameter = parameters::restart;
 
 }  // namespace
 
-Index restart_iterations(Index variables) {
-  if (variables > parameter::kLargeProblem) return parameter::kIterationsOfLargeProblem;
-  if (variables > 8) return parameter::kMostIterations;
-  return std::min(parameter::kMostIterations, parameter::kIterationsPerCell << variables);
+bool makes_new_starts(const SolverOptions& options) {
+  return options.minmax_globalization == Globalization::Filter && !options.minmax_pure_newton &&
+         options.minmax_max_restarts > 0;
 }
 
-std::string describe_restarts(Index made, Index variables, const SolverOptions& options) {
+std::string describe_restarts(Index made, const SolverOptions& options) {
   const std::string points = made == 1 ? " other starting point" : " other starting points";
   const std::string why = made >= options.minmax_max_restarts
                               ? "minmax_max_restarts allows no more"
-                              : "new starts end after " +
-                                    std::to_string(restart_iterations(variables)) +
-                                    " iterations in all for " + std::to_string(variables) +
-                                    " variables, minmax_starts makes more";
+                              : "new starts end after " + std::to_string(parameter::kIterations) +
+                                    " iterations in all, minmax_starts makes more";
   return "nor from " + std::to_string(made) + points + ": " + why;
 }
 
-Index last_resort_iterations(const CanonicalProblem& canonical) {
-  const Index variables = canonical.x().size() + canonical.y().size();
-  if (variables <= 2 || variables > parameter::kLargeProblem) return 0;
-  for (const IndexRange range : {canonical.x(), canonical.y()}) {
-    for (Index i = range.begin; i < range.end; ++i) {
-      if (!std::isfinite(canonical.upper()[i] - canonical.lower()[i])) return 0;
-    }
-  }
-  return parameter::kLastResortIterations;
+bool is_box(const CanonicalProblem& canonical) {
+  const auto has_both = [&](IndexRange range) {
+    const Index size = range.size();
+    return (canonical.upper().segment(range.begin, size) -
+            canonical.lower().segment(range.begin, size))
+        .allFinite();
+  };
+  return has_both(canonical.x()) && has_both(canonical.y());
 }
 
 Iterate restart_point(const CanonicalProblem& canonical, const Iterate& start, Index number) {
@@ -48,20 +44,16 @@ Iterate restart_point(const CanonicalProblem& canonical, const Iterate& start, I
   point.z_lower.setZero(canonical.variables());
   point.z_upper.setZero(canonical.variables());
   std::mt19937_64 generator(static_cast<std::uint64_t>(number));
+  const auto pair = static_cast<std::size_t>(number - 1) / 2;
+  const double factor = parameter::kReaches[pair % parameter::kReaches.size()];
   for (const IndexRange range : {canonical.x(), canonical.y()}) {
     for (Index i = range.begin; i < range.end; ++i) {
-      double lower = canonical.lower()[i];
-      double upper = canonical.upper()[i];
-      const double reach = parameter::kReach * std::max(1.0, std::abs(start.v[i]));
-      if (!(upper - lower <= parameter::kWideInterval * reach)) {
-        const double center = number % 2 != 0 ? start.v[i] : 0.0;
-        const double inside = std::clamp(center, lower, upper);
-        lower = std::max(lower, inside - reach);
-        upper = std::min(upper, inside + reach);
+      const double reach = factor * std::max(1.0, std::abs(start.v[i]));
+      Interval box{canonical.lower()[i], canonical.upper()[i]};
+      if (!(box.upper - box.lower <= parameter::kWideInterval * reach)) {
+        box = box.around(number % 2 != 0 ? start.v[i] : 0.0, reach);
       }
-      point.v[i] =
-          lower + (upper - lower) *
-                      (parameter::kMargin + (1.0 - 2.0 * parameter::kMargin) * uniform(generator));
+      point.v[i] = box.without_ends(parameter::kMargin).draw(generator);
     }
   }
   return point;

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/model/norms.hpp"
-#include "core/model/uniform.hpp"
+#include "core/model/sampling.hpp"
 #include "core/multistart.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/search/robust_search.hpp"

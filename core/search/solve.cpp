@@ -160,9 +160,8 @@ bool Solve::analyze(Machinery& machinery) {
 SearchOutcome Solve::search_all(Machinery& machinery, Start start) {
   machinery.barrier.emplace(machinery.context, start.point);
   for (;;) {
-    const bool is_last = start.rule == Start::Rule::AlgorithmOne;
     SearchOutcome outcome = machinery.best_with(search_from(start, machinery));
-    const bool goes_on = search_failed(outcome.status) && !is_last;
+    const bool goes_on = search_failed(outcome.status);
     machinery.best = std::move(outcome);
     auto next = goes_on ? next_start(machinery) : std::nullopt;
     if (!next) break;
@@ -172,8 +171,7 @@ SearchOutcome Solve::search_all(Machinery& machinery, Start start) {
   const Index drawn = machinery.others.drawn();
   if (search_failed(best.status) && drawn > 0) {
     if (best.message.empty()) best.message = std::string(name_of(best.status));
-    const Index variables = canonical_.x().size() + canonical_.y().size();
-    best.message += " (" + describe_restarts(drawn, variables, options_) + ")";
+    best.message += " (" + describe_restarts(drawn, options_) + ")";
   }
   return best;
 }
@@ -192,16 +190,14 @@ SearchOutcome Solve::search_from(const Start& start, Machinery& machinery) {
 }
 
 std::optional<Start> Solve::next_start(Machinery& machinery) {
-  if (!has_line_search() || canonical_.max_size() == 0 || options_.minmax_max_restarts == 0 ||
-      budget_.is_spent()) {
+  if (!makes_new_starts(options_) || canonical_.max_size() == 0 || budget_.is_spent()) {
     return std::nullopt;
   }
   auto next = machinery.others.next();
   if (!next) return std::nullopt;
-  machinery.observation.say("no local minmax found from here; " +
-                            (next->rule == Start::Rule::AlgorithmOne
-                                 ? "Algorithm 1 from the first point"
-                                 : "new start " + std::to_string(machinery.others.drawn())));
+  machinery.observation.say("no local minmax found from here; new start " +
+                            std::to_string(machinery.others.drawn()) +
+                            (next->rule == Start::Rule::AlgorithmOne ? ", by Algorithm 1" : ""));
   machinery.barrier->begin_anew();
   ++budget_.iteration;
   return next;
@@ -214,10 +210,7 @@ bool Solve::has_line_search() const {
 std::unique_ptr<StepMethod> Solve::method_for(const Start& start, Machinery& machinery) {
   const bool is_first = start.how == StepKind::None;
   if (start.rule == Start::Rule::Chosen && has_line_search()) {
-    return std::make_unique<GlobalizedMethod>(
-        machinery.context,
-        is_first ? Patience::first(canonical_) : Patience::begun_anew(canonical_),
-        restorer(machinery), start.point);
+    return std::make_unique<GlobalizedMethod>(machinery.context, restorer(machinery), start.point);
   }
   if (is_first && options_.minmax_freeze_tol > 0.0) {
     machinery.observation.say(

@@ -1,14 +1,16 @@
 #include <Eigen/Core>
 #include <algorithm>
-#include <limits>
+#include <cmath>
 #include <new>
-#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/model/finite_difference_hessian.hpp"
 #include "core/model/timer.hpp"
 #include "core/search/diagnosis.hpp"
+#include "core/search/random_starts.hpp"
+#include "core/search/restart.hpp"
 #include "core/search/search_structure.hpp"
 #include "core/search/solve.hpp"
 #include "core/solver.hpp"
@@ -34,7 +36,7 @@ bool stopped_from_outside(Status status) {
 Result solve_with_differences(Problem& problem, const SolverOptions& options,
                               const SolveObserver& observer, KeptWork* kept) {
   constexpr int kRestarts = 5;
-  const Stopwatch stopwatch;
+  const TimeLimit limit(options);
   const auto say = [&](const std::string& text) {
     if (observer.message) observer.message(text);
   };
@@ -47,9 +49,7 @@ Result solve_with_differences(Problem& problem, const SolverOptions& options,
       say("Second derivatives from finite differences: " +
           std::to_string(model.structure().hessian.size()) + " entries by " +
           std::to_string(model.groups()) + " groups of variables.");
-      const double least = std::numeric_limits<double>::min();
-      limits.max_wall_time = std::max(options.max_wall_time - stopwatch.wall(), least);
-      limits.max_cpu_time = std::max(options.max_cpu_time - stopwatch.cpu(), least);
+      limit.pass_on(limits);
       result = Solve(model, limits, observer, Purpose::Solution, kept).run();
       if (restarts == kRestarts || stopped_from_outside(result.status)) break;
       // The certificate has looked at points that it tested; elsewhere a wrong Hessian may be why
@@ -68,8 +68,8 @@ Result solve_with_differences(Problem& problem, const SolverOptions& options,
     result.status = Status::OutOfMemory;
     result.message = "out of memory";
   }
-  result.seconds = result.timing.total = stopwatch.wall();
-  result.cpu_seconds = stopwatch.cpu();
+  result.seconds = result.timing.total = limit.stopwatch().wall();
+  result.cpu_seconds = limit.stopwatch().cpu();
   return result;
 }
 
@@ -101,11 +101,64 @@ Result solve_once(Problem& problem, const SolverOptions& options, const SolveObs
   return Solve(problem, options, observer, Purpose::Solution, kept).run();
 }
 
+bool start_is_undefined(const Result& result) {
+  return result.v.empty() &&
+         (result.status == Status::EvaluationFailed || result.status == Status::InvalidNumber);
+}
+
+/// The model's starting point; empty where it has none that is finite.
+std::vector<double> starting_point_of(Problem& problem) {
+  const ProblemStructure& structure = problem.structure();
+  std::vector<double> v(structure.variable_players.size());
+  StartingPoint start;
+  start.v = v;
+  const bool usable = problem.starting_point(start) &&
+                      std::ranges::all_of(v, [](double value) { return std::isfinite(value); });
+  return usable ? v : std::vector<double>{};
+}
+
+/// Where a game is not defined at its own starting point: from the first of other ones where it is.
+Result solve_elsewhere(Problem& problem, const SolverOptions& options,
+                       const SolveObserver& observer, KeptWork* kept, Result undefined) {
+  const auto& players = problem.structure().variable_players;
+  if (!makes_new_starts(options) || std::ranges::find(players, Player::Max) == players.end()) {
+    return undefined;
+  }
+  const TimeLimit limit(options);
+  const std::vector<double> own = starting_point_of(problem);
+  SolverOptions cold = options;
+  cold.warm_start_init_point = false;
+  for (Index start = 1; !own.empty() && start <= options.minmax_max_restarts; ++start) {
+    const std::string which = "new start " + std::to_string(start);
+    if (observer.message) observer.message(undefined.message + "; " + which);
+    limit.pass_on(cold);
+    Restarted restarted(problem, random_start(problem.structure(), own, start, options));
+    Result result = solve_once(restarted, cold, observer, kept);
+    const bool defined = !start_is_undefined(result);
+    if (defined && !is_success(result.status)) {
+      result.message += " (from " + which + ": " + undefined.message + ")";
+    }
+    Result& all = defined ? result : undefined;
+    add_work(defined ? undefined : result, all);
+    all.seconds = all.timing.total = limit.stopwatch().wall();
+    all.cpu_seconds = limit.stopwatch().cpu();
+    if (defined || stopped_from_outside(result.status)) return all;
+  }
+  if (!own.empty()) {
+    undefined.message +=
+        ", nor at " + std::to_string(options.minmax_max_restarts) + " other points";
+  }
+  return undefined;
+}
+
 /// Also where the solver itself, or its answer, found no memory.
 Result solve_keeping(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
                      KeptWork* kept) {
   try {
     Result result = solve_once(problem, options, observer, kept);
+    if (start_is_undefined(result)) {
+      result = solve_elsewhere(problem, options, observer, kept, std::move(result));
+    }
     diagnose_failure(problem, options, result);
     return result;
   } catch (const std::bad_alloc&) {

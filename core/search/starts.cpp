@@ -1,11 +1,17 @@
 #include <utility>
 
 #include "core/method/first_multipliers.hpp"
+#include "core/method/parameters.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/search/restart.hpp"
 #include "core/search/starts.hpp"
 
 namespace ipminmax {
+namespace {
+
+namespace parameter = parameters::restart;
+
+}  // namespace
 
 std::optional<Status> evaluate_start(const MethodContext& context, const SolverOptions& options,
                                      Point& point, std::string& message) {
@@ -36,27 +42,27 @@ std::optional<Status> evaluate_start(const MethodContext& context, const SolverO
 std::optional<Start> OtherStarts::next() {
   const CanonicalProblem& canonical = context_.canonical;
   const Index iteration = context_.budget.iteration;
+  if (drawn_ == 0) first_iteration_ = iteration;
   context_.correction.remember({});
   context_.kkt.reset_quality();
   SolverOptions cold = context_.options;
   cold.warm_start_init_point = false;
   std::string unused;
-  const Index variables = canonical.x().size() + canonical.y().size();
   while (drawn_ < context_.options.minmax_max_restarts &&
-         iteration < restart_iterations(variables)) {
+         iteration - first_iteration_ < parameter::kIterations) {
     Point point = unevaluated_point(canonical,
                                     restart_point(canonical, canonical.starting_point(), ++drawn_));
     if (evaluate_start(context_, cold, point, unused)) continue;
-    return Start{.point = std::move(point), .how = StepKind::NewStart};
+    Start start{.point = std::move(point), .how = StepKind::NewStart};
+    // Undirected steps search a box well, and lead to infinity elsewhere.
+    if (drawn_ % 2 != 0 && is_box(canonical)) {
+      start.rule = Start::Rule::AlgorithmOne;
+      start.deadline =
+          Deadline{iteration + parameter::kIterationsOfAlgorithmOne, Status::NoLocalMinmaxFound};
+    }
+    return start;
   }
-  const Index iterations = last_resort_iterations(canonical);
-  if (iterations == 0) return std::nullopt;
-  Point point = unevaluated_point(canonical, canonical.starting_point());
-  if (evaluate_start(context_, context_.options, point, unused)) return std::nullopt;
-  return Start{.point = std::move(point),
-               .how = StepKind::NewStart,
-               .rule = Start::Rule::AlgorithmOne,
-               .deadline = Deadline{iteration + iterations, Status::NoLocalMinmaxFound}};
+  return std::nullopt;
 }
 
 }  // namespace ipminmax

@@ -31,7 +31,7 @@ struct Start {
   std::optional<Deadline> deadline{};
 };
 
-/// The starting points of a solve after the model's own: random ones, then the model's for
+/// The starting points of a solve after the model's own: random ones, every other one in a box for
 /// Algorithm 1.
 class OtherStarts {
  public:
@@ -46,6 +46,7 @@ class OtherStarts {
  private:
   MethodContext context_;
   Index drawn_ = 0;
+  Index first_iteration_ = 0;  ///< at the end of the search from the model's point
 };
 
 }  // namespace ipminmax
