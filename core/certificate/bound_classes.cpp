@@ -40,14 +40,6 @@ void include(BoundClasses& classes, Index i, std::int8_t side, BoundClass found)
   classes.side[at(i)] = side;
 }
 
-void count_doubtful(const CanonicalProblem& canonical, BoundClasses& classes) {
-  classes.weak_min = classes.weak_max = 0;
-  for (Index i = 0; i < canonical.variables(); ++i) {
-    if (classes[i] != BoundClass::Doubtful) continue;
-    ++(canonical.owned_by_max(i) ? classes.weak_max : classes.weak_min);
-  }
-}
-
 /// visit(variable, side, distance, multiplier) for every bound.
 template <class Visit>
 void for_each_bound(const CanonicalProblem& canonical, const Iterate& z, Visit&& visit) {
@@ -100,6 +92,19 @@ BoundClasses classes_by_trend(const CanonicalProblem& canonical, const SolverOpt
 }
 
 }  // namespace
+
+void count_doubtful(const CanonicalProblem& canonical, BoundClasses& classes) {
+  classes.weak_min = classes.weak_max = 0;
+  for (Index i = 0; i < canonical.variables(); ++i) {
+    if (classes[i] != BoundClass::Doubtful) continue;
+    ++(canonical.owned_by_max(i) ? classes.weak_max : classes.weak_min);
+  }
+}
+
+double BoundClasses::allowed_violation(Index i) const {
+  const auto place = std::ranges::find(dropped, i, &DroppedBound::variable);
+  return place == dropped.end() ? 0.0 : place->violation;
+}
 
 double BoundClasses::distance(const CanonicalProblem& canonical, const Iterate& z, Index i) const {
   return side[at(i)] < 0 ? canonical.above_lower(i, z.v[i]) : canonical.below_upper(i, z.v[i]);

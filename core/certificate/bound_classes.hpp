@@ -12,8 +12,15 @@
 namespace ipminmax {
 
 /// What a bound is at the solution nearby. Doubtful: multiplier and distance are both small, there
-/// is no strict complementarity that could be seen.
-enum class BoundClass : std::uint8_t { Inactive, Doubtful, Active };
+/// is no strict complementarity that could be seen. Dropped: its gradient depends on those of others,
+/// and of the multipliers that balance the same gradient those are taken in which its own is zero.
+enum class BoundClass : std::uint8_t { Dropped, Inactive, Doubtful, Active };
+
+/// One that is dropped must not be violated at the solution by more than this.
+struct DroppedBound {
+  Index variable = -1;
+  double violation = 0.0;
+};
 
 /// Per canonical variable; a slack stands for its inequality. Of two bounds the more active one
 /// counts.
@@ -24,17 +31,23 @@ struct BoundClasses {
   /// Per canonical constraint, or empty: rows that say nothing beside others, whose multipliers are
   /// kept as they are.
   std::vector<bool> redundant;
+  std::vector<DroppedBound> dropped;
 
   [[nodiscard]] bool is_redundant(Index constraint) const {
     return !redundant.empty() && redundant[static_cast<std::size_t>(constraint)];
   }
 
+  /// What a bound may be violated by.
+  [[nodiscard]] double allowed_violation(Index i) const;
   [[nodiscard]] bool clear() const { return weak_min + weak_max == 0; }
   [[nodiscard]] BoundClass operator[](Index i) const { return of[static_cast<std::size_t>(i)]; }
   /// Distance to the bound meant, and its multiplier.
   [[nodiscard]] double distance(const CanonicalProblem& canonical, const Iterate& z, Index i) const;
   [[nodiscard]] double multiplier(const Iterate& z, Index i) const;
 };
+
+/// weak_min, weak_max
+void count_doubtful(const CanonicalProblem& canonical, BoundClasses& classes);
 
 /// By z / s in units: a first guess, which a Newton step has to confirm. A bound no farther than
 /// what it was relaxed by is never inactive.

@@ -18,7 +18,9 @@
 #include "core/certificate/second_order.hpp"
 #include "core/certificate/units.hpp"
 #include "core/certificate/valley.hpp"
+#include "core/certificate/vertex.hpp"
 #include "core/certificate/witness.hpp"
+#include "core/model/directional_check.hpp"
 #include "core/model/norms.hpp"
 #include "core/point/residual.hpp"
 
@@ -49,10 +51,16 @@ constexpr double kVanishing = 1e-9;
 /// Factorizations that a Newton step and the test at its end need, and those that may refute a point.
 constexpr Index kToConfirm = 3;
 constexpr Index kToRefute = 3;
+/// Lengths over those before that are worth another test.
+constexpr double kLonger = 10.0;
 /// Curvature, over the margin, of a direction that may be flat.
 constexpr double kFlatTimes = 10.0;
 /// Newton steps towards the solution of a point that is not clear.
 constexpr int kRefinements = 4;
+/// Of variables, relative to their sizes here or at the start.
+constexpr double kRounding = 1e-13;
+/// Of a distance to a bound, of steps that are no larger.
+constexpr double kShareOfDistance = 0.1;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -82,7 +90,7 @@ class Certifier {
         kkt_(kkt),
         options_(options),
         mu_(mu),
-        last_factorization_(kkt.factorizations() + factorizations),
+        last_factorization_(kkt.factorizations() + factorizations + kToConfirm),
         reasons_(canonical) {}
 
   Finding run(const Point& given);
@@ -99,6 +107,8 @@ class Certifier {
     Eigen::VectorXd error;   ///< of W in units
     bool converges = false;  ///< Newton's method, to a solution with these classes
     std::optional<Dependences> dependences{};
+    /// Curvature that Max's answers give x, once it has been asked for; empty where it is of no use.
+    std::optional<Eigen::VectorXd> answers{};
   };
   [[nodiscard]] SecondOrder judge(const Point& given);
   [[nodiscard]] Look first_look(const Point& point);
@@ -109,7 +119,9 @@ class Certifier {
   [[nodiscard]] SecondOrder examine(const Point& given);
   [[nodiscard]] bool settle(Stage& stage, bool follow);
   [[nodiscard]] bool refine_and_test(Stage& stage);
+  [[nodiscard]] bool test_at_vertices(Stage& stage);
   [[nodiscard]] bool release(Stage& stage);
+  [[nodiscard]] bool measure_answers(Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool look_for_dependences(Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool independent_or_harmless(Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool settled(const Stage& stage, bool of_max) const;
@@ -123,6 +135,7 @@ class Certifier {
   [[nodiscard]] InnerAnswer answer_alone(const Stage& stage);
   [[nodiscard]] std::vector<bool> droppable(const Dependences& dependences, bool x_held) const;
   [[nodiscard]] bool evaluate(Point& point);
+  [[nodiscard]] Units certain_units(const Stage& stage);
   [[nodiscard]] Iterate solution_of(const Stage& stage) const;
   [[nodiscard]] bool clean(const BoundClasses& classes, Point& point);
   [[nodiscard]] Eigen::VectorXd error_of(const Point& point, const BoundClasses& classes,
@@ -165,7 +178,6 @@ class Certifier {
   std::optional<Point> moved_;
   std::optional<WrongCurvature> wrong_;
   bool far_ = false;      ///< the solution is near enough for the test but not for the user
-  bool spared_ = false;   ///< factorizations beyond the budget were given once
   bool stopped_ = false;  ///< by the budget of factorizations
   std::optional<Deviation> wrong_row_;  ///< of W
   Certificate certificate_;
@@ -177,14 +189,31 @@ bool gradients_hold(const NewtonTest& newton, const InertiaTest& test) {
          newton.turn * test.full_response <= kTurn;
 }
 
-/// Without entries of W that the last Newton step has changed by more than they are now: what is left of a
-/// cancellation gives no length.
-Evaluation certain_part(const Evaluation& evaluation, const NewtonTest& newton) {
-  Evaluation certain = evaluation;
-  for (std::size_t k = 0; k < certain.hessian.size(); ++k) {
-    if (std::abs(certain.hessian[k]) < newton.hessian_change[k]) certain.hessian[k] = 0.0;
+/// Multipliers cannot be known better than this: rounding of the variables, relative to their sizes, over what
+/// it changes the gradient by that they balance.
+Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const Point& point,
+                                        const Eigen::VectorXd& size) {
+  const Evaluation& here = point.evaluation;
+  Eigen::VectorXd terms = here.gradient.cwiseAbs();
+  for (std::size_t k = 0; k < here.hessian.size(); ++k) {
+    const auto [i, j] = canonical.hessian()[k];
+    terms[i] += std::abs(here.hessian[k]) * size[j];
+    if (i != j) terms[j] += std::abs(here.hessian[k]) * size[i];
   }
-  return certain;
+  Eigen::VectorXd balanced = Eigen::VectorXd::Zero(canonical.constraints()), length = balanced;
+  for (std::size_t k = 0; k < here.jacobian.size(); ++k) {
+    const auto [row, col] = canonical.jacobian()[k];
+    terms[col] += std::abs(here.jacobian[k] * point.iterate.lambda[row]);
+    length[row] = std::max(length[row], std::abs(here.jacobian[k]));
+  }
+  for (std::size_t k = 0; k < here.jacobian.size(); ++k) {
+    const auto [row, col] = canonical.jacobian()[k];
+    if (here.jacobian[k] != 0.0) balanced[row] = std::max(balanced[row], terms[col]);
+  }
+  for (Index j = 0; j < balanced.size(); ++j) {
+    balanced[j] *= length[j] > 0.0 ? kRounding / length[j] : 0.0;
+  }
+  return balanced;
 }
 
 /// At most one factorization of each matrix at a clear point, with the margin in it: right with it is
@@ -296,9 +325,41 @@ Eigen::VectorXd Certifier::without_inactive(const BoundClasses& classes,
   const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     const Index slack = slack_of[at(j)];
-    if (slack >= 0 && classes[slack] == BoundClass::Inactive) lambda[j] = 0.0;
+    if (slack >= 0 && classes[slack] <= BoundClass::Inactive) lambda[j] = 0.0;
   }
   return lambda;
+}
+
+/// From entries of W and the Jacobian that neither rounding of the variables and multipliers nor the last
+/// Newton step changes by more than they are: what is left of a cancellation gives no length.
+Units Certifier::certain_units(const Stage& stage) {
+  const Point& point = stage.point;
+  const Eigen::VectorXd answers = stage.answers.value_or(Eigen::VectorXd());
+  Evaluation certain = point.evaluation, there = certain;
+  for (std::size_t k = 0; k < stage.newton.hessian_change.size(); ++k) {
+    if (std::abs(certain.hessian[k]) < stage.newton.hessian_change[k]) certain.hessian[k] = 0.0;
+  }
+  const Eigen::VectorXd size =
+      point.iterate.v.cwiseAbs().cwiseMax(canonical_.starting_point().v.cwiseAbs());
+  Eigen::VectorXd step = kRounding * size;
+  keep_within_bounds(canonical_, point.iterate.v, kShareOfDistance, step);
+  const Eigen::VectorXd lambda =
+      point.iterate.lambda + rounding_of_multipliers(canonical_, point, size);
+  if (canonical_.first_derivatives(point.iterate.v + step, there) != EvaluationStatus::Ok ||
+      canonical_.second_derivatives(point.iterate.v + step, without_inactive(stage.classes, lambda),
+                                    there) != EvaluationStatus::Ok) {
+    return units_of(canonical_, certain, answers);
+  }
+  const auto keep = [](double changed, double& value) {
+    if (!(std::abs(changed - value) <= std::abs(value))) value = 0.0;
+  };
+  for (std::size_t k = 0; k < certain.hessian.size(); ++k) {
+    if (certain.hessian[k] != 0.0) keep(there.hessian[k], certain.hessian[k]);
+  }
+  for (std::size_t k = 0; k < certain.jacobian.size(); ++k) {
+    keep(there.jacobian[k], certain.jacobian[k]);
+  }
+  return units_of(canonical_, certain, answers);
 }
 
 /// Takes the multipliers of inactive inequalities, which are the barrier's, out of W.
@@ -383,13 +444,14 @@ void Certifier::report_inertias(ActiveSetSystem& system) {
 /// Classes that a Newton step confirms where possible; the stage's point may move along the central path.
 bool Certifier::settle(Stage& stage, bool follow) {
   if (follow) {
-    const auto most = static_cast<int>(last_factorization_ - kkt_.factorizations() - kToConfirm);
+    const auto most =
+        static_cast<int>(last_factorization_ - kkt_.factorizations() - 2 * kToConfirm);
     stage.classes = with_idle_held(follow_barrier(canonical_, kkt_, options_, stage.units,
                                                   stage.classes, most, stage.point, mu_));
     moved_ = stage.point;
   }
   if (!clean(stage.classes, stage.point)) return false;
-  stage.units = units_of(canonical_, stage.point.evaluation);
+  stage.units = certain_units(stage);
   return true;
 }
 
@@ -424,6 +486,26 @@ bool Certifier::release(Stage& stage) {
   return clean(stage.classes, stage.point);
 }
 
+/// Lengths of x are too short where they come from a coupling with a y that its constraints hold. False: no
+/// others.
+bool Certifier::measure_answers(Stage& stage, ActiveSetSystem& system) {
+  if (!has_x() || !has_y() || stage.answers || !may_factorize(1 + kToConfirm)) return false;
+  stage.answers = curvature_of_answers(system);
+  if (stage.answers->size() == 0) return false;
+  Units longer = certain_units(stage);
+  const IndexRange x = canonical_.x();
+  bool any = false;
+  for (Index i = x.begin; i < x.end; ++i) {
+    any = any || longer.variable[i] > kLonger * stage.units.variable[i];
+  }
+  if (any) {
+    stage.units = std::move(longer);
+  } else {
+    stage.answers->resize(0);
+  }
+  return any;
+}
+
 /// Newton's method towards the solution of the active set's equations, until what W changes by on the
 /// way is less than its curvature. False: not seen.
 bool Certifier::refine_and_test(Stage& stage) {
@@ -453,10 +535,12 @@ bool Certifier::refine_and_test(Stage& stage) {
       }
     }
     const bool right = stage.converges && stage.test.both();
-    if (right && !spared_) {  // but for how far the gradients turn: the next point settles that
-      spared_ = true;
-      last_factorization_ = std::max(last_factorization_, kkt_.factorizations() + kToConfirm);
-    } else if (!right && look_for_dependences(stage, system)) {
+    if (stage.converges && stage.test.inner && !stage.test.full && measure_answers(stage, system)) {
+      --round;
+      continue;
+    }
+    // Where all but how far the gradients turn is right the next point settles that.
+    if (!right && look_for_dependences(stage, system)) {
       round = -1;
       continue;
     }
@@ -466,8 +550,34 @@ bool Certifier::refine_and_test(Stage& stage) {
     if (there || !stage.newton.classes_hold || round == kRefinements) return false;
     stage.point.iterate = stage.newton.end.iterate;
     if (!evaluate(stage.point)) return false;
-    stage.units = units_of(canonical_, certain_part(stage.point.evaluation, stage.newton));
+    stage.units = certain_units(stage);
   }
+}
+
+/// Where active gradients depend on each other, the test with one choice of multipliers is enough for Min.
+bool Certifier::test_at_vertices(Stage& stage) {
+  if (canonical_.constraints() == 0 || !may_factorize(1 + kToConfirm)) return false;
+  ActiveSetSystem system(canonical_, kkt_, stage.classes, stage.units, stage.point.evaluation);
+  system.assemble({.min_fixed = true, .max_fixed = true});
+  const Dependences dependences = find_dependences(canonical_, system, stage.point, options_);
+  stage.classes.redundant = droppable(dependences, !has_x());
+  for (Vertex& vertex : vertices_of_multipliers(system, stage.point, dependences, options_)) {
+    if (!may_factorize(kToConfirm)) return false;
+    Stage trial;
+    trial.point = stage.point;
+    trial.point.iterate = std::move(vertex.iterate);
+    trial.classes = std::move(vertex.classes);
+    if (!evaluate(trial.point) || !clean(trial.classes, trial.point)) continue;
+    trial.units = certain_units(trial);
+    trial.dependences = dependences;
+    if (!refine_and_test(trial)) continue;
+    stage = std::move(trial);
+    certificate_.licq_min = stage.dependences->independent(canonical_, false);
+    certificate_.licq_max = stage.dependences->independent(canonical_, true);
+    certificate_.weakly_active_min = stage.classes.weak_min;
+    return true;
+  }
+  return false;
 }
 
 /// Independent Max gradients make the inner maximum follow x; a Min point needs none.
@@ -500,7 +610,7 @@ bool Certifier::settled(const Stage& stage, bool of_max) const {
 Iterate Certifier::solution_of(const Stage& stage) const {
   Iterate end = stage.point.iterate;
   const auto is_open = [&](Index i, int side) {
-    return stage.classes[i] == BoundClass::Inactive || stage.classes.side[at(i)] != side;
+    return stage.classes[i] <= BoundClass::Inactive || stage.classes.side[at(i)] != side;
   };
   for (const Index i : canonical_.lower_bounded()) {
     const double distance = canonical_.above_lower(i, end.v[i]);
@@ -531,7 +641,11 @@ bool Certifier::reports_solution(const Stage& stage, const Point& given) {
   };
   Point end = stage.point;
   end.iterate = solution_of(stage);
-  if (evaluate(end) && error(end) <= std::max(error(reported), options_.tol)) {
+  const auto inside = [&](const DroppedBound& dropped) {
+    return stage.classes.distance(canonical_, end.iterate, dropped.variable) > 0.0;
+  };
+  if (std::ranges::all_of(stage.classes.dropped, inside) && evaluate(end) &&
+      error(end) <= std::max(error(reported), options_.tol)) {
     moved_ = std::move(end);
     return true;
   }
@@ -563,8 +677,10 @@ SecondOrder Certifier::examine(const Point& given) {
   stage.classes = with_idle_held(guess_classes(canonical_, options_, given.iterate, stage.units));
   const bool bounded = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
   bool follow = far_ || !stage.classes.clear();
+  Stage start;
   for (;;) {
     if (!settle(stage, follow)) return SecondOrder::Undecided;
+    start = stage;
     certificate_.weakly_active_min = stage.classes.weak_min;
     certificate_.weakly_active_max = stage.classes.weak_max;
     if (refine_and_test(stage)) return certified(stage, given);
@@ -574,7 +690,10 @@ SecondOrder Certifier::examine(const Point& given) {
     stage.point = given;
     stage.classes.redundant.clear();
     stage.dependences.reset();
+    stage.answers.reset();
+    stage.newton = {};
   }
+  if (test_at_vertices(start)) return certified(start, given);
   return judge_without_certificate(stage);
 }
 

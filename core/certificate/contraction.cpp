@@ -11,6 +11,8 @@ namespace {
 constexpr double kAlmostThere = 0.99;
 /// Relative change of a multiplier or a distance up to which the class is confirmed.
 constexpr double kConfirmed = 0.5;
+/// Way that may be left at the end of a step, over its length: Newton's method contracts by so much.
+constexpr double kLeft = 0.1;
 /// Part of a distance to an inactive bound that may be used up by a probe.
 constexpr double kProbeOfDistance = 0.1;
 /// Least relative distance over which derivatives are compared: where f is flat to rounding, its
@@ -201,6 +203,9 @@ bool ActiveSetNewton::classes_hold(std::vector<Index>& pulled_off) const {
   hold = hold && pulled_off.empty();
   const auto stays_away = [&](Index i, double towards, double distance) {
     if (classes[i] == BoundClass::Inactive) hold = hold && towards <= kConfirmed * distance;
+    if (classes[i] == BoundClass::Dropped) {
+      hold = hold && (1.0 + kLeft) * towards <= distance + classes.allowed_violation(i);
+    }
   };
   for (const Index i : canonical_.lower_bounded()) {
     stays_away(i, -dv_[i], canonical_.above_lower(i, iterate_.v[i]));
@@ -292,14 +297,18 @@ bool ActiveSetNewton::inequalities_stay_open(const Eigen::VectorXd& c) const {
     if (slack < 0 || system_.is_fixed(slack)) continue;
     change[slack] = trial_[slack] + c[j];
   }
-  const auto share = [&](Index i) {
-    return system_.classes()[i] == BoundClass::Inactive ? kConfirmed : 2.0;
+  const BoundClasses& classes = system_.classes();
+  const auto most = [&](Index i, double distance) {
+    if (classes[i] == BoundClass::Dropped) {
+      return (distance + classes.allowed_violation(i)) / (1.0 + kLeft);
+    }
+    return (classes[i] == BoundClass::Inactive ? kConfirmed : 2.0) * distance;
   };
   const auto above = [&](Index i) {
-    return -change[i] <= share(i) * canonical_.above_lower(i, iterate_.v[i]);
+    return -change[i] <= most(i, canonical_.above_lower(i, iterate_.v[i]));
   };
   const auto below = [&](Index i) {
-    return change[i] <= share(i) * canonical_.below_upper(i, iterate_.v[i]);
+    return change[i] <= most(i, canonical_.below_upper(i, iterate_.v[i]));
   };
   return std::ranges::all_of(canonical_.lower_bounded(), above) &&
          std::ranges::all_of(canonical_.upper_bounded(), below);

@@ -10,6 +10,8 @@
 namespace ipminmax {
 namespace {
 
+/// Variables of Min that one solve each is spent on.
+constexpr Index kMostAnswers = 60;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 NewtonResidual generic_right_hand_side(const ActiveSetSystem& system) {
@@ -66,6 +68,38 @@ InertiaTest test_inner(ActiveSetSystem& system, const Eigen::VectorXd& error, do
 }
 
 }  // namespace
+
+Eigen::VectorXd curvature_of_answers(ActiveSetSystem& system) {
+  const CanonicalProblem& canonical = system.canonical();
+  KktSystem& kkt = system.kkt();
+  const IndexRange x = canonical.x();
+  if (x.size() > kMostAnswers) return {};
+  system.assemble({.min_fixed = false, .max_fixed = true});
+  if (kkt.factorize_inner({}).status != FactorizationStatus::Ok) return {};
+  const Evaluation& w = system.assembled();
+  Eigen::VectorXd curvature = Eigen::VectorXd::Zero(canonical.variables());
+  for (Index i = x.begin; i < x.end; ++i) {
+    if (system.is_fixed(i)) continue;
+    NewtonResidual coupling = zero_step(canonical);
+    Step step = zero_step(canonical);
+    for (std::size_t k = 0; k < w.hessian.size(); ++k) {
+      const auto [row, col] = canonical.hessian()[k];
+      if (row == i && canonical.owned_by_max(col)) coupling.v[col] = w.hessian[k];
+      if (col == i && canonical.owned_by_max(row)) coupling.v[row] = w.hessian[k];
+    }
+    for (std::size_t k = 0; k < w.jacobian.size(); ++k) {
+      const auto [row, col] = canonical.jacobian()[k];
+      if (col == i && canonical.max_constraints().contains(row)) {
+        coupling.lambda[row] = w.jacobian[k];
+      }
+    }
+    if (!kkt.solve_inner(w, coupling, step)) return {};
+    const double unit = system.units().variable[i];
+    curvature[i] =
+        std::abs(coupling.v.dot(step.v) + coupling.lambda.dot(step.lambda)) / (unit * unit);
+  }
+  return curvature.allFinite() ? curvature : Eigen::VectorXd();
+}
 
 InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin) {
   return test_inner(system, error, margin, false);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace ipminmax {
 namespace {
@@ -49,7 +50,7 @@ class RowNorms {
 
 /// The block of one player: diagonal entries first, then rows without one by what couples them.
 void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max,
-                       Eigen::VectorXd& d) {
+                       const Eigen::VectorXd& answers, Eigen::VectorXd& d) {
   const RowNorms row_norms(canonical, evaluation, max);
   Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(d.size());
   for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
@@ -57,7 +58,8 @@ void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& eval
     if (i == j) diagonal[i] += std::abs(evaluation.hessian[k]);
   }
   // What the maximizer's answer makes of a coupling, W_xy^2 / W_yy, is curvature of x as well.
-  const Eigen::VectorXd coupling = max ? Eigen::VectorXd::Zero(d.size()) : row_norms(d, false);
+  Eigen::VectorXd coupling = Eigen::VectorXd::Zero(d.size());
+  if (!max) coupling = answers.size() > 0 ? answers.cwiseSqrt() : row_norms(d, false);
   for (Index i = 0; i < d.size(); ++i) {
     if (canonical.owned_by_max(i) == max) {
       d[i] = inverse(std::max(std::sqrt(diagonal[i]), coupling[i]));
@@ -87,6 +89,18 @@ void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& eval
     for (Index i = 0; i < d.size(); ++i) {
       if (norms[i] > 1.0) d[i] /= std::sqrt(norms[i]);
     }
+  }
+}
+
+/// Shorter lengths of y where W_xy exceeds 1.
+void cut_coupling(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                  Eigen::VectorXd& d) {
+  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
+    auto [i, j] = canonical.hessian()[k];
+    if (canonical.owned_by_max(i) == canonical.owned_by_max(j)) continue;
+    if (canonical.owned_by_max(i)) std::swap(i, j);
+    const double entry = std::abs(evaluation.hessian[k]) * d[i] * d[j];
+    if (entry > 1.0) d[j] /= entry;
   }
 }
 
@@ -127,11 +141,13 @@ void spread_by_constraints(const CanonicalProblem& canonical, const Evaluation& 
 
 }  // namespace
 
-Units units_of(const CanonicalProblem& canonical, const Evaluation& evaluation) {
+Units units_of(const CanonicalProblem& canonical, const Evaluation& evaluation,
+               const Eigen::VectorXd& answers) {
   Units units{Eigen::VectorXd::Constant(canonical.variables(), kUnknown),
               Eigen::VectorXd::Ones(canonical.constraints())};
-  equilibrate_block(canonical, evaluation, true, units.variable);
-  equilibrate_block(canonical, evaluation, false, units.variable);
+  equilibrate_block(canonical, evaluation, true, answers, units.variable);
+  equilibrate_block(canonical, evaluation, false, answers, units.variable);
+  if (answers.size() > 0) cut_coupling(canonical, evaluation, units.variable);
   spread_by_constraints(canonical, evaluation, units.variable);
   Eigen::VectorXd norms(canonical.constraints());
   constraint_norms(canonical, evaluation, units.variable, norms);

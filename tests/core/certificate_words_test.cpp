@@ -78,6 +78,39 @@ TEST(DependentRows, OnesThatTouchAtThePointAloneAreNotTrusted) {
   }
 }
 
+/// min height over the greater of 0 and a curve, and of b^2: at 0 both gradients are the same, and so they are
+/// with a maximizer who answers to a.
+Certificate above_curve(double slope, double square_part, double cubic_part, bool game) {
+  Model model;
+  const Expression a = model.variable(kMin, "a"), h = model.variable(kMin, "h", 0.0);
+  Expression f = h + slope * square(a);
+  if (game) {
+    const Expression y = model.variable(kMax, "y");
+    f = f + 0.2 * a * y - square(y);
+  }
+  model.objective(f);
+  model.constraint(h - square_part * square(a) - cubic_part * pow(a, 3.0), 0.0, kNoBound);
+  return solved(model, game ? std::vector{0.4, 1.0, 0.1} : std::vector{0.4, 1.0});
+}
+
+TEST(DependentRows, OfMinOneChoiceOfMultipliersWithCurvatureIsEnough) {
+  for (const bool game : {false, true}) {
+    const Certificate found = above_curve(0.0, 1.0, 0.0, game);  // the curve's has it
+    EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
+    EXPECT_FALSE(found.licq_min);
+    EXPECT_TRUE(names(find(found, Kind::Dependent), "g"));
+    EXPECT_EQ(above_curve(-0.2, 1.0, 0.0, game).second_order, SecondOrder::Satisfied);
+    EXPECT_EQ(above_curve(0.8, -1.0, 0.0, game).second_order, SecondOrder::Satisfied);
+  }
+}
+
+TEST(DependentRows, OfMinWithoutCurvatureAreNotCertified) {
+  EXPECT_NE(above_curve(0.0, -1.0, 0.0, false).second_order, SecondOrder::Satisfied);  // flat
+  EXPECT_NE(above_curve(0.0, 0.0, 1.0, false).second_order, SecondOrder::Satisfied);   // half flat
+  // Falls to both sides.
+  EXPECT_NE(above_curve(-2.0, 1.0, 0.0, false).kind, PointKind::LocalMinmax);
+}
+
 TEST(DependentRows, SquaredEquationsHaveNoGradient) {
   Model model;
   const Expression x = model.variable(kMin, "x");
@@ -112,6 +145,21 @@ TEST(DependentRows, OfMaxThatPinchYAtABoundOfXAreNotCertified) {
   const Certificate found = certify(model, {0.0, 0.0}, {-3.0, 1.0});
   EXPECT_NE(found.kind, PointKind::LocalMinmax);
   EXPECT_EQ(found.answer, InnerAnswer::StrictlyBest);
+}
+
+TEST(LengthsOfX, AreNotThoseOfACouplingWithAYThatCannotMove) {
+  // The equation holds y; its multiplier is all of W_yy.
+  Model model;
+  const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
+  model.objective(0.5 * square(x) + x * (y - 2.0) + 1e-13 * y);
+  model.constraint(square(y), 4.0, 4.0);
+  EXPECT_EQ(solved(model, {0.3, 2.1}).second_order, SecondOrder::Satisfied);
+  // Where x has no curvature of its own a y that cannot move gives it none.
+  Model flat;
+  const Expression u = flat.variable(kMin, "u"), w = flat.variable(kMax, "w");
+  flat.objective(u * (w - 2.0) + 1e-13 * w);
+  flat.constraint(square(w), 4.0, 4.0);
+  EXPECT_NE(solved(flat, {0.3, 2.1}).second_order, SecondOrder::Satisfied);
 }
 
 TEST(AnswerOfY, IsKnownWhereXIsNot) {

@@ -340,7 +340,11 @@ class CertificateJudge {
       if (row.side == 0.0) continue;
       const double multiplier = wanted_multiplier(row, z.multipliers[static_cast<Eigen::Index>(a)]);
       const double share = share_of(here, z.v, static_cast<Eigen::Index>(a), multiplier);
-      if (share < -kWeak) return wrong("a multiplier of the wrong sign");
+      if (share < -kWeak) {
+        return are_independent(active, here, row.owner)
+                   ? wrong("a multiplier of the wrong sign")
+                   : doubtful("dependent gradients: other multipliers may have the right sign");
+      }
       weak[a] = share <= kWeak;
       weak_max = weak_max || (weak[a] && row.owner == Player::Max);
     }
@@ -388,6 +392,15 @@ class CertificateJudge {
       places.push_back(static_cast<Eigen::Index>(a));
     }
     return places;
+  }
+
+  /// Gradients of one player's active rows in his variables.
+  [[nodiscard]] bool are_independent(const std::vector<std::size_t>& active, const System& here,
+                                     Player owner) const {
+    bool independent = true;
+    const Places rows = rows_of(active, owner, nullptr);
+    static_cast<void>(null_space(here.rows(rows, owner == Player::Min ? x_ : y_), independent));
+    return independent;
   }
 
   [[nodiscard]] CertificateJudgement judge_curvature(const std::vector<std::size_t>& active,

@@ -287,6 +287,10 @@ class ExtendedJudge {
     if (v_.size() > 0) found.moved = (v_ - start_).cwiseAbs().maxCoeff();
     if (!signs_are_right()) return found;
     second_order(found);
+    // Newton's method creeps to a singular solution, and residuals are rounding long before it is there.
+    if (found.verdict == ExtendedVerdict::Strict && creeps_) {
+      found.verdict = ExtendedVerdict::Singular;
+    }
     return found;
   }
 
@@ -298,6 +302,9 @@ class ExtendedJudge {
   static constexpr Extended kZeroMultiplier = 1e-9L;
   static constexpr Extended kRank = 1e-9L;
   static constexpr Extended kArrived = 1e-6L;
+  static constexpr Extended kCreeping = 1e-12L;  // last step that is not rounding
+  static constexpr Extended kCreepingRatio =
+      0.2L;                                      // of steps: 1/2 to a double zero, 2/3 to a triple
   static constexpr Extended kSingular = 1e-10L;  // of a Hessian whose diagonal is about one
 
   struct Bound {
@@ -378,7 +385,7 @@ class ExtendedJudge {
     }
     const Eigen::Index n = v_.size(), m = static_cast<Eigen::Index>(active.size());
     ExtendedMatrix hessian, k(n + m, n + m);
-    Extended last = std::numeric_limits<Extended>::infinity();
+    Extended last = std::numeric_limits<Extended>::infinity(), last_way = last;
     for (int step = 0;; ++step) {
       if (!functions_.first(v_, gradient_, g_, jacobian_) ||
           !functions_.second(v_, row_multipliers(), hessian)) {
@@ -414,7 +421,10 @@ class ExtendedJudge {
       if (!d.allFinite()) return false;
       // Where the equations are singular, residuals vanish far from the solution.
       const Extended way = n > 0 ? d.head(n).cwiseAbs().maxCoeff() : 0;
-      if (done) return way <= kArrived * (1 + (n > 0 ? v_.cwiseAbs().maxCoeff() : 0));
+      const Extended extent = 1 + (n > 0 ? v_.cwiseAbs().maxCoeff() : 0);
+      creeps_ = way > kCreeping * extent && way > kCreepingRatio * last_way;
+      last_way = way;
+      if (done) return way <= kArrived * extent;
       v_ += d.head(n);
       for (Eigen::Index i = 0; i < m; ++i) active[at(i)]->multiplier += d[n + i];
     }
@@ -592,6 +602,7 @@ class ExtendedJudge {
 
   ExtendedFunctions& functions_;
   const ProblemStructure& s_;
+  bool creeps_ = false;  ///< Newton's method, at the end
   ExtendedVector v_, start_, lambda_, lower_, upper_;
   ExtendedVector gradient_, g_;
   ExtendedMatrix jacobian_;

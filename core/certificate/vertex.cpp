@@ -1,0 +1,196 @@
+#include "core/certificate/vertex.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+namespace ipminmax {
+namespace {
+
+constexpr unsigned kMostVertices = 4;
+/// Entries of a null vector over its largest that are rounding.
+constexpr double kNothing = 1e-9;
+/// Share of a multiplier that is enough of it for the constraint to stay what it was.
+constexpr double kEnough = 0.1;
+/// Rounding of a distance over the size of the bound.
+constexpr double kRounding = 1e-11;
+/// Of what bounds were relaxed by, for rounding of the null vector.
+constexpr double kRelaxations = 1.1;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Changes of multipliers that leave the gradient of the Lagrangian as it is.
+struct NullVector {
+  Eigen::VectorXd rows;    ///< of lambda
+  Eigen::VectorXd bounds;  ///< of the multipliers, positive for the right sign, of fixed variables
+};
+
+class VertexWalk {
+ public:
+  VertexWalk(const ActiveSetSystem& system, const Point& point, const SolverOptions& options)
+      : system_(system),
+        canonical_(system.canonical()),
+        options_(options),
+        given_(point.iterate),
+        vertex_{.iterate = point.iterate, .classes = system.classes()} {}
+
+  /// Along a null vector, in its direction or the other one, to where an inequality's multiplier is
+  /// zero. The others lose their share in this inequality.
+  bool take(NullVector& along, double direction, std::vector<NullVector>& others);
+  [[nodiscard]] Vertex finish();
+
+ private:
+  [[nodiscard]] double multiplier(Index i) const {
+    return vertex_.classes.multiplier(vertex_.iterate, i);
+  }
+  [[nodiscard]] double allowed_violation(const NullVector& along, Index dropped) const;
+
+  const ActiveSetSystem& system_;
+  const CanonicalProblem& canonical_;
+  const SolverOptions& options_;
+  const Iterate& given_;
+  Vertex vertex_;
+  std::vector<Index> touched_;
+};
+
+/// The bound at which a fixed variable stands.
+double bound_of(const CanonicalProblem& canonical, const BoundClasses& classes, Index i) {
+  return classes.side[at(i)] < 0 ? canonical.lower()[i] : canonical.upper()[i];
+}
+
+/// Distances of the bounds in a null vector are dependent to first order as the gradients are: that
+/// of the dropped one is what the others' were relaxed by where the model's own bounds agree.
+double VertexWalk::allowed_violation(const NullVector& along, Index dropped) const {
+  double sum = kRounding * std::max(1.0, std::abs(bound_of(canonical_, vertex_.classes, dropped)));
+  for (Index i = 0; i < along.bounds.size(); ++i) {
+    if (along.bounds[i] == 0.0 || i == dropped) continue;
+    sum += kRelaxations * std::abs(along.bounds[i] / along.bounds[dropped]) *
+           options_.bound_relax_factor *
+           std::max(1.0, std::abs(bound_of(canonical_, vertex_.classes, i)));
+  }
+  return sum;
+}
+
+bool VertexWalk::take(NullVector& along, double direction, std::vector<NullVector>& others) {
+  const double largest = along.bounds.lpNorm<Eigen::Infinity>();
+  double length = std::numeric_limits<double>::infinity();
+  Index first = -1;
+  for (Index i = 0; i < along.bounds.size(); ++i) {
+    const double rate = direction * along.bounds[i];
+    if (!(rate < -kNothing * largest)) continue;
+    if (const double until = multiplier(i) / -rate; until < length) length = until, first = i;
+  }
+  if (first < 0) return false;
+  Iterate& z = vertex_.iterate;
+  z.lambda += direction * length * along.rows;
+  for (Index i = 0; i < along.bounds.size(); ++i) {
+    if (along.bounds[i] == 0.0) continue;
+    double& own = vertex_.classes.side[at(i)] < 0 ? z.z_lower[i] : z.z_upper[i];
+    own = i == first ? 0.0 : std::max(own + direction * length * along.bounds[i], 0.0);
+    touched_.push_back(i);
+  }
+  vertex_.classes.dropped.push_back(
+      {.variable = first, .violation = allowed_violation(along, first)});
+  for (NullVector& other : others) {
+    const double share = other.bounds[first] / along.bounds[first];
+    other.rows -= share * along.rows;
+    other.bounds -= share * along.bounds;
+    other.bounds[first] = 0.0;
+  }
+  return true;
+}
+
+/// Classes of those whose multipliers have changed.
+Vertex VertexWalk::finish() {
+  BoundClasses& classes = vertex_.classes;
+  const BoundClasses guess = guess_classes(canonical_, options_, vertex_.iterate, system_.units());
+  for (const Index i : touched_) {
+    const double before = classes.multiplier(given_, i);
+    if (classes[i] == BoundClass::Active && multiplier(i) >= kEnough * before) continue;
+    if (guess.side[at(i)] == classes.side[at(i)]) classes.of[at(i)] = guess[i];
+  }
+  for (const DroppedBound& dropped : classes.dropped) {
+    classes.of[at(dropped.variable)] = BoundClass::Dropped;
+  }
+  count_doubtful(canonical_, classes);
+  return std::move(vertex_);
+}
+
+/// Empty: variables of the other player or such that are held for other reasons are in it.
+std::optional<NullVector> null_vector(const ActiveSetSystem& system, const Point& point,
+                                      const Dependence& dependence, bool max) {
+  const CanonicalProblem& canonical = system.canonical();
+  const BoundClasses& classes = system.classes();
+  NullVector t{.rows = dependence.weights, .bounds = Eigen::VectorXd::Zero(canonical.variables())};
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(canonical.variables()), size = sum;
+  for (std::size_t k = 0; k < point.evaluation.jacobian.size(); ++k) {
+    const auto [row, col] = canonical.jacobian()[k];
+    const double part = t.rows[row] * point.evaluation.jacobian[k];
+    if (part != 0.0 && canonical.owned_by_max(col) != max) return std::nullopt;
+    sum[col] += part;
+    size[col] += std::abs(part);
+  }
+  for (Index i = 0; i < sum.size(); ++i) {
+    if (!system.is_fixed(i) || system.is_slack(i)) continue;
+    if (std::abs(sum[i]) <= kNothing * size[i]) continue;
+    if (classes.side[at(i)] == 0) return std::nullopt;
+    t.bounds[i] = -classes.side[at(i)] * canonical.sign(i) * sum[i];
+  }
+  const auto slack_of = canonical.slack_of_constraint();
+  for (Index j = 0; j < t.rows.size(); ++j) {
+    const Index slack = slack_of[at(j)];
+    if (slack < 0 || t.rows[j] == 0.0) continue;
+    if (classes.side[at(slack)] == 0) return std::nullopt;
+    t.bounds[slack] = classes.side[at(slack)] * canonical.sign(slack) * t.rows[j];
+  }
+  return t;
+}
+
+bool are_active(const BoundClasses& classes, const NullVector& t) {
+  for (Index i = 0; i < t.bounds.size(); ++i) {
+    if (t.bounds[i] != 0.0 && classes[i] != BoundClass::Active) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<Vertex> vertices_of_multipliers(const ActiveSetSystem& system, const Point& point,
+                                            const Dependences& dependences,
+                                            const SolverOptions& options) {
+  const CanonicalProblem& canonical = system.canonical();
+  const bool max = canonical.x().size() == 0;
+  std::vector<NullVector> all, redundant;
+  for (const Dependence& dependence : dependences.found) {
+    if (canonical.max_constraints().contains(dependence.row) != max) continue;
+    auto t = null_vector(system, point, dependence, max);
+    if (!t) return {};
+    const bool left_out = system.classes().is_redundant(dependence.row);
+    (left_out ? redundant : all).push_back(std::move(*t));
+  }
+  std::vector<Vertex> found;
+  if (all.empty() || !dependences.complete) return found;
+  const unsigned tries = all.size() == 1 ? 2 : kMostVertices;
+  for (unsigned trial = 0; trial < tries; ++trial) {
+    std::vector<NullVector> rest = all;
+    VertexWalk walk(system, point, options);
+    bool done = true;
+    for (unsigned k = 0; done && !rest.empty(); ++k) {
+      NullVector along = std::move(rest.back());
+      rest.pop_back();
+      const double direction = ((trial >> (k % 2)) & 1U) == 0 ? 1.0 : -1.0;
+      done = walk.take(along, direction, rest) || walk.take(along, -direction, rest);
+    }
+    if (!done) continue;
+    Vertex vertex = walk.finish();
+    // A row is redundant beside bounds that hold alone.
+    const bool hold = std::ranges::all_of(
+        redundant, [&](const NullVector& t) { return are_active(vertex.classes, t); });
+    if (hold) found.push_back(std::move(vertex));
+  }
+  return found;
+}
+
+}  // namespace ipminmax

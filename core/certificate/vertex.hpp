@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "core/certificate/active_set.hpp"
+#include "core/certificate/dependence.hpp"
+#include "core/model/iterate.hpp"
+#include "core/options.hpp"
+
+namespace ipminmax {
+
+/// A point with other multipliers that balance the same gradient, and without the inequalities
+/// whose multiplier is zero then.
+struct Vertex {
+  Iterate iterate;
+  BoundClasses classes;
+};
+
+/// Where gradients of active constraints and bounds depend on each other the multipliers are a
+/// polyhedron. At its vertices the gradients of those that are not zero are independent
+/// [Caratheodory]. A few of these, each from the multipliers given along every null vector in turn
+/// to where the first inequality's is zero: this one becomes BoundClass::Dropped. Of Min; of Max
+/// where there is no x.
+///
+/// system: assembled as it was for the dependences. Empty where only equations depend on each other.
+[[nodiscard]] std::vector<Vertex> vertices_of_multipliers(const ActiveSetSystem& system,
+                                                          const Point& point,
+                                                          const Dependences& dependences,
+                                                          const SolverOptions& options);
+
+}  // namespace ipminmax
