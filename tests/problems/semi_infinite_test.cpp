@@ -93,6 +93,26 @@ TEST(RobustConstraints, LinearOverABallIsASecondOrderCone) {
   EXPECT_LE(answer.largest_violation, 1e-6);
 }
 
+TEST(RobustConstraints, AWorstCaseWithoutCurvatureIsReachedAndNotCertified) {
+  // x >= 1 + z / 10 - (t - 0.3 - z / 5)^4: the worst t does not depend smoothly on the data.
+  Model model;
+  const Expression x = model.variable(Player::Min, "x");
+  const Expression z = model.variable(Player::Min, "z");
+  const Expression t = model.variable(Player::Max, "t", 0.0, 1.0);
+  model.objective(x + 0.5 * square(z - 0.4));
+  model.constraint(1.0 + 0.1 * z - square(square(t - 0.3 - 0.2 * z)) - x, -kNoBound, 0.0,
+                   Player::Min);
+  AutodiffProblem problem(model, {2.0, 0.0, 0.6});
+  SolverOptions options;
+  options.minmax_worst_case_starts = 10;
+  const RobustResult answer = solve_robust(problem, options);
+  EXPECT_TRUE(is_success(answer.result.status)) << answer.result.message;
+  EXPECT_EQ(answer.result.certificate.second_order, SecondOrder::Undecided);
+  EXPECT_NEAR(answer.result.v[0], 1.03, 1e-6);
+  EXPECT_NEAR(answer.result.v[1], 0.3, 1e-6);
+  EXPECT_LE(answer.largest_violation, 1e-6);
+}
+
 TEST(RobustCopies, SharedYGetsACopyPerConstraint) {
   // f reads y as well: (x - 3)^2 - (y - x)^2 / 10, and x + y <= 2, x - y <= 2 for y in [-1, 1].
   Model model;

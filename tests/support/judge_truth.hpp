@@ -103,8 +103,28 @@ class TruthJudge {
     }
     if (is_success(status)) {
       const bool remark = result_.certificate.hessian_disagrees;
-      expect(remark ? says("second derivatives") : message == name_of(status),
+      const std::string own = message.substr(0, message.find("; value "));
+      expect(remark ? says("second derivatives") : own == name_of(status),
              "message of a success: " + message);
+    }
+    if (result_.worst_case.starts == 0) {
+      expect(says("is a local worst case only") == result_.worst_case.higher,
+             "message against the worst case: " + message);
+      if (result_.worst_case.higher) judge_worse_y();
+    }
+  }
+  /// The y of another start, said to be worse at this x.
+  void judge_worse_y() {
+    const WorstCase& found = result_.worst_case;
+    double f = 0.0;
+    expect(found.v.size() == result_.v.size(), "a worse y without a point");
+    if (found.v.size() != result_.v.size()) return;
+    expect(model_.objective(found.v, true, f) && f == found.value && f > result_.objective,
+           "a worse y that is none");
+    for (std::size_t i = 0; i < found.v.size(); ++i) {
+      if (s_.variable_players[i] == Player::Min) {
+        expect(found.v[i] == result_.v[i], "a worse y at another x");
+      }
     }
   }
   void judge_no_point() {
