@@ -243,6 +243,10 @@ struct Result {
   /// Negative: f is maximized over x and minimized over y, a local minmax is one of -f, and the
   /// multipliers of bounds have the opposite signs: <= 0 for Min variables, >= 0 for Max variables.
   double objective_scale = 1.0;
+  /// The bounds of fixed variables were moved apart as with fixed_variable_treatment relax_bounds,
+  /// although the option takes these variables out: without them there were too few degrees of
+  /// freedom. Errors and multipliers are those of the moved bounds.
+  bool fixed_variables_relaxed = false;
   KktError error = KktError::unknown();
   double mu = 0.0;  ///< last barrier parameter
   Index iterations = 0;

@@ -109,6 +109,8 @@ void walk(Visit& visit, R& result) {
   visit(result.z_upper);
   visit(result.constraints);
   visit(result.objective);
+  visit(result.objective_scale);
+  visit(result.fixed_variables_relaxed);
   visit(result.error);
   visit(result.mu);
   visit(result.iterations);

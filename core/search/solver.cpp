@@ -31,6 +31,41 @@ bool stopped_from_outside(Status status) {
          status == Status::MaxWallTime || status == Status::OutOfMemory;
 }
 
+/// Whether variables with equal bounds are taken out and may be kept instead.
+bool may_keep_fixed_variables(const ProblemStructure& s, const SolverOptions& options) {
+  const auto treatment = options.fixed_variable_treatment;
+  const bool takes_out = treatment == FixedVariableTreatment::MakeParameter ||
+                         treatment == FixedVariableTreatment::MakeParameterNodual;
+  if (!takes_out || !(options.bound_relax_factor > 0.0)) return false;
+  for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
+    if (s.variable_lower[i] == s.variable_upper[i]) return true;
+  }
+  return false;
+}
+
+/// Where too few degrees of freedom are left without the fixed variables, their bounds are moved apart,
+/// as in Ipopt.
+Result solve_as_given(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
+                      KeptWork* kept) {
+  Result refused = Solve(problem, options, observer, Purpose::Solution, kept).run();
+  if (refused.status != Status::TooFewDegreesOfFreedom ||
+      !may_keep_fixed_variables(problem.structure(), options)) {
+    return refused;
+  }
+  SolverOptions relaxed = options;
+  relaxed.fixed_variable_treatment = FixedVariableTreatment::RelaxBounds;
+  Result result = Solve(problem, relaxed, observer, Purpose::Solution, kept).run();
+  if (result.status == Status::TooFewDegreesOfFreedom) return refused;
+  result.fixed_variables_relaxed = true;
+  if (observer.message) {
+    observer.message(
+        "The bounds of fixed variables were moved apart (fixed_variable_treatment "
+        "relax_bounds): without these variables there were " +
+        refused.message + ".");
+  }
+  return result;
+}
+
 /// With second derivatives from differences. Where the pattern turns out to have missed entries at
 /// the end of a solve, it grows and the solve starts anew.
 Result solve_with_differences(Problem& problem, const SolverOptions& options,
@@ -50,7 +85,7 @@ Result solve_with_differences(Problem& problem, const SolverOptions& options,
           std::to_string(model.structure().hessian.size()) + " entries by " +
           std::to_string(model.groups()) + " groups of variables.");
       limit.pass_on(limits);
-      result = Solve(model, limits, observer, Purpose::Solution, kept).run();
+      result = solve_as_given(model, limits, observer, kept);
       if (restarts == kRestarts || stopped_from_outside(result.status)) break;
       // The certificate has looked at points that it tested; elsewhere a wrong Hessian may be why
       // the solve failed.
@@ -98,7 +133,7 @@ Result solve_once(Problem& problem, const SolverOptions& options, const SolveObs
       return solve_with_differences(problem, options, observer, kept);
     }
   }
-  return Solve(problem, options, observer, Purpose::Solution, kept).run();
+  return solve_as_given(problem, options, observer, kept);
 }
 
 /// A function was evaluated, in vain: the numbers of the start itself are in order.

@@ -260,6 +260,38 @@ TEST(TooFewDegreesOfFreedom, AreCountedPerPlayer) {
   }
 }
 
+TEST(TooFewDegreesOfFreedom, FixedVariablesAreKeptWhereThatHelps) {
+  // x + z = 3 and x z = 2 say the same of x where z = 1.
+  for (const double z_fixed : {1.0, 1.5}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    const Expression z = model.variable(kMin, "z", z_fixed, z_fixed);
+    const Expression y = model.variable(kMax, "y");
+    model.objective(square(x) + x * y - square(y));
+    model.constraint(x + z, 3.0, 3.0);
+    model.constraint(x * z, 2.0, 2.0);
+    AutodiffProblem problem(model, {0.5, z_fixed, 0.0});
+    SolverOptions options;
+    std::string told;
+    const Result result =
+        solve(problem, options,
+              SolveObserver{.on_iteration = {}, .message = [&](auto text) { told += text; }});
+    if (z_fixed == 1.0) {
+      EXPECT_TRUE(is_success(result.status)) << name_of(result.status) << result.message;
+      EXPECT_NEAR(result.v.at(0), 2.0, 1e-6);
+      EXPECT_NEAR(result.v.at(1), 1.0, 1e-7);
+      EXPECT_NEAR(result.v.at(2), 1.0, 1e-5);
+      EXPECT_TRUE(contains(told, "relax_bounds")) << told;
+      EXPECT_TRUE(result.fixed_variables_relaxed);
+    } else {
+      EXPECT_FALSE(is_success(result.status)) << name_of(result.status);
+      EXPECT_NE(result.status, Status::TooFewDegreesOfFreedom);
+    }
+    options.bound_relax_factor = 0.0;
+    EXPECT_EQ(solve(problem, options).status, Status::TooFewDegreesOfFreedom);
+  }
+}
+
 // --- Start ---------------------------------------------------------------------------------------
 
 TEST(BadStart, MissingIsInvalid) {

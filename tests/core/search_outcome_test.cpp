@@ -2,6 +2,7 @@
 
 #include "core/search/first_order_test.hpp"
 #include "core/search/outcome.hpp"
+#include "core/search/result_bytes.hpp"
 
 namespace ipminmax {
 namespace {
@@ -35,6 +36,15 @@ TEST(BetterOutcome, AStopByALimitHidesEarlierFailuresButNoSolution) {
 TEST(BetterOutcome, TheUserWhoStopsGetsTheIterateThatWasTold) {
   EXPECT_EQ(better(outcome(Status::SolvedDegenerate), outcome(Status::UserStop)).status,
             Status::UserStop);
+}
+
+TEST(ResultBytes, KeepWhatTheOtherNumbersMean) {
+  Result sent;
+  sent.objective_scale = -2.0;
+  sent.fixed_variables_relaxed = true;
+  const Result received = result_from(to_bytes(sent));
+  EXPECT_EQ(received.objective_scale, -2.0);
+  EXPECT_TRUE(received.fixed_variables_relaxed);
 }
 
 KktError error_of(double total) {

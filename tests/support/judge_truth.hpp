@@ -78,7 +78,7 @@ class TruthJudge {
   [[nodiscard]] bool has_upper(double bound) const { return bound < options_.nlp_upper_bound_inf; }
   [[nodiscard]] bool is_parameter(std::size_t i) const {
     const auto t = options_.fixed_variable_treatment;
-    return s_.variable_lower[i] == s_.variable_upper[i] &&
+    return !result_.fixed_variables_relaxed && s_.variable_lower[i] == s_.variable_upper[i] &&
            (t == FixedVariableTreatment::MakeParameter ||
             t == FixedVariableTreatment::MakeParameterNodual);
   }
