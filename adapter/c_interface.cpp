@@ -989,6 +989,25 @@ int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double* 
   return static_cast<int>(branches.size());
 }
 
+int IpminmaxGetRobustWorstCases(IpminmaxProblem problem, int capacity, int* constraints,
+                                double* values, double* multipliers, int* active, double* worst_x) {
+  if (problem == nullptr || problem->solving || !problem->answered) return 0;
+  const std::vector<RobustWorstCase>& found = problem->application->LastWorstCases();
+  const int most = std::min(capacity, static_cast<int>(found.size()));
+  for (int k = 0; k < most; ++k) {
+    const RobustWorstCase& from = found[size_of(k)];
+    const auto put = [k](auto* to, auto value) {
+      if (to != nullptr) to[k] = value;
+    };
+    put(constraints, static_cast<int>(from.constraint));
+    put(values, from.value);
+    put(multipliers, from.multiplier);
+    put(active, from.active ? 1 : 0);
+    if (worst_x != nullptr) std::ranges::copy(from.v, worst_x + size_of(k) * from.v.size());
+  }
+  return static_cast<int>(found.size());
+}
+
 int IpminmaxUpdateSensitivity(IpminmaxProblem problem) {
   return guarded(problem, [&]() -> std::string {
     if (problem->solving) return "the problem is being solved";

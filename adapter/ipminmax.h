@@ -222,12 +222,13 @@ int IpminmaxGetStatisticsSized(IpminmaxProblem problem, IpminmaxStatistics *stat
 
 /* What maximizing over y from several starts, x held, has found; docs/certificate.md. */
 typedef struct IpminmaxWorstCase {
-  int starts;         /* maximizations made; 0: not looked for, the rest is 0 */
+  int starts;         /* maximizations made; 0: not looked for (see higher) */
   int maxima;         /* distinct certified maxima over y */
   int competing;      /* distinct points that share the largest value: 2 or more, a kink */
   double value;       /* largest f(x, y) found at a feasible y: a lower bound of the worst case */
   int found;          /* 1: there is such a y */
-  int higher;         /* 1: value is clearly above f at the point asked about */
+  int higher;         /* 1: value is clearly above f at the point asked about; with
+                         0 starts by the y of another start of a multistart */
   int unbounded;      /* 1: a maximization ran to infinity */
   int single_branch;  /* 1: all ended at one maximum: f looks concave in y here */
   int stated_concave; /* 1: option minmax_concave_in_y */
@@ -248,6 +249,14 @@ int IpminmaxGetWorstCaseSized(IpminmaxProblem problem, IpminmaxWorstCase *worst_
 /* Of the last of these calls: values of f at the distinct maxima over y, the largest first, and the
  * first capacity of them; returns how many are known (10 at most). values may be NULL when capacity is 0. */
 int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double *values);
+
+/* Worst cases of the last solve's robust constraints, which are Min's and read Max variables, and of f
+ * with option minmax_epigraph; docs/robust_constraints.md. Returns how many there are and fills the
+ * first capacity of each array that is not NULL: constraints (indices from 0, m for f), values (of the
+ * constraint there), multipliers, active (1: the solution rests on it), worst_x (capacity times n: x
+ * and that y). 0: none, or no solve has ended. */
+int IpminmaxGetRobustWorstCases(IpminmaxProblem problem, int capacity, int *constraints,
+                                double *values, double *multipliers, int *active, double *worst_x);
 
 /* Inside the intermediate callback only, 0 elsewhere: the iterate, as IpminmaxSolve would return it
  * if the callback stopped now. Unscaled; arrays of n: x, z_L, z_U, of m: g, lambda; each may be

@@ -85,6 +85,11 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
 /// Two certified points are the same when they differ by at most minmax_distinct_tol max(1, |v|) in
 /// infinity norm.
 ///
+/// Without minmax_worst_case_starts the y of all starts (of at most 1000 uncertified ones) are tried at
+/// the best point's x; where one is worse, best.worst_case.higher and the message say so. With
+/// minmax_epigraph or minmax_epigraph_at_kinks each start is a solve_robust (robust.hpp), and certified
+/// points with the same x are one.
+///
 /// Calling thread only. Exceptions pass through as from solve; a given point whose length is not n
 /// throws std::invalid_argument.
 [[nodiscard]] MultistartResult multistart(Problem& problem, const SolverOptions& options,

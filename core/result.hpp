@@ -204,9 +204,9 @@ struct Counts {
 };
 
 /// The worst case over all of y at the returned x, as far as maximizations from several starts tell
-/// (worst_case.hpp).
+/// (worst_case.hpp), or, where none was made, y of a multistart's other starts: then `higher` alone.
 struct WorstCase {
-  Index starts = 0;       ///< maximizations made; 0: not checked
+  Index starts = 0;       ///< maximizations made; 0: none
   Index maxima = 0;       ///< distinct certified maxima over y
   Index competing = 0;    ///< distinct points that share the largest value
   double value = 0.0;     ///< largest f(x, y) found at a feasible y
@@ -251,7 +251,7 @@ struct Result {
   double cpu_seconds = 0.0;
   Counts counts;
   Timing timing;
-  WorstCase worst_case;  ///< when minmax_worst_case_starts asked for it
+  WorstCase worst_case;  ///< see WorstCase::starts, minmax_worst_case_starts
 };
 
 }  // namespace ipminmax

@@ -18,6 +18,7 @@ struct RobustWorstCase {
   std::vector<double> v;    ///< n: x and that y
   double value = 0.0;       ///< the constraint (or f) there
   double multiplier = 0.0;  ///< of the constraint at that y; signs as in Result
+  bool active = false;      ///< its multiplier exceeds its distance to the bound: x rests on it
 };
 
 /// Answer of solve_robust.
@@ -61,7 +62,8 @@ struct RobustResult {
 /// solve goes on from there, until none is found. Where minmax_epigraph is set, f is treated
 /// likewise: then x minimizes the largest of the local worst cases met, kinks included. With
 /// minmax_epigraph_at_kinks that happens only after a search that ended without a local minmax,
-/// from where it ended.
+/// from where it ended. Both are refused (InvalidOption) with a negative factor of the objective, by
+/// which y minimizes f, and change nothing without Max variables.
 ///
 /// With minmax_starts N > 1 all of this is done from N starts of x, as in multistart(), and the
 /// best answer is returned.

@@ -56,10 +56,16 @@ double left_in_group(const std::string& folder, const char* limit_name, const ch
   return *limit - *usage + value_of(folder + "memory.stat", inactive_name);
 }
 
-/// Over the process's group and all above; inside a container the group's own path may not exist,
-/// its root then is the group.
-double left_in_groups() {
-  std::ifstream groups("/proc/self/cgroup");
+double address_space_limit() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kInfinity;
+  return static_cast<double>(limit.rlim_cur);
+}
+
+}  // namespace
+
+double left_in_control_groups(const std::string& groups_file, const std::string& root) {
+  std::ifstream groups(groups_file);
   double left = kInfinity;
   for (std::string row; std::getline(groups, row);) {
     const std::size_t first = row.find(':'), second = row.find(':', first + 1);
@@ -67,10 +73,10 @@ double left_in_groups() {
     const std::string controllers = "," + row.substr(first + 1, second - first - 1) + ",";
     const bool v2 = controllers == ",,";
     if (!v2 && controllers.find(",memory,") == std::string::npos) continue;
-    const std::string root = v2 ? "/sys/fs/cgroup" : "/sys/fs/cgroup/memory";
+    const std::string mount = v2 ? root : root + "/memory";
     for (std::string path = row.substr(second + 1);; path.resize(path.rfind('/'))) {
       while (path.ends_with('/')) path.pop_back();
-      const std::string folder = root + path + "/";
+      const std::string folder = mount + path + "/";
       left =
           std::min(left, v2 ? left_in_group(folder, "memory.max", "memory.current", "inactive_file")
                             : left_in_group(folder, "memory.limit_in_bytes",
@@ -81,20 +87,13 @@ double left_in_groups() {
   return left;
 }
 
-double address_space_limit() {
-  rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kInfinity;
-  return static_cast<double>(limit.rlim_cur);
-}
-
-}  // namespace
-
 double available_memory(double max_process_bytes) {
   double pages_mapped = 0.0, pages_resident = 0.0;
   std::ifstream("/proc/self/statm") >> pages_mapped >> pages_resident;
   const auto page = static_cast<double>(sysconf(_SC_PAGESIZE));
   const double left = std::min({address_space_limit() - page * pages_mapped,
-                                max_process_bytes - page * pages_resident, left_in_groups()});
+                                max_process_bytes - page * pages_resident,
+                                left_in_control_groups("/proc/self/cgroup", "/sys/fs/cgroup")});
   return std::max(left, 0.0);
 }
 

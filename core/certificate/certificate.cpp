@@ -148,6 +148,7 @@ class Certifier {
     return std::clamp(kFarInTols * options_.tol, kLeastFar, kMostFar);
   }
   [[nodiscard]] SecondOrder judge_barrier_problem(const Point& given);
+  [[nodiscard]] bool barrier_problem_refuted(double spare);
   [[nodiscard]] bool barrier_newton_contracts(const Point& given);
   [[nodiscard]] BoundClasses with_idle_held(BoundClasses classes) const;
   void report_inertias(ActiveSetSystem& system);
@@ -850,11 +851,24 @@ SecondOrder Certifier::judge_barrier_problem(const Point& given) {
     examine_curvature(given, &given.evaluation);
     return barrier_newton_contracts(given) ? SecondOrder::Satisfied : SecondOrder::Undecided;
   }
-  const bool refuted = !right(spare);
+  kkt_.begin_pivoting();
+  const bool refuted = barrier_problem_refuted(spare);
   kkt_.factorize_ahead({}, {});
   certificate_.inner = kkt_.factorize_inner({}).inertia;
   certificate_.full = kkt_.factorize({}).inertia;
   return refuted ? SecondOrder::Violated : SecondOrder::Undecided;
+}
+
+/// Whether pivoted factors show another inertia although each player is given so much curvature.
+bool Certifier::barrier_problem_refuted(double spare) {
+  const auto shows = [](const KktFactors& f) {
+    return f.trust.pivoted &&
+           (f.status == FactorizationStatus::Ok || f.status == FactorizationStatus::Singular);
+  };
+  const KktFactors inner = kkt_.factorize_inner({.y = spare});
+  if (!kkt_.has_expected_inner_inertia(inner)) return shows(inner);
+  const KktFactors full = kkt_.factorize({.x = spare, .y = spare});
+  return !kkt_.has_expected_inertia(full) && shows(full);
 }
 
 bool Certifier::barrier_newton_contracts(const Point& given) {

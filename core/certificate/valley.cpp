@@ -137,8 +137,8 @@ Valley ValleySearch::run(double margin, double tolerance) {
   walk_.set_free_directions(found_);
   valley.verdict = Valley::Verdict::Flat;
   valley.direction = walk_.step_along(found_.front());
-  std::vector<Eigen::VectorXd> tried = found_;
-  if (found_.size() > 1) {  // curvature between them
+  std::vector<Eigen::VectorXd> tried = {found_.front()};
+  if (found_.size() > 1) {  // all together, as each costs evaluations
     tried.push_back(Eigen::VectorXd::Zero(canonical_.variables()));
     for (std::size_t k = 0; k < found_.size(); ++k) {
       tried.back() += std::cos(1.0 + static_cast<double>(k)) * found_[k];

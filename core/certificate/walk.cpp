@@ -130,6 +130,7 @@ Walk::End Walk::take(const Eigen::VectorXd& step, double length) {
   if (!(residual <= (valley() ? kSmallInValley : kSmall) * scale)) return end;
   end.reached = is_inside(trial.v, trial.evaluation.c);
   end.change = lagrangian(trial.evaluation) - lagrangian(point_.evaluation);
+  end.left = std::abs(end.change - (trial.evaluation.f - point_.evaluation.f));
   end.moved = longest(canonical_, trial.v - point_.iterate.v, system_.units());
   return end;
 }

@@ -21,6 +21,7 @@ class Walk {
   struct End {
     bool reached = false;  ///< corrections converged, inside all bounds
     double change = 0.0;   ///< of the value, what a violation left over is worth included
+    double left = 0.0;     ///< that worth
     double moved = 0.0;    ///< longest entry of the way, in units
   };
 

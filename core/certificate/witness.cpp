@@ -23,7 +23,8 @@ constexpr double kTangent = 1e-6;     // sum of a row's terms over their sizes
 constexpr double kNothing = 1e-9;     // row of length one times a direction of length one
 constexpr double kMoved = 0.5;        // of the length: corrections must not lead back
 constexpr double kShareOfGain = 0.1;  // of the gain predicted that has to come
-constexpr double kRounding = 1e-14;   // of the value
+constexpr double kViolationsShare = 0.5;  // of the gain, at most
+constexpr double kRounding = 1e-14;       // of the value
 
 class WitnessSearch {
  public:
@@ -170,7 +171,9 @@ bool WitnessSearch::gains(double length) {
   if (!(predicted > kRounding * std::abs(point_.evaluation.f))) return false;
   const Walk::End end = walk_.take(step_, length);
   const double extent = std::abs(length) * longest(canonical_, step_, system_.units());
+  // Where gradients are dependent a violation may be all that the gain is worth.
   return end.reached && end.moved >= kMoved * extent &&
+         end.left <= kViolationsShare * std::abs(end.change) &&
          (inner_ ? end.change : -end.change) >= kShareOfGain * predicted;
 }
 

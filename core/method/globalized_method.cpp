@@ -25,6 +25,7 @@ GlobalizedMethod::GlobalizedMethod(const MethodContext& context, Restorer restor
       limit_(context.limit),
       budget_(context.budget),
       restorer_(std::move(restorer)),
+      patience_(canonical_.x().size() + canonical_.y().size()),
       outer_(context, first) {
   filter_.reserve(
       static_cast<std::size_t>(std::min(options_.max_iter, parameters::outer::kFilterPairs)));

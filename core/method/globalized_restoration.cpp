@@ -57,11 +57,17 @@ bool GlobalizedMethod::restore(Run& run) {
       evaluate_where_defined(canonical_, restored);
       move_to_trial(run);
       return fail(run, Status::UserStop);
+    case RestorationOutcome::Unproved:
     case RestorationOutcome::Failed:
       break;
   }
   if (has_max()) return leap(run);
-  return fail(run, Status::RestorationFailed, "the feasibility restoration failed");
+  return fail(
+      run, Status::RestorationFailed,
+      outcome == RestorationOutcome::Unproved
+          ? "the feasibility restoration ended where linear_solver ldlt, which does not pivot, "
+            "cannot tell a minimum of the violation from a saddle: auto and mumps can"
+          : "the feasibility restoration failed");
 }
 
 bool GlobalizedMethod::begin_at_restored(Run& run) {

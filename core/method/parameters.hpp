@@ -99,7 +99,9 @@ constexpr double kPenalty = 2.0;     ///< over the largest multiplier: an exact 
 
 /// When a search is given up, to begin anew elsewhere: cheap where there are few variables, so soon [R].
 namespace patience {
-constexpr Index kSetbacks = 3;
+constexpr Index kFewestSetbacks = 3;
+constexpr Index kMostSetbacks = 15;
+constexpr Index kVariablesPerSetback = 10;
 constexpr double kBranchJump = 1e-2;     ///< of phi above its estimate, over 1 + |phi| [G]
 constexpr double kProgress = 0.9;        ///< of the violation
 constexpr double kSmallProgress = 1e-4;  ///< of phi, over 1 + |phi|
@@ -191,7 +193,7 @@ constexpr double kMargin = 1e-2;  ///< share of an interval that stays free at e
 inline constexpr std::array kReaches{3.0, 1.0, 10.0};
 constexpr double kWideInterval = 100.0;  ///< reaches; wider bounds are no region of interest
 constexpr Index kIterations = 300;       ///< after the first search, after which none begins
-constexpr Index kIterationsOfAlgorithmOne = 60;  ///< of one search
+constexpr Index kIterationsOfAlgorithmOne = 150;  ///< of one search
 }  // namespace restart
 
 }  // namespace ipminmax::parameters

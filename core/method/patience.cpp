@@ -9,6 +9,10 @@ namespace ipminmax {
 
 namespace parameter = parameters::patience;
 
+Patience::Patience(Index variables)
+    : allowed_(std::min(parameter::kFewestSetbacks + variables / parameter::kVariablesPerSetback,
+                        parameter::kMostSetbacks)) {}
+
 void Patience::barrier_changed() {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   best_ = {kInfinity, kInfinity};
@@ -17,7 +21,7 @@ void Patience::barrier_changed() {
 
 std::optional<Patience::End> Patience::set_back(Setback kind) {
   setbacks_.add(kind);
-  if (setbacks_.total() <= parameter::kSetbacks) return std::nullopt;
+  if (setbacks_.total() <= allowed_) return std::nullopt;
   if (2 * inner_unbounded_ > setbacks_.total()) {
     return End{Status::InnerUnbounded, "the maximization over the Max variables looks unbounded"};
   }

@@ -11,6 +11,8 @@ namespace ipminmax {
 /// How long a search goes on without success.
 class Patience {
  public:
+  explicit Patience(Index variables);
+
   /// Why a search is given up.
   struct End {
     Status status;
@@ -30,6 +32,7 @@ class Patience {
   [[nodiscard]] const Setbacks& setbacks() const { return setbacks_; }
 
  private:
+  Index allowed_;
   Setbacks setbacks_;
   Index inner_unbounded_ = 0;  ///< inner phases in which y ran away
   Merit best_{1e300, 1e300};   ///< least violation and value at this mu

@@ -186,6 +186,9 @@ RestorationOutcome restore_feasibility(
     const bool feasible =
         problem.read(result.v, v, c) && c.lpNorm<Eigen::Infinity>() <= options.constr_viol_tol;
     if (feasible) return RestorationOutcome::Failed;
+    const bool pivots = options.linear_solver != LinearSolver::Ldlt;
+    if (!pivots && result.certificate.second_order != SecondOrder::Satisfied)
+      return RestorationOutcome::Unproved;
     point.iterate.v = v;
     return RestorationOutcome::LocallyInfeasible;
   }

@@ -12,6 +12,7 @@ namespace ipminmax {
 enum class RestorationOutcome : std::uint8_t {
   Restored,           ///< the point was moved to an acceptable one
   LocallyInfeasible,  ///< the violation is at a local minimum above the tolerance
+  Unproved,  ///< the same, or a saddle: only factorizations that pivot tell, and these do not
   Failed,
   Stopped,  ///< by the iteration or time limit
   UserStop  ///< by the observer; the point was moved to where it happened

@@ -20,11 +20,9 @@ struct PointRank {
 [[nodiscard]] PointRank rank_of(const CanonicalProblem& canonical, const SolverOptions& options,
                                 const Point& point);
 
-/// The best point that a search has seen, for the case that it fails.
+/// The best point that the searches of a solve have seen, for the case that they fail.
 class BestPoint {
  public:
-  explicit BestPoint(const Point& first) : point_(first) {}
-
   /// Takes the point where it is the best so far.
   void see(const PointRank& rank, const Point& point, double mu, Index iteration);
 

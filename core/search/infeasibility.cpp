@@ -38,6 +38,7 @@ void name_infeasibility(const MethodContext& context, const ProblemStructure& st
   measure(canonical, context.options, least);
   outcome.point = std::move(least);
   outcome.certificate = {};
+  outcome.of_iteration.reset();
   outcome.message.clear();
   outcome.status = Status::UserStop;
   if (found == RestorationOutcome::UserStop) return;

@@ -15,9 +15,11 @@
 #include <tuple>
 #include <utility>
 
+#include "core/model/norms.hpp"
 #include "core/model/timer.hpp"
 #include "core/multistart.hpp"
 #include "core/search/multistart_run.hpp"
+#include "core/search/other_answers.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/search/restart.hpp"
@@ -46,6 +48,9 @@ Rank rank_of(const Result& result) {
   if (found.kind == PointKind::InfeasiblePoint) return {5, 0, number(result.error.primal)};
   return {3, 0, number(result.error.total)};
 }
+
+/// Starts whose points are kept although they are not certified: their y may be worse elsewhere.
+constexpr Index kKeptUncertified = 1000;
 
 /// No other starting point can change such an end.
 bool is_final(Status status) {
@@ -249,6 +254,9 @@ void Multistart::record(Index start, Result&& result) {
     certified_.emplace(start, std::move(result));
     return;
   }
+  if (start < kKeptUncertified && !result.v.empty() && all_finite(result.v)) {
+    uncertified_.emplace(start, std::pair(result.v, result.objective));
+  }
   // Equal ranks go to the earlier start, in whatever order they end.
   const bool first = best_uncertified_start_ < 0;
   if (first || better(result, best_uncertified_) ||
@@ -279,9 +287,52 @@ MultistartResult Multistart::collect() {
   return answer;
 }
 
+/// The best point may stand over a weak branch of y, which the y of other starts may show.
+void Multistart::look_for_worse(MultistartResult& answer) {
+  Result& best = answer.best;
+  const auto& players = workers_.front().model->structure().variable_players;
+  const bool has_value = is_success(best.status) || best.status == Status::NoLocalMinmaxFound;
+  // A negative factor of the objective makes the inner player minimize.
+  if (!has_value || maximization_ || best.objective_scale < 0.0 || interrupted_ || best.v.empty() ||
+      !all_finite(best.v) || std::ranges::find(players, Player::Max) == players.end()) {
+    return;
+  }
+  if (options_.minmax_worst_case_starts == 0) {
+    OtherAnswers others{.points = {},
+                        .objectives = {},
+                        .tol = options_.tol,
+                        .constr_viol_tol = options_.constr_viol_tol};
+    for (const DistinctPoint& point : answer.points)
+      others.add(point.result.v, point.result.objective);
+    for (const auto& [start, point] : uncertified_) others.add(point.first, point.second);
+    compare_with(others, *workers_.front().model, best, total_.counts);
+  } else if (answer.points.empty()) {
+    std::vector<std::vector<double>> given;
+    for (const auto& [start, point] : uncertified_) {
+      if (static_cast<Index>(given.size()) + 1 >= options_.minmax_worst_case_starts) break;
+      given.push_back(point.first);
+    }
+    best.worst_case = worst_case_of(best, answer.best_start, given);
+  }
+  if (!answer.points.empty()) answer.points.front().result.worst_case = best.worst_case;
+  if (best.worst_case.higher) {
+    best.message += "; " + describe_worst_case(best);
+  } else if (best.status == Status::NoLocalMinmaxFound && !options_.minmax_epigraph &&
+             !options_.minmax_epigraph_at_kinks) {
+    best.message += "; minmax_epigraph_at_kinks yes goes on over the branches of y";
+  }
+}
+
 void Multistart::add_point(Index start, Result&& result, std::vector<DistinctPoint>& points) const {
+  // Where several y are worst, any of them may stand in v.
+  const bool over_branches = options_.minmax_epigraph || options_.minmax_epigraph_at_kinks;
+  const ProblemStructure& s = workers_.front().model->structure();
+  const auto place = [&](const std::vector<double>& v) {
+    return over_branches && !maximization_ ? min_part(s, v) : v;
+  };
+  const std::vector<double> own = place(result.v);
   const auto known = std::ranges::find_if(points, [&](const DistinctPoint& point) {
-    return same_point(result.v, point.result.v, options_.minmax_distinct_tol);
+    return same_point(own, place(point.result.v), options_.minmax_distinct_tol);
   });
   if (known == points.end()) {
     points.push_back({std::move(result), start, 1});
@@ -319,7 +370,12 @@ void Multistart::check_worst_cases(MultistartResult& answer) {
       }
     }
     if (next == nullptr || !(next->result.objective < best)) return;
-    next->result.worst_case = worst_case_of(*next, points);
+    std::vector<std::vector<double>> given;  // the y of the other points
+    for (const DistinctPoint& other : points) {
+      if (static_cast<Index>(given.size()) >= options_.minmax_worst_case_starts) break;
+      if (&other != next) given.push_back(other.result.v);
+    }
+    next->result.worst_case = worst_case_of(next->result, next->first_start, given);
     const WorstCase worst = next->result.worst_case;
     if (worst.starts == 0) return;  // interrupted
     if (!worst.higher || worst.unbounded || interrupted_ || more_starts-- == 0) continue;
@@ -327,20 +383,15 @@ void Multistart::check_worst_cases(MultistartResult& answer) {
   }
 }
 
-WorstCase Multistart::worst_case_of(const DistinctPoint& point,
-                                    const std::vector<DistinctPoint>& points) {
-  std::vector<std::vector<double>> given;  // the y of the other points
-  for (const DistinctPoint& other : points) {
-    if (static_cast<Index>(given.size()) >= options_.minmax_worst_case_starts) break;
-    if (&other != &point) given.push_back(other.result.v);
-  }
+WorstCase Multistart::worst_case_of(const Result& result, Index start,
+                                    const std::vector<std::vector<double>>& given) {
   MultistartObserver observer;
   observer.on_iteration = [&](Index, const IterationInfo& info) {
-    return !observer_.on_iteration || observer_.on_iteration(point.first_start, info);
+    return !observer_.on_iteration || observer_.on_iteration(start, info);
   };
-  observer.on_result = [&](Index, const Result& result) { add_work(result, total_); };
+  observer.on_result = [&](Index, const Result& made) { add_work(made, total_); };
   const WorstCaseCheck check =
-      check_worst_case(*workers_.front().model, point.result.v, with_remaining_time(),
+      check_worst_case(*workers_.front().model, result.v, with_remaining_time(),
                        options_.minmax_worst_case_starts, given, observer);
   if (check.interrupted) interrupt(*check.interrupted);
   return check.found;
@@ -372,6 +423,7 @@ void Multistart::choose_best(MultistartResult& answer) {
                               ? std::string(name_of(*interrupted_)) + " in a multistart"
                               : interrupted_by_;
   }
+  look_for_worse(answer);
   Result& best = answer.best;
   best.iterations = total_.iterations;
   best.factorizations = total_.factorizations;

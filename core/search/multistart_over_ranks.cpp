@@ -9,6 +9,7 @@
 
 #include "core/multistart.hpp"
 #include "core/search/multistart_run.hpp"
+#include "core/search/random_starts.hpp"
 #include "core/search/ranks.hpp"
 #include "core/search/result_bytes.hpp"
 
@@ -226,13 +227,11 @@ MultistartResult stopped() {
 }  // namespace
 
 void Multistart::read_model_start() {
-  const ProblemStructure& s = workers_.front().model->structure();
-  const std::size_t n = s.variable_players.size();
-  std::vector<double> lambda(s.constraint_players.size()), z_lower(n), z_upper(n);
-  model_start_.assign(n, 0.0);
-  StartingPoint start{model_start_, false, lambda, z_lower, z_upper};
+  model_start_ = starting_values(*workers_.front().model);
   // Where the model has none, start 0 fails and there is no other.
-  static_cast<void>(workers_.front().model->starting_point(start));
+  if (model_start_.empty()) {
+    model_start_.resize(workers_.front().model->structure().variable_players.size());
+  }
 }
 
 /// This thread exchanges messages, others search.

@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "core/model/timer.hpp"
@@ -52,8 +53,8 @@ class Multistart {
   void start_after_the_first();
   void note_exception(Index start, std::exception_ptr exception);
   void check_worst_cases(MultistartResult& answer);
-  [[nodiscard]] WorstCase worst_case_of(const DistinctPoint& point,
-                                        const std::vector<DistinctPoint>& points);
+  [[nodiscard]] WorstCase worst_case_of(const Result& result, Index start,
+                                        const std::vector<std::vector<double>>& given);
   void go_on_from(const std::vector<double>& v, MultistartResult& answer);
   [[nodiscard]] SolverOptions with_remaining_time() const;
   [[nodiscard]] Rank rank(const Result& result) const;
@@ -64,6 +65,7 @@ class Multistart {
   [[nodiscard]] MultistartResult collect();
   void add_point(Index start, Result&& result, std::vector<DistinctPoint>& points) const;
   void choose_best(MultistartResult& answer);
+  void look_for_worse(MultistartResult& answer);
 
   // On several ranks; see multistart_over_ranks.cpp.
   MultistartResult run_as_first(Ranks& ranks);
@@ -97,6 +99,8 @@ class Multistart {
   std::set<Index> recorded_;    ///< starts whose result is here
   std::string interrupted_by_;  ///< what the launcher did, empty: nothing
   std::map<Index, Result> certified_;
+  /// Points of other starts and f there.
+  std::map<Index, std::pair<std::vector<double>, double>> uncertified_;
   Result best_uncertified_;
   Index best_uncertified_start_ = -1;
   std::map<Status, Index> statuses_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "core/point/point.hpp"
@@ -13,8 +14,9 @@ struct SearchOutcome {
   std::string message;  ///< empty: the status says all
   Point point;
   double mu = 0.0;
-  Certificate certificate;  ///< of the point, where it was tested
-  Index iterations = 0;     ///< of the solve so far
+  Certificate certificate;              ///< of the point, where it was tested
+  Index iterations = 0;                 ///< of the solve so far
+  std::optional<Index> of_iteration{};  ///< the point's, where it is not the last one but the best
 };
 
 /// Whether a search that ended so may do better from another starting point.

@@ -35,6 +35,9 @@ class Restarted final : public ForwardingProblem {
   std::vector<double> model_start_;
 };
 
+/// The variables of the model's starting point; empty: it gives none that is finite.
+[[nodiscard]] std::vector<double> starting_values(Problem& model);
+
 /// Random starting point number `start`: each has a generator of its own, so that it does not
 /// depend on which thread draws it.
 [[nodiscard]] std::vector<double> random_start(const ProblemStructure& structure,

@@ -8,6 +8,7 @@
 
 #include "core/model/norms.hpp"
 #include "core/robust.hpp"
+#include "core/search/other_answers.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/search/robust_search.hpp"
 
@@ -48,10 +49,40 @@ void add_before(const RobustResult& before, RobustResult& answer) {
   add_work(before.result, answer.result);
 }
 
+bool has_max_variable(const ProblemStructure& structure) {
+  return std::ranges::find(structure.variable_players, Player::Max) !=
+         structure.variable_players.end();
+}
+
+/// Of a problem in the form in which it is solved.
+SolverOptions without_epigraph(SolverOptions options) {
+  options.minmax_epigraph = options.minmax_epigraph_at_kinks = false;
+  return options;
+}
+
+/// Why f cannot be treated as a robust constraint; empty: it can.
+std::string epigraph_error(Problem& model, const SolverOptions& options) {
+  if (!options.minmax_epigraph && !options.minmax_epigraph_at_kinks) return {};
+  if (!has_max_variable(model.structure())) return {};
+  bool mirrored = options.obj_scaling_factor < 0.0;
+  if (options.nlp_scaling_method == Scaling::User) {
+    UserScaling scaling;
+    if (model.user_scaling(scaling) && scaling.objective < 0.0) mirrored = !mirrored;
+  }
+  if (!mirrored) return {};
+  return std::string(options.minmax_epigraph ? "minmax_epigraph" : "minmax_epigraph_at_kinks") +
+         " cannot be used with a negative factor of the objective, by which y minimizes f";
+}
+
 class RobustSolve {
  public:
   RobustSolve(Problem& model, const SolverOptions& options, const SolveObserver& observer)
-      : model_(model), options_(options), observer_(observer), limit_(options) {}
+      : model_(model),
+        options_(without_epigraph(options)),
+        epigraph_(options.minmax_epigraph && has_max_variable(model.structure())),
+        at_kinks_(options.minmax_epigraph_at_kinks && has_max_variable(model.structure())),
+        observer_(observer),
+        limit_(options) {}
 
   /// start: n values of the model; empty: its own.
   [[nodiscard]] RobustResult from(const std::vector<double>& start);
@@ -63,26 +94,35 @@ class RobustSolve {
   void add_point(Index start, const Result& result, std::vector<DistinctPoint>& points) const;
 
   Problem& model_;
-  const SolverOptions& options_;
+  const SolverOptions options_;  ///< without those of the epigraph form
+  const bool epigraph_, at_kinks_;
   const SolveObserver& observer_;
   TimeLimit limit_;
 };
 
 RobustResult RobustSolve::from(const std::vector<double>& start) {
-  if (options_.minmax_epigraph) return in_epigraph_form(start, false);
+  if (epigraph_) return in_epigraph_form(start, false);
   RobustResult answer = as_asked(start);
   const bool has_point = !answer.result.v.empty() && all_finite(answer.result.v);
-  if (!options_.minmax_epigraph_at_kinks || !may_be_kink(answer.result.status) || !has_point) {
+  if (!at_kinks_ || !may_be_kink(answer.result.status) || !has_point) {
     return answer;
   }
   if (observer_.message) observer_.message("a kink of the worst case: the epigraph form from here");
-  RobustResult branches = in_epigraph_form(answer.result.v, true);
-  // The errors of a search over branches are those of its copies of y: only a certified answer is one.
-  const bool found = branches.result.certificate.kind == PointKind::LocalMinmax &&
-                     better(branches.result, answer.result);
-  RobustResult& chosen = found ? branches : answer;
-  add_before(&chosen == &answer ? branches : answer, chosen);
-  return std::move(chosen);
+  // From the maxima over y where the search ended, then from where it began.
+  for (const bool anew : {false, true}) {
+    RobustResult branches =
+        anew ? in_epigraph_form(start, false) : in_epigraph_form(answer.result.v, true);
+    // The errors of a search over branches are those of its copies of y: only a certified answer is
+    // one.
+    const bool found = branches.result.certificate.kind == PointKind::LocalMinmax &&
+                       better(branches.result, answer.result);
+    RobustResult& chosen = found ? branches : answer;
+    add_before(found ? answer : branches, chosen);
+    if (found || branches.result.status == Status::UserStop || limit_.expired()) {
+      return std::move(chosen);
+    }
+  }
+  return answer;
 }
 
 RobustResult RobustSolve::as_asked(const std::vector<double>& start) {
@@ -105,8 +145,8 @@ RobustResult RobustSolve::as_asked(const std::vector<double>& start) {
 
 RobustResult RobustSolve::in_epigraph_form(const std::vector<double>& start, bool at_kink) {
   const std::unique_ptr<Problem> epigraph = make_epigraph(model_);
-  const int starts = at_kink ? std::max(kBranchSearches, options_.minmax_worst_case_starts)
-                             : options_.minmax_worst_case_starts;
+  const int starts = epigraph_ ? options_.minmax_worst_case_starts
+                               : std::max(kBranchSearches, options_.minmax_worst_case_starts);
   std::vector<double> own = start;
   if (!own.empty()) {
     double f = 0.0;
@@ -159,16 +199,10 @@ RobustResult RobustSolve::from_many_starts() {
 void RobustSolve::add_point(Index start, const Result& result,
                             std::vector<DistinctPoint>& points) const {
   if (result.certificate.kind != PointKind::LocalMinmax) return;
-  const auto& players = model_.structure().variable_players;
-  const auto x_of = [&](const std::vector<double>& v) {
-    std::vector<double> x;
-    for (std::size_t i = 0; i < v.size(); ++i) {
-      if (players[i] == Player::Min) x.push_back(v[i]);
-    }
-    return x;
-  };
+  const ProblemStructure& s = model_.structure();
+  const std::vector<double> x = min_part(s, result.v);
   const auto known = std::ranges::find_if(points, [&](const DistinctPoint& point) {
-    return same_point(x_of(result.v), x_of(point.result.v), options_.minmax_distinct_tol);
+    return same_point(x, min_part(s, point.result.v), options_.minmax_distinct_tol);
   });
   if (known != points.end()) {
     ++known->found;
@@ -185,10 +219,15 @@ bool has_robust_constraints(const ProblemStructure& structure) {
 
 RobustResult solve_robust(Problem& model, const SolverOptions& options,
                           const SolveObserver& observer) {
-  if (!well_formed(model.structure())) {
-    RobustResult answer;
-    answer.result = solve(model, options, observer);
-    return answer;
+  RobustResult refused;
+  if (!well_formed(model.structure()) || !check(options).empty()) {
+    refused.result = solve(model, without_epigraph(options), observer);  // says what is wrong
+    return refused;
+  }
+  if (auto error = epigraph_error(model, options); !error.empty()) {
+    refused.result.status = Status::InvalidOption;
+    refused.result.message = std::move(error);
+    return refused;
   }
   RobustSolve robust(model, options, observer);
   return options.minmax_starts > 1 ? robust.from_many_starts() : robust.from({});

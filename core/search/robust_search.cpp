@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <random>
 #include <string>
 #include <utility>
@@ -33,18 +34,20 @@ constexpr double kSameBranch = 0.05;
 /// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a
 /// large one maxima at different bounds are one.
 constexpr double kMuNear = 1e-4;
+/// The same where that fails: maxima next to a bound with little slope need it smaller still.
+constexpr double kMuNearer = 1e-7;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Options of a solve that begins near its solution.
-SolverOptions near(const SolverOptions& options) {
+SolverOptions near(const SolverOptions& options, double mu) {
   SolverOptions near = options;
-  near.mu_init = std::min(options.mu_init, kMuNear);
+  near.mu_init = std::min(options.mu_init, mu);
   for (double* push :
        {&near.bound_push, &near.bound_frac, &near.slack_bound_push, &near.slack_bound_frac}) {
-    *push = std::min(*push, kMuNear);
+    *push = std::min(*push, mu);
   }
   near.bound_mult_init_method = BoundMultiplierInit::MuBased;
   return near;
@@ -83,6 +86,30 @@ bool moves_with_x(const ProblemStructure& s, const RobustScope& scope) {
     return s.variable_players[at(entry.col)] == Player::Min &&
            std::ranges::binary_search(scope.constraints, entry.row);
   });
+}
+
+/// The side of a constraint that is violated most, or nearest to it; null: no maximum was found.
+const SideScan* worst_side(const std::vector<SideScan>& scans, Index constraint) {
+  const SideScan* worst = nullptr;
+  for (const SideScan& side : scans) {
+    if (side.constraint != constraint || side.maxima.empty()) continue;
+    if (worst == nullptr || side.excess(0) > worst->excess(0)) worst = &side;
+  }
+  return worst;
+}
+
+bool is_certified(const Result& result) {
+  return result.certificate.kind == PointKind::LocalMinmax;
+}
+
+/// Whether the row of the k-th worst case holds x where it is: its multiplier exceeds its distance
+/// to the bound.
+bool is_active(const RobustCopies& copies, const Result& result, std::size_t k) {
+  const std::size_t row = at(copies.row(k));
+  const ProblemStructure& s = copies.structure();
+  const double distance = std::min(std::abs(s.constraint_upper[row] - result.constraints[row]),
+                                   std::abs(result.constraints[row] - s.constraint_lower[row]));
+  return std::abs(result.lambda[row]) > distance;
 }
 
 /// Cuts what the solved form has behind the asked model's variables and constraints.
@@ -158,20 +185,101 @@ RobustResult RobustSearch::run_from_maxima(std::vector<double> start) {
 bool RobustSearch::solve_rounds() {
   verified_ = false;
   for (Index round = 0;; ++round) {
-    RobustCopies copies(model_, worst_cases_, reads_y_);
-    if (moved_) copies.start_at(start_);
-    const Result result = solve_once(copies);
-    if (!is_success(result.status)) {
-      if (!verified_) report(copies, result);
+    Solved solved = solve_worst_cases();
+    if (may_hold_idle(solved.result)) hold_idle(solved);
+    if (!is_success(solved.result.status)) {
+      if (!verified_) report(*solved.copies, solved.result);
       return verified_;
     }
-    keep_point(copies, result);
+    keep_point(*solved.copies, solved.result);
+    const auto& [copies, result] = solved;
     if (starts_ == 0) {
-      report(copies, result);
+      report(*copies, result);
       return true;
     }
-    if (!look_further(copies, result, round)) return is_success(answer_.result.status);
+    if (!look_further(*copies, result, round)) return is_success(answer_.result.status);
   }
+}
+
+/// With the worst cases at hand.
+RobustSearch::Solved RobustSearch::solve_worst_cases() {
+  auto copies = std::make_unique<RobustCopies>(model_, worst_cases_, reads_y_);
+  if (moved_) copies->start_at(start_);
+  Result result = solve_once(*copies);
+  return {std::move(copies), std::move(result)};
+}
+
+/// A copy whose row is inactive has a multiplier of zero, so neither it nor what Max's rows tie to it
+/// has curvature. The row is maximized alone; where the maximum keeps the bound, the copy is held
+/// there for the certificate, else it goes on from there.
+void RobustSearch::hold_idle(Solved& solved) {
+  const std::vector<std::size_t> idle = idle_worst_cases(solved);
+  if (idle.empty()) return;
+  const bool failed = !is_success(solved.result.status);
+  const std::vector<double> own_start = start_;
+  const bool was_near = near_, had_moved = moved_;
+  const std::vector<RobustCopies::WorstCase> unsettled = worst_cases_;
+  keep_point(*solved.copies, solved.result);
+  const std::vector<RobustCopies::WorstCase> before = worst_cases_;
+  std::vector<RobustCopies::WorstCase> own;
+  for (const std::size_t k : idle) own.push_back(before[k]);
+  const std::vector<SideScan> scans = scan(own);
+  bool violated = false;
+  for (const std::size_t k : idle) {
+    RobustCopies::WorstCase& worst_case = worst_cases_[k];
+    const SideScan* side = worst_side(scans, worst_case.constraint);
+    if (side == nullptr) continue;
+    const bool holds = side->excess(0) <= options_.minmax_worst_case_tol;
+    // Where others stand for the same constraint, they may be the largest one.
+    const bool alone = std::ranges::count(before, worst_case.constraint,
+                                          &RobustCopies::WorstCase::constraint) == 1;
+    if (alone) worst_case.v = side->maxima[0].v;
+    violated = violated || (alone && !holds);
+    worst_case.held = holds || !alone;
+    worst_case.copied = worst_case.copied || worst_case.held;
+  }
+  Solved settled = solve_worst_cases();
+  bool better =
+      is_success(settled.result.status) && (failed || violated || is_certified(settled.result));
+  for (const std::size_t k : idle) {
+    // A y that is held does not follow x into Y(x).
+    if (better && worst_cases_[k].held && is_active(*settled.copies, settled.result, k)) {
+      better = false;
+    }
+  }
+  if (better) {
+    solved = std::move(settled);
+    keep_point(*solved.copies, solved.result);
+  } else {
+    worst_cases_ = failed ? unsettled : before;
+    if (failed) start_ = own_start, near_ = was_near, moved_ = had_moved;
+  }
+  for (const std::size_t k : idle) {  // the next solve looks for them anew
+    worst_cases_[k].held = before[k].held;
+    worst_cases_[k].copied = before[k].copied;
+  }
+}
+
+/// A second-order test that is undecided, or a search that failed, for the sake of idle copies.
+bool RobustSearch::may_hold_idle(const Result& result) const {
+  return !is_certified(result) && !stopped_from_outside(result.status) && !result.v.empty() &&
+         all_finite(result.v) && all_finite(result.constraints) && all_finite(result.lambda);
+}
+
+/// With Max variables of their own, or copies.
+std::vector<std::size_t> RobustSearch::idle_worst_cases(const Solved& solved) const {
+  std::vector<std::size_t> idle;
+  bool any_active = false;
+  for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
+    if (is_active(*solved.copies, solved.result, k)) {
+      any_active = true;
+    } else if (!worst_cases_[k].held && (worst_cases_[k].copied || options_.minmax_robust_copies)) {
+      idle.push_back(k);
+    }
+  }
+  // A search that failed where nothing holds x has not come near.
+  if (!any_active && !is_success(solved.result.status)) idle.clear();
+  return idle;
 }
 
 /// Checks a success over all of y. Whether another solve is to follow.
@@ -198,16 +306,16 @@ bool RobustSearch::look_further(const RobustCopies& copies, const Result& result
 bool RobustSearch::exchange() {
   take_scenarios();
   for (Index round = 0; round < kMostRounds; ++round) {
-    RobustCopies copies(model_, worst_cases_, reads_y_);
-    if (moved_) copies.start_at(start_);
-    const Result result = solve_once(copies);
+    Solved solved = solve_worst_cases();
+    if (!is_success(solved.result.status) && may_hold_idle(solved.result)) hold_idle(solved);
+    const auto& [copies, result] = solved;
     if (!is_success(result.status)) return false;
-    keep_point(copies, result);
-    const std::vector<RobustCopies::WorstCase> active = active_scenarios(copies, result);
+    keep_point(*copies, result);
+    const std::vector<RobustCopies::WorstCase> active = active_scenarios(*copies, result);
     const std::vector<SideScan> scans = scan(active);
     if (!add_violated(scans, kScenarioTol, true)) {
       release(scans);
-      add_missed(active);
+      add_missed(active, scans);
       return true;
     }
   }
@@ -258,16 +366,42 @@ void RobustSearch::release(const std::vector<SideScan>& scans) {
   }
 }
 
-/// Scenarios that hold x but led the maximizations elsewhere: a maximum of their own is near.
-void RobustSearch::add_missed(const std::vector<RobustCopies::WorstCase>& active) {
+/// Scenarios that hold x but are not on the way up to one of the maxima: one of their own is near.
+void RobustSearch::add_missed(const std::vector<RobustCopies::WorstCase>& active,
+                              const std::vector<SideScan>& scans) {
   for (RobustCopies::WorstCase scenario : active) {
+    scenario.held = false;
     const bool met = std::ranges::any_of(worst_cases_, [&](const auto& other) {
       return other.constraint == scenario.constraint &&
-             same_point(scenario.v, other.v, kSameBranch);
+             (same_point(scenario.v, other.v, kSameBranch) || leads_to(scenario, other, scans));
     });
-    scenario.held = false;
     if (!met) worst_cases_.push_back(std::move(scenario));
   }
+}
+
+/// Whether the constraint rises, or does not fall, all the way from one y to another at the x of
+/// start_: they belong to one branch.
+bool RobustSearch::leads_to(const RobustCopies::WorstCase& from, const RobustCopies::WorstCase& to,
+                            const std::vector<SideScan>& scans) {
+  constexpr int kPoints = 20;
+  constexpr double kDip = 1e-3;  // relative to the range of values seen
+  const SideScan* side = worst_side(scans, from.constraint);
+  if (side == nullptr) return false;
+  const ProblemStructure& s = model_.structure();
+  const double sign = side->bound == s.constraint_upper[at(from.constraint)] ? 1.0 : -1.0;
+  std::vector<double> v = start_, g(s.constraint_players.size());
+  double highest = -std::numeric_limits<double>::infinity();
+  for (int k = 0; k <= kPoints; ++k) {
+    const double t = static_cast<double>(k) / kPoints;
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      if (s.variable_players[i] == Player::Max) v[i] = (1.0 - t) * from.v[i] + t * to.v[i];
+    }
+    if (!model_.constraints(v, true, g)) return false;
+    const double value = sign * g[at(from.constraint)];
+    if (!(value >= highest - kDip * side->scale)) return false;
+    highest = std::max(highest, value);
+  }
+  return true;
 }
 
 void RobustSearch::choose_copies() {
@@ -307,8 +441,9 @@ Result RobustSearch::solve_once(RobustCopies& copies) {
     add_work(result, work_);
     return result;
   };
-  if (near_) {
-    Result result = solve_with(near(options));
+  for (const double mu : {kMuNear, kMuNearer}) {
+    if (!near_) break;
+    Result result = solve_with(near(options, mu));
     if (is_success(result.status) || stopped_from_outside(result.status)) return result;
   }
   return solve_with(options);
@@ -432,10 +567,12 @@ std::vector<RobustWorstCase> RobustSearch::list_worst_cases(const RobustCopies& 
   const std::size_t m = asked_.structure().constraint_players.size();
   for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
     const auto row = at(copies.row(k));
+    const bool known = row < result.constraints.size();
     RobustWorstCase found{.constraint = worst_cases_[k].constraint,
                           .v = copies.model_point(result.v, k),
-                          .value = row < result.constraints.size() ? result.constraints[row] : kNaN,
-                          .multiplier = result.lambda[row]};
+                          .value = known ? result.constraints[row] : kNaN,
+                          .multiplier = result.lambda[row],
+                          .active = known && is_active(copies, result, k)};
     if (at(found.constraint) == m) found.value += found.v.back();  // f - t
     found.v.resize(n);
     list.push_back(std::move(found));

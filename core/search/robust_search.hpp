@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "core/model/robust_copies.hpp"
@@ -31,13 +32,26 @@ class RobustSearch {
   [[nodiscard]] RobustResult run_from_maxima(std::vector<double> start);
 
  private:
+  /// The problem of a list of worst cases, and its answer.
+  struct Solved {
+    std::unique_ptr<RobustCopies> copies;
+    Result result;
+  };
   void choose_copies();
   [[nodiscard]] bool solve_rounds();
+  [[nodiscard]] Solved solve_worst_cases();
+  [[nodiscard]] bool may_hold_idle(const Result& result) const;
+  void hold_idle(Solved& solved);
+  [[nodiscard]] std::vector<std::size_t> idle_worst_cases(const Solved& solved) const;
   [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
   [[nodiscard]] bool exchange();
   void take_scenarios();
   void release(const std::vector<SideScan>& scans);
-  void add_missed(const std::vector<RobustCopies::WorstCase>& active);
+  void add_missed(const std::vector<RobustCopies::WorstCase>& active,
+                  const std::vector<SideScan>& scans);
+  [[nodiscard]] bool leads_to(const RobustCopies::WorstCase& from,
+                              const RobustCopies::WorstCase& to,
+                              const std::vector<SideScan>& scans);
   [[nodiscard]] Result solve_once(RobustCopies& copies);
   void keep_point(const RobustCopies& copies, const Result& result);
   [[nodiscard]] bool add_violated(const std::vector<SideScan>& scans, double tolerance, bool held);

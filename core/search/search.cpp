@@ -21,7 +21,7 @@ bool seems_wrong(const Certificate& found) {
 }  // namespace
 
 Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
-               Observation& observation, Start start)
+               Observation& observation, BestPoint& best, Start start)
     : context_(context),
       purpose_(purpose),
       barrier_(barrier),
@@ -29,7 +29,7 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
       test_(context.options),
       point_(std::move(start.point)),
       next_(point_),
-      best_(point_),
+      best_(best),
       step_{.kind = start.how},
       deadline_(start.deadline) {
   best_.see(rank_of(context_.canonical, context_.options, point_), point_, barrier_.mu(),
@@ -71,50 +71,12 @@ SearchOutcome Search::ended(Status status, std::string message) const {
   if (status == Status::MaxIterations && !context_.budget.is_spent() && message.empty()) {
     message = "the factorizations that minmax_max_factorizations allows are used up";
   }
-  SearchOutcome outcome{.status = status,
-                        .message = std::move(message),
-                        .point = point_,
-                        .mu = barrier_.mu(),
-                        .certificate = {},
-                        .iterations = context_.budget.iteration};
-  if (!is_better_than_last(status)) return outcome;
-  outcome.point = best_.point();
-  outcome.mu = best_.mu();
-  // The bounds that the search moved since then are those of its last point.
-  context_.canonical.keep_distances(outcome.point.iterate, outcome.mu);
-  measure(context_.canonical, context_.options, outcome.point);
-  if (!outcome.message.empty()) {
-    outcome.message +=
-        " (returned: the best point seen, of iteration " + std::to_string(best_.iteration()) + ")";
-  }
-  return outcome;
-}
-
-/// Whether a search that ended so returns the best point that it has seen, and that is not the last one.
-bool Search::is_better_than_last(Status ended) const {
-  const SolverOptions& options = context_.options;
-  if (purpose_ != Purpose::Solution || options.minmax_pure_newton ||
-      options.minmax_globalization != Globalization::Filter) {
-    return false;
-  }
-  const PointRank last = rank_of(context_.canonical, options, point_);
-  switch (ended) {
-    case Status::TinyStep:
-    case Status::RestorationFailed:
-    case Status::InertiaCorrectionFailed:
-    case Status::LinearSolverFailed:
-    case Status::EvaluationFailed:
-    case Status::InvalidNumber:
-      return best_.rank() < last;
-    case Status::MaxIterations:
-    case Status::MaxCpuTime:
-    case Status::MaxWallTime:
-      // A minimization that goes on later does so from the last point, unless that is infeasible.
-      return context_.canonical.max_size() > 0 ? best_.rank() < last
-                                               : best_.rank().violation < last.violation;
-    default:  // the last point shows what the status says, or is the user's
-      return false;
-  }
+  return {.status = status,
+          .message = std::move(message),
+          .point = point_,
+          .mu = barrier_.mu(),
+          .certificate = {},
+          .iterations = context_.budget.iteration};
 }
 
 SearchOutcome Search::ended(Verdict&& verdict) const {

@@ -23,9 +23,9 @@ enum class Purpose : std::uint8_t {
 /// One search from one starting point: the main loop.
 class Search {
  public:
-  /// The start's point is evaluated and measured.
+  /// The start's point is evaluated and measured. best: of the solve, shown every point.
   Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
-         Observation& observation, Start start);
+         Observation& observation, BestPoint& best, Start start);
 
   /// Iterates until the search ends. kept: a first-order point with an undecided test that was left for
   /// a better one.
@@ -59,7 +59,6 @@ class Search {
   void return_to_fast_factorizations() const;
   void take_next();
   void measure_point();
-  [[nodiscard]] bool is_better_than_last(Status ended) const;
 
   MethodContext context_;
   Purpose purpose_;
@@ -67,7 +66,7 @@ class Search {
   Observation& observation_;
   FirstOrderTest test_;
   Point point_, next_;
-  BestPoint best_;
+  BestPoint& best_;
   StepReport step_;  ///< that led to point_, or failed there
   std::optional<Deadline> deadline_;
   Index runaway_iterations_ = 0;  ///< in a row

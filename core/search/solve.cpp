@@ -52,6 +52,7 @@ struct Solve::Machinery {
   std::optional<Search> search;       ///< the last one
   std::optional<SearchOutcome> left;  ///< by the last one, for a better point
   std::optional<SearchOutcome> best;  ///< of those before
+  BestPoint best_point;               ///< of all
 };
 
 Solve::Solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
@@ -178,10 +179,11 @@ SearchOutcome Solve::search_all(Machinery& machinery, Start start) {
 
 SearchOutcome Solve::search_from(const Start& start, Machinery& machinery) {
   machinery.search.emplace(machinery.context, purpose_, *machinery.barrier, machinery.observation,
-                           start);
+                           machinery.best_point, start);
   const auto method = method_for(start, machinery);
   if (auto found = contradiction(*machinery.search)) return std::move(*found);
   SearchOutcome outcome = machinery.search->run(*method, machinery.left);
+  if (returns_best(machinery.best_point, outcome)) take_best(machinery.best_point, outcome);
   const bool is_first = start.how == StepKind::None;
   if (is_first && has_line_search() && purpose_ == Purpose::Solution) {
     name_infeasibility(machinery.context, problem_.structure(), restorer(machinery), outcome);
@@ -263,7 +265,44 @@ std::optional<SearchOutcome> Solve::contradiction(const Search& search) const {
                       canonical_.constraint_name(*row) + " has no free variable and is violated");
 }
 
+bool Solve::returns_best(const BestPoint& best, const SearchOutcome& ended) const {
+  if (purpose_ != Purpose::Solution || !has_line_search()) return false;
+  const PointRank reached = rank_of(canonical_, options_, ended.point);
+  switch (ended.status) {
+    case Status::TinyStep:
+    case Status::RestorationFailed:
+    case Status::InertiaCorrectionFailed:
+    case Status::LinearSolverFailed:
+    case Status::EvaluationFailed:
+    case Status::InvalidNumber:
+      return best.rank() < reached;
+    case Status::MaxIterations:
+    case Status::MaxCpuTime:
+    case Status::MaxWallTime:
+      // A minimization that goes on later does so from the last point, unless that is infeasible.
+      return canonical_.max_size() > 0 ? best.rank() < reached
+                                       : best.rank().violation < reached.violation;
+    default:  // the last point shows what the status says, or is the user's
+      return false;
+  }
+}
+
+void Solve::take_best(const BestPoint& best, SearchOutcome& outcome) {
+  outcome.point = best.point();
+  outcome.mu = best.mu();
+  outcome.certificate = {};
+  // The bounds that were moved since then are those of other points.
+  canonical_.keep_distances(outcome.point.iterate, outcome.mu);
+  measure(canonical_, options_, outcome.point);
+  outcome.of_iteration = best.iteration();
+}
+
 Result Solve::finish(Machinery& machinery, SearchOutcome outcome) {
+  if (returns_best(machinery.best_point, outcome)) take_best(machinery.best_point, outcome);
+  if (outcome.of_iteration && !outcome.message.empty()) {
+    outcome.message += " (returned: the best point seen, of iteration " +
+                       std::to_string(*outcome.of_iteration) + ")";
+  }
   Result result = result_of(canonical_, options_, std::move(outcome));
   result.iterations = budget_.iteration;
   if (result.message.empty()) result.message = std::string(name_of(result.status));

@@ -38,6 +38,9 @@ class Solve {
   [[nodiscard]] bool has_line_search() const;
   /// Names a constraint that no variable can mend.
   [[nodiscard]] std::optional<SearchOutcome> contradiction(const Search& search) const;
+  /// Whether a solve that ended so returns the best point that it has seen instead of that.
+  [[nodiscard]] bool returns_best(const BestPoint& best, const SearchOutcome& ended) const;
+  void take_best(const BestPoint& best, SearchOutcome& outcome);
   [[nodiscard]] Result finish(Machinery& machinery, SearchOutcome outcome);
   [[nodiscard]] Result without_point(Status status, std::string message);
   void keep_work(const Machinery& machinery, Status status);

@@ -1,6 +1,5 @@
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
 #include <new>
 #include <string>
 #include <utility>
@@ -8,6 +7,7 @@
 
 #include "core/model/finite_difference_hessian.hpp"
 #include "core/model/timer.hpp"
+#include "core/robust.hpp"
 #include "core/search/diagnosis.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/search/restart.hpp"
@@ -101,20 +101,12 @@ Result solve_once(Problem& problem, const SolverOptions& options, const SolveObs
   return Solve(problem, options, observer, Purpose::Solution, kept).run();
 }
 
+/// A function was evaluated, in vain: the numbers of the start itself are in order.
 bool start_is_undefined(const Result& result) {
+  const Counts& calls = result.counts;
   return result.v.empty() &&
-         (result.status == Status::EvaluationFailed || result.status == Status::InvalidNumber);
-}
-
-/// The model's starting point; empty where it has none that is finite.
-std::vector<double> starting_point_of(Problem& problem) {
-  const ProblemStructure& structure = problem.structure();
-  std::vector<double> v(structure.variable_players.size());
-  StartingPoint start;
-  start.v = v;
-  const bool usable = problem.starting_point(start) &&
-                      std::ranges::all_of(v, [](double value) { return std::isfinite(value); });
-  return usable ? v : std::vector<double>{};
+         (result.status == Status::EvaluationFailed || result.status == Status::InvalidNumber) &&
+         calls.objective + calls.gradient + calls.constraints + calls.jacobian > 0;
 }
 
 /// Where a game is not defined at its own starting point: from the first of other ones where it is.
@@ -125,7 +117,7 @@ Result solve_elsewhere(Problem& problem, const SolverOptions& options,
     return undefined;
   }
   const TimeLimit limit(options);
-  const std::vector<double> own = starting_point_of(problem);
+  const std::vector<double> own = starting_values(problem);
   SolverOptions cold = options;
   cold.warm_start_init_point = false;
   for (Index start = 1; !own.empty() && start <= options.minmax_max_restarts; ++start) {
@@ -151,10 +143,21 @@ Result solve_elsewhere(Problem& problem, const SolverOptions& options,
   return undefined;
 }
 
+/// minmax_epigraph and minmax_epigraph_at_kinks make other problems of the model.
+Result solve_over_branches(Problem& problem, const SolverOptions& options,
+                           const SolveObserver& observer) {
+  SolverOptions from_one_start = options;
+  from_one_start.minmax_starts = 1;
+  return solve_robust(problem, from_one_start, observer).result;
+}
+
 /// Also where the solver itself, or its answer, found no memory.
 Result solve_keeping(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
                      KeptWork* kept) {
   try {
+    if (options.minmax_epigraph || options.minmax_epigraph_at_kinks) {
+      return solve_over_branches(problem, options, observer);
+    }
     Result result = solve_once(problem, options, observer, kept);
     if (start_is_undefined(result)) {
       result = solve_elsewhere(problem, options, observer, kept, std::move(result));

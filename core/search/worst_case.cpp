@@ -159,6 +159,7 @@ WorstCaseCheck check_worst_case(Problem& problem, std::span<const double> v,
   inner_options.fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
   inner_options.warm_start_init_point = false;
   inner_options.minmax_worst_case_starts = 0;
+  inner_options.minmax_epigraph = inner_options.minmax_epigraph_at_kinks = false;
   inner_options.minmax_starts = options.minmax_concave_in_y ? 1 : std::max(1, starts);
   check.found.stated_concave = options.minmax_concave_in_y;
   Maxima maxima(options, check);
@@ -199,6 +200,8 @@ std::string number(double value) {
   return text;
 }
 
+constexpr const char* kOverBranches = "; minmax_epigraph yes minimizes over the branches of y";
+
 /// "(a, b, c, ...)"
 std::string list(const std::vector<double>& values, std::size_t most) {
   std::string text = "(";
@@ -213,7 +216,13 @@ std::string list(const std::vector<double>& values, std::size_t most) {
 std::string describe_worst_case(const Result& result) {
   constexpr std::size_t kMostEntries = 6;
   const WorstCase& found = result.worst_case;
-  if (found.starts == 0) return {};
+  if (found.starts == 0 && !found.higher) return {};
+  if (found.starts == 0) {
+    return "value " + number(result.objective) +
+           " is a local worst case only: the y of another start, y = " +
+           list(found.y, kMostEntries) + ", gives " + number(found.value) +
+           " at this x; minmax_worst_case_starts N maximizes over y" + kOverBranches;
+  }
   const std::string searched = " in " + std::to_string(found.starts) + " maximization" +
                                (found.starts == 1 ? "" : "s") + " over y";
   std::string text;
@@ -243,6 +252,8 @@ std::string describe_worst_case(const Result& result) {
     text += "; " + std::to_string(found.competing) +
             " of them share the largest: the worst case may have a kink at this x, where "
             "minmax_epigraph yes goes on";
+  } else if (found.higher) {
+    text += kOverBranches;
   }
   return text;
 }

@@ -786,6 +786,71 @@ TEST(CInterface, TheWorstCaseOverAllOfY) {
   EXPECT_EQ(IpminmaxCheckWorstCase(nullptr, x, 5, &found, nullptr, nullptr), 0);
 }
 
+/// min x^2 - x with x y <= 1, x - y <= 9 for every y in [1, 4]: x = 1/4 at y = 4; the other row is idle.
+int limits_f(int, double* v, int, double* f, void*) {
+  *f = v[0] * v[0] - v[0];
+  return 1;
+}
+int limits_grad(int, double* v, int, double* grad, void*) {
+  grad[0] = 2.0 * v[0] - 1.0;
+  grad[1] = 0.0;
+  return 1;
+}
+int limits_g(int, double* v, int, int, double* g, void*) {
+  g[0] = v[0] * v[1];
+  g[1] = v[0] - v[1];
+  return 1;
+}
+int limits_jac(int, double* v, int, int, int, int* row, int* col, double* values, void*) {
+  if (values == nullptr) {
+    row[0] = row[1] = 0, row[2] = row[3] = 1;
+    col[0] = col[2] = 0, col[1] = col[3] = 1;
+  } else {
+    values[0] = v[1], values[1] = v[0], values[2] = 1.0, values[3] = -1.0;
+  }
+  return 1;
+}
+
+TEST(CInterface, WorstCasesOfRobustConstraints) {
+  const double lower[] = {-5.0, 1.0}, upper[] = {5.0, 4.0};
+  const double least[] = {-1e20, -1e20}, most[] = {1.0, 9.0};
+  const int players[] = {IPMINMAX_MIN, IPMINMAX_MAX}, rows[] = {IPMINMAX_MIN, IPMINMAX_MIN};
+  ProblemPtr problem(IpminmaxCreate(2, lower, upper, 2, least, most, 4, 0, IPMINMAX_C_STYLE,
+                                    limits_f, limits_g, limits_grad, limits_jac, nullptr, players,
+                                    rows));
+  ASSERT_NE(problem.get(), nullptr);
+  IpminmaxAddIntOption(problem.get(), "print_level", 0);
+  EXPECT_EQ(
+      IpminmaxGetRobustWorstCases(problem.get(), 0, nullptr, nullptr, nullptr, nullptr, nullptr),
+      0);
+  double x[] = {0.1, 2.0}, f = 0.0;
+  ASSERT_EQ(IpminmaxSolve(problem.get(), x, nullptr, &f, nullptr, nullptr, nullptr, nullptr),
+            IPMINMAX_SOLVE_SUCCEEDED)
+      << IpminmaxMessage(problem.get());
+  EXPECT_NEAR(x[0], 0.25, 1e-6);
+  int constraints[2] = {-1, -1}, active[2] = {-1, -1};
+  double values[2] = {}, multipliers[2] = {}, worst[4] = {};
+  ASSERT_EQ(IpminmaxGetRobustWorstCases(problem.get(), 2, constraints, values, multipliers, active,
+                                        worst),
+            2);
+  EXPECT_EQ(constraints[0], 0);
+  EXPECT_EQ(constraints[1], 1);
+  EXPECT_NEAR(values[0], 1.0, 1e-6);
+  EXPECT_LT(values[1], -0.7);
+  EXPECT_NEAR(multipliers[0], 0.125, 1e-5);  // 2 x - 1 + 4 lambda = 0
+  EXPECT_NEAR(multipliers[1], 0.0, 1e-6);
+  EXPECT_EQ(active[0], 1);
+  EXPECT_EQ(active[1], 0);
+  EXPECT_NEAR(worst[0], 0.25, 1e-6);
+  EXPECT_NEAR(worst[1], 4.0, 1e-6);
+  EXPECT_EQ(worst[2], x[0]);
+  int first = -1;
+  EXPECT_EQ(
+      IpminmaxGetRobustWorstCases(problem.get(), 1, &first, nullptr, nullptr, nullptr, nullptr), 2);
+  EXPECT_EQ(first, 0);
+  EXPECT_EQ(IpminmaxGetRobustWorstCases(nullptr, 1, &first, nullptr, nullptr, nullptr, nullptr), 0);
+}
+
 TEST(CInterface, AMistypedOptionGetsAProposal) {
   ProblemPtr problem = Arguments{}.create();
   EXPECT_EQ(IpminmaxAddNumOption(problem.get(), "toll", 1e-6), 0);

@@ -1,4 +1,6 @@
 // Options: registered from the core's table, read from files, copied back with their types.
+#include <unistd.h>
+
 #include <gtest/gtest.h>
 
 #include <IpJournalist.hpp>
@@ -221,6 +223,24 @@ TEST_F(OptionFile, MayOnlyBeMissingWhenNobodyNamedIt) {
 TEST_F(OptionFile, IsNoFolder) {
   EXPECT_EQ(app->Initialize(testing::TempDir()), Ipopt::Invalid_Option);
   EXPECT_EQ(app->LastResult().message, testing::TempDir() + " cannot be read");
+}
+
+/// In a child without privileges, which may read everything; a file that opens but cannot be read.
+TEST_F(OptionFile, MustBeReadable) {
+  write("max_iter 11\n");
+  std::filesystem::permissions(name, std::filesystem::perms::none);
+  const auto refused_without_privileges = [&] {
+    constexpr uid_t kNobody = 65534;
+    if (geteuid() == 0 && setresuid(kNobody, kNobody, kNobody) != 0) std::_Exit(2);
+    const bool refused =
+        app->Initialize(name) == Ipopt::Invalid_Option &&
+        app->LastResult().message == "the options file \"" + name + "\" cannot be opened";
+    std::_Exit(refused ? 0 : 1);
+  };
+  EXPECT_EXIT(refused_without_privileges(), testing::ExitedWithCode(0), "");
+  constexpr const char* kUnreadable = "/proc/self/mem";  // nothing at address 0
+  EXPECT_EQ(app->Initialize(kUnreadable), Ipopt::Invalid_Option);
+  EXPECT_EQ(app->LastResult().message, std::string(kUnreadable) + " cannot be read");
 }
 
 TEST_F(OptionFile, MayBeOverriddenWhereThatIsAllowed) {

@@ -487,6 +487,8 @@ TEST_F(AmplExecutable, BadOptionsAreNamed) {
   std::filesystem::create_directory(path("ipminmax.opt"));
   EXPECT_NE(refusal("").find("ipminmax.opt: it is a folder"), std::string::npos);
   EXPECT_NE(refusal("option_file_name=.").find("it is a folder"), std::string::npos);
+  EXPECT_NE(refusal("option_file_name=/proc/self/mem").find("/proc/self/mem cannot be read"),
+            std::string::npos);
   std::filesystem::remove(path("ipminmax.opt"));
   EXPECT_NE(refusal("halt_on_ampl_error=maybe").find("halt_on_ampl_error = maybe"),
             std::string::npos);

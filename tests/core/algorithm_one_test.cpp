@@ -579,9 +579,17 @@ TEST(MuTarget, RefusesACentreThatIsNoLocalMinmax) {
   SolverOptions options;
   options.minmax_globalization = Globalization::None;
   options.mu_target = 0.1;
-  const Result at_centre = solve(problem, options);
-  EXPECT_EQ(at_centre.status, Status::NotLocalMinmax);
-  EXPECT_EQ(at_centre.certificate.second_order, SecondOrder::Violated);
+  for (const LinearSolver solver :
+       {LinearSolver::Auto, LinearSolver::Mumps, LinearSolver::Lapack}) {
+    options.linear_solver = solver;
+    const Result at_centre = solve(problem, options);
+    EXPECT_EQ(at_centre.status, Status::NotLocalMinmax);
+    EXPECT_EQ(at_centre.certificate.second_order, SecondOrder::Violated);
+  }
+  // A wrong sign is not taken from factors without pivoting.
+  options.linear_solver = LinearSolver::Ldlt;
+  EXPECT_EQ(solve(problem, options).certificate.second_order, SecondOrder::Undecided);
+  options.linear_solver = LinearSolver::Auto;
   options.mu_init = options.mu_target = 1.0;
   EXPECT_EQ(solve(problem, options).status, Status::Solved);
 }

@@ -11,6 +11,7 @@
 
 #include <support/autodiff_problem.hpp>
 #include <support/certified_point.hpp>
+#include <support/dense_algebra.hpp>
 #include <support/function_problem.hpp>
 
 namespace ipminmax {
@@ -78,15 +79,12 @@ TEST_P(CertificateBySolver, RandomSaddlesNeedBothInertias) {
   for (int k = 0; k < 600; ++k) {
     Eigen::MatrixXd h = Eigen::MatrixXd::NullaryExpr(4, 4, [&] { return uniform(random); });
     h = (h + h.transpose()).eval();
-    const auto eigenvalues = [](const Eigen::MatrixXd& m) -> Eigen::VectorXd {
-      return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(m).eigenvalues();
-    };
     const Eigen::MatrixXd yy = h.bottomRightCorner(2, 2);
     const Eigen::MatrixXd schur =
         h.topLeftCorner(2, 2) - h.topRightCorner(2, 2) * yy.inverse() * h.bottomLeftCorner(2, 2);
-    const bool inner = eigenvalues(yy).maxCoeff() < 0.0;
-    const bool minmax = inner && eigenvalues(schur).minCoeff() > 0.0;
-    const bool full = (eigenvalues(h).array() < 0.0).count() == 2;
+    const bool inner = testing::symmetric_eigenvalues(yy).maxCoeff() < 0.0;
+    const bool minmax = inner && testing::symmetric_eigenvalues(schur).minCoeff() > 0.0;
+    const bool full = (testing::symmetric_eigenvalues(h).array() < 0.0).count() == 2;
     const Certificate found = certify_quadratic({kMin, kMin, kMax, kMax}, h, GetParam());
     EXPECT_EQ(found.second_order, minmax ? SecondOrder::Satisfied : SecondOrder::Violated) << h;
     EXPECT_EQ(found.inner == found.inner_expected, inner) << h;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <problems/random_multimodal.hpp>
 #include <problems/small_problems.hpp>
 #include <support/autodiff_problem.hpp>
 #include <support/judge_truth.hpp>
@@ -149,6 +150,34 @@ TEST(FactorizationLimit, LeavesTheBestPointSeen) {
     }
   });
   EXPECT_GT(earlier, 5);
+}
+
+TEST(FactorizationLimit, LeavesTheBestPointSeenByAnySearch) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Index of_earlier_search = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const MultimodalProblem many = random_multimodal(MultimodalKind::Constrained, 5, 4, seed);
+    for (const std::vector<double>& start : many.starts) {
+      AutodiffProblem problem(many.model, start);
+      SolverOptions options;
+      options.minmax_max_factorizations = 120;
+      // Of all searches, and of the last one.
+      double least = kInfinity, least_of_last = kInfinity;
+      const Result r = solve(problem, options, [&](const IterationInfo& info) {
+        if (info.restoration) return true;
+        if (info.step_kind == 'w') least_of_last = kInfinity;
+        const double violation = std::max(info.error.primal, options.constr_viol_tol);
+        least = std::min(least, violation);
+        least_of_last = std::min(least_of_last, violation);
+        return true;
+      });
+      if (r.status != Status::MaxIterations) continue;
+      EXPECT_LE(r.error.primal, least * (1.0 + 1e-6) + 1e-7) << seed;
+      EXPECT_EQ(TruthJudge(problem, options, r, false).untruths(), "") << seed;
+      of_earlier_search += least < 0.5 * least_of_last ? 1 : 0;
+    }
+  }
+  EXPECT_GT(of_earlier_search, 2);
 }
 
 }  // namespace

@@ -3,8 +3,9 @@
 #include <complex>
 
 #include <gtest/gtest.h>
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
+#include <support/dense_algebra.hpp>
 #include <support/function_problem.hpp>
 
 #include "core/kkt/inertia_correction.hpp"
@@ -16,6 +17,7 @@ namespace ipminmax {
 namespace {
 
 using testing::FunctionProblem;
+using testing::spectral_radius;
 
 /// A quadratic at its stationary point 0 with the library's own KKT system.
 class IterationMap {
@@ -71,10 +73,6 @@ class IterationMap {
   Evaluation evaluation_;
 };
 
-double spectral_radius(const Eigen::MatrixXd& map) {
-  return Eigen::EigenSolver<Eigen::MatrixXd>(map).eigenvalues().cwiseAbs().maxCoeff();
-}
-
 const std::vector<Player> kMinMax = {Player::Min, Player::Max};
 
 // f = 1.5 x^2 - 4 x y + y^2: 0 is no local minmax, K has the right inertia, K_yy has not.
@@ -123,7 +121,7 @@ TEST(PaperCounterexample2, ShiftsThatAreTooSmallInXMakeALocalMinmaxUnstable) {
   ASSERT_TRUE(map.lqac_holds({.x = 0.3, .y = 3.0}));
   const Eigen::MatrixXd jacobian = map.jacobian(kMinmax);
   EXPECT_TRUE(jacobian.isApprox(Eigen::MatrixXd{{6.0, -15.0}, {1.5, -3.0}}, 1e-9));
-  const auto eigenvalues = Eigen::EigenSolver<Eigen::MatrixXd>(jacobian).eigenvalues();
+  const auto eigenvalues = testing::eigenvalues(jacobian);
   EXPECT_NEAR(eigenvalues[0].real(), 1.5, 1e-9);
   EXPECT_NEAR(std::abs(eigenvalues[0].imag()), 1.5, 1e-9);
   EXPECT_GT(spectral_radius(jacobian), 1.0);
@@ -151,7 +149,7 @@ TEST(Line7, RandomPointsWithTheRightFullAndTheWrongInnerInertiaAreUnstable) {
     Eigen::MatrixXd h = Eigen::MatrixXd::Random(4, 4);
     h = (h + h.transpose()).eval();
     const auto negative = [](const Eigen::MatrixXd& m) {
-      return (Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(m).eigenvalues().array() < 0).count();
+      return (testing::symmetric_eigenvalues(m).array() < 0).count();
     };
     if (negative(h) != 2 || negative(h.bottomRightCorner(2, 2)) == 2) continue;
     ++found;

@@ -9,6 +9,8 @@
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
 
+#include <support/dense_algebra.hpp>
+
 #include "core/kkt/layout.hpp"
 #include "core/kkt/system.hpp"
 #include "core/model/canonical_problem.hpp"
@@ -112,7 +114,7 @@ class RandomModel final : public Problem {
 Inertia inertia_of(const MatrixXd& symmetric) {
   Inertia inertia;
   if (symmetric.rows() == 0) return inertia;
-  const VectorXd values = Eigen::SelfAdjointEigenSolver<MatrixXd>(symmetric).eigenvalues();
+  const VectorXd values = testing::symmetric_eigenvalues(symmetric);
   const double zero = 1e-11 * values.cwiseAbs().maxCoeff();
   for (const double value : values) {
     ++(value > zero ? inertia.positive : value < -zero ? inertia.negative : inertia.zero);
@@ -543,11 +545,11 @@ TEST(KktCounts, CountFactorizationsSolvesAndAnalyses) {
 
 // --- K by way of K_yy ----------------------------------------------------------------------------
 
-class KktBySchurComplement : public testing::TestWithParam<LinearSolver> {};
+class KktBySchurComplement : public ::testing::TestWithParam<LinearSolver> {};
 
 INSTANTIATE_TEST_SUITE_P(Solvers, KktBySchurComplement,
-                         testing::Values(LinearSolver::Auto, LinearSolver::Mumps,
-                                         LinearSolver::Lapack));
+                         ::testing::Values(LinearSolver::Auto, LinearSolver::Mumps,
+                                           LinearSolver::Lapack));
 
 /// While iterating inertias need not be certain, and K may be factorized by way of K_yy.
 constexpr Certainty kUsual = Certainty::Usual;
@@ -620,9 +622,9 @@ TEST_P(KktBySchurComplement, ASingularInnerMatrixLeavesTheWholeOne) {
                   .max_equalities = 0,
                   .max_inequalities = 0},
                  3, GetParam(), SchurComplementUse::Yes);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(s.dense_inner({}));
+  const VectorXd values = testing::symmetric_eigenvalues(s.dense_inner({}));
   for (const double distance : {0.0, 1e-13, -1e-11}) {  // of an eigenvalue of K_yy to zero
-    const Regularization shift{.x = 1.0, .y = eigen.eigenvalues()[1] + distance};
+    const Regularization shift{.x = 1.0, .y = values[1] + distance};
     const Index whole = s.counts.factorizations_full;
     EXPECT_EQ(s.kkt->factorize(shift, kUsual).inertia, inertia_of(s.dense(shift)));
     EXPECT_EQ(s.counts.factorizations_full, whole + 1);

@@ -323,6 +323,57 @@ TEST(SolveStatus, IncompatibleConstraintsAreLocallyInfeasible) {
   EXPECT_GT(result.error.primal, 0.1);
 }
 
+/// A car that goes 100 m and stands still again in least time; derivatives are variables.
+Model car(int intervals) {
+  Model model;
+  const Expression duration = model.variable(kMin, "duration");
+  model.objective(duration);
+  const auto equal = [&](const Expression& g) { model.constraint(g, 0.0, 0.0); };
+  const auto state = [&](const std::string& name, double lower, double upper) {
+    std::vector<Expression> values;
+    for (int i = 0; i <= intervals; ++i)
+      values.push_back(model.variable(kMin, name + std::to_string(i), lower, upper));
+    return values;
+  };
+  const auto slopes = [&](const std::string& name, const std::vector<Expression>& values) {
+    std::vector<Expression> found = state("d" + name, -kNoBound, kNoBound);
+    for (std::size_t i = 1; i < values.size(); ++i)
+      equal(found[i] - static_cast<double>(intervals) * (values[i] - values[i - 1]));
+    return found;
+  };
+  const auto time = state("time", -kNoBound, kNoBound), x = state("x", 0.0, 150.0);
+  const auto v = state("v", 0.0, kNoBound), a = state("a", -3.0, 1.0);
+  const auto dtime = slopes("time", time), dx = slopes("x", x), dv = slopes("v", v);
+  for (std::size_t i = 1; i < x.size(); ++i) {
+    equal(dx[i] - duration * v[i]);
+    equal(dv[i] - duration * (a[i] - 0.001 * square(v[i])));
+    equal(dtime[i] - duration);
+  }
+  for (const Expression& value : {time.front(), x.front(), v.front(), v.back()}) equal(value);
+  equal(x.back() - 100.0);
+  return model;
+}
+
+/// The restoration ends near the start, where curvature is undecided without pivoting.
+TEST(SolveStatus, WithoutPivotingOnlyAProvenMinimumOfTheViolationIsInfeasible) {
+  const Model model = car(8);
+  const auto size = AutodiffProblem(model).structure().variable_players.size();
+  AutodiffProblem problem(model, std::vector<double>(size, 0.0));
+  SolverOptions options;
+  options.linear_solver = LinearSolver::Mumps;
+  EXPECT_TRUE(is_success(solve(problem, options).status));
+  options.linear_solver = LinearSolver::Ldlt;
+  const Result result = solve(problem, options);
+  EXPECT_EQ(result.status, Status::RestorationFailed) << result.message;
+  EXPECT_NE(result.message.find("linear_solver ldlt"), std::string::npos) << result.message;
+  Model impossible;
+  const Expression u = impossible.variable(kMin, "u");
+  impossible.objective(u);
+  impossible.constraint(square(u - 1.0), -kNoBound, -1.0);
+  AutodiffProblem infeasible(impossible, {0.5});
+  EXPECT_EQ(solve(infeasible, options).status, Status::LocallyInfeasible);
+}
+
 TEST(SolveStatus, ALooseToleranceStopsAtTheAcceptableLevel) {
   AutodiffProblem problem = hs071();
   SolverOptions options;

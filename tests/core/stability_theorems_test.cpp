@@ -12,6 +12,7 @@
 #include <Eigen/Dense>
 
 #include <support/autodiff_problem.hpp>
+#include <support/dense_algebra.hpp>
 #include <support/dense_algorithm_one.hpp>
 #include <support/function_problem.hpp>
 #include <support/paper_form.hpp>
@@ -54,14 +55,10 @@ class Random {
   std::mt19937 engine_;
 };
 
-double radius(const Matrix& map) {
-  return Eigen::EigenSolver<Matrix>(map, false).eigenvalues().cwiseAbs().maxCoeff();
-}
-Eigen::VectorXd eigenvalues(const Matrix& matrix) {
-  return Eigen::SelfAdjointEigenSolver<Matrix>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
-}
+double radius(const Matrix& map) { return testing::spectral_radius(map); }
+Eigen::VectorXd eigenvalues(const Matrix& matrix) { return testing::symmetric_eigenvalues(matrix); }
 Matrix modified(const Matrix& j, const Matrix& e) {
-  return Matrix::Identity(j.rows(), j.cols()) - (j + e).partialPivLu().solve(j);
+  return Matrix::Identity(j.rows(), j.cols()) - testing::solve_dense(j + e, j);
 }
 /// diag(x, ..., x, -y, ..., -y)
 Matrix shift(Eigen::Index nx, double x, Eigen::Index ny, double y) {
@@ -149,7 +146,7 @@ Game random_game(Random& random, bool towards_minmax) {
 
 /// epsilon_y W_xy W_yy^-2 W_yx of (eps-cond).
 Matrix condition(const Game& game, double y) {
-  const Matrix b = game.yy().partialPivLu().solve(game.xy().transpose());
+  const Matrix b = testing::solve_dense(game.yy(), game.xy().transpose());
   return y * b.transpose() * b;
 }
 

@@ -8,8 +8,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 #include <optional>
+#include <string>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -99,6 +103,64 @@ TEST(AvailableMemory, IsTheLeastOfTheLimits) {
         std::_Exit(left > 0.5e8 && left <= 1.001e8 ? 0 : 1);
       },
       testing::ExitedWithCode(0), "");
+}
+
+/// Folders as the kernel mounts them.
+class ControlGroups : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (std::filesystem::temp_directory_path() / "groups_XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    root_ = pattern;
+  }
+  void TearDown() override { std::filesystem::remove_all(root_); }
+  void put(const std::string& name, const std::string& text) const {
+    const std::filesystem::path file = root_ / name;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream(file) << text;
+  }
+  [[nodiscard]] double left(const std::string& groups) const {
+    put("groups", groups);
+    return left_in_control_groups((root_ / "groups").string(), root_.string());
+  }
+
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::filesystem::path root_;
+};
+
+TEST_F(ControlGroups, OfVersionTwo) {
+  EXPECT_EQ(left("0::/a/b\n"), kInfinity);
+  put("a/b/memory.max", "1000\n");
+  EXPECT_EQ(left("0::/a/b\n"), kInfinity);  // no word of what is used
+  put("a/b/memory.current", "400\n");
+  EXPECT_EQ(left("0::/a/b\n"), 600.0);
+  put("a/b/memory.stat", "anon 300\nfile 100\ninactive_file 50\nactive_file 20\n");
+  EXPECT_EQ(left("0::/a/b\n"), 650.0);
+  EXPECT_EQ(left("0::/a/b/\n"), 650.0);
+  EXPECT_EQ(left("0::/a\n"), kInfinity);
+  put("a/memory.max", "max\n");  // no limit
+  put("a/memory.current", "5000\n");
+  EXPECT_EQ(left("0::/a/b\n"), 650.0);
+  put("a/memory.max", "5100\n");  // less than the group's own
+  EXPECT_EQ(left("0::/a/b\n"), 100.0);
+  put("memory.max", "5000\n");  // of the container: beyond its limit
+  put("memory.current", "5010\n");
+  EXPECT_EQ(left("0::/a/b\n"), -10.0);
+  EXPECT_EQ(left("0::/not/mounted/here\n"), -10.0);
+  EXPECT_EQ(left("0::/\n"), -10.0);
+  EXPECT_EQ(left(""), kInfinity);
+}
+
+TEST_F(ControlGroups, OfVersionOne) {
+  put("memory/a/memory.limit_in_bytes", "1000\n");
+  put("memory/a/memory.usage_in_bytes", "900\n");
+  put("memory/a/memory.stat", "inactive_file 1\ntotal_inactive_file 30\n");
+  put("memory/memory.limit_in_bytes", "9223372036854771712\n");  // its "no limit"
+  put("memory/memory.usage_in_bytes", "900\n");
+  EXPECT_EQ(left("4:cpu,cpuacct:/a\n3:memory:/a\n0::/a\n"), 130.0);
+  EXPECT_EQ(left("3:hugetlb,memory,misc:/a\n"), 130.0);
+  EXPECT_EQ(left("4:cpu,cpuacct:/a\nno row\n"), kInfinity);
+  EXPECT_GT(left("3:memory:/b\n"), 1e18);
 }
 
 TEST(MemoryLimit, OfTheOptionIsKeptByMumps) {

@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 
+#include <support/dense_algebra.hpp>
 #include <support/judge_result.hpp>
 
 #include "../../examples/interdiction.hpp"
@@ -151,7 +152,7 @@ TEST(HInfinity, CriticalGammaIsTheNormOfTheDisturbanceResponse) {
   s.gamma = 0.0;
   const Eigen::Index w = s.horizon * s.e.cols();
   const MatrixXd block = Eliminated(s).h.bottomRightCorner(w, w);
-  const double norm = Eigen::SelfAdjointEigenSolver<MatrixXd>(block).eigenvalues().maxCoeff();
+  const double norm = symmetric_eigenvalues(block).maxCoeff();
   EXPECT_NEAR(shared_dynamics::critical_gamma(s), std::sqrt(norm), 1e-9);
 }
 

@@ -84,10 +84,12 @@ TEST(Convergence, OfThePapersFunctions) {
       tally.print(std::string(name) + " in [-" + std::to_string(static_cast<int>(box)) + ", .]^2");
       if (name == "paper_f1" || name == "paper_f3") {
         EXPECT_GE(tally.certified, 999) << name << ' ' << box;
-        EXPECT_LE(tally.mean(tally.iterations), 9.6) << name << ' ' << box;
-      } else if (name == "paper_f2" && box <= 5.0) {
-        EXPECT_GE(tally.certified, 990) << box;
-        EXPECT_LE(tally.mean(tally.iterations), 9.0) << box;
+        EXPECT_LE(tally.mean(tally.iterations), 9.8) << name << ' ' << box;
+      } else if (name == "paper_f2") {
+        EXPECT_GE(tally.certified, box <= 10.0 ? 990 : 960) << box;
+        if (box <= 5.0) {
+          EXPECT_LE(tally.mean(tally.iterations), 9.0) << box;
+        }
       } else if (name == "paper_f4") {
         EXPECT_EQ(tally.certified, 0);
       }
@@ -122,7 +124,7 @@ TEST(Convergence, OfTheSmallProblems) {
       EXPECT_EQ(tally.statuses.count(std::string(name_of(Status::Solved))), 0U) << known.name;
       EXPECT_EQ(tally.statuses.count(std::string(name_of(Status::SolvedDegenerate))), 0U)
           << known.name;
-      EXPECT_LE(tally.most_iterations, 60) << known.name;
+      EXPECT_LE(tally.most_iterations, 400) << known.name;
     }
   }
   all.print("all certified runs");
@@ -222,12 +224,12 @@ std::string family_name(const ::testing::TestParamInfo<Family>& family) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Random, Multimodal,
-                         ::testing::Values(Family{MultimodalKind::Free, 2, 40, 10, 0.93},
-                                           Family{MultimodalKind::Box, 2, 40, 10, 0.90},
+                         ::testing::Values(Family{MultimodalKind::Free, 2, 40, 10, 0.96},
+                                           Family{MultimodalKind::Box, 2, 40, 10, 0.97},
                                            Family{MultimodalKind::Constrained, 2, 40, 10, 0.93},
                                            Family{MultimodalKind::Free, 5, 20, 5, 0.5},
-                                           Family{MultimodalKind::Box, 5, 20, 5, 0.7},
-                                           Family{MultimodalKind::Constrained, 5, 20, 5, 0.7}),
+                                           Family{MultimodalKind::Box, 4, 20, 5, 0.8},
+                                           Family{MultimodalKind::Constrained, 5, 20, 5, 0.8}),
                          family_name);
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 
 #include <problems/small_problems.hpp>
+#include <support/dense_algebra.hpp>
 #include <support/judge_result.hpp>
 #include <support/without_hessian.hpp>
 
@@ -125,8 +126,8 @@ struct Signs {
 
 Signs signs_of(const Eigen::MatrixXd& a) {
   Signs signs;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(a);
-  for (const double value : solver.eigenvalues()) {
+  const Eigen::VectorXd values = symmetric_eigenvalues(a);
+  for (const double value : values) {
     ++(value > 0.0 ? signs.positive : signs.negative);
     signs.smallest = std::min(signs.smallest, std::abs(value));
   }

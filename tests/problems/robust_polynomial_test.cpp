@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -99,6 +100,45 @@ TEST(RobustPolynomial, TheAnswerIsTheBestOfAGridAndNoStartOfYIsWorse) {
   const WorstCaseCheck check = check_worst_case(problem, answer.result.v, {}, 1000);
   EXPECT_EQ(check.found.starts, 1000);
   EXPECT_LE(check.found.value, grid + 1e-4);
+}
+
+// The same by multistart.
+TEST(RobustPolynomial, AMultistartOverBranchesFindsTheBestOfAGrid) {
+  AutodiffProblem problem = robust_polynomial();
+  SolverOptions options;
+  options.minmax_epigraph_at_kinks = true;
+  options.minmax_starts = 8;
+  options.minmax_worst_case_starts = 20;
+  const MultistartResult answer = multistart(problem, options);
+  EXPECT_EQ(answer.best.certificate.kind, PointKind::LocalMinmax) << answer.best.message;
+  EXPECT_NEAR(phi(answer.best.v[0], answer.best.v[1], 20000, 20), best_of_grids(), 1e-4);
+  EXPECT_FALSE(answer.best.worst_case.higher);
+  const WorstCaseCheck check = check_worst_case(problem, answer.best.v, {}, 1000);
+  EXPECT_LE(check.found.value, answer.best.objective + 1e-6);
+}
+
+// Without the options, a multistart ends over weak branches of y, certified or not, and says so.
+TEST(RobustPolynomial, APlainMultistartSaysThatAnotherYIsWorse) {
+  AutodiffProblem problem = robust_polynomial();
+  for (const int seed : {SolverOptions{}.minmax_start_seed, 7}) {
+    for (const int worst_case_starts : {0, 20}) {
+      SCOPED_TRACE("seed " + std::to_string(seed) + ", " + std::to_string(worst_case_starts));
+      SolverOptions options;
+      options.minmax_starts = seed == 7 ? 24 : 8;
+      options.minmax_start_seed = seed;
+      options.minmax_worst_case_starts = worst_case_starts;
+      const Result best = multistart(problem, options).best;
+      const double worst = phi(best.v[0], best.v[1], 2000, 20);
+      ASSERT_GT(worst, best.objective + 1.0) << "no weak branch";
+      EXPECT_TRUE(best.worst_case.higher);
+      EXPECT_GT(best.worst_case.value, best.objective);
+      EXPECT_LE(best.worst_case.value, worst + 1e-2);
+      EXPECT_EQ(best.worst_case.starts, worst_case_starts);
+      for (const char* part : {"is a local worst case only", "minmax_epigraph"}) {
+        EXPECT_NE(best.message.find(part), std::string::npos) << best.message;
+      }
+    }
+  }
 }
 
 // Every point that the starts led to is the worst case that it says.

@@ -65,6 +65,36 @@ Expression integral(X x) {  // of the polynomial over [0, 1]
   return sum;
 }
 
+/// Symmetric low-pass filter of least ripple x_n: the amplitude sum of x_k cos(k w) is near 1 for w in
+/// [0, 0.3 pi] and near 0 in [0.5 pi, pi]. In c = cos w the ends 0 and pi are bounds with a slope.
+SemiInfinite low_pass_filter(std::size_t taps) {
+  SemiInfinite p;
+  p.name = "low_pass_filter";
+  p.start.assign(taps + 1, 0.0);
+  p.start.back() = 2.0;
+  p.objective = [](X x) { return 1.0 * x.back(); };
+  const auto amplitude = [taps](X x, const Expression& c) {
+    Expression before = 1.0 + 0.0 * c, now = 1.0 * c;  // Chebyshev's polynomials
+    Expression sum = x[0] + x[1] * now;
+    for (std::size_t k = 2; k < taps; ++k) {
+      const Expression next = 2.0 * c * now - before;
+      sum = sum + x[k] * next;
+      before = now;
+      now = next;
+    }
+    return sum;
+  };
+  const auto between = [](double a, double b, X t) { return a + (b - a) * t[0]; };
+  const double pass = std::cos(0.3 * std::numbers::pi), stop = std::cos(0.5 * std::numbers::pi);
+  for (const double sign : {1.0, -1.0}) {
+    p.rows.push_back(
+        [=](X x, X t) { return sign * (amplitude(x, between(pass, 1.0, t)) - 1.0) - x.back(); });
+    p.rows.push_back(
+        [=](X x, X t) { return sign * amplitude(x, between(-1.0, stop, t)) - x.back(); });
+  }
+  return p;
+}
+
 /// PID controller of Teo, Rehbock and Jennings (1993), a frequency-domain stability margin.
 SemiInfinite controller() {
   SemiInfinite p;
@@ -216,6 +246,7 @@ std::vector<SemiInfinite> semi_infinite_programs() {
   list.push_back(chebyshev("chebyshev_reciprocal", 3, reciprocal, {-1.0, 1.0}, 0.25 / 0.5625));
   list.push_back(
       chebyshev("chebyshev_reciprocal_cubic", 4, reciprocal, {-1.0, 1.0}, 0.125 / 0.5625));
+  list.push_back(low_pass_filter(6));
   list.push_back(controller());
   return list;
 }

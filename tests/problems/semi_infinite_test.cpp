@@ -4,6 +4,7 @@
 // to 1e-8; published and exact values stand beside it.
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <random>
 #include <string>
 #include <vector>
@@ -110,6 +111,115 @@ TEST(RobustCopies, SharedYGetsACopyPerConstraint) {
   EXPECT_NEAR(answer.worst_cases[0].multiplier, answer.result.lambda[0], 1e-12);
   EXPECT_GT(answer.worst_cases[0].multiplier, 1.0);
   EXPECT_EQ(answer.solves, 1);
+}
+
+/// A state s of Max that his equation makes of w and x; f reads w, each row has copies of w and s.
+Model with_states(double bound_of_the_idle_row) {
+  Model model;
+  const Expression x = model.variable(Player::Min, "x", -5.0, 5.0);
+  const Expression w1 = model.variable(Player::Max, "w1", -1.0, 1.0);
+  const Expression w2 = model.variable(Player::Max, "w2", -1.0, 1.0);
+  const Expression s = model.variable(Player::Max, "s");
+  model.objective(square(x - 3.0) - square(w1) - square(w2 - 0.1 * x));
+  model.constraint(s - w1 - 0.3 * x * w2 - 0.1 * w1 * w2, 0.0, 0.0, Player::Max);
+  model.constraint(x + s, -kNoBound, 2.0, Player::Min);
+  model.constraint(square(x) + square(s) + x * s, -kNoBound, bound_of_the_idle_row, Player::Min);
+  return model;
+}
+
+TEST(RobustCopies, IdleCopiesTiedByEquationsDoNotBlurTheCertificate) {
+  // x + s <= 2 at w = (1, 1): 1.3 x + 1.1 = 2.
+  AutodiffProblem problem(with_states(50.0), {0.0, 0.2, 0.1, 0.2});
+  SolverOptions options;
+  for (const int starts : {0, 10}) {
+    options.minmax_worst_case_starts = starts;
+    const RobustResult answer = solve_robust(problem, options);
+    EXPECT_EQ(answer.result.certificate.kind, PointKind::LocalMinmax)
+        << answer.result.message << ", " << starts << " starts";
+    EXPECT_NEAR(answer.result.v[0], 0.9 / 1.3, 1e-6);
+    ASSERT_EQ(answer.worst_cases.size(), 2U);
+    EXPECT_TRUE(answer.worst_cases[0].active);
+    EXPECT_FALSE(answer.worst_cases[1].active);
+    const std::vector<double>& worst = answer.worst_cases[0].v;
+    EXPECT_NEAR(worst[1], 1.0, 1e-5);
+    EXPECT_NEAR(worst[2], 1.0, 1e-5);
+    EXPECT_NEAR(worst[3], 1.1 + 0.3 * worst[0], 1e-6);
+    EXPECT_LE(answer.largest_violation, 1e-6);
+  }
+}
+
+TEST(RobustCopies, ARowThatIsIdleAtItsOwnYOnlyCounts) {
+  // With the bound 3 the second row is violated at the x above: x^2 + s^2 + x s with s up to 1.1 + 0.3 x.
+  AutodiffProblem problem(with_states(3.0), {0.0, 0.2, 0.1, 0.2});
+  SolverOptions options;
+  options.minmax_worst_case_starts = 10;
+  const RobustResult answer = solve_robust(problem, options);
+  EXPECT_EQ(answer.result.certificate.kind, PointKind::LocalMinmax) << answer.result.message;
+  const double x = answer.result.v[0], s = 1.1 + 0.3 * x;
+  EXPECT_NEAR(x * x + s * s + x * s, 3.0, 1e-6);
+  EXPECT_LT(x, 0.9 / 1.3);
+}
+
+TEST(RobustCopies, EpigraphMeansTheSameAtEveryDoor) {
+  Model model;
+  const Expression x = model.variable(Player::Min, "x", -1.0, 1.0);
+  const Expression y = model.variable(Player::Max, "y", -2.0, 2.0);
+  model.objective(-square(square(y) - 1.0) + 4.0 * x * y + square(x));
+  AutodiffProblem problem(model, {0.3, 0.8});
+  for (const bool at_kinks : {false, true}) {
+    SolverOptions options;
+    (at_kinks ? options.minmax_epigraph_at_kinks : options.minmax_epigraph) = true;
+    options.minmax_worst_case_starts = 10;
+    const RobustResult robust = solve_robust(problem, options);
+    ASSERT_EQ(robust.result.certificate.kind, PointKind::LocalMinmax);
+    EXPECT_NEAR(robust.result.v[0], 0.0, 1e-6);
+    const Result solved = solve(problem, options);
+    EXPECT_EQ(solved.v, robust.result.v);
+    EXPECT_EQ(solved.message, robust.result.message);
+    EXPECT_EQ(RepeatedSolver().solve(problem, options).v, robust.result.v);
+    options.minmax_starts = 4;
+    const MultistartResult many = multistart(problem, options);
+    EXPECT_EQ(many.best.certificate.kind, PointKind::LocalMinmax);
+    EXPECT_NEAR(many.best.v[0], 0.0, 1e-6);
+    EXPECT_EQ(many.points.size(), 1U) << "the same x with another y";
+    EXPECT_EQ(many.points[0].found, 4);
+    const auto make = [&] {
+      return std::make_unique<AutodiffProblem>(model, std::vector<double>{0.3, 0.8});
+    };
+    EXPECT_EQ(multistart(make, 2, options).best.v, many.best.v);
+  }
+}
+
+TEST(RobustCopies, EpigraphOfAMirroredGameIsRefused) {
+  Model model;
+  const Expression x = model.variable(Player::Min, "x", -1.0, 1.0);
+  const Expression y = model.variable(Player::Max, "y", -2.0, 2.0);
+  model.objective(square(y) - x * y - square(x));
+  AutodiffProblem problem(model, {0.3, 0.8});
+  SolverOptions options;
+  options.obj_scaling_factor = -1.0;
+  ASSERT_EQ(solve(problem, options).status, Status::Solved);
+  for (bool* option : {&options.minmax_epigraph, &options.minmax_epigraph_at_kinks}) {
+    *option = true;
+    for (const Result& result : {solve(problem, options), solve_robust(problem, options).result,
+                                 multistart(problem, options).best}) {
+      EXPECT_EQ(result.status, Status::InvalidOption);
+      EXPECT_NE(result.message.find("negative factor"), std::string::npos) << result.message;
+    }
+    *option = false;
+  }
+}
+
+TEST(RobustCopies, EpigraphOfAMinimizationIsTheMinimization) {
+  Model model;
+  const Expression x = model.variable(Player::Min, "x", -1.0, 1.0);
+  model.objective(square(x - 0.3));
+  AutodiffProblem problem(model, {0.9});
+  SolverOptions options;
+  const Result plain = solve(problem, options);
+  options.minmax_epigraph = options.minmax_epigraph_at_kinks = true;
+  EXPECT_EQ(solve(problem, options).v, plain.v);
+  EXPECT_EQ(solve_robust(problem, options).result.iterations, plain.iterations);
 }
 
 TEST(RobustCopies, EpigraphSolvesTheKink) {

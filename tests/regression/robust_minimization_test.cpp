@@ -115,6 +115,22 @@ TEST(RobustMinimization, ContinuousCaster) { expect_solved(continuous_caster());
 TEST(RobustMinimization, OneSidedExponentialFit) { expect_solved(one_sided_exponential_fit()); }
 TEST(RobustMinimization, LeastEigenvalue) { expect_solved(least_eigenvalue()); }
 
+// x1^2 + x2^2 >= 1 is the least value. Where it is taken both gradients are parallel: their multipliers
+// may be anything, and a Lagrangian that falls off the constraints refutes nothing.
+TEST(RobustMinimization, DependentGradientsRefuteNoMinimum) {
+  Model model;
+  std::vector<Expression> x;
+  for (int i = 0; i < 5; ++i) x.push_back(free_variable(model));
+  model.objective(square(x[0]) + square(x[1]) + square(x[2]));
+  model.constraint(x[0] - square(x[3]) + square(x[1]), 1.0, 1.0);
+  model.constraint(square(x[0]) + square(x[1]) - square(x[4]), 1.0, 1.0);
+  AutodiffProblem problem(model, {1.0, 1.0, 1.0, 0.0, 0.0});
+  const Result result = solve(problem, SolverOptions{});
+  EXPECT_TRUE(is_success(result.status)) << name_of(result.status);
+  EXPECT_NE(result.certificate.second_order, SecondOrder::Violated);
+  EXPECT_NEAR(result.objective, 1.0, 1e-6);
+}
+
 // Without a gradient of the objective multipliers are zero, however they came about on the way.
 TEST(RobustMinimization, FeasiblePointsWithoutObjectiveAreOptimal) {
   Model model;

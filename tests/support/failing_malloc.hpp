@@ -17,7 +17,7 @@ namespace ipminmax::testing {
 
 /// Who allocates, by the return address.
 enum class Allocator {
-  Own,   ///< the executable, the C++ library, Ipopt, METIS
+  Own,   ///< the executable, the C++ library, Ipopt, METIS, AMPL's library
   Other  ///< MUMPS, Fortran, BLAS, the C library and all else
 };
 
@@ -64,7 +64,7 @@ class FailingMalloc {
       const std::string_view path = object->dlpi_name;
       const std::string_view name = path.substr(path.rfind('/') + 1);
       if (!path.empty() && !name.starts_with("libstdc++") && !name.starts_with("libmetis") &&
-          !name.starts_with("libipopt")) {
+          !name.starts_with("libipopt") && !name.starts_with("libamplsolver")) {
         return 0;
       }
       auto& self = *static_cast<FailingMalloc*>(data);

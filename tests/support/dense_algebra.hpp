@@ -1,0 +1,20 @@
+#pragma once
+
+#include <Eigen/Core>
+
+/// Dense linear algebra for references in tests, compiled once: each use of Eigen's decompositions in a
+/// source file costs seconds.
+namespace ipminmax::testing {
+
+/// In ascending order; the lower triangle of the matrix is read.
+[[nodiscard]] Eigen::VectorXd symmetric_eigenvalues(const Eigen::MatrixXd& matrix);
+
+/// Of any square matrix.
+[[nodiscard]] Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& matrix);
+/// Their largest modulus.
+[[nodiscard]] double spectral_radius(const Eigen::MatrixXd& matrix);
+
+/// a^-1 b, a square and nonsingular.
+[[nodiscard]] Eigen::MatrixXd solve_dense(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+
+}  // namespace ipminmax::testing
