@@ -121,6 +121,7 @@ class Certifier {
   [[nodiscard]] bool refine_and_test(Stage& stage);
   [[nodiscard]] bool test_at_vertices(Stage& stage);
   [[nodiscard]] bool release(Stage& stage);
+  [[nodiscard]] bool weakly_active_are_near(const Stage& stage) const;
   [[nodiscard]] bool measure_answers(Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool look_for_dependences(Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool independent_or_harmless(Stage& stage, ActiveSetSystem& system);
@@ -487,6 +488,18 @@ bool Certifier::release(Stage& stage) {
   return clean(stage.classes, stage.point);
 }
 
+/// The cone of directions into weakly active bounds of Min tells of a solution at these bounds. False: there are
+/// none, or they are farther than what is returned may be from the solution.
+bool Certifier::weakly_active_are_near(const Stage& stage) const {
+  const double near = kNear * size_of_problem(canonical_, stage.point.iterate, stage.units);
+  for (Index i = 0; i < canonical_.variables(); ++i) {
+    if (stage.classes[i] != BoundClass::Doubtful || canonical_.owned_by_max(i)) continue;
+    const double distance = stage.classes.distance(canonical_, stage.point.iterate, i);
+    if (distance > near * stage.units.variable[i]) return false;
+  }
+  return stage.classes.weak_min > 0;
+}
+
 /// Lengths of x are too short where they come from a coupling with a y that its constraints hold. False: no
 /// others.
 bool Certifier::measure_answers(Stage& stage, ActiveSetSystem& system) {
@@ -526,7 +539,7 @@ bool Certifier::refine_and_test(Stage& stage) {
     if (stage.newton.done) stage.error += stage.newton.error;
     if (stage.converges) {
       stage.test = survives(system, stage.error, margin(1.0));
-      if (!stage.test.both() && stage.classes.weak_min > 0 && may_factorize(1)) {
+      if (!stage.test.both() && weakly_active_are_near(stage) && may_factorize(1)) {
         stage.test = survives_in_cone(system, stage.error, margin(1.0), stage.test);
       }
       if (stage.test.both() && gradients_hold(stage.newton, stage.test)) {

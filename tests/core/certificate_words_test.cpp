@@ -151,13 +151,13 @@ TEST(LengthsOfX, AreNotThoseOfACouplingWithAYThatCannotMove) {
   // The equation holds y; its multiplier is all of W_yy.
   Model model;
   const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
-  model.objective(0.5 * square(x) + x * (y - 2.0) + 1e-13 * y);
+  model.objective(0.5 * square(x) + x * (y - 2.0) + 1e-9 * y);
   model.constraint(square(y), 4.0, 4.0);
   EXPECT_EQ(solved(model, {0.3, 2.1}).second_order, SecondOrder::Satisfied);
   // Where x has no curvature of its own a y that cannot move gives it none.
   Model flat;
   const Expression u = flat.variable(kMin, "u"), w = flat.variable(kMax, "w");
-  flat.objective(u * (w - 2.0) + 1e-13 * w);
+  flat.objective(u * (w - 2.0) + 1e-9 * w);
   flat.constraint(square(w), 4.0, 4.0);
   EXPECT_NE(solved(flat, {0.3, 2.1}).second_order, SecondOrder::Satisfied);
 }

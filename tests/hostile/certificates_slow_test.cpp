@@ -118,9 +118,10 @@ TEST_P(Certificates, AreTrue) {
 }
 
 // Gradients that turn on the way to the solution, inequalities open by their gradients alone, a
-// solution far from the point that was returned.
+// solution far from the point that was returned, weakly active bounds far from it.
 TEST(OnceFalse, TrapsAreNoMore) {
-  for (const std::uint64_t seed : {1012110, 1032517, 1034127, 1050867, 1051177, 1054030, 1058769}) {
+  for (const std::uint64_t seed :
+       {1012110, 1032517, 1034127, 1050867, 1051177, 1054030, 1058769, 7117438}) {
     const RandomGame game = trap_game(seed);
     AutodiffProblem model(game.model, game.start);
     const Result result = solve(model, game.options);
