@@ -27,6 +27,7 @@ class Ampl : public ::testing::Test {
     return (folder_ / name).string();
   }
 
+  // NOLINTNEXTLINE(modernize-use-nodiscard): it writes a file
   std::string put(const std::string& name, const std::string& content) const {
     std::ofstream(path(name), std::ios::binary) << content;
     return path(name);
