@@ -402,8 +402,8 @@ std::string robust_summary(const RobustResult& result, const ProblemStructure& s
     } else if (j < structure.constraint_names.size() && !structure.constraint_names[j].empty()) {
       name = structure.constraint_names[j];
     }
-    text += format("%-24s %24.16e %16.8e  %s\n", name.c_str(), found.value, found.multiplier,
-                   place_of(found, structure).c_str());
+    text += format("%-24s %24.16e %16.8e  %s%s\n", name.c_str(), found.value, found.multiplier,
+                   place_of(found, structure).c_str(), found.active ? "" : " (inactive)");
   }
   if (result.worst_cases.size() > kMostRows) {
     text += format("... and %zu more\n", result.worst_cases.size() - kMostRows);
@@ -465,7 +465,7 @@ std::string work(const Result& result) {
   text += factorization_causes(counts);
   text += line("Number of linear systems solved                      ", counts.solves);
   text += format("Total seconds in Ipminmax (w/o function evaluations)  = %10.3f\n",
-                 result.timing.total - result.timing.evaluations);
+                 std::max(0.0, result.timing.total - result.timing.evaluations));  // of all threads
   text += format("Total seconds in function evaluations                 = %10.3f\n",
                  result.timing.evaluations);
   return text;

@@ -77,7 +77,7 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
 /// can change (invalid problem, option or too few degrees of freedom) it stays the only one. The
 /// given points follow, then random ones, uniform in a box: [lower, upper] for a variable with two
 /// bounds, else what the bounds leave of [s - r, s + r] around the model's start s with
-/// r = minmax_start_radius max(1, |s|). Only the model's start uses the model's multipliers
+/// r = minmax_start_radius max(1, |s|), a tenth and a hundredth of it in turn. Only the model's start uses the model's multipliers
 /// (warm_start_init_point). Where none is certified and start 0 failed, one more begins as start 0 did
 /// and goes on as solve does (minmax_max_restarts), so that no single solve finds more.
 ///

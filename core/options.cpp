@@ -325,7 +325,8 @@ std::vector<OptionInfo> make_table() {
        at_least(&O::minmax_start_seed, 0)},
       {"minmax_start_radius", multistart,
        "Half width r max(1, |s|) of the box around the model's starting point s in which variables "
-       "without two bounds start; those with two bounds start anywhere between them.",
+       "without two bounds start, r / 10 and r / 100 in turn; those with two bounds start anywhere "
+       "between them.",
        positive(&O::minmax_start_radius)},
       {"minmax_distinct_tol", multistart,
        "Distance, relative to max(1, |v|), up to which two certified points are the same.",

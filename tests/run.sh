@@ -8,10 +8,7 @@ jobs=${JOBS:-$(nproc)}
 # For the tests alone: a decimal comma; ADOL-C; MPI; the Python package, which is left out where it finds nothing.
 cmake/install_dependencies.sh locales libadolc-dev libmumps-dev libopenmpi-dev openmpi-bin \
   python3-dev python3-numpy python3-scipy pybind11-dev
-# Precompiled headers, but where there is a compiler cache, which cannot keep what uses them.
-precompile=ON
-if [ -n "${CMAKE_CXX_COMPILER_LAUNCHER:-}" ]; then precompile=OFF; fi
-cmake --preset release -DIPMINMAX_PRECOMPILE=$precompile
+cmake --preset release
 cmake --build build/release -j "$jobs"
 cd build/release
 exec ctest --output-on-failure -j "$jobs" "$@"

@@ -86,12 +86,13 @@ std::string mirrored(const std::string& message) {
   return text;
 }
 
-/// Lines that say where the robust constraints are worst.
+/// Lines that say where the robust constraints that x rests on are worst. Of others y is any.
 void print_worst_cases(std::ostream& out, const std::vector<RobustWorstCase>& worst_cases,
                        const NlProblem& problem) {
   constexpr std::size_t kMost = 20;
-  for (std::size_t k = 0; k < std::min(kMost, worst_cases.size()); ++k) {
-    const RobustWorstCase& found = worst_cases[k];
+  std::size_t active = 0;
+  for (const RobustWorstCase& found : worst_cases) {
+    if (!found.active || ++active > kMost) continue;
     const bool is_f = found.constraint >= problem.constraints();
     std::vector<std::pair<std::string, double>> values;
     for (const int i : problem.max_variables_of(found.constraint))
@@ -101,7 +102,7 @@ void print_worst_cases(std::ostream& out, const std::vector<RobustWorstCase>& wo
         << std::setprecision(10) << (is_f && problem.maximizes() ? -found.value : found.value)
         << " at " << log::place_text(values);
   }
-  if (worst_cases.size() > kMost) out << "\n... and " << worst_cases.size() - kMost << " more";
+  if (active > kMost) out << "\n... and " << active - kMost << " more";
 }
 
 /// Width of a column with this heading.

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -32,6 +33,10 @@ std::vector<double> random_start(const ProblemStructure& structure,
   std::seed_seq seed{static_cast<std::uint32_t>(options.minmax_start_seed),
                      static_cast<std::uint32_t>(start)};
   std::mt19937_64 generator(seed);
+  // What is narrow, a ball for y, say, is hardly met from far outside.
+  constexpr std::array kScales{1.0, 0.1, 0.01};
+  const double radius =
+      options.minmax_start_radius * kScales[static_cast<std::size_t>(start - 1) % kScales.size()];
   std::vector<double> v(center.size());
   for (std::size_t i = 0; i < v.size(); ++i) {
     const bool has_lower = structure.variable_lower[i] > options.nlp_lower_bound_inf;
@@ -40,7 +45,7 @@ std::vector<double> random_start(const ProblemStructure& structure,
                  has_upper ? structure.variable_upper[i] : kInfinity};
     if (!(has_lower && has_upper)) {
       const double s = std::clamp(center[i], box.lower, box.upper);
-      box = box.around(s, options.minmax_start_radius * std::max(1.0, std::abs(s)));
+      box = box.around(s, radius * std::max(1.0, std::abs(s)));
     }
     v[i] = box.draw(generator);
   }

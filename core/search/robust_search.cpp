@@ -186,7 +186,7 @@ bool RobustSearch::solve_rounds() {
   verified_ = false;
   for (Index round = 0;; ++round) {
     Solved solved = solve_worst_cases();
-    if (may_hold_idle(solved.result)) hold_idle(solved);
+    const bool violates = may_hold_idle(solved.result) && hold_idle(solved);
     if (!is_success(solved.result.status)) {
       if (!verified_) report(*solved.copies, solved.result);
       return verified_;
@@ -195,7 +195,12 @@ bool RobustSearch::solve_rounds() {
     const auto& [copies, result] = solved;
     if (starts_ == 0) {
       report(*copies, result);
-      return true;
+      if (!violates) return true;
+      answer_.result.status = Status::NoLocalMinmaxFound;
+      answer_.result.message =
+          "a worst case over y that violates a robust constraint was found and not met; "
+          "minmax_worst_case_starts N looks for more of them";
+      return false;
     }
     if (!look_further(*copies, result, round)) return is_success(answer_.result.status);
   }
@@ -211,10 +216,10 @@ RobustSearch::Solved RobustSearch::solve_worst_cases() {
 
 /// A copy whose row is inactive has a multiplier of zero, so neither it nor what Max's rows tie to it
 /// has curvature. The row is maximized alone; where the maximum keeps the bound, the copy is held
-/// there for the certificate, else it goes on from there.
-void RobustSearch::hold_idle(Solved& solved) {
+/// there for the certificate, else it goes on from there. Whether the answer is left violating a row.
+bool RobustSearch::hold_idle(Solved& solved) {
   const std::vector<std::size_t> idle = idle_worst_cases(solved);
-  if (idle.empty()) return;
+  if (idle.empty()) return false;
   const bool failed = !is_success(solved.result.status);
   const std::vector<double> own_start = start_;
   const bool was_near = near_, had_moved = moved_;
@@ -258,6 +263,7 @@ void RobustSearch::hold_idle(Solved& solved) {
     worst_cases_[k].held = before[k].held;
     worst_cases_[k].copied = before[k].copied;
   }
+  return violated && !better;
 }
 
 /// A second-order test that is undecided, or a search that failed, for the sake of idle copies.
@@ -307,7 +313,9 @@ bool RobustSearch::exchange() {
   take_scenarios();
   for (Index round = 0; round < kMostRounds; ++round) {
     Solved solved = solve_worst_cases();
-    if (!is_success(solved.result.status) && may_hold_idle(solved.result)) hold_idle(solved);
+    if (!is_success(solved.result.status) && may_hold_idle(solved.result)) {
+      static_cast<void>(hold_idle(solved));
+    }
     const auto& [copies, result] = solved;
     if (!is_success(result.status)) return false;
     keep_point(*copies, result);

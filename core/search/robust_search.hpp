@@ -41,7 +41,7 @@ class RobustSearch {
   [[nodiscard]] bool solve_rounds();
   [[nodiscard]] Solved solve_worst_cases();
   [[nodiscard]] bool may_hold_idle(const Result& result) const;
-  void hold_idle(Solved& solved);
+  [[nodiscard]] bool hold_idle(Solved& solved);
   [[nodiscard]] std::vector<std::size_t> idle_worst_cases(const Solved& solved) const;
   [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
   [[nodiscard]] bool exchange();

@@ -116,7 +116,6 @@ class Maxima {
     constexpr std::size_t kMostBranches = 10;
     WorstCase& found = check_.found;
     std::ranges::stable_sort(check_.maxima, std::greater{}, &WorstCaseMaximum::value);
-    const double scale = std::max(most_ - least_, 0.0);
     found.maxima =
         static_cast<Index>(std::ranges::count_if(check_.maxima, &WorstCaseMaximum::certified));
     found.single_branch = one_branch_ && found.maxima == 1 && check_.maxima.size() == 1;
@@ -129,13 +128,25 @@ class Maxima {
     for (std::size_t k = 0; k < std::min(kMostBranches, check_.maxima.size()); ++k) {
       found.branches.push_back(check_.maxima[k].value);
     }
-    found.higher = found.value - here > kClearDifference * scale;
+    const double clear = clear_difference(here);
+    found.higher = found.value - here > clear;
     for (const WorstCaseMaximum& maximum : check_.maxima) {
-      if (found.value - maximum.value <= kClearDifference * scale) ++found.competing;
+      if (found.value - maximum.value <= clear) ++found.competing;
     }
   }
 
  private:
+  /// Of values at maxima; on the way, far from Y, f may be larger by far.
+  [[nodiscard]] double clear_difference(double here) const {
+    const double largest = check_.maxima.front().value;
+    double least = check_.maxima.back().value;
+    if (std::isfinite(here)) least = std::min(least, here);
+    const double seen = std::max(most_ - least_, 0.0);
+    return std::max(kClearDifference * (largest - least),
+                    std::max(kClearDifference, options_.tol) *
+                        std::min(seen, std::max(1.0, std::abs(largest))));
+  }
+
   const SolverOptions& options_;
   WorstCaseCheck& check_;
   double least_ = kInfinity, most_ = -kInfinity;
@@ -200,7 +211,8 @@ std::string number(double value) {
   return text;
 }
 
-constexpr const char* kOverBranches = "; minmax_epigraph yes minimizes over the branches of y";
+constexpr const char* kOverBranches =
+    "; minmax_epigraph yes, with minmax_worst_case_starts, minimizes over the branches of y";
 
 /// "(a, b, c, ...)"
 std::string list(const std::vector<double>& values, std::size_t most) {

@@ -158,5 +158,35 @@ TEST(RobustPolynomial, NoReportedPointHasAWorseY) {
   }
 }
 
+/// As it is in the paper: the ball alone bounds y, so that most random starts of y lie far outside.
+TEST(RobustPolynomial, AWorseYIsSeenWhereYHasNoBounds) {
+  constexpr Player kMin = Player::Min, kMax = Player::Max;
+  AutodiffProblem<Polynomial> problem{Polynomial{},
+                                      {.players = {kMin, kMin, kMax, kMax},
+                                       .start = {0.0, 0.0, 0.1, 0.05},
+                                       .lower = {-1.0, -1.0, -1e20, -1e20},
+                                       .upper = {4.0, 4.0, 1e20, 1e20},
+                                       .constraint_lower = {-1e20},
+                                       .constraint_upper = {kRadius * kRadius}}};
+  int seen_by_a_multistart = 0;
+  for (int seed = 0; seed < 5; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SolverOptions options;
+    options.minmax_start_seed = seed;
+    options.minmax_worst_case_starts = 20;
+    const Result checked = multistart(problem, options).best;
+    ASSERT_EQ(checked.status, Status::Solved);
+    ASSERT_GT(phi(checked.v[0], checked.v[1], 2000, 10), checked.objective + 1.0)
+        << "a weak branch attracts the first start";
+    EXPECT_TRUE(checked.worst_case.higher) << checked.worst_case.value;
+
+    options.minmax_worst_case_starts = 0;
+    options.minmax_starts = 8;
+    const Result best = multistart(problem, options).best;
+    seen_by_a_multistart += best.worst_case.higher ? 1 : 0;
+  }
+  EXPECT_GE(seen_by_a_multistart, 3);
+}
+
 }  // namespace
 }  // namespace ipminmax

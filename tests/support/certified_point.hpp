@@ -24,8 +24,8 @@ namespace ipminmax::testing {
 /// that make it stationary; a point stays away from its active bounds as on the central path.
 class CertifiedPoint {
  public:
-  CertifiedPoint(Problem& problem, std::vector<double> v, std::vector<double> lambda = {},
-                 const SolverOptions& options = {})
+  CertifiedPoint(Problem& problem, const std::vector<double>& v,
+                 const std::vector<double>& lambda = {}, const SolverOptions& options = {})
       : options_(options), canonical_(problem, options_, counts_, timing_) {
     options_.nlp_scaling_method = Scaling::None;
     options_.bound_relax_factor = 0.0;
