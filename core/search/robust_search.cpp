@@ -263,7 +263,19 @@ bool RobustSearch::hold_idle(Solved& solved) {
     worst_cases_[k].held = before[k].held;
     worst_cases_[k].copied = before[k].copied;
   }
-  return violated && !better;
+  if (!better || !is_violated(scans)) return is_violated(scans);
+  // The copies that went on from there may have left it.
+  std::vector<RobustCopies::WorstCase> found;
+  for (const SideScan& side : scans) {
+    if (!side.maxima.empty()) found.push_back({side.constraint, side.maxima[0].v});
+  }
+  return is_violated(scan(found));
+}
+
+bool RobustSearch::is_violated(const std::vector<SideScan>& scans) const {
+  return std::ranges::any_of(scans, [&](const SideScan& side) {
+    return !side.maxima.empty() && side.excess(0) > options_.minmax_worst_case_tol;
+  });
 }
 
 /// A second-order test that is undecided, or a search that failed, for the sake of idle copies.

@@ -40,6 +40,7 @@ class RobustSearch {
   void choose_copies();
   [[nodiscard]] bool solve_rounds();
   [[nodiscard]] Solved solve_worst_cases();
+  [[nodiscard]] bool is_violated(const std::vector<SideScan>& scans) const;
   [[nodiscard]] bool may_hold_idle(const Result& result) const;
   [[nodiscard]] bool hold_idle(Solved& solved);
   [[nodiscard]] std::vector<std::size_t> idle_worst_cases(const Solved& solved) const;

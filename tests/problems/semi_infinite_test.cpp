@@ -180,6 +180,18 @@ TEST(RobustCopies, ARowThatIsIdleAtItsOwnYOnlyCounts) {
   EXPECT_LT(x, 0.9 / 1.3);
 }
 
+TEST(RobustCopies, ARowThatIsKnownToBeViolatedIsNoSuccess) {
+  for (const double bound : {1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0}) {
+    for (const double w1 : {-0.9, 0.2, 0.9}) {
+      AutodiffProblem problem(with_states(bound), {0.0, w1, 0.1, 0.2});
+      const RobustResult answer = solve_robust(problem, SolverOptions{});
+      if (!is_success(answer.result.status)) continue;
+      EXPECT_FALSE(answer.largest_violation > 1e-6)
+          << answer.largest_violation << ", bound " << bound << ", start " << w1;
+    }
+  }
+}
+
 TEST(RobustCopies, EpigraphMeansTheSameAtEveryDoor) {
   Model model;
   const Expression x = model.variable(Player::Min, "x", -1.0, 1.0);
