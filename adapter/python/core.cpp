@@ -181,6 +181,24 @@ class Problem {
     return result;
   }
 
+  [[nodiscard]] py::object worst_case() const {
+    IpminmaxWorstCase found{};
+    std::vector<double> x(static_cast<std::size_t>(n_));
+    if (IpminmaxGetWorstCase(problem_, &found, x.data()) == 0) return py::none();
+    if (found.starts == 0 && found.higher == 0) return py::none();
+    py::dict result;
+    result["starts"] = found.starts;
+    result["maxima"] = found.maxima;
+    result["competing"] = found.competing;
+    result["higher"] = found.higher != 0;
+    result["unbounded"] = found.unbounded != 0;
+    result["single_branch"] = found.single_branch != 0;
+    result["stated_concave"] = found.stated_concave != 0;
+    result["value"] = found.found != 0 ? py::object(py::float_(found.value)) : py::none();
+    result["x"] = found.found != 0 ? py::object(to_array(x.data(), n_)) : py::none();
+    return result;
+  }
+
   [[nodiscard]] py::object statistics() const {
     IpminmaxStatistics s{};
     if (IpminmaxGetStatistics(problem_, &s) == 0) return py::none();
@@ -452,6 +470,7 @@ PYBIND11_MODULE(_core, module) {
       .def("open_output_file", &Problem::open_output_file)
       .def("solve", &Problem::solve)
       .def("certificate", &Problem::certificate)
+      .def("worst_case", &Problem::worst_case)
       .def("statistics", &Problem::statistics)
       .def("current_iterate", &Problem::current_iterate)
       .def("current_violations", &Problem::current_violations)

@@ -93,6 +93,24 @@ class WithoutDerivatives(unittest.TestCase):
         self.assertFalse(result.certificate.is_local_minmax)
 
 
+class WorstCase(unittest.TestCase):
+    def test_a_worse_y_is_known_where_it_is_asked_for(self):
+        """-(y^2 - 1)^2 + y / 2 has maxima near -1 and 1, the second one higher by about 1."""
+        def fun(x, y):
+            return x[0] ** 2 - (y[0] ** 2 - 1.0) ** 2 + 0.5 * y[0]
+
+        arguments = dict(bounds_y=[(-2.0, 2.0)])
+        self.assertIsNone(minimize_minmax(fun, [1.0], [-1.1], **arguments).worst_case)
+        result = minimize_minmax(fun, [1.0], [-1.1], options={"minmax_worst_case_starts": 10}, **arguments)
+        self.assertTrue(result.certificate.is_local_minmax)
+        worst = result.worst_case
+        self.assertEqual(worst["starts"], 10)
+        self.assertGreater(worst["value"], 0.4)
+        self.assertEqual(worst["higher"], result.y[0] < 0.0)
+        np.testing.assert_allclose(worst["x"][1], 1.0, atol=0.2)
+        self.assertAlmostEqual(fun(worst["x"][:1], worst["x"][1:]), worst["value"])
+
+
 class PatternsThatDoNotHold(unittest.TestCase):
     def test_an_entry_that_appears_later_is_named(self):
         """max(0, x - 2) y has no entry around the start."""

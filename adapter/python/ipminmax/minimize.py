@@ -36,6 +36,7 @@ class MinmaxResult:
     status: int  #: Ipopt's
     message: str
     certificate: Optional[Certificate]
+    worst_case: Optional[dict]  #: over all of y, where minmax_worst_case_starts asks; see Problem.solve
     nit: int
     multipliers: list = field(repr=False)  #: one array per Constraint
     info: dict = field(repr=False)  #: of Problem.solve
@@ -240,6 +241,7 @@ def minimize_minmax(fun, x0, y0, args=(), jac=None, hess=None, bounds_x=None, bo
     return MinmaxResult(
         x=v[:x0.size], y=v[x0.size:], fun=info["obj_val"], success=info["status"] in (0, 1),
         status=info["status"], message=info["status_msg"], certificate=info["certificate"],
+        worst_case=info["worst_case"],
         nit=statistics.get("iterations", 0),
         multipliers=[info["mult_g"][a:b] for a, b in zip(at[:-1], at[1:])], info=info,
         problem=problem)

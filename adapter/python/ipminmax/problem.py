@@ -114,7 +114,9 @@ class Problem:
     def solve(self, x, lagrange=(), zl=(), zu=()):
         """From x (n), with warm_start_init_point also from the multipliers. Returns (x, info); info:
         x, g, obj_val, mult_g, mult_x_L, mult_x_U, status (Ipopt's number), status_name, status_msg,
-        interrupted, certificate (Certificate), statistics (dict). Multipliers satisfy
+        interrupted, certificate (Certificate), worst_case (dict: starts, maxima, competing, higher,
+        unbounded, single_branch, stated_concave, value, x with the worst y; None where nobody looked,
+        options minmax_worst_case_starts or minmax_starts), statistics (dict). Multipliers satisfy
         grad f + J'mult_g - mult_x_L + mult_x_U = 0 for all variables, so those of a Max variable's
         bounds are <= 0."""
         return self._solve(x, lagrange, zl, zu, False)
@@ -127,6 +129,7 @@ class Problem:
     def _solve(self, x, lagrange, zl, zu, again):
         info = self._core.solve(*(np.asarray(a, dtype=float) for a in (x, lagrange, zl, zu)), again)
         info["certificate"] = Certificate.of(self._core.certificate())
+        info["worst_case"] = self._core.worst_case()
         info["statistics"] = self._core.statistics()
         return info["x"], info
 
