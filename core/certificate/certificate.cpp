@@ -951,7 +951,8 @@ Finding Certifier::run(const Point& given) {
     certificate_.answer = InnerAnswer::Unknown;
     remark = "the second derivatives in " + canonical_.column_name(wrong_row_->index) +
              " disagree with differences of the gradient" + percentage(*wrong_row_) +
-             ", and no certificate rests on wrong ones: try derivative_test second-order";
+             ": either may be wrong, and no certificate rests on that; try derivative_test "
+             "second-order, which tests both";
     reasons_.add(Kind::WrongHessian, Player::Min, remark);
   }
   if (certificate_.second_order != SecondOrder::Satisfied) {
