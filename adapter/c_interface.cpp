@@ -625,8 +625,8 @@ void write(Prediction found, Problem& problem, const SensitivityOutput& out) {
   say(&problem, std::move(found.message));
 }
 
-/// Sizes of the structures when they were first fixed: those of a caller who does not tell. They stay
-/// as they are when a structure grows.
+/// Sizes of the structures when they were first fixed: those of a caller who does not tell. They
+/// stay as they are when a structure grows.
 constexpr std::size_t kFirstCertificate =
     offsetof(IpminmaxCertificate, least_curvature_variable) + sizeof(int);
 constexpr std::size_t kFirstStatistics =

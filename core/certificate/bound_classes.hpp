@@ -12,8 +12,9 @@
 namespace ipminmax {
 
 /// What a bound is at the solution nearby. Doubtful: multiplier and distance are both small, there
-/// is no strict complementarity that could be seen. Dropped: its gradient depends on those of others,
-/// and of the multipliers that balance the same gradient those are taken in which its own is zero.
+/// is no strict complementarity that could be seen. Dropped: its gradient depends on those of
+/// others, and of the multipliers that balance the same gradient those are taken in which its own
+/// is zero.
 enum class BoundClass : std::uint8_t { Dropped, Inactive, Doubtful, Active };
 
 /// One that is dropped must not be violated at the solution by more than this.

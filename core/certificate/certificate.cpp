@@ -30,8 +30,8 @@ namespace {
 /// Newton's method counts as contracting when the second step with the same matrix is at most this
 /// fraction of the first (1/4 for x^3 at 0, below it quadratic convergence is near).
 constexpr double kContraction = 0.1;
-/// A clear point has so many times minmax_curvature_tol. More is taken away where tolerances are loose, for
-/// W changes by more on the way to the solution: so many tols, at most so much.
+/// A clear point has so many times minmax_curvature_tol. More is taken away where tolerances are
+/// loose, for W changes by more on the way to the solution: so many tols, at most so much.
 constexpr double kClear = 100.0;
 constexpr double kProbeInTols = 100.0;
 constexpr double kMostProbed = 1e-4;
@@ -40,15 +40,16 @@ constexpr double kIndependent = 1e5;
 /// Change of the active gradients over a step, times the amplification of the matrices, up to which
 /// these are nonsingular all along it.
 constexpr double kTurn = 0.25;
-/// Step to the solution, over the size of the point or of the start, that is worth going: in tols, within
-/// limits.
+/// Step to the solution, over the size of the point or of the start, that is worth going: in tols,
+/// within limits.
 constexpr double kFarInTols = 100.0;
 constexpr double kLeastFar = 1e-6, kMostFar = 1e-4;
 /// The same of a certified solution that does not meet the tolerances itself.
 constexpr double kNear = 1e-3;
 /// Of an active gradient, in units.
 constexpr double kVanishing = 1e-9;
-/// Factorizations that a Newton step and the test at its end need, and those that may refute a point.
+/// Factorizations that a Newton step and the test at its end need, and those that may refute a
+/// point.
 constexpr Index kToConfirm = 3;
 constexpr Index kToRefute = 3;
 /// Lengths over those before that are worth another test.
@@ -74,8 +75,8 @@ std::string percentage(const Deviation& found) {
 /// A first look at a point.
 enum class Look : std::uint8_t { Right, Wrong, Unclear };
 
-/// Entries of W that are rounding errors of multipliers give lengths beside which everything that ties
-/// these variables looks like nothing.
+/// Entries of W that are rounding errors of multipliers give lengths beside which everything that
+/// ties these variables looks like nothing.
 bool are_alike(const Units& units) {
   constexpr double kLargestRatio = 1e6;
   return units.variable.size() == 0 ||
@@ -107,7 +108,8 @@ class Certifier {
     Eigen::VectorXd error;   ///< of W in units
     bool converges = false;  ///< Newton's method, to a solution with these classes
     std::optional<Dependences> dependences{};
-    /// Curvature that Max's answers give x, once it has been asked for; empty where it is of no use.
+    /// Curvature that Max's answers give x, once it has been asked for; empty where it is of no
+    /// use.
     std::optional<Eigen::VectorXd> answers{};
   };
   [[nodiscard]] SecondOrder judge(const Point& given);
@@ -191,8 +193,8 @@ bool gradients_hold(const NewtonTest& newton, const InertiaTest& test) {
          newton.turn * test.full_response <= kTurn;
 }
 
-/// Multipliers cannot be known better than this: rounding of the variables, relative to their sizes, over what
-/// it changes the gradient by that they balance.
+/// Multipliers cannot be known better than this: rounding of the variables, relative to their
+/// sizes, over what it changes the gradient by that they balance.
 Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const Point& point,
                                         const Eigen::VectorXd& size) {
   const Evaluation& here = point.evaluation;
@@ -218,8 +220,8 @@ Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const
   return balanced;
 }
 
-/// At most one factorization of each matrix at a clear point, with the margin in it: right with it is
-/// right without.
+/// At most one factorization of each matrix at a clear point, with the margin in it: right with it
+/// is right without.
 Look Certifier::first_look(const Point& point) {
   const Units units = units_of(canonical_, point.evaluation);
   const BoundClasses classes =
@@ -332,8 +334,9 @@ Eigen::VectorXd Certifier::without_inactive(const BoundClasses& classes,
   return lambda;
 }
 
-/// From entries of W and the Jacobian that neither rounding of the variables and multipliers nor the last
-/// Newton step changes by more than they are: what is left of a cancellation gives no length.
+/// From entries of W and the Jacobian that neither rounding of the variables and multipliers nor
+/// the last Newton step changes by more than they are: what is left of a cancellation gives no
+/// length.
 Units Certifier::certain_units(const Stage& stage) {
   const Point& point = stage.point;
   const Eigen::VectorXd answers = stage.answers.value_or(Eigen::VectorXd());
@@ -443,7 +446,8 @@ void Certifier::report_inertias(ActiveSetSystem& system) {
   certificate_.full = kkt_.factorize({}).inertia;
 }
 
-/// Classes that a Newton step confirms where possible; the stage's point may move along the central path.
+/// Classes that a Newton step confirms where possible; the stage's point may move along the central
+/// path.
 bool Certifier::settle(Stage& stage, bool follow) {
   if (follow) {
     const auto most =
@@ -488,8 +492,8 @@ bool Certifier::release(Stage& stage) {
   return clean(stage.classes, stage.point);
 }
 
-/// The cone of directions into weakly active bounds of Min tells of a solution at these bounds. False: there are
-/// none, or they are farther than what is returned may be from the solution.
+/// The cone of directions into weakly active bounds of Min tells of a solution at these bounds.
+/// False: there are none, or they are farther than what is returned may be from the solution.
 bool Certifier::weakly_active_are_near(const Stage& stage) const {
   const double near = kNear * size_of_problem(canonical_, stage.point.iterate, stage.units);
   for (Index i = 0; i < canonical_.variables(); ++i) {
@@ -500,8 +504,8 @@ bool Certifier::weakly_active_are_near(const Stage& stage) const {
   return stage.classes.weak_min > 0;
 }
 
-/// Lengths of x are too short where they come from a coupling with a y that its constraints hold. False: no
-/// others.
+/// Lengths of x are too short where they come from a coupling with a y that its constraints hold.
+/// False: no others.
 bool Certifier::measure_answers(Stage& stage, ActiveSetSystem& system) {
   if (!has_x() || !has_y() || stage.answers || !may_factorize(1 + kToConfirm)) return false;
   stage.answers = curvature_of_answers(system);
@@ -520,8 +524,8 @@ bool Certifier::measure_answers(Stage& stage, ActiveSetSystem& system) {
   return any;
 }
 
-/// Newton's method towards the solution of the active set's equations, until what W changes by on the
-/// way is less than its curvature. False: not seen.
+/// Newton's method towards the solution of the active set's equations, until what W changes by on
+/// the way is less than its curvature. False: not seen.
 bool Certifier::refine_and_test(Stage& stage) {
   for (int round = 0;; ++round) {
     if (!may_factorize(round == 0 ? 1 : kToConfirm)) return false;
@@ -568,7 +572,8 @@ bool Certifier::refine_and_test(Stage& stage) {
   }
 }
 
-/// Where active gradients depend on each other, the test with one choice of multipliers is enough for Min.
+/// Where active gradients depend on each other, the test with one choice of multipliers is enough
+/// for Min.
 bool Certifier::test_at_vertices(Stage& stage) {
   if (canonical_.constraints() == 0 || !may_factorize(1 + kToConfirm)) return false;
   ActiveSetSystem system(canonical_, kkt_, stage.classes, stage.units, stage.point.evaluation);
@@ -620,7 +625,8 @@ bool Certifier::settled(const Stage& stage, bool of_max) const {
   return stage.dependences->complete && std::ranges::none_of(stage.dependences->found, open);
 }
 
-/// The iterate at the end of the test's Newton steps, with multipliers of open bounds that are mu / s.
+/// The iterate at the end of the test's Newton steps, with multipliers of open bounds that are mu /
+/// s.
 Iterate Certifier::solution_of(const Stage& stage) const {
   Iterate end = stage.point.iterate;
   const auto is_open = [&](Index i, int side) {
@@ -645,8 +651,8 @@ Iterate Certifier::solution_of(const Stage& stage) const {
   return end;
 }
 
-/// After Newton steps on the way to the certified solution: whether the point that is returned is that
-/// one, or as near as makes no difference.
+/// After Newton steps on the way to the certified solution: whether the point that is returned is
+/// that one, or as near as makes no difference.
 bool Certifier::reports_solution(const Stage& stage, const Point& given) {
   const Point& reported = moved_ ? *moved_ : given;
   if (stage.point.iterate.v == reported.iterate.v) return true;
@@ -833,8 +839,8 @@ InnerAnswer Certifier::answer_alone(const Stage& stage) {
   return alone.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
 }
 
-/// Whose necessary conditions the matrices say are violated; where Newton's method does not converge,
-/// those at the point have to do.
+/// Whose necessary conditions the matrices say are violated; where Newton's method does not
+/// converge, those at the point have to do.
 std::optional<Player> Certifier::wrong_player(ActiveSetSystem& system, const Stage& stage) {
   if (stage.newton.done && !stage.converges) {
     if (certificate_.inner.positive > certificate_.inner_expected.positive) return Player::Max;
@@ -850,8 +856,8 @@ std::optional<Player> Certifier::wrong_player(ActiveSetSystem& system, const Sta
   return test.inner ? Player::Min : Player::Max;
 }
 
-/// At mu_target > 0 the point solves the barrier problem, in which no bound is active and all curvature
-/// counts.
+/// At mu_target > 0 the point solves the barrier problem, in which no bound is active and all
+/// curvature counts.
 SecondOrder Certifier::judge_barrier_problem(const Point& given) {
   kkt_.assemble(given.iterate, given.evaluation);
   const double spare = margin(1.0) * std::max(1.0, kkt_.hessian_norm());

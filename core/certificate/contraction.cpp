@@ -11,7 +11,8 @@ namespace {
 constexpr double kAlmostThere = 0.99;
 /// Relative change of a multiplier or a distance up to which the class is confirmed.
 constexpr double kConfirmed = 0.5;
-/// Way that may be left at the end of a step, over its length: Newton's method contracts by so much.
+/// Way that may be left at the end of a step, over its length: Newton's method contracts by so
+/// much.
 constexpr double kLeft = 0.1;
 /// Part of a distance to an inactive bound that may be used up by a probe.
 constexpr double kProbeOfDistance = 0.1;
@@ -287,8 +288,8 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
   return test.error.allFinite() && std::isfinite(test.contraction);
 }
 
-/// Their values at the trial point, where they are not what their gradients predict. A doubtful one is
-/// violated by no more than it is satisfied now.
+/// Their values at the trial point, where they are not what their gradients predict. A doubtful one
+/// is violated by no more than it is satisfied now.
 bool ActiveSetNewton::inequalities_stay_open(const Eigen::VectorXd& c) const {
   const auto slack_of = canonical_.slack_of_constraint();
   Eigen::VectorXd change = Eigen::VectorXd::Zero(canonical_.variables());

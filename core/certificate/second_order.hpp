@@ -27,8 +27,9 @@ struct InertiaTest {
 /// K_yy alone.
 [[nodiscard]] InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error,
                                          double margin);
-/// Curvature that Max's answers give each variable of Min, absolute, canonical lengths: N'K_yy^-1 N with
-/// N what couples it to y and Max's rows. Empty: K_yy is singular, or these are too many variables.
+/// Curvature that Max's answers give each variable of Min, absolute, canonical lengths: N'K_yy^-1 N
+/// with N what couples it to y and Max's rows. Empty: K_yy is singular, or these are too many
+/// variables.
 [[nodiscard]] Eigen::VectorXd curvature_of_answers(ActiveSetSystem& system);
 /// The shift that survives factorizes K with.
 [[nodiscard]] Regularization worst_case(double margin);

@@ -22,7 +22,8 @@ struct Vertex {
 /// to where the first inequality's is zero: this one becomes BoundClass::Dropped. Of Min; of Max
 /// where there is no x.
 ///
-/// system: assembled as it was for the dependences. Empty where only equations depend on each other.
+/// system: assembled as it was for the dependences. Empty where only equations depend on each
+/// other.
 [[nodiscard]] std::vector<Vertex> vertices_of_multipliers(const ActiveSetSystem& system,
                                                           const Point& point,
                                                           const Dependences& dependences,

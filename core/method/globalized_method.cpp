@@ -85,8 +85,8 @@ double GlobalizedMethod::inner_target(const Point& point, double mu) const {
 }
 
 bool GlobalizedMethod::minmax_step(Run& run) {
-  // The inner Newton step is not computed before it is needed; the factorization of an accepted trial
-  // point is still at hand.
+  // The inner Newton step is not computed before it is needed; the factorization of an accepted
+  // trial point is still at hand.
   const Point& from = *run.here;
   const double mu = run.mu;
   InnerDirection& direction = outer_.direction;

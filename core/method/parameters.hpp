@@ -5,10 +5,10 @@
 
 #include "core/result.hpp"
 
-/// The numbers of the method that are no options. Symbols are those of core/algorithm.md or of the source
-/// named: [WB] Waechter and Biegler 2006, [Ipopt] the solver's options of that name, [G] the study of
-/// the globalized method on 28 small problems, [R] measurements on random multimodal problems and on
-/// problems without a local minmax (tests/problems), [eps] rounding.
+/// The numbers of the method that are no options. Symbols are those of core/algorithm.md or of the
+/// source named: [WB] Waechter and Biegler 2006, [Ipopt] the solver's options of that name, [G] the
+/// study of the globalized method on 28 small problems, [R] measurements on random multimodal
+/// problems and on problems without a local minmax (tests/problems), [eps] rounding.
 namespace ipminmax::parameters {
 
 /// The fast path: Newton's method where both inertias are right.
@@ -97,7 +97,8 @@ constexpr int kConstraintSteps = 8;  ///< back to the constraints
 constexpr double kPenalty = 2.0;     ///< over the largest multiplier: an exact penalty of |c|_1
 }  // namespace escape
 
-/// When a search is given up, to begin anew elsewhere: cheap where there are few variables, so soon [R].
+/// When a search is given up, to begin anew elsewhere: cheap where there are few variables, so soon
+/// [R].
 namespace patience {
 constexpr Index kFewestSetbacks = 3;
 constexpr Index kMostSetbacks = 15;
@@ -152,9 +153,9 @@ constexpr double kRunaway =
 constexpr Index kRunawayIterations = 100;  ///< of a minimization beyond that
 constexpr double kLargeMultiplier =
     1e6;  ///< of a Max constraint (scaled): Max has no room left [R]
-// Growth of |v| by a Newton step, over 1 + |v|, that counts as a run to infinity when that many steps in
-// a row pass through first-order points, each of them at least that share of the one before: towards a
-// zero of order p they shrink by (p - 1)/p.
+// Growth of |v| by a Newton step, over 1 + |v|, that counts as a run to infinity when that many
+// steps in a row pass through first-order points, each of them at least that share of the one
+// before: towards a zero of order p they shrink by (p - 1)/p.
 constexpr double kOutwardStep = 5e-4;
 constexpr int kOutwardSteps = 3;
 constexpr double kOutwardShare = 0.95;
@@ -166,12 +167,12 @@ constexpr double kFarAway = 10.0;
 
 /// First-order points that are not yet the end.
 namespace doubtful {
-/// Unscaled gradient above which a degenerate point is no solution at once where the objective is scaled
-/// down, and the iterations that it may take to do better.
+/// Unscaled gradient above which a degenerate point is no solution at once where the objective is
+/// scaled down, and the iterations that it may take to do better.
 constexpr double kFlatGradient = 1e-4;
 constexpr Index kHiddenIterations = 50;
-/// Iterations after a minimization has left a point whose curvature decides nothing, or as many as that
-/// took where it is more.
+/// Iterations after a minimization has left a point whose curvature decides nothing, or as many as
+/// that took where it is more.
 constexpr Index kFewestAfterEscape = 20;
 /// Bound multipliers, over tol, where the constraints alone decide: the barrier needs some.
 constexpr double kIdleMultiplier = 1e-3;
@@ -188,8 +189,8 @@ constexpr Index kFewestForTests = 20;   ///< but for each test these
 /// New starts [R].
 namespace restart {
 constexpr double kMargin = 1e-2;  ///< share of an interval that stays free at either end
-/// Half-widths of the box, over max(1, |v|), without bounds: one after the other, around the start and
-/// around zero.
+/// Half-widths of the box, over max(1, |v|), without bounds: one after the other, around the start
+/// and around zero.
 inline constexpr std::array kReaches{3.0, 1.0, 10.0};
 constexpr double kWideInterval = 100.0;  ///< reaches; wider bounds are no region of interest
 constexpr Index kIterations = 300;       ///< after the first search, after which none begins

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <string_view>
@@ -60,6 +61,11 @@ std::string number_text(double value) {
   text.precision(17);
   text << value;
   return text.str();
+}
+
+bool has_max_variables(const ProblemStructure& structure) {
+  return std::ranges::find(structure.variable_players, Player::Max) !=
+         structure.variable_players.end();
 }
 
 std::string check_indices(const ProblemStructure& s) {

@@ -10,6 +10,7 @@ namespace ipminmax {
 /// Names of a variable and a constraint of the model for messages.
 [[nodiscard]] std::string variable_name(const ProblemStructure& structure, Index i);
 [[nodiscard]] std::string constraint_name(const ProblemStructure& structure, Index i);
+[[nodiscard]] bool has_max_variables(const ProblemStructure& structure);
 /// A number with all its digits.
 [[nodiscard]] std::string number_text(double value);
 

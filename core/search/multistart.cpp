@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "core/model/norms.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/model/timer.hpp"
 #include "core/multistart.hpp"
 #include "core/search/multistart_run.hpp"
@@ -171,8 +172,7 @@ SolverOptions Multistart::one_cold_search() const {
 void Multistart::begin_anew_if_uncertified() {
   if (exception_ || interrupted_ || !certified_.empty() || !makes_new_starts(options_)) return;
   if (options_.minmax_epigraph) return;  // which makes no new starts
-  const auto& players = workers_.front().model->structure().variable_players;
-  if (std::ranges::find(players, Player::Max) == players.end()) return;
+  if (!has_max_variables(workers_.front().model->structure())) return;
   run_start(workers_.front(), ++last_, {}, with_remaining_time());
 }
 
@@ -291,11 +291,10 @@ MultistartResult Multistart::collect() {
 /// The best point may stand over a weak branch of y, which the y of other starts may show.
 void Multistart::look_for_worse(MultistartResult& answer) {
   Result& best = answer.best;
-  const auto& players = workers_.front().model->structure().variable_players;
   const bool has_value = is_success(best.status) || best.status == Status::NoLocalMinmaxFound;
   // A negative factor of the objective makes the inner player minimize.
   if (!has_value || maximization_ || best.objective_scale < 0.0 || interrupted_ || best.v.empty() ||
-      !all_finite(best.v) || std::ranges::find(players, Player::Max) == players.end()) {
+      !all_finite(best.v) || !has_max_variables(workers_.front().model->structure())) {
     return;
   }
   if (options_.minmax_worst_case_starts == 0) {

@@ -11,9 +11,10 @@ namespace ipminmax {
 [[nodiscard]] std::vector<double> min_part(const ProblemStructure& structure,
                                            const std::vector<double>& v);
 
-/// Whether the y of one of the points (n values each), where Max's constraints let him take it at the
-/// x of the result, is clearly worse there than the result's own: at the cost of an evaluation each,
-/// without any maximization. Then result.worst_case has the worst of them, `higher` set, and 0 starts.
+/// Whether the y of one of the points (n values each), where Max's constraints let him take it at
+/// the x of the result, is clearly worse there than the result's own: at the cost of an evaluation
+/// each, without any maximization. Then result.worst_case has the worst of them, `higher` set, and
+/// 0 starts.
 ///
 /// objectives: of the points where they lie; they tell which differences of f count, as do tol and
 /// the values seen. A y that violates Max's constraints by more than constr_viol_tol is left out.

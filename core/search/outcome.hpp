@@ -22,6 +22,9 @@ struct SearchOutcome {
 /// Whether a search that ended so may do better from another starting point.
 [[nodiscard]] bool search_failed(Status status);
 
+/// By its user, a time limit or a lack of memory: nothing else is tried after it.
+[[nodiscard]] bool stopped_from_outside(Status status);
+
 /// What a solve reports of two outcomes: a solution, where both are none the first failure, unless
 /// the later search was stopped and did not fail.
 [[nodiscard]] SearchOutcome better(SearchOutcome earlier, SearchOutcome later);

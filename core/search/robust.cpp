@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/model/norms.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/robust.hpp"
 #include "core/search/other_answers.hpp"
 #include "core/search/random_starts.hpp"
@@ -49,11 +50,6 @@ void add_before(const RobustResult& before, RobustResult& answer) {
   add_work(before.result, answer.result);
 }
 
-bool has_max_variable(const ProblemStructure& structure) {
-  return std::ranges::find(structure.variable_players, Player::Max) !=
-         structure.variable_players.end();
-}
-
 /// Of a problem in the form in which it is solved.
 SolverOptions without_epigraph(SolverOptions options) {
   options.minmax_epigraph = options.minmax_epigraph_at_kinks = false;
@@ -63,7 +59,7 @@ SolverOptions without_epigraph(SolverOptions options) {
 /// Why f cannot be treated as a robust constraint; empty: it can.
 std::string epigraph_error(Problem& model, const SolverOptions& options) {
   if (!options.minmax_epigraph && !options.minmax_epigraph_at_kinks) return {};
-  if (!has_max_variable(model.structure())) return {};
+  if (!has_max_variables(model.structure())) return {};
   bool mirrored = options.obj_scaling_factor < 0.0;
   if (options.nlp_scaling_method == Scaling::User) {
     UserScaling scaling;
@@ -79,8 +75,8 @@ class RobustSolve {
   RobustSolve(Problem& model, const SolverOptions& options, const SolveObserver& observer)
       : model_(model),
         options_(without_epigraph(options)),
-        epigraph_(options.minmax_epigraph && has_max_variable(model.structure())),
-        at_kinks_(options.minmax_epigraph_at_kinks && has_max_variable(model.structure())),
+        epigraph_(options.minmax_epigraph && has_max_variables(model.structure())),
+        at_kinks_(options.minmax_epigraph_at_kinks && has_max_variables(model.structure())),
         observer_(observer),
         limit_(options) {}
 

@@ -9,6 +9,7 @@
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
 #include "core/multistart.hpp"
+#include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/search/robust_search.hpp"
 
@@ -51,11 +52,6 @@ SolverOptions near(const SolverOptions& options, double mu) {
   }
   near.bound_mult_init_method = BoundMultiplierInit::MuBased;
   return near;
-}
-
-bool stopped_from_outside(Status status) {
-  return status == Status::UserStop || status == Status::MaxCpuTime ||
-         status == Status::MaxWallTime || status == Status::OutOfMemory;
 }
 
 /// Which Max variables f reads, from its gradient around the start.
@@ -214,9 +210,10 @@ RobustSearch::Solved RobustSearch::solve_worst_cases() {
   return {std::move(copies), std::move(result)};
 }
 
-/// A copy whose row is inactive has a multiplier of zero, so neither it nor what Max's rows tie to it
-/// has curvature. The row is maximized alone; where the maximum keeps the bound, the copy is held
-/// there for the certificate, else it goes on from there. Whether the answer is left violating a row.
+/// A copy whose row is inactive has a multiplier of zero, so neither it nor what Max's rows tie to
+/// it has curvature. The row is maximized alone; where the maximum keeps the bound, the copy is
+/// held there for the certificate, else it goes on from there. Whether the answer is left violating
+/// a row.
 bool RobustSearch::hold_idle(Solved& solved) {
   const std::vector<std::size_t> idle = idle_worst_cases(solved);
   if (idle.empty()) return false;

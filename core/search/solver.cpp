@@ -6,9 +6,11 @@
 #include <vector>
 
 #include "core/model/finite_difference_hessian.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/model/timer.hpp"
 #include "core/robust.hpp"
 #include "core/search/diagnosis.hpp"
+#include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/search/restart.hpp"
 #include "core/search/search_structure.hpp"
@@ -25,11 +27,6 @@ namespace {
   static_cast<void>(Eigen::l1CacheSize());
   return true;
 }();
-
-bool stopped_from_outside(Status status) {
-  return status == Status::UserStop || status == Status::MaxCpuTime ||
-         status == Status::MaxWallTime || status == Status::OutOfMemory;
-}
 
 /// Whether variables with equal bounds are taken out and may be kept instead.
 bool may_keep_fixed_variables(const ProblemStructure& s, const SolverOptions& options) {
@@ -147,10 +144,7 @@ bool start_is_undefined(const Result& result) {
 /// Where a game is not defined at its own starting point: from the first of other ones where it is.
 Result solve_elsewhere(Problem& problem, const SolverOptions& options,
                        const SolveObserver& observer, KeptWork* kept, Result undefined) {
-  const auto& players = problem.structure().variable_players;
-  if (!makes_new_starts(options) || std::ranges::find(players, Player::Max) == players.end()) {
-    return undefined;
-  }
+  if (!makes_new_starts(options) || !has_max_variables(problem.structure())) return undefined;
   const TimeLimit limit(options);
   const std::vector<double> own = starting_values(problem);
   SolverOptions cold = options;

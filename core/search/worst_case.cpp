@@ -10,6 +10,7 @@
 
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/worst_case.hpp"
 
 namespace ipminmax {
@@ -45,11 +46,6 @@ class HeldMin final : public ForwardingProblem {
   ProblemStructure structure_;
   std::vector<double> v_;
 };
-
-bool has_max_variables(const ProblemStructure& structure) {
-  return std::ranges::find(structure.variable_players, Player::Max) !=
-         structure.variable_players.end();
-}
 
 void check_point(const ProblemStructure& structure, std::span<const double> v) {
   if (v.size() != structure.variable_players.size()) {

@@ -109,12 +109,14 @@ TEST(Restarts, AreBoundedWhereNothingIsToBeFound) {
   EXPECT_EQ(single.message.find("other starting point"), std::string::npos) << single.message;
 }
 
-TEST(Restarts, FindWhatTheFirstSearchMisses) {
+/// A local minmax that one search misses from many starts.
+const Model& forsaken_variant() {
   const auto& problems = testing::small_problems();
-  const auto known = std::ranges::find(problems, std::string("forsaken_variant"),
-                                       [](const auto& p) { return std::string(p.name); });
-  ASSERT_NE(known, problems.end());
-  AutodiffProblem problem(known->model);
+  return std::ranges::find(problems, "forsaken_variant", &testing::SmallProblem::name)->model;
+}
+
+TEST(Restarts, FindWhatTheFirstSearchMisses) {
+  AutodiffProblem problem(forsaken_variant());
   SolverOptions once;
   once.minmax_max_restarts = 0;
   int starts = 0, at_once = 0, in_all = 0;
@@ -131,11 +133,7 @@ TEST(Restarts, FindWhatTheFirstSearchMisses) {
 }
 
 TEST(Restarts, AMultistartFindsNoLess) {
-  const auto& problems = testing::small_problems();
-  const auto known = std::ranges::find(problems, std::string("forsaken_variant"),
-                                       [](const auto& p) { return std::string(p.name); });
-  ASSERT_NE(known, problems.end());
-  AutodiffProblem problem(known->model);
+  AutodiffProblem problem(forsaken_variant());
   SolverOptions two;
   two.minmax_starts = 2;
   two.minmax_start_radius = 0.1;
