@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "core/model/extended_structure.hpp"
+#include "core/model/model_start.hpp"
 #include "core/model/robust_copies.hpp"
 
 namespace ipminmax {
@@ -163,19 +165,13 @@ void RobustCopies::add_entries() {
 
 bool RobustCopies::starting_point(StartingPoint& start) {
   if (start.needs_multipliers) return false;
-  StartingPoint own{
-      .v = v_, .needs_multipliers = false, .lambda = {}, .z_lower = {}, .z_upper = {}};
-  std::ranges::fill(v_, 0.0);
-  if (!start_.empty()) {
-    v_ = start_;
-  } else if (!model_.starting_point(own)) {
-    return false;
-  }
-  std::ranges::copy(v_, start.v.begin());
+  const auto own = start_.empty() ? model_start(model_) : std::optional(start_);
+  if (!own) return false;
+  std::ranges::copy(*own, start.v.begin());
   for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
     const WorstCase& worst_case = worst_cases_[k];
     const Part& part = parts_[k + 1];
-    for (std::size_t i = 0; i < v_.size(); ++i) {
+    for (std::size_t i = 0; i < own->size(); ++i) {
       if (at(part.column[i]) != i) start.v[at(part.column[i])] = worst_case.v[i];
     }
   }

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "core/model/model_start.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust.hpp"
@@ -164,15 +165,12 @@ RobustResult RobustSolve::in_epigraph_form(const std::vector<double>& start, boo
 RobustResult RobustSolve::from_many_starts() {
   RobustResult best;
   std::vector<DistinctPoint> points;
-  std::vector<double> center(model_.structure().variable_players.size(), 0.0);
-  StartingPoint own{
-      .v = center, .needs_multipliers = false, .lambda = {}, .z_lower = {}, .z_upper = {}};
-  const bool has_start = model_.starting_point(own);
+  const std::optional<std::vector<double>> center = model_start(model_);
   Index made = 0;
   bool interrupted = false;
-  for (Index start = 0; start < (has_start ? options_.minmax_starts : 1) && !interrupted; ++start) {
+  for (Index start = 0; start < (center ? options_.minmax_starts : 1) && !interrupted; ++start) {
     std::vector<double> v;
-    if (start > 0) v = random_start(model_.structure(), center, start, options_);
+    if (start > 0) v = random_start(model_.structure(), *center, start, options_);
     RobustResult answer = from(v);
     answer.best_start = start;
     ++made;

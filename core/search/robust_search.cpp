@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "core/model/model_start.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
 #include "core/multistart.hpp"
@@ -132,14 +133,13 @@ RobustResult RobustSearch::run(std::vector<double> start) {
   moved_ = !start.empty();
   start_ = std::move(start);
   if (!moved_) {
-    start_.assign(model_.structure().variable_players.size(), 0.0);
-    StartingPoint own{
-        .v = start_, .needs_multipliers = false, .lambda = {}, .z_lower = {}, .z_upper = {}};
-    if (!model_.starting_point(own)) {
+    auto own = model_start(model_);
+    if (!own) {
       answer_.result = solve(model_, options_, observer_);  // says what is wrong
       cut(asked_.structure(), answer_.result);
       return std::move(answer_);
     }
+    start_ = std::move(*own);
   }
   const std::vector<double> first_start = start_;
   const bool moved = moved_;
