@@ -54,7 +54,7 @@ enum class InstabilityShift : std::uint8_t {
 /// How much the second-order test may cost.
 enum class CertificateEffort : std::uint8_t {
   Full,  ///< until the point is certified, refuted or its budget of factorizations is used up
-  Quick,  ///< one factorization of K_yy and of K, and those for a witness where they are clearly wrong
+  Quick,  ///< one factorization of K_yy and of K, and those for a witness where clearly wrong
   None  ///< no test; for minimizations
 };
 
@@ -228,8 +228,8 @@ struct OptionInfo {
 /// value-initialized SolverOptions.
 [[nodiscard]] std::span<const OptionInfo> option_table();
 
-/// The options with which minmax_globalization none is the paper's Algorithm 1 as printed: shifts that
-/// start at zero in every iteration and grow tenfold from 1e-4, b <- sigma b after a step with
+/// The options with which minmax_globalization none is the paper's Algorithm 1 as printed: shifts
+/// that start at zero in every iteration and grow tenfold from 1e-4, b <- sigma b after a step with
 /// |g(z,b)| <= b, no scaling, no relaxed bounds, multipliers lambda = b / s, no shift of multiplier
 /// rows, no limits of the multipliers. All others are kept, delta_epsilon (minmax_freeze_tol) among
 /// them. core/algorithm.md lists what still differs.
