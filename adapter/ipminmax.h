@@ -234,8 +234,8 @@ typedef struct IpminmaxWorstCase {
   int stated_concave; /* 1: option minmax_concave_in_y */
 } IpminmaxWorstCase;
 
-/* The worst case over all of y at the Min variables of x (n values), from so many starting points of
- * y, at least 1; the first is that of x. Options as for the next solve. worst_x (n), or NULL: x and
+/* The worst case over all of y at the Min variables of x (n values), from so many starting points
+ * of y, at least 1; the first is that of x. Options as for the next solve. worst_x (n), or NULL: x and
  * the worst y. Calls the model's functions; 0 when it cannot be done: IpminmaxMessage says why. */
 int IpminmaxCheckWorstCase(IpminmaxProblem problem, const double *x, int starts,
                            IpminmaxWorstCase *worst_case, double *worst_x, void *user_data);
@@ -251,11 +251,11 @@ int IpminmaxGetWorstCaseSized(IpminmaxProblem problem, IpminmaxWorstCase *worst_
  * is 0. */
 int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double *values);
 
-/* Worst cases of the last solve's robust constraints, which are Min's and read Max variables, and of
- * f with option minmax_epigraph; docs/robust_constraints.md. Returns how many there are and fills
- * the first capacity of each array that is not NULL: constraints (indices from 0, m for f), values
- * (of the constraint there), multipliers, active (1: the solution rests on it), worst_x (capacity
- * times n: x and that y). 0: none, or no solve has ended. */
+/* Worst cases of the last solve's robust constraints, which are Min's and read Max variables, and
+ * of f with option minmax_epigraph; docs/robust_constraints.md. Returns how many there are and
+ * fills the first capacity of each array that is not NULL: constraints (indices from 0, m for f),
+ * values (of the constraint there), multipliers, active (1: the solution rests on it), worst_x
+ * (capacity times n: x and that y). 0: none, or no solve has ended. */
 int IpminmaxGetRobustWorstCases(IpminmaxProblem problem, int capacity, int *constraints,
                                 double *values, double *multipliers, int *active, double *worst_x);
 

@@ -26,7 +26,7 @@ inline namespace IPMINMAX_IPOPT_ABI {
 void register_ipopt_only_options(Ipopt::RegisteredOptions& registry);
 
 /// Values of linear_solver that only Ipopt has: they are accepted and mean auto.
-[[nodiscard]] std::vector<std::string> ipopt_only_linear_solvers();
+[[nodiscard]] std::vector<std::string_view> ipopt_only_linear_solvers();
 
 /// First option that is refused, as "jacobian_approximation = finite-difference-values is an option
 /// of Ipopt that is not available: ..."; empty when there is none.
