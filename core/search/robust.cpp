@@ -10,8 +10,8 @@
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust.hpp"
-#include "core/search/other_answers.hpp"
 #include "core/search/random_starts.hpp"
+#include "core/search/ranking.hpp"
 #include "core/search/robust_search.hpp"
 
 namespace ipminmax {
@@ -88,7 +88,6 @@ class RobustSolve {
  private:
   [[nodiscard]] RobustResult as_asked(const std::vector<double>& start);
   [[nodiscard]] RobustResult in_epigraph_form(const std::vector<double>& start, bool at_kink);
-  void add_point(Index start, const Result& result, std::vector<DistinctPoint>& points) const;
 
   Problem& model_;
   const SolverOptions options_;  ///< without those of the epigraph form
@@ -175,7 +174,10 @@ RobustResult RobustSolve::from_many_starts() {
     answer.best_start = start;
     ++made;
     interrupted = answer.result.status == Status::UserStop || limit_.expired();
-    add_point(start, answer.result, points);
+    if (answer.result.certificate.kind == PointKind::LocalMinmax) {
+      add_distinct(model_.structure(), true, options_.minmax_distinct_tol, start,
+                   Result(answer.result), points);
+    }
     // Where the observer stops, its iterate is the answer.
     const bool chosen = start == 0 || answer.result.status == Status::UserStop ||
                         better(answer.result, best.result);
@@ -186,23 +188,6 @@ RobustResult RobustSolve::from_many_starts() {
   best.starts = made;
   best.points = std::move(points);
   return best;
-}
-
-/// One more certified point, unless its x is known: where several y are worst, any of them may
-/// stand in v.
-void RobustSolve::add_point(Index start, const Result& result,
-                            std::vector<DistinctPoint>& points) const {
-  if (result.certificate.kind != PointKind::LocalMinmax) return;
-  const ProblemStructure& s = model_.structure();
-  const std::vector<double> x = min_part(s, result.v);
-  const auto known = std::ranges::find_if(points, [&](const DistinctPoint& point) {
-    return same_point(x, min_part(s, point.result.v), options_.minmax_distinct_tol);
-  });
-  if (known != points.end()) {
-    ++known->found;
-  } else {
-    points.push_back({result, start, 1});
-  }
 }
 
 }  // namespace
