@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -46,6 +47,13 @@ RobustScope robust_scope(const ProblemStructure& s, Index constraint) {
     if (row_in[j]) scope.constraints.push_back(static_cast<Index>(j));
   }
   return scope;
+}
+
+bool moves_with_x(const ProblemStructure& s, const RobustScope& scope) {
+  return std::ranges::any_of(s.jacobian, [&](Triplet entry) {
+    return s.variable_players[at(entry.col)] == Player::Min &&
+           std::ranges::binary_search(scope.constraints, entry.row);
+  });
 }
 
 RobustCopies::RobustCopies(Problem& model, std::vector<WorstCase> worst_cases,
@@ -268,6 +276,14 @@ std::vector<double> RobustCopies::model_point(std::span<const double> v, std::si
   std::vector<double> point(v_.size());
   for (std::size_t i = 0; i < point.size(); ++i) point[i] = v[at(parts_[k + 1].column[i])];
   return point;
+}
+
+bool RobustCopies::is_active(const Result& result, std::size_t k) const {
+  const std::size_t own = at(row(k));
+  const double distance =
+      std::min(std::abs(structure_.constraint_upper[own] - result.constraints[own]),
+               std::abs(result.constraints[own] - structure_.constraint_lower[own]));
+  return std::abs(result.lambda[own]) > distance;
 }
 
 }  // namespace ipminmax
