@@ -138,6 +138,7 @@ class Certifier {
   [[nodiscard]] InnerAnswer answer_alone(const Stage& stage);
   [[nodiscard]] std::vector<bool> droppable(const Dependences& dependences, bool x_held) const;
   [[nodiscard]] bool evaluate(Point& point);
+  [[nodiscard]] bool evaluate_objective(Point& point);
   [[nodiscard]] Units certain_units(const Stage& stage);
   [[nodiscard]] Iterate solution_of(const Stage& stage) const;
   [[nodiscard]] bool clean(const BoundClasses& classes, Point& point);
@@ -433,9 +434,9 @@ Eigen::VectorXd Certifier::error_of(const Point& point, const BoundClasses& clas
   return error;
 }
 
-/// All derivatives at the point's iterate.
+/// All but f at the point's iterate: few of the points on the way are asked for their value.
 bool Certifier::evaluate(Point& point) {
-  return evaluate_values(canonical_, point) == EvaluationStatus::Ok &&
+  return canonical_.constraints(point.iterate.v, point.evaluation.c) == EvaluationStatus::Ok &&
          evaluate_derivatives(canonical_, point) == EvaluationStatus::Ok;
 }
 
@@ -625,6 +626,10 @@ bool Certifier::settled(const Stage& stage, bool of_max) const {
   return stage.dependences->complete && std::ranges::none_of(stage.dependences->found, open);
 }
 
+bool Certifier::evaluate_objective(Point& point) {
+  return canonical_.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok;
+}
+
 /// The iterate at the end of the test's Newton steps, with multipliers of open bounds that are mu /
 /// s.
 Iterate Certifier::solution_of(const Stage& stage) const {
@@ -675,7 +680,7 @@ bool Certifier::reports_solution(const Stage& stage, const Point& given) {
 }
 
 SecondOrder Certifier::certified(const Stage& stage, const Point& given) {
-  if (!reports_solution(stage, given)) {
+  if (!reports_solution(stage, given) || (moved_ && !evaluate_objective(*moved_))) {
     reasons_.add(Kind::NotIsolated, Player::Min,
                  "the solution near by is farther than the point's accuracy allows");
     return SecondOrder::Undecided;
@@ -714,6 +719,9 @@ SecondOrder Certifier::examine(const Point& given) {
     stage.newton = {};
   }
   if (test_at_vertices(start)) return certified(start, given);
+  if (stage.point.iterate.v != given.iterate.v && !evaluate_objective(stage.point)) {
+    return SecondOrder::Undecided;
+  }
   return judge_without_certificate(stage);
 }
 
