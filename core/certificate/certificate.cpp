@@ -871,7 +871,7 @@ SecondOrder Certifier::examine(const Point& given) {
     if (stage.guessed) {
       last_factorization_ += kkt_.factorizations() - before;
       stage.guessed = stopped_ = false;
-      stage.units = units_of(canonical_, given.evaluation);
+      stage.units = units_of(canonical_, given.iterate.v, given.evaluation);
       stage.classes =
           with_idle_held(guess_classes(canonical_, options_, given.iterate, stage.units));
     } else if (follow || !bounded || (stage.newton.done && stage.newton.classes_hold) ||
