@@ -563,6 +563,10 @@ bool Certifier::revise(Stage& stage) {
 
 /// Whether the bounds are clearly what they were guessed to be at the solution, and that is reported.
 bool Certifier::guess_holds(const Stage& stage, const Point& given) {
+  // The path leads to a solution far from the point, a Newton step not quite to its bounds.
+  if (stage.newton.step > far() * size_of_problem(canonical_, stage.point.iterate, stage.units)) {
+    return false;
+  }
   const Iterate& end = stage.newton.end.iterate;
   for (Index i = 0; i < canonical_.variables(); ++i) {
     if (stage.classes.side[at(i)] == 0) continue;
