@@ -58,6 +58,15 @@ constexpr double kLonger = 10.0;
 constexpr double kFlatTimes = 10.0;
 /// Newton steps towards the solution of a point that is not clear.
 constexpr int kRefinements = 4;
+/// The same where each of them contracts by at most this: as towards a zero of high order, where it
+/// is 1/4 to 0.37.
+constexpr int kMostRefinements = 16;
+constexpr double kCreeping = 0.4;
+/// How often longer units are tried.
+constexpr int kStretches = 2;
+/// What a Newton step has to leave of an entry of W, over its change: 0.6 of f'' is left where it
+/// vanishes with f' and f, whatever the order.
+constexpr double kLeft = 0.3;
 /// Of variables, relative to their sizes here or at the start.
 constexpr double kRounding = 1e-13;
 /// Of a distance to a bound, of steps that are no larger.
@@ -111,6 +120,10 @@ class Certifier {
     /// Curvature that Max's answers give x, once it has been asked for; empty where it is of no
     /// use.
     std::optional<Eigen::VectorXd> answers{};
+    /// Times the lengths: how much farther variables go along directions of little curvature.
+    std::optional<Eigen::VectorXd> stretch{};
+    /// Fewer answers of Max, in which K is tested: where his active gradients depend.
+    std::optional<BoundClasses> narrow{};
   };
   [[nodiscard]] SecondOrder judge(const Point& given);
   [[nodiscard]] Look first_look(const Point& point);
@@ -125,6 +138,9 @@ class Certifier {
   [[nodiscard]] bool release(Stage& stage);
   [[nodiscard]] bool weakly_active_are_near(const Stage& stage) const;
   [[nodiscard]] bool measure_answers(Stage& stage, ActiveSetSystem& system);
+  [[nodiscard]] bool confirm(Stage& stage, ActiveSetSystem& system);
+  [[nodiscard]] bool is_right_in_longer_units(Stage& stage, ActiveSetSystem& system);
+  [[nodiscard]] bool is_right(Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool look_for_dependences(Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool independent_or_harmless(Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool settled(const Stage& stage, bool of_max) const;
@@ -138,7 +154,9 @@ class Certifier {
   [[nodiscard]] InnerAnswer answer_alone(const Stage& stage);
   [[nodiscard]] std::vector<bool> droppable(const Dependences& dependences, bool x_held) const;
   [[nodiscard]] bool evaluate(Point& point);
+  [[nodiscard]] bool evaluate_objective(Point& point);
   [[nodiscard]] Units certain_units(const Stage& stage);
+  [[nodiscard]] Units measured(const Stage& stage, const Evaluation& certain) const;
   [[nodiscard]] Iterate solution_of(const Stage& stage) const;
   [[nodiscard]] bool clean(const BoundClasses& classes, Point& point);
   [[nodiscard]] Eigen::VectorXd error_of(const Point& point, const BoundClasses& classes,
@@ -187,6 +205,13 @@ class Certifier {
   Certificate certificate_;
 };
 
+/// A robust constraint's worst case has to follow x smoothly.
+bool reads_both_players(const CanonicalProblem& canonical) {
+  return std::ranges::any_of(canonical.jacobian(), [&](const auto& entry) {
+    return canonical.min_constraints().contains(entry.row) && canonical.owned_by_max(entry.col);
+  });
+}
+
 /// Whether the matrices of the test are nonsingular at the end of the step as well.
 bool gradients_hold(const NewtonTest& newton, const InertiaTest& test) {
   return newton.inner_turn * test.inner_response <= kTurn &&
@@ -223,7 +248,7 @@ Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const
 /// At most one factorization of each matrix at a clear point, with the margin in it: right with it
 /// is right without.
 Look Certifier::first_look(const Point& point) {
-  const Units units = units_of(canonical_, point.evaluation);
+  const Units units = units_of(canonical_, point.iterate.v, point.evaluation);
   const BoundClasses classes =
       with_idle_held(guess_classes(canonical_, options_, point.iterate, units));
   if (!classes.clear()) return Look::Unclear;
@@ -339,10 +364,11 @@ Eigen::VectorXd Certifier::without_inactive(const BoundClasses& classes,
 /// length.
 Units Certifier::certain_units(const Stage& stage) {
   const Point& point = stage.point;
-  const Eigen::VectorXd answers = stage.answers.value_or(Eigen::VectorXd());
   Evaluation certain = point.evaluation, there = certain;
   for (std::size_t k = 0; k < stage.newton.hessian_change.size(); ++k) {
-    if (std::abs(certain.hessian[k]) < stage.newton.hessian_change[k]) certain.hessian[k] = 0.0;
+    if (std::abs(certain.hessian[k]) < kLeft * stage.newton.hessian_change[k]) {
+      certain.hessian[k] = 0.0;
+    }
   }
   const Eigen::VectorXd size =
       point.iterate.v.cwiseAbs().cwiseMax(canonical_.starting_point().v.cwiseAbs());
@@ -353,7 +379,7 @@ Units Certifier::certain_units(const Stage& stage) {
   if (canonical_.first_derivatives(point.iterate.v + step, there) != EvaluationStatus::Ok ||
       canonical_.second_derivatives(point.iterate.v + step, without_inactive(stage.classes, lambda),
                                     there) != EvaluationStatus::Ok) {
-    return units_of(canonical_, certain, answers);
+    return measured(stage, certain);
   }
   const auto keep = [](double changed, double& value) {
     if (!(std::abs(changed - value) <= std::abs(value))) value = 0.0;
@@ -364,7 +390,15 @@ Units Certifier::certain_units(const Stage& stage) {
   for (std::size_t k = 0; k < certain.jacobian.size(); ++k) {
     keep(there.jacobian[k], certain.jacobian[k]);
   }
-  return units_of(canonical_, certain, answers);
+  return measured(stage, certain);
+}
+
+/// Lengths from what is certain of the derivatives, and from what has been found out about them.
+Units Certifier::measured(const Stage& stage, const Evaluation& certain) const {
+  Units units = units_of(canonical_, stage.point.iterate.v, certain,
+                         stage.answers.value_or(Eigen::VectorXd()));
+  if (stage.stretch) units = stretched(canonical_, certain, std::move(units), *stage.stretch);
+  return units;
 }
 
 /// Takes the multipliers of inactive inequalities, which are the barrier's, out of W.
@@ -395,7 +429,7 @@ void Certifier::examine_curvature(ActiveSetSystem& system, const Point& point,
 
 /// At a point whose active set is not known.
 void Certifier::examine_curvature(const Point& point, const Evaluation* assembled) {
-  const Units units = units_of(canonical_, point.evaluation);
+  const Units units = units_of(canonical_, point.iterate.v, point.evaluation);
   const auto is_held = [&](Index i) {
     return canonical_.x_slacks().contains(i) || canonical_.y_slacks().contains(i);
   };
@@ -433,9 +467,9 @@ Eigen::VectorXd Certifier::error_of(const Point& point, const BoundClasses& clas
   return error;
 }
 
-/// All derivatives at the point's iterate.
+/// All but f at the point's iterate: few of the points on the way are asked for their value.
 bool Certifier::evaluate(Point& point) {
-  return evaluate_values(canonical_, point) == EvaluationStatus::Ok &&
+  return canonical_.constraints(point.iterate.v, point.evaluation.c) == EvaluationStatus::Ok &&
          evaluate_derivatives(canonical_, point) == EvaluationStatus::Ok;
 }
 
@@ -524,38 +558,79 @@ bool Certifier::measure_answers(Stage& stage, ActiveSetSystem& system) {
   return any;
 }
 
+/// Directions of little curvature lead variables farther than their lengths, where stiff curvature
+/// or constraints make others follow: in lengths as long the change of W along them, and how far
+/// gradients turn, are seen as small as they are. The margin asked for stays what it was.
+bool Certifier::is_right_in_longer_units(Stage& stage, ActiveSetSystem& system) {
+  if (!may_factorize(2 + kToConfirm)) return false;
+  Stage trial = stage;
+  trial.stretch = stretch_of_little_curvature(system);
+  if (!(max_norm(*trial.stretch) > kLonger)) return false;
+  trial.units = certain_units(trial);
+  ActiveSetSystem longer(canonical_, kkt_, trial.classes, trial.units, trial.point.evaluation);
+  if (!confirm(trial, longer) || !is_right(trial, longer)) return false;
+  stage = std::move(trial);
+  return true;
+}
+
+/// The Newton step, and the error of W over it.
+bool Certifier::confirm(Stage& stage, ActiveSetSystem& system) {
+  system.assemble(ActiveSetSystem::kSufficient);
+  stage.error = error_of(stage.point, stage.classes, stage.units);
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
+    return solve_accurately(kkt_, system.assembled(), rhs, step);
+  };
+  stage.converges = newton_confirms(system, stage.point, solve, stage.newton);
+  if (stage.newton.done) stage.error += stage.newton.error;
+  return stage.converges;
+}
+
+/// Whether the matrices are right for every W within the error, over the whole step.
+bool Certifier::is_right(Stage& stage, ActiveSetSystem& system) {
+  Eigen::VectorXd error = stage.error;
+  if (stage.stretch) {
+    error.array() += margin(1.0) * (stage.stretch->array().square() - 1.0);
+  }
+  if (stage.narrow) {
+    ActiveSetSystem narrow(canonical_, kkt_, *stage.narrow, stage.units, stage.point.evaluation);
+    stage.test = survives_narrowed(system, narrow, error, margin(1.0));
+    if (!stage.test.both() || !gradients_hold(stage.newton, stage.test)) return false;
+    examine_curvature(narrow, stage.point,
+                      without_inactive(stage.classes, stage.point.iterate.lambda));
+    return true;
+  }
+  stage.test = survives(system, error, margin(1.0));
+  if (!stage.test.both() && weakly_active_are_near(stage) && may_factorize(1)) {
+    stage.test = survives_in_cone(system, error, margin(1.0), stage.test);
+  }
+  if (!stage.test.both() || !gradients_hold(stage.newton, stage.test)) return false;
+  examine_curvature(system, stage.point,
+                    without_inactive(stage.classes, stage.point.iterate.lambda));
+  return true;
+}
+
 /// Newton's method towards the solution of the active set's equations, until what W changes by on
 /// the way is less than its curvature. False: not seen.
 bool Certifier::refine_and_test(Stage& stage) {
+  bool steady = true;
+  int stretches = kStretches;
   for (int round = 0;; ++round) {
     if (!may_factorize(round == 0 ? 1 : kToConfirm)) return false;
     ActiveSetSystem system(canonical_, kkt_, stage.classes, stage.units, stage.point.evaluation);
-    system.assemble(ActiveSetSystem::kSufficient);
-    stage.error = error_of(stage.point, stage.classes, stage.units);
-    const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
-      return solve_accurately(kkt_, system.assembled(), rhs, step);
-    };
-    stage.converges = newton_confirms(system, stage.point, solve, stage.newton);
+    static_cast<void>(confirm(stage, system));
     if (release(stage)) {
       --round;
       continue;
     }
-    if (stage.newton.done) stage.error += stage.newton.error;
-    if (stage.converges) {
-      stage.test = survives(system, stage.error, margin(1.0));
-      if (!stage.test.both() && weakly_active_are_near(stage) && may_factorize(1)) {
-        stage.test = survives_in_cone(system, stage.error, margin(1.0), stage.test);
-      }
-      if (stage.test.both() && gradients_hold(stage.newton, stage.test)) {
-        examine_curvature(system, stage.point,
-                          without_inactive(stage.classes, stage.point.iterate.lambda));
-        return independent_or_harmless(stage, system);
-      }
-    }
+    if (stage.converges && is_right(stage, system)) return independent_or_harmless(stage, system);
     const bool right = stage.converges && stage.test.both();
-    if (stage.converges && stage.test.inner && !stage.test.full && measure_answers(stage, system)) {
+    if (stage.converges && stage.test.inner && !right && measure_answers(stage, system)) {
       --round;
       continue;
+    }
+    if (stage.converges && stretches > 0) {
+      --stretches;
+      if (is_right_in_longer_units(stage, system)) return independent_or_harmless(stage, system);
     }
     // Where all but how far the gradients turn is right the next point settles that.
     if (!right && look_for_dependences(stage, system)) {
@@ -565,7 +640,10 @@ bool Certifier::refine_and_test(Stage& stage) {
     if (!stage.newton.done) return false;
     const bool there =
         max_norm(stage.newton.error) <= margin(1.0) && gradients_hold(stage.newton, stage.test);
-    if (there || !stage.newton.classes_hold || round == kRefinements) return false;
+    // Newton's method creeps to where derivatives nearly vanish together.
+    steady = steady && !stage.converges && stage.newton.contraction <= kCreeping;
+    if (there || !stage.newton.classes_hold) return false;
+    if (round == (steady ? kMostRefinements : kRefinements)) return false;
     stage.point.iterate = stage.newton.end.iterate;
     if (!evaluate(stage.point)) return false;
     stage.units = certain_units(stage);
@@ -573,19 +651,22 @@ bool Certifier::refine_and_test(Stage& stage) {
 }
 
 /// Where active gradients depend on each other, the test with one choice of multipliers is enough
-/// for Min.
+/// for Min, and for Max to say that y is strictly best.
 bool Certifier::test_at_vertices(Stage& stage) {
   if (canonical_.constraints() == 0 || !may_factorize(1 + kToConfirm)) return false;
   ActiveSetSystem system(canonical_, kkt_, stage.classes, stage.units, stage.point.evaluation);
   system.assemble({.min_fixed = true, .max_fixed = true});
   const Dependences dependences = find_dependences(canonical_, system, stage.point, options_);
   stage.classes.redundant = droppable(dependences, !has_x());
-  for (Vertex& vertex : vertices_of_multipliers(system, stage.point, dependences, options_)) {
+  const bool max = !has_x() || (has_y() && !dependences.independent(canonical_, true) &&
+                                !reads_both_players(canonical_));
+  for (Vertex& vertex : vertices_of_multipliers(system, stage.point, dependences, options_, max)) {
     if (!may_factorize(kToConfirm)) return false;
     Stage trial;
     trial.point = stage.point;
     trial.point.iterate = std::move(vertex.iterate);
     trial.classes = std::move(vertex.classes);
+    trial.narrow = std::move(vertex.narrow);
     if (!evaluate(trial.point) || !clean(trial.classes, trial.point)) continue;
     trial.units = certain_units(trial);
     trial.dependences = dependences;
@@ -594,6 +675,7 @@ bool Certifier::test_at_vertices(Stage& stage) {
     certificate_.licq_min = stage.dependences->independent(canonical_, false);
     certificate_.licq_max = stage.dependences->independent(canonical_, true);
     certificate_.weakly_active_min = stage.classes.weak_min;
+    certificate_.weakly_active_max = stage.classes.weak_max;
     return true;
   }
   return false;
@@ -623,6 +705,10 @@ bool Certifier::settled(const Stage& stage, bool of_max) const {
     return (max || !of_max) && !stage.classes.is_redundant(d.row);
   };
   return stage.dependences->complete && std::ranges::none_of(stage.dependences->found, open);
+}
+
+bool Certifier::evaluate_objective(Point& point) {
+  return canonical_.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok;
 }
 
 /// The iterate at the end of the test's Newton steps, with multipliers of open bounds that are mu /
@@ -675,7 +761,7 @@ bool Certifier::reports_solution(const Stage& stage, const Point& given) {
 }
 
 SecondOrder Certifier::certified(const Stage& stage, const Point& given) {
-  if (!reports_solution(stage, given)) {
+  if (!reports_solution(stage, given) || (moved_ && !evaluate_objective(*moved_))) {
     reasons_.add(Kind::NotIsolated, Player::Min,
                  "the solution near by is farther than the point's accuracy allows");
     return SecondOrder::Undecided;
@@ -683,6 +769,7 @@ SecondOrder Certifier::certified(const Stage& stage, const Point& given) {
   certificate_.margin = margin(1.0);
   certificate_.weakly_active_max = stage.classes.weak_max;
   certificate_.answer = stage.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
+  if (stage.narrow) certificate_.answer = InnerAnswer::StrictlyBest;
   reasons_.add_weakly_active(stage.classes);
   if (stage.dependences) reasons_.add_dependences(*stage.dependences);
   return SecondOrder::Satisfied;
@@ -693,7 +780,7 @@ SecondOrder Certifier::examine(const Point& given) {
   kkt_.begin_pivoting();
   Stage stage;
   stage.point = given;
-  stage.units = units_of(canonical_, given.evaluation);
+  stage.units = units_of(canonical_, given.iterate.v, given.evaluation);
   stage.classes = with_idle_held(guess_classes(canonical_, options_, given.iterate, stage.units));
   const bool bounded = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
   bool follow = far_ || !stage.classes.clear();
@@ -714,6 +801,9 @@ SecondOrder Certifier::examine(const Point& given) {
     stage.newton = {};
   }
   if (test_at_vertices(start)) return certified(start, given);
+  if (stage.point.iterate.v != given.iterate.v && !evaluate_objective(stage.point)) {
+    return SecondOrder::Undecided;
+  }
   return judge_without_certificate(stage);
 }
 

@@ -74,14 +74,9 @@ StepReport GlobalizedMethod::step(const Point& from, double mu, Point& to) {
 }
 
 double GlobalizedMethod::inner_target(const Point& point, double mu) const {
-  namespace parameter = parameters::inner;
-  const double value = std::abs(outer_.merit(point, mu).phi);
-  double target =
-      std::min(parameter::kSlopeShare * last_slope_, parameter::kValueShare * (1.0 + value));
-  if (canonical_.has_max_bounds()) {
-    target = std::min(target, std::max(parameter::kBarrierShare * mu, parameter::kLeastTarget));
-  }
-  return std::max(target, parameter::kRoundingShare * (1.0 + value));
+  const double share = canonical_.has_max_bounds() ? parameters::inner::kBarrierShare * mu
+                                                   : parameters::inner::kSlopeShare * last_slope_;
+  return tolerated_gain(share, outer_.merit(point, mu).phi);
 }
 
 bool GlobalizedMethod::minmax_step(Run& run) {
@@ -108,9 +103,7 @@ bool GlobalizedMethod::minmax_step(Run& run) {
   if (!find_direction()) return false;
 
   const double target = inner_target(from, mu);
-  const bool inner_solved = direction.shift.y == 0.0 && std::abs(direction.gain) <= target &&
-                            (!canonical_.has_max_bounds() ||
-                             outer_.inner.error(from, mu) <= parameters::inner::kErrorFactor * mu);
+  const bool inner_solved = direction.shift.y == 0.0 && std::abs(direction.gain) <= target;
   if (!inner_solved && !inner_phase(run, target)) return !run.report.failure && joint_step(run);
   return goes_on(run, patience_.check_progress(outer_.merit(*run.here, mu))) && outer_step(run);
 }
@@ -126,7 +119,8 @@ bool GlobalizedMethod::inner_phase(Run& run, double target) {
   if (outcome == InnerMaximizer::Outcome::Maximum) {
     run.here = &run.to;
     filter_.reset();
-    return goes_on(run, patience_.check_branch(estimate, outer_.merit(run.to, run.mu).phi));
+    patience_.watch_branch(estimate, outer_.merit(run.to, run.mu).phi);
+    return true;
   }
   if (limit_.expired()) return fail_by_limit(run);
   const bool y_ran_away = outcome == InnerMaximizer::Outcome::Unbounded;

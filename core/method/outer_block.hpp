@@ -9,6 +9,10 @@
 
 namespace ipminmax {
 
+/// What an inner Newton step may still promise to gain where phi is estimated: that share, but less
+/// than phi itself says and more than its rounding.
+[[nodiscard]] double tolerated_gain(double share, double phi);
+
 /// The minimizer's side of the globalized method: the Newton step through K, and phi(x), estimated
 /// by the barrier value plus the predicted gain of the inner Newton step, along it. Without Max
 /// variables phi is the barrier objective.
