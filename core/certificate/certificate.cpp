@@ -56,6 +56,8 @@ constexpr Index kToRefute = 3;
 constexpr double kLonger = 10.0;
 /// Curvature, over the margin, of a direction that may be flat.
 constexpr double kFlatTimes = 10.0;
+/// z / s in units at which a bound is guessed to be one or the other, where Newton steps decide.
+constexpr double kEitherRatio = 1.0;
 /// Newton steps towards the solution of a point that is not clear.
 constexpr int kRefinements = 4;
 /// The same where each of them contracts by at most this: as towards a zero of high order, where it
@@ -67,6 +69,11 @@ constexpr int kStretches = 2;
 /// What a Newton step has to leave of an entry of W, over its change: 0.6 of f'' is left where it
 /// vanishes with f' and f, whatever the order.
 constexpr double kLeft = 0.3;
+/// Of the error allowed, that multipliers mu / s of open bounds may leave.
+constexpr double kShareOfError = 0.1;
+/// Of a multiplier or distance, left at the solution by which a guess of the bound's class holds:
+/// of a weakly active one nothing but rounding is.
+constexpr double kShareLeft = 1e-3;
 /// Of variables, relative to their sizes here or at the start.
 constexpr double kRounding = 1e-13;
 /// Of a distance to a bound, of steps that are no larger.
@@ -116,6 +123,7 @@ class Certifier {
     InertiaTest test;
     Eigen::VectorXd error;   ///< of W in units
     bool converges = false;  ///< Newton's method, to a solution with these classes
+    bool guessed = false;    ///< some classes are mere guesses: nothing but success counts
     std::optional<Dependences> dependences{};
     /// Curvature that Max's answers give x, once it has been asked for; empty where it is of no
     /// use.
@@ -136,6 +144,8 @@ class Certifier {
   [[nodiscard]] bool refine_and_test(Stage& stage);
   [[nodiscard]] bool test_at_vertices(Stage& stage);
   [[nodiscard]] bool release(Stage& stage);
+  [[nodiscard]] bool revise(Stage& stage);
+  [[nodiscard]] bool guess_holds(const Stage& stage, const Point& given);
   [[nodiscard]] bool weakly_active_are_near(const Stage& stage) const;
   [[nodiscard]] bool measure_answers(Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool confirm(Stage& stage, ActiveSetSystem& system);
@@ -157,7 +167,7 @@ class Certifier {
   [[nodiscard]] bool evaluate_objective(Point& point);
   [[nodiscard]] Units certain_units(const Stage& stage);
   [[nodiscard]] Units measured(const Stage& stage, const Evaluation& certain) const;
-  [[nodiscard]] Iterate solution_of(const Stage& stage) const;
+  [[nodiscard]] Iterate solution_of(const Stage& stage, Iterate end, double mu) const;
   [[nodiscard]] bool clean(const BoundClasses& classes, Point& point);
   [[nodiscard]] Eigen::VectorXd error_of(const Point& point, const BoundClasses& classes,
                                          const Units& units);
@@ -526,6 +536,45 @@ bool Certifier::release(Stage& stage) {
   return clean(stage.classes, stage.point);
 }
 
+/// Guessed classes that the Newton step contradicts change, and the next one begins at its end.
+bool Certifier::revise(Stage& stage) {
+  constexpr double kInside = 1e-2;  // of the distance before, from a bound that was crossed
+  Iterate& end = stage.newton.end.iterate;
+  for (const Index i : stage.newton.contradicted) {
+    const bool crossed = stage.classes[i] == BoundClass::Inactive;
+    if (crossed) {
+      const double distance = stage.classes.distance(canonical_, stage.point.iterate, i);
+      const double move = (1.0 - kInside) * distance;
+      end.v[i] = stage.point.iterate.v[i] + stage.classes.side[at(i)] * move;
+    }
+    stage.classes.of[at(i)] = crossed ? BoundClass::Active : BoundClass::Inactive;
+  }
+  const auto above = [&](Index i) { return canonical_.above_lower(i, end.v[i]) > 0.0; };
+  const auto below = [&](Index i) { return canonical_.below_upper(i, end.v[i]) > 0.0; };
+  if (!std::ranges::all_of(canonical_.lower_bounded(), above) ||
+      !std::ranges::all_of(canonical_.upper_bounded(), below)) {
+    return false;
+  }
+  stage.point.iterate = end;
+  if (!evaluate(stage.point) || !clean(stage.classes, stage.point)) return false;
+  stage.units = certain_units(stage);
+  return true;
+}
+
+/// Whether the bounds are clearly what they were guessed to be at the solution, and that is reported.
+bool Certifier::guess_holds(const Stage& stage, const Point& given) {
+  const Iterate& end = stage.newton.end.iterate;
+  for (Index i = 0; i < canonical_.variables(); ++i) {
+    if (stage.classes.side[at(i)] == 0) continue;
+    const bool active = stage.classes[i] == BoundClass::Active;
+    const auto left = [&](const Iterate& z) {
+      return active ? stage.classes.multiplier(z, i) : stage.classes.distance(canonical_, z, i);
+    };
+    if (!(left(end) >= kShareLeft * left(given.iterate))) return false;
+  }
+  return reports_solution(stage, given);
+}
+
 /// The cone of directions into weakly active bounds of Min tells of a solution at these bounds.
 /// False: there are none, or they are farther than what is returned may be from the solution.
 bool Certifier::weakly_active_are_near(const Stage& stage) const {
@@ -624,7 +673,12 @@ bool Certifier::refine_and_test(Stage& stage) {
     }
     if (stage.converges && is_right(stage, system)) return independent_or_harmless(stage, system);
     const bool right = stage.converges && stage.test.both();
-    if (stage.converges && stage.test.inner && !right && measure_answers(stage, system)) {
+    if (stage.guessed && !stage.newton.classes_hold) {
+      if (!stage.newton.done || round == kRefinements || !revise(stage)) return false;
+      continue;
+    }
+    if (!stage.guessed && stage.converges && stage.test.inner && !right &&
+        measure_answers(stage, system)) {
       --round;
       continue;
     }
@@ -633,7 +687,7 @@ bool Certifier::refine_and_test(Stage& stage) {
       if (is_right_in_longer_units(stage, system)) return independent_or_harmless(stage, system);
     }
     // Where all but how far the gradients turn is right the next point settles that.
-    if (!right && look_for_dependences(stage, system)) {
+    if (!stage.guessed && !right && look_for_dependences(stage, system)) {
       round = -1;
       continue;
     }
@@ -711,20 +765,19 @@ bool Certifier::evaluate_objective(Point& point) {
   return canonical_.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok;
 }
 
-/// The iterate at the end of the test's Newton steps, with multipliers of open bounds that are mu /
+/// An iterate on the way of the test's Newton steps, with multipliers of open bounds that are mu /
 /// s.
-Iterate Certifier::solution_of(const Stage& stage) const {
-  Iterate end = stage.point.iterate;
+Iterate Certifier::solution_of(const Stage& stage, Iterate end, double mu) const {
   const auto is_open = [&](Index i, int side) {
     return stage.classes[i] <= BoundClass::Inactive || stage.classes.side[at(i)] != side;
   };
   for (const Index i : canonical_.lower_bounded()) {
     const double distance = canonical_.above_lower(i, end.v[i]);
-    if (is_open(i, -1) && distance > 0.0) end.z_lower[i] = mu_ / distance;
+    if (is_open(i, -1) && distance > 0.0) end.z_lower[i] = mu / distance;
   }
   for (const Index i : canonical_.upper_bounded()) {
     const double distance = canonical_.below_upper(i, end.v[i]);
-    if (is_open(i, 1) && distance > 0.0) end.z_upper[i] = mu_ / distance;
+    if (is_open(i, 1) && distance > 0.0) end.z_upper[i] = mu / distance;
   }
   const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = 0; j < canonical_.constraints(); ++j) {
@@ -746,22 +799,35 @@ bool Certifier::reports_solution(const Stage& stage, const Point& given) {
     return kkt_error(canonical_, p.iterate, p.evaluation, p.dual, options_.s_max).total;
   };
   Point end = stage.point;
-  end.iterate = solution_of(stage);
   const auto inside = [&](const DroppedBound& dropped) {
     return stage.classes.distance(canonical_, end.iterate, dropped.variable) > 0.0;
   };
-  if (std::ranges::all_of(stage.classes.dropped, inside) && evaluate(end) &&
-      error(end) <= std::max(error(reported), options_.tol)) {
+  const double allowed = std::max(error(reported), options_.tol);
+  double left = 0.0;
+  const auto moves_to = [&](const Iterate& reached, double mu) {
+    end.iterate = solution_of(stage, reached, mu);
+    if (!std::ranges::all_of(stage.classes.dropped, inside) || !evaluate(end)) return false;
+    left = error(end);
+    if (!(left <= allowed)) return false;
     moved_ = std::move(end);
+    mu_ = mu;
+    return true;
+  };
+  if (moves_to(stage.point.iterate, mu_)) return true;
+  const Eigen::VectorXd way = stage.point.iterate.v - reported.iterate.v;
+  if (longest(canonical_, way, stage.units) <=
+      kNear * size_of_problem(canonical_, reported.iterate, stage.units)) {
     return true;
   }
-  const Eigen::VectorXd way = stage.point.iterate.v - reported.iterate.v;
-  return longest(canonical_, way, stage.units) <=
-         kNear * size_of_problem(canonical_, reported.iterate, stage.units);
+  // The last step has not been taken yet; then multipliers mu / s may be what is left.
+  const Iterate& last = stage.newton.end.iterate;
+  return moves_to(last, mu_) ||
+         (left > 0.0 && moves_to(last, kShareOfError * allowed / left * mu_));
 }
 
 SecondOrder Certifier::certified(const Stage& stage, const Point& given) {
-  if (!reports_solution(stage, given) || (moved_ && !evaluate_objective(*moved_))) {
+  if ((!stage.guessed && !reports_solution(stage, given)) ||
+      (moved_ && !evaluate_objective(*moved_))) {
     reasons_.add(Kind::NotIsolated, Player::Min,
                  "the solution near by is farther than the point's accuracy allows");
     return SecondOrder::Undecided;
@@ -784,15 +850,34 @@ SecondOrder Certifier::examine(const Point& given) {
   stage.classes = with_idle_held(guess_classes(canonical_, options_, given.iterate, stage.units));
   const bool bounded = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
   bool follow = far_ || !stage.classes.clear();
+  if (follow && !far_) {
+    BoundClasses guess = with_idle_held(
+        guess_classes(canonical_, options_, given.iterate, stage.units, kEitherRatio));
+    if (guess.clear()) {
+      stage.classes = std::move(guess);
+      stage.guessed = true;
+      follow = false;
+    }
+  }
+  const Index before = kkt_.factorizations();
   Stage start;
   for (;;) {
     if (!settle(stage, follow)) return SecondOrder::Undecided;
     start = stage;
     certificate_.weakly_active_min = stage.classes.weak_min;
     certificate_.weakly_active_max = stage.classes.weak_max;
-    if (refine_and_test(stage)) return certified(stage, given);
-    if (follow || !bounded || (stage.newton.done && stage.newton.classes_hold)) break;
-    if (!may_factorize(kToConfirm + 1)) break;
+    if (refine_and_test(stage) && (!stage.guessed || guess_holds(stage, given)))
+      return certified(stage, given);
+    if (stage.guessed) {
+      last_factorization_ += kkt_.factorizations() - before;
+      stage.guessed = stopped_ = false;
+      stage.units = units_of(canonical_, given.iterate.v, given.evaluation);
+      stage.classes =
+          with_idle_held(guess_classes(canonical_, options_, given.iterate, stage.units));
+    } else if (follow || !bounded || (stage.newton.done && stage.newton.classes_hold) ||
+               !may_factorize(kToConfirm + 1)) {
+      break;
+    }
     follow = true;
     stage.point = given;
     stage.classes.redundant.clear();

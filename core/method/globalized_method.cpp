@@ -36,6 +36,7 @@ void GlobalizedMethod::barrier_changed() {
   filter_.reset();
   watchdog_.end();
   patience_.barrier_changed();
+  barrier_changed_ = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
   soft_steps_ = 0;
 }
 
@@ -66,7 +67,8 @@ void GlobalizedMethod::accept(Run& run) {
 }
 
 StepReport GlobalizedMethod::step(const Point& from, double mu, Point& to) {
-  Run run{.here = &from, .to = to, .mu = mu};
+  Run run{
+      .here = &from, .to = to, .mu = mu, .barrier_changed = std::exchange(barrier_changed_, false)};
   static_cast<void>(has_max() ? minmax_step(run) : outer_step(run));
   // A step that fails may have come some way.
   run.report.moved = run.here == &to;
@@ -147,13 +149,16 @@ bool GlobalizedMethod::fast_step(Run& run) {
     return false;
   }
   const double contraction = outer_.norm_error(trial, mu) / outer_.norm_error(from, mu);
-  if (!(contraction <= parameter::kContraction) ||
+  // The first step to another mu may leave more: distances and multipliers change by factors. Once,
+  // before it contracts again.
+  const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
+  const bool may_grow = run.barrier_changed && full && fast_contraction_ <= parameter::kContraction;
+  if (!(contraction <= (may_grow ? parameter::kGrowth : parameter::kContraction)) ||
       evaluate_second_derivatives(canonical_, trial) != EvaluationStatus::Ok) {
     return false;
   }
   // In the paper's freeze neighbourhood, where full steps contract faster and faster, K alone is
   // factorized. The certificate tests both matrices.
-  const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
   const bool frozen =
       full && contraction <= std::min(parameter::kFreezeContraction, fast_contraction_);
   if (!frozen && !outer_.has_trial_maximum_in_sight()) return false;

@@ -8,14 +8,16 @@
 /// The numbers of the method that are no options. Symbols are those of core/algorithm.md or of the
 /// source named: [WB] Waechter and Biegler 2006, [Ipopt] the solver's options of that name, [G] the
 /// study of the globalized method on 28 small problems, [R] measurements on random multimodal
-/// problems and on problems without a local minmax (tests/problems), [eps] rounding.
+/// problems and on problems without a local minmax (tests/problems), [H] the factorizations of
+/// bench/horizon.cpp, [eps] rounding.
 namespace ipminmax::parameters {
 
 /// The fast path: Newton's method where both inertias are right.
 namespace fast {
 constexpr double kContraction = 0.9;  ///< kappa_f: of |g(z, mu)|, else the step is no fast one [G]
+constexpr double kGrowth = 1e3;       ///< allowed to a full step after mu changed [H]
 constexpr double kFreezeContraction =
-    0.1;  ///< of a full step: K_yy is taken to be right [CYH's freeze]
+    0.25;  ///< of a full step: K_yy is taken to be right [CYH's freeze, H]
 }  // namespace fast
 
 /// The inner phase: ascent in y alone.
