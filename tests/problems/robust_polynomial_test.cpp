@@ -1,6 +1,7 @@
 // The robust polynomial of Bertsimas, Nohadani and Teo (2010): min over x, max over |y| <= 0.5 of a
-// sixth-order polynomial at x + y. Its best points are kinks of the outer function, and local minmax
-// points over weak branches of y abound: the answer has to stand up to a grid and to many starts of y.
+// sixth-order polynomial at x + y. Its best points are kinks of the outer function, and local
+// minmax points over weak branches of y abound: the answer has to stand up to a grid and to many
+// starts of y.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
