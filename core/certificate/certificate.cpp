@@ -209,6 +209,7 @@ class Certifier {
   std::optional<Eigen::VectorXd> hessian_error_;  ///< of differences, canonical units
   std::optional<Point> moved_;
   std::optional<WrongCurvature> wrong_;
+  std::optional<Eigen::VectorXd> descent_;
   bool far_ = false;      ///< the solution is near enough for the test but not for the user
   bool stopped_ = false;  ///< by the budget of factorizations
   std::optional<Deviation> wrong_row_;  ///< of W
@@ -951,8 +952,9 @@ bool Certifier::is_valley(ActiveSetSystem& system, const Stage& stage) {
       !has_x() || (has_y() && !inner_survives(system, stage.error, margin(1.0)).inner);
   if (inner && !may_factorize(1)) return false;
   const Player player = inner ? Player::Max : Player::Min;
-  const Valley valley =
+  Valley valley =
       explore_valley(canonical_, system, stage.point, margin(1.0), kFlatTimes * margin(1.0), inner);
+  descent_ = std::move(valley.descent);
   if (valley.verdict == Valley::Verdict::None) return false;
   const bool flat = valley.verdict == Valley::Verdict::Flat;
   reasons_.add_direction(flat ? Kind::FlatDirection : Kind::LittleCurvature, player,
@@ -1156,6 +1158,7 @@ Finding Certifier::run(const Point& given) {
           .point = std::move(moved_),
           .mu = mu_,
           .wrong = std::move(wrong_),
+          .descent = std::move(descent_),
           .remark = std::move(remark)};
 }
 
