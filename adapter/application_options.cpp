@@ -4,93 +4,31 @@
 #include <charconv>
 #include <cmath>
 #include <istream>
+#include <iterator>
 #include <limits>
 #include <locale>
 #include <optional>
 #include <sstream>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "adapter/application_options.hpp"
 #include "adapter/ipopt_only_options.hpp"
+#include "adapter/option_registry.hpp"
 #include "adapter/spelling.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
-// --- Registration
-// ---------------------------------------------------------------------------------
+using Integer = OptionInfo::Integer;
+using Number = OptionInfo::Number;
+using Flag = OptionInfo::Flag;
+using Choice = OptionInfo::Choice;
+using Name = OptionInfo::Name;
 
-void register_number(Ipopt::RegisteredOptions& registry, const OptionInfo& info,
-                     const OptionInfo::Number& kind) {
-  const std::string name(info.name);
-  const std::string text(info.text);
-  const double value = SolverOptions{}.*(kind.member);
-  const bool bounded_below = std::isfinite(kind.lower);
-  const bool bounded_above = std::isfinite(kind.upper);
-  if (bounded_below && bounded_above) {
-    registry.AddBoundedNumberOption(name, text, kind.lower, kind.lower_strict, kind.upper,
-                                    kind.upper_strict, value);
-  } else if (bounded_below) {
-    registry.AddLowerBoundedNumberOption(name, text, kind.lower, kind.lower_strict, value);
-  } else if (bounded_above) {
-    registry.AddUpperBoundedNumberOption(name, text, kind.upper, kind.upper_strict, value);
-  } else {
-    registry.AddNumberOption(name, text, value);
-  }
-}
-
-void register_integer(Ipopt::RegisteredOptions& registry, const OptionInfo& info,
-                      const OptionInfo::Integer& kind) {
-  const std::string name(info.name);
-  const std::string text(info.text);
-  const int value = SolverOptions{}.*(kind.member);
-  if (kind.upper == std::numeric_limits<int>::max()) {
-    registry.AddLowerBoundedIntegerOption(name, text, kind.lower, value);
-  } else {
-    registry.AddBoundedIntegerOption(name, text, kind.lower, kind.upper, value);
-  }
-}
-
-void register_flag(Ipopt::RegisteredOptions& registry, const std::string& name,
-                   const std::string& text, bool value) {
-  registry.AddStringOption2(name, text, value ? "yes" : "no", "no", "", "yes", "");
-}
-
-void register_choice(Ipopt::RegisteredOptions& registry, const OptionInfo& info,
-                     const OptionInfo::Choice& kind) {
-  std::vector<std::string> names(kind.names.begin(), kind.names.end());
-  std::vector<std::string> texts(kind.texts.begin(), kind.texts.end());
-  if (info.name == "linear_solver") {
-    const auto others = ipopt_only_linear_solvers();
-    names.insert(names.end(), others.begin(), others.end());
-    texts.resize(names.size(), "Ipopt only; auto is used");
-  }
-  registry.AddStringOption(std::string(info.name), std::string(info.text),
-                           names.at(kind.get(SolverOptions{})), names, texts);
-}
-
-void register_application_options(Ipopt::RegisteredOptions& registry) {
-  for (const ApplicationOption& row : application_option_table()) {
-    registry.SetRegisteringCategory(std::string(row.category));
-    const std::string name(row.name);
-    const std::string text(row.text);
-    if (const auto* integer = std::get_if<ApplicationOption::Integer>(&row.kind)) {
-      registry.AddBoundedIntegerOption(name, text, integer->lower, integer->upper, integer->value);
-    } else if (const auto* number = std::get_if<ApplicationOption::Number>(&row.kind)) {
-      registry.AddLowerBoundedNumberOption(name, text, number->lower, false, number->value);
-    } else if (const auto* flag = std::get_if<ApplicationOption::Flag>(&row.kind)) {
-      register_flag(registry, name, text, flag->value);
-    } else {
-      registry.AddStringOption1(
-          name, text, std::string(std::get<ApplicationOption::Name>(row.kind).value), "*", "");
-    }
-  }
-}
-
-// --- Options files
-// --------------------------------------------------------------------------------
+// --- Options files -------------------------------------------------------------------------------
 
 struct Token {
   std::string text;
@@ -259,8 +197,7 @@ std::string set_option(const std::string& name, const std::string& text,
       const auto others = ipopt_only_linear_solvers();  // accepted, but not worth proposing
       std::string error = setting + " is not one of:";
       for (const auto& entry : option->GetValidStrings()) {
-        if (name != "linear_solver" ||
-            std::find(others.begin(), others.end(), entry.value_) == others.end()) {
+        if (name != "linear_solver" || std::ranges::find(others, entry.value_) == others.end()) {
           error += " " + entry.value_;
         }
       }
@@ -274,21 +211,20 @@ std::string set_option(const std::string& name, const std::string& text,
 
 namespace {
 
-// --- Typed values
-// ---------------------------------------------------------------------------------
+// --- Typed values --------------------------------------------------------------------------------
 
 void copy_option(const OptionInfo& info, const Ipopt::OptionsList& list, SolverOptions& options) {
   const std::string name(info.name);
-  if (const auto* number = std::get_if<OptionInfo::Number>(&info.kind)) {
+  if (const auto* number = std::get_if<Number>(&info.kind)) {
     double value = 0.0;
     if (list.GetNumericValue(name, value, "")) options.*(number->member) = value;
-  } else if (const auto* integer = std::get_if<OptionInfo::Integer>(&info.kind)) {
+  } else if (const auto* integer = std::get_if<Integer>(&info.kind)) {
     Ipopt::Index value = 0;
     if (list.GetIntegerValue(name, value, "")) options.*(integer->member) = value;
-  } else if (const auto* flag = std::get_if<OptionInfo::Flag>(&info.kind)) {
+  } else if (const auto* flag = std::get_if<Flag>(&info.kind)) {
     bool value = false;
     if (list.GetBoolValue(name, value, "")) options.*(flag->member) = value;
-  } else if (const auto* choice = std::get_if<OptionInfo::Choice>(&info.kind)) {
+  } else if (const auto* choice = std::get_if<Choice>(&info.kind)) {
     Ipopt::Index value = 0;
     const bool is_set = list.GetEnumValue(name, value, "");
     const auto i = static_cast<std::size_t>(value);
@@ -296,87 +232,109 @@ void copy_option(const OptionInfo& info, const Ipopt::OptionsList& list, SolverO
   }
 }
 
+/// They are accepted and mean auto.
+void add_ipopt_only_linear_solvers(OptionInfo& info) {
+  auto& choice = std::get<Choice>(info.kind);
+  const auto others = ipopt_only_linear_solvers();
+  choice.names.insert(choice.names.end(), others.begin(), others.end());
+  choice.texts.resize(choice.names.size(), "Ipopt only; auto is used");
+}
+
 }  // namespace
 
 void register_options(Ipopt::RegisteredOptions& registry) {
-  for (const OptionInfo& info : option_table()) {
-    registry.SetRegisteringCategory(std::string(info.category));
-    if (const auto* number = std::get_if<OptionInfo::Number>(&info.kind)) {
-      register_number(registry, info, *number);
-    } else if (const auto* integer = std::get_if<OptionInfo::Integer>(&info.kind)) {
-      register_integer(registry, info, *integer);
-    } else if (const auto* flag = std::get_if<OptionInfo::Flag>(&info.kind)) {
-      register_flag(registry, std::string(info.name), std::string(info.text),
-                    SolverOptions{}.*(flag->member));
-    } else if (const auto* choice = std::get_if<OptionInfo::Choice>(&info.kind)) {
-      register_choice(registry, info, *choice);
-    }
+  for (OptionInfo info : option_table()) {
+    if (info.name == "linear_solver") add_ipopt_only_linear_solvers(info);
+    register_option(registry, info);
   }
-  register_application_options(registry);
+  for (const OptionInfo& info : application_option_table()) register_option(registry, info);
   register_ipopt_only_options(registry);
 }
 
-const std::vector<ApplicationOption>& application_option_table() {
-  using Integer = ApplicationOption::Integer;
-  using Number = ApplicationOption::Number;
-  using Flag = ApplicationOption::Flag;
-  using Name = ApplicationOption::Name;
-  const std::string_view output = "Output";
-  const std::string_view players = "Players";
-  const std::string_view miscellaneous = "Miscellaneous";
+namespace {
+
+using Rows = std::vector<OptionInfo>;
+
+Rows output_rows() {
+  const std::string_view category = "Output";
   constexpr int kLastLevel = Ipopt::J_LAST_LEVEL - 1;
-  static const std::vector<ApplicationOption> table = {
-      {"print_level", output,
+  constexpr int kMost = std::numeric_limits<int>::max();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  return {
+      {"print_level", category,
        "Verbosity of the console: 0 nothing, 1 errors, 2 options without effect, 3 summary, 4 also "
        "problem statistics and warnings, 5 also one line per iteration.",
-       Integer{0, kLastLevel, Ipopt::J_ITERSUMMARY}},
-      {"minmax_points_file", output,
+       Integer{nullptr, 0, kLastLevel, Ipopt::J_ITERSUMMARY}},
+      {"minmax_points_file", category,
        "File for the distinct certified points of a multistart, comma-separated: rank, value, "
-       "found "
-       "(starts that ended there), first start, margin, status, variables; empty: none.",
+       "found (starts that ended there), first start, margin, status, variables; empty: none.",
        Name{""}},
-      {"output_file", output, "Name of an output file; empty: none.", Name{""}},
-      {"file_append", output, "Whether output files are continued instead of written anew.",
-       Flag{false}},
-      {"file_print_level", output, "Verbosity of the output file; unset: that of print_level.",
-       Integer{0, kLastLevel, Ipopt::J_ITERSUMMARY}},
-      {"print_frequency_iter", output, "An iteration is printed when its number is a multiple.",
-       Integer{1, std::numeric_limits<int>::max(), 1}},
-      {"print_frequency_time", output,
-       "Seconds that have to pass after a printed iteration before the next.", Number{0.0, 0.0}},
-      {"print_info_string", output,
+      {"output_file", category, "Name of an output file; empty: none.", Name{""}},
+      {"file_append", category, "Whether output files are continued instead of written anew.",
+       Flag{nullptr, false}},
+      {"file_print_level", category, "Verbosity of the output file; unset: that of print_level.",
+       Integer{nullptr, 0, kLastLevel, Ipopt::J_ITERSUMMARY}},
+      {"print_frequency_iter", category, "An iteration is printed when its number is a multiple.",
+       Integer{nullptr, 1, kMost, 1}},
+      {"print_frequency_time", category,
+       "Seconds that have to pass after a printed iteration before the next.",
+       Number{nullptr, 0.0, kInfinity, false, true, 0.0}},
+      {"print_info_string", category,
        "Whether the number of factorizations of K and of K_yy ends each iteration's line.",
-       Flag{false}},
-      {"print_ipopt_log", output,
+       Flag{nullptr, false}},
+      {"print_ipopt_log", category,
        "Whether iterations and final errors are printed as Ipopt prints them, for programs that "
-       "read "
-       "its log; the default with the executable's -AMPL.",
-       Flag{false}},
-      {"print_user_options", output, "Whether the options that were set are printed.", Flag{false}},
-      {"print_options_documentation", output, "Whether all options are listed.", Flag{false}},
-      {"print_timing_statistics", output, "Whether the time of each stage is printed.",
-       Flag{false}},
-      {"sb", output, "Whether the banner is suppressed.", Flag{false}},
-      {"minmax_max_variables", players,
+       "read its log; the default with the executable's -AMPL.",
+       Flag{nullptr, false}},
+      {"print_user_options", category, "Whether the options that were set are printed.",
+       Flag{nullptr, false}},
+      {"print_options_documentation", category, "Whether all options are listed.",
+       Flag{nullptr, false}},
+      {"print_timing_statistics", category, "Whether the time of each stage is printed.",
+       Flag{nullptr, false}},
+      {"sb", category, "Whether the banner is suppressed.", Flag{nullptr, false}},
+  };
+}
+
+Rows player_rows() {
+  const std::string_view category = "Players";
+  return {
+      {"minmax_max_variables", category,
        "Variables of Max, as in \"3 5-9 wind\": indices from 0, ranges, names that the model gives "
        "(idx_names); wind also names wind[1], wind[2], ... An error where the model itself says "
        "something else.",
        Name{""}},
-      {"minmax_max_constraints", players,
+      {"minmax_max_constraints", category,
        "Constraints given to Max besides those that depend on a variable of Max, listed alike.",
        Name{""}},
-      {"minmax_min_constraints", players,
+      {"minmax_min_constraints", category,
        "Constraints given to Min although they depend on a variable of Max, listed alike: they "
-       "must "
-       "hold for every value of it (robust constraints).",
+       "must hold for every value of it (robust constraints).",
        Name{""}},
-      {"minmax_as_printed", miscellaneous,
+  };
+}
+
+Rows other_rows() {
+  const std::string_view category = "Miscellaneous";
+  return {
+      {"minmax_as_printed", category,
        "Algorithm 1 as printed in the paper: other values of minmax_globalization and a dozen more "
        "options where they are not set (as_printed in core/options.hpp).",
-       Flag{false}},
-      {"option_file_name", miscellaneous, "Name of the options file; empty: none.",
+       Flag{nullptr, false}},
+      {"option_file_name", category, "Name of the options file; empty: none.",
        Name{"ipminmax.opt"}},
   };
+}
+
+}  // namespace
+
+const std::vector<OptionInfo>& application_option_table() {
+  static const Rows table = [] {
+    Rows all = output_rows();
+    for (const auto rows : {player_rows, other_rows})
+      std::ranges::move(rows(), std::back_inserter(all));
+    return all;
+  }();
   return table;
 }
 

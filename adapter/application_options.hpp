@@ -2,8 +2,6 @@
 
 #include <iosfwd>
 #include <string>
-#include <string_view>
-#include <variant>
 #include <vector>
 
 #include <IpOptionsList.hpp>
@@ -15,26 +13,9 @@
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
-/// One option of the application: output and options file. Names and meanings are Ipopt's.
-struct ApplicationOption {
-  struct Integer {
-    int lower, upper, value;
-  };
-  struct Number {  ///< at least lower
-    double lower, value;
-  };
-  struct Flag {
-    bool value;
-  };
-  struct Name {
-    std::string_view value;
-  };
-  std::string_view name;
-  std::string_view category;
-  std::string_view text;
-  std::variant<Integer, Number, Flag, Name> kind;
-};
-[[nodiscard]] const std::vector<ApplicationOption>& application_option_table();
+/// Options of the application: output and options file, the players' lists. Names and meanings are
+/// Ipopt's where Ipopt has them.
+[[nodiscard]] const std::vector<OptionInfo>& application_option_table();
 
 /// Registers the solver's options from option_table(), those of the application, and those that
 /// only Ipopt has (ipopt_only_options.hpp).

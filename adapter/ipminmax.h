@@ -12,9 +12,9 @@
  * exception leaves these functions. Functions that return int return 1 for success and 0 for
  * failure; IpminmaxMessage then says what is wrong.
  *
- * The structures may grow at their end in later versions. What fills one is told its size and writes
- * no more, so that a program works with a library of a later version than its header, too; see
- * "Sizes of structures" at the end. */
+ * The structures may grow at their end in later versions. What fills one is told its size and
+ * writes no more, so that a program works with a library of a later version than its header, too;
+ * see "Sizes of structures" at the end. */
 #ifndef IPMINMAX_H
 #define IPMINMAX_H
 
@@ -234,9 +234,9 @@ typedef struct IpminmaxWorstCase {
   int stated_concave; /* 1: option minmax_concave_in_y */
 } IpminmaxWorstCase;
 
-/* The worst case over all of y at the Min variables of x (n values), from so many starting points of y, at
- * least 1; the first is that of x. Options as for the next solve. worst_x (n), or NULL: x and the worst
- * y. Calls the model's functions; 0 when it cannot be done: IpminmaxMessage says why. */
+/* The worst case over all of y at the Min variables of x (n values), from so many starting points
+ * of y, at least 1; the first is that of x. Options as for the next solve. worst_x (n), or NULL: x and
+ * the worst y. Calls the model's functions; 0 when it cannot be done: IpminmaxMessage says why. */
 int IpminmaxCheckWorstCase(IpminmaxProblem problem, const double *x, int starts,
                            IpminmaxWorstCase *worst_case, double *worst_x, void *user_data);
 int IpminmaxCheckWorstCaseSized(IpminmaxProblem problem, const double *x, int starts,
@@ -247,14 +247,15 @@ int IpminmaxGetWorstCase(IpminmaxProblem problem, IpminmaxWorstCase *worst_case,
 int IpminmaxGetWorstCaseSized(IpminmaxProblem problem, IpminmaxWorstCase *worst_case, size_t size,
                               double *worst_x);
 /* Of the last of these calls: values of f at the distinct maxima over y, the largest first, and the
- * first capacity of them; returns how many are known (10 at most). values may be NULL when capacity is 0. */
+ * first capacity of them; returns how many are known (10 at most). values may be NULL when capacity
+ * is 0. */
 int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double *values);
 
-/* Worst cases of the last solve's robust constraints, which are Min's and read Max variables, and of f
- * with option minmax_epigraph; docs/robust_constraints.md. Returns how many there are and fills the
- * first capacity of each array that is not NULL: constraints (indices from 0, m for f), values (of the
- * constraint there), multipliers, active (1: the solution rests on it), worst_x (capacity times n: x
- * and that y). 0: none, or no solve has ended. */
+/* Worst cases of the last solve's robust constraints, which are Min's and read Max variables, and
+ * of f with option minmax_epigraph; docs/robust_constraints.md. Returns how many there are and
+ * fills the first capacity of each array that is not NULL: constraints (indices from 0, m for f),
+ * values (of the constraint there), multipliers, active (1: the solution rests on it), worst_x
+ * (capacity times n: x and that y). 0: none, or no solve has ended. */
 int IpminmaxGetRobustWorstCases(IpminmaxProblem problem, int capacity, int *constraints,
                                 double *values, double *multipliers, int *active, double *worst_x);
 
@@ -340,10 +341,10 @@ const char *IpminmaxVersion(void);
 
 /* --- Sizes of structures
  *
- * The functions without Sized fill structures as the first version of this header had them: they are
- * what programs compiled against that version call. In a source file the same names mean the
- * functions with Sized, told the size that this header knows; of an array's elements, for the
- * last. Languages that call the library by its symbols should call those with Sized. */
+ * The functions without Sized fill structures as the first version of this header had them: they
+ * are what programs compiled against that version call. In a source file the same names mean the
+ * functions with Sized, told the size that this header knows; of an array's elements, for the last.
+ * Languages that call the library by its symbols should call those with Sized. */
 #define IpminmaxGetCertificate(problem, certificate) \
   IpminmaxGetCertificateSized(problem, certificate, sizeof(IpminmaxCertificate))
 #define IpminmaxGetStatistics(problem, statistics) \

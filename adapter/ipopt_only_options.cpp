@@ -2,68 +2,92 @@
 
 #include <IpIpoptApplication.hpp>
 #include <algorithm>
-#include <array>
-#include <charconv>
+#include <deque>
+#include <limits>
 #include <mutex>
 #include <optional>
+#include <variant>
 
 #include "adapter/application_options.hpp"
 #include "adapter/ipopt_only_options.hpp"
+#include "adapter/option_registry.hpp"
 #include "core/options.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
-/// What Ipopt registers about an option. Plain values: Ipopt's own objects count references without
-/// locks, and this table is shared by all threads.
-struct IpoptOption {
-  std::string name;
-  Ipopt::RegisteredOptionType type = Ipopt::OT_Unknown;
-  std::optional<double> lower, upper;
-  bool lower_strict = false;
-  bool upper_strict = false;
-  double default_number = 0.0;
-  std::string default_string;
-  std::vector<std::string> values;  ///< of a string option
+/// Options of the linked Ipopt, in alphabetical order. Plain values: Ipopt's own objects count
+/// references without locks, and this table is shared by all threads.
+struct IpoptOptions {
+  std::vector<OptionInfo> all;
+  std::vector<OptionInfo> not_ours;
+  std::deque<std::string> texts;  ///< of both
 };
 
-IpoptOption read_option(const Ipopt::RegisteredOption& option) {
-  IpoptOption result;
-  result.name = option.Name();
-  result.type = option.Type();
-  if (result.type == Ipopt::OT_String) {
-    result.default_string = option.DefaultString();
-    for (const auto& entry : option.GetValidStrings()) result.values.push_back(entry.value_);
-    return result;
+/// For ever in the table.
+std::string_view keep(const std::string& text, IpoptOptions& options) {
+  return options.texts.emplace_back(text);
+}
+
+OptionInfo::Number number_of(const Ipopt::RegisteredOption& option) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  return {.member = nullptr,
+          .lower = option.HasLower() ? option.LowerNumber() : -kInfinity,
+          .upper = option.HasUpper() ? option.UpperNumber() : kInfinity,
+          .lower_strict = !option.HasLower() || option.LowerStrict(),
+          .upper_strict = !option.HasUpper() || option.UpperStrict(),
+          .by_default = option.DefaultNumber()};
+}
+
+OptionInfo::Integer integer_of(const Ipopt::RegisteredOption& option) {
+  using Limits = std::numeric_limits<int>;
+  return {.member = nullptr,
+          .lower = option.HasLower() ? option.LowerInteger() : Limits::min(),
+          .upper = option.HasUpper() ? option.UpperInteger() : Limits::max(),
+          .by_default = option.DefaultInteger()};
+}
+
+OptionInfo::Choice choice_of(const Ipopt::RegisteredOption& option, IpoptOptions& options) {
+  OptionInfo::Choice choice{};
+  for (const auto& entry : option.GetValidStrings()) {
+    if (entry.value_ == option.DefaultString()) choice.by_default = choice.names.size();
+    choice.names.push_back(keep(entry.value_, options));
   }
-  const bool number = result.type == Ipopt::OT_Number;
-  if (option.HasLower()) result.lower = number ? option.LowerNumber() : option.LowerInteger();
-  if (option.HasUpper()) result.upper = number ? option.UpperNumber() : option.UpperInteger();
-  result.lower_strict = number && option.HasLower() && option.LowerStrict();
-  result.upper_strict = number && option.HasUpper() && option.UpperStrict();
-  result.default_number = number ? option.DefaultNumber() : option.DefaultInteger();
-  return result;
+  choice.texts.resize(choice.names.size());
+  return choice;
+}
+
+OptionInfo read_option(const Ipopt::RegisteredOption& option, IpoptOptions& options) {
+  OptionInfo info{.name = keep(option.Name(), options),
+                  .category = "Ipopt only",
+                  .text = "Ipopt only",
+                  .kind = {}};
+  if (option.Type() == Ipopt::OT_Number) {
+    info.kind = number_of(option);
+  } else if (option.Type() == Ipopt::OT_Integer) {
+    info.kind = integer_of(option);
+  } else if (option.IsValidStringSetting("any text at all")) {
+    info.kind = OptionInfo::Name{keep(option.DefaultString(), options)};
+  } else {
+    info.kind = choice_of(option, options);
+  }
+  return info;
 }
 
 bool is_own_option(std::string_view name) {
   const auto table = option_table();
   const auto& application = application_option_table();
   return std::ranges::find(table, name, &OptionInfo::name) != table.end() ||
-         std::ranges::find(application, name, &ApplicationOption::name) != application.end();
+         std::ranges::find(application, name, &OptionInfo::name) != application.end();
 }
 
-/// Options of the linked Ipopt, in alphabetical order.
-struct IpoptOptions {
-  std::vector<IpoptOption> all;
-  std::vector<IpoptOption> not_ours;
-};
 IpoptOptions read_options() {
   const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
   Ipopt::IpoptApplication::RegisterAllIpoptOptions(registry);
   IpoptOptions options;
   for (const auto& entry : registry->RegisteredOptionsList()) {
-    options.all.push_back(read_option(*entry.second));
+    options.all.push_back(read_option(*entry.second, options));
     if (!is_own_option(options.all.back().name)) options.not_ours.push_back(options.all.back());
   }
   return options;
@@ -86,64 +110,6 @@ const IpoptOptions& ipopt_options() {
   const std::lock_guard lock(table_is_made);
   static const IpoptOptions options = read_options();
   return options;
-}
-
-void register_number(Ipopt::RegisteredOptions& registry, const IpoptOption& o) {
-  const std::string text = "Ipopt only";
-  if (o.lower && o.upper) {
-    registry.AddBoundedNumberOption(o.name, text, *o.lower, o.lower_strict, *o.upper,
-                                    o.upper_strict, o.default_number);
-  } else if (o.lower) {
-    registry.AddLowerBoundedNumberOption(o.name, text, *o.lower, o.lower_strict, o.default_number);
-  } else if (o.upper) {
-    registry.AddUpperBoundedNumberOption(o.name, text, *o.upper, o.upper_strict, o.default_number);
-  } else {
-    registry.AddNumberOption(o.name, text, o.default_number);
-  }
-}
-
-void register_integer(Ipopt::RegisteredOptions& registry, const IpoptOption& o) {
-  const std::string text = "Ipopt only";
-  const auto integer = [](double value) { return static_cast<Ipopt::Index>(value); };
-  const Ipopt::Index value = integer(o.default_number);
-  if (o.lower && o.upper) {
-    registry.AddBoundedIntegerOption(o.name, text, integer(*o.lower), integer(*o.upper), value);
-  } else if (o.lower) {
-    registry.AddLowerBoundedIntegerOption(o.name, text, integer(*o.lower), value);
-  } else if (o.upper) {
-    registry.AddUpperBoundedIntegerOption(o.name, text, integer(*o.upper), value);
-  } else {
-    registry.AddIntegerOption(o.name, text, value);
-  }
-}
-
-/// Fewest digits that read back as the same number.
-std::string text_of(double value) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
-
-/// The value, if it was set.
-std::optional<std::string> set_value(const Ipopt::OptionsList& list, const IpoptOption& option) {
-  if (option.type == Ipopt::OT_Number) {
-    double value = 0.0;
-    if (!list.GetNumericValue(option.name, value, "")) return std::nullopt;
-    return text_of(value);
-  }
-  if (option.type == Ipopt::OT_Integer) {
-    Ipopt::Index value = 0;
-    if (!list.GetIntegerValue(option.name, value, "")) return std::nullopt;
-    return text_of(value);
-  }
-  std::string value;
-  if (!list.GetStringValue(option.name, value, "")) return std::nullopt;
-  return value;
-}
-
-bool is_default(const IpoptOption& option, const std::string& value) {
-  return value ==
-         (option.type == Ipopt::OT_String ? option.default_string : text_of(option.default_number));
 }
 
 bool matches(std::string_view pattern, std::string_view name) {
@@ -233,40 +199,29 @@ const std::vector<IpoptOptionAdvice>& ignored_ipopt_option_advice() {
 }
 
 void register_ipopt_only_options(Ipopt::RegisteredOptions& registry) {
-  registry.SetRegisteringCategory("Ipopt only");
-  for (const IpoptOption& option : ipopt_options().not_ours) {
-    if (option.type == Ipopt::OT_Number) {
-      register_number(registry, option);
-    } else if (option.type == Ipopt::OT_Integer) {
-      register_integer(registry, option);
-    } else {
-      registry.AddStringOption(option.name, "Ipopt only", option.default_string, option.values,
-                               std::vector<std::string>(option.values.size()));
-    }
-  }
+  for (const OptionInfo& option : ipopt_options().not_ours) register_option(registry, option);
 }
 
-std::vector<std::string> ipopt_only_linear_solvers() {
-  const auto& options = ipopt_options().all;
-  const auto found = std::ranges::find(options, std::string("linear_solver"), &IpoptOption::name);
-  if (found == options.end()) return {};
-  const auto table = option_table();
-  const auto own = std::ranges::find(table, "linear_solver", &OptionInfo::name);
-  const auto& names = std::get<OptionInfo::Choice>(own->kind).names;
-  std::vector<std::string> result;
-  for (const std::string& value : found->values) {
-    if (std::ranges::find(names, value) == names.end()) result.push_back(value);
-  }
-  return result;
+std::vector<std::string_view> ipopt_only_linear_solvers() {
+  const auto names_in = [](const auto& table) {
+    const auto found = std::ranges::find(table, "linear_solver", &OptionInfo::name);
+    return found == table.end() ? std::vector<std::string_view>{}
+                                : std::get<OptionInfo::Choice>(found->kind).names;
+  };
+  std::vector<std::string_view> others = names_in(ipopt_options().all);
+  const auto own = names_in(option_table());
+  std::erase_if(others,
+                [&](std::string_view name) { return std::ranges::find(own, name) != own.end(); });
+  return others;
 }
 
 std::string refused_ipopt_option(const Ipopt::OptionsList& list) {
-  for (const IpoptOption& option : ipopt_options().not_ours) {
+  for (const OptionInfo& option : ipopt_options().not_ours) {
     const auto advice = find_advice(refused_ipopt_option_advice(), option.name);
     if (!advice) continue;
-    const auto value = set_value(list, option);
-    if (!value || is_default(option, *value)) continue;
-    return option.name + " = " + *value +
+    const auto value = value_of(option, list);
+    if (!value || *value == default_of(option)) continue;
+    return std::string(option.name) + " = " + *value +
            " is an option of Ipopt that is not available: " + std::string(*advice);
   }
   return {};
@@ -274,12 +229,13 @@ std::string refused_ipopt_option(const Ipopt::OptionsList& list) {
 
 std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list) {
   std::vector<std::string> messages;
-  const auto add = [&](const std::string& name, const std::string& value, std::string_view reason) {
-    messages.push_back(name + " = " + value + " has no effect: " + std::string(reason));
+  const auto add = [&](std::string_view name, const std::string& value, std::string_view reason) {
+    messages.push_back(std::string(name) + " = " + value +
+                       " has no effect: " + std::string(reason));
   };
-  for (const IpoptOption& option : ipopt_options().not_ours) {
-    const auto value = set_value(list, option);
-    if (!value || is_default(option, *value)) continue;
+  for (const OptionInfo& option : ipopt_options().not_ours) {
+    const auto value = value_of(option, list);
+    if (!value || *value == default_of(option)) continue;
     add(option.name, *value,
         find_advice(ignored_ipopt_option_advice(), option.name)
             .value_or("it steers Ipopt's own algorithm"));
@@ -288,8 +244,8 @@ std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list) {
   if (list.GetStringValue("hessian_approximation", hessian, "") && hessian == "limited-memory") {
     messages.push_back(
         "hessian_approximation = limited-memory means finite-difference-values: a quasi-Newton "
-        "matrix "
-        "has no inertia to certify with, so second derivatives are differences of first ones");
+        "matrix has no inertia to certify with, so second derivatives are differences of first "
+        "ones");
   }
   std::string solver;
   if (list.GetStringValue("linear_solver", solver, "")) {
@@ -304,8 +260,8 @@ std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list) {
 std::vector<std::pair<std::string, std::string>> set_ipopt_only_options(
     const Ipopt::OptionsList& list) {
   std::vector<std::pair<std::string, std::string>> result;
-  for (const IpoptOption& option : ipopt_options().not_ours) {
-    if (auto value = set_value(list, option)) result.emplace_back(option.name, std::move(*value));
+  for (const OptionInfo& option : ipopt_options().not_ours) {
+    if (auto value = value_of(option, list)) result.emplace_back(option.name, std::move(*value));
   }
   return result;
 }

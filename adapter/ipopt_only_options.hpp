@@ -14,8 +14,7 @@
 /// Ipopt say what became of them. Which they are is read from the linked Ipopt's own registry.
 ///
 ///  - What changes the problem, its derivatives or the meaning of the answer is refused: ignoring
-/// it
-///    would answer another question than the one asked.
+///    it would answer another question than the one asked.
 ///  - What only steers Ipopt's own algorithm (how mu decreases, line search, another linear solver)
 ///    is accepted and named in a message: the answer's meaning does not depend on it.
 ///  - Ipopt's default value asks for nothing, and nothing is said.
@@ -27,7 +26,7 @@ inline namespace IPMINMAX_IPOPT_ABI {
 void register_ipopt_only_options(Ipopt::RegisteredOptions& registry);
 
 /// Values of linear_solver that only Ipopt has: they are accepted and mean auto.
-[[nodiscard]] std::vector<std::string> ipopt_only_linear_solvers();
+[[nodiscard]] std::vector<std::string_view> ipopt_only_linear_solvers();
 
 /// First option that is refused, as "jacobian_approximation = finite-difference-values is an option
 /// of Ipopt that is not available: ..."; empty when there is none.

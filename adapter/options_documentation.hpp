@@ -5,28 +5,15 @@
 
 #include <IpOptionsList.hpp>
 
+#include "../core/options.hpp"
 #include "ipopt_version.hpp"
 
 /// The documentation of all options, made from the tables that also register them.
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
-/// One option as its documentation shows it.
-struct DocumentedOption {
-  struct Value {
-    std::string name, text;
-  };
-  std::string name;
-  std::string category;
-  std::string type;           ///< "number", "integer", "yes/no", "choice" or "name"
-  std::string range;          ///< "(0, inf)"; empty unless a number or an integer
-  std::string default_value;  ///< empty when there is none
-  std::string text;
-  std::vector<Value> values;  ///< of a choice
-};
-
 /// Every option of solver and application, grouped by category.
-[[nodiscard]] std::vector<DocumentedOption> list_options();
+[[nodiscard]] std::vector<OptionInfo> list_options();
 
 /// All options as plain text: name, range and default on one line, then what it means.
 [[nodiscard]] std::string options_text();

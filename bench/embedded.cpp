@@ -11,9 +11,7 @@
 #include <string>
 #include <vector>
 
-#include <examples/chauffeur_tnlp.hpp>
-
-#include "adapter/minmax_application.hpp"
+#include "chauffeur.hpp"
 #include "program.hpp"
 
 namespace bench {
@@ -24,7 +22,7 @@ using chauffeur::State;
 using ipminmax::Index;
 using ipminmax::Result;
 
-constexpr Control kGuess{0.01, 0.002, 0.001};
+constexpr int kMaxIterations = 3000;
 constexpr unsigned kSeed = 1;
 constexpr double kReach = 1.0;  // of the evader, in each direction
 
@@ -76,15 +74,7 @@ Tally solve_all(const std::vector<State>& states, const chauffeur::Parameters& p
                 int limit, double tolerance) {
   const Ipopt::SmartPtr<chauffeur::ChauffeurTNLP> model =
       new chauffeur::ChauffeurTNLP(parameters, {}, kGuess);
-  const Ipopt::SmartPtr<ipminmax::MinMaxApplication> application =
-      new ipminmax::MinMaxApplication(false);
-  application->Options()->SetIntegerValue("print_level", 0);
-  application->Options()->SetStringValue("sb", "yes");
-  application->Options()->SetNumericValue("tol", tolerance);
-  application->Options()->SetIntegerValue("minmax_max_factorizations", limit);
-  if (application->Initialize("") != Ipopt::Solve_Succeeded) {
-    throw std::runtime_error("the application refuses its options");
-  }
+  const auto application = quiet_application(tolerance, kMaxIterations, limit);
   const std::vector<Control> guess(static_cast<std::size_t>(parameters.horizon), kGuess);
   application->OptimizeTNLP(GetRawPtr(model));  // makes the analysis
   Tally tally;

@@ -11,11 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include <examples/chauffeur_tnlp.hpp>
 #include <support/forwarding_problem.hpp>
 
-#include "adapter/minmax_application.hpp"
 #include "adapter/tnlp_problem.hpp"
+#include "chauffeur.hpp"
 #include "core/solver.hpp"
 #include "factorizations.hpp"
 #include "kkt_matrices.hpp"
@@ -34,7 +33,6 @@ constexpr double kTolerance = 1e-6;
 constexpr int kMaxIterations = 200;
 constexpr double kWarmBarrier = 1e-6;  // mu_init of a warm start
 constexpr double kWarmPush = 1e-6;
-constexpr Control kGuess{0.01, 0.002, 0.001};
 
 /// What to solve at one time step, and where a solve may start.
 struct Task {
@@ -125,15 +123,7 @@ double two_factorizations(const KktMatrices& matrices) {
 
 class Comparison {
  public:
-  explicit Comparison(const chauffeur::Parameters& parameters) : parameters_(parameters) {
-    application_->Options()->SetIntegerValue("print_level", 0);
-    application_->Options()->SetStringValue("sb", "yes");
-    application_->Options()->SetNumericValue("tol", kTolerance);
-    application_->Options()->SetIntegerValue("max_iter", kMaxIterations);
-    if (application_->Initialize("") != Ipopt::Solve_Succeeded) {
-      throw std::runtime_error("the application refuses its options");
-    }
-  }
+  explicit Comparison(const chauffeur::Parameters& parameters) : parameters_(parameters) {}
 
   /// All contestants in turn on one task. The first step has no shifted solution and is left out.
   void solve_all(const Task& task, double seconds) {
@@ -220,7 +210,7 @@ class Comparison {
   Ipopt::SmartPtr<chauffeur::ChauffeurTNLP> model_ =
       new chauffeur::ChauffeurTNLP(parameters_, {}, kGuess);
   Ipopt::SmartPtr<ipminmax::MinMaxApplication> application_ =
-      new ipminmax::MinMaxApplication(false);
+      quiet_application(kTolerance, kMaxIterations);
   bool optimized_ = false;
   std::vector<Contestant> contestants_ = {{"cold"},
                                           {"shifted controls"},

@@ -48,7 +48,7 @@ class PlantedProblem final : public ipminmax::Problem {
 
 /// x_i, y_i on the nodes of a graph: A = diag(cos i) + .2 per edge indefinite, C = I - .1 per edge,
 ///
-///   f = dx'A dx/2 + 2 dx'dy - dy'C dy/2 + sum dx^4/8 - dy^4/40,   |x| <= 1, a quarter of it active.
+///   f = dx'A dx/2 + 2 dx'dy - dy'C dy/2 + sum dx^4/8 - dy^4/40,   |x| <= 1, a quarter active.
 ///
 /// C is positive definite by its diagonal (at most 4 edges), and so is A + 4 C^-1 >= 4/1.4 - 1.8:
 /// v* is a local minmax.

@@ -17,12 +17,15 @@
 /// to write derivatives. Functions are templates of the number type:
 ///
 ///   struct Game {
-///     template <class T> T objective(std::span<const T> v) const { return v[0] * v[0] - v[1] * v[1]; }
+///     template <class T> T objective(std::span<const T> v) const {
+///       return v[0] * v[0] - v[1] * v[1];
+///     }
 ///     template <class T> void constraints(std::span<const T> v, std::span<T> g) const {
 ///       g[0] = v[0] + sin(v[1]);
 ///     }
 ///   };
-///   ipminmax::AutodiffProblem problem(Game{}, {.players = {ipminmax::Player::Min, ipminmax::Player::Max},
+///   using ipminmax::Player;
+///   ipminmax::AutodiffProblem problem(Game{}, {.players = {Player::Min, Player::Max},
 ///                                              .start = {1.0, 0.0},
 ///                                              .constraint_lower = {-1e20},
 ///                                              .constraint_upper = {2.0}});
@@ -190,8 +193,9 @@ struct ModelData {
 };
 
 /// The problem of Functions with members
-///   template <class T> T objective(std::span<const T> v) const;                        v: n
-///   template <class T> void constraints(std::span<const T> v, std::span<T> g) const;   g: m; only where m > 0
+///   template <class T> T objective(std::span<const T> v) const;                       // v: n
+///   template <class T> void constraints(std::span<const T> v, std::span<T> g) const;  // g: m
+/// the second only where m > 0.
 /// Values that are not finite make an evaluation undefined (false).
 template <class Functions>
 class AutodiffProblem : public Problem {

@@ -25,15 +25,16 @@ struct DistinctPoint {
 
 /// Answer of a multistart.
 struct MultistartResult {
-  /// The best point, see better(). Its counts, iterations, factorizations and times are those of all
-  /// starts together.
+  /// The best point, see better(). Its counts, iterations, factorizations and times are those of
+  /// all starts together.
   Result best;
   Index best_start = 0;
   /// Certified points, the smallest local minmax value first (the largest without free Min
   /// variables); equal values in the order of the starts. A local minmax value says nothing about
   /// other branches of inner maxima: the first row is the best value known, neither a global minmax
-  /// nor a bound of it. With minmax_worst_case_starts the largest value found over y at each point's
-  /// x ranks the points (result.worst_case), and each higher branch found is one more start.
+  /// nor a bound of it. With minmax_worst_case_starts the largest value found over y at each
+  /// point's x ranks the points (result.worst_case), and each higher branch found is one more
+  /// start.
   std::vector<DistinctPoint> points;
   /// How often each status occurred, in the order of the enumeration; zero counts left out.
   std::vector<std::pair<Status, Index>> statuses;
@@ -58,9 +59,9 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
 
 /// Whether a is a better answer than b. Classes, best first:
 ///   1. certified local minmax: the smaller objective;
-///   2. first-order point to tol or the acceptable level whose second-order test is undecided: first
-///      those whose inner maximum is clear (inertia of K_yy as expected), as otherwise the objective
-///      need not be a value of the maximum; then the smaller objective;
+///   2. first-order point to tol or the acceptable level whose second-order test is undecided:
+///      first those whose inner maximum is clear (inertia of K_yy as expected), as otherwise the
+///      objective need not be a value of the maximum; then the smaller objective;
 ///   3. feasible point that is not stationary: the smaller error.total, since its objective may be
 ///      small for want of maximization only;
 ///   4. first-order point that the second-order test refuted: the smaller error.total;
@@ -77,18 +78,19 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
 /// can change (invalid problem, option or too few degrees of freedom) it stays the only one. The
 /// given points follow, then random ones, uniform in a box: [lower, upper] for a variable with two
 /// bounds, else what the bounds leave of [s - r, s + r] around the model's start s with
-/// r = minmax_start_radius max(1, |s|), a tenth and a hundredth of it in turn. Only the model's start uses the model's multipliers
-/// (warm_start_init_point). Where none is certified and start 0 failed, one more begins as start 0 did
-/// and goes on as solve does (minmax_max_restarts), so that no single solve finds more.
+/// r = minmax_start_radius max(1, |s|), a tenth and a hundredth of it in turn. Only the model's
+/// start uses the model's multipliers (warm_start_init_point). Where none is certified and start 0
+/// failed, one more begins as start 0 did and goes on as solve does (minmax_max_restarts), so that
+/// no single solve finds more.
 ///
 /// max_iter and tolerances hold for each start, max_cpu_time and max_wall_time for all together.
 /// Two certified points are the same when they differ by at most minmax_distinct_tol max(1, |v|) in
 /// infinity norm.
 ///
-/// Without minmax_worst_case_starts the y of all starts (of at most 1000 uncertified ones) are tried at
-/// the best point's x; where one is worse, best.worst_case.higher and the message say so. With
-/// minmax_epigraph or minmax_epigraph_at_kinks each start is a solve_robust (robust.hpp), and certified
-/// points with the same x are one.
+/// Without minmax_worst_case_starts the y of all starts (of at most 1000 uncertified ones) are
+/// tried at the best point's x; where one is worse, best.worst_case.higher and the message say so.
+/// With minmax_epigraph or minmax_epigraph_at_kinks each start is a solve_robust (robust.hpp), and
+/// certified points with the same x are one.
 ///
 /// Calling thread only. Exceptions pass through as from solve; a given point whose length is not n
 /// throws std::invalid_argument.
@@ -108,23 +110,23 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
                                           const std::vector<std::vector<double>>& given = {});
 
 /// The same with the starts on all MPI ranks, each with `threads` threads: a program of which every
-/// rank calls this with the same problem, options and given points (mpirun -n 8 program); on one rank it
-/// is multistart. All ranks return the same answer, which is the same, bit by bit, for any number of
-/// ranks and threads: iterates and values of every start, points and their order, best, statuses.
-/// (Times differ, and counts.analyses, as each thread makes its own.)
+/// rank calls this with the same problem, options and given points (mpirun -n 8 program); on one
+/// rank it is multistart. All ranks return the same answer, which is the same, bit by bit, for any
+/// number of ranks and threads: iterates and values of every start, points and their order, best,
+/// statuses. (Times differ, and counts.analyses, as each thread makes its own.)
 ///
-/// Rank 0 hands the starts out one by one, so that a slow one holds nobody up. on_result is called on
-/// rank 0 for every start, on_iteration and message on the rank that makes the start; false there
-/// stops all. The starts of a rank that dies are made by others where the launcher lets these live
-/// (mpirun --enable-recovery); else the launcher's SIGTERM ends the starts with Status::UserStop and
-/// the best point so far. max_cpu_time holds for each rank, max_wall_time for all together; linear_solver
-/// mumps_mpi cannot be used, as no rank is a worker.
+/// Rank 0 hands the starts out one by one, so that a slow one holds nobody up. on_result is called
+/// on rank 0 for every start, on_iteration and message on the rank that makes the start; false
+/// there stops all. The starts of a rank that dies are made by others where the launcher lets these
+/// live (mpirun --enable-recovery); else the launcher's SIGTERM ends the starts with
+/// Status::UserStop and the best point so far. max_cpu_time holds for each rank, max_wall_time for
+/// all together; linear_solver mumps_mpi cannot be used, as no rank is a worker.
 ///
-/// Loads libipminmax_mpi.so and initializes MPI unless the program has. The model's functions are called in
-/// other threads than the calling one, which is the one that calls MPI. Throws SolverUnavailable
-/// (linalg/symmetric_solver.hpp) where MPI cannot be used or not all ranks call this within two
-/// minutes; an exception of a model stops all starts and passes through, on other ranks as
-/// std::runtime_error.
+/// Loads libipminmax_mpi.so and initializes MPI unless the program has. The model's functions are
+/// called in other threads than the calling one, which is the one that calls MPI. Throws
+/// SolverUnavailable (linalg/symmetric_solver.hpp) where MPI cannot be used or not all ranks call
+/// this within two minutes; an exception of a model stops all starts and passes through, on other
+/// ranks as std::runtime_error.
 [[nodiscard]] MultistartResult multistart_over_ranks(
     const ProblemFactory& make_problem, int threads, const SolverOptions& options,
     const MultistartObserver& observer = {}, const std::vector<std::vector<double>>& given = {});
@@ -134,13 +136,13 @@ struct StartsRank {
   int rank = 0;
   int size = 1;
 };
-/// Joins the other ranks, which have to do the same or call multistart_over_ranks, and says who is who:
-/// to print on rank 0 only. Throws as multistart_over_ranks.
+/// Joins the other ranks, which have to do the same or call multistart_over_ranks, and says who is
+/// who: to print on rank 0 only. Throws as multistart_over_ranks.
 [[nodiscard]] StartsRank join_ranks_for_starts();
 
-/// The points as a table of comma-separated values, first line: rank, value (local minmax value), found
-/// (starts that ended here), first_start, margin (of the certificate), status, v_0, v_1, ...; numbers
-/// with all their digits.
+/// The points as a table of comma-separated values, first line: rank, value (local minmax value),
+/// found (starts that ended here), first_start, margin (of the certificate), status, v_0, v_1, ...;
+/// numbers with all their digits.
 [[nodiscard]] std::string points_as_csv(const MultistartResult& result);
 
 }  // namespace ipminmax

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <sstream>
 
@@ -17,24 +18,39 @@ using Integer = OptionInfo::Integer;
 using Flag = OptionInfo::Flag;
 using Choice = OptionInfo::Choice;
 
-Number positive(double SolverOptions::*member) { return {member, 0.0, kInfinity, true, true}; }
-Number nonnegative(double SolverOptions::*member) { return {member, 0.0, kInfinity, false, true}; }
-Number any(double SolverOptions::*member) { return {member, -kInfinity, kInfinity, true, true}; }
+Number within(double SolverOptions::*member, double lower, bool lower_strict, double upper,
+              bool upper_strict) {
+  return {member, lower, upper, lower_strict, upper_strict, SolverOptions{}.*member};
+}
+Number positive(double SolverOptions::*member) {
+  return within(member, 0.0, true, kInfinity, true);
+}
+Number nonnegative(double SolverOptions::*member) {
+  return within(member, 0.0, false, kInfinity, true);
+}
+Number any(double SolverOptions::*member) {
+  return within(member, -kInfinity, true, kInfinity, true);
+}
 /// In the open interval (lower, upper).
 Number open(double SolverOptions::*member, double lower, double upper) {
-  return {member, lower, upper, true, true};
+  return within(member, lower, true, upper, true);
 }
 /// In [0, upper].
 Number closed_upto(double SolverOptions::*member, double upper) {
-  return {member, 0.0, upper, false, false};
+  return within(member, 0.0, false, upper, false);
+}
+/// A share of a distance: in (0, 1/2].
+Number share(double SolverOptions::*member) { return within(member, 0.0, true, 0.5, false); }
+Number from(double SolverOptions::*member, double lower) {
+  return within(member, lower, false, kInfinity, true);
 }
 /// Slower growth would take thousands of factorizations.
 constexpr double kLeastGrowth = 1.001;
 
-Number from(double SolverOptions::*member, double lower) {
-  return {member, lower, kInfinity, false, true};
+Integer at_least(int SolverOptions::*member, int lower, int upper = kIntMax) {
+  return {member, lower, upper, SolverOptions{}.*member};
 }
-Integer at_least(int SolverOptions::*member, int lower) { return {member, lower, kIntMax}; }
+Flag flag(bool SolverOptions::*member) { return {member, SolverOptions{}.*member}; }
 
 /// An enumeration whose values are 0, 1, ... in the order of the names.
 template <class Enum>
@@ -43,12 +59,14 @@ Choice choice(Enum SolverOptions::*member, std::vector<std::string_view> names,
   return {
       std::move(names), std::move(texts),
       [member](SolverOptions& options, std::size_t i) { options.*member = static_cast<Enum>(i); },
-      [member](const SolverOptions& options) { return static_cast<std::size_t>(options.*member); }};
+      [member](const SolverOptions& options) { return static_cast<std::size_t>(options.*member); },
+      static_cast<std::size_t>(SolverOptions{}.*member)};
 }
 
 Choice hessian_choice() {
   using H = HessianApproximation;
   static constexpr std::array kValues{H::LimitedMemory, H::Exact, H::FiniteDifferenceValues};
+  static constexpr std::size_t kExact = 1;
   return {{"limited-memory", "exact", "finite-difference-values"},
           {"Ipopt's quasi-Newton matrices have no inertia to certify with: as "
            "finite-difference-values, with a message; the model's Hessian is never asked for",
@@ -57,375 +75,420 @@ Choice hessian_choice() {
            "model has no second derivatives"},
           [](SolverOptions& options, std::size_t i) { options.hessian_approximation = kValues[i]; },
           [](const SolverOptions& options) {
-            if (options.hessian_approximation == H::Unset) return std::size_t{1};
+            if (options.hessian_approximation == H::Unset) return kExact;
             return static_cast<std::size_t>(
                 std::ranges::find(kValues, options.hessian_approximation) - kValues.begin());
-          }};
+          },
+          kExact};
 }
 
-std::vector<OptionInfo> make_table() {
-  using O = SolverOptions;
-  const std::string_view termination = "Termination";
-  const std::string_view model = "Model";
-  const std::string_view derivatives = "Derivative Checker";
-  const std::string_view start = "Initialization";
-  const std::string_view barrier = "Barrier Parameter";
-  const std::string_view method = "Minmax Method";
-  const std::string_view multistart = "Multistart";
-  const std::string_view robust = "Robust Constraints";
-  const std::string_view shifts = "Hessian and Jacobian Shifts";
-  const std::string_view linear = "Linear Solver";
+using O = SolverOptions;
+using Rows = std::vector<OptionInfo>;
+
+Rows termination_options() {
+  const std::string_view category = "Termination";
   return {
-      {"tol", termination, "Desired convergence tolerance of the scaled first-order error E_0.",
+      {"tol", category, "Desired convergence tolerance of the scaled first-order error E_0.",
        positive(&O::tol)},
-      {"dual_inf_tol", termination,
+      {"dual_inf_tol", category,
        "Desired unscaled tolerance of the gradient of the Lagrangian, both players.",
        positive(&O::dual_inf_tol)},
-      {"constr_viol_tol", termination, "Desired unscaled tolerance of the constraint violation.",
+      {"constr_viol_tol", category, "Desired unscaled tolerance of the constraint violation.",
        positive(&O::constr_viol_tol)},
-      {"compl_inf_tol", termination, "Desired unscaled tolerance of the complementarity.",
+      {"compl_inf_tol", category, "Desired unscaled tolerance of the complementarity.",
        positive(&O::compl_inf_tol)},
-      {"acceptable_tol", termination, "Acceptable tolerance of the scaled first-order error E_0.",
+      {"acceptable_tol", category, "Acceptable tolerance of the scaled first-order error E_0.",
        positive(&O::acceptable_tol)},
-      {"acceptable_iter", termination,
+      {"acceptable_iter", category,
        "Number of acceptable iterates in a row that stops the solve; 0 switches this off.",
        at_least(&O::acceptable_iter, 0)},
-      {"acceptable_dual_inf_tol", termination, "Acceptance threshold of the dual infeasibility.",
+      {"acceptable_dual_inf_tol", category, "Acceptance threshold of the dual infeasibility.",
        positive(&O::acceptable_dual_inf_tol)},
-      {"acceptable_constr_viol_tol", termination,
-       "Acceptance threshold of the constraint violation.",
+      {"acceptable_constr_viol_tol", category, "Acceptance threshold of the constraint violation.",
        positive(&O::acceptable_constr_viol_tol)},
-      {"acceptable_compl_inf_tol", termination, "Acceptance threshold of the complementarity.",
+      {"acceptable_compl_inf_tol", category, "Acceptance threshold of the complementarity.",
        positive(&O::acceptable_compl_inf_tol)},
-      {"acceptable_obj_change_tol", termination,
+      {"acceptable_obj_change_tol", category,
        "Acceptance threshold of the relative change of the objective in the last iteration.",
        nonnegative(&O::acceptable_obj_change_tol)},
-      {"max_iter", termination,
+      {"max_iter", category,
        "Maximum number of iterations, those of feasibility restorations included.",
        at_least(&O::max_iter, 0)},
-      {"max_cpu_time", termination, "Maximum number of CPU seconds.", positive(&O::max_cpu_time)},
-      {"max_wall_time", termination, "Maximum number of wall clock seconds.",
+      {"max_cpu_time", category, "Maximum number of CPU seconds.", positive(&O::max_cpu_time)},
+      {"max_wall_time", category, "Maximum number of wall clock seconds.",
        positive(&O::max_wall_time)},
-      {"minmax_max_factorizations", termination,
+      {"minmax_max_factorizations", category,
        "Most factorizations of K and K_yy together, those of restorations included: for "
        "controllers with a deadline. Two are kept for the certificate. Where they are used up the "
        "solve ends as at max_iter, with the best point that it has seen. 0: no limit.",
        at_least(&O::minmax_max_factorizations, 0)},
-      {"diverging_iterates_tol", termination,
+      {"diverging_iterates_tol", category,
        "Infinity norm of the variables above which the solve stops as diverging.",
        positive(&O::diverging_iterates_tol)},
-      {"s_max", termination, "Threshold of the multipliers above which E_0 is scaled down.",
+      {"s_max", category, "Threshold of the multipliers above which E_0 is scaled down.",
        positive(&O::s_max)},
+  };
+}
 
-      {"nlp_lower_bound_inf", model, "Lower bounds at or below this value are absent.",
+Rows model_options() {
+  const std::string_view category = "Model";
+  return {
+      {"nlp_lower_bound_inf", category, "Lower bounds at or below this value are absent.",
        any(&O::nlp_lower_bound_inf)},
-      {"nlp_upper_bound_inf", model, "Upper bounds at or above this value are absent.",
+      {"nlp_upper_bound_inf", category, "Upper bounds at or above this value are absent.",
        any(&O::nlp_upper_bound_inf)},
-      {"bound_relax_factor", model,
+      {"bound_relax_factor", category,
        "Factor by which bounds are relaxed before the solve, times max(1, |bound|); at most by "
        "constr_viol_tol.",
        nonnegative(&O::bound_relax_factor)},
-      {"honor_original_bounds", model,
+      {"honor_original_bounds", category,
        "Whether the returned point is projected into the original bounds.",
-       Flag{&O::honor_original_bounds}},
-      {"fixed_variable_treatment", model, "What becomes of variables with equal bounds.",
+       flag(&O::honor_original_bounds)},
+      {"fixed_variable_treatment", category, "What becomes of variables with equal bounds.",
        choice(&O::fixed_variable_treatment,
               {"make_parameter", "make_parameter_nodual", "make_constraint", "relax_bounds"},
               {"they are taken out; their multipliers cost a gradient and a Jacobian at the end",
                "they are taken out; their multipliers are zero",
                "they become free variables, each with an equality constraint of its owner",
                "their bounds are moved apart by bound_relax_factor, which must be positive"})},
-      {"nlp_scaling_method", model, "How objective and constraints are scaled.",
+      {"nlp_scaling_method", category, "How objective and constraints are scaled.",
        choice(&O::nlp_scaling_method, {"none", "gradient-based", "user-scaling"},
               {"no scaling",
-               "scale the gradients at the starting point down to "
-               "nlp_scaling_max_gradient",
+               "scale the gradients at the starting point down to nlp_scaling_max_gradient",
                "factors given by the model"})},
-      {"nlp_scaling_max_gradient", model, "Largest gradient after gradient-based scaling.",
+      {"nlp_scaling_max_gradient", category, "Largest gradient after gradient-based scaling.",
        positive(&O::nlp_scaling_max_gradient)},
-      {"nlp_scaling_min_value", model, "Smallest factor of gradient-based scaling.",
+      {"nlp_scaling_min_value", category, "Smallest factor of gradient-based scaling.",
        nonnegative(&O::nlp_scaling_min_value)},
-      {"obj_scaling_factor", model,
+      {"obj_scaling_factor", category,
        "Additional factor of the objective. Negative: Min maximizes and Max minimizes, see "
        "docs/statuses.md.",
-       Number{&O::obj_scaling_factor, -kLargestScaling, kLargestScaling, false, false}},
-      {"hessian_approximation", model, "Where the Hessian of the Lagrangian comes from.",
+       within(&O::obj_scaling_factor, -kLargestScaling, false, kLargestScaling, false)},
+      {"hessian_approximation", category, "Where the Hessian of the Lagrangian comes from.",
        hessian_choice()},
-      {"minmax_difference_step", model,
+      {"minmax_difference_step", category,
        "Step of the differences that replace second derivatives, times max(1, |v|).",
        open(&O::minmax_difference_step, 0.0, 1.0)},
+  };
+}
 
-      {"derivative_test", derivatives, "Derivatives compared with differences before the solve.",
+Rows derivative_test_options() {
+  const std::string_view category = "Derivative Checker";
+  return {
+      {"derivative_test", category, "Derivatives compared with differences before the solve.",
        choice(&O::derivative_test, {"none", "first-order", "second-order", "only-second-order"},
               {"no test", "gradient and Jacobian", "also the Hessian", "the Hessian alone"})},
-      {"derivative_test_tol", derivatives,
-       "Relative error above which a derivative counts as wrong.",
+      {"derivative_test_tol", category, "Relative error above which a derivative counts as wrong.",
        positive(&O::derivative_test_tol)},
-      {"derivative_test_perturbation", derivatives,
+      {"derivative_test_perturbation", category,
        "Step of the derivative test's differences, times max(1, |v|).",
        positive(&O::derivative_test_perturbation)},
-      {"derivative_test_print_all", derivatives,
+      {"derivative_test_print_all", category,
        "Whether the derivative test prints all entries or the wrong ones.",
-       Flag{&O::derivative_test_print_all}},
-      {"derivative_test_first_index", derivatives,
+       flag(&O::derivative_test_print_all)},
+      {"derivative_test_first_index", category,
        "First variable (first-order) or constraint (second-order, -1 the objective) tested, from "
-       "0; "
-       "-2: all.",
+       "0; -2: all.",
        at_least(&O::derivative_test_first_index, -2)},
-      {"point_perturbation_radius", derivatives,
+      {"point_perturbation_radius", category,
        "Largest distance per variable of the derivative test's point from the starting point.",
        nonnegative(&O::point_perturbation_radius)},
+  };
+}
 
-      {"bound_push", start, "Least absolute distance of the starting point to the bounds.",
+Rows start_options() {
+  const std::string_view category = "Initialization";
+  return {
+      {"bound_push", category, "Least absolute distance of the starting point to the bounds.",
        positive(&O::bound_push)},
-      {"bound_frac", start, "Least relative distance of the starting point to the bounds.",
-       Number{&O::bound_frac, 0.0, 0.5, true, false}},
-      {"slack_bound_push", start, "Least absolute distance of the first slacks to their bounds.",
+      {"bound_frac", category, "Least relative distance of the starting point to the bounds.",
+       share(&O::bound_frac)},
+      {"slack_bound_push", category, "Least absolute distance of the first slacks to their bounds.",
        positive(&O::slack_bound_push)},
-      {"slack_bound_frac", start, "Least relative distance of the first slacks to their bounds.",
-       Number{&O::slack_bound_frac, 0.0, 0.5, true, false}},
-      {"bound_mult_init_val", start, "First value of the bound multipliers.",
+      {"slack_bound_frac", category, "Least relative distance of the first slacks to their bounds.",
+       share(&O::slack_bound_frac)},
+      {"bound_mult_init_val", category, "First value of the bound multipliers.",
        positive(&O::bound_mult_init_val)},
-      {"bound_mult_init_method", start, "How the bound multipliers start.",
+      {"bound_mult_init_method", category, "How the bound multipliers start.",
        choice(&O::bound_mult_init_method, {"constant", "mu-based"},
               {"at bound_mult_init_val", "at mu_init over the distance to the bound"})},
-      {"constr_mult_init_max", start,
+      {"constr_mult_init_max", category,
        "Largest least-squares multiplier of the constraints that is kept; when one is larger, or "
        "at 0, all start at zero, those of inequalities at the multiplier of their slack's bound if "
        "that is mu-based.",
        nonnegative(&O::constr_mult_init_max)},
-      {"warm_start_init_point", start, "Whether the model gives first values of all multipliers.",
-       Flag{&O::warm_start_init_point}},
-      {"warm_start_bound_push", start, "bound_push of a warm start.",
+      {"warm_start_init_point", category,
+       "Whether the model gives first values of all multipliers.", flag(&O::warm_start_init_point)},
+      {"warm_start_bound_push", category, "bound_push of a warm start.",
        positive(&O::warm_start_bound_push)},
-      {"warm_start_bound_frac", start, "bound_frac of a warm start.",
-       Number{&O::warm_start_bound_frac, 0.0, 0.5, true, false}},
-      {"warm_start_slack_bound_push", start, "slack_bound_push of a warm start.",
+      {"warm_start_bound_frac", category, "bound_frac of a warm start.",
+       share(&O::warm_start_bound_frac)},
+      {"warm_start_slack_bound_push", category, "slack_bound_push of a warm start.",
        positive(&O::warm_start_slack_bound_push)},
-      {"warm_start_slack_bound_frac", start, "slack_bound_frac of a warm start.",
-       Number{&O::warm_start_slack_bound_frac, 0.0, 0.5, true, false}},
-      {"warm_start_mult_bound_push", start, "Least value of the bound multipliers of a warm start.",
+      {"warm_start_slack_bound_frac", category, "slack_bound_frac of a warm start.",
+       share(&O::warm_start_slack_bound_frac)},
+      {"warm_start_mult_bound_push", category,
+       "Least value of the bound multipliers of a warm start.",
        positive(&O::warm_start_mult_bound_push)},
-      {"warm_start_mult_init_max", start, "Largest multiplier of a warm start.",
+      {"warm_start_mult_init_max", category, "Largest multiplier of a warm start.",
        positive(&O::warm_start_mult_init_max)},
+  };
+}
 
-      {"mu_init", barrier, "First barrier parameter (the paper's b).", positive(&O::mu_init)},
-      {"mu_target", barrier,
+Rows barrier_options() {
+  const std::string_view category = "Barrier Parameter";
+  return {
+      {"mu_init", category, "First barrier parameter (the paper's b).", positive(&O::mu_init)},
+      {"mu_target", category,
        "Barrier parameter of the problem to be solved: errors are measured against s z = "
-       "mu_target, "
-       "and where it is positive the certificate is that of the barrier problem.",
+       "mu_target, and where it is positive the certificate is that of the barrier problem.",
        nonnegative(&O::mu_target)},
-      {"mu_linear_decrease_factor", barrier,
+      {"mu_linear_decrease_factor", category,
        "kappa_mu of Ipopt's rule, sigma of the paper's Algorithm 1.",
        open(&O::mu_linear_decrease_factor, 0.0, 1.0)},
-      {"mu_superlinear_decrease_power", barrier, "theta_mu of Ipopt's rule.",
+      {"mu_superlinear_decrease_power", category, "theta_mu of Ipopt's rule.",
        open(&O::mu_superlinear_decrease_power, 1.0, 2.0)},
-      {"barrier_tol_factor", barrier,
+      {"barrier_tol_factor", category,
        "kappa_epsilon: a barrier problem is solved when E_mu <= kappa_epsilon mu.",
        positive(&O::barrier_tol_factor)},
-      {"tau_min", barrier, "Lower bound of the fraction-to-the-boundary parameter tau.",
+      {"tau_min", category, "Lower bound of the fraction-to-the-boundary parameter tau.",
        open(&O::tau_min, 0.0, 1.0)},
-      {"kappa_sigma", barrier,
+      {"kappa_sigma", category,
        "Bound multipliers stay within [mu/(kappa_sigma s), kappa_sigma mu/s].",
-       Number{&O::kappa_sigma, 1.0, kInfinity, false, true}},
-      {"kappa_d", barrier,
+       from(&O::kappa_sigma, 1.0)},
+      {"kappa_d", category,
        "Weight of the linear damping of variables with one bound; not in Algorithm 1.",
        nonnegative(&O::kappa_d)},
-      {"minmax_barrier_rule", barrier, "How the barrier parameter decreases.",
+  };
+}
+
+Rows barrier_strategy_options() {
+  const std::string_view category = "Barrier Parameter";
+  return {
+      {"minmax_barrier_rule", category, "How the barrier parameter decreases.",
        choice(&O::minmax_barrier_rule, {"ipopt", "paper"},
               {"mu <- max(tol/10, min(kappa_mu mu, mu^theta_mu)) while E_mu <= kappa_epsilon mu",
                "mu <- sigma mu after a step with |g(z,mu)| <= mu (Algorithm 1)"})},
-      {"mu_strategy", barrier, "Whether the barrier parameter only decreases.",
+      {"mu_strategy", category, "Whether the barrier parameter only decreases.",
        choice(&O::mu_strategy, {"monotone", "adaptive"},
               {"as minmax_barrier_rule says",
                "chosen anew in every iteration by mu_oracle; monotone by Ipopt's rule while "
                "adaptive_mu_globalization sees no progress"})},
-      {"mu_oracle", barrier, "How the adaptive strategy chooses mu.",
+      {"mu_oracle", category, "How the adaptive strategy chooses mu.",
        choice(&O::mu_oracle, {"quality-function", "probing", "loqo"},
               {"least residual predicted by the linear model of the step; one more factorization",
                "Mehrotra's predictor step; one more factorization",
                "LOQO's formula from the spread of the complementarity products"})},
-      {"adaptive_mu_globalization", barrier,
+      {"adaptive_mu_globalization", category,
        "Test of the adaptive strategy's progress. Ipopt's default is obj-constr-filter.",
        choice(&O::adaptive_mu_globalization,
               {"obj-constr-filter", "kkt-error", "never-monotone-mode"},
               {"filter on objective and violation; only without Max variables, for whom the "
                "objective may rise",
                "reduction of the first-order residual", "none: no guarantee of convergence"})},
-      {"mu_max", barrier,
+      {"mu_max", category,
        "Largest mu of the adaptive strategy, not below mu_min; 0: mu_max_fact times the average "
-       "complementarity of "
-       "the starting point, as in Ipopt when the option is not set.",
+       "complementarity of the starting point, as in Ipopt when the option is not set.",
        nonnegative(&O::mu_max)},
-      {"mu_max_fact", barrier, "See mu_max.", positive(&O::mu_max_fact)},
-      {"mu_min", barrier,
+      {"mu_max_fact", category, "See mu_max.", positive(&O::mu_max_fact)},
+      {"mu_min", category,
        "Least mu of the adaptive strategy, at most half of the smaller of tol and compl_inf_tol.",
        positive(&O::mu_min)},
-      {"adaptive_mu_kkterror_red_iters", barrier,
+      {"adaptive_mu_kkterror_red_iters", category,
        "Earlier residuals of which kkt-error must reduce one.",
        at_least(&O::adaptive_mu_kkterror_red_iters, 0)},
-      {"adaptive_mu_kkterror_red_fact", barrier, "Reduction that kkt-error asks for.",
+      {"adaptive_mu_kkterror_red_fact", category, "Reduction that kkt-error asks for.",
        open(&O::adaptive_mu_kkterror_red_fact, 0.0, 1.0)},
-      {"adaptive_mu_monotone_init_factor", barrier,
+      {"adaptive_mu_monotone_init_factor", category,
        "Factor of the average complementarity with which a monotone phase begins.",
        positive(&O::adaptive_mu_monotone_init_factor)},
+  };
+}
 
-      {"minmax_globalization", method, "Which steps are accepted.",
+Rows method_options() {
+  const std::string_view category = "Minmax Method";
+  return {
+      {"minmax_globalization", category, "Which steps are accepted.",
        choice(&O::minmax_globalization, {"none", "filter"},
               {"every step: the paper's Algorithm 1",
                "filter line search on phi(x), the local maximum over y"})},
-      {"minmax_instability", method,
+      {"minmax_instability", category,
        "Whether line 7 of Algorithm 1 keeps first-order points from attracting when K has the "
        "right inertia and K_yy has not.",
-       Flag{&O::minmax_instability}},
-      {"minmax_instability_shift", method, "How far line 7 raises delta_x.",
-       choice(
-           &O::minmax_instability_shift, {"growth", "smallest"},
-           {"by perturb_inc_fact until K + mu E has a wrong inertia at one mu, known for free",
-            "to the least value, within a percent, at which K + mu E has a wrong inertia for some "
-            "mu in (0,1): dozens of factorizations"})},
-      {"minmax_warm_start_shifts", method,
+       flag(&O::minmax_instability)},
+      {"minmax_instability_shift", category, "How far line 7 raises delta_x.",
+       choice(&O::minmax_instability_shift, {"growth", "smallest"},
+              {"by perturb_inc_fact until K + mu E has a wrong inertia at one mu, known for free",
+               "to the least value, within a percent, at which K + mu E has a wrong inertia for "
+               "some mu in (0,1): dozens of factorizations"})},
+      {"minmax_warm_start_shifts", category,
        "Whether shifts start from those of the last iteration (Ipopt's rule) or from zero as in "
        "the paper.",
-       Flag{&O::minmax_warm_start_shifts}},
-      {"minmax_freeze_tol", method,
+       flag(&O::minmax_warm_start_shifts)},
+      {"minmax_freeze_tol", category,
        "delta_epsilon of Algorithm 1: shifts are kept while |g(z,mu)| is at most this. Above 0 the "
        "method may be attracted by points that are no local minmax (a message says so).",
        nonnegative(&O::minmax_freeze_tol)},
-      {"minmax_residual_watchdog", method,
+      {"minmax_residual_watchdog", category,
        "Algorithm 1 halves its steps while the residual exceeds the largest of the last ten.",
-       Flag{&O::minmax_residual_watchdog}},
-      {"minmax_pure_newton", method,
+       flag(&O::minmax_residual_watchdog)},
+      {"minmax_pure_newton", category,
        "No shifts and no globalization: Newton's method, attracted by every first-order point (for "
        "comparison).",
-       Flag{&O::minmax_pure_newton}},
-      {"minmax_prescribed_delta_x", method,
+       flag(&O::minmax_pure_newton)},
+      {"minmax_prescribed_delta_x", category,
        "Shift of the Min variables (the paper's epsilon_x) in every step of minmax_globalization "
-       "none; "
-       "negative: chosen by the inertias. Goes with minmax_prescribed_delta_y.",
-       Number{&O::minmax_prescribed_delta_x, -1.0, kInfinity, false, true}},
-      {"minmax_prescribed_delta_y", method,
+       "none; negative: chosen by the inertias. Goes with minmax_prescribed_delta_y.",
+       from(&O::minmax_prescribed_delta_x, -1.0)},
+      {"minmax_prescribed_delta_y", category,
        "Shift of the Max variables (the paper's epsilon_y), alike.",
-       Number{&O::minmax_prescribed_delta_y, -1.0, kInfinity, false, true}},
-      {"minmax_max_restarts", method,
+       from(&O::minmax_prescribed_delta_y, -1.0)},
+      {"minmax_max_restarts", category,
        "Other starting points tried, the same in every run, when the search from the model's finds "
-       "no "
-       "local minmax or the model is undefined there; 0 for none. Problems without Max variables "
-       "are never restarted.",
-       Integer{&O::minmax_max_restarts, 0, 1000000}},
-      {"minmax_robust_constraints", method,
+       "no local minmax or the model is undefined there; 0 for none. Problems without Max "
+       "variables are never restarted.",
+       at_least(&O::minmax_max_restarts, 0, 1000000)},
+      {"minmax_robust_constraints", category,
        "Whether a constraint given to Min explicitly may read Max variables: it must then hold for "
        "every y, and Max tries to violate it. no: such a constraint is an error.",
-       Flag{&O::minmax_robust_constraints}},
+       flag(&O::minmax_robust_constraints)},
+  };
+}
 
-      {"minmax_starts", multistart,
+Rows multistart_options() {
+  const std::string_view category = "Multistart";
+  return {
+      {"minmax_starts", category,
        "Number of starting points: the model's, then random ones; the best point is returned.",
        at_least(&O::minmax_starts, 1)},
-      {"minmax_start_seed", multistart, "Seed of the random starting points.",
+      {"minmax_start_seed", category, "Seed of the random starting points.",
        at_least(&O::minmax_start_seed, 0)},
-      {"minmax_start_radius", multistart,
+      {"minmax_start_radius", category,
        "Half width r max(1, |s|) of the box around the model's starting point s in which variables "
        "without two bounds start, r / 10 and r / 100 in turn; those with two bounds start anywhere "
        "between them.",
        positive(&O::minmax_start_radius)},
-      {"minmax_distinct_tol", multistart,
+      {"minmax_distinct_tol", category,
        "Distance, relative to max(1, |v|), up to which two certified points are the same.",
        positive(&O::minmax_distinct_tol)},
-      {"minmax_worst_case_starts", multistart,
+      {"minmax_worst_case_starts", category,
        "Maximizations over y, x held, from as many starts, that look for a worst case above the "
        "answer's; a multistart ranks its points by what they find and goes on from it. 0: none.",
        at_least(&O::minmax_worst_case_starts, 0)},
-      {"minmax_concave_in_y", multistart,
+      {"minmax_concave_in_y", category,
        "Whether f is concave in y and Y(x) convex, as the model knows: a maximum over y is then "
-       "the "
-       "worst case over all of y, and one maximization is enough of a check.",
-       Flag{&O::minmax_concave_in_y}},
+       "the worst case over all of y, and one maximization is enough of a check.",
+       flag(&O::minmax_concave_in_y)},
+  };
+}
 
-      {"minmax_robust_copies", robust,
+Rows robust_options() {
+  const std::string_view category = "Robust Constraints";
+  return {
+      {"minmax_robust_copies", category,
        "Whether each robust constraint gets copies of its own of the Max variables that it shares "
        "with f or with other constraints.",
-       Flag{&O::minmax_robust_copies}},
-      {"minmax_epigraph", robust,
+       flag(&O::minmax_robust_copies)},
+      {"minmax_epigraph", category,
        "Whether f is treated as a robust constraint too, min t with f(x, y) <= t for every y: the "
        "answer minimizes the largest of the local worst cases met, kinks included.",
-       Flag{&O::minmax_epigraph}},
-      {"minmax_epigraph_at_kinks", robust,
+       flag(&O::minmax_epigraph)},
+      {"minmax_epigraph_at_kinks", category,
        "Whether a search that ends without a local minmax goes on as with minmax_epigraph, from "
        "where it ended, over the branches of y found there.",
-       Flag{&O::minmax_epigraph_at_kinks}},
-      {"minmax_worst_case_tol", robust,
+       flag(&O::minmax_epigraph_at_kinks)},
+      {"minmax_worst_case_tol", category,
        "Violation of a robust constraint, relative to the range of values that it was seen to "
-       "take, "
-       "from which a maximum over y becomes another worst case (with minmax_worst_case_starts).",
+       "take, from which a maximum over y becomes another worst case (with "
+       "minmax_worst_case_starts).",
        positive(&O::minmax_worst_case_tol)},
+  };
+}
 
-      {"first_hessian_perturbation", shifts, "First shift tried.",
+Rows shift_options() {
+  const std::string_view category = "Hessian and Jacobian Shifts";
+  return {
+      {"first_hessian_perturbation", category, "First shift tried.",
        positive(&O::first_hessian_perturbation)},
-      {"min_hessian_perturbation", shifts, "Smallest shift tried.",
+      {"min_hessian_perturbation", category, "Smallest shift tried.",
        nonnegative(&O::min_hessian_perturbation)},
-      {"max_hessian_perturbation", shifts, "Shift above which the correction gives up.",
+      {"max_hessian_perturbation", category, "Shift above which the correction gives up.",
        positive(&O::max_hessian_perturbation)},
-      {"perturb_inc_fact_first", shifts, "Growth of the very first shift of a solve.",
+      {"perturb_inc_fact_first", category, "Growth of the very first shift of a solve.",
        from(&O::perturb_inc_fact_first, kLeastGrowth)},
-      {"perturb_inc_fact", shifts, "Growth of a shift that was too small.",
+      {"perturb_inc_fact", category, "Growth of a shift that was too small.",
        from(&O::perturb_inc_fact, kLeastGrowth)},
-      {"perturb_dec_fact", shifts, "Factor of the last shift that is tried first.",
+      {"perturb_dec_fact", category, "Factor of the last shift that is tried first.",
        open(&O::perturb_dec_fact, 0.0, 1.0)},
-      {"jacobian_regularization_value", shifts,
+      {"jacobian_regularization_value", category,
        "Shift of the multiplier rows when a Jacobian looks rank-deficient.",
        nonnegative(&O::jacobian_regularization_value)},
-      {"jacobian_regularization_exponent", shifts,
+      {"jacobian_regularization_exponent", category,
        "Power of mu that multiplies jacobian_regularization_value.",
        nonnegative(&O::jacobian_regularization_exponent)},
+  };
+}
 
-      {"linear_solver", linear, "Factorization of the KKT matrices.",
+Rows linear_solver_options() {
+  const std::string_view category = "Linear Solver";
+  return {
+      {"linear_solver", category, "Factorization of the KKT matrices.",
        choice(&O::linear_solver, {"auto", "mumps", "ldlt", "lapack", "mumps_mpi"},
               {"chosen by size and predicted fill", "MUMPS, sparse with pivoting",
                "sparse LDL' without pivoting on the signed-regularized matrix",
                "LAPACK, dense Bunch-Kaufman",
                "MUMPS on MPI ranks: mpirun -n 1 program : -n 7 ipminmax-worker"})},
-      {"minmax_ordering", linear, "Fill-reducing ordering.",
+      {"minmax_ordering", category, "Fill-reducing ordering.",
        choice(&O::minmax_ordering, {"best", "amd", "pord", "metis"},
               {"least predicted operations", "approximate minimum degree",
                "PORD (MUMPS only; AMD elsewhere)", "METIS nested dissection"})},
-      {"minmax_schur_complement", linear,
+      {"minmax_schur_complement", category,
        "Whether K is factorized by way of K_yy: a factorization of K_yy gives both inertias "
-       "together "
-       "with that of the dense complement of K_yy in K, which has as many rows as x and its "
-       "constraints. The certificate factorizes K as a whole.",
+       "together with that of the dense complement of K_yy in K, which has as many rows as x and "
+       "its constraints. The certificate factorizes K as a whole.",
        choice(&O::minmax_schur_complement, {"auto", "yes", "no"},
               {"where fewer operations are predicted", "always, with Max variables",
                "never: K and K_yy are factorized one by one"})},
-      {"minmax_mpi_halves", linear,
+      {"minmax_mpi_halves", category,
        "Whether linear_solver mumps_mpi factorizes K_yy and K at the same time where both are "
        "needed, each on one half of the ranks.",
        choice(&O::minmax_mpi_halves, {"auto", "yes", "no"},
               {"for matrices too small to gain from all ranks", "always, on two ranks or more",
                "never: one after the other on all ranks"})},
-      {"minmax_ldlt_gamma", linear,
+      {"minmax_ldlt_gamma", category,
        "Signed regularization of linear_solver ldlt (the paper's Gamma); up to 1000 times that "
-       "where "
-       "the Jacobian's entries are larger than 1, as their square.",
+       "where the Jacobian's entries are larger than 1, as their square.",
        nonnegative(&O::minmax_ldlt_gamma)},
-      {"mumps_pivtol", linear, "Pivot threshold of MUMPS.", closed_upto(&O::mumps_pivtol, 1.0)},
-      {"mumps_pivtolmax", linear, "Largest pivot threshold of MUMPS.",
+  };
+}
+
+Rows mumps_options() {
+  const std::string_view category = "Linear Solver";
+  return {
+      {"mumps_pivtol", category, "Pivot threshold of MUMPS.", closed_upto(&O::mumps_pivtol, 1.0)},
+      {"mumps_pivtolmax", category, "Largest pivot threshold of MUMPS.",
        closed_upto(&O::mumps_pivtolmax, 1.0)},
-      {"mumps_mem_percent", linear, "Extra workspace of MUMPS in percent of its estimate.",
+      {"mumps_mem_percent", category, "Extra workspace of MUMPS in percent of its estimate.",
        at_least(&O::mumps_mem_percent, 0)},
-      {"max_memory", linear,
+      {"max_memory", category,
        "Memory of the process in MB (10^6 bytes) beyond which MUMPS is not started: out of memory "
        "is then said beforehand. Limits of the address space and of the control group are kept in "
        "any case.",
        positive(&O::max_memory)},
-      {"max_refinement_steps", linear, "Largest number of refinement steps per linear system.",
+      {"max_refinement_steps", category, "Largest number of refinement steps per linear system.",
        at_least(&O::max_refinement_steps, 0)},
-      {"residual_ratio_max", linear, "Residual ratio at which refinement stops.",
+      {"residual_ratio_max", category, "Residual ratio at which refinement stops.",
        positive(&O::residual_ratio_max)},
-      {"residual_ratio_singular", linear,
+      {"residual_ratio_singular", category,
        "Residual ratio above which a factorization counts as inaccurate.",
        positive(&O::residual_ratio_singular)},
+  };
+}
 
-      {"minmax_certificate", method,
+Rows certificate_options() {
+  const std::string_view category = "Minmax Method";
+  return {
+      {"minmax_certificate", category,
        "How much the second-order test at a first-order point may cost.",
        choice(&O::minmax_certificate, {"full", "quick", "none"},
               {"until the point is certified or refuted; points that stay undecided cost at most a "
@@ -434,12 +497,23 @@ std::vector<OptionInfo> make_table() {
                "active bounds are certified, clearly wrong ones refuted",
                "no test, for minimizations at Ipopt's cost: the second-order test says \"not "
                "tested\", and a saddle is not told from a minimum. Refused with Max variables"})},
-      {"minmax_curvature_tol", method,
+      {"minmax_curvature_tol", category,
        "Curvature below which the second-order test calls an eigenvalue zero, relative to what "
        "each variable has: variables are measured in lengths in which the entries of the Hessian "
        "are at most 1, so that no units of the model matter.",
        positive(&O::minmax_curvature_tol)},
   };
+}
+
+Rows make_table() {
+  Rows table;
+  for (const auto rows :
+       {termination_options, model_options, derivative_test_options, start_options, barrier_options,
+        barrier_strategy_options, method_options, multistart_options, robust_options, shift_options,
+        linear_solver_options, mumps_options, certificate_options}) {
+    std::ranges::move(rows(), std::back_inserter(table));
+  }
+  return table;
 }
 
 template <class T>

@@ -53,9 +53,9 @@ enum class InstabilityShift : std::uint8_t {
 
 /// How much the second-order test may cost.
 enum class CertificateEffort : std::uint8_t {
-  Full,  ///< until the point is certified, refuted or its budget of factorizations is used up
-  Quick,  ///< one factorization of K_yy and of K, and those for a witness where they are clearly wrong
-  None  ///< no test; for minimizations
+  Full,   ///< until the point is certified, refuted or its budget of factorizations is used up
+  Quick,  ///< one factorization of K_yy and of K, and those for a witness where clearly wrong
+  None    ///< no test; for minimizations
 };
 
 /// All settings of a solve. Names, defaults and meanings are Ipopt's unless a name begins with
@@ -198,38 +198,47 @@ inline constexpr double kLeastScaling = 1e-20, kLargestScaling = 1e20;
   return factor >= kLeastScaling && factor <= kLargestScaling;
 }
 
-/// One row of the option table.
+/// All that is known of an option: registered, read, printed and documented from this, whether it
+/// is the solver's or a front end's. One that SolverOptions does not hold has null for its member,
+/// set and get.
 struct OptionInfo {
   struct Number {
     double SolverOptions::*member;
-    double lower, upper;
+    double lower, upper;  ///< infinite: none
     bool lower_strict, upper_strict;
+    double by_default;
   };
   struct Integer {
     int SolverOptions::*member;
-    int lower, upper;
+    int lower, upper;  ///< the least and the largest int: none
+    int by_default;
   };
   struct Flag {  ///< yes / no
     bool SolverOptions::*member;
+    bool by_default;
   };
   struct Choice {
     std::vector<std::string_view> names;
     std::vector<std::string_view> texts;
     std::function<void(SolverOptions&, std::size_t)> set;
     std::function<std::size_t(const SolverOptions&)> get;
+    std::size_t by_default;
+  };
+  struct Name {  ///< any text
+    std::string_view by_default;
   };
   std::string_view name;
   std::string_view category;
   std::string_view text;  ///< one sentence, with the symbol of the paper or of Ipopt's report
-  std::variant<Number, Integer, Flag, Choice> kind;
+  std::variant<Number, Integer, Flag, Choice, Name> kind;
 };
 
-/// Every option of the solver, in the order of SolverOptions. The defaults are those of a
-/// value-initialized SolverOptions.
+/// Every option of the solver, in the order of SolverOptions, with a member of it. The defaults are
+/// those of a value-initialized SolverOptions.
 [[nodiscard]] std::span<const OptionInfo> option_table();
 
-/// The options with which minmax_globalization none is the paper's Algorithm 1 as printed: shifts that
-/// start at zero in every iteration and grow tenfold from 1e-4, b <- sigma b after a step with
+/// The options with which minmax_globalization none is the paper's Algorithm 1 as printed: shifts
+/// that start at zero in every iteration and grow tenfold from 1e-4, b <- sigma b after a step with
 /// |g(z,b)| <= b, no scaling, no relaxed bounds, multipliers lambda = b / s, no shift of multiplier
 /// rows, no limits of the multipliers. All others are kept, delta_epsilon (minmax_freeze_tol) among
 /// them. core/algorithm.md lists what still differs.

@@ -204,7 +204,8 @@ struct Counts {
 };
 
 /// The worst case over all of y at the returned x, as far as maximizations from several starts tell
-/// (worst_case.hpp), or, where none was made, y of a multistart's other starts: then `higher` alone.
+/// (worst_case.hpp), or, where none was made, y of a multistart's other starts: then `higher`
+/// alone.
 struct WorstCase {
   Index starts = 0;       ///< maximizations made; 0: none
   Index maxima = 0;       ///< distinct certified maxima over y
@@ -224,9 +225,9 @@ struct WorstCase {
 /// grad f + J' lambda - z_lower + z_upper = 0 for every variable, so those of a Max variable's
 /// bounds are <= 0.
 ///
-/// Objective, constraints, error and certificate are those of v and of the multipliers, whatever the
-/// status. Only the moves of honor_original_bounds (by bound_relax_factor) come after the dual and
-/// complementarity errors. Without a point (refused, undefined at the start, out of memory) the
+/// Objective, constraints, error and certificate are those of v and of the multipliers, whatever
+/// the status. Only the moves of honor_original_bounds (by bound_relax_factor) come after the dual
+/// and complementarity errors. Without a point (refused, undefined at the start, out of memory) the
 /// vectors are empty, objective and errors NaN and the kind is unknown. What the model does not
 /// define at v is NaN; with a success everything is finite.
 struct Result {

@@ -62,8 +62,8 @@ struct RobustResult {
 /// solve goes on from there, until none is found. Where minmax_epigraph is set, f is treated
 /// likewise: then x minimizes the largest of the local worst cases met, kinks included. With
 /// minmax_epigraph_at_kinks that happens only after a search that ended without a local minmax,
-/// from where it ended. Both are refused (InvalidOption) with a negative factor of the objective, by
-/// which y minimizes f, and change nothing without Max variables.
+/// from where it ended. Both are refused (InvalidOption) with a negative factor of the objective,
+/// by which y minimizes f, and change nothing without Max variables.
 ///
 /// With minmax_starts N > 1 all of this is done from N starts of x, as in multistart(), and the
 /// best answer is returned.

@@ -21,7 +21,8 @@ struct SolveObserver {
 };
 
 /// Solves the problem. Never throws for what the model or the numbers do; exceptions thrown by the
-/// model's functions pass through, std::bad_alloc gives OutOfMemory. minmax_epigraph: as solve_robust.
+/// model's functions pass through, std::bad_alloc gives OutOfMemory. minmax_epigraph: as
+/// solve_robust.
 [[nodiscard]] Result solve(Problem& problem, const SolverOptions& options,
                            const IterationCallback& on_iteration = {});
 [[nodiscard]] Result solve(Problem& problem, const SolverOptions& options,

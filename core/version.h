@@ -1,5 +1,5 @@
-/* Version of Ipminmax, for the preprocessor of C and C++ programs; CMake reads it, too. Programs built
- * against one version run with the libraries of the same major and minor number. */
+/* Version of Ipminmax, for the preprocessor of C and C++ programs; CMake reads it, too. Programs
+ * built against one version run with the libraries of the same major and minor number. */
 #ifndef IPMINMAX_VERSION_H
 #define IPMINMAX_VERSION_H
 

@@ -18,8 +18,8 @@ struct Violations {
   std::vector<double> upper_complementarity;  ///< n, (x_U - x) z_U; 0 for a fixed variable
   std::vector<double> lagrangian_gradient;    ///< n, grad f + J' lambda - z_L + z_U
   std::vector<double> constraint;             ///< m, max(g_L - g, g - g_U, 0)
-  /// m, (g_U - g) lambda where lambda presses against g_U (positive for a constraint of Min, negative
-  /// for one of Max; the other way round where Result::objective_scale is negative), else
+  /// m, (g_U - g) lambda where lambda presses against g_U (positive for a constraint of Min,
+  /// negative for one of Max; the other way round where Result::objective_scale is negative), else
   /// (g_L - g) lambda; so (c - g) lambda for an equation g = c. Ipopt's convention.
   std::vector<double> constraint_complementarity;
 };

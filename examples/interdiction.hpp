@@ -11,7 +11,8 @@
 ///   min over x   max over y in Y(x)   w x^2 / 2 + d'y,    Y(x) = { y : |y|^2 <= (c - x)^2 }
 ///   0 <= x <= 0.99 c,   y in R^2
 ///
-/// phi(x) = w x^2 / 2 + |d| (c - x), so x = |d| / w while that is below the bound, y = (c - x) d / |d|.
+/// phi(x) = w x^2 / 2 + |d| (c - x), so x = |d| / w while that is below the bound, y = (c - x) d /
+/// |d|.
 class Interdiction final : public ipminmax::Problem {
  public:
   double price = 1.0;                         ///< w > 0

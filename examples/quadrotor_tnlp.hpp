@@ -13,11 +13,14 @@
 
 /// A planar quadrotor in wind, T stages of h seconds ahead:
 ///
-///   min over u   max over w, s   sum over stages  |s_k - target|_Q^2 + r |u_k - hover|^2 - price |w_k|^2
+///   min over u   max over w, s
+///                sum over stages  |s_k - target|_Q^2 + r |u_k - hover|^2 - price |w_k|^2
 ///   subject to   s_{k+1} = s_k + h f(s_k, u_k, w_k),   0 <= u_k <= u_max,   |w_k| <= w_max
 ///
-/// s = (x, z, angle, their speeds), u the two thrusts, w the wind's acceleration (sideways, upwards):
-///   f = (speeds, -(u_0 + u_1) sin(angle) + w_0, (u_0 + u_1) cos(angle) - g + w_1, turn (u_0 - u_1)).
+/// s = (x, z, angle, their speeds), u the two thrusts, w the wind's acceleration (sideways,
+/// upwards):
+///   f = (speeds,
+///        -(u_0 + u_1) sin(angle) + w_0, (u_0 + u_1) cos(angle) - g + w_1, turn (u_0 - u_1)).
 ///
 /// Wind and thrust move the same state, so the states are Max's variables and the dynamics his
 /// constraints, as each reads them: given u, choosing w is choosing the states. docs/modelling.md.

@@ -10,8 +10,8 @@
 /// The linear-quadratic game without bounds by dynamic programming.
 namespace shared_dynamics {
 
-/// Whether -gamma^2 |w|^2 outweighs what w can gain: the objective is concave in w (u fixed), which a
-/// local minmax needs. Bounded real lemma, the Riccati recursion without control:
+/// Whether -gamma^2 |w|^2 outweighs what w can gain: the objective is concave in w (u fixed), which
+/// a local minmax needs. Bounded real lemma, the Riccati recursion without control:
 ///   P = Q + A'PA + A'PE (gamma^2 I - E'PE)^-1 E'PA   with gamma^2 I - E'PE > 0 at every stage.
 inline bool is_concave_in_w(const System& s, double gamma) {
   Eigen::MatrixXd p = s.q;

@@ -15,8 +15,8 @@
 ///   min over x   max over e   sum_i ((a_i + e_i)'x - b_i)^2   subject to   |e_i|^2 <= rho^2
 ///
 /// The maximum is known, phi(x) = sum_i (|r_i| + rho |x|)^2 with r_i = a_i'x - b_i, at
-/// e_i = rho sign(r_i) x / |x|. The inner problem is convex in e, not concave: where |r_i| < rho |x|
-/// the opposite e_i is a local maximum too, so there can be local minmax points below phi.
+/// e_i = rho sign(r_i) x / |x|. The inner problem is convex in e, not concave: where |r_i| < rho
+/// |x| the opposite e_i is a local maximum too, so there can be local minmax points below phi.
 class RobustRegression final : public ipminmax::Problem {
  public:
   using Index = ipminmax::Index;

@@ -23,8 +23,8 @@ namespace chauffeur {
 ///   d2f/dh_k dd_j = -2 s v (T - max(k,j)) t_k
 ///   d2f/dd_j dd_l = 2 s (T - max(j,l) - [j=l] gamma_d) I
 ///
-/// and h_k = h_0 + sum_{j < k} u_j turns derivatives in h into suffix sums. A gradient costs O(T), a
-/// Hessian O(T^2).
+/// and h_k = h_0 + sum_{j < k} u_j turns derivatives in h into suffix sums. A gradient costs O(T),
+/// a Hessian O(T^2).
 class SequentialChauffeur final : public ipminmax::Problem {
  public:
   using Index = ipminmax::Index;

@@ -9,9 +9,9 @@
 
 namespace ipminmax {
 
-/// Dense Bunch-Kaufman factorization with rook pivoting (LAPACK dsytrf_rook) of the equilibrated matrix S A S, S diagonal
-/// with powers of two: no rounding, and "tiny" has a meaning for rows of very different size.
-/// A pivot counts as zero when it is within rounding of zero there.
+/// Dense Bunch-Kaufman factorization with rook pivoting (LAPACK dsytrf_rook) of the equilibrated
+/// matrix S A S, S diagonal with powers of two: no rounding, and "tiny" has a meaning for rows of
+/// very different size. A pivot counts as zero when it is within rounding of zero there.
 class LapackSolver final : public SymmetricSolver {
  public:
   [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix,

@@ -45,8 +45,9 @@ class LdltSolver final : public SymmetricSolver {
   void inverse_product(const SparseColumns& b, std::span<double> product) override;
   [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
   [[nodiscard]] Factorization factorize_with(const SymmetricMatrix& matrix, double gamma);
-  /// What factorize takes by itself. As pivot of a multiplier's zero diagonal gamma leaves J'J / gamma
-  /// in the rows of the variables: too small a gamma costs their digits, too large a one accuracy.
+  /// What factorize takes by itself. As pivot of a multiplier's zero diagonal gamma leaves J'J /
+  /// gamma in the rows of the variables: too small a gamma costs their digits, too large a one
+  /// accuracy.
   [[nodiscard]] double suitable_gamma(const SymmetricMatrix& matrix) const;
   [[nodiscard]] bool increase_quality() override { return false; }
   void reset_quality() override {}

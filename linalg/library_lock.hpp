@@ -38,8 +38,8 @@ class LibraryLock {
     }();
     return process_wide;
   }
-  /// Made when the library is loaded: a fork while another thread is inside the first call would leave
-  /// the child with a mutex that is for ever about to be made.
+  /// Made when the library is loaded: a fork while another thread is inside the first call would
+  /// leave the child with a mutex that is for ever about to be made.
   inline static const bool made_ = (static_cast<void>(mutex()), true);
   static void* storage() {
     alignas(Mutex) static std::array<unsigned char, sizeof(Mutex)> bytes;

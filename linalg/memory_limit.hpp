@@ -10,10 +10,10 @@ namespace ipminmax {
 [[nodiscard]] double available_memory(double max_process_bytes);
 
 /// Bytes that the memory limits of control groups leave: those of the groups that groups_file lists
-/// (as /proc/self/cgroup) and of all above them; infinite without a limit, negative beyond one. Pages of
-/// files that nobody uses count as free. root: where the groups are mounted, version 2 or, in
-/// root/memory, version 1. Inside a container the path of the own group may not exist; its root then is
-/// the group.
+/// (as /proc/self/cgroup) and of all above them; infinite without a limit, negative beyond one.
+/// Pages of files that nobody uses count as free. root: where the groups are mounted, version 2 or,
+/// in root/memory, version 1. Inside a container the path of the own group may not exist; its root
+/// then is the group.
 [[nodiscard]] double left_in_control_groups(const std::string& groups_file,
                                             const std::string& root);
 

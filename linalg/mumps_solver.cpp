@@ -231,14 +231,20 @@ Analysis MumpsSolver::analyze_with_values(const SymmetricMatrix& matrix) {
   return analysis;
 }
 
-/// After a factorization that took many more operations than predicted: another analysis, with the
-/// values at hand, where it promises fewer; the ordering that did better is kept. INFOG(1).
-int MumpsSolver::compare_with_values(const SymmetricMatrix& matrix, int status) {
+/// Whether the last factorization, or what there was room for, took so many more operations than
+/// predicted that another ordering is worth a try.
+bool MumpsSolver::has_many_delays(const SymmetricMatrix& matrix) const {
   const double flops = instance_->rinfog(3);  // done, where rinfog(1) was predicted
-  const bool many = flops > kManyDelays * std::max(expected_flops_, analysis_.flops) &&
-                    flops > worthwhile_flops(matrix);
-  if (options_.ordering != Ordering::Best || !many || comparisons_ == kMostComparisons)
-    return status;
+  return options_.ordering == Ordering::Best && !instance_->mpi &&
+         comparisons_ < kMostComparisons &&
+         flops > kManyDelays * std::max(expected_flops_, analysis_.flops) &&
+         flops > worthwhile_flops(matrix);
+}
+
+/// After such a factorization, or one that was given up: another analysis, with the values at hand,
+/// where it promises fewer operations; the ordering that did better is kept. INFOG(1).
+int MumpsSolver::compare_with_values(const SymmetricMatrix& matrix, int status) {
+  const double flops = instance_->rinfog(3);
   ++comparisons_;
   const int* places = instance_->data.sym_perm;
   std::vector<Index> last_order(places, places + dimension_);
@@ -249,7 +255,8 @@ int MumpsSolver::compare_with_values(const SymmetricMatrix& matrix, int status) 
   by_values_ = true;
   if (analysis_.ok && analysis_.flops < flops) {
     const int other_status = factorize_with_enough_memory();
-    if (other_status >= 0 && instance_->rinfog(3) < flops) {
+    // What was given up would have taken more.
+    if (other_status >= 0 && (status < 0 || instance_->rinfog(3) < flops)) {
       expected_flops_ = instance_->rinfog(3);
       return other_status;
     }
@@ -387,9 +394,10 @@ void MumpsSolver::prepare_factorize(const SymmetricMatrix& matrix) {
   instance_->cntl(1) = pivot_tolerance_;
 }
 
-/// INFOG(1) of the factorization. Retries with more workspace when that was too small, and once
-/// with little when the generous default could not be allocated.
-int MumpsSolver::factorize_with_enough_memory() {
+/// INFOG(1) of the factorization. Retries with more workspace when that was too small, where
+/// gives_up(INFOG(1)) does not end it, and once with little when the generous default could not be
+/// allocated.
+int MumpsSolver::factorize_with_enough_memory(const std::function<bool()>& gives_up) {
   constexpr Index kMaxPercent = 1'000'000;
   bool economize = memory_percent_ > kLeastPercent;
   for (;;) {
@@ -402,6 +410,7 @@ int MumpsSolver::factorize_with_enough_memory() {
       economize = false;
       memory_percent_ = kLeastPercent;
     } else if (wants_more_workspace(status) && memory_percent_ < kMaxPercent) {
+      if (gives_up && gives_up()) return status;
       memory_percent_ = std::max(kLeastPercent, 2 * memory_percent_);
     } else {
       return status;
@@ -419,8 +428,10 @@ Factorization MumpsSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
   }
   if (instance_ == nullptr || !std::isfinite(matrix.max_norm())) return result;
   prepare_factorize(matrix);
-  int status = factorize_with_enough_memory();
-  if (status >= 0 && !instance_->mpi) status = compare_with_values(matrix, status);
+  // Delayed pivots fill the workspace: no more of it before another ordering has been tried.
+  int status = factorize_with_enough_memory([&] { return has_many_delays(matrix); });
+  const bool complete = status >= 0 || wants_more_workspace(status);
+  if (complete && has_many_delays(matrix)) status = compare_with_values(matrix, status);
   if (wants_more_workspace(status) || status == kOutOfMemory) {
     result.status = FactorizationStatus::OutOfMemory;
     return result;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -54,10 +55,11 @@ class MumpsSolver final : public SymmetricSolver {
   [[nodiscard]] Analysis prediction(int status, Ordering ordering) const;
   Analysis analyze_given(Ordering name, std::vector<Index> order);
   Analysis best_analysis(const SymmetricMatrix& matrix);
-  [[nodiscard]] int factorize_with_enough_memory();
+  [[nodiscard]] int factorize_with_enough_memory(const std::function<bool()>& gives_up = {});
   [[nodiscard]] double factorization_bytes(Index percent) const;
   [[nodiscard]] bool has_memory_for(double bytes) const;
   Analysis analyze_with_values(const SymmetricMatrix& matrix);
+  [[nodiscard]] bool has_many_delays(const SymmetricMatrix& matrix) const;
   [[nodiscard]] int compare_with_values(const SymmetricMatrix& matrix, int status);
 
   SymmetricSolverOptions options_;

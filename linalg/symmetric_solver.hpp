@@ -76,15 +76,15 @@ class SymmetricSolver {
   [[nodiscard]] virtual Analysis analyze(const SymmetricMatrix& matrix,
                                          std::span<const std::int8_t> signs) = 0;
 
-  /// Another solver of this kind with the last analysis and its ordering, which are not computed anew;
-  /// null: out of memory. The pattern of matrix is the analyzed one.
+  /// Another solver of this kind with the last analysis and its ordering, which are not computed
+  /// anew; null: out of memory. The pattern of matrix is the analyzed one.
   [[nodiscard]] virtual std::unique_ptr<SymmetricSolver> same_analysis(
       const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const = 0;
 
   [[nodiscard]] virtual Factorization factorize(const SymmetricMatrix& matrix,
                                                 Certainty certainty = Certainty::Certain) = 0;
-  /// After a factorize of the same matrix with Certainty::Usual: its result as it would be with a certain
-  /// inertia, and factors for it. last: what factorize returned.
+  /// After a factorize of the same matrix with Certainty::Usual: its result as it would be with a
+  /// certain inertia, and factors for it. last: what factorize returned.
   [[nodiscard]] virtual Factorization make_certain(const SymmetricMatrix& /*matrix*/,
                                                    const Factorization& last) {
     return last;
@@ -94,8 +94,8 @@ class SymmetricSolver {
   /// factorize on the other part at the same time, which takes so many operations. False: it cannot
   /// or should not, and nothing has changed. Throws std::bad_alloc.
   [[nodiscard]] virtual bool move_to(RankPart /*part*/, double /*flops_beside*/) { return false; }
-  /// After work_at_once: begins what the next factorize of this matrix ends. The matrix must stay as
-  /// it is in between.
+  /// After work_at_once: begins what the next factorize of this matrix ends. The matrix must stay
+  /// as it is in between.
   virtual void begin_factorize(const SymmetricMatrix& /*matrix*/) {}
 
   /// rhs: columns right-hand sides of length dimension one after the other, overwritten by the
@@ -112,8 +112,8 @@ class SymmetricSolver {
   /// True when the next factorize will be more accurate than the last one (larger pivot threshold,
   /// pivoting instead of none); false when nothing better is left.
   [[nodiscard]] virtual bool increase_quality() = 0;
-  /// Only pivoting factorizations from now on, where the solver has the choice. True: the next factorize
-  /// may differ from the last one.
+  /// Only pivoting factorizations from now on, where the solver has the choice. True: the next
+  /// factorize may differ from the last one.
   [[nodiscard]] virtual bool begin_pivoting() { return false; }
   /// Undoes all calls of increase_quality and begin_pivoting; the analysis stays.
   virtual void reset_quality() = 0;
@@ -124,15 +124,16 @@ class SymmetricSolver {
   std::vector<double> block_;  // workspace of inverse_product
 };
 
-/// Whether two analyzed solvers can be factorized at the same time and should be, given the operations of
-/// each. True: they share the ranks from now on, without factors, and begin_factorize of the second serves;
-/// false: nothing has changed.
+/// Whether two analyzed solvers can be factorized at the same time and should be, given the
+/// operations of each. True: they share the ranks from now on, without factors, and begin_factorize
+/// of the second serves; false: nothing has changed.
 [[nodiscard]] bool work_at_once(SymmetricSolver& first, double first_flops, SymmetricSolver& second,
                                 double second_flops);
 
 /// A solver of the given kind. MumpsMpi throws SolverUnavailable from the first analyze on where it
 /// cannot be used. Auto chooses at analyze: LAPACK for tiny matrices, LDL' where the
-/// predicted fill is low, MUMPS otherwise; its increase_quality moves from LDL' to a pivoting solver.
+/// predicted fill is low, MUMPS otherwise; its increase_quality moves from LDL' to a pivoting
+/// solver.
 [[nodiscard]] std::unique_ptr<SymmetricSolver> make_symmetric_solver(
     LinearSolver kind, const SymmetricSolverOptions& options);
 

@@ -1,7 +1,9 @@
 // The bits of every iterate, to prove that a change of the code changes none of them.
 //
-//   iterates FILE             solves the small, multimodal, scalable and Hock-Schittkowski problems
-//                             and writes a line per call of the iteration callback and per result
+//   iterates FILE             solves the small, multimodal, scalable and Hock-Schittkowski problems,
+//                             some of them from many starts, semi-infinite and branching ones with
+//                             copies of y, and writes a line per call of the iteration callback and
+//                             per result
 //   iterates --compare A B    names the first difference of two such files and counts the solves
 //                             that differ; exit code 1 if there is any
 //
@@ -18,13 +20,17 @@
 #include <utility>
 #include <vector>
 
+#include <problems/branching_problems.hpp>
 #include <problems/random_multimodal.hpp>
 #include <problems/scalable_problems.hpp>
+#include <problems/semi_infinite_programs.hpp>
 #include <problems/small_problems.hpp>
 #include <regression/hock_schittkowski.hpp>
 #include <regression/not_minima.hpp>
 #include <regression/scalable_nlp.hpp>
 
+#include "core/multistart.hpp"
+#include "core/robust.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax::testing {
@@ -44,14 +50,32 @@ class Writer {
 
   void run(std::string name, Problem& problem, const SolverOptions& options) {
     std::ranges::replace(name, ' ', '_');
-    const Result result = solve(problem, options, [&](const IterationInfo& info) {
-      std::string kind(1, info.step_kind == ' ' ? '-' : info.step_kind);
-      if (info.restoration) kind += '*';
-      line(name, info.iteration, kind, info.mu, info.result());
-      return true;
-    });
-    line(name, result.iterations, "status_" + std::to_string(static_cast<int>(result.status)),
-         result.mu, result);
+    end(name, solve(problem, options, [&](const IterationInfo& info) { return step(name, info); }));
+  }
+
+  void run_robust(std::string name, Problem& problem, const SolverOptions& options) {
+    std::ranges::replace(name, ' ', '_');
+    SolveObserver observer;
+    observer.on_iteration = [&](const IterationInfo& info) { return step(name, info); };
+    const RobustResult found = solve_robust(problem, options, observer);
+    for (const RobustWorstCase& worst : found.worst_cases) {
+      Result at;
+      at.v = worst.v;
+      at.lambda = {worst.value, worst.multiplier};
+      line(name, worst.constraint, worst.active ? "worst_active" : "worst", 0.0, at);
+    }
+    for (const DistinctPoint& point : found.points) end(name, point.result);
+    end(name, found.result);
+  }
+
+  void run_multistart(std::string name, Problem& problem, const SolverOptions& options) {
+    std::ranges::replace(name, ' ', '_');
+    MultistartObserver observer;
+    observer.on_iteration = [&](Index, const IterationInfo& info) { return step(name, info); };
+    observer.on_result = [&](Index, const Result& result) { end(name, result); };
+    const MultistartResult found = multistart(problem, options, observer);
+    for (const DistinctPoint& point : found.points) end(name, point.result);
+    end(name, found.best);
   }
 
   void close() {
@@ -62,6 +86,16 @@ class Writer {
   }
 
  private:
+  bool step(const std::string& name, const IterationInfo& info) {
+    std::string kind(1, info.step_kind == ' ' ? '-' : info.step_kind);
+    if (info.restoration) kind += '*';
+    line(name, info.iteration, kind, info.mu, info.result());
+    return true;
+  }
+  void end(const std::string& name, const Result& result) {
+    line(name, result.iterations, "status_" + std::to_string(static_cast<int>(result.status)),
+         result.mu, result);
+  }
   void line(const std::string& name, Index iteration, const std::string& what, double mu,
             const Result& at) {
     std::fprintf(file_, "%s %d %s mu %a", name.c_str(), static_cast<int>(iteration), what.c_str(),
@@ -87,6 +121,43 @@ void run_all(Writer& writer, const std::string& name, Problem& problem, const Op
     SolverOptions options;
     change(options);
     writer.run(name + '/' + variant, problem, options);
+  }
+}
+
+/// From many starts, some with worst cases of the points found.
+void write_multistarts(Writer& writer) {
+  for (const auto kind : {MultimodalKind::Box, MultimodalKind::Constrained}) {
+    for (std::uint64_t seed = 21; seed <= 26; ++seed) {
+      const MultimodalProblem many = random_multimodal(kind, 2, 1, seed);
+      AutodiffProblem problem(many.model, many.starts[0]);
+      SolverOptions options;
+      options.minmax_starts = 4;
+      options.minmax_worst_case_starts = seed % 2 == 0 ? 3 : 0;
+      writer.run_multistart(
+          "multistart/" + std::to_string(static_cast<int>(kind)) + '.' + std::to_string(seed),
+          problem, options);
+    }
+  }
+}
+
+/// Robust constraints with their worst cases, and worst cases of f.
+void write_robust(Writer& writer) {
+  for (const SemiInfinite& program : semi_infinite_programs()) {
+    AutodiffProblem problem(model_of(program), start_of(program));
+    SolverOptions options;
+    options.minmax_worst_case_starts = 3;
+    options.minmax_starts = program.start.size() < 3 ? 2 : 1;
+    writer.run_robust(program.name, problem, options);
+  }
+  for (const auto family : {BranchingFamily::Response, BranchingFamily::Network}) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      const BranchingProblem branching = branching_problem(family, 1, seed);
+      AutodiffProblem problem(branching.model, branching.starts[0]);
+      SolverOptions options;
+      options.minmax_worst_case_starts = 4;
+      (seed % 2 == 0 ? options.minmax_epigraph : options.minmax_epigraph_at_kinks) = true;
+      writer.run_robust("branching/" + branching.name, problem, options);
+    }
   }
 }
 
@@ -149,6 +220,8 @@ void write(const std::string& path) {
     const auto problem = family.make(100);
     run_all(writer, family.name, *problem, defaults);
   }
+  write_multistarts(writer);
+  write_robust(writer);
   writer.close();
 }
 

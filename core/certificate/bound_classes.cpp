@@ -10,8 +10,6 @@
 namespace ipminmax {
 namespace {
 
-/// z / s in units above which a bound is guessed active, and its inverse below which inactive.
-constexpr double kStrictRatio = 100.0;
 /// Share of what an active distance (an inactive multiplier) loses with mu that makes a class
 /// certain.
 constexpr double kClearTrend = 0.75;
@@ -115,14 +113,14 @@ double BoundClasses::multiplier(const Iterate& z, Index i) const {
 }
 
 BoundClasses guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
-                           const Iterate& iterate, const Units& units) {
+                           const Iterate& iterate, const Units& units, double strict_ratio) {
   BoundClasses classes = no_classes(canonical);
   for_each_bound(canonical, iterate, [&](Index i, std::int8_t side, double distance, double z) {
     const double ratio = z / distance * units.variable[i] * units.variable[i];
     const double bound = side < 0 ? canonical.lower()[i] : canonical.upper()[i];
-    const bool open = ratio < 1.0 / kStrictRatio && !within_relaxation(distance, bound, options);
+    const bool open = ratio < 1.0 / strict_ratio && !within_relaxation(distance, bound, options);
     include(classes, i, side,
-            ratio > kStrictRatio ? BoundClass::Active
+            ratio > strict_ratio ? BoundClass::Active
             : open               ? BoundClass::Inactive
                                  : BoundClass::Doubtful);
   });

@@ -51,10 +51,12 @@ struct BoundClasses {
 void count_doubtful(const CanonicalProblem& canonical, BoundClasses& classes);
 
 /// By z / s in units: a first guess, which a Newton step has to confirm. A bound no farther than
-/// what it was relaxed by is never inactive.
+/// what it was relaxed by is never inactive. Doubtful where the ratio is no larger than kStrictRatio
+/// and no smaller than its inverse, or another ratio.
+inline constexpr double kStrictRatio = 100.0;
 [[nodiscard]] BoundClasses guess_classes(const CanonicalProblem& canonical,
                                          const SolverOptions& options, const Iterate& iterate,
-                                         const Units& units);
+                                         const Units& units, double strict_ratio = kStrictRatio);
 
 /// Follows the solution to smaller barrier parameters, where the distance of an active bound falls
 /// as mu and its multiplier stays, and the other way round at an inactive one: until every bound

@@ -56,8 +56,24 @@ constexpr Index kToRefute = 3;
 constexpr double kLonger = 10.0;
 /// Curvature, over the margin, of a direction that may be flat.
 constexpr double kFlatTimes = 10.0;
+/// z / s in units at which a bound is guessed to be one or the other, where Newton steps decide.
+constexpr double kEitherRatio = 1.0;
 /// Newton steps towards the solution of a point that is not clear.
 constexpr int kRefinements = 4;
+/// The same where each of them contracts by at most this: as towards a zero of high order, where it
+/// is 1/4 to 0.37.
+constexpr int kMostRefinements = 16;
+constexpr double kCreeping = 0.4;
+/// How often longer units are tried.
+constexpr int kStretches = 2;
+/// What a Newton step has to leave of an entry of W, over its change: 0.6 of f'' is left where it
+/// vanishes with f' and f, whatever the order.
+constexpr double kLeft = 0.3;
+/// Of the error allowed, that multipliers mu / s of open bounds may leave.
+constexpr double kShareOfError = 0.1;
+/// Of a multiplier or distance, left at the solution by which a guess of the bound's class holds:
+/// of a weakly active one nothing but rounding is.
+constexpr double kShareLeft = 1e-3;
 /// Of variables, relative to their sizes here or at the start.
 constexpr double kRounding = 1e-13;
 /// Of a distance to a bound, of steps that are no larger.
@@ -107,10 +123,15 @@ class Certifier {
     InertiaTest test;
     Eigen::VectorXd error;   ///< of W in units
     bool converges = false;  ///< Newton's method, to a solution with these classes
+    bool guessed = false;    ///< some classes are mere guesses: nothing but success counts
     std::optional<Dependences> dependences{};
     /// Curvature that Max's answers give x, once it has been asked for; empty where it is of no
     /// use.
     std::optional<Eigen::VectorXd> answers{};
+    /// Times the lengths: how much farther variables go along directions of little curvature.
+    std::optional<Eigen::VectorXd> stretch{};
+    /// Fewer answers of Max, in which K is tested: where his active gradients depend.
+    std::optional<BoundClasses> narrow{};
   };
   [[nodiscard]] SecondOrder judge(const Point& given);
   [[nodiscard]] Look first_look(const Point& point);
@@ -123,8 +144,13 @@ class Certifier {
   [[nodiscard]] bool refine_and_test(Stage& stage);
   [[nodiscard]] bool test_at_vertices(Stage& stage);
   [[nodiscard]] bool release(Stage& stage);
+  [[nodiscard]] bool revise(Stage& stage);
+  [[nodiscard]] bool guess_holds(const Stage& stage, const Point& given);
   [[nodiscard]] bool weakly_active_are_near(const Stage& stage) const;
   [[nodiscard]] bool measure_answers(Stage& stage, ActiveSetSystem& system);
+  [[nodiscard]] bool confirm(Stage& stage, ActiveSetSystem& system);
+  [[nodiscard]] bool is_right_in_longer_units(Stage& stage, ActiveSetSystem& system);
+  [[nodiscard]] bool is_right(Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool look_for_dependences(Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool independent_or_harmless(Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool settled(const Stage& stage, bool of_max) const;
@@ -138,8 +164,10 @@ class Certifier {
   [[nodiscard]] InnerAnswer answer_alone(const Stage& stage);
   [[nodiscard]] std::vector<bool> droppable(const Dependences& dependences, bool x_held) const;
   [[nodiscard]] bool evaluate(Point& point);
+  [[nodiscard]] bool evaluate_objective(Point& point);
   [[nodiscard]] Units certain_units(const Stage& stage);
-  [[nodiscard]] Iterate solution_of(const Stage& stage) const;
+  [[nodiscard]] Units measured(const Stage& stage, const Evaluation& certain) const;
+  [[nodiscard]] Iterate solution_of(const Stage& stage, Iterate end, double mu) const;
   [[nodiscard]] bool clean(const BoundClasses& classes, Point& point);
   [[nodiscard]] Eigen::VectorXd error_of(const Point& point, const BoundClasses& classes,
                                          const Units& units);
@@ -187,6 +215,13 @@ class Certifier {
   Certificate certificate_;
 };
 
+/// A robust constraint's worst case has to follow x smoothly.
+bool reads_both_players(const CanonicalProblem& canonical) {
+  return std::ranges::any_of(canonical.jacobian(), [&](const auto& entry) {
+    return canonical.min_constraints().contains(entry.row) && canonical.owned_by_max(entry.col);
+  });
+}
+
 /// Whether the matrices of the test are nonsingular at the end of the step as well.
 bool gradients_hold(const NewtonTest& newton, const InertiaTest& test) {
   return newton.inner_turn * test.inner_response <= kTurn &&
@@ -223,7 +258,7 @@ Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const
 /// At most one factorization of each matrix at a clear point, with the margin in it: right with it
 /// is right without.
 Look Certifier::first_look(const Point& point) {
-  const Units units = units_of(canonical_, point.evaluation);
+  const Units units = units_of(canonical_, point.iterate.v, point.evaluation);
   const BoundClasses classes =
       with_idle_held(guess_classes(canonical_, options_, point.iterate, units));
   if (!classes.clear()) return Look::Unclear;
@@ -339,10 +374,11 @@ Eigen::VectorXd Certifier::without_inactive(const BoundClasses& classes,
 /// length.
 Units Certifier::certain_units(const Stage& stage) {
   const Point& point = stage.point;
-  const Eigen::VectorXd answers = stage.answers.value_or(Eigen::VectorXd());
   Evaluation certain = point.evaluation, there = certain;
   for (std::size_t k = 0; k < stage.newton.hessian_change.size(); ++k) {
-    if (std::abs(certain.hessian[k]) < stage.newton.hessian_change[k]) certain.hessian[k] = 0.0;
+    if (std::abs(certain.hessian[k]) < kLeft * stage.newton.hessian_change[k]) {
+      certain.hessian[k] = 0.0;
+    }
   }
   const Eigen::VectorXd size =
       point.iterate.v.cwiseAbs().cwiseMax(canonical_.starting_point().v.cwiseAbs());
@@ -353,7 +389,7 @@ Units Certifier::certain_units(const Stage& stage) {
   if (canonical_.first_derivatives(point.iterate.v + step, there) != EvaluationStatus::Ok ||
       canonical_.second_derivatives(point.iterate.v + step, without_inactive(stage.classes, lambda),
                                     there) != EvaluationStatus::Ok) {
-    return units_of(canonical_, certain, answers);
+    return measured(stage, certain);
   }
   const auto keep = [](double changed, double& value) {
     if (!(std::abs(changed - value) <= std::abs(value))) value = 0.0;
@@ -364,7 +400,15 @@ Units Certifier::certain_units(const Stage& stage) {
   for (std::size_t k = 0; k < certain.jacobian.size(); ++k) {
     keep(there.jacobian[k], certain.jacobian[k]);
   }
-  return units_of(canonical_, certain, answers);
+  return measured(stage, certain);
+}
+
+/// Lengths from what is certain of the derivatives, and from what has been found out about them.
+Units Certifier::measured(const Stage& stage, const Evaluation& certain) const {
+  Units units = units_of(canonical_, stage.point.iterate.v, certain,
+                         stage.answers.value_or(Eigen::VectorXd()));
+  if (stage.stretch) units = stretched(canonical_, certain, std::move(units), *stage.stretch);
+  return units;
 }
 
 /// Takes the multipliers of inactive inequalities, which are the barrier's, out of W.
@@ -395,7 +439,7 @@ void Certifier::examine_curvature(ActiveSetSystem& system, const Point& point,
 
 /// At a point whose active set is not known.
 void Certifier::examine_curvature(const Point& point, const Evaluation* assembled) {
-  const Units units = units_of(canonical_, point.evaluation);
+  const Units units = units_of(canonical_, point.iterate.v, point.evaluation);
   const auto is_held = [&](Index i) {
     return canonical_.x_slacks().contains(i) || canonical_.y_slacks().contains(i);
   };
@@ -433,9 +477,9 @@ Eigen::VectorXd Certifier::error_of(const Point& point, const BoundClasses& clas
   return error;
 }
 
-/// All derivatives at the point's iterate.
+/// All but f at the point's iterate: few of the points on the way are asked for their value.
 bool Certifier::evaluate(Point& point) {
-  return evaluate_values(canonical_, point) == EvaluationStatus::Ok &&
+  return canonical_.constraints(point.iterate.v, point.evaluation.c) == EvaluationStatus::Ok &&
          evaluate_derivatives(canonical_, point) == EvaluationStatus::Ok;
 }
 
@@ -492,6 +536,45 @@ bool Certifier::release(Stage& stage) {
   return clean(stage.classes, stage.point);
 }
 
+/// Guessed classes that the Newton step contradicts change, and the next one begins at its end.
+bool Certifier::revise(Stage& stage) {
+  constexpr double kInside = 1e-2;  // of the distance before, from a bound that was crossed
+  Iterate& end = stage.newton.end.iterate;
+  for (const Index i : stage.newton.contradicted) {
+    const bool crossed = stage.classes[i] == BoundClass::Inactive;
+    if (crossed) {
+      const double distance = stage.classes.distance(canonical_, stage.point.iterate, i);
+      const double move = (1.0 - kInside) * distance;
+      end.v[i] = stage.point.iterate.v[i] + stage.classes.side[at(i)] * move;
+    }
+    stage.classes.of[at(i)] = crossed ? BoundClass::Active : BoundClass::Inactive;
+  }
+  const auto above = [&](Index i) { return canonical_.above_lower(i, end.v[i]) > 0.0; };
+  const auto below = [&](Index i) { return canonical_.below_upper(i, end.v[i]) > 0.0; };
+  if (!std::ranges::all_of(canonical_.lower_bounded(), above) ||
+      !std::ranges::all_of(canonical_.upper_bounded(), below)) {
+    return false;
+  }
+  stage.point.iterate = end;
+  if (!evaluate(stage.point) || !clean(stage.classes, stage.point)) return false;
+  stage.units = certain_units(stage);
+  return true;
+}
+
+/// Whether the bounds are clearly what they were guessed to be at the solution, and that is reported.
+bool Certifier::guess_holds(const Stage& stage, const Point& given) {
+  const Iterate& end = stage.newton.end.iterate;
+  for (Index i = 0; i < canonical_.variables(); ++i) {
+    if (stage.classes.side[at(i)] == 0) continue;
+    const bool active = stage.classes[i] == BoundClass::Active;
+    const auto left = [&](const Iterate& z) {
+      return active ? stage.classes.multiplier(z, i) : stage.classes.distance(canonical_, z, i);
+    };
+    if (!(left(end) >= kShareLeft * left(given.iterate))) return false;
+  }
+  return reports_solution(stage, given);
+}
+
 /// The cone of directions into weakly active bounds of Min tells of a solution at these bounds.
 /// False: there are none, or they are farther than what is returned may be from the solution.
 bool Certifier::weakly_active_are_near(const Stage& stage) const {
@@ -524,48 +607,97 @@ bool Certifier::measure_answers(Stage& stage, ActiveSetSystem& system) {
   return any;
 }
 
+/// Directions of little curvature lead variables farther than their lengths, where stiff curvature
+/// or constraints make others follow: in lengths as long the change of W along them, and how far
+/// gradients turn, are seen as small as they are. The margin asked for stays what it was.
+bool Certifier::is_right_in_longer_units(Stage& stage, ActiveSetSystem& system) {
+  if (!may_factorize(2 + kToConfirm)) return false;
+  Stage trial = stage;
+  trial.stretch = stretch_of_little_curvature(system);
+  if (!(max_norm(*trial.stretch) > kLonger)) return false;
+  trial.units = certain_units(trial);
+  ActiveSetSystem longer(canonical_, kkt_, trial.classes, trial.units, trial.point.evaluation);
+  if (!confirm(trial, longer) || !is_right(trial, longer)) return false;
+  stage = std::move(trial);
+  return true;
+}
+
+/// The Newton step, and the error of W over it.
+bool Certifier::confirm(Stage& stage, ActiveSetSystem& system) {
+  system.assemble(ActiveSetSystem::kSufficient);
+  stage.error = error_of(stage.point, stage.classes, stage.units);
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
+    return solve_accurately(kkt_, system.assembled(), rhs, step);
+  };
+  stage.converges = newton_confirms(system, stage.point, solve, stage.newton);
+  if (stage.newton.done) stage.error += stage.newton.error;
+  return stage.converges;
+}
+
+/// Whether the matrices are right for every W within the error, over the whole step.
+bool Certifier::is_right(Stage& stage, ActiveSetSystem& system) {
+  Eigen::VectorXd error = stage.error;
+  if (stage.stretch) {
+    error.array() += margin(1.0) * (stage.stretch->array().square() - 1.0);
+  }
+  if (stage.narrow) {
+    ActiveSetSystem narrow(canonical_, kkt_, *stage.narrow, stage.units, stage.point.evaluation);
+    stage.test = survives_narrowed(system, narrow, error, margin(1.0));
+    if (!stage.test.both() || !gradients_hold(stage.newton, stage.test)) return false;
+    examine_curvature(narrow, stage.point,
+                      without_inactive(stage.classes, stage.point.iterate.lambda));
+    return true;
+  }
+  stage.test = survives(system, error, margin(1.0));
+  if (!stage.test.both() && weakly_active_are_near(stage) && may_factorize(1)) {
+    stage.test = survives_in_cone(system, error, margin(1.0), stage.test);
+  }
+  if (!stage.test.both() || !gradients_hold(stage.newton, stage.test)) return false;
+  examine_curvature(system, stage.point,
+                    without_inactive(stage.classes, stage.point.iterate.lambda));
+  return true;
+}
+
 /// Newton's method towards the solution of the active set's equations, until what W changes by on
 /// the way is less than its curvature. False: not seen.
 bool Certifier::refine_and_test(Stage& stage) {
+  bool steady = true;
+  int stretches = kStretches;
   for (int round = 0;; ++round) {
     if (!may_factorize(round == 0 ? 1 : kToConfirm)) return false;
     ActiveSetSystem system(canonical_, kkt_, stage.classes, stage.units, stage.point.evaluation);
-    system.assemble(ActiveSetSystem::kSufficient);
-    stage.error = error_of(stage.point, stage.classes, stage.units);
-    const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
-      return solve_accurately(kkt_, system.assembled(), rhs, step);
-    };
-    stage.converges = newton_confirms(system, stage.point, solve, stage.newton);
+    static_cast<void>(confirm(stage, system));
     if (release(stage)) {
       --round;
       continue;
     }
-    if (stage.newton.done) stage.error += stage.newton.error;
-    if (stage.converges) {
-      stage.test = survives(system, stage.error, margin(1.0));
-      if (!stage.test.both() && weakly_active_are_near(stage) && may_factorize(1)) {
-        stage.test = survives_in_cone(system, stage.error, margin(1.0), stage.test);
-      }
-      if (stage.test.both() && gradients_hold(stage.newton, stage.test)) {
-        examine_curvature(system, stage.point,
-                          without_inactive(stage.classes, stage.point.iterate.lambda));
-        return independent_or_harmless(stage, system);
-      }
-    }
+    if (stage.converges && is_right(stage, system)) return independent_or_harmless(stage, system);
     const bool right = stage.converges && stage.test.both();
-    if (stage.converges && stage.test.inner && !stage.test.full && measure_answers(stage, system)) {
+    if (stage.guessed && !stage.newton.classes_hold) {
+      if (!stage.newton.done || round == kRefinements || !revise(stage)) return false;
+      continue;
+    }
+    if (!stage.guessed && stage.converges && stage.test.inner && !right &&
+        measure_answers(stage, system)) {
       --round;
       continue;
     }
+    if (stage.converges && stretches > 0) {
+      --stretches;
+      if (is_right_in_longer_units(stage, system)) return independent_or_harmless(stage, system);
+    }
     // Where all but how far the gradients turn is right the next point settles that.
-    if (!right && look_for_dependences(stage, system)) {
+    if (!stage.guessed && !right && look_for_dependences(stage, system)) {
       round = -1;
       continue;
     }
     if (!stage.newton.done) return false;
     const bool there =
         max_norm(stage.newton.error) <= margin(1.0) && gradients_hold(stage.newton, stage.test);
-    if (there || !stage.newton.classes_hold || round == kRefinements) return false;
+    // Newton's method creeps to where derivatives nearly vanish together.
+    steady = steady && !stage.converges && stage.newton.contraction <= kCreeping;
+    if (there || !stage.newton.classes_hold) return false;
+    if (round == (steady ? kMostRefinements : kRefinements)) return false;
     stage.point.iterate = stage.newton.end.iterate;
     if (!evaluate(stage.point)) return false;
     stage.units = certain_units(stage);
@@ -573,19 +705,22 @@ bool Certifier::refine_and_test(Stage& stage) {
 }
 
 /// Where active gradients depend on each other, the test with one choice of multipliers is enough
-/// for Min.
+/// for Min, and for Max to say that y is strictly best.
 bool Certifier::test_at_vertices(Stage& stage) {
   if (canonical_.constraints() == 0 || !may_factorize(1 + kToConfirm)) return false;
   ActiveSetSystem system(canonical_, kkt_, stage.classes, stage.units, stage.point.evaluation);
   system.assemble({.min_fixed = true, .max_fixed = true});
   const Dependences dependences = find_dependences(canonical_, system, stage.point, options_);
   stage.classes.redundant = droppable(dependences, !has_x());
-  for (Vertex& vertex : vertices_of_multipliers(system, stage.point, dependences, options_)) {
+  const bool max = !has_x() || (has_y() && !dependences.independent(canonical_, true) &&
+                                !reads_both_players(canonical_));
+  for (Vertex& vertex : vertices_of_multipliers(system, stage.point, dependences, options_, max)) {
     if (!may_factorize(kToConfirm)) return false;
     Stage trial;
     trial.point = stage.point;
     trial.point.iterate = std::move(vertex.iterate);
     trial.classes = std::move(vertex.classes);
+    trial.narrow = std::move(vertex.narrow);
     if (!evaluate(trial.point) || !clean(trial.classes, trial.point)) continue;
     trial.units = certain_units(trial);
     trial.dependences = dependences;
@@ -594,6 +729,7 @@ bool Certifier::test_at_vertices(Stage& stage) {
     certificate_.licq_min = stage.dependences->independent(canonical_, false);
     certificate_.licq_max = stage.dependences->independent(canonical_, true);
     certificate_.weakly_active_min = stage.classes.weak_min;
+    certificate_.weakly_active_max = stage.classes.weak_max;
     return true;
   }
   return false;
@@ -625,20 +761,23 @@ bool Certifier::settled(const Stage& stage, bool of_max) const {
   return stage.dependences->complete && std::ranges::none_of(stage.dependences->found, open);
 }
 
-/// The iterate at the end of the test's Newton steps, with multipliers of open bounds that are mu /
+bool Certifier::evaluate_objective(Point& point) {
+  return canonical_.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok;
+}
+
+/// An iterate on the way of the test's Newton steps, with multipliers of open bounds that are mu /
 /// s.
-Iterate Certifier::solution_of(const Stage& stage) const {
-  Iterate end = stage.point.iterate;
+Iterate Certifier::solution_of(const Stage& stage, Iterate end, double mu) const {
   const auto is_open = [&](Index i, int side) {
     return stage.classes[i] <= BoundClass::Inactive || stage.classes.side[at(i)] != side;
   };
   for (const Index i : canonical_.lower_bounded()) {
     const double distance = canonical_.above_lower(i, end.v[i]);
-    if (is_open(i, -1) && distance > 0.0) end.z_lower[i] = mu_ / distance;
+    if (is_open(i, -1) && distance > 0.0) end.z_lower[i] = mu / distance;
   }
   for (const Index i : canonical_.upper_bounded()) {
     const double distance = canonical_.below_upper(i, end.v[i]);
-    if (is_open(i, 1) && distance > 0.0) end.z_upper[i] = mu_ / distance;
+    if (is_open(i, 1) && distance > 0.0) end.z_upper[i] = mu / distance;
   }
   const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = 0; j < canonical_.constraints(); ++j) {
@@ -660,22 +799,35 @@ bool Certifier::reports_solution(const Stage& stage, const Point& given) {
     return kkt_error(canonical_, p.iterate, p.evaluation, p.dual, options_.s_max).total;
   };
   Point end = stage.point;
-  end.iterate = solution_of(stage);
   const auto inside = [&](const DroppedBound& dropped) {
     return stage.classes.distance(canonical_, end.iterate, dropped.variable) > 0.0;
   };
-  if (std::ranges::all_of(stage.classes.dropped, inside) && evaluate(end) &&
-      error(end) <= std::max(error(reported), options_.tol)) {
+  const double allowed = std::max(error(reported), options_.tol);
+  double left = 0.0;
+  const auto moves_to = [&](const Iterate& reached, double mu) {
+    end.iterate = solution_of(stage, reached, mu);
+    if (!std::ranges::all_of(stage.classes.dropped, inside) || !evaluate(end)) return false;
+    left = error(end);
+    if (!(left <= allowed)) return false;
     moved_ = std::move(end);
+    mu_ = mu;
+    return true;
+  };
+  if (moves_to(stage.point.iterate, mu_)) return true;
+  const Eigen::VectorXd way = stage.point.iterate.v - reported.iterate.v;
+  if (longest(canonical_, way, stage.units) <=
+      kNear * size_of_problem(canonical_, reported.iterate, stage.units)) {
     return true;
   }
-  const Eigen::VectorXd way = stage.point.iterate.v - reported.iterate.v;
-  return longest(canonical_, way, stage.units) <=
-         kNear * size_of_problem(canonical_, reported.iterate, stage.units);
+  // The last step has not been taken yet; then multipliers mu / s may be what is left.
+  const Iterate& last = stage.newton.end.iterate;
+  return moves_to(last, mu_) ||
+         (left > 0.0 && moves_to(last, kShareOfError * allowed / left * mu_));
 }
 
 SecondOrder Certifier::certified(const Stage& stage, const Point& given) {
-  if (!reports_solution(stage, given)) {
+  if ((!stage.guessed && !reports_solution(stage, given)) ||
+      (moved_ && !evaluate_objective(*moved_))) {
     reasons_.add(Kind::NotIsolated, Player::Min,
                  "the solution near by is farther than the point's accuracy allows");
     return SecondOrder::Undecided;
@@ -683,6 +835,7 @@ SecondOrder Certifier::certified(const Stage& stage, const Point& given) {
   certificate_.margin = margin(1.0);
   certificate_.weakly_active_max = stage.classes.weak_max;
   certificate_.answer = stage.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
+  if (stage.narrow) certificate_.answer = InnerAnswer::StrictlyBest;
   reasons_.add_weakly_active(stage.classes);
   if (stage.dependences) reasons_.add_dependences(*stage.dependences);
   return SecondOrder::Satisfied;
@@ -693,19 +846,38 @@ SecondOrder Certifier::examine(const Point& given) {
   kkt_.begin_pivoting();
   Stage stage;
   stage.point = given;
-  stage.units = units_of(canonical_, given.evaluation);
+  stage.units = units_of(canonical_, given.iterate.v, given.evaluation);
   stage.classes = with_idle_held(guess_classes(canonical_, options_, given.iterate, stage.units));
   const bool bounded = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
   bool follow = far_ || !stage.classes.clear();
+  if (follow && !far_) {
+    BoundClasses guess = with_idle_held(
+        guess_classes(canonical_, options_, given.iterate, stage.units, kEitherRatio));
+    if (guess.clear()) {
+      stage.classes = std::move(guess);
+      stage.guessed = true;
+      follow = false;
+    }
+  }
+  const Index before = kkt_.factorizations();
   Stage start;
   for (;;) {
     if (!settle(stage, follow)) return SecondOrder::Undecided;
     start = stage;
     certificate_.weakly_active_min = stage.classes.weak_min;
     certificate_.weakly_active_max = stage.classes.weak_max;
-    if (refine_and_test(stage)) return certified(stage, given);
-    if (follow || !bounded || (stage.newton.done && stage.newton.classes_hold)) break;
-    if (!may_factorize(kToConfirm + 1)) break;
+    if (refine_and_test(stage) && (!stage.guessed || guess_holds(stage, given)))
+      return certified(stage, given);
+    if (stage.guessed) {
+      last_factorization_ += kkt_.factorizations() - before;
+      stage.guessed = stopped_ = false;
+      stage.units = units_of(canonical_, given.evaluation);
+      stage.classes =
+          with_idle_held(guess_classes(canonical_, options_, given.iterate, stage.units));
+    } else if (follow || !bounded || (stage.newton.done && stage.newton.classes_hold) ||
+               !may_factorize(kToConfirm + 1)) {
+      break;
+    }
     follow = true;
     stage.point = given;
     stage.classes.redundant.clear();
@@ -714,6 +886,9 @@ SecondOrder Certifier::examine(const Point& given) {
     stage.newton = {};
   }
   if (test_at_vertices(start)) return certified(start, given);
+  if (stage.point.iterate.v != given.iterate.v && !evaluate_objective(stage.point)) {
+    return SecondOrder::Undecided;
+  }
   return judge_without_certificate(stage);
 }
 

@@ -79,7 +79,7 @@ class ActiveSetNewton {
  private:
   [[nodiscard]] bool first_step();
   void place_slacks();
-  [[nodiscard]] bool classes_hold(std::vector<Index>& pulled_off) const;
+  [[nodiscard]] bool classes_hold(NewtonTest& test) const;
   void choose_trial();
   [[nodiscard]] bool compare(NewtonTest& test);
   [[nodiscard]] bool inequalities_stay_open(const Eigen::VectorXd& c) const;
@@ -186,7 +186,7 @@ Eigen::VectorXd ActiveSetNewton::forces() const {
   return force;
 }
 
-bool ActiveSetNewton::classes_hold(std::vector<Index>& pulled_off) const {
+bool ActiveSetNewton::classes_hold(NewtonTest& test) const {
   const BoundClasses& classes = system_.classes();
   const Eigen::VectorXd force = forces();
   bool hold = true;
@@ -197,22 +197,26 @@ bool ActiveSetNewton::classes_hold(std::vector<Index>& pulled_off) const {
     const double after = -side * canonical_.sign(i) * force[i];
     if (classes[i] == BoundClass::Active) {
       hold = hold && std::abs(after - before) <= kConfirmed * before;
+      if (!(after > 0.0)) test.contradicted.push_back(i);
     } else if (canonical_.owned_by_max(i)) {
-      if (after < -before) pulled_off.push_back(i);  // else zero, as far as can be told
+      if (after < -before) test.pulled_off.push_back(i);  // else zero, as far as can be told
     }
   }
-  hold = hold && pulled_off.empty();
-  const auto stays_away = [&](Index i, double towards, double distance) {
-    if (classes[i] == BoundClass::Inactive) hold = hold && towards <= kConfirmed * distance;
+  hold = hold && test.pulled_off.empty();
+  const auto stays_away = [&](Index i, int side, double towards, double distance) {
+    if (classes[i] == BoundClass::Inactive) {
+      hold = hold && towards <= kConfirmed * distance;
+      if (!(towards < distance) && classes.side[at(i)] == side) test.contradicted.push_back(i);
+    }
     if (classes[i] == BoundClass::Dropped) {
       hold = hold && (1.0 + kLeft) * towards <= distance + classes.allowed_violation(i);
     }
   };
   for (const Index i : canonical_.lower_bounded()) {
-    stays_away(i, -dv_[i], canonical_.above_lower(i, iterate_.v[i]));
+    stays_away(i, -1, -dv_[i], canonical_.above_lower(i, iterate_.v[i]));
   }
   for (const Index i : canonical_.upper_bounded()) {
-    stays_away(i, dv_[i], canonical_.below_upper(i, iterate_.v[i]));
+    stays_away(i, 1, dv_[i], canonical_.below_upper(i, iterate_.v[i]));
   }
   return hold;
 }
@@ -364,7 +368,7 @@ NewtonTest ActiveSetNewton::run() {
   NewtonTest test;
   if (!first_step()) return test;
   test.step = length(dv_);
-  test.classes_hold = classes_hold(test.pulled_off);
+  test.classes_hold = classes_hold(test);
   choose_trial();
   test.done = compare(test);
   place_end(test.end.iterate);

@@ -11,8 +11,10 @@ namespace {
 constexpr double kRelaxation = 1e-10;
 /// Share of a right-hand side in the null space below which nothing is left of that.
 constexpr double kNothingLeft = 1e-4;
-constexpr double kDependent = 1e-7;   // length of the combination of rows of length one
-constexpr double kNoGradient = 1e-9;  // of a row over its length with active bounds, or absolute
+/// Length of the combination of rows of length one; of a row in free variables over its whole length,
+/// or absolute.
+constexpr double kDependent = 1e-7;
+constexpr double kNoGradient = 1e-9;  // of a row in units
 constexpr int kMostFound = 32;
 constexpr int kTrials = 3;
 constexpr int kShorter = 4;  // times a tenth, where the model is undefined
@@ -71,7 +73,7 @@ void DependenceSearch::normalize() {
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     const double length = std::sqrt(free[j]);
     const double full = std::sqrt(all[j]);
-    const bool none = length <= kNoGradient * std::max(full, 1.0);
+    const bool none = length <= kDependent * std::max(full, 1.0);
     factor_[j] = none ? 0.0 : 1.0 / length;
   }
   for (std::size_t k = 0; k < rows_.jacobian.size(); ++k) {

@@ -33,7 +33,7 @@ bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu,
   }
   alpha = largest_step(canonical, point.iterate, step, tau);
   advance(canonical, step, alpha, point.iterate);
-  return evaluate_values(canonical, point) == EvaluationStatus::Ok &&
+  return canonical.constraints(point.iterate.v, point.evaluation.c) == EvaluationStatus::Ok &&
          evaluate_derivatives(canonical, point) == EvaluationStatus::Ok;
 }
 

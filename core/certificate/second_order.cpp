@@ -67,6 +67,18 @@ InertiaTest test_inner(ActiveSetSystem& system, const Eigen::VectorXd& error, do
   return test;
 }
 
+/// For the minimizer the worst W has - error everywhere, for then phi'' = W_xx - W_xy W_yy^-1 W_yx (on
+/// the tangent spaces) is smallest. assembled: already, with these values.
+void test_full(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin, bool assembled,
+               InertiaTest& test) {
+  KktSystem& kkt = system.kkt();
+  if (!assembled) system.assemble(ActiveSetSystem::kSufficient, error, -1.0, 1.0);
+  test.full = kkt.has_expected_inertia(kkt.factorize(worst_case(margin)));
+  if (!test.full) return;
+  test.full_response = response(system, false);
+  test.full = kkt.pivots() || std::isfinite(test.full_response);
+}
+
 }  // namespace
 
 Eigen::VectorXd curvature_of_answers(ActiveSetSystem& system) {
@@ -106,18 +118,50 @@ InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error
 }
 
 InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin) {
-  KktSystem& kkt = system.kkt();
   const bool same_values = error.size() == 0 && system.classes().weak_max == 0;
   InertiaTest test = test_inner(system, error, margin, same_values);
-  if (!test.inner) return test;
-  // For the minimizer it has - error everywhere, for then phi'' = W_xx - W_xy W_yy^-1 W_yx (on the
-  // tangent spaces) is smallest.
-  if (!same_values) system.assemble(ActiveSetSystem::kSufficient, error, -1.0, 1.0);
-  test.full = kkt.has_expected_inertia(kkt.factorize(worst_case(margin)));
-  if (!test.full) return test;
-  test.full_response = response(system, false);
-  test.full = kkt.pivots() || std::isfinite(test.full_response);
+  if (test.inner) test_full(system, error, margin, same_values, test);
   return test;
+}
+
+InertiaTest survives_narrowed(ActiveSetSystem& system, ActiveSetSystem& narrow,
+                              const Eigen::VectorXd& error, double margin) {
+  InertiaTest test = test_inner(system, error, margin, false);
+  if (test.inner) test_full(narrow, error, margin, false, test);
+  return test;
+}
+
+Eigen::VectorXd stretch_of_little_curvature(ActiveSetSystem& system) {
+  const CanonicalProblem& canonical = system.canonical();
+  KktSystem& kkt = system.kkt();
+  Eigen::VectorXd factors = Eigen::VectorXd::Ones(canonical.variables());
+  const NewtonResidual rhs = generic_right_hand_side(system);
+  const auto include = [&](bool inner) {
+    Step step = zero_step(canonical);
+    const bool solved = inner ? kkt.solve_inner(system.assembled(), rhs, step)
+                              : kkt.solve(system.assembled(), rhs, step);
+    if (!solved || !step.v.allFinite()) return;
+    const IndexRange own[] = {canonical.x(), canonical.y()};
+    double largest = 1.0;
+    for (const IndexRange range : own) {
+      for (Index i = range.begin; i < range.end; ++i)
+        largest = std::max(largest, std::abs(step.v[i]));
+    }
+    for (const IndexRange range : own) {
+      if (inner && range.begin == canonical.x().begin) continue;
+      for (Index i = range.begin; i < range.end; ++i) {
+        factors[i] = std::max(factors[i], std::abs(step.v[i]) / std::sqrt(largest));
+      }
+    }
+  };
+  system.assemble({.min_fixed = false, .max_fixed = true});
+  if (canonical.y().size() > 0 && kkt.factorize_inner({}).status == FactorizationStatus::Ok) {
+    include(true);
+  }
+  if (canonical.x().size() > 0 && kkt.factorize({}).status == FactorizationStatus::Ok) {
+    include(false);
+  }
+  return factors;
 }
 
 InertiaTest survives_in_cone(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,

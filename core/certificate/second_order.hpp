@@ -19,6 +19,10 @@ struct InertiaTest {
 /// K is left factorized with the margin in it (and the error, if there is one).
 [[nodiscard]] InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error,
                                    double margin);
+/// The same with K from another system, in which Max has fewer answers: phi is at least what these
+/// give.
+[[nodiscard]] InertiaTest survives_narrowed(ActiveSetSystem& system, ActiveSetSystem& narrow,
+                                            const Eigen::VectorXd& error, double margin);
 /// The same where doubtful bounds of Min are exactly active, with multiplier zero or not: his
 /// critical directions lead into them, and the curvature along these has to be right
 /// (copositivity). inner: what survives found of K_yy.
@@ -31,6 +35,9 @@ struct InertiaTest {
 /// with N what couples it to y and Max's rows. Empty: K_yy is singular, or these are too many
 /// variables.
 [[nodiscard]] Eigen::VectorXd curvature_of_answers(ActiveSetSystem& system);
+/// How much longer than the system's lengths those are that variables go along directions of
+/// little curvature, where others follow: per canonical variable, at least 1. Two factorizations.
+[[nodiscard]] Eigen::VectorXd stretch_of_little_curvature(ActiveSetSystem& system);
 /// The shift that survives factorizes K with.
 [[nodiscard]] Regularization worst_case(double margin);
 

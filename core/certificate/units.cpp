@@ -11,6 +11,8 @@ constexpr double kUnknown = 0.0;
 /// Rounds in which units spread from variable to variable.
 constexpr int kRounds = 16;
 constexpr int kSweeps = 4;
+/// Term of one variable in an equation over the largest of the others.
+constexpr double kMostCompensated = 10.0;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -48,9 +50,27 @@ class RowNorms {
   const bool max_;
 };
 
+/// Where a coupling of two variables of one player exceeds 1, a small diagonal entry has given one
+/// of them too much: the one whose length is the larger beside the variable's own size.
+void cut_longer_of_pairs(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max,
+                         const Eigen::VectorXd& size, Eigen::VectorXd& d) {
+  Eigen::VectorXd cut = Eigen::VectorXd::Ones(d.size());
+  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
+    const auto [i, j] = canonical.hessian()[k];
+    if (i == j || canonical.owned_by_max(i) != max || canonical.owned_by_max(j) != max) continue;
+    const double entry = std::abs(evaluation.hessian[k]) * d[i] * d[j];
+    if (!(entry > 1.0) || size[i] == 0.0 || size[j] == 0.0) continue;
+    const double ratio = (d[i] / size[i]) / (d[j] / size[j]);
+    if (ratio > 1.0) cut[i] = std::max(cut[i], std::min(entry, ratio));
+    if (ratio < 1.0) cut[j] = std::max(cut[j], std::min(entry, 1.0 / ratio));
+  }
+  d = d.cwiseQuotient(cut).eval();
+}
+
 /// The block of one player: diagonal entries first, then rows without one by what couples them.
 void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max,
-                       const Eigen::VectorXd& answers, Eigen::VectorXd& d) {
+                       const Eigen::VectorXd& size, const Eigen::VectorXd& answers,
+                       Eigen::VectorXd& d) {
   const RowNorms row_norms(canonical, evaluation, max);
   Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(d.size());
   for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
@@ -84,6 +104,7 @@ void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& eval
       if (d[m] == kUnknown) d[m] = half;
     }
   }
+  cut_longer_of_pairs(canonical, evaluation, max, size, d);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     const Eigen::VectorXd norms = row_norms(d, true);
     for (Index i = 0; i < d.size(); ++i) {
@@ -114,9 +135,10 @@ void constraint_norms(const CanonicalProblem& canonical, const Evaluation& evalu
   }
 }
 
-/// Variables without curvature, from the constraints that tie them to others.
-void spread_by_constraints(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                           Eigen::VectorXd& d) {
+/// Variables without curvature, from the constraints that tie them to others, but no less than their
+/// own size: a short one comes from an entry that vanishes.
+void spread_by_constraints(const CanonicalProblem& canonical, const Eigen::VectorXd& size,
+                           const Evaluation& evaluation, Eigen::VectorXd& d) {
   Eigen::VectorXd rows(canonical.constraints()), columns(d.size());
   for (int round = 0; round < kRounds; ++round) {
     constraint_norms(canonical, evaluation, d, rows);
@@ -131,6 +153,7 @@ void spread_by_constraints(const CanonicalProblem& canonical, const Evaluation& 
       if (columns[i] == 0.0) continue;
       d[i] = inverse(columns[i]);
       found = found || d[i] != kUnknown;
+      if (d[i] != kUnknown) d[i] = std::max(d[i], size[i]);
     }
     if (!found) break;
   }
@@ -139,23 +162,77 @@ void spread_by_constraints(const CanonicalProblem& canonical, const Evaluation& 
   }
 }
 
-}  // namespace
+/// An equation ties its owner's variables to others: a length beside which those are nothing is cut
+/// to what they can make up for, or to the variable's own size. Each equation cuts one length, as it
+/// determines one variable.
+void cut_by_equations(const CanonicalProblem& canonical, const Eigen::VectorXd& size,
+                      const Evaluation& evaluation, Eigen::VectorXd& d) {
+  struct Terms {
+    double largest = 0.0, second = 0.0;
+    Index variable = -1;  ///< of the largest
+  };
+  const auto slack_of = canonical.slack_of_constraint();
+  std::vector<bool> used(at(canonical.constraints()), false);
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<Terms> rows(used.size());
+    for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+      const auto [row, col] = canonical.jacobian()[k];
+      if (used[at(row)] || slack_of[at(row)] >= 0) continue;
+      Terms& terms = rows[at(row)];
+      const double term = std::abs(evaluation.jacobian[k]) * d[col];
+      if (term > terms.largest) {
+        terms = {.largest = term, .second = terms.largest, .variable = col};
+      } else {
+        terms.second = std::max(terms.second, term);
+      }
+    }
+    bool any = false;
+    for (std::size_t j = 0; j < rows.size(); ++j) {
+      const auto& [largest, second, i] = rows[j];
+      if (!(second > 0.0) || largest <= kMostCompensated * second) continue;
+      const bool of_max = canonical.max_constraints().contains(static_cast<Index>(j));
+      if (canonical.owned_by_max(i) != of_max) continue;
+      d[i] = std::min(d[i], std::max(d[i] * second / largest, size[i]));
+      used[j] = any = true;
+    }
+    if (!any) break;
+  }
+}
 
-Units units_of(const CanonicalProblem& canonical, const Evaluation& evaluation,
-               const Eigen::VectorXd& answers) {
-  Units units{Eigen::VectorXd::Constant(canonical.variables(), kUnknown),
-              Eigen::VectorXd::Ones(canonical.constraints())};
-  equilibrate_block(canonical, evaluation, true, answers, units.variable);
-  equilibrate_block(canonical, evaluation, false, answers, units.variable);
-  if (answers.size() > 0) cut_coupling(canonical, evaluation, units.variable);
-  spread_by_constraints(canonical, evaluation, units.variable);
+/// Rows of length about one, and slacks of their length.
+void measure_rows(const CanonicalProblem& canonical, const Evaluation& evaluation, Units& units) {
   Eigen::VectorXd norms(canonical.constraints());
   constraint_norms(canonical, evaluation, units.variable, norms);
   const auto slack_of = canonical.slack_of_constraint();
   for (Index j = 0; j < canonical.constraints(); ++j) {
-    if (const double unit = inverse(norms[j]); unit != kUnknown) units.constraint[j] = unit;
+    const double unit = inverse(norms[j]);
+    units.constraint[j] = unit == kUnknown ? 1.0 : unit;
     if (slack_of[at(j)] >= 0) units.variable[slack_of[at(j)]] = 1.0 / units.constraint[j];
   }
+}
+
+}  // namespace
+
+Units units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+               const Evaluation& evaluation, const Eigen::VectorXd& answers) {
+  Units units{Eigen::VectorXd::Constant(canonical.variables(), kUnknown),
+              Eigen::VectorXd::Ones(canonical.constraints())};
+  const Eigen::VectorXd size = v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
+  equilibrate_block(canonical, evaluation, true, size, answers, units.variable);
+  equilibrate_block(canonical, evaluation, false, size, answers, units.variable);
+  if (answers.size() > 0) cut_coupling(canonical, evaluation, units.variable);
+  spread_by_constraints(canonical, size, evaluation, units.variable);
+  cut_by_equations(canonical, size, evaluation, units.variable);
+  measure_rows(canonical, evaluation, units);
+  return units;
+}
+
+Units stretched(const CanonicalProblem& canonical, const Evaluation& evaluation, Units units,
+                const Eigen::VectorXd& factors) {
+  for (const IndexRange own : {canonical.x(), canonical.y()}) {
+    for (Index i = own.begin; i < own.end; ++i) units.variable[i] *= factors[i];
+  }
+  measure_rows(canonical, evaluation, units);
   return units;
 }
 

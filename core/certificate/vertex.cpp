@@ -155,13 +155,37 @@ bool are_active(const BoundClasses& classes, const NullVector& t) {
   return true;
 }
 
+/// With all variables in the rows of the null vectors held, and these rows left out.
+BoundClasses narrowed(const ActiveSetSystem& system, BoundClasses classes,
+                      const std::vector<NullVector>& all) {
+  const CanonicalProblem& canonical = system.canonical();
+  std::vector<bool>& left_out = classes.redundant;
+  left_out.resize(at(canonical.constraints()), false);
+  const auto hold = [&](Index i) {
+    classes.of[at(i)] = BoundClass::Active;
+    classes.side[at(i)] = 0;
+  };
+  for (const NullVector& t : all) {
+    for (Index j = 0; j < t.rows.size(); ++j) {
+      if (t.rows[j] != 0.0) left_out[at(j)] = true;
+    }
+    for (Index i = canonical.y().begin; i < canonical.y().end; ++i) {
+      if (t.bounds[i] != 0.0) hold(i);
+    }
+  }
+  for (const auto& [row, col] : canonical.jacobian()) {
+    if (left_out[at(row)] && canonical.owned_by_max(col)) hold(col);
+  }
+  count_doubtful(canonical, classes);
+  return classes;
+}
+
 }  // namespace
 
 std::vector<Vertex> vertices_of_multipliers(const ActiveSetSystem& system, const Point& point,
                                             const Dependences& dependences,
-                                            const SolverOptions& options) {
+                                            const SolverOptions& options, bool max) {
   const CanonicalProblem& canonical = system.canonical();
-  const bool max = canonical.x().size() == 0;
   std::vector<NullVector> all, redundant;
   for (const Dependence& dependence : dependences.found) {
     if (canonical.max_constraints().contains(dependence.row) != max) continue;
@@ -188,7 +212,9 @@ std::vector<Vertex> vertices_of_multipliers(const ActiveSetSystem& system, const
     // A row is redundant beside bounds that hold alone.
     const bool hold = std::ranges::all_of(
         redundant, [&](const NullVector& t) { return are_active(vertex.classes, t); });
-    if (hold) found.push_back(std::move(vertex));
+    if (!hold) continue;
+    if (max && canonical.x().size() > 0) vertex.narrow = narrowed(system, vertex.classes, all);
+    found.push_back(std::move(vertex));
   }
   return found;
 }

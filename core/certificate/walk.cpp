@@ -10,6 +10,7 @@ constexpr int kCorrections = 6;
 // Of a residual over length^2, in a valley over length: needs no correction; is accepted.
 constexpr double kNegligible = 1e-6, kSmall = 1e-2;
 constexpr double kNegligibleInValley = 1e-9, kSmallInValley = 1e-8;
+constexpr double kHopeless = 100.0;  // residual expected at the end, over what is accepted
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -49,9 +50,9 @@ bool Walk::is_inside(const Eigen::VectorXd& v, const Eigen::VectorXd& c) const {
                              [&](Index i) { return at_end[i] <= canonical_.upper()[i]; });
 }
 
+/// Without f, which corrections do not need.
 bool Walk::evaluate(Trial& trial) {
-  return canonical_.values(trial.v, trial.evaluation.f, trial.evaluation.c) ==
-             EvaluationStatus::Ok &&
+  return canonical_.constraints(trial.v, trial.evaluation.c) == EvaluationStatus::Ok &&
          canonical_.first_derivatives(trial.v, trial.evaluation) == EvaluationStatus::Ok;
 }
 
@@ -122,12 +123,20 @@ Walk::End Walk::take(const Eigen::VectorXd& step, double length) {
   Trial trial{point_.iterate.v + length * step, point_.iterate.lambda, point_.evaluation};
   if (!evaluate(trial)) return end;
   const double scale = valley() ? std::abs(length) : length * length;
-  double residual = 0.0;
+  const double small = (valley() ? kSmallInValley : kSmall) * scale;
+  double residual = 0.0, last = 0.0;
   for (int k = 0; k < kCorrections; ++k) {
     if (!correct(trial, residual)) return end;
     if (residual <= (valley() ? kNegligibleInValley : kNegligible) * scale) break;
+    // With the same matrix all the way they converge linearly.
+    const double rate = k > 0 ? residual / last : 0.0;
+    if (!(residual * std::pow(rate, kCorrections - 1 - k) <= kHopeless * small)) return end;
+    last = residual;
   }
-  if (!(residual <= (valley() ? kSmallInValley : kSmall) * scale)) return end;
+  if (!(residual <= small) ||
+      canonical_.objective(trial.v, trial.evaluation.f) != EvaluationStatus::Ok) {
+    return end;
+  }
   end.reached = is_inside(trial.v, trial.evaluation.c);
   end.change = lagrangian(trial.evaluation) - lagrangian(point_.evaluation);
   end.left = std::abs(end.change - (trial.evaluation.f - point_.evaluation.f));

@@ -44,7 +44,8 @@ struct BarrierTerms {
   void take_none();
 };
 
-/// Where the entries of one of the two KKT matrices are: K over all rows, or K_yy over (y, lambda_y).
+/// Where the entries of one of the two KKT matrices are: K over all rows, or K_yy over (y,
+/// lambda_y).
 struct KktPattern {
   enum class Which : std::uint8_t { Full, Inner };
   KktPattern(Which which, const CanonicalProblem& canonical, const KktLayout& layout);
@@ -77,8 +78,8 @@ class KktBlock {
     solver_ = solver;
   }
 
-  /// Takes the values of W, J and the barrier terms at zero shift. The matrix stays, and its factors, where
-  /// they are those of the last call.
+  /// Takes the values of W, J and the barrier terms at zero shift. The matrix stays, and its
+  /// factors, where they are those of the last call.
   void assemble(const Iterate& iterate, const Evaluation& evaluation);
   /// The same with the barrier curvatures given.
   void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature);
@@ -93,7 +94,8 @@ class KktBlock {
 
   /// Sets the diagonal of matrix().
   void shift_by(const Regularization& shift);
-  /// Whether the last factorize was right with these values, this shift and at least this certainty.
+  /// Whether the last factorize was right with these values, this shift and at least this
+  /// certainty.
   [[nodiscard]] bool is_factorized(const Regularization& shift, Certainty certainty) const {
     return factorized_with_ && *factorized_with_ == shift && certainty <= certainty_;
   }

@@ -25,7 +25,8 @@ struct ShiftMemory {
 /// first_hessian_perturbation as in the paper. Deterministic.
 class InertiaCorrection {
  public:
-  /// limit: asked after each factorization that was not right; null for none. certainty: of the inertias.
+  /// limit: asked after each factorization that was not right; null for none. certainty: of the
+  /// inertias.
   InertiaCorrection(KktSystem& kkt, const SolverOptions& options, Counts& counts,
                     TimeLimit* limit = nullptr, Certainty certainty = Certainty::Usual)
       : kkt_(kkt), options_(options), counts_(counts), limit_(limit), certainty_(certainty) {}

@@ -16,8 +16,9 @@ struct Regularization {
   friend bool operator==(const Regularization&, const Regularization&) = default;
 };
 
-/// What a factorization of K or K_yy gave, inertia with the slack rows counted, and what its factors
-/// are of. They serve until the same matrix is factorized with other values or another shift.
+/// What a factorization of K or K_yy gave, inertia with the slack rows counted, and what its
+/// factors are of. They serve until the same matrix is factorized with other values or another
+/// shift.
 struct KktFactors : Factorization {
   Regularization shift;
   Certainty certainty = Certainty::Certain;  ///< that was asked for

@@ -36,8 +36,8 @@ struct KktAnalysis {
 /// The Newton system of the primal-dual equations (paper's eq. (interiorpoint)) at one iterate.
 class KktSystem {
  public:
-  /// limit: told when a factorization is refused; null for none. kept: of a problem of the same shape,
-  /// whose patterns serve again.
+  /// limit: told when a factorization is refused; null for none. kept: of a problem of the same
+  /// shape, whose patterns serve again.
   KktSystem(const CanonicalProblem& canonical, const SolverOptions& options, Counts& counts,
             Timing& timing, TimeLimit* limit = nullptr, const KktAnalysis* kept = nullptr);
 
@@ -52,8 +52,8 @@ class KktSystem {
   void assemble(const Iterate& iterate, const Evaluation& evaluation);
   /// K_yy alone; K keeps the values of the last assemble, and its factors.
   void assemble_inner(const Iterate& iterate, const Evaluation& evaluation);
-  /// As assemble, with the barrier curvatures given (certificate). decoupled, per constraint or empty:
-  /// equalities that are taken out; their rows of J have to be zero.
+  /// As assemble, with the barrier curvatures given (certificate). decoupled, per constraint or
+  /// empty: equalities that are taken out; their rows of J have to be zero.
   void assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature,
                 const std::vector<bool>& decoupled = {});
 
@@ -73,12 +73,12 @@ class KktSystem {
 
   /// Factorizes K or K_yy with shifts; inertias count the slack rows.
   /// Where the last factorization had the same values and shift it is kept and not counted.
-  /// Usual while iterating: with Max variables, for whom many matrices are factorized, a wrong inertia
-  /// costs a step. Without, it could end or mislead a minimization: Usual is then Certain.
+  /// Usual while iterating: with Max variables, for whom many matrices are factorized, a wrong
+  /// inertia costs a step. Without, it could end or mislead a minimization: Usual is then Certain.
   [[nodiscard]] KktFactors factorize(const Regularization& shift,
                                      Certainty certainty = Certainty::Certain);
-  /// K where only solutions are wanted of it. certainty: of K_yy's inertia or, where K is factorized
-  /// as a whole, of K's.
+  /// K where only solutions are wanted of it. certainty: of K_yy's inertia or, where K is
+  /// factorized as a whole, of K's.
   [[nodiscard]] KktFactors factorize_for_solutions(const Regularization& shift,
                                                    Certainty certainty = Certainty::Certain);
   [[nodiscard]] KktFactors factorize_inner(const Regularization& shift,
@@ -108,21 +108,22 @@ class KktSystem {
   }
 
   /// Solves the unreduced Newton system for the right-hand side with factors of K, with refinement
-  /// against the unreduced equations where K was assembled. False: inaccurate, or the factors are not
-  /// current.
+  /// against the unreduced equations where K was assembled. False: inaccurate, or the factors are
+  /// not current.
   [[nodiscard]] bool solve(const KktFactors& factors, const Evaluation& evaluation,
                            const NewtonResidual& rhs, Step& step);
   /// With the last factors of K.
   [[nodiscard]] bool solve(const Evaluation& evaluation, const NewtonResidual& rhs, Step& step) {
     return solve(full_factors_, evaluation, rhs, step);
   }
-  /// The same for the system at zero shift with the factors of a shifted K: refinement has to make up for
-  /// the shift.
+  /// The same for the system at zero shift with the factors of a shifted K: refinement has to make
+  /// up for the shift.
   [[nodiscard]] bool solve_unshifted(const Evaluation& evaluation, const NewtonResidual& rhs,
                                      Step& step) {
     return solve(full_, {}, evaluation, rhs, step);
   }
-  /// The same for the maximizer alone, x held, with factors of K_yy; the step's other parts are zero.
+  /// The same for the maximizer alone, x held, with factors of K_yy; the step's other parts are
+  /// zero.
   [[nodiscard]] bool solve_inner(const KktFactors& factors, const Evaluation& evaluation,
                                  const NewtonResidual& rhs, Step& step);
   [[nodiscard]] bool solve_inner(const Evaluation& evaluation, const NewtonResidual& rhs,
@@ -132,11 +133,13 @@ class KktSystem {
 
   /// True when another factorization will be more accurate; factorize anew after it.
   [[nodiscard]] bool increase_quality();
-  /// Only pivoting factorizations from now on, where the linear solver has the choice; factorize anew.
+  /// Only pivoting factorizations from now on, where the linear solver has the choice; factorize
+  /// anew.
   void begin_pivoting();
   /// Undoes all calls of increase_quality and begin_pivoting; the factors are lost.
   void reset_quality();
-  /// Whether both of the last factorizations were pivoted, so that their inertias hold for any matrix.
+  /// Whether both of the last factorizations were pivoted, so that their inertias hold for any
+  /// matrix.
   [[nodiscard]] bool pivots() const {
     return full_factors_.trust.pivoted && inner_factors_.trust.pivoted;
   }

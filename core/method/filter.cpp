@@ -22,25 +22,26 @@ void Filter::set_scale(double first_theta) {
   theta_max_ = parameter::kThetaMax * std::max(1.0, first_theta);
 }
 
-bool Filter::is_phi_step(double theta, double slope, double alpha) const {
+bool Filter::is_armijo(const Merit& from, double slope, double alpha) const {
   // Switching condition, eq. (19).
-  return slope < 0.0 && alpha * std::pow(-slope, parameter::kPhiPower) >
-                            parameter::kDelta * std::pow(theta, parameter::kThetaPower);
+  return from.theta <= theta_min_ && slope < 0.0 &&
+         alpha * std::pow(-slope, parameter::kPhiPower) >
+             parameter::kDelta * std::pow(from.theta, parameter::kThetaPower);
+}
+
+std::optional<double> Filter::demanded(const Merit& from, double slope, double alpha,
+                                       double theta) const {
+  if (is_armijo(from, slope, alpha)) return parameter::kEtaPhi * alpha * slope;
+  const bool theta_falls = at_most(theta, (1.0 - parameter::kGammaTheta) * from.theta, from.theta);
+  return theta_falls ? std::nullopt : std::optional(-parameter::kGammaPhi * from.theta);
 }
 
 Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, const Merit& to) const {
   if (!std::isfinite(to.phi) || !std::isfinite(to.theta)) return Verdict::Reject;
-  const auto unless_dominated = [&](Verdict verdict) {
-    return acceptable(to) ? verdict : Verdict::Dominated;
-  };
-  if (from.theta <= theta_min_ && is_phi_step(from.theta, slope, alpha)) {
-    const bool armijo = at_most(to.phi - from.phi, parameter::kEtaPhi * alpha * slope, from.phi);
-    return armijo ? unless_dominated(Verdict::Armijo) : Verdict::Reject;
-  }
-  const bool theta_falls =
-      at_most(to.theta, (1.0 - parameter::kGammaTheta) * from.theta, from.theta);
-  const bool phi_falls = at_most(to.phi - from.phi, -parameter::kGammaPhi * from.theta, from.phi);
-  return theta_falls || phi_falls ? unless_dominated(Verdict::Sufficient) : Verdict::Reject;
+  const auto change = demanded(from, slope, alpha, to.theta);
+  if (change && !at_most(to.phi - from.phi, *change, from.phi)) return Verdict::Reject;
+  if (!acceptable(to)) return Verdict::Dominated;
+  return is_armijo(from, slope, alpha) ? Verdict::Armijo : Verdict::Sufficient;
 }
 
 double Filter::largest_acceptable(const Merit& from, double slope, double alpha,
@@ -50,12 +51,8 @@ double Filter::largest_acceptable(const Merit& from, double slope, double alpha,
   const auto forgiving = [](double phi, double size) {
     return phi + parameter::kRounding * std::numeric_limits<double>::epsilon() * std::abs(size);
   };
-  double largest = kInfinity;
-  if (from.theta <= theta_min_ && is_phi_step(from.theta, slope, alpha)) {
-    largest = forgiving(from.phi + parameter::kEtaPhi * alpha * slope, from.phi);
-  } else if (!at_most(theta, (1.0 - parameter::kGammaTheta) * from.theta, from.theta)) {
-    largest = forgiving(from.phi - parameter::kGammaPhi * from.theta, from.phi);
-  }
+  const auto change = demanded(from, slope, alpha, theta);
+  double largest = change ? forgiving(from.phi + *change, from.phi) : kInfinity;
   for (const Entry& entry : entries_) {
     if (!at_most(theta, entry.theta, entry.theta)) {
       largest = std::min(largest, forgiving(entry.phi, entry.phi));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "core/point/merit.hpp"
@@ -47,7 +48,12 @@ class Filter {
   struct Entry {
     double theta, phi;
   };
-  [[nodiscard]] bool is_phi_step(double theta, double slope, double alpha) const;
+  /// Whether the step is one on phi.
+  [[nodiscard]] bool is_armijo(const Merit& from, double slope, double alpha) const;
+  /// The change of phi that such a step to a point with this theta has to make, eq. (18) or (20);
+  /// none: theta falls enough.
+  [[nodiscard]] std::optional<double> demanded(const Merit& from, double slope, double alpha,
+                                               double theta) const;
 
   std::vector<Entry> entries_;
   double theta_min_ = 1e-4;

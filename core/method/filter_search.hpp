@@ -68,8 +68,8 @@ Filter::Verdict correct_to_second_order(Block& block, const Filter& filter, cons
 ///   correct(c)                    moves trial() along a corrected step: its lengths
 ///   evaluate_corrected(slope, a)  the merit there
 ///   corrects(from, to)            whether such violations are worth a correction
-///   passed(dominated)             told of a trial point accepted at once, and whether the filter alone
-///                                 rejected the one before
+///   passed(dominated)             told of a trial point accepted at once, and whether the filter
+///                                 alone rejected the one before
 ///   complete()                    derivatives at the trial point; false: undefined
 template <class Block>
 SearchEnd filter_search(Block& block, Filter& filter, const SearchLine& line, TimeLimit& limit) {

@@ -36,6 +36,7 @@ void GlobalizedMethod::barrier_changed() {
   filter_.reset();
   watchdog_.end();
   patience_.barrier_changed();
+  barrier_changed_ = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
   soft_steps_ = 0;
 }
 
@@ -66,7 +67,8 @@ void GlobalizedMethod::accept(Run& run) {
 }
 
 StepReport GlobalizedMethod::step(const Point& from, double mu, Point& to) {
-  Run run{.here = &from, .to = to, .mu = mu};
+  Run run{
+      .here = &from, .to = to, .mu = mu, .barrier_changed = std::exchange(barrier_changed_, false)};
   static_cast<void>(has_max() ? minmax_step(run) : outer_step(run));
   // A step that fails may have come some way.
   run.report.moved = run.here == &to;
@@ -74,14 +76,9 @@ StepReport GlobalizedMethod::step(const Point& from, double mu, Point& to) {
 }
 
 double GlobalizedMethod::inner_target(const Point& point, double mu) const {
-  namespace parameter = parameters::inner;
-  const double value = std::abs(outer_.merit(point, mu).phi);
-  double target =
-      std::min(parameter::kSlopeShare * last_slope_, parameter::kValueShare * (1.0 + value));
-  if (canonical_.has_max_bounds()) {
-    target = std::min(target, std::max(parameter::kBarrierShare * mu, parameter::kLeastTarget));
-  }
-  return std::max(target, parameter::kRoundingShare * (1.0 + value));
+  const double share = canonical_.has_max_bounds() ? parameters::inner::kBarrierShare * mu
+                                                   : parameters::inner::kSlopeShare * last_slope_;
+  return tolerated_gain(share, outer_.merit(point, mu).phi);
 }
 
 bool GlobalizedMethod::minmax_step(Run& run) {
@@ -108,9 +105,7 @@ bool GlobalizedMethod::minmax_step(Run& run) {
   if (!find_direction()) return false;
 
   const double target = inner_target(from, mu);
-  const bool inner_solved = direction.shift.y == 0.0 && std::abs(direction.gain) <= target &&
-                            (!canonical_.has_max_bounds() ||
-                             outer_.inner.error(from, mu) <= parameters::inner::kErrorFactor * mu);
+  const bool inner_solved = direction.shift.y == 0.0 && std::abs(direction.gain) <= target;
   if (!inner_solved && !inner_phase(run, target)) return !run.report.failure && joint_step(run);
   return goes_on(run, patience_.check_progress(outer_.merit(*run.here, mu))) && outer_step(run);
 }
@@ -126,7 +121,8 @@ bool GlobalizedMethod::inner_phase(Run& run, double target) {
   if (outcome == InnerMaximizer::Outcome::Maximum) {
     run.here = &run.to;
     filter_.reset();
-    return goes_on(run, patience_.check_branch(estimate, outer_.merit(run.to, run.mu).phi));
+    patience_.watch_branch(estimate, outer_.merit(run.to, run.mu).phi);
+    return true;
   }
   if (limit_.expired()) return fail_by_limit(run);
   const bool y_ran_away = outcome == InnerMaximizer::Outcome::Unbounded;
@@ -153,13 +149,16 @@ bool GlobalizedMethod::fast_step(Run& run) {
     return false;
   }
   const double contraction = outer_.norm_error(trial, mu) / outer_.norm_error(from, mu);
-  if (!(contraction <= parameter::kContraction) ||
+  // The first step to another mu may leave more: distances and multipliers change by factors. Once,
+  // before it contracts again.
+  const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
+  const bool may_grow = run.barrier_changed && full && fast_contraction_ <= parameter::kContraction;
+  if (!(contraction <= (may_grow ? parameter::kGrowth : parameter::kContraction)) ||
       evaluate_second_derivatives(canonical_, trial) != EvaluationStatus::Ok) {
     return false;
   }
   // In the paper's freeze neighbourhood, where full steps contract faster and faster, K alone is
   // factorized. The certificate tests both matrices.
-  const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
   const bool frozen =
       full && contraction <= std::min(parameter::kFreezeContraction, fast_contraction_);
   if (!frozen && !outer_.has_trial_maximum_in_sight()) return false;

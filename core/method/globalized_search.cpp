@@ -53,8 +53,7 @@ bool GlobalizedMethod::outer_step(Run& run) {
     if (!exact_inner_maximum(run)) {  // the branch ends before its maximum
       return limit_.expired() ? fail_by_limit(run) : leap(run);
     }
-    const double found = outer_.merit(*run.here, run.mu).phi;
-    if (!goes_on(run, patience_.check_branch(estimate, found))) return false;
+    patience_.watch_branch(estimate, outer_.merit(*run.here, run.mu).phi);
   }
   return without_line_search(run);
 }

@@ -271,8 +271,6 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
         barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu) > upper_bound) {
       return Outcome::AboveBound;
     }
-    const double norm = tail_norm(point.iterate.v, canonical_.y().begin);
-    if (norm > parameter::kRunaway * (1.0 + start_norm)) return Outcome::Unbounded;
     const double moved = (point.iterate.v - start_v_).tail(n).lpNorm<Eigen::Infinity>();
     if (!unshifted && moved > parameter::kLongStep * (1.0 + start_norm) &&
         ++far_shifted_steps > parameter::kFarShiftedSteps) {

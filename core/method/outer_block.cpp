@@ -93,6 +93,12 @@ void OuterBlock::set_trial(const Point& from, const Step& along, StepLength alph
   clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, trial.iterate);
 }
 
+double tolerated_gain(double share, double phi) {
+  namespace parameter = parameters::inner;
+  const double size = 1.0 + std::abs(phi);
+  return std::max(std::min(share, parameter::kValueShare * size), parameter::kRoundingShare * size);
+}
+
 double OuterBlock::Bound::operator()(double alpha, double theta) const {
   if (filter_ == nullptr) return std::numeric_limits<double>::infinity();
   const Merit& from = line_->from;
@@ -114,10 +120,8 @@ Trial OuterBlock::evaluate_trial(double mu, double slope, double alpha, const Bo
     // A trial point must keep a local maximum over y in sight.
     if (evaluate_derivatives(canonical_, trial) != EvaluationStatus::Ok) return result;
     if (!find_trial_direction(mu)) return result;
-    const double value = std::abs(merit(trial, mu).phi);
-    double allowed = std::min(parameters::inner::kSlopeShare * alpha * std::abs(slope),
-                              parameters::inner::kValueShare * (1.0 + value));
-    allowed = std::max(allowed, parameters::inner::kRoundingShare * (1.0 + value));
+    const double allowed = tolerated_gain(parameters::inner::kSlopeShare * alpha * std::abs(slope),
+                                          merit(trial, mu).phi);
     if (std::abs(trial_direction.gain) > allowed &&
         inner.maximize(trial, mu, allowed, parameters::inner::kCorrections, upper_bound,
                        trial_direction) != InnerMaximizer::Outcome::Maximum) {

@@ -9,9 +9,13 @@
 
 namespace ipminmax {
 
-/// The minimizer's side of the globalized method: the Newton step through K, and phi(x), estimated by
-/// the barrier value plus the predicted gain of the inner Newton step, along it. Without Max variables
-/// phi is the barrier objective.
+/// What an inner Newton step may still promise to gain where phi is estimated: that share, but less
+/// than phi itself says and more than its rounding.
+[[nodiscard]] double tolerated_gain(double share, double phi);
+
+/// The minimizer's side of the globalized method: the Newton step through K, and phi(x), estimated
+/// by the barrier value plus the predicted gain of the inner Newton step, along it. Without Max
+/// variables phi is the barrier objective.
 class OuterBlock {
  public:
   /// The largest merit phi worth looking at where the violation is theta.
@@ -39,8 +43,8 @@ class OuterBlock {
 
   /// Right-hand side and matrices at the point.
   void assemble(const Point& point, double mu);
-  /// The Newton step with shifts of x that K needs, given those of y; assembled anew. zero_fails: K is
-  /// known to be wrong without shift.
+  /// The Newton step with shifts of x that K needs, given those of y; assembled anew. zero_fails: K
+  /// is known to be wrong without shift.
   [[nodiscard]] bool find_step(const Point& point, double mu, Regularization& shift,
                                bool zero_fails);
   /// The Newton step with factors.
@@ -59,19 +63,21 @@ class OuterBlock {
   }
 
   void set_trial(const Point& from, const Step& along, StepLength alpha, double mu);
-  /// Merit of the trial point, its inner maximum first where there are Max variables: it must keep one
-  /// in sight. None where phi is seen to lie above the bound, before K_yy is factorized if the value shows it.
+  /// Merit of the trial point, its inner maximum first where there are Max variables: it must keep
+  /// one in sight. None where phi is seen to lie above the bound, before K_yy is factorized if the
+  /// value shows it.
   [[nodiscard]] Trial evaluate_trial(double mu, double slope, double alpha, const Bound& bound);
   /// trial_direction at the trial point; false: K_yy is wrong there.
   [[nodiscard]] bool find_trial_direction(double mu) {
     const KktSystem::Counting counting(kkt_, FactorizationCause::TrialPoint);
     return inner.unshifted_direction(trial, mu, trial_direction);
   }
-  /// The trial point along the step for constraints with the values c, from a point with the factors.
+  /// The trial point along the step for constraints with the values c, from a point with the
+  /// factors.
   [[nodiscard]] std::optional<StepLength> correct(const Point& from, double mu,
                                                   const Eigen::VectorXd& c);
-  /// The trial point moved towards the constraints of the minimizer; no Max variables. from: the point
-  /// of the factors.
+  /// The trial point moved towards the constraints of the minimizer; no Max variables. from: the
+  /// point of the factors.
   [[nodiscard]] Trial return_to_constraints(const Point& from, double mu, Trial reached);
 
   InnerMaximizer inner;

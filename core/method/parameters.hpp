@@ -8,14 +8,16 @@
 /// The numbers of the method that are no options. Symbols are those of core/algorithm.md or of the
 /// source named: [WB] Waechter and Biegler 2006, [Ipopt] the solver's options of that name, [G] the
 /// study of the globalized method on 28 small problems, [R] measurements on random multimodal
-/// problems and on problems without a local minmax (tests/problems), [eps] rounding.
+/// problems and on problems without a local minmax (tests/problems), [H] the factorizations of
+/// bench/horizon.cpp, [eps] rounding.
 namespace ipminmax::parameters {
 
 /// The fast path: Newton's method where both inertias are right.
 namespace fast {
 constexpr double kContraction = 0.9;  ///< kappa_f: of |g(z, mu)|, else the step is no fast one [G]
+constexpr double kGrowth = 1e3;       ///< allowed to a full step after mu changed [H]
 constexpr double kFreezeContraction =
-    0.1;  ///< of a full step: K_yy is taken to be right [CYH's freeze]
+    0.25;  ///< of a full step: K_yy is taken to be right [CYH's freeze, H]
 }  // namespace fast
 
 /// The inner phase: ascent in y alone.
@@ -23,17 +25,14 @@ namespace inner {
 constexpr double kSlopeShare = 0.5;       ///< theta: |q| against the predicted outer decrease [G]
 constexpr double kValueShare = 0.1;       ///< t_in: |q| against 1 + |f_b| [R]
 constexpr double kBarrierShare = 1e-2;    ///< |q| against mu where Max has bounds [G]
-constexpr double kLeastTarget = 1e-13;    ///< of that [eps]
 constexpr double kRoundingShare = 1e-14;  ///< of 1 + |f_b|: no gain is asked to be smaller [eps]
-constexpr double kErrorFactor = 10.0;  ///< kappa_y: E_y against mu; barrier_tol_factor of [Ipopt]
-constexpr int kSteps = 50;             ///< of one maximization [G]
-constexpr int kCorrections = 4;        ///< of a trial point of the minimizer [G]
+constexpr int kSteps = 50;                ///< of one maximization [G]
+constexpr int kCorrections = 4;           ///< of a trial point of the minimizer [G]
 constexpr double kLongStep =
     10.0;  ///< a longer step of y, over 1 + |y|, is cut; farther out y is away [G]
-constexpr double kFeasible =
-    1e-6;                         ///< violation, over max(1, mu), at which values are compared [G]
-constexpr double kRunaway = 1e4;  ///< growth of |y| that counts as running away [G]
-constexpr int kFarShiftedSteps = 3;   ///< allowed once y has left its neighbourhood [R]
+constexpr double kFeasible = 1e-6;  ///< violation, over max(1, mu), at which values compare [G]
+constexpr int kFarShiftedSteps =
+    3;  ///< allowed once y has left its neighbourhood: it runs away [R]
 constexpr double kStationary = 1e-3;  ///< E_y over min(1, mu) at which a wrong K_yy is left [G]
 constexpr double kInvisibleGain =
     1e-9;  ///< q over 1 + |value| that a failed search may leave [eps]
@@ -100,13 +99,12 @@ constexpr double kPenalty = 2.0;     ///< over the largest multiplier: an exact 
 /// When a search is given up, to begin anew elsewhere: cheap where there are few variables, so soon
 /// [R].
 namespace patience {
-constexpr Index kFewestSetbacks = 3;
+constexpr Index kFewestSetbacks = 2;
 constexpr Index kMostSetbacks = 15;
 constexpr Index kVariablesPerSetback = 10;
-constexpr double kBranchJump = 1e-2;     ///< of phi above its estimate, over 1 + |phi| [G]
 constexpr double kProgress = 0.9;        ///< of the violation
 constexpr double kSmallProgress = 1e-4;  ///< of phi, over 1 + |phi|
-constexpr Index kStaleSteps = 8;         ///< without progress in either: a setback
+constexpr Index kStaleSteps = 2;         ///< without progress in either: a setback
 }  // namespace patience
 
 /// Algorithm 1.

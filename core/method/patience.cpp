@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/method/parameters.hpp"
 #include "core/method/patience.hpp"
@@ -34,24 +35,24 @@ std::optional<Patience::End> Patience::inner_phase_failed(bool y_ran_away) {
   return set_back(Setback::NoMaximum);
 }
 
-std::optional<Patience::End> Patience::check_branch(double estimate, double found) {
-  if (found <= estimate + parameter::kBranchJump * (1.0 + std::abs(found))) return std::nullopt;
-  return set_back(Setback::OtherBranch);
+void Patience::watch_branch(double estimate, double found) {
+  jumped_ = jumped_ || found > estimate + parameter::kSmallProgress * (1.0 + std::abs(found));
 }
 
 std::optional<Patience::End> Patience::check_progress(const Merit& now) {
-  // Jumps between two branches too small for check_branch, to and fro over a kink.
+  // To and fro over a kink of phi, where neither branch leads on.
   const bool better = now.theta < parameter::kProgress * best_.theta ||
                       now.phi < best_.phi - parameter::kSmallProgress * (1.0 + std::abs(best_.phi));
   if (better) {
     best_.theta = std::min(best_.theta, now.theta);
     best_.phi = std::min(best_.phi, now.phi);
+    jumped_ = false;
     stale_steps_ = 0;
     return std::nullopt;
   }
   if (++stale_steps_ < parameter::kStaleSteps) return std::nullopt;
   stale_steps_ = 0;
-  return set_back(Setback::NoProgress);
+  return set_back(std::exchange(jumped_, false) ? Setback::OtherBranch : Setback::NoProgress);
 }
 
 }  // namespace ipminmax

@@ -25,8 +25,8 @@ class Patience {
   [[nodiscard]] std::optional<End> set_back(Setback kind);
   /// No inner maximum was found; y_ran_away: because y did.
   [[nodiscard]] std::optional<End> inner_phase_failed(bool y_ran_away);
-  /// A setback where the value found is on another branch than its estimate.
-  [[nodiscard]] std::optional<End> check_branch(double estimate, double found);
+  /// A value found above its estimate is another branch's: the name of the next lack of progress.
+  void watch_branch(double estimate, double found);
   /// A setback where neither violation nor value has improved for some steps.
   [[nodiscard]] std::optional<End> check_progress(const Merit& now);
   [[nodiscard]] const Setbacks& setbacks() const { return setbacks_; }
@@ -37,6 +37,7 @@ class Patience {
   Index inner_unbounded_ = 0;  ///< inner phases in which y ran away
   Merit best_{1e300, 1e300};   ///< least violation and value at this mu
   Index stale_steps_ = 0;      ///< in a row that improved neither
+  bool jumped_ = false;        ///< to another branch since the last progress
 };
 
 }  // namespace ipminmax

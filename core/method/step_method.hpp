@@ -95,8 +95,8 @@ struct EscapeRequest {
   const std::optional<WrongCurvature>& wrong;  ///< the offending curvature, where it is known
 };
 
-/// A rule that leads from point to point. Points given have functions, derivatives and dual residual;
-/// they stay as they are.
+/// A rule that leads from point to point. Points given have functions, derivatives and dual
+/// residual; they stay as they are.
 class StepMethod {
  public:
   virtual ~StepMethod() = default;
@@ -105,7 +105,8 @@ class StepMethod {
   /// limit any failure may come.
   [[nodiscard]] virtual StepReport step(const Point& from, double mu, Point& to) = 0;
   /// Leaves a first-order point that is no solution, with a wrong inertia, along a direction of the
-  /// offending curvature. Not moved: no allowed attempt is left, none helps, or the method knows none.
+  /// offending curvature. Not moved: no allowed attempt is left, none helps, or the method knows
+  /// none.
   [[nodiscard]] virtual StepReport escape(const Point& /*from*/, double /*mu*/,
                                           const EscapeRequest& /*request*/, Point& /*to*/) {
     return {};

@@ -37,9 +37,9 @@ struct GradientScaling {
 ///     min over (x, s_x)   max over (y, s_y)   f(v)   s.t.  c(v) = 0,  lower <= v <= upper
 ///
 /// Variables are ordered x | s_x | y | s_y and constraints Min | Max. Fixed variables are left out
-/// (fixed_variable_treatment has alternatives), constraints without bounds too; every inequality g(v) in [l, u] has become g(v) - s = 0 with a
-/// slack s in [l, u] owned by the constraint's owner. Everything is scaled, bounds are relaxed by
-/// bound_relax_factor.
+/// (fixed_variable_treatment has alternatives), constraints without bounds too; every inequality
+/// g(v) in [l, u] has become g(v) - s = 0 with a slack s in [l, u] owned by the constraint's owner.
+/// Everything is scaled, bounds are relaxed by bound_relax_factor.
 class CanonicalProblem {
  public:
   CanonicalProblem(Problem& problem, const SolverOptions& options, Counts& counts, Timing& timing);
@@ -98,8 +98,8 @@ class CanonicalProblem {
     return map_.slack_of_constraint;
   }
 
-  /// Constraints of Min that read Max variables: they must hold for every y, so Max tries to violate
-  /// them. Inequalities all; ascending.
+  /// Constraints of Min that read Max variables: they must hold for every y, so Max tries to
+  /// violate them. Inequalities all; ascending.
   [[nodiscard]] std::span<const Index> robust_constraints() const {
     return map_.robust_constraints;
   }
@@ -166,8 +166,8 @@ class CanonicalProblem {
     return col_scale_[static_cast<std::size_t>(variable)];
   }
 
-  /// Of the model, for a canonical variable or constraint; -1: a slack, or a constraint that fixes a
-  /// variable.
+  /// Of the model, for a canonical variable or constraint; -1: a slack, or a constraint that fixes
+  /// a variable.
   [[nodiscard]] Index model_variable(Index variable) const {
     return map_.model_variable[static_cast<std::size_t>(variable)];
   }

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "core/model/extended_structure.hpp"
+#include "core/model/model_start.hpp"
 #include "core/model/norms.hpp"
 #include "core/robust.hpp"
 
@@ -24,15 +25,11 @@ class Epigraph final : public Problem {
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
     if (start.needs_multipliers) return false;
-    StartingPoint own{.v = start.v.first(size(n_)),
-                      .needs_multipliers = false,
-                      .lambda = {},
-                      .z_lower = {},
-                      .z_upper = {}};
-    if (!model_.starting_point(own)) return false;
+    const auto own = model_start(model_);
+    if (!own) return false;
+    std::ranges::copy(*own, start.v.begin());
     double f = 0.0;
-    const bool finite = all_finite(own.v);
-    if (finite && model_.objective(own.v, true, f) && std::isfinite(f)) start.v.back() = f;
+    if (all_finite(*own) && model_.objective(*own, true, f) && std::isfinite(f)) start.v.back() = f;
     return true;
   }
   [[nodiscard]] bool user_scaling(UserScaling& scaling) override {

@@ -1,10 +1,13 @@
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "core/model/extended_structure.hpp"
+#include "core/model/model_start.hpp"
 #include "core/model/robust_copies.hpp"
 
 namespace ipminmax {
@@ -47,6 +50,13 @@ RobustScope robust_scope(const ProblemStructure& s, Index constraint) {
     if (row_in[j]) scope.constraints.push_back(static_cast<Index>(j));
   }
   return scope;
+}
+
+bool moves_with_x(const ProblemStructure& s, const RobustScope& scope) {
+  return std::ranges::any_of(s.jacobian, [&](Triplet entry) {
+    return s.variable_players[at(entry.col)] == Player::Min &&
+           std::ranges::binary_search(scope.constraints, entry.row);
+  });
 }
 
 RobustCopies::RobustCopies(Problem& model, std::vector<WorstCase> worst_cases,
@@ -167,19 +177,13 @@ void RobustCopies::add_entries() {
 
 bool RobustCopies::starting_point(StartingPoint& start) {
   if (start.needs_multipliers) return false;
-  StartingPoint own{
-      .v = v_, .needs_multipliers = false, .lambda = {}, .z_lower = {}, .z_upper = {}};
-  std::ranges::fill(v_, 0.0);
-  if (!start_.empty()) {
-    v_ = start_;
-  } else if (!model_.starting_point(own)) {
-    return false;
-  }
-  std::ranges::copy(v_, start.v.begin());
+  const auto own = start_.empty() ? model_start(model_) : std::optional(start_);
+  if (!own) return false;
+  std::ranges::copy(*own, start.v.begin());
   for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
     const WorstCase& worst_case = worst_cases_[k];
     const Part& part = parts_[k + 1];
-    for (std::size_t i = 0; i < v_.size(); ++i) {
+    for (std::size_t i = 0; i < own->size(); ++i) {
       if (at(part.column[i]) != i) start.v[at(part.column[i])] = worst_case.v[i];
     }
   }
@@ -276,6 +280,14 @@ std::vector<double> RobustCopies::model_point(std::span<const double> v, std::si
   std::vector<double> point(v_.size());
   for (std::size_t i = 0; i < point.size(); ++i) point[i] = v[at(parts_[k + 1].column[i])];
   return point;
+}
+
+bool RobustCopies::is_active(const Result& result, std::size_t k) const {
+  const std::size_t own = at(row(k));
+  const double distance =
+      std::min(std::abs(structure_.constraint_upper[own] - result.constraints[own]),
+               std::abs(result.constraints[own] - structure_.constraint_lower[own]));
+  return std::abs(result.lambda[own]) > distance;
 }
 
 }  // namespace ipminmax

@@ -16,6 +16,9 @@ struct RobustScope {
   std::vector<Index> constraints;
 };
 [[nodiscard]] RobustScope robust_scope(const ProblemStructure& structure, Index constraint);
+/// Whether Y, as far as a robust constraint's scope goes, depends on x: then no fixed y is in it
+/// for every x.
+[[nodiscard]] bool moves_with_x(const ProblemStructure& structure, const RobustScope& scope);
 
 /// The model with copies of y for worst cases of robust constraints:
 ///
@@ -57,6 +60,9 @@ class RobustCopies final : public Problem {
   void start_at(std::vector<double> v) { start_ = std::move(v); }
   /// The k-th worst case at a point: x with the y of its copy, n values.
   [[nodiscard]] std::vector<double> model_point(std::span<const double> v, std::size_t k) const;
+  /// Whether the row of the k-th worst case holds x where it is: its multiplier exceeds its
+  /// distance to the bound.
+  [[nodiscard]] bool is_active(const Result& result, std::size_t k) const;
   /// Row of the k-th worst case.
   [[nodiscard]] Index row(std::size_t k) const { return parts_[k + 1].row; }
   /// The model's variable and row that a variable and a row of this problem are, or copy.

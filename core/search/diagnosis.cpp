@@ -99,7 +99,7 @@ std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian)
   if (!has_hessian || canonical.second_derivatives(v, lambda, here) != EvaluationStatus::Ok) {
     return {};
   }
-  const Units units = units_of(canonical, here);
+  const Units units = units_of(canonical, v, here);
   if (const auto wrong = compare_second_derivatives(canonical, v, lambda, here,
                                                     generic_step(canonical, v, kStepOfGradients),
                                                     units.variable, kWrongCurvature)) {

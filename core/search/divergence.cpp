@@ -40,7 +40,8 @@ bool has_died_out(const CanonicalProblem& canonical, const Point& point) {
   }) && is_farther(canonical, point);
 }
 
-/// A Newton step with this shift, as far as the bounds allow, and the functions where it leads.
+/// A Newton step with this shift, as far as the bounds allow, and the functions but f where it
+/// leads.
 bool shifted_step(const MethodContext& context, const Regularization& shift, double mu,
                   Point& point, NewtonResidual& rhs, Step& step) {
   CanonicalProblem& canonical = context.canonical;
@@ -53,7 +54,7 @@ bool shifted_step(const MethodContext& context, const Regularization& shift, dou
   advance(canonical, step,
           largest_step(canonical, point.iterate, step, boundary_fraction(mu, context.options)),
           point.iterate);
-  if (evaluate_values(canonical, point) != EvaluationStatus::Ok ||
+  if (canonical.constraints(point.iterate.v, point.evaluation.c) != EvaluationStatus::Ok ||
       evaluate_derivatives(canonical, point) != EvaluationStatus::Ok) {
     return false;
   }
@@ -74,7 +75,8 @@ bool step_into_valley(const MethodContext& context, double mu, const FirstOrderT
   const Regularization shift{.x = context.options.first_hessian_perturbation};
   for (int k = 0; k < parameter::kStepsIntoValley && !test.is_met(point.error); ++k)
     if (!shifted_step(context, shift, mu, point, rhs, step)) return false;
-  return test.is_met(point.error);
+  return test.is_met(point.error) &&
+         context.canonical.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok;
 }
 
 bool has_run_away(const CanonicalProblem& canonical, const Point& point, IndexRange variables) {

@@ -19,13 +19,13 @@ void name_divergence(const CanonicalProblem& canonical, const Point& point, Stat
 /// Whether a minimization has gone that far beyond its start that it may be on its way to infinity.
 [[nodiscard]] bool is_far_out(const CanonicalProblem& canonical, const Point& point);
 
-/// Shifted Newton steps, which move along curvature alone: from beside a flat valley to a first-order
-/// point at its bottom. False: not reached.
+/// Shifted Newton steps, which move along curvature alone: from beside a flat valley to a
+/// first-order point at its bottom. False: not reached.
 [[nodiscard]] bool step_into_valley(const MethodContext& context, double mu,
                                     const FirstOrderTest& test, Point& point);
 
-/// Whether Newton's method, continued from such a point and brought back to the bottom after each step,
-/// leads outward and downward.
+/// Whether Newton's method, continued from such a point and brought back to the bottom after each
+/// step, leads outward and downward.
 [[nodiscard]] bool valley_leads_to_infinity(const MethodContext& context, const Point& bottom,
                                             double mu, const FirstOrderTest& test);
 

@@ -3,26 +3,23 @@
 #include <atomic>
 #include <exception>
 #include <limits>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <set>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "core/model/timer.hpp"
 #include "core/multistart.hpp"
+#include "core/search/ranking.hpp"
 #include "core/search/ranks.hpp"
 #include "core/search/search_structure.hpp"
+#include "core/search/start_outcomes.hpp"
 #include "core/search/start_queue.hpp"
 #include "core/worst_case.hpp"
 
 namespace ipminmax {
-
-/// Rank of a result in better(): lexicographic, smaller is better.
-using Rank = std::tuple<int, int, double>;
 
 /// One multistart: in threads of this process, and on other ranks where there are.
 class Multistart {
@@ -52,19 +49,21 @@ class Multistart {
   void detect(Worker& worker, Index start);
   void start_after_the_first();
   void note_exception(Index start, std::exception_ptr exception);
-  void check_worst_cases(MultistartResult& answer);
-  [[nodiscard]] WorstCase worst_case_of(const Result& result, Index start,
-                                        const std::vector<std::vector<double>>& given);
-  void go_on_from(const std::vector<double>& v, MultistartResult& answer);
   [[nodiscard]] SolverOptions with_remaining_time() const;
-  [[nodiscard]] Rank rank(const Result& result) const;
   [[nodiscard]] bool time_is_up();
   [[nodiscard]] SolveObserver observer_of(Index start);
   void record(Index start, Result&& result);
   void interrupt(Status status);
   [[nodiscard]] MultistartResult collect();
-  void add_point(Index start, Result&& result, std::vector<DistinctPoint>& points) const;
+  void add_certified(std::vector<DistinctPoint>& points);
   void choose_best(MultistartResult& answer);
+
+  // Worst cases of the points; see multistart_worst_cases.cpp.
+  [[nodiscard]] Rank rank(const Result& result) const;
+  void check_worst_cases(MultistartResult& answer);
+  [[nodiscard]] WorstCase worst_case_of(const Result& result, Index start,
+                                        const std::vector<std::vector<double>>& given);
+  void go_on_from(const std::vector<double>& v, MultistartResult& answer);
   void look_for_worse(MultistartResult& answer);
 
   // On several ranks; see multistart_over_ranks.cpp.
@@ -98,14 +97,8 @@ class Multistart {
   std::exception_ptr exception_;
   std::set<Index> recorded_;    ///< starts whose result is here
   std::string interrupted_by_;  ///< what the launcher did, empty: nothing
-  std::map<Index, Result> certified_;
-  /// Points of other starts and f there.
-  std::map<Index, std::pair<std::vector<double>, double>> uncertified_;
-  Result best_uncertified_;
-  Index best_uncertified_start_ = -1;
-  std::map<Status, Index> statuses_;
+  StartOutcomes outcomes_;
   std::optional<Status> interrupted_;
-  Result total_;
 
   bool is_first_rank_ = true;
   std::vector<Ranks::Message> outbox_;     ///< of another rank

@@ -4,7 +4,10 @@
 #include <cstdint>
 #include <limits>
 #include <random>
+#include <utility>
 
+#include "core/model/model_start.hpp"
+#include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
 #include "core/search/random_starts.hpp"
 
@@ -17,14 +20,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 }  // namespace
 
 std::vector<double> starting_values(Problem& model) {
-  const ProblemStructure& s = model.structure();
-  const std::size_t n = s.variable_players.size();
-  // Models that do not look whether multipliers are wanted write them all the same.
-  std::vector<double> v(n), lambda(s.constraint_players.size()), z_lower(n), z_upper(n);
-  StartingPoint start{v, false, lambda, z_lower, z_upper};
-  const bool usable = model.starting_point(start) &&
-                      std::ranges::all_of(v, [](double value) { return std::isfinite(value); });
-  return usable ? v : std::vector<double>{};
+  auto v = model_start(model);
+  return v && all_finite(*v) ? std::move(*v) : std::vector<double>{};
 }
 
 std::vector<double> random_start(const ProblemStructure& structure,

@@ -6,11 +6,12 @@
 #include <string>
 #include <utility>
 
+#include "core/model/model_start.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust.hpp"
-#include "core/search/other_answers.hpp"
 #include "core/search/random_starts.hpp"
+#include "core/search/ranking.hpp"
 #include "core/search/robust_search.hpp"
 
 namespace ipminmax {
@@ -87,7 +88,6 @@ class RobustSolve {
  private:
   [[nodiscard]] RobustResult as_asked(const std::vector<double>& start);
   [[nodiscard]] RobustResult in_epigraph_form(const std::vector<double>& start, bool at_kink);
-  void add_point(Index start, const Result& result, std::vector<DistinctPoint>& points) const;
 
   Problem& model_;
   const SolverOptions options_;  ///< without those of the epigraph form
@@ -164,20 +164,20 @@ RobustResult RobustSolve::in_epigraph_form(const std::vector<double>& start, boo
 RobustResult RobustSolve::from_many_starts() {
   RobustResult best;
   std::vector<DistinctPoint> points;
-  std::vector<double> center(model_.structure().variable_players.size(), 0.0);
-  StartingPoint own{
-      .v = center, .needs_multipliers = false, .lambda = {}, .z_lower = {}, .z_upper = {}};
-  const bool has_start = model_.starting_point(own);
+  const std::optional<std::vector<double>> center = model_start(model_);
   Index made = 0;
   bool interrupted = false;
-  for (Index start = 0; start < (has_start ? options_.minmax_starts : 1) && !interrupted; ++start) {
+  for (Index start = 0; start < (center ? options_.minmax_starts : 1) && !interrupted; ++start) {
     std::vector<double> v;
-    if (start > 0) v = random_start(model_.structure(), center, start, options_);
+    if (start > 0) v = random_start(model_.structure(), *center, start, options_);
     RobustResult answer = from(v);
     answer.best_start = start;
     ++made;
     interrupted = answer.result.status == Status::UserStop || limit_.expired();
-    add_point(start, answer.result, points);
+    if (answer.result.certificate.kind == PointKind::LocalMinmax) {
+      add_distinct(model_.structure(), true, options_.minmax_distinct_tol, start,
+                   Result(answer.result), points);
+    }
     // Where the observer stops, its iterate is the answer.
     const bool chosen = start == 0 || answer.result.status == Status::UserStop ||
                         better(answer.result, best.result);
@@ -188,23 +188,6 @@ RobustResult RobustSolve::from_many_starts() {
   best.starts = made;
   best.points = std::move(points);
   return best;
-}
-
-/// One more certified point, unless its x is known: where several y are worst, any of them may
-/// stand in v.
-void RobustSolve::add_point(Index start, const Result& result,
-                            std::vector<DistinctPoint>& points) const {
-  if (result.certificate.kind != PointKind::LocalMinmax) return;
-  const ProblemStructure& s = model_.structure();
-  const std::vector<double> x = min_part(s, result.v);
-  const auto known = std::ranges::find_if(points, [&](const DistinctPoint& point) {
-    return same_point(x, min_part(s, point.result.v), options_.minmax_distinct_tol);
-  });
-  if (known != points.end()) {
-    ++known->found;
-  } else {
-    points.push_back({result, start, 1});
-  }
 }
 
 }  // namespace

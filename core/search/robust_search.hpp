@@ -17,6 +17,9 @@ struct RobustForm {
   Problem& asked;
 };
 
+/// Cuts what the solved form has behind the asked model's variables and constraints.
+void cut(const ProblemStructure& asked, Result& result);
+
 /// The search for worst cases around a list of solves, from one start of x.
 class RobustSearch {
  public:
@@ -32,34 +35,50 @@ class RobustSearch {
   [[nodiscard]] RobustResult run_from_maxima(std::vector<double> start);
 
  private:
+  /// Where the next solve begins.
+  struct Place {
+    std::vector<double> v;
+    std::vector<RobustCopies::WorstCase> worst_cases{};
+    bool moved = false;  ///< v is no longer the model's
+    bool near = false;   ///< v is the answer of a solve
+  };
   /// The problem of a list of worst cases, and its answer.
   struct Solved {
     std::unique_ptr<RobustCopies> copies;
     Result result;
   };
+  [[nodiscard]] RobustResult exchange_from(const Place& first);
   void choose_copies();
   [[nodiscard]] bool solve_rounds();
   [[nodiscard]] Solved solve_worst_cases();
-  [[nodiscard]] bool is_violated(const std::vector<SideScan>& scans) const;
+  [[nodiscard]] Result solve_once(RobustCopies& copies);
+  void keep_point(const RobustCopies& copies, const Result& result);
+  [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
+  [[nodiscard]] bool add_violated(const std::vector<SideScan>& scans, double tolerance, bool held);
+  [[nodiscard]] bool drop_inactive(const RobustCopies& copies, const Result& result);
+  [[nodiscard]] std::vector<SideScan> scan(const std::vector<RobustCopies::WorstCase>& given);
+
+  // Copies on which x does not rest; robust_idle.cpp.
   [[nodiscard]] bool may_hold_idle(const Result& result) const;
   [[nodiscard]] bool hold_idle(Solved& solved);
   [[nodiscard]] std::vector<std::size_t> idle_worst_cases(const Solved& solved) const;
-  [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
+  [[nodiscard]] bool hold_or_move(const std::vector<std::size_t>& idle,
+                                  const std::vector<SideScan>& scans);
+  [[nodiscard]] bool is_violated(const std::vector<SideScan>& scans) const;
+
+  // Scenarios; robust_scenarios.cpp.
   [[nodiscard]] bool exchange();
   void take_scenarios();
+  [[nodiscard]] std::vector<RobustCopies::WorstCase> active_scenarios(const RobustCopies& copies,
+                                                                      const Result& result) const;
   void release(const std::vector<SideScan>& scans);
   void add_missed(const std::vector<RobustCopies::WorstCase>& active,
                   const std::vector<SideScan>& scans);
   [[nodiscard]] bool leads_to(const RobustCopies::WorstCase& from,
                               const RobustCopies::WorstCase& to,
                               const std::vector<SideScan>& scans);
-  [[nodiscard]] Result solve_once(RobustCopies& copies);
-  void keep_point(const RobustCopies& copies, const Result& result);
-  [[nodiscard]] bool add_violated(const std::vector<SideScan>& scans, double tolerance, bool held);
-  [[nodiscard]] bool drop_inactive(const RobustCopies& copies, const Result& result);
-  [[nodiscard]] std::vector<SideScan> scan(const std::vector<RobustCopies::WorstCase>& given);
-  [[nodiscard]] std::vector<RobustCopies::WorstCase> active_scenarios(const RobustCopies& copies,
-                                                                      const Result& result) const;
+
+  // The answer; robust_answer.cpp.
   void report(const RobustCopies& copies, const Result& result);
   [[nodiscard]] Result in_asked_shape(const RobustCopies& copies, const Result& result) const;
   [[nodiscard]] std::vector<RobustWorstCase> list_worst_cases(const RobustCopies& copies,
@@ -72,11 +91,8 @@ class RobustSearch {
   int starts_;
   const SolveObserver& observer_;
   TimeLimit& limit_;
-  std::vector<double> start_;
-  bool moved_ = false;  ///< start_ is no longer the model's
-  bool near_ = false;   ///< start_ is the answer of a solve
+  Place place_;
   std::vector<bool> reads_y_;
-  std::vector<RobustCopies::WorstCase> worst_cases_;
   bool verified_ = false;  ///< the answer was checked over all of y
   double violation_;       ///< largest of the last scan; NaN: none was made
   RobustResult answer_;

@@ -27,8 +27,8 @@ class Search {
   Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
          Observation& observation, BestPoint& best, Start start);
 
-  /// Iterates until the search ends. kept: a first-order point with an undecided test that was left for
-  /// a better one.
+  /// Iterates until the search ends. kept: a first-order point with an undecided test that was left
+  /// for a better one.
   [[nodiscard]] SearchOutcome run(StepMethod& method, std::optional<SearchOutcome>& kept);
 
   /// The search as it stands, ended so.
@@ -50,8 +50,8 @@ class Search {
                            std::optional<SearchOutcome>& kept);
   [[nodiscard]] std::optional<Status> limit_reached();
   [[nodiscard]] std::optional<Status> deadline_reached() const;
-  /// Of a minimization that has no iterations left and was on its way to an infimum at infinity, with a
-  /// first-order point beside that way.
+  /// Of a minimization that has no iterations left and was on its way to an infimum at infinity,
+  /// with a first-order point beside that way.
   [[nodiscard]] std::optional<SearchOutcome> end_at_infinity();
   void make_step(StepMethod& method);
   [[nodiscard]] SearchOutcome after_failed_step();

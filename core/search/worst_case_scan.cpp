@@ -106,6 +106,15 @@ void sort_in(std::vector<std::pair<double, std::vector<double>>> found, double d
 
 }  // namespace
 
+const SideScan* worst_side(const std::vector<SideScan>& scans, Index constraint) {
+  const SideScan* worst = nullptr;
+  for (const SideScan& side : scans) {
+    if (side.constraint != constraint || side.maxima.empty()) continue;
+    if (worst == nullptr || side.excess(0) > worst->excess(0)) worst = &side;
+  }
+  return worst;
+}
+
 std::vector<Index> robust_constraints(const ProblemStructure& s) {
   std::vector<Index> rows;
   for (const auto [row, col] : s.jacobian) {

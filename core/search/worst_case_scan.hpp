@@ -26,6 +26,9 @@ struct SideScan {
   }
 };
 
+/// The side of a constraint that is violated most, or nearest to it; null: no maximum was found.
+[[nodiscard]] const SideScan* worst_side(const std::vector<SideScan>& scans, Index constraint);
+
 /// The robust constraints of a model whose indices can be followed, ascending.
 [[nodiscard]] std::vector<Index> robust_constraints(const ProblemStructure& structure);
 

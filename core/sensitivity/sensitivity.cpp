@@ -93,6 +93,10 @@ struct Sensitivity::State {
 
   [[nodiscard]] std::string read(Problem& problem, const Result& result,
                                  const SolverOptions& options);
+  void read_solution(const Result& result, const SolverOptions& options,
+                     std::vector<double> gradient, const std::vector<double>& jacobian);
+  [[nodiscard]] std::string factorize(const SolverOptions& options, std::vector<double> jacobian,
+                                      std::vector<double> hessian);
   [[nodiscard]] Move move_of(const BoundChange& change) const;
   [[nodiscard]] Move move_of(std::span<const double> dx) const;
   [[nodiscard]] Waypoint start(const Move& move) const;
@@ -140,10 +144,16 @@ std::string Sensitivity::State::read(Problem& problem, const Result& result,
   if (!all_finite(gradient) || !all_finite(jacobian) || !all_finite(hessian)) {
     return "a derivative of the model is not finite at the solution";
   }
+  read_solution(result, options, std::move(gradient), jacobian);
+  return factorize(options, std::move(jacobian), std::move(hessian));
+}
+
+void Sensitivity::State::read_solution(const Result& result, const SolverOptions& options,
+                                       std::vector<double> gradient,
+                                       const std::vector<double>& jacobian) {
   double gradient_norm = 0.0;
   for (const double value : gradient) gradient_norm = std::max(gradient_norm, std::abs(value));
-
-  min_part.assign(n, 0.0);
+  min_part.assign(gradient.size(), 0.0);
   solution = {};
   solution.reduced = std::move(gradient);
   for (std::size_t k = 0; k < jacobian.size(); ++k) {
@@ -162,6 +172,12 @@ std::string Sensitivity::State::read(Problem& problem, const Result& result,
       active_set_of(structure, solution.bounds, result, solution.reduced, gradient_norm, weak);
   z_lower = result.z_lower;
   z_upper = result.z_upper;
+}
+
+/// The system of the solution's active set.
+std::string Sensitivity::State::factorize(const SolverOptions& options,
+                                          std::vector<double> jacobian,
+                                          std::vector<double> hessian) {
   if (!system || !system->fits(structure)) {
     if (system) {
       lost_factorizations += system->factorizations();

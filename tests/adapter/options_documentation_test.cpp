@@ -7,7 +7,9 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -19,6 +21,7 @@
 #include "adapter/ipopt_only_options.hpp"
 #include "adapter/minmax_application.hpp"
 #include "adapter/model.hpp"
+#include "adapter/option_registry.hpp"
 #include "adapter/options_documentation.hpp"
 
 namespace ipminmax {
@@ -30,19 +33,19 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-const DocumentedOption& documented(const std::string& name) {
-  static const std::vector<DocumentedOption> all = list_options();
-  for (const DocumentedOption& option : all) {
+const OptionInfo& documented(const std::string& name) {
+  static const std::vector<OptionInfo> all = list_options();
+  for (const OptionInfo& option : all) {
     if (option.name == name) return option;
   }
   throw std::out_of_range(name);
 }
 
 TEST(ListOptions, HoldsEveryOptionOnceWithAText) {
-  std::set<std::string> names;
-  std::set<std::string> closed;
-  std::string category;
-  for (const DocumentedOption& option : list_options()) {
+  std::set<std::string_view> names;
+  std::set<std::string_view> closed;
+  std::string_view category;
+  for (const OptionInfo& option : list_options()) {
     EXPECT_TRUE(names.insert(option.name).second) << option.name;
     EXPECT_FALSE(option.text.empty()) << option.name;
     EXPECT_EQ(option.text.back(), '.') << option.name;
@@ -57,35 +60,39 @@ TEST(ListOptions, HoldsEveryOptionOnceWithAText) {
 TEST(ListOptions, AgreesWithTheRegistry) {
   const SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
   register_options(*registry);
-  for (const DocumentedOption& option : list_options()) {
-    const SmartPtr<const Ipopt::RegisteredOption> registered = registry->GetOption(option.name);
+  for (const OptionInfo& option : list_options()) {
+    const SmartPtr<const Ipopt::RegisteredOption> registered =
+        registry->GetOption(std::string(option.name));
     ASSERT_TRUE(Ipopt::IsValid(registered)) << option.name;
-    if (option.type == "number") {
-      EXPECT_EQ(std::stod(option.default_value), registered->DefaultNumber()) << option.name;
-    } else if (option.type == "integer") {
-      EXPECT_EQ(std::stoi(option.default_value), registered->DefaultInteger()) << option.name;
+    if (type_of(option) == "number") {
+      EXPECT_EQ(std::stod(default_of(option)), registered->DefaultNumber()) << option.name;
+    } else if (type_of(option) == "integer") {
+      EXPECT_EQ(std::stoi(default_of(option)), registered->DefaultInteger()) << option.name;
     } else {
-      EXPECT_EQ(option.default_value, registered->DefaultString()) << option.name;
+      EXPECT_EQ(default_of(option), registered->DefaultString()) << option.name;
       EXPECT_EQ(registered->Type(), Ipopt::OT_String) << option.name;
     }
-    for (const auto& value : option.values) {
-      EXPECT_TRUE(registered->IsValidStringSetting(value.name)) << option.name;
+    const auto* choice = std::get_if<OptionInfo::Choice>(&option.kind);
+    if (choice == nullptr) continue;
+    for (const std::string_view value : choice->names) {
+      EXPECT_TRUE(registered->IsValidStringSetting(std::string(value))) << option.name;
     }
   }
 }
 
 TEST(ListOptions, ShowsTypeRangeAndDefault) {
-  EXPECT_EQ(documented("tol").type, "number");
-  EXPECT_EQ(documented("tol").range, "(0, inf)");
-  EXPECT_EQ(documented("tol").default_value, "1e-08");
-  EXPECT_EQ(documented("bound_frac").range, "(0, 0.5]");
-  EXPECT_EQ(documented("max_iter").range, "[0, inf)");
-  EXPECT_EQ(documented("print_level").range, "[0, 12]");
-  EXPECT_EQ(documented("perturb_dec_fact").default_value, "0.3333333333333333");
-  EXPECT_EQ(documented("sb").type, "yes/no");
-  EXPECT_EQ(documented("linear_solver").default_value, "auto");
-  EXPECT_EQ(documented("linear_solver").values.size(), 5U) << "without Ipopt's own";
-  EXPECT_EQ(documented("option_file_name").default_value, "ipminmax.opt");
+  EXPECT_EQ(type_of(documented("tol")), "number");
+  EXPECT_EQ(range_of(documented("tol")), "(0, inf)");
+  EXPECT_EQ(default_of(documented("tol")), "1e-08");
+  EXPECT_EQ(range_of(documented("bound_frac")), "(0, 0.5]");
+  EXPECT_EQ(range_of(documented("max_iter")), "[0, inf)");
+  EXPECT_EQ(range_of(documented("print_level")), "[0, 12]");
+  EXPECT_EQ(default_of(documented("perturb_dec_fact")), "0.3333333333333333");
+  EXPECT_EQ(type_of(documented("sb")), "yes/no");
+  EXPECT_EQ(default_of(documented("linear_solver")), "auto");
+  EXPECT_EQ(std::get<OptionInfo::Choice>(documented("linear_solver").kind).names.size(), 5U)
+      << "without Ipopt's own";
+  EXPECT_EQ(default_of(documented("option_file_name")), "ipminmax.opt");
 }
 
 TEST(OptionsText, IsReadableOnATerminal) {

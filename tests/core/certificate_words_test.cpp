@@ -147,6 +147,48 @@ TEST(DependentRows, OfMaxThatPinchYAtABoundOfXAreNotCertified) {
   EXPECT_EQ(found.answer, InnerAnswer::StrictlyBest);
 }
 
+/// max over (h, a) of -h - inner a^2 + 2 x a on h >= 0 and h >= a^2: at 0 both gradients are the same.
+/// phi(x) = x^2 / (1 + inner) + outer x^2, without the row it would be x^2 / inner + outer x^2.
+Model below_curve(double inner, double outer) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression a = model.variable(kMax, "a"), h = model.variable(kMax, "h", 0.0);
+  model.objective(outer * square(x) + 2.0 * x * a - h - inner * square(a));
+  model.constraint(h - square(a), 0.0, kNoBound);
+  return model;
+}
+
+TEST(DependentRows, OfMaxLeaveYStrictlyBestAndXMinimalForTheAnswersThatAreLeft) {
+  for (const double inner : {0.0, 1.0}) {
+    const Certificate found = solved(below_curve(inner, 1.0), {0.4, 0.2, 1.0});
+    EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
+    EXPECT_EQ(found.answer, InnerAnswer::StrictlyBest);
+    EXPECT_FALSE(found.licq_max);
+    EXPECT_TRUE(names(find(found, Kind::Dependent), "g"));
+  }
+}
+
+TEST(DependentRows, OfMaxAreNotDroppedForMin) {
+  // Without the row phi would be 0.3 x^2 and more; it is -0.2 x^2.
+  const Model game = below_curve(1.0, -0.7);
+  for (const double share : {0.0, 0.3, 1.0}) {
+    EXPECT_NE(certify(game, {0.0, 0.0, 0.0}, {share}).kind, PointKind::LocalMinmax) << share;
+  }
+  EXPECT_NE(solved(game, {1e-4, 1e-4, 1e-4}).kind, PointKind::LocalMinmax);
+}
+
+TEST(Lengths, GrowWhereStiffVariablesFollowAFlatOne) {
+  // b - c = e at the solution, where the curvature is 12 e^2 along (-1, -1, 1); a - b is stiff.
+  const double e = 1e-4;
+  Model model;
+  const Expression a = model.variable(kMin, "a"), b = model.variable(kMin, "b");
+  const Expression c = model.variable(kMin, "c");
+  const Expression gap = b - c;
+  model.objective(square(a - b) + pow(gap, 4.0) - 4.0 * e * e * e * gap);
+  model.constraint(a + b + 2.0 * c, 4.0, 4.0);
+  EXPECT_EQ(solved(model, {2.0, 1.5, 0.1}).second_order, SecondOrder::Satisfied);
+}
+
 TEST(LengthsOfX, AreNotThoseOfACouplingWithAYThatCannotMove) {
   // The equation holds y; its multiplier is all of W_yy.
   Model model;

@@ -22,11 +22,11 @@ struct CertificateJudgement {
   bool signs_are_right = false;  ///< of curvature too small for the check
 };
 
-/// Checks the claim that a strict local minmax is near result.v. Dense linear algebra, that shares no
-/// code with the library: Newton's method on the equations of the active set, for several guesses of
-/// it, then multiplier signs, the curvature over y on the tangent space, the curvature of the inner
-/// maximum over x; at last values along curves and at random feasible points. seed: of these points.
-/// The problem has no robust constraints.
+/// Checks the claim that a strict local minmax is near result.v. Dense linear algebra, that shares
+/// no code with the library: Newton's method on the equations of the active set, for several
+/// guesses of it, then multiplier signs, the curvature over y on the tangent space, the curvature
+/// of the inner maximum over x; at last values along curves and at random feasible points. seed: of
+/// these points. The problem has no robust constraints.
 [[nodiscard]] CertificateJudgement judge_certificate(Problem& problem, const SolverOptions& options,
                                                      const Result& result, std::uint64_t seed);
 

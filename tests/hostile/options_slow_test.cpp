@@ -19,6 +19,7 @@
 #include <support/judge_truth.hpp>
 
 #include "adapter/application_options.hpp"
+#include "adapter/option_registry.hpp"
 #include "adapter/options_documentation.hpp"
 #include "core/robust.hpp"
 #include "core/solver.hpp"
@@ -91,28 +92,26 @@ TEST(HostileOptions, FailedSearchesOverBranchesLeaveTheModelsPoint) {
 
 /// Options without files, MPI and limits of work.
 std::string random_options_file(Dice& dice) {
-  static const std::vector<DocumentedOption> all = list_options();
+  static const std::vector<OptionInfo> all = list_options();
   std::string text;
   for (int lines = 1 + dice.below(6); lines > 0; --lines) {
-    const DocumentedOption& option =
+    const OptionInfo& option =
         all[static_cast<std::size_t>(dice.below(static_cast<int>(all.size())))];
     const auto has = [&](const char* part) {
       return std::string(option.name).find(part) != std::string::npos;
     };
     if (has("file") || has("starts") || has("max_iter") || has("time") || has("mpi")) continue;
-    std::string value = option.default_value;
-    if (option.type == "number") {
+    std::string value = default_of(option);
+    if (std::holds_alternative<OptionInfo::Number>(option.kind)) {
       std::ostringstream number;
       number.precision(17);
       number << std::pow(10.0, dice.between(-9.0, 3.0));
       value = number.str();
-    } else if (option.type == "integer") {
+    } else if (std::holds_alternative<OptionInfo::Integer>(option.kind)) {
       value = std::to_string(dice.below(9) - 1);
-    } else if (!option.values.empty()) {
-      value =
-          option
-              .values[static_cast<std::size_t>(dice.below(static_cast<int>(option.values.size())))]
-              .name;
+    } else if (const auto* choice = std::get_if<OptionInfo::Choice>(&option.kind)) {
+      const int names = static_cast<int>(choice->names.size());
+      value = choice->names[static_cast<std::size_t>(dice.below(names))];
     }
     if (value.find("mpi") != std::string::npos) continue;
     text += std::string(option.name) + dice.one_of({" ", "\t", "  "}) + value +

@@ -84,12 +84,17 @@ double best_of_grids() {
   return best;
 }
 
+SolverOptions with_starts(int starts, int worst_case_starts) {
+  SolverOptions options;
+  options.minmax_starts = starts;
+  options.minmax_worst_case_starts = worst_case_starts;
+  return options;
+}
+
 TEST(RobustPolynomial, TheAnswerIsTheBestOfAGridAndNoStartOfYIsWorse) {
   AutodiffProblem problem = robust_polynomial();
-  SolverOptions options;
+  SolverOptions options = with_starts(8, 20);
   options.minmax_epigraph = true;
-  options.minmax_starts = 8;
-  options.minmax_worst_case_starts = 20;
   const RobustResult answer = solve_robust(problem, options);
   const double grid = best_of_grids();
   EXPECT_EQ(answer.result.certificate.kind, PointKind::LocalMinmax) << answer.result.message;
@@ -105,10 +110,8 @@ TEST(RobustPolynomial, TheAnswerIsTheBestOfAGridAndNoStartOfYIsWorse) {
 // The same by multistart.
 TEST(RobustPolynomial, AMultistartOverBranchesFindsTheBestOfAGrid) {
   AutodiffProblem problem = robust_polynomial();
-  SolverOptions options;
+  SolverOptions options = with_starts(8, 20);
   options.minmax_epigraph_at_kinks = true;
-  options.minmax_starts = 8;
-  options.minmax_worst_case_starts = 20;
   const MultistartResult answer = multistart(problem, options);
   EXPECT_EQ(answer.best.certificate.kind, PointKind::LocalMinmax) << answer.best.message;
   EXPECT_NEAR(phi(answer.best.v[0], answer.best.v[1], 20000, 20), best_of_grids(), 1e-4);
@@ -123,10 +126,8 @@ TEST(RobustPolynomial, APlainMultistartSaysThatAnotherYIsWorse) {
   for (const int seed : {SolverOptions{}.minmax_start_seed, 7}) {
     for (const int worst_case_starts : {0, 20}) {
       SCOPED_TRACE("seed " + std::to_string(seed) + ", " + std::to_string(worst_case_starts));
-      SolverOptions options;
-      options.minmax_starts = seed == 7 ? 24 : 8;
+      SolverOptions options = with_starts(seed == 7 ? 24 : 8, worst_case_starts);
       options.minmax_start_seed = seed;
-      options.minmax_worst_case_starts = worst_case_starts;
       const Result best = multistart(problem, options).best;
       const double worst = phi(best.v[0], best.v[1], 2000, 20);
       ASSERT_GT(worst, best.objective + 1.0) << "no weak branch";
@@ -144,10 +145,8 @@ TEST(RobustPolynomial, APlainMultistartSaysThatAnotherYIsWorse) {
 // Every point that the starts led to is the worst case that it says.
 TEST(RobustPolynomial, NoReportedPointHasAWorseY) {
   AutodiffProblem problem = robust_polynomial();
-  SolverOptions options;
+  SolverOptions options = with_starts(12, 20);
   options.minmax_epigraph = true;
-  options.minmax_starts = 12;
-  options.minmax_worst_case_starts = 20;
   const RobustResult answer = solve_robust(problem, options);
   ASSERT_GE(answer.points.size(), 2U);
   for (const DistinctPoint& point : answer.points) {
@@ -171,17 +170,16 @@ TEST(RobustPolynomial, AWorseYIsSeenWhereYHasNoBounds) {
   int seen_by_a_multistart = 0;
   for (int seed = 0; seed < 5; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    SolverOptions options;
+    SolverOptions options = with_starts(1, 20);
     options.minmax_start_seed = seed;
-    options.minmax_worst_case_starts = 20;
     const Result checked = multistart(problem, options).best;
     ASSERT_EQ(checked.status, Status::Solved);
     ASSERT_GT(phi(checked.v[0], checked.v[1], 2000, 10), checked.objective + 1.0)
         << "a weak branch attracts the first start";
     EXPECT_TRUE(checked.worst_case.higher) << checked.worst_case.value;
 
-    options.minmax_worst_case_starts = 0;
-    options.minmax_starts = 8;
+    options = with_starts(8, 0);
+    options.minmax_start_seed = seed;
     const Result best = multistart(problem, options).best;
     seen_by_a_multistart += best.worst_case.higher ? 1 : 0;
   }

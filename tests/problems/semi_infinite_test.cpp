@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 
 #include <problems/semi_infinite_programs.hpp>
 
+#include "core/model/forwarding_problem.hpp"
 #include "core/robust.hpp"
 
 namespace ipminmax {
@@ -370,6 +372,44 @@ TEST(RobustConstraints, ScenariosMeetMaxConstraints) {
   const RobustResult answer = solve_robust(problem, options);
   EXPECT_TRUE(is_success(answer.result.status)) << answer.result.message;
   EXPECT_NEAR(answer.result.v[0], 2.0, 1e-6);
+}
+
+/// Writes its start's multipliers whether they are wanted or not, as models of Ipopt may.
+class CarelessStart final : public ForwardingProblem {
+ public:
+  using ForwardingProblem::ForwardingProblem;
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    ++asked;
+    const ProblemStructure& s = structure();
+    complete = complete && start.lambda.size() == s.constraint_players.size();
+    for (const std::span<double> z : {start.z_lower, start.z_upper}) {
+      complete = complete && z.size() == s.variable_players.size();
+    }
+    for (const std::span<double> all : {start.lambda, start.z_lower, start.z_upper}) {
+      std::ranges::fill(all, 1.0);
+    }
+    return ForwardingProblem::starting_point(start);
+  }
+  int asked = 0;
+  bool complete = true;  ///< whether there was room for all multipliers, every time
+};
+
+TEST(RobustCopies, AStartHasRoomForMultipliersThatAreNotWanted) {
+  const SemiInfinite program = testing::semi_infinite_programs().front();
+  AutodiffProblem problem(model_of(program), start_of(program));
+  for (const int starts : {1, 2}) {
+    for (const bool epigraph : {false, true}) {
+      SCOPED_TRACE(std::to_string(starts) + (epigraph ? " starts, epigraph" : " starts"));
+      CarelessStart careless(problem);
+      SolverOptions options;
+      options.minmax_starts = starts;
+      options.minmax_epigraph = epigraph;
+      options.minmax_worst_case_starts = 2;
+      static_cast<void>(solve_robust(careless, options));
+      EXPECT_GT(careless.asked, 0);
+      EXPECT_TRUE(careless.complete);
+    }
+  }
 }
 
 TEST(RobustCopies, BrokenModelsAreNamed) {

@@ -38,12 +38,21 @@ void print(const char* name, const Tally& t) {
       t.unjustified, t.wrongly_refuted, t.factorizations, t.after_convergence);
 }
 
-/// What holds today; aimed at are 99 % of the strict points and at most 8 % undecided.
-void expect(const Tally& t) {
+Tally& operator+=(Tally& sum, const Tally& t) {
+  sum.solved += t.solved;
+  sum.undecided += t.undecided;
+  sum.strict += t.strict;
+  sum.strict_certified += t.strict_certified;
+  sum.unjustified += t.unjustified;
+  sum.wrongly_refuted += t.wrongly_refuted;
+  return sum;
+}
+
+void expect(const Tally& t, double least_certified) {
   EXPECT_EQ(t.unjustified, 0);
   EXPECT_EQ(t.wrongly_refuted, 0);
-  EXPECT_GE(t.strict_certified, 0.94 * t.strict);
-  EXPECT_LE(t.undecided, 0.11 * t.solved);
+  EXPECT_GE(t.strict_certified, least_certified * t.strict);
+  EXPECT_LE(t.undecided, 0.08 * t.solved);
 }
 
 void judge(const std::string& name, Problem& problem, ExtendedFunctions& functions, Tally& tally) {
@@ -128,7 +137,10 @@ TEST(CertificateTable, HockSchittkowski) {
   print("minimizations", minimizations);
   print("twins, Min's rows", min_twins);
   print("twins, Max's rows", max_twins);
-  for (const Tally& tally : {minimizations, min_twins, max_twins}) expect(tally);
+  Tally all;
+  for (const Tally& tally : {minimizations, min_twins, max_twins}) all += tally;
+  // Not certified: hs116 and its twin, flat once bounds are relaxed; hs108's twin.
+  expect(all, 0.993);
 }
 
 TEST(CertificateTable, ScalableFamilies) {
@@ -158,7 +170,7 @@ TEST(CertificateTable, ScalableFamilies) {
     judge(family.name, *family.problem, functions, tally);
   }
   print("scalable families", tally);
-  expect(tally);
+  expect(tally, 0.97);  // all but one
 }
 
 }  // namespace

@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-/// Dense linear algebra for references in tests, compiled once: each use of Eigen's decompositions in a
-/// source file costs seconds.
+/// Dense linear algebra for references in tests, compiled once: each use of Eigen's decompositions
+/// in a source file costs seconds.
 namespace ipminmax::testing {
 
 /// In ascending order; the lower triangle of the matrix is read.

@@ -287,7 +287,8 @@ class ExtendedJudge {
     if (v_.size() > 0) found.moved = (v_ - start_).cwiseAbs().maxCoeff();
     if (!signs_are_right()) return found;
     second_order(found);
-    // Newton's method creeps to a singular solution, and residuals are rounding long before it is there.
+    // Newton's method creeps to a singular solution, and residuals are rounding long before it is
+    // there.
     if (found.verdict == ExtendedVerdict::Strict && creeps_) {
       found.verdict = ExtendedVerdict::Singular;
     }

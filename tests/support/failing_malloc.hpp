@@ -11,8 +11,8 @@
 
 #include <support/sanitizer.hpp>
 
-/// Lets chosen calls of malloc and its kin fail, those of operator new and of shared libraries among
-/// them, by taking glibc's place. For one source file of an executable; not under sanitizers.
+/// Lets chosen calls of malloc and its kin fail, those of operator new and of shared libraries
+/// among them, by taking glibc's place. For one source file of an executable; not under sanitizers.
 namespace ipminmax::testing {
 
 /// Who allocates, by the return address.
