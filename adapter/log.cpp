@@ -383,8 +383,10 @@ std::string robust_summary(const RobustResult& result, const ProblemStructure& s
   std::string text = format("\nRobust constraints: %zu worst cases, %d solves",
                             result.worst_cases.size(), result.solves);
   if (result.maximizations > 0) {
-    text += format(", %d maximizations over y, largest violation found %.2e", result.maximizations,
-                   result.largest_violation);
+    text += format(", %d maximizations over y, ", result.maximizations);
+    text += std::isnan(result.largest_violation)
+                ? std::string("none at this x")
+                : format("largest violation found %.2e", result.largest_violation);
   }
   if (result.starts > 1) {
     text += format("\n%d starts of x, %zu distinct certified points, the answer from start %d",

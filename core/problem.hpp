@@ -26,6 +26,10 @@ struct ProblemStructure {
   std::vector<Triplet> hessian;               ///< one of (i,j) and (j,i); duplicates add
   std::vector<std::string> variable_names;    ///< n or empty; used in messages
   std::vector<std::string> constraint_names;  ///< m or empty; used in messages
+  /// Indices that messages give, n and m, or empty: their own. A problem that is built from a model
+  /// sets the model's; -1: none, the name stands alone.
+  std::vector<Index> variable_numbers{};
+  std::vector<Index> constraint_numbers{};
   bool has_hessian = true;  ///< false: the model has no second derivatives, hessian is empty
   /// Variables in which f or g are nonlinear, where the model says so; used when the structure of
   /// the Hessian is not given.

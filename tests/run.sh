@@ -8,7 +8,9 @@ jobs=${JOBS:-$(nproc)}
 # For the tests alone: a decimal comma; ADOL-C; MPI; the Python package, which is left out where it finds nothing.
 cmake/install_dependencies.sh locales libadolc-dev libmumps-dev libopenmpi-dev openmpi-bin \
   python3-dev python3-numpy python3-scipy pybind11-dev
-cmake --preset release
+# Precompiled headers, but where there is a compiler cache, which cannot keep what uses them.
+precompile=${CMAKE_CXX_COMPILER_LAUNCHER:+OFF}
+cmake --preset release -DIPMINMAX_PRECOMPILE="${precompile:-ON}"
 cmake --build build/release -j "$jobs"
 cd build/release
 exec ctest --output-on-failure -j "$jobs" "$@"

@@ -12,7 +12,8 @@ if [ ${#programs[@]} -eq 0 ]; then
 fi
 
 cmake/install_dependencies.sh clang libclang-rt-14-dev
-cmake --preset fuzz -DIPMINMAX_BUILD_TESTS=ON
+precompile=${CMAKE_CXX_COMPILER_LAUNCHER:+OFF}  # see tests/run.sh
+cmake --preset fuzz -DIPMINMAX_BUILD_TESTS=ON -DIPMINMAX_PRECOMPILE="${precompile:-ON}"
 cmake --build --preset fuzz -j "${JOBS:-$(nproc)}" --target "${programs[@]}"
 export ASAN_OPTIONS=allocator_may_return_null=1 UBSAN_OPTIONS=print_stacktrace=1 OPENBLAS_NUM_THREADS=1
 for program in "${programs[@]}"; do

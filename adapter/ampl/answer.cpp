@@ -155,7 +155,12 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
             << (problem.maximizes() ? "y of the negative objective: " : "y: ") << worst;
   }
   const std::string warning = split_warning(problem);
-  if (!warning.empty()) message << "\nWARNING: " << warning;
+  if (!warning.empty()) {
+    message << "\nWARNING: " << warning;
+  } else if (!problem.has_player(Player::Max)) {
+    message << "\nA plain " << (problem.maximizes() ? "maximization" : "minimization")
+            << ": no variable has suffix player = 1, and minmax_max_variables names none.";
+  }
   return message.str();
 }
 

@@ -177,9 +177,6 @@ void print_answer(const RunOptions& options, int print_level, const std::string&
   constexpr std::size_t kFew = 20;
   if (options.print_message) std::cout << message << '\n';
   const bool by_hand = options.few_variables && print_level > 0 && !result.v.empty();
-  if (by_hand && !problem.has_player(ipminmax::Player::Max))
-    std::cout << "A plain " << (problem.maximizes() ? "maximization" : "minimization")
-              << ": no variable has suffix player = 1, and minmax_max_variables names none.\n";
   const bool few = result.v.size() <= kFew;
   if (options.print_variables || (by_hand && few)) {
     std::cout << '\n';

@@ -61,7 +61,7 @@ void Reasons::add_weakly_active(const BoundClasses& classes) {
       name = canonical_.variable_name(variable);
       reason.variables.push_back(variable);
     }
-    reason.text = std::string("weakly active: the ") + side + " bound of " + name + " (" +
+    reason.text = "weakly active: the " + std::string(side) + " bound of " + name + " (" +
                   name_of(player) + ") has both distance and multiplier near zero";
     add(std::move(reason));
   }

@@ -15,8 +15,8 @@ class Epigraph final : public Problem {
  public:
   explicit Epigraph(Problem& model) : model_(model), structure_(model.structure()) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    n_ = add_variable(structure_, Player::Min, -kInfinity, kInfinity, "t");
-    m_ = add_constraint(structure_, Player::Min, -kInfinity, 0.0, "f - t");
+    n_ = add_variable(structure_, Player::Min, -kInfinity, kInfinity, {-1, "t"});
+    m_ = add_constraint(structure_, Player::Min, -kInfinity, 0.0, {-1, "f - t"});
     entries_ = structure_.jacobian.size();
     for (Index i = 0; i <= n_; ++i) structure_.jacobian.push_back({m_, i});
     structure_.nonlinear_variables.reset();

@@ -1,4 +1,5 @@
 #include "core/model/remarks.hpp"
+#include "core/model/structure_check.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,12 +14,21 @@ namespace {
 /// from both.
 constexpr double kFarFromBounds = 0.1;
 
+/// Bounds from here on are none, as nlp_upper_bound_inf has it by default.
+constexpr double kNoBound = 1e19;
+
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 std::size_t player(Player p) { return p == Player::Max ? 1 : 0; }
 
 struct Shares {
-  std::array<std::size_t, 2> variables{}, free{}, equations{};
+  std::array<std::size_t, 2> variables{}, free{}, open{}, equations{};
+  /// Open variables of Min that several of Max's equations read: states look like that.
+  std::vector<Index> shared{};
 };
+
+bool is_open(const ProblemStructure& s, std::size_t i) {
+  return s.variable_lower[i] <= -kNoBound || s.variable_upper[i] >= kNoBound;
+}
 
 /// Equations without free variables of their owner restrict nobody's choice.
 Shares count(const ProblemStructure& s) {
@@ -28,17 +38,35 @@ Shares count(const ProblemStructure& s) {
     fixed[i] = s.variable_lower[i] == s.variable_upper[i];
     ++counts.variables[player(s.variable_players[i])];
     if (!fixed[i]) ++counts.free[player(s.variable_players[i])];
+    if (!fixed[i] && is_open(s, i)) ++counts.open[player(s.variable_players[i])];
   }
   std::vector<bool> moved(s.constraint_players.size(), false);
   for (const auto& [row, col] : s.jacobian) {
     if (!fixed[at(col)] && s.variable_players[at(col)] == s.constraint_players[at(row)])
       moved[at(row)] = true;
   }
+  const auto equation = [&](std::size_t j) {
+    return moved[j] && s.constraint_lower[j] == s.constraint_upper[j];
+  };
   for (std::size_t j = 0; j < moved.size(); ++j) {
-    const bool equation = s.constraint_lower[j] == s.constraint_upper[j];
-    if (equation && moved[j]) ++counts.equations[player(s.constraint_players[j])];
+    if (equation(j)) ++counts.equations[player(s.constraint_players[j])];
   }
+  std::vector<Index> last_reader(fixed.size(), -1);
+  for (const auto& [row, col] : s.jacobian) {
+    if (s.constraint_players[at(row)] != Player::Max || !equation(at(row)) || fixed[at(col)] ||
+        s.variable_players[at(col)] != Player::Min || !is_open(s, at(col))) {
+      continue;
+    }
+    if (last_reader[at(col)] >= 0 && last_reader[at(col)] != row) counts.shared.push_back(col);
+    last_reader[at(col)] = row;
+  }
+  std::ranges::sort(counts.shared);
+  counts.shared.erase(std::unique(counts.shared.begin(), counts.shared.end()), counts.shared.end());
   return counts;
+}
+
+std::string plural(std::size_t count, const char* noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
 std::string stem(const std::string& name) { return name.substr(0, name.find_first_of("[({")); }
@@ -64,10 +92,17 @@ std::vector<std::string> split_remarks(const ProblemStructure& structure) {
     remarks.emplace_back("Min's variables are all fixed: this is a plain maximization.");
   } else if (counts.equations[1] >= counts.free[1]) {
     remarks.push_back(
-        "Max has " + std::to_string(counts.equations[1]) + " equality constraints for " +
-        std::to_string(counts.free[1]) +
-        " variables: no choice is left to him. Do other variables belong to Max, too, "
-        "or the states and their equations to Min?");
+        "Max has " + plural(counts.equations[1], "equality constraint") + " for " +
+        plural(counts.free[1], "variable") +
+        ": no choice is left to him. Do other variables belong to Max, too: the states that these "
+        "equations define, or his decisions?");
+  } else if (counts.equations[1] > counts.open[1] && !counts.shared.empty()) {
+    remarks.push_back("Max has " + plural(counts.equations[1], "equality constraint") + " for " +
+                      plural(counts.open[1], "variable") + " without two bounds, and " +
+                      plural(counts.shared.size(), "variable") +
+                      " of Min's in several of them (the first: " +
+                      variable_name(structure, counts.shared.front()) +
+                      "). Are these states, which belong to Max, too?");
   }
   return remarks;
 }

@@ -10,7 +10,8 @@
 namespace ipminmax {
 
 /// What looks like a mistake in who owns what, in sentences: a player without free variables
-/// although the model distributes them, Max's equalities that leave him no choice. The structure
+/// although the model distributes them, Max's equalities that leave him no choice or read what may be
+/// states that Max should own. The structure
 /// must be valid.
 [[nodiscard]] std::vector<std::string> split_remarks(const ProblemStructure& structure);
 

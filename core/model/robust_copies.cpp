@@ -17,9 +17,12 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Empty where the model has no names.
-std::string name_of_copy(const std::vector<std::string>& names, Index i, std::size_t copy) {
-  return names.empty() ? std::string() : names[at(i)] + "@" + std::to_string(copy);
+/// What the model calls the original, with the number of the copy.
+Label label_of_copy(const std::vector<std::string>& names, const std::vector<Index>& numbers,
+                    Index i, std::size_t copy) {
+  const bool named = at(i) < names.size() && !names[at(i)].empty();
+  return {.number = at(i) < numbers.size() ? numbers[at(i)] : i,
+          .name = (named ? names[at(i)] + "@" : "copy ") + std::to_string(copy)};
 }
 
 }  // namespace
@@ -122,14 +125,15 @@ Index RobustCopies::copy_variable(Index i, std::size_t copy, const WorstCase& wo
   model_variable_.push_back(i);
   return add_variable(structure_, Player::Max, worst_case.held ? value : s.variable_lower[at(i)],
                       worst_case.held ? value : s.variable_upper[at(i)],
-                      name_of_copy(s.variable_names, i, copy));
+                      label_of_copy(s.variable_names, s.variable_numbers, i, copy));
 }
 
 Index RobustCopies::copy_row(Index j, std::size_t copy) {
   const ProblemStructure& s = model_.structure();
   model_row_.push_back(j);
   return add_constraint(structure_, s.constraint_players[at(j)], s.constraint_lower[at(j)],
-                        s.constraint_upper[at(j)], name_of_copy(s.constraint_names, j, copy));
+                        s.constraint_upper[at(j)],
+                        label_of_copy(s.constraint_names, s.constraint_numbers, j, copy));
 }
 
 void RobustCopies::add_worst_case(const WorstCase& worst_case) {

@@ -65,6 +65,11 @@ class RobustCopies final : public Problem {
   [[nodiscard]] bool is_active(const Result& result, std::size_t k) const;
   /// Row of the k-th worst case.
   [[nodiscard]] Index row(std::size_t k) const { return parts_[k + 1].row; }
+  /// The model's variable and row that a variable and a row of this problem are, or copy.
+  [[nodiscard]] Index model_variable(Index i) const {
+    return model_variable_[static_cast<std::size_t>(i)];
+  }
+  [[nodiscard]] Index model_row(Index j) const { return model_row_[static_cast<std::size_t>(j)]; }
   /// Variable that stands for a variable of the model in the k-th worst case.
   [[nodiscard]] Index variable(std::size_t k, Index model_variable) const {
     return parts_[k + 1].column[static_cast<std::size_t>(model_variable)];

@@ -11,10 +11,18 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-std::string named(std::string_view kind, const std::vector<std::string>& names, Index i) {
+std::string named(std::string_view kind, const std::vector<std::string>& names,
+                  const std::vector<Index>& numbers, Index i) {
+  const std::string name = at(i) < names.size() ? names[at(i)] : std::string();
+  const Index number = at(i) < numbers.size() ? numbers[at(i)] : i;
   std::ostringstream text;
-  text << kind << ' ' << i;
-  if (at(i) < names.size() && !names[at(i)].empty()) text << " (" << names[at(i)] << ')';
+  text << kind << ' ';
+  if (number < 0) {
+    text << name;
+  } else {
+    text << number;
+    if (!name.empty()) text << " (" << name << ')';
+  }
   return text.str();
 }
 
@@ -49,11 +57,11 @@ std::string check_range(std::string_view matrix, const std::vector<Triplet>& ent
 }  // namespace
 
 std::string variable_name(const ProblemStructure& structure, Index i) {
-  return named("variable", structure.variable_names, i);
+  return named("variable", structure.variable_names, structure.variable_numbers, i);
 }
 
 std::string constraint_name(const ProblemStructure& structure, Index i) {
-  return named("constraint", structure.constraint_names, i);
+  return named("constraint", structure.constraint_names, structure.constraint_numbers, i);
 }
 
 std::string number_text(double value) {

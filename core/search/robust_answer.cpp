@@ -14,6 +14,26 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+/// Copies become what they copy in what the certificate is about; what the solved form has behind
+/// the asked model's n variables and m constraints is left out.
+void name_originals(const RobustCopies& copies, Index n, Index m, Certificate& certificate) {
+  const auto replace = [](std::vector<Index>& indices, Index size, const auto& original) {
+    std::vector<Index> kept;
+    for (const Index i : indices) {
+      const Index own = original(i);
+      if (own < size && std::ranges::find(kept, own) == kept.end()) kept.push_back(own);
+    }
+    indices = std::move(kept);
+  };
+  const auto variable = [&](Index i) { return copies.model_variable(i); };
+  for (CertificateReason& reason : certificate.reasons) {
+    replace(reason.variables, n, variable);
+    replace(reason.constraints, m, [&](Index j) { return copies.model_row(j); });
+  }
+  Index& least = certificate.least_curvature_variable;
+  if (least >= 0) least = variable(least) < n ? variable(least) : -1;
+}
+
 }  // namespace
 
 void cut(const ProblemStructure& asked, Result& result) {
@@ -26,6 +46,8 @@ void cut(const ProblemStructure& asked, Result& result) {
 Result RobustSearch::in_asked_shape(const RobustCopies& copies, const Result& result) const {
   const std::size_t n = place_.v.size();
   Result own = result;
+  name_originals(copies, static_cast<Index>(asked_.structure().variable_players.size()),
+                 static_cast<Index>(asked_.structure().constraint_players.size()), own.certificate);
   if (result.v.size() < n) return own;
   own.lambda.resize(model_.structure().constraint_players.size());
   std::vector<double> largest(n, -1.0);

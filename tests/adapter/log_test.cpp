@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <set>
 #include <sstream>
 #include <string>
@@ -270,6 +271,18 @@ TEST(Banner, NamesTheProgram) {
   const std::string text = log::banner();
   EXPECT_TRUE(std::all_of(text.begin(), text.end(),
                           [](char c) { return c == '\n' || (c >= ' ' && c <= '~'); }));
+}
+
+TEST(RobustSummary, AViolationThatWasNotLookedForIsNotANumber) {
+  RobustResult result;
+  result.maximizations = 7;
+  result.largest_violation = 1.5e-9;
+  EXPECT_NE(log::robust_summary(result, {}).find(", largest violation found 1.50e-09"),
+            std::string::npos);
+  result.largest_violation = std::numeric_limits<double>::quiet_NaN();
+  const std::string text = log::robust_summary(result, {});
+  EXPECT_NE(text.find("7 maximizations over y, none at this x"), std::string::npos) << text;
+  EXPECT_EQ(text.find("nan"), std::string::npos) << text;
 }
 
 }  // namespace

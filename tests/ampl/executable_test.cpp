@@ -543,6 +543,13 @@ TEST_F(AmplExecutable, ThePointIsPrintedWithNames) {
   Parts plain = minimize(kSquare);
   ASSERT_EQ(solve(plain, "print_level=1"), 0) << err_;
   EXPECT_TRUE(printed("A plain minimization: no variable has suffix player")) << out_;
+  // Where the message is all that is read, as from AMPL and Pyomo.
+  ASSERT_EQ(run("model.nl -AMPL print_level=0"), 0) << err_;
+  EXPECT_TRUE(solution_has("A plain minimization: no variable has suffix player"));
+  std::filesystem::copy(IPMINMAX_SOURCE_DIR "/tests/package/saddle.nl", path("model.nl"),
+                        std::filesystem::copy_options::overwrite_existing);
+  ASSERT_EQ(run("model.nl -AMPL print_level=0"), 0) << err_;
+  EXPECT_FALSE(solution_has("plain minimization"));
 }
 
 TEST_F(AmplExecutable, OptionsNameTheMaximizersVariables) {

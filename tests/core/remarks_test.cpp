@@ -40,7 +40,39 @@ std::string first(const std::vector<std::string>& remarks) {
 TEST(SplitRemarks, MaxWithoutAChoice) {
   EXPECT_EQ(first(split_remarks(shared_state(kMax).structure())), "");
   const std::string text = first(split_remarks(shared_state(kMin).structure()));
-  EXPECT_NE(text.find("Max has 1 equality constraints for 1 variables: no choice is left"),
+  EXPECT_NE(text.find("Max has 1 equality constraint for 1 variable: no choice is left"),
+            std::string::npos)
+      << text;
+  // To Min the equation, which reads Max's variables, may not go.
+  EXPECT_EQ(text.find("to Min"), std::string::npos) << text;
+}
+
+/// Six stages s_k+1 = 0.9 s_k + u_k + w_k, of which Max owns the first states.
+AutodiffProblem stages(int owned, double gust_bound) {
+  constexpr int kStages = 6;
+  Model model;
+  Expression cost = 0.0, last = 0.5;
+  std::vector<Expression> left_over;
+  for (int k = 0; k < kStages; ++k) {
+    const std::string index = "[" + std::to_string(k) + "]";
+    const Expression u = model.variable(kMin, "u" + index);
+    const Expression w = model.variable(kMax, "w" + index, -gust_bound, gust_bound);
+    const Expression s = model.variable(k < owned ? kMax : kMin, "s" + index);
+    cost = cost + square(u) + square(s) - 20.0 * square(w);
+    left_over.push_back(s - 0.9 * last - u - w);
+    last = s;
+  }
+  model.objective(cost);
+  for (const Expression& expression : left_over) model.constraint(expression, 0.0, 0.0, kMax);
+  return AutodiffProblem(model, std::vector<double>(3 * kStages, 0.1));
+}
+
+TEST(SplitRemarks, HalfOfTheStatesForgotten) {
+  EXPECT_EQ(first(split_remarks(stages(6, 1.0).structure())), "");
+  EXPECT_EQ(first(split_remarks(stages(6, kNoBound).structure())), "");
+  const std::string text = first(split_remarks(stages(3, 1.0).structure()));
+  EXPECT_NE(text.find("Max has 6 equality constraints for 3 variables without two bounds, and "
+                      "2 variables of Min's in several of them (the first: variable 11 (s[3]))"),
             std::string::npos)
       << text;
 }

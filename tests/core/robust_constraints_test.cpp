@@ -7,6 +7,7 @@
 
 #include <support/autodiff_problem.hpp>
 
+#include "core/robust.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {
@@ -142,6 +143,42 @@ TEST(RobustConstraint, MayBeForbidden) {
   const Result result = solve(problem, options);
   EXPECT_EQ(result.status, Status::InvalidProblem);
   EXPECT_NE(result.message.find("belongs to the Min player but depends on"), std::string::npos);
+}
+
+/// f reads y, so the row has a copy of it, whose upper bound is weakly active: -(y - 1)^2 is largest
+/// there, with slope zero.
+RobustResult with_weakly_active_copy(bool named) {
+  Model model;
+  const Expression x = model.variable(kMin, named ? "x" : "");
+  const Expression y = model.variable(kMax, named ? "y" : "", -1.0, 1.0);
+  model.objective(0.1 * square(x) - x - square(y));
+  model.constraint(x - square(y - 1.0), -kNoBound, 1.0, kMin);
+  AutodiffProblem problem(model, {0.0, 0.5});
+  SolverOptions options;
+  options.minmax_worst_case_starts = 2;
+  return solve_robust(problem, options);
+}
+
+TEST(RobustConstraint, ReasonsNameWhatTheModelHasNotTheCopy) {
+  for (const bool named : {true, false}) {
+    const Result result = with_weakly_active_copy(named).result;
+    const auto& reasons = result.certificate.reasons;
+    ASSERT_FALSE(reasons.empty()) << result.message;
+    bool about_y = false;
+    for (const CertificateReason& reason : reasons) {
+      for (const Index i : reason.variables) {
+        EXPECT_LT(i, 2) << reason.text;
+        about_y = about_y || i == 1;
+      }
+      for (const Index j : reason.constraints) EXPECT_EQ(j, 0) << reason.text;
+      EXPECT_EQ(reason.text.find("variable 2"), std::string::npos) << reason.text;
+    }
+    EXPECT_TRUE(about_y);
+    EXPECT_LT(result.certificate.least_curvature_variable, 2);
+    EXPECT_NE(reasons.front().text.find(named ? "variable 1 (y@1)" : "variable 1 (copy 1)"),
+              std::string::npos)
+        << reasons.front().text;
+  }
 }
 
 }  // namespace

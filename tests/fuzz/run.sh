@@ -6,7 +6,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 seconds=${1:-30}
 
 cmake/install_dependencies.sh clang libclang-rt-14-dev
-cmake --preset fuzz
+precompile=${CMAKE_CXX_COMPILER_LAUNCHER:+OFF}  # see tests/run.sh
+cmake --preset fuzz -DIPMINMAX_PRECOMPILE="${precompile:-ON}"
 cmake --build --preset fuzz -j "${JOBS:-$(nproc)}" --target nl_fuzz options_fuzz c_fuzz
 export ASAN_OPTIONS=allocator_may_return_null=1:detect_leaks=0 OPENBLAS_NUM_THREADS=1
 mkdir -p build/fuzz/findings

@@ -5,9 +5,10 @@
 #include <sstream>
 #include <vector>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include <hostile/judge_certificate.hpp>
+#include <support/dense_algebra.hpp>
 #include <support/dense_optimality.hpp>
 
 namespace ipminmax::testing {
@@ -54,25 +55,16 @@ VectorXd equilibration(const MatrixXd& a) {
 VectorXd solve_symmetric(const MatrixXd& a, const VectorXd& rhs) {
   const VectorXd d = equilibration(a);
   const MatrixXd scaled = d.asDiagonal() * a * d.asDiagonal();
-  return d.asDiagonal() *
-         VectorXd(scaled.completeOrthogonalDecomposition().solve(VectorXd(d.asDiagonal() * rhs)));
+  return d.asDiagonal() * least_squares(scaled, d.asDiagonal() * rhs);
 }
 
-/// Orthonormal basis of {d : rows d = 0}.
-MatrixXd null_space(MatrixXd rows, bool& independent) {
-  independent = true;
+/// Orthonormal basis of {d : rows d = 0}, of rows of any length.
+MatrixXd null_space_of_directions(MatrixXd rows, bool& independent) {
   for (Eigen::Index k = 0; k < rows.rows(); ++k) {
     const double norm = rows.row(k).norm();
     if (norm > 0.0) rows.row(k) /= norm;
   }
-  if (rows.rows() == 0 || rows.cols() == 0) {
-    independent = rows.rows() == 0;
-    return MatrixXd::Identity(rows.cols(), rows.cols());
-  }
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(rows.transpose());
-  qr.setThreshold(1e-9);
-  independent = qr.rank() == rows.rows();
-  return MatrixXd(qr.householderQ()).rightCols(rows.cols() - qr.rank());
+  return null_space(rows, independent);
 }
 
 /// Least eigenvalue of h on the directions of a basis, in units in which it is equilibrated; +infinity
@@ -81,8 +73,7 @@ double smallest_curvature(const MatrixXd& h, const MatrixXd& basis) {
   if (basis.cols() == 0) return std::numeric_limits<double>::infinity();
   const MatrixXd reduced = basis.transpose() * h * basis;
   const VectorXd d = equilibration(reduced);
-  return Eigen::SelfAdjointEigenSolver<MatrixXd>(d.asDiagonal() * reduced * d.asDiagonal())
-      .eigenvalues()[0];
+  return symmetric_eigenvalues(d.asDiagonal() * reduced * d.asDiagonal())[0];
 }
 
 class CertificateJudge {
@@ -399,7 +390,8 @@ class CertificateJudge {
                                      Player owner) const {
     bool independent = true;
     const Places rows = rows_of(active, owner, nullptr);
-    static_cast<void>(null_space(here.rows(rows, owner == Player::Min ? x_ : y_), independent));
+    static_cast<void>(
+        null_space_of_directions(here.rows(rows, owner == Player::Min ? x_ : y_), independent));
     return independent;
   }
 
@@ -408,8 +400,8 @@ class CertificateJudge {
                                                      const std::vector<bool>& weak, bool weak_max) {
     bool independent = true;
     const Places strong = rows_of(active, Player::Max, &weak);
-    const double inner =
-        smallest_curvature(-here.hessian(y_, y_), null_space(here.rows(strong, y_), independent));
+    const double inner = smallest_curvature(
+        -here.hessian(y_, y_), null_space_of_directions(here.rows(strong, y_), independent));
     // With dependent gradients other multipliers may be right, or nothing else be feasible.
     if (!independent) return doubtful("dependent gradients of the maximizer");
     if (inner < -kSign) return wrong("inner curvature " + text(-inner));
@@ -418,11 +410,11 @@ class CertificateJudge {
     double outer = std::numeric_limits<double>::infinity();
     for (const bool with_weak : {false, true}) {
       const Places max_rows = rows_of(active, Player::Max, with_weak ? nullptr : &weak);
-      static_cast<void>(null_space(here.rows(max_rows, y_), independent));
+      static_cast<void>(null_space_of_directions(here.rows(max_rows, y_), independent));
       if (!independent) return doubtful("dependent gradients of the maximizer");
       const MatrixXd schur = complement(here, max_rows);
       const Places min_rows = rows_of(active, Player::Min, &weak);
-      const MatrixXd basis = null_space(here.rows(min_rows, x_), independent);
+      const MatrixXd basis = null_space_of_directions(here.rows(min_rows, x_), independent);
       outer = std::min(outer, smallest_curvature(schur, basis));
       if (!weak_max) break;
     }
@@ -448,7 +440,7 @@ class CertificateJudge {
     const VectorXd d = equilibration(inner);
     const MatrixXd scaled = d.asDiagonal() * inner * d.asDiagonal();
     const MatrixXd right = d.asDiagonal() * coupling;
-    return here.hessian(x_, x_) - right.transpose() * scaled.fullPivLu().solve(right);
+    return here.hessian(x_, x_) - right.transpose() * solve_pivoting(scaled, right);
   }
 
   // --- Values -------------------------------------------------------------------------------------
@@ -484,7 +476,7 @@ class CertificateJudge {
     const MatrixXd h =
         mover == Player::Min ? complement(here, max_rows) : MatrixXd(-here.hessian(y_, y_));
     bool independent = true;
-    const MatrixXd basis = null_space(here.rows(own, variables), independent);
+    const MatrixXd basis = null_space_of_directions(here.rows(own, variables), independent);
     if (basis.cols() == 0) return true;
     const VectorXd weights = VectorXd::NullaryExpr(basis.cols(), [&] { return normal(); });
     const VectorXd d = equilibration(basis.transpose() * h * basis);
@@ -527,7 +519,7 @@ class CertificateJudge {
       if (!evaluate(active, z, here)) return false;
       const VectorXd violation = here.violation(rows);
       const MatrixXd a = here.rows(rows, variables);
-      const VectorXd step = a.completeOrthogonalDecomposition().solve(-violation);
+      const VectorXd step = least_squares(a, -violation);
       if (!step.allFinite()) return false;
       z.v(variables) += step;
       if (max_norm(step) <= 1e-15 * (1.0 + max_norm(z.v))) break;

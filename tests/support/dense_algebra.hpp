@@ -16,5 +16,13 @@ namespace ipminmax::testing {
 
 /// a^-1 b, a square and nonsingular.
 [[nodiscard]] Eigen::MatrixXd solve_dense(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+/// The same with full pivoting, for matrices that may be nearly singular.
+[[nodiscard]] Eigen::MatrixXd solve_pivoting(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+/// The shortest x of those that make |a x - b| least.
+[[nodiscard]] Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+
+/// Orthonormal columns that span {d : rows d = 0}; independent: whether the rows are, pivots of
+/// 1e-9 of the largest apart.
+[[nodiscard]] Eigen::MatrixXd null_space(const Eigen::MatrixXd& rows, bool& independent);
 
 }  // namespace ipminmax::testing

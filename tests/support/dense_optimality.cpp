@@ -4,7 +4,9 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
+
+#include <support/dense_algebra.hpp>
 
 namespace ipminmax::testing {
 
@@ -143,8 +145,7 @@ class DenseJudge {
     }
     Eigen::VectorXd residual = evaluation_.gradient;
     if (k > 0) {
-      const Eigen::VectorXd multipliers =
-          gradients.completeOrthogonalDecomposition().solve(-evaluation_.gradient);
+      const Eigen::VectorXd multipliers = least_squares(gradients, -evaluation_.gradient);
       k = 0;
       for (Active& active : active_) active.multiplier = multipliers[k++];
       residual += gradients * multipliers;
@@ -175,21 +176,6 @@ class DenseJudge {
     return rows;
   }
 
-  /// Orthonormal columns that span {d : rows d = 0}; full_rank tells whether the rows are
-  /// independent.
-  static Eigen::MatrixXd null_space(const Eigen::MatrixXd& rows, bool& full_rank) {
-    const Eigen::Index n = rows.cols();
-    full_rank = true;
-    if (rows.rows() == 0 || n == 0) {
-      full_rank = rows.rows() == 0;
-      return Eigen::MatrixXd::Identity(n, n);
-    }
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.transpose());
-    qr.setThreshold(1e-9);
-    full_rank = qr.rank() == rows.rows();
-    return Eigen::MatrixXd(qr.householderQ()).rightCols(n - qr.rank());
-  }
-
   struct Extremes {
     double smallest = std::numeric_limits<double>::infinity();
     double largest = -std::numeric_limits<double>::infinity();
@@ -197,9 +183,7 @@ class DenseJudge {
   static Extremes eigenvalues(const Eigen::MatrixXd& h, const Eigen::MatrixXd& basis) {
     if (basis.cols() == 0) return {};
     const Eigen::MatrixXd reduced = basis.transpose() * h * basis;
-    const Eigen::VectorXd values =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(reduced, Eigen::EigenvaluesOnly)
-            .eigenvalues();
+    const Eigen::VectorXd values = symmetric_eigenvalues(reduced);
     return {values.minCoeff(), values.maxCoeff()};
   }
 
@@ -218,7 +202,7 @@ class DenseJudge {
     coupling.topRows(ny) = h(y_, x_);
     coupling.bottomRows(k) = max_rows(Eigen::all, x_);
     if (ny + k == 0 || nx == 0) return h(x_, x_);
-    const Eigen::MatrixXd response = inner.fullPivLu().solve(coupling);
+    const Eigen::MatrixXd response = solve_pivoting(inner, coupling);
     return h(x_, x_) - coupling.transpose() * response;
   }
 
