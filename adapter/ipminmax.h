@@ -235,8 +235,9 @@ typedef struct IpminmaxWorstCase {
 } IpminmaxWorstCase;
 
 /* The worst case over all of y at the Min variables of x (n values), from so many starting points
- * of y, at least 1; the first is that of x. Options as for the next solve. worst_x (n), or NULL: x and
- * the worst y. Calls the model's functions; 0 when it cannot be done: IpminmaxMessage says why. */
+ * of y, at least 1; the first is that of x. Options as for the next solve. worst_x (n), or NULL: x
+ * and the worst y. Calls the model's functions; 0 when it cannot be done: IpminmaxMessage says why.
+ */
 int IpminmaxCheckWorstCase(IpminmaxProblem problem, const double *x, int starts,
                            IpminmaxWorstCase *worst_case, double *worst_x, void *user_data);
 int IpminmaxCheckWorstCaseSized(IpminmaxProblem problem, const double *x, int starts,

@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "result.hpp"
 
@@ -54,5 +55,14 @@ struct IterationInfo {
 };
 
 using IterationCallback = std::function<bool(const IterationInfo&)>;
+
+/// What a solve tells while it runs. Every member may be empty.
+struct SolveObserver {
+  /// Called once per iteration including 0, and in those of a restoration; false stops with
+  /// Status::UserStop at the iterate.
+  std::function<bool(const IterationInfo&)> on_iteration;
+  /// Messages a user should see (warnings, changes of phase), without line end.
+  std::function<void(std::string_view)> message;
+};
 
 }  // namespace ipminmax

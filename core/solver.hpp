@@ -1,8 +1,6 @@
 #pragma once
 
-#include <functional>
 #include <memory>
-#include <string_view>
 
 #include "iteration.hpp"
 #include "options.hpp"
@@ -10,15 +8,6 @@
 #include "result.hpp"
 
 namespace IPMINMAX_API ipminmax {
-
-/// What a solve tells while it runs. Every member may be empty.
-struct SolveObserver {
-  /// Called once per iteration including 0, and in those of a restoration; false stops with
-  /// Status::UserStop at the iterate.
-  std::function<bool(const IterationInfo&)> on_iteration;
-  /// Messages a user should see (warnings, changes of phase), without line end.
-  std::function<void(std::string_view)> message;
-};
 
 /// Solves the problem. Never throws for what the model or the numbers do; exceptions thrown by the
 /// model's functions pass through, std::bad_alloc gives OutOfMemory. minmax_epigraph: as

@@ -1,9 +1,9 @@
 // The bits of every iterate, to prove that a change of the code changes none of them.
 //
-//   iterates FILE             solves the small, multimodal, scalable and Hock-Schittkowski problems,
-//                             some of them from many starts, semi-infinite and branching ones with
-//                             copies of y, and writes a line per call of the iteration callback and
-//                             per result
+//   iterates FILE             solves the small, multimodal, scalable and Hock-Schittkowski
+//                             problems, some of them from many starts, semi-infinite and branching
+//                             ones with copies of y, and writes a line per call of the iteration
+//                             callback and per result
 //   iterates --compare A B    names the first difference of two such files and counts the solves
 //                             that differ; exit code 1 if there is any
 //

@@ -2,10 +2,10 @@
 
 #include <functional>
 
+#include "core/iteration.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/options.hpp"
 #include "core/point/point.hpp"
-#include "core/solver.hpp"
 
 namespace ipminmax {
 

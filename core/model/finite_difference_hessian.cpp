@@ -16,6 +16,15 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Part of the room to a bound that one of up to four steps takes.
 constexpr double kRoomUsed = 0.2;
+/// Room on both sides, in steps, from which a coin chooses the side.
+constexpr double kRoomy = 5.0;
+/// Shares of the step tried where the model is undefined, and each twice where it is to be
+/// compared.
+constexpr std::array kShorter{1.0, 0.1, 1e-2, 1e-3};
+constexpr std::array kScales{1.0, 1.0, 0.1, 0.1, 1e-2, 1e-2};
+/// Second derivatives disagree with a slope of first ones beyond so many times the errors that are
+/// seen, this share of their own size, and so many roundings.
+constexpr double kErrors = 10.0, kShare = 1e-7, kRoundings = 20.0;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -333,7 +342,7 @@ bool FiniteDifferenceHessian::difference_alone(std::span<const HessianColoring::
                                                std::span<double> values,
                                                std::span<double> rounding) {
   const std::array<Index, 1> variable{entries.front().col};
-  for (const double shrink : {1.0, 0.1, 1e-2, 1e-3}) {
+  for (const double shrink : kShorter) {
     for (const Side side : {Side::Best, Side::Up, Side::Down}) {
       if (difference(variable, entries, scale * shrink, side, v, multipliers, values, rounding)) {
         return true;
@@ -403,7 +412,7 @@ std::vector<double> FiniteDifferenceHessian::random_direction(std::span<const do
     const double reach = step_ * scale * std::max(1.0, std::abs(v[i]));
     const double up = std::max(structure_.variable_upper[i] - v[i], 0.0);
     const double down = std::max(v[i] - structure_.variable_lower[i], 0.0);
-    const bool upwards = std::min(up, down) >= 5.0 * reach ? coin : up >= down;
+    const bool upwards = std::min(up, down) >= kRoomy * reach ? coin : up >= down;
     const double step = part * std::min(reach, kRoomUsed * (upwards ? up : down));
     direction[i] = upwards ? step : -step;
   }
@@ -416,7 +425,7 @@ std::optional<std::vector<Index>> FiniteDifferenceHessian::disagreeing_rows(
   if (!load_base(v, multipliers)) return std::nullopt;
   std::vector<double> direction;
   bool defined = false;
-  for (const double scale : {1.0, 1.0, 0.1, 0.1, 1e-2, 1e-2}) {
+  for (const double scale : kScales) {
     direction = random_direction(v, scale);
     std::fill(magnitude_.begin(), magnitude_.end(), 0.0);
     defined = true;
@@ -451,8 +460,8 @@ std::optional<std::vector<Index>> FiniteDifferenceHessian::disagreeing_rows(
     const double fine = 2.0 * first_[i] - 0.5 * second_[i];
     const double coarse = second_[i] - 0.25 * third_[i];
     const double slope = (4.0 * fine - coarse) / 3.0;
-    const double allowed = 10.0 * (std::abs(fine - coarse) + error[i]) + 1e-7 * size[i] +
-                           20.0 * kEpsilon * magnitude_[i];
+    const double allowed = kErrors * (std::abs(fine - coarse) + error[i]) + kShare * size[i] +
+                           kRoundings * kEpsilon * magnitude_[i];
     if (!(std::abs(product[i] - slope) <= allowed)) rows.push_back(static_cast<Index>(i));
   }
   return rows;

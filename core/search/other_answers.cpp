@@ -10,9 +10,6 @@
 namespace ipminmax {
 namespace {
 
-/// Difference of two values of f, as a share of the range that f was seen to take, that counts.
-constexpr double kClearDifference = 1e-6;
-
 std::vector<double> part(const ProblemStructure& structure, const std::vector<double>& v,
                          Player player) {
   std::vector<double> values;
@@ -37,6 +34,12 @@ double violation_of_max(const ProblemStructure& s, std::span<const double> g) {
 
 std::vector<double> min_part(const ProblemStructure& structure, const std::vector<double>& v) {
   return part(structure, v, Player::Min);
+}
+
+double clear_difference(double least, double largest, double seen, double tol) {
+  constexpr double kShare = 1e-6;
+  const double size = std::max(1.0, std::abs(largest));
+  return std::max(kShare, tol) * std::max(largest - least, std::min(seen, size));
 }
 
 void compare_with(const OtherAnswers& others, Problem& problem, Result& result, Counts& counts) {
@@ -71,9 +74,8 @@ void compare_with(const OtherAnswers& others, Problem& problem, Result& result, 
     worst = f;
     found = v;
   }
-  const double clear =
-      std::max(kClearDifference * (most - least), others.tol * std::max(1.0, std::abs(here)));
-  if (!(worst - here > clear)) return;
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  if (!(worst - here > clear_difference(least, most, kUnknown, others.tol))) return;
   result.worst_case = {};
   result.worst_case.value = worst;
   result.worst_case.y = part(s, found, Player::Max);

@@ -11,6 +11,11 @@ namespace ipminmax {
 [[nodiscard]] std::vector<double> min_part(const ProblemStructure& structure,
                                            const std::vector<double>& v);
 
+/// Difference from which one value of f counts as worse than another: a millionth, or tol, of the
+/// range of the values compared and of what f took on the way to them, at most max(1, |f|). least,
+/// largest: of the values compared; seen: range on the way, infinite where nothing is known of it.
+[[nodiscard]] double clear_difference(double least, double largest, double seen, double tol);
+
 /// Whether the y of one of the points (n values each), where Max's constraints let him take it at
 /// the x of the result, is clearly worse there than the result's own: at the cost of an evaluation
 /// each, without any maximization. Then result.worst_case has the worst of them, `higher` set, and

@@ -11,14 +11,13 @@
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
+#include "core/search/other_answers.hpp"
 #include "core/worst_case.hpp"
 
 namespace ipminmax {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Difference of two values of f, as a share of the range that f was seen to take, that counts.
-constexpr double kClearDifference = 1e-6;
 
 /// The maximizer's problem at fixed x: Min variables are fixed, Min constraints absent.
 class HeldMin final : public ForwardingProblem {
@@ -124,7 +123,10 @@ class Maxima {
     for (std::size_t k = 0; k < std::min(kMostBranches, check_.maxima.size()); ++k) {
       found.branches.push_back(check_.maxima[k].value);
     }
-    const double clear = clear_difference(here);
+    // Of values at maxima; on the way, far from Y, f may be larger by far.
+    const double last = check_.maxima.back().value;
+    const double clear = clear_difference(std::isfinite(here) ? std::min(last, here) : last,
+                                          found.value, std::max(most_ - least_, 0.0), options_.tol);
     found.higher = found.value - here > clear;
     for (const WorstCaseMaximum& maximum : check_.maxima) {
       if (found.value - maximum.value <= clear) ++found.competing;
@@ -132,17 +134,6 @@ class Maxima {
   }
 
  private:
-  /// Of values at maxima; on the way, far from Y, f may be larger by far.
-  [[nodiscard]] double clear_difference(double here) const {
-    const double largest = check_.maxima.front().value;
-    double least = check_.maxima.back().value;
-    if (std::isfinite(here)) least = std::min(least, here);
-    const double seen = std::max(most_ - least_, 0.0);
-    return std::max(kClearDifference * (largest - least),
-                    std::max(kClearDifference, options_.tol) *
-                        std::min(seen, std::max(1.0, std::abs(largest))));
-  }
-
   const SolverOptions& options_;
   WorstCaseCheck& check_;
   double least_ = kInfinity, most_ = -kInfinity;

@@ -13,6 +13,7 @@
 #include <support/autodiff_problem.hpp>
 
 #include "core/multistart.hpp"
+#include "core/search/other_answers.hpp"
 #include "core/solver.hpp"
 #include "core/worst_case.hpp"
 
@@ -27,13 +28,14 @@ using testing::Model;
 constexpr Player kMin = Player::Min;
 constexpr Player kMax = Player::Max;
 
-/// 0.5 (x - 1)^2 + x y / 10 - (y^2 - 1)^2 + tilt y: maxima over y near -1 and 1, the higher one
-/// near 1 for x > -10 tilt; a local minmax on each branch.
-Model two_branches(double tilt) {
+/// 0.5 (x - 1)^2 + x y / 10 - (y^2 - 1)^2 + tilt y, in some unit: maxima over y near -1 and 1, the
+/// higher one near 1 for x > -10 tilt; a local minmax on each branch.
+Model two_branches(double tilt, double unit = 1.0) {
   Model model;
   const Expression x = model.variable(kMin, "x", -5.0, 5.0);
   const Expression y = model.variable(kMax, "y", -2.0, 2.0);
-  model.objective(0.5 * square(x - 1.0) + 0.1 * x * y - square(square(y) - 1.0) + tilt * y);
+  model.objective(unit *
+                  (0.5 * square(x - 1.0) + 0.1 * x * y - square(square(y) - 1.0) + tilt * y));
   return model;
 }
 
@@ -74,6 +76,21 @@ TEST(WorstCase, HigherBranchOfYIsFound) {
   add_worst_case(problem, with_starts(10), result);
   EXPECT_EQ(result.worst_case.value, check.found.value);
   EXPECT_NE(describe_worst_case(result).find("is a local worst case only"), std::string::npos);
+}
+
+// Where nothing is known of f but a few values, a millionth of max(1, |f|) counts, or tol.
+TEST(WorstCase, TheYOfOtherStartsCountsFromAMillionthOn) {
+  for (const double unit : {1.0, 1e-3, 1e-7}) {  // the branches differ by 0.8 of it
+    AutodiffProblem problem(two_branches(0.3, unit), {1.0, -1.0});
+    Result result;
+    result.v = {1.0, -1.0};
+    ASSERT_TRUE(problem.objective(result.v, true, result.objective));
+    const OtherAnswers others{
+        .points = {{1.0, 1.0}}, .objectives = {}, .tol = 1e-8, .constr_viol_tol = 1e-4};
+    Counts counts;
+    compare_with(others, problem, result, counts);
+    EXPECT_EQ(result.worst_case.higher, unit > 1e-6) << unit;
+  }
 }
 
 TEST(WorstCase, MultistartPrefersThePointWhoseWorstCaseIsBest) {

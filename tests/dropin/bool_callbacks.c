@@ -1,5 +1,5 @@
-/* Ipopt's C interface as 3.14 declares it: callbacks and functions of type bool. Only the low byte of
- * a bool that is returned is defined, so "false" is tried with garbage above it. The game
+/* Ipopt's C interface as 3.14 declares it: callbacks and functions of type bool. Only the low byte
+ * of a bool that is returned is defined, so "false" is tried with garbage above it. The game
  * min over x, max over y of x^2 + 4 x y - y^2 with y >= x - 1: (0, 0), value 0. */
 #include <math.h>
 #include <stdbool.h>
