@@ -93,7 +93,8 @@ IpoptOptions read_options() {
   return options;
 }
 
-/// A fork waits until the table is made: the child would wait for ever for the thread that makes it.
+/// A fork waits until the table is made: the child would wait for ever for the thread that makes
+/// it.
 std::mutex table_is_made;
 
 /// When the library is loaded; the smaller tables are made then.

@@ -42,7 +42,7 @@ using ipminmax::Index;
 using ipminmax::LinearSolver;
 using ipminmax::Ordering;
 
-// --- Matrices --------------------------------------------------------------------------------------
+// --- Matrices ------------------------------------------------------------------------------------
 
 struct Source {
   std::string name;
@@ -96,7 +96,7 @@ KktMatrix capture(const Source& source) {
   return kkt_matrices_after(*problem, 2, options).full;
 }
 
-// --- Contestants -----------------------------------------------------------------------------------
+// --- Contestants ---------------------------------------------------------------------------------
 
 struct Backend {
   const char* name;
@@ -154,7 +154,7 @@ const char* name_of(Ordering ordering) {
   return "?";
 }
 
-// --- Google Benchmark ------------------------------------------------------------------------------
+// --- Google Benchmark ----------------------------------------------------------------------------
 
 struct Measured {
   std::vector<double> seconds{};
@@ -295,7 +295,7 @@ void report(const std::vector<std::string>& names, const std::vector<KktMatrix>&
   }
 }
 
-// --- BLAS ------------------------------------------------------------------------------------------
+// --- BLAS ----------------------------------------------------------------------------------------
 
 /// The factorizations where dense kernels work.
 constexpr const char* kBlasBackends[] = {"mumps metis", "lapack"};
@@ -398,7 +398,7 @@ void compare_blas(const Settings& settings, const std::string& only) {
           settings);
 }
 
-// --- main ------------------------------------------------------------------------------------------
+// --- main ----------------------------------------------------------------------------------------
 
 void run(const Settings& settings, const std::string& only, bool all) {
   std::vector<std::string> names;

@@ -1,6 +1,6 @@
-// A controller with a deadline: the homicidal chauffeur from random present states, each solved through
-// the application with at most so many factorizations (minmax_max_factorizations). What is the worst
-// that happens?
+// A controller with a deadline: the homicidal chauffeur from random present states, each solved
+// through the application with at most so many factorizations (minmax_max_factorizations). What is
+// the worst that happens?
 
 #include <algorithm>
 #include <cmath>

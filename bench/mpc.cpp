@@ -1,7 +1,7 @@
 // Model predictive control of the homicidal chauffeur: 50 time steps, each solved cold, from the
 // shifted controls and states, and from the whole shifted primal-dual solution; and how far one
-// solve is from the least that its iterations could cost, an LDL' factorization of K and one of K_yy
-// in each.
+// solve is from the least that its iterations could cost, an LDL' factorization of K and one of
+// K_yy in each.
 
 #include <algorithm>
 #include <memory>

@@ -1,14 +1,14 @@
-// mpi_scaling 2|3 SIDE [REPEATS]: factorization by mumps_mpi of the matrix of a game on a grid of SIDE^2 or
-// SIDE^3 points, symmetric indefinite, on the ranks that it is started with:
+// mpi_scaling 2|3 SIDE [REPEATS]: factorization by mumps_mpi of the matrix of a game on a grid of
+// SIDE^2 or SIDE^3 points, symmetric indefinite, on the ranks that it is started with:
 //   mpirun -n 1 mpi_scaling 3 44 : -n 3 ipminmax-worker --verbose
 // Prints the predictions of the analysis, the shortest times and the peak memory of rank 0; workers
 // tell theirs with --verbose.
 //
-// mpi_scaling pair SIDE MIN [REPEATS]: K and K_yy of a game with MIN Min variables and SIDE^3 Max variables, one
-// after the other on all ranks and at the same time on halves of them.
+// mpi_scaling pair SIDE MIN [REPEATS]: K and K_yy of a game with MIN Min variables and SIDE^3 Max
+// variables, one after the other on all ranks and at the same time on halves of them.
 //
-// mpi_scaling solve SIDE [REPEATS]: a whole solve (quartic_grid, 2 SIDE^2 variables) beside one with the sequential
-// MUMPS.
+// mpi_scaling solve SIDE [REPEATS]: a whole solve (quartic_grid, 2 SIDE^2 variables) beside one
+// with the sequential MUMPS.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -57,8 +57,8 @@ SymmetricMatrix grid(int dimensions, Index side) {
   return matrix;
 }
 
-/// K = [A C; C' -B]: -B on the grid's points, each coupled with one of the Min variables, whose A is a
-/// chain. K_yy: without Min variables.
+/// K = [A C; C' -B]: -B on the grid's points, each coupled with one of the Min variables, whose A
+/// is a chain. K_yy: without Min variables.
 SymmetricMatrix game(Index side, Index min_variables) {
   const SymmetricMatrix inner = grid(3, side);
   const Index n = min_variables + inner.dimension();
@@ -123,7 +123,7 @@ int compare_halves(Index side, Index min_variables, int repeats) {
   return all > 0.0 && halves > 0.0 ? 0 : 1;
 }
 
-// --- Whole solves ---------------------------------------------------------------------------------
+// --- Whole solves --------------------------------------------------------------------------------
 
 /// The shortest of some solves, in seconds.
 double whole_solve(Index side, LinearSolver linear_solver, int repeats) {

@@ -1,12 +1,13 @@
-// Constraints that hold for every y, three ways on the same models with the same number of starts over y:
+// Constraints that hold for every y, three ways on the same models with the same number of starts
+// over y:
 //   ours         solve_robust: worst cases that move with x
 //   cutting sets Ipopt minimizes over x with the constraints at the y met so far, Ipopt maximizes each
 //                constraint over y, and the largest of each joins (Mutapcic, Boyd 2009)
 //   nested       Ipopt, limited memory, minimizes over x subject to phi_r(x) = max over y of g_r(x, y) <= 0,
 //                value and gradient (envelope theorem) from maximizations by Ipopt
-// Models: semi-infinite programs, and families with kinks in epigraph form. An answer is right when it
-// violates nothing by more than 1e-6 and its objective is within 1e-6 of the optimum (semi-infinite), or
-// within 1e-5 of the least worst case that any contestant found (families).
+// Models: semi-infinite programs, and families with kinks in epigraph form. An answer is right when
+// it violates nothing by more than 1e-6 and its objective is within 1e-6 of the optimum
+// (semi-infinite), or within 1e-5 of the least worst case that any contestant found (families).
 
 #include <algorithm>
 #include <array>

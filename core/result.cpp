@@ -1,11 +1,35 @@
 #include "core/result.hpp"
-#include "core/model/status_table.hpp"
 
 namespace ipminmax {
 
-std::string_view name_of(Status status) { return row_of(status).name; }
+Timing& Timing::operator+=(const Timing& part) {
+  evaluations += part.evaluations;
+  assembly += part.assembly;
+  analysis += part.analysis;
+  factorization += part.factorization;
+  solves += part.solves;
+  return *this;
+}
 
-bool is_success(Status status) { return row_of(status).group == StatusRow::Group::Solution; }
+Counts& Counts::operator+=(const Counts& part) {
+  objective += part.objective;
+  gradient += part.gradient;
+  constraints += part.constraints;
+  jacobian += part.jacobian;
+  hessian += part.hessian;
+  factorizations_full += part.factorizations_full;
+  factorizations_inner += part.factorizations_inner;
+  factorizations_complement += part.factorizations_complement;
+  for (std::size_t cause = 0; cause < kFactorizationCauses; ++cause) {
+    by_cause[cause].full += part.by_cause[cause].full;
+    by_cause[cause].inner += part.by_cause[cause].inner;
+  }
+  solves += part.solves;
+  analyses += part.analyses;
+  instability_raises += part.instability_raises;
+  restoration_iterations += part.restoration_iterations;
+  return *this;
+}
 
 std::string_view name_of(PointKind kind) {
   switch (kind) {

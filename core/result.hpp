@@ -160,6 +160,9 @@ struct Timing {
   double analysis = 0.0;  ///< orderings and symbolic factorizations
   double factorization = 0.0;
   double solves = 0.0;  ///< back substitution and refinement
+
+  /// Of another part of the same work, total apart.
+  Timing& operator+=(const Timing& part);
 };
 
 /// What K or K_yy was factorized for.
@@ -201,6 +204,8 @@ struct Counts {
   [[nodiscard]] FactorizationCounts& factorizations_for(FactorizationCause cause) {
     return by_cause[static_cast<std::size_t>(cause)];
   }
+  /// Of another part of the same work.
+  Counts& operator+=(const Counts& part);
 };
 
 /// The worst case over all of y at the returned x, as far as maximizations from several starts tell

@@ -1,10 +1,11 @@
-// Model predictive control that answers at once: the next solve is done before the measurement comes.
+// Model predictive control that answers at once: the next solve is done before the measurement
+// comes.
 //
 // While the players walk from one time step to the next, the pursuit (chauffeur_tnlp.hpp) is solved
 // for the states that they are expected in. When the states are measured, they are elsewhere (wind
 // blows the evader about); instead of another solve, the solution at hand is corrected by its
-// sensitivities: one back substitution. The program applies the corrected controls and compares them,
-// step by step, with those of a solve for the measured states and with those not corrected.
+// sensitivities: one back substitution. The program applies the corrected controls and compares
+// them, step by step, with those of a solve for the measured states and with those not corrected.
 //
 //   advanced_step [gusts [steps]]      size of the gusts (0.02), time steps (40)
 #include <IpOptionsList.hpp>

@@ -1,13 +1,13 @@
 // The paper's Table 1: four functions of two scalars, random starts, three methods.
 //
 // Pure Newton goes to any point with a small gradient; gradient descent ascent (GDA) mostly to
-// local minmax points, slowly; Algorithm 1 only to local minmax points, fast. The paper leaves open how
-// "increase epsilon" is done; each first shift and growth factor is a row. Two more rows leave out
-// line 7 and start the shifts at those of the last iteration, as Ipopt does.
+// local minmax points, slowly; Algorithm 1 only to local minmax points, fast. The paper leaves open
+// how "increase epsilon" is done; each first shift and growth factor is a row. Two more rows leave
+// out line 7 and start the shifts at those of the last iteration, as Ipopt does.
 //
 // Every point is checked here with the eigenvalues of the analytic Hessian, independently of the
-// solver. The program fails when the solver reports a local minmax that is none, or when Algorithm 1 with
-// line 7 ends at an equilibrium that is none.
+// solver. The program fails when the solver reports a local minmax that is none, or when Algorithm
+// 1 with line 7 ends at an equilibrium that is none.
 //
 //   benchmark_functions
 //   benchmark_functions --box3 1 --first-shift 1e-3 --growth 4

@@ -2,8 +2,8 @@
 //
 //   min E   subject to   -E <= h(t) - (x_0 + x_1 t + ... + x_n t^n) <= E   for every t in [-1, 1]
 //
-// h(t) = 1 / (t + a), a > 1, whose least error is known: (a - sqrt(a^2 - 1))^n / (a^2 - 1). The worst t
-// are the n + 2 points where the error alternates.
+// h(t) = 1 / (t + a), a > 1, whose least error is known: (a - sqrt(a^2 - 1))^n / (a^2 - 1). The
+// worst t are the n + 2 points where the error alternates.
 
 #include <algorithm>
 #include <cmath>

@@ -1,13 +1,13 @@
-// Many starts: which local minmax points a game has, what they are worth, and how often a random start
-// ends at each.
+// Many starts: which local minmax points a game has, what they are worth, and how often a random
+// start ends at each.
 //
 //   min_x max_y  sum_i (x_i^2 - 1)^2 + a_i x_i + x_i y_i - y_i^2,   |x_i| <= 3, |y_i| <= 3,   i = 1 to 4
 //
-// The maximum over y is sum_i p_i(x_i), p_i(x) = (x^2 - 1)^2 + a_i x + x^2 / 4, each with a better and a worse
-// valley: 16 local minmax points. The program finds them by multistart, prints them, writes
-// many_starts.csv and draws value against basin size (share of the starts that ended there) into
-// many_starts.svg. It fails when a value found is not a sum of minima of the p_i, which it finds by
-// bisection, or when one of the 16 is missing.
+// The maximum over y is sum_i p_i(x_i), p_i(x) = (x^2 - 1)^2 + a_i x + x^2 / 4, each with a better
+// and a worse valley: 16 local minmax points. The program finds them by multistart, prints them,
+// writes many_starts.csv and draws value against basin size (share of the starts that ended there)
+// into many_starts.svg. It fails when a value found is not a sum of minima of the p_i, which it
+// finds by bisection, or when one of the 16 is missing.
 //
 //   many_starts [--starts N] [--threads N] [--seed N] [--output FOLDER]
 

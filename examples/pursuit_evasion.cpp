@@ -327,7 +327,8 @@ void write_csv(const Run& run, const std::filesystem::path& file) {
   std::printf("wrote %s\n", file.string().c_str());
 }
 
-/// Both trajectories, with grey circles where the solve was not certified and black ones at the start.
+/// Both trajectories, with grey circles where the solve was not certified and black ones at the
+/// start.
 svg::Panel panel_of(const Run& run) {
   svg::Series pursuer{.points = {{run.start.px, run.start.py}},
                       .mark = svg::Mark::LineAndDots,
@@ -364,7 +365,7 @@ void draw(const std::vector<Run>& runs, const std::filesystem::path& file) {
   svg::write(panels, file);
 }
 
-// ---- The three modes ------------------------------------------------------------------------------
+// ---- The three modes ----------------------------------------------------------------------------
 
 std::string title_of(int instability_from) {
   if (instability_from == 1) return "with the instability rule";
@@ -452,7 +453,7 @@ void scaling(Settings settings) {
               (n * time_x - x * time) / spread, (n * iterations_x - x * iterations) / spread);
 }
 
-// ---- The sequential formulation -------------------------------------------------------------------
+// ---- The sequential formulation -----------------------------------------------------------------
 
 /// The same game in one of the two formulations, as a problem of the core.
 std::unique_ptr<ipminmax::Problem> formulation(bool sequential, int horizon, const State& state,

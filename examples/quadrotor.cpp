@@ -1,7 +1,7 @@
-// A planar quadrotor returns home through wind. In every step a minmax problem over the next stages is
-// solved: the thrusts prepare for the worst wind, which pays a price for its square. Then the first
-// thrusts are applied while the wind blows as the last solve feared, and the next problem starts from
-// the shifted solution. Draws quadrotor.svg.
+// A planar quadrotor returns home through wind. In every step a minmax problem over the next stages
+// is solved: the thrusts prepare for the worst wind, which pays a price for its square. Then the
+// first thrusts are applied while the wind blows as the last solve feared, and the next problem
+// starts from the shifted solution. Draws quadrotor.svg.
 
 #include <cstdio>
 #include <filesystem>

@@ -1,5 +1,5 @@
-// A tubular column under a compressive load, the cheapest that neither yields nor buckles although load,
-// stiffness and both dimensions are uncertain:
+// A tubular column under a compressive load, the cheapest that neither yields nor buckles although
+// load, stiffness and both dimensions are uncertain:
 //
 //   min over (d, t)   9.82 d t + 2 d                          d mean diameter, t thickness, in cm
 //   subject to        P / (pi d t) <= sigma                   no yielding
@@ -7,8 +7,8 @@
 //   for every         P = 2500 (1 + 0.1 y_0) kgf,  E = 0.85e6 (1 + 0.1 y_1) kgf/cm^2,
 //                     d + 0.1 y_2 and t + 0.01 y_3 instead of d and t,   |y| <= rho
 //
-// Each constraint has a worst y of its own. (The nominal problem, rho = 0, is Rao's.) Both are written as
-// logarithms of quotients, g <= 0.
+// Each constraint has a worst y of its own. (The nominal problem, rho = 0, is Rao's.) Both are
+// written as logarithms of quotients, g <= 0.
 
 #include <algorithm>
 #include <array>
@@ -33,8 +33,8 @@ constexpr double kLoad = 2500.0, kStrength = 500.0, kStiffness = 0.85e6, kLength
 constexpr double kLoadShare = 0.1, kStiffnessShare = 0.1, kDiameterError = 0.1,
                  kThicknessError = 0.01;
 
-/// Variables d, t of Min and y_0, ..., y_3 of Max; constraints yielding, buckling (both Min's: robust)
-/// and |y|^2 <= rho^2 (Max's).
+/// Variables d, t of Min and y_0, ..., y_3 of Max; constraints yielding, buckling (both Min's:
+/// robust) and |y|^2 <= rho^2 (Max's).
 class Column final : public ipminmax::Problem {
  public:
   /// rho 0: the nominal problem, y fixed.

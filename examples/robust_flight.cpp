@@ -1,13 +1,13 @@
-// Model predictive control of a planar quadrotor in gusts: it flies to a point close to a wall, above a
-// floor, and its position must respect both for every gust, not for the forecast alone.
+// Model predictive control of a planar quadrotor in gusts: it flies to a point close to a wall,
+// above a floor, and its position must respect both for every gust, not for the forecast alone.
 //
 //   min over thrust a_k, turn rate q_k   sum of squared distances to the target + price of controls,
 //                                        along the path without gusts
 //   subject to   p_x(k; gusts) <= wall,  p_z(k; gusts) >= floor   for every sequence of gusts in a box
 //
-// The air's drag depends on the velocity against the gust, so the flown path is a nonlinear function of
-// the gusts; each bound has a worst sequence of its own. The closed loop meets the gusts that push towards
-// wall and floor; a controller that trusts the forecast flies beside it.
+// The air's drag depends on the velocity against the gust, so the flown path is a nonlinear
+// function of the gusts; each bound has a worst sequence of its own. The closed loop meets the
+// gusts that push towards wall and floor; a controller that trusts the forecast flies beside it.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -67,9 +67,9 @@ State fly(const State& from, double thrust, double rate, const std::array<double
   return to;
 }
 
-/// Stages k = 0, ..., T - 1, axes i = 0 (x) and 1 (z). Min: thrust, turn rate and accelerations they give,
-/// states of the forecast path at k = 1, ..., T. Max: gusts at k = 0, ..., T - 2; later ones move no
-/// position within the horizon.
+/// Stages k = 0, ..., T - 1, axes i = 0 (x) and 1 (z). Min: thrust, turn rate and accelerations
+/// they give, states of the forecast path at k = 1, ..., T. Max: gusts at k = 0, ..., T - 2; later
+/// ones move no position within the horizon.
 class Flight final : public ipminmax::Problem {
  public:
   Flight(int horizon, double gust) : t_(horizon) { describe(gust); }
@@ -324,8 +324,8 @@ struct Flown {
   ipminmax::Index solves = 0, worst_cases = 0;
 };
 
-/// The closed loop in the gusts that push towards wall and floor; the controller expects gusts up to
-/// `expected`.
+/// The closed loop in the gusts that push towards wall and floor; the controller expects gusts up
+/// to `expected`.
 Flown fly_to_target(int horizon, int steps, double gust, double expected) {
   Flight flight(horizon, expected);
   ipminmax::SolverOptions options;

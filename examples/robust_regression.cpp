@@ -1,4 +1,5 @@
-// A line through points whose regressors an adversary may falsify, each within a ball of radius rho.
+// A line through points whose regressors an adversary may falsify, each within a ball of radius
+// rho.
 
 #include "robust_regression.hpp"
 

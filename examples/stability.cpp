@@ -1,9 +1,9 @@
 // What attracts a Newton iteration and what repels it: the paper's Examples 1 to 3, as printed.
 //
 // At a point with zero gradient the iteration z+ = z - (H + E)^-1 grad f(z) has the Jacobian
-// I - (H + E)^-1 H. The program prints its eigenvalues and inertias there for several shifts E, runs
-// the iteration from nearby, and draws the phase portraits into stability.svg. It fails when an
-// eigenvalue and the trajectories contradict each other.
+// I - (H + E)^-1 H. The program prints its eigenvalues and inertias there for several shifts E,
+// runs the iteration from nearby, and draws the phase portraits into stability.svg. It fails when
+// an eigenvalue and the trajectories contradict each other.
 //
 //   stability [--output FOLDER]
 
@@ -100,7 +100,7 @@ std::vector<std::vector<double>> trajectory(FunctionProblem& problem, std::array
   return points;
 }
 
-// ---- Example 1 ------------------------------------------------------------------------------------
+// ---- Example 1 ----------------------------------------------------------------------------------
 
 svg::Panel example1() {
   FunctionProblem problem({"Example 1", "x^3 - 3x", paper_functions::example1}, 1);
@@ -135,7 +135,7 @@ svg::Panel example1() {
   return panel;
 }
 
-// ---- Examples 2 and 3 -----------------------------------------------------------------------------
+// ---- Examples 2 and 3 ---------------------------------------------------------------------------
 
 /// Trajectories from a circle around 0. Checks that they come nearer exactly where the map says so.
 svg::Panel portrait(FunctionProblem& problem, const std::string& title, const Variant& variant,

@@ -17,8 +17,8 @@ int holders = 0;  // of them: of those that want one thread
 int threads = 1;  // before the first of them
 thread_local int own_calls = 0;
 
-/// OpenBLAS's threads end before a fork, also in the middle of their work, and a child would find its
-/// lock of buffers as another thread held it. So a fork waits for the calls of other threads.
+/// OpenBLAS's threads end before a fork, also in the middle of their work, and a child would find
+/// its lock of buffers as another thread held it. So a fork waits for the calls of other threads.
 void before_fork() {
   entry.lock();
   mutex.lock();
@@ -36,8 +36,8 @@ void after_fork() {
 /// When the library is loaded, also where nothing makes a LibraryLock.
 [[maybe_unused]] const bool registered = (hold_blas_threads_over_forks(), true);
 
-/// OpenBLAS's own functions, null with another BLAS. Looked up, for the library may come with LAPACK or
-/// MUMPS only.
+/// OpenBLAS's own functions, null with another BLAS. Looked up, for the library may come with
+/// LAPACK or MUMPS only.
 struct OpenBlas {
   int (*get)() = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "openblas_get_num_threads"));
   void (*set)(int) = reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT,

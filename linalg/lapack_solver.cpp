@@ -9,8 +9,8 @@
 #include "linalg/lapack_solver.hpp"
 #include "linalg/memory_limit.hpp"
 
-// Rook pivoting: the factor L is bounded, so a block of D that is rounding counts as an eigenvalue zero.
-// With partial pivoting L may be huge beside a tiny block of D, whose sign then matters.
+// Rook pivoting: the factor L is bounded, so a block of D that is rounding counts as an eigenvalue
+// zero. With partial pivoting L may be huge beside a tiny block of D, whose sign then matters.
 extern "C" {
 // The last argument is Fortran's hidden length of uplo.
 void dsytrf_rook_(const char* uplo, const int* n, double* a, const int* lda, int* ipiv,

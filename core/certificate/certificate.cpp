@@ -209,6 +209,7 @@ class Certifier {
   std::optional<Eigen::VectorXd> hessian_error_;  ///< of differences, canonical units
   std::optional<Point> moved_;
   std::optional<WrongCurvature> wrong_;
+  std::optional<Eigen::VectorXd> descent_;
   bool far_ = false;      ///< the solution is near enough for the test but not for the user
   bool stopped_ = false;  ///< by the budget of factorizations
   std::optional<Deviation> wrong_row_;  ///< of W
@@ -563,6 +564,10 @@ bool Certifier::revise(Stage& stage) {
 
 /// Whether the bounds are clearly what they were guessed to be at the solution, and that is reported.
 bool Certifier::guess_holds(const Stage& stage, const Point& given) {
+  // The path leads to a solution far from the point, a Newton step not quite to its bounds.
+  if (stage.newton.step > far() * size_of_problem(canonical_, stage.point.iterate, stage.units)) {
+    return false;
+  }
   const Iterate& end = stage.newton.end.iterate;
   for (Index i = 0; i < canonical_.variables(); ++i) {
     if (stage.classes.side[at(i)] == 0) continue;
@@ -871,7 +876,7 @@ SecondOrder Certifier::examine(const Point& given) {
     if (stage.guessed) {
       last_factorization_ += kkt_.factorizations() - before;
       stage.guessed = stopped_ = false;
-      stage.units = units_of(canonical_, given.evaluation);
+      stage.units = units_of(canonical_, given.iterate.v, given.evaluation);
       stage.classes =
           with_idle_held(guess_classes(canonical_, options_, given.iterate, stage.units));
     } else if (follow || !bounded || (stage.newton.done && stage.newton.classes_hold) ||
@@ -947,8 +952,9 @@ bool Certifier::is_valley(ActiveSetSystem& system, const Stage& stage) {
       !has_x() || (has_y() && !inner_survives(system, stage.error, margin(1.0)).inner);
   if (inner && !may_factorize(1)) return false;
   const Player player = inner ? Player::Max : Player::Min;
-  const Valley valley =
+  Valley valley =
       explore_valley(canonical_, system, stage.point, margin(1.0), kFlatTimes * margin(1.0), inner);
+  descent_ = std::move(valley.descent);
   if (valley.verdict == Valley::Verdict::None) return false;
   const bool flat = valley.verdict == Valley::Verdict::Flat;
   reasons_.add_direction(flat ? Kind::FlatDirection : Kind::LittleCurvature, player,
@@ -1152,6 +1158,7 @@ Finding Certifier::run(const Point& given) {
           .point = std::move(moved_),
           .mu = mu_,
           .wrong = std::move(wrong_),
+          .descent = std::move(descent_),
           .remark = std::move(remark)};
 }
 

@@ -20,7 +20,9 @@ struct Finding {
   std::optional<Point> point;
   double mu = 0.0;
   std::optional<WrongCurvature> wrong;  ///< why the verdict is Violated
-  std::string remark;                   ///< where W is wrong, if it is, without line end
+  /// A step of Min to smaller values, although no curvature was found that refutes the point.
+  std::optional<Eigen::VectorXd> descent;
+  std::string remark;  ///< where W is wrong, if it is, without line end
 };
 
 inline constexpr Index kGenerousFactorizations = 100;

@@ -20,6 +20,7 @@ constexpr double kNoCurvature = 1e-6;  // over that of the variables alone
 constexpr double kRounding = 1e-15;
 constexpr double kConstant = 1e-12;  // change over |f| + length^2
 constexpr double kMoved = 0.5;       // of the length: corrections must not lead back
+constexpr double kClearGain = 1e-6;  // over 1 + |f|
 
 class ValleySearch {
  public:
@@ -39,6 +40,7 @@ class ValleySearch {
   [[nodiscard]] double curvature(const Eigen::VectorXd& d) const;
   [[nodiscard]] double own_curvature(const Eigen::VectorXd& d) const;
   [[nodiscard]] bool is_flat(const Eigen::VectorXd& direction);
+  void look_for_descent(const Eigen::VectorXd& step, double length, const Walk::End& end);
   [[nodiscard]] bool solve(const NewtonResidual& rhs, Step& step) {
     return inner_ ? system_.kkt().solve_inner(system_.assembled(), rhs, step)
                   : system_.kkt().solve(system_.assembled(), rhs, step);
@@ -51,6 +53,7 @@ class ValleySearch {
   const IndexRange owned_;
   Walk walk_;
   std::vector<Eigen::VectorXd> found_;  ///< in units, owned parts orthonormal
+  std::optional<Eigen::VectorXd> descent_;
 };
 
 double ValleySearch::curvature(const Eigen::VectorXd& d) const {
@@ -113,11 +116,29 @@ bool ValleySearch::is_flat(const Eigen::VectorXd& direction) {
       if (!end.reached) continue;
       const double allowed = kConstant * (std::abs(point_.evaluation.f) + length * length);
       const double extent = longest(canonical_, step, system_.units()) * length;
-      if (!(std::abs(end.change) <= allowed) || end.moved < kMoved * extent) return false;
+      if (end.moved < kMoved * extent) return false;
+      if (!(std::abs(end.change) <= allowed)) {
+        look_for_descent(step, signed_length, end);
+        return false;
+      }
       ++constant;
     }
   }
   return constant >= kEnough;
+}
+
+/// At the end of a walk that does not stay at the same value, or on the other side.
+void ValleySearch::look_for_descent(const Eigen::VectorXd& step, double length,
+                                    const Walk::End& end) {
+  if (canonical_.y().size() > 0) return;
+  const auto falls = [&](const Walk::End& e) {
+    return e.reached && e.change < -kClearGain * (1.0 + std::abs(point_.evaluation.f));
+  };
+  if (falls(end)) {
+    descent_ = length * step;
+  } else if (length > 0.0 && falls(walk_.take(step, -length))) {
+    descent_ = -length * step;
+  }
 }
 
 Valley ValleySearch::run(double margin, double tolerance) {
@@ -148,8 +169,10 @@ Valley ValleySearch::run(double margin, double tolerance) {
     const double allowed =
         kNoCurvature * own_curvature(direction) + kRounding * direction.squaredNorm();
     const bool none = std::abs(curvature(direction)) <= allowed;
-    if (none && is_flat(direction)) continue;
+    const bool may_fall = curvature(direction) <= margin * direction.squaredNorm();
+    if ((none || may_fall) && is_flat(direction) && none) continue;
     valley.verdict = Valley::Verdict::Neither;
+    valley.descent = std::move(descent_);
     valley.direction = walk_.step_along(direction);
     break;
   }

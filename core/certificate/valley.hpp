@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/certificate/active_set.hpp"
@@ -17,6 +18,9 @@ struct Valley {
   Verdict verdict = Verdict::None;
   /// The first that is not flat, or the first of all; a step of canonical variables.
   Eigen::VectorXd direction;
+  /// A step of Min along which the value falls clearly, although curvature does not say so; only where
+  /// there is no y.
+  std::optional<Eigen::VectorXd> descent{};
 };
 
 /// At a point that is not refuted, with no doubtful bounds. inner: of Max at this x, else of Min

@@ -121,7 +121,8 @@ bool Walk::correct(Trial& trial, double& residual) {
 Walk::End Walk::take(const Eigen::VectorXd& step, double length) {
   End end;
   Trial trial{point_.iterate.v + length * step, point_.iterate.lambda, point_.evaluation};
-  if (!evaluate(trial)) return end;
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(canonical_.constraints());
+  if (!is_inside(trial.v, none) || !evaluate(trial)) return end;  // corrections are small
   const double scale = valley() ? std::abs(length) : length * length;
   const double small = (valley() ? kSmallInValley : kSmall) * scale;
   double residual = 0.0, last = 0.0;

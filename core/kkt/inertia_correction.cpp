@@ -113,7 +113,8 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
   last_.first_x_failed = shift.x > first;
   if (sparing && last_.x == 0.0 && shift.x > first) {
     const KktSystem::Counting counting(kkt_, FactorizationCause::Shifts);
-    // The first shift of a solve grew in large strides: try half of the last one (of its logarithm).
+    // The first shift of a solve grew in large strides: try half of the last one (of its
+    // logarithm).
     Regularization smaller = shift;
     smaller.x /= std::sqrt(options_.perturb_inc_fact_first);
     if (kkt_.has_expected_inertia(factorize(smaller)))

@@ -63,8 +63,8 @@ class OwnPart {
            max_norm(residual.lambda.tail(m_)) <=
                kForcing * max_norm(rhs.lambda.tail(m_)) + rounding;
   }
-  /// A few modes that Gamma spoils are left: the multiple of the last correction d with the smallest
-  /// residual, from K d = last - residual, which last becomes.
+  /// A few modes that Gamma spoils are left: the multiple of the last correction d with the
+  /// smallest residual, from K d = last - residual, which last becomes.
   [[nodiscard]] double best_multiple(const NewtonResidual& residual, NewtonResidual& last) const {
     auto product_v = last.v.tail(n_);
     auto product_lambda = last.lambda.tail(m_);
@@ -201,8 +201,8 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
     scale = std::min(own.norm(step), kLongestSolution * rhs_norm) + rhs_norm;
     return scale > 0.0 ? own.norm(residual_) / scale : 0.0;
   };
-  // Refinement: stops at residual_ratio_max, or when the residual no longer falls. Beside long steps
-  // of the multipliers the ratio overlooks small rows, which Newton's method needs as well.
+  // Refinement: stops at residual_ratio_max, or when the residual no longer falls. Beside long
+  // steps of the multipliers the ratio overlooks small rows, which Newton's method needs as well.
   double last_ratio = std::numeric_limits<double>::infinity();
   for (Index k = 0;; ++k) {
     double ratio = residual_ratio();

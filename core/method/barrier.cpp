@@ -43,7 +43,8 @@ double next_barrier(double mu, double mu_final, const std::function<double(doubl
     return mu > mu_final && norm(mu) <= mu ? std::max(mu_final, kappa_mu * mu) : mu;
   }
   // mu <- max(mu_final, min(kappa_mu mu, mu^theta_mu)), Waechter and Biegler 2006, eq. (7)
-  // A factor next to 1 leaves the rest to the next iterates; one that rounds to 1 would never end here.
+  // A factor next to 1 leaves the rest to the next iterates; one that rounds to 1 would never end
+  // here.
   for (int k = 0; k < parameter::kMostDecreases && mu > mu_final &&
                   scaled_error(mu) <= options.barrier_tol_factor * mu;
        ++k) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cmath>
-#include <limits>
 
 #include "core/method/filter_search.hpp"
 #include "core/method/parameters.hpp"
@@ -12,8 +11,6 @@ namespace ipminmax {
 struct InverseIteration {
   IndexRange variables{};
   int iterations = 0;
-  /// Ends when the Rayleigh quotient of the inverse has settled: where little is at stake.
-  bool until_settled = false;
 };
 
 /// Turns the step to the direction of the curvature with the wrong sign, by inverse iteration with
@@ -25,19 +22,13 @@ bool turn_to_curvature(const InverseIteration& how, NewtonResidual& rhs, Step& s
   const Index n = how.variables.size();
   set_zero(rhs);
   for (Index i = 0; i < n; ++i) rhs.v[begin + i] = std::sin(1.0 + i);
-  double last_quotient = std::numeric_limits<double>::infinity();
   for (int k = 0; k < how.iterations; ++k) {
     if (!solve(rhs, step)) return false;
     auto direction = rhs.v.segment(begin, n);
-    const double quotient = direction.dot(step.v.segment(begin, n)) / direction.squaredNorm();
     const double norm = step.v.segment(begin, n).norm();
     if (!(norm > 0.0)) return false;
     direction = step.v.segment(begin, n) / norm;
     step.v /= norm;
-    const bool settled = std::abs(quotient - last_quotient) <=
-                         parameters::escape::kSettledQuotient * std::abs(quotient);
-    if (settled && how.until_settled) break;
-    last_quotient = quotient;
   }
   return true;
 }

@@ -16,8 +16,6 @@ struct GlobalizedMethod::Block {
   Run& run;
   OuterBlock::Bound bound{};  ///< of merits worth looking at
   // Of a move along a curvature
-  Merit left{};
-  double clear_gain = 0.0;  ///< what is looked for; 0: any gain
   double alpha_primal = 0.0;
 
   [[nodiscard]] const Point& from() const { return *run.here; }
@@ -59,7 +57,6 @@ struct GlobalizedMethod::Block {
     return owner.outer_.evaluate_trial(run.mu, 1.0, length, {});
   }
   [[nodiscard]] Trial improve(const Trial& moved) const {
-    if (clear_gain > 0.0 && moved.merit.phi > left.phi - clear_gain) return {};
     if (!moved.usable || owner.has_max()) return moved;
     return owner.outer_.return_to_constraints(from(), run.mu, moved);
   }

@@ -42,7 +42,6 @@ bool GlobalizedMethod::escape_inner(Run& run, const EscapeRequest& request, bool
 
 bool GlobalizedMethod::escape_outer(Run& run, const EscapeRequest& request) {
   const Point& from = *run.here;
-  const bool clear = request.clear_gain;
   const Index nx = canonical_.y().begin;
   Regularization shift = has_max() ? outer_.direction.shift : Regularization{};
   if (!outer_.find_step(from, run.mu, shift, false)) return false;
@@ -52,8 +51,7 @@ bool GlobalizedMethod::escape_outer(Run& run, const EscapeRequest& request) {
   } else {
     const InverseIteration how{
         .variables = {0, nx},
-        .iterations = has_max() ? parameter::kOuterIterations : parameter::kIterations,
-        .until_settled = clear};
+        .iterations = has_max() ? parameter::kOuterIterations : parameter::kIterations};
     if (!turn_to_curvature(how, outer_.rhs, step, [&](const NewtonResidual& rhs, Step& solution) {
           return kkt_.solve(outer_.factors, from.evaluation, rhs, solution);
         })) {
@@ -64,13 +62,11 @@ bool GlobalizedMethod::escape_outer(Run& run, const EscapeRequest& request) {
 
   CurvatureMove move{.from = outer_.estimate(from, run.mu)};
   move.length = parameter::kLength * (1.0 + max_norm(from.iterate.v));
-  move.shortest = (clear ? parameter::kClearShortest : parameter::kShortest) * move.length;
-  move.decrease = clear ? parameter::kClearDecrease : parameter::kDecrease;
-  move.least_gain =
-      (clear ? parameter::kClearGain : parameter::kLeastGain) * (1.0 + std::abs(move.from.phi));
+  move.shortest = parameter::kShortest * move.length;
+  move.decrease = parameter::kDecrease;
+  move.least_gain = parameter::kLeastGain * (1.0 + std::abs(move.from.phi));
   if (!has_max()) move.penalty = parameter::kPenalty * max_norm(from.iterate.lambda);
-  Block block{.owner = *this, .run = run, .left = move.from};
-  if (clear) block.clear_gain = move.least_gain;
+  Block block{.owner = *this, .run = run};
   if (!move_along_curvature(block, move, step.v, limit_)) return false;
   accept(run);
   run.report.alpha_primal = block.alpha_primal;

@@ -52,8 +52,8 @@ SolverOptions unmoved(SolverOptions options) {
   return options;
 }
 
-/// A result has the difference of the multipliers of a slack between two bounds: that of the farther
-/// one is taken from the central path.
+/// A result has the difference of the multipliers of a slack between two bounds: that of the
+/// farther one is taken from the central path.
 void split_slack_multipliers(const CanonicalProblem& canonical, double mu, Iterate& iterate) {
   for (const IndexRange slacks : {canonical.x_slacks(), canonical.y_slacks()}) {
     for (Index i = slacks.begin; i < slacks.end; ++i) {

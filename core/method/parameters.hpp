@@ -82,18 +82,13 @@ constexpr Index kMost = 30;          ///< of one search
 constexpr int kInnerIterations = 4;  ///< inverse iterations for y [G]
 constexpr int kOuterIterations = 6;  ///< for x [G]
 constexpr int kIterations = 60;      ///< of a minimization: shifts far too large make them slow
-constexpr double kSettledQuotient = 1e-2;  ///< change of the Rayleigh quotient that ends them
-constexpr double kLength = 0.1;            ///< first length tried, over 1 + |v| [G]
+constexpr double kLength = 0.1;      ///< first length tried, over 1 + |v| [G]
 constexpr double kBoundaryFraction = 0.9;  ///< tau of these moves
 constexpr double kDecrease = 0.5;          ///< of the length
 constexpr double kShortest = 1e-6;         ///< length, over the first
 constexpr double kLeastGain = 1e-10;       ///< over 1 + |phi| [eps]
-// The same where curvature decides nothing and little is to be spent.
-constexpr double kClearDecrease = 0.25;
-constexpr double kClearShortest = 0.1;
-constexpr double kClearGain = 1e-6;
-constexpr int kConstraintSteps = 8;  ///< back to the constraints
-constexpr double kPenalty = 2.0;     ///< over the largest multiplier: an exact penalty of |c|_1
+constexpr int kConstraintSteps = 8;        ///< back to the constraints
+constexpr double kPenalty = 2.0;  ///< over the largest multiplier: an exact penalty of |c|_1
 }  // namespace escape
 
 /// When a search is given up, to begin anew elsewhere: cheap where there are few variables, so soon
@@ -171,7 +166,7 @@ constexpr double kFlatGradient = 1e-4;
 constexpr Index kHiddenIterations = 50;
 /// Iterations after a minimization has left a point whose curvature decides nothing, or as many as
 /// that took where it is more.
-constexpr Index kFewestAfterEscape = 20;
+constexpr Index kFewestAfterEscape = 40;
 /// Bound multipliers, over tol, where the constraints alone decide: the barrier needs some.
 constexpr double kIdleMultiplier = 1e-3;
 }  // namespace doubtful

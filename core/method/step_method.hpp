@@ -91,7 +91,6 @@ struct MethodContext {
 
 /// How to leave a first-order point.
 struct EscapeRequest {
-  bool clear_gain = false;                     ///< only for one, looked for at few points
   const std::optional<WrongCurvature>& wrong;  ///< the offending curvature, where it is known
 };
 

@@ -23,7 +23,8 @@ bool is_slack(const CanonicalProblem& canonical, Index i) {
   return canonical.x_slacks().contains(i) || canonical.y_slacks().contains(i);
 }
 
-/// Gradient of the Lagrangian in the variables that are no slacks, and the sums of its terms' sizes.
+/// Gradient of the Lagrangian in the variables that are no slacks, and the sums of its terms'
+/// sizes.
 struct LagrangianGradient {
   Eigen::VectorXd value, size;
 

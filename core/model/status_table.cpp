@@ -77,4 +77,8 @@ const StatusRow& row_of(Status status) {
   return i < kRows.size() ? kRows[i] : kUnknown;
 }
 
+std::string_view name_of(Status status) { return row_of(status).name; }
+
+bool is_success(Status status) { return row_of(status).group == StatusRow::Group::Solution; }
+
 }  // namespace ipminmax

@@ -4,6 +4,7 @@
 
 #include "core/model/canonical_problem.hpp"
 #include "core/model/iterate.hpp"
+#include "core/point/residual.hpp"
 #include "core/result.hpp"
 
 namespace ipminmax {
@@ -33,5 +34,15 @@ void evaluate_where_defined(CanonicalProblem& canonical, Point& point);
 
 /// Renews dual and error from the functions at the point.
 void measure(const CanonicalProblem& canonical, const SolverOptions& options, Point& point);
+
+/// Of a point that has its dual residual, see residual.hpp.
+[[nodiscard]] inline BarrierError barrier_error(const CanonicalProblem& canonical,
+                                                const Point& point, double mu, double s_max) {
+  return barrier_error(canonical, point.iterate, point.evaluation, point.dual, mu, s_max);
+}
+inline void newton_residual(const CanonicalProblem& canonical, const Point& point, double mu,
+                            NewtonResidual& rhs) {
+  newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
+}
 
 }  // namespace ipminmax

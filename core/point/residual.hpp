@@ -2,7 +2,6 @@
 
 #include "core/model/canonical_problem.hpp"
 #include "core/model/iterate.hpp"
-#include "core/point/point.hpp"
 #include "core/result.hpp"
 
 namespace ipminmax {
@@ -31,19 +30,9 @@ struct BarrierError {
                                  const Evaluation& evaluation, const Eigen::VectorXd& dual,
                                  double s_max, double mu = 0.0);
 
-/// The same of a point, which has its dual residual.
-[[nodiscard]] inline BarrierError barrier_error(const CanonicalProblem& canonical,
-                                                const Point& point, double mu, double s_max) {
-  return barrier_error(canonical, point.iterate, point.evaluation, point.dual, mu, s_max);
-}
-
 /// Right-hand side -g(z, mu) of the Newton system, damping included.
 void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,
                      const Evaluation& evaluation, const Eigen::VectorXd& dual, double mu,
                      NewtonResidual& rhs);
-inline void newton_residual(const CanonicalProblem& canonical, const Point& point, double mu,
-                            NewtonResidual& rhs) {
-  newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
-}
 
 }  // namespace ipminmax

@@ -56,8 +56,8 @@ bool moves(const CanonicalProblem& canonical, const Iterate& iterate, const Step
 
 void advance(const CanonicalProblem& canonical, const Step& step, StepLength alpha,
              Iterate& iterate) {
-  // A step of v that is its rounding would renew the rounding errors of the gradient, which the step of
-  // the multipliers answers.
+  // A step of v that is its rounding would renew the rounding errors of the gradient, which the
+  // step of the multipliers answers.
   if (moves(canonical, iterate, step)) iterate.v += alpha.primal * step.v;
   iterate.lambda += alpha.primal * step.lambda;
   iterate.z_lower += alpha.dual * step.z_lower;

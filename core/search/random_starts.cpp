@@ -52,27 +52,8 @@ std::vector<double> random_start(const ProblemStructure& structure,
 void add_work(const Result& part, Result& total) {
   total.iterations += part.iterations;
   total.factorizations += part.factorizations;
-  total.counts.objective += part.counts.objective;
-  total.counts.gradient += part.counts.gradient;
-  total.counts.constraints += part.counts.constraints;
-  total.counts.jacobian += part.counts.jacobian;
-  total.counts.hessian += part.counts.hessian;
-  total.counts.factorizations_full += part.counts.factorizations_full;
-  total.counts.factorizations_inner += part.counts.factorizations_inner;
-  total.counts.factorizations_complement += part.counts.factorizations_complement;
-  for (std::size_t cause = 0; cause < kFactorizationCauses; ++cause) {
-    total.counts.by_cause[cause].full += part.counts.by_cause[cause].full;
-    total.counts.by_cause[cause].inner += part.counts.by_cause[cause].inner;
-  }
-  total.counts.solves += part.counts.solves;
-  total.counts.analyses += part.counts.analyses;
-  total.counts.instability_raises += part.counts.instability_raises;
-  total.counts.restoration_iterations += part.counts.restoration_iterations;
-  total.timing.evaluations += part.timing.evaluations;
-  total.timing.assembly += part.timing.assembly;
-  total.timing.analysis += part.timing.analysis;
-  total.timing.factorization += part.timing.factorization;
-  total.timing.solves += part.timing.solves;
+  total.counts += part.counts;
+  total.timing += part.timing;
 }
 
 }  // namespace ipminmax

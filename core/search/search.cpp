@@ -238,14 +238,16 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
   // case that nothing better comes.
   const Certificate& found = verdict.finding.certificate;
   if (found.hessian_disagrees) return false;  // curvature that is wrong leads nowhere
+  // Where curvature decides nothing a minimization leaves if values were seen that do.
+  const bool minimization = context_.canonical.max_size() == 0;
+  std::optional<WrongCurvature> wrong = verdict.finding.wrong;
+  if (minimization && verdict.finding.descent)
+    wrong = WrongCurvature{Player::Min, *verdict.finding.descent};
   const bool degenerate = verdict.status == Status::SolvedDegenerate && !kept &&
-                          found.second_order != SecondOrder::Flat &&
+                          (!minimization || wrong) && found.second_order != SecondOrder::Flat &&
                           (found.inner == found.inner_expected || seems_wrong(found));
   if (verdict.status != Status::NotLocalMinmax && !degenerate) return false;
-  const bool minimization = context_.canonical.max_size() == 0;
-  const EscapeRequest request{.clear_gain = degenerate && minimization,
-                              .wrong = verdict.finding.wrong};
-  StepReport step = method.escape(point_, barrier_.mu(), request, next_);
+  StepReport step = method.escape(point_, barrier_.mu(), {.wrong = wrong}, next_);
   if (!step.moved) return false;
   if (degenerate) {
     kept = ended(Verdict{verdict});

@@ -40,8 +40,8 @@ bool may_keep_fixed_variables(const ProblemStructure& s, const SolverOptions& op
   return false;
 }
 
-/// Where too few degrees of freedom are left without the fixed variables, their bounds are moved apart,
-/// as in Ipopt.
+/// Where too few degrees of freedom are left without the fixed variables, their bounds are moved
+/// apart, as in Ipopt.
 Result solve_as_given(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
                       KeptWork* kept) {
   Result refused = Solve(problem, options, observer, Purpose::Solution, kept).run();

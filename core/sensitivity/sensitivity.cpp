@@ -420,7 +420,7 @@ Prediction Sensitivity::State::predict(const Move& move) {
   return prediction;
 }
 
-// --- Public functions -----------------------------------------------------------------------------
+// --- Public functions ----------------------------------------------------------------------------
 
 BoundChange move_variable(const ProblemStructure& structure, Index variable, double by) {
   BoundChange change;

@@ -63,7 +63,7 @@ bool receive(std::vector<T>& values, std::int64_t count, int rank) {
 
 }  // namespace
 
-// --- Rank 0 ---------------------------------------------------------------------------------------
+// --- Rank 0 --------------------------------------------------------------------------------------
 
 Instances& Instances::of_process() {
   static auto* const process_wide = new Instances;
@@ -168,7 +168,7 @@ void Instances::take_reply(Instance& instance, DMUMPS_STRUC_C& data) {
   }
 }
 
-// --- Workers --------------------------------------------------------------------------------------
+// --- Workers -------------------------------------------------------------------------------------
 
 void WorkerInstances::run(const Command& command) {
   const auto begin = std::chrono::steady_clock::now();

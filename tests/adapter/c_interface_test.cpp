@@ -274,7 +274,7 @@ TEST(CInterface, MinimizesHS071) {
   EXPECT_NEAR(z_L[0], 1.0878712, 1e-5);
 }
 
-// --- Solves that end otherwise --------------------------------------------------------------------
+// --- Solves that end otherwise -------------------------------------------------------------------
 
 TEST(CInterface, TheUserStops) {
   Recorder model;
@@ -433,7 +433,7 @@ TEST(CInterface, NoSolveInsideItsOwnCallback) {
   EXPECT_TRUE(contains(text, "inside its own callbacks"));
 }
 
-// --- Scaling, warm start, output ------------------------------------------------------------------
+// --- Scaling, warm start, output -----------------------------------------------------------------
 
 TEST(CInterface, UserScalingChangesThePathNotTheAnswer) {
   Recorder plain, scaled;
@@ -539,7 +539,7 @@ TEST(CInterface, OutputFile) {
   EXPECT_EQ(IpminmaxOpenOutputFile(problem.get(), nullptr, 5), 0);
 }
 
-// --- Bad input ------------------------------------------------------------------------------------
+// --- Bad input -----------------------------------------------------------------------------------
 
 TEST(CInterface, CreateNamesWhatIsWrong) {
   const auto expect_refusal = [](const std::string& part, auto change) {
@@ -677,7 +677,8 @@ TEST(CInterface, NullsAreRefused) {
   EXPECT_EQ(IpminmaxGetCertificate(problem.get(), nullptr), 0);
 }
 
-// A program of another version has a shorter or a longer structure, which is filled as far as it reaches.
+// A program of another version has a shorter or a longer structure, which is filled as far as it
+// reaches.
 template <class Structure, class Get>
 void expect_sizes_respected(std::size_t part, const Get& get,
                             int (*old)(IpminmaxProblem, Structure*), IpminmaxProblem problem) {
@@ -728,7 +729,8 @@ TEST(CInterface, StructuresOfOtherVersionsAreFilledAsFarAsTheyReach) {
 
 TEST(CInterface, Version) { EXPECT_EQ(std::string(IpminmaxVersion()).find("0."), 0U); }
 
-// min over x, max over y of (x - 1)^2 / 2 + x y / 10 - (y^2 - 1)^2 + 0.3 y: a weak branch near y = -1.
+// min over x, max over y of (x - 1)^2 / 2 + x y / 10 - (y^2 - 1)^2 + 0.3 y: a weak branch near y =
+// -1.
 int two_branches_f(int, double* v, int, double* f, void*) {
   const double s = v[1] * v[1] - 1.0;
   *f = 0.5 * (v[0] - 1.0) * (v[0] - 1.0) + 0.1 * v[0] * v[1] - s * s + 0.3 * v[1];
@@ -786,7 +788,8 @@ TEST(CInterface, TheWorstCaseOverAllOfY) {
   EXPECT_EQ(IpminmaxCheckWorstCase(nullptr, x, 5, &found, nullptr, nullptr), 0);
 }
 
-/// min x^2 - x with x y <= 1, x - y <= 9 for every y in [1, 4]: x = 1/4 at y = 4; the other row is idle.
+/// min x^2 - x with x y <= 1, x - y <= 9 for every y in [1, 4]: x = 1/4 at y = 4; the other row is
+/// idle.
 int limits_f(int, double* v, int, double* f, void*) {
   *f = v[0] * v[0] - v[0];
   return 1;

@@ -13,8 +13,8 @@ using Ipopt::Index;
 using Ipopt::Number;
 using Ipopt::SmartPtr;
 
-/// min sum of n variables, all fixed at 1 but the first `free` ones in [0, 2]; m constraints on the sum
-/// of the fixed ones, in [lower, upper].
+/// min sum of n variables, all fixed at 1 but the first `free` ones in [0, 2]; m constraints on the
+/// sum of the fixed ones, in [lower, upper].
 class Fixed : public Ipopt::TNLP {
  public:
   Index n = 0, m = 0, free = 0;

@@ -21,7 +21,8 @@ TEST(Fork, WhileAnotherThreadMakesTheFirstApplication) {
   if (IPMINMAX_UNDER_SANITIZER) GTEST_SKIP() << "whose allocator a fork may leave locked";
   alarm(100);  // a deadlock of this process
   for (int k = 0; k < 20; ++k) {
-    // Processes in which there has been no application: one that forks while a thread of it makes one.
+    // Processes in which there has been no application: one that forks while a thread of it makes
+    // one.
     const pid_t process = fork();
     ASSERT_GE(process, 0);
     if (process == 0) {

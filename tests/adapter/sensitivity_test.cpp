@@ -144,7 +144,7 @@ TEST(Sensitivity, PredictionsOfThePursuitHaveSecondOrderErrors) {
   EXPECT_LT(value_error[1], 0.16 * value_error[0]);  // 1/8
 }
 
-// --- The C interface ------------------------------------------------------------------------------
+// --- The C interface -----------------------------------------------------------------------------
 
 using Callbacks = CCallbacks<Model>;
 

@@ -1,6 +1,6 @@
 // One allocation after the other fails while a model is read, AMPL's library's among them: in the
-// process that tries the file and in the one that reads it then. Both end in order: "out of memory",
-// by exception or, where AMPL's library ends its process, by exit code 1.
+// process that tries the file and in the one that reads it then. Both end in order: "out of
+// memory", by exception or, where AMPL's library ends its process, by exit code 1.
 #include <pthread.h>
 #include <sys/wait.h>
 #include <unistd.h>

@@ -2,8 +2,8 @@
 // counted is malloc and its kin between two calls of the iteration callback, of Eigen and libraries
 // too, without the model's own functions. MUMPS allocates in every factorization; with it only
 // operator new is counted, which std containers use. Not counted: the certificate, feasibility
-// restorations and new starts, which are solves or tests of their own. A search may go on with a plain
-// step from a point that was tested, so steps from first-order points are left out.
+// restorations and new starts, which are solves or tests of their own. A search may go on with a
+// plain step from a point that was tested, so steps from first-order points are left out.
 #include <cmath>
 #include <string>
 #include <vector>
@@ -181,7 +181,8 @@ TEST(NoAllocation, InAMinimization) {
   if (!IPMINMAX_COUNTS_ALLOCATIONS) GTEST_SKIP() << "allocator replaced by a sanitizer";
   using testing::Expression;
   using testing::Model;
-  // Hock and Schittkowski 71, and a curve that bends away from the steps (second-order corrections).
+  // Hock and Schittkowski 71, and a curve that bends away from the steps (second-order
+  // corrections).
   Model hs071;
   std::vector<Expression> x;
   for (const char* name : {"x1", "x2", "x3", "x4"}) {

@@ -757,7 +757,8 @@ class Rough final : public WithoutHessian {
   }
 };
 
-// Each step by a rounding renews the errors of rough gradients: multipliers have to answer at one point.
+// Each step by a rounding renews the errors of rough gradients: multipliers have to answer at one
+// point.
 TEST(SolveWithDifferences, RoughGradientsReachTheTolerance) {
   for (int k = 0; k < 40; ++k) {
     const double slope = 2.0 + 0.05 * k, root = 1.0 / (1.0 + slope);  // of slope x = 1 - x

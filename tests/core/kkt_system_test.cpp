@@ -703,7 +703,8 @@ TEST(KktFactorsTest, AreRefusedOnceOthersAreAtHand) {
   EXPECT_LT(s.newton_error(shift, rhs, step), 1e-8);
   ASSERT_TRUE(s.kkt->solve_inner(inner, s.evaluation, rhs, step));
 
-  // K_yy at another point: its own factors are gone, and K's are not, nor the barrier terms of K's point.
+  // K_yy at another point: its own factors are gone, and K's are not, nor the barrier terms of K's
+  // point.
   Iterate other = s.iterate;
   for (const Index i : s.canonical.lower_bounded()) other.z_lower[i] *= 1.5;
   s.kkt->assemble_inner(other, s.evaluation);

@@ -86,10 +86,10 @@ Index total(const MultistartResult& result) {
 
 TEST(Multistart, FindsBothPointsOfF3) {
   const auto problem = f3();
-  const MultistartResult result = multistart(*problem, starts(40));
+  const MultistartResult result = multistart(*problem, starts(80));
   ASSERT_EQ(result.points.size(), 2U);
-  EXPECT_EQ(result.starts, 40);
-  EXPECT_EQ(total(result), 40);
+  EXPECT_EQ(result.starts, 80);
+  EXPECT_EQ(total(result), 80);
   EXPECT_FALSE(result.interrupted);
   Index certified = 0;
   std::set<bool> sides;

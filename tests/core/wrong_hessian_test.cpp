@@ -1,5 +1,5 @@
-// Five kinds of mistakes in second derivatives, in random games and minimizations of 2 to 50 variables:
-// how many are named, and that none is certified.
+// Five kinds of mistakes in second derivatives, in random games and minimizations of 2 to 50
+// variables: how many are named, and that none is certified.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

@@ -1,6 +1,6 @@
-// One allocation after the other fails, and all after it: those of malloc, so METIS's too, where the
-// answer is "out of memory" and the next solve is as if nothing had been; and those of MUMPS, Fortran
-// and BLAS, which may end the process, but never give a wrong answer.
+// One allocation after the other fails, and all after it: those of malloc, so METIS's too, where
+// the answer is "out of memory" and the next solve is as if nothing had been; and those of MUMPS,
+// Fortran and BLAS, which may end the process, but never give a wrong answer.
 #include <sys/wait.h>
 #include <unistd.h>
 

@@ -1,4 +1,5 @@
-// Factors and solutions have the same bits for any number of BLAS threads; forks wait for calls of BLAS.
+// Factors and solutions have the same bits for any number of BLAS threads; forks wait for calls of
+// BLAS.
 #include <dlfcn.h>
 #include <sys/wait.h>
 #include <unistd.h>

@@ -1,5 +1,5 @@
-// What every linear solver promises, run against all of them. Compiled with IPMINMAX_TEST_RANKS it runs
-// against MUMPS on the ranks that the program was started with.
+// What every linear solver promises, run against all of them. Compiled with IPMINMAX_TEST_RANKS it
+// runs against MUMPS on the ranks that the program was started with.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>

@@ -22,7 +22,8 @@ using testing::BranchingProblem;
 
 bool certified(const Result& result) { return result.certificate.kind == PointKind::LocalMinmax; }
 
-/// The largest f(x, y) found over y, also from the worst cases of the answer: random starts miss some.
+/// The largest f(x, y) found over y, also from the worst cases of the answer: random starts miss
+/// some.
 double worst_case(Problem& problem, const std::vector<double>& v, const RobustResult& answer) {
   std::vector<std::vector<double>> given;
   for (const RobustWorstCase& known : answer.worst_cases) given.push_back(known.v);

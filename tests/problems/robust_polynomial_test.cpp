@@ -1,6 +1,7 @@
 // The robust polynomial of Bertsimas, Nohadani and Teo (2010): min over x, max over |y| <= 0.5 of a
-// sixth-order polynomial at x + y. Its best points are kinks of the outer function, and local minmax
-// points over weak branches of y abound: the answer has to stand up to a grid and to many starts of y.
+// sixth-order polynomial at x + y. Its best points are kinks of the outer function, and local
+// minmax points over weak branches of y abound: the answer has to stand up to a grid and to many
+// starts of y.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -167,7 +168,6 @@ TEST(RobustPolynomial, AWorseYIsSeenWhereYHasNoBounds) {
                                        .upper = {4.0, 4.0, 1e20, 1e20},
                                        .constraint_lower = {-1e20},
                                        .constraint_upper = {kRadius * kRadius}}};
-  int seen_by_a_multistart = 0;
   for (int seed = 0; seed < 5; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SolverOptions options = with_starts(1, 20);
@@ -178,12 +178,13 @@ TEST(RobustPolynomial, AWorseYIsSeenWhereYHasNoBounds) {
         << "a weak branch attracts the first start";
     EXPECT_TRUE(checked.worst_case.higher) << checked.worst_case.value;
 
-    options = with_starts(8, 0);
+    options = with_starts(8, 20);
     options.minmax_start_seed = seed;
     const Result best = multistart(problem, options).best;
-    seen_by_a_multistart += best.worst_case.higher ? 1 : 0;
+    ASSERT_EQ(best.status, Status::Solved);
+    const double worst = phi(best.v[0], best.v[1], 2000, 10);
+    EXPECT_EQ(best.worst_case.higher, worst > best.objective + 0.01) << worst << best.objective;
   }
-  EXPECT_GE(seen_by_a_multistart, 3);
 }
 
 }  // namespace

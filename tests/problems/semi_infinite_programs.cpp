@@ -65,7 +65,8 @@ Expression integral(X x) {  // of the polynomial over [0, 1]
   return sum;
 }
 
-/// Symmetric low-pass filter of least ripple x_n: the amplitude sum of x_k cos(k w) is near 1 for w in
+/// Symmetric low-pass filter of least ripple x_n: the amplitude sum of x_k cos(k w) is near 1 for w
+/// in
 /// [0, 0.3 pi] and near 0 in [0.5 pi, pi]. In c = cos w the ends 0 and pi are bounds with a slope.
 SemiInfinite low_pass_filter(std::size_t taps) {
   SemiInfinite p;

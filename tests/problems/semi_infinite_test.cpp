@@ -171,7 +171,8 @@ TEST(RobustCopies, IdleCopiesTiedByEquationsDoNotBlurTheCertificate) {
 }
 
 TEST(RobustCopies, ARowThatIsIdleAtItsOwnYOnlyCounts) {
-  // With the bound 3 the second row is violated at the x above: x^2 + s^2 + x s with s up to 1.1 + 0.3 x.
+  // With the bound 3 the second row is violated at the x above: x^2 + s^2 + x s with s up to 1.1 +
+  // 0.3 x.
   AutodiffProblem problem(with_states(3.0), {0.0, 0.2, 0.1, 0.2});
   SolverOptions options;
   options.minmax_worst_case_starts = 10;

@@ -1,5 +1,5 @@
-// Minimizations from the literature, written anew, that ask for more than the line search: a certain
-// inertia in each iteration, full steps that do not improve at once, a filter that forgets.
+// Minimizations from the literature, written anew, that ask for more than the line search: a
+// certain inertia in each iteration, full steps that do not improve at once, a filter that forgets.
 #include <cmath>
 #include <string>
 #include <vector>
@@ -115,8 +115,8 @@ TEST(RobustMinimization, ContinuousCaster) { expect_solved(continuous_caster());
 TEST(RobustMinimization, OneSidedExponentialFit) { expect_solved(one_sided_exponential_fit()); }
 TEST(RobustMinimization, LeastEigenvalue) { expect_solved(least_eigenvalue()); }
 
-// x1^2 + x2^2 >= 1 is the least value. Where it is taken both gradients are parallel: their multipliers
-// may be anything, and a Lagrangian that falls off the constraints refutes nothing.
+// x1^2 + x2^2 >= 1 is the least value. Where it is taken both gradients are parallel: their
+// multipliers may be anything, and a Lagrangian that falls off the constraints refutes nothing.
 TEST(RobustMinimization, DependentGradientsRefuteNoMinimum) {
   Model model;
   std::vector<Expression> x;
