@@ -99,7 +99,7 @@ constexpr Index kMostSetbacks = 15;
 constexpr Index kVariablesPerSetback = 10;
 constexpr double kProgress = 0.9;        ///< of the violation
 constexpr double kSmallProgress = 1e-4;  ///< of phi, over 1 + |phi|
-constexpr Index kStaleSteps = 2;         ///< without progress in either: a setback
+constexpr Index kStaleSteps = 3;         ///< without progress in either: a setback
 }  // namespace patience
 
 /// Algorithm 1.
