@@ -145,6 +145,7 @@ class Certifier {
   [[nodiscard]] bool test_at_vertices(Stage& stage);
   [[nodiscard]] bool release(Stage& stage);
   [[nodiscard]] bool revise(Stage& stage);
+  [[nodiscard]] bool ends_near(const Stage& stage) const;
   [[nodiscard]] bool guess_holds(const Stage& stage, const Point& given);
   [[nodiscard]] bool weakly_active_are_near(const Stage& stage) const;
   [[nodiscard]] bool measure_answers(Stage& stage, ActiveSetSystem& system);
@@ -562,12 +563,13 @@ bool Certifier::revise(Stage& stage) {
   return true;
 }
 
+/// The path leads to a solution far from the point, a Newton step not quite to its bounds.
+bool Certifier::ends_near(const Stage& stage) const {
+  return stage.newton.step <= far() * size_of_problem(canonical_, stage.point.iterate, stage.units);
+}
+
 /// Whether the bounds are clearly what they were guessed to be at the solution, and that is reported.
 bool Certifier::guess_holds(const Stage& stage, const Point& given) {
-  // The path leads to a solution far from the point, a Newton step not quite to its bounds.
-  if (stage.newton.step > far() * size_of_problem(canonical_, stage.point.iterate, stage.units)) {
-    return false;
-  }
   const Iterate& end = stage.newton.end.iterate;
   for (Index i = 0; i < canonical_.variables(); ++i) {
     if (stage.classes.side[at(i)] == 0) continue;
@@ -676,12 +678,12 @@ bool Certifier::refine_and_test(Stage& stage) {
       --round;
       continue;
     }
-    if (stage.converges && is_right(stage, system)) return independent_or_harmless(stage, system);
-    const bool right = stage.converges && stage.test.both();
-    if (stage.guessed && !stage.newton.classes_hold) {
+    if (stage.guessed && !(stage.newton.classes_hold && ends_near(stage))) {
       if (!stage.newton.done || round == kRefinements || !revise(stage)) return false;
       continue;
     }
+    if (stage.converges && is_right(stage, system)) return independent_or_harmless(stage, system);
+    const bool right = stage.converges && stage.test.both();
     if (!stage.guessed && stage.converges && stage.test.inner && !right &&
         measure_answers(stage, system)) {
       --round;
