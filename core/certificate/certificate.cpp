@@ -124,6 +124,9 @@ class Certifier {
     Eigen::VectorXd error;   ///< of W in units
     bool converges = false;  ///< Newton's method, to a solution with these classes
     bool guessed = false;    ///< some classes are mere guesses: nothing but success counts
+    /// After many steps: other solutions may be nearer to where they began, so that the certified
+    /// one has to be returned itself.
+    bool crept = false;
     std::optional<Dependences> dependences{};
     /// Curvature that Max's answers give x, once it has been asked for; empty where it is of no
     /// use.
@@ -702,9 +705,10 @@ bool Certifier::refine_and_test(Stage& stage) {
     const bool there =
         max_norm(stage.newton.error) <= margin(1.0) && gradients_hold(stage.newton, stage.test);
     // Newton's method creeps to where derivatives nearly vanish together.
-    steady = steady && !stage.converges && stage.newton.contraction <= kCreeping;
+    steady = steady && !stage.guessed && !stage.converges && stage.newton.contraction <= kCreeping;
     if (there || !stage.newton.classes_hold) return false;
     if (round == (steady ? kMostRefinements : kRefinements)) return false;
+    stage.crept = stage.crept || round >= kRefinements;
     stage.point.iterate = stage.newton.end.iterate;
     if (!evaluate(stage.point)) return false;
     stage.units = certain_units(stage);
@@ -822,8 +826,8 @@ bool Certifier::reports_solution(const Stage& stage, const Point& given) {
   };
   if (moves_to(stage.point.iterate, mu_)) return true;
   const Eigen::VectorXd way = stage.point.iterate.v - reported.iterate.v;
-  if (longest(canonical_, way, stage.units) <=
-      kNear * size_of_problem(canonical_, reported.iterate, stage.units)) {
+  if (!stage.crept && longest(canonical_, way, stage.units) <=
+                          kNear * size_of_problem(canonical_, reported.iterate, stage.units)) {
     return true;
   }
   // The last step has not been taken yet; then multipliers mu / s may be what is left.

@@ -25,12 +25,14 @@ namespace {
 // --- The judge itself ----------------------------------------------------------------------------
 
 /// Says of a point of a game, without multipliers, what a false certificate would be told.
-CertificateVerdict verdict_at(const Model& game, std::vector<double> v) {
+CertificateVerdict verdict_at(const Model& game, std::vector<double> v,
+                              std::vector<double> lambda = {}, std::vector<double> z_lower = {}) {
   AutodiffProblem model(game, v);
   Result result;
-  const std::size_t m = model.structure().constraint_players.size();
-  result.lambda.assign(m, 0.0);
-  result.z_lower.assign(v.size(), 0.0);
+  lambda.resize(model.structure().constraint_players.size(), 0.0);
+  z_lower.resize(v.size(), 0.0);
+  result.lambda = std::move(lambda);
+  result.z_lower = std::move(z_lower);
   result.z_upper.assign(v.size(), 0.0);
   result.v = std::move(v);
   return judge_certificate(model, SolverOptions{}, result, 1).verdict;
@@ -65,6 +67,37 @@ TEST(JudgeCertificate, ConfirmsWhatIsTrue) {
   game.objective(-2.0 * square(x) + 4.0 * x * y - square(y));
   EXPECT_EQ(verdict_at(game, {1e-6, 1e-6}), CertificateVerdict::Confirmed);
   EXPECT_NE(verdict_at(game, {0.5, 0.5}), CertificateVerdict::False);
+}
+
+TEST(JudgeCertificate, DoesNotRefuteWhatIsTrueInSmallUnits) {
+  // Convex along y, held at its bound by 2e-6; what of that w's coupling hides is rounding.
+  Model game;
+  const Expression y = game.variable(Player::Max, "y", -1e-6);
+  const Expression w = game.variable(Player::Max, "w");
+  game.objective(square(y) + 1e6 * y * w - 1e14 * square(w));
+  EXPECT_NE(verdict_at(game, {-1e-6, -5e-15}, {}, {-2e-6, 0.0}), CertificateVerdict::False);
+  // Without the bound.
+  Model free;
+  const Expression u = free.variable(Player::Max, "u"), t = free.variable(Player::Max, "t");
+  free.objective(square(u) + 1e6 * u * t - 1e14 * square(t));
+  EXPECT_EQ(verdict_at(free, {0.0, 0.0}), CertificateVerdict::False);
+}
+
+TEST(JudgeCertificate, DoesNotDrawAcrossAGapOfTheFeasibleSet) {
+  Model gap;  // x <= -1e-4 or x >= 1e-4
+  const Expression x = gap.variable(Player::Min, "x");
+  gap.objective(square(x - 1.0));
+  gap.constraint(square(x), 1e-8, kNoBound);
+  EXPECT_NE(verdict_at(gap, {-1e-4}, {-10001.0}), CertificateVerdict::False);
+}
+
+TEST(JudgeCertificate, StepsAreNoLongerThanVariables) {
+  // Curvature of 5e-12 makes lengths of 4e5 of a cosine with period 5.
+  Model game;
+  const Expression y = game.variable(Player::Max, "y"), w = game.variable(Player::Max, "w");
+  game.objective(2.5e-12 * cos(1.4 * y) - square(w - 1.0));
+  EXPECT_NE(verdict_at(game, {0.0, 1.0}), CertificateVerdict::False);
+  EXPECT_EQ(verdict_at(game, {3.14159265358979 / 1.4, 1.0}), CertificateVerdict::False);
 }
 
 struct Kind {
@@ -118,10 +151,11 @@ TEST_P(Certificates, AreTrue) {
 }
 
 // Gradients that turn on the way to the solution, inequalities open by their gradients alone, a
-// solution far from the point that was returned, weakly active bounds far from it.
+// solution far from the point that was returned, weakly active bounds far from it, a solution beyond
+// a nearer one of the wrong kind.
 TEST(OnceFalse, TrapsAreNoMore) {
   for (const std::uint64_t seed :
-       {1012110, 1032517, 1034127, 1050867, 1051177, 1054030, 1058769, 7117438}) {
+       {1012110, 1032517, 1034127, 1050867, 1051177, 1054030, 1058769, 7117438, 9005818}) {
     const RandomGame game = trap_game(seed);
     AutodiffProblem model(game.model, game.start);
     const Result result = solve(model, game.options);

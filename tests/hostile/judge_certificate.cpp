@@ -19,8 +19,11 @@ using Eigen::VectorXd;
 using Places = std::vector<Eigen::Index>;
 
 constexpr double kNear = 1e-3;      // movement of the polish over |v| + kOrigin
+constexpr double kAtOnce = 1e-8;    // the same, where it does not matter whether it contracts
 constexpr double kContracts = 0.3;  // second Newton step over the first
 constexpr double kOrigin = 1e-2;
+constexpr double kSmallest = 1e-9;    // of variables in models with small units
+constexpr double kCertain = 1e-13;    // as kWeak, what rounding does not explain
 constexpr double kSign = 1e-9;        // curvature of an equilibrated matrix that has a sign
 constexpr double kWeak = 1e-9;        // multiplier times gradient over the terms that it balances
 constexpr double kOutside = 1e-8;     // violation over 1 + |bound|
@@ -318,7 +321,13 @@ class CertificateJudge {
     if (!contracts && max_norm(z.v - given_) > kNear * (kOrigin + max_norm(given_))) {
       return doubtful("the next solution is far: " + std::to_string(max_norm(z.v - given_)));
     }
-    return judge_solution(active, z, here);
+    CertificateJudgement found = judge_solution(active, z, here);
+    // It may be another solution than the one that is meant: beside large variables a short way is long.
+    const bool moved = max_norm(z.v - given_) > kAtOnce * (kOrigin + max_norm(given_));
+    if (!contracts && moved && found.verdict == CertificateVerdict::False) {
+      found.verdict = CertificateVerdict::Doubtful;
+    }
+    return found;
   }
 
   [[nodiscard]] CertificateJudgement judge_solution(const std::vector<std::size_t>& active,
@@ -343,9 +352,38 @@ class CertificateJudge {
       const Row& row = rows_[k];
       if (is_active[k]) continue;
       const double distance = row.side * (row.bound - value_of(row, z.v, here.g));
-      if (distance < -kOutside * (1.0 + std::abs(row.bound))) return wrong("outside of a bound");
+      if (distance >= -kOutside * (1.0 + std::abs(row.bound))) continue;
+      if (distance < -moved_by_relaxation(row, z.v)) return wrong("outside of a bound");
+      return doubtful("outside of a bound by what bounds are relaxed by");
     }
-    return judge_curvature(active, z, here, weak, weak_max);
+    const CertificateJudgement found = judge_curvature(active, z, here, weak, weak_max);
+    if (found.verdict == CertificateVerdict::Confirmed || !has_pulling(active, z, here, weak)) {
+      return found;
+    }
+    return weak_signs("a multiplier that is little but not zero: " + found.why);
+  }
+
+  /// What a row may be violated by at a point that is moved back from relaxed bounds of variables.
+  [[nodiscard]] double moved_by_relaxation(const Row& row, const VectorXd& v) {
+    const double own = options_.bound_relax_factor * (1.0 + std::abs(row.bound));
+    if (row.is_variable) return own;
+    const DenseEvaluation here(problem_, v);
+    const VectorXd size = v.cwiseAbs().cwiseMax(1.0);
+    return own + 2.0 * options_.bound_relax_factor *
+                     here.jacobian.row(row.index).cwiseAbs().dot(size.transpose());
+  }
+
+  /// Of the multipliers that count as zero, whether one is not beside variables of their own sizes,
+  /// however small these are.
+  [[nodiscard]] bool has_pulling(const std::vector<std::size_t>& active, const State& z,
+                                 const System& here, const std::vector<bool>& weak) const {
+    for (std::size_t a = 0; a < active.size(); ++a) {
+      if (!weak[a]) continue;
+      const auto place = static_cast<Eigen::Index>(a);
+      const double multiplier = wanted_multiplier(rows_[active[a]], z.multipliers[place]);
+      if (share_of(here, z.v, place, multiplier, kSmallest) > kCertain) return true;
+    }
+    return false;
   }
 
   /// Where the way down from a saddle ends, too near to be told from it: a bound of Min.
@@ -363,8 +401,8 @@ class CertificateJudge {
   /// A multiplier's share, with its sign, in the terms that it balances: those of the gradient, and what
   /// the gradient changes by over a small part of the point.
   [[nodiscard]] static double share_of(const System& here, const VectorXd& v, Eigen::Index row,
-                                       double multiplier) {
-    const VectorXd size = v.cwiseAbs().array() + kOrigin;
+                                       double multiplier, double origin = kOrigin) {
+    const VectorXd size = v.cwiseAbs().array() + origin;
     const VectorXd change = here.hessian.cwiseAbs() * size;
     double share = 0.0;
     for (Eigen::Index i = 0; i < here.rows.cols(); ++i) {
@@ -445,8 +483,21 @@ class CertificateJudge {
 
   // --- Values -------------------------------------------------------------------------------------
   /// Of what values are sums of, as far as f and its slopes show.
-  [[nodiscard]] static double size_of_values(const System& here, const VectorXd& v) {
-    return 1.0 + std::abs(here.f) + here.terms.dot(v.cwiseAbs());
+  [[nodiscard]] double size_of_values(const System& here, const VectorXd& v) {
+    return 1.0 + std::abs(here.f) + here.terms.dot(v.cwiseAbs()) + noise(here, v) / kRounding;
+  }
+  /// What values of f differ by at points that differ by rounding: where large terms cancel it is
+  /// much more than rounding of f.
+  [[nodiscard]] double noise(const System& here, const VectorXd& v) {
+    constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+    double most = 0.0;
+    for (int k = 0; k < 8; ++k) {
+      VectorXd near = v;
+      for (double& value : near) value *= 1.0 + kEpsilon * std::round(3.0 * normal());
+      const DenseEvaluation there(problem_, near);
+      if (there.ok) most = std::max(most, std::abs(sigma_ * there.objective - here.f));
+    }
+    return most;
   }
   [[nodiscard]] double normal() { return std::normal_distribution<double>()(random_); }
 
@@ -484,7 +535,13 @@ class CertificateJudge {
     const double slope = direction.dot(h * direction);
     double last = std::numeric_limits<double>::quiet_NaN();
     int equal = 0;
-    for (double length = 0.1; length > 1e-9; length *= 0.1) {
+    // Where there is little curvature its length may be many periods of the function.
+    double longest = 1.0;
+    for (std::size_t i = 0; i < variables.size(); ++i) {
+      const double size = std::max(std::abs(z.v[variables[i]]), kOrigin);
+      longest = std::min(longest, size / std::abs(direction[static_cast<Eigen::Index>(i)]));
+    }
+    for (double length = 0.1 * longest; length > 1e-9 * longest; length *= 0.1) {
       const double predicted = length * length * slope;
       if (!(predicted > 100.0 * kRounding * size_of_values(here, z.v))) break;
       double change = 0.0;
@@ -544,7 +601,10 @@ class CertificateJudge {
       double last = 0.0;
       for (int part = 0; part < 8; ++part, step *= 0.1) {
         const DenseEvaluation there(problem_, z.v + step);
-        if (!there.ok || !is_inside(z.v + step, there.constraints)) break;
+        if (!there.ok || !is_inside(z.v + step, there.constraints)) {
+          better = false;  // beyond a gap
+          break;
+        }
         const double gain = (max ? 1.0 : -1.0) * (sigma_ * there.objective - here.f);
         if (std::abs(gain) <= visible + 2.0 * max_norm(here.gradient) * step.norm()) break;
         // Gains of higher derivatives shrink faster than with the square of the distance.
