@@ -826,14 +826,14 @@ bool Certifier::reports_solution(const Stage& stage, const Point& given) {
   };
   if (moves_to(stage.point.iterate, mu_)) return true;
   const Eigen::VectorXd way = stage.point.iterate.v - reported.iterate.v;
-  if (!stage.crept && longest(canonical_, way, stage.units) <=
-                          kNear * size_of_problem(canonical_, reported.iterate, stage.units)) {
-    return true;
-  }
+  const bool near =
+      !stage.crept && longest(canonical_, way, stage.units) <=
+                          kNear * size_of_problem(canonical_, reported.iterate, stage.units);
+  if (near && !stage.guessed) return true;
   // The last step has not been taken yet; then multipliers mu / s may be what is left.
   const Iterate& last = stage.newton.end.iterate;
   return moves_to(last, mu_) ||
-         (left > 0.0 && moves_to(last, kShareOfError * allowed / left * mu_));
+         (left > 0.0 && moves_to(last, kShareOfError * allowed / left * mu_)) || near;
 }
 
 SecondOrder Certifier::certified(const Stage& stage, const Point& given) {

@@ -18,7 +18,8 @@ namespace {
 thread_local long countdown = 0;  // 0: all succeed; 1: the next fails
 thread_local long made = 0;
 
-void* allocate(std::size_t size, std::size_t alignment) {
+// Not inlined, or g++ takes new and malloc for two kinds of memory.
+[[gnu::noinline]] void* allocate(std::size_t size, std::size_t alignment) {
   ++made;
   if (countdown > 0 && --countdown == 0) throw std::bad_alloc();
   void* memory = alignment > alignof(std::max_align_t)
