@@ -72,6 +72,11 @@ namespace restoration {
 constexpr double kDecrease = 0.9;           ///< kappa_resto of [WB, 3.3]
 constexpr double kLargestMultiplier = 1e3;  ///< bound_mult_reset_threshold of [Ipopt]
 constexpr double kPenalty = 1e3;            ///< rho of [WB, 3.3.1]
+/// The proximal term falls with mu, as in [Ipopt], from one solve of the restoration problem to the
+/// next, until its pull beside rho is nothing.
+constexpr int kRounds = 8;
+constexpr double kLessProximity = 1e-2;  ///< of mu; zeta is its square root
+constexpr double kNegligiblePull = 1e-6;
 constexpr double kAlmostFeasible = 1e2;  ///< violation over tol below which nothing is restored [R]
 constexpr double kFeasible = 1e-2;       ///< or not even where nothing else is left [eps]
 }  // namespace restoration

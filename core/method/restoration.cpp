@@ -5,6 +5,8 @@
 
 #include "core/method/parameters.hpp"
 #include "core/method/restoration.hpp"
+#include "core/model/norms.hpp"
+#include "core/model/timer.hpp"
 
 namespace ipminmax {
 namespace {
@@ -116,6 +118,12 @@ class RestorationProblem final : public Problem {
     return true;
   }
 
+  /// Largest pull of the proximal term at v, over the penalty: v is that far from stationary for the
+  /// violation alone.
+  [[nodiscard]] double pull(const Eigen::VectorXd& v) const {
+    return zeta_ * max_norm((v - from_.iterate.v).cwiseProduct(weight_)) / parameter::kPenalty;
+  }
+
   /// Reads v of (v, p, n) and evaluates c there; false when undefined.
   [[nodiscard]] bool read(std::span<const double> w, Eigen::VectorXd& v, Eigen::VectorXd& c) {
     load(w);
@@ -156,46 +164,60 @@ SolverOptions restoration_options(const SolverOptions& options, double mu, Index
   return inner;
 }
 
+bool was_limited(Status status) {
+  return status == Status::MaxIterations || status == Status::MaxCpuTime ||
+         status == Status::MaxWallTime;
+}
+
 }  // namespace
 
 RestorationOutcome restore_feasibility(
     CanonicalProblem& canonical, const SolverOptions& options, double mu,
     const std::function<bool(const Eigen::VectorXd&, const Eigen::VectorXd&)>& acceptable,
     const Restorer& restorer, Point& point, Index& iterations) {
-  const double start_mu = std::max(mu, point.evaluation.c.lpNorm<Eigen::Infinity>());
-  RestorationProblem problem(canonical, start_mu, point);
-  Eigen::VectorXd v, c;
-  bool restored = false;
-  bool stopped = false;
-  SolveObserver observer;
-  observer.on_iteration = [&](const IterationInfo& info) {
-    if (info.iteration == 0 || !problem.read(info.v, v, c)) return true;
-    restored = acceptable(v, c);
-    stopped = !restored && restorer.observe && !restorer.observe(info, point, v, c);
-    return !restored && !stopped;
-  };
-  const Result result =
-      restorer.solve(problem, restoration_options(options, start_mu, iterations), observer);
-  iterations = std::max<Index>(0, iterations - result.iterations);
-  if (restored || stopped) {
-    point.iterate.v = v;
-    return restored ? RestorationOutcome::Restored : RestorationOutcome::UserStop;
+  const TimeLimit limit(options);
+  double start_mu = std::max(mu, max_norm(point.evaluation.c));
+  Point from = point;
+  for (int round = 0; round < parameter::kRounds; ++round) {
+    RestorationProblem problem(canonical, start_mu, from);
+    Eigen::VectorXd v, c;
+    bool restored = false;
+    bool stopped = false;
+    SolveObserver observer;
+    observer.on_iteration = [&](const IterationInfo& info) {
+      if (info.iteration == 0 || !problem.read(info.v, v, c)) return true;
+      restored = acceptable(v, c);
+      stopped = !restored && restorer.observe && !restorer.observe(info, point, v, c);
+      return !restored && !stopped;
+    };
+    SolverOptions nested = restoration_options(options, start_mu, iterations);
+    limit.pass_on(nested);
+    const Result result = restorer.solve(problem, nested, observer);
+    iterations = std::max<Index>(0, iterations - result.iterations);
+    if (restored || stopped) {
+      point.iterate.v = v;
+      return restored ? RestorationOutcome::Restored : RestorationOutcome::UserStop;
+    }
+    // A saddle of the violation counts as a minimum when no escape from it was found.
+    if (!is_success(result.status) && result.status != Status::NotLocalMinmax) {
+      return was_limited(result.status) ? RestorationOutcome::Stopped : RestorationOutcome::Failed;
+    }
+    if (!problem.read(result.v, v, c) || max_norm(c) <= options.constr_viol_tol) {
+      return RestorationOutcome::Failed;
+    }
+    if (problem.pull(v) <= parameter::kNegligiblePull) {
+      const bool pivots = options.linear_solver != LinearSolver::Ldlt;
+      if (!pivots && result.certificate.second_order != SecondOrder::Satisfied)
+        return RestorationOutcome::Unproved;
+      point.iterate.v = v;
+      return RestorationOutcome::LocallyInfeasible;
+    }
+    // The proximal term holds v back: on from here with less of it.
+    from.iterate.v = v;
+    from.evaluation.c = c;
+    start_mu *= parameter::kLessProximity;
   }
-  // A saddle of the violation counts as a minimum when no escape from it was found.
-  if (is_success(result.status) || result.status == Status::NotLocalMinmax) {
-    const bool feasible =
-        problem.read(result.v, v, c) && c.lpNorm<Eigen::Infinity>() <= options.constr_viol_tol;
-    if (feasible) return RestorationOutcome::Failed;
-    const bool pivots = options.linear_solver != LinearSolver::Ldlt;
-    if (!pivots && result.certificate.second_order != SecondOrder::Satisfied)
-      return RestorationOutcome::Unproved;
-    point.iterate.v = v;
-    return RestorationOutcome::LocallyInfeasible;
-  }
-  return result.status == Status::MaxIterations || result.status == Status::MaxCpuTime ||
-                 result.status == Status::MaxWallTime
-             ? RestorationOutcome::Stopped
-             : RestorationOutcome::Failed;
+  return RestorationOutcome::Failed;
 }
 
 }  // namespace ipminmax

@@ -41,6 +41,8 @@ struct Restorer {
 ///
 /// until acceptable(v, c) holds. Moves only v of the point; its values and multipliers are the
 /// caller's to renew. iterations: those still allowed, reduced by those used.
+/// Where the proximal term holds v back at the end, it goes on from there with less of it: what is
+/// called a local minimum of the violation is one without that term.
 [[nodiscard]] RestorationOutcome restore_feasibility(
     CanonicalProblem& canonical, const SolverOptions& options, double mu,
     const std::function<bool(const Eigen::VectorXd& v, const Eigen::VectorXd& c)>& acceptable,
