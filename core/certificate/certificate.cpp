@@ -74,6 +74,8 @@ constexpr double kShareOfError = 0.1;
 /// Of a multiplier or distance, left at the solution by which a guess of the bound's class holds:
 /// of a weakly active one nothing but rounding is.
 constexpr double kShareLeft = 1e-3;
+/// Of the largest entry of a matrix, by its factorization.
+constexpr double kRoundingOfEntry = 1e-15;
 /// Of variables, relative to their sizes here or at the start.
 constexpr double kRounding = 1e-13;
 /// Of a distance to a bound, of steps that are no larger.
@@ -231,6 +233,20 @@ bool reads_both_players(const CanonicalProblem& canonical) {
 bool gradients_hold(const NewtonTest& newton, const InertiaTest& test) {
   return newton.inner_turn * test.inner_response <= kTurn &&
          newton.turn * test.full_response <= kTurn;
+}
+
+/// Lengths longer than W's own make entries large: whether their rounding in a factorization leaves
+/// the inertias what they are. The smallest singular values are the responses' inverses.
+bool inertias_are_certain(const ActiveSetSystem& system, const InertiaTest& test) {
+  double largest = 1.0;
+  for (const double entry : system.derivatives().hessian) {
+    largest = std::max(largest, std::abs(entry));
+  }
+  for (const double entry : system.derivatives().jacobian) {
+    largest = std::max(largest, std::abs(entry));
+  }
+  return kRoundingOfEntry * (largest - 1.0) * std::max(test.inner_response, test.full_response) <=
+         kTurn;
 }
 
 /// Multipliers cannot be known better than this: rounding of the variables, relative to their
@@ -653,7 +669,10 @@ bool Certifier::is_right(Stage& stage, ActiveSetSystem& system) {
   if (stage.narrow) {
     ActiveSetSystem narrow(canonical_, kkt_, *stage.narrow, stage.units, stage.point.evaluation);
     stage.test = survives_narrowed(system, narrow, error, margin(1.0));
-    if (!stage.test.both() || !gradients_hold(stage.newton, stage.test)) return false;
+    if (!stage.test.both() || !gradients_hold(stage.newton, stage.test) ||
+        !inertias_are_certain(narrow, stage.test)) {
+      return false;
+    }
     examine_curvature(narrow, stage.point,
                       without_inactive(stage.classes, stage.point.iterate.lambda));
     return true;
@@ -662,7 +681,10 @@ bool Certifier::is_right(Stage& stage, ActiveSetSystem& system) {
   if (!stage.test.both() && weakly_active_are_near(stage) && may_factorize(1)) {
     stage.test = survives_in_cone(system, error, margin(1.0), stage.test);
   }
-  if (!stage.test.both() || !gradients_hold(stage.newton, stage.test)) return false;
+  if (!stage.test.both() || !gradients_hold(stage.newton, stage.test) ||
+      !inertias_are_certain(system, stage.test)) {
+    return false;
+  }
   examine_curvature(system, stage.point,
                     without_inactive(stage.classes, stage.point.iterate.lambda));
   return true;
