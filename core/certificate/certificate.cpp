@@ -835,7 +835,7 @@ bool Certifier::reports_solution(const Stage& stage, const Point& given) {
   const auto inside = [&](const DroppedBound& dropped) {
     return stage.classes.distance(canonical_, end.iterate, dropped.variable) > 0.0;
   };
-  const double allowed = std::max(error(reported), options_.tol);
+  const double allowed = std::max(error(reported), std::min(options_.tol, options_.acceptable_tol));
   double left = 0.0;
   const auto moves_to = [&](const Iterate& reached, double mu) {
     end.iterate = solution_of(stage, reached, mu);

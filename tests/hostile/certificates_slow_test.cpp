@@ -165,6 +165,16 @@ TEST(OnceFalse, TrapsAreNoMore) {
   }
 }
 
+// An acceptable tolerance below tol: the point that the certificate moves to has to meet it, too.
+TEST(OnceFalse, ThePointMeetsTheToleranceOfItsStatus) {
+  for (const std::uint64_t seed : {9702251, 9731377, 9771790, 9782052}) {
+    const RandomGame game = tame_game(seed);
+    AutodiffProblem model(game.model, game.start);
+    const Result result = solve(model, game.options);
+    EXPECT_EQ(TruthJudge(model, game.options, result, false).untruths(), "") << "seed " << seed;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Of, Certificates,
                          ::testing::Values(Kind{"Tame", tame_game, 4000, 1000},
                                            Kind{"Trap", trap_game, 6000, 1000}),
