@@ -62,7 +62,8 @@ class HostileFaults {
         << name_of(result.status);
     if (fault == Fault::ThrowsBadAlloc) {
       EXPECT_EQ(result.status, Status::OutOfMemory);
-      EXPECT_EQ(result.message, "out of memory");
+      // A game that is undefined at its start may have begun elsewhere.
+      EXPECT_TRUE(result.message.starts_with("out of memory")) << result.message;
     }
   }
 
