@@ -51,8 +51,8 @@ struct BoundClasses {
 void count_doubtful(const CanonicalProblem& canonical, BoundClasses& classes);
 
 /// By z / s in units: a first guess, which a Newton step has to confirm. A bound no farther than
-/// what it was relaxed by is never inactive. Doubtful where the ratio is no larger than kStrictRatio
-/// and no smaller than its inverse, or another ratio.
+/// what it was relaxed by is never inactive. Doubtful where the ratio is no larger than
+/// kStrictRatio and no smaller than its inverse, or another ratio.
 inline constexpr double kStrictRatio = 100.0;
 [[nodiscard]] BoundClasses guess_classes(const CanonicalProblem& canonical,
                                          const SolverOptions& options, const Iterate& iterate,

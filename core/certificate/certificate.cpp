@@ -587,7 +587,8 @@ bool Certifier::ends_near(const Stage& stage) const {
   return stage.newton.step <= far() * size_of_problem(canonical_, stage.point.iterate, stage.units);
 }
 
-/// Whether the bounds are clearly what they were guessed to be at the solution, and that is reported.
+/// Whether the bounds are clearly what they were guessed to be at the solution, and that is
+/// reported.
 bool Certifier::guess_holds(const Stage& stage, const Point& given) {
   const Iterate& end = stage.newton.end.iterate;
   for (Index i = 0; i < canonical_.variables(); ++i) {
@@ -666,28 +667,25 @@ bool Certifier::is_right(Stage& stage, ActiveSetSystem& system) {
   if (stage.stretch) {
     error.array() += margin(1.0) * (stage.stretch->array().square() - 1.0);
   }
+  const auto holds = [&](ActiveSetSystem& tested) {
+    if (!stage.test.both() || !gradients_hold(stage.newton, stage.test) ||
+        !inertias_are_certain(tested, stage.test)) {
+      return false;
+    }
+    examine_curvature(tested, stage.point,
+                      without_inactive(stage.classes, stage.point.iterate.lambda));
+    return true;
+  };
   if (stage.narrow) {
     ActiveSetSystem narrow(canonical_, kkt_, *stage.narrow, stage.units, stage.point.evaluation);
     stage.test = survives_narrowed(system, narrow, error, margin(1.0));
-    if (!stage.test.both() || !gradients_hold(stage.newton, stage.test) ||
-        !inertias_are_certain(narrow, stage.test)) {
-      return false;
-    }
-    examine_curvature(narrow, stage.point,
-                      without_inactive(stage.classes, stage.point.iterate.lambda));
-    return true;
+    return holds(narrow);
   }
   stage.test = survives(system, error, margin(1.0));
   if (!stage.test.both() && weakly_active_are_near(stage) && may_factorize(1)) {
     stage.test = survives_in_cone(system, error, margin(1.0), stage.test);
   }
-  if (!stage.test.both() || !gradients_hold(stage.newton, stage.test) ||
-      !inertias_are_certain(system, stage.test)) {
-    return false;
-  }
-  examine_curvature(system, stage.point,
-                    without_inactive(stage.classes, stage.point.iterate.lambda));
-  return true;
+  return holds(system);
 }
 
 /// Newton's method towards the solution of the active set's equations, until what W changes by on

@@ -12,8 +12,8 @@ struct NewtonTest {
   bool classes_hold = false;  ///< multipliers and distances at the end confirm the classes
   std::vector<Index>
       pulled_off;  ///< doubtful bounds of Max that he leaves: their multiplier is negative
-  /// Bounds whose class the end contradicts by a sign: active with a negative multiplier, or inactive
-  /// and crossed.
+  /// Bounds whose class the end contradicts by a sign: active with a negative multiplier, or
+  /// inactive and crossed.
   std::vector<Index> contradicted;
   /// Step that the curvature of the equations makes necessary at the end, over the step: Newton's
   /// method converges from a point where that is below 1/4 (it is 1/4 for x^3 at 0). The smaller of

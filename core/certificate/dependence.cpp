@@ -11,8 +11,8 @@ namespace {
 constexpr double kRelaxation = 1e-10;
 /// Share of a right-hand side in the null space below which nothing is left of that.
 constexpr double kNothingLeft = 1e-4;
-/// Length of the combination of rows of length one; of a row in free variables over its whole length,
-/// or absolute.
+/// Length of the combination of rows of length one; of a row in free variables over its whole
+/// length, or absolute.
 constexpr double kDependent = 1e-7;
 constexpr double kNoGradient = 1e-9;  // of a row in units
 constexpr int kMostFound = 32;

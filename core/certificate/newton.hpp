@@ -13,8 +13,8 @@ namespace ipminmax {
                                     const NewtonResidual& rhs, Step& step);
 
 /// One Newton step for the equations at mu from a point with all derivatives and dual residual,
-/// which is left at its end, without f; tau: fraction to the boundary. False: it cannot be computed or
-/// evaluated.
+/// which is left at its end, without f; tau: fraction to the boundary. False: it cannot be computed
+/// or evaluated.
 [[nodiscard]] bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu,
                                        double tau, Point& point, StepLength& alpha);
 

@@ -67,8 +67,8 @@ InertiaTest test_inner(ActiveSetSystem& system, const Eigen::VectorXd& error, do
   return test;
 }
 
-/// For the minimizer the worst W has - error everywhere, for then phi'' = W_xx - W_xy W_yy^-1 W_yx (on
-/// the tangent spaces) is smallest. assembled: already, with these values.
+/// For the minimizer the worst W has - error everywhere, for then phi'' = W_xx - W_xy W_yy^-1 W_yx
+/// (on the tangent spaces) is smallest. assembled: already, with these values.
 void test_full(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin, bool assembled,
                InertiaTest& test) {
   KktSystem& kkt = system.kkt();

@@ -135,8 +135,8 @@ void constraint_norms(const CanonicalProblem& canonical, const Evaluation& evalu
   }
 }
 
-/// Variables without curvature, from the constraints that tie them to others, but no less than their
-/// own size: a short one comes from an entry that vanishes.
+/// Variables without curvature, from the constraints that tie them to others, but no less than
+/// their own size: a short one comes from an entry that vanishes.
 void spread_by_constraints(const CanonicalProblem& canonical, const Eigen::VectorXd& size,
                            const Evaluation& evaluation, Eigen::VectorXd& d) {
   Eigen::VectorXd rows(canonical.constraints()), columns(d.size());
@@ -163,8 +163,8 @@ void spread_by_constraints(const CanonicalProblem& canonical, const Eigen::Vecto
 }
 
 /// An equation ties its owner's variables to others: a length beside which those are nothing is cut
-/// to what they can make up for, or to the variable's own size. Each equation cuts one length, as it
-/// determines one variable.
+/// to what they can make up for, or to the variable's own size. Each equation cuts one length, as
+/// it determines one variable.
 void cut_by_equations(const CanonicalProblem& canonical, const Eigen::VectorXd& size,
                       const Evaluation& evaluation, Eigen::VectorXd& d) {
   struct Terms {

@@ -17,11 +17,11 @@ struct Units {
 
 /// Diagonal entries first, then rows without one by what couples them, then variables without
 /// curvature by the constraints that tie them to others: each step depends on the units of the
-/// model by the factor that it should. Variables that nothing ties keep the model's. At last lengths
-/// that an equation does not allow are cut, down to the variable's size at v or at the start.
-/// answers: curvature that Max's answers give each canonical variable of Min, in the model's units;
-/// empty: as much as the coupling could give if nothing but W_yy held y. Where it is less, y's
-/// lengths are cut so that the coupling does not exceed 1.
+/// model by the factor that it should. Variables that nothing ties keep the model's. At last
+/// lengths that an equation does not allow are cut, down to the variable's size at v or at the
+/// start. answers: curvature that Max's answers give each canonical variable of Min, in the model's
+/// units; empty: as much as the coupling could give if nothing but W_yy held y. Where it is less,
+/// y's lengths are cut so that the coupling does not exceed 1.
 [[nodiscard]] Units units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
                              const Evaluation& evaluation, const Eigen::VectorXd& answers = {});
 

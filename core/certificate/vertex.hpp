@@ -23,8 +23,8 @@ struct Vertex {
 /// Where gradients of active constraints and bounds depend on each other the multipliers are a
 /// polyhedron. At its vertices the gradients of those that are not zero are independent
 /// [Caratheodory]. A few of these, each from the multipliers given along every null vector in turn
-/// to where the first inequality's is zero: this one becomes BoundClass::Dropped. Of one player, max
-/// or not; of Max beside an x only where no row in the null vectors reads that.
+/// to where the first inequality's is zero: this one becomes BoundClass::Dropped. Of one player,
+/// max or not; of Max beside an x only where no row in the null vectors reads that.
 ///
 /// system: assembled as it was for the dependences. Empty where only equations depend on each
 /// other.
