@@ -735,4 +735,19 @@ ScalableProblem f23_sphere(int n) {
   return p;
 }
 
+std::vector<ScalableProblem> small_scalable_problems() {
+  std::vector<ScalableProblem> all;
+  all.push_back(f01_quad(10));
+  all.push_back(f03_quad_box(20));
+  all.push_back(f05_trig(10));
+  all.push_back(f10_ball_halfspace(10));
+  all.push_back(f12_robust_ls(6, 4));
+  all.push_back(f16_lq_game(10));
+  all.push_back(f17_mpc_box(10));
+  all.push_back(f19_pde(15));
+  all.push_back(f23_sphere(10));
+  all.push_back(f30_few_min(3, 6));
+  return all;
+}
+
 }  // namespace ipminmax::testing

@@ -70,4 +70,7 @@ struct ScalableProblem {
 /// equalities of Max.
 [[nodiscard]] ScalableProblem f30_few_min(int n, int side);
 
+/// Ten of these families, with few variables.
+[[nodiscard]] std::vector<ScalableProblem> small_scalable_problems();
+
 }  // namespace ipminmax::testing

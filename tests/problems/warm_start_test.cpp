@@ -105,19 +105,9 @@ TEST(WarmStart, StaysAtSolutionsOfMinimizations) {
 }
 
 TEST(WarmStart, StaysAtSolutionsOfFamilies) {
-  std::vector<ScalableProblem> families;
-  families.push_back(f01_quad(10));
-  families.push_back(f03_quad_box(20));
-  families.push_back(f05_trig(10));
-  families.push_back(f10_ball_halfspace(10));
-  families.push_back(f12_robust_ls(6, 4));
-  families.push_back(f16_lq_game(10));
-  families.push_back(f17_mpc_box(10));
-  families.push_back(f19_pde(15));
-  families.push_back(f23_sphere(10));
-  families.push_back(f30_few_min(3, 6));
   Tally tally;
-  for (ScalableProblem& family : families) start_again(family.name, *family.problem, tally);
+  for (ScalableProblem& family : small_scalable_problems())
+    start_again(family.name, *family.problem, tally);
   expect("families", tally, 10);
 }
 
