@@ -61,12 +61,13 @@ void add_constraint_product(const CanonicalProblem& canonical, const Evaluation&
 class ActiveSetNewton {
  public:
   ActiveSetNewton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
-                  const KktSolve& solve, NewtonArrays& arrays)
+                  const NewtonRequest& request, NewtonArrays& arrays)
       : canonical_(canonical),
         system_(system),
         iterate_(point.iterate),
         evaluation_(point.evaluation),
-        solve_(solve),
+        solve_(request.solve),
+        probe_(request.probe),
         work_(arrays) {
     work_.lambda = iterate_.lambda;
     for (Index j = 0; j < canonical.constraints(); ++j) {
@@ -83,6 +84,9 @@ class ActiveSetNewton {
   [[nodiscard]] bool classes_hold(NewtonTest& test);
   void choose_trial();
   [[nodiscard]] bool compare(NewtonTest& test);
+  [[nodiscard]] bool is_far_beyond() const;
+  [[nodiscard]] bool compare_hessian_at_end(const Eigen::VectorXd& lambda, NewtonTest& test);
+  void measure_error(NewtonTest& test) const;
   [[nodiscard]] bool inequalities_stay_open(const Eigen::VectorXd& c);
   void measure_turn(NewtonTest& test);
   [[nodiscard]] const Eigen::VectorXd& forces();
@@ -99,6 +103,7 @@ class ActiveSetNewton {
   const Iterate& iterate_;
   const Evaluation& evaluation_;
   const KktSolve& solve_;
+  Probe probe_;
   NewtonArrays& work_;
 };
 
@@ -285,21 +290,55 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
   test.contraction = std::min(ratio([&](const Eigen::VectorXd& v) { return length(v); }),
                               ratio([&](const Eigen::VectorXd& v) { return length_in_sizes(v); }));
 
-  const Units& units = system_.units();
-  test.error.setZero(canonical_.variables());
   test.hessian_change.resize(there.hessian.size());
   for (std::size_t k = 0; k < there.hessian.size(); ++k) {
-    const auto [i, j] = canonical_.hessian()[k];
     test.hessian_change[k] = std::abs(there.hessian[k] - evaluation_.hessian[k]);
-    const BoundClasses& classes = system_.classes();
+  }
+  if (probe_ == Probe::EndAndBeyond && is_far_beyond() && !compare_hessian_at_end(probed, test)) {
+    return false;
+  }
+  measure_error(test);
+  test.classes_hold = test.classes_hold && inequalities_stay_open(there.c);
+  measure_turn(test);
+  return test.error.allFinite() && std::isfinite(test.contraction);
+}
+
+/// Whether the trial point is so much farther than the end of the step that W there need not tell
+/// of W at the end, and the end is not next to the start.
+bool ActiveSetNewton::is_far_beyond() const {
+  for (Index i = 0; i < work_.trial.size(); ++i) {
+    if (system_.is_fixed(i) || system_.is_slack(i)) continue;
+    const double step = std::abs(work_.dv[i]), beyond = std::abs(work_.trial[i] - work_.dv[i]);
+    if (beyond > kLeft * step && step > kLeft * beyond) return true;
+  }
+  return false;
+}
+
+bool ActiveSetNewton::compare_hessian_at_end(const Eigen::VectorXd& lambda, NewtonTest& test) {
+  Evaluation end = evaluation_;
+  Eigen::VectorXd v = work_.trial_v;
+  for (Index i = 0; i < v.size(); ++i) {
+    if (!system_.is_fixed(i)) v[i] = iterate_.v[i] + work_.dv[i];
+  }
+  if (canonical_.second_derivatives(v, lambda, end) != EvaluationStatus::Ok) return false;
+  for (std::size_t k = 0; k < end.hessian.size(); ++k) {
+    const double change = std::abs(end.hessian[k] - evaluation_.hessian[k]);
+    test.hessian_change[k] = std::max(test.hessian_change[k], change);
+  }
+  return true;
+}
+
+void ActiveSetNewton::measure_error(NewtonTest& test) const {
+  const Units& units = system_.units();
+  const BoundClasses& classes = system_.classes();
+  test.error.setZero(canonical_.variables());
+  for (std::size_t k = 0; k < test.hessian_change.size(); ++k) {
+    const auto [i, j] = canonical_.hessian()[k];
     if (classes[i] == BoundClass::Active || classes[j] == BoundClass::Active) continue;
     const double change = 2.0 * units.variable[i] * units.variable[j] * test.hessian_change[k];
     test.error[i] += change;
     if (i != j) test.error[j] += change;
   }
-  test.classes_hold = test.classes_hold && inequalities_stay_open(there.c);
-  measure_turn(test);
-  return test.error.allFinite() && std::isfinite(test.contraction);
 }
 
 /// Their values at the trial point, where they are not what their gradients predict. A doubtful one
@@ -400,8 +439,8 @@ void NewtonTest::clear() {
 }
 
 void test_newton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
-                 const KktSolve& solve, NewtonArrays& arrays, NewtonTest& test) {
-  ActiveSetNewton(canonical, system, point, solve, arrays).run(test);
+                 const NewtonRequest& request, NewtonArrays& arrays, NewtonTest& test) {
+  ActiveSetNewton(canonical, system, point, request, arrays).run(test);
 }
 
 }  // namespace ipminmax
