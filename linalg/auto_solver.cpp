@@ -188,7 +188,9 @@ std::optional<Factorization> AutoSolver::factorize_in_pairs(const SymmetricMatri
 Factorization AutoSolver::factorize_without_ldlt(const SymmetricMatrix& matrix,
                                                  Certainty certainty) {
   ldlt_is_current_ = false;
-  if (use_paired_) {
+  // Not for one matrix of many whose inertia LDL' leaves uncertain: steps with pairs led
+  // minimizations astray that pivoting solves.
+  if (use_paired_ && !use_ldlt_) {
     if (const auto result = factorize_in_pairs(matrix, certainty)) {
       paired_is_current_ = true;
       return *result;
