@@ -30,6 +30,8 @@ constexpr double kMaxErrorOfPairs = 1e-3;
 // Of pairs, over LDL's own: Gamma, which hardly a pivot needs, and what takes its place in the test.
 constexpr double kGammaOfPairs = 1e-5;
 constexpr double kTestedGammaOfPairs = 1e-3;
+// Entries of their factor over those of LDL's: rows that are eliminated early there may have to wait.
+constexpr double kMostFillOfPairs = 10.0;
 
 bool choose_ldlt(const FactorSize& size) {
   return size.flops <= kLdltMaxFlopsPerEntry * static_cast<double>(size.entries);
@@ -103,6 +105,7 @@ void AutoSolver::make_pivoting(Index dimension, std::vector<Index> metis_order) 
 bool AutoSolver::prepare_ldlt(const Analysis& analysis) {
   ldlt_analyzed_ = use_ldlt_ = use_paired_ = ldlt_is_current_ = analysis.ok;
   uncertain_ = ldlt_pause_ = 0;
+  ldlt_entries_ = analysis.factor_entries;
   return analysis.ok;
 }
 
@@ -157,7 +160,13 @@ bool AutoSolver::has_pairs(const SymmetricMatrix& matrix) {
     paired_ =
         std::make_unique<PairedLdltSolver>(options_.ordering, kGammaOfPairs * options_.ldlt_gamma);
   }
-  return pairs_made_ = paired_->analyze(matrix, {}).ok;
+  const Analysis analysis = paired_->analyze(matrix, {});
+  if (analysis.ok && static_cast<double>(analysis.factor_entries) >
+                         kMostFillOfPairs * static_cast<double>(ldlt_entries_)) {
+    use_paired_ = false;
+    return false;
+  }
+  return pairs_made_ = analysis.ok;
 }
 
 bool AutoSolver::pairs_are_enough(const SymmetricMatrix& matrix, const Factorization& result,

@@ -65,7 +65,8 @@ class AutoSolver final : public SymmetricSolver {
   LdltSolver ldlt_;
   std::unique_ptr<PairedLdltSolver> paired_;  // null before its first use
   std::unique_ptr<SymmetricSolver> pivoting_;
-  Inertia expected_;  // by the signs
+  Inertia expected_;               // by the signs
+  std::int64_t ldlt_entries_ = 0;  // of its factor
   bool pivoting_analyzed_ = false;
   bool ldlt_analyzed_ = false;
   bool pairs_made_ = false;         // since the last reset
