@@ -148,6 +148,7 @@ class Certifier {
   [[nodiscard]] SecondOrder examine(const Point& given);
   [[nodiscard]] bool settle(Stage& stage, bool follow);
   [[nodiscard]] bool refine_and_test(Stage& stage);
+  [[nodiscard]] bool is_attracted_elsewhere(const Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool test_at_vertices(Stage& stage);
   [[nodiscard]] bool release(Stage& stage);
   [[nodiscard]] bool revise(Stage& stage);
@@ -741,11 +742,27 @@ bool Certifier::refine_and_test(Stage& stage) {
     steady = steady && !stage.guessed && !stage.converges && stage.newton.contraction <= kCreeping;
     if (there || !stage.newton.classes_hold) return false;
     if (round == (steady ? kMostRefinements : kRefinements)) return false;
+    if (is_attracted_elsewhere(stage, system)) return false;
     stage.crept = stage.crept || round >= kRefinements;
     stage.point.iterate = stage.newton.end.iterate;
     if (!evaluate(stage.point)) return false;
     stage.units = certain_units(stage);
   }
+}
+
+/// Newton's method does not lead from where an inertia is wrong to the solution near by: over a hill,
+/// by chance, to another one. That takes curvature of the other sign at the end of the step.
+bool Certifier::is_attracted_elsewhere(const Stage& stage, ActiveSetSystem& system) {
+  bool turns = false;
+  for (std::size_t k = 0; k < stage.newton.hessian_change.size(); ++k) {
+    const auto [i, j] = canonical_.hessian()[k];
+    const double here = std::abs(stage.point.evaluation.hessian[k]);
+    turns = turns || (i == j && here > 0.0 && stage.newton.hessian_change[k] >= here);
+  }
+  if (!turns || stage.guessed || !may_factorize(3)) return false;
+  const bool inner_right = inner_survives(system, {}, margin(1.0)).inner;
+  const double shift = options_.jacobian_regularization_value;
+  return !helped(system, {}, margin(1.0), shift, inner_right).both();
 }
 
 /// Where active gradients depend on each other, the test with one choice of multipliers is enough

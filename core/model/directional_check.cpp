@@ -14,6 +14,8 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kRoundings = 100.0;
 /// Disagreement of two differences, times this, that may be their error.
 constexpr double kDoubt = 10.0;
+/// Of a deviation, that rounding over a shorter step may make.
+constexpr double kRoundingShare = 0.1;
 /// Relative error of a slope that is called wrong, as derivative_test_tol.
 constexpr double kWrongSlope = 1e-4;
 /// Share of the distance to a bound that a generic step may take.
@@ -91,6 +93,18 @@ std::optional<Deviation> compare_second_derivatives(
   const Eigen::VectorXd deviation = (better - exact).cwiseProduct(lengths).cwiseAbs();
   if (!deviation.allFinite()) return std::nullopt;
   if (!(deviation.maxCoeff(&row) > tolerance * longest + doubt)) return std::nullopt;
+  // Beside a singularity, as of a power next to zero, second derivatives change within the step:
+  // shorter ones tell, as long as they exceed rounding.
+  for (const double share : {1e-2, 1e-4}) {
+    const double rounding = kRoundings * kEpsilon * here.size[row] / share;
+    if (!(rounding <= kRoundingShare * std::abs(better[row] - exact[row]))) break;
+    const auto first = difference(share * sign), second = difference(2.0 * share * sign);
+    if (!first || !second) break;
+    const double closer = 2.0 * (*first)[row] - (*second)[row];
+    const double allowed = kDoubt * std::abs((*first)[row] - (*second)[row]) + rounding +
+                           tolerance * longest / lengths[row];
+    if (std::abs(closer - exact[row]) <= allowed) return std::nullopt;
+  }
   return Deviation{.index = row, .exact = exact[row], .difference = better[row]};
 }
 

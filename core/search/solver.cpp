@@ -176,7 +176,7 @@ Result solve_elsewhere(Problem& problem, const SolverOptions& options,
 Result solve_over_branches(Problem& problem, const SolverOptions& options,
                            const SolveObserver& observer) {
   SolverOptions from_one_start = options;
-  from_one_start.minmax_starts = 1;
+  from_one_start.minmax_starts = std::min(options.minmax_starts, 1);  // 0 is refused
   return solve_robust(problem, from_one_start, observer).result;
 }
 
