@@ -96,12 +96,12 @@ std::optional<Deviation> compare_second_derivatives(
   // Beside a singularity, as of a power next to zero, second derivatives change within the step:
   // shorter ones tell, as long as they exceed rounding.
   for (const double share : {1e-2, 1e-4}) {
-    const double rounding = kRoundings * kEpsilon * here.size[row] / share;
+    const double rounding = kRoundings * kEpsilon * arrays.here_size[row] / share;
     if (!(rounding <= kRoundingShare * std::abs(better[row] - exact[row]))) break;
-    const auto first = difference(share * sign), second = difference(2.0 * share * sign);
-    if (!first || !second) break;
-    const double closer = 2.0 * (*first)[row] - (*second)[row];
-    const double allowed = kDoubt * std::abs((*first)[row] - (*second)[row]) + rounding +
+    Eigen::VectorXd first, second;
+    if (!difference(share * sign, first) || !difference(2.0 * share * sign, second)) break;
+    const double closer = 2.0 * first[row] - second[row];
+    const double allowed = kDoubt * std::abs(first[row] - second[row]) + rounding +
                            tolerance * longest / lengths[row];
     if (std::abs(closer - exact[row]) <= allowed) return std::nullopt;
   }
