@@ -139,7 +139,10 @@ bool GlobalizedMethod::watched_step(Run& run) {
   const bool defined = trial.usable && block.complete();
   const auto verdict = filter_.test(watchdog_.from, watchdog_.slope, watchdog_.alpha, trial.merit);
   const bool improves = defined && Filter::accepted(verdict);
-  if (improves || (defined && ++watchdog_.trials <= parameter::kWatchdogTrials)) {
+  // A full step to where the solve would end as diverging is nothing to wait for.
+  const bool may_wait =
+      defined && max_norm(outer_.trial.iterate.v) <= options_.diverging_iterates_tol;
+  if (improves || (may_wait && ++watchdog_.trials <= parameter::kWatchdogTrials)) {
     if (improves) {
       if (verdict == Filter::Verdict::Sufficient) filter_.add(watchdog_.from);
       watchdog_.end();
