@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "adapter/application_options.hpp"
+#include "adapter/exact_options.hpp"
 #include "adapter/ipopt_only_options.hpp"
 #include "adapter/option_registry.hpp"
 #include "adapter/spelling.hpp"
@@ -365,7 +366,9 @@ std::string solver_options(const Ipopt::OptionsList& list, SolverOptions& option
     if (list.GetBoolValue("minmax_as_printed", as_printed_asked, "") && as_printed_asked) {
       options = as_printed(options);
     }
-    for (const OptionInfo& info : option_table()) copy_option(info, list, options);
+    for (const OptionInfo& info : those_that_may_be_set(list, option_table())) {
+      copy_option(info, list, options);
+    }
   } catch (const Ipopt::OPTION_INVALID& error) {
     return error.Message();
   }

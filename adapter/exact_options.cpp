@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <utility>
 
 #include "adapter/exact_options.hpp"
 
@@ -28,6 +29,7 @@ std::string lower_case(std::string text) {
 #if IPMINMAX_IPOPT_AT_LEAST(3, 14)
 Ipopt::OptionsList& ExactOptionsList::operator=(const Ipopt::OptionsList& source) {
   ++changes_;
+  all_touched_ = true;
   Ipopt::OptionsList::operator=(source);
   return *this;
 }
@@ -39,30 +41,33 @@ bool ExactOptionsList::UnsetValue(const std::string& tag) {
 #else
 void ExactOptionsList::operator=(const Ipopt::OptionsList& source) {
   ++changes_;
+  all_touched_ = true;
   Ipopt::OptionsList::operator=(source);
 }
 #endif
 
 void ExactOptionsList::clear() {
   ++changes_;
+  touched_.clear();
+  all_touched_ = false;
   Ipopt::OptionsList::clear();
 }
 
 bool ExactOptionsList::SetStringValue(const std::string& tag, const std::string& value,
                                       bool allow_clobber, bool dont_print) {
-  ++changes_;
+  touch(tag);
   return Ipopt::OptionsList::SetStringValue(tag, value, allow_clobber, dont_print);
 }
 
 bool ExactOptionsList::SetIntegerValue(const std::string& tag, Ipopt::Index value,
                                        bool allow_clobber, bool dont_print) {
-  ++changes_;
+  touch(tag);
   return Ipopt::OptionsList::SetIntegerValue(tag, value, allow_clobber, dont_print);
 }
 
 bool ExactOptionsList::SetNumericValue(const std::string& tag, Ipopt::Number value,
                                        bool allow_clobber, bool dont_print) {
-  ++changes_;
+  touch(tag);
   if (!Ipopt::OptionsList::SetNumericValue(tag, value, allow_clobber, dont_print)) return false;
   // True also where an earlier value that must not be overwritten stays.
   Ipopt::Number rounded = 0.0;
@@ -76,6 +81,18 @@ void ExactOptionsList::copy(const Ipopt::OptionsList& other) {
   static_cast<Ipopt::OptionsList&>(*this) = other;
   const auto* exact = dynamic_cast<const ExactOptionsList*>(&other);
   exact_ = exact != nullptr ? exact->exact_ : std::map<std::string, Exact>{};
+  touched_ = exact != nullptr ? exact->touched_ : std::vector<std::string>{};
+  all_touched_ = exact == nullptr || exact->all_touched_;
+}
+
+void ExactOptionsList::touch(const std::string& tag) {
+  ++changes_;
+  std::string name = lower_case(tag);
+  if (std::ranges::find(touched_, name) == touched_.end()) touched_.push_back(std::move(name));
+}
+
+bool ExactOptionsList::may_be_set(std::string_view name) const {
+  return all_touched_ || std::ranges::find(touched_, name) != touched_.end();
 }
 
 bool ExactOptionsList::GetNumericValue(const std::string& tag, Ipopt::Number& value,

@@ -2,7 +2,10 @@
 
 #include <cstdint>
 #include <map>
+#include <ranges>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <IpOptionsList.hpp>
 
@@ -36,6 +39,10 @@ class ExactOptionsList : public Ipopt::OptionsList {
   /// Grows with every call that may change an option.
   [[nodiscard]] std::uint64_t changes() const { return changes_; }
 
+  /// Whether the option, by its lower-case name, has ever been set: a look-up that is much cheaper
+  /// than asking for the value. True also of what was unset again or came from another list.
+  [[nodiscard]] bool may_be_set(std::string_view name) const;
+
   /// Takes the other's options, registry and journalist.
   void copy(const Ipopt::OptionsList& other);
 
@@ -45,9 +52,22 @@ class ExactOptionsList : public Ipopt::OptionsList {
     Ipopt::Number value;
     Ipopt::Number rounded;
   };
+  void touch(const std::string& tag);
+
   std::map<std::string, Exact> exact_;  ///< by lower-case name
   std::uint64_t changes_ = 0;
+  std::vector<std::string> touched_;  ///< lower-case names, few
+  bool all_touched_ = false;          ///< by a list of another class
 };
+
+/// Those options of a table that may be set in the list: all of them in a list of another class.
+template <class Table>
+[[nodiscard]] auto those_that_may_be_set(const Ipopt::OptionsList& list, const Table& table) {
+  const auto* exact = dynamic_cast<const ExactOptionsList*>(&list);
+  return table | std::views::filter([exact](const auto& option) {
+           return exact == nullptr || exact->may_be_set(option.name);
+         });
+}
 
 }  // namespace IPMINMAX_IPOPT_ABI
 }  // namespace ipminmax

@@ -5,6 +5,7 @@
 #include <array>
 #include <climits>
 #include <cstdlib>
+#include <optional>
 #include <string_view>
 
 #include "adapter/ipopt_library.hpp"
@@ -34,6 +35,23 @@ std::vector<std::string> loaded_ipopt_libraries() {
   std::ranges::sort(paths);
   paths.erase(std::unique(paths.begin(), paths.end()), paths.end());
   return paths;
+}
+
+/// How many were loaded and unloaded so far.
+struct LoadedLibraries {
+  unsigned long long added = 0, removed = 0;
+  friend bool operator==(const LoadedLibraries&, const LoadedLibraries&) = default;
+};
+
+LoadedLibraries loaded_libraries() {
+  LoadedLibraries count;
+  dl_iterate_phdr(
+      [](dl_phdr_info* info, std::size_t, void* data) {
+        *static_cast<LoadedLibraries*>(data) = {info->dlpi_adds, info->dlpi_subs};
+        return 1;  // the same in all entries
+      },
+      &count);
+  return count;
 }
 
 /// GetIpoptCurrentIterate came with Ipopt 3.14. It is looked for in the library itself: one that
@@ -75,7 +93,17 @@ std::string ipopt_library_error(const Ipopt::TNLP& model) {
   const bool linked_against_us = dynamic_cast<const MinMaxTNLP*>(&model) != nullptr &&
                                  dynamic_cast<const SplitTNLP*>(&model) == nullptr;
   if (linked_against_us) return {};
-  return ipopt_library_error(loaded_ipopt_libraries(), is_from_3_14_on);
+  // Looked for anew only where libraries have come or gone: files are asked for.
+  struct Seen {
+    LoadedLibraries libraries;
+    std::string error;
+  };
+  thread_local std::optional<Seen> seen;
+  const LoadedLibraries now = loaded_libraries();
+  if (!seen || !(seen->libraries == now)) {
+    seen = {now, ipopt_library_error(loaded_ipopt_libraries(), is_from_3_14_on)};
+  }
+  return seen->error;
 }
 
 }  // namespace IPMINMAX_IPOPT_ABI

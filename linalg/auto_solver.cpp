@@ -22,6 +22,15 @@ constexpr Index kDensePivotingDimension = 100;
 // 100, level at 200, slower beyond, where dense kernels pay:
 constexpr double kLdltMaxFlopsPerEntry = 150.0;
 
+// |A u - w| for |w| = 1 and the u that factors give, Gamma u being a tenth at most: up to where
+// rounding leaves the inertia. It is seen in one direction only; with pairs it is as small as with
+// pivoting, or they do not suit.
+constexpr double kMaxError = 0.25;
+constexpr double kMaxErrorOfPairs = 1e-3;
+// Of pairs, over LDL's own: Gamma, which hardly a pivot needs, and what takes its place in the test.
+constexpr double kGammaOfPairs = 1e-5;
+constexpr double kTestedGammaOfPairs = 1e-3;
+
 bool choose_ldlt(const FactorSize& size) {
   return size.flops <= kLdltMaxFlopsPerEntry * static_cast<double>(size.entries);
 }
@@ -39,6 +48,10 @@ AutoSolver::~AutoSolver() = default;
 Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) {
   const Index n = matrix.dimension();
   ldlt_analyzed_ = use_ldlt_ = ldlt_is_current_ = pivoting_analyzed_ = false;
+  use_paired_ = paired_is_current_ = pairs_made_ = in_doubt_ = false;
+  paired_ = nullptr;
+  expected_ = {};
+  for (const std::int8_t sign : signs) ++(sign > 0 ? expected_.positive : expected_.negative);
   make_pivoting(n);
   if (n > kDenseDimension && !signs.empty() && options_.ordering != Ordering::Pord) {
     try {
@@ -69,6 +82,7 @@ std::unique_ptr<SymmetricSolver> AutoSolver::same_analysis(
   } else {
     other->make_pivoting(matrix.dimension());
   }
+  other->expected_ = expected_;
   if (ldlt_analyzed_ && !other->prepare_ldlt(other->ldlt_.analyze_as(ldlt_, matrix, signs))) {
     return nullptr;
   }
@@ -87,7 +101,7 @@ void AutoSolver::make_pivoting(Index dimension, std::vector<Index> metis_order) 
 }
 
 bool AutoSolver::prepare_ldlt(const Analysis& analysis) {
-  ldlt_analyzed_ = use_ldlt_ = ldlt_is_current_ = analysis.ok;
+  ldlt_analyzed_ = use_ldlt_ = use_paired_ = ldlt_is_current_ = analysis.ok;
   uncertain_ = ldlt_pause_ = 0;
   return analysis.ok;
 }
@@ -96,11 +110,10 @@ bool AutoSolver::prepare_ldlt(const Analysis& analysis) {
 /// smallest |eigenvalue| from above, closely after two steps. When it is well above gamma, Gamma
 /// has changed no eigenvalue's sign (Weyl); when A u = w still holds for the computed u, rounding
 /// has not either. Otherwise smaller_gamma is worth a try, unless it is zero.
-bool AutoSolver::inertia_is_certain(const SymmetricMatrix& matrix, double gamma,
-                                    double& smaller_gamma) {
+bool AutoSolver::inertia_is_certain(SymmetricSolver& solver, const SymmetricMatrix& matrix,
+                                    double gamma, double most_error, double& smaller_gamma) {
   smaller_gamma = 0.0;
-  constexpr double kMargin = 10.0;    // smallest eigenvalue over gamma
-  constexpr double kMaxError = 0.25;  // |A u - w|, of which Gamma u is at most 1 / kMargin
+  constexpr double kMargin = 10.0;  // smallest eigenvalue over gamma
   for (auto* workspace : {&direction_, &image_, &product_}) {
     workspace->resize(static_cast<std::size_t>(matrix.dimension()));
   }
@@ -113,7 +126,7 @@ bool AutoSolver::inertia_is_certain(const SymmetricMatrix& matrix, double gamma,
   for (int step = 0; step < 2; ++step) {
     for (std::size_t i = 0; i < u.size(); ++i) u[i] /= length;
     w = u;
-    ldlt_.solve_in_place(u);
+    solver.solve_in_place(u);
     length = norm(u);
     if (!(std::isfinite(length) && length > 0.0)) return false;
   }
@@ -125,11 +138,11 @@ bool AutoSolver::inertia_is_certain(const SymmetricMatrix& matrix, double gamma,
   }
   matrix.multiply(u, product_);
   for (std::size_t i = 0; i < u.size(); ++i) product_[i] -= w[i];
-  return norm(product_) <= kMaxError;
+  return norm(product_) <= most_error;
 }
 
 Factorization AutoSolver::factorize_pivoting(const SymmetricMatrix& matrix) {
-  ldlt_is_current_ = false;
+  ldlt_is_current_ = paired_is_current_ = false;
   if (!pivoting_analyzed_) {
     if (!pivoting_->analyze(matrix, {}).ok) return {.status = FactorizationStatus::OutOfMemory};
     pivoting_analyzed_ = true;
@@ -137,11 +150,59 @@ Factorization AutoSolver::factorize_pivoting(const SymmetricMatrix& matrix) {
   return pivoting_->factorize(matrix);
 }
 
+/// The pairs are made from the first values that ask for them.
+bool AutoSolver::has_pairs(const SymmetricMatrix& matrix) {
+  if (pairs_made_) return true;
+  if (!paired_) {
+    paired_ =
+        std::make_unique<PairedLdltSolver>(options_.ordering, kGammaOfPairs * options_.ldlt_gamma);
+  }
+  return pairs_made_ = paired_->analyze(matrix, {}).ok;
+}
+
+bool AutoSolver::pairs_are_enough(const SymmetricMatrix& matrix, const Factorization& result,
+                                  Certainty certainty) {
+  if (result.status != FactorizationStatus::Ok) return false;
+  if (!in_doubt_ && certainty == Certainty::Usual) return true;
+  if (in_doubt_ && result.inertia != expected_) return false;
+  double smaller_gamma = 0.0;
+  return inertia_is_certain(*paired_, matrix, kTestedGammaOfPairs * options_.ldlt_gamma,
+                            kMaxErrorOfPairs, smaller_gamma);
+}
+
+/// Empty: it breaks down, or its inertia is not certain enough.
+std::optional<Factorization> AutoSolver::factorize_in_pairs(const SymmetricMatrix& matrix,
+                                                            Certainty certainty) {
+  // Pairs of other values may not suit.
+  for (const bool anew : {false, true}) {
+    if (anew && !std::exchange(pairs_made_, false)) break;
+    const bool fresh = !pairs_made_;
+    if (!has_pairs(matrix)) break;
+    const Factorization result = paired_->factorize(matrix);
+    if (pairs_are_enough(matrix, result, certainty)) return result;
+    if (fresh) break;
+  }
+  return std::nullopt;
+}
+
+Factorization AutoSolver::factorize_without_ldlt(const SymmetricMatrix& matrix,
+                                                 Certainty certainty) {
+  ldlt_is_current_ = false;
+  if (use_paired_) {
+    if (const auto result = factorize_in_pairs(matrix, certainty)) {
+      paired_is_current_ = true;
+      return *result;
+    }
+  }
+  return factorize_pivoting(matrix);
+}
+
 Factorization AutoSolver::factorize(const SymmetricMatrix& matrix, Certainty certainty) {
   const bool certain = certainty == Certainty::Certain;
   const bool paused = certain && ldlt_pause_ > 0;
+  paired_is_current_ = false;
   if (paused) --ldlt_pause_;
-  if (!use_ldlt_ || paused) return factorize_pivoting(matrix);
+  if (!use_ldlt_ || paused) return factorize_without_ldlt(matrix, certainty);
   const Factorization result = ldlt_.factorize(matrix);
   ldlt_is_current_ = result.status == FactorizationStatus::Ok;
   if (!ldlt_is_current_) {
@@ -165,7 +226,7 @@ Factorization AutoSolver::checked(const SymmetricMatrix& matrix, const Factoriza
   Factorization result = last;
   for (int attempt = 0; ldlt_is_current_; ++attempt) {
     double gamma = 0.0;
-    if (inertia_is_certain(matrix, result.trust.perturbation, gamma)) {
+    if (inertia_is_certain(ldlt_, matrix, result.trust.perturbation, kMaxError, gamma)) {
       uncertain_ = 0;
       return result;
     }
@@ -178,23 +239,20 @@ Factorization AutoSolver::checked(const SymmetricMatrix& matrix, const Factoriza
   constexpr int kLongestPause = 4;  // its binary logarithm
   if (uncertain_ > 0) ldlt_pause_ = 1 << std::min(uncertain_ - 1, kLongestPause);
   ++uncertain_;
-  return factorize_pivoting(matrix);
+  return factorize_without_ldlt(matrix, Certainty::Certain);
+}
+
+SymmetricSolver& AutoSolver::current() {
+  if (ldlt_is_current_) return ldlt_;
+  return paired_is_current_ ? static_cast<SymmetricSolver&>(*paired_) : *pivoting_;
 }
 
 void AutoSolver::solve_in_place(std::span<double> rhs, Index columns) {
-  if (ldlt_is_current_) {
-    ldlt_.solve_in_place(rhs, columns);
-  } else {
-    pivoting_->solve_in_place(rhs, columns);
-  }
+  current().solve_in_place(rhs, columns);
 }
 
 void AutoSolver::inverse_product(const SparseColumns& b, std::span<double> product) {
-  if (ldlt_is_current_) {
-    ldlt_.inverse_product(b, product);
-  } else {
-    pivoting_->inverse_product(b, product);
-  }
+  current().inverse_product(b, product);
 }
 
 double AutoSolver::predict_inverse_product_flops(const SparseColumns& b) const {
@@ -203,19 +261,25 @@ double AutoSolver::predict_inverse_product_flops(const SparseColumns& b) const {
 }
 
 bool AutoSolver::increase_quality() {
-  const bool left_ldlt = ldlt_is_current_;
-  use_ldlt_ = ldlt_is_current_ = false;
-  return left_ldlt || pivoting_->increase_quality();
+  if (ldlt_is_current_) {
+    use_ldlt_ = ldlt_is_current_ = false;
+    return true;
+  }
+  const bool in_pairs = paired_is_current_;
+  use_ldlt_ = use_paired_ = paired_is_current_ = false;
+  return in_pairs || pivoting_->increase_quality();
 }
 
 bool AutoSolver::begin_pivoting() {
-  const bool changes = use_ldlt_;
-  use_ldlt_ = ldlt_is_current_ = false;
+  const bool changes = ldlt_analyzed_ && !in_doubt_;
+  use_ldlt_ = ldlt_is_current_ = paired_is_current_ = false;
+  in_doubt_ = true;
   return changes;
 }
 
 void AutoSolver::reset_quality() {
-  use_ldlt_ = ldlt_is_current_ = ldlt_analyzed_;
+  use_ldlt_ = use_paired_ = ldlt_is_current_ = ldlt_analyzed_;
+  paired_is_current_ = pairs_made_ = in_doubt_ = false;
   uncertain_ = ldlt_pause_ = 0;
   pivoting_->reset_quality();
 }

@@ -2,18 +2,21 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
 
 #include "linalg/ldlt_solver.hpp"
+#include "linalg/paired_ldlt_solver.hpp"
 #include "linalg/symmetric_solver.hpp"
 
 namespace ipminmax {
 
 /// Chooses by size and predicted fill: LAPACK for tiny matrices, LDL' without pivoting where fill
 /// is low, MUMPS elsewhere. A factorization by LDL' that breaks down, or whose inertia its Gamma or
-/// rounding may have decided, is repeated by a pivoting solver.
+/// rounding may have decided, is repeated with pivots of two rows, and where that leaves it
+/// uncertain by a pivoting solver.
 class AutoSolver final : public SymmetricSolver {
  public:
   explicit AutoSolver(const SymmetricSolverOptions& options);
@@ -34,8 +37,10 @@ class AutoSolver final : public SymmetricSolver {
   void inverse_product(const SparseColumns& b, std::span<double> product) override;
   [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
 
-  /// The first call after an LDL' factorization leaves LDL' for good.
+  /// The first call after an LDL' factorization leaves it for that with pivots of two rows, the next
+  /// one LDL' for good.
   [[nodiscard]] bool increase_quality() override;
+  /// With pivots of two rows where the inertia is that of the signs, which is far from uncertain.
   [[nodiscard]] bool begin_pivoting() override;
   void reset_quality() override;
   [[nodiscard]] std::string_view name() const override;
@@ -43,20 +48,34 @@ class AutoSolver final : public SymmetricSolver {
  private:
   void make_pivoting(Index dimension, std::vector<Index> metis_order = {});
   [[nodiscard]] bool prepare_ldlt(const Analysis& analysis);
-  [[nodiscard]] bool inertia_is_certain(const SymmetricMatrix& matrix, double gamma,
-                                        double& smaller_gamma);
+  [[nodiscard]] bool inertia_is_certain(SymmetricSolver& solver, const SymmetricMatrix& matrix,
+                                        double gamma, double most_error, double& smaller_gamma);
+  [[nodiscard]] SymmetricSolver& current();
+  [[nodiscard]] bool has_pairs(const SymmetricMatrix& matrix);
+  [[nodiscard]] bool pairs_are_enough(const SymmetricMatrix& matrix, const Factorization& result,
+                                      Certainty certainty);
+  [[nodiscard]] std::optional<Factorization> factorize_in_pairs(const SymmetricMatrix& matrix,
+                                                                Certainty certainty);
+  [[nodiscard]] Factorization factorize_without_ldlt(const SymmetricMatrix& matrix,
+                                                     Certainty certainty);
   [[nodiscard]] Factorization checked(const SymmetricMatrix& matrix, const Factorization& last);
   [[nodiscard]] Factorization factorize_pivoting(const SymmetricMatrix& matrix);
 
   SymmetricSolverOptions options_;
   LdltSolver ldlt_;
+  std::unique_ptr<PairedLdltSolver> paired_;  // null before its first use
   std::unique_ptr<SymmetricSolver> pivoting_;
+  Inertia expected_;  // by the signs
   bool pivoting_analyzed_ = false;
   bool ldlt_analyzed_ = false;
-  bool use_ldlt_ = false;         // for the next factorization
-  int uncertain_ = 0;             // LDL' factorizations in a row whose inertia was not certain
-  int ldlt_pause_ = 0;            // next factorizations without LDL'
-  bool ldlt_is_current_ = false;  // the last factorization, before any the next
+  bool pairs_made_ = false;         // since the last reset
+  bool use_ldlt_ = false;           // for the next factorization
+  bool use_paired_ = false;         // where LDL' is not used or not enough
+  bool in_doubt_ = false;           // begin_pivoting
+  int uncertain_ = 0;               // LDL' factorizations in a row whose inertia was not certain
+  int ldlt_pause_ = 0;              // next factorizations without LDL'
+  bool ldlt_is_current_ = false;    // the last factorization, before any the next
+  bool paired_is_current_ = false;  // the same
   std::vector<double> direction_, image_, product_;  // workspace of inertia_is_certain
 };
 

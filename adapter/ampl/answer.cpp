@@ -45,9 +45,29 @@ std::string name_of_optimum(bool maximizes, const NlProblem& problem) {
   return maximizes ? "maxmin" : "minmax";
 }
 
+/// The end of the model's name, or of a copy's, that begins at a place in a message of core, which
+/// writes "variable 3 (name)", "constraint 3 (name)" and "variable 3 (name@2)"; that place where
+/// there is none.
+std::size_t end_of_name(const std::string& message, std::size_t begin, const NlProblem& problem) {
+  constexpr std::size_t kShortest = 4, kMostDigits = 9;  // "0 (", and of an int
+  if (begin < kShortest || message.compare(begin - 2, 2, " (") != 0) return begin;
+  const std::size_t space = begin - 2, before = message.find_last_not_of("0123456789", space - 1);
+  if (before == std::string::npos || before + 1 == space || space - before > kMostDigits)
+    return begin;
+  const std::string_view kind = std::string_view(message).substr(0, before + 1);
+  const bool is_variable = kind.ends_with("variable ");
+  if (!is_variable && !kind.ends_with("constraint ")) return begin;
+  const int i = std::stoi(message.substr(before + 1, space - before - 1));
+  if (i >= (is_variable ? static_cast<int>(problem.players().size()) : problem.constraints()))
+    return begin;
+  const std::string name = is_variable ? problem.variable_name(i) : problem.constraint_name(i);
+  if (message.compare(begin, name.size(), name) != 0) return begin;
+  return std::min(message.find(')', begin + name.size()), message.size());
+}
+
 /// A message of core about minimizing -f, of which f is to be spoken: its players change roles.
-/// Names of the model, which follow "variable 3 " and the like in parentheses, stay.
-std::string mirrored(const std::string& message) {
+/// Names of the model stay.
+std::string mirrored(const std::string& message, const NlProblem& problem) {
   static const std::map<std::string_view, std::string_view> kMirrored = [] {
     std::map<std::string_view, std::string_view> both = {{"minimization", "maximization"},
                                                          {"minimizer", "maximizer"},
@@ -58,7 +78,8 @@ std::string mirrored(const std::string& message) {
                                                          {"minimum", "maximum"},
                                                          {"minima", "maxima"},
                                                          {"minmax", "maxmin"},
-                                                         {"Min", "Max"}};
+                                                         {"Min", "Max"},
+                                                         {"Min's", "Max's"}};
     for (const auto& [ours, theirs] : std::map(both)) both.emplace(theirs, ours);
     return both;
   }();
@@ -68,18 +89,18 @@ std::string mirrored(const std::string& message) {
   };
   std::string text;
   for (std::size_t at = 0; at < message.size();) {
-    if (message.compare(at, kAsItIs.size(), kAsItIs) == 0) {
-      text += kAsItIs;
-      at += kAsItIs.size();
+    std::size_t end = message.compare(at, kAsItIs.size(), kAsItIs) == 0
+                          ? at + kAsItIs.size()
+                          : end_of_name(message, at, problem);
+    if (end > at) {
+      text += message.substr(at, end - at);
+      at = end;
       continue;
     }
-    std::size_t end = at;
     while (end < message.size() && is_letter(message[end])) ++end;
     const std::string_view word = std::string_view(message).substr(at, end - at);
     const auto found = kMirrored.find(word);
-    const bool is_name =
-        at > 0 && message[at - 1] == '(' && end < message.size() && message[end] == ')';
-    text += found != kMirrored.end() && !is_name ? found->second : word;
+    text += found != kMirrored.end() ? found->second : word;
     if (end < message.size()) text += message[end];
     at = end + 1;
   }
@@ -126,6 +147,9 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
                        const NlProblem& problem) {
   std::ostringstream message;
   const bool game = problem.has_player(Player::Max) && problem.has_player(Player::Min);
+  const auto spoken = [&](const std::string& text) {
+    return problem.maximizes() ? mirrored(text, problem) : text;
+  };
   message << "Ipminmax " IPMINMAX_VERSION ": ";
   const std::string status = status_text(result.status, problem.maximizes(), game);
   const bool has_details = !result.message.empty() && result.message != name_of(result.status);
@@ -135,8 +159,7 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
   } else {
     message << status;
   }
-  if (has_details)
-    message << " (" << (problem.maximizes() ? mirrored(result.message) : result.message) << ")";
+  if (has_details) message << " (" << spoken(result.message) << ")";
   if (!result.v.empty() || problem.players().empty()) {
     message << std::setprecision(10) << "\nobjective "
             << (problem.maximizes() ? -result.objective : result.objective) << ", "
@@ -147,7 +170,7 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
   constexpr std::size_t kMostReasons = 5;
   const auto& reasons = result.certificate.reasons;
   for (std::size_t k = 0; k < std::min(kMostReasons, reasons.size()); ++k) {
-    message << "\nreason: " << reasons[k].text;
+    message << "\nreason: " << spoken(reasons[k].text);
   }
   print_worst_cases(message, worst_cases, problem);
   if (const std::string worst = describe_worst_case(result); !worst.empty()) {

@@ -143,7 +143,7 @@ class Certifier {
   [[nodiscard]] bool refute_clearly(ActiveSetSystem& system, const Point& point, double error,
                                     Player player);
   [[nodiscard]] bool newton_confirms(ActiveSetSystem& system, const Point& point,
-                                     const KktSolve& solve, NewtonTest& newton) const;
+                                     const KktSolve& solve, Probe probe, NewtonTest& newton) const;
   [[nodiscard]] SecondOrder examine(const Point& given);
   [[nodiscard]] bool settle(Stage& stage, bool follow);
   [[nodiscard]] bool refine_and_test(Stage& stage);
@@ -306,7 +306,7 @@ Look Certifier::first_look(const Point& point) {
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
     return kkt_.solve_unshifted(system.assembled(), rhs, step);
   };
-  if (!newton_confirms(system, point, solve, newton)) return Look::Unclear;
+  if (!newton_confirms(system, point, solve, Probe::Beyond, newton)) return Look::Unclear;
   if (!gradients_hold(newton, test)) return Look::Unclear;
   far_ = newton.step > far() * size_of_problem(canonical_, point.iterate, units);
   if (far_) return Look::Unclear;
@@ -349,7 +349,7 @@ bool Certifier::refute_clearly(ActiveSetSystem& system, const Point& point, doub
     return kkt_.factorize({}).status == FactorizationStatus::Ok &&
            kkt_.solve(system.assembled(), rhs, step);
   };
-  if (!newton_confirms(system, point, solve, newton)) return false;
+  if (!newton_confirms(system, point, solve, Probe::Beyond, newton)) return false;
   const double spare = margin(1.0) + 2.0 * (error + max_norm(newton.error));
   wrong_ = find_witness(canonical_, system, point, spare, newton.step, player);
   if (!wrong_) return false;
@@ -370,8 +370,8 @@ BoundClasses Certifier::with_idle_held(BoundClasses classes) const {
 }
 
 bool Certifier::newton_confirms(ActiveSetSystem& system, const Point& point, const KktSolve& solve,
-                                NewtonTest& newton) const {
-  newton = test_newton(canonical_, system, point.iterate, point.evaluation, solve);
+                                Probe probe, NewtonTest& newton) const {
+  newton = test_newton(canonical_, system, point.iterate, point.evaluation, solve, probe);
   return newton.done && newton.classes_hold && newton.contraction <= kContraction;
 }
 
@@ -656,7 +656,7 @@ bool Certifier::confirm(Stage& stage, ActiveSetSystem& system) {
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
     return solve_accurately(kkt_, system.assembled(), rhs, step);
   };
-  stage.converges = newton_confirms(system, stage.point, solve, stage.newton);
+  stage.converges = newton_confirms(system, stage.point, solve, Probe::EndAndBeyond, stage.newton);
   if (stage.newton.done) stage.error += stage.newton.error;
   return stage.converges;
 }
@@ -1037,7 +1037,9 @@ InnerAnswer Certifier::answer_alone(const Stage& stage) {
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
     return solve_accurately(kkt_, system.assembled(), rhs, step);
   };
-  if (!newton_confirms(system, alone.point, solve, alone.newton)) return InnerAnswer::Unknown;
+  if (!newton_confirms(system, alone.point, solve, Probe::EndAndBeyond, alone.newton)) {
+    return InnerAnswer::Unknown;
+  }
   alone.error += alone.newton.error;
   const InertiaTest test = inner_survives(system, alone.error, margin(1.0));
   if (alone.newton.inner_turn * test.inner_response > kTurn) return InnerAnswer::Unknown;

@@ -61,12 +61,13 @@ void add_constraint_product(const CanonicalProblem& canonical, const Evaluation&
 class ActiveSetNewton {
  public:
   ActiveSetNewton(CanonicalProblem& canonical, ActiveSetSystem& system, const Iterate& iterate,
-                  const Evaluation& evaluation, const KktSolve& solve)
+                  const Evaluation& evaluation, const KktSolve& solve, Probe probe)
       : canonical_(canonical),
         system_(system),
         iterate_(iterate),
         evaluation_(evaluation),
         solve_(solve),
+        probe_(probe),
         lambda_(iterate.lambda) {
     for (Index j = 0; j < canonical.constraints(); ++j) {
       const bool kept = system.counts(j) || system.classes().is_redundant(j);
@@ -82,6 +83,9 @@ class ActiveSetNewton {
   [[nodiscard]] bool classes_hold(NewtonTest& test) const;
   void choose_trial();
   [[nodiscard]] bool compare(NewtonTest& test);
+  [[nodiscard]] bool is_far_beyond() const;
+  [[nodiscard]] bool compare_hessian_at_end(const Eigen::VectorXd& lambda, NewtonTest& test);
+  void measure_error(NewtonTest& test) const;
   [[nodiscard]] bool inequalities_stay_open(const Eigen::VectorXd& c) const;
   void measure_turn(const Evaluation& there, NewtonTest& test) const;
   [[nodiscard]] Eigen::VectorXd forces() const;
@@ -99,6 +103,7 @@ class ActiveSetNewton {
   const Iterate& iterate_;
   const Evaluation& evaluation_;
   const KktSolve& solve_;
+  Probe probe_;
   Eigen::VectorXd lambda_;                          ///< without those of rows that do not count
   Eigen::VectorXd dv_, dlambda_;                    ///< Newton step
   Eigen::VectorXd gradient_;                        ///< of the Lagrangian, as predicted for its end
@@ -275,21 +280,55 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
   test.contraction = std::min(ratio([&](const Eigen::VectorXd& v) { return length(v); }),
                               ratio([&](const Eigen::VectorXd& v) { return length_in_sizes(v); }));
 
-  const Units& units = system_.units();
-  test.error.setZero(canonical_.variables());
   test.hessian_change.resize(there.hessian.size());
   for (std::size_t k = 0; k < there.hessian.size(); ++k) {
-    const auto [i, j] = canonical_.hessian()[k];
     test.hessian_change[k] = std::abs(there.hessian[k] - evaluation_.hessian[k]);
-    const BoundClasses& classes = system_.classes();
+  }
+  if (probe_ == Probe::EndAndBeyond && is_far_beyond() && !compare_hessian_at_end(probed, test)) {
+    return false;
+  }
+  measure_error(test);
+  test.classes_hold = test.classes_hold && inequalities_stay_open(there.c);
+  measure_turn(there, test);
+  return test.error.allFinite() && std::isfinite(test.contraction);
+}
+
+/// Whether the trial point is so much farther than the end of the step that W there need not tell
+/// of W at the end, and the end is not next to the start.
+bool ActiveSetNewton::is_far_beyond() const {
+  for (Index i = 0; i < trial_.size(); ++i) {
+    if (system_.is_fixed(i) || system_.is_slack(i)) continue;
+    const double step = std::abs(dv_[i]), beyond = std::abs(trial_[i] - dv_[i]);
+    if (beyond > kLeft * step && step > kLeft * beyond) return true;
+  }
+  return false;
+}
+
+bool ActiveSetNewton::compare_hessian_at_end(const Eigen::VectorXd& lambda, NewtonTest& test) {
+  Evaluation end = evaluation_;
+  Eigen::VectorXd v = trial_v_;
+  for (Index i = 0; i < v.size(); ++i) {
+    if (!system_.is_fixed(i)) v[i] = iterate_.v[i] + dv_[i];
+  }
+  if (canonical_.second_derivatives(v, lambda, end) != EvaluationStatus::Ok) return false;
+  for (std::size_t k = 0; k < end.hessian.size(); ++k) {
+    const double change = std::abs(end.hessian[k] - evaluation_.hessian[k]);
+    test.hessian_change[k] = std::max(test.hessian_change[k], change);
+  }
+  return true;
+}
+
+void ActiveSetNewton::measure_error(NewtonTest& test) const {
+  const Units& units = system_.units();
+  const BoundClasses& classes = system_.classes();
+  test.error.setZero(canonical_.variables());
+  for (std::size_t k = 0; k < test.hessian_change.size(); ++k) {
+    const auto [i, j] = canonical_.hessian()[k];
     if (classes[i] == BoundClass::Active || classes[j] == BoundClass::Active) continue;
     const double change = 2.0 * units.variable[i] * units.variable[j] * test.hessian_change[k];
     test.error[i] += change;
     if (i != j) test.error[j] += change;
   }
-  test.classes_hold = test.classes_hold && inequalities_stay_open(there.c);
-  measure_turn(there, test);
-  return test.error.allFinite() && std::isfinite(test.contraction);
 }
 
 /// Their values at the trial point, where they are not what their gradients predict. A doubtful one
@@ -378,8 +417,8 @@ NewtonTest ActiveSetNewton::run() {
 }  // namespace
 
 NewtonTest test_newton(CanonicalProblem& canonical, ActiveSetSystem& system, const Iterate& iterate,
-                       const Evaluation& evaluation, const KktSolve& solve) {
-  return ActiveSetNewton(canonical, system, iterate, evaluation, solve).run();
+                       const Evaluation& evaluation, const KktSolve& solve, Probe probe) {
+  return ActiveSetNewton(canonical, system, iterate, evaluation, solve, probe).run();
 }
 
 }  // namespace ipminmax

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 
 #include "core/certificate/active_set.hpp"
@@ -34,10 +35,16 @@ struct NewtonTest {
 /// Solves with the matrix K of the system, assembled as kSufficient, at zero shift.
 using KktSolve = std::function<bool(const NewtonResidual& rhs, Step& step)>;
 
+/// Where W is compared with what it is here.
+enum class Probe : std::uint8_t {
+  Beyond,       ///< the end of the step, if need be so far beyond it that rounding explains the way
+  EndAndBeyond  ///< also at the end itself, where that is far before: W may be alike on both sides
+};
+
 /// W at the end of the step has no lambda of inactive inequalities. The change is measured at least
 /// over a distance that rounding of the derivatives could explain.
 [[nodiscard]] NewtonTest test_newton(CanonicalProblem& canonical, ActiveSetSystem& system,
                                      const Iterate& iterate, const Evaluation& evaluation,
-                                     const KktSolve& solve);
+                                     const KktSolve& solve, Probe probe);
 
 }  // namespace ipminmax

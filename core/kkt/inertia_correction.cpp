@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/kkt/inertia_correction.hpp"
 
@@ -21,6 +22,8 @@ constexpr int kInstabilityMus = 16;
 constexpr double kFinestMu = 1e-3;
 constexpr double kInstabilityAccuracy = 1e-2;
 constexpr int kInstabilityBisections = 60;
+/// Denormal numbers may not grow when multiplied, zero does not.
+constexpr double kLeastShift = std::numeric_limits<double>::min();
 
 std::optional<Inertia> inertia_of(const Factorization& f) {
   const bool counted =
@@ -37,13 +40,15 @@ bool InertiaCorrection::economical() const {
 
 double InertiaCorrection::first_shift(double last) const {
   if (!options_.minmax_warm_start_shifts || last == 0.0) return options_.first_hessian_perturbation;
-  return std::max(options_.min_hessian_perturbation, options_.perturb_dec_fact * last);
+  return std::max(
+      {options_.min_hessian_perturbation, options_.perturb_dec_fact * last, kLeastShift});
 }
 
 double InertiaCorrection::next_shift(double shift, double last) const {
   // The very first shift of a solve is far from known, so it grows faster.
   const bool unknown = options_.minmax_warm_start_shifts && last == 0.0;
-  return shift * (unknown ? options_.perturb_inc_fact_first : options_.perturb_inc_fact);
+  return std::max(shift * (unknown ? options_.perturb_inc_fact_first : options_.perturb_inc_fact),
+                  kLeastShift);
 }
 
 double InertiaCorrection::multiplier_shift(double mu) const {

@@ -17,6 +17,13 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+/// kappa_d leaves kappa_d mu in the dual residual. Where mu ends at mu_target > 0, that is an error
+/// of the answer: a tenth of tol at most.
+double damping_factor(const SolverOptions& options) {
+  if (!(options.mu_target > 0.0)) return options.kappa_d;
+  return std::min(options.kappa_d, 0.1 * options.tol / options.mu_target);
+}
+
 }  // namespace
 
 CanonicalProblem::CanonicalProblem(Problem& problem, const SolverOptions& options, Counts& counts,
@@ -152,9 +159,10 @@ void CanonicalProblem::list_bounds() {
   }
   damping_.setZero(n);
   if (options_.minmax_globalization == Globalization::None) return;
+  const double factor = damping_factor(options_);
   for (Index i = 0; i < n; ++i) {
     const int sides = (lower_[i] > -kInfinity ? 1 : 0) - (upper_[i] < kInfinity ? 1 : 0);
-    damping_[i] = sign(i) * sides * options_.kappa_d;
+    damping_[i] = sign(i) * sides * factor;
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <utility>
 
 namespace ipminmax {
 namespace {
@@ -71,6 +72,58 @@ std::string plural(std::size_t count, const char* noun) {
 
 std::string stem(const std::string& name) { return name.substr(0, name.find_first_of("[({")); }
 
+/// "s" of "s[3]", "s(3)", "s_3" and "s3".
+std::string family(const std::string& name) {
+  const std::string before = stem(name);
+  return before.substr(0, before.find_last_not_of("0123456789_") + 1);
+}
+
+/// Two open variables of a family, of which both players have members.
+struct Divided {
+  Index of_min = -1, of_max = -1;
+};
+
+/// Whether each list, ascending, has what the other has not.
+bool each_has_more(const std::vector<Index>& a, const std::vector<Index>& b) {
+  return !std::ranges::includes(a, b) && !std::ranges::includes(b, a);
+}
+
+/// Members of one family, one of each player's, that are linked as states of neighbouring stages:
+/// an equation of Max reads both, and each is read by another that does not read the other. The
+/// players' controls of a stage are read by the same equations, a design by those of all stages.
+Divided find_divided(const ProblemStructure& s) {
+  const std::size_t n = s.variable_players.size();
+  if (s.variable_names.size() != n) return {};
+  std::vector<std::vector<Index>> readers(n), read(s.constraint_players.size());
+  for (const auto& [row, col] : s.jacobian) {
+    if (s.constraint_players[at(row)] != Player::Max || !is_open(s, at(col)) ||
+        s.constraint_lower[at(row)] != s.constraint_upper[at(row)]) {
+      continue;
+    }
+    readers[at(col)].push_back(row);
+    read[at(row)].push_back(col);
+  }
+  for (std::vector<std::vector<Index>>* lists : {&readers, &read}) {
+    for (std::vector<Index>& list : *lists) std::ranges::sort(list);
+  }
+  std::map<std::string, Index> last;  // of a family in an equation
+  for (const std::vector<Index>& members : read) {
+    last.clear();
+    for (const Index i : members) {
+      const std::string name = family(s.variable_names[at(i)]);
+      const auto [place, first] = last.try_emplace(name, i);
+      const Index other = std::exchange(place->second, i);
+      if (first || name.empty() || s.variable_players[at(i)] == s.variable_players[at(other)] ||
+          !each_has_more(readers[at(i)], readers[at(other)])) {
+        continue;
+      }
+      const bool is_min = s.variable_players[at(i)] == Player::Min;
+      return {.of_min = is_min ? i : other, .of_max = is_min ? other : i};
+    }
+  }
+  return {};
+}
+
 std::string percent(double share) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2g %%", 100.0 * share);
@@ -79,8 +132,8 @@ std::string percent(double share) {
 
 }  // namespace
 
-std::vector<std::string> split_remarks(const ProblemStructure& structure) {
-  const Shares counts = count(structure);
+std::vector<std::string> split_remarks(const ProblemStructure& s) {
+  const Shares counts = count(s);
   std::vector<std::string> remarks;
   if (counts.variables[1] == 0) {
     remarks.emplace_back("Max has no variables: this is a plain minimization.");
@@ -97,12 +150,19 @@ std::vector<std::string> split_remarks(const ProblemStructure& structure) {
         ": no choice is left to him. Do other variables belong to Max, too: the states that these "
         "equations define, or his decisions?");
   } else if (counts.equations[1] > counts.open[1] && !counts.shared.empty()) {
-    remarks.push_back("Max has " + plural(counts.equations[1], "equality constraint") + " for " +
-                      plural(counts.open[1], "variable") + " without two bounds, and " +
-                      plural(counts.shared.size(), "variable") +
-                      " of Min's in several of them (the first: " +
-                      variable_name(structure, counts.shared.front()) +
-                      "). Are these states, which belong to Max, too?");
+    remarks.push_back(
+        "Max has " + plural(counts.equations[1], "equality constraint") + " for " +
+        plural(counts.open[1], "variable") + " without two bounds, and " +
+        plural(counts.shared.size(), "variable") + " of Min's in several of them (the first: " +
+        variable_name(s, counts.shared.front()) + "). Are these states, which belong to Max, too?");
+  } else if (!counts.shared.empty()) {
+    // With disturbances that have no bounds, nothing is wrong with the counts.
+    if (const Divided found = find_divided(s); found.of_min >= 0) {
+      remarks.push_back(variable_name(s, found.of_min) + " is Min's and " +
+                        variable_name(s, found.of_max) +
+                        " is Max's, and Max's equality constraints link them like states of "
+                        "neighbouring stages. Do all of these belong to Max?");
+    }
   }
   return remarks;
 }

@@ -458,6 +458,67 @@ TEST(CInterface, UserScalingChangesThePathNotTheAnswer) {
   EXPECT_TRUE(contains(message(problem), "g_scaling[1]")) << message(problem);
 }
 
+/// f = sign (x0^2 + 4 x0 x1 - x1^2), sign in the user's data.
+double sign_of(void* data) { return *static_cast<double*>(data); }
+int signed_f(int, double* x, int, double* f, void* data) {
+  *f = sign_of(data) * (x[0] * x[0] + 4.0 * x[0] * x[1] - x[1] * x[1]);
+  return 1;
+}
+int signed_grad_f(int, double* x, int, double* grad, void* data) {
+  grad[0] = sign_of(data) * (2.0 * x[0] + 4.0 * x[1]);
+  grad[1] = sign_of(data) * (4.0 * x[0] - 2.0 * x[1]);
+  return 1;
+}
+int signed_h(int, double*, int, double sigma, int, double*, int, int, int* row, int* col,
+             double* values, void* data) {
+  if (values == nullptr) {
+    row[0] = col[0] = col[1] = 0;
+    row[1] = row[2] = col[2] = 1;
+  } else {
+    values[0] = 2.0 * sigma * sign_of(data);
+    values[1] = 4.0 * sigma * sign_of(data);
+    values[2] = -2.0 * sigma * sign_of(data);
+  }
+  return 1;
+}
+
+// As Ipopt documents it, a negative factor maximizes: the players are mirrored, multipliers negated.
+TEST(CInterface, ANegativeFactorOfTheObjectiveMaximizes) {
+  struct Point {
+    std::array<double, 2> x{2.0, 2.5}, z_lower{}, z_upper{};
+    double f = 0.0;
+  };
+  const auto solve_with = [](double sign) {
+    const std::array<double, 2> lower{1.0, -9.0}, upper{5.0, 1.5};
+    const std::array<int, 2> players{IPMINMAX_MIN, IPMINMAX_MAX};
+    const ProblemPtr problem(IpminmaxCreate(2, lower.data(), upper.data(), 0, nullptr, nullptr, 0,
+                                            3, IPMINMAX_C_STYLE, signed_f, nullptr, signed_grad_f,
+                                            nullptr, signed_h, players.data(), nullptr));
+    EXPECT_EQ(IpminmaxAddIntOption(problem.get(), "print_level", 0), 1);
+    EXPECT_EQ(IpminmaxAddStrOption(problem.get(), "option_file_name", ""), 1);
+    EXPECT_EQ(IpminmaxAddStrOption(problem.get(), "nlp_scaling_method", "user-scaling"), 1);
+    EXPECT_EQ(IpminmaxSetScaling(problem.get(), sign, nullptr, nullptr), 1) << message(problem);
+    Point point;
+    EXPECT_EQ(IpminmaxSolve(problem.get(), point.x.data(), nullptr, &point.f, nullptr,
+                            point.z_lower.data(), point.z_upper.data(), &sign),
+              IPMINMAX_SOLVE_SUCCEEDED)
+        << message(problem);
+    IpminmaxCertificate certificate{};
+    EXPECT_EQ(IpminmaxGetCertificate(problem.get(), &certificate), 1);
+    EXPECT_EQ(certificate.point_kind, IPMINMAX_LOCAL_MINMAX);
+    return point;
+  };
+  const Point plain = solve_with(1.0), mirrored = solve_with(-1.0);
+  EXPECT_NEAR(plain.x[0], 1.0, 1e-6);
+  EXPECT_NEAR(plain.x[1], 1.5, 1e-6);
+  EXPECT_GT(plain.z_lower[0], 1.0);
+  EXPECT_LT(plain.z_upper[1], -0.5);
+  EXPECT_EQ(mirrored.x, plain.x);
+  EXPECT_EQ(mirrored.f, -plain.f);
+  EXPECT_EQ(mirrored.z_lower[0], -plain.z_lower[0]);
+  EXPECT_EQ(mirrored.z_upper[1], -plain.z_upper[1]);
+}
+
 TEST(CInterface, SolvesAgainFromTheLastMultipliers) {
   const auto problem = Arguments().create();
   Recorder model;

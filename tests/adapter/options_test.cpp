@@ -14,6 +14,8 @@
 #include <sstream>
 
 #include "adapter/application_options.hpp"
+#include "adapter/exact_options.hpp"
+#include "adapter/ipopt_only_options.hpp"
 #include "adapter/minmax_application.hpp"
 #include "adapter/model.hpp"
 
@@ -369,6 +371,75 @@ TEST_F(OptionFile, NaNStopsTheSolve) {
   EXPECT_EQ(app->LastResult().status, Status::InvalidOption);
   EXPECT_NE(app->LastResult().message.find("tol"), std::string::npos);
   EXPECT_TRUE(model->calls.empty());
+}
+
+/// Counts the values that it is asked for.
+class CountingList : public ExactOptionsList {
+ public:
+  using ExactOptionsList::ExactOptionsList;
+  bool GetStringValue(const std::string& tag, std::string& value,
+                      const std::string& prefix) const override {
+    ++asked;
+    return ExactOptionsList::GetStringValue(tag, value, prefix);
+  }
+  bool GetIntegerValue(const std::string& tag, Ipopt::Index& value,
+                       const std::string& prefix) const override {
+    ++asked;
+    return ExactOptionsList::GetIntegerValue(tag, value, prefix);
+  }
+  bool GetNumericValue(const std::string& tag, Ipopt::Number& value,
+                       const std::string& prefix) const override {
+    ++asked;
+    return ExactOptionsList::GetNumericValue(tag, value, prefix);
+  }
+  mutable int asked = 0;
+};
+
+/// Options read from lists of the application's own class.
+class OwnList : public Options {
+ protected:
+  double tolerance() {
+    SolverOptions options;
+    EXPECT_EQ(solver_options(*own, options), "");
+    return options.tol;
+  }
+  SmartPtr<CountingList> own = new CountingList(registry, journalist);
+};
+
+// Every solve reads them: hundreds of look-ups by name would take longer than a small problem.
+TEST_F(OwnList, OnlyOptionsThatMayBeSetAreAskedFor) {
+  own->SetNumericValue("tol", 1e-5);
+  own->SetStringValue("mu_oracle", "probing");
+  own->asked = 0;
+  EXPECT_EQ(tolerance(), 1e-5);
+  EXPECT_TRUE(ignored_ipopt_options(*own).empty());
+  EXPECT_LE(own->asked, 6);
+}
+
+TEST_F(OwnList, EveryWayToSetAnOptionIsSeen) {
+  own->SetNumericValue("tol", 1e-3);
+  EXPECT_EQ(tolerance(), 1e-3);
+  own->clear();
+  EXPECT_EQ(tolerance(), SolverOptions().tol);
+  own->SetNumericValueIfUnset("tol", 1e-4);
+  EXPECT_EQ(tolerance(), 1e-4);
+  own->clear();
+  std::istringstream text("tol 1e-5\nma57_pivtol 0.25\n");
+  ASSERT_TRUE(own->ReadFromStream(*journalist, text));
+  EXPECT_EQ(tolerance(), 1e-5);
+  EXPECT_EQ(ignored_ipopt_options(*own).size(), 1U);
+  EXPECT_EQ(set_ipopt_only_options(*own).size(), 1U);
+  const SmartPtr<ExactOptionsList> twin = new ExactOptionsList(registry, journalist);
+  twin->copy(*own);
+  EXPECT_EQ(ignored_ipopt_options(*twin).size(), 1U);
+  own->clear();
+  list->SetNumericValue("tol", 1e-6);
+  static_cast<Ipopt::OptionsList&>(*own) = *list;
+  EXPECT_EQ(tolerance(), 1e-6);
+  twin->copy(*list);
+  SolverOptions options;
+  EXPECT_EQ(solver_options(*twin, options), "");
+  EXPECT_EQ(options.tol, 1e-6);
 }
 
 }  // namespace

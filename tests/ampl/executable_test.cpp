@@ -3,11 +3,13 @@
 #include <cstddef>
 #include <cstring>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include <ampl/ampl_fixture.hpp>
+#include <answer.hpp>
 #include <nl_problem.hpp>
 #include <support/nl_writer.hpp>
 
@@ -633,6 +635,35 @@ TEST_F(AmplExecutable, MessagesSpeakOfTheModelsSense) {
   ASSERT_EQ(solve(parts), 0) << err_;
   EXPECT_TRUE(printed("certified local minimum\n")) << out_;
   EXPECT_TRUE(printed("this is a plain minimization")) << out_;
+}
+
+// Its player 0 maximizes, of whom the core speaks as Min, and names may be like the players'.
+TEST_F(AmplExecutable, NamesInAModelThatMaximizesStay) {
+  Parts parts;
+  parts.objectives = {{.maximize = true, .formula = "o16\no5\nv0\nn2\n"}};  // -v^2
+  parts.bounds = "2 0";                                                     // v >= 0
+  put("model.col", "Max\n");
+  ASSERT_EQ(solve(parts), 0) << err_;
+  EXPECT_TRUE(printed("reason: weakly active: the lower bound of variable 0 (Max) (Max) has"))
+      << out_;
+  put("model.col", "Min\n");
+  ASSERT_EQ(solve(parts), 0) << err_;
+  EXPECT_TRUE(printed("reason: weakly active: the lower bound of variable 0 (Min) (Max) has"))
+      << out_;
+  const NlProblem problem(path("model.nl"), -1);
+  Result result;
+  for (const auto& [ours, spoken] : {
+           std::pair{"variable 0 (Min@2) of Min", "variable 0 (Min@2) of Max"},
+           {"variable 0 (Min) is Max's", "variable 0 (Min) is Min's"},
+           {"variable 7 (Min) of Max", "variable 7 (Max) of Min"},  // no such variable
+           {"(Min) minimizes, 0 (Max", "(Max) maximizes, 0 (Min"},
+           {"a local minmax (Max) of variable 0 (Min", "a local maxmin (Min) of variable 0 (Min"},
+       }) {
+    result.message = ours;
+    EXPECT_NE(message_of(result, {}, problem).find(" (" + std::string(spoken) + ")"),
+              std::string::npos)
+        << message_of(result, {}, problem);
+  }
 }
 
 TEST_F(AmplExecutable, FlagsTellAboutIt) {

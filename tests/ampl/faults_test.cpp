@@ -70,6 +70,54 @@ TEST_F(AmplFaults, AFileSizeLimitIsAnError) {
   EXPECT_EQ(files(), 3);  // model.nl, out.txt, err.txt: no temporary file
 }
 
+/// On a disk of its own, mounted by a child that may.
+class AmplDisk : public AmplFaults {
+ protected:
+  void SetUp() override {
+    AmplFaults::SetUp();
+    may_mount_ = std::system("unshare -rm mount -t tmpfs none /tmp 2>/dev/null") == 0;
+    if (!may_mount_) GTEST_SKIP() << "this process may not mount";
+  }
+  /// Exit code of the executable there, after some commands. What is left there goes to left_.
+  int run_there(const std::string& before) {
+    put("script.sh",
+        "mkdir -p disk && mount -t tmpfs -o size=32k none disk && cd disk || exit 90\n"
+        "cp ../model.nl . && printf stale > model.sol\n" +
+            before +
+            "\n'" IPMINMAX_EXECUTABLE
+            "' model.nl -AMPL print_level=0 >../out.txt "
+            "2>../err.txt\ncode=$?\nls > ../left.txt\ncat model.sol > ../left.sol\n"
+            "exit $code\n");
+    const std::string command = "cd '" + folder_.string() +
+                                "' && OPENBLAS_NUM_THREADS=1 unshare -rm sh script.sh 2>/dev/null";
+    const int status = std::system(command.c_str());
+    err_ = get("err.txt");
+    left_ = get("left.txt");
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  bool may_mount_ = false;
+  std::string left_;
+};
+
+TEST_F(AmplDisk, ThatHasRoomGetsTheSolution) {
+  EXPECT_EQ(run_there(""), 0) << err_;
+  EXPECT_NE(get("left.sol").find("objno 0 0"), std::string::npos);
+}
+
+TEST_F(AmplDisk, ThatIsFullIsAnErrorAndLeavesNothing) {
+  EXPECT_EQ(run_there("rm model.sol; cat /dev/zero > fill 2>/dev/null"), 1);
+  EXPECT_NE(err_.find("No space left"), std::string::npos) << err_;
+  EXPECT_EQ(left_, "fill\nmodel.nl\n");
+}
+
+TEST_F(AmplDisk, ThatIsReadOnlyIsAnError) {
+  EXPECT_EQ(run_there("mount -o remount,ro ."), 1);
+  EXPECT_NE(err_.find("Read-only file system"), std::string::npos) << err_;
+  EXPECT_EQ(run_there("rm model.sol; mount -o remount,ro ."), 1);
+  EXPECT_NE(err_.find("Read-only file system"), std::string::npos) << err_;
+  EXPECT_EQ(left_, "model.nl\n");
+}
+
 TEST_F(AmplFaults, StandardOutputThatCannotBeWrittenIsAnError) {
   for (const char* output : {">/dev/full 2>err.txt; exit $?; :", ">&- 2>err.txt; exit $?; :"}) {
     put_stale();

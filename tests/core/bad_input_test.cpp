@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include <problems/quadratic_problem.hpp>
 #include <support/autodiff_problem.hpp>
 
 #include "core/solver.hpp"
@@ -785,6 +786,27 @@ TEST(Limits, ATinyCpuTimeStopsEarly) {
   const Result result = solve(problem, options);
   EXPECT_EQ(result.status, Status::MaxCpuTime) << sum;
   EXPECT_LE(result.iterations, 1);
+}
+
+// Before MUMPS, which ends the process, is called. On a cube of unknowns fronts are large.
+TEST(Limits, OfMemoryAreSaidBeforeTheyAreReached) {
+  constexpr Index kSide = 24;
+  testing::QuadraticProblem problem(kSide * kSide * kSide, 0);
+  for (Index i = 0; i < kSide * kSide * kSide; ++i) {
+    problem.f().add_linear(i, 1.0);
+    problem.f().add(i, i, 7.0);
+    for (const Index stride : {Index{1}, kSide, kSide * kSide}) {
+      if (i / stride % kSide > 0) problem.f().add(i, i - stride, -1.0);
+    }
+  }
+  problem.finish();
+  SolverOptions options;
+  options.linear_solver = LinearSolver::Mumps;
+  options.max_memory = 1.0;  // MB, less than the process has
+  const Result refused = solve(problem, options);
+  EXPECT_EQ(refused.status, Status::OutOfMemory) << name_of(refused.status);
+  EXPECT_TRUE(refused.message.starts_with("out of memory")) << refused.message;
+  EXPECT_EQ(refused.iterations, 0);
 }
 
 TEST(Callback, AStopReturnsTheCurrentPointIntact) {

@@ -119,10 +119,15 @@ TEST(HessianCheck, MinimizationsToo) {
 TEST(HessianCheck, OnTheCentralPath) {
   AutodiffProblem right = game();
   ChangedProblem wrong = with_entry_times(right, 0, 0, 2.0);
-  SolverOptions options;
-  options.mu_target = 1e-3;
-  EXPECT_EQ(solve(right, options).status, Status::Solved);
-  EXPECT_TRUE(solve(wrong, options).certificate.hessian_disagrees);
+  for (const double mu : {1e-4, 1e-3, 1e-2}) {
+    SolverOptions options;
+    options.mu_target = mu;
+    const Result result = solve(right, options);
+    // Damping of one-sided bounds left 1e-5 mu in the error: exactly tol at 1e-3.
+    EXPECT_EQ(result.status, Status::Solved) << mu << ": " << result.message;
+    EXPECT_LE(result.error.total, 0.2 * options.tol) << mu;
+    EXPECT_TRUE(solve(wrong, options).certificate.hessian_disagrees) << mu;
+  }
 }
 
 TEST(HessianCheck, DifferencesAnswerForThemselves) {

@@ -132,11 +132,17 @@ TEST(OwnPoint, IsUnknownWithoutAnEvaluation) {
 
 // Nothing can be done about a constraint on fixed variables.
 TEST(OwnPoint, ViolatesAConstraintWithoutFreeVariables) {
-  for (const Player player : {Player::Min, Player::Max}) {
+  struct Case {
+    Player player;
+    bool unbounded;  // which is not what has to be said first
+  };
+  for (const auto& [player, unbounded] :
+       {Case{Player::Min, false}, {Player::Max, false}, {Player::Min, true}, {Player::Max, true}}) {
+    SCOPED_TRACE(unbounded);
     Model model;
-    const Expression x = model.variable(player, "x");
+    const Expression x = model.variable(player, "x", -1e18, 1e18);
     const Expression fixed = model.variable(player, "fixed", 1.0, 1.0);
-    model.objective(player == Player::Min ? square(x) : -square(x));
+    model.objective(unbounded ? 1.0 * x : player == Player::Min ? square(x) : -square(x));
     model.constraint(2.0 * fixed, 3.0, kNoBound);
     AutodiffProblem problem(model, {1.0, 1.0});
     const Result result = solve(problem, SolverOptions{});

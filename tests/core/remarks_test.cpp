@@ -47,24 +47,26 @@ TEST(SplitRemarks, MaxWithoutAChoice) {
   EXPECT_EQ(text.find("to Min"), std::string::npos) << text;
 }
 
-/// Six stages s_k+1 = 0.9 s_k + u_k + w_k, of which Max owns the first states.
-AutodiffProblem stages(int owned, double gust_bound) {
+/// Six stages s_k+1 = 0.9 s_k + u_k + w_k, of which Max owns the first states. Where a design is
+/// given, it is an open variable of Min's in all of them, with the states' name.
+AutodiffProblem stages(int owned, double gust_bound, bool design = false) {
   constexpr int kStages = 6;
   Model model;
   Expression cost = 0.0, last = 0.5;
   std::vector<Expression> left_over;
+  const Expression d = design ? model.variable(kMin, "s") : Expression(0.0);
   for (int k = 0; k < kStages; ++k) {
     const std::string index = "[" + std::to_string(k) + "]";
     const Expression u = model.variable(kMin, "u" + index);
     const Expression w = model.variable(kMax, "w" + index, -gust_bound, gust_bound);
     const Expression s = model.variable(k < owned ? kMax : kMin, "s" + index);
     cost = cost + square(u) + square(s) - 20.0 * square(w);
-    left_over.push_back(s - 0.9 * last - u - w);
+    left_over.push_back(s - (0.9 + d) * last - u - w);
     last = s;
   }
   model.objective(cost);
   for (const Expression& expression : left_over) model.constraint(expression, 0.0, 0.0, kMax);
-  return AutodiffProblem(model, std::vector<double>(3 * kStages, 0.1));
+  return AutodiffProblem(model, std::vector<double>(3 * kStages + (design ? 1 : 0), 0.1));
 }
 
 TEST(SplitRemarks, HalfOfTheStatesForgotten) {
@@ -75,6 +77,44 @@ TEST(SplitRemarks, HalfOfTheStatesForgotten) {
                       "2 variables of Min's in several of them (the first: variable 11 (s[3]))"),
             std::string::npos)
       << text;
+}
+
+// A gust without bounds answers to any state: the counts are those of a game.
+TEST(SplitRemarks, HalfOfTheStatesForgottenWithGustsWithoutBounds) {
+  for (const int owned : {1, 3, 4}) {
+    const std::string text = first(split_remarks(stages(owned, kNoBound).structure()));
+    const std::string mine = std::to_string(owned - 1), forgotten = std::to_string(owned);
+    EXPECT_NE(text.find("(s[" + forgotten + "]) is Min's and variable "), std::string::npos)
+        << text;
+    EXPECT_NE(text.find("(s[" + mine + "]) is Max's"), std::string::npos) << text;
+  }
+  EXPECT_EQ(first(split_remarks(stages(6, kNoBound, true).structure())), "");
+  ProblemStructure unnamed = stages(3, kNoBound).structure();
+  unnamed.variable_names.clear();
+  EXPECT_EQ(first(split_remarks(unnamed)), "") << "nothing is known of families";
+}
+
+/// A pursuer and an evader steer the same two coordinates: one name, one variable each in a stage.
+TEST(SplitRemarks, ControlsOfBothPlayersMayHaveOneName) {
+  Model model;
+  std::vector<Expression> left_over, last = {0.5, 0.2};
+  Expression cost = 0.0;
+  for (int k = 0; k < 4; ++k) {
+    const std::string index = "," + std::to_string(k) + "]";
+    const Expression own = model.variable(kMin, "u[1" + index);
+    const Expression other = model.variable(kMax, "u[2" + index);
+    cost = cost + square(own) - 20.0 * square(other);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const Expression s = model.variable(kMax, "s[" + std::to_string(i) + index);
+      left_over.push_back(s - 0.9 * last[i] - own - (i == 0 ? sin(other) : cos(other)));
+      cost = cost + square(s);
+      last[i] = s;
+    }
+  }
+  model.objective(cost);
+  for (const Expression& expression : left_over) model.constraint(expression, 0.0, 0.0, kMax);
+  EXPECT_EQ(first(split_remarks(AutodiffProblem(model, std::vector<double>(16, 0.1)).structure())),
+            "");
 }
 
 TEST(SplitRemarks, APlayerWithoutVariables) {

@@ -1,4 +1,7 @@
+#include <cmath>
+#include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -122,6 +125,29 @@ TEST_F(ResidualTest, NewtonResidualIsMinusTheResidual) {
   EXPECT_TRUE(rhs.lambda.isApprox(Eigen::VectorXd{{-0.5, 0.0, 0.5}}));
   EXPECT_TRUE(rhs.z_lower.isApprox(Eigen::VectorXd{{-0.5, 0.5 - 0.3125, 0.0, 0.0}}));
   EXPECT_TRUE(rhs.z_upper.isApprox(Eigen::VectorXd{{-1.0, 0.0, -2.5, -4.5}}));
+}
+
+// A norm that loses a NaN makes a success of it.
+TEST_F(ResidualTest, NaNAnywhereIsNaNInEveryNorm) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  const auto expect_nan = [&](double& place, const char* what, Eigen::Index i) {
+    const double before = std::exchange(place, kNaN);
+    const BarrierError found = error(0.1);
+    const KktError total =
+        kkt_error(canonical_, point_.iterate, point_.evaluation, point_.dual, 100.0);
+    EXPECT_TRUE(std::isnan(found.scaled) && std::isnan(found.norm())) << what << ' ' << i;
+    EXPECT_TRUE(std::isnan(total.total)) << what << ' ' << i;
+    place = before;
+  };
+  for (Eigen::Index i = 0; i < 4; ++i) {
+    expect_nan(point_.dual[i], "dual residual", i);
+    expect_nan(point_.iterate.v[i], "variable", i);
+  }
+  for (Eigen::Index j = 0; j < 3; ++j) expect_nan(point_.evaluation.c[j], "constraint", j);
+  for (const Eigen::Index i : {0, 1}) expect_nan(point_.iterate.z_lower[i], "lower multiplier", i);
+  for (const Eigen::Index i : {0, 2, 3}) {
+    expect_nan(point_.iterate.z_upper[i], "upper multiplier", i);
+  }
 }
 
 TEST(ResidualScaling, KktErrorUndoesConstraintAndVariableScaling) {

@@ -179,7 +179,8 @@ TEST(Sensitivity, DerivativesOfTheSmallProblemsAreThoseOfDifferences) {
       Sensitivity sensitivity;
       ASSERT_EQ(sensitivity.update(problem, base, accurate()), "") << small.name;
       if (!sensitivity.weakly_active().empty()) continue;
-      for (const auto& [name, change] : constants_of(problem.structure())) {
+      for (const auto& constant : constants_of(problem.structure())) {
+        const auto& change = constant.change;
         if (changes_active_set(sensitivity, change)) continue;
         SolutionDerivative differences;
         const bool solved = differentiate(
@@ -191,7 +192,7 @@ TEST(Sensitivity, DerivativesOfTheSmallProblemsAreThoseOfDifferences) {
             },
             differences);
         if (!solved) continue;
-        const std::string where = small.name + ", " + name;
+        const std::string where = small.name + ", " + constant.name;
         const SolutionDerivative found = sensitivity.derivative(change);
         expect_close(found.v, differences.v, where + " v");
         expect_close(found.lambda, differences.lambda, where + " lambda");

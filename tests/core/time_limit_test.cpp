@@ -47,6 +47,11 @@ TEST_P(TimeLimitOf, AnIterationWithThousandsOfFactorizations) {
   // From 1e-20 to 3 in steps of 1 permille: 47000 factorizations of each matrix.
   options.first_hessian_perturbation = 1e-20;
   options.perturb_inc_fact = options.perturb_inc_fact_first = 1.001;
+  // Limits are looked at between evaluations and factorizations, of which some make this.
+  options.max_iter = 0;
+  const double start = solve(problem, options).seconds;
+  options.max_iter = SolverOptions{}.max_iter;
+  const double most = 9.0 * std::max(kLimit, start);
   for (const bool wall : {true, false}) {
     options.max_wall_time = wall ? kLimit : 1e20;
     options.max_cpu_time = wall ? 1e20 : kLimit;
@@ -54,7 +59,7 @@ TEST_P(TimeLimitOf, AnIterationWithThousandsOfFactorizations) {
     EXPECT_EQ(result.status, wall ? Status::MaxWallTime : Status::MaxCpuTime)
         << name_of(result.status) << ": " << result.message;
     EXPECT_EQ(result.message, name_of(result.status));
-    EXPECT_LT(wall ? result.seconds : result.cpu_seconds, 10 * kLimit);
+    EXPECT_LT(wall ? result.seconds : result.cpu_seconds, kLimit + most);
     EXPECT_EQ(result.v.size(), 120U);
   }
 }
@@ -90,11 +95,14 @@ TEST(TimeLimit, OfALongInnerMaximization) {
   ASSERT_TRUE(is_success(free.status)) << free.message;
   ASSERT_GT(free.counts.jacobian, 3 * free.iterations) << "inner steps do the work";
 
-  Slow problem(ridge, std::chrono::milliseconds(20));
-  options.max_wall_time = 0.15;
+  constexpr double kPause = 0.05;
+  Slow problem(ridge, std::chrono::milliseconds(50));
+  const double needed = kPause * free.counts.jacobian;
+  options.max_wall_time = 4 * kPause;
+  ASSERT_GT(needed, 5 * options.max_wall_time);
   const Result result = solve(problem, options);
   EXPECT_EQ(result.status, Status::MaxWallTime) << name_of(result.status);
-  EXPECT_LT(result.seconds, 0.3);
+  EXPECT_LT(result.seconds, 0.5 * needed + free.seconds);
 }
 
 TEST(TimeLimit, OfARestoration) {
@@ -113,7 +121,7 @@ TEST(TimeLimit, OfARestoration) {
   options.max_wall_time = 0.5 * needed;
   const Result result = solve(problem, options);
   EXPECT_EQ(result.status, Status::MaxWallTime) << name_of(result.status);
-  EXPECT_LT(result.seconds, 0.75 * needed);
+  EXPECT_LT(result.seconds, 0.75 * needed + free.seconds);
 }
 
 }  // namespace

@@ -23,7 +23,9 @@ DisturbedProblem::DisturbedProblem(Problem& problem, Disturbance disturbance, st
   for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) jacobian_parts_.push_back({k, 1.0});
   for (std::size_t k = 0; k < structure_.hessian.size(); ++k) hessian_parts_.push_back({k, 1.0});
   if (disturbance == Disturbance::Repeated) repeat_entries(dice);
-  disturbed_ = !is_wrong(disturbance) || spoil(disturbance, dice);
+  disturbed_ = disturbance == Disturbance::EmptyRow
+                   ? empty_row(dice)
+                   : !is_wrong(disturbance) || spoil(disturbance, dice);
 }
 
 void DisturbedProblem::repeat_entries(Dice& dice) {
@@ -42,6 +44,27 @@ void DisturbedProblem::repeat_entries(Dice& dice) {
   };
   repeat(structure_.jacobian, jacobian_parts_, false);
   repeat(structure_.hessian, hessian_parts_, true);
+}
+
+bool DisturbedProblem::empty_row(Dice& dice) {
+  if (structure_.constraint_players.empty()) return false;
+  constant_row_ =
+      static_cast<Index>(dice.below(static_cast<int>(structure_.constraint_players.size())));
+  constant_ = dice.one_of({0.0, 0.0, 0.5, -3.0, 1e6});
+  if (dice.chance(0.5)) {  // met, as an equation
+    structure_.constraint_lower[static_cast<std::size_t>(constant_row_)] = constant_;
+    structure_.constraint_upper[static_cast<std::size_t>(constant_row_)] = constant_;
+  }
+  std::vector<Triplet> entries;
+  std::vector<Part> parts;
+  for (std::size_t k = 0; k < structure_.jacobian.size(); ++k) {
+    if (structure_.jacobian[k].row == constant_row_) continue;
+    entries.push_back(structure_.jacobian[k]);
+    parts.push_back(jacobian_parts_[k]);
+  }
+  structure_.jacobian = std::move(entries);
+  jacobian_parts_ = std::move(parts);
+  return true;
 }
 
 bool DisturbedProblem::spoil(Disturbance disturbance, Dice& dice) {
@@ -86,6 +109,7 @@ bool DisturbedProblem::spoil(Disturbance disturbance, Dice& dice) {
       return true;
     case Disturbance::None:
     case Disturbance::Repeated:
+    case Disturbance::EmptyRow:
       break;
   }
   return false;
@@ -137,7 +161,9 @@ bool DisturbedProblem::gradient(std::span<const double> v, bool new_v, std::span
 }
 
 bool DisturbedProblem::constraints(std::span<const double> v, bool new_v, std::span<double> g) {
-  return finish(is_asked_rightly(v) && ForwardingProblem::constraints(v, new_v, g), g);
+  const bool good = is_asked_rightly(v) && ForwardingProblem::constraints(v, new_v, g);
+  if (constant_row_ >= 0) g[static_cast<std::size_t>(constant_row_)] = constant_;
+  return finish(good, g);
 }
 
 bool DisturbedProblem::jacobian(std::span<const double> v, bool new_v, std::span<double> values) {
@@ -153,8 +179,10 @@ bool DisturbedProblem::hessian(std::span<const double> v, bool new_v, double sig
                                std::span<const double> lambda, bool new_lambda,
                                std::span<double> values) {
   values_.resize(ForwardingProblem::structure().hessian.size());
+  lambda_.assign(lambda.begin(), lambda.end());
+  if (constant_row_ >= 0) lambda_[static_cast<std::size_t>(constant_row_)] = 0.0;
   const bool good = is_asked_rightly(v) && is_asked_rightly(lambda) &&
-                    ForwardingProblem::hessian(v, new_v, sigma, lambda, new_lambda, values_);
+                    ForwardingProblem::hessian(v, new_v, sigma, lambda_, new_lambda, values_);
   for (std::size_t k = 0; k < values.size(); ++k) {
     values[k] = hessian_parts_[k].weight * values_[hessian_parts_[k].source];
   }

@@ -17,6 +17,7 @@ enum class Disturbance : std::uint8_t {
   // Odd but allowed.
   None,
   Repeated,  ///< every entry in two parts, in any order, half of the Hessian's above the diagonal
+  EmptyRow,  ///< a constraint without entries in the Jacobian, and so without influence
   // Wrong: refused before a function is called.
   RowOutside,
   ColumnOutside,
@@ -28,8 +29,8 @@ enum class Disturbance : std::uint8_t {
   LowerInfinite,
   UpperInfinite,
 };
-inline constexpr int kDisturbances = 11;
-[[nodiscard]] constexpr bool is_wrong(Disturbance d) { return d > Disturbance::Repeated; }
+inline constexpr int kDisturbances = 12;
+[[nodiscard]] constexpr bool is_wrong(Disturbance d) { return d > Disturbance::EmptyRow; }
 
 /// What a function does instead of its work.
 enum class Fault : std::uint8_t {
@@ -83,6 +84,7 @@ class DisturbedProblem final : public ForwardingProblem {
     double weight;
   };
   void repeat_entries(Dice& dice);
+  [[nodiscard]] bool empty_row(Dice& dice);
   [[nodiscard]] bool spoil(Disturbance disturbance, Dice& dice);
   [[nodiscard]] bool is_asked_rightly(std::span<const double> numbers);
   [[nodiscard]] bool is_due();
@@ -91,6 +93,9 @@ class DisturbedProblem final : public ForwardingProblem {
   ProblemStructure structure_;
   std::vector<Part> jacobian_parts_, hessian_parts_;
   std::vector<double> values_;
+  std::vector<double> lambda_;
+  Index constant_row_ = -1;  ///< always at constant_
+  double constant_ = 0.0;
   bool disturbed_ = false;
   Fault fault_ = Fault::Fails;
   int at_ = 0, calls_ = 0, calls_not_finite_ = 0;

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <optional>
 #include <random>
 #include <set>
 #include <sstream>
@@ -30,6 +32,8 @@ constexpr double kOutside = 1e-8;     // violation over 1 + |bound|
 constexpr double kShareOfGain = 0.1;  // of the predicted change that has to come
 constexpr double kRounding = 1e-13;   // of values
 constexpr int kMostNewtonSteps = 40;
+constexpr int kMostFlips = 8;   // of rows on the way from a guess of the active set to a solution
+constexpr double kReach = 0.5;  // of that way over |v| + kOrigin
 
 /// A finite bound of a variable or row, or an equation.
 struct Row {
@@ -188,17 +192,19 @@ class CertificateJudge {
   [[nodiscard]] static double value_of(const Row& row, const VectorXd& v, const VectorXd& g) {
     return row.is_variable ? v[row.index] : g[row.index];
   }
-  /// Equations, and inequalities whose multiplier is at least threshold times their distance.
+  /// Equations, and inequalities whose multiplier is at least threshold times their distance, with
+  /// gradients of length 1.
   [[nodiscard]] std::vector<std::size_t> guess(double threshold) {
     const DenseEvaluation here(problem_, given_);
     std::vector<std::size_t> active;
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       const Row& row = rows_[k];
-      const double distance =
-          std::abs(row.side * (row.bound - value_of(row, given_, here.constraints)));
+      const double length =
+          row.is_variable ? 1.0 : here.jacobian.row(row.index).lpNorm<Eigen::Infinity>();
+      const double distance = std::abs(row.bound - value_of(row, given_, here.constraints));
       const double multiplier =
-          wanted_multiplier(row, row.is_variable ? z_[row.index] : lambda_[row.index]);
-      if (row.side == 0.0 || multiplier > threshold * distance) active.push_back(k);
+          wanted_multiplier(row, row.is_variable ? z_[row.index] : lambda_[row.index]) * length;
+      if (row.side == 0.0 || multiplier * length > threshold * distance) active.push_back(k);
     }
     return active;
   }
@@ -327,7 +333,65 @@ class CertificateJudge {
     if (!contracts && moved && found.verdict == CertificateVerdict::False) {
       found.verdict = CertificateVerdict::Doubtful;
     }
+    if (found.verdict != CertificateVerdict::False) return found;
+    if (found.wrong_row ? leads_on(active, z, *found.wrong_row) : has_neighbour(active, z)) {
+      return doubtful("the solution is beyond this one: " + found.why);
+    }
     return found;
+  }
+
+  /// Whether Newton's method from z on the active set ends in a solution that is no farther than
+  /// reach (over |v| + kOrigin) from the given point, and what it is.
+  [[nodiscard]] bool solves(const std::vector<std::size_t>& active, double reach, State& z,
+                            CertificateJudgement& found) {
+    Places all_rows(active.size());
+    std::iota(all_rows.begin(), all_rows.end(), 0);
+    System here;
+    if (!newton(active, free_, all_rows, z) || !evaluate(active, z, here)) return false;
+    if (max_norm(z.v - given_) > reach * (kOrigin + max_norm(given_))) return false;
+    found = judge_solution(active, z, here);
+    return true;
+  }
+
+  /// A multiplier of the wrong sign or a violated row refutes the guess of the active set; whether
+  /// the claim is false shows where the active-set method ends that begins with that row.
+  [[nodiscard]] bool leads_on(std::vector<std::size_t> active, State z, std::size_t row) {
+    for (int k = 0; k < kMostFlips; ++k) {
+      const std::vector<std::size_t> before = active;
+      const VectorXd multipliers = z.multipliers;
+      active = flipped(before, row);
+      z.multipliers.setZero(static_cast<Eigen::Index>(active.size()));
+      for (std::size_t a = 0; a < active.size(); ++a) {
+        const auto place = std::ranges::lower_bound(before, active[a]);
+        if (place == before.end() || *place != active[a]) continue;
+        z.multipliers[static_cast<Eigen::Index>(a)] = multipliers[place - before.begin()];
+      }
+      State from_given{given_, z.multipliers};
+      CertificateJudgement found;
+      if (!solves(active, kReach, z, found)) {
+        z = from_given;
+        if (!solves(active, kReach, z, found)) return false;
+      }
+      if (found.verdict == CertificateVerdict::Confirmed) return true;
+      if (!found.wrong_row) return false;
+      row = *found.wrong_row;
+    }
+    return false;
+  }
+
+  /// Newton's method may end at the saddle between two solutions that are both near.
+  [[nodiscard]] bool has_neighbour(const std::vector<std::size_t>& active, const State& z) {
+    for (const Eigen::Index i : free_) {
+      for (const double step : {1e-8, -1e-8, 1e-6, -1e-6, 1e-4, -1e-4}) {
+        State moved = z;
+        moved.v[i] += step * (1.0 + std::abs(z.v[i]));
+        CertificateJudgement found;
+        if (solves(active, kNear, moved, found) && found.verdict == CertificateVerdict::Confirmed) {
+          return true;
+        }
+      }
+    }
+    return false;
   }
 
   [[nodiscard]] CertificateJudgement judge_solution(const std::vector<std::size_t>& active,
@@ -342,7 +406,7 @@ class CertificateJudge {
       const double share = share_of(here, z.v, static_cast<Eigen::Index>(a), multiplier);
       if (share < -kWeak) {
         return are_independent(active, here, row.owner)
-                   ? wrong("a multiplier of the wrong sign")
+                   ? wrong("a multiplier of the wrong sign", active[a])
                    : doubtful("dependent gradients: other multipliers may have the right sign");
       }
       weak[a] = share <= kWeak;
@@ -353,7 +417,7 @@ class CertificateJudge {
       if (is_active[k]) continue;
       const double distance = row.side * (row.bound - value_of(row, z.v, here.g));
       if (distance >= -kOutside * (1.0 + std::abs(row.bound))) continue;
-      if (distance < -moved_by_relaxation(row, z.v)) return wrong("outside of a bound");
+      if (distance < -moved_by_relaxation(row, z.v)) return wrong("outside of a bound", k);
       return doubtful("outside of a bound by what bounds are relaxed by");
     }
     const CertificateJudgement found = judge_curvature(active, z, here, weak, weak_max);
@@ -629,8 +693,9 @@ class CertificateJudge {
     out << value;
     return out.str();
   }
-  static CertificateJudgement wrong(const std::string& why) {
-    return {.verdict = CertificateVerdict::False, .why = why};
+  static CertificateJudgement wrong(const std::string& why,
+                                    std::optional<std::size_t> row = std::nullopt) {
+    return {.verdict = CertificateVerdict::False, .why = why, .wrong_row = row};
   }
 
   Problem& problem_;

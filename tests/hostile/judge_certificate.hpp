@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "core/options.hpp"
@@ -20,6 +22,7 @@ struct CertificateJudgement {
   CertificateVerdict verdict = CertificateVerdict::Doubtful;
   std::string why;
   bool signs_are_right = false;  ///< of curvature too small for the check
+  std::optional<std::size_t> wrong_row{};  ///< what refutes a guess of the active set
 };
 
 /// Checks the claim that a strict local minmax is near result.v. Dense linear algebra, that shares

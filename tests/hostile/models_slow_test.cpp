@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <hostile/disturbed_problem.hpp>
+#include <hostile/judge_certificate.hpp>
 #include <problems/random_game.hpp>
 #include <support/dice.hpp>
 #include <support/doors.hpp>
@@ -59,10 +60,18 @@ void expect_right(Case& c, DisturbedProblem& problem, const Result& result) {
   }
 }
 
-void solve_by_core(Case& c) {
+Result solve_by_core(Case& c) {
   SCOPED_TRACE("core");
   DisturbedProblem problem = c.problem();
-  expect_right(c, problem, solve(problem, c.game.options));
+  Result result = solve(problem, c.game.options);
+  expect_right(c, problem, result);
+  if (result.certificate.kind == PointKind::LocalMinmax) {
+    DisturbedProblem judged = c.problem();
+    const CertificateJudgement found =
+        judge_certificate(judged, c.game.options, result, c.seed_of_places);
+    EXPECT_NE(found.verdict, CertificateVerdict::False) << found.why;
+  }
+  return result;
 }
 
 void solve_by_tnlp(Case& c) {
@@ -74,7 +83,8 @@ void solve_by_tnlp(Case& c) {
   expect_right(c, problem, application->LastResult());
 }
 
-void solve_by_c(Case& c) {
+/// The answer is the core's.
+void solve_by_c(Case& c, const Result& expected) {
   SCOPED_TRACE("C");
   DisturbedProblem problem = c.problem();
   CDoor door(problem, c.game.options, [] { return true; });
@@ -91,24 +101,32 @@ void solve_by_c(Case& c) {
     EXPECT_EQ(problem.calls(), 0);
     EXPECT_EQ(answer.x, c.game.start);
     EXPECT_EQ(answer.f, 7.0);
+  } else {
+    EXPECT_EQ(std::string(IpminmaxStatusName(door.get())), name_of(expected.status));
+    if (expected.v.empty()) return;
+    EXPECT_TRUE(same(answer.x, expected.v) && same(answer.g, expected.constraints) &&
+                same(answer.f, expected.objective) && same(answer.lambda, expected.lambda) &&
+                same(answer.z_lower, expected.z_lower) && same(answer.z_upper, expected.z_upper));
   }
 }
 
 TEST(HostileModels, AreRefusedOrSolvedTruly) {
   const std::uint64_t runs = number_from("IPMINMAX_RUNS", 3000);
   const std::uint64_t first = number_from("IPMINMAX_SEED", 1);
-  std::uint64_t wrong = 0;
+  std::uint64_t wrong = 0, certified = 0;
   for (std::uint64_t seed = first; seed < first + runs; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Case c(seed);
     if (!c.problem().was_disturbed()) continue;
     wrong += is_wrong(c.disturbance);
-    solve_by_core(c);
+    const Result result = solve_by_core(c);
+    certified += result.certificate.kind == PointKind::LocalMinmax;
     solve_by_tnlp(c);
-    solve_by_c(c);
+    solve_by_c(c, result);
   }
-  std::printf("%llu models, %llu of them wrong\n", static_cast<unsigned long long>(runs),
-              static_cast<unsigned long long>(wrong));
+  std::printf("%llu models, %llu of them wrong, %llu certificates\n",
+              static_cast<unsigned long long>(runs), static_cast<unsigned long long>(wrong),
+              static_cast<unsigned long long>(certified));
 }
 
 /// Says who owns what as told.

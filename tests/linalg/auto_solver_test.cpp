@@ -30,6 +30,8 @@ TEST(AutoSolver, UsesLdltOnChainsAndLeavesItForGood) {
   const Factorization by_ldlt = solver.factorize(chain.matrix);
   EXPECT_FALSE(by_ldlt.trust.pivoted);
   EXPECT_GT(by_ldlt.trust.perturbation, 0.0);
+  ASSERT_TRUE(solver.increase_quality());  // pivots of two rows
+  EXPECT_FALSE(solver.factorize(chain.matrix).trust.pivoted);
   ASSERT_TRUE(solver.increase_quality());
   for (int run = 0; run < 2; ++run) {
     const Factorization result = solver.factorize(chain.matrix);
@@ -41,16 +43,32 @@ TEST(AutoSolver, UsesLdltOnChainsAndLeavesItForGood) {
   EXPECT_TRUE(solver.increase_quality());  // now the pivot tolerance of MUMPS
 }
 
-TEST(AutoSolver, PivotsWhereItIsAskedTo) {
-  const KktMatrix chain = chauffeur_kkt(40, 1);
-  AutoSolver solver({});
-  ASSERT_TRUE(solver.analyze(chain.matrix, chain.signs).ok);
-  ASSERT_FALSE(solver.factorize(chain.matrix).trust.pivoted);
-  EXPECT_TRUE(solver.begin_pivoting());
-  EXPECT_TRUE(solver.factorize(chain.matrix, Certainty::Usual).trust.pivoted);
-  EXPECT_FALSE(solver.begin_pivoting());  // as before
-  solver.reset_quality();
-  EXPECT_FALSE(solver.factorize(chain.matrix).trust.pivoted);
+TEST(AutoSolver, PivotsWhereItIsAskedToAndTheInertiaIsNotTheExpectedOne) {
+  int expected = 0, other = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const KktMatrix chain = chauffeur_kkt(40, seed, seed % 2 == 0 ? 1e-3 : 10.0);
+    AutoSolver solver({});
+    ASSERT_TRUE(solver.analyze(chain.matrix, chain.signs).ok);
+    MumpsSolver mumps({});
+    ASSERT_TRUE(mumps.analyze(chain.matrix, {}).ok);
+    const Inertia true_inertia = mumps.factorize(chain.matrix).inertia;
+    Inertia by_signs;
+    for (const auto sign : chain.signs) ++(sign > 0 ? by_signs.positive : by_signs.negative);
+    EXPECT_TRUE(solver.begin_pivoting());
+    const Factorization result = solver.factorize(chain.matrix, Certainty::Usual);
+    EXPECT_EQ(result.inertia, true_inertia);
+    EXPECT_EQ(result.trust.pivoted, true_inertia != by_signs) << seed;
+    ++(true_inertia == by_signs ? expected : other);
+    EXPECT_FALSE(solver.begin_pivoting());  // as before
+    if (!result.trust.pivoted) {
+      EXPECT_TRUE(solver.increase_quality());
+    }
+    EXPECT_TRUE(solver.factorize(chain.matrix).trust.pivoted);
+    solver.reset_quality();
+    EXPECT_FALSE(solver.factorize(chain.matrix, Certainty::Usual).trust.pivoted);
+  }
+  EXPECT_GT(expected, 0);
+  EXPECT_GT(other, 0);
 }
 
 TEST(AutoSolver, PivotsOnTinyMatricesAndWithoutSigns) {
@@ -132,7 +150,7 @@ TEST(AutoSolver, LdltPausesWhereItsInertiaIsNeverCertain) {
     ASSERT_LT(pauses, 16);
     const Factorization result = solver.factorize(easy);
     EXPECT_EQ(result.inertia, (Inertia{n, 0, 0}));
-    if (!result.trust.pivoted) break;
+    if (result.trust.perturbation > 1e-12) break;
   }
   EXPECT_GT(pauses, 0);
 }

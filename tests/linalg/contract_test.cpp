@@ -429,7 +429,9 @@ TEST_P(Contract, IncreasesQualityFinitelyOften) {
   while (solver->increase_quality()) {
     ASSERT_LT(++increases, 50);
     expect_correct(*solver, kkt);
-    EXPECT_TRUE(solver->factorize(kkt.matrix).trust.pivoted);
+    // Auto: pivots of two rows come first.
+    const bool still_ldlt = GetParam().kind == LinearSolver::Auto && increases == 1;
+    EXPECT_NE(solver->factorize(kkt.matrix).trust.pivoted, still_ldlt);
   }
   switch (GetParam().kind) {
     case LinearSolver::Mumps:
@@ -437,7 +439,7 @@ TEST_P(Contract, IncreasesQualityFinitelyOften) {
       EXPECT_GT(increases, 2);
       break;  // pivot tolerance 1e-6 to 0.1
     case LinearSolver::Auto:
-      EXPECT_GE(increases, 1);
+      EXPECT_GE(increases, 2);
       break;
     default:
       EXPECT_EQ(increases, 0);

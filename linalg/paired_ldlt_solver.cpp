@@ -1,0 +1,468 @@
+#include "linalg/paired_ldlt_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <new>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace ipminmax {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Diagonal over the largest other entry of a row below which it is no pivot of its own, as in
+/// Bunch and Kaufman's pivoting.
+constexpr double kWeak = 0.64;
+/// Coupling over the largest of a row that is worth a pair, and rows looked at for one.
+constexpr double kStrong = 0.1;
+constexpr std::size_t kMostVisits = 1000;
+/// Rows that may be eliminated last, whatever they fill.
+constexpr std::ptrdiff_t kFew = 8;
+
+/// visit(row, column, value) for the entries below the diagonal.
+template <class Visit>
+void for_each_below(const SymmetricMatrix& matrix, Visit&& visit) {
+  const auto starts = matrix.column_starts();
+  for (Index j = 0; j < matrix.dimension(); ++j) {
+    for (Index p = starts[at(j)] + 1; p < starts[at(j) + 1]; ++p) {
+      visit(matrix.rows()[at(p)], j, matrix.values()[at(p)]);
+    }
+  }
+}
+
+/// Partners of rows; itself: none.
+class Pairing {
+ public:
+  explicit Pairing(const SymmetricMatrix& matrix);
+  [[nodiscard]] std::vector<Index> take_partners() { return std::move(partner_); }
+  /// Weak rows without a partner.
+  [[nodiscard]] std::vector<bool> left() const {
+    std::vector<bool> left(weak_.size());
+    for (std::size_t i = 0; i < left.size(); ++i) {
+      left[i] = weak_[i] && is_free(static_cast<Index>(i));
+    }
+    return left;
+  }
+
+ private:
+  void make_greedily();
+  void complete();
+  [[nodiscard]] bool extend_from(Index root);
+  void flip(Index root, Index last);
+  [[nodiscard]] bool is_free(Index i) const { return partner_[at(i)] == i; }
+
+  const SymmetricMatrix& matrix_;
+  std::vector<double> largest_;  ///< entry of each row beside the diagonal
+  std::vector<bool> weak_;       ///< its diagonal is no pivot of its own
+  std::vector<Index> partner_;
+  std::vector<Index> starts_, neighbors_;  ///< strongly coupled rows of each row
+  std::vector<Index> seen_, from_, queue_;
+};
+
+Pairing::Pairing(const SymmetricMatrix& matrix)
+    : matrix_(matrix),
+      largest_(at(matrix.dimension()), 0.0),
+      weak_(largest_.size()),
+      partner_(largest_.size()) {
+  std::iota(partner_.begin(), partner_.end(), 0);
+  for_each_below(matrix, [&](Index i, Index j, double value) {
+    largest_[at(i)] = std::max(largest_[at(i)], std::abs(value));
+    largest_[at(j)] = std::max(largest_[at(j)], std::abs(value));
+  });
+  for (Index i = 0; i < matrix.dimension(); ++i) {
+    const double diagonal = matrix.values()[at(matrix.diagonal_position(i))];
+    weak_[at(i)] = std::abs(diagonal) < kWeak * largest_[at(i)];
+  }
+  make_greedily();
+  complete();
+}
+
+/// By the largest couplings, relative to the largest of their rows, first of two weak rows.
+void Pairing::make_greedily() {
+  struct Candidate {
+    double strength;
+    Index i, j;
+  };
+  std::vector<Candidate> candidates;
+  for_each_below(matrix_, [&](Index i, Index j, double value) {
+    const int weak = (weak_[at(i)] ? 1 : 0) + (weak_[at(j)] ? 1 : 0);
+    if (weak == 0 || value == 0.0) return;
+    const double size = std::abs(value);
+    candidates.push_back({weak * (size / largest_[at(i)]) * (size / largest_[at(j)]), i, j});
+  });
+  std::ranges::stable_sort(candidates, std::greater<>(), &Candidate::strength);
+  for (const auto& [strength, i, j] : candidates) {
+    if (!is_free(i) || !is_free(j)) continue;
+    partner_[at(i)] = j;
+    partner_[at(j)] = i;
+  }
+}
+
+/// Weak rows without a partner find one where others can change theirs.
+void Pairing::complete() {
+  const Index n = matrix_.dimension();
+  const auto is_left = [&](Index i) { return weak_[at(i)] && is_free(i); };
+  std::vector<Index> left;
+  for (Index i = 0; i < n; ++i) {
+    if (is_left(i)) left.push_back(i);
+  }
+  if (left.empty()) return;
+  const auto for_each_strong = [&](auto&& visit) {
+    for_each_below(matrix_, [&](Index i, Index j, double value) {
+      if (std::abs(value) >= kStrong * largest_[at(i)]) visit(i, j);
+      if (std::abs(value) >= kStrong * largest_[at(j)]) visit(j, i);
+    });
+  };
+  starts_.assign(at(n) + 1, 0);
+  for_each_strong([&](Index i, Index) { ++starts_[at(i) + 1]; });
+  std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
+  neighbors_.resize(at(starts_.back()));
+  std::vector<Index> next(starts_.begin(), starts_.end() - 1);
+  for_each_strong([&](Index i, Index j) { neighbors_[at(next[at(i)]++)] = j; });
+  seen_.assign(at(n), -1);
+  from_.assign(at(n), -1);
+  for (const Index root : left) {
+    if (is_left(root)) static_cast<void>(extend_from(root));
+  }
+}
+
+/// Breadth first along couplings and pairs in turn, to a row that is free or whose partner needs
+/// none.
+bool Pairing::extend_from(Index root) {
+  queue_.assign(1, root);
+  seen_[at(root)] = root;
+  for (std::size_t k = 0; k < queue_.size() && k < kMostVisits; ++k) {
+    const Index i = queue_[k];
+    for (Index p = starts_[at(i)]; p < starts_[at(i) + 1]; ++p) {
+      const Index j = neighbors_[at(p)];
+      const Index partner = partner_[at(j)];
+      if (seen_[at(j)] == root || seen_[at(partner)] == root) continue;
+      seen_[at(j)] = seen_[at(partner)] = root;
+      from_[at(j)] = i;
+      if (is_free(j) || !weak_[at(partner)]) {
+        flip(root, j);
+        return true;
+      }
+      queue_.push_back(partner);
+    }
+  }
+  return false;
+}
+
+void Pairing::flip(Index root, Index last) {
+  partner_[at(partner_[at(last)])] = partner_[at(last)];
+  for (Index j = last;;) {
+    const Index i = from_[at(j)];
+    const Index before = std::exchange(partner_[at(i)], j);
+    partner_[at(j)] = i;
+    if (i == root) return;
+    j = before;
+  }
+}
+
+/// Nodes that wait for a pivot go to the end, where there are few of them, and else right behind the
+/// last of their neighbors.
+void postpone(std::span<const Triplet> edges, const std::vector<bool>& waits,
+              std::vector<Index>& position) {
+  const auto waiting = std::ranges::count(waits, true);
+  if (waiting == 0) return;
+  std::vector<Index> last = position;
+  if (waiting <= kFew) {
+    for (std::size_t k = 0; k < waits.size(); ++k) {
+      if (waits[k]) last[k] = static_cast<Index>(waits.size());
+    }
+  }
+  for (const Triplet& edge : edges) {
+    for (const auto& [one, other] :
+         {std::pair(edge.row, edge.col), std::pair(edge.col, edge.row)}) {
+      if (waits[at(one)]) last[at(one)] = std::max(last[at(one)], position[at(other)]);
+    }
+  }
+  std::vector<Index> order(position.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::sort(order, std::less<>(), [&](Index k) {
+    return std::tuple(last[at(k)], waits[at(k)], position[at(k)]);
+  });
+  for (std::size_t k = 0; k < order.size(); ++k) position[at(order[k])] = static_cast<Index>(k);
+}
+
+/// a b - c d without cancellation of rounding errors (Kahan).
+double difference_of_products(double a, double b, double c, double d) {
+  const double product = c * d;
+  return std::fma(a, b, -product) + std::fma(-c, d, product);
+}
+
+}  // namespace
+
+PairedLdltSolver::PairedLdltSolver(Ordering ordering, double gamma)
+    : ordering_(ordering == Ordering::Pord ? Ordering::Best : ordering), gamma_(gamma) {}
+
+Analysis PairedLdltSolver::analyze(const SymmetricMatrix& matrix,
+                                   std::span<const std::int8_t> /*signs*/) {
+  factorized_ = false;
+  Analysis analysis{.ok = false};
+  try {
+    Pairing pairing(matrix);
+    std::vector<bool> left = pairing.left();
+    std::vector<Index> partner = pairing.take_partners();
+    if (partner != partner_ || left != left_) {
+      partner_ = std::move(partner);
+      left_ = std::move(left);
+      order(matrix);
+      build_pattern(matrix);
+      build_tree();
+    }
+  } catch (const std::bad_alloc&) {
+    partner_.clear();
+    return analysis;
+  }
+  analysis.ok = true;
+  analysis.factor_entries = 4 * static_cast<std::int64_t>(blocks_.size());
+  return analysis;
+}
+
+std::unique_ptr<SymmetricSolver> PairedLdltSolver::same_analysis(
+    const SymmetricMatrix& /*matrix*/, std::span<const std::int8_t> /*signs*/) const {
+  return nullptr;
+}
+
+/// Nodes, and a fill-reducing order of their graph.
+void PairedLdltSolver::order(const SymmetricMatrix& matrix) {
+  const Index n = matrix.dimension();
+  std::vector<Index> node(at(n));
+  nodes_ = 0;
+  for (Index i = 0; i < n; ++i) {
+    const Index partner = partner_[at(i)];
+    node[at(i)] = partner < i ? node[at(partner)] : nodes_++;
+  }
+  std::vector<Triplet> edges;
+  for_each_below(matrix, [&](Index i, Index j, double) {
+    if (node[at(i)] != node[at(j)]) edges.push_back({node[at(i)], node[at(j)]});
+  });
+  std::vector<Index> position =
+      choose_ordering(SymmetricMatrix(nodes_, edges), ordering_).new_index;
+  std::vector<bool> waits(at(nodes_), false);
+  for (Index i = 0; i < n; ++i) {
+    if (left_[at(i)]) waits[at(node[at(i)])] = true;
+  }
+  postpone(edges, waits, position);
+  place_.resize(at(n));
+  single_.assign(at(nodes_), false);
+  for (Index i = 0; i < n; ++i) {
+    const Index k = position[at(node[at(i)])];
+    place_[at(i)] = 2 * k + (partner_[at(i)] < i ? 1 : 0);
+    if (partner_[at(i)] == i) single_[at(k)] = true;
+  }
+}
+
+void PairedLdltSolver::build_pattern(const SymmetricMatrix& matrix) {
+  std::vector<std::pair<Index, Index>> places;  // (row, column) of the nodes of each entry
+  for_each_below(matrix, [&](Index i, Index j, double) {
+    const auto [first, last] = std::minmax({place_[at(i)] / 2, place_[at(j)] / 2});
+    if (first != last) places.emplace_back(last, first);
+  });
+  std::ranges::sort(places);
+  const auto repeated = std::ranges::unique(places);
+  places.erase(repeated.begin(), repeated.end());
+  row_starts_.assign(at(nodes_) + 1, 0);
+  row_columns_.clear();
+  for (const auto& [row, column] : places) {
+    ++row_starts_[at(row) + 1];
+    row_columns_.push_back(column);
+  }
+  std::partial_sum(row_starts_.begin(), row_starts_.end(), row_starts_.begin());
+  row_blocks_.resize(places.size());
+  diagonal_.resize(at(nodes_));
+
+  const auto target = [&](Index i, Index j) -> double* {
+    const auto [first, last] = std::minmax({place_[at(i)], place_[at(j)]});
+    const std::size_t inside = at(2 * (last % 2) + first % 2);
+    const Index row = last / 2, column = first / 2;
+    if (row == column) return &diagonal_[at(row)][inside];
+    const auto begin = row_columns_.begin() + row_starts_[at(row)];
+    const auto found =
+        std::lower_bound(begin, row_columns_.begin() + row_starts_[at(row) + 1], column);
+    return &row_blocks_[at(static_cast<Index>(found - row_columns_.begin()))][inside];
+  };
+  entry_.clear();
+  const auto starts = matrix.column_starts();
+  for (Index j = 0; j < matrix.dimension(); ++j) {
+    for (Index p = starts[at(j)]; p < starts[at(j) + 1]; ++p) {
+      entry_.push_back(target(matrix.rows()[at(p)], j));
+    }
+  }
+}
+
+/// The elimination tree, and room for the columns of L.
+void PairedLdltSolver::build_tree() {
+  parent_.assign(at(nodes_), -1);
+  mark_.assign(at(nodes_), -1);
+  reach_.resize(at(nodes_));
+  starts_.assign(at(nodes_) + 1, 0);
+  for (Index k = 0; k < nodes_; ++k) {
+    mark_[at(k)] = k;
+    for (Index p = row_starts_[at(k)]; p < row_starts_[at(k) + 1]; ++p) {
+      for (Index i = row_columns_[at(p)]; mark_[at(i)] != k; i = parent_[at(i)]) {
+        if (parent_[at(i)] < 0) parent_[at(i)] = k;
+        ++starts_[at(i) + 1];
+        mark_[at(i)] = k;
+      }
+    }
+  }
+  std::int64_t entries = 0;
+  for (const Index count : starts_) entries += count;
+  if (entries > std::numeric_limits<Index>::max()) throw std::bad_alloc();
+  std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
+  ends_.resize(at(nodes_));
+  rows_.resize(at(starts_.back()));
+  blocks_.resize(rows_.size());
+  inverse_.resize(at(nodes_));
+  row_.assign(at(nodes_), Block{});
+  permuted_.resize(2 * at(nodes_));
+}
+
+void PairedLdltSolver::load_values(const SymmetricMatrix& matrix) {
+  std::ranges::fill(row_blocks_, Block{});
+  for (std::size_t k = 0; k < diagonal_.size(); ++k) {
+    diagonal_[k] = {0.0, 0.0, 0.0, single_[k] ? 1.0 : 0.0};
+  }
+  for (std::size_t p = 0; p < entry_.size(); ++p) *entry_[p] = matrix.values()[p];
+  for (Index i = 0; i < matrix.dimension(); ++i) {
+    *entry_[at(matrix.diagonal_position(i))] += gamma_;
+  }
+}
+
+/// The row's entries left of the diagonal go to row_; the nodes of its pattern in L, descendants
+/// first, to reach_ from the place returned on.
+std::size_t PairedLdltSolver::reach_of(Index node) {
+  std::size_t first = reach_.size();
+  mark_[at(node)] = node;
+  for (Index p = row_starts_[at(node)]; p < row_starts_[at(node) + 1]; ++p) {
+    Index i = row_columns_[at(p)];
+    row_[at(i)] = row_blocks_[at(p)];
+    std::size_t length = 0;  // a path towards the root, kept in front
+    for (; mark_[at(i)] != node; i = parent_[at(i)]) {
+      reach_[length++] = i;
+      mark_[at(i)] = node;
+    }
+    while (length > 0) reach_[--first] = reach_[--length];
+  }
+  return first;
+}
+
+/// One row of L; returns the pivot, [0], [2] = [1] and [3] of it.
+PairedLdltSolver::Block PairedLdltSolver::eliminate_row(Index node, std::size_t first) {
+  Block pivot = diagonal_[at(node)];
+  for (std::size_t r = first; r < reach_.size(); ++r) {
+    const std::size_t i = at(reach_[r]);
+    const Block y = row_[i];
+    row_[i] = {};
+    for (Index p = starts_[i]; p < ends_[i]; ++p) {
+      const Block& l = blocks_[at(p)];
+      Block& target = row_[at(rows_[at(p)])];
+      target[0] -= y[0] * l[0] + y[1] * l[1];
+      target[1] -= y[0] * l[2] + y[1] * l[3];
+      target[2] -= y[2] * l[0] + y[3] * l[1];
+      target[3] -= y[2] * l[2] + y[3] * l[3];
+    }
+    const Block& d = inverse_[i];
+    const Block l = {y[0] * d[0] + y[1] * d[2], y[0] * d[1] + y[1] * d[3],
+                     y[2] * d[0] + y[3] * d[2], y[2] * d[1] + y[3] * d[3]};
+    pivot[0] -= l[0] * y[0] + l[1] * y[1];
+    pivot[2] -= l[2] * y[0] + l[3] * y[1];
+    pivot[3] -= l[2] * y[2] + l[3] * y[3];
+    const std::size_t end = at(ends_[i]++);
+    rows_[end] = node;
+    blocks_[end] = l;
+  }
+  return pivot;
+}
+
+/// False: it is singular or not finite.
+bool PairedLdltSolver::take_pivot(Index node, const Block& pivot, Factorization& result) {
+  const double a = pivot[0], b = pivot[2], c = pivot[3];
+  const double determinant = difference_of_products(a, c, b, b);
+  if (!std::isfinite(determinant) || determinant == 0.0) return false;
+  inverse_[at(node)] = {c / determinant, -b / determinant, -b / determinant, a / determinant};
+  const double half = 0.5 * (a + c);
+  const double size = std::abs(half) + std::hypot(0.5 * (a - c), b);  // the larger |eigenvalue|
+  if (single_[at(node)]) {
+    ++(a > 0.0 ? result.inertia.positive : result.inertia.negative);
+    result.smallest_pivot = std::min(result.smallest_pivot, std::abs(a));
+    return true;
+  }
+  if (determinant < 0.0) {
+    ++result.inertia.positive;
+    ++result.inertia.negative;
+  } else {
+    (half > 0.0 ? result.inertia.positive : result.inertia.negative) += 2;
+  }
+  result.smallest_pivot = std::min(result.smallest_pivot, std::abs(determinant) / size);
+  return true;
+}
+
+Factorization PairedLdltSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
+  factorized_ = false;
+  Factorization result{.smallest_pivot = std::numeric_limits<double>::infinity(),
+                       .trust = {.pivoted = false, .perturbation = gamma_}};
+  load_values(matrix);
+  std::copy(starts_.begin(), starts_.end() - 1, ends_.begin());
+  std::ranges::fill(mark_, -1);
+  std::ranges::fill(row_, Block{});
+  for (Index k = 0; k < nodes_; ++k) {
+    if (!take_pivot(k, eliminate_row(k, reach_of(k)), result)) {
+      return {.trust = {.pivoted = false, .perturbation = gamma_}};
+    }
+  }
+  result.status = FactorizationStatus::Ok;
+  factorized_ = true;
+  return result;
+}
+
+void PairedLdltSolver::solve_in_place(std::span<double> rhs, Index columns) {
+  if (!factorized_) {
+    std::ranges::fill(rhs, std::numeric_limits<double>::quiet_NaN());
+    return;
+  }
+  const std::size_t n = place_.size();
+  for (std::size_t c = 0; c < at(columns) && n > 0; ++c) solve_one(rhs.subspan(c * n, n));
+}
+
+void PairedLdltSolver::solve_one(std::span<double> rhs) {
+  std::vector<double>& x = permuted_;
+  std::ranges::fill(x, 0.0);
+  for (std::size_t i = 0; i < rhs.size(); ++i) x[at(place_[i])] = rhs[i];
+  for (std::size_t j = 0; j < at(nodes_); ++j) {
+    const double x0 = x[2 * j], x1 = x[2 * j + 1];
+    for (Index p = starts_[j]; p < ends_[j]; ++p) {
+      const Block& l = blocks_[at(p)];
+      const std::size_t i = 2 * at(rows_[at(p)]);
+      x[i] -= l[0] * x0 + l[1] * x1;
+      x[i + 1] -= l[2] * x0 + l[3] * x1;
+    }
+  }
+  for (std::size_t j = at(nodes_); j-- > 0;) {
+    const Block& d = inverse_[j];
+    double x0 = d[0] * x[2 * j] + d[1] * x[2 * j + 1];
+    double x1 = d[2] * x[2 * j] + d[3] * x[2 * j + 1];
+    for (Index p = starts_[j]; p < ends_[j]; ++p) {
+      const Block& l = blocks_[at(p)];
+      const std::size_t i = 2 * at(rows_[at(p)]);
+      x0 -= l[0] * x[i] + l[2] * x[i + 1];
+      x1 -= l[1] * x[i] + l[3] * x[i + 1];
+    }
+    x[2 * j] = x0;
+    x[2 * j + 1] = x1;
+  }
+  for (std::size_t i = 0; i < rhs.size(); ++i) rhs[i] = x[at(place_[i])];
+}
+
+double PairedLdltSolver::predict_inverse_product_flops(const SparseColumns& b) const {
+  return 16.0 * static_cast<double>(blocks_.size()) * b.columns();
+}
+
+}  // namespace ipminmax
