@@ -37,6 +37,7 @@
 #include "core/model/remarks.hpp"
 #include "core/multistart.hpp"
 #include "core/robust.hpp"
+#include "core/search/result_arrays.hpp"
 #include "core/solver.hpp"
 #include "core/worst_case.hpp"
 
@@ -192,9 +193,12 @@ struct MinMaxApplication::Implementation {
   SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
   SmartPtr<Ipopt::OptionsList> list = new ExactOptionsList(registry, journalist);
   SmartPtr<Ipopt::TNLP> model;
-  SmartPtr<MinMaxStatistics> statistics;
+  std::optional<MinMaxStatistics::Extra> solved;  ///< with result for statistics
+  SmartPtr<MinMaxStatistics> statistics;          ///< once asked for
   RepeatedSolver solver;
   Result result;
+  ResultArrays room;  ///< for the next result
+  std::unique_ptr<TnlpProblem> last_problem;
   std::vector<RobustWorstCase> worst_cases;
   std::optional<Settings> settings;    ///< as last read
   std::uint64_t settings_read_at = 0;  ///< changes of the list before that
@@ -204,6 +208,7 @@ struct MinMaxApplication::Implementation {
   bool rethrow = false;
   bool over_ranks = false;
   bool silent = false;  ///< not the rank that prints
+  struct Audience;
   /// What intermediate_callback may ask about, while it runs.
   struct Current {
     TnlpProblem& problem;
@@ -233,7 +238,7 @@ struct MinMaxApplication::Implementation {
   [[nodiscard]] ApplicationReturnStatus run();
   [[nodiscard]] bool call_back(TnlpProblem& problem, const SolverOptions& options,
                                const IterationInfo& info);
-  [[nodiscard]] SolveObserver observer_of(TnlpProblem& problem, const SolverOptions& options);
+  [[nodiscard]] ApplicationReturnStatus solve(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] Result solve_from_many_starts(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] Result solve_for_every_y(TnlpProblem& problem, const SolverOptions& options);
   void show_progress(log::StartsProgress& progress, bool on_terminal) const;
@@ -473,19 +478,27 @@ bool MinMaxApplication::Implementation::call_back(TnlpProblem& problem,
   return problem.report(info);
 }
 
-SolveObserver MinMaxApplication::Implementation::observer_of(TnlpProblem& problem,
-                                                             const SolverOptions& options) {
-  SolveObserver observer;
-  observer.on_iteration = [this, &problem, &options, rows = IterationRows(current_settings().rows)](
-                              const IterationInfo& info) mutable {
-    print_made(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, [&] { return rows.text(info); });
-    return call_back(problem, options, info);
-  };
-  observer.message = [this](std::string_view text) {
-    print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
-  };
-  return observer;
-}
+/// Prints what a solve tells, and passes it on to the model.
+struct MinMaxApplication::Implementation::Audience {
+  Implementation& owner;
+  TnlpProblem& problem;
+  const SolverOptions& options;
+  IterationRows rows{owner.current_settings().rows};
+
+  /// As long as this lives. One reference is all that it holds: no more fits into a std::function
+  /// without an allocation.
+  [[nodiscard]] SolveObserver observer() {
+    return {.on_iteration = [this](const IterationInfo& info) { return tell(info); },
+            .message =
+                [this](std::string_view text) {
+                  owner.print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
+                }};
+  }
+  [[nodiscard]] bool tell(const IterationInfo& info) {
+    owner.print_made(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, [&] { return rows.text(info); });
+    return owner.call_back(problem, options, info);
+  }
+};
 
 Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& problem,
                                                                  const SolverOptions& options) {
@@ -526,7 +539,8 @@ Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& pr
 
 Result MinMaxApplication::Implementation::solve_for_every_y(TnlpProblem& problem,
                                                             const SolverOptions& options) {
-  RobustResult found = solve_robust(problem, options, observer_of(problem, options));
+  Audience audience{*this, problem, options};
+  RobustResult found = solve_robust(problem, options, audience.observer());
   if (has_iterate(found.result.status) && (!found.worst_cases.empty() || found.starts > 1)) {
     print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::robust_summary(found, problem.structure()));
   }
@@ -581,6 +595,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::join_ranks() {
 void MinMaxApplication::Implementation::look_for_worst_case(TnlpProblem& problem,
                                                             const SolverOptions& options) {
   if (!is_success(result.status) && result.status != Status::NoLocalMinmaxFound) return;
+  if (options.minmax_worst_case_starts == 0) return;
   MultistartObserver observer;
   observer.on_iteration = [&](Index, const IterationInfo& info) {
     return call_back(problem, options, info);
@@ -634,9 +649,8 @@ ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& p
     printed(Ipopt::J_TIMING_STATISTICS, [&] { return log::timing(result.timing); });
   }
   printed(Ipopt::J_MAIN, [&] { return log::exit_line(result); });
-  statistics = new MinMaxStatistics(
-      result, {.bound_violation = bound_violation(problem.structure(), result.v),
-               .system_seconds = system_seconds() - system_seconds_before});
+  solved = {.bound_violation = bound_violation(problem.structure(), result.v),
+            .system_seconds = system_seconds() - system_seconds_before};
   if (problem.started()) problem.finalize(solver_return(result.status), result);
   return application_status(result.status);
 }
@@ -652,18 +666,30 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
   if (current_settings().document_options) print_options_documentation();
   print_ignored_options();
   if (Ipopt::IsNull(model)) return stop(Status::InvalidProblem, "the model is null");
-  if (auto error = ipopt_library_error(*model); !error.empty()) {
-    return stop(Status::InvalidProblem, std::move(error));
-  }
 
-  TnlpProblem problem(model, current_settings().players, options.hessian_approximation);
+  // Taken out, so that an exception leaves nothing half made.
+  std::unique_ptr<TnlpProblem> own = std::move(last_problem);
+  const PlayerOptions& players = current_settings().players;
+  if (!own || !own->is_of(model, players, options.hessian_approximation)) {
+    if (auto error = ipopt_library_error(*model); !error.empty()) {
+      return stop(Status::InvalidProblem, std::move(error));
+    }
+    own = std::make_unique<TnlpProblem>(model, players, options.hessian_approximation);
+  }
   try {
-    if (auto error = problem.load(); !error.empty()) {
+    if (auto error = own->load(); !error.empty()) {
       return stop(Status::InvalidProblem, std::move(error));
     }
   } catch (const Ipopt::OPTION_INVALID& error) {
     return stop(Status::InvalidOption, error.Message());
   }
+  const ApplicationReturnStatus status = solve(*own, options);
+  last_problem = std::move(own);
+  return status;
+}
+
+ApplicationReturnStatus MinMaxApplication::Implementation::solve(TnlpProblem& problem,
+                                                                 const SolverOptions& options) {
   print_made(Ipopt::J_WARNING, Ipopt::J_STATISTICS,
              [&] { return log::problem_statistics(problem.structure(), options); });
   print_split_remarks(problem.structure());
@@ -680,7 +706,9 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
     } else if (options.minmax_starts > 1 || over_ranks) {
       result = solve_from_many_starts(problem, options);
     } else {
-      result = solver.solve(problem, options, observer_of(problem, options));
+      Audience audience{*this, problem, options};
+      room.give_to(result);
+      solver.solve(problem, options, audience.observer(), result);
       look_for_worst_case(problem, options);
     }
   } catch (...) {
@@ -696,8 +724,9 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
 }
 
 ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
-  result = {};
+  room.take_from(result);
   worst_cases.clear();
+  solved.reset();
   statistics = nullptr;
   system_seconds_before = system_seconds();
   ApplicationReturnStatus status = Ipopt::Internal_Error;
@@ -820,6 +849,7 @@ ApplicationReturnStatus MinMaxApplication::ReOptimizeTNLP(const SmartPtr<Ipopt::
 
 ApplicationReturnStatus MinMaxApplication::OptimizeNLP(const SmartPtr<Ipopt::NLP>&) {
   implementation_->result = {};
+  implementation_->solved.reset();
   implementation_->statistics = nullptr;
   return implementation_->stop(Status::InvalidProblem,
                                "OptimizeNLP is not available: only a TNLP says which variables are "
@@ -885,7 +915,11 @@ std::string MinMaxApplication::CheckWorstCase(const SmartPtr<Ipopt::TNLP>& model
 }
 
 SmartPtr<MinMaxStatistics> MinMaxApplication::Statistics() const {
-  return implementation_->statistics;
+  Implementation& here = *implementation_;
+  if (here.solved && Ipopt::IsNull(here.statistics)) {
+    here.statistics = new MinMaxStatistics(here.result, *here.solved);
+  }
+  return here.statistics;
 }
 
 bool MinMaxApplication::OpenOutputFile(const std::string& file_name, EJournalLevel print_level,

@@ -81,9 +81,11 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// model is called by another thread than this one. Invalid_Option where MPI cannot be used.
   Ipopt::ApplicationReturnStatus OptimizeTNLPOverRanks(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
   /// The model of the last OptimizeTNLP again, with other numbers. Orderings, symbolic
-  /// factorizations, scaling and the last shifts are kept (core/solver.hpp, RepeatedSolver; with
-  /// minmax_starts above 1 nothing is). Where the structure has changed after all, it is analyzed
-  /// anew. Throws INVALID_WARMSTART when it is another model or nothing was solved before.
+  /// factorizations, scaling, the last shifts and the arrays are kept (core/solver.hpp,
+  /// RepeatedSolver; with minmax_starts above 1 nothing is), so that a usual solve allocates
+  /// nothing (docs/solving_again.md). Where the structure has changed after all, it is analyzed
+  /// anew.
+  /// Throws INVALID_WARMSTART when it is another model or nothing was solved before.
   Ipopt::ApplicationReturnStatus ReOptimizeTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model);
 
   /// Refused (Invalid_Problem_Definition): only a TNLP says which variables are whose.

@@ -9,22 +9,22 @@ namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
-/// Gives players[i] to Max for every index i. what: "variable" or "constraint".
-void give_to_max(const std::vector<Index>& indices, Index size, const std::string& what,
-                 Player* players) {
-  const std::string list = "SplitTNLP: max_" + what + "s";
-  std::vector<std::ptrdiff_t> first_place(static_cast<std::size_t>(size), -1);
+/// Gives players[i] to Max for every index i. what: "variable" or "constraint". first_place: room.
+void give_to_max(const std::vector<Index>& indices, Index size, const char* what,
+                 std::vector<std::ptrdiff_t>& first_place, Player* players) {
+  const auto list = [&] { return std::string("SplitTNLP: max_") + what + "s"; };
+  first_place.assign(static_cast<std::size_t>(size), -1);
   for (std::size_t k = 0; k < indices.size(); ++k) {
     const Index i = indices[k];
     if (i < 0 || i >= size) {
       std::ostringstream text;
-      text << list << "[" << k << "] = " << i << " is out of range: the model has " << size << " "
+      text << list() << "[" << k << "] = " << i << " is out of range: the model has " << size << " "
            << what << "s (indices are 0-based)";
       THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, text.str());
     }
     std::ptrdiff_t& place = first_place[static_cast<std::size_t>(i)];
     if (place >= 0) {
-      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, list + " holds index " + std::to_string(i) +
+      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, list() + " holds index " + std::to_string(i) +
                                                      " twice, at places " + std::to_string(place) +
                                                      " and " + std::to_string(k));
     }
@@ -78,12 +78,12 @@ SplitTNLP::SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
 }
 
 bool SplitTNLP::get_variable_players(Ipopt::Index n, Player* players) {
-  give_to_max(max_variables_, n, "variable", players);
+  give_to_max(max_variables_, n, "variable", first_place_, players);
   return true;
 }
 
 bool SplitTNLP::get_constraint_players(Ipopt::Index m, Player* players) {
-  give_to_max(max_constraints_, m, "constraint", players);
+  give_to_max(max_constraints_, m, "constraint", first_place_, players);
   return true;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <type_traits>
 #include <vector>
 
@@ -136,6 +137,7 @@ class SplitTNLP : public MinMaxTNLP {
   Ipopt::SmartPtr<Ipopt::TNLP> model_;
   std::vector<Ipopt::Index> max_variables_;
   std::vector<Ipopt::Index> max_constraints_;
+  std::vector<std::ptrdiff_t> first_place_;  ///< work
 };
 
 }  // namespace IPMINMAX_IPOPT_ABI

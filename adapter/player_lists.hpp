@@ -34,13 +34,14 @@ struct PlayerOptions {
   std::string max_variables;
   std::string max_constraints;
   std::string min_constraints{};
+  friend bool operator==(const PlayerOptions&, const PlayerOptions&) = default;
 };
 [[nodiscard]] PlayerOptions player_options(const Ipopt::OptionsList& list);
 
 /// What the model itself says about players.
 struct StatedPlayers {
-  std::string_view source;      ///< in messages, as "metadata \"player\""
-  std::vector<Player> implied;  ///< count; players where nothing is said
+  std::string_view source;             ///< in messages, as "metadata \"player\""
+  const std::vector<Player>& implied;  ///< count; players where nothing is said
 };
 
 /// Gives what the option lists to Max. players: count, in what the model states, out with the

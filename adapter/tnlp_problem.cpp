@@ -40,20 +40,12 @@ std::string not_a_player(const char* method, const char* kind, const std::vector
 
 /// One matrix of the model, as its structure call left it.
 struct StructureCall {
-  std::string matrix;  ///< "Jacobian" or "Hessian"
-  std::vector<Index> rows;
-  std::vector<Index> cols;
+  const char* matrix;  ///< "Jacobian" or "Hessian"
+  const std::vector<Index>& rows;
+  const std::vector<Index>& cols;
   Index row_count = 0;
   Index col_count = 0;
   Index first = 0;  ///< 0 for C_STYLE, 1 for FORTRAN_STYLE
-
-  StructureCall(std::string name, Index entries, Index row_size, Index col_size, Index first_index)
-      : matrix(std::move(name)),
-        rows(size_of(entries), kNotSet),
-        cols(size_of(entries), kNotSet),
-        row_count(row_size),
-        col_count(col_size),
-        first(first_index) {}
 
   [[nodiscard]] bool in_range(Index i, Index count) const {
     return i >= first && i - first < count;
@@ -64,24 +56,24 @@ struct StructureCall {
   }
 
   [[nodiscard]] std::string error_of(std::size_t k) const {
-    const std::string entry = matrix + " entry " + std::to_string(k);
+    const std::string entry = std::string(matrix) + " entry " + std::to_string(k);
     if (rows[k] == kNotSet || cols[k] == kNotSet) return entry + " was not set by the model";
     return entry + " is at row " + number(rows[k]) + ", column " + number(cols[k]) +
            ", outside the matrix (rows " + range(row_count) + ", columns " + range(col_count) +
            (first == 0 ? ", C style)" : ", Fortran style)");
   }
 
-  /// 0-based triplets; error is set when an entry is outside the matrix.
-  [[nodiscard]] std::vector<Triplet> triplets(std::string& error) const {
-    std::vector<Triplet> result(rows.size());
+  /// 0-based. Returns what is wrong when an entry is outside the matrix.
+  [[nodiscard]] std::string read(std::vector<Triplet>& triplets) const {
+    triplets.resize(rows.size());
     for (std::size_t k = 0; k < rows.size(); ++k) {
       if (!in_range(rows[k], row_count) || !in_range(cols[k], col_count)) {
-        error = error_of(k);
-        return {};
+        triplets.clear();
+        return error_of(k);
       }
-      result[k] = {rows[k] - first, cols[k] - first};
+      triplets[k] = {rows[k] - first, cols[k] - first};
     }
-    return result;
+    return {};
   }
 };
 
@@ -118,6 +110,12 @@ TnlpProblem::TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOption
                          HessianApproximation hessian)
     : model_(model), options_(std::move(options)), hessian_source_(hessian) {}
 
+bool TnlpProblem::is_of(const Ipopt::SmartPtr<Ipopt::TNLP>& model, const PlayerOptions& options,
+                        HessianApproximation hessian) const {
+  return Ipopt::GetRawPtr(model_) == Ipopt::GetRawPtr(model) && options_ == options &&
+         hessian_source_ == hessian;
+}
+
 std::string TnlpProblem::load() {
   try {
     return load_parts();
@@ -127,6 +125,7 @@ std::string TnlpProblem::load() {
 }
 
 std::string TnlpProblem::load_parts() {
+  started_ = false;
   if (auto error = load_sizes(); !error.empty()) return error;
   load_metadata();
   if (auto error = load_bounds(); !error.empty()) return error;
@@ -154,6 +153,8 @@ std::string TnlpProblem::load_sizes() {
 void TnlpProblem::load_metadata() {
   Metadata& v = variable_metadata_;
   Metadata& g = constraint_metadata_;
+  v = {};
+  g = {};
   if (!model_->get_var_con_metadata(n_, v.strings, v.integers, v.numbers, m_, g.strings, g.integers,
                                     g.numbers)) {
     v = {};
@@ -177,31 +178,35 @@ std::string TnlpProblem::load_bounds() {
   return {};
 }
 
+void TnlpProblem::expect_entries(Index entries) {
+  rows_.assign(size_of(entries), kNotSet);
+  cols_.assign(size_of(entries), kNotSet);
+}
+
 std::string TnlpProblem::load_jacobian_structure() {
   const Index first = index_style_ == Ipopt::TNLP::C_STYLE ? 0 : 1;
-  StructureCall call("Jacobian", jacobian_entries_, m_, n_, first);
-  if (!model_->eval_jac_g(n_, nullptr, false, m_, jacobian_entries_, address(call.rows),
-                          address(call.cols), nullptr)) {
+  expect_entries(jacobian_entries_);
+  if (!model_->eval_jac_g(n_, nullptr, false, m_, jacobian_entries_, address(rows_), address(cols_),
+                          nullptr)) {
     return "eval_jac_g returned false when asked for the structure of the Jacobian";
   }
-  std::string error;
-  structure_.jacobian = call.triplets(error);
-  return error;
+  return StructureCall{"Jacobian", rows_, cols_, m_, n_, first}.read(structure_.jacobian);
 }
 
 std::string TnlpProblem::load_hessian_structure() {
   const Index first = index_style_ == Ipopt::TNLP::C_STYLE ? 0 : 1;
-  StructureCall call("Hessian", hessian_entries_, n_, n_, first);
+  structure_.has_hessian = true;
+  structure_.nonlinear_variables.reset();
+  expect_entries(hessian_entries_);
   if (hessian_source_ == HessianApproximation::LimitedMemory ||
-      !model_->eval_h(n_, nullptr, false, 0.0, m_, nullptr, false, hessian_entries_,
-                      address(call.rows), address(call.cols), nullptr)) {
+      !model_->eval_h(n_, nullptr, false, 0.0, m_, nullptr, false, hessian_entries_, address(rows_),
+                      address(cols_), nullptr)) {
     structure_.has_hessian = false;  // what a TNLP without eval_h does
+    structure_.hessian.clear();
     hessian_entries_ = 0;
     return load_nonlinear_variables();
   }
-  std::string error;
-  structure_.hessian = call.triplets(error);
-  return error;
+  return StructureCall{"Hessian", rows_, cols_, n_, n_, first}.read(structure_.hessian);
 }
 
 std::string TnlpProblem::load_nonlinear_variables() {
@@ -238,8 +243,9 @@ std::string TnlpProblem::load_players() {
 std::string TnlpProblem::load_variable_players(MinMaxTNLP* model) {
   auto& players = structure_.variable_players;
   players.assign(size_of(n_), Player::Min);
+  implied_players_ = players;
   const StatedPlayers stated{model != nullptr ? "get_variable_players" : "metadata \"player\"",
-                             players};
+                             implied_players_};
   std::string error;
   if (model == nullptr) {
     error = read_players(variable_metadata_.integers, "variable", players);
@@ -255,9 +261,10 @@ std::string TnlpProblem::load_variable_players(MinMaxTNLP* model) {
 
 std::string TnlpProblem::load_constraint_players(MinMaxTNLP* model) {
   auto& players = structure_.constraint_players;
-  players = implied_constraint_players(structure_);
+  implied_constraint_players(structure_, players);
+  implied_players_ = players;
   const StatedPlayers stated{model != nullptr ? "get_constraint_players" : "metadata \"player\"",
-                             players};
+                             implied_players_};
   std::string error;
   if (model == nullptr) {
     error = read_players(constraint_metadata_.integers, "constraint", players);
@@ -276,12 +283,12 @@ std::string TnlpProblem::load_constraint_players(MinMaxTNLP* model) {
 bool TnlpProblem::starting_point(StartingPoint& start) {
   const bool warm = start.needs_multipliers;
   // What is not asked for still gets an array, as from Ipopt.
-  std::vector<double> no_z_lower(warm ? 0 : size_of(n_));
-  std::vector<double> no_z_upper(warm ? 0 : size_of(n_));
-  std::vector<double> no_lambda(warm ? 0 : size_of(m_));
-  double* z_lower = warm ? address(start.z_lower) : address(no_z_lower);
-  double* z_upper = warm ? address(start.z_upper) : address(no_z_upper);
-  double* lambda = warm ? address(start.lambda) : address(no_lambda);
+  unread_z_lower_.assign(warm ? 0 : size_of(n_), 0.0);
+  unread_z_upper_.assign(warm ? 0 : size_of(n_), 0.0);
+  unread_lambda_.assign(warm ? 0 : size_of(m_), 0.0);
+  double* z_lower = warm ? address(start.z_lower) : address(unread_z_lower_);
+  double* z_upper = warm ? address(start.z_upper) : address(unread_z_upper_);
+  double* lambda = warm ? address(start.lambda) : address(unread_lambda_);
   if (!model_->get_starting_point(n_, true, address(start.v), warm, z_lower, z_upper, m_, warm,
                                   lambda)) {
     return false;
@@ -344,10 +351,9 @@ void TnlpProblem::finalize(Ipopt::SolverReturn status, const Result& result) {
                             g.numbers);
 
   // Without a point: the start, the rest NaN.
-  const std::vector<double> unknown(size_of(std::max({n_, m_, 1})),
-                                    std::numeric_limits<double>::quiet_NaN());
+  unknown_.assign(size_of(std::max({n_, m_, 1})), kNaN);
   const auto address_of = [&](const std::vector<double>& values, Index length) {
-    return values.size() == size_of(length) && length > 0 ? values.data() : unknown.data();
+    return values.size() == size_of(length) && length > 0 ? values.data() : unknown_.data();
   };
   const bool solved = result.v.size() == size_of(n_);
   model_->finalize_solution(status, n_, address_of(solved ? result.v : start_, n_),

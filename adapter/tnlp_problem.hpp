@@ -30,9 +30,12 @@ class TnlpProblem : public Problem {
   explicit TnlpProblem(const Ipopt::SmartPtr<Ipopt::TNLP>& model, PlayerOptions options = {},
                        HessianApproximation hessian = HessianApproximation::Unset);
 
-  /// Reads everything that does not change. Returns what is wrong with it, empty when nothing is.
-  /// To be called once, before anything else.
+  /// Reads everything that does not change during a solve. Returns what is wrong with it, empty
+  /// when nothing is. To be called before anything else, and again before another solve.
   [[nodiscard]] std::string load();
+  /// Whether it is what the constructor makes of these.
+  [[nodiscard]] bool is_of(const Ipopt::SmartPtr<Ipopt::TNLP>& model, const PlayerOptions& options,
+                           HessianApproximation hessian) const;
 
   /// Passes the iteration on to intermediate_callback; false when the model wants to stop.
   [[nodiscard]] bool report(const IterationInfo& info);
@@ -71,6 +74,8 @@ class TnlpProblem : public Problem {
   [[nodiscard]] std::string load_sizes();
   void load_metadata();
   [[nodiscard]] std::string load_bounds();
+  /// Room for so many entries of a matrix, none of them set.
+  void expect_entries(Index entries);
   [[nodiscard]] std::string load_jacobian_structure();
   [[nodiscard]] std::string load_hessian_structure();
   [[nodiscard]] std::string load_nonlinear_variables();
@@ -91,6 +96,11 @@ class TnlpProblem : public Problem {
   ProblemStructure structure_;
   bool started_ = false;
   std::vector<double> start_;  ///< the model's
+  // Kept from call to call
+  std::vector<Index> rows_, cols_;       ///< of a matrix, as its structure call left them
+  std::vector<Player> implied_players_;  ///< where the model says nothing
+  std::vector<double> unread_z_lower_, unread_z_upper_, unread_lambda_;  ///< of a cold start
+  std::vector<double> unknown_;                                          ///< NaN
 };
 
 }  // namespace IPMINMAX_IPOPT_ABI

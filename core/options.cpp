@@ -257,7 +257,8 @@ Rows barrier_options() {
        "Bound multipliers stay within [mu/(kappa_sigma s), kappa_sigma mu/s].",
        from(&O::kappa_sigma, 1.0)},
       {"kappa_d", category,
-       "Weight of the linear damping of variables with one bound; not in Algorithm 1.",
+       "Weight of the linear damping of variables with one bound, with a mu_target at most "
+       "tol / (10 mu_target); not in Algorithm 1.",
        nonnegative(&O::kappa_d)},
   };
 }

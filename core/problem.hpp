@@ -39,6 +39,8 @@ struct ProblemStructure {
 /// A constraint with a Jacobian entry in a Max variable belongs to Max, any other to Min.
 /// Indices must be in range.
 [[nodiscard]] std::vector<Player> implied_constraint_players(const ProblemStructure& structure);
+/// The same in a vector that is there, of any size.
+void implied_constraint_players(const ProblemStructure& structure, std::vector<Player>& players);
 
 /// Where a solve starts. Spans are writable and hold zeros on entry.
 struct StartingPoint {

@@ -24,6 +24,7 @@ struct KeptWork;
 /// to the next are
 ///   - the orderings and symbolic factorizations: Counts::analyses of the next Result is 0,
 ///   - the gradient-based scaling,
+///   - the arrays,
 ///   - the shifts last used (unless minmax_warm_start_shifts is off or the last solve failed).
 /// The structure is compared each time: when players, patterns, or the kinds of bounds and
 /// constraints have changed (absent, one-sided, equal), or an option that one of the three depends
@@ -38,6 +39,10 @@ class RepeatedSolver {
   /// As the function solve. After an exception of the model the next solve begins anew.
   [[nodiscard]] Result solve(Problem& problem, const SolverOptions& options,
                              const SolveObserver& observer = {});
+  /// The same into a result, whose arrays are used again: as long as nothing changes but numbers, a
+  /// solve that goes as the one before allocates nothing.
+  void solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
+             Result& result);
 
   /// Forgets what was kept.
   void reset();

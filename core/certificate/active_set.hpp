@@ -1,11 +1,23 @@
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "core/certificate/bound_classes.hpp"
 #include "core/certificate/units.hpp"
 #include "core/kkt/system.hpp"
 #include "core/point/merit.hpp"
 
 namespace ipminmax {
+
+/// What an ActiveSetSystem works with, kept from one to the next.
+struct ActiveSetArrays {
+  Evaluation scaled, reduced;
+  std::vector<bool> fixed;
+  Eigen::VectorXd curvature;
+  NewtonResidual rhs;  ///< of whoever solves with the system
+  Step step;
+};
 
 /// The KKT system of the active set, in units: fixed variables (at active bounds) and the rows of
 /// inactive inequalities are taken out, active inequalities are equalities. Uses the matrices of a
@@ -22,9 +34,12 @@ class ActiveSetSystem {
   /// phi(x) is at least what he gets with them.
   static constexpr Doubtful kSufficient{.min_fixed = false, .max_fixed = true};
 
-  /// The point's derivatives are copied.
+  /// The point's derivatives are copied. arrays: of no other system that is in use; null: its own.
   ActiveSetSystem(const CanonicalProblem& canonical, KktSystem& kkt, const BoundClasses& classes,
-                  const Units& units, const Evaluation& evaluation);
+                  const Units& units, const Evaluation& evaluation,
+                  ActiveSetArrays* arrays = nullptr);
+  ActiveSetSystem(const ActiveSetSystem&) = delete;
+  ActiveSetSystem& operator=(const ActiveSetSystem&) = delete;
 
   /// Assembles K and K_yy with min_times, max_times the error (per variable, in units; may be
   /// empty) added to the curvature of the players' variables: to W for Min, taken from W for Max.
@@ -36,13 +51,16 @@ class ActiveSetSystem {
   [[nodiscard]] const BoundClasses& classes() const { return classes_; }
   [[nodiscard]] const Units& units() const { return units_; }
   /// The matrices' derivatives of the last assemble.
-  [[nodiscard]] const Evaluation& assembled() const { return reduced_; }
+  [[nodiscard]] const Evaluation& assembled() const { return arrays_.reduced; }
   /// Derivatives in units, nothing taken out.
-  [[nodiscard]] const Evaluation& derivatives() const { return scaled_; }
+  [[nodiscard]] const Evaluation& derivatives() const { return arrays_.scaled; }
+  /// A right-hand side and solution for the next solve with the system, of any values.
+  [[nodiscard]] NewtonResidual& rhs() { return arrays_.rhs; }
+  [[nodiscard]] Step& step() { return arrays_.step; }
 
   /// With the doubtful bounds as in the last assemble.
   [[nodiscard]] bool is_fixed(Index variable) const {
-    return fixed_[static_cast<std::size_t>(variable)];
+    return arrays_.fixed[static_cast<std::size_t>(variable)];
   }
   [[nodiscard]] bool is_slack(Index variable) const {
     return canonical_.x_slacks().contains(variable) || canonical_.y_slacks().contains(variable);
@@ -59,8 +77,8 @@ class ActiveSetSystem {
   KktSystem& kkt_;
   const BoundClasses& classes_;
   const Units& units_;
-  Evaluation scaled_, reduced_;
-  std::vector<bool> fixed_;
+  std::optional<ActiveSetArrays> own_;
+  ActiveSetArrays& arrays_;
 };
 
 }  // namespace ipminmax

@@ -25,11 +25,12 @@ constexpr double kNear = 1e-6;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-BoundClasses no_classes(const CanonicalProblem& canonical) {
-  BoundClasses classes;
+void set_none(const CanonicalProblem& canonical, BoundClasses& classes) {
+  classes.weak_min = classes.weak_max = 0;
+  classes.redundant.clear();
+  classes.dropped.clear();
   classes.of.assign(at(canonical.variables()), BoundClass::Inactive);
   classes.side.assign(at(canonical.variables()), 0);
-  return classes;
 }
 
 void include(BoundClasses& classes, Index i, std::int8_t side, BoundClass found) {
@@ -68,7 +69,8 @@ bool within_relaxation(double distance, double bound, const SolverOptions& optio
 BoundClasses classes_by_trend(const CanonicalProblem& canonical, const SolverOptions& options,
                               const Iterate& before, const Iterate& after, Index& unresolved) {
   unresolved = 0;
-  BoundClasses classes = no_classes(canonical);
+  BoundClasses classes;
+  set_none(canonical, classes);
   for_each_bound(canonical, before, [&](Index i, std::int8_t side, double distance, double z) {
     const double later =
         side < 0 ? canonical.above_lower(i, after.v[i]) : canonical.below_upper(i, after.v[i]);
@@ -112,9 +114,12 @@ double BoundClasses::multiplier(const Iterate& z, Index i) const {
   return side[at(i)] < 0 ? z.z_lower[i] : z.z_upper[i];
 }
 
-BoundClasses guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
-                           const Iterate& iterate, const Units& units, double strict_ratio) {
-  BoundClasses classes = no_classes(canonical);
+namespace {
+
+void guess_into(const CanonicalProblem& canonical, const SolverOptions& options,
+                const Iterate& iterate, const Units& units, double strict_ratio,
+                BoundClasses& classes) {
+  set_none(canonical, classes);
   for_each_bound(canonical, iterate, [&](Index i, std::int8_t side, double distance, double z) {
     const double ratio = z / distance * units.variable[i] * units.variable[i];
     const double bound = side < 0 ? canonical.lower()[i] : canonical.upper()[i];
@@ -125,7 +130,20 @@ BoundClasses guess_classes(const CanonicalProblem& canonical, const SolverOption
                                  : BoundClass::Doubtful);
   });
   count_doubtful(canonical, classes);
+}
+
+}  // namespace
+
+BoundClasses guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
+                           const Iterate& iterate, const Units& units, double strict_ratio) {
+  BoundClasses classes;
+  guess_into(canonical, options, iterate, units, strict_ratio, classes);
   return classes;
+}
+
+void guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
+                   const Iterate& iterate, const Units& units, BoundClasses& classes) {
+  guess_into(canonical, options, iterate, units, kStrictRatio, classes);
 }
 
 BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,

@@ -104,10 +104,11 @@ bool are_alike(const Units& units) {
 class Certifier {
  public:
   Certifier(CanonicalProblem& canonical, KktSystem& kkt, double mu, const SolverOptions& options,
-            Index factorizations)
+            Index factorizations, CertificateArrays& arrays)
       : canonical_(canonical),
         kkt_(kkt),
         options_(options),
+        arrays_(arrays),
         mu_(mu),
         last_factorization_(kkt.factorizations() + factorizations + kToConfirm),
         reasons_(canonical) {}
@@ -147,6 +148,7 @@ class Certifier {
   [[nodiscard]] SecondOrder examine(const Point& given);
   [[nodiscard]] bool settle(Stage& stage, bool follow);
   [[nodiscard]] bool refine_and_test(Stage& stage);
+  [[nodiscard]] bool is_attracted_elsewhere(const Stage& stage, ActiveSetSystem& system);
   [[nodiscard]] bool test_at_vertices(Stage& stage);
   [[nodiscard]] bool release(Stage& stage);
   [[nodiscard]] bool revise(Stage& stage);
@@ -187,6 +189,7 @@ class Certifier {
   [[nodiscard]] SecondOrder judge_barrier_problem(const Point& given);
   [[nodiscard]] bool barrier_problem_refuted(double spare);
   [[nodiscard]] bool barrier_newton_contracts(const Point& given);
+  void hold_idle(BoundClasses& classes) const;
   [[nodiscard]] BoundClasses with_idle_held(BoundClasses classes) const;
   void report_inertias(ActiveSetSystem& system);
   void explain(const Stage& stage);
@@ -208,6 +211,7 @@ class Certifier {
   CanonicalProblem& canonical_;
   KktSystem& kkt_;
   const SolverOptions& options_;
+  CertificateArrays& arrays_;
   double mu_;
   Index last_factorization_;
   Reasons reasons_;
@@ -279,11 +283,12 @@ Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const
 /// At most one factorization of each matrix at a clear point, with the margin in it: right with it
 /// is right without.
 Look Certifier::first_look(const Point& point) {
-  const Units units = units_of(canonical_, point.iterate.v, point.evaluation);
-  const BoundClasses classes =
-      with_idle_held(guess_classes(canonical_, options_, point.iterate, units));
+  const Units& units = units_of(canonical_, point.iterate.v, point.evaluation, {}, arrays_.units);
+  BoundClasses& classes = arrays_.classes;
+  guess_classes(canonical_, options_, point.iterate, units, classes);
+  hold_idle(classes);
   if (!classes.clear()) return Look::Unclear;
-  ActiveSetSystem system(canonical_, kkt_, classes, units, point.evaluation);
+  ActiveSetSystem system(canonical_, kkt_, classes, units, point.evaluation, &arrays_.system);
   const Eigen::VectorXd error = hessian_error_in(units);
   const double asked = std::max({kClear * options_.minmax_curvature_tol, margin(1.0),
                                  std::min(kProbeInTols * options_.tol, kMostProbed)});
@@ -302,7 +307,7 @@ Look Certifier::first_look(const Point& point) {
                                                                            : Look::Unclear;
   }
   if (!(std::max(test.inner_response, test.full_response) <= kIndependent)) return Look::Unclear;
-  NewtonTest newton;
+  NewtonTest& newton = arrays_.newton;
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
     return kkt_.solve_unshifted(system.assembled(), rhs, step);
   };
@@ -358,7 +363,7 @@ bool Certifier::refute_clearly(ActiveSetSystem& system, const Point& point, doub
 }
 
 /// Idle copies stay where they are, whatever their bounds.
-BoundClasses Certifier::with_idle_held(BoundClasses classes) const {
+void Certifier::hold_idle(BoundClasses& classes) const {
   for (const Index i : idle_) {
     if (classes[i] == BoundClass::Doubtful) {
       --(canonical_.owned_by_max(i) ? classes.weak_max : classes.weak_min);
@@ -366,12 +371,16 @@ BoundClasses Certifier::with_idle_held(BoundClasses classes) const {
     classes.of[at(i)] = BoundClass::Active;
     classes.side[at(i)] = 0;
   }
+}
+
+BoundClasses Certifier::with_idle_held(BoundClasses classes) const {
+  hold_idle(classes);
   return classes;
 }
 
 bool Certifier::newton_confirms(ActiveSetSystem& system, const Point& point, const KktSolve& solve,
                                 Probe probe, NewtonTest& newton) const {
-  newton = test_newton(canonical_, system, point.iterate, point.evaluation, solve, probe);
+  test_newton(canonical_, system, point, {solve, probe}, arrays_.newton_step, newton);
   return newton.done && newton.classes_hold && newton.contraction <= kContraction;
 }
 
@@ -442,13 +451,16 @@ bool Certifier::clean(const BoundClasses& classes, Point& point) {
 
 void Certifier::examine_curvature(const CurvatureTrial& trial, const Point& point,
                                   const Eigen::VectorXd& lambda) {
-  const LittleCurvature found = find_little_curvature(canonical_, kkt_, trial);
+  find_little_curvature(canonical_, kkt_, trial, arrays_.curvature);
+  const LittleCurvature& found = arrays_.curvature.found;
   if (found.variable >= 0) {
     certificate_.least_curvature = found.least;
     certificate_.least_curvature_variable = canonical_.model_variable(found.variable);
   }
   // Differences have errors of their own, which the tests allow for.
-  if (!hessian_error_) wrong_row_ = find_wrong_row(canonical_, point, lambda, trial.units, found);
+  if (!hessian_error_) {
+    wrong_row_ = find_wrong_row(canonical_, point, lambda, trial.units, arrays_.curvature);
+  }
 }
 
 void Certifier::examine_curvature(ActiveSetSystem& system, const Point& point,
@@ -728,11 +740,27 @@ bool Certifier::refine_and_test(Stage& stage) {
     steady = steady && !stage.guessed && !stage.converges && stage.newton.contraction <= kCreeping;
     if (there || !stage.newton.classes_hold) return false;
     if (round == (steady ? kMostRefinements : kRefinements)) return false;
+    if (is_attracted_elsewhere(stage, system)) return false;
     stage.crept = stage.crept || round >= kRefinements;
     stage.point.iterate = stage.newton.end.iterate;
     if (!evaluate(stage.point)) return false;
     stage.units = certain_units(stage);
   }
+}
+
+/// Newton's method does not lead from where an inertia is wrong to the solution near by: over a hill,
+/// by chance, to another one. That takes curvature of the other sign at the end of the step.
+bool Certifier::is_attracted_elsewhere(const Stage& stage, ActiveSetSystem& system) {
+  bool turns = false;
+  for (std::size_t k = 0; k < stage.newton.hessian_change.size(); ++k) {
+    const auto [i, j] = canonical_.hessian()[k];
+    const double here = std::abs(stage.point.evaluation.hessian[k]);
+    turns = turns || (i == j && here > 0.0 && stage.newton.hessian_change[k] >= here);
+  }
+  if (!turns || stage.guessed || !may_factorize(3)) return false;
+  const bool inner_right = inner_survives(system, {}, margin(1.0)).inner;
+  const double shift = options_.jacobian_regularization_value;
+  return !helped(system, {}, margin(1.0), shift, inner_right).both();
 }
 
 /// Where active gradients depend on each other, the test with one choice of multipliers is enough
@@ -1193,8 +1221,14 @@ Finding Certifier::run(const Point& given) {
 }  // namespace
 
 Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point, double mu,
+                const SolverOptions& options, Index factorizations, CertificateArrays& arrays) {
+  return Certifier(canonical, kkt, mu, options, factorizations, arrays).run(point);
+}
+
+Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point, double mu,
                 const SolverOptions& options, Index factorizations) {
-  return Certifier(canonical, kkt, mu, options, factorizations).run(point);
+  CertificateArrays arrays;
+  return certify(canonical, kkt, point, mu, options, factorizations, arrays);
 }
 
 }  // namespace ipminmax

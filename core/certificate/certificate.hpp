@@ -3,6 +3,10 @@
 #include <optional>
 #include <string>
 
+#include "core/certificate/active_set.hpp"
+#include "core/certificate/contraction.hpp"
+#include "core/certificate/hessian_check.hpp"
+#include "core/certificate/units.hpp"
 #include "core/kkt/system.hpp"
 #include "core/method/wrong_curvature.hpp"
 #include "core/model/canonical_problem.hpp"
@@ -25,6 +29,16 @@ struct Finding {
   std::string remark;  ///< where W is wrong, if it is, without line end
 };
 
+/// What the test of a clear point works with, kept from test to test.
+struct CertificateArrays {
+  UnitsArrays units;
+  BoundClasses classes;
+  ActiveSetArrays system;
+  NewtonTest newton;
+  NewtonArrays newton_step;
+  CurvatureArrays curvature;
+};
+
 inline constexpr Index kGenerousFactorizations = 100;
 
 /// Second-order test at a first-order point: the paper's Proposition "Second order sufficient
@@ -34,6 +48,10 @@ inline constexpr Index kGenerousFactorizations = 100;
 /// point: f, c, first and second derivatives and the dual residual at the iterate. The KKT matrices
 /// are left at the certificate's values. factorizations: that may be spent on an undecided point,
 /// beyond those of the first look; options.minmax_certificate: Full or Quick.
+[[nodiscard]] Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
+                              double mu, const SolverOptions& options, Index factorizations,
+                              CertificateArrays& arrays);
+/// The same with arrays of its own.
 [[nodiscard]] Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
                               double mu, const SolverOptions& options,
                               Index factorizations = kGenerousFactorizations);

@@ -60,38 +60,38 @@ void add_constraint_product(const CanonicalProblem& canonical, const Evaluation&
 /// Newton's method for  grad L = 0 (free variables),  c = 0 (rows that count),  v = bound (fixed).
 class ActiveSetNewton {
  public:
-  ActiveSetNewton(CanonicalProblem& canonical, ActiveSetSystem& system, const Iterate& iterate,
-                  const Evaluation& evaluation, const KktSolve& solve, Probe probe)
+  ActiveSetNewton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
+                  const NewtonRequest& request, NewtonArrays& arrays)
       : canonical_(canonical),
         system_(system),
-        iterate_(iterate),
-        evaluation_(evaluation),
-        solve_(solve),
-        probe_(probe),
-        lambda_(iterate.lambda) {
+        iterate_(point.iterate),
+        evaluation_(point.evaluation),
+        solve_(request.solve),
+        probe_(request.probe),
+        work_(arrays) {
+    work_.lambda = iterate_.lambda;
     for (Index j = 0; j < canonical.constraints(); ++j) {
       const bool kept = system.counts(j) || system.classes().is_redundant(j);
-      if (!kept) lambda_[j] = 0.0;
+      if (!kept) work_.lambda[j] = 0.0;
     }
   }
 
-  NewtonTest run();
+  void run(NewtonTest& test);
 
  private:
   [[nodiscard]] bool first_step();
   void place_slacks();
-  [[nodiscard]] bool classes_hold(NewtonTest& test) const;
+  [[nodiscard]] bool classes_hold(NewtonTest& test);
   void choose_trial();
   [[nodiscard]] bool compare(NewtonTest& test);
   [[nodiscard]] bool is_far_beyond() const;
   [[nodiscard]] bool compare_hessian_at_end(const Eigen::VectorXd& lambda, NewtonTest& test);
   void measure_error(NewtonTest& test) const;
-  [[nodiscard]] bool inequalities_stay_open(const Eigen::VectorXd& c) const;
-  void measure_turn(const Evaluation& there, NewtonTest& test) const;
-  [[nodiscard]] Eigen::VectorXd forces() const;
-  void place_end(Iterate& z) const;
-  [[nodiscard]] bool solve_in_units(const Eigen::VectorXd& row_v, const Eigen::VectorXd& row_c,
-                                    Eigen::VectorXd& v, Eigen::VectorXd& lambda);
+  [[nodiscard]] bool inequalities_stay_open(const Eigen::VectorXd& c);
+  void measure_turn(NewtonTest& test);
+  [[nodiscard]] const Eigen::VectorXd& forces();
+  void place_end(Iterate& z);
+  [[nodiscard]] bool solve_in_units(Eigen::VectorXd& v, Eigen::VectorXd& lambda);
   [[nodiscard]] double length(const Eigen::VectorXd& v) const {
     return longest(canonical_, v, system_.units());
   }
@@ -104,10 +104,7 @@ class ActiveSetNewton {
   const Evaluation& evaluation_;
   const KktSolve& solve_;
   Probe probe_;
-  Eigen::VectorXd lambda_;                          ///< without those of rows that do not count
-  Eigen::VectorXd dv_, dlambda_;                    ///< Newton step
-  Eigen::VectorXd gradient_;                        ///< of the Lagrangian, as predicted for its end
-  Eigen::VectorXd trial_, trial_v_, trial_lambda_;  ///< step that is tried, and its end
+  NewtonArrays& work_;
 };
 
 /// Longest entry beside the variable's size here or at the start, whichever is larger; slacks
@@ -125,17 +122,19 @@ double ActiveSetNewton::length_in_sizes(const Eigen::VectorXd& v) const {
   return longest;
 }
 
-/// Right-hand side given and solution wanted in the canonical problem's lengths.
-bool ActiveSetNewton::solve_in_units(const Eigen::VectorXd& row_v, const Eigen::VectorXd& row_c,
-                                     Eigen::VectorXd& v, Eigen::VectorXd& lambda) {
+/// Right-hand side (-row_v, -row_c) and solution wanted in the canonical problem's lengths.
+bool ActiveSetNewton::solve_in_units(Eigen::VectorXd& v, Eigen::VectorXd& lambda) {
   const Units& units = system_.units();
-  NewtonResidual rhs = zero_step(canonical_);
-  Step step = zero_step(canonical_);
+  NewtonResidual& rhs = system_.rhs();
+  Step& step = system_.step();
+  set_zero(canonical_, rhs);
+  set_zero(canonical_, step);
   for (Index i = 0; i < canonical_.variables(); ++i) {
-    if (!system_.is_slack(i) && !system_.is_fixed(i)) rhs.v[i] = units.variable[i] * row_v[i];
+    if (!system_.is_slack(i) && !system_.is_fixed(i))
+      rhs.v[i] = units.variable[i] * -work_.row_v[i];
   }
   for (Index j = 0; j < canonical_.constraints(); ++j) {
-    if (system_.counts(j)) rhs.lambda[j] = units.constraint[j] * row_c[j];
+    if (system_.counts(j)) rhs.lambda[j] = units.constraint[j] * -work_.row_c[j];
   }
   if (!solve_(rhs, step)) return false;
   v = step.v.cwiseProduct(units.variable);
@@ -151,49 +150,53 @@ bool ActiveSetNewton::solve_in_units(const Eigen::VectorXd& row_v, const Eigen::
 
 bool ActiveSetNewton::first_step() {
   const BoundClasses& classes = system_.classes();
-  Eigen::VectorXd fixed = Eigen::VectorXd::Zero(canonical_.variables());
+  Eigen::VectorXd& fixed = work_.fixed;
+  fixed.setZero(canonical_.variables());
   for (Index i = 0; i < canonical_.variables(); ++i) {
     if (!system_.is_fixed(i) || classes.side[at(i)] == 0) continue;
     fixed[i] = classes.side[at(i)] * classes.distance(canonical_, iterate_, i);
   }
-  gradient_ = evaluation_.gradient;
-  add_transposed_product(canonical_, evaluation_, lambda_, gradient_);
-  Eigen::VectorXd row_v = gradient_;
+  work_.gradient = evaluation_.gradient;
+  add_transposed_product(canonical_, evaluation_, work_.lambda, work_.gradient);
+  Eigen::VectorXd &row_v = work_.row_v, &row_c = work_.row_c;
+  row_v = work_.gradient;
   add_hessian_product(canonical_, evaluation_, fixed, row_v);
-  Eigen::VectorXd row_c = evaluation_.c;
+  row_c = evaluation_.c;
   add_constraint_product(canonical_, evaluation_, fixed, row_c);
-  if (!solve_in_units(-row_v, -row_c, dv_, dlambda_)) return false;
-  dv_ += fixed;
+  if (!solve_in_units(work_.dv, work_.dlambda)) return false;
+  work_.dv += fixed;
   place_slacks();
-  add_hessian_product(canonical_, evaluation_, dv_, gradient_);
-  add_transposed_product(canonical_, evaluation_, dlambda_, gradient_);
+  add_hessian_product(canonical_, evaluation_, work_.dv, work_.gradient);
+  add_transposed_product(canonical_, evaluation_, work_.dlambda, work_.gradient);
   return true;
 }
 
 /// Slacks of inactive inequalities follow their constraint.
 void ActiveSetNewton::place_slacks() {
-  Eigen::VectorXd change = evaluation_.c;
-  add_constraint_product(canonical_, evaluation_, dv_, change);
+  Eigen::VectorXd& change = work_.change_c;
+  change = evaluation_.c;
+  add_constraint_product(canonical_, evaluation_, work_.dv, change);
   const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     if (slack_of[at(j)] >= 0 && !system_.is_fixed(slack_of[at(j)]))
-      dv_[slack_of[at(j)]] = change[j];
+      work_.dv[slack_of[at(j)]] = change[j];
   }
 }
 
 /// Gradient of the Lagrangian at the end; of slacks: -lambda.
-Eigen::VectorXd ActiveSetNewton::forces() const {
-  Eigen::VectorXd force = gradient_;
+const Eigen::VectorXd& ActiveSetNewton::forces() {
+  Eigen::VectorXd& force = work_.force;
+  force = work_.gradient;
   const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = 0; j < canonical_.constraints(); ++j) {
-    if (slack_of[at(j)] >= 0) force[slack_of[at(j)]] = -(lambda_[j] + dlambda_[j]);
+    if (slack_of[at(j)] >= 0) force[slack_of[at(j)]] = -(work_.lambda[j] + work_.dlambda[j]);
   }
   return force;
 }
 
-bool ActiveSetNewton::classes_hold(NewtonTest& test) const {
+bool ActiveSetNewton::classes_hold(NewtonTest& test) {
   const BoundClasses& classes = system_.classes();
-  const Eigen::VectorXd force = forces();
+  const Eigen::VectorXd& force = forces();
   bool hold = true;
   for (Index i = 0; i < canonical_.variables(); ++i) {
     const int side = classes.side[at(i)];
@@ -218,10 +221,10 @@ bool ActiveSetNewton::classes_hold(NewtonTest& test) const {
     }
   };
   for (const Index i : canonical_.lower_bounded()) {
-    stays_away(i, -1, -dv_[i], canonical_.above_lower(i, iterate_.v[i]));
+    stays_away(i, -1, -work_.dv[i], canonical_.above_lower(i, iterate_.v[i]));
   }
   for (const Index i : canonical_.upper_bounded()) {
-    stays_away(i, 1, dv_[i], canonical_.below_upper(i, iterate_.v[i]));
+    stays_away(i, 1, work_.dv[i], canonical_.below_upper(i, iterate_.v[i]));
   }
   return hold;
 }
@@ -229,52 +232,59 @@ bool ActiveSetNewton::classes_hold(NewtonTest& test) const {
 void ActiveSetNewton::choose_trial() {
   const Units& units = system_.units();
   const double size = std::max(length(iterate_.v), kLeastSize);
-  trial_ = dv_;
-  for (Index i = 0; i < trial_.size(); ++i) {
+  work_.trial = work_.dv;
+  for (Index i = 0; i < work_.trial.size(); ++i) {
     if (system_.is_fixed(i)) {
-      trial_[i] *= kAlmostThere;
+      work_.trial[i] *= kAlmostThere;
     } else if (!system_.is_slack(i)) {
       const double probe =
           kProbe * std::abs(iterate_.v[i]) + kProbeAtZero * units.variable[i] * size;
-      trial_[i] += dv_[i] < 0.0 ? -probe : probe;
+      work_.trial[i] += work_.dv[i] < 0.0 ? -probe : probe;
     }
   }
   const auto keep_inside = [&](Index i, double towards, double distance, double side) {
-    const double most = std::max(kProbeOfDistance * distance, side * dv_[i]);
-    if (!system_.is_fixed(i) && !system_.is_slack(i) && towards > most) trial_[i] = side * most;
+    const double most = std::max(kProbeOfDistance * distance, side * work_.dv[i]);
+    if (!system_.is_fixed(i) && !system_.is_slack(i) && towards > most)
+      work_.trial[i] = side * most;
   };
   for (const Index i : canonical_.lower_bounded()) {
-    keep_inside(i, -trial_[i], canonical_.above_lower(i, iterate_.v[i]), -1.0);
+    keep_inside(i, -work_.trial[i], canonical_.above_lower(i, iterate_.v[i]), -1.0);
   }
   for (const Index i : canonical_.upper_bounded()) {
-    keep_inside(i, trial_[i], canonical_.below_upper(i, iterate_.v[i]), 1.0);
+    keep_inside(i, work_.trial[i], canonical_.below_upper(i, iterate_.v[i]), 1.0);
   }
-  trial_v_ = iterate_.v + trial_;
-  trial_lambda_ = lambda_ + dlambda_;
+  work_.trial_v = iterate_.v + work_.trial;
+  work_.trial_lambda = work_.lambda + work_.dlambda;
 }
 
 /// Derivatives at the trial point beside what the linearized equations predict there.
 bool ActiveSetNewton::compare(NewtonTest& test) {
-  Evaluation there = evaluation_;
-  Eigen::VectorXd probed = trial_lambda_;
+  Evaluation& there = work_.there;
+  there = evaluation_;
+  Eigen::VectorXd& probed = work_.probed;
+  probed = work_.trial_lambda;
   for (Index j = 0; j < probed.size(); ++j) {
-    probed[j] += (dlambda_[j] < 0.0 ? -kMultiplierProbe : kMultiplierProbe) * std::abs(probed[j]);
+    probed[j] +=
+        (work_.dlambda[j] < 0.0 ? -kMultiplierProbe : kMultiplierProbe) * std::abs(probed[j]);
   }
-  if (canonical_.constraints(trial_v_, there.c) != EvaluationStatus::Ok ||
-      canonical_.first_derivatives(trial_v_, there) != EvaluationStatus::Ok ||
-      canonical_.second_derivatives(trial_v_, probed, there) != EvaluationStatus::Ok) {
+  if (canonical_.constraints(work_.trial_v, there.c) != EvaluationStatus::Ok ||
+      canonical_.first_derivatives(work_.trial_v, there) != EvaluationStatus::Ok ||
+      canonical_.second_derivatives(work_.trial_v, probed, there) != EvaluationStatus::Ok) {
     return false;
   }
-  Eigen::VectorXd row_v = there.gradient - evaluation_.gradient;
-  add_transposed_product(canonical_, there, trial_lambda_, row_v);
-  add_transposed_product(canonical_, evaluation_, -lambda_ - dlambda_, row_v);
-  add_hessian_product(canonical_, evaluation_, -trial_, row_v);
-  Eigen::VectorXd row_c = there.c - evaluation_.c;
-  add_constraint_product(canonical_, evaluation_, -trial_, row_c);
-  Eigen::VectorXd second_v, second_lambda;
-  if (!solve_in_units(-row_v, -row_c, second_v, second_lambda)) return false;
+  Eigen::VectorXd &row_v = work_.row_v, &row_c = work_.row_c;
+  work_.back_v = -work_.trial;
+  work_.back_lambda = -work_.lambda - work_.dlambda;
+  row_v = there.gradient - evaluation_.gradient;
+  add_transposed_product(canonical_, there, work_.trial_lambda, row_v);
+  add_transposed_product(canonical_, evaluation_, work_.back_lambda, row_v);
+  add_hessian_product(canonical_, evaluation_, work_.back_v, row_v);
+  row_c = there.c - evaluation_.c;
+  add_constraint_product(canonical_, evaluation_, work_.back_v, row_c);
+  Eigen::VectorXd& second_v = work_.second_v;
+  if (!solve_in_units(second_v, work_.second_lambda)) return false;
   const auto ratio = [&](auto&& norm) {
-    const double tried = norm(trial_);
+    const double tried = norm(work_.trial);
     return tried > 0.0 ? norm(second_v) / tried : 0.0;
   };
   test.contraction = std::min(ratio([&](const Eigen::VectorXd& v) { return length(v); }),
@@ -289,16 +299,16 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
   }
   measure_error(test);
   test.classes_hold = test.classes_hold && inequalities_stay_open(there.c);
-  measure_turn(there, test);
+  measure_turn(test);
   return test.error.allFinite() && std::isfinite(test.contraction);
 }
 
 /// Whether the trial point is so much farther than the end of the step that W there need not tell
 /// of W at the end, and the end is not next to the start.
 bool ActiveSetNewton::is_far_beyond() const {
-  for (Index i = 0; i < trial_.size(); ++i) {
+  for (Index i = 0; i < work_.trial.size(); ++i) {
     if (system_.is_fixed(i) || system_.is_slack(i)) continue;
-    const double step = std::abs(dv_[i]), beyond = std::abs(trial_[i] - dv_[i]);
+    const double step = std::abs(work_.dv[i]), beyond = std::abs(work_.trial[i] - work_.dv[i]);
     if (beyond > kLeft * step && step > kLeft * beyond) return true;
   }
   return false;
@@ -306,9 +316,9 @@ bool ActiveSetNewton::is_far_beyond() const {
 
 bool ActiveSetNewton::compare_hessian_at_end(const Eigen::VectorXd& lambda, NewtonTest& test) {
   Evaluation end = evaluation_;
-  Eigen::VectorXd v = trial_v_;
+  Eigen::VectorXd v = work_.trial_v;
   for (Index i = 0; i < v.size(); ++i) {
-    if (!system_.is_fixed(i)) v[i] = iterate_.v[i] + dv_[i];
+    if (!system_.is_fixed(i)) v[i] = iterate_.v[i] + work_.dv[i];
   }
   if (canonical_.second_derivatives(v, lambda, end) != EvaluationStatus::Ok) return false;
   for (std::size_t k = 0; k < end.hessian.size(); ++k) {
@@ -333,13 +343,14 @@ void ActiveSetNewton::measure_error(NewtonTest& test) const {
 
 /// Their values at the trial point, where they are not what their gradients predict. A doubtful one
 /// is violated by no more than it is satisfied now.
-bool ActiveSetNewton::inequalities_stay_open(const Eigen::VectorXd& c) const {
+bool ActiveSetNewton::inequalities_stay_open(const Eigen::VectorXd& c) {
   const auto slack_of = canonical_.slack_of_constraint();
-  Eigen::VectorXd change = Eigen::VectorXd::Zero(canonical_.variables());
+  Eigen::VectorXd& change = work_.change_v;
+  change.setZero(canonical_.variables());
   for (Index j = 0; j < c.size(); ++j) {
     const Index slack = slack_of[at(j)];
     if (slack < 0 || system_.is_fixed(slack)) continue;
-    change[slack] = trial_[slack] + c[j];
+    change[slack] = work_.trial[slack] + c[j];
   }
   const BoundClasses& classes = system_.classes();
   const auto most = [&](Index i, double distance) {
@@ -358,9 +369,12 @@ bool ActiveSetNewton::inequalities_stay_open(const Eigen::VectorXd& c) const {
          std::ranges::all_of(canonical_.upper_bounded(), below);
 }
 
-void ActiveSetNewton::measure_turn(const Evaluation& there, NewtonTest& test) const {
+void ActiveSetNewton::measure_turn(NewtonTest& test) {
+  const Evaluation& there = work_.there;
   const Units& units = system_.units();
-  Eigen::VectorXd all = Eigen::VectorXd::Zero(canonical_.constraints()), inner = all;
+  Eigen::VectorXd &all = work_.turns, &inner = work_.inner_turns;
+  all.setZero(canonical_.constraints());
+  inner.setZero(canonical_.constraints());
   for (std::size_t k = 0; k < there.jacobian.size(); ++k) {
     const auto [row, col] = canonical_.jacobian()[k];
     if (!system_.counts(row) || system_.is_fixed(col)) continue;
@@ -376,16 +390,16 @@ void ActiveSetNewton::measure_turn(const Evaluation& there, NewtonTest& test) co
   test.inner_turn = inner.maxCoeff();
 }
 
-void ActiveSetNewton::place_end(Iterate& z) const {
+void ActiveSetNewton::place_end(Iterate& z) {
   constexpr double kLeastShare = 1e-3;  // of a multiplier: it stays positive
   const BoundClasses& classes = system_.classes();
-  const Eigen::VectorXd force = forces();
+  const Eigen::VectorXd& force = forces();
   z = iterate_;
-  z.v += dv_;
-  for (Index i = 0; i < dv_.size(); ++i) {
-    if (system_.is_fixed(i)) z.v[i] = iterate_.v[i] + kAlmostThere * dv_[i];
+  z.v += work_.dv;
+  for (Index i = 0; i < work_.dv.size(); ++i) {
+    if (system_.is_fixed(i)) z.v[i] = iterate_.v[i] + kAlmostThere * work_.dv[i];
   }
-  z.lambda = lambda_ + dlambda_;
+  z.lambda = work_.lambda + work_.dlambda;
   const auto follow = [&](Index i, int side, double before, double after, double& multiplier) {
     if (system_.is_fixed(i) && classes.side[at(i)] == side) {
       multiplier = std::max(-side * canonical_.sign(i) * force[i], kLeastShare * multiplier);
@@ -403,22 +417,30 @@ void ActiveSetNewton::place_end(Iterate& z) const {
   }
 }
 
-NewtonTest ActiveSetNewton::run() {
-  NewtonTest test;
-  if (!first_step()) return test;
-  test.step = length(dv_);
+void ActiveSetNewton::run(NewtonTest& test) {
+  test.clear();
+  if (!first_step()) return;
+  test.step = length(work_.dv);
   test.classes_hold = classes_hold(test);
   choose_trial();
   test.done = compare(test);
   place_end(test.end.iterate);
-  return test;
 }
 
 }  // namespace
 
-NewtonTest test_newton(CanonicalProblem& canonical, ActiveSetSystem& system, const Iterate& iterate,
-                       const Evaluation& evaluation, const KktSolve& solve, Probe probe) {
-  return ActiveSetNewton(canonical, system, iterate, evaluation, solve, probe).run();
+void NewtonTest::clear() {
+  done = classes_hold = false;
+  pulled_off.clear();
+  contradicted.clear();
+  hessian_change.clear();
+  error.setZero();
+  contraction = step = turn = inner_turn = 0.0;
+}
+
+void test_newton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
+                 const NewtonRequest& request, NewtonArrays& arrays, NewtonTest& test) {
+  ActiveSetNewton(canonical, system, point, request, arrays).run(test);
 }
 
 }  // namespace ipminmax

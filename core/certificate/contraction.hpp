@@ -30,6 +30,25 @@ struct NewtonTest {
   /// Multipliers of active bounds are those that balance the gradient, of others those that keep z
   /// s.
   Point end;
+
+  /// Nothing found; arrays keep their room.
+  void clear();
+};
+
+/// What test_newton works with, kept from call to call.
+struct NewtonArrays {
+  Eigen::VectorXd lambda;                        ///< without those of rows that do not count
+  Eigen::VectorXd dv, dlambda;                   ///< Newton step
+  Eigen::VectorXd gradient;                      ///< of the Lagrangian, as predicted for its end
+  Eigen::VectorXd trial, trial_v, trial_lambda;  ///< step that is tried, and its end
+  Eigen::VectorXd fixed;                         ///< way to the bounds of fixed variables
+  Eigen::VectorXd force;         ///< gradient of the Lagrangian at the end; of slacks: -lambda
+  Eigen::VectorXd row_v, row_c;  ///< minus a right-hand side
+  Eigen::VectorXd back_v, back_lambda;  ///< from the end of the trial step
+  Eigen::VectorXd change_v, change_c;
+  Eigen::VectorXd second_v, second_lambda, probed;
+  Eigen::VectorXd turns, inner_turns;
+  Evaluation there;
 };
 
 /// Solves with the matrix K of the system, assembled as kSufficient, at zero shift.
@@ -41,10 +60,15 @@ enum class Probe : std::uint8_t {
   EndAndBeyond  ///< also at the end itself, where that is far before: W may be alike on both sides
 };
 
+struct NewtonRequest {
+  const KktSolve& solve;
+  Probe probe;
+};
+
 /// W at the end of the step has no lambda of inactive inequalities. The change is measured at least
-/// over a distance that rounding of the derivatives could explain.
-[[nodiscard]] NewtonTest test_newton(CanonicalProblem& canonical, ActiveSetSystem& system,
-                                     const Iterate& iterate, const Evaluation& evaluation,
-                                     const KktSolve& solve, Probe probe);
+/// over a distance that rounding of the derivatives could explain. Of the point: iterate and
+/// evaluation.
+void test_newton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
+                 const NewtonRequest& request, NewtonArrays& arrays, NewtonTest& test);
 
 }  // namespace ipminmax

@@ -22,19 +22,24 @@ constexpr double kShareOfCurvature = 0.1;
 constexpr double kLeastError = 1e-5, kLargestError = 1e-3;
 constexpr int kInverseIterations = 2;
 
-/// Inverse iteration from a generic vector, in the lengths of the matrices; normalized.
-Eigen::VectorXd inverse_iteration(const CanonicalProblem& canonical, KktSystem& kkt,
-                                  const CurvatureTrial& trial, bool inner, LittleCurvature& found) {
+/// Inverse iteration from a generic vector, in the lengths of the matrices; adds its normalized
+/// end to the direction found.
+void add_inverse_iteration(const CanonicalProblem& canonical, KktSystem& kkt,
+                           const CurvatureTrial& trial, bool inner, CurvatureArrays& arrays) {
   const Index n = canonical.variables();
-  Eigen::VectorXd direction = Eigen::VectorXd::Zero(n);
+  LittleCurvature& found = arrays.found;
+  Eigen::VectorXd& direction = arrays.direction;
+  direction.setZero(n);
   for (Index i = inner ? canonical.y().begin : 0; i < n; ++i) {
     if (!trial.is_held(i)) direction[i] = std::sin(1.0 + i);
   }
   for (int k = 0; k < kInverseIterations; ++k) {
     const double length = max_norm(direction);
     if (!(length > 0.0)) break;
-    NewtonResidual rhs = zero_step(canonical);
-    Step step = zero_step(canonical);
+    NewtonResidual& rhs = arrays.rhs;
+    Step& step = arrays.solution;
+    set_zero(canonical, rhs);
+    set_zero(canonical, step);
     rhs.v = direction / length;
     const bool solved = inner ? kkt.solve_inner(*trial.assembled, rhs, step)
                               : kkt.solve(*trial.assembled, rhs, step);
@@ -53,43 +58,45 @@ Eigen::VectorXd inverse_iteration(const CanonicalProblem& canonical, KktSystem& 
   }
   const double length = max_norm(direction);
   if (length > 0.0) direction /= length;
-  return direction;
+  found.direction += direction;
 }
 
 }  // namespace
 
-LittleCurvature find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
-                                      const CurvatureTrial& trial) {
-  LittleCurvature found;
+void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
+                           const CurvatureTrial& trial, CurvatureArrays& arrays) {
+  LittleCurvature& found = arrays.found;
   found.direction.setZero(canonical.variables());
+  found.least = 1.0;
+  found.variable = -1;
   if (trial.assembled) {
-    found.direction += inverse_iteration(canonical, kkt, trial, false, found);
+    add_inverse_iteration(canonical, kkt, trial, false, arrays);
     if (canonical.y().size() > 0 && canonical.x().size() > 0) {
-      found.direction += inverse_iteration(canonical, kkt, trial, true, found);
+      add_inverse_iteration(canonical, kkt, trial, true, arrays);
     }
   }
   for (Index i = 0; i < canonical.variables(); ++i) {
     if (!trial.is_held(i)) found.direction[i] += std::cos(1.0 + i);
   }
-  if (trial.in_units) {
-    found.direction = found.direction.cwiseProduct(trial.units.variable).eval();
-  }
-  return found;
+  if (trial.in_units) found.direction.array() *= trial.units.variable.array();
 }
 
 std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical, const Point& point,
                                         const Eigen::VectorXd& lambda, const Units& units,
-                                        const LittleCurvature& curvature) {
+                                        CurvatureArrays& arrays) {
+  const LittleCurvature& curvature = arrays.found;
   const double longest = max_norm(curvature.direction.cwiseQuotient(units.variable));
   if (!(longest > 0.0)) return std::nullopt;
   const double size = ipminmax::longest(canonical, point.iterate.v, units);
-  Eigen::VectorXd step = (kStep + kStepOfSize * size) / longest * curvature.direction;
-  const Eigen::ArrayXd largest = kLargestEntry * point.iterate.v.array().abs().max(1.0);
-  step = step.array().max(-largest).min(largest).matrix().eval();
+  Eigen::VectorXd& step = arrays.step;
+  step = (kStep + kStepOfSize * size) / longest * curvature.direction;
+  arrays.largest = kLargestEntry * point.iterate.v.array().abs().max(1.0);
+  step.array() = step.array().max(-arrays.largest).min(arrays.largest);
   keep_within_bounds(canonical, point.iterate.v, kShareOfDistance, step);
   return compare_second_derivatives(
       canonical, point.iterate.v, lambda, point.evaluation, step, units.variable,
-      std::clamp(kShareOfCurvature * curvature.least, kLeastError, kLargestError));
+      std::clamp(kShareOfCurvature * curvature.least, kLeastError, kLargestError),
+      arrays.differences);
 }
 
 }  // namespace ipminmax

@@ -25,16 +25,26 @@ struct LittleCurvature {
   double least = 1.0;
   Index variable = -1;  ///< canonical, the one that moves most along the least; -1: no factors
 };
-[[nodiscard]] LittleCurvature find_little_curvature(const CanonicalProblem& canonical,
-                                                    KktSystem& kkt, const CurvatureTrial& trial);
+/// What the following work with, kept from call to call.
+struct CurvatureArrays {
+  LittleCurvature found;
+  NewtonResidual rhs;
+  Step solution;
+  Eigen::VectorXd direction, step;
+  Eigen::ArrayXd largest;
+  DifferenceArrays differences;
+};
+/// In arrays.found.
+void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
+                           const CurvatureTrial& trial, CurvatureArrays& arrays);
 
 /// A certificate is a statement about W, so W is compared with a difference of gradients along the
 /// direction of little curvature, to a tenth of it. The row of W that disagrees; empty: none, or
-/// the model is undefined on both sides of the point. lambda: for which W was evaluated.
+/// the model is undefined on both sides of the point. lambda: for which W was evaluated. arrays:
+/// after find_little_curvature.
 [[nodiscard]] std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical,
                                                       const Point& point,
                                                       const Eigen::VectorXd& lambda,
-                                                      const Units& units,
-                                                      const LittleCurvature& curvature);
+                                                      const Units& units, CurvatureArrays& arrays);
 
 }  // namespace ipminmax

@@ -14,9 +14,10 @@ namespace {
 constexpr Index kMostAnswers = 60;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-NewtonResidual generic_right_hand_side(const ActiveSetSystem& system) {
+const NewtonResidual& generic_right_hand_side(ActiveSetSystem& system) {
   const CanonicalProblem& canonical = system.canonical();
-  NewtonResidual rhs = zero_step(canonical);
+  NewtonResidual& rhs = system.rhs();
+  set_zero(canonical, rhs);
   for (Index i = 0; i < canonical.variables(); ++i) {
     if (!system.is_slack(i) && !system.is_fixed(i)) rhs.v[i] = std::sin(1.0 + i);
   }
@@ -30,8 +31,9 @@ NewtonResidual generic_right_hand_side(const ActiveSetSystem& system) {
 /// not reproduce the matrix: without pivoting an inertia is trusted only when they do.
 double response(ActiveSetSystem& system, bool inner) {
   const CanonicalProblem& canonical = system.canonical();
-  const NewtonResidual rhs = generic_right_hand_side(system);
-  Step step = zero_step(canonical);
+  const NewtonResidual& rhs = generic_right_hand_side(system);
+  Step& step = system.step();
+  set_zero(canonical, step);
   KktSystem& kkt = system.kkt();
   const bool solved = inner ? kkt.solve_inner(system.assembled(), rhs, step)
                             : kkt.solve(system.assembled(), rhs, step);

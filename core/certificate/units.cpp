@@ -26,15 +26,14 @@ class RowNorms {
   RowNorms(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max)
       : canonical_(canonical), evaluation_(evaluation), max_(max) {}
 
-  [[nodiscard]] Eigen::VectorXd operator()(const Eigen::VectorXd& d, bool own_columns) const {
-    Eigen::VectorXd norms = Eigen::VectorXd::Zero(d.size());
+  void operator()(const Eigen::VectorXd& d, bool own_columns, Eigen::VectorXd& norms) const {
+    norms.setZero(d.size());
     for (std::size_t k = 0; k < evaluation_.hessian.size(); ++k) {
       const auto [i, j] = canonical_.hessian()[k];
       const double value = std::abs(evaluation_.hessian[k]);
       include(i, j, value, d, own_columns, norms);
       include(j, i, value, d, own_columns, norms);
     }
-    return norms;
   }
 
  private:
@@ -53,8 +52,11 @@ class RowNorms {
 /// Where a coupling of two variables of one player exceeds 1, a small diagonal entry has given one
 /// of them too much: the one whose length is the larger beside the variable's own size.
 void cut_longer_of_pairs(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max,
-                         const Eigen::VectorXd& size, Eigen::VectorXd& d) {
-  Eigen::VectorXd cut = Eigen::VectorXd::Ones(d.size());
+                         UnitsArrays& arrays) {
+  Eigen::VectorXd& d = arrays.units.variable;
+  const Eigen::VectorXd& size = arrays.size;
+  Eigen::VectorXd& cut = arrays.cut;
+  cut.setOnes(d.size());
   for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
     const auto [i, j] = canonical.hessian()[k];
     if (i == j || canonical.owned_by_max(i) != max || canonical.owned_by_max(j) != max) continue;
@@ -64,29 +66,33 @@ void cut_longer_of_pairs(const CanonicalProblem& canonical, const Evaluation& ev
     if (ratio > 1.0) cut[i] = std::max(cut[i], std::min(entry, ratio));
     if (ratio < 1.0) cut[j] = std::max(cut[j], std::min(entry, 1.0 / ratio));
   }
-  d = d.cwiseQuotient(cut).eval();
+  d.array() /= cut.array();
 }
 
 /// The block of one player: diagonal entries first, then rows without one by what couples them.
 void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max,
-                       const Eigen::VectorXd& size, const Eigen::VectorXd& answers,
-                       Eigen::VectorXd& d) {
+                       const Eigen::VectorXd& answers, UnitsArrays& arrays) {
   const RowNorms row_norms(canonical, evaluation, max);
-  Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(d.size());
+  Eigen::VectorXd& d = arrays.units.variable;
+  Eigen::VectorXd& norms = arrays.norms;
+  Eigen::VectorXd& diagonal = arrays.diagonal;
+  diagonal.setZero(d.size());
   for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
     const auto [i, j] = canonical.hessian()[k];
     if (i == j) diagonal[i] += std::abs(evaluation.hessian[k]);
   }
   // What the maximizer's answer makes of a coupling, W_xy^2 / W_yy, is curvature of x as well.
-  Eigen::VectorXd coupling = Eigen::VectorXd::Zero(d.size());
-  if (!max) coupling = answers.size() > 0 ? answers.cwiseSqrt() : row_norms(d, false);
+  Eigen::VectorXd& coupling = arrays.coupling;
+  coupling.setZero(d.size());
+  if (!max && answers.size() > 0) coupling = answers.cwiseSqrt();
+  if (!max && answers.size() == 0) row_norms(d, false, coupling);
   for (Index i = 0; i < d.size(); ++i) {
     if (canonical.owned_by_max(i) == max) {
       d[i] = inverse(std::max(std::sqrt(diagonal[i]), coupling[i]));
     }
   }
   for (int round = 0; round < kRounds; ++round) {
-    const Eigen::VectorXd norms = row_norms(d, true);
+    row_norms(d, true, norms);
     bool found = false;
     for (Index i = 0; i < d.size(); ++i) {
       if (d[i] != kUnknown || norms[i] == 0.0) continue;
@@ -104,9 +110,9 @@ void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& eval
       if (d[m] == kUnknown) d[m] = half;
     }
   }
-  cut_longer_of_pairs(canonical, evaluation, max, size, d);
+  cut_longer_of_pairs(canonical, evaluation, max, arrays);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    const Eigen::VectorXd norms = row_norms(d, true);
+    row_norms(d, true, norms);
     for (Index i = 0; i < d.size(); ++i) {
       if (norms[i] > 1.0) d[i] /= std::sqrt(norms[i]);
     }
@@ -128,7 +134,7 @@ void cut_coupling(const CanonicalProblem& canonical, const Evaluation& evaluatio
 /// Largest |J_ji| d_i of each row, unknown ones left out.
 void constraint_norms(const CanonicalProblem& canonical, const Evaluation& evaluation,
                       const Eigen::VectorXd& d, Eigen::VectorXd& norms) {
-  norms.setZero();
+  norms.setZero(canonical.constraints());
   for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
     const auto [row, col] = canonical.jacobian()[k];
     norms[row] = std::max(norms[row], std::abs(evaluation.jacobian[k]) * d[col]);
@@ -137,12 +143,14 @@ void constraint_norms(const CanonicalProblem& canonical, const Evaluation& evalu
 
 /// Variables without curvature, from the constraints that tie them to others, but no less than
 /// their own size: a short one comes from an entry that vanishes.
-void spread_by_constraints(const CanonicalProblem& canonical, const Eigen::VectorXd& size,
-                           const Evaluation& evaluation, Eigen::VectorXd& d) {
-  Eigen::VectorXd rows(canonical.constraints()), columns(d.size());
+void spread_by_constraints(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                           UnitsArrays& arrays) {
+  Eigen::VectorXd& d = arrays.units.variable;
+  const Eigen::VectorXd& size = arrays.size;
+  Eigen::VectorXd &rows = arrays.rows, &columns = arrays.columns;
   for (int round = 0; round < kRounds; ++round) {
     constraint_norms(canonical, evaluation, d, rows);
-    columns.setZero();
+    columns.setZero(d.size());
     for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
       const auto [row, col] = canonical.jacobian()[k];
       if (d[col] != kUnknown || rows[row] == 0.0) continue;
@@ -165,20 +173,19 @@ void spread_by_constraints(const CanonicalProblem& canonical, const Eigen::Vecto
 /// An equation ties its owner's variables to others: a length beside which those are nothing is cut
 /// to what they can make up for, or to the variable's own size. Each equation cuts one length, as
 /// it determines one variable.
-void cut_by_equations(const CanonicalProblem& canonical, const Eigen::VectorXd& size,
-                      const Evaluation& evaluation, Eigen::VectorXd& d) {
-  struct Terms {
-    double largest = 0.0, second = 0.0;
-    Index variable = -1;  ///< of the largest
-  };
+void cut_by_equations(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                      UnitsArrays& arrays) {
+  Eigen::VectorXd& d = arrays.units.variable;
   const auto slack_of = canonical.slack_of_constraint();
-  std::vector<bool> used(at(canonical.constraints()), false);
+  std::vector<bool>& used = arrays.used;
+  used.assign(at(canonical.constraints()), false);
   for (int round = 0; round < kRounds; ++round) {
-    std::vector<Terms> rows(used.size());
+    std::vector<UnitsArrays::Terms>& rows = arrays.terms;
+    rows.assign(used.size(), {});
     for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
       const auto [row, col] = canonical.jacobian()[k];
       if (used[at(row)] || slack_of[at(row)] >= 0) continue;
-      Terms& terms = rows[at(row)];
+      UnitsArrays::Terms& terms = rows[at(row)];
       const double term = std::abs(evaluation.jacobian[k]) * d[col];
       if (term > terms.largest) {
         terms = {.largest = term, .second = terms.largest, .variable = col};
@@ -192,7 +199,7 @@ void cut_by_equations(const CanonicalProblem& canonical, const Eigen::VectorXd& 
       if (!(second > 0.0) || largest <= kMostCompensated * second) continue;
       const bool of_max = canonical.max_constraints().contains(static_cast<Index>(j));
       if (canonical.owned_by_max(i) != of_max) continue;
-      d[i] = std::min(d[i], std::max(d[i] * second / largest, size[i]));
+      d[i] = std::min(d[i], std::max(d[i] * second / largest, arrays.size[i]));
       used[j] = any = true;
     }
     if (!any) break;
@@ -200,8 +207,8 @@ void cut_by_equations(const CanonicalProblem& canonical, const Eigen::VectorXd& 
 }
 
 /// Rows of length about one, and slacks of their length.
-void measure_rows(const CanonicalProblem& canonical, const Evaluation& evaluation, Units& units) {
-  Eigen::VectorXd norms(canonical.constraints());
+void measure_rows(const CanonicalProblem& canonical, const Evaluation& evaluation, Units& units,
+                  Eigen::VectorXd& norms) {
   constraint_norms(canonical, evaluation, units.variable, norms);
   const auto slack_of = canonical.slack_of_constraint();
   for (Index j = 0; j < canonical.constraints(); ++j) {
@@ -215,15 +222,24 @@ void measure_rows(const CanonicalProblem& canonical, const Evaluation& evaluatio
 
 Units units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
                const Evaluation& evaluation, const Eigen::VectorXd& answers) {
-  Units units{Eigen::VectorXd::Constant(canonical.variables(), kUnknown),
-              Eigen::VectorXd::Ones(canonical.constraints())};
-  const Eigen::VectorXd size = v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
-  equilibrate_block(canonical, evaluation, true, size, answers, units.variable);
-  equilibrate_block(canonical, evaluation, false, size, answers, units.variable);
+  UnitsArrays arrays;
+  units_of(canonical, v, evaluation, answers, arrays);
+  return std::move(arrays.units);
+}
+
+const Units& units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+                      const Evaluation& evaluation, const Eigen::VectorXd& answers,
+                      UnitsArrays& arrays) {
+  Units& units = arrays.units;
+  units.variable.setConstant(canonical.variables(), kUnknown);
+  units.constraint.setOnes(canonical.constraints());
+  arrays.size = v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
+  equilibrate_block(canonical, evaluation, true, answers, arrays);
+  equilibrate_block(canonical, evaluation, false, answers, arrays);
   if (answers.size() > 0) cut_coupling(canonical, evaluation, units.variable);
-  spread_by_constraints(canonical, size, evaluation, units.variable);
-  cut_by_equations(canonical, size, evaluation, units.variable);
-  measure_rows(canonical, evaluation, units);
+  spread_by_constraints(canonical, evaluation, arrays);
+  cut_by_equations(canonical, evaluation, arrays);
+  measure_rows(canonical, evaluation, units, arrays.rows);
   return units;
 }
 
@@ -232,7 +248,8 @@ Units stretched(const CanonicalProblem& canonical, const Evaluation& evaluation,
   for (const IndexRange own : {canonical.x(), canonical.y()}) {
     for (Index i = own.begin; i < own.end; ++i) units.variable[i] *= factors[i];
   }
-  measure_rows(canonical, evaluation, units);
+  Eigen::VectorXd norms;
+  measure_rows(canonical, evaluation, units, norms);
   return units;
 }
 
@@ -252,9 +269,9 @@ double size_of_problem(const CanonicalProblem& canonical, const Iterate& iterate
                   longest(canonical, canonical.starting_point().v, units));
 }
 
-Evaluation in_units(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                    const Units& units) {
-  Evaluation scaled = evaluation;
+void set_in_units(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                  const Units& units, Evaluation& scaled) {
+  scaled = evaluation;
   scaled.jacobian_call = scaled.hessian_call = 0;
   for (std::size_t k = 0; k < scaled.hessian.size(); ++k) {
     const auto [i, j] = canonical.hessian()[k];
@@ -264,7 +281,6 @@ Evaluation in_units(const CanonicalProblem& canonical, const Evaluation& evaluat
     const auto [row, col] = canonical.jacobian()[k];
     scaled.jacobian[k] *= units.constraint[row] * units.variable[col];
   }
-  return scaled;
 }
 
 }  // namespace ipminmax

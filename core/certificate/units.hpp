@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "core/model/canonical_problem.hpp"
 #include "core/model/iterate.hpp"
@@ -15,6 +16,21 @@ struct Units {
   Eigen::VectorXd constraint;  ///< per canonical constraint
 };
 
+/// Units with what they are found by, kept from call to call.
+struct UnitsArrays {
+  Units units;
+  Eigen::VectorXd size;                       ///< of variables, here or at the start
+  Eigen::VectorXd diagonal, coupling, norms;  ///< of rows of W
+  Eigen::VectorXd cut;
+  Eigen::VectorXd rows, columns;  ///< of the Jacobian
+  struct Terms {
+    double largest = 0.0, second = 0.0;
+    Index variable = -1;  ///< of the largest
+  };
+  std::vector<Terms> terms;  ///< of equations
+  std::vector<bool> used;    ///< equations
+};
+
 /// Diagonal entries first, then rows without one by what couples them, then variables without
 /// curvature by the constraints that tie them to others: each step depends on the units of the
 /// model by the factor that it should. Variables that nothing ties keep the model's. At last
@@ -24,6 +40,10 @@ struct Units {
 /// y's lengths are cut so that the coupling does not exceed 1.
 [[nodiscard]] Units units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
                              const Evaluation& evaluation, const Eigen::VectorXd& answers = {});
+/// The same in arrays.
+const Units& units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+                      const Evaluation& evaluation, const Eigen::VectorXd& answers,
+                      UnitsArrays& arrays);
 
 /// Lengths of variables times factors, rows measured anew.
 [[nodiscard]] Units stretched(const CanonicalProblem& canonical, const Evaluation& evaluation,
@@ -37,7 +57,7 @@ struct Units {
                                      const Units& units);
 
 /// Derivatives in these units, with the values' call numbers forgotten.
-[[nodiscard]] Evaluation in_units(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                                  const Units& units);
+void set_in_units(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                  const Units& units, Evaluation& scaled);
 
 }  // namespace ipminmax

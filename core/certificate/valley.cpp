@@ -21,6 +21,7 @@ constexpr double kRounding = 1e-15;
 constexpr double kConstant = 1e-12;  // change over |f| + length^2
 constexpr double kMoved = 0.5;       // of the length: corrections must not lead back
 constexpr double kClearGain = 1e-6;  // over 1 + |f|
+constexpr double kExplained = 0.5;   // share of a change that may be of odd powers
 
 class ValleySearch {
  public:
@@ -40,7 +41,8 @@ class ValleySearch {
   [[nodiscard]] double curvature(const Eigen::VectorXd& d) const;
   [[nodiscard]] double own_curvature(const Eigen::VectorXd& d) const;
   [[nodiscard]] bool is_flat(const Eigen::VectorXd& direction);
-  void look_for_descent(const Eigen::VectorXd& step, double length, const Walk::End& end);
+  void look_for_descent(const Eigen::VectorXd& step, double length, double bend,
+                        const Walk::End& end);
   [[nodiscard]] bool solve(const NewtonResidual& rhs, Step& step) {
     return inner_ ? system_.kkt().solve_inner(system_.assembled(), rhs, step)
                   : system_.kkt().solve(system_.assembled(), rhs, step);
@@ -110,7 +112,7 @@ bool ValleySearch::is_flat(const Eigen::VectorXd& direction) {
   const double size = std::max(1.0, longest(canonical_, point_.iterate.v, system_.units()));
   double length = kLongest * size;
   int constant = 0;
-  for (int k = 0; k < kLengths && constant < kEnough; ++k, length *= kShorter) {
+  for (int k = 0; k < kLengths; ++k, length *= kShorter) {
     for (const double signed_length : {length, -length}) {
       const Walk::End end = walk_.take(step, signed_length);
       if (!end.reached) continue;
@@ -118,19 +120,22 @@ bool ValleySearch::is_flat(const Eigen::VectorXd& direction) {
       const double extent = longest(canonical_, step, system_.units()) * length;
       if (end.moved < kMoved * extent) return false;
       if (!(std::abs(end.change) <= allowed)) {
-        look_for_descent(step, signed_length, end);
+        look_for_descent(step, signed_length, curvature(direction), end);
         return false;
       }
-      ++constant;
+      if (++constant == kEnough) return true;
     }
   }
-  return constant >= kEnough;
+  return false;
 }
 
-/// At the end of a walk that does not stay at the same value, or on the other side.
-void ValleySearch::look_for_descent(const Eigen::VectorXd& step, double length,
+/// At the end of a walk that does not stay at the same value, or on the other side, unless the
+/// curvature explains most of a rise: then it rises there, too.
+void ValleySearch::look_for_descent(const Eigen::VectorXd& step, double length, double bend,
                                     const Walk::End& end) {
   if (canonical_.y().size() > 0) return;
+  const double explained = 0.5 * bend * length * length;
+  if (explained > 0.0 && std::abs(end.change - explained) <= kExplained * explained) return;
   const auto falls = [&](const Walk::End& e) {
     return e.reached && e.change < -kClearGain * (1.0 + std::abs(point_.evaluation.f));
   };

@@ -21,12 +21,13 @@ SymmetricSolverOptions solver_options(const SolverOptions& options) {
           .mpi_halves = options.minmax_mpi_halves};
 }
 
-BarrierTerms::BarrierTerms(Index variables)
-    : curvature(Eigen::VectorXd::Zero(variables)),
-      distance_lower(Eigen::VectorXd::Ones(variables)),
-      distance_upper(Eigen::VectorXd::Ones(variables)),
-      z_lower(Eigen::VectorXd::Zero(variables)),
-      z_upper(Eigen::VectorXd::Zero(variables)) {}
+void BarrierTerms::set_size(Index variables) {
+  curvature.setZero(variables);
+  distance_lower.setOnes(variables);
+  distance_upper.setOnes(variables);
+  z_lower.setZero(variables);
+  z_upper.setZero(variables);
+}
 
 void BarrierTerms::take(const CanonicalProblem& canonical, const Iterate& iterate, Index begin) {
   z_lower = iterate.z_lower;
@@ -111,17 +112,20 @@ KktPattern::KktPattern(Which which, const CanonicalProblem& canonical, const Kkt
   }
 }
 
-KktBlock::KktBlock(std::shared_ptr<const KktPattern> pattern, const CanonicalProblem& canonical)
+KktBlock::KktBlock(std::shared_ptr<const KktPattern> pattern, const CanonicalProblem& canonical,
+                   KktBlockArrays* arrays)
     : canonical_(canonical),
       pattern_(std::move(pattern)),
-      matrix_(pattern_->zero),
-      diagonal_(at(matrix_.dimension()), 0.0),
-      terms_(canonical.variables()),
-      curvature_(Eigen::VectorXd::Zero(pattern_->variables.size())) {}
+      arrays_(arrays != nullptr ? *arrays : own_.emplace()) {
+  arrays_.matrix = pattern_->zero;
+  arrays_.diagonal.assign(at(arrays_.matrix.dimension()), 0.0);
+  arrays_.terms.set_size(canonical.variables());
+  arrays_.curvature.setZero(pattern_->variables.size());
+}
 
 Analysis KktBlock::analyze(const SolverOptions& options) {
   solver_ = make_symmetric_solver(options.linear_solver, solver_options(options));
-  return empty() ? Analysis{.ok = true} : solver_->analyze(matrix_, signs());
+  return empty() ? Analysis{.ok = true} : solver_->analyze(arrays_.matrix, signs());
 }
 
 void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
@@ -131,30 +135,30 @@ void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
 }
 
 void KktBlock::assemble(const Iterate& iterate, const Evaluation& evaluation) {
-  terms_.take(canonical_, iterate, pattern_->variables.begin);
+  arrays_.terms.take(canonical_, iterate, pattern_->variables.begin);
   assemble(evaluation);
 }
 
 void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature) {
-  terms_.take(barrier_curvature);
+  arrays_.terms.take(barrier_curvature);
   assemble(evaluation);
 }
 
 void KktBlock::assemble(const Evaluation& evaluation) {
   const auto own_curvature =
-      terms_.curvature.segment(pattern_->variables.begin, pattern_->variables.size());
+      arrays_.terms.curvature.segment(pattern_->variables.begin, pattern_->variables.size());
   const bool known = evaluation.jacobian_call > 0 && evaluation.hessian_call > 0;
   if (known && jacobian_call_ == evaluation.jacobian_call &&
-      hessian_call_ == evaluation.hessian_call && curvature_ == own_curvature) {
+      hessian_call_ == evaluation.hessian_call && arrays_.curvature == own_curvature) {
     return;
   }
   factorized_with_.reset();
   ++version_;
   jacobian_call_ = known ? evaluation.jacobian_call : 0;
   hessian_call_ = known ? evaluation.hessian_call : 0;
-  curvature_ = own_curvature;
-  matrix_.set_zero();
-  const auto values = matrix_.values();
+  arrays_.curvature = own_curvature;
+  arrays_.matrix.set_zero();
+  const auto values = arrays_.matrix.values();
   hessian_norm_ = 0.0;
   for (std::size_t k = 0; k < pattern_->hessian_entries.size(); ++k) {
     const double value = evaluation.hessian[at(pattern_->hessian_entries[k])];
@@ -168,14 +172,14 @@ void KktBlock::assemble(const Evaluation& evaluation) {
   for (Index i = pattern_->variables.begin; i < pattern_->variables.end; ++i) {
     const Index row = pattern_->row_of_variable[at(i)];
     if (row < 0) continue;
-    diagonal_[at(row)] =
-        values[at(matrix_.diagonal_position(row))] + canonical_.sign(i) * terms_.curvature[i];
+    arrays_.diagonal[at(row)] = values[at(arrays_.matrix.diagonal_position(row))] +
+                                canonical_.sign(i) * arrays_.terms.curvature[i];
   }
   const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
     const Index slack = slack_of[at(j)];
-    diagonal_[at(pattern_->row_of_constraint[at(j)])] =
-        slack < 0 ? 0.0 : -canonical_.sign(slack) / terms_.curvature[slack];
+    arrays_.diagonal[at(pattern_->row_of_constraint[at(j)])] =
+        slack < 0 ? 0.0 : -canonical_.sign(slack) / arrays_.terms.curvature[slack];
   }
 }
 
@@ -184,19 +188,19 @@ void KktBlock::decouple(const std::vector<bool>& constraints) {
   factorized_with_.reset();
   for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
     if (!constraints[at(j)]) continue;
-    diagonal_[at(pattern_->row_of_constraint[at(j)])] =
+    arrays_.diagonal[at(pattern_->row_of_constraint[at(j)])] =
         canonical_.max_constraints().contains(j) ? 1.0 : -1.0;
   }
 }
 
 void KktBlock::assemble_projection(const Evaluation& evaluation,
                                    const Eigen::VectorXd& multiplier_diagonal) {
-  terms_.take_none();
+  arrays_.terms.take_none();
   factorized_with_.reset();
   ++version_;
   jacobian_call_ = hessian_call_ = 0;
-  matrix_.set_zero();
-  const auto values = matrix_.values();
+  arrays_.matrix.set_zero();
+  const auto values = arrays_.matrix.values();
   for (std::size_t k = 0; k < pattern_->jacobian_entries.size(); ++k) {
     const auto [row, col] = canonical_.jacobian()[at(pattern_->jacobian_entries[k])];
     if (canonical_.owned_by_max(col) != canonical_.max_constraints().contains(row)) continue;
@@ -205,25 +209,25 @@ void KktBlock::assemble_projection(const Evaluation& evaluation,
   }
   for (Index i = pattern_->variables.begin; i < pattern_->variables.end; ++i) {
     if (const Index row = pattern_->row_of_variable[at(i)]; row >= 0)
-      diagonal_[at(row)] = canonical_.sign(i);
+      arrays_.diagonal[at(row)] = canonical_.sign(i);
   }
   for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
-    diagonal_[at(pattern_->row_of_constraint[at(j)])] = multiplier_diagonal[j];
+    arrays_.diagonal[at(pattern_->row_of_constraint[at(j)])] = multiplier_diagonal[j];
   }
 }
 
 void KktBlock::shift_by(const Regularization& shift) {
-  const auto values = matrix_.values();
+  const auto values = arrays_.matrix.values();
   for (Index i = pattern_->variables.begin; i < pattern_->variables.end; ++i) {
     const Index row = pattern_->row_of_variable[at(i)];
     if (row < 0) continue;
-    values[at(matrix_.diagonal_position(row))] =
-        diagonal_[at(row)] + (canonical_.owned_by_max(i) ? -shift.y : shift.x);
+    values[at(arrays_.matrix.diagonal_position(row))] =
+        arrays_.diagonal[at(row)] + (canonical_.owned_by_max(i) ? -shift.y : shift.x);
   }
   for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
     const Index row = pattern_->row_of_constraint[at(j)];
-    values[at(matrix_.diagonal_position(row))] =
-        diagonal_[at(row)] +
+    values[at(arrays_.matrix.diagonal_position(row))] =
+        arrays_.diagonal[at(row)] +
         (canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x);
   }
 }
@@ -231,14 +235,14 @@ void KktBlock::shift_by(const Regularization& shift) {
 void KktBlock::begin_factorize(const Regularization& shift) {
   factorized_with_.reset();
   shift_by(shift);
-  solver_->begin_factorize(matrix_);
+  solver_->begin_factorize(arrays_.matrix);
 }
 
 Factorization KktBlock::factorize(const Regularization& shift, Certainty certainty) {
   if (is_factorized(shift, certainty)) return factorization_;
   shift_by(shift);
   certainty_ = certainty;
-  factorization_ = solver_->factorize(matrix_, certainty);
+  factorization_ = solver_->factorize(arrays_.matrix, certainty);
   factorized_with_.reset();
   if (factorization_.status == FactorizationStatus::OutOfMemory) throw FactorsOutOfMemory();
   if (factorization_.status == FactorizationStatus::Ok) factorized_with_ = shift;
@@ -247,7 +251,7 @@ Factorization KktBlock::factorize(const Regularization& shift, Certainty certain
 
 Factorization KktBlock::make_certain(const Regularization& shift) {
   if (certainty_ == Certainty::Certain || !is_factorized(shift, certainty_)) return factorization_;
-  factorization_ = solver_->make_certain(matrix_, factorization_);
+  factorization_ = solver_->make_certain(arrays_.matrix, factorization_);
   if (factorization_.status != FactorizationStatus::Ok) factorized_with_.reset();
   return factorization_;
 }

@@ -35,7 +35,8 @@ struct BarrierTerms {
   Eigen::VectorXd distance_lower, distance_upper;  ///< to the bounds, 1 where there is none
   Eigen::VectorXd z_lower, z_upper;                ///< bound multipliers
 
-  explicit BarrierTerms(Index variables);
+  /// Without bounds and curvature.
+  void set_size(Index variables);
   /// Those of an iterate; of variables up to begin they are of no interest.
   void take(const CanonicalProblem& canonical, const Iterate& iterate, Index begin);
   /// The curvature given: bounds at distance 1 with these multipliers.
@@ -58,15 +59,27 @@ struct KktPattern {
   std::vector<Index> positions;  ///< their places in the matrix, the Hessian's first
 };
 
+/// The values of a KktBlock, kept from one to the next.
+struct KktBlockArrays {
+  SymmetricMatrix matrix;
+  std::vector<double> diagonal;  ///< at zero shift, per row
+  BarrierTerms terms;
+  Eigen::VectorXd curvature;  ///< of the variables, in the values
+};
+
 /// One of the two KKT matrices with its solver.
 /// Positions of all entries are found once; afterwards only values move.
 class KktBlock {
  public:
-  /// The pattern is that of the canonical problem, or of another one of the same shape.
-  KktBlock(std::shared_ptr<const KktPattern> pattern, const CanonicalProblem& canonical);
+  /// The pattern is that of the canonical problem, or of another one of the same shape. arrays: of
+  /// no other block that is in use; null: its own.
+  KktBlock(std::shared_ptr<const KktPattern> pattern, const CanonicalProblem& canonical,
+           KktBlockArrays* arrays = nullptr);
+  KktBlock(const KktBlock&) = delete;
+  KktBlock& operator=(const KktBlock&) = delete;
 
   [[nodiscard]] const std::shared_ptr<const KktPattern>& pattern() const { return pattern_; }
-  [[nodiscard]] bool empty() const { return matrix_.dimension() == 0; }
+  [[nodiscard]] bool empty() const { return arrays_.matrix.dimension() == 0; }
   /// With a new solver.
   [[nodiscard]] Analysis analyze(const SolverOptions& options);
   /// The analyzed solver, and its use for a block with the same pattern, instead of analyze.
@@ -86,7 +99,7 @@ class KktBlock {
   /// After assemble: rows without entries of J count with the expected sign and one as diagonal.
   void decouple(const std::vector<bool>& constraints);
   /// The barrier terms of the last assemble, of none after assemble_projection.
-  [[nodiscard]] const BarrierTerms& barrier_terms() const { return terms_; }
+  [[nodiscard]] const BarrierTerms& barrier_terms() const { return arrays_.terms; }
   /// W = I for Min, -I for Max, no coupling of the players, and the given diagonal on the
   /// multiplier rows (per canonical constraint): the matrix of least-squares multipliers.
   void assemble_projection(const Evaluation& evaluation,
@@ -126,9 +139,9 @@ class KktBlock {
   /// Solution of the reduced system for a right-hand side in rows of this block, in place.
   void solve_in_place(std::span<double> rhs) { solver_->solve_in_place(rhs); }
 
-  [[nodiscard]] Index dimension() const { return matrix_.dimension(); }
+  [[nodiscard]] Index dimension() const { return arrays_.matrix.dimension(); }
   /// The matrix of the last factorize, and the expected sign of each pivot.
-  [[nodiscard]] const SymmetricMatrix& matrix() const { return matrix_; }
+  [[nodiscard]] const SymmetricMatrix& matrix() const { return arrays_.matrix; }
   [[nodiscard]] std::span<const std::int8_t> signs() const { return pattern_->signs; }
   /// Row of a canonical variable or constraint, -1 when it is not in this block.
   [[nodiscard]] Index row_of_variable(Index i) const {
@@ -152,13 +165,11 @@ class KktBlock {
 
   const CanonicalProblem& canonical_;
   std::shared_ptr<const KktPattern> pattern_;
-  SymmetricMatrix matrix_;
-  std::vector<double> diagonal_;  ///< at zero shift, per row
+  std::optional<KktBlockArrays> own_;
+  KktBlockArrays& arrays_;
   std::shared_ptr<SymmetricSolver> solver_;
   double hessian_norm_ = 0.0;
   std::uint64_t jacobian_call_ = 0, hessian_call_ = 0;  ///< that gave the values, 0 if unknown
-  BarrierTerms terms_;
-  Eigen::VectorXd curvature_;  ///< of the variables, in the values
   std::uint64_t version_ = 0;
   std::optional<Regularization> factorized_with_;  ///< empty: not these values
   Factorization factorization_;

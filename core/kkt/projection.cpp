@@ -30,7 +30,8 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
   lambda.setZero(canonical_.constraints());
   if (canonical_.constraints() == 0) return true;
   const Counting counting(*this, FactorizationCause::Multipliers);
-  Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(canonical_.constraints());
+  Eigen::VectorXd& diagonal = arrays_.multiplier_diagonal;
+  diagonal.setZero(canonical_.constraints());
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     if (const Index slack = canonical_.slack_of_constraint()[at(j)]; slack >= 0) {
       diagonal[j] = -canonical_.sign(slack);
@@ -38,8 +39,10 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
   }
   full_.assemble_projection(evaluation, diagonal);
   release_full();
-  NewtonResidual rhs = zero_step(canonical_);
-  Step step = rhs;
+  NewtonResidual& rhs = arrays_.gradient;
+  Step& step = arrays_.multipliers;
+  set_zero(canonical_, rhs);
+  set_zero(canonical_, step);
   for (const bool max : {true, false}) {
     const IndexRange variables = {max ? canonical_.y().begin : 0,
                                   max ? canonical_.variables() : canonical_.y().begin};

@@ -90,9 +90,12 @@ void KktSystem::solve_with_factors(KktBlock& block, std::span<double> reduced) {
 
 bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
   const auto size = static_cast<Eigen::Index>(reduced.size());
-  const Eigen::VectorXd rhs = Eigen::Map<const Eigen::VectorXd>(reduced.data(), size);
-  Eigen::VectorXd residual = rhs;
-  Eigen::VectorXd product(size);
+  Eigen::VectorXd& rhs = arrays_.reduced_rhs;
+  Eigen::VectorXd& residual = arrays_.reduced_residual;
+  Eigen::VectorXd& product = arrays_.product;
+  rhs = Eigen::Map<const Eigen::VectorXd>(reduced.data(), size);
+  residual = rhs;
+  product.resize(size);
   Eigen::Map<Eigen::VectorXd> solution(reduced.data(), size);
   solution.setZero();
   double last_ratio = std::numeric_limits<double>::infinity();
@@ -120,7 +123,7 @@ bool KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& 
     return rhs.v[i] + canonical_.sign(i) * (rhs.z_lower[i] / at_point.distance_lower[i] -
                                             rhs.z_upper[i] / at_point.distance_upper[i]);
   };
-  const std::span<double> reduced(rhs_.data(), at(block.dimension()));
+  const std::span<double> reduced(arrays_.reduced.data(), at(block.dimension()));
   for (Index i = block.variables().begin; i < block.variables().end; ++i) {
     if (const Index row = block.row_of_variable(i); row >= 0) reduced[at(row)] = t(i);
   }
@@ -188,18 +191,18 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
   ++counts_.solves;
   const OwnPart own(block);
   own.clear_rest(step);
-  own.clear_rest(correction_);
+  own.clear_rest(arrays_.correction);
   solve_reduced(block, rhs, step);
   const double rhs_norm = own.norm(rhs);
   double scale = 0.0;
   const auto residual_ratio = [&] {
-    residual_.v = rhs.v;
-    residual_.lambda = rhs.lambda;
-    residual_.z_lower = rhs.z_lower;
-    residual_.z_upper = rhs.z_upper;
-    subtract_product(block, shift, evaluation, step, residual_);
+    arrays_.residual.v = rhs.v;
+    arrays_.residual.lambda = rhs.lambda;
+    arrays_.residual.z_lower = rhs.z_lower;
+    arrays_.residual.z_upper = rhs.z_upper;
+    subtract_product(block, shift, evaluation, step, arrays_.residual);
     scale = std::min(own.norm(step), kLongestSolution * rhs_norm) + rhs_norm;
-    return scale > 0.0 ? own.norm(residual_) / scale : 0.0;
+    return scale > 0.0 ? own.norm(arrays_.residual) / scale : 0.0;
   };
   // Refinement: stops at residual_ratio_max, or when the residual no longer falls. Beside long
   // steps of the multipliers the ratio overlooks small rows, which Newton's method needs as well.
@@ -207,21 +210,22 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
   for (Index k = 0;; ++k) {
     double ratio = residual_ratio();
     if (std::isfinite(ratio) && ratio > kSlow * last_ratio) {
-      const double more = own.best_multiple(residual_, last_residual_);
+      const double more = own.best_multiple(arrays_.residual, arrays_.last_residual);
       if (std::isfinite(more)) {
-        own.add(more, correction_, step);
+        own.add(more, arrays_.correction, step);
         ratio = residual_ratio();
       }
     }
     if (!std::isfinite(ratio)) return false;
-    if (ratio <= options_.residual_ratio_max && own.is_small(residual_, rhs, scale)) return true;
+    if (ratio <= options_.residual_ratio_max && own.is_small(arrays_.residual, rhs, scale))
+      return true;
     if (k == options_.max_refinement_steps || ratio > kProgress * last_ratio) {
       return std::min(ratio, last_ratio) <= options_.residual_ratio_singular;
     }
     last_ratio = ratio;
-    own.copy_equations(residual_, last_residual_);
-    solve_reduced(block, residual_, correction_);
-    own.add(1.0, correction_, step);
+    own.copy_equations(arrays_.residual, arrays_.last_residual);
+    solve_reduced(block, arrays_.residual, arrays_.correction);
+    own.add(1.0, arrays_.correction, step);
   }
 }
 

@@ -22,17 +22,22 @@ std::shared_ptr<const KktPattern> pattern_of(KktPattern::Which which,
 }  // namespace
 
 KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& options,
-                     Counts& counts, Timing& timing, TimeLimit* limit, const KktAnalysis* kept)
+                     Counts& counts, Timing& timing, TimeLimit* limit, const KeptKkt& kept)
     : canonical_(canonical),
       options_(options),
       counts_(counts),
       timing_(timing),
       limit_(limit),
       layout_(canonical),
-      full_(pattern_of(KktPattern::Which::Full, canonical, layout_, kept), canonical),
-      inner_(pattern_of(KktPattern::Which::Inner, canonical, layout_, kept), canonical),
-      rhs_(at(layout_.dimension()), 0.0) {
-  residual_ = last_residual_ = correction_ = zero_step(canonical);
+      arrays_(kept.arrays != nullptr ? *kept.arrays : own_.emplace()),
+      full_(pattern_of(KktPattern::Which::Full, canonical, layout_, kept.analysis), canonical,
+            &arrays_.full),
+      inner_(pattern_of(KktPattern::Which::Inner, canonical, layout_, kept.analysis), canonical,
+             &arrays_.inner) {
+  arrays_.reduced.assign(at(layout_.dimension()), 0.0);
+  for (Step* step : {&arrays_.residual, &arrays_.last_residual, &arrays_.correction}) {
+    set_zero(canonical, *step);
+  }
 }
 
 bool KktSystem::analyze(const std::optional<KktAnalysis>& kept) {

@@ -33,13 +33,35 @@ struct KktAnalysis {
   std::shared_ptr<const KktPattern> full_pattern, inner_pattern;
 };
 
+/// What a KktSystem works with, kept from one to the next.
+struct KktArrays {
+  KktBlockArrays full, inner;
+  std::vector<double> reduced;  ///< right-hand side and solution in the rows of a block
+  // Refinement
+  NewtonResidual residual, last_residual;
+  Step correction;
+  // The same against the assembled matrix, in its rows
+  Eigen::VectorXd reduced_rhs, reduced_residual, product;
+  // Least-squares multipliers
+  Eigen::VectorXd multiplier_diagonal;
+  NewtonResidual gradient;
+  Step multipliers;
+};
+
+/// What a KktSystem may take over of earlier ones.
+struct KeptKkt {
+  const KktAnalysis* analysis = nullptr;  ///< of a problem of the same shape: its patterns serve
+  KktArrays* arrays = nullptr;            ///< of no other system that is in use
+};
+
 /// The Newton system of the primal-dual equations (paper's eq. (interiorpoint)) at one iterate.
 class KktSystem {
  public:
-  /// limit: told when a factorization is refused; null for none. kept: of a problem of the same
-  /// shape, whose patterns serve again.
+  /// limit: told when a factorization is refused; null for none.
   KktSystem(const CanonicalProblem& canonical, const SolverOptions& options, Counts& counts,
-            Timing& timing, TimeLimit* limit = nullptr, const KktAnalysis* kept = nullptr);
+            Timing& timing, TimeLimit* limit = nullptr, const KeptKkt& kept = {});
+  KktSystem(const KktSystem&) = delete;
+  KktSystem& operator=(const KktSystem&) = delete;
 
   [[nodiscard]] const KktLayout& layout() const { return layout_; }
 
@@ -206,14 +228,13 @@ class KktSystem {
   Index allowed_ = std::numeric_limits<Index>::max();  ///< factorizations, all together
   FactorizationCause cause_ = FactorizationCause::Step;
   KktLayout layout_;
+  std::optional<KktArrays> own_;
+  KktArrays& arrays_;
   KktBlock full_, inner_;
   std::unique_ptr<KktSchur> schur_;          ///< null: K is factorized as a whole
   bool at_once_ = false;                     ///< K and K_yy can be factorized at the same time
   KktFactors full_factors_, inner_factors_;  ///< at hand
   std::uint64_t factorizations_ = 0;
-  NewtonResidual residual_, last_residual_;
-  Step correction_;
-  std::vector<double> rhs_;
 };
 
 }  // namespace ipminmax

@@ -24,8 +24,13 @@ class Filter {
   /// Forgets all pairs. The first violation of a solve fixes theta_min and theta_max.
   void reset() { entries_.clear(); }
   void set_scale(double first_theta);
-  /// Makes room for that many pairs.
-  void reserve(std::size_t pairs) { entries_.reserve(pairs); }
+  /// As a new filter, with room for that many pairs.
+  void begin_anew(std::size_t pairs) {
+    entries_.clear();
+    entries_.reserve(pairs);
+    theta_min_ = kFirstThetaMin;
+    theta_max_ = kFirstThetaMax;
+  }
 
   /// Whether a step of length alpha from one point to another is acceptable; slope is the
   /// directional derivative of phi.
@@ -55,9 +60,10 @@ class Filter {
   [[nodiscard]] std::optional<double> demanded(const Merit& from, double slope, double alpha,
                                                double theta) const;
 
+  static constexpr double kFirstThetaMin = 1e-4, kFirstThetaMax = 1e4;
   std::vector<Entry> entries_;
-  double theta_min_ = 1e-4;
-  double theta_max_ = 1e4;
+  double theta_min_ = kFirstThetaMin;
+  double theta_max_ = kFirstThetaMax;
 };
 
 }  // namespace ipminmax

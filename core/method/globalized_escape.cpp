@@ -17,7 +17,7 @@ StepReport GlobalizedMethod::escape(const Point& from, double mu, const EscapeRe
   const KktSystem::Counting counting(kkt_, FactorizationCause::Curvature);
   Run run{.here = &from, .to = to, .mu = mu};
   if (++escapes_ > parameter::kMost) return {};
-  filter_.reset();
+  arrays_.filter.reset();
   run.report.kind = StepKind::Escape;
   const bool inner_wrong = has_max() && request.wrong && request.wrong->owner == Player::Max;
   if (has_max() && !outer_.inner.direction(from, mu, outer_.direction)) return {};

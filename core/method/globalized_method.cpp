@@ -17,7 +17,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 }  // namespace
 
 GlobalizedMethod::GlobalizedMethod(const MethodContext& context, Restorer restorer,
-                                   const Point& first)
+                                   const Point& first, GlobalizedArrays& arrays)
     : canonical_(context.canonical),
       kkt_(context.kkt),
       correction_(context.correction),
@@ -26,15 +26,17 @@ GlobalizedMethod::GlobalizedMethod(const MethodContext& context, Restorer restor
       budget_(context.budget),
       restorer_(std::move(restorer)),
       patience_(canonical_.x().size() + canonical_.y().size()),
-      outer_(context, first) {
-  filter_.reserve(
+      arrays_(arrays),
+      outer_(context, first, arrays.outer) {
+  arrays_.watchdog.begin_anew();
+  arrays_.filter.begin_anew(
       static_cast<std::size_t>(std::min(options_.max_iter, parameters::outer::kFilterPairs)));
-  filter_.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
+  arrays_.filter.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
 }
 
 void GlobalizedMethod::barrier_changed() {
-  filter_.reset();
-  watchdog_.end();
+  arrays_.filter.reset();
+  arrays_.watchdog.end();
   patience_.barrier_changed();
   barrier_changed_ = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
   soft_steps_ = 0;
@@ -120,7 +122,7 @@ bool GlobalizedMethod::inner_phase(Run& run, double target) {
   run.unshifted_step = UnshiftedStep::Unknown;
   if (outcome == InnerMaximizer::Outcome::Maximum) {
     run.here = &run.to;
-    filter_.reset();
+    arrays_.filter.reset();
     patience_.watch_branch(estimate, outer_.merit(run.to, run.mu).phi);
     return true;
   }
@@ -169,7 +171,7 @@ bool GlobalizedMethod::fast_step(Run& run) {
   run.report.kind = StepKind::Newton;
   inner_right_at_ = trial.evaluation.hessian_call;
   move_to_trial(run);
-  filter_.reset();
+  arrays_.filter.reset();
   return true;
 }
 
@@ -219,7 +221,7 @@ bool GlobalizedMethod::untested_step(Run& run, StepLength alpha) {
       continue;
     }
     move_to_trial(run);
-    filter_.reset();
+    arrays_.filter.reset();
     run.report.alpha_primal = alpha.primal;
     run.report.alpha_dual = alpha.dual;
     return true;

@@ -12,13 +12,21 @@
 
 namespace ipminmax {
 
+/// What a GlobalizedMethod works with, kept from one to the next.
+struct GlobalizedArrays {
+  OuterArrays outer;
+  Filter filter;
+  Watchdog watchdog;
+};
+
 /// The globalized method, core/algorithm.md: the minimizer descends on phi(x), the local maximum
 /// over y, estimated by the barrier value plus the predicted gain of the inner Newton step.
 /// Without Max variables this is Ipopt's filter line search.
 class GlobalizedMethod final : public StepMethod {
  public:
   /// first: where the search begins.
-  GlobalizedMethod(const MethodContext& context, Restorer restorer, const Point& first);
+  GlobalizedMethod(const MethodContext& context, Restorer restorer, const Point& first,
+                   GlobalizedArrays& arrays);
 
   [[nodiscard]] StepReport step(const Point& from, double mu, Point& to) override;
   [[nodiscard]] StepReport escape(const Point& from, double mu, const EscapeRequest& request,
@@ -78,9 +86,8 @@ class GlobalizedMethod final : public StepMethod {
   IterationBudget& budget_;
   Restorer restorer_;
   Patience patience_;
-  Filter filter_;
+  GlobalizedArrays& arrays_;
   OuterBlock outer_;
-  Watchdog watchdog_;
 
   /// Second derivatives of the point at which a fast step ended, by their number: K_yy is right
   /// there, or taken to be, in the freeze neighbourhood.

@@ -39,7 +39,7 @@ bool GlobalizedMethod::outer_step(Run& run) {
       return fail(run, Status::InertiaCorrectionFailed,
                   "no shift of the Hessian gives the KKT matrix the expected inertia");
     }
-    const bool is_watched = !has_max() && watchdog_.is_due();
+    const bool is_watched = !has_max() && arrays_.watchdog.is_due();
     if (is_watched && watched_step(run)) return true;
     const int trials = !has_max()    ? parameter::kTrials
                        : inner_exact ? parameter::kExactTrials
@@ -67,7 +67,7 @@ bool GlobalizedMethod::exact_inner_maximum(Run& run) {
   }
   move_to_trial(run);
   run.unshifted_step = UnshiftedStep::Unknown;
-  filter_.reset();
+  arrays_.filter.reset();
   return true;
 }
 
@@ -76,7 +76,7 @@ bool GlobalizedMethod::without_line_search(Run& run) {
   if (can_restore(*run.here)) return restore(run);
   if (has_max()) return leap(run);
   // Points of long ago may be all that rejects.
-  filter_.reset();
+  arrays_.filter.reset();
   if (search(run, parameter::kTrials, false)) return true;
   const Eigen::VectorXd& c = run.here->evaluation.c;
   const bool exactly_feasible = max_norm(c) <= parameters::restoration::kFeasible * options_.tol;
@@ -91,7 +91,7 @@ bool GlobalizedMethod::search(Run& run, int trials, bool first_fails) {
                   .trials = trials,
                   .first_fails = first_fails};
   line.slope = outer_.slope(from, run.mu);
-  line.smallest = filter_.smallest_step(line.from, line.slope);
+  line.smallest = arrays_.filter.smallest_step(line.from, line.slope);
   last_slope_ = std::abs(line.slope);
   if (has_max()) {
     // phi is known along one branch of inner maxima only: no step far out of its neighbourhood.
@@ -99,14 +99,14 @@ bool GlobalizedMethod::search(Run& run, int trials, bool first_fails) {
     line.longest.primal =
         std::min(line.longest.primal, longest / std::max(max_norm(outer_.step.v), longest));
   }
-  Block block{.owner = *this, .run = run, .bound = OuterBlock::Bound(filter_, line)};
-  const SearchEnd end = filter_search(block, filter_, line, limit_);
+  Block block{.owner = *this, .run = run, .bound = OuterBlock::Bound(arrays_.filter, line)};
+  const SearchEnd end = filter_search(block, arrays_.filter, line, limit_);
   if (!end.accepted) return false;
   accept(run);
   run.report.alpha_primal = end.alpha.primal;
   run.report.alpha_dual = end.alpha.dual;
   if (end.corrected) run.report.kind = StepKind::Corrected;
-  watchdog_.count(end.cuts > 0);
+  arrays_.watchdog.count(end.cuts > 0);
   soft_steps_ = 0;
   return true;
 }
@@ -115,7 +115,7 @@ void GlobalizedMethod::count_dominated(bool dominated) {
   if (has_max() || filter_resets_ >= parameter::kFilterResets) return;
   dominated_steps_ = dominated ? dominated_steps_ + 1 : 0;
   if (dominated_steps_ < parameter::kDominatedBeforeReset) return;
-  filter_.reset();
+  arrays_.filter.reset();
   ++filter_resets_;
   dominated_steps_ = 0;
 }
@@ -123,29 +123,30 @@ void GlobalizedMethod::count_dominated(bool dominated) {
 /// False: an ordinary search is due, from the point and with the step that it went back to.
 bool GlobalizedMethod::watched_step(Run& run) {
   const Point& from = *run.here;
-  if (!watchdog_.active) {
-    watchdog_.point = from;
-    watchdog_.step = outer_.step;
-    watchdog_.from = outer_.merit(from, run.mu);
-    watchdog_.slope = outer_.slope(from, run.mu);
-    watchdog_.report = run.report;
-    watchdog_.trials = 0;
-    watchdog_.active = true;
+  if (!arrays_.watchdog.active) {
+    arrays_.watchdog.point = from;
+    arrays_.watchdog.step = outer_.step;
+    arrays_.watchdog.from = outer_.merit(from, run.mu);
+    arrays_.watchdog.slope = outer_.slope(from, run.mu);
+    arrays_.watchdog.report = run.report;
+    arrays_.watchdog.trials = 0;
+    arrays_.watchdog.active = true;
   }
   const StepLength alpha = outer_.longest_step(from, run.mu);
-  if (watchdog_.trials == 0) watchdog_.alpha = alpha.primal;
+  if (arrays_.watchdog.trials == 0) arrays_.watchdog.alpha = alpha.primal;
   Block block{.owner = *this, .run = run};
-  const Trial trial = block.evaluate(watchdog_.slope, alpha);
+  const Trial trial = block.evaluate(arrays_.watchdog.slope, alpha);
   const bool defined = trial.usable && block.complete();
-  const auto verdict = filter_.test(watchdog_.from, watchdog_.slope, watchdog_.alpha, trial.merit);
+  const auto verdict = arrays_.filter.test(arrays_.watchdog.from, arrays_.watchdog.slope,
+                                           arrays_.watchdog.alpha, trial.merit);
   const bool improves = defined && Filter::accepted(verdict);
   // A full step to where the solve would end as diverging is nothing to wait for.
   const bool may_wait =
       defined && max_norm(outer_.trial.iterate.v) <= options_.diverging_iterates_tol;
-  if (improves || (may_wait && ++watchdog_.trials <= parameter::kWatchdogTrials)) {
+  if (improves || (may_wait && ++arrays_.watchdog.trials <= parameter::kWatchdogTrials)) {
     if (improves) {
-      if (verdict == Filter::Verdict::Sufficient) filter_.add(watchdog_.from);
-      watchdog_.end();
+      if (verdict == Filter::Verdict::Sufficient) arrays_.filter.add(arrays_.watchdog.from);
+      arrays_.watchdog.end();
     }
     accept(run);
     run.report.alpha_primal = alpha.primal;
@@ -153,12 +154,12 @@ bool GlobalizedMethod::watched_step(Run& run) {
     run.report.kind = StepKind::Watchdog;
     return true;
   }
-  watchdog_.end();
-  std::swap(run.to, watchdog_.point);
+  arrays_.watchdog.end();
+  std::swap(run.to, arrays_.watchdog.point);
   run.here = &run.to;
-  std::swap(outer_.step, watchdog_.step);
+  std::swap(outer_.step, arrays_.watchdog.step);
   const Index trials = run.report.trials;
-  run.report = watchdog_.report;
+  run.report = arrays_.watchdog.report;
   run.report.trials = trials;
   return false;
 }

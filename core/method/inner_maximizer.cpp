@@ -22,25 +22,28 @@ double tail_norm(const Eigen::VectorXd& v, Index begin) {
 
 }  // namespace
 
-InnerMaximizer::InnerMaximizer(const MethodContext& context, const Point& first)
+InnerMaximizer::InnerMaximizer(const MethodContext& context, const Point& first,
+                               InnerArrays& arrays)
     : canonical_(context.canonical),
       kkt_(context.kkt),
       correction_(context.correction),
       options_(context.options),
       limit_(context.limit),
-      trial_(first) {
+      arrays_(arrays) {
   const CanonicalProblem& canonical = canonical_;
-  for (Step* step : {&rhs_, &correction_step_}) *step = zero_step(canonical);
-  gradient_ = start_v_ = rhs_.v;
-  along_ = rhs_.v.tail(canonical_.variables() - canonical_.y().begin);
-  corrected_c_ = rhs_.lambda;
-  filter_.reserve(parameter::kFilterPairs);
+  arrays_.trial = first;
+  for (Step* step : {&arrays_.rhs, &arrays_.correction_step}) set_zero(canonical, *step);
+  arrays_.gradient = arrays_.start_v = arrays_.rhs.v;
+  arrays_.along = arrays_.rhs.v.tail(canonical_.variables() - canonical_.y().begin);
+  arrays_.corrected_c = arrays_.rhs.lambda;
+  arrays_.filter.begin_anew(parameter::kFilterPairs);
+  arrays_.robust_entries.clear();
   if (canonical.robust_constraints().empty()) return;
   const auto jacobian = canonical.jacobian();
   for (std::size_t k = 0; k < jacobian.size(); ++k) {
     const auto [row, col] = jacobian[k];
     if (canonical.owned_by_max(col) && canonical.min_constraints().contains(row)) {
-      robust_entries_.push_back(k);
+      arrays_.robust_entries.push_back(k);
     }
   }
 }
@@ -54,10 +57,10 @@ double InnerMaximizer::value(const Point& point, double mu) const {
 }
 
 void InnerMaximizer::value_gradient(const Point& point, double mu) {
-  barrier_gradient(canonical_, point, mu, gradient_);
-  for (const std::size_t k : robust_entries_) {
+  barrier_gradient(canonical_, point, mu, arrays_.gradient);
+  for (const std::size_t k : arrays_.robust_entries) {
     const auto [row, col] = canonical_.jacobian()[k];
-    gradient_[col] += point.iterate.lambda[row] * point.evaluation.jacobian[k];
+    arrays_.gradient[col] += point.iterate.lambda[row] * point.evaluation.jacobian[k];
   }
 }
 
@@ -82,19 +85,19 @@ bool InnerMaximizer::unshifted_direction(const Point& point, double mu, InnerDir
 }
 
 bool InnerMaximizer::solve(const Point& point, double mu, InnerDirection& out) {
-  newton_residual(canonical_, point, mu, rhs_);
+  newton_residual(canonical_, point, mu, arrays_.rhs);
   out.mu = mu;
   out.factors = kkt_.inner_factors();
   out.jacobian_call = point.evaluation.jacobian_call;
   out.hessian_call = point.evaluation.hessian_call;
-  if (!kkt_.solve_inner(out.factors, point.evaluation, rhs_, out.step)) return false;
+  if (!kkt_.solve_inner(out.factors, point.evaluation, arrays_.rhs, out.step)) return false;
   // q = grad f_b' p + p'Hp/2 with H p = -grad f_b - J'(lambda + dlambda) and J p = -c.
   value_gradient(point, mu);
   const Index n = canonical_.variables() - canonical_.y().begin;
   const Index m = canonical_.max_constraints().size();
   out.gain =
       0.5 *
-      (gradient_.tail(n).dot(out.step.v.tail(n)) +
+      (arrays_.gradient.tail(n).dot(out.step.v.tail(n)) +
        (point.iterate.lambda.tail(m) + out.step.lambda.tail(m)).dot(point.evaluation.c.tail(m)));
   return std::isfinite(out.gain);
 }
@@ -137,8 +140,8 @@ struct InnerMaximizer::Block {
   const KktFactors& factors;
 
   [[nodiscard]] const Point& from() const { return point; }
-  [[nodiscard]] Point& trial() const { return owner.trial_; }
-  [[nodiscard]] Eigen::VectorXd& corrected_c() const { return owner.corrected_c_; }
+  [[nodiscard]] Point& trial() const { return owner.arrays_.trial; }
+  [[nodiscard]] Eigen::VectorXd& corrected_c() const { return owner.arrays_.corrected_c; }
 
   [[nodiscard]] Trial merit() const {
     Trial result;
@@ -150,10 +153,10 @@ struct InnerMaximizer::Block {
     return merit();
   }
   [[nodiscard]] std::optional<StepLength> correct(const Eigen::VectorXd& c) const {
-    newton_residual(owner.canonical_, point, mu, owner.rhs_);
-    owner.rhs_.lambda = -c;
-    Step& corrected = owner.correction_step_;
-    if (!owner.kkt_.solve_inner(factors, point.evaluation, owner.rhs_, corrected))
+    newton_residual(owner.canonical_, point, mu, owner.arrays_.rhs);
+    owner.arrays_.rhs.lambda = -c;
+    Step& corrected = owner.arrays_.correction_step;
+    if (!owner.kkt_.solve_inner(factors, point.evaluation, owner.arrays_.rhs, corrected))
       return std::nullopt;
     const StepLength a = largest_step(owner.canonical_, point.iterate, corrected,
                                       boundary_fraction(mu, owner.options_));
@@ -172,7 +175,7 @@ struct InnerMaximizer::Block {
   }
 
   void set_trial(const Eigen::VectorXd& along, double length) const {
-    Step& d = owner.correction_step_;
+    Step& d = owner.arrays_.correction_step;
     set_zero(d);
     d.v.tail(along.size()) = length * along;
     owner.move(
@@ -199,12 +202,13 @@ bool InnerMaximizer::search(Point& point, double mu, const InnerDirection& direc
       .trials = std::numeric_limits<int>::max()};
   if (length > longest) line.longest.primal = std::min(line.longest.primal, longest / length);
   const Index n = canonical_.variables() - canonical_.y().begin;
-  line.slope = -gradient_.tail(n).dot(d.v.tail(n));
-  line.smallest = std::max(filter_.smallest_step(line.from, line.slope), parameter::kShortestStep);
-  trial_.evaluation = point.evaluation;
+  line.slope = -arrays_.gradient.tail(n).dot(d.v.tail(n));
+  line.smallest =
+      std::max(arrays_.filter.smallest_step(line.from, line.slope), parameter::kShortestStep);
+  arrays_.trial.evaluation = point.evaluation;
   Block block{.owner = *this, .point = point, .mu = mu, .step = d, .factors = direction.factors};
-  if (!filter_search(block, filter_, line, limit_).accepted) return false;
-  std::swap(point, trial_);
+  if (!filter_search(block, arrays_.filter, line, limit_).accepted) return false;
+  std::swap(point, arrays_.trial);
   canonical_.keep_distances(point.iterate, mu);
   return true;
 }
@@ -212,34 +216,34 @@ bool InnerMaximizer::search(Point& point, double mu, const InnerDirection& direc
 bool InnerMaximizer::escape(Point& point, double mu, const KktFactors& factors) {
   const InverseIteration how{.variables = {canonical_.y().begin, canonical_.variables()},
                              .iterations = parameters::escape::kInnerIterations};
-  return turn_to_curvature(how, rhs_, correction_step_,
+  return turn_to_curvature(how, arrays_.rhs, arrays_.correction_step,
                            [&](const NewtonResidual& rhs, Step& step) {
                              return kkt_.solve_inner(factors, point.evaluation, rhs, step);
                            }) &&
-         leave(point, mu, rhs_.v);
+         leave(point, mu, arrays_.rhs.v);
 }
 
 bool InnerMaximizer::leave(Point& point, double mu, const Eigen::VectorXd& direction) {
   const Index n = canonical_.variables() - canonical_.y().begin;
-  along_ = direction.tail(n);
-  along_.normalize();
+  arrays_.along = direction.tail(n);
+  arrays_.along.normalize();
   value_gradient(point, mu);
-  if (gradient_.tail(n).dot(along_) < 0.0) along_ = -along_;
+  if (arrays_.gradient.tail(n).dot(arrays_.along) < 0.0) arrays_.along = -arrays_.along;
   CurvatureMove move{.from = merit(point, mu)};
   move.length =
       parameters::escape::kLength * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
   move.shortest = parameters::escape::kShortest * move.length;
   move.decrease = parameters::escape::kDecrease;
   move.least_gain = parameters::escape::kLeastGain * (1.0 + std::abs(move.from.phi));
-  trial_.evaluation = point.evaluation;
+  arrays_.trial.evaluation = point.evaluation;
   Block block{.owner = *this,
               .point = point,
               .mu = mu,
-              .step = correction_step_,
+              .step = arrays_.correction_step,
               .factors = kkt_.inner_factors()};
-  if (!move_along_curvature(block, move, along_, limit_)) return false;
-  std::swap(point, trial_);
-  filter_.reset();
+  if (!move_along_curvature(block, move, arrays_.along, limit_)) return false;
+  std::swap(point, arrays_.trial);
+  arrays_.filter.reset();
   return true;
 }
 
@@ -252,11 +256,11 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
                                                  int max_steps, double upper_bound,
                                                  InnerDirection& out) {
   const KktSystem::Counting counting(kkt_, FactorizationCause::InnerAscent);
-  filter_.reset();
-  filter_.set_scale(violation(point.evaluation.c, canonical_.max_constraints()));
-  start_v_ = point.iterate.v;
+  arrays_.filter.reset();
+  arrays_.filter.set_scale(violation(point.evaluation.c, canonical_.max_constraints()));
+  arrays_.start_v = point.iterate.v;
   const Index n = canonical_.variables() - canonical_.y().begin;
-  const double start_norm = tail_norm(start_v_, canonical_.y().begin);
+  const double start_norm = tail_norm(arrays_.start_v, canonical_.y().begin);
   int far_shifted_steps = 0;
   for (int k = 0;; ++k) {
     const bool known = k == 0 && out.mu == mu && is_known(out, point);
@@ -271,7 +275,7 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
         barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu) > upper_bound) {
       return Outcome::AboveBound;
     }
-    const double moved = (point.iterate.v - start_v_).tail(n).lpNorm<Eigen::Infinity>();
+    const double moved = (point.iterate.v - arrays_.start_v).tail(n).lpNorm<Eigen::Infinity>();
     if (!unshifted && moved > parameter::kLongStep * (1.0 + start_norm) &&
         ++far_shifted_steps > parameter::kFarShiftedSteps) {
       return Outcome::Unbounded;

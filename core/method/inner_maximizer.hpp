@@ -16,11 +16,33 @@ struct InnerDirection {
   KktFactors factors;    ///< of K_yy
   std::uint64_t jacobian_call = 0, hessian_call = 0;  ///< of the point's derivatives
 
+  /// Of no point, a step of zeros.
+  void clear(const CanonicalProblem& canonical) {
+    set_zero(canonical, step);
+    mu = -1.0;
+    gain = 0.0;
+    shift = {};
+    factors = {};
+    jacobian_call = hessian_call = 0;
+  }
   /// Whether it is the step from a point, with some mu.
   [[nodiscard]] bool is_at(const Point& point) const {
     return hessian_call != 0 && hessian_call == point.evaluation.hessian_call &&
            jacobian_call == point.evaluation.jacobian_call;
   }
+};
+
+/// What an InnerMaximizer works with, kept from one to the next.
+struct InnerArrays {
+  Filter filter;
+  Point trial;
+  NewtonResidual rhs;
+  Step correction_step;
+  Eigen::VectorXd gradient;                 ///< of the value
+  Eigen::VectorXd along;                    ///< direction of leave in y, s_y
+  std::vector<std::size_t> robust_entries;  ///< of the Jacobian: robust constraints in y
+  Eigen::VectorXd corrected_c;              ///< right-hand side of second-order corrections
+  Eigen::VectorXd start_v;                  ///< where maximize began
 };
 
 /// Maximizes the barrier objective over (y, s_y) at fixed x: Newton steps from K_yy alone, filter
@@ -30,7 +52,7 @@ struct InnerDirection {
 class InnerMaximizer {
  public:
   /// first: where the search begins.
-  InnerMaximizer(const MethodContext& context, const Point& first);
+  InnerMaximizer(const MethodContext& context, const Point& first, InnerArrays& arrays);
 
   enum class Outcome : std::uint8_t {
     Maximum,     ///< K_yy right at zero shift and the gain at most the target
@@ -82,15 +104,7 @@ class InnerMaximizer {
   InertiaCorrection& correction_;
   const SolverOptions& options_;
   TimeLimit& limit_;
-  Filter filter_;
-  Point trial_;
-  NewtonResidual rhs_;
-  Step correction_step_;
-  Eigen::VectorXd gradient_;                 ///< of value
-  Eigen::VectorXd along_;                    ///< direction of leave in y, s_y
-  std::vector<std::size_t> robust_entries_;  ///< of the Jacobian: robust constraints in y
-  Eigen::VectorXd corrected_c_;              ///< right-hand side of second-order corrections
-  Eigen::VectorXd start_v_;                  ///< where maximize began
+  InnerArrays& arrays_;
 };
 
 }  // namespace ipminmax

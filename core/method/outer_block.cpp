@@ -10,18 +10,25 @@
 
 namespace ipminmax {
 
-OuterBlock::OuterBlock(const MethodContext& context, const Point& first)
-    : inner(context, first),
-      trial(first),
+OuterBlock::OuterBlock(const MethodContext& context, const Point& first, OuterArrays& arrays)
+    : inner(context, first, arrays.inner),
+      trial(arrays.trial),
+      direction(arrays.direction),
+      trial_direction(arrays.trial_direction),
+      rhs(arrays.rhs),
+      step(arrays.step),
+      corrected(arrays.corrected),
+      corrected_c(arrays.corrected_c),
       canonical_(context.canonical),
       kkt_(context.kkt),
       correction_(context.correction),
       options_(context.options),
-      before_(first),
-      best_(first) {
-  rhs = step = corrected = zero_step(canonical_);
-  direction.step = trial_direction.step = rhs;
-  gradient_ = rhs.v;
+      arrays_(arrays) {
+  trial = arrays_.before = arrays_.best = first;
+  for (Step* zero : {&rhs, &step, &corrected}) set_zero(canonical_, *zero);
+  direction.clear(canonical_);
+  trial_direction.clear(canonical_);
+  arrays_.gradient = rhs.v;
   corrected_c = rhs.lambda;
 }
 
@@ -65,26 +72,26 @@ StepLength OuterBlock::longest_step(const Point& point, double mu) const {
 
 double OuterBlock::slope(const Point& point, double mu) {
   // d/dx of phi along d_x: grad_x f_b + W_xy d_Y + J_yx' (lambda_y + dlambda_Y).
-  barrier_gradient(canonical_, point, mu, gradient_);
+  barrier_gradient(canonical_, point, mu, arrays_.gradient);
   const Index y = canonical_.y().begin;
   if (has_max()) {
     const auto hessian = canonical_.hessian();
     for (std::size_t k = 0; k < hessian.size(); ++k) {
       const auto [row, col] = hessian[k];  // row >= col: row is the Max variable of a mixed entry
       if (row >= y && col < y) {
-        gradient_[col] += point.evaluation.hessian[k] * direction.step.v[row];
+        arrays_.gradient[col] += point.evaluation.hessian[k] * direction.step.v[row];
       }
     }
     const auto jacobian = canonical_.jacobian();
     for (std::size_t k = 0; k < jacobian.size(); ++k) {
       const auto [row, col] = jacobian[k];
       if (col < y && canonical_.max_constraints().contains(row)) {
-        gradient_[col] +=
+        arrays_.gradient[col] +=
             point.evaluation.jacobian[k] * (point.iterate.lambda[row] + direction.step.lambda[row]);
       }
     }
   }
-  return gradient_.head(y).dot(step.v.head(y));
+  return arrays_.gradient.head(y).dot(step.v.head(y));
 }
 
 void OuterBlock::set_trial(const Point& from, const Step& along, StepLength alpha, double mu) {
@@ -149,7 +156,7 @@ Trial OuterBlock::return_to_constraints(const Point& from, double mu, Trial reac
   // A direction of curvature is tangent to the constraints, which bend: Newton steps on c with the
   // matrix factorized at the point.
   set_zero(rhs);
-  best_ = trial;
+  arrays_.best = trial;
   for (int k = 0; k < parameters::escape::kConstraintSteps && reached.merit.theta > options_.tol;
        ++k) {
     rhs.lambda = -trial.evaluation.c;
@@ -158,17 +165,17 @@ Trial OuterBlock::return_to_constraints(const Point& from, double mu, Trial reac
     back.lambda.setZero();
     back.z_lower.setZero();
     back.z_upper.setZero();
-    before_ = trial;
-    const double alpha =
-        largest_step(canonical_, before_.iterate, back, parameters::escape::kBoundaryFraction)
-            .primal;
-    set_trial(before_, back, {.primal = alpha, .dual = 0.0}, mu);
+    arrays_.before = trial;
+    const double alpha = largest_step(canonical_, arrays_.before.iterate, back,
+                                      parameters::escape::kBoundaryFraction)
+                             .primal;
+    set_trial(arrays_.before, back, {.primal = alpha, .dual = 0.0}, mu);
     const Trial next = evaluate_trial(mu, 1.0, 1.0, {});
     if (!next.usable || !(next.merit.theta < reached.merit.theta)) break;
     reached = next;
-    best_ = trial;
+    arrays_.best = trial;
   }
-  std::swap(trial, best_);
+  std::swap(trial, arrays_.best);
   return reached;
 }
 

@@ -13,6 +13,17 @@ namespace ipminmax {
 /// than phi itself says and more than its rounding.
 [[nodiscard]] double tolerated_gain(double share, double phi);
 
+/// What an OuterBlock works with, kept from one to the next.
+struct OuterArrays {
+  InnerArrays inner;
+  Point trial;
+  InnerDirection direction, trial_direction;
+  NewtonResidual rhs;
+  Step step, corrected;
+  Eigen::VectorXd corrected_c, gradient;
+  Point before, best;  ///< on the way back to the constraints
+};
+
 /// The minimizer's side of the globalized method: the Newton step through K, and phi(x), estimated
 /// by the barrier value plus the predicted gain of the inner Newton step, along it. Without Max
 /// variables phi is the barrier objective.
@@ -31,7 +42,7 @@ class OuterBlock {
   };
 
   /// first: where the search begins.
-  OuterBlock(const MethodContext& context, const Point& first);
+  OuterBlock(const MethodContext& context, const Point& first, OuterArrays& arrays);
 
   [[nodiscard]] bool has_max() const { return canonical_.max_size() > 0; }
 
@@ -81,22 +92,21 @@ class OuterBlock {
   [[nodiscard]] Trial return_to_constraints(const Point& from, double mu, Trial reached);
 
   InnerMaximizer inner;
-  Point trial;
-  InnerDirection direction;        ///< inner Newton step at the current point
-  InnerDirection trial_direction;  ///< at the trial point
-  KktFactors factors;              ///< of K
-  NewtonResidual rhs;
-  Step step;
-  Step corrected;               ///< another step, of corrections and escapes
-  Eigen::VectorXd corrected_c;  ///< right-hand side of second-order corrections
+  Point& trial;
+  InnerDirection& direction;        ///< inner Newton step at the current point
+  InnerDirection& trial_direction;  ///< at the trial point
+  KktFactors factors;               ///< of K
+  NewtonResidual& rhs;
+  Step& step;
+  Step& corrected;               ///< another step, of corrections and escapes
+  Eigen::VectorXd& corrected_c;  ///< right-hand side of second-order corrections
 
  private:
   CanonicalProblem& canonical_;
   KktSystem& kkt_;
   InertiaCorrection& correction_;
   const SolverOptions& options_;
-  Eigen::VectorXd gradient_;
-  Point before_, best_;  ///< on the way back to the constraints
+  OuterArrays& arrays_;
 };
 
 }  // namespace ipminmax

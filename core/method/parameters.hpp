@@ -181,7 +181,7 @@ namespace test {
 constexpr Index kSmallSystem = 300;     ///< rows of K up to which they cost less than the functions
 constexpr Index kForSmallSystems = 40;  ///< for each test there
 constexpr Index kShareOfTests = 5;      ///< elsewhere one for so many others, all tests together
-constexpr Index kFewestForTests = 20;   ///< but for each test these
+constexpr Index kFewestForTests = 12;   ///< but for each test these: with 8 verdicts are lost
 }  // namespace test
 
 /// New starts [R].

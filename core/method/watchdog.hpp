@@ -25,6 +25,15 @@ struct Watchdog {
     return active || shortened_steps >= parameters::outer::kShortenedBeforeWatchdog;
   }
   void count(bool shortened) { shortened_steps = shortened ? shortened_steps + 1 : 0; }
+  /// As a new one; arrays keep their room.
+  void begin_anew() {
+    active = false;
+    trials = shortened_steps = 0;
+    from = {};
+    slope = 0.0;
+    alpha = 1.0;
+    report = {};
+  }
   void end() {
     active = false;
     shortened_steps = 0;

@@ -27,12 +27,13 @@ double damping_factor(const SolverOptions& options) {
 }  // namespace
 
 CanonicalProblem::CanonicalProblem(Problem& problem, const SolverOptions& options, Counts& counts,
-                                   Timing& timing)
+                                   Timing& timing, CanonicalArrays* arrays)
     : problem_(problem),
       structure_(problem.structure()),
       options_(options),
       counts_(counts),
-      timing_(timing) {}
+      timing_(timing),
+      arrays_(arrays != nullptr ? *arrays : own_.emplace()) {}
 
 std::string CanonicalProblem::variable_name(Index i) const {
   return ipminmax::variable_name(structure_, i);
@@ -47,59 +48,61 @@ std::string CanonicalProblem::fail(Status status, std::string message) {
   return message;
 }
 
-std::string CanonicalProblem::build(const std::optional<GradientScaling>& kept) {
+std::string CanonicalProblem::build(const GradientScaling* kept) {
   if (auto error = check_structure(structure_, options_); !error.empty()) return error;
-  if (auto error = map_.build(structure_, options_); !error.empty()) {
+  if (auto error = arrays_.map.build(structure_, options_); !error.empty()) {
     return fail(Status::TooFewDegreesOfFreedom, std::move(error));
   }
   make_buffers();
   if (auto error = read_start(); !error.empty()) return error;
-  std::string error = scale(kept);
-  model_start_ = {};
-  return error;
+  return scale(kept);
 }
 
 std::string CanonicalProblem::row_name(Index constraint) const {
-  const Index model = map_.model_constraint[at(constraint)];
+  const Index model = arrays_.map.model_constraint[at(constraint)];
   if (model >= 0) return constraint_name(model);
-  return "fixed " + variable_name(map_.model_variable[at(map_.fixing_variable[at(constraint)])]);
+  return "fixed " +
+         variable_name(arrays_.map.model_variable[at(arrays_.map.fixing_variable[at(constraint)])]);
 }
 
 void CanonicalProblem::make_buffers() {
-  model_v_.assign(structure_.variable_players.size(), 0.0);
-  for (std::size_t i = 0; i < model_v_.size(); ++i) {
-    if (map_.variable_of_model[i] < 0) model_v_[i] = structure_.variable_lower[i];
+  arrays_.model_v.assign(structure_.variable_players.size(), 0.0);
+  for (std::size_t i = 0; i < arrays_.model_v.size(); ++i) {
+    if (arrays_.map.variable_of_model[i] < 0) arrays_.model_v[i] = structure_.variable_lower[i];
   }
-  model_g_.assign(structure_.constraint_players.size(), 0.0);
-  model_lambda_.assign(structure_.constraint_players.size(), 0.0);
-  model_gradient_.assign(structure_.variable_players.size(), 0.0);
-  model_jacobian_.assign(structure_.jacobian.size(), 0.0);
-  model_hessian_.assign(structure_.hessian.size(), 0.0);
+  arrays_.model_g.assign(structure_.constraint_players.size(), 0.0);
+  arrays_.model_lambda.assign(structure_.constraint_players.size(), 0.0);
+  arrays_.model_gradient.assign(structure_.variable_players.size(), 0.0);
+  arrays_.model_jacobian.assign(structure_.jacobian.size(), 0.0);
+  arrays_.model_hessian.assign(structure_.hessian.size(), 0.0);
+  arrays_.objective_point.clear();
+  arrays_.constraints_point.clear();
+  arrays_.constraint_values.clear();
 }
 
-std::string CanonicalProblem::scale(const std::optional<GradientScaling>& kept) {
+std::string CanonicalProblem::scale(const GradientScaling* kept) {
   if (options_.nlp_scaling_method == Scaling::User) {
     if (auto error = user_scaling(); !error.empty()) return error;
   }
   set_variable_bounds();
   push_start();
   if (options_.nlp_scaling_method == Scaling::GradientBased) {
-    const bool fits = kept && kept->largest_gradient == options_.nlp_scaling_max_gradient &&
+    const bool fits = kept != nullptr &&
+                      kept->largest_gradient == options_.nlp_scaling_max_gradient &&
                       kept->least_factor == options_.nlp_scaling_min_value &&
-                      kept->constraints.size() == row_scale_.size();
-    if (fits) {
-      gradient_scaling_ = kept;
-    } else if (auto error = gradient_based_scaling(); !error.empty()) {
-      return error;
+                      kept->constraints.size() == arrays_.row_scale.size();
+    if (!fits) {
+      if (auto error = gradient_based_scaling(); !error.empty()) return error;
+      kept = &*gradient_scaling_;
     }
-    objective_scale_ *= gradient_scaling_->objective;
-    row_scale_ = gradient_scaling_->constraints;
+    objective_scale_ *= kept->objective;
+    arrays_.row_scale = kept->constraints;
   }
 
   // Slacks are measured as their constraints.
-  for (std::size_t j = 0; j < map_.slack_of_constraint.size(); ++j) {
-    if (map_.slack_of_constraint[j] >= 0)
-      col_scale_[at(map_.slack_of_constraint[j])] = row_scale_[j];
+  for (std::size_t j = 0; j < arrays_.map.slack_of_constraint.size(); ++j) {
+    if (arrays_.map.slack_of_constraint[j] >= 0)
+      arrays_.col_scale[at(arrays_.map.slack_of_constraint[j])] = arrays_.row_scale[j];
   }
   set_constraint_bounds();
   list_bounds();
@@ -109,7 +112,7 @@ std::string CanonicalProblem::scale(const std::optional<GradientScaling>& kept) 
 }
 
 void CanonicalProblem::set_bounds(Index variable, double lower, double upper) {
-  const double scale = col_scale_[at(variable)];
+  const double scale = arrays_.col_scale[at(variable)];
   const auto relaxed = [&](double bound, double outwards) {
     const double most = options_.constr_viol_tol;
     const double factor = options_.bound_relax_factor;
@@ -117,52 +120,55 @@ void CanonicalProblem::set_bounds(Index variable, double lower, double upper) {
     // Rounding must not exceed it: numbers near 1e12 are 1e-4 apart.
     return std::abs(moved - bound) <= most ? moved : std::nextafter(moved, bound);
   };
-  if (lower > options_.nlp_lower_bound_inf) lower_[variable] = scale * relaxed(lower, -1.0);
-  if (upper < options_.nlp_upper_bound_inf) upper_[variable] = scale * relaxed(upper, 1.0);
+  if (lower > options_.nlp_lower_bound_inf) arrays_.lower[variable] = scale * relaxed(lower, -1.0);
+  if (upper < options_.nlp_upper_bound_inf) arrays_.upper[variable] = scale * relaxed(upper, 1.0);
 }
 
 void CanonicalProblem::set_variable_bounds() {
-  lower_.setConstant(variables(), -kInfinity);
-  upper_.setConstant(variables(), kInfinity);
+  arrays_.lower.setConstant(variables(), -kInfinity);
+  arrays_.upper.setConstant(variables(), kInfinity);
   for (Index i = 0; i < variables(); ++i) {
-    const Index model = map_.model_variable[at(i)];
+    const Index model = arrays_.map.model_variable[at(i)];
     if (model < 0 || is_fixed_by_constraint(structure_, options_, model)) continue;
     set_bounds(i, structure_.variable_lower[at(model)], structure_.variable_upper[at(model)]);
   }
 }
 
 void CanonicalProblem::set_constraint_bounds() {
-  right_hand_side_.setZero(constraints());
+  arrays_.right_hand_side.setZero(constraints());
   for (Index j = 0; j < constraints(); ++j) {
-    if (const Index i = map_.fixing_variable[at(j)]; i >= 0) {
-      right_hand_side_[j] =
-          row_scale_[at(j)] * structure_.variable_lower[at(map_.model_variable[at(i)])];
+    if (const Index i = arrays_.map.fixing_variable[at(j)]; i >= 0) {
+      arrays_.right_hand_side[j] = arrays_.row_scale[at(j)] *
+                                   structure_.variable_lower[at(arrays_.map.model_variable[at(i)])];
       continue;
     }
-    const auto model = at(map_.model_constraint[at(j)]);
-    const Index slack = map_.slack_of_constraint[at(j)];
+    const auto model = at(arrays_.map.model_constraint[at(j)]);
+    const Index slack = arrays_.map.slack_of_constraint[at(j)];
     if (slack >= 0) {
       set_bounds(slack, structure_.constraint_lower[model], structure_.constraint_upper[model]);
     } else {
-      right_hand_side_[j] = row_scale_[at(j)] * structure_.constraint_lower[model];
+      arrays_.right_hand_side[j] = arrays_.row_scale[at(j)] * structure_.constraint_lower[model];
     }
   }
 }
 
 void CanonicalProblem::list_bounds() {
   const Index n = variables();
-  room_below_.setZero(n);
-  room_above_.setZero(n);
+  arrays_.room_below.setZero(n);
+  arrays_.room_above.setZero(n);
+  arrays_.lower_bounded.clear();
+  arrays_.upper_bounded.clear();
   for (Index i = 0; i < n; ++i) {
-    if (lower_[i] > -kInfinity) lower_bounded_.push_back(i);
-    if (upper_[i] < kInfinity) upper_bounded_.push_back(i);
+    if (arrays_.lower[i] > -kInfinity) arrays_.lower_bounded.push_back(i);
+    if (arrays_.upper[i] < kInfinity) arrays_.upper_bounded.push_back(i);
   }
-  damping_.setZero(n);
+  arrays_.damping.setZero(n);
   if (options_.minmax_globalization == Globalization::None) return;
   const double factor = damping_factor(options_);
   for (Index i = 0; i < n; ++i) {
-    const int sides = (lower_[i] > -kInfinity ? 1 : 0) - (upper_[i] < kInfinity ? 1 : 0);
-    damping_[i] = sign(i) * sides * factor;
+    const int sides =
+        (arrays_.lower[i] > -kInfinity ? 1 : 0) - (arrays_.upper[i] < kInfinity ? 1 : 0);
+    arrays_.damping[i] = sign(i) * sides * factor;
   }
 }
 
@@ -179,11 +185,13 @@ void CanonicalProblem::keep_distances(const Iterate& iterate, double mu) {
     const double wanted = std::max(mu / multiplier, least);
     room = std::clamp(room + (wanted - distance), 0.0, most);
   };
-  for (const Index i : lower_bounded_) {
-    keep(iterate.v[i] - lower_[i], lower_[i], iterate.z_lower[i], room_below_[i]);
+  for (const Index i : arrays_.lower_bounded) {
+    keep(iterate.v[i] - arrays_.lower[i], arrays_.lower[i], iterate.z_lower[i],
+         arrays_.room_below[i]);
   }
-  for (const Index i : upper_bounded_) {
-    keep(upper_[i] - iterate.v[i], upper_[i], iterate.z_upper[i], room_above_[i]);
+  for (const Index i : arrays_.upper_bounded) {
+    keep(arrays_.upper[i] - iterate.v[i], arrays_.upper[i], iterate.z_upper[i],
+         arrays_.room_above[i]);
   }
 }
 

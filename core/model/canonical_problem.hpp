@@ -32,6 +32,27 @@ struct GradientScaling {
   double largest_gradient = 0.0, least_factor = 0.0;
 };
 
+/// What a CanonicalProblem holds, kept from one to the next.
+struct CanonicalArrays {
+  VariableMap map;
+  std::vector<Index> lower_bounded, upper_bounded;
+  Eigen::VectorXd lower, upper, damping;
+  /// By how much keep_distances has moved the bounds: too little to be added to large ones.
+  Eigen::VectorXd room_below, room_above;
+  Eigen::VectorXd right_hand_side;                    ///< of equalities, scaled; 0 for inequalities
+  std::vector<double> jacobian_scale, hessian_scale;  ///< hessian_scale empty: all one
+  std::vector<double> col_scale, row_scale;
+  struct {
+    std::vector<double> v, lambda, z_lower, z_upper;
+  } model_start;  ///< as the model gave it
+  Iterate start;
+  // In the model's shapes
+  std::vector<double> model_v, model_g, model_gradient, model_lambda;
+  std::vector<double> model_jacobian, model_hessian, model_errors;
+  std::vector<double> objective_point;  ///< of the model, where its objective was last asked for
+  std::vector<double> constraints_point, constraint_values;  ///< the same for the constraints
+};
+
 /// The problem that the method works on:
 ///
 ///     min over (x, s_x)   max over (y, s_y)   f(v)   s.t.  c(v) = 0,  lower <= v <= upper
@@ -42,75 +63,83 @@ struct GradientScaling {
 /// Everything is scaled, bounds are relaxed by bound_relax_factor.
 class CanonicalProblem {
  public:
-  CanonicalProblem(Problem& problem, const SolverOptions& options, Counts& counts, Timing& timing);
+  /// arrays: of no other problem that is in use; null: its own.
+  CanonicalProblem(Problem& problem, const SolverOptions& options, Counts& counts, Timing& timing,
+                   CanonicalArrays* arrays = nullptr);
+  CanonicalProblem(const CanonicalProblem&) = delete;
+  CanonicalProblem& operator=(const CanonicalProblem&) = delete;
 
   /// Checks the model and builds the canonical form. The error names what is wrong; the status
   /// that goes with it is error_status(). kept: the scaling of a problem of the same shape, to be
-  /// used instead of a new one.
-  [[nodiscard]] std::string build(const std::optional<GradientScaling>& kept = std::nullopt);
-  /// The gradient-based scaling, if that is the method.
+  /// used instead of a new one; null for none.
+  [[nodiscard]] std::string build(const GradientScaling* kept = nullptr);
+  /// The gradient-based scaling, where that is the method and no kept one was used.
   [[nodiscard]] const std::optional<GradientScaling>& gradient_scaling() const {
     return gradient_scaling_;
   }
   [[nodiscard]] Status error_status() const { return error_status_; }
 
-  [[nodiscard]] Index variables() const { return map_.variables(); }
-  [[nodiscard]] Index constraints() const { return map_.constraints(); }
-  [[nodiscard]] IndexRange x() const { return map_.x; }  ///< Min variables of the model
-  [[nodiscard]] IndexRange x_slacks() const { return map_.x_slacks; }
-  [[nodiscard]] IndexRange y() const { return map_.y; }  ///< Max variables of the model
-  [[nodiscard]] IndexRange y_slacks() const { return map_.y_slacks; }
+  [[nodiscard]] Index variables() const { return arrays_.map.variables(); }
+  [[nodiscard]] Index constraints() const { return arrays_.map.constraints(); }
+  [[nodiscard]] IndexRange x() const { return arrays_.map.x; }  ///< Min variables of the model
+  [[nodiscard]] IndexRange x_slacks() const { return arrays_.map.x_slacks; }
+  [[nodiscard]] IndexRange y() const { return arrays_.map.y; }  ///< Max variables of the model
+  [[nodiscard]] IndexRange y_slacks() const { return arrays_.map.y_slacks; }
   /// Whether the model has no free variable: only slacks are left.
   [[nodiscard]] bool is_constant() const { return x().size() + y().size() == 0; }
-  [[nodiscard]] IndexRange min_constraints() const { return map_.min_constraints; }
-  [[nodiscard]] IndexRange max_constraints() const { return map_.max_constraints; }
-  [[nodiscard]] Index max_size() const { return variables() - map_.y.begin; }  ///< slacks included
+  [[nodiscard]] IndexRange min_constraints() const { return arrays_.map.min_constraints; }
+  [[nodiscard]] IndexRange max_constraints() const { return arrays_.map.max_constraints; }
+  [[nodiscard]] Index max_size() const {
+    return variables() - arrays_.map.y.begin;
+  }  ///< slacks included
   /// Whether the Max player has any bound or inequality.
   [[nodiscard]] bool has_max_bounds() const {
-    return (!lower_bounded_.empty() && owned_by_max(lower_bounded_.back())) ||
-           (!upper_bounded_.empty() && owned_by_max(upper_bounded_.back()));
+    return (!arrays_.lower_bounded.empty() && owned_by_max(arrays_.lower_bounded.back())) ||
+           (!arrays_.upper_bounded.empty() && owned_by_max(arrays_.upper_bounded.back()));
   }
-  [[nodiscard]] bool owned_by_max(Index variable) const { return map_.owned_by_max(variable); }
+  [[nodiscard]] bool owned_by_max(Index variable) const {
+    return arrays_.map.owned_by_max(variable);
+  }
   /// +1 for Min variables, -1 for Max: the sign of barrier terms and bound multipliers.
   [[nodiscard]] double sign(Index variable) const { return owned_by_max(variable) ? -1.0 : 1.0; }
 
-  [[nodiscard]] const Eigen::VectorXd& lower() const { return lower_; }
-  [[nodiscard]] const Eigen::VectorXd& upper() const { return upper_; }
+  [[nodiscard]] const Eigen::VectorXd& lower() const { return arrays_.lower; }
+  [[nodiscard]] const Eigen::VectorXd& upper() const { return arrays_.upper; }
   /// Distances of a value of variable i to its bounds, never zero for a value in the bounds or
   /// rounded out of them: the only place that subtracts bounds.
   [[nodiscard]] double above_lower(Index i, double value) const {
-    return safe_distance(value - lower_[i] + room_below_[i], lower_[i]);
+    return safe_distance(value - arrays_.lower[i] + arrays_.room_below[i], arrays_.lower[i]);
   }
   [[nodiscard]] double below_upper(Index i, double value) const {
-    return safe_distance(upper_[i] - value + room_above_[i], upper_[i]);
+    return safe_distance(arrays_.upper[i] - value + arrays_.room_above[i], arrays_.upper[i]);
   }
   /// Moves bounds that an iterate meets but for rounding so far away that the products with their
   /// multipliers are mu, slightly: Waechter and Biegler 2006, section 3.5, and Ipopt's slack_move.
   void keep_distances(const Iterate& iterate, double mu);
-  [[nodiscard]] std::span<const Index> lower_bounded() const { return lower_bounded_; }
-  [[nodiscard]] std::span<const Index> upper_bounded() const { return upper_bounded_; }
+  [[nodiscard]] std::span<const Index> lower_bounded() const { return arrays_.lower_bounded; }
+  [[nodiscard]] std::span<const Index> upper_bounded() const { return arrays_.upper_bounded; }
   /// Gradient, over mu, of the linear terms that keep variables with one bound from running away:
   /// sign kappa_d for a lower bound alone, -sign kappa_d for an upper one [WB, 3.7]; zero for
   /// Algorithm 1.
-  [[nodiscard]] const Eigen::VectorXd& damping() const { return damping_; }
+  [[nodiscard]] const Eigen::VectorXd& damping() const { return arrays_.damping; }
   /// Slack variable of each constraint, -1 for an equality.
   [[nodiscard]] std::span<const Index> slack_of_constraint() const {
-    return map_.slack_of_constraint;
+    return arrays_.map.slack_of_constraint;
   }
 
   /// Constraints of Min that read Max variables: they must hold for every y, so Max tries to
   /// violate them. Inequalities all; ascending.
   [[nodiscard]] std::span<const Index> robust_constraints() const {
-    return map_.robust_constraints;
+    return arrays_.map.robust_constraints;
   }
 
   /// Patterns without the slacks' entries (which are -1): row = constraint, col = variable.
-  [[nodiscard]] std::span<const Triplet> jacobian() const { return map_.jacobian; }
-  [[nodiscard]] std::span<const Triplet> hessian() const { return map_.hessian; }
+  [[nodiscard]] std::span<const Triplet> jacobian() const { return arrays_.map.jacobian; }
+  [[nodiscard]] std::span<const Triplet> hessian() const { return arrays_.map.hessian; }
 
   /// The model's starting point, which is asked for once, pushed into the bounds; slacks at zero,
   /// multipliers zero or, for a warm start, those of the model.
-  [[nodiscard]] const Iterate& starting_point() const { return start_; }
+  [[nodiscard]] const Iterate& starting_point() const { return arrays_.start; }
   /// Sets the slacks from c evaluated with the slacks at zero.
   void start_slacks(Iterate& start, const Eigen::VectorXd& c) const;
 
@@ -136,7 +165,7 @@ class CanonicalProblem {
   /// The point in the model's variables, until the next evaluation.
   [[nodiscard]] std::span<const double> model_point(const Eigen::VectorXd& v) {
     static_cast<void>(load(v));
-    return model_v_;
+    return arrays_.model_v;
   }
   /// Names the function and entry of the last evaluation that was not Ok.
   [[nodiscard]] std::string evaluation_error() const;
@@ -158,21 +187,21 @@ class CanonicalProblem {
   [[nodiscard]] double unscaled_objective(double f) const { return f / objective_scale_; }
   /// Factor by which a canonical constraint was scaled.
   [[nodiscard]] double constraint_scale(Index constraint) const {
-    return row_scale_[static_cast<std::size_t>(constraint)];
+    return arrays_.row_scale[static_cast<std::size_t>(constraint)];
   }
   [[nodiscard]] double objective_scale() const { return objective_scale_; }
   /// Factor by which a canonical variable was scaled.
   [[nodiscard]] double variable_scale(Index variable) const {
-    return col_scale_[static_cast<std::size_t>(variable)];
+    return arrays_.col_scale[static_cast<std::size_t>(variable)];
   }
 
   /// Of the model, for a canonical variable or constraint; -1: a slack, or a constraint that fixes
   /// a variable.
   [[nodiscard]] Index model_variable(Index variable) const {
-    return map_.model_variable[static_cast<std::size_t>(variable)];
+    return arrays_.map.model_variable[static_cast<std::size_t>(variable)];
   }
   [[nodiscard]] Index model_constraint(Index constraint) const {
-    return map_.model_constraint[static_cast<std::size_t>(constraint)];
+    return arrays_.map.model_constraint[static_cast<std::size_t>(constraint)];
   }
   /// Name of a model variable or constraint for messages.
   [[nodiscard]] std::string variable_name(Index model_variable) const;
@@ -204,7 +233,7 @@ class CanonicalProblem {
   void make_buffers();
   [[nodiscard]] std::string read_start();
   [[nodiscard]] std::string check_start();
-  [[nodiscard]] std::string scale(const std::optional<GradientScaling>& kept);
+  [[nodiscard]] std::string scale(const GradientScaling* kept);
   [[nodiscard]] std::string user_scaling();
   [[nodiscard]] std::string gradient_based_scaling();
   [[nodiscard]] std::string scale_gradients();
@@ -228,8 +257,8 @@ class CanonicalProblem {
   [[nodiscard]] bool take_new_point();
   /// Value of a canonical Jacobian entry, unscaled, after the model's Jacobian was evaluated.
   [[nodiscard]] double model_jacobian(std::size_t entry) const {
-    const Index source = map_.jacobian_source[entry];
-    return source >= 0 ? model_jacobian_[static_cast<std::size_t>(source)] : 1.0;
+    const Index source = arrays_.map.jacobian_source[entry];
+    return source >= 0 ? arrays_.model_jacobian[static_cast<std::size_t>(source)] : 1.0;
   }
   void restore_fixed_multipliers(Result& result);
   void restore_values(bool finite, Result& result);
@@ -259,28 +288,11 @@ class CanonicalProblem {
   Timing& timing_;
   Status error_status_ = Status::InvalidProblem;
 
-  VariableMap map_;
-  std::vector<Index> lower_bounded_, upper_bounded_;
-  Eigen::VectorXd lower_, upper_, damping_;
-  /// By how much keep_distances has moved the bounds: too little to be added to large ones.
-  Eigen::VectorXd room_below_, room_above_;
-  Eigen::VectorXd right_hand_side_;  ///< of equalities, scaled; 0 for inequalities
-  std::vector<double> jacobian_scale_, hessian_scale_;  ///< hessian_scale_ empty: all one
+  std::optional<CanonicalArrays> own_;
+  CanonicalArrays& arrays_;
   double objective_scale_ = 1.0;
-  std::vector<double> col_scale_, row_scale_;
-  std::optional<GradientScaling> gradient_scaling_;
-
-  struct {
-    std::vector<double> v, lambda, z_lower, z_upper;
-  } model_start_;  ///< as the model gave it
-  Iterate start_;
-
-  // Buffers in the model's shapes
-  std::vector<double> model_v_, model_g_, model_gradient_, model_lambda_;
-  std::vector<double> model_jacobian_, model_hessian_;
-  std::vector<double> objective_point_;  ///< of the model, where its objective was last asked for
+  std::optional<GradientScaling> gradient_scaling_;  ///< made here
   double objective_value_ = 0.0;
-  std::vector<double> constraints_point_, constraint_values_;  ///< the same for the constraints
   bool new_point_ = true;
   bool inside_model_ = false;
   std::uint64_t derivative_calls_ = 0;  ///< of Jacobian and Hessian

@@ -14,6 +14,8 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kRoundings = 100.0;
 /// Disagreement of two differences, times this, that may be their error.
 constexpr double kDoubt = 10.0;
+/// Of a deviation, that rounding over a shorter step may make.
+constexpr double kRoundingShare = 0.1;
 /// Relative error of a slope that is called wrong, as derivative_test_tol.
 constexpr double kWrongSlope = 1e-4;
 /// Share of the distance to a bound that a generic step may take.
@@ -23,32 +25,34 @@ bool is_slack(const CanonicalProblem& canonical, Index i) {
   return canonical.x_slacks().contains(i) || canonical.y_slacks().contains(i);
 }
 
-/// Gradient of the Lagrangian in the variables that are no slacks, and the sums of its terms'
-/// sizes.
-struct LagrangianGradient {
-  Eigen::VectorXd value, size;
-
-  LagrangianGradient(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                     const Eigen::VectorXd& lambda)
-      : value(evaluation.gradient), size(evaluation.gradient.cwiseAbs()) {
-    for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
-      const auto [row, col] = canonical.jacobian()[k];
-      const double term = evaluation.jacobian[k] * lambda[row];
-      value[col] += term;
-      size[col] += std::abs(term);
-    }
+/// In the variables that are no slacks.
+void lagrangian_gradient(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                         const Eigen::VectorXd& lambda, Eigen::VectorXd& gradient) {
+  gradient = evaluation.gradient;
+  for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+    const auto [row, col] = canonical.jacobian()[k];
+    gradient[col] += evaluation.jacobian[k] * lambda[row];
   }
-};
+}
 
-Eigen::VectorXd hessian_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                                const Eigen::VectorXd& step) {
-  Eigen::VectorXd product = Eigen::VectorXd::Zero(step.size());
+/// Sums of its terms' sizes.
+void size_of_terms(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                   const Eigen::VectorXd& lambda, Eigen::VectorXd& size) {
+  size = evaluation.gradient.cwiseAbs();
+  for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+    const auto [row, col] = canonical.jacobian()[k];
+    size[col] += std::abs(evaluation.jacobian[k] * lambda[row]);
+  }
+}
+
+void hessian_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                     const Eigen::VectorXd& step, Eigen::VectorXd& product) {
+  product.setZero(step.size());
   for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
     const auto [i, j] = canonical.hessian()[k];
     product[i] += evaluation.hessian[k] * step[j];
     if (i != j) product[j] += evaluation.hessian[k] * step[i];
   }
-  return product;
 }
 
 }  // namespace
@@ -56,37 +60,51 @@ Eigen::VectorXd hessian_product(const CanonicalProblem& canonical, const Evaluat
 std::optional<Deviation> compare_second_derivatives(
     CanonicalProblem& canonical, const Eigen::VectorXd& v, const Eigen::VectorXd& lambda,
     const Evaluation& evaluation, const Eigen::VectorXd& step, const Eigen::VectorXd& lengths,
-    double tolerance) {
+    double tolerance, DifferenceArrays& arrays) {
   const double longest = max_norm(step.cwiseQuotient(lengths));
   if (!(longest > 0.0)) return std::nullopt;
-  const LagrangianGradient here(canonical, evaluation, lambda);
-  const Eigen::VectorXd exact = hessian_product(canonical, evaluation, step);
-  Evaluation there = evaluation;
-  // (gradient at v + factor step - gradient at v) / factor; empty where undefined.
-  const auto difference = [&](double factor) -> std::optional<Eigen::VectorXd> {
-    if (canonical.first_derivatives(v + factor * step, there) != EvaluationStatus::Ok) return {};
-    const LagrangianGradient end(canonical, there, lambda);
-    return Eigen::VectorXd((end.value - here.value) / factor);
+  Eigen::VectorXd &exact = arrays.exact, &near = arrays.near;
+  lagrangian_gradient(canonical, evaluation, lambda, arrays.here);
+  hessian_product(canonical, evaluation, step, exact);
+  arrays.end = evaluation;
+  // (gradient at v + factor step - gradient at v) / factor; false where undefined.
+  const auto difference = [&](double factor, Eigen::VectorXd& quotient) {
+    arrays.at = v + factor * step;
+    if (canonical.first_derivatives(arrays.at, arrays.end) != EvaluationStatus::Ok) return false;
+    lagrangian_gradient(canonical, arrays.end, lambda, arrays.there);
+    quotient = (arrays.there - arrays.here) / factor;
+    return true;
   };
   double sign = 1.0;
-  std::optional<Eigen::VectorXd> near = difference(sign);
-  if (!near) near = difference(sign = -1.0);
-  if (!near) return std::nullopt;
-  const auto in_lengths = [&](const Eigen::VectorXd& gradient) {
-    return gradient.cwiseProduct(lengths).cwiseAbs();
+  if (!difference(sign, near) && !difference(sign = -1.0, near)) return std::nullopt;
+  const auto norm_in_lengths = [&](const auto& gradient) {
+    return max_norm(gradient.cwiseProduct(lengths));
   };
-  if (max_norm(in_lengths(*near - exact)) <= tolerance * longest) return std::nullopt;
+  if (norm_in_lengths(near - exact) <= tolerance * longest) return std::nullopt;
 
   // The error of first order in the step is extrapolated away.
-  const std::optional<Eigen::VectorXd> far = difference(2.0 * sign);
-  if (!far) return std::nullopt;
-  const Eigen::VectorXd better = 2.0 * *near - *far;
-  const double doubt = kDoubt * max_norm(in_lengths(*near - *far)) +
-                       kRoundings * kEpsilon * max_norm(in_lengths(here.size));
+  Eigen::VectorXd far;
+  if (!difference(2.0 * sign, far)) return std::nullopt;
+  const Eigen::VectorXd better = 2.0 * near - far;
+  size_of_terms(canonical, evaluation, lambda, arrays.here_size);
+  const double doubt = kDoubt * norm_in_lengths(near - far) +
+                       kRoundings * kEpsilon * norm_in_lengths(arrays.here_size);
   Index row = 0;
-  const Eigen::VectorXd deviation = in_lengths(better - exact);
+  const Eigen::VectorXd deviation = (better - exact).cwiseProduct(lengths).cwiseAbs();
   if (!deviation.allFinite()) return std::nullopt;
   if (!(deviation.maxCoeff(&row) > tolerance * longest + doubt)) return std::nullopt;
+  // Beside a singularity, as of a power next to zero, second derivatives change within the step:
+  // shorter ones tell, as long as they exceed rounding.
+  for (const double share : {1e-2, 1e-4}) {
+    const double rounding = kRoundings * kEpsilon * arrays.here_size[row] / share;
+    if (!(rounding <= kRoundingShare * std::abs(better[row] - exact[row]))) break;
+    Eigen::VectorXd first, second;
+    if (!difference(share * sign, first) || !difference(2.0 * share * sign, second)) break;
+    const double closer = 2.0 * first[row] - second[row];
+    const double allowed = kDoubt * std::abs(first[row] - second[row]) + rounding +
+                           tolerance * longest / lengths[row];
+    if (std::abs(closer - exact[row]) <= allowed) return std::nullopt;
+  }
   return Deviation{.index = row, .exact = exact[row], .difference = better[row]};
 }
 

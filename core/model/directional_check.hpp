@@ -14,15 +14,22 @@ struct Deviation {
   double difference = 0.0;
 };
 
+/// What compare_second_derivatives works with, kept from call to call.
+struct DifferenceArrays {
+  Eigen::VectorXd here, here_size, there;  ///< gradients of the Lagrangian; sums of their terms
+  Eigen::VectorXd exact, near, at;
+  Evaluation end;
+};
+
 /// The row of W step that differs most from the change of the gradient of the Lagrangian, slacks
 /// apart, by more than tolerance times the longest entry of the step and than the differences'
 /// own error explains; both in lengths, one per canonical variable. W and J are those of the
-/// evaluation at v, lambda. One gradient and Jacobian where they agree, two where not. Empty: no
+/// evaluation at v, lambda. One gradient and Jacobian where they agree, two to six where not. Empty: no
 /// difference, or the model is undefined at v + step and v - step.
 [[nodiscard]] std::optional<Deviation> compare_second_derivatives(
     CanonicalProblem& canonical, const Eigen::VectorXd& v, const Eigen::VectorXd& lambda,
     const Evaluation& evaluation, const Eigen::VectorXd& step, const Eigen::VectorXd& lengths,
-    double tolerance);
+    double tolerance, DifferenceArrays& arrays);
 
 /// The objective or constraint whose slope along the step differs most, relative to the size of its
 /// terms, from the change of its value. Four values of the functions. Empty: no difference beyond

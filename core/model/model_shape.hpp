@@ -20,6 +20,8 @@ struct ModelShape {
 };
 
 /// The structure's arrays must have one entry per variable or constraint.
+[[nodiscard]] bool has_shape(const ProblemStructure& structure, const SolverOptions& options,
+                             const ModelShape& shape);
 [[nodiscard]] ModelShape shape_of(const ProblemStructure& structure, const SolverOptions& options);
 
 }  // namespace ipminmax

@@ -17,7 +17,13 @@ namespace ipminmax {
   for (Eigen::Index i = begin; i < end; ++i) norm = largest(norm, std::abs(v[i]));
   return norm;
 }
-[[nodiscard]] inline double max_norm(const Eigen::VectorXd& v) { return max_norm(v, 0, v.size()); }
+/// The same of a whole vector, or of an expression, entry by entry.
+template <class Derived>
+[[nodiscard]] double max_norm(const Eigen::MatrixBase<Derived>& v) {
+  double norm = 0.0;
+  for (Eigen::Index i = 0; i < v.size(); ++i) norm = largest(norm, std::abs(v.coeff(i)));
+  return norm;
+}
 
 [[nodiscard]] inline bool all_finite(std::span<const double> values) {
   return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });

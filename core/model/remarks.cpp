@@ -15,6 +15,9 @@ namespace {
 /// from both.
 constexpr double kFarFromBounds = 0.1;
 
+/// Equations that read a state at most, those of its own and of neighbouring stages.
+constexpr std::size_t kMostReaders = 100;
+
 /// Bounds from here on are none, as nlp_upper_bound_inf has it by default.
 constexpr double kNoBound = 1e19;
 
@@ -85,7 +88,8 @@ struct Divided {
 
 /// Whether each list, ascending, has what the other has not.
 bool each_has_more(const std::vector<Index>& a, const std::vector<Index>& b) {
-  return !std::ranges::includes(a, b) && !std::ranges::includes(b, a);
+  return std::max(a.size(), b.size()) <= kMostReaders && !std::ranges::includes(a, b) &&
+         !std::ranges::includes(b, a);
 }
 
 /// Members of one family, one of each player's, that are linked as states of neighbouring stages:
@@ -94,6 +98,10 @@ bool each_has_more(const std::vector<Index>& a, const std::vector<Index>& b) {
 Divided find_divided(const ProblemStructure& s) {
   const std::size_t n = s.variable_players.size();
   if (s.variable_names.size() != n) return {};
+  const auto same_as_first = [&](const std::string& name) {
+    return family(name) == family(s.variable_names.front());
+  };
+  if (std::ranges::all_of(s.variable_names, same_as_first)) return {};  // numbers, not names
   std::vector<std::vector<Index>> readers(n), read(s.constraint_players.size());
   for (const auto& [row, col] : s.jacobian) {
     if (s.constraint_players[at(row)] != Player::Max || !is_open(s, at(col)) ||

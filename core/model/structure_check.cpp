@@ -41,14 +41,17 @@ std::string check_robust(const ProblemStructure& s, const SolverOptions& options
   return text;
 }
 
+/// constraints: the rows are constraints, else variables.
 std::string check_range(std::string_view matrix, const std::vector<Triplet>& entries, Index rows,
-                        std::string_view of_rows, Index cols) {
+                        bool constraints, Index cols) {
   for (std::size_t k = 0; k < entries.size(); ++k) {
     const auto [row, col] = entries[k];
     if (row >= 0 && row < rows && col >= 0 && col < cols) continue;
     std::ostringstream text;
     text << "entry " << k << " of the " << matrix << "'s structure is at row " << row << ", column "
-         << col << ", outside " << of_rows << cols << " variables (0-based)";
+         << col << ", outside ";
+    if (constraints) text << rows << " constraints and ";
+    text << cols << " variables (0-based)";
     return text.str();
   }
   return {};
@@ -90,8 +93,8 @@ std::string check_indices(const ProblemStructure& s) {
   if (s.constraint_lower.size() != at(m) || s.constraint_upper.size() != at(m)) {
     return "the bounds of the constraints do not have one entry per constraint";
   }
-  auto error = check_range("Jacobian", s.jacobian, m, std::to_string(m) + " constraints and ", n);
-  return error.empty() ? check_range("Hessian", s.hessian, n, "", n) : error;
+  auto error = check_range("Jacobian", s.jacobian, m, true, n);
+  return error.empty() ? check_range("Hessian", s.hessian, n, false, n) : error;
 }
 
 std::string check_structure(const ProblemStructure& s, const SolverOptions& options) {

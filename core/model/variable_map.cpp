@@ -45,7 +45,7 @@ std::string VariableMap::index_variables(const ProblemStructure& s, const Solver
   }
   // An equation without free variables holds or not; it takes no degree of freedom.
   std::array<Index, 2> constant{};
-  std::vector<bool> varies(s.constraint_players.size(), false);
+  varies.assign(s.constraint_players.size(), false);
   for (const Triplet& entry : s.jacobian) {
     if (!is_fixed(at(entry.col))) varies[at(entry.row)] = true;
   }
@@ -116,6 +116,8 @@ void VariableMap::index_constraints(const ProblemStructure& s, const SolverOptio
 }
 
 void VariableMap::map_entries(const ProblemStructure& s) {
+  for (auto* entries : {&jacobian, &hessian}) entries->clear();
+  for (auto* sources : {&jacobian_source, &hessian_source}) sources->clear();
   jacobian.reserve(s.jacobian.size());
   jacobian_source.reserve(s.jacobian.size());
   hessian.reserve(s.hessian.size());
@@ -143,6 +145,7 @@ void VariableMap::map_entries(const ProblemStructure& s) {
 }
 
 void VariableMap::list_robust_constraints() {
+  robust_constraints.clear();
   for (const auto [row, col] : jacobian) {
     if (owned_by_max(col) && min_constraints.contains(row)) robust_constraints.push_back(row);
   }

@@ -26,12 +26,14 @@ struct VariableMap {
   std::vector<Index> model_constraint;     ///< -1 where a variable is fixed by the constraint
   std::vector<Index> fixing_variable;      ///< canonical variable of such a constraint, else -1
   std::vector<Index> slack_of_constraint;  ///< -1 for equalities
+  std::vector<bool> varies;                ///< constraints of the model that read a free variable
   std::vector<Index> robust_constraints;   ///< of Min that read Max variables; ascending
   std::vector<Triplet> jacobian, hessian;  ///< without the slacks' entries
   /// Model triplet of each canonical one; -1 for the entry of a constraint that fixes a variable.
   std::vector<Index> jacobian_source, hessian_source;
 
   /// Of a checked structure. The error: a player has too few degrees of freedom.
+  /// Of another structure before: nothing of that is left.
   [[nodiscard]] std::string build(const ProblemStructure& structure, const SolverOptions& options);
 
   [[nodiscard]] Index variables() const { return y_slacks.end; }

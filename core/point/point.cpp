@@ -1,21 +1,27 @@
 #include <algorithm>
 #include <limits>
-#include <utility>
 
 #include "core/point/point.hpp"
 #include "core/point/residual.hpp"
 
 namespace ipminmax {
 
-Point unevaluated_point(const CanonicalProblem& canonical, Iterate iterate) {
+Point unevaluated_point(const CanonicalProblem& canonical, const Iterate& iterate) {
   Point point;
-  point.iterate = std::move(iterate);
+  begin_at(canonical, iterate, point);
+  return point;
+}
+
+void begin_at(const CanonicalProblem& canonical, const Iterate& iterate, Point& point) {
+  point.iterate = iterate;
+  point.evaluation.f = 0.0;
+  point.evaluation.jacobian_call = point.evaluation.hessian_call = 0;
+  point.error = KktError::unknown();
   point.evaluation.c.setZero(canonical.constraints());
   point.evaluation.gradient.setZero(canonical.variables());
   point.evaluation.jacobian.assign(canonical.jacobian().size(), 0.0);
   point.evaluation.hessian.assign(canonical.hessian().size(), 0.0);
   point.dual.setZero(canonical.variables());
-  return point;
 }
 
 EvaluationStatus evaluate_values(CanonicalProblem& canonical, Point& point) {

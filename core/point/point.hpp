@@ -18,7 +18,9 @@ struct Point {
 };
 
 /// A point at the iterate with room for its functions, all zero.
-[[nodiscard]] Point unevaluated_point(const CanonicalProblem& canonical, Iterate iterate);
+[[nodiscard]] Point unevaluated_point(const CanonicalProblem& canonical, const Iterate& iterate);
+/// The same in a point that is there.
+void begin_at(const CanonicalProblem& canonical, const Iterate& iterate, Point& point);
 
 /// Objective and constraints at the point.
 [[nodiscard]] EvaluationStatus evaluate_values(CanonicalProblem& canonical, Point& point);

@@ -13,6 +13,13 @@ Step zero_step(const CanonicalProblem& canonical) {
           .z_upper = Eigen::VectorXd::Zero(canonical.variables())};
 }
 
+void set_zero(const CanonicalProblem& canonical, Step& step) {
+  step.v.setZero(canonical.variables());
+  step.lambda.setZero(canonical.constraints());
+  step.z_lower.setZero(canonical.variables());
+  step.z_upper.setZero(canonical.variables());
+}
+
 void set_zero(Step& step) {
   step.v.setZero();
   step.lambda.setZero();

@@ -7,6 +7,8 @@ namespace ipminmax {
 
 /// Step of zeros in the shapes of the problem.
 [[nodiscard]] Step zero_step(const CanonicalProblem& canonical);
+/// The same in a step that is there.
+void set_zero(const CanonicalProblem& canonical, Step& step);
 void set_zero(Step& step);
 
 struct StepLength {

@@ -23,6 +23,8 @@ struct PointRank {
 /// The best point that the searches of a solve have seen, for the case that they fail.
 class BestPoint {
  public:
+  /// As one that has seen none; the point keeps its room.
+  void begin_anew() { any_ = false; }
   /// Takes the point where it is the best so far.
   void see(const PointRank& rank, const Point& point, double mu, Index iteration);
 

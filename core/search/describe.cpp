@@ -46,10 +46,10 @@ void describe(CanonicalProblem& canonical, const SolverOptions& options, const P
   }
 }
 
-Result result_of(CanonicalProblem& canonical, const SolverOptions& options, SearchOutcome outcome) {
-  Result result;
+void describe(CanonicalProblem& canonical, const SolverOptions& options,
+              const SearchOutcome& outcome, Result& result) {
   result.status = outcome.status;
-  result.message = std::move(outcome.message);
+  result.message = outcome.message;
   result.certificate = outcome.certificate;
   result.mu = outcome.mu;
   result.iterations = outcome.iterations;
@@ -61,7 +61,6 @@ Result result_of(CanonicalProblem& canonical, const SolverOptions& options, Sear
     result.certificate = {};
     describe(canonical, options, outcome.point, result);
   }
-  return result;
 }
 
 }  // namespace ipminmax

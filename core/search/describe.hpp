@@ -11,7 +11,7 @@ void describe(CanonicalProblem& canonical, const SolverOptions& options, const P
               Result& result);
 
 /// What the outcome of a search is to the caller. A success is finite.
-[[nodiscard]] Result result_of(CanonicalProblem& canonical, const SolverOptions& options,
-                               SearchOutcome outcome);
+void describe(CanonicalProblem& canonical, const SolverOptions& options,
+              const SearchOutcome& outcome, Result& result);
 
 }  // namespace ipminmax

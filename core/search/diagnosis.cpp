@@ -100,9 +100,10 @@ std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian)
     return {};
   }
   const Units units = units_of(canonical, v, here);
+  DifferenceArrays arrays;
   if (const auto wrong = compare_second_derivatives(canonical, v, lambda, here,
                                                     generic_step(canonical, v, kStepOfGradients),
-                                                    units.variable, kWrongCurvature)) {
+                                                    units.variable, kWrongCurvature, arrays)) {
     return "the second derivatives in " + canonical.column_name(wrong->index) +
            " look wrong at the last point" + beside(*wrong) + ": try derivative_test second-order";
   }

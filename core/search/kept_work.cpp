@@ -5,23 +5,27 @@
 
 namespace ipminmax {
 
+void KeptWork::forget() {
+  SolveArrays room = std::move(arrays);
+  *this = {};
+  arrays = std::move(room);
+}
+
 bool KeptWork::fits(const ProblemStructure& s, const SolverOptions& options) {
   const std::size_t n = s.variable_players.size();
   const std::size_t m = s.constraint_players.size();
-  if (s.variable_lower.size() != n || s.variable_upper.size() != n ||
-      s.constraint_lower.size() != m || s.constraint_upper.size() != m) {  // a bad model
-    if (!structure_only) *this = {};
-    return !structure_only;
-  }
-  ModelShape other = shape_of(s, options);
+  const bool complete = s.variable_lower.size() == n && s.variable_upper.size() == n &&
+                        s.constraint_lower.size() == m && s.constraint_upper.size() == m;
+  const bool same = complete && has_shape(s, options, shape);
+  // New ones instead of others in size: one of Eigen's is no more what it was when memory fails.
+  if (!same) arrays = {};
   if (structure_only) {
-    if (!analysis) shape = std::move(other);
-    return analysis ? shape == other : true;
+    if (complete && !analysis && !same) shape = shape_of(s, options);
+    return complete && (same || !analysis);
   }
-  if (shape != other) {
-    *this = {};
-    shape = std::move(other);
-  }
+  if (same) return true;
+  forget();
+  if (complete) shape = shape_of(s, options);
   return true;
 }
 

@@ -5,10 +5,23 @@
 
 #include "core/kkt/inertia_correction.hpp"
 #include "core/kkt/system.hpp"
+#include "core/method/globalized_method.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/model_shape.hpp"
+#include "core/search/result_arrays.hpp"
+#include "core/search/search.hpp"
 
 namespace ipminmax {
+
+/// Arrays that the next solve of a problem of the same shape writes over; what they hold means
+/// nothing to it.
+struct SolveArrays {
+  CanonicalArrays canonical;
+  KktArrays kkt;
+  GlobalizedArrays method;
+  SearchArrays search;
+  ResultArrays result;
+};
 
 /// What a solve leaves to the next one.
 struct KeptWork {
@@ -22,6 +35,10 @@ struct KeptWork {
   /// Of second derivatives by differences, detected; empty: not known.
   std::optional<std::vector<Triplet>> hessian_pattern;
 
+  SolveArrays arrays;
+
+  /// All but the arrays.
+  void forget();
   /// Whether it serves a solve of the problem; what does not fit is forgotten first.
   [[nodiscard]] bool fits(const ProblemStructure& structure, const SolverOptions& options);
 };

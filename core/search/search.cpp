@@ -21,29 +21,28 @@ bool seems_wrong(const Certificate& found) {
 }  // namespace
 
 Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
-               Observation& observation, BestPoint& best, Start start)
+               Observation& observation, const Start& start, SearchArrays& arrays)
     : context_(context),
       purpose_(purpose),
       barrier_(barrier),
       observation_(observation),
       test_(context.options),
-      point_(std::move(start.point)),
-      next_(point_),
-      best_(best),
+      arrays_(arrays),
       step_{.kind = start.how},
       deadline_(start.deadline) {
-  best_.see(rank_of(context_.canonical, context_.options, point_), point_, barrier_.mu(),
-            context_.budget.iteration);
+  arrays_.point = arrays_.next = start.point;
+  arrays_.best.see(rank_of(context_.canonical, context_.options, arrays_.point), arrays_.point,
+                   barrier_.mu(), context_.budget.iteration);
 }
 
 SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept) {
   for (;; ++context_.budget.iteration) {
-    if (!observation_.tell(point_, barrier_.mu(), step_)) return ended(Status::UserStop);
+    if (!observation_.tell(arrays_.point, barrier_.mu(), step_)) return ended(Status::UserStop);
     drop_idle_multipliers(context_.options.tol);
 
     bool escaped = false;
-    const double objective = context_.canonical.unscaled_objective(point_.evaluation.f);
-    if (const auto claim = test_.claim(point_.error, objective)) {
+    const double objective = context_.canonical.unscaled_objective(arrays_.point.evaluation.f);
+    if (const auto claim = test_.claim(arrays_.point.error, objective)) {
       Verdict verdict = judge(*claim);
       if (is_hidden_by_scaling(verdict)) {
         return_to_fast_factorizations();
@@ -60,23 +59,25 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
     if (escaped) continue;
     if (const auto status = deadline_reached()) return ended(*status);
 
-    if (barrier_.update(point_, step_)) method.barrier_changed();
+    if (barrier_.update(arrays_.point, step_)) method.barrier_changed();
     make_step(method);
     if (step_.failure) return after_failed_step();
   }
 }
 
 SearchOutcome Search::ended(Status status, std::string message) const {
-  name_divergence(context_.canonical, point_, status, message);
+  name_divergence(context_.canonical, arrays_.point, status, message);
   if (status == Status::MaxIterations && !context_.budget.is_spent() && message.empty()) {
     message = "the factorizations that minmax_max_factorizations allows are used up";
   }
-  return {.status = status,
-          .message = std::move(message),
-          .point = point_,
-          .mu = barrier_.mu(),
-          .certificate = {},
-          .iterations = context_.budget.iteration};
+  SearchOutcome outcome{.status = status,
+                        .message = std::move(message),
+                        .point = std::move(arrays_.ended),
+                        .mu = barrier_.mu(),
+                        .certificate = {},
+                        .iterations = context_.budget.iteration};
+  outcome.point = arrays_.point;
+  return outcome;
 }
 
 SearchOutcome Search::ended(Verdict&& verdict) const {
@@ -91,21 +92,21 @@ SearchOutcome Search::ended(Verdict&& verdict) const {
 }
 
 void Search::take_next() {
-  std::swap(point_, next_);
+  std::swap(arrays_.point, arrays_.next);
   measure_point();
 }
 
 void Search::measure_point() {
-  measure(context_.canonical, context_.options, point_);
-  best_.see(rank_of(context_.canonical, context_.options, point_), point_, barrier_.mu(),
-            context_.budget.iteration + 1);
+  measure(context_.canonical, context_.options, arrays_.point);
+  arrays_.best.see(rank_of(context_.canonical, context_.options, arrays_.point), arrays_.point,
+                   barrier_.mu(), context_.budget.iteration + 1);
 }
 
 void Search::make_step(StepMethod& method) {
   const double mu = barrier_.mu();
-  step_ = method.step(point_, mu, next_);
-  if (step_.moved) std::swap(point_, next_);
-  context_.canonical.keep_distances(point_.iterate, mu);
+  step_ = method.step(arrays_.point, mu, arrays_.next);
+  if (step_.moved) std::swap(arrays_.point, arrays_.next);
+  context_.canonical.keep_distances(arrays_.point.iterate, mu);
   measure_point();
 }
 
@@ -117,7 +118,7 @@ SearchOutcome Search::after_failed_step() {
       step_.failure == Status::TinyStep || step_.failure == Status::RestorationFailed;
   if (stuck) drop_idle_multipliers(context_.options.acceptable_tol);
   if (stuck && context_.canonical.max_size() == 0 && purpose_ == Purpose::Solution &&
-      test_.is_acceptable(point_.error)) {
+      test_.is_acceptable(arrays_.point.error)) {
     return ended(judge(Status::SolvedToAcceptableLevel));
   }
   return ended(*step_.failure, step_.message);
@@ -125,12 +126,12 @@ SearchOutcome Search::after_failed_step() {
 
 std::optional<Status> Search::limit_reached() {
   const CanonicalProblem& canonical = context_.canonical;
-  if (max_norm(point_.iterate.v) > context_.options.diverging_iterates_tol) {
+  if (max_norm(arrays_.point.iterate.v) > context_.options.diverging_iterates_tol) {
     return Status::DivergingIterates;
   }
   if (context_.budget.is_spent()) return Status::MaxIterations;
-  const bool far =
-      canonical.max_size() == 0 && has_run_away(canonical, point_, {0, canonical.variables()});
+  const bool far = canonical.max_size() == 0 &&
+                   has_run_away(canonical, arrays_.point, {0, canonical.variables()});
   runaway_iterations_ = far ? runaway_iterations_ + 1 : 0;
   if (runaway_iterations_ > parameters::divergence::kRunawayIterations)
     return Status::OuterUnbounded;
@@ -140,14 +141,15 @@ std::optional<Status> Search::limit_reached() {
 
 std::optional<SearchOutcome> Search::end_at_infinity() {
   // Iterates that zigzag outward along a curved valley do not meet the tolerances, its bottom does.
-  if (purpose_ != Purpose::Solution || !is_far_out(context_.canonical, point_)) return std::nullopt;
-  next_ = point_;
+  if (purpose_ != Purpose::Solution || !is_far_out(context_.canonical, arrays_.point))
+    return std::nullopt;
+  arrays_.next = arrays_.point;
   const double mu = barrier_.mu();
-  if (!step_into_valley(context_, mu, test_, next_) ||
-      !valley_leads_to_infinity(context_, next_, mu, test_)) {
+  if (!step_into_valley(context_, mu, test_, arrays_.next) ||
+      !valley_leads_to_infinity(context_, arrays_.next, mu, test_)) {
     return std::nullopt;
   }
-  std::swap(point_, next_);
+  std::swap(arrays_.point, arrays_.next);
   Verdict verdict{.status = Status::DivergingIterates, .message = kToInfinity, .finding = {}};
   verdict.finding.certificate.kind = PointKind::FirstOrderPoint;
   return ended(std::move(verdict));
@@ -161,18 +163,19 @@ std::optional<Status> Search::deadline_reached() const {
 void Search::drop_idle_multipliers(double tolerance) {
   // Without a gradient of the objective every feasible point is optimal, with multipliers zero.
   const bool minimization = context_.canonical.max_size() == 0 || context_.canonical.is_constant();
-  if (!minimization || point_.evaluation.c.size() == 0 ||
-      max_norm(point_.evaluation.gradient) > 0.0 || max_norm(point_.evaluation.c) > tolerance ||
-      max_norm(point_.iterate.lambda) == 0.0) {
+  if (!minimization || arrays_.point.evaluation.c.size() == 0 ||
+      max_norm(arrays_.point.evaluation.gradient) > 0.0 ||
+      max_norm(arrays_.point.evaluation.c) > tolerance ||
+      max_norm(arrays_.point.iterate.lambda) == 0.0) {
     return;
   }
-  Iterate& iterate = point_.iterate;
+  Iterate& iterate = arrays_.point.iterate;
   const double most = parameter::kIdleMultiplier * context_.options.tol;
   iterate.lambda.setZero();
   iterate.z_lower = iterate.z_lower.cwiseMin(most);
   iterate.z_upper = iterate.z_upper.cwiseMin(most);
-  static_cast<void>(evaluate_second_derivatives(context_.canonical, point_));
-  measure(context_.canonical, context_.options, point_);
+  static_cast<void>(evaluate_second_derivatives(context_.canonical, arrays_.point));
+  measure(context_.canonical, context_.options, arrays_.point);
 }
 
 Search::Verdict Search::judge(Status claim) {
@@ -186,8 +189,8 @@ Search::Verdict Search::judge(Status claim) {
   const KktSystem::Counting counting(context_.kkt, FactorizationCause::Certificate);
   const Index before = context_.kkt.factorizations();
   context_.kkt.allow_factorizations(context_.budget.factorizations_with_test());
-  finding = certify(context_.canonical, context_.kkt, point_, barrier_.mu(), context_.options,
-                    factorizations_for_test());
+  finding = certify(context_.canonical, context_.kkt, arrays_.point, barrier_.mu(),
+                    context_.options, factorizations_for_test(), arrays_.certificate);
   context_.kkt.allow_factorizations(context_.budget.factorizations_of_steps());
   context_.budget.tests += context_.kkt.factorizations() - before;
   if (finding.certificate.second_order != SecondOrder::Satisfied) finding.point.reset();
@@ -196,7 +199,7 @@ Search::Verdict Search::judge(Status claim) {
   } else if ((finding.certificate.second_order == SecondOrder::Undecided ||
               finding.certificate.second_order == SecondOrder::Flat) &&
              purpose_ == Purpose::Solution) {
-    if (runs_to_infinity(context_, point_, barrier_.mu(), test_)) {
+    if (runs_to_infinity(context_, arrays_.point, barrier_.mu(), test_)) {
       verdict.status = Status::DivergingIterates;
       verdict.message = kToInfinity;
     } else if (finding.certificate.hessian_disagrees) {
@@ -225,7 +228,7 @@ Index Search::reasonable_factorizations_for_test() const {
 bool Search::is_hidden_by_scaling(const Verdict& verdict) {
   // A gradient that was huge at the start scales the objective down so far that any flat place meets
   // the tolerances: go on for a while. Minimizations end here, as Ipopt's do.
-  const double gradient = std::max(point_.error.dual_min, point_.error.dual_max);
+  const double gradient = std::max(arrays_.point.error.dual_min, arrays_.point.error.dual_max);
   return verdict.status == Status::SolvedDegenerate &&
          !verdict.finding.certificate.hessian_disagrees && context_.canonical.max_size() > 0 &&
          context_.canonical.objective_scale() < 1.0 && gradient > parameter::kFlatGradient &&
@@ -247,7 +250,7 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
                           (!minimization || wrong) && found.second_order != SecondOrder::Flat &&
                           (found.inner == found.inner_expected || seems_wrong(found));
   if (verdict.status != Status::NotLocalMinmax && !degenerate) return false;
-  StepReport step = method.escape(point_, barrier_.mu(), {.wrong = wrong}, next_);
+  StepReport step = method.escape(arrays_.point, barrier_.mu(), {.wrong = wrong}, arrays_.next);
   if (!step.moved) return false;
   if (degenerate) {
     kept = ended(Verdict{verdict});

@@ -20,12 +20,21 @@ enum class Purpose : std::uint8_t {
   Restoration  ///< of another solve's feasibility: any first-order point will do
 };
 
+/// What searches work with, kept from one to the next.
+struct SearchArrays {
+  Start start;  ///< the first of a solve
+  Point point, next;
+  BestPoint best;
+  Point ended;  ///< room for the point of an outcome, which takes it
+  CertificateArrays certificate;
+};
+
 /// One search from one starting point: the main loop.
 class Search {
  public:
-  /// The start's point is evaluated and measured. best: of the solve, shown every point.
+  /// The start's point is evaluated and measured; arrays.best, of the solve, is shown every point.
   Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
-         Observation& observation, BestPoint& best, Start start);
+         Observation& observation, const Start& start, SearchArrays& arrays);
 
   /// Iterates until the search ends. kept: a first-order point with an undecided test that was left
   /// for a better one.
@@ -65,9 +74,8 @@ class Search {
   BarrierUpdate& barrier_;
   Observation& observation_;
   FirstOrderTest test_;
-  Point point_, next_;
-  BestPoint& best_;
-  StepReport step_;  ///< that led to point_, or failed there
+  SearchArrays& arrays_;
+  StepReport step_;  ///< that led to arrays_.point, or failed there
   std::optional<Deadline> deadline_;
   Index runaway_iterations_ = 0;  ///< in a row
 };

@@ -15,7 +15,8 @@ namespace ipminmax {
 namespace {
 
 SearchOutcome better(const std::optional<SearchOutcome>& earlier, SearchOutcome later) {
-  return earlier ? better(*earlier, std::move(later)) : later;
+  if (!earlier) return later;
+  return better(*earlier, std::move(later));
 }
 
 }  // namespace
@@ -23,7 +24,7 @@ SearchOutcome better(const std::optional<SearchOutcome>& earlier, SearchOutcome 
 struct Solve::Machinery {
   explicit Machinery(Solve& solve)
       : kkt(solve.canonical_, solve.options_, solve.counts_, solve.timing_, &solve.limit_,
-            solve.kept_analysis()),
+            {.analysis = solve.kept_analysis(), .arrays = &solve.arrays_.kkt}),
         correction(kkt, solve.options_, solve.counts_, &solve.limit_),
         context{.canonical = solve.canonical_,
                 .kkt = kkt,
@@ -34,7 +35,9 @@ struct Solve::Machinery {
                 .counts = solve.counts_},
         observation(solve.observer_, context,
                     [&solve](Result& result) { solve.set_totals(result); }),
-        others(context) {
+        others(context),
+        best_point(solve.arrays_.search.best) {
+    best_point.begin_anew();
     kkt.allow_factorizations(solve.budget_.factorizations_of_steps());
   }
 
@@ -52,7 +55,10 @@ struct Solve::Machinery {
   std::optional<Search> search;       ///< the last one
   std::optional<SearchOutcome> left;  ///< by the last one, for a better point
   std::optional<SearchOutcome> best;  ///< of those before
-  BestPoint best_point;               ///< of all
+  BestPoint& best_point;              ///< of all
+  /// Of the last search, one of them.
+  std::optional<GlobalizedMethod> globalized;
+  std::optional<AlgorithmOne> algorithm_one;
 };
 
 Solve::Solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
@@ -62,9 +68,10 @@ Solve::Solve(Problem& problem, const SolverOptions& options, const SolveObserver
       observer_(observer),
       purpose_(purpose),
       kept_(kept),
+      arrays_(kept != nullptr ? kept->arrays : own_arrays_.emplace()),
       limit_(options),
       budget_{.limit = options.max_iter},
-      canonical_(problem, options, counts_, timing_) {
+      canonical_(problem, options, counts_, timing_, &arrays_.canonical) {
   if (options.minmax_max_factorizations > 0) {
     budget_.factorizations = options.minmax_max_factorizations;
   }
@@ -95,7 +102,8 @@ Result Solve::run_checked() {
     return without_point(Status::InvalidOption, std::move(error));
   }
   if (kept_ && !kept_->fits(problem_.structure(), options_)) kept_ = nullptr;
-  if (auto error = canonical_.build(kept_ ? kept_->scaling : std::nullopt); !error.empty()) {
+  const bool is_scaled = kept_ && kept_->scaling;
+  if (auto error = canonical_.build(is_scaled ? &*kept_->scaling : nullptr); !error.empty()) {
     return without_point(canonical_.error_status(), std::move(error));
   }
   if (options_.mu_strategy == BarrierStrategy::Adaptive && canonical_.max_size() > 0 &&
@@ -125,14 +133,18 @@ Result Solve::search() {
                : without_point(status, why);
   };
   try {
-    Start first{.point = unevaluated_point(canonical_, canonical_.starting_point())};
+    Start& first = arrays_.search.start;
+    begin_at(canonical_, canonical_.starting_point(), first.point);
+    first.how = StepKind::None;
+    first.rule = Start::Rule::Chosen;
+    first.deadline.reset();
     std::string message;
     if (const auto status = evaluate_start(machinery.context, options_, first.point, message)) {
       Result result = without_point(*status, std::move(message));
       keep_work(machinery, *status);
       return result;
     }
-    return finish(machinery, search_all(machinery, std::move(first)));
+    return finish(machinery, search_all(machinery, first));
   } catch (const FactorsOutOfMemory& error) {
     return stopped(Status::OutOfMemory, error.what());
   } catch (const SolverUnavailable& error) {
@@ -158,7 +170,7 @@ bool Solve::analyze(Machinery& machinery) {
   return true;
 }
 
-SearchOutcome Solve::search_all(Machinery& machinery, Start start) {
+SearchOutcome Solve::search_all(Machinery& machinery, Start& start) {
   machinery.barrier.emplace(machinery.context, start.point);
   for (;;) {
     SearchOutcome outcome = machinery.best_with(search_from(start, machinery));
@@ -179,10 +191,10 @@ SearchOutcome Solve::search_all(Machinery& machinery, Start start) {
 
 SearchOutcome Solve::search_from(const Start& start, Machinery& machinery) {
   machinery.search.emplace(machinery.context, purpose_, *machinery.barrier, machinery.observation,
-                           machinery.best_point, start);
-  const auto method = method_for(start, machinery);
+                           start, arrays_.search);
+  StepMethod& method = method_for(start, machinery);
   if (auto found = contradiction(*machinery.search)) return std::move(*found);
-  SearchOutcome outcome = machinery.search->run(*method, machinery.left);
+  SearchOutcome outcome = machinery.search->run(method, machinery.left);
   if (returns_best(machinery.best_point, outcome)) take_best(machinery.best_point, outcome);
   const bool is_first = start.how == StepKind::None;
   if (is_first && has_line_search() && purpose_ == Purpose::Solution) {
@@ -209,17 +221,18 @@ bool Solve::has_line_search() const {
   return options_.minmax_globalization == Globalization::Filter && !options_.minmax_pure_newton;
 }
 
-std::unique_ptr<StepMethod> Solve::method_for(const Start& start, Machinery& machinery) {
+StepMethod& Solve::method_for(const Start& start, Machinery& machinery) {
   const bool is_first = start.how == StepKind::None;
   if (start.rule == Start::Rule::Chosen && has_line_search()) {
-    return std::make_unique<GlobalizedMethod>(machinery.context, restorer(machinery), start.point);
+    return machinery.globalized.emplace(machinery.context, restorer(machinery), start.point,
+                                        arrays_.method);
   }
   if (is_first && options_.minmax_freeze_tol > 0.0) {
     machinery.observation.say(
         "minmax_freeze_tol > 0: shifts that are kept depend on where the iterates came from, so "
         "points that are no local minmax may attract them; the certificate tells");
   }
-  return std::make_unique<AlgorithmOne>(machinery.context);
+  return machinery.algorithm_one.emplace(machinery.context);
 }
 
 Restorer Solve::restorer(Machinery& machinery) {
@@ -303,16 +316,19 @@ Result Solve::finish(Machinery& machinery, SearchOutcome outcome) {
     outcome.message += " (returned: the best point seen, of iteration " +
                        std::to_string(*outcome.of_iteration) + ")";
   }
-  Result result = result_of(canonical_, options_, std::move(outcome));
+  Result result;
+  arrays_.result.give_to(result);
+  describe(canonical_, options_, outcome, result);
+  arrays_.search.ended = std::move(outcome.point);
   result.iterations = budget_.iteration;
-  if (result.message.empty()) result.message = std::string(name_of(result.status));
+  if (result.message.empty()) result.message.assign(name_of(result.status));
   keep_work(machinery, result.status);
   set_totals(result);
   return result;
 }
 
 Result Solve::without_point(Status status, std::string message) {
-  if (kept_ && !kept_->structure_only) *kept_ = {};
+  if (kept_ && !kept_->structure_only) kept_->forget();
   Result result;
   result.status = status;
   result.message = std::move(message);
@@ -323,10 +339,11 @@ Result Solve::without_point(Status status, std::string message) {
 void Solve::keep_work(const Machinery& machinery, Status status) {
   if (!kept_ || kept_->structure_only) return;
   if (status == Status::OutOfMemory) {
-    *kept_ = {};
+    kept_->forget();
     return;
   }
-  kept_->scaling = canonical_.gradient_scaling();
+  if (options_.nlp_scaling_method != Scaling::GradientBased) kept_->scaling.reset();
+  if (canonical_.gradient_scaling()) kept_->scaling = canonical_.gradient_scaling();
   kept_->analysis = machinery.kkt.analysis();
   kept_->shifts = is_success(status) ? machinery.correction.memory() : ShiftMemory{};
 }

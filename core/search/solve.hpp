@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -28,10 +27,10 @@ class Solve {
   [[nodiscard]] Result search();
   [[nodiscard]] bool analyze(Machinery& machinery);
   [[nodiscard]] const KktAnalysis* kept_analysis() const;
-  [[nodiscard]] SearchOutcome search_all(Machinery& machinery, Start start);
+  [[nodiscard]] SearchOutcome search_all(Machinery& machinery, Start& start);
   [[nodiscard]] SearchOutcome search_from(const Start& start, Machinery& machinery);
   [[nodiscard]] std::optional<Start> next_start(Machinery& machinery);
-  [[nodiscard]] std::unique_ptr<StepMethod> method_for(const Start& start, Machinery& machinery);
+  [[nodiscard]] StepMethod& method_for(const Start& start, Machinery& machinery);
   [[nodiscard]] Restorer restorer(Machinery& machinery);
   [[nodiscard]] Result restoration(Machinery& machinery, Problem& problem,
                                    const SolverOptions& options, const SolveObserver& observer);
@@ -53,6 +52,8 @@ class Solve {
   KeptWork* kept_;
   Counts counts_;
   Timing timing_;
+  std::optional<SolveArrays> own_arrays_;
+  SolveArrays& arrays_;
   TimeLimit limit_;
   IterationBudget budget_;
   CanonicalProblem canonical_;

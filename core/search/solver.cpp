@@ -176,7 +176,7 @@ Result solve_elsewhere(Problem& problem, const SolverOptions& options,
 Result solve_over_branches(Problem& problem, const SolverOptions& options,
                            const SolveObserver& observer) {
   SolverOptions from_one_start = options;
-  from_one_start.minmax_starts = 1;
+  from_one_start.minmax_starts = std::min(options.minmax_starts, 1);  // 0 is refused
   return solve_robust(problem, from_one_start, observer).result;
 }
 
@@ -216,8 +216,15 @@ Result RepeatedSolver::solve(Problem& problem, const SolverOptions& options,
   std::unique_ptr<KeptWork> kept = std::move(kept_);
   if (!kept) kept = std::make_unique<KeptWork>();
   Result result = solve_keeping(problem, options, observer, kept.get());
-  kept_ = std::move(kept);
+  if (result.status != Status::OutOfMemory) kept_ = std::move(kept);
   return result;
+}
+
+void RepeatedSolver::solve(Problem& problem, const SolverOptions& options,
+                           const SolveObserver& observer, Result& result) {
+  if (!kept_) kept_ = std::make_unique<KeptWork>();
+  kept_->arrays.result.take_from(result);
+  result = solve(problem, options, observer);
 }
 
 void RepeatedSolver::reset() { kept_.reset(); }

@@ -162,7 +162,7 @@ TEST(OutOfMemoryInC, InASecondSolveLeavesNoWarmStartBehind) {
       ++refused;
     }
   }
-  EXPECT_GT(refused, 100);
+  EXPECT_GT(refused, 20);  // most arrays are those of the solve before
   IpminmaxFree(problem);
 }
 

@@ -227,41 +227,5 @@ TEST_F(AmplSameIterates, FreeRowsAndFixedVariables) {
   compare("mixed", mixed_model(), kMixedStart);
 }
 
-/// A game of 300 variables that all see one another: (v_i - 1 / (1 + i))^2 summed, with the
-/// opposite sign of every third, which is Max's, plus exp(0.01 sum_i cos(i) v_i).
-std::string dense_game() {
-  constexpr int kSize = 300;
-  std::string players = "S0 100 player\n", own, coupling, bounds, counts, gradient;
-  for (int i = 0; i < kSize; ++i) {
-    const std::string v = "v" + std::to_string(i) + "\n", index = std::to_string(i) + " ";
-    if (i % 3 == 0) players += index + "1\n";
-    own += std::string(i % 3 == 0 ? "o16\n" : "") + "o5\no0\n" + v + "n" +
-           std::to_string(-1.0 / (1 + i)) + "\nn2\n";
-    coupling += "o2\nn" + std::to_string(0.01 * std::cos(i)) + "\n" + v;
-    bounds += "3\n";
-    if (i > 0) counts += "0\n";
-    gradient += index + "0\n";
-  }
-  return "g3 1 1 0\n 300 0 1 0 0\n 0 1\n 0 0\n 0 300 0\n 0 0 0 1\n 0 0 0 0 0\n 0 300\n 0 0\n"
-         " 0 0 0 0 0\n" +
-         players + "O0 0\no0\no54\n300\n" + own + "o44\no54\n300\n" + coupling + "b\n" + bounds +
-         "k299\n" + counts + "G0 300\n" + gradient;
-}
-
-// Sums of several threads come in another order.
-TEST_F(AmplSameIterates, AnyNumberOfBlasThreads) {
-  put("model.nl", dense_game());
-  const auto solution = [&](const std::string& threads) {
-    EXPECT_EQ(
-        run("model.nl -s print_level=0 linear_solver=mumps", "OPENBLAS_NUM_THREADS=" + threads), 0)
-        << err_;
-    return get("model.sol");
-  };
-  const std::string one = solution("1");
-  EXPECT_NE(one.find("objno 0 0"), std::string::npos) << one;
-  EXPECT_EQ(solution("2"), one);
-  EXPECT_EQ(solution("4"), one);
-}
-
 }  // namespace
 }  // namespace ipminmax::testing

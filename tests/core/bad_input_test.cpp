@@ -748,6 +748,16 @@ TEST(InvalidOptions, AreRefusedBeforeTheModelIsCalled) {
   result = solve(problem, options);
   EXPECT_EQ(result.status, Status::InvalidOption);
   EXPECT_TRUE(contains(result.message, "max_iter = -3")) << result.message;
+  // Of a solve over branches only one start is made.
+  for (bool SolverOptions::*form :
+       {&SolverOptions::minmax_epigraph, &SolverOptions::minmax_epigraph_at_kinks}) {
+    options = {};
+    options.*form = true;
+    options.minmax_starts = 0;
+    result = solve(problem, options);
+    EXPECT_EQ(result.status, Status::InvalidOption);
+    EXPECT_TRUE(contains(result.message, "minmax_starts = 0")) << result.message;
+  }
 }
 
 TEST(Limits, NoIterationsReturnTheStartingPoint) {

@@ -337,6 +337,17 @@ TEST(Flat, MaximizersHaveRidges) {
 
 // What it costs.
 
+TEST(Effort, ARiseThatTheCurvatureExplainsIsSeenOnOneSideAlone) {
+  Model model;
+  const Expression a = model.variable(kMin, "a"), b = model.variable(kMin, "b");
+  model.objective(square(a + b) + 1e-9 * square(b));
+  AutodiffProblem problem(model, std::vector<double>{1.0, 2.0});
+  const Result result = solve(problem, SolverOptions{});
+  EXPECT_EQ(result.certificate.second_order, SecondOrder::Undecided);
+  EXPECT_EQ(result.iterations, 1);
+  EXPECT_LE(result.counts.objective, 4);
+}
+
 TEST(Effort, AClearPointCostsOneFactorizationOfEachMatrix) {
   Model model;
   const Expression x = model.variable(kMin, "x", -1.0, 2.0);

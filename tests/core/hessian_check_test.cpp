@@ -1,4 +1,5 @@
 // A certificate is a statement about second derivatives: wrong ones are noticed.
+#include <cmath>
 #include <span>
 #include <string>
 #include <vector>
@@ -94,6 +95,19 @@ TEST(HessianCheck, LittleCurvatureIsComparedWithItsOwnSize) {
     EXPECT_EQ(result.certificate.hessian_disagrees, changed) << result.message;
     EXPECT_EQ(result.certificate.kind == PointKind::LocalMinmax, !changed);
   }
+}
+
+// Steps of the check are far longer than x, so that x^1.1 looks as if it had little curvature.
+TEST(HessianCheck, ASingularityNextToThePointIsNoError) {
+  constexpr double kSmall = 1e-9;
+  const double scale = 1.0 / (0.11 * std::pow(kSmall, -0.9));  // second derivative 1
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  model.objective(scale * (pow(x, 1.1) - 1.1 * std::pow(kSmall, 0.1) * x));
+  AutodiffProblem problem(model, {kSmall});
+  const Result result = solve(problem, {});
+  EXPECT_TRUE(is_success(result.status)) << result.message;
+  EXPECT_FALSE(result.certificate.hessian_disagrees) << result.message;
 }
 
 TEST(HessianCheck, MinimizationsToo) {

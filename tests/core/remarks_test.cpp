@@ -90,6 +90,10 @@ TEST(SplitRemarks, HalfOfTheStatesForgottenWithGustsWithoutBounds) {
   }
   EXPECT_EQ(first(split_remarks(stages(6, kNoBound, true).structure())), "");
   ProblemStructure unnamed = stages(3, kNoBound).structure();
+  for (std::size_t i = 0; i < unnamed.variable_names.size(); ++i) {
+    unnamed.variable_names[i] = "_svar[" + std::to_string(i + 1) + "]";
+  }
+  EXPECT_EQ(first(split_remarks(unnamed)), "") << "no families, but AMPL's numbers";
   unnamed.variable_names.clear();
   EXPECT_EQ(first(split_remarks(unnamed)), "") << "nothing is known of families";
 }

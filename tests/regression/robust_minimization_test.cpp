@@ -101,6 +101,55 @@ Known least_eigenvalue() {
   return known;
 }
 
+/// Space velocity of a stirred tank in which van de Vusse's reactions A -> B -> C, 2 A -> D give the
+/// most B, from concentrations far above those of a feed as thin as this.
+Known stirred_tank() {
+  constexpr double kFeed = 1000.0, kToB = 5.0 / 6.0, kToC = 5.0 / 3.0, kToD = 1.0 / 6000.0;
+  Known known{
+      .start = {1.0, 5000.0, 2000.0, 2000.0, 1000.0}, .objective = -157.56368, .iterations = 80};
+  Model& model = known.model;
+  const Expression velocity = model.variable(Player::Min, "velocity", 0.0);
+  const Expression a = model.variable(Player::Min, "a", 0.0);
+  const Expression b = model.variable(Player::Min, "b", 0.0);
+  const Expression c = model.variable(Player::Min, "c", 0.0);
+  const Expression d = model.variable(Player::Min, "d", 0.0);
+  model.objective(-b);
+  model.constraint(velocity * kFeed - velocity * a - kToB * a - 2.0 * kToD * square(a), 0.0, 0.0);
+  model.constraint(-velocity * b + kToB * a - kToC * b, 0.0, 0.0);
+  model.constraint(-velocity * c + kToC * b, 0.0, 0.0);
+  model.constraint(-velocity * d + kToD * square(a), 0.0, 0.0);
+  return known;
+}
+
+/// Rates of an epidemic from reported cases, which are rounded here:
+/// I_{k+1} = beta S_k I_k^alpha / people, S_{k+1} = S_k - I_{k+1}, least squares of what I misses.
+Known epidemic() {
+  constexpr int kWeeks = 26;
+  constexpr double kPeople = 300.0, kBeta = 2.3, kAlpha = 0.97;
+  Known known{.start = {0.05, 0.5}, .objective = 0.52977975, .iterations = 120};
+  Model& model = known.model;
+  const Expression beta = model.variable(Player::Min, "beta", 0.05, 70.0);
+  const Expression alpha = model.variable(Player::Min, "alpha", 0.5, 1.5);
+  double cases = 1.0, healthy = kPeople - 1.0;
+  Expression sum = 0.0, infected = 0.0, susceptible = 0.0;
+  for (int k = 0; k < kWeeks; ++k) {
+    const Expression i = model.variable(Player::Min, "", 0.0, kPeople);
+    const Expression s = model.variable(Player::Min, "", 0.0, kPeople);
+    known.start.insert(known.start.end(), {1.0, kPeople});
+    if (k > 0) {
+      model.constraint(i - beta * susceptible * exp(alpha * log(infected)) / kPeople, 0.0, 0.0);
+      model.constraint(s - susceptible + i, 0.0, 0.0);
+      cases = kBeta * healthy * std::pow(cases, kAlpha) / kPeople;
+      healthy -= cases;
+    }
+    sum += square(i - std::round(cases));
+    infected = i;
+    susceptible = s;
+  }
+  model.objective(sum);
+  return known;
+}
+
 void expect_solved(const Known& known) {
   AutodiffProblem problem(known.model, known.start);
   const Result result = solve(problem, SolverOptions{});
@@ -114,6 +163,8 @@ TEST(RobustMinimization, EquationsWithExponentials) { expect_solved(exponential_
 TEST(RobustMinimization, ContinuousCaster) { expect_solved(continuous_caster()); }
 TEST(RobustMinimization, OneSidedExponentialFit) { expect_solved(one_sided_exponential_fit()); }
 TEST(RobustMinimization, LeastEigenvalue) { expect_solved(least_eigenvalue()); }
+TEST(RobustMinimization, StirredTank) { expect_solved(stirred_tank()); }
+TEST(RobustMinimization, Epidemic) { expect_solved(epidemic()); }
 
 // x1^2 + x2^2 >= 1 is the least value. Where it is taken both gradients are parallel: their
 // multipliers may be anything, and a Lagrangian that falls off the constraints refutes nothing.
