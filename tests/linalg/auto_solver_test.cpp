@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <ctime>
+#include <span>
 #include <vector>
 
 #include "linalg/auto_solver.hpp"
@@ -223,6 +224,37 @@ TEST(LdltSolver, ReportsTheSmallestPivot) {
   LdltSolver solver({});
   ASSERT_TRUE(solver.analyze(matrix, std::vector<std::int8_t>{1, -1, 1}).ok);
   EXPECT_NEAR(solver.factorize(matrix).smallest_pivot, 0.25, 1e-7);
+}
+
+TEST(AutoSolver, PairsOfRowsAreForLittleFill) {
+  constexpr Index kSteps = 200;
+  MatrixBuilder chain(2 * kSteps - 1);
+  std::vector<std::int8_t> signs(2 * kSteps - 1, 1);
+  for (Index i = 0; i < kSteps; ++i) chain.add(i, i, 1.0);
+  for (Index i = 0; i + 1 < kSteps; ++i) {
+    chain.add(kSteps + i, i, 1.0);
+    chain.add(kSteps + i, i + 1, -1.0);
+    signs[static_cast<std::size_t>(kSteps + i)] = -1;
+  }
+  // Of little curvature, from each source to each sink: most variables find no partner.
+  constexpr Index kPlaces = 30, kFlows = kPlaces * kPlaces, kRows = kFlows + 2 * kPlaces - 1;
+  MatrixBuilder transport(kRows);
+  std::vector<std::int8_t> transport_signs(kRows, -1);
+  for (Index i = 0; i < kFlows; ++i) {
+    transport.add(i, i, 1e-4);
+    transport_signs[static_cast<std::size_t>(i)] = 1;
+    transport.add(kFlows + i / kPlaces, i, 1.0);
+    const Index sink = kFlows + kPlaces + i % kPlaces;
+    if (sink < kRows) transport.add(sink, i, 1.0);
+  }
+  const auto pivots_in_doubt = [](const SymmetricMatrix& matrix, std::span<const std::int8_t> s) {
+    AutoSolver solver({});
+    EXPECT_TRUE(solver.analyze(matrix, s).ok);
+    EXPECT_TRUE(solver.begin_pivoting());
+    return solver.factorize(matrix).trust.pivoted;
+  };
+  EXPECT_FALSE(pivots_in_doubt(chain.build(), signs));
+  EXPECT_TRUE(pivots_in_doubt(transport.build(), transport_signs));
 }
 
 TEST(LapackSolver, SmallRowsAreNotZeroRows) {
