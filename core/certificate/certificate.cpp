@@ -318,7 +318,9 @@ Look Certifier::first_look(const Point& point) {
   double left = asked - max_norm(newton.error);
   if (!(left >= margin(1.0))) {
     // W changes by more than that on the way to the solution: does the test hold beside it?
-    const Eigen::VectorXd change = error.size() > 0 ? error + newton.error : newton.error;
+    Eigen::VectorXd& change = arrays_.change;
+    change = newton.error;
+    if (error.size() > 0) change += error;
     if (!may_factorize(kToConfirm - 1)) return Look::Unclear;
     const InertiaTest beside = survives(system, change, margin(kClear));
     if (!beside.both() || !gradients_hold(newton, beside)) return Look::Unclear;

@@ -35,6 +35,7 @@ struct CertificateArrays {
   BoundClasses classes;
   ActiveSetArrays system;
   NewtonTest newton;
+  Eigen::VectorXd change;  ///< of W on the way to the solution, in units
   NewtonArrays newton_step;
   CurvatureArrays curvature;
 };

@@ -450,12 +450,18 @@ class CertificateJudge {
     return false;
   }
 
-  /// Where the way down from a saddle ends, too near to be told from it: a bound of Min.
+  /// Where the way down from a saddle ends, too near to be told from it: a bound of Min, or one that
+  /// holds him by no multiplier.
   [[nodiscard]] bool is_next_to_a_bound(const std::vector<std::size_t>& active, const State& z,
-                                        const System& here) const {
+                                        const System& here, const std::vector<bool>& weak) const {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       const Row& row = rows_[k];
-      if (std::ranges::binary_search(active, k) || row.owner == Player::Max) continue;
+      if (row.owner == Player::Max) continue;
+      const auto place = std::ranges::lower_bound(active, k);
+      if (place != active.end() && *place == k) {
+        if (weak[static_cast<std::size_t>(place - active.begin())]) return true;
+        continue;
+      }
       const double distance = row.side * (row.bound - value_of(row, z.v, here.g));
       if (distance <= kNear * (kOrigin + max_norm(z.v))) return true;
     }
@@ -520,7 +526,7 @@ class CertificateJudge {
       outer = std::min(outer, smallest_curvature(schur, basis));
       if (!weak_max) break;
     }
-    if (outer < -kSign && is_next_to_a_bound(active, z, here)) {
+    if (outer < -kSign && is_next_to_a_bound(active, z, here, weak)) {
       return doubtful("a saddle next to a bound");
     }
     if (outer < -kSign) return wrong("outer curvature " + text(outer));

@@ -1,6 +1,7 @@
 // What the choosing solver and the dense one promise beyond the common contract.
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -70,6 +71,59 @@ TEST(AutoSolver, PivotsWhereItIsAskedToAndTheInertiaIsNotTheExpectedOne) {
   }
   EXPECT_GT(expected, 0);
   EXPECT_GT(other, 0);
+}
+
+/// A - (lambda_i - distance) I: one eigenvalue is the distance, the inertia is known.
+struct Shifted {
+  SymmetricMatrix matrix;
+  Inertia inertia;
+};
+Shifted shifted(const KktMatrix& kkt, Index i, double distance) {
+  const Index n = kkt.matrix.dimension();
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(n, n);
+  for (Index j = 0; j < n; ++j) {
+    const auto column = static_cast<std::size_t>(j);
+    for (Index p = kkt.matrix.column_starts()[column]; p < kkt.matrix.column_starts()[column + 1];
+         ++p) {
+      const auto entry = static_cast<std::size_t>(p);
+      dense(kkt.matrix.rows()[entry], j) = kkt.matrix.values()[entry];
+    }
+  }
+  const Eigen::VectorXd eigenvalues =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(dense, Eigen::EigenvaluesOnly).eigenvalues();
+  Shifted result{kkt.matrix, {}};
+  const double shift = distance - eigenvalues[i];
+  for (Index j = 0; j < n; ++j) {
+    result.matrix.values()[static_cast<std::size_t>(kkt.matrix.diagonal_position(j))] += shift;
+    ++(eigenvalues[j] + shift > 0.0 ? result.inertia.positive : result.inertia.negative);
+  }
+  return result;
+}
+
+TEST(AutoSolver, InDoubtNoInertiaIsTheExpectedOneByMistake) {
+  int in_pairs = 0;
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    const KktMatrix kkt = seed % 2 == 0 ? random_kkt({{40, 30, 12, 12}, 0.06, 2.0}, seed)
+                                        : chauffeur_kkt(10, seed, seed == 1 ? 10.0 : 1e-2);
+    const Index n = kkt.matrix.dimension();
+    for (const double distance : {1e-4, -1e-4, 1e-8, -1e-8, 1e-11, -1e-11}) {
+      const Shifted known = shifted(kkt, n / 2, distance);
+      // Signs as the inertia is, and as it is not.
+      for (const Index wrong : {0, distance > 0.0 ? -1 : 1}) {
+        std::vector<std::int8_t> signs(static_cast<std::size_t>(n), -1);
+        std::fill(signs.begin(), signs.begin() + known.inertia.positive + wrong, std::int8_t{1});
+        AutoSolver solver({.ldlt_gamma = 1e-11});
+        ASSERT_TRUE(solver.analyze(known.matrix, signs).ok);
+        EXPECT_EQ(solver.factorize(known.matrix).inertia, known.inertia) << kkt.name << distance;
+        static_cast<void>(solver.begin_pivoting());
+        const Factorization result = solver.factorize(known.matrix);
+        EXPECT_EQ(result.inertia, known.inertia) << kkt.name << " " << distance;
+        EXPECT_TRUE(result.trust.pivoted || wrong == 0);
+        in_pairs += result.trust.pivoted ? 0 : 1;
+      }
+    }
+  }
+  EXPECT_GE(in_pairs, 24);  // most of 36
 }
 
 TEST(AutoSolver, PivotsOnTinyMatricesAndWithoutSigns) {
