@@ -19,7 +19,8 @@ constexpr Index kDenseDimension = 24;
 // Where pivoting is needed, LAPACK takes 0.03 ms at 100 rows, MUMPS 0.1 ms; level at 200 to 300:
 constexpr Index kDensePivotingDimension = 100;
 // Flops per entry of L. Chains (5): LDL' is 30 to 100 times faster than MUMPS; grids: 3 times at
-// 100, level at 200, slower beyond, where dense kernels pay:
+// 100, level at 200, slower beyond, where dense kernels pay. With pairs of rows: grids 3 times at
+// 100, level at 150; transport and optimal times take a thousand and more, MUMPS 40:
 constexpr double kLdltMaxFlopsPerEntry = 150.0;
 
 // |A u - w| for |w| = 1 and the u that factors give, Gamma u being a tenth at most: up to where
@@ -51,6 +52,7 @@ Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
   const Index n = matrix.dimension();
   ldlt_analyzed_ = use_ldlt_ = ldlt_is_current_ = pivoting_analyzed_ = false;
   use_paired_ = paired_is_current_ = pairs_made_ = in_doubt_ = false;
+  pairs_cost_too_much_ = false;
   paired_ = nullptr;
   expected_ = {};
   for (const std::int8_t sign : signs) ++(sign > 0 ? expected_.positive : expected_.negative);
@@ -155,18 +157,19 @@ Factorization AutoSolver::factorize_pivoting(const SymmetricMatrix& matrix) {
 
 /// The pairs are made from the first values that ask for them.
 bool AutoSolver::has_pairs(const SymmetricMatrix& matrix) {
-  if (pairs_made_) return true;
+  if (pairs_made_ || pairs_cost_too_much_) return pairs_made_;
   if (!paired_) {
     paired_ =
         std::make_unique<PairedLdltSolver>(options_.ordering, kGammaOfPairs * options_.ldlt_gamma);
   }
   const Analysis analysis = paired_->analyze(matrix, {});
-  if (analysis.ok && static_cast<double>(analysis.factor_entries) >
-                         kMostFillOfPairs * static_cast<double>(ldlt_entries_)) {
-    use_paired_ = false;
-    return false;
-  }
-  return pairs_made_ = analysis.ok;
+  const bool fill_is_moderate = static_cast<double>(analysis.factor_entries) <=
+                                kMostFillOfPairs * static_cast<double>(ldlt_entries_);
+  pairs_cost_too_much_ =
+      analysis.ok && !(fill_is_moderate &&
+                       choose_ldlt({.entries = analysis.factor_entries, .flops = analysis.flops}));
+  if (pairs_cost_too_much_) paired_ = nullptr;  // much room, too
+  return pairs_made_ = analysis.ok && !pairs_cost_too_much_;
 }
 
 bool AutoSolver::pairs_are_enough(const SymmetricMatrix& matrix, const Factorization& result,
@@ -290,7 +293,7 @@ bool AutoSolver::begin_pivoting() {
 
 void AutoSolver::reset_quality() {
   use_ldlt_ = use_paired_ = ldlt_is_current_ = ldlt_analyzed_;
-  paired_is_current_ = pairs_made_ = in_doubt_ = false;
+  paired_is_current_ = pairs_made_ = pairs_cost_too_much_ = in_doubt_ = false;
   uncertain_ = ldlt_pause_ = 0;
   pivoting_->reset_quality();
 }

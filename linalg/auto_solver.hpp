@@ -69,14 +69,15 @@ class AutoSolver final : public SymmetricSolver {
   std::int64_t ldlt_entries_ = 0;  // of its factor
   bool pivoting_analyzed_ = false;
   bool ldlt_analyzed_ = false;
-  bool pairs_made_ = false;         // since the last reset
-  bool use_ldlt_ = false;           // for the next factorization
-  bool use_paired_ = false;         // where LDL' is not used or not enough
-  bool in_doubt_ = false;           // begin_pivoting
-  int uncertain_ = 0;               // LDL' factorizations in a row whose inertia was not certain
-  int ldlt_pause_ = 0;              // next factorizations without LDL'
-  bool ldlt_is_current_ = false;    // the last factorization, before any the next
-  bool paired_is_current_ = false;  // the same
+  bool pairs_made_ = false;           // since the last reset
+  bool pairs_cost_too_much_ = false;  // the same
+  bool use_ldlt_ = false;             // for the next factorization
+  bool use_paired_ = false;           // where LDL' is not used or not enough
+  bool in_doubt_ = false;             // begin_pivoting
+  int uncertain_ = 0;                 // LDL' factorizations in a row whose inertia was not certain
+  int ldlt_pause_ = 0;                // next factorizations without LDL'
+  bool ldlt_is_current_ = false;      // the last factorization, before any the next
+  bool paired_is_current_ = false;    // the same
   std::vector<double> direction_, image_, product_;  // workspace of inertia_is_certain
 };
 

@@ -41,7 +41,11 @@ constexpr bool wants_more_workspace(int status) { return status == -8 || status 
 
 /// Above so many times worthwhile_flops PORD and METIS, each as slow as several factorizations, pay
 /// within a solve.
-constexpr double kWorthComparing = 5.0;
+constexpr double kWorthComparing = 20.0;
+
+/// Predicted operations of an ordering that has seen values, over those of one that has not, up to
+/// which it is taken at once: the other one will delay pivots where the diagonal has zeros.
+constexpr double kWorthOfValues = 1.5;
 
 /// Above so many times the expected operations of a factorization, because of delayed pivots, an
 /// ordering that has seen values is tried. Each attempt costs an analysis and a factorization.
@@ -77,6 +81,14 @@ bool pord_can_order(const SymmetricMatrix& matrix) {
   constexpr Index kSmall = 100;
   const auto n = static_cast<std::int64_t>(matrix.dimension());
   return n > kSmall && matrix.nonzeros() < n * (n + 1) / 2;
+}
+
+bool has_zero_diagonal(const SymmetricMatrix& matrix) {
+  const auto values = matrix.values();
+  for (Index i = 0; i < matrix.dimension(); ++i) {
+    if (values[as_size(matrix.diagonal_position(i))] == 0.0) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -231,6 +243,25 @@ Analysis MumpsSolver::analyze_with_values(const SymmetricMatrix& matrix) {
   return analysis;
 }
 
+/// Before the first factorization: an analysis that sees the values, all later ones being alike,
+/// where that pays and the diagonal has zeros. The one before is kept where it promises far fewer
+/// operations. False: out of memory.
+bool MumpsSolver::take_first_values(const SymmetricMatrix& matrix) {
+  if (std::exchange(has_seen_values_, true) || options_.ordering != Ordering::Best ||
+      instance_->mpi || analysis_.flops < worthwhile_flops(matrix) || !has_zero_diagonal(matrix)) {
+    return true;
+  }
+  const Analysis last = analysis_;
+  std::vector<Index> last_order = current_order();
+  analysis_ = analyze_with_values(matrix);
+  by_values_ = analysis_.ok && analysis_.flops <= kWorthOfValues * last.flops;
+  if (!by_values_) {
+    instance_->icntl(8) = kScalingChosen;
+    analysis_ = analyze_given(last.ordering, std::move(last_order));
+  }
+  return analysis_.ok;
+}
+
 /// Whether the last factorization, or what there was room for, took so many more operations than
 /// predicted that another ordering is worth a try.
 bool MumpsSolver::has_many_delays(const SymmetricMatrix& matrix) const {
@@ -241,9 +272,9 @@ bool MumpsSolver::has_many_delays(const SymmetricMatrix& matrix) const {
          flops > worthwhile_flops(matrix);
 }
 
-/// After such a factorization, or one that was given up: another analysis, with the values at hand,
-/// where it promises fewer operations; the ordering that did better is kept. INFOG(1).
-int MumpsSolver::compare_with_values(const SymmetricMatrix& matrix, int status) {
+/// After such a factorization, or one that was given up: other analyses, with the values at hand,
+/// where they promise fewer operations; the ordering that did better is kept. INFOG(1).
+int MumpsSolver::compare_with_others(const SymmetricMatrix& matrix, int status) {
   const double flops = instance_->rinfog(3);
   ++comparisons_;
   const int* places = instance_->data.sym_perm;
@@ -251,14 +282,24 @@ int MumpsSolver::compare_with_values(const SymmetricMatrix& matrix, int status) 
   const Analysis last = analysis_;
   const bool last_by_values = by_values_;
   const int last_scaling = instance_->icntl(8);
+  const auto does_better = [&](int other) {  // what was given up would have taken more
+    if (other < 0 || (status >= 0 && instance_->rinfog(3) >= flops)) return false;
+    expected_flops_ = instance_->rinfog(3);
+    return true;
+  };
   analysis_ = analyze_with_values(matrix);
   by_values_ = true;
   if (analysis_.ok && analysis_.flops < flops) {
-    const int other_status = factorize_with_enough_memory();
-    // What was given up would have taken more.
-    if (other_status >= 0 && (status < 0 || instance_->rinfog(3) < flops)) {
-      expected_flops_ = instance_->rinfog(3);
-      return other_status;
+    // Null pivots may gather at the root of this one, too: not with all the workspace they want.
+    int other = factorize_with_enough_memory([&] { return status < 0 && has_many_delays(matrix); });
+    if (does_better(other)) return other;
+    if (status < 0 && wants_more_workspace(other)) {
+      instance_->icntl(8) = last_scaling;
+      analysis_ = analyze_with(Ordering::Metis, matrix);
+      metis_order_ = {};
+      by_values_ = false;
+      if (analysis_.ok) other = factorize_with_enough_memory();
+      if (analysis_.ok && does_better(other)) return other;
     }
   }
   instance_->icntl(8) = last_scaling;
@@ -283,7 +324,7 @@ Analysis MumpsSolver::best_analysis(const SymmetricMatrix& matrix) {
 }
 
 Analysis MumpsSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t>) {
-  factorized_ = by_values_ = false;
+  factorized_ = by_values_ = has_seen_values_ = false;
   expected_flops_ = 0.0;
   comparisons_ = 0;
   instance_.reset();
@@ -314,6 +355,7 @@ std::unique_ptr<SymmetricSolver> MumpsSolver::same_analysis(const SymmetricMatri
                                                             std::span<const std::int8_t>) const {
   auto other = std::make_unique<MumpsSolver>(options_, processes_);
   other->dimension_ = dimension_;
+  other->has_seen_values_ = has_seen_values_;
   if (dimension_ == 0) return other;
   try {
     other->make_instance();
@@ -427,11 +469,15 @@ Factorization MumpsSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
     return result;
   }
   if (instance_ == nullptr || !std::isfinite(matrix.max_norm())) return result;
+  if (!take_first_values(matrix)) {
+    result.status = FactorizationStatus::OutOfMemory;
+    return result;
+  }
   prepare_factorize(matrix);
   // Delayed pivots fill the workspace: no more of it before another ordering has been tried.
   int status = factorize_with_enough_memory([&] { return has_many_delays(matrix); });
   const bool complete = status >= 0 || wants_more_workspace(status);
-  if (complete && has_many_delays(matrix)) status = compare_with_values(matrix, status);
+  if (complete && has_many_delays(matrix)) status = compare_with_others(matrix, status);
   if (wants_more_workspace(status) || status == kOutOfMemory) {
     result.status = FactorizationStatus::OutOfMemory;
     return result;

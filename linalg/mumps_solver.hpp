@@ -59,8 +59,9 @@ class MumpsSolver final : public SymmetricSolver {
   [[nodiscard]] double factorization_bytes(Index percent) const;
   [[nodiscard]] bool has_memory_for(double bytes) const;
   Analysis analyze_with_values(const SymmetricMatrix& matrix);
+  [[nodiscard]] bool take_first_values(const SymmetricMatrix& matrix);
   [[nodiscard]] bool has_many_delays(const SymmetricMatrix& matrix) const;
-  [[nodiscard]] int compare_with_values(const SymmetricMatrix& matrix, int status);
+  [[nodiscard]] int compare_with_others(const SymmetricMatrix& matrix, int status);
 
   SymmetricSolverOptions options_;
   Processes processes_;
@@ -73,9 +74,10 @@ class MumpsSolver final : public SymmetricSolver {
   std::vector<Index> order_;           // the one given to MUMPS, 1-based; may be empty
   std::unique_ptr<Instance> instance_;
   Analysis analysis_;
-  bool by_values_ = false;       // the analysis has read them
-  int comparisons_ = 0;          // of that analysis with the other
-  double expected_flops_ = 0.0;  // of a factorization, with delayed pivots; 0 before one had many
+  bool by_values_ = false;        // the analysis has read them
+  bool has_seen_values_ = false;  // ... or was found better without
+  int comparisons_ = 0;           // of that analysis with the other
+  double expected_flops_ = 0.0;   // of a factorization, with delayed pivots; 0 before one had many
   bool factorized_ = false;
   bool begun_ = false;  ///< a factorization that another half of the ranks makes
 };

@@ -140,7 +140,10 @@ bool GlobalizedMethod::watched_step(Run& run) {
   const auto verdict = arrays_.filter.test(arrays_.watchdog.from, arrays_.watchdog.slope,
                                            arrays_.watchdog.alpha, trial.merit);
   const bool improves = defined && Filter::accepted(verdict);
-  if (improves || (defined && ++arrays_.watchdog.trials <= parameter::kWatchdogTrials)) {
+  // A full step to where the solve would end as diverging is nothing to wait for.
+  const bool may_wait =
+      defined && max_norm(outer_.trial.iterate.v) <= options_.diverging_iterates_tol;
+  if (improves || (may_wait && ++arrays_.watchdog.trials <= parameter::kWatchdogTrials)) {
     if (improves) {
       if (verdict == Filter::Verdict::Sufficient) arrays_.filter.add(arrays_.watchdog.from);
       arrays_.watchdog.end();

@@ -33,8 +33,13 @@ bool is_farther(const CanonicalProblem& canonical, const Point& point) {
          parameter::kFarAway * (1.0 + max_norm(canonical.starting_point().v));
 }
 
+/// Constraints alone, whose multipliers are zero where they hold, have a Hessian of zeros anywhere.
 bool has_died_out(const CanonicalProblem& canonical, const Point& point) {
   const auto& hessian = point.evaluation.hessian;
+  if (point.iterate.lambda.size() > 0 && max_norm(point.iterate.lambda) == 0.0 &&
+      max_norm(point.evaluation.gradient) == 0.0) {
+    return false;
+  }
   return !hessian.empty() && std::ranges::all_of(hessian, [](double value) {
     return std::abs(value) < parameter::kDiedOut;
   }) && is_farther(canonical, point);
