@@ -509,10 +509,13 @@ double MumpsSolver::predict_inverse_product_flops(const SparseColumns& b) const 
   return 4.0 * static_cast<double>(analysis_.factor_entries) * b.columns();
 }
 
-/// Ipopt's rule.
+/// Ipopt's rule, by whose powers 1 is never reached.
 bool MumpsSolver::increase_quality() {
-  if (!(pivot_tolerance_ < options_.mumps_pivot_tolerance_max)) return false;
-  pivot_tolerance_ = std::min(options_.mumps_pivot_tolerance_max, std::pow(pivot_tolerance_, 0.75));
+  constexpr double kNearOne = 0.9;
+  const double most = options_.mumps_pivot_tolerance_max;
+  if (!(pivot_tolerance_ < most)) return false;
+  const double raised = std::pow(pivot_tolerance_, 0.75);
+  pivot_tolerance_ = raised < kNearOne ? std::min(most, raised) : most;
   return true;
 }
 

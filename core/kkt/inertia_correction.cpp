@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/kkt/inertia_correction.hpp"
 
@@ -22,8 +21,10 @@ constexpr int kInstabilityMus = 16;
 constexpr double kFinestMu = 1e-3;
 constexpr double kInstabilityAccuracy = 1e-2;
 constexpr int kInstabilityBisections = 60;
-/// Denormal numbers may not grow when multiplied, zero does not.
-constexpr double kLeastShift = std::numeric_limits<double>::min();
+/// Zero does not grow when multiplied, and a denormal number may not. Objectives may be scaled by
+/// 1e-20: what is far less than the rounding of curvature then is no shift, and takes as long to
+/// grow.
+constexpr double kLeastShift = 1e-50;
 
 std::optional<Inertia> inertia_of(const Factorization& f) {
   const bool counted =

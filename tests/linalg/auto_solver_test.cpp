@@ -365,6 +365,19 @@ TEST(MumpsSolver, BestHasTheFewestFlops) {
   }
 }
 
+// Powers of the tolerance come near 1, where they stay.
+TEST(MumpsSolver, IncreasesItsPivotToleranceFinitelyOften) {
+  for (const double most : {1e-3, 0.95, 1.0}) {
+    SymmetricSolverOptions options;
+    options.mumps_pivot_tolerance_max = most;
+    MumpsSolver solver(options);
+    int times = 0;
+    while (times < 1000 && solver.increase_quality()) ++times;
+    EXPECT_LE(times, 30) << most;
+    EXPECT_GE(times, 1) << most;
+  }
+}
+
 TEST(MumpsSolver, RetriesWithMoreWorkspace) {
   SymmetricSolverOptions options;
   options.mumps_memory_percent = 0;
