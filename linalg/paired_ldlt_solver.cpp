@@ -221,7 +221,7 @@ Analysis PairedLdltSolver::analyze(const SymmetricMatrix& matrix,
     return analysis;
   }
   analysis.ok = true;
-  analysis.factor_entries = 4 * static_cast<std::int64_t>(blocks_.size());
+  analysis.factor_entries = 4 * static_cast<std::int64_t>(starts_.back());
   for (std::size_t node = 0; node + 1 < starts_.size(); ++node) {  // two columns each
     const double below = 2.0 * (starts_[node + 1] - starts_[node]);
     analysis.flops += 2.0 * below * (below + 2.0);
@@ -301,7 +301,7 @@ void PairedLdltSolver::build_pattern(const SymmetricMatrix& matrix) {
   }
 }
 
-/// The elimination tree, and room for the columns of L.
+/// The elimination tree, and the lengths of the columns of L.
 void PairedLdltSolver::build_tree() {
   parent_.assign(at(nodes_), -1);
   mark_.assign(at(nodes_), -1);
@@ -322,8 +322,6 @@ void PairedLdltSolver::build_tree() {
   if (entries > std::numeric_limits<Index>::max()) throw std::bad_alloc();
   std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
   ends_.resize(at(nodes_));
-  rows_.resize(at(starts_.back()));
-  blocks_.resize(rows_.size());
   inverse_.resize(at(nodes_));
   row_.assign(at(nodes_), Block{});
   permuted_.resize(2 * at(nodes_));
@@ -409,8 +407,26 @@ bool PairedLdltSolver::take_pivot(Index node, const Block& pivot, Factorization&
   return true;
 }
 
+/// Room for the columns of L, made by the first factorization: what an analysis predicts may be too
+/// much to be tried.
+bool PairedLdltSolver::make_room() {
+  const std::size_t entries = at(starts_.back());
+  if (blocks_.size() == entries) return true;
+  try {
+    rows_.clear();
+    blocks_ = {};  // before the new ones
+    rows_.resize(entries);
+    blocks_.resize(entries);
+  } catch (const std::bad_alloc&) {
+    blocks_ = {};
+    return false;
+  }
+  return true;
+}
+
 Factorization PairedLdltSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
   factorized_ = false;
+  if (!make_room()) return {.status = FactorizationStatus::OutOfMemory};
   Factorization result{.smallest_pivot = std::numeric_limits<double>::infinity(),
                        .trust = {.pivoted = false, .perturbation = gamma_}};
   load_values(matrix);

@@ -24,6 +24,7 @@ class PairedLdltSolver final : public SymmetricSolver {
 
   /// Unlike other solvers reads the values of the matrix, from which it makes the pairs; the last
   /// ordering stays where these are the same. signs are not read.
+  /// Makes no room for the factor: the first factorization does.
   [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix,
                                  std::span<const std::int8_t> signs) override;
   /// Null: the pairs depend on values.
@@ -44,6 +45,7 @@ class PairedLdltSolver final : public SymmetricSolver {
   void order(const SymmetricMatrix& matrix);
   void build_pattern(const SymmetricMatrix& matrix);
   void build_tree();
+  [[nodiscard]] bool make_room();
   void load_values(const SymmetricMatrix& matrix);
   [[nodiscard]] std::size_t reach_of(Index node);
   [[nodiscard]] Block eliminate_row(Index node, std::size_t first);
@@ -63,7 +65,7 @@ class PairedLdltSolver final : public SymmetricSolver {
   std::vector<Block> row_blocks_, diagonal_;
   std::vector<double*> entry_;  ///< where each entry of the matrix goes
   // L by columns of nodes, and the inverse of D.
-  std::vector<Index> parent_, starts_, ends_, rows_;
+  std::vector<Index> parent_, starts_{0}, ends_, rows_;
   std::vector<Block> blocks_, inverse_;
   // Workspace: one row of L D, the nodes that are in it, and marks of these.
   std::vector<Block> row_;

@@ -101,8 +101,8 @@ std::optional<Deviation> compare_second_derivatives(
     Eigen::VectorXd first, second;
     if (!difference(share * sign, first) || !difference(2.0 * share * sign, second)) break;
     const double closer = 2.0 * first[row] - second[row];
-    const double allowed = kDoubt * std::abs(first[row] - second[row]) + rounding +
-                           tolerance * longest / lengths[row];
+    const double allowed =
+        kDoubt * std::abs(first[row] - second[row]) + rounding + tolerance * longest / lengths[row];
     if (std::abs(closer - exact[row]) <= allowed) return std::nullopt;
   }
   return Deviation{.index = row, .exact = exact[row], .difference = better[row]};

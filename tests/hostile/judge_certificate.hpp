@@ -21,7 +21,7 @@ enum class CertificateVerdict : std::uint8_t {
 struct CertificateJudgement {
   CertificateVerdict verdict = CertificateVerdict::Doubtful;
   std::string why;
-  bool signs_are_right = false;  ///< of curvature too small for the check
+  bool signs_are_right = false;            ///< of curvature too small for the check
   std::optional<std::size_t> wrong_row{};  ///< what refutes a guess of the active set
 };
 

@@ -1,11 +1,14 @@
 // LDL' with pivots of two rows: inertia and solutions beside MUMPS's, and what single pivots lose.
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <random>
 #include <vector>
+
+#include <support/sanitizer.hpp>
 
 #include "linalg/ldlt_solver.hpp"
 #include "linalg/mumps_solver.hpp"
@@ -150,6 +153,37 @@ TEST(PairedLdlt, FailsOnSingularMatricesAndNotANumber) {
   const SymmetricMatrix none(0, {});
   ASSERT_TRUE(solver.analyze(none, {}).ok);
   EXPECT_EQ(solver.factorize(none).status, FactorizationStatus::Ok);
+}
+
+// What an analysis predicts may be more than there is.
+TEST(PairedLdlt, TheAnalysisMakesNoRoomForTheFactor) {
+  if (IPMINMAX_UNDER_SANITIZER) GTEST_SKIP() << "allocator replaced by a sanitizer";
+  constexpr Index kPairs = 2000;
+  MatrixBuilder builder(2 * kPairs);
+  std::mt19937 random(1);
+  for (Index i = 0; i < kPairs; ++i) {
+    builder.add(i, i, 0.0);
+    builder.add(kPairs + i, kPairs + i, 0.0);
+    builder.add(kPairs + i, i, 100.0);
+    for (int k = 0; k < 3; ++k) {
+      const auto j = static_cast<Index>(random() % static_cast<unsigned>(kPairs));
+      builder.add(std::max(i, j), std::min(i, j), 1.0);
+    }
+  }
+  const SymmetricMatrix matrix = builder.build();
+  const auto in_use = [] {
+    const struct mallinfo2 info = mallinfo2();
+    return static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd);
+  };
+  PairedLdltSolver solver(Ordering::Amd, kGamma);
+  const double before = in_use();
+  const Analysis analysis = solver.analyze(matrix, {});
+  const double made = in_use() - before;
+  ASSERT_TRUE(analysis.ok);
+  const double factor = sizeof(double) * static_cast<double>(analysis.factor_entries);
+  EXPECT_GT(factor, 5e6);
+  EXPECT_LT(made, 0.2 * factor);
+  EXPECT_EQ(solver.factorize(matrix).status, FactorizationStatus::Ok);
 }
 
 }  // namespace
