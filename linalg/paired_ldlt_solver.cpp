@@ -270,8 +270,7 @@ void PairedLdltSolver::build_pattern(const SymmetricMatrix& matrix) {
     if (first != last) places.emplace_back(last, first);
   });
   std::ranges::sort(places);
-  const auto repeated = std::ranges::unique(places);
-  places.erase(repeated.begin(), repeated.end());
+  places.erase(std::unique(places.begin(), places.end()), places.end());
   row_starts_.assign(at(nodes_) + 1, 0);
   row_columns_.clear();
   for (const auto& [row, column] : places) {
