@@ -366,7 +366,9 @@ std::string solver_options(const Ipopt::OptionsList& list, SolverOptions& option
     if (list.GetBoolValue("minmax_as_printed", as_printed_asked, "") && as_printed_asked) {
       options = as_printed(options);
     }
-    for (const OptionInfo& info : those_that_may_be_set(list, option_table())) {
+    const MayBeSet may_be_set(list);
+    for (const OptionInfo& info : option_table()) {
+      if (!may_be_set(info.name)) continue;
       copy_option(info, list, options);
     }
   } catch (const Ipopt::OPTION_INVALID& error) {

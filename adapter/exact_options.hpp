@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <map>
-#include <ranges>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -60,14 +59,18 @@ class ExactOptionsList : public Ipopt::OptionsList {
   bool all_touched_ = false;          ///< by a list of another class
 };
 
-/// Those options of a table that may be set in the list: all of them in a list of another class.
-template <class Table>
-[[nodiscard]] auto those_that_may_be_set(const Ipopt::OptionsList& list, const Table& table) {
-  const auto* exact = dynamic_cast<const ExactOptionsList*>(&list);
-  return table | std::views::filter([exact](const auto& option) {
-           return exact == nullptr || exact->may_be_set(option.name);
-         });
-}
+/// Which options may be set in a list: any in a list of another class.
+class MayBeSet {
+ public:
+  explicit MayBeSet(const Ipopt::OptionsList& list)
+      : exact_(dynamic_cast<const ExactOptionsList*>(&list)) {}
+  [[nodiscard]] bool operator()(std::string_view name) const {
+    return exact_ == nullptr || exact_->may_be_set(name);
+  }
+
+ private:
+  const ExactOptionsList* exact_;
+};
 
 }  // namespace IPMINMAX_IPOPT_ABI
 }  // namespace ipminmax

@@ -218,7 +218,9 @@ std::vector<std::string_view> ipopt_only_linear_solvers() {
 }
 
 std::string refused_ipopt_option(const Ipopt::OptionsList& list) {
-  for (const OptionInfo& option : those_that_may_be_set(list, ipopt_options().not_ours)) {
+  const MayBeSet may_be_set(list);
+  for (const OptionInfo& option : ipopt_options().not_ours) {
+    if (!may_be_set(option.name)) continue;
     const auto advice = find_advice(refused_ipopt_option_advice(), option.name);
     if (!advice) continue;
     const auto value = value_of(option, list);
@@ -235,7 +237,9 @@ std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list) {
     messages.push_back(std::string(name) + " = " + value +
                        " has no effect: " + std::string(reason));
   };
-  for (const OptionInfo& option : those_that_may_be_set(list, ipopt_options().not_ours)) {
+  const MayBeSet may_be_set(list);
+  for (const OptionInfo& option : ipopt_options().not_ours) {
+    if (!may_be_set(option.name)) continue;
     const auto value = value_of(option, list);
     if (!value || *value == default_of(option)) continue;
     add(option.name, *value,
@@ -262,7 +266,9 @@ std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list) {
 std::vector<std::pair<std::string, std::string>> set_ipopt_only_options(
     const Ipopt::OptionsList& list) {
   std::vector<std::pair<std::string, std::string>> result;
-  for (const OptionInfo& option : those_that_may_be_set(list, ipopt_options().not_ours)) {
+  const MayBeSet may_be_set(list);
+  for (const OptionInfo& option : ipopt_options().not_ours) {
+    if (!may_be_set(option.name)) continue;
     if (auto value = value_of(option, list)) result.emplace_back(option.name, std::move(*value));
   }
   return result;
