@@ -123,7 +123,10 @@ class CertificateJudge {
         if (found.signs_are_right && best.verdict == CertificateVerdict::False) best = found;
         return confirmed;
       };
-      const bool is_clear = guess(1e-2) == guess(1e2);
+      // In the rows' own units, too.
+      const auto clear = guess(1e-2, false);
+      const bool is_clear =
+          clear == guess(1e2, false) && clear == guess(1e-2) && clear == guess(1e2);
       std::vector<std::vector<std::size_t>> guesses;
       for (const double threshold : {1.0, 1e2, 1e-2, 1e4, 1e-4, 1e7, 1e-7}) {
         guesses.push_back(guess(threshold));
@@ -192,15 +195,15 @@ class CertificateJudge {
   [[nodiscard]] static double value_of(const Row& row, const VectorXd& v, const VectorXd& g) {
     return row.is_variable ? v[row.index] : g[row.index];
   }
-  /// Equations, and inequalities whose multiplier is at least threshold times their distance, with
-  /// gradients of length 1.
-  [[nodiscard]] std::vector<std::size_t> guess(double threshold) {
+  /// Equations, and inequalities whose multiplier is at least threshold times their distance; scaled:
+  /// with gradients of length 1.
+  [[nodiscard]] std::vector<std::size_t> guess(double threshold, bool scaled = true) {
     const DenseEvaluation here(problem_, given_);
     std::vector<std::size_t> active;
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       const Row& row = rows_[k];
       const double length =
-          row.is_variable ? 1.0 : here.jacobian.row(row.index).lpNorm<Eigen::Infinity>();
+          row.is_variable || !scaled ? 1.0 : here.jacobian.row(row.index).lpNorm<Eigen::Infinity>();
       const double distance = std::abs(row.bound - value_of(row, given_, here.constraints));
       const double multiplier =
           wanted_multiplier(row, row.is_variable ? z_[row.index] : lambda_[row.index]) * length;
