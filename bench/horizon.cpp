@@ -1,5 +1,5 @@
-// The homicidal chauffeur, the same continuous-time pursuit in T = 10 to 10000 steps: how time grows
-// with the horizon, where it goes, and what the sequential formulation costs.
+// The homicidal chauffeur, the same continuous-time pursuit in T = 10 to 10000 steps: how time
+// grows with the horizon, where it goes, and what the sequential formulation costs.
 
 #include <memory>
 #include <span>

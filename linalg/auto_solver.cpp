@@ -28,10 +28,12 @@ constexpr double kLdltMaxFlopsPerEntry = 150.0;
 // pivoting, or they do not suit.
 constexpr double kMaxError = 0.25;
 constexpr double kMaxErrorOfPairs = 1e-3;
-// Of pairs, over LDL's own: Gamma, which hardly a pivot needs, and what takes its place in the test.
+// Of pairs, over LDL's own: Gamma, which hardly a pivot needs, and what takes its place in the
+// test.
 constexpr double kGammaOfPairs = 1e-5;
 constexpr double kTestedGammaOfPairs = 1e-3;
-// Entries of their factor over those of LDL's: rows that are eliminated early there may have to wait.
+// Entries of their factor over those of LDL's: rows that are eliminated early there may have to
+// wait.
 constexpr double kMostFillOfPairs = 10.0;
 
 bool choose_ldlt(const FactorSize& size) {

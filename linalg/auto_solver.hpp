@@ -37,8 +37,8 @@ class AutoSolver final : public SymmetricSolver {
   void inverse_product(const SparseColumns& b, std::span<double> product) override;
   [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const override;
 
-  /// The first call after an LDL' factorization leaves it for that with pivots of two rows, the next
-  /// one LDL' for good.
+  /// The first call after an LDL' factorization leaves it for that with pivots of two rows, the
+  /// next one LDL' for good.
   [[nodiscard]] bool increase_quality() override;
   /// With pivots of two rows where the inertia is that of the signs, which is far from uncertain.
   [[nodiscard]] bool begin_pivoting() override;

@@ -52,9 +52,9 @@ constexpr double kWorthOfValues = 1.5;
 constexpr double kManyDelays = 1.3;
 constexpr int kMostComparisons = 3;
 
-/// Two matrices at the same time on halves of the ranks, instead of one after the other on all: where a
-/// factorization takes milliseconds, messages among more ranks cost more than these save; the smaller
-/// matrix must be large enough to be worth waiting for.
+/// Two matrices at the same time on halves of the ranks, instead of one after the other on all:
+/// where a factorization takes milliseconds, messages among more ranks cost more than these save;
+/// the smaller matrix must be large enough to be worth waiting for.
 constexpr double kLeastShareForHalves = 0.1;
 constexpr double kMostFlopsForHalves = 1e7;
 
@@ -71,7 +71,8 @@ constexpr int kMatchingChosen = 7;
 constexpr int kUsualOrdering = 1;
 constexpr int kOrderingChosen = 0;
 
-// ICNTL(8). What MUMPS chooses after a matching is the scaling of the analysis: wrong for later values.
+// ICNTL(8). What MUMPS chooses after a matching is the scaling of the analysis: wrong for later
+// values.
 constexpr int kScalingChosen = 77;
 constexpr int kScalingOfEachMatrix = 7;
 

@@ -114,11 +114,9 @@ double BoundClasses::multiplier(const Iterate& z, Index i) const {
   return side[at(i)] < 0 ? z.z_lower[i] : z.z_upper[i];
 }
 
-namespace {
-
-void guess_into(const CanonicalProblem& canonical, const SolverOptions& options,
-                const Iterate& iterate, const Units& units, double strict_ratio,
-                BoundClasses& classes) {
+void guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
+                   const Iterate& iterate, const Units& units, BoundClasses& classes,
+                   double strict_ratio) {
   set_none(canonical, classes);
   for_each_bound(canonical, iterate, [&](Index i, std::int8_t side, double distance, double z) {
     const double ratio = z / distance * units.variable[i] * units.variable[i];
@@ -132,18 +130,11 @@ void guess_into(const CanonicalProblem& canonical, const SolverOptions& options,
   count_doubtful(canonical, classes);
 }
 
-}  // namespace
-
 BoundClasses guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
                            const Iterate& iterate, const Units& units, double strict_ratio) {
   BoundClasses classes;
-  guess_into(canonical, options, iterate, units, strict_ratio, classes);
+  guess_classes(canonical, options, iterate, units, classes, strict_ratio);
   return classes;
-}
-
-void guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
-                   const Iterate& iterate, const Units& units, BoundClasses& classes) {
-  guess_into(canonical, options, iterate, units, kStrictRatio, classes);
 }
 
 BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,

@@ -57,9 +57,10 @@ inline constexpr double kStrictRatio = 100.0;
 [[nodiscard]] BoundClasses guess_classes(const CanonicalProblem& canonical,
                                          const SolverOptions& options, const Iterate& iterate,
                                          const Units& units, double strict_ratio = kStrictRatio);
-/// The same in classes that are there, with kStrictRatio.
+/// The same in classes that are there.
 void guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
-                   const Iterate& iterate, const Units& units, BoundClasses& classes);
+                   const Iterate& iterate, const Units& units, BoundClasses& classes,
+                   double strict_ratio = kStrictRatio);
 
 /// Follows the solution to smaller barrier parameters, where the distance of an active bound falls
 /// as mu and its multiplier stays, and the other way round at an inactive one: until every bound

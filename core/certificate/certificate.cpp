@@ -168,6 +168,7 @@ class Certifier {
   [[nodiscard]] bool refute(ActiveSetSystem& system, Stage& stage);
   [[nodiscard]] bool refute_in_cone(ActiveSetSystem& system, const Stage& stage);
   [[nodiscard]] bool is_valley(ActiveSetSystem& system, const Stage& stage);
+  [[nodiscard]] InertiaTest helped_by_margin(ActiveSetSystem& system, const Eigen::VectorXd& error);
   [[nodiscard]] std::optional<Player> wrong_player(ActiveSetSystem& system, const Stage& stage);
   [[nodiscard]] InnerAnswer answer_alone(const Stage& stage);
   [[nodiscard]] std::vector<bool> droppable(const Dependences& dependences, bool x_held) const;
@@ -750,8 +751,8 @@ bool Certifier::refine_and_test(Stage& stage) {
   }
 }
 
-/// Newton's method does not lead from where an inertia is wrong to the solution near by: over a hill,
-/// by chance, to another one. That takes curvature of the other sign at the end of the step.
+/// Newton's method does not lead from where an inertia is wrong to the solution near by: over a
+/// hill, by chance, to another one. That takes curvature of the other sign at the end of the step.
 bool Certifier::is_attracted_elsewhere(const Stage& stage, ActiveSetSystem& system) {
   bool turns = false;
   for (std::size_t k = 0; k < stage.newton.hessian_change.size(); ++k) {
@@ -760,9 +761,7 @@ bool Certifier::is_attracted_elsewhere(const Stage& stage, ActiveSetSystem& syst
     turns = turns || (i == j && here > 0.0 && stage.newton.hessian_change[k] >= here);
   }
   if (!turns || stage.guessed || !may_factorize(3)) return false;
-  const bool inner_right = inner_survives(system, {}, margin(1.0)).inner;
-  const double shift = options_.jacobian_regularization_value;
-  return !helped(system, {}, margin(1.0), shift, inner_right).both();
+  return !helped_by_margin(system, {}).both();
 }
 
 /// Where active gradients depend on each other, the test with one choice of multipliers is enough
@@ -1078,6 +1077,14 @@ InnerAnswer Certifier::answer_alone(const Stage& stage) {
   return alone.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
 }
 
+/// The necessary conditions, with the margin given to Max in K where K_yy is right without.
+InertiaTest Certifier::helped_by_margin(ActiveSetSystem& system, const Eigen::VectorXd& error) {
+  system.assemble({.min_fixed = false, .max_fixed = false}, error, 0.0, -1.0);
+  const bool inner_right =
+      kkt_.has_expected_inner_inertia(kkt_.factorize_inner({.y = -margin(1.0)}));
+  return helped(system, error, margin(1.0), options_.jacobian_regularization_value, inner_right);
+}
+
 /// Whose necessary conditions the matrices say are violated; where Newton's method does not
 /// converge, those at the point have to do.
 std::optional<Player> Certifier::wrong_player(ActiveSetSystem& system, const Stage& stage) {
@@ -1086,11 +1093,7 @@ std::optional<Player> Certifier::wrong_player(ActiveSetSystem& system, const Sta
     const bool too_low = certificate_.full.negative > certificate_.full_expected.negative;
     return too_low ? std::optional(Player::Min) : std::nullopt;
   }
-  system.assemble({.min_fixed = false, .max_fixed = false}, stage.error, 0.0, -1.0);
-  const bool inner_right =
-      kkt_.has_expected_inner_inertia(kkt_.factorize_inner({.y = -margin(1.0)}));
-  const InertiaTest test =
-      helped(system, stage.error, margin(1.0), options_.jacobian_regularization_value, inner_right);
+  const InertiaTest test = helped_by_margin(system, stage.error);
   if (test.both()) return std::nullopt;
   return test.inner ? Player::Min : Player::Max;
 }

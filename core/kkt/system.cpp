@@ -8,8 +8,8 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Operations of a factorization of K below which the bookkeeping of the Schur complement costs more
-/// than it saves (bench/schur).
+/// Operations of a factorization of K below which the bookkeeping of the Schur complement costs
+/// more than it saves (bench/schur).
 constexpr double kLeastSchurFlops = 5e4;
 
 std::shared_ptr<const KktPattern> pattern_of(KktPattern::Which which,

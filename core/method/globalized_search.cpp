@@ -123,30 +123,31 @@ void GlobalizedMethod::count_dominated(bool dominated) {
 /// False: an ordinary search is due, from the point and with the step that it went back to.
 bool GlobalizedMethod::watched_step(Run& run) {
   const Point& from = *run.here;
-  if (!arrays_.watchdog.active) {
-    arrays_.watchdog.point = from;
-    arrays_.watchdog.step = outer_.step;
-    arrays_.watchdog.from = outer_.merit(from, run.mu);
-    arrays_.watchdog.slope = outer_.slope(from, run.mu);
-    arrays_.watchdog.report = run.report;
-    arrays_.watchdog.trials = 0;
-    arrays_.watchdog.active = true;
+  Watchdog& watchdog = arrays_.watchdog;
+  if (!watchdog.active) {
+    watchdog.point = from;
+    watchdog.step = outer_.step;
+    watchdog.from = outer_.merit(from, run.mu);
+    watchdog.slope = outer_.slope(from, run.mu);
+    watchdog.report = run.report;
+    watchdog.trials = 0;
+    watchdog.active = true;
   }
   const StepLength alpha = outer_.longest_step(from, run.mu);
-  if (arrays_.watchdog.trials == 0) arrays_.watchdog.alpha = alpha.primal;
+  if (watchdog.trials == 0) watchdog.alpha = alpha.primal;
   Block block{.owner = *this, .run = run};
-  const Trial trial = block.evaluate(arrays_.watchdog.slope, alpha);
+  const Trial trial = block.evaluate(watchdog.slope, alpha);
   const bool defined = trial.usable && block.complete();
-  const auto verdict = arrays_.filter.test(arrays_.watchdog.from, arrays_.watchdog.slope,
-                                           arrays_.watchdog.alpha, trial.merit);
+  const auto verdict =
+      arrays_.filter.test(watchdog.from, watchdog.slope, watchdog.alpha, trial.merit);
   const bool improves = defined && Filter::accepted(verdict);
   // A full step to where the solve would end as diverging is nothing to wait for.
   const bool may_wait =
       defined && max_norm(outer_.trial.iterate.v) <= options_.diverging_iterates_tol;
-  if (improves || (may_wait && ++arrays_.watchdog.trials <= parameter::kWatchdogTrials)) {
+  if (improves || (may_wait && ++watchdog.trials <= parameter::kWatchdogTrials)) {
     if (improves) {
-      if (verdict == Filter::Verdict::Sufficient) arrays_.filter.add(arrays_.watchdog.from);
-      arrays_.watchdog.end();
+      if (verdict == Filter::Verdict::Sufficient) arrays_.filter.add(watchdog.from);
+      watchdog.end();
     }
     accept(run);
     run.report.alpha_primal = alpha.primal;
@@ -154,12 +155,12 @@ bool GlobalizedMethod::watched_step(Run& run) {
     run.report.kind = StepKind::Watchdog;
     return true;
   }
-  arrays_.watchdog.end();
-  std::swap(run.to, arrays_.watchdog.point);
+  watchdog.end();
+  std::swap(run.to, watchdog.point);
   run.here = &run.to;
-  std::swap(outer_.step, arrays_.watchdog.step);
+  std::swap(outer_.step, watchdog.step);
   const Index trials = run.report.trials;
-  run.report = arrays_.watchdog.report;
+  run.report = watchdog.report;
   run.report.trials = trials;
   return false;
 }

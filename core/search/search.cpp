@@ -226,8 +226,8 @@ Index Search::reasonable_factorizations_for_test() const {
 }
 
 bool Search::is_hidden_by_scaling(const Verdict& verdict) {
-  // A gradient that was huge at the start scales the objective down so far that any flat place meets
-  // the tolerances: go on for a while. Minimizations end here, as Ipopt's do.
+  // A gradient that was huge at the start scales the objective down so far that any flat place
+  // meets the tolerances: go on for a while. Minimizations end here, as Ipopt's do.
   const double gradient = std::max(arrays_.point.error.dual_min, arrays_.point.error.dual_max);
   return verdict.status == Status::SolvedDegenerate &&
          !verdict.finding.certificate.hessian_disagrees && context_.canonical.max_size() > 0 &&
@@ -237,8 +237,8 @@ bool Search::is_hidden_by_scaling(const Verdict& verdict) {
 
 bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<SearchOutcome>& kept) {
   if (context_.budget.is_spent() || context_.limit.expired()) return false;
-  // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for the
-  // case that nothing better comes.
+  // A degenerate point is left only when the inner maximum is clear or clearly none, and kept for
+  // the case that nothing better comes.
   const Certificate& found = verdict.finding.certificate;
   if (found.hessian_disagrees) return false;  // curvature that is wrong leads nowhere
   // Where curvature decides nothing a minimization leaves if values were seen that do.
