@@ -12,6 +12,7 @@
 #include "linalg/library_lock.hpp"
 #include "linalg/ordering.hpp"
 #include "linalg/reproducible_rand.hpp"
+#include "linalg/tree_parts.hpp"
 
 namespace ipminmax {
 
@@ -115,7 +116,7 @@ std::vector<Index> metis_ordering(const SymmetricMatrix& matrix) {
 
 /// parent[j] of every node in the elimination tree, -1 at roots (Liu, with path compression).
 /// before[k]: the neighbours of k that are eliminated before it.
-std::vector<Index> elimination_tree(const Lists& before, Index n) {
+std::vector<Index> parents(const Lists& before, Index n) {
   std::vector<Index> parent(as_size(n), -1);
   std::vector<Index> ancestor(as_size(n), -1);
   for (Index k = 0; k < n; ++k) {
@@ -129,38 +130,6 @@ std::vector<Index> elimination_tree(const Lists& before, Index n) {
     }
   }
   return parent;
-}
-
-/// Nodes in postorder: children before parents, every subtree contiguous.
-std::vector<Index> postorder(const std::vector<Index>& parent) {
-  const Index n = static_cast<Index>(parent.size());
-  std::vector<Index> first_child(parent.size(), -1);
-  std::vector<Index> sibling(parent.size(), -1);
-  for (Index j = n - 1; j >= 0; --j) {
-    const Index p = parent[as_size(j)];
-    if (p == -1) continue;
-    sibling[as_size(j)] = first_child[as_size(p)];
-    first_child[as_size(p)] = j;
-  }
-  std::vector<Index> post;
-  post.reserve(parent.size());
-  std::vector<Index> stack;
-  for (Index root = 0; root < n; ++root) {
-    if (parent[as_size(root)] != -1) continue;
-    stack.push_back(root);
-    while (!stack.empty()) {
-      const Index node = stack.back();
-      const Index child = first_child[as_size(node)];
-      if (child == -1) {
-        post.push_back(node);
-        stack.pop_back();
-      } else {
-        first_child[as_size(node)] = sibling[as_size(child)];
-        stack.push_back(child);
-      }
-    }
-  }
-  return post;
 }
 
 /// Entries of every column of L, diagonal included, without forming L: each entry of A adds one to
@@ -234,7 +203,7 @@ FactorSize predict_factor_size(const SymmetricMatrix& matrix, std::span<const In
       });
     });
   };
-  const std::vector<Index> parent = elimination_tree(collect_permuted(false), n);
+  const std::vector<Index> parent = parents(collect_permuted(false), n);
   FactorSize size;
   for (const Index entries : column_counts(collect_permuted(true), parent)) {
     const double below = entries - 1;
@@ -246,17 +215,45 @@ FactorSize predict_factor_size(const SymmetricMatrix& matrix, std::span<const In
 
 double worthwhile_flops(const SymmetricMatrix& matrix) { return 200.0 * matrix.nonzeros(); }
 
+namespace {
+
+/// In place of an order another one that fills in no more, if its factorization divides in two and
+/// takes long enough: whatever the number of threads, which must not change results.
+OrderingChoice divided(const SymmetricMatrix& matrix, OrderingChoice choice) {
+  constexpr double kMostPerEntry = 150;  // beyond, MUMPS factorizes
+  const auto entries = static_cast<double>(choice.size.entries);
+  if (choice.size.flops > kMostPerEntry * entries ||
+      choice.size.entries > std::numeric_limits<Index>::max() ||
+      !is_worth_threads(matrix.dimension(), entries - matrix.dimension(), choice.size.flops)) {
+    return choice;
+  }
+  const Lists rows = collect(matrix.dimension(), [&](auto&& add) {
+    for_each_off_diagonal(matrix, [&](Index i, Index j) {
+      const auto [early, late] =
+          std::minmax(choice.new_index[as_size(i)], choice.new_index[as_size(j)]);
+      add(late, early);
+    });
+  });
+  const std::vector<Index> place = order_for_two_parts({rows.starts, rows.items});
+  if (place.empty()) return choice;
+  for (Index& k : choice.new_index) k = place[as_size(k)];
+  choice.size = predict_factor_size(matrix, choice.new_index);
+  return choice;
+}
+
+}  // namespace
+
 OrderingChoice choose_ordering(const SymmetricMatrix& matrix, Ordering ordering) {
   const auto measured = [&](Ordering candidate) {
     OrderingChoice choice{candidate, fill_reducing_ordering(matrix, candidate), {}};
     choice.size = predict_factor_size(matrix, choice.new_index);
     return choice;
   };
-  if (ordering != Ordering::Best) return measured(ordering);
+  if (ordering != Ordering::Best) return divided(matrix, measured(ordering));
   OrderingChoice amd = measured(Ordering::Amd);
-  if (amd.size.flops < worthwhile_flops(matrix)) return amd;
+  if (amd.size.flops < worthwhile_flops(matrix)) return divided(matrix, std::move(amd));
   OrderingChoice metis = measured(Ordering::Metis);
-  return metis.size.flops < amd.size.flops ? metis : amd;
+  return divided(matrix, std::move(metis.size.flops < amd.size.flops ? metis : amd));
 }
 
 }  // namespace ipminmax

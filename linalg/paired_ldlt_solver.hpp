@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "linalg/elimination_tree.hpp"
 #include "linalg/ordering.hpp"
 #include "linalg/symmetric_solver.hpp"
+#include "linalg/tree_parts.hpp"
 #include "linalg/workers.hpp"
 
 namespace ipminmax {
