@@ -309,8 +309,9 @@ Look Certifier::first_look(const Point& point) {
   }
   if (!(std::max(test.inner_response, test.full_response) <= kIndependent)) return Look::Unclear;
   NewtonTest& newton = arrays_.newton;
-  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
-    return kkt_.solve_unshifted(system.assembled(), rhs, step);
+  const double response = std::max(1.0, test.full_response);
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double share) {
+    return kkt_.solve_unshifted(system.assembled(), rhs, step, {.ratio = share / response});
   };
   if (!newton_confirms(system, point, solve, Probe::Beyond, newton)) return Look::Unclear;
   if (!gradients_hold(newton, test)) return Look::Unclear;
@@ -353,7 +354,7 @@ bool Certifier::refute_clearly(ActiveSetSystem& system, const Point& point, doub
   if (has_vanishing_row(system)) return false;
   report_inertias(system);
   NewtonTest newton;
-  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double /*share*/) {
     return kkt_.factorize({}).status == FactorizationStatus::Ok &&
            kkt_.solve(system.assembled(), rhs, step);
   };
@@ -439,7 +440,7 @@ Units Certifier::certain_units(const Stage& stage) {
 /// Lengths from what is certain of the derivatives, and from what has been found out about them.
 Units Certifier::measured(const Stage& stage, const Evaluation& certain) const {
   Units units = units_of(canonical_, stage.point.iterate.v, certain,
-                         stage.answers.value_or(Eigen::VectorXd()));
+                         stage.answers.value_or(Eigen::VectorXd()), arrays_.units_on_the_way);
   if (stage.stretch) units = stretched(canonical_, certain, std::move(units), *stage.stretch);
   return units;
 }
@@ -475,7 +476,7 @@ void Certifier::examine_curvature(ActiveSetSystem& system, const Point& point,
 
 /// At a point whose active set is not known.
 void Certifier::examine_curvature(const Point& point, const Evaluation* assembled) {
-  const Units units = units_of(canonical_, point.iterate.v, point.evaluation);
+  const Units& units = units_of(canonical_, point.iterate.v, point.evaluation, {}, arrays_.units);
   const auto is_held = [&](Index i) {
     return canonical_.x_slacks().contains(i) || canonical_.y_slacks().contains(i);
   };
@@ -668,7 +669,7 @@ bool Certifier::is_right_in_longer_units(Stage& stage, ActiveSetSystem& system) 
 bool Certifier::confirm(Stage& stage, ActiveSetSystem& system) {
   system.assemble(ActiveSetSystem::kSufficient);
   stage.error = error_of(stage.point, stage.classes, stage.units);
-  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double /*share*/) {
     return solve_accurately(kkt_, system.assembled(), rhs, step);
   };
   stage.converges = newton_confirms(system, stage.point, solve, Probe::EndAndBeyond, stage.newton);
@@ -906,7 +907,7 @@ SecondOrder Certifier::examine(const Point& given) {
   kkt_.begin_pivoting();
   Stage stage;
   stage.point = given;
-  stage.units = units_of(canonical_, given.iterate.v, given.evaluation);
+  stage.units = arrays_.units.units;  // of the first look
   stage.classes = with_idle_held(guess_classes(canonical_, options_, given.iterate, stage.units));
   const bool bounded = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
   bool follow = far_ || !stage.classes.clear();
@@ -931,7 +932,7 @@ SecondOrder Certifier::examine(const Point& given) {
     if (stage.guessed) {
       last_factorization_ += kkt_.factorizations() - before;
       stage.guessed = stopped_ = false;
-      stage.units = units_of(canonical_, given.iterate.v, given.evaluation);
+      stage.units = arrays_.units.units;
       stage.classes =
           with_idle_held(guess_classes(canonical_, options_, given.iterate, stage.units));
     } else if (follow || !bounded || (stage.newton.done && stage.newton.classes_hold) ||
@@ -1063,7 +1064,7 @@ InnerAnswer Certifier::answer_alone(const Stage& stage) {
   ActiveSetSystem system(canonical_, kkt_, alone.classes, alone.units, alone.point.evaluation);
   system.assemble(ActiveSetSystem::kSufficient);
   alone.error = error_of(alone.point, stage.classes, alone.units);
-  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double /*share*/) {
     return solve_accurately(kkt_, system.assembled(), rhs, step);
   };
   if (!newton_confirms(system, alone.point, solve, Probe::EndAndBeyond, alone.newton)) {

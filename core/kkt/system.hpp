@@ -165,6 +165,11 @@ class KktSystem {
     return solve_inner(inner_factors_, evaluation, rhs, step, accuracy);
   }
 
+  /// What a solution has to reach in the end, or it is none.
+  [[nodiscard]] Accuracy least_accuracy() const {
+    return {.ratio = options_.residual_ratio_singular};
+  }
+
   /// True when another factorization will be more accurate; factorize anew after it.
   [[nodiscard]] bool increase_quality();
   /// Only pivoting factorizations from now on, where the linear solver has the choice; factorize
