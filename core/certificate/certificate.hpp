@@ -31,8 +31,7 @@ struct Finding {
 
 /// What the test of a clear point works with, kept from test to test.
 struct CertificateArrays {
-  UnitsArrays units;             ///< at the point that is given
-  UnitsArrays units_on_the_way;  ///< to its solution
+  UnitsArrays units;  ///< at the point that is given
   BoundClasses classes;
   ActiveSetArrays system;
   NewtonTest newton;
