@@ -65,7 +65,7 @@ bool settle(Case& c, Stage& stage, bool follow) {
     c.moved = stage.point;
   }
   if (!clean(c.canonical, stage.classes, stage.point)) return false;
-  stage.units = certain_units(c, stage);
+  stage.units = certain_units(c.canonical, stage);
   return true;
 }
 
@@ -113,7 +113,7 @@ bool revise(Case& c, Stage& stage) {
   if (!evaluate(c.canonical, stage.point) || !clean(c.canonical, stage.classes, stage.point)) {
     return false;
   }
-  stage.units = certain_units(c, stage);
+  stage.units = certain_units(c.canonical, stage);
   return true;
 }
 
@@ -135,7 +135,7 @@ bool measure_answers(Case& c, Stage& stage, ActiveSetSystem& system) {
   if (!c.has_x() || !c.has_y() || stage.answers || !c.may_factorize(1 + kToConfirm)) return false;
   stage.answers = curvature_of_answers(system);
   if (stage.answers->size() == 0) return false;
-  Units longer = certain_units(c, stage);
+  Units longer = certain_units(c.canonical, stage);
   const IndexRange x = c.canonical.x();
   bool any = false;
   for (Index i = x.begin; i < x.end; ++i) {
@@ -184,7 +184,7 @@ bool is_right_in_longer_units(Case& c, Stage& stage, ActiveSetSystem& system) {
   Stage trial = stage;
   trial.stretch = stretch_of_little_curvature(system);
   if (!(max_norm(*trial.stretch) > kLonger)) return false;
-  trial.units = certain_units(c, trial);
+  trial.units = certain_units(c.canonical, trial);
   ActiveSetSystem longer(c.canonical, c.kkt, trial.classes, trial.units, trial.point.evaluation);
   if (!confirm(c, trial, longer) || !is_right(c, trial, longer)) return false;
   stage = std::move(trial);
@@ -268,7 +268,7 @@ bool refine_and_test(Case& c, Stage& stage) {
     stage.crept = stage.crept || round >= kRefinements;
     stage.point.iterate = stage.newton.end.iterate;
     if (!evaluate(c.canonical, stage.point)) return false;
-    stage.units = certain_units(c, stage);
+    stage.units = certain_units(c.canonical, stage);
   }
 }
 
@@ -291,7 +291,7 @@ bool test_at_vertices(Case& c, Stage& stage) {
     trial.narrow = std::move(vertex.narrow);
     if (!evaluate(c.canonical, trial.point) || !clean(c.canonical, trial.classes, trial.point))
       continue;
-    trial.units = certain_units(c, trial);
+    trial.units = certain_units(c.canonical, trial);
     trial.dependences = dependences;
     if (!refine_and_test(c, trial)) continue;
     stage = std::move(trial);

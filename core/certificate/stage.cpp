@@ -49,10 +49,10 @@ Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const
 }
 
 /// Lengths from what is certain of the derivatives, and from what has been found out about them.
-Units measured(Case& c, const Stage& stage, const Evaluation& certain) {
-  Units units = units_of(c.canonical, stage.point.iterate.v, certain,
-                         stage.answers.value_or(Eigen::VectorXd()), c.arrays.units_on_the_way);
-  if (stage.stretch) units = stretched(c.canonical, certain, std::move(units), *stage.stretch);
+Units measured(const CanonicalProblem& canonical, const Stage& stage, const Evaluation& certain) {
+  Units units = units_of(canonical, stage.point.iterate.v, certain,
+                         stage.answers.value_or(Eigen::VectorXd()));
+  if (stage.stretch) units = stretched(canonical, certain, std::move(units), *stage.stretch);
   return units;
 }
 
@@ -68,8 +68,7 @@ Eigen::VectorXd without_inactive(const CanonicalProblem& canonical, const BoundC
   return lambda;
 }
 
-Units certain_units(Case& c, const Stage& stage) {
-  CanonicalProblem& canonical = c.canonical;
+Units certain_units(CanonicalProblem& canonical, const Stage& stage) {
   const Point& point = stage.point;
   Evaluation certain = point.evaluation, there = certain;
   for (std::size_t k = 0; k < stage.newton.hessian_change.size(); ++k) {
@@ -87,7 +86,7 @@ Units certain_units(Case& c, const Stage& stage) {
       canonical.second_derivatives(point.iterate.v + step,
                                    without_inactive(canonical, stage.classes, lambda),
                                    there) != EvaluationStatus::Ok) {
-    return measured(c, stage, certain);
+    return measured(canonical, stage, certain);
   }
   const auto keep = [](double changed, double& value) {
     if (!(std::abs(changed - value) <= std::abs(value))) value = 0.0;
@@ -98,7 +97,7 @@ Units certain_units(Case& c, const Stage& stage) {
   for (std::size_t k = 0; k < certain.jacobian.size(); ++k) {
     keep(there.jacobian[k], certain.jacobian[k]);
   }
-  return measured(c, stage, certain);
+  return measured(canonical, stage, certain);
 }
 
 bool clean(CanonicalProblem& canonical, const BoundClasses& classes, Point& point) {

@@ -47,7 +47,7 @@ struct Stage {
 /// From entries of W and the Jacobian that neither rounding of the variables and multipliers nor
 /// the last Newton step changes by more than they are: what is left of a cancellation gives no
 /// length.
-[[nodiscard]] Units certain_units(Case& c, const Stage& stage);
+[[nodiscard]] Units certain_units(CanonicalProblem& canonical, const Stage& stage);
 /// Of W in units: that of differences, and what doubtful inequalities may give or not.
 [[nodiscard]] Eigen::VectorXd error_of(Case& c, const Point& point, const BoundClasses& classes,
                                        const Units& units);
