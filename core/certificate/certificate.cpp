@@ -104,8 +104,9 @@ Look first_look(Case& c, const Point& point) {
   if (!(std::max(test.inner_response, test.full_response) <= kIndependent)) return Look::Unclear;
   NewtonTest& newton = c.arrays.newton;
   const double response = std::max(1.0, test.full_response);
+  // Two references: more would be an allocation of std::function.
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double share) {
-    return c.kkt.solve_unshifted(system.assembled(), rhs, step, {.ratio = share / response});
+    return system.kkt().solve_unshifted(system.assembled(), rhs, step, {.ratio = share / response});
   };
   if (!c.newton_confirms(system, point, solve, Probe::Beyond, newton)) return Look::Unclear;
   if (!gradients_hold(newton, test)) return Look::Unclear;
