@@ -86,7 +86,7 @@ void Case::examine_curvature(ActiveSetSystem& system, const Point& point,
 }
 
 void Case::examine_curvature(const Point& point, const Evaluation* assembled) {
-  const Units units = units_of(canonical, point.iterate.v, point.evaluation);
+  const Units& units = units_of(canonical, point.iterate.v, point.evaluation, {}, arrays.units);
   const auto is_held = [&](Index i) {
     return canonical.x_slacks().contains(i) || canonical.y_slacks().contains(i);
   };

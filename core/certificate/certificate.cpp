@@ -63,7 +63,7 @@ bool refute_clearly(Case& c, ActiveSetSystem& system, const Point& point, double
   if (has_vanishing_row(system)) return false;
   c.report_inertias(system);
   NewtonTest newton;
-  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double /*share*/) {
     return c.kkt.factorize({}).status == FactorizationStatus::Ok &&
            c.kkt.solve(system.assembled(), rhs, step);
   };
@@ -103,8 +103,10 @@ Look first_look(Case& c, const Point& point) {
   }
   if (!(std::max(test.inner_response, test.full_response) <= kIndependent)) return Look::Unclear;
   NewtonTest& newton = c.arrays.newton;
-  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
-    return c.kkt.solve_unshifted(system.assembled(), rhs, step);
+  const double response = std::max(1.0, test.full_response);
+  // Two references: more would be an allocation of std::function.
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double share) {
+    return system.kkt().solve_unshifted(system.assembled(), rhs, step, {.ratio = share / response});
   };
   if (!c.newton_confirms(system, point, solve, Probe::Beyond, newton)) return Look::Unclear;
   if (!gradients_hold(newton, test)) return Look::Unclear;

@@ -326,7 +326,7 @@ SecondOrder examine(Case& c, const Point& given) {
   c.kkt.begin_pivoting();
   Stage stage;
   stage.point = given;
-  stage.units = units_of(c.canonical, given.iterate.v, given.evaluation);
+  stage.units = c.arrays.units.units;  // of the first look
   stage.classes =
       c.with_idle_held(guess_classes(c.canonical, c.options, given.iterate, stage.units));
   const bool bounded = !c.canonical.lower_bounded().empty() || !c.canonical.upper_bounded().empty();
@@ -354,7 +354,7 @@ SecondOrder examine(Case& c, const Point& given) {
     if (stage.guessed) {
       c.last_factorization += c.kkt.factorizations() - before;
       stage.guessed = c.stopped = false;
-      stage.units = units_of(c.canonical, given.iterate.v, given.evaluation);
+      stage.units = c.arrays.units.units;
       stage.classes =
           c.with_idle_held(guess_classes(c.canonical, c.options, given.iterate, stage.units));
     } else if (follow || !bounded || (stage.newton.done && stage.newton.classes_hold) ||

@@ -127,7 +127,7 @@ InnerAnswer answer_alone(Case& c, const Stage& stage) {
   ActiveSetSystem system(c.canonical, c.kkt, alone.classes, alone.units, alone.point.evaluation);
   system.assemble(ActiveSetSystem::kSufficient);
   alone.error = error_of(c, alone.point, stage.classes, alone.units);
-  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double /*share*/) {
     return solve_accurately(c.kkt, system.assembled(), rhs, step);
   };
   if (!c.newton_confirms(system, alone.point, solve, Probe::EndAndBeyond, alone.newton)) {

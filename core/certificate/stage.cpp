@@ -148,7 +148,7 @@ bool evaluate_objective(CanonicalProblem& canonical, Point& point) {
 bool confirm(Case& c, Stage& stage, ActiveSetSystem& system) {
   system.assemble(ActiveSetSystem::kSufficient);
   stage.error = error_of(c, stage.point, stage.classes, stage.units);
-  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double /*share*/) {
     return solve_accurately(c.kkt, system.assembled(), rhs, step);
   };
   stage.converges =

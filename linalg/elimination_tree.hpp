@@ -1,0 +1,39 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "linalg/triplet.hpp"
+
+namespace ipminmax {
+
+/// A symmetric matrix by rows in the order of elimination: row k has the columns
+/// columns[starts[k]] to columns[starts[k + 1] - 1], in any order, none beyond k.
+struct LowerRows {
+  std::span<const Index> starts;  ///< dimension + 1
+  std::span<const Index> columns;
+  [[nodiscard]] Index dimension() const { return static_cast<Index>(starts.size()) - 1; }
+};
+
+/// Elimination tree of a matrix L D L', and the lengths of L's columns (Liu 1990).
+struct EliminationTree {
+  std::vector<Index> parent;         ///< of each row; -1: a root
+  std::vector<Index> column_starts;  ///< of L without its diagonal; dimension + 1
+  [[nodiscard]] Index dimension() const { return static_cast<Index>(parent.size()); }
+  [[nodiscard]] Index entries() const { return column_starts.back(); }
+};
+
+/// Throws std::bad_alloc, also where an Index cannot count L's entries.
+[[nodiscard]] EliminationTree elimination_tree(const LowerRows& a);
+
+/// Where L has entries beside its diagonal.
+struct FactorPattern {
+  std::vector<Index> rows;        ///< of each column (EliminationTree::column_starts), ascending
+  std::vector<Index> row_starts;  ///< dimension + 1
+  std::vector<Index> columns;     ///< of each row, descendants before their ancestors
+};
+
+/// Throws std::bad_alloc.
+[[nodiscard]] FactorPattern factor_pattern(const LowerRows& a, const EliminationTree& tree);
+
+}  // namespace ipminmax
