@@ -1,5 +1,6 @@
 // Threads change nothing but the time: the pursuit over a horizon that is worth them.
 #include <dirent.h>
+#include <unistd.h>
 
 #include <algorithm>
 
@@ -22,6 +23,12 @@ int threads_of_this_process() {
   }
   closedir(tasks);
   return count;
+}
+
+/// Whether there are so many, in a second at most: a thread that is joined may still be listed.
+bool has_threads(int count) {
+  for (int k = 0; k < 1000 && threads_of_this_process() != count; ++k) usleep(1000);
+  return threads_of_this_process() == count;
 }
 
 constexpr int kHorizon = 3000;
@@ -61,7 +68,7 @@ TEST_P(TwoThreads, GiveTheBitsOfOne) {
     TnlpProblem problem(model);
     EXPECT_EQ(problem.load(), "");
     Result result = solve(problem, options);
-    EXPECT_EQ(threads_of_this_process(), before);
+    EXPECT_TRUE(has_threads(before));
     return result;
   };
   const Result one = solved(1);

@@ -16,6 +16,8 @@
 #include <string>
 #include <vector>
 
+#include <support/sanitizer.hpp>
+
 #include "linalg/ldlt_solver.hpp"
 #include "linalg/paired_ldlt_solver.hpp"
 #include "test_matrices.hpp"
@@ -247,23 +249,31 @@ int threads_of_this_process() {
   return count;
 }
 
+/// Whether there are so many, in a second at most: a thread that is joined may still be listed.
+bool has_threads(int count) {
+  for (int k = 0; k < 1000 && threads_of_this_process() != count; ++k) usleep(1000);
+  return threads_of_this_process() == count;
+}
+
 TEST(ThreadsOfLdlt, AreMadeWhenNeededAndEndWithTheSolver) {
+  if (IPMINMAX_UNDER_SANITIZER) GTEST_SKIP() << "which has threads of its own";
   const KktMatrix large = grid_kkt(60, 3), small = chauffeur_kkt(100, 2);
   const int before = threads_of_this_process();
   for (const int threads : {1, 2, 4}) {
     LdltSolver solver({.ordering = Ordering::Metis, .threads = threads});
     ASSERT_TRUE(solver.analyze(small.matrix, small.signs).ok);
     EXPECT_EQ(solver.factorize(small.matrix).status, FactorizationStatus::Ok);
-    EXPECT_EQ(threads_of_this_process(), before);
+    EXPECT_TRUE(has_threads(before));
     ASSERT_TRUE(solver.analyze(large.matrix, large.signs).ok);
-    EXPECT_EQ(threads_of_this_process(), before);
+    EXPECT_TRUE(has_threads(before));
     EXPECT_EQ(solver.factorize(large.matrix).status, FactorizationStatus::Ok);
-    EXPECT_EQ(threads_of_this_process(), before + threads - 1);
+    EXPECT_TRUE(has_threads(before + threads - 1));
   }
-  EXPECT_EQ(threads_of_this_process(), before);
+  EXPECT_TRUE(has_threads(before));
 }
 
 TEST(ThreadsOfLdlt, AreMadeAnewInAForkedChild) {
+  if (IPMINMAX_UNDER_SANITIZER) GTEST_SKIP() << "which makes no threads after a fork";
   const KktMatrix kkt = grid_kkt(60, 3);
   auto solver = std::make_unique<LdltSolver>(
       SymmetricSolverOptions{.ordering = Ordering::Metis, .threads = 2});
