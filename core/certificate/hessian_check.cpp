@@ -21,8 +21,8 @@ constexpr double kShareOfDistance = 0.1;
 constexpr double kShareOfCurvature = 0.1;
 constexpr double kLeastError = 1e-5, kLargestError = 1e-3;
 constexpr int kInverseIterations = 2;
-/// Of their solutions, of which only the size and the direction matter.
-constexpr Accuracy kRough{.ratio = 1e-2, .by_rows = false};
+/// Of their solutions only the size and the direction matter, and the factors have been tested.
+constexpr Accuracy kRough{.ratio = 1.0};
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
