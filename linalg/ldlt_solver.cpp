@@ -15,6 +15,8 @@ namespace {
 
 std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
 
+constexpr EliminationCost kCost{.row = 4.0, .entry = 2.0, .update = 0.7};
+
 /// Diagonal of Gamma over gamma: not quite +-1, because equal weights of opposite sign cancel. The
 /// pivots of W + Gamma for f = s |x - y|^2, W = 2 s [1 -1; -1 1], would be 2 s and gamma^2 / 2 s.
 double gamma_weight(std::size_t row, std::int8_t sign) {
@@ -56,11 +58,14 @@ Analysis LdltSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
     values_.resize(as_size(tree_.entries()));
     columns_.resize(new_index_.size());
     row_.assign(new_index_.size(), 0.0);
+    parts_ = parts_for_threads(tree_, pattern_, kCost, options_.threads);
+    broken_.resize(parts_.starts.size());
     permuted_.resize(new_index_.size());
   } catch (const std::bad_alloc&) {
     return analysis;
   }
   analysis.ok = true;
+  analysis.threads = std::max(parts_.count(), 1);
   return analysis;
 }
 
@@ -83,62 +88,44 @@ void LdltSolver::build_pattern(const SymmetricMatrix& matrix, std::span<const st
   const Index n = matrix.dimension();
   const auto starts = matrix.column_starts();
   const auto rows = matrix.rows();
-  const auto for_each_entry = [&](auto&& visit) {  // visit(position, row, column), row >= column
+  const auto for_each_entry = [&](auto&& visit) {  // visit(place, row, column), row > column
     for (Index j = 0; j < n; ++j) {
-      for (Index p = starts[as_size(j)]; p < starts[as_size(j) + 1]; ++p) {
+      for (Index p = starts[as_size(j)] + 1; p < starts[as_size(j) + 1]; ++p) {
         const auto [column, row] =
             std::minmax(new_index_[as_size(rows[as_size(p)])], new_index_[as_size(j)]);
-        visit(as_size(p), row, column);
+        visit(p, row, column);
       }
     }
   };
-  const std::size_t entries = as_size(matrix.nonzeros());
   lower_starts_.assign(as_size(n) + 1, 0);
-  for_each_entry([&](std::size_t, Index row, Index) { ++lower_starts_[as_size(row) + 1]; });
+  for_each_entry([&](Index, Index row, Index) { ++lower_starts_[as_size(row) + 1]; });
   std::partial_sum(lower_starts_.begin(), lower_starts_.end(), lower_starts_.begin());
   std::vector<Index> next(lower_starts_.begin(), lower_starts_.end() - 1);
-  position_.resize(entries);
-  lower_columns_.resize(entries);
-  lower_values_.resize(entries);
-  for_each_entry([&](std::size_t p, Index row, Index column) {
-    position_[p] = next[as_size(row)]++;
-    lower_columns_[as_size(position_[p])] = column;
+  lower_columns_.resize(as_size(lower_starts_.back()));
+  lower_places_.resize(lower_columns_.size());
+  couplings_.clear();
+  for_each_entry([&](Index p, Index row, Index column) {
+    const std::size_t place = as_size(next[as_size(row)]++);
+    lower_columns_[place] = column;
+    lower_places_[place] = p;
   });
-
+  diagonal_places_.resize(as_size(n));
   gamma_weights_.resize(as_size(n));
-  for (std::size_t i = 0; i < gamma_weights_.size(); ++i) {
-    gamma_weights_[i] = gamma_weight(i, signs[i]);
-  }
-  couples_.resize(as_size(matrix.nonzeros()));
-  for (Index j = 0; j < n; ++j) {
-    for (Index p = starts[as_size(j)]; p < starts[as_size(j) + 1]; ++p) {
-      couples_[as_size(p)] = signs[as_size(rows[as_size(p)])] != signs[as_size(j)];
+  for (Index i = 0; i < n; ++i) {
+    const std::size_t k = as_size(new_index_[as_size(i)]);
+    diagonal_places_[k] = matrix.diagonal_position(i);
+    gamma_weights_[k] = gamma_weight(as_size(i), signs[as_size(i)]);
+    for (Index p = starts[as_size(i)] + 1; p < starts[as_size(i) + 1]; ++p) {
+      if (signs[as_size(rows[as_size(p)])] != signs[as_size(i)]) couplings_.push_back(p);
     }
   }
-}
-
-/// lower_values_ = P (A + Gamma) P'. False when a value is not finite.
-bool LdltSolver::load_values(const SymmetricMatrix& matrix, double gamma) {
-  const auto values = matrix.values();
-  double zero_if_finite = 0.0;
-  for (std::size_t p = 0; p < values.size(); ++p) {
-    zero_if_finite += 0.0 * values[p];
-    lower_values_[as_size(position_[p])] = values[p];
-  }
-  for (Index i = 0; i < matrix.dimension(); ++i) {
-    lower_values_[as_size(position_[as_size(matrix.diagonal_position(i))])] +=
-        gamma * gamma_weights_[as_size(i)];
-  }
-  return zero_if_finite == 0.0;
 }
 
 double LdltSolver::suitable_gamma(const SymmetricMatrix& matrix) const {
   constexpr double kLargest = 1e3;  // over the option
   const auto values = matrix.values();
   double coupling = 1.0;
-  for (std::size_t p = 0; p < values.size(); ++p) {
-    if (couples_[p]) coupling = std::max(coupling, std::abs(values[p]));
-  }
+  for (const Index p : couplings_) coupling = std::max(coupling, std::abs(values[as_size(p)]));
   return options_.ldlt_gamma * std::min(coupling * coupling, kLargest);
 }
 
@@ -149,11 +136,11 @@ Factorization LdltSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
 Factorization LdltSolver::factorize_with(const SymmetricMatrix& matrix, double gamma) {
   factorized_ = false;
   Factorization result{.trust = {.pivoted = false, .perturbation = gamma}};
-  if (!load_values(matrix, gamma)) return result;
-  for (std::size_t j = 0; j < columns_.size(); ++j) {
-    columns_[j].begin = columns_[j].end = tree_.column_starts[j];
-  }
-  if (!eliminate(0, matrix.dimension())) return result;
+  const auto values = matrix.values();
+  workers_.run(parts_.count(), [&](int p) {
+    broken_[static_cast<std::size_t>(p)] = eliminate(parts_.part(p), values, gamma) ? 0 : 1;
+  });
+  if (std::ranges::count(broken_, 1) > 0 || !eliminate(parts_.rest(), values, gamma)) return result;
   double smallest = std::numeric_limits<double>::infinity();
   for (const Column& column : columns_) {
     ++(column.pivot > 0.0 ? result.inertia.positive : result.inertia.negative);
@@ -167,16 +154,18 @@ Factorization LdltSolver::factorize_with(const SymmetricMatrix& matrix, double g
 
 /// Rows of L one after the other, each from the columns that its entries are in (Davis 2005). False:
 /// a pivot is zero or not finite.
-bool LdltSolver::eliminate(Index begin, Index end) {
+bool LdltSolver::eliminate(std::span<const Index> rows_of_part, std::span<const double> values,
+                           double gamma) {
   double* const y = row_.data();
   double* const l = values_.data();
   const Index* const rows = pattern_.rows.data();
-  for (std::size_t k = as_size(begin); k < as_size(end); ++k) {
-    for (std::size_t p = as_size(lower_starts_[k]); p < as_size(lower_starts_[k + 1]); ++p) {
-      y[lower_columns_[p]] += lower_values_[p];
+  for (const Index row : rows_of_part) {
+    const std::size_t k = as_size(row);
+    const std::size_t lower_end = as_size(lower_starts_[k + 1]);
+    for (std::size_t p = as_size(lower_starts_[k]); p < lower_end; ++p) {
+      y[lower_columns_[p]] += values[as_size(lower_places_[p])];
     }
-    double pivot = y[k];
-    y[k] = 0.0;
+    double pivot = values[as_size(diagonal_places_[k])] + gamma * gamma_weights_[k];
     const std::size_t row_end = as_size(pattern_.row_starts[k + 1]);
     for (std::size_t r = as_size(pattern_.row_starts[k]); r < row_end; ++r) {
       const Index i = pattern_.columns[r];
@@ -188,7 +177,7 @@ bool LdltSolver::eliminate(Index begin, Index end) {
       pivot -= l_ki * y_i;
       l[column.end++] = l_ki;
     }
-    columns_[k].pivot = pivot;
+    columns_[k] = {tree_.column_starts[k], tree_.column_starts[k], pivot};
     if (pivot == 0.0 || !std::isfinite(pivot)) return false;
   }
   return true;

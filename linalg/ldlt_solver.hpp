@@ -11,6 +11,7 @@
 #include "linalg/elimination_tree.hpp"
 #include "linalg/ordering.hpp"
 #include "linalg/symmetric_solver.hpp"
+#include "linalg/workers.hpp"
 
 namespace ipminmax {
 
@@ -65,8 +66,8 @@ class LdltSolver final : public SymmetricSolver {
     void include(ColumnRange other);
   };
   void build_pattern(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs);
-  bool load_values(const SymmetricMatrix& matrix, double gamma);
-  [[nodiscard]] bool eliminate(Index begin, Index end);
+  [[nodiscard]] bool eliminate(std::span<const Index> rows, std::span<const double> values,
+                               double gamma);
   void solve_one(std::span<double> rhs);
   void solve_together(std::span<double> rhs);
   /// visit(row, value) for the entries of column j of L, without its unit diagonal.
@@ -83,21 +84,22 @@ class LdltSolver final : public SymmetricSolver {
   Ordering ordering_ = Ordering::Amd;
   FactorSize size_;               // predicted
   std::vector<Index> new_index_;  // place of row i in the elimination order
-  std::vector<Index> position_;   // of each entry of the matrix among those of lower_
-  // P (A + Gamma) P' by rows, with the diagonal.
-  std::vector<Index> lower_starts_, lower_columns_;
-  std::vector<double> lower_values_;
-  std::vector<double> gamma_weights_;  // diagonal of Gamma over gamma
-  std::vector<bool> couples_;          // entries of the matrix that link rows of opposite signs
+  // P A P' by rows: entries left of the diagonal, their places in A, and those of the diagonals.
+  std::vector<Index> lower_starts_, lower_columns_, lower_places_, diagonal_places_;
+  std::vector<double> gamma_weights_;  // diagonal of Gamma over gamma, in elimination order
+  std::vector<Index> couplings_;       // places in A that link rows of opposite signs
   std::vector<std::array<double, kTogether>> together_;
   std::vector<ColumnRange> ranges_;  // of inverse_product: columns that reach a row; else empty
   std::vector<double> forward_;      // L^-1 P B by rows; else zero
   EliminationTree tree_;
   FactorPattern pattern_;  // of L
+  TreeParts parts_;
   std::vector<Column> columns_;
   std::vector<double> values_;    // of L, as pattern_.rows
   std::vector<double> row_;       // of L D under elimination; else zero
   std::vector<double> permuted_;  // one right-hand side in elimination order
+  std::vector<char> broken_;      // by part: a pivot is zero or not finite
+  Workers workers_;
   bool factorized_ = false;
 };
 

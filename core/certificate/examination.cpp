@@ -334,7 +334,8 @@ SecondOrder examine(Case& c, const Point& given) {
   if (follow && !c.is_far) {
     BoundClasses guess = c.with_idle_held(
         guess_classes(c.canonical, c.options, given.iterate, stage.units, kEitherRatio));
-    if (guess.clear()) {
+    // No guess: bounds of Max no farther than what they were relaxed by, which stay doubtful.
+    if (guess.weak_min == 0) {
       stage.classes = std::move(guess);
       stage.guessed = true;
       follow = false;

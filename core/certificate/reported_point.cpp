@@ -46,7 +46,7 @@ Iterate solution_of(const CanonicalProblem& canonical, const Stage& stage, Itera
 bool guess_holds(Case& c, const Stage& stage, const Point& given) {
   const Iterate& end = stage.newton.end.iterate;
   for (Index i = 0; i < c.canonical.variables(); ++i) {
-    if (stage.classes.side[at(i)] == 0) continue;
+    if (stage.classes.side[at(i)] == 0 || stage.classes[i] == BoundClass::Doubtful) continue;
     const bool active = stage.classes[i] == BoundClass::Active;
     const auto left = [&](const Iterate& z) {
       return active ? stage.classes.multiplier(z, i) : stage.classes.distance(c.canonical, z, i);

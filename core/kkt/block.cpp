@@ -18,7 +18,8 @@ SymmetricSolverOptions solver_options(const SolverOptions& options) {
           .mumps_pivot_tolerance_max = options.mumps_pivtolmax,
           .mumps_memory_percent = options.mumps_mem_percent,
           .max_memory = 1e6 * options.max_memory,
-          .mpi_halves = options.minmax_mpi_halves};
+          .mpi_halves = options.minmax_mpi_halves,
+          .threads = options.minmax_threads};
 }
 
 void BarrierTerms::set_size(Index variables) {
