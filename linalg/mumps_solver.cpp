@@ -477,7 +477,8 @@ Factorization MumpsSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
   prepare_factorize(matrix);
   // Delayed pivots fill the workspace: no more of it before another ordering has been tried.
   int status = factorize_with_enough_memory([&] { return has_many_delays(matrix); });
-  const bool complete = status >= 0 || wants_more_workspace(status);
+  // Null pivots are delayed to the root in any order.
+  const bool complete = status >= 0 ? instance_->infog(28) == 0 : wants_more_workspace(status);
   if (complete && has_many_delays(matrix)) status = compare_with_others(matrix, status);
   if (wants_more_workspace(status) || status == kOutOfMemory) {
     result.status = FactorizationStatus::OutOfMemory;

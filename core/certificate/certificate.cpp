@@ -64,6 +64,12 @@ constexpr int kRefinements = 4;
 /// is 1/4 to 0.37.
 constexpr int kMostRefinements = 16;
 constexpr double kCreeping = 0.4;
+/// Rows of K above which a step costs more than the chance is worth that the next one settles what
+/// this one has not changed: change of W, or contraction, over that of the last one.
+constexpr Index kLargeSystem = 300;
+constexpr double kProgress = 0.5;
+/// Error of W over the margin that makes no difference to the test.
+constexpr double kLittle = 0.25;
 /// How often longer units are tried.
 constexpr int kStretches = 2;
 /// What a Newton step has to leave of an entry of W, over its change: 0.6 of f'' is left where it
@@ -295,7 +301,9 @@ Look Certifier::first_look(const Point& point) {
                                  std::min(kProbeInTols * options_.tol, kMostProbed)});
   const InertiaTest test = survives(system, error, asked);
   if (!test.both()) {
-    if (!are_alike(units)) return Look::Unclear;
+    // Singular beside the margin, it is so without: gradients depend on each other.
+    const KktFactors& last = test.inner ? kkt_.factors() : kkt_.inner_factors();
+    if (!are_alike(units) || last.status == FactorizationStatus::Singular) return Look::Unclear;
     // Wrong with the margin for him, too?
     const bool inner = test.inner;
     if (error.size() > 0) {
@@ -708,6 +716,9 @@ bool Certifier::is_right(Stage& stage, ActiveSetSystem& system) {
 bool Certifier::refine_and_test(Stage& stage) {
   bool steady = true;
   int stretches = kStretches;
+  const bool large = kkt_.layout().dimension() > kLargeSystem;
+  double last = std::numeric_limits<double>::infinity();
+  bool had_converged = false;
   for (int round = 0;; ++round) {
     if (!may_factorize(round == 0 ? 1 : kToConfirm)) return false;
     ActiveSetSystem system(canonical_, kkt_, stage.classes, stage.units, stage.point.evaluation);
@@ -727,7 +738,10 @@ bool Certifier::refine_and_test(Stage& stage) {
       --round;
       continue;
     }
-    if (stage.converges && stretches > 0) {
+    // Other lengths leave the inertias what they are beside the same margin.
+    const bool margin_decides =
+        !stage.test.both() && max_norm(stage.error) <= kLittle * margin(1.0);
+    if (stage.converges && stretches > 0 && !margin_decides) {
       --stretches;
       if (is_right_in_longer_units(stage, system)) return independent_or_harmless(stage, system);
     }
@@ -743,6 +757,10 @@ bool Certifier::refine_and_test(Stage& stage) {
     steady = steady && !stage.guessed && !stage.converges && stage.newton.contraction <= kCreeping;
     if (there || !stage.newton.classes_hold) return false;
     if (round == (steady ? kMostRefinements : kRefinements)) return false;
+    const double here = stage.converges ? max_norm(stage.newton.error) : stage.newton.contraction;
+    if (large && stage.converges == had_converged && !(here <= kProgress * last)) return false;
+    had_converged = stage.converges;
+    last = here;
     if (is_attracted_elsewhere(stage, system)) return false;
     stage.crept = stage.crept || round >= kRefinements;
     stage.point.iterate = stage.newton.end.iterate;
@@ -945,7 +963,8 @@ SecondOrder Certifier::examine(const Point& given) {
     stage.answers.reset();
     stage.newton = {};
   }
-  if (test_at_vertices(start)) return certified(start, given);
+  const bool too_many = stage.dependences && stage.dependences->too_many;
+  if (!too_many && test_at_vertices(start)) return certified(start, given);
   if (stage.point.iterate.v != given.iterate.v && !evaluate_objective(stage.point)) {
     return SecondOrder::Undecided;
   }
@@ -956,6 +975,8 @@ SecondOrder Certifier::judge_without_certificate(Stage& stage) {
   ActiveSetSystem system(canonical_, kkt_, stage.classes, stage.units, stage.point.evaluation);
   report_inertias(system);
   if (canonical_.constraints() == 0) certificate_.licq_min = certificate_.licq_max = true;
+  // Then K is singular with any help for W.
+  const bool too_many = stage.dependences && stage.dependences->too_many;
   const bool vanishing =
       stage.dependences && std::ranges::any_of(stage.dependences->found, &Dependence::vanishing);
   SecondOrder verdict = SecondOrder::Undecided;
@@ -965,7 +986,7 @@ SecondOrder Certifier::judge_without_certificate(Stage& stage) {
   }
   if (may_factorize(kToRefute) && refute(system, stage)) {
     verdict = SecondOrder::Violated;
-  } else if (may_factorize(1) && is_valley(system, stage)) {
+  } else if (!too_many && may_factorize(1) && is_valley(system, stage)) {
     verdict = SecondOrder::Flat;
   }
   if (wrong_ && wrong_->owner == Player::Max) return verdict;
@@ -1137,12 +1158,13 @@ bool Certifier::barrier_newton_contracts(const Point& given) {
   constexpr double kNegligible = 1e-10;
   Point point = given;
   StepLength alpha;
+  bool dependent = false;
   Eigen::VectorXd before = point.iterate.v;
-  if (!barrier_newton_step(canonical_, kkt_, mu_, kTau, point, alpha)) return false;
+  if (!barrier_newton_step(canonical_, kkt_, mu_, kTau, point, alpha, dependent)) return false;
   const double first = max_norm(point.iterate.v - before);
   if (first <= kNegligible * (1.0 + max_norm(before))) return true;
   before = point.iterate.v;
-  return barrier_newton_step(canonical_, kkt_, mu_, kTau, point, alpha) &&
+  return barrier_newton_step(canonical_, kkt_, mu_, kTau, point, alpha, dependent) &&
          max_norm(point.iterate.v - before) <= kContraction * first;
 }
 
