@@ -61,11 +61,12 @@ std::unique_ptr<ipminmax::Problem> sequential(int horizon) {
       std::vector<chauffeur::Control>(static_cast<std::size_t>(horizon), guess(horizon)));
 }
 
-SolverOptions method(ipminmax::Globalization globalization) {
+SolverOptions method(ipminmax::Globalization globalization, int threads) {
   SolverOptions options;
   options.tol = 1e-6;
   options.max_iter = 200;
   options.minmax_globalization = globalization;
+  options.minmax_threads = threads;
   return options;
 }
 
@@ -106,7 +107,7 @@ void report_growth(const std::vector<std::pair<std::string, Growth>>& growths,
           settings);
 }
 
-void run(const Settings& settings, int largest) {
+void run(const Settings& settings, int largest, int threads) {
   Table times({"T", "variables", "contestant", "status", "objective", "cert", "iter", "fact K",
                "fact K_yy", "time", "time/iter", "overhead", "time / filter"});
   Table stages(
@@ -124,15 +125,17 @@ void run(const Settings& settings, int largest) {
   for (const int horizon : horizons) {
     if (horizon > largest) break;
     std::vector<Run> runs;
-    runs.push_back({"filter", simultaneous(horizon), method(ipminmax::Globalization::Filter)});
+    runs.push_back(
+        {"filter", simultaneous(horizon), method(ipminmax::Globalization::Filter, threads)});
     if (horizon <= 3000) {
-      runs.push_back({"none", simultaneous(horizon), method(ipminmax::Globalization::None)});
+      runs.push_back(
+          {"none", simultaneous(horizon), method(ipminmax::Globalization::None, threads)});
     }
     if (horizon <= 100) {
-      runs.push_back(
-          {"sequential, filter", sequential(horizon), method(ipminmax::Globalization::Filter)});
-      runs.push_back(
-          {"sequential, none", sequential(horizon), method(ipminmax::Globalization::None)});
+      runs.push_back({"sequential, filter", sequential(horizon),
+                      method(ipminmax::Globalization::Filter, threads)});
+      runs.push_back({"sequential, none", sequential(horizon),
+                      method(ipminmax::Globalization::None, threads)});
     }
     solve_alternately(runs, settings.seconds / static_cast<double>(horizons.size()));
 
@@ -182,12 +185,13 @@ void run(const Settings& settings, int largest) {
 
 int main(int argc, char** argv) {
   bench::Settings settings;
-  int largest = 10000;
+  int largest = 10000, threads = 1;
   CommandLine command_line(
       "horizon: time of one solve of the homicidal chauffeur as the horizon grows");
   command_line.add("--largest", largest, "horizon (10000)");
+  command_line.add("--threads", threads, "minmax_threads (1)");
   return bench::run_program(argc, argv, command_line, settings, [&] {
     bench::print_environment();
-    bench::run(settings, largest);
+    bench::run(settings, largest, threads);
   });
 }

@@ -456,6 +456,12 @@ Rows linear_solver_options() {
        choice(&O::minmax_mpi_halves, {"auto", "yes", "no"},
               {"for matrices too small to gain from all ranks", "always, on two ranks or more",
                "never: one after the other on all ranks"})},
+      {"minmax_threads", category,
+       "Threads for one factorization by LDL', at most: where it takes longer than about half a "
+       "millisecond, by its counted operations, and the elimination tree divides well, subtrees "
+       "are eliminated side by side. Results have the bits of one thread. 1 starts no threads; "
+       "others wait in the solver between factorizations.",
+       at_least(&O::minmax_threads, 1)},
       {"minmax_ldlt_gamma", category,
        "Signed regularization of linear_solver ldlt (the paper's Gamma); up to 1000 times that "
        "where the Jacobian's entries are larger than 1, as their square.",

@@ -178,6 +178,7 @@ struct SolverOptions {
   Ordering minmax_ordering = Ordering::Best;
   SchurComplementUse minmax_schur_complement = SchurComplementUse::Auto;
   MpiHalves minmax_mpi_halves = MpiHalves::Auto;
+  int minmax_threads = 1;
   double minmax_ldlt_gamma = 1e-11;
   double mumps_pivtol = 1e-6;
   double mumps_pivtolmax = 0.1;

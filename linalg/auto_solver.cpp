@@ -164,8 +164,8 @@ Factorization AutoSolver::factorize_pivoting(const SymmetricMatrix& matrix) {
 bool AutoSolver::has_pairs(const SymmetricMatrix& matrix) {
   if (pairs_made_ || pairs_cost_too_much_) return pairs_made_;
   if (!paired_) {
-    paired_ =
-        std::make_unique<PairedLdltSolver>(options_.ordering, kGammaOfPairs * options_.ldlt_gamma);
+    paired_ = std::make_unique<PairedLdltSolver>(
+        options_.ordering, kGammaOfPairs * options_.ldlt_gamma, options_.threads);
   }
   const Analysis analysis = paired_->analyze(matrix, {});
   const bool fill_is_moderate = static_cast<double>(analysis.factor_entries) <=

@@ -1,9 +1,9 @@
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <new>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -13,32 +13,9 @@ namespace ipminmax {
 
 namespace {
 
-using UpperMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
-using NaturalLdlt = Eigen::SimplicialLDLT<UpperMatrix, Eigen::Upper, Eigen::NaturalOrdering<Index>>;
-
-/// Eigen's factorization without the copies that its factorize() and vectorD() make.
-class InPlaceLdlt : public NaturalLdlt {
- public:
-  void factorize_upper(const UpperMatrix& upper) { this->factorize_preordered<true>(upper); }
-  [[nodiscard]] const Eigen::VectorXd& pivots() const { return m_diag; }
-  /// visit(row, value) for the entries of column j of L, without its unit diagonal.
-  template <class Visit>
-  void for_each_of_column(std::size_t j, Visit&& visit) const {
-    const Index* starts = m_matrix.outerIndexPtr();
-    const Index* rows = m_matrix.innerIndexPtr();
-    const double* values = m_matrix.valuePtr();
-    for (Index p = starts[j]; p < starts[j + 1]; ++p) {
-      visit(static_cast<std::size_t>(rows[p]), values[p]);
-    }
-  }
-  /// Of the elimination tree; -1: a root.
-  [[nodiscard]] Index parent(Index j) const { return m_parent[j]; }
-  [[nodiscard]] Index entries_of_column(Index j) const {
-    return m_matrix.outerIndexPtr()[j + 1] - m_matrix.outerIndexPtr()[j];
-  }
-};
-
 std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
+
+constexpr EliminationCost kCost{.row = 4.0, .entry = 2.0, .update = 0.7};
 
 /// Diagonal of Gamma over gamma: not quite +-1, because equal weights of opposite sign cancel. The
 /// pivots of W + Gamma for f = s |x - y|^2, W = 2 s [1 -1; -1 1], would be 2 s and gamma^2 / 2 s.
@@ -49,17 +26,6 @@ double gamma_weight(std::size_t row, std::int8_t sign) {
 }
 
 }  // namespace
-
-struct LdltSolver::Factor {
-  UpperMatrix upper;  // P (A + Gamma) P', upper triangle
-  InPlaceLdlt ldlt;
-  Eigen::VectorXd permuted;  // one right-hand side in elimination order
-};
-
-LdltSolver::LdltSolver(const SymmetricSolverOptions& options)
-    : options_(options), factor_(std::make_unique<Factor>()) {}
-
-LdltSolver::~LdltSolver() = default;
 
 Analysis LdltSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) {
   try {
@@ -85,12 +51,21 @@ Analysis LdltSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
     size_ = ordering.size;
     new_index_ = ordering.new_index;
     build_pattern(matrix, signs);
-    factor_->ldlt.analyzePattern(factor_->upper);
-    factor_->permuted.resize(matrix.dimension());
+    const LowerRows lower{lower_starts_, lower_columns_};
+    tree_ = elimination_tree(lower);
+    pattern_ = {};  // before the new one
+    pattern_ = factor_pattern(lower, tree_);
+    values_.resize(as_size(tree_.entries()));
+    columns_.resize(new_index_.size());
+    row_.assign(new_index_.size(), 0.0);
+    parts_ = parts_for_threads(tree_, pattern_, kCost, options_.threads);
+    broken_.resize(parts_.starts.size());
+    permuted_.resize(new_index_.size());
   } catch (const std::bad_alloc&) {
     return analysis;
   }
   analysis.ok = true;
+  analysis.threads = std::max(parts_.count(), 1);
   return analysis;
 }
 
@@ -113,66 +88,44 @@ void LdltSolver::build_pattern(const SymmetricMatrix& matrix, std::span<const st
   const Index n = matrix.dimension();
   const auto starts = matrix.column_starts();
   const auto rows = matrix.rows();
-  UpperMatrix& upper = factor_->upper;
-  upper.resize(n, n);
-  upper.resizeNonZeros(matrix.nonzeros());
-  Index* upper_starts = upper.outerIndexPtr();
-  Index* upper_rows = upper.innerIndexPtr();
-
-  const auto for_each_entry = [&](auto&& visit) {  // visit(position, row, column), row <= column
+  const auto for_each_entry = [&](auto&& visit) {  // visit(place, row, column), row > column
     for (Index j = 0; j < n; ++j) {
-      for (Index p = starts[as_size(j)]; p < starts[as_size(j) + 1]; ++p) {
-        const auto [row, column] =
+      for (Index p = starts[as_size(j)] + 1; p < starts[as_size(j) + 1]; ++p) {
+        const auto [column, row] =
             std::minmax(new_index_[as_size(rows[as_size(p)])], new_index_[as_size(j)]);
         visit(p, row, column);
       }
     }
   };
-  std::fill(upper_starts, upper_starts + n + 1, 0);
-  for_each_entry([&](Index, Index, Index column) { ++upper_starts[column + 1]; });
-  for (Index k = 0; k < n; ++k) upper_starts[k + 1] += upper_starts[k];
-  std::vector<Index> next(upper_starts, upper_starts + n);
-  upper_index_.resize(as_size(matrix.nonzeros()));
+  lower_starts_.assign(as_size(n) + 1, 0);
+  for_each_entry([&](Index, Index row, Index) { ++lower_starts_[as_size(row) + 1]; });
+  std::partial_sum(lower_starts_.begin(), lower_starts_.end(), lower_starts_.begin());
+  std::vector<Index> next(lower_starts_.begin(), lower_starts_.end() - 1);
+  lower_columns_.resize(as_size(lower_starts_.back()));
+  lower_places_.resize(lower_columns_.size());
+  couplings_.clear();
   for_each_entry([&](Index p, Index row, Index column) {
-    const Index position = next[as_size(column)]++;
-    upper_rows[position] = row;
-    upper_index_[as_size(p)] = position;
+    const std::size_t place = as_size(next[as_size(row)]++);
+    lower_columns_[place] = column;
+    lower_places_[place] = p;
   });
-
+  diagonal_places_.resize(as_size(n));
   gamma_weights_.resize(as_size(n));
-  for (std::size_t i = 0; i < gamma_weights_.size(); ++i) {
-    gamma_weights_[i] = gamma_weight(i, signs[i]);
-  }
-  couples_.resize(as_size(matrix.nonzeros()));
-  for (Index j = 0; j < n; ++j) {
-    for (Index p = starts[as_size(j)]; p < starts[as_size(j) + 1]; ++p) {
-      couples_[as_size(p)] = signs[as_size(rows[as_size(p)])] != signs[as_size(j)];
+  for (Index i = 0; i < n; ++i) {
+    const std::size_t k = as_size(new_index_[as_size(i)]);
+    diagonal_places_[k] = matrix.diagonal_position(i);
+    gamma_weights_[k] = gamma_weight(as_size(i), signs[as_size(i)]);
+    for (Index p = starts[as_size(i)] + 1; p < starts[as_size(i) + 1]; ++p) {
+      if (signs[as_size(rows[as_size(p)])] != signs[as_size(i)]) couplings_.push_back(p);
     }
   }
-}
-
-/// upper = P (A + Gamma) P'. False when a value is not finite.
-bool LdltSolver::load_values(const SymmetricMatrix& matrix, double gamma) {
-  const auto values = matrix.values();
-  double* upper = factor_->upper.valuePtr();
-  double zero_if_finite = 0.0;
-  for (std::size_t p = 0; p < values.size(); ++p) {
-    zero_if_finite += 0.0 * values[p];
-    upper[upper_index_[p]] = values[p];
-  }
-  for (Index i = 0; i < matrix.dimension(); ++i) {
-    upper[upper_index_[as_size(matrix.diagonal_position(i))]] += gamma * gamma_weights_[as_size(i)];
-  }
-  return zero_if_finite == 0.0;
 }
 
 double LdltSolver::suitable_gamma(const SymmetricMatrix& matrix) const {
   constexpr double kLargest = 1e3;  // over the option
   const auto values = matrix.values();
   double coupling = 1.0;
-  for (std::size_t p = 0; p < values.size(); ++p) {
-    if (couples_[p]) coupling = std::max(coupling, std::abs(values[p]));
-  }
+  for (const Index p : couplings_) coupling = std::max(coupling, std::abs(values[as_size(p)]));
   return options_.ldlt_gamma * std::min(coupling * coupling, kLargest);
 }
 
@@ -183,20 +136,15 @@ Factorization LdltSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
 Factorization LdltSolver::factorize_with(const SymmetricMatrix& matrix, double gamma) {
   factorized_ = false;
   Factorization result{.trust = {.pivoted = false, .perturbation = gamma}};
-  if (!load_values(matrix, gamma)) return result;
-  if (matrix.dimension() == 0) {
-    factorized_ = true;
-    result.status = FactorizationStatus::Ok;
-    return result;
-  }
-  factor_->ldlt.factorize_upper(factor_->upper);
-  if (factor_->ldlt.info() != Eigen::Success) return result;
-
+  const auto values = matrix.values();
+  workers_.run(parts_.count(), [&](int p) {
+    broken_[static_cast<std::size_t>(p)] = eliminate(parts_.part(p), values, gamma) ? 0 : 1;
+  });
+  if (std::ranges::count(broken_, 1) > 0 || !eliminate(parts_.rest(), values, gamma)) return result;
   double smallest = std::numeric_limits<double>::infinity();
-  for (const double pivot : factor_->ldlt.pivots()) {
-    if (!std::isfinite(pivot)) return result;
-    ++(pivot > 0.0 ? result.inertia.positive : result.inertia.negative);
-    smallest = std::min(smallest, std::abs(pivot));
+  for (const Column& column : columns_) {
+    ++(column.pivot > 0.0 ? result.inertia.positive : result.inertia.negative);
+    smallest = std::min(smallest, std::abs(column.pivot));
   }
   result.smallest_pivot = smallest;
   result.status = FactorizationStatus::Ok;
@@ -204,25 +152,69 @@ Factorization LdltSolver::factorize_with(const SymmetricMatrix& matrix, double g
   return result;
 }
 
+/// Rows of L one after the other, each from the columns that its entries are in (Davis 2005). False:
+/// a pivot is zero or not finite.
+bool LdltSolver::eliminate(std::span<const Index> rows_of_part, std::span<const double> values,
+                           double gamma) {
+  double* const y = row_.data();
+  double* const l = values_.data();
+  const Index* const rows = pattern_.rows.data();
+  for (const Index row : rows_of_part) {
+    const std::size_t k = as_size(row);
+    const std::size_t lower_end = as_size(lower_starts_[k + 1]);
+    for (std::size_t p = as_size(lower_starts_[k]); p < lower_end; ++p) {
+      y[lower_columns_[p]] += values[as_size(lower_places_[p])];
+    }
+    double pivot = values[as_size(diagonal_places_[k])] + gamma * gamma_weights_[k];
+    const std::size_t row_end = as_size(pattern_.row_starts[k + 1]);
+    for (std::size_t r = as_size(pattern_.row_starts[k]); r < row_end; ++r) {
+      const Index i = pattern_.columns[r];
+      Column& column = columns_[as_size(i)];
+      const double y_i = y[i];
+      y[i] = 0.0;
+      for (Index p = column.begin; p < column.end; ++p) y[rows[p]] -= l[p] * y_i;
+      const double l_ki = y_i / column.pivot;
+      pivot -= l_ki * y_i;
+      l[column.end++] = l_ki;
+    }
+    columns_[k] = {tree_.column_starts[k], tree_.column_starts[k], pivot};
+    if (pivot == 0.0 || !std::isfinite(pivot)) return false;
+  }
+  return true;
+}
+
 void LdltSolver::solve_in_place(std::span<double> rhs, Index columns) {
   if (!factorized_) {
     std::fill(rhs.begin(), rhs.end(), std::numeric_limits<double>::quiet_NaN());
     return;
   }
-  Eigen::VectorXd& x = factor_->permuted;
   const std::size_t n = new_index_.size();
   std::size_t c = 0;
   for (; c + kTogether <= as_size(columns); c += kTogether) {
     solve_together(rhs.subspan(c * n, kTogether * n));
   }
   for (; c < as_size(columns) && n > 0; ++c) {
-    double* column = rhs.data() + c * n;
-    for (std::size_t i = 0; i < n; ++i) x[new_index_[i]] = column[i];
-    factor_->ldlt.matrixL().solveInPlace(x);
-    x.array() /= factor_->ldlt.pivots().array();
-    factor_->ldlt.matrixU().solveInPlace(x);
-    for (std::size_t i = 0; i < n; ++i) column[i] = x[new_index_[i]];
+    solve_one(rhs.subspan(c * n, n));
   }
+}
+
+void LdltSolver::solve_one(std::span<double> rhs) {
+  double* const x = permuted_.data();
+  const double* const l = values_.data();
+  const Index* const rows = pattern_.rows.data();
+  const std::size_t n = rhs.size();
+  for (std::size_t i = 0; i < n; ++i) x[new_index_[i]] = rhs[i];
+  for (std::size_t j = 0; j < n; ++j) {
+    const double x_j = x[j];
+    if (x_j == 0.0) continue;
+    for (Index p = columns_[j].begin; p < columns_[j].end; ++p) x[rows[p]] -= l[p] * x_j;
+  }
+  for (std::size_t j = n; j-- > 0;) {
+    double x_j = x[j] / columns_[j].pivot;
+    for (Index p = columns_[j].begin; p < columns_[j].end; ++p) x_j -= l[p] * x[rows[p]];
+    x[j] = x_j;
+  }
+  for (std::size_t i = 0; i < n; ++i) rhs[i] = x[new_index_[i]];
 }
 
 /// kTogether right-hand sides: L is read once for all of them.
@@ -234,18 +226,16 @@ void LdltSolver::solve_together(std::span<double> rhs) {
   for (std::size_t c = 0; c < kTogether; ++c) {
     for (std::size_t i = 0; i < n; ++i) x[as_size(new_index_[i])][c] = rhs[c * n + i];
   }
-  const InPlaceLdlt& ldlt = factor_->ldlt;
-  const Eigen::VectorXd& pivots = ldlt.pivots();
   for (std::size_t j = 0; j < n; ++j) {
     const Row x_j = x[j];
-    ldlt.for_each_of_column(j, [&](std::size_t i, double value) {
+    for_each_of_column(j, [&](std::size_t i, double value) {
       for (std::size_t c = 0; c < kTogether; ++c) x[i][c] -= value * x_j[c];
     });
   }
   for (std::size_t j = n; j-- > 0;) {
     Row x_j = x[j];
-    for (double& value : x_j) value /= pivots[static_cast<Index>(j)];
-    ldlt.for_each_of_column(j, [&](std::size_t i, double value) {
+    for (double& value : x_j) value /= columns_[j].pivot;
+    for_each_of_column(j, [&](std::size_t i, double value) {
       for (std::size_t c = 0; c < kTogether; ++c) x_j[c] -= value * x[i][c];
     });
     x[j] = x_j;
@@ -287,21 +277,19 @@ void LdltSolver::inverse_product(const SparseColumns& b, std::span<double> produ
       forward_[as_size(row) * columns + k] += b.values[as_size(p)];
     }
   }
-  const InPlaceLdlt& ldlt = factor_->ldlt;
-  const Eigen::VectorXd& pivots = ldlt.pivots();
   for (std::size_t j = 0; j < n; ++j) {
     const ColumnRange range = ranges_[j];
     if (range.begin == range.end) continue;
     ranges_[j] = {};
     const std::size_t width = as_size(range.end - range.begin);
     double* z_j = &forward_[j * columns + as_size(range.begin)];
-    const double inverse = 1.0 / pivots[static_cast<Index>(j)];
+    const double inverse = 1.0 / columns_[j].pivot;
     for (std::size_t a = 0; a < width; ++a) {
       const double factor = z_j[a] * inverse;
       double* target = &product[(as_size(range.begin) + a) * columns + as_size(range.begin)];
       for (std::size_t i = a; i < width; ++i) target[i] += factor * z_j[i];
     }
-    ldlt.for_each_of_column(j, [&](std::size_t i, double value) {
+    for_each_of_column(j, [&](std::size_t i, double value) {
       ranges_[i].include(range);
       double* z_i = &forward_[i * columns + as_size(range.begin)];
       for (std::size_t a = 0; a < width; ++a) z_i[a] -= value * z_j[a];
@@ -316,8 +304,9 @@ double LdltSolver::predict_inverse_product_flops(const SparseColumns& b) const {
   double flops = 0.0;
   for (std::size_t j = 0; j < ranges.size(); ++j) {
     const double width = ranges[j].end - ranges[j].begin;
-    flops += width * (width + 2.0 * factor_->ldlt.entries_of_column(static_cast<Index>(j)));
-    const Index parent = factor_->ldlt.parent(static_cast<Index>(j));
+    const double entries = tree_.column_starts[j + 1] - tree_.column_starts[j];
+    flops += width * (width + 2.0 * entries);
+    const Index parent = tree_.parent[j];
     if (parent >= 0) ranges[as_size(parent)].include(ranges[j]);
   }
   return flops;

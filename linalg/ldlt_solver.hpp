@@ -8,8 +8,10 @@
 #include <string_view>
 #include <vector>
 
+#include "linalg/elimination_tree.hpp"
 #include "linalg/ordering.hpp"
 #include "linalg/symmetric_solver.hpp"
+#include "linalg/workers.hpp"
 
 namespace ipminmax {
 
@@ -22,8 +24,7 @@ namespace ipminmax {
 /// as Singular.
 class LdltSolver final : public SymmetricSolver {
  public:
-  explicit LdltSolver(const SymmetricSolverOptions& options);
-  ~LdltSolver() override;
+  explicit LdltSolver(const SymmetricSolverOptions& options) : options_(options) {}
 
   /// Throws std::invalid_argument unless there is one sign per row.
   [[nodiscard]] Analysis analyze(const SymmetricMatrix& matrix,
@@ -55,27 +56,50 @@ class LdltSolver final : public SymmetricSolver {
 
  private:
   static constexpr std::size_t kTogether = 4;  // right-hand sides of solve_together
-  struct Factor;                               // hides Eigen
-  struct ColumnRange {                         // of B
+  /// Of L: its entries made so far, and the pivot.
+  struct Column {
+    Index begin = 0, end = 0;
+    double pivot = 0.0;
+  };
+  struct ColumnRange {  // of B
     Index begin = 0, end = 0;
     void include(ColumnRange other);
   };
   void build_pattern(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs);
-  bool load_values(const SymmetricMatrix& matrix, double gamma);
+  [[nodiscard]] bool eliminate(std::span<const Index> rows, std::span<const double> values,
+                               double gamma);
+  void solve_one(std::span<double> rhs);
   void solve_together(std::span<double> rhs);
+  /// visit(row, value) for the entries of column j of L, without its unit diagonal.
+  template <class Visit>
+  void for_each_of_column(std::size_t j, Visit&& visit) const {
+    for (Index p = columns_[j].begin; p < columns_[j].end; ++p) {
+      const auto entry = static_cast<std::size_t>(p);
+      visit(static_cast<std::size_t>(pattern_.rows[entry]), values_[entry]);
+    }
+  }
   void find_ranges(const SparseColumns& b, std::vector<ColumnRange>& ranges) const;
 
   SymmetricSolverOptions options_;
   Ordering ordering_ = Ordering::Amd;
-  FactorSize size_;                 // predicted
-  std::vector<Index> new_index_;    // place of row i in the elimination order
-  std::vector<Index> upper_index_;  // position in the permuted upper triangle of each matrix entry
-  std::vector<double> gamma_weights_;  // diagonal of Gamma over gamma
-  std::vector<bool> couples_;          // entries of the matrix that link rows of opposite signs
+  FactorSize size_;               // predicted
+  std::vector<Index> new_index_;  // place of row i in the elimination order
+  // P A P' by rows: entries left of the diagonal, their places in A, and those of the diagonals.
+  std::vector<Index> lower_starts_, lower_columns_, lower_places_, diagonal_places_;
+  std::vector<double> gamma_weights_;  // diagonal of Gamma over gamma, in elimination order
+  std::vector<Index> couplings_;       // places in A that link rows of opposite signs
   std::vector<std::array<double, kTogether>> together_;
   std::vector<ColumnRange> ranges_;  // of inverse_product: columns that reach a row; else empty
   std::vector<double> forward_;      // L^-1 P B by rows; else zero
-  std::unique_ptr<Factor> factor_;
+  EliminationTree tree_;
+  FactorPattern pattern_;  // of L
+  TreeParts parts_;
+  std::vector<Column> columns_;
+  std::vector<double> values_;    // of L, as pattern_.rows
+  std::vector<double> row_;       // of L D under elimination; else zero
+  std::vector<double> permuted_;  // one right-hand side in elimination order
+  std::vector<char> broken_;      // by part: a pivot is zero or not finite
+  Workers workers_;
   bool factorized_ = false;
 };
 

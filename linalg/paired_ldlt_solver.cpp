@@ -190,6 +190,8 @@ void postpone(std::span<const Triplet> edges, const std::vector<bool>& waits,
   for (std::size_t k = 0; k < order.size(); ++k) position[at(order[k])] = static_cast<Index>(k);
 }
 
+constexpr EliminationCost kCost{.row = 30.0, .entry = 6.0, .update = 2.0};
+
 /// a b - c d without cancellation of rounding errors (Kahan).
 double difference_of_products(double a, double b, double c, double d) {
   const double product = c * d;
@@ -198,8 +200,10 @@ double difference_of_products(double a, double b, double c, double d) {
 
 }  // namespace
 
-PairedLdltSolver::PairedLdltSolver(Ordering ordering, double gamma)
-    : ordering_(ordering == Ordering::Pord ? Ordering::Best : ordering), gamma_(gamma) {}
+PairedLdltSolver::PairedLdltSolver(Ordering ordering, double gamma, int threads)
+    : ordering_(ordering == Ordering::Pord ? Ordering::Best : ordering),
+      gamma_(gamma),
+      threads_(threads) {}
 
 Analysis PairedLdltSolver::analyze(const SymmetricMatrix& matrix,
                                    std::span<const std::int8_t> /*signs*/) {
@@ -214,16 +218,22 @@ Analysis PairedLdltSolver::analyze(const SymmetricMatrix& matrix,
       left_ = std::move(left);
       order(matrix);
       build_pattern(matrix);
-      build_tree();
+      pattern_ = {};
+      tree_ = elimination_tree({row_starts_, row_columns_});
+      ends_.resize(at(nodes_));
+      inverse_.resize(at(nodes_));
+      row_.assign(at(nodes_), Block{});
+      permuted_.resize(2 * at(nodes_));
     }
   } catch (const std::bad_alloc&) {
     partner_.clear();
     return analysis;
   }
   analysis.ok = true;
-  analysis.factor_entries = 4 * static_cast<std::int64_t>(starts_.back());
-  for (std::size_t node = 0; node + 1 < starts_.size(); ++node) {  // two columns each
-    const double below = 2.0 * (starts_[node + 1] - starts_[node]);
+  analysis.factor_entries = 4 * static_cast<std::int64_t>(tree_.entries());
+  const std::vector<Index>& starts = tree_.column_starts;
+  for (std::size_t node = 0; node + 1 < starts.size(); ++node) {  // two columns each
+    const double below = 2.0 * (starts[node + 1] - starts[node]);
     analysis.flops += 2.0 * below * (below + 2.0);
   }
   return analysis;
@@ -300,32 +310,6 @@ void PairedLdltSolver::build_pattern(const SymmetricMatrix& matrix) {
   }
 }
 
-/// The elimination tree, and the lengths of the columns of L.
-void PairedLdltSolver::build_tree() {
-  parent_.assign(at(nodes_), -1);
-  mark_.assign(at(nodes_), -1);
-  reach_.resize(at(nodes_));
-  starts_.assign(at(nodes_) + 1, 0);
-  for (Index k = 0; k < nodes_; ++k) {
-    mark_[at(k)] = k;
-    for (Index p = row_starts_[at(k)]; p < row_starts_[at(k) + 1]; ++p) {
-      for (Index i = row_columns_[at(p)]; mark_[at(i)] != k; i = parent_[at(i)]) {
-        if (parent_[at(i)] < 0) parent_[at(i)] = k;
-        ++starts_[at(i) + 1];
-        mark_[at(i)] = k;
-      }
-    }
-  }
-  std::int64_t entries = 0;
-  for (const Index count : starts_) entries += count;
-  if (entries > std::numeric_limits<Index>::max()) throw std::bad_alloc();
-  std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
-  ends_.resize(at(nodes_));
-  inverse_.resize(at(nodes_));
-  row_.assign(at(nodes_), Block{});
-  permuted_.resize(2 * at(nodes_));
-}
-
 void PairedLdltSolver::load_values(const SymmetricMatrix& matrix) {
   std::ranges::fill(row_blocks_, Block{});
   for (std::size_t k = 0; k < diagonal_.size(); ++k) {
@@ -337,34 +321,19 @@ void PairedLdltSolver::load_values(const SymmetricMatrix& matrix) {
   }
 }
 
-/// The row's entries left of the diagonal go to row_; the nodes of its pattern in L, descendants
-/// first, to reach_ from the place returned on.
-std::size_t PairedLdltSolver::reach_of(Index node) {
-  std::size_t first = reach_.size();
-  mark_[at(node)] = node;
-  for (Index p = row_starts_[at(node)]; p < row_starts_[at(node) + 1]; ++p) {
-    Index i = row_columns_[at(p)];
-    row_[at(i)] = row_blocks_[at(p)];
-    std::size_t length = 0;  // a path towards the root, kept in front
-    for (; mark_[at(i)] != node; i = parent_[at(i)]) {
-      reach_[length++] = i;
-      mark_[at(i)] = node;
-    }
-    while (length > 0) reach_[--first] = reach_[--length];
-  }
-  return first;
-}
-
 /// One row of L; returns the pivot, [0], [2] = [1] and [3] of it.
-PairedLdltSolver::Block PairedLdltSolver::eliminate_row(Index node, std::size_t first) {
+PairedLdltSolver::Block PairedLdltSolver::eliminate_row(Index node) {
+  for (Index p = row_starts_[at(node)]; p < row_starts_[at(node) + 1]; ++p) {
+    row_[at(row_columns_[at(p)])] = row_blocks_[at(p)];
+  }
   Block pivot = diagonal_[at(node)];
-  for (std::size_t r = first; r < reach_.size(); ++r) {
-    const std::size_t i = at(reach_[r]);
+  for (Index r = pattern_.row_starts[at(node)]; r < pattern_.row_starts[at(node) + 1]; ++r) {
+    const std::size_t i = at(pattern_.columns[at(r)]);
     const Block y = row_[i];
     row_[i] = {};
-    for (Index p = starts_[i]; p < ends_[i]; ++p) {
+    for (Index p = tree_.column_starts[i]; p < ends_[i]; ++p) {
       const Block& l = blocks_[at(p)];
-      Block& target = row_[at(rows_[at(p)])];
+      Block& target = row_[at(pattern_.rows[at(p)])];
       target[0] -= y[0] * l[0] + y[1] * l[1];
       target[1] -= y[0] * l[2] + y[1] * l[3];
       target[2] -= y[2] * l[0] + y[3] * l[1];
@@ -376,51 +345,62 @@ PairedLdltSolver::Block PairedLdltSolver::eliminate_row(Index node, std::size_t 
     pivot[0] -= l[0] * y[0] + l[1] * y[1];
     pivot[2] -= l[2] * y[0] + l[3] * y[1];
     pivot[3] -= l[2] * y[2] + l[3] * y[3];
-    const std::size_t end = at(ends_[i]++);
-    rows_[end] = node;
-    blocks_[end] = l;
+    blocks_[at(ends_[i]++)] = l;
   }
   return pivot;
 }
 
-/// False: it is singular or not finite.
-bool PairedLdltSolver::take_pivot(Index node, const Block& pivot, Factorization& result) {
+void PairedLdltSolver::take_pivot(Index node, const Block& pivot, Pivots& pivots) {
   const double a = pivot[0], b = pivot[2], c = pivot[3];
   const double determinant = difference_of_products(a, c, b, b);
-  if (!std::isfinite(determinant) || determinant == 0.0) return false;
+  if (!std::isfinite(determinant) || determinant == 0.0) {
+    pivots.ok = false;
+    return;
+  }
   inverse_[at(node)] = {c / determinant, -b / determinant, -b / determinant, a / determinant};
+  Inertia& inertia = pivots.inertia;
+  if (single_[at(node)]) {
+    ++(a > 0.0 ? inertia.positive : inertia.negative);
+    pivots.smallest = std::min(pivots.smallest, std::abs(a));
+    return;
+  }
   const double half = 0.5 * (a + c);
   const double size = std::abs(half) + std::hypot(0.5 * (a - c), b);  // the larger |eigenvalue|
-  if (single_[at(node)]) {
-    ++(a > 0.0 ? result.inertia.positive : result.inertia.negative);
-    result.smallest_pivot = std::min(result.smallest_pivot, std::abs(a));
-    return true;
-  }
   if (determinant < 0.0) {
-    ++result.inertia.positive;
-    ++result.inertia.negative;
+    ++inertia.positive;
+    ++inertia.negative;
   } else {
-    (half > 0.0 ? result.inertia.positive : result.inertia.negative) += 2;
+    (half > 0.0 ? inertia.positive : inertia.negative) += 2;
   }
-  result.smallest_pivot = std::min(result.smallest_pivot, std::abs(determinant) / size);
-  return true;
+  pivots.smallest = std::min(pivots.smallest, std::abs(determinant) / size);
 }
 
 /// Room for the columns of L, made by the first factorization: what an analysis predicts may be too
 /// much to be tried.
 bool PairedLdltSolver::make_room() {
-  const std::size_t entries = at(starts_.back());
-  if (blocks_.size() == entries) return true;
+  if (!pattern_.row_starts.empty()) return true;
   try {
-    rows_.clear();
     blocks_ = {};  // before the new ones
-    rows_.resize(entries);
-    blocks_.resize(entries);
+    FactorPattern pattern = factor_pattern({row_starts_, row_columns_}, tree_);
+    parts_ = parts_for_threads(tree_, pattern, kCost, threads_);
+    pivots_.resize(parts_.starts.size());
+    blocks_.resize(at(tree_.entries()));
+    pattern_ = std::move(pattern);
   } catch (const std::bad_alloc&) {
-    blocks_ = {};
     return false;
   }
   return true;
+}
+
+/// Until a pivot is no good.
+PairedLdltSolver::Pivots PairedLdltSolver::eliminate(std::span<const Index> nodes) {
+  Pivots pivots;
+  for (const Index k : nodes) {
+    ends_[at(k)] = tree_.column_starts[at(k)];
+    take_pivot(k, eliminate_row(k), pivots);
+    if (!pivots.ok) break;
+  }
+  return pivots;
 }
 
 Factorization PairedLdltSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
@@ -429,13 +409,19 @@ Factorization PairedLdltSolver::factorize(const SymmetricMatrix& matrix, Certain
   Factorization result{.smallest_pivot = std::numeric_limits<double>::infinity(),
                        .trust = {.pivoted = false, .perturbation = gamma_}};
   load_values(matrix);
-  std::copy(starts_.begin(), starts_.end() - 1, ends_.begin());
-  std::ranges::fill(mark_, -1);
-  std::ranges::fill(row_, Block{});
-  for (Index k = 0; k < nodes_; ++k) {
-    if (!take_pivot(k, eliminate_row(k, reach_of(k)), result)) {
-      return {.trust = {.pivoted = false, .perturbation = gamma_}};
-    }
+  const auto add = [&](const Pivots& pivots) {
+    result.inertia.positive += pivots.inertia.positive;
+    result.inertia.negative += pivots.inertia.negative;
+    result.smallest_pivot = std::min(result.smallest_pivot, pivots.smallest);
+    return pivots.ok;
+  };
+  workers_.run(parts_.count(), [&](int part) {
+    pivots_[static_cast<std::size_t>(part)] = eliminate(parts_.part(part));
+  });
+  bool ok = true;
+  for (int p = 0; p < parts_.count(); ++p) ok = add(pivots_[static_cast<std::size_t>(p)]) && ok;
+  if (!ok || !add(eliminate(parts_.rest()))) {
+    return {.trust = {.pivoted = false, .perturbation = gamma_}};
   }
   result.status = FactorizationStatus::Ok;
   factorized_ = true;
@@ -457,9 +443,9 @@ void PairedLdltSolver::solve_one(std::span<double> rhs) {
   for (std::size_t i = 0; i < rhs.size(); ++i) x[at(place_[i])] = rhs[i];
   for (std::size_t j = 0; j < at(nodes_); ++j) {
     const double x0 = x[2 * j], x1 = x[2 * j + 1];
-    for (Index p = starts_[j]; p < ends_[j]; ++p) {
+    for (Index p = tree_.column_starts[j]; p < ends_[j]; ++p) {
       const Block& l = blocks_[at(p)];
-      const std::size_t i = 2 * at(rows_[at(p)]);
+      const std::size_t i = 2 * at(pattern_.rows[at(p)]);
       x[i] -= l[0] * x0 + l[1] * x1;
       x[i + 1] -= l[2] * x0 + l[3] * x1;
     }
@@ -468,9 +454,9 @@ void PairedLdltSolver::solve_one(std::span<double> rhs) {
     const Block& d = inverse_[j];
     double x0 = d[0] * x[2 * j] + d[1] * x[2 * j + 1];
     double x1 = d[2] * x[2 * j] + d[3] * x[2 * j + 1];
-    for (Index p = starts_[j]; p < ends_[j]; ++p) {
+    for (Index p = tree_.column_starts[j]; p < ends_[j]; ++p) {
       const Block& l = blocks_[at(p)];
-      const std::size_t i = 2 * at(rows_[at(p)]);
+      const std::size_t i = 2 * at(pattern_.rows[at(p)]);
       x0 -= l[0] * x[i] + l[2] * x[i + 1];
       x1 -= l[1] * x[i] + l[3] * x[i + 1];
     }

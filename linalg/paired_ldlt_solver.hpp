@@ -1,12 +1,15 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <span>
 #include <string_view>
 #include <vector>
 
+#include "linalg/elimination_tree.hpp"
 #include "linalg/ordering.hpp"
 #include "linalg/symmetric_solver.hpp"
+#include "linalg/workers.hpp"
 
 namespace ipminmax {
 
@@ -18,7 +21,8 @@ namespace ipminmax {
 /// A + gamma I up to rounding, which is for the caller to test.
 class PairedLdltSolver final : public SymmetricSolver {
  public:
-  PairedLdltSolver(Ordering ordering, double gamma);
+  /// threads: for one large factorization, at most.
+  PairedLdltSolver(Ordering ordering, double gamma, int threads = 1);
   PairedLdltSolver(const PairedLdltSolver&) = delete;
   PairedLdltSolver& operator=(const PairedLdltSolver&) = delete;
 
@@ -44,16 +48,22 @@ class PairedLdltSolver final : public SymmetricSolver {
   using Block = std::array<double, 4>;
   void order(const SymmetricMatrix& matrix);
   void build_pattern(const SymmetricMatrix& matrix);
-  void build_tree();
   [[nodiscard]] bool make_room();
   void load_values(const SymmetricMatrix& matrix);
-  [[nodiscard]] std::size_t reach_of(Index node);
-  [[nodiscard]] Block eliminate_row(Index node, std::size_t first);
-  [[nodiscard]] bool take_pivot(Index node, const Block& pivot, Factorization& result);
+  /// Of some nodes.
+  struct Pivots {
+    Inertia inertia;
+    double smallest = std::numeric_limits<double>::infinity();
+    bool ok = true;  ///< none is singular or not finite
+  };
+  [[nodiscard]] Pivots eliminate(std::span<const Index> nodes);
+  [[nodiscard]] Block eliminate_row(Index node);
+  void take_pivot(Index node, const Block& pivot, Pivots& pivots);
   void solve_one(std::span<double> rhs);
 
   Ordering ordering_;
   double gamma_;
+  int threads_;
   std::vector<Index> partner_;  ///< of each row of the matrix; itself: none
   std::vector<bool> left_;      ///< rows with a small diagonal and no partner
   Index nodes_ = 0;
@@ -65,11 +75,14 @@ class PairedLdltSolver final : public SymmetricSolver {
   std::vector<Block> row_blocks_, diagonal_;
   std::vector<double*> entry_;  ///< where each entry of the matrix goes
   // L by columns of nodes, and the inverse of D.
-  std::vector<Index> parent_, starts_{0}, ends_, rows_;
+  EliminationTree tree_;
+  FactorPattern pattern_;    // made by the first factorization
+  std::vector<Index> ends_;  // of the columns' entries made so far
   std::vector<Block> blocks_, inverse_;
-  // Workspace: one row of L D, the nodes that are in it, and marks of these.
-  std::vector<Block> row_;
-  std::vector<Index> reach_, mark_;
+  std::vector<Block> row_;  // one row of L D under elimination; else zero
+  TreeParts parts_;
+  std::vector<Pivots> pivots_;  // by part
+  Workers workers_;
   std::vector<double> permuted_;
   bool factorized_ = false;
 };

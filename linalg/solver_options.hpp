@@ -29,6 +29,9 @@ struct SymmetricSolverOptions {
       1000;                  ///< extra workspace, percent of the estimate (MUMPS ICNTL(14))
   double max_memory = 1e26;  ///< bytes of the process beyond which MUMPS is not started
   MpiHalves mpi_halves = MpiHalves::Auto;
+  /// For one large factorization by LDL', at most; the results are those of one. Others than the
+  /// caller's wait in the solver until its end.
+  int threads = 1;
   friend bool operator==(const SymmetricSolverOptions&, const SymmetricSolverOptions&) = default;
 };
 

@@ -17,6 +17,7 @@ struct Analysis {
   Ordering ordering = Ordering::Amd;
   std::int64_t factor_entries = 0;  ///< predicted entries of the factor
   double flops = 0.0;               ///< predicted floating point operations of one factorization
+  int threads = 1;                  ///< that factorizations and solves are divided among
 };
 
 enum class FactorizationStatus : std::uint8_t {

@@ -31,7 +31,7 @@ struct Finding {
 
 /// What the test of a clear point works with, kept from test to test.
 struct CertificateArrays {
-  UnitsArrays units;
+  UnitsArrays units;  ///< at the point that is given
   BoundClasses classes;
   ActiveSetArrays system;
   NewtonTest newton;

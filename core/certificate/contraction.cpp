@@ -22,6 +22,10 @@ constexpr double kProbe = 1e-8;
 constexpr double kProbeAtZero = 1e-12;
 constexpr double kLeastSize = 100.0;
 constexpr double kMultiplierProbe = 1e-10;
+/// Of the Newton step, that its error may be: W is compared and the bounds are looked at along it.
+constexpr double kErrorOfStep = 1e-4;
+/// The same of the second step, whose length is all that counts.
+constexpr double kErrorOfSecondStep = 1e-3;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -91,7 +95,7 @@ class ActiveSetNewton {
   void measure_turn(NewtonTest& test);
   [[nodiscard]] const Eigen::VectorXd& forces();
   void place_end(Iterate& z);
-  [[nodiscard]] bool solve_in_units(Eigen::VectorXd& v, Eigen::VectorXd& lambda);
+  [[nodiscard]] bool solve_in_units(double share, Eigen::VectorXd& v, Eigen::VectorXd& lambda);
   [[nodiscard]] double length(const Eigen::VectorXd& v) const {
     return longest(canonical_, v, system_.units());
   }
@@ -123,7 +127,7 @@ double ActiveSetNewton::length_in_sizes(const Eigen::VectorXd& v) const {
 }
 
 /// Right-hand side (-row_v, -row_c) and solution wanted in the canonical problem's lengths.
-bool ActiveSetNewton::solve_in_units(Eigen::VectorXd& v, Eigen::VectorXd& lambda) {
+bool ActiveSetNewton::solve_in_units(double share, Eigen::VectorXd& v, Eigen::VectorXd& lambda) {
   const Units& units = system_.units();
   NewtonResidual& rhs = system_.rhs();
   Step& step = system_.step();
@@ -136,7 +140,7 @@ bool ActiveSetNewton::solve_in_units(Eigen::VectorXd& v, Eigen::VectorXd& lambda
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     if (system_.counts(j)) rhs.lambda[j] = units.constraint[j] * -work_.row_c[j];
   }
-  if (!solve_(rhs, step)) return false;
+  if (!solve_(rhs, step, share)) return false;
   v = step.v.cwiseProduct(units.variable);
   lambda = step.lambda.cwiseProduct(units.constraint);
   for (Index i = 0; i < canonical_.variables(); ++i) {
@@ -163,7 +167,7 @@ bool ActiveSetNewton::first_step() {
   add_hessian_product(canonical_, evaluation_, fixed, row_v);
   row_c = evaluation_.c;
   add_constraint_product(canonical_, evaluation_, fixed, row_c);
-  if (!solve_in_units(work_.dv, work_.dlambda)) return false;
+  if (!solve_in_units(kErrorOfStep, work_.dv, work_.dlambda)) return false;
   work_.dv += fixed;
   place_slacks();
   add_hessian_product(canonical_, evaluation_, work_.dv, work_.gradient);
@@ -282,7 +286,7 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
   row_c = there.c - evaluation_.c;
   add_constraint_product(canonical_, evaluation_, work_.back_v, row_c);
   Eigen::VectorXd& second_v = work_.second_v;
-  if (!solve_in_units(second_v, work_.second_lambda)) return false;
+  if (!solve_in_units(kErrorOfSecondStep, second_v, work_.second_lambda)) return false;
   const auto ratio = [&](auto&& norm) {
     const double tried = norm(work_.trial);
     return tried > 0.0 ? norm(second_v) / tried : 0.0;

@@ -51,8 +51,9 @@ struct NewtonArrays {
   Evaluation there;
 };
 
-/// Solves with the matrix K of the system, assembled as kSufficient, at zero shift.
-using KktSolve = std::function<bool(const NewtonResidual& rhs, Step& step)>;
+/// Solves with the matrix K of the system, assembled as kSufficient, at zero shift. share: of the
+/// solution, that its error may be.
+using KktSolve = std::function<bool(const NewtonResidual& rhs, Step& step, double share)>;
 
 /// Where W is compared with what it is here.
 enum class Probe : std::uint8_t {

@@ -21,6 +21,8 @@ constexpr double kShareOfDistance = 0.1;
 constexpr double kShareOfCurvature = 0.1;
 constexpr double kLeastError = 1e-5, kLargestError = 1e-3;
 constexpr int kInverseIterations = 2;
+/// Of their solutions, of which only the size and the direction matter.
+constexpr Accuracy kRough{.ratio = 1e-2, .by_rows = false};
 
 /// Inverse iteration from a generic vector, in the lengths of the matrices; adds its normalized
 /// end to the direction found.
@@ -30,8 +32,9 @@ void add_inverse_iteration(const CanonicalProblem& canonical, KktSystem& kkt,
   LittleCurvature& found = arrays.found;
   Eigen::VectorXd& direction = arrays.direction;
   direction.setZero(n);
+  const Eigen::VectorXd& sines = arrays.generic.sines(n);
   for (Index i = inner ? canonical.y().begin : 0; i < n; ++i) {
-    if (!trial.is_held(i)) direction[i] = std::sin(1.0 + i);
+    if (!trial.is_held(i)) direction[i] = sines[i];
   }
   for (int k = 0; k < kInverseIterations; ++k) {
     const double length = max_norm(direction);
@@ -41,8 +44,8 @@ void add_inverse_iteration(const CanonicalProblem& canonical, KktSystem& kkt,
     set_zero(canonical, rhs);
     set_zero(canonical, step);
     rhs.v = direction / length;
-    const bool solved = inner ? kkt.solve_inner(*trial.assembled, rhs, step)
-                              : kkt.solve(*trial.assembled, rhs, step);
+    const bool solved = inner ? kkt.solve_inner(*trial.assembled, rhs, step, kRough)
+                              : kkt.solve(*trial.assembled, rhs, step, kRough);
     if (!solved || !step.v.allFinite()) break;
     for (Index i = 0; i < n; ++i) {
       if (trial.is_held(i)) step.v[i] = 0.0;
@@ -75,8 +78,9 @@ void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
       add_inverse_iteration(canonical, kkt, trial, true, arrays);
     }
   }
+  const Eigen::VectorXd& cosines = arrays.generic.cosines(canonical.variables());
   for (Index i = 0; i < canonical.variables(); ++i) {
-    if (!trial.is_held(i)) found.direction[i] += std::cos(1.0 + i);
+    if (!trial.is_held(i)) found.direction[i] += cosines[i];
   }
   if (trial.in_units) found.direction.array() *= trial.units.variable.array();
 }

@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 
+#include "core/certificate/generic_vector.hpp"
 #include "core/certificate/units.hpp"
 #include "core/kkt/system.hpp"
 #include "core/model/directional_check.hpp"
@@ -32,6 +33,7 @@ struct CurvatureArrays {
   Step solution;
   Eigen::VectorXd direction, step;
   Eigen::ArrayXd largest;
+  GenericVectors generic;
   DifferenceArrays differences;
 };
 /// In arrays.found.

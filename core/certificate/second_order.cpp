@@ -18,11 +18,13 @@ const NewtonResidual& generic_right_hand_side(ActiveSetSystem& system) {
   const CanonicalProblem& canonical = system.canonical();
   NewtonResidual& rhs = system.rhs();
   set_zero(canonical, rhs);
+  const Eigen::VectorXd& sines = system.generic().sines(canonical.variables());
   for (Index i = 0; i < canonical.variables(); ++i) {
-    if (!system.is_slack(i) && !system.is_fixed(i)) rhs.v[i] = std::sin(1.0 + i);
+    if (!system.is_slack(i) && !system.is_fixed(i)) rhs.v[i] = sines[i];
   }
+  const Eigen::VectorXd& cosines = system.generic().cosines(canonical.constraints());
   for (Index j = 0; j < canonical.constraints(); ++j) {
-    if (system.counts(j)) rhs.lambda[j] = std::cos(1.0 + j);
+    if (system.counts(j)) rhs.lambda[j] = cosines[j];
   }
   return rhs;
 }
@@ -35,8 +37,9 @@ double response(ActiveSetSystem& system, bool inner) {
   Step& step = system.step();
   set_zero(canonical, step);
   KktSystem& kkt = system.kkt();
-  const bool solved = inner ? kkt.solve_inner(system.assembled(), rhs, step)
-                            : kkt.solve(system.assembled(), rhs, step);
+  const Accuracy accuracy = kkt.least_accuracy();
+  const bool solved = inner ? kkt.solve_inner(system.assembled(), rhs, step, accuracy)
+                            : kkt.solve(system.assembled(), rhs, step, accuracy);
   if (!solved) return kInfinity;
   double largest = 0.0;
   for (Index i = inner ? canonical.y().begin : 0; i < canonical.variables(); ++i) {

@@ -19,48 +19,49 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 /// 1 / norm; unknown for zero and for what would leave the range of numbers.
 double inverse(double norm) { return norm > 1e-150 && norm < 1e150 ? 1.0 / norm : kUnknown; }
 
-/// Largest |W_ik| d_i d_k per row of one player; d_i = 1 where unknown, entries with an unknown d_k
-/// left out. Of the other player's columns: with_others.
-class RowNorms {
- public:
-  RowNorms(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max)
-      : canonical_(canonical), evaluation_(evaluation), max_(max) {}
-
-  void operator()(const Eigen::VectorXd& d, bool own_columns, Eigen::VectorXd& norms) const {
-    norms.setZero(d.size());
-    for (std::size_t k = 0; k < evaluation_.hessian.size(); ++k) {
-      const auto [i, j] = canonical_.hessian()[k];
-      const double value = std::abs(evaluation_.hessian[k]);
-      include(i, j, value, d, own_columns, norms);
-      include(j, i, value, d, own_columns, norms);
+/// Entries of W in the rows of one player: those between his own variables, and those with others.
+void take_entries(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max,
+                  UnitsArrays& arrays) {
+  arrays.own.clear();
+  arrays.mixed.clear();
+  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
+    const auto [i, j] = canonical.hessian()[k];
+    const bool row = canonical.owned_by_max(i) == max, col = canonical.owned_by_max(j) == max;
+    const double size = std::abs(evaluation.hessian[k]);
+    if (row && col) {
+      arrays.own.push_back({i, j, size});
+    } else if (row) {
+      arrays.mixed.push_back({i, j, size});
+    } else if (col) {
+      arrays.mixed.push_back({j, i, size});
     }
   }
+}
 
- private:
-  void include(Index row, Index col, double value, const Eigen::VectorXd& d, bool own_columns,
-               Eigen::VectorXd& norms) const {
-    if (canonical_.owned_by_max(row) != max_) return;
-    if ((canonical_.owned_by_max(col) == max_) != own_columns) return;
-    norms[row] = std::max(norms[row], value * (d[row] == kUnknown ? 1.0 : d[row]) * d[col]);
+/// Largest |W_ik| d_i d_k of a row; d_i = 1 where unknown, entries with an unknown d_k left out.
+void include(Index row, Index col, double size, const Eigen::VectorXd& d, Eigen::VectorXd& norms) {
+  norms[row] = std::max(norms[row], size * (d[row] == kUnknown ? 1.0 : d[row]) * d[col]);
+}
+
+/// The same of all rows of the player, in his own columns.
+void own_norms(const UnitsArrays& arrays, const Eigen::VectorXd& d, Eigen::VectorXd& norms) {
+  norms.setZero(d.size());
+  for (const auto& [i, j, size] : arrays.own) {
+    include(i, j, size, d, norms);
+    include(j, i, size, d, norms);
   }
-
-  const CanonicalProblem& canonical_;
-  const Evaluation& evaluation_;
-  const bool max_;
-};
+}
 
 /// Where a coupling of two variables of one player exceeds 1, a small diagonal entry has given one
 /// of them too much: the one whose length is the larger beside the variable's own size.
-void cut_longer_of_pairs(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max,
-                         UnitsArrays& arrays) {
+void cut_longer_of_pairs(UnitsArrays& arrays) {
   Eigen::VectorXd& d = arrays.units.variable;
   const Eigen::VectorXd& size = arrays.size;
   Eigen::VectorXd& cut = arrays.cut;
   cut.setOnes(d.size());
-  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
-    const auto [i, j] = canonical.hessian()[k];
-    if (i == j || canonical.owned_by_max(i) != max || canonical.owned_by_max(j) != max) continue;
-    const double entry = std::abs(evaluation.hessian[k]) * d[i] * d[j];
+  for (const auto& [i, j, value] : arrays.own) {
+    if (i == j) continue;
+    const double entry = value * d[i] * d[j];
     if (!(entry > 1.0) || size[i] == 0.0 || size[j] == 0.0) continue;
     const double ratio = (d[i] / size[i]) / (d[j] / size[j]);
     if (ratio > 1.0) cut[i] = std::max(cut[i], std::min(entry, ratio));
@@ -69,30 +70,41 @@ void cut_longer_of_pairs(const CanonicalProblem& canonical, const Evaluation& ev
   d.array() /= cut.array();
 }
 
-/// The block of one player: diagonal entries first, then rows without one by what couples them.
-void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max,
-                       const Eigen::VectorXd& answers, UnitsArrays& arrays) {
-  const RowNorms row_norms(canonical, evaluation, max);
+/// From diagonal entries, and what the maximizer's answer makes of a coupling, W_xy^2 / W_yy, which
+/// is curvature of x as well.
+void start_block(const CanonicalProblem& canonical, bool max, const Eigen::VectorXd& answers,
+                 UnitsArrays& arrays) {
   Eigen::VectorXd& d = arrays.units.variable;
-  Eigen::VectorXd& norms = arrays.norms;
   Eigen::VectorXd& diagonal = arrays.diagonal;
   diagonal.setZero(d.size());
-  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
-    const auto [i, j] = canonical.hessian()[k];
-    if (i == j) diagonal[i] += std::abs(evaluation.hessian[k]);
+  for (const auto& [i, j, size] : arrays.own) {
+    if (i == j) diagonal[i] += size;
   }
-  // What the maximizer's answer makes of a coupling, W_xy^2 / W_yy, is curvature of x as well.
   Eigen::VectorXd& coupling = arrays.coupling;
   coupling.setZero(d.size());
   if (!max && answers.size() > 0) coupling = answers.cwiseSqrt();
-  if (!max && answers.size() == 0) row_norms(d, false, coupling);
+  if (!max && answers.size() == 0) {
+    for (const auto& [i, j, size] : arrays.mixed) include(i, j, size, d, coupling);
+  }
   for (Index i = 0; i < d.size(); ++i) {
     if (canonical.owned_by_max(i) == max) {
       d[i] = inverse(std::max(std::sqrt(diagonal[i]), coupling[i]));
     }
   }
-  for (int round = 0; round < kRounds; ++round) {
-    row_norms(d, true, norms);
+}
+
+/// The block of one player: diagonal entries first, then rows without one by what couples them.
+void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max,
+                       const Eigen::VectorXd& answers, UnitsArrays& arrays) {
+  Eigen::VectorXd& d = arrays.units.variable;
+  Eigen::VectorXd& norms = arrays.norms;
+  take_entries(canonical, evaluation, max, arrays);
+  start_block(canonical, max, answers, arrays);
+  const auto is_open = [&](const UnitsArrays::Entry& entry) {
+    return d[entry.row] == kUnknown || d[entry.col] == kUnknown;
+  };
+  for (int round = 0; round < kRounds && std::ranges::any_of(arrays.own, is_open); ++round) {
+    own_norms(arrays, d, norms);
     bool found = false;
     for (Index i = 0; i < d.size(); ++i) {
       if (d[i] != kUnknown || norms[i] == 0.0) continue;
@@ -102,20 +114,23 @@ void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& eval
     if (!found) break;
   }
   // Nothing but products: x_1 x_2.
-  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
-    const auto [i, j] = canonical.hessian()[k];
-    if (canonical.owned_by_max(i) != max || canonical.owned_by_max(j) != max) continue;
-    const double half = inverse(std::sqrt(std::abs(evaluation.hessian[k])));
+  for (const auto& [i, j, size] : arrays.own) {
+    if (d[i] != kUnknown && d[j] != kUnknown) continue;
+    const double half = inverse(std::sqrt(size));
     for (const Index m : {i, j}) {
       if (d[m] == kUnknown) d[m] = half;
     }
   }
-  cut_longer_of_pairs(canonical, evaluation, max, arrays);
+  cut_longer_of_pairs(arrays);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    row_norms(d, true, norms);
+    own_norms(arrays, d, norms);
+    bool cut = false;
     for (Index i = 0; i < d.size(); ++i) {
-      if (norms[i] > 1.0) d[i] /= std::sqrt(norms[i]);
+      if (!(norms[i] > 1.0)) continue;
+      d[i] /= std::sqrt(norms[i]);
+      cut = true;
     }
+    if (!cut) break;
   }
 }
 
@@ -148,7 +163,9 @@ void spread_by_constraints(const CanonicalProblem& canonical, const Evaluation& 
   Eigen::VectorXd& d = arrays.units.variable;
   const Eigen::VectorXd& size = arrays.size;
   Eigen::VectorXd &rows = arrays.rows, &columns = arrays.columns;
-  for (int round = 0; round < kRounds; ++round) {
+  const auto is_open = [&](const Triplet& entry) { return d[entry.col] == kUnknown; };
+  for (int round = 0; round < kRounds && std::ranges::any_of(canonical.jacobian(), is_open);
+       ++round) {
     constraint_norms(canonical, evaluation, d, rows);
     columns.setZero(d.size());
     for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
@@ -170,39 +187,101 @@ void spread_by_constraints(const CanonicalProblem& canonical, const Evaluation& 
   }
 }
 
+/// The Jacobian's entries row by row, and the rows that each variable is in.
+void index_jacobian(const CanonicalProblem& canonical, UnitsArrays& arrays) {
+  const auto jacobian = canonical.jacobian();
+  const auto sort = [&](Index buckets, auto&& bucket_of, auto&& item_of,
+                        UnitsArrays::Lists& lists) {
+    lists.starts.assign(at(buckets) + 1, 0);
+    for (const Triplet& entry : jacobian) ++lists.starts[at(bucket_of(entry)) + 1];
+    for (std::size_t b = 1; b < lists.starts.size(); ++b) lists.starts[b] += lists.starts[b - 1];
+    arrays.next = lists.starts;
+    lists.items.resize(jacobian.size());
+    for (std::size_t k = 0; k < jacobian.size(); ++k) {
+      lists.items[at(arrays.next[at(bucket_of(jacobian[k]))]++)] = item_of(k);
+    }
+  };
+  sort(
+      canonical.constraints(), [](const Triplet& entry) { return entry.row; },
+      [](std::size_t k) { return static_cast<Index>(k); }, arrays.entries_of_row);
+  sort(
+      canonical.variables(), [](const Triplet& entry) { return entry.col; },
+      [&](std::size_t k) { return jacobian[k].row; }, arrays.rows_of_column);
+}
+
+void include(double term, Index variable, UnitsArrays::Terms& terms) {
+  if (term > terms.largest) {
+    terms = {.largest = term, .second = terms.largest, .variable = variable};
+  } else {
+    terms.second = std::max(terms.second, term);
+  }
+}
+
+/// What cut_by_equations does in one equation. False: nothing.
+bool cut_by_equation(const CanonicalProblem& canonical, Index row, UnitsArrays& arrays) {
+  const auto& [largest, second, i] = arrays.terms[at(row)];
+  if (!(second > 0.0) || largest <= kMostCompensated * second) return false;
+  if (canonical.owned_by_max(i) != canonical.max_constraints().contains(row)) return false;
+  double& length = arrays.units.variable[i];
+  length = std::min(length, std::max(length * second / largest, arrays.size[i]));
+  arrays.used[at(row)] = true;
+  arrays.cut_columns.push_back(i);
+  return true;
+}
+
+/// After a round: equations that have not cut, and whose terms have changed.
+void find_changed_rows(UnitsArrays& arrays) {
+  arrays.changed_rows.clear();
+  for (const Index i : arrays.cut_columns) {
+    const auto& [starts, rows] = arrays.rows_of_column;
+    for (Index p = starts[at(i)]; p < starts[at(i) + 1]; ++p) {
+      if (const Index row = rows[at(p)]; !arrays.used[at(row)]) arrays.changed_rows.push_back(row);
+    }
+  }
+  std::ranges::sort(arrays.changed_rows);
+  const auto last = std::unique(arrays.changed_rows.begin(), arrays.changed_rows.end());
+  arrays.changed_rows.erase(last, arrays.changed_rows.end());
+  arrays.cut_columns.clear();
+}
+
 /// An equation ties its owner's variables to others: a length beside which those are nothing is cut
 /// to what they can make up for, or to the variable's own size. Each equation cuts one length, as
 /// it determines one variable.
 void cut_by_equations(const CanonicalProblem& canonical, const Evaluation& evaluation,
                       UnitsArrays& arrays) {
-  Eigen::VectorXd& d = arrays.units.variable;
+  const Eigen::VectorXd& d = arrays.units.variable;
+  const auto jacobian = canonical.jacobian();
   const auto slack_of = canonical.slack_of_constraint();
-  std::vector<bool>& used = arrays.used;
-  used.assign(at(canonical.constraints()), false);
-  for (int round = 0; round < kRounds; ++round) {
-    std::vector<UnitsArrays::Terms>& rows = arrays.terms;
-    rows.assign(used.size(), {});
-    for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
-      const auto [row, col] = canonical.jacobian()[k];
-      if (used[at(row)] || slack_of[at(row)] >= 0) continue;
-      UnitsArrays::Terms& terms = rows[at(row)];
-      const double term = std::abs(evaluation.jacobian[k]) * d[col];
-      if (term > terms.largest) {
-        terms = {.largest = term, .second = terms.largest, .variable = col};
-      } else {
-        terms.second = std::max(terms.second, term);
+  const Index constraints = canonical.constraints();
+  arrays.used.assign(at(constraints), false);  // inequalities cut nothing
+  for (Index j = 0; j < constraints; ++j) arrays.used[at(j)] = slack_of[at(j)] >= 0;
+  arrays.terms.assign(at(constraints), {});
+  const auto term = [&](std::size_t k) {
+    return std::abs(evaluation.jacobian[k]) * d[jacobian[k].col];
+  };
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    const auto [row, col] = jacobian[k];
+    if (!arrays.used[at(row)]) include(term(k), col, arrays.terms[at(row)]);
+  }
+  arrays.cut_columns.clear();
+  bool any = false;
+  for (Index j = 0; j < constraints; ++j) {
+    if (!arrays.used[at(j)]) any = cut_by_equation(canonical, j, arrays) || any;
+  }
+  if (any) index_jacobian(canonical, arrays);
+  for (int round = 1; any && round < kRounds; ++round) {
+    find_changed_rows(arrays);
+    for (const Index row : arrays.changed_rows) {
+      arrays.terms[at(row)] = {};
+      const auto& [starts, entries] = arrays.entries_of_row;
+      for (Index p = starts[at(row)]; p < starts[at(row) + 1]; ++p) {
+        const auto k = at(entries[at(p)]);
+        include(term(k), jacobian[k].col, arrays.terms[at(row)]);
       }
     }
-    bool any = false;
-    for (std::size_t j = 0; j < rows.size(); ++j) {
-      const auto& [largest, second, i] = rows[j];
-      if (!(second > 0.0) || largest <= kMostCompensated * second) continue;
-      const bool of_max = canonical.max_constraints().contains(static_cast<Index>(j));
-      if (canonical.owned_by_max(i) != of_max) continue;
-      d[i] = std::min(d[i], std::max(d[i] * second / largest, arrays.size[i]));
-      used[j] = any = true;
-    }
-    if (!any) break;
+    any = false;
+    for (const Index row : arrays.changed_rows)
+      any = cut_by_equation(canonical, row, arrays) || any;
   }
 }
 

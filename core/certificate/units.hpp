@@ -28,7 +28,17 @@ struct UnitsArrays {
     Index variable = -1;  ///< of the largest
   };
   std::vector<Terms> terms;  ///< of equations
-  std::vector<bool> used;    ///< equations
+  std::vector<bool> used;    ///< equations that have cut a length
+  struct Entry {
+    Index row, col;
+    double size;
+  };
+  std::vector<Entry> own, mixed;  ///< entries of W, mixed ones by the player's row
+  struct Lists {                  ///< items of k from starts[k] to starts[k + 1] - 1
+    std::vector<Index> starts, items;
+  };
+  Lists entries_of_row, rows_of_column;  ///< of the Jacobian
+  std::vector<Index> next, cut_columns, changed_rows;
 };
 
 /// Diagonal entries first, then rows without one by what couples them, then variables without

@@ -18,7 +18,8 @@ SymmetricSolverOptions solver_options(const SolverOptions& options) {
           .mumps_pivot_tolerance_max = options.mumps_pivtolmax,
           .mumps_memory_percent = options.mumps_mem_percent,
           .max_memory = 1e6 * options.max_memory,
-          .mpi_halves = options.minmax_mpi_halves};
+          .mpi_halves = options.minmax_mpi_halves,
+          .threads = options.minmax_threads};
 }
 
 void BarrierTerms::set_size(Index variables) {
@@ -27,30 +28,42 @@ void BarrierTerms::set_size(Index variables) {
   distance_upper.setOnes(variables);
   z_lower.setZero(variables);
   z_upper.setZero(variables);
+  for (auto* bounded : {&lower, &upper}) {
+    bounded->clear();
+    bounded->reserve(at(variables));
+  }
 }
 
 void BarrierTerms::take(const CanonicalProblem& canonical, const Iterate& iterate, Index begin) {
   z_lower = iterate.z_lower;
   z_upper = iterate.z_upper;
   curvature.setZero();
-  for (const Index i : canonical.lower_bounded()) {
-    if (i < begin) continue;
+  const auto take_from = [&](std::span<const Index> all, std::vector<Index>& bounded) {
+    bounded.assign(std::ranges::lower_bound(all, begin), all.end());
+  };
+  take_from(canonical.lower_bounded(), lower);
+  take_from(canonical.upper_bounded(), upper);
+  for (const Index i : lower) {
     distance_lower[i] = canonical.above_lower(i, iterate.v[i]);
     curvature[i] += z_lower[i] / distance_lower[i];
   }
-  for (const Index i : canonical.upper_bounded()) {
-    if (i < begin) continue;
+  for (const Index i : upper) {
     distance_upper[i] = canonical.below_upper(i, iterate.v[i]);
     curvature[i] += z_upper[i] / distance_upper[i];
   }
 }
 
-void BarrierTerms::take(const Eigen::VectorXd& given) {
+void BarrierTerms::take(const Eigen::VectorXd& given, Index begin) {
   curvature = given;
   distance_lower.setOnes();
   distance_upper.setOnes();
   z_lower = given;
   z_upper.setZero();
+  lower.clear();
+  upper.clear();
+  for (Index i = begin; i < given.size(); ++i) {
+    if (given[i] != 0.0) lower.push_back(i);
+  }
 }
 
 void BarrierTerms::take_none() {
@@ -59,6 +72,8 @@ void BarrierTerms::take_none() {
   distance_upper.setOnes();
   z_lower.setZero();
   z_upper.setZero();
+  lower.clear();
+  upper.clear();
 }
 
 KktPattern::KktPattern(Which which, const CanonicalProblem& canonical, const KktLayout& layout)
@@ -140,7 +155,7 @@ void KktBlock::assemble(const Iterate& iterate, const Evaluation& evaluation) {
 }
 
 void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature) {
-  arrays_.terms.take(barrier_curvature);
+  arrays_.terms.take(barrier_curvature, pattern_->variables.begin);
   assemble(evaluation);
 }
 

@@ -34,13 +34,14 @@ struct BarrierTerms {
   Eigen::VectorXd curvature;                       ///< Sigma per canonical variable, >= 0
   Eigen::VectorXd distance_lower, distance_upper;  ///< to the bounds, 1 where there is none
   Eigen::VectorXd z_lower, z_upper;                ///< bound multipliers
+  std::vector<Index> lower, upper;  ///< variables that these are of; others have none
 
   /// Without bounds and curvature.
   void set_size(Index variables);
   /// Those of an iterate; of variables up to begin they are of no interest.
   void take(const CanonicalProblem& canonical, const Iterate& iterate, Index begin);
   /// The curvature given: bounds at distance 1 with these multipliers.
-  void take(const Eigen::VectorXd& curvature);
+  void take(const Eigen::VectorXd& curvature, Index begin);
   /// Curvature 1 and no bounds.
   void take_none();
 };

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "core/kkt/system.hpp"
+#include "core/model/norms.hpp"
 #include "core/model/timer.hpp"
 
 // Solutions with the factors of K and K_yy: elimination, refinement.
@@ -22,15 +23,22 @@ constexpr double kRounding = 1e-15;
 constexpr double kLongestSolution = 1e6;
 
 template <class Vector>
-double max_norm(const Vector& v) {
+double infinity_norm(const Vector& v) {
   return v.size() == 0 ? 0.0 : v.template lpNorm<Eigen::Infinity>();
 }
+
+/// Largest entries of a right-hand side, residual or solution.
+struct Sizes {
+  double v = 0.0, lambda = 0.0, z = 0.0;
+  [[nodiscard]] double all() const { return largest(largest(v, lambda), z); }
+};
 
 /// The tails of canonical vectors, which a block owns.
 class OwnPart {
  public:
   explicit OwnPart(const KktBlock& block)
-      : begin_v_(block.variables().begin),
+      : terms_(block.barrier_terms()),
+        begin_v_(block.variables().begin),
         begin_lambda_(block.constraints().begin),
         n_(block.variables().size()),
         m_(block.constraints().size()) {}
@@ -41,27 +49,28 @@ class OwnPart {
     s.z_lower.head(begin_v_).setZero();
     s.z_upper.head(begin_v_).setZero();
   }
-  [[nodiscard]] double norm(const Step& s) const {
-    return std::max({max_norm(s.v.tail(n_)), max_norm(s.lambda.tail(m_)),
-                     max_norm(s.z_lower.tail(n_)), max_norm(s.z_upper.tail(n_))});
+  [[nodiscard]] Sizes sizes(const Step& s) const {
+    Sizes found{.v = infinity_norm(s.v.tail(n_)), .lambda = infinity_norm(s.lambda.tail(m_))};
+    for (const Index i : terms_.lower) found.z = largest(found.z, std::abs(s.z_lower[i]));
+    for (const Index i : terms_.upper) found.z = largest(found.z, std::abs(s.z_upper[i]));
+    return found;
+  }
+  void copy(const Step& from, Step& to) const {
+    to.v.tail(n_) = from.v.tail(n_);
+    to.lambda.tail(m_) = from.lambda.tail(m_);
+    for (const Index i : terms_.lower) to.z_lower[i] = from.z_lower[i];
+    for (const Index i : terms_.upper) to.z_upper[i] = from.z_upper[i];
   }
   void add(double factor, const Step& correction, Step& step) const {
     step.v.tail(n_) += factor * correction.v.tail(n_);
     step.lambda.tail(m_) += factor * correction.lambda.tail(m_);
-    step.z_lower.tail(n_) += factor * correction.z_lower.tail(n_);
-    step.z_upper.tail(n_) += factor * correction.z_upper.tail(n_);
+    for (const Index i : terms_.lower) step.z_lower[i] += factor * correction.z_lower[i];
+    for (const Index i : terms_.upper) step.z_upper[i] += factor * correction.z_upper[i];
   }
   /// Rows of the variables and constraints.
   void copy_equations(const NewtonResidual& from, NewtonResidual& to) const {
     to.v.tail(n_) = from.v.tail(n_);
     to.lambda.tail(m_) = from.lambda.tail(m_);
-  }
-  [[nodiscard]] bool is_small(const NewtonResidual& residual, const NewtonResidual& rhs,
-                              double scale) const {
-    const double rounding = kRounding * scale;
-    return max_norm(residual.v.tail(n_)) <= kForcing * max_norm(rhs.v.tail(n_)) + rounding &&
-           max_norm(residual.lambda.tail(m_)) <=
-               kForcing * max_norm(rhs.lambda.tail(m_)) + rounding;
   }
   /// A few modes that Gamma spoils are left: the multiple of the last correction d with the
   /// smallest residual, from K d = last - residual, which last becomes.
@@ -75,8 +84,16 @@ class OwnPart {
   }
 
  private:
+  const BarrierTerms& terms_;
   Index begin_v_, begin_lambda_, n_, m_;
 };
+
+/// Beside long steps of the multipliers small rows are overlooked, which Newton's method needs.
+bool rows_are_small(const Sizes& residual, const Sizes& rhs, double scale) {
+  const double rounding = kRounding * scale;
+  return residual.v <= kForcing * rhs.v + rounding &&
+         residual.lambda <= kForcing * rhs.lambda + rounding;
+}
 
 }  // namespace
 
@@ -100,8 +117,8 @@ bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
   solution.setZero();
   double last_ratio = std::numeric_limits<double>::infinity();
   for (Index k = 0;; ++k) {
-    const double scale = max_norm(rhs) + max_norm(solution);
-    const double ratio = scale > 0.0 ? max_norm(residual) / scale : 0.0;
+    const double scale = infinity_norm(rhs) + infinity_norm(solution);
+    const double ratio = scale > 0.0 ? infinity_norm(residual) / scale : 0.0;
     if (ratio <= options_.residual_ratio_max) return true;
     // An overflow is no progress either.
     if (k > options_.max_refinement_steps || !(ratio <= kProgress * last_ratio)) return false;
@@ -117,22 +134,27 @@ bool KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& 
                               bool refined) {
   // Bound multipliers: S dz_l + z_l dv = r, S dz_u - z_u dv = r, so that the variables' rows read
   //   (W + sign Sigma) dv + J' dlambda = r_v + sign (r_zl / S_l - r_zu / S_u) =: t.
-  const auto slack_of = canonical_.slack_of_constraint();
   const BarrierTerms& at_point = block.barrier_terms();
-  const auto t = [&](Index i) {
-    return rhs.v[i] + canonical_.sign(i) * (rhs.z_lower[i] / at_point.distance_lower[i] -
-                                            rhs.z_upper[i] / at_point.distance_upper[i]);
-  };
+  Eigen::VectorXd& t = arrays_.eliminated;
+  t.setZero();
+  for (const Index i : at_point.lower) t[i] = rhs.z_lower[i] / at_point.distance_lower[i];
+  for (const Index i : at_point.upper) t[i] -= rhs.z_upper[i] / at_point.distance_upper[i];
+  const IndexRange variables = block.variables();
+  for (Index i = variables.begin; i < variables.end; ++i) {
+    t[i] = rhs.v[i] + canonical_.sign(i) * t[i];
+  }
   const std::span<double> reduced(arrays_.reduced.data(), at(block.dimension()));
-  for (Index i = block.variables().begin; i < block.variables().end; ++i) {
-    if (const Index row = block.row_of_variable(i); row >= 0) reduced[at(row)] = t(i);
+  for (Index i = variables.begin; i < variables.end; ++i) {
+    if (const Index row = block.row_of_variable(i); row >= 0) reduced[at(row)] = t[i];
   }
   // Slack s of constraint j: sign Sigma_s ds - dlambda_j = t_s, eliminated.
-  for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
+  const auto slack_of = canonical_.slack_of_constraint();
+  const IndexRange constraints = block.constraints();
+  for (Index j = constraints.begin; j < constraints.end; ++j) {
     const Index slack = slack_of[at(j)];
     reduced[at(block.row_of_constraint(j))] =
         rhs.lambda[j] +
-        (slack < 0 ? 0.0 : canonical_.sign(slack) * t(slack) / at_point.curvature[slack]);
+        (slack < 0 ? 0.0 : canonical_.sign(slack) * t[slack] / at_point.curvature[slack]);
   }
   bool ok = true;
   if (refined) {
@@ -141,17 +163,23 @@ bool KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& 
     solve_with_factors(block, reduced);
   }
 
-  for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
+  for (Index j = constraints.begin; j < constraints.end; ++j) {
     step.lambda[j] = reduced[at(block.row_of_constraint(j))];
     if (const Index slack = slack_of[at(j)]; slack >= 0) {
       step.v[slack] =
-          canonical_.sign(slack) * (t(slack) + step.lambda[j]) / at_point.curvature[slack];
+          canonical_.sign(slack) * (t[slack] + step.lambda[j]) / at_point.curvature[slack];
     }
   }
-  for (Index i = block.variables().begin; i < block.variables().end; ++i) {
+  for (Index i = variables.begin; i < variables.end; ++i) {
     if (const Index row = block.row_of_variable(i); row >= 0) step.v[i] = reduced[at(row)];
+  }
+  step.z_lower.tail(variables.size()).setZero();
+  step.z_upper.tail(variables.size()).setZero();
+  for (const Index i : at_point.lower) {
     step.z_lower[i] =
         (rhs.z_lower[i] - at_point.z_lower[i] * step.v[i]) / at_point.distance_lower[i];
+  }
+  for (const Index i : at_point.upper) {
     step.z_upper[i] =
         (rhs.z_upper[i] + at_point.z_upper[i] * step.v[i]) / at_point.distance_upper[i];
   }
@@ -163,21 +191,34 @@ void KktSystem::subtract_product(const KktBlock& block, const Regularization& sh
                                  NewtonResidual& residual) const {
   const BarrierTerms& at_point = block.barrier_terms();
   block.subtract_product(evaluation, step.v, step.lambda, residual.v, residual.lambda);
-  for (Index i = block.variables().begin; i < block.variables().end; ++i) {
-    const double sign = canonical_.sign(i);
-    const bool is_slack = block.row_of_variable(i) < 0;
-    const double delta = is_slack ? 0.0 : (sign > 0.0 ? shift.x : -shift.y);
-    residual.v[i] -= delta * step.v[i] + sign * (step.z_upper[i] - step.z_lower[i]);
+  Eigen::VectorXd& dz = arrays_.eliminated;
+  dz.setZero();
+  for (const Index i : at_point.lower) {
+    dz[i] = -step.z_lower[i];
     residual.z_lower[i] -=
         at_point.z_lower[i] * step.v[i] + at_point.distance_lower[i] * step.z_lower[i];
+  }
+  for (const Index i : at_point.upper) {
+    dz[i] += step.z_upper[i];
     residual.z_upper[i] -=
         at_point.distance_upper[i] * step.z_upper[i] - at_point.z_upper[i] * step.v[i];
   }
+  const bool shifted = shift != Regularization{};
+  for (Index i = block.variables().begin; i < block.variables().end; ++i) {
+    const double sign = canonical_.sign(i);
+    double product = sign * dz[i];
+    if (shifted && block.row_of_variable(i) >= 0) {
+      product += (sign > 0.0 ? shift.x : -shift.y) * step.v[i];
+    }
+    residual.v[i] -= product;
+  }
   const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
-    const double delta =
-        canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x;
-    residual.lambda[j] -= delta * step.lambda[j];
+    if (shifted) {
+      const double delta =
+          canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x;
+      residual.lambda[j] -= delta * step.lambda[j];
+    }
     if (const Index slack = slack_of[at(j)]; slack >= 0) {
       residual.lambda[j] += step.v[slack];
       residual.v[slack] += step.lambda[j];
@@ -186,26 +227,29 @@ void KktSystem::subtract_product(const KktBlock& block, const Regularization& sh
 }
 
 bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evaluation& evaluation,
-                      const NewtonResidual& rhs, Step& step) {
+                      const NewtonResidual& rhs, Step& step, const Accuracy& accuracy) {
   const ScopedTimer timer(timing_.solves);
   ++counts_.solves;
   const OwnPart own(block);
   own.clear_rest(step);
   own.clear_rest(arrays_.correction);
   solve_reduced(block, rhs, step);
-  const double rhs_norm = own.norm(rhs);
+  const Sizes of_rhs = own.sizes(rhs);
+  Sizes of_residual;
   double scale = 0.0;
   const auto residual_ratio = [&] {
-    arrays_.residual.v = rhs.v;
-    arrays_.residual.lambda = rhs.lambda;
-    arrays_.residual.z_lower = rhs.z_lower;
-    arrays_.residual.z_upper = rhs.z_upper;
+    own.copy(rhs, arrays_.residual);
     subtract_product(block, shift, evaluation, step, arrays_.residual);
-    scale = std::min(own.norm(step), kLongestSolution * rhs_norm) + rhs_norm;
-    return scale > 0.0 ? own.norm(arrays_.residual) / scale : 0.0;
+    of_residual = own.sizes(arrays_.residual);
+    scale = std::min(own.sizes(step).all(), kLongestSolution * of_rhs.all()) + of_rhs.all();
+    return scale > 0.0 ? of_residual.all() / scale : 0.0;
   };
-  // Refinement: stops at residual_ratio_max, or when the residual no longer falls. Beside long
-  // steps of the multipliers the ratio overlooks small rows, which Newton's method needs as well.
+  const double enough = std::max(options_.residual_ratio_max, accuracy.ratio);
+  const auto is_enough = [&](double ratio) {
+    return (ratio <= enough || of_residual.all() <= accuracy.residual) &&
+           (!accuracy.by_rows || rows_are_small(of_residual, of_rhs, scale));
+  };
+  // Refinement: stops at what is enough, or when the residual no longer falls.
   double last_ratio = std::numeric_limits<double>::infinity();
   for (Index k = 0;; ++k) {
     double ratio = residual_ratio();
@@ -217,8 +261,7 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
       }
     }
     if (!std::isfinite(ratio)) return false;
-    if (ratio <= options_.residual_ratio_max && own.is_small(arrays_.residual, rhs, scale))
-      return true;
+    if (is_enough(ratio)) return true;
     if (k == options_.max_refinement_steps || ratio > kProgress * last_ratio) {
       return std::min(ratio, last_ratio) <= options_.residual_ratio_singular;
     }
@@ -230,10 +273,12 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
 }
 
 bool KktSystem::solve(const KktFactors& factors, const Evaluation& evaluation,
-                      const NewtonResidual& rhs, Step& step) {
+                      const NewtonResidual& rhs, Step& step, const Accuracy& accuracy) {
   if (!are_current(factors)) return false;
-  if (solve(full_, full_factors_.shift, evaluation, rhs, step)) return true;
-  return leave_schur_complement() && solve(full_, full_factors_.shift, evaluation, rhs, step);
+  const Regularization& shift = full_factors_.shift;
+  if (solve(full_, shift, evaluation, rhs, step, accuracy)) return true;
+  return leave_schur_complement() &&
+         solve(full_, full_factors_.shift, evaluation, rhs, step, accuracy);
 }
 
 /// K as a whole from now on, the current one at once. False: that changes nothing, or its inertia.
@@ -247,8 +292,9 @@ bool KktSystem::leave_schur_complement() {
 }
 
 bool KktSystem::solve_inner(const KktFactors& factors, const Evaluation& evaluation,
-                            const NewtonResidual& rhs, Step& step) {
-  return are_current_inner(factors) && solve(inner_, inner_factors_.shift, evaluation, rhs, step);
+                            const NewtonResidual& rhs, Step& step, const Accuracy& accuracy) {
+  return are_current_inner(factors) &&
+         solve(inner_, inner_factors_.shift, evaluation, rhs, step, accuracy);
 }
 
 }  // namespace ipminmax

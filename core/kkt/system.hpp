@@ -37,6 +37,7 @@ struct KktAnalysis {
 struct KktArrays {
   KktBlockArrays full, inner;
   std::vector<double> reduced;  ///< right-hand side and solution in the rows of a block
+  Eigen::VectorXd eliminated;   ///< bound multipliers' part of the variables' rows
   // Refinement
   NewtonResidual residual, last_residual;
   Step correction;
@@ -46,6 +47,15 @@ struct KktArrays {
   Eigen::VectorXd multiplier_diagonal;
   NewtonResidual gradient;
   Step multipliers;
+};
+
+/// What of a solution is accurate enough for its use, where the options' residual_ratio_max asks
+/// for more than that: either of the two.
+struct Accuracy {
+  double ratio = 0.0;     ///< of the residual to right-hand side and solution
+  double residual = 0.0;  ///< itself
+  /// And the rows of variables and constraints, each beside its own right-hand side.
+  bool by_rows = true;
 };
 
 /// What a KktSystem may take over of earlier ones.
@@ -133,24 +143,31 @@ class KktSystem {
   /// against the unreduced equations where K was assembled. False: inaccurate, or the factors are
   /// not current.
   [[nodiscard]] bool solve(const KktFactors& factors, const Evaluation& evaluation,
-                           const NewtonResidual& rhs, Step& step);
+                           const NewtonResidual& rhs, Step& step, const Accuracy& accuracy = {});
   /// With the last factors of K.
-  [[nodiscard]] bool solve(const Evaluation& evaluation, const NewtonResidual& rhs, Step& step) {
-    return solve(full_factors_, evaluation, rhs, step);
+  [[nodiscard]] bool solve(const Evaluation& evaluation, const NewtonResidual& rhs, Step& step,
+                           const Accuracy& accuracy = {}) {
+    return solve(full_factors_, evaluation, rhs, step, accuracy);
   }
   /// The same for the system at zero shift with the factors of a shifted K: refinement has to make
   /// up for the shift.
   [[nodiscard]] bool solve_unshifted(const Evaluation& evaluation, const NewtonResidual& rhs,
-                                     Step& step) {
-    return solve(full_, {}, evaluation, rhs, step);
+                                     Step& step, const Accuracy& accuracy = {}) {
+    return solve(full_, {}, evaluation, rhs, step, accuracy);
   }
   /// The same for the maximizer alone, x held, with factors of K_yy; the step's other parts are
   /// zero.
   [[nodiscard]] bool solve_inner(const KktFactors& factors, const Evaluation& evaluation,
-                                 const NewtonResidual& rhs, Step& step);
+                                 const NewtonResidual& rhs, Step& step,
+                                 const Accuracy& accuracy = {});
   [[nodiscard]] bool solve_inner(const Evaluation& evaluation, const NewtonResidual& rhs,
-                                 Step& step) {
-    return solve_inner(inner_factors_, evaluation, rhs, step);
+                                 Step& step, const Accuracy& accuracy = {}) {
+    return solve_inner(inner_factors_, evaluation, rhs, step, accuracy);
+  }
+
+  /// What a solution has to reach in the end, or it is none.
+  [[nodiscard]] Accuracy least_accuracy() const {
+    return {.ratio = options_.residual_ratio_singular};
   }
 
   /// True when another factorization will be more accurate; factorize anew after it.
@@ -215,7 +232,8 @@ class KktSystem {
   /// With the matrix of assemble_projection.
   bool solve_projection(const NewtonResidual& rhs, Step& step);
   [[nodiscard]] bool solve(KktBlock& block, const Regularization& shift,
-                           const Evaluation& evaluation, const NewtonResidual& rhs, Step& step);
+                           const Evaluation& evaluation, const NewtonResidual& rhs, Step& step,
+                           const Accuracy& accuracy);
   void subtract_product(const KktBlock& block, const Regularization& shift,
                         const Evaluation& evaluation, const Step& step,
                         NewtonResidual& residual) const;

@@ -132,6 +132,14 @@ bool GlobalizedMethod::inner_phase(Run& run, double target) {
   return false;
 }
 
+/// Of a fast step from a point with this error.
+Accuracy GlobalizedMethod::forcing(double error) const {
+  namespace parameter = parameters::fast;
+  const double last = fast_contraction_ > 0.0 ? fast_contraction_ : parameter::kUnknownContraction;
+  return {.residual = std::max(parameter::kForcing * last * last * error,
+                               parameter::kShareOfTolerance * options_.tol)};
+}
+
 bool GlobalizedMethod::fast_step(Run& run) {
   // Both inertias right without shifts and the residual contracts: Newton's method.
   namespace parameter = parameters::fast;
@@ -140,7 +148,10 @@ bool GlobalizedMethod::fast_step(Run& run) {
   outer_.assemble(from, mu);
   run.unshifted_step = UnshiftedStep::Wrong;
   outer_.factors = kkt_.factorize({}, Certainty::Usual);
-  if (!kkt_.has_expected_inertia(outer_.factors) || !outer_.solve(from)) return false;
+  const double before = outer_.norm_error(from, mu);
+  if (!kkt_.has_expected_inertia(outer_.factors) || !outer_.solve(from, forcing(before))) {
+    return false;
+  }
   run.unshifted_step = UnshiftedStep::Right;
   const StepLength alpha = outer_.longest_step(from, mu);
   Point& trial = outer_.trial;
@@ -150,7 +161,7 @@ bool GlobalizedMethod::fast_step(Run& run) {
       evaluate_first_derivatives(canonical_, trial) != EvaluationStatus::Ok) {
     return false;
   }
-  const double contraction = outer_.norm_error(trial, mu) / outer_.norm_error(from, mu);
+  const double contraction = outer_.norm_error(trial, mu) / before;
   // The first step to another mu may leave more: distances and multipliers change by factors. Once,
   // before it contracts again.
   const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;

@@ -19,7 +19,9 @@ bool GlobalizedMethod::find_outer_step(Run& run) {
     shift = outer_.direction.shift;
     shift.x = shift.lambda_x = 0.0;
   }
-  const bool at_hand = run.unshifted_step == UnshiftedStep::Right && shift == Regularization{};
+  // The fast step's solution may be a rough one.
+  const bool at_hand = run.unshifted_step == UnshiftedStep::Right && shift == Regularization{} &&
+                       outer_.solve(*run.here);
   if (!at_hand &&
       !outer_.find_step(*run.here, run.mu, shift, run.unshifted_step == UnshiftedStep::Wrong)) {
     return false;

@@ -127,7 +127,7 @@ bool InnerMaximizer::evaluate_merit(Point& trial, double mu, Merit& merit) {
 void InnerMaximizer::move(const Point& from, const Step& step, StepLength alpha, double mu,
                           Point& to) const {
   to.iterate = from.iterate;
-  advance(canonical_, step, alpha, to.iterate);
+  advance(canonical_, step, alpha, to.iterate, InequalityLength::Dual);
   clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, to.iterate);
 }
 

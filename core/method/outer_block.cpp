@@ -96,7 +96,9 @@ double OuterBlock::slope(const Point& point, double mu) {
 
 void OuterBlock::set_trial(const Point& from, const Step& along, StepLength alpha, double mu) {
   trial.iterate = from.iterate;
-  advance(canonical_, along, alpha, trial.iterate);
+  // Minimizations go as Ipopt's do.
+  advance(canonical_, along, alpha, trial.iterate,
+          has_max() ? InequalityLength::Dual : InequalityLength::Primal);
   clip_bound_multipliers(canonical_, mu, options_.kappa_sigma, trial.iterate);
 }
 

@@ -59,8 +59,8 @@ class OuterBlock {
   [[nodiscard]] bool find_step(const Point& point, double mu, Regularization& shift,
                                bool zero_fails);
   /// The Newton step with factors.
-  [[nodiscard]] bool solve(const Point& point) {
-    return kkt_.solve(factors, point.evaluation, rhs, step);
+  [[nodiscard]] bool solve(const Point& point, const Accuracy& accuracy = {}) {
+    return kkt_.solve(factors, point.evaluation, rhs, step, accuracy);
   }
   /// As far along step as bounds allow.
   [[nodiscard]] StepLength longest_step(const Point& point, double mu) const;

@@ -18,6 +18,11 @@ constexpr double kContraction = 0.9;  ///< kappa_f: of |g(z, mu)|, else the step
 constexpr double kGrowth = 1e3;       ///< allowed to a full step after mu changed [H]
 constexpr double kFreezeContraction =
     0.25;  ///< of a full step: K_yy is taken to be right [CYH's freeze, H]
+/// Residual that the linear system may leave: a share of what quadratic convergence would, from the
+/// last contraction or from this one, or of tol.
+constexpr double kForcing = 0.1;
+constexpr double kUnknownContraction = 0.1;
+constexpr double kShareOfTolerance = 1e-2;
 }  // namespace fast
 
 /// The inner phase: ascent in y alone.

@@ -62,11 +62,19 @@ bool moves(const CanonicalProblem& canonical, const Iterate& iterate, const Step
 }  // namespace
 
 void advance(const CanonicalProblem& canonical, const Step& step, StepLength alpha,
-             Iterate& iterate) {
+             Iterate& iterate, InequalityLength inequalities) {
   // A step of v that is its rounding would renew the rounding errors of the gradient, which the
   // step of the multipliers answers.
   if (moves(canonical, iterate, step)) iterate.v += alpha.primal * step.v;
-  iterate.lambda += alpha.primal * step.lambda;
+  if (inequalities == InequalityLength::Primal || alpha.primal == alpha.dual) {
+    iterate.lambda += alpha.primal * step.lambda;
+  } else {
+    const auto slack_of = canonical.slack_of_constraint();
+    for (Index j = 0; j < step.lambda.size(); ++j) {
+      const bool has_slack = slack_of[static_cast<std::size_t>(j)] >= 0;
+      iterate.lambda[j] += (has_slack ? alpha.dual : alpha.primal) * step.lambda[j];
+    }
+  }
   iterate.z_lower += alpha.dual * step.z_lower;
   iterate.z_upper += alpha.dual * step.z_upper;
 }

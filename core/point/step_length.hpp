@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "core/model/canonical_problem.hpp"
 #include "core/model/iterate.hpp"
 
@@ -16,6 +18,12 @@ struct StepLength {
   double dual = 1.0;    ///< of z_lower and z_upper
 };
 
+/// How far lambda of inequalities goes.
+enum class InequalityLength : std::uint8_t {
+  Primal,  ///< as v and all lambda: Ipopt's alpha_for_y primal
+  Dual     ///< as the multipliers of the slack's bounds: the slack stays stationary
+};
+
 /// Largest steps in (0, 1] that keep at least (1 - tau) of every distance to a bound and of every
 /// bound multiplier.
 [[nodiscard]] StepLength largest_step(const CanonicalProblem& canonical, const Iterate& iterate,
@@ -23,7 +31,7 @@ struct StepLength {
 
 /// iterate += alpha step; v stays where the step changes it by its rounding alone.
 void advance(const CanonicalProblem& canonical, const Step& step, StepLength alpha,
-             Iterate& iterate);
+             Iterate& iterate, InequalityLength inequalities = InequalityLength::Primal);
 
 /// Keeps bound multipliers within [mu / (kappa s), kappa mu / s], s the distance to the bound:
 /// Waechter and Biegler 2006, eq. (16).

@@ -22,6 +22,7 @@ SymmetricSolverOptions solver_options_of(const SolverOptions& options) {
   result.mumps_pivot_tolerance = options.mumps_pivtol;
   result.mumps_pivot_tolerance_max = options.mumps_pivtolmax;
   result.mumps_memory_percent = options.mumps_mem_percent;
+  result.threads = options.minmax_threads;
   return result;
 }
 

@@ -155,7 +155,7 @@ TEST(FactorizationLimit, LeavesTheBestPointSeen) {
 TEST(FactorizationLimit, LeavesTheBestPointSeenByAnySearch) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Index of_earlier_search = 0;
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     const MultimodalProblem many = random_multimodal(MultimodalKind::Constrained, 5, 4, seed);
     for (const std::vector<double>& start : many.starts) {
       AutodiffProblem problem(many.model, start);

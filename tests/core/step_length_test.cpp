@@ -114,6 +114,47 @@ TEST_F(StepLengthTest, AdvanceUsesThePrimalLengthForLambda) {
   EXPECT_EQ(iterate_.z_upper, (Eigen::VectorXd{{0.0, 0.5, 0.0, 12.0}}));
 }
 
+TEST(Advance, KeepsSlacksStationaryWithTheDualLengthForInequalities) {
+  Model model;
+  const auto x = model.variable(Player::Min, "x");
+  const auto y = model.variable(Player::Max, "y");
+  model.objective(square(x) - square(y));
+  model.constraint(x + y, 1.0, 1.0);
+  model.constraint(square(y), -kNoBound, 1.0);
+  AutodiffProblem problem(model, {0.0, 0.0});
+  const SolverOptions options;
+  Counts counts;
+  Timing timing;
+  CanonicalProblem canonical(problem, options, counts, timing);
+  ASSERT_EQ(canonical.build(), "");
+  const auto slack_of = canonical.slack_of_constraint();
+  const Index inequality = slack_of[0] >= 0 ? 0 : 1, equation = 1 - inequality;
+  ASSERT_GE(slack_of[static_cast<std::size_t>(inequality)], 0);
+  const Index slack = slack_of[static_cast<std::size_t>(inequality)];
+
+  Iterate start{.v = Eigen::VectorXd::Zero(canonical.variables()),
+                .lambda = Eigen::VectorXd::Zero(2),
+                .z_lower = Eigen::VectorXd::Zero(canonical.variables()),
+                .z_upper = Eigen::VectorXd::Zero(canonical.variables())};
+  // Stationarity of the slack: -lambda + sign z_upper = 0.
+  const double sign = canonical.sign(slack);
+  start.z_upper[slack] = 2.0;
+  start.lambda[inequality] = 2.0 * sign;
+  Step step = zero_step(canonical);
+  step.z_upper[slack] = -100.0;
+  step.lambda << -100.0 * sign, -100.0 * sign;
+  step.lambda[equation] = 3.0;
+  const StepLength alpha{.primal = 1.0, .dual = 0.015};
+
+  Iterate primal = start, dual = start;
+  advance(canonical, step, alpha, primal);
+  EXPECT_EQ(primal.lambda[inequality], -98.0 * sign);
+  advance(canonical, step, alpha, dual, InequalityLength::Dual);
+  EXPECT_EQ(dual.lambda[equation], 3.0);
+  EXPECT_EQ(dual.z_upper[slack], 0.5);
+  EXPECT_EQ(dual.lambda[inequality], 0.5 * sign);
+}
+
 TEST_F(StepLengthTest, ClipKeepsMultipliersNearTheCentralPath) {
   // mu / s is 0.1, 0.1/3 | 0.1 | 0.025.
   iterate_.z_lower << 0.0, 2.0, 1e-4, 0.0;

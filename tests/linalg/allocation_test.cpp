@@ -13,8 +13,9 @@ namespace {
 
 using testing::allocation_counter;
 
-int allocations_in_the_loop(LinearSolver kind, const test::KktMatrix& kkt) {
-  const auto solver = make_symmetric_solver(kind, {});
+int allocations_in_the_loop(LinearSolver kind, const test::KktMatrix& kkt,
+                            const SymmetricSolverOptions& options = {}) {
+  const auto solver = make_symmetric_solver(kind, options);
   EXPECT_TRUE(solver->analyze(kkt.matrix, kkt.signs).ok);
   std::vector<double> rhs(3 * static_cast<std::size_t>(kkt.matrix.dimension()), 1.0);
   bool ok = true;
@@ -46,6 +47,13 @@ TEST(Allocation, NoneInTheLoop) {
   EXPECT_EQ(allocations_in_the_loop(LinearSolver::Auto, chain), 0);
   EXPECT_EQ(allocations_in_the_loop(LinearSolver::Lapack, tiny), 0);
   EXPECT_EQ(allocations_in_the_loop(LinearSolver::Auto, tiny), 0);
+}
+
+TEST(Allocation, NoneInTheLoopOnTwoThreads) {
+  const test::KktMatrix grid = test::grid_kkt(60, 1);
+  for (const LinearSolver kind : {LinearSolver::Ldlt, LinearSolver::Auto}) {
+    EXPECT_EQ(allocations_in_the_loop(kind, grid, {.ordering = Ordering::Metis, .threads = 2}), 0);
+  }
 }
 
 }  // namespace

@@ -1,0 +1,168 @@
+#include <algorithm>
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "adapter/c_problem.hpp"
+#include "adapter/point_arrays.hpp"
+
+// The C interface: how a solution follows bounds and Min's variables.
+
+namespace ipminmax {
+inline namespace IPMINMAX_IPOPT_ABI {
+namespace {
+
+using Problem = ::IpminmaxProblemInfo;
+using Ipopt::Index;
+
+/// Size of the structure when it was first fixed: that of a caller who does not tell. It stays as
+/// it is when the structure grows.
+constexpr std::size_t kFirstActiveSetChange =
+    offsetof(IpminmaxActiveSetChange, enters) + sizeof(int);
+
+constexpr const char* kNoSensitivity =
+    "no sensitivity: IpminmaxUpdateSensitivity has not succeeded since the last solve";
+
+/// Copies bounds' changes; NULL is none.
+BoundChange read_change(const CallbackDefinition& d, const double* dx_L, const double* dx_U,
+                        const double* dg_L, const double* dg_U, std::string& error) {
+  const auto read = [&](const double* values, Index count, const char* name) {
+    return values == nullptr ? std::vector<double>() : read_array(values, count, name, error);
+  };
+  BoundChange change;
+  change.variable_lower = read(dx_L, d.n, "dx_L");
+  change.variable_upper = read(dx_U, d.n, "dx_U");
+  change.constraint_lower = read(dg_L, d.m, "dg_L");
+  change.constraint_upper = read(dg_U, d.m, "dg_U");
+  return change;
+}
+
+/// Runs action with the sensitivity; errors of its arguments are returned.
+template <class Action>
+std::string with_sensitivity(Problem& problem, std::string error, Action action) {
+  if (!error.empty()) return error;
+  if (!problem.sensitivity_fits) return kNoSensitivity;
+  try {
+    action(problem.sensitivity);
+  } catch (const std::invalid_argument& wrong) {
+    return wrong.what();
+  } catch (const std::runtime_error& singular) {
+    return singular.what();
+  }
+  return {};
+}
+
+/// Output arrays of a derivative or prediction; all may be null.
+struct SensitivityOutput {
+  double *x, *mult_g, *mult_x_L, *mult_x_U, *obj, *last;
+};
+
+void write(const SolutionDerivative& found, const SensitivityOutput& out) {
+  copy_to(out.x, found.v);
+  copy_to(out.mult_g, found.lambda);
+  copy_to(out.mult_x_L, found.z_lower);
+  copy_to(out.mult_x_U, found.z_upper);
+  if (out.obj != nullptr) *out.obj = found.objective;
+  if (out.last != nullptr) *out.last = found.objective_curvature;
+}
+
+void write(Prediction found, Problem& problem, const SensitivityOutput& out) {
+  copy_to(out.x, found.v);
+  copy_to(out.mult_g, found.lambda);
+  copy_to(out.mult_x_L, found.z_lower);
+  copy_to(out.mult_x_U, found.z_upper);
+  if (out.obj != nullptr) *out.obj = found.objective;
+  if (out.last != nullptr) *out.last = found.share;
+  problem.changes = std::move(found.changes);
+  say(&problem, std::move(found.message));
+}
+
+}  // namespace
+}  // namespace IPMINMAX_IPOPT_ABI
+}  // namespace ipminmax
+
+using namespace ipminmax;  // this file ends here
+
+int IpminmaxUpdateSensitivity(IpminmaxProblem problem) {
+  return guarded(problem, [&]() -> std::string {
+    if (problem->solving) return "the problem is being solved";
+    problem->changes.clear();
+    problem->sensitivity_fits = false;
+    if (!problem->answered) return "no solve has reached a first iterate";
+    std::string error = problem->application->UpdateSensitivity(problem->sensitivity);
+    problem->sensitivity_fits = error.empty();
+    return error;
+  });
+}
+
+int IpminmaxGetDerivative(IpminmaxProblem problem, const double* dx_L, const double* dx_U,
+                          const double* dg_L, const double* dg_U, double* dx, double* dmult_g,
+                          double* dmult_x_L, double* dmult_x_U, double* dobj, double* d2obj) {
+  return guarded(problem, [&] {
+    std::string error;
+    const BoundChange change =
+        read_change(problem->model->definition(), dx_L, dx_U, dg_L, dg_U, error);
+    return with_sensitivity(*problem, error, [&](Sensitivity& sensitivity) {
+      write(sensitivity.derivative(change), {dx, dmult_g, dmult_x_L, dmult_x_U, dobj, d2obj});
+    });
+  });
+}
+
+int IpminmaxGetReaction(IpminmaxProblem problem, const double* dx_min, double* dx, double* dmult_g,
+                        double* dmult_x_L, double* dmult_x_U, double* dobj, double* d2obj) {
+  return guarded(problem, [&] {
+    std::string error;
+    const std::vector<double> move =
+        read_array(dx_min, problem->model->definition().n, "dx_min", error);
+    return with_sensitivity(*problem, error, [&](Sensitivity& sensitivity) {
+      write(sensitivity.reaction(move), {dx, dmult_g, dmult_x_L, dmult_x_U, dobj, d2obj});
+    });
+  });
+}
+
+int IpminmaxPredict(IpminmaxProblem problem, const double* dx_L, const double* dx_U,
+                    const double* dg_L, const double* dg_U, double* x, double* mult_g,
+                    double* mult_x_L, double* mult_x_U, double* obj, double* share) {
+  return guarded(problem, [&] {
+    std::string error;
+    const BoundChange change =
+        read_change(problem->model->definition(), dx_L, dx_U, dg_L, dg_U, error);
+    return with_sensitivity(*problem, error, [&](Sensitivity& sensitivity) {
+      write(sensitivity.predict(change), *problem, {x, mult_g, mult_x_L, mult_x_U, obj, share});
+    });
+  });
+}
+
+int IpminmaxPredictReaction(IpminmaxProblem problem, const double* dx_min, double* x,
+                            double* mult_g, double* mult_x_L, double* mult_x_U, double* obj,
+                            double* share) {
+  return guarded(problem, [&] {
+    std::string error;
+    const std::vector<double> move =
+        read_array(dx_min, problem->model->definition().n, "dx_min", error);
+    return with_sensitivity(*problem, error, [&](Sensitivity& sensitivity) {
+      write(sensitivity.react(move), *problem, {x, mult_g, mult_x_L, mult_x_U, obj, share});
+    });
+  });
+}
+
+int(IpminmaxGetActiveSetChanges)(IpminmaxProblem problem, int capacity,
+                                 IpminmaxActiveSetChange* changes) {
+  return IpminmaxGetActiveSetChangesSized(problem, capacity, changes, kFirstActiveSetChange);
+}
+
+int IpminmaxGetActiveSetChangesSized(IpminmaxProblem problem, int capacity,
+                                     IpminmaxActiveSetChange* changes, size_t size) {
+  if (problem == nullptr) return 0;
+  const int count = static_cast<int>(problem->changes.size());
+  for (int k = 0; k < std::min(count, capacity) && changes != nullptr; ++k) {
+    const ActiveSetChange& from = problem->changes[static_cast<std::size_t>(k)];
+    const IpminmaxActiveSetChange to{from.share, from.of_constraint ? 1 : 0, from.index,
+                                     from.upper ? 1 : 0, from.enters ? 1 : 0};
+    write_sized(&to, sizeof to,
+                reinterpret_cast<char*>(changes) + static_cast<std::size_t>(k) * size, size);
+  }
+  return count;
+}

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/certificate/active_set.hpp"
+#include "core/certificate/certificate.hpp"
+#include "core/certificate/contraction.hpp"
+#include "core/certificate/reasons.hpp"
+#include "core/certificate/second_order.hpp"
+#include "core/model/directional_check.hpp"
+
+namespace ipminmax {
+
+/// Newton's method counts as contracting when the second step with the same matrix is at most this
+/// fraction of the first (1/4 for x^3 at 0, below it quadratic convergence is near).
+inline constexpr double kContraction = 0.1;
+/// Amplification of a generic right-hand side up to which active gradients are independent.
+inline constexpr double kIndependent = 1e5;
+/// Change of the active gradients over a step, times the amplification of the matrices, up to which
+/// these are nonsingular all along it.
+inline constexpr double kTurn = 0.25;
+/// Factorizations that a Newton step and the test at its end need.
+inline constexpr Index kToConfirm = 3;
+
+/// A point on trial: what all parts of the second-order test work with, and what they have found.
+struct Case {
+  Case(CanonicalProblem& its_canonical, KktSystem& its_kkt, double its_mu,
+       const SolverOptions& its_options, Index factorizations, CertificateArrays& its_arrays);
+
+  CanonicalProblem& canonical;
+  KktSystem& kkt;
+  const SolverOptions& options;
+  CertificateArrays& arrays;
+  double mu;                  ///< of the point, or of the one that it moved to
+  Index last_factorization;   ///< that an undecided point may cost, as counted by kkt
+  std::vector<Index> idle{};  ///< copies of y whose robust constraint is inactive
+  std::optional<Eigen::VectorXd> hessian_error{};  ///< of differences, canonical units
+
+  Reasons reasons;
+  std::optional<Point> moved{};  ///< nearer to the solution
+  std::optional<WrongCurvature> wrong{};
+  std::optional<Eigen::VectorXd> descent{};
+  std::optional<Deviation> wrong_row{};  ///< of W
+  bool is_far = false;   ///< the solution is near enough for the test but not for the user
+  bool stopped = false;  ///< by the budget of factorizations
+  Certificate certificate{};
+
+  /// Curvature in units that a certificate leaves, at least what factorizations perturb.
+  [[nodiscard]] double margin(double times) const;
+  /// Step to the solution, over the size of the problem, that is worth going.
+  [[nodiscard]] double far() const;
+  /// False ends the test of an undecided point.
+  [[nodiscard]] bool may_factorize(Index more);
+  [[nodiscard]] bool has_x() const { return kkt.layout().x.size() > 0; }
+  [[nodiscard]] bool has_y() const { return kkt.layout().y.size() > 0; }
+
+  void hold_idle(BoundClasses& classes) const;
+  [[nodiscard]] BoundClasses with_idle_held(BoundClasses classes) const;
+  [[nodiscard]] Eigen::VectorXd hessian_error_in(const Units& units) const;
+  /// Whether a Newton step keeps the classes and the next one would be much shorter.
+  [[nodiscard]] bool newton_confirms(ActiveSetSystem& system, const Point& point,
+                                     const KktSolve& solve, Probe probe, NewtonTest& newton) const;
+  /// To the certificate: the matrices' inertias at the point without any margin.
+  void report_inertias(ActiveSetSystem& system);
+  /// To the certificate: little curvature; to wrong_row: where W is wrong along it.
+  void examine_curvature(ActiveSetSystem& system, const Point& point,
+                         const Eigen::VectorXd& lambda);
+  /// The same at a point whose active set is not known. assembled: null where no factors are.
+  void examine_curvature(const Point& point, const Evaluation* assembled);
+
+ private:
+  void examine_curvature(const CurvatureTrial& trial, const Point& point,
+                         const Eigen::VectorXd& lambda);
+};
+
+/// Whether the matrices of the test are nonsingular at the end of the step as well.
+[[nodiscard]] inline bool gradients_hold(const NewtonTest& newton, const InertiaTest& test) {
+  return newton.inner_turn * test.inner_response <= kTurn &&
+         newton.turn * test.full_response <= kTurn;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,183 @@
+#include "core/certificate/stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/certificate/newton.hpp"
+#include "core/point/step_length.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// What a Newton step has to leave of an entry of W, over its change: 0.6 of f'' is left where it
+/// vanishes with f' and f, whatever the order.
+constexpr double kLeft = 0.3;
+/// Of variables, relative to their sizes here or at the start.
+constexpr double kRounding = 1e-13;
+/// Of a distance to a bound, of steps that are no larger.
+constexpr double kShareOfDistance = 0.1;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Multipliers cannot be known better than this: rounding of the variables, relative to their
+/// sizes, over what it changes the gradient by that they balance.
+Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const Point& point,
+                                        const Eigen::VectorXd& size) {
+  const Evaluation& here = point.evaluation;
+  Eigen::VectorXd terms = here.gradient.cwiseAbs();
+  for (std::size_t k = 0; k < here.hessian.size(); ++k) {
+    const auto [i, j] = canonical.hessian()[k];
+    terms[i] += std::abs(here.hessian[k]) * size[j];
+    if (i != j) terms[j] += std::abs(here.hessian[k]) * size[i];
+  }
+  Eigen::VectorXd balanced = Eigen::VectorXd::Zero(canonical.constraints()), length = balanced;
+  for (std::size_t k = 0; k < here.jacobian.size(); ++k) {
+    const auto [row, col] = canonical.jacobian()[k];
+    terms[col] += std::abs(here.jacobian[k] * point.iterate.lambda[row]);
+    length[row] = std::max(length[row], std::abs(here.jacobian[k]));
+  }
+  for (std::size_t k = 0; k < here.jacobian.size(); ++k) {
+    const auto [row, col] = canonical.jacobian()[k];
+    if (here.jacobian[k] != 0.0) balanced[row] = std::max(balanced[row], terms[col]);
+  }
+  for (Index j = 0; j < balanced.size(); ++j) {
+    balanced[j] *= length[j] > 0.0 ? kRounding / length[j] : 0.0;
+  }
+  return balanced;
+}
+
+/// Lengths from what is certain of the derivatives, and from what has been found out about them.
+Units measured(const CanonicalProblem& canonical, const Stage& stage, const Evaluation& certain) {
+  Units units = units_of(canonical, stage.point.iterate.v, certain,
+                         stage.answers.value_or(Eigen::VectorXd()));
+  if (stage.stretch) units = stretched(canonical, certain, std::move(units), *stage.stretch);
+  return units;
+}
+
+}  // namespace
+
+Eigen::VectorXd without_inactive(const CanonicalProblem& canonical, const BoundClasses& classes,
+                                 Eigen::VectorXd lambda) {
+  const auto slack_of = canonical.slack_of_constraint();
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    const Index slack = slack_of[at(j)];
+    if (slack >= 0 && classes[slack] <= BoundClass::Inactive) lambda[j] = 0.0;
+  }
+  return lambda;
+}
+
+Units certain_units(CanonicalProblem& canonical, const Stage& stage) {
+  const Point& point = stage.point;
+  Evaluation certain = point.evaluation, there = certain;
+  for (std::size_t k = 0; k < stage.newton.hessian_change.size(); ++k) {
+    if (std::abs(certain.hessian[k]) < kLeft * stage.newton.hessian_change[k]) {
+      certain.hessian[k] = 0.0;
+    }
+  }
+  const Eigen::VectorXd size =
+      point.iterate.v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
+  Eigen::VectorXd step = kRounding * size;
+  keep_within_bounds(canonical, point.iterate.v, kShareOfDistance, step);
+  const Eigen::VectorXd lambda =
+      point.iterate.lambda + rounding_of_multipliers(canonical, point, size);
+  if (canonical.first_derivatives(point.iterate.v + step, there) != EvaluationStatus::Ok ||
+      canonical.second_derivatives(point.iterate.v + step,
+                                   without_inactive(canonical, stage.classes, lambda),
+                                   there) != EvaluationStatus::Ok) {
+    return measured(canonical, stage, certain);
+  }
+  const auto keep = [](double changed, double& value) {
+    if (!(std::abs(changed - value) <= std::abs(value))) value = 0.0;
+  };
+  for (std::size_t k = 0; k < certain.hessian.size(); ++k) {
+    if (certain.hessian[k] != 0.0) keep(there.hessian[k], certain.hessian[k]);
+  }
+  for (std::size_t k = 0; k < certain.jacobian.size(); ++k) {
+    keep(there.jacobian[k], certain.jacobian[k]);
+  }
+  return measured(canonical, stage, certain);
+}
+
+bool clean(CanonicalProblem& canonical, const BoundClasses& classes, Point& point) {
+  const Eigen::VectorXd lambda = without_inactive(canonical, classes, point.iterate.lambda);
+  if (lambda == point.iterate.lambda) return true;
+  return canonical.second_derivatives(point.iterate.v, lambda, point.evaluation) ==
+         EvaluationStatus::Ok;
+}
+
+Eigen::VectorXd error_of(Case& c, const Point& point, const BoundClasses& classes,
+                         const Units& units) {
+  Eigen::VectorXd error = c.hessian_error_in(units);
+  Eigen::VectorXd lambda = point.iterate.lambda;
+  const auto slack_of = c.canonical.slack_of_constraint();
+  bool any = false;
+  for (Index j = 0; j < c.canonical.constraints(); ++j) {
+    const Index slack = slack_of[at(j)];
+    if (slack < 0 || classes[slack] == BoundClass::Active) continue;
+    any = any || classes[slack] == BoundClass::Doubtful;
+    lambda[j] = 0.0;
+  }
+  if (error.size() == 0) error.setZero(c.canonical.variables());
+  if (!any) return error;
+  Evaluation without = point.evaluation;
+  if (c.canonical.second_derivatives(point.iterate.v, lambda, without) != EvaluationStatus::Ok) {
+    return Eigen::VectorXd::Constant(c.canonical.variables(),
+                                     std::numeric_limits<double>::infinity());
+  }
+  for (std::size_t k = 0; k < without.hessian.size(); ++k) {
+    const auto [i, j] = c.canonical.hessian()[k];
+    const double change = units.variable[i] * units.variable[j] *
+                          std::abs(without.hessian[k] - point.evaluation.hessian[k]);
+    error[i] += change;
+    if (i != j) error[j] += change;
+  }
+  return error;
+}
+
+bool evaluate(CanonicalProblem& canonical, Point& point) {
+  return canonical.constraints(point.iterate.v, point.evaluation.c) == EvaluationStatus::Ok &&
+         evaluate_derivatives(canonical, point) == EvaluationStatus::Ok;
+}
+
+bool evaluate_objective(CanonicalProblem& canonical, Point& point) {
+  return canonical.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok;
+}
+
+bool confirm(Case& c, Stage& stage, ActiveSetSystem& system) {
+  system.assemble(ActiveSetSystem::kSufficient);
+  stage.error = error_of(c, stage.point, stage.classes, stage.units);
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double /*share*/) {
+    return solve_accurately(c.kkt, system.assembled(), rhs, step);
+  };
+  stage.converges =
+      c.newton_confirms(system, stage.point, solve, Probe::EndAndBeyond, stage.newton);
+  if (stage.newton.done) stage.error += stage.newton.error;
+  return stage.converges;
+}
+
+std::vector<bool> droppable(const CanonicalProblem& canonical, const Dependences& dependences,
+                            bool x_held) {
+  std::vector<bool> rows(at(canonical.constraints()), false);
+  for (const Dependence& dependence : dependences.found) {
+    rows[at(dependence.row)] = x_held ? dependence.identical_in_y : dependence.identical;
+  }
+  return rows;
+}
+
+bool settled(const CanonicalProblem& canonical, const Stage& stage, bool of_max) {
+  if (!stage.dependences) return true;
+  const auto open = [&](const Dependence& d) {
+    const bool max = canonical.max_constraints().contains(d.row);
+    return (max || !of_max) && !stage.classes.is_redundant(d.row);
+  };
+  return stage.dependences->complete && std::ranges::none_of(stage.dependences->found, open);
+}
+
+bool ends_near(const Case& c, const Stage& stage) {
+  return stage.newton.step <=
+         c.far() * size_of_problem(c.canonical, stage.point.iterate, stage.units);
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/certificate/case.hpp"
+#include "core/certificate/dependence.hpp"
+
+namespace ipminmax {
+
+/// Step to a certified solution that does not meet the tolerances itself, over the size of the
+/// problem.
+inline constexpr double kNear = 1e-3;
+
+/// A point on its way to the solution of the active set's equations, and what is known of it.
+struct Stage {
+  Point point;
+  Units units;
+  BoundClasses classes;
+  NewtonTest newton;
+  InertiaTest test;
+  Eigen::VectorXd error;   ///< of W in units
+  bool converges = false;  ///< Newton's method, to a solution with these classes
+  bool guessed = false;    ///< some classes are mere guesses: nothing but success counts
+  /// After many steps: other solutions may be nearer to where they began, so that the certified
+  /// one has to be returned itself.
+  bool crept = false;
+  std::optional<Dependences> dependences{};
+  /// Curvature that Max's answers give x, once it has been asked for; empty where it is of no
+  /// use.
+  std::optional<Eigen::VectorXd> answers{};
+  /// Times the lengths: how much farther variables go along directions of little curvature.
+  std::optional<Eigen::VectorXd> stretch{};
+  /// Fewer answers of Max, in which K is tested: where his active gradients depend.
+  std::optional<BoundClasses> narrow{};
+};
+
+/// lambda with zero for inactive inequalities.
+[[nodiscard]] Eigen::VectorXd without_inactive(const CanonicalProblem& canonical,
+                                               const BoundClasses& classes, Eigen::VectorXd lambda);
+/// All but f at the point's iterate: few of the points on the way are asked for their value.
+[[nodiscard]] bool evaluate(CanonicalProblem& canonical, Point& point);
+[[nodiscard]] bool evaluate_objective(CanonicalProblem& canonical, Point& point);
+/// Takes the multipliers of inactive inequalities, which are the barrier's, out of W.
+[[nodiscard]] bool clean(CanonicalProblem& canonical, const BoundClasses& classes, Point& point);
+
+/// From entries of W and the Jacobian that neither rounding of the variables and multipliers nor
+/// the last Newton step changes by more than they are: what is left of a cancellation gives no
+/// length.
+[[nodiscard]] Units certain_units(CanonicalProblem& canonical, const Stage& stage);
+/// Of W in units: that of differences, and what doubtful inequalities may give or not.
+[[nodiscard]] Eigen::VectorXd error_of(Case& c, const Point& point, const BoundClasses& classes,
+                                       const Units& units);
+/// The Newton step, and the error of W over it.
+[[nodiscard]] bool confirm(Case& c, Stage& stage, ActiveSetSystem& system);
+/// The path leads to a solution far from the point, a Newton step not quite to its bounds.
+[[nodiscard]] bool ends_near(const Case& c, const Stage& stage);
+
+/// Constraints that say nothing beside others, so that the model without them is the same model.
+/// x_held: beside others at this x.
+[[nodiscard]] std::vector<bool> droppable(const CanonicalProblem& canonical,
+                                          const Dependences& dependences, bool x_held);
+/// Whether all dependent rows found are left out; of_max: of Max's.
+[[nodiscard]] bool settled(const CanonicalProblem& canonical, const Stage& stage, bool of_max);
+
+}  // namespace ipminmax

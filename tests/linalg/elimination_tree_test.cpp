@@ -1,0 +1,214 @@
+// The elimination tree and the pattern of L, beside an elimination of the pattern row by row.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iterator>
+#include <numeric>
+#include <random>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "linalg/elimination_tree.hpp"
+
+namespace ipminmax {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Rows of a lower triangle; what LowerRows points to.
+struct Rows {
+  std::vector<Index> starts{0}, columns;
+  [[nodiscard]] LowerRows view() const { return {starts, columns}; }
+};
+
+/// Entries left of the diagonal in random order, some rows with their diagonal.
+Rows random_rows(Index dimension, double density, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  Rows a;
+  for (Index k = 0; k < dimension; ++k) {
+    const auto first = static_cast<std::ptrdiff_t>(a.columns.size());
+    for (Index j = 0; j < k; ++j) {
+      if (uniform(random) < density) a.columns.push_back(j);
+    }
+    if (uniform(random) < 0.5) a.columns.push_back(k);
+    std::shuffle(a.columns.begin() + first, a.columns.end(), random);
+    a.starts.push_back(static_cast<Index>(a.columns.size()));
+  }
+  return a;
+}
+
+/// Rows of each column of L below the diagonal, by eliminating one column after the other.
+std::vector<std::set<Index>> eliminate(const LowerRows& a) {
+  std::vector<std::set<Index>> below(at(a.dimension()));
+  for (Index k = 0; k < a.dimension(); ++k) {
+    for (Index p = a.starts[at(k)]; p < a.starts[at(k) + 1]; ++p) {
+      if (a.columns[at(p)] < k) below[at(a.columns[at(p)])].insert(k);
+    }
+  }
+  for (auto& column : below) {
+    if (column.empty()) continue;
+    below[at(*column.begin())].insert(std::next(column.begin()), column.end());
+  }
+  return below;
+}
+
+TEST(EliminationTree, IsThatOfTheEliminatedPattern) {
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    const Rows a = random_rows(static_cast<Index>(seed * 3), 2.0 / (seed * 3.0), seed);
+    const std::vector<std::set<Index>> below = eliminate(a.view());
+    const EliminationTree tree = elimination_tree(a.view());
+    ASSERT_EQ(tree.parent.size(), below.size());
+    for (std::size_t j = 0; j < below.size(); ++j) {
+      EXPECT_EQ(tree.parent[j], below[j].empty() ? -1 : *below[j].begin());
+      EXPECT_EQ(at(tree.column_starts[j + 1] - tree.column_starts[j]), below[j].size());
+    }
+  }
+}
+
+TEST(FactorPattern, HasTheEntriesByColumnsAndByRowsInAnOrderOfElimination) {
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    const Rows a = random_rows(static_cast<Index>(seed * 3), 2.0 / (seed * 3.0), seed);
+    const std::vector<std::set<Index>> below = eliminate(a.view());
+    const EliminationTree tree = elimination_tree(a.view());
+    const FactorPattern pattern = factor_pattern(a.view(), tree);
+    for (std::size_t j = 0; j < below.size(); ++j) {
+      const std::vector<Index> rows(pattern.rows.begin() + tree.column_starts[j],
+                                    pattern.rows.begin() + tree.column_starts[j + 1]);
+      EXPECT_EQ(rows, std::vector<Index>(below[j].begin(), below[j].end()));
+    }
+    for (Index k = 0; k < tree.dimension(); ++k) {
+      std::set<Index> seen;
+      for (Index r = pattern.row_starts[at(k)]; r < pattern.row_starts[at(k) + 1]; ++r) {
+        const Index i = pattern.columns[at(r)];
+        EXPECT_TRUE(below[at(i)].contains(k));
+        // None of those before needs what this one changes.
+        for (const Index row : below[at(i)]) EXPECT_FALSE(seen.contains(row));
+        EXPECT_TRUE(seen.insert(i).second);
+      }
+    }
+    EXPECT_EQ(pattern.columns.size(), pattern.rows.size());
+  }
+}
+
+TEST(RowCosts, CountEntriesAndUpdates) {
+  const Rows a = random_rows(40, 0.1, 7);
+  const EliminationTree tree = elimination_tree(a.view());
+  const std::vector<std::set<Index>> below = eliminate(a.view());
+  const std::vector<double> costs =
+      row_costs(tree, factor_pattern(a.view(), tree), {.row = 1e6, .entry = 1e3, .update = 1.0});
+  for (Index k = 0; k < tree.dimension(); ++k) {
+    double expected = 1e6;
+    for (const auto& column : below) {
+      if (!column.contains(k)) continue;
+      expected += 1e3;
+      for (const Index row : column) expected += row < k ? 1.0 : 0.0;
+    }
+    EXPECT_EQ(costs[at(k)], expected);
+  }
+}
+
+/// Every row once, in sets that hold the descendants of their rows and share none.
+void expect_parts_of(const TreeParts& parts, const EliminationTree& tree,
+                     const std::vector<double>& costs) {
+  const auto n = costs.size();
+  std::vector<int> part(n, -2);
+  double longest = 0.0, rest = 0.0;
+  for (int p = 0; p < parts.count(); ++p) {
+    double sum = 0.0;
+    EXPECT_TRUE(std::ranges::is_sorted(parts.part(p)));
+    for (const Index k : parts.part(p)) {
+      EXPECT_EQ(std::exchange(part[at(k)], p), -2);
+      sum += costs[at(k)];
+    }
+    longest = std::max(longest, sum);
+  }
+  EXPECT_TRUE(std::ranges::is_sorted(parts.rest()));
+  for (const Index k : parts.rest()) {
+    EXPECT_EQ(std::exchange(part[at(k)], -1), -2);
+    rest += costs[at(k)];
+  }
+  EXPECT_EQ(std::ranges::count(part, -2), 0);
+  for (std::size_t k = 0; k < n; ++k) {
+    if (tree.parent[k] < 0) continue;
+    const int above = part[at(tree.parent[k])];
+    EXPECT_TRUE(above == -1 || above == part[k]) << k;
+  }
+  EXPECT_NEAR(parts.longest, longest + rest, 1e-12 * parts.cost);
+}
+
+TEST(Split, BalancesSubtreesThatAreIndependent) {
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    const Rows a = random_rows(static_cast<Index>(10 * seed), 1.2 / (10.0 * seed), seed);
+    const EliminationTree tree = elimination_tree(a.view());
+    const std::vector<double> costs =
+        row_costs(tree, factor_pattern(a.view(), tree), {.row = 1.0, .entry = 1.0, .update = 1.0});
+    for (const int threads : {1, 2, 3, 8, 1000000}) {
+      const TreeParts parts = split(tree, costs, threads, 1.0);
+      expect_parts_of(parts, tree, costs);
+      EXPECT_LE(parts.count(), threads == 1 ? 0 : threads);
+      EXPECT_NEAR(parts.cost, std::accumulate(costs.begin(), costs.end(), 0.0), 1e-9);
+      EXPECT_EQ(parts.rows, split(tree, costs, threads, 1.0).rows);
+    }
+  }
+}
+
+/// A complete binary tree, children before parents, of the given height.
+EliminationTree binary_tree(int height) {
+  EliminationTree tree;
+  const Index n = (1 << height) - 1;  // rows by levels, leaves first
+  for (Index k = 0, first = 0, width = (n + 1) / 2; k < n; ++k) {
+    if (k == first + width) {
+      first += width;
+      width /= 2;
+    }
+    tree.parent.push_back(k + 1 == n ? -1 : first + width + (k - first) / 2);
+  }
+  return tree;
+}
+
+TEST(Split, DividesABinaryTreeInHalvesAndAPathNotAtAll) {
+  const EliminationTree tree = binary_tree(10);
+  const std::vector<double> ones(tree.parent.size(), 1.0);
+  EXPECT_EQ(split(tree, ones, 2, 1.0).longest, 512.0);
+  EXPECT_EQ(split(tree, ones, 4, 1.0).longest, 258.0);
+  EXPECT_EQ(split(tree, ones, 2, 600.0).count(), 0);  // a part would be too small
+  EliminationTree path = tree;
+  for (Index k = 0; k < path.dimension(); ++k) path.parent[at(k)] = k + 1;
+  path.parent.back() = -1;
+  const TreeParts whole = split(path, ones, 2, 1.0);
+  EXPECT_EQ(whole.count(), 0);
+  EXPECT_EQ(whole.rest().size(), ones.size());
+  EXPECT_EQ(whole.longest, whole.cost);
+}
+
+TEST(PartsForThreads, AreForLargeFactorizationsAlone) {
+  for (const bool large : {false, true}) {
+    const EliminationTree tree = [] {
+      EliminationTree forest = binary_tree(10);
+      forest.column_starts.assign(forest.parent.size() + 1, 0);
+      return forest;
+    }();
+    FactorPattern pattern;
+    pattern.row_starts.assign(tree.parent.size() + 1, 0);
+    const EliminationCost cost{.row = large ? 1000.0 : 100.0};
+    EXPECT_EQ(parts_for_threads(tree, pattern, cost, 1).count(), 0);
+    const TreeParts parts = parts_for_threads(tree, pattern, cost, 2);
+    EXPECT_EQ(parts.count(), large ? 2 : 0);
+    EXPECT_EQ(parts.rows.size(), tree.parent.size());
+  }
+}
+
+TEST(EliminationTree, OfNothingIsEmpty) {
+  const Rows none;
+  const EliminationTree tree = elimination_tree(none.view());
+  EXPECT_EQ(tree.entries(), 0);
+  const FactorPattern pattern = factor_pattern(none.view(), tree);
+  EXPECT_EQ(pattern.row_starts, std::vector<Index>{0});
+  EXPECT_EQ(split(tree, row_costs(tree, pattern, {}), 2, 1.0).count(), 0);
+  EXPECT_EQ(parts_for_threads(tree, pattern, {}, 2).count(), 0);
+}
+
+}  // namespace
+}  // namespace ipminmax
