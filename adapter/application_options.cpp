@@ -362,11 +362,12 @@ std::string read_options(std::istream& input, const std::string& source,
 
 std::string solver_options(const Ipopt::OptionsList& list, SolverOptions& options) {
   try {
+    const MayBeSet may_be_set(list);
     bool as_printed_asked = false;
-    if (list.GetBoolValue("minmax_as_printed", as_printed_asked, "") && as_printed_asked) {
+    if (may_be_set("minmax_as_printed") &&
+        list.GetBoolValue("minmax_as_printed", as_printed_asked, "") && as_printed_asked) {
       options = as_printed(options);
     }
-    const MayBeSet may_be_set(list);
     for (const OptionInfo& info : option_table()) {
       if (!may_be_set(info.name)) continue;
       copy_option(info, list, options);

@@ -247,14 +247,15 @@ std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list) {
             .value_or("it steers Ipopt's own algorithm"));
   }
   std::string hessian;
-  if (list.GetStringValue("hessian_approximation", hessian, "") && hessian == "limited-memory") {
+  if (may_be_set("hessian_approximation") &&
+      list.GetStringValue("hessian_approximation", hessian, "") && hessian == "limited-memory") {
     messages.push_back(
         "hessian_approximation = limited-memory means finite-difference-values: a quasi-Newton "
         "matrix has no inertia to certify with, so second derivatives are differences of first "
         "ones");
   }
   std::string solver;
-  if (list.GetStringValue("linear_solver", solver, "")) {
+  if (may_be_set("linear_solver") && list.GetStringValue("linear_solver", solver, "")) {
     const auto others = ipopt_only_linear_solvers();
     if (std::ranges::find(others, solver) != others.end()) {
       add("linear_solver", solver, "it is not built in, auto is used");

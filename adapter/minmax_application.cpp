@@ -70,9 +70,10 @@ struct Settings {
 };
 
 Settings read_settings(const Ipopt::OptionsList& list) {
-  const auto flag = [&](const char* name) {
+  const MayBeSet may_be_set(list);
+  const auto flag = [&](const char* name) {  // all are off by default
     bool value = false;
-    list.GetBoolValue(name, value, "");
+    if (may_be_set(name)) list.GetBoolValue(name, value, "");
     return value;
   };
   Settings settings;
@@ -83,8 +84,12 @@ Settings read_settings(const Ipopt::OptionsList& list) {
   settings.error = solver_options(list, settings.solver);
   if (!settings.error.empty()) return settings;
   settings.players = player_options(list);
-  list.GetIntegerValue("print_frequency_iter", settings.rows.every, "");
-  list.GetNumericValue("print_frequency_time", settings.rows.pause, "");
+  if (may_be_set("print_frequency_iter")) {
+    list.GetIntegerValue("print_frequency_iter", settings.rows.every, "");
+  }
+  if (may_be_set("print_frequency_time")) {
+    list.GetNumericValue("print_frequency_time", settings.rows.pause, "");
+  }
   settings.rows.with_info = flag("print_info_string");
   settings.rows.as_ipopt = flag("print_ipopt_log");
   settings.list_options = flag("print_user_options");

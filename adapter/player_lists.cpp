@@ -3,6 +3,7 @@
 #include <optional>
 #include <utility>
 
+#include "adapter/exact_options.hpp"
 #include "adapter/player_lists.hpp"
 
 namespace ipminmax {
@@ -117,9 +118,13 @@ std::string read_index_list(std::string_view list, const ListedItems& items,
 
 PlayerOptions player_options(const Ipopt::OptionsList& list) {
   PlayerOptions options;
-  list.GetStringValue("minmax_max_variables", options.max_variables, "");
-  list.GetStringValue("minmax_max_constraints", options.max_constraints, "");
-  list.GetStringValue("minmax_min_constraints", options.min_constraints, "");
+  const MayBeSet may_be_set(list);
+  const auto read = [&](const char* name, std::string& value) {  // empty by default
+    if (may_be_set(name)) list.GetStringValue(name, value, "");
+  };
+  read("minmax_max_variables", options.max_variables);
+  read("minmax_max_constraints", options.max_constraints);
+  read("minmax_min_constraints", options.min_constraints);
   return options;
 }
 

@@ -18,6 +18,15 @@ namespace {
 constexpr Index kDenseDimension = 24;
 // Where pivoting is needed, LAPACK takes 0.03 ms at 100 rows, MUMPS 0.1 ms; level at 200 to 300:
 constexpr Index kDensePivotingDimension = 100;
+// Microseconds that factorizations take, those of dense matrices of 50 to 600 rows: LAPACK per n^2
+// (loading and scaling) and n^3, LDL' per flop.
+constexpr double kLapackPerSquare = 5e-3, kLapackPerCube = 7e-6;
+constexpr double kLdltPerFlop = 3.5e-4;
+// LAPACK's time over LDL's up to which it pays: its inertia needs no test, its solutions no
+// refinement.
+constexpr double kDenseWorth = 2.5;
+// Its matrix takes 8 MB then:
+constexpr Index kMostDense = 1000;
 // Flops per entry of L. Chains (5): LDL' is 30 to 100 times faster than MUMPS; grids: 3 times at
 // 100, level at 200, slower beyond, where dense kernels pay. With pairs of rows: grids 3 times at
 // 100, level at 150; transport and optimal times take a thousand and more, MUMPS 40:
@@ -43,6 +52,20 @@ bool choose_ldlt(const FactorSize& size) {
   return size.flops <= kLdltMaxFlopsPerEntry * static_cast<double>(size.entries);
 }
 
+bool choose_dense(Index dimension, double ldlt_flops) {
+  const double n = dimension;
+  const double dense = n * n * (kLapackPerSquare + kLapackPerCube * n);
+  return dimension <= kMostDense && dense <= kDenseWorth * kLdltPerFlop * ldlt_flops;
+}
+
+/// Of LDL' with any ordering: no column loses entries, and the sum of squares is least where all
+/// are alike.
+double least_ldlt_flops(const SymmetricMatrix& matrix) {
+  const double n = matrix.dimension();
+  const double below = matrix.nonzeros() - n;
+  return below * below / n;
+}
+
 double norm(std::span<const double> v) {
   return std::sqrt(std::inner_product(v.begin(), v.end(), v.begin(), 0.0));
 }
@@ -62,10 +85,14 @@ Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
   expected_ = {};
   for (const std::int8_t sign : signs) ++(sign > 0 ? expected_.positive : expected_.negative);
   make_pivoting(n);
-  if (n > kDenseDimension && !signs.empty() && options_.ordering != Ordering::Pord) {
+  if (n > kDenseDimension && choose_dense(n, least_ldlt_flops(matrix))) {
+    pivoting_ = std::make_unique<LapackSolver>();
+  } else if (n > kDenseDimension && !signs.empty() && options_.ordering != Ordering::Pord) {
     try {
       OrderingChoice choice = choose_ordering(matrix, options_.ordering);
-      if (choose_ldlt(choice.size)) {
+      if (choose_dense(n, choice.size.flops)) {
+        pivoting_ = std::make_unique<LapackSolver>();
+      } else if (choose_ldlt(choice.size)) {
         const Analysis analysis = ldlt_.analyze(matrix, signs, choice);
         if (prepare_ldlt(analysis)) return analysis;
       } else if (choice.ordering == Ordering::Metis) {

@@ -25,10 +25,14 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
+/// Rows up to which calls of BLAS take longer than its work.
+constexpr Index kTiny = 24;
+
 std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
 
 /// The power of two next to 1 / sqrt(norm); 1 for an empty row.
 double equilibrating_factor(double norm) {
+  if (norm >= 0.5 && norm < 4.0) return 1.0;
   return norm > 0.0 ? std::ldexp(1.0, -std::ilogb(norm) / 2) : 1.0;
 }
 
@@ -111,16 +115,23 @@ void LapackSolver::equilibrate(const SymmetricMatrix& matrix) {
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     std::fill(row_norms_.begin(), row_norms_.end(), 0.0);
     for (std::size_t j = 0; j < scale_.size(); ++j) {
+      const double scale = scale_[j];
+      double largest = row_norms_[j];
       for (auto p = as_size(starts[j]); p < as_size(starts[j + 1]); ++p) {
         const auto i = as_size(rows[p]);
-        const double magnitude = std::abs(values[p]) * scale_[i] * scale_[j];
+        const double magnitude = std::abs(values[p]) * scale_[i] * scale;
         row_norms_[i] = std::max(row_norms_[i], magnitude);
-        row_norms_[j] = std::max(row_norms_[j], magnitude);
+        largest = std::max(largest, magnitude);
       }
+      row_norms_[j] = largest;  // its diagonal entry is in the loop
     }
+    bool changed = false;
     for (std::size_t i = 0; i < scale_.size(); ++i) {
-      scale_[i] *= equilibrating_factor(row_norms_[i]);
+      const double factor = equilibrating_factor(row_norms_[i]);
+      changed = changed || factor != 1.0;
+      scale_[i] *= factor;
     }
+    if (!changed) break;
   }
 }
 
@@ -132,9 +143,11 @@ void LapackSolver::load_values(const SymmetricMatrix& matrix) {
   const std::size_t n = scale_.size();
   std::fill(dense_.begin(), dense_.end(), 0.0);
   for (std::size_t j = 0; j < n; ++j) {
+    double* column = dense_.data() + j * n;
+    const double scale = scale_[j];
     for (auto p = as_size(starts[j]); p < as_size(starts[j + 1]); ++p) {
       const auto i = as_size(rows[p]);
-      dense_[i + j * n] = values[p] * scale_[i] * scale_[j];
+      column[i] = values[p] * scale_[i] * scale;
     }
   }
 }
@@ -183,15 +196,143 @@ Factorization LapackSolver::factorize(const SymmetricMatrix& matrix, Certainty) 
   }
   equilibrate(matrix);
   load_values(matrix);
-  int info = 0;
-  const int work_size = static_cast<int>(work_.size());
-  const SequentialBlas sequential(operations());
-  dsytrf_rook_("L", &dimension_, dense_.data(), &dimension_, interchanges_.data(), work_.data(),
-               &work_size, &info, 1);
-  if (info < 0) return {};  // info > 0: an exactly zero pivot, counted below
+  if (dimension_ <= kTiny) {
+    factorize_tiny();
+  } else {
+    int info = 0;
+    const int work_size = static_cast<int>(work_.size());
+    const SequentialBlas sequential(operations());
+    dsytrf_rook_("L", &dimension_, dense_.data(), &dimension_, interchanges_.data(), work_.data(),
+                 &work_size, &info, 1);
+    if (info < 0) return {};  // info > 0: an exactly zero pivot, counted below
+  }
   Factorization result = count_pivots();
   factorized_ = result.status == FactorizationStatus::Ok;
   return result;
+}
+
+/// A pivot of the rook's search: step rows from k on, after k and `first`, then the last row of the
+/// step and `last` have been interchanged.
+struct LapackSolver::RookPivot {
+  std::size_t step = 1, first = 0, last = 0;
+};
+
+/// From the diagonal entry of column k along rows and columns, to the largest entry of both its row
+/// and its column, unless a diagonal one on the way is large enough.
+LapackSolver::RookPivot LapackSolver::find_pivot(std::size_t k) const {
+  const double share = (1.0 + std::sqrt(17.0)) / 8.0;  // bounds the growth of one step
+  const std::size_t n = scale_.size();
+  const auto entry = [&](std::size_t i, std::size_t j) {
+    return std::abs(dense_[std::max(i, j) + std::min(i, j) * n]);
+  };
+  // Largest entry beside the diagonal in a row of what is left.
+  const auto largest_of_row = [&](std::size_t row) {
+    std::size_t largest = row == k ? std::min(k + 1, n - 1) : k;
+    for (std::size_t j = k; j < n; ++j) {
+      if (j != row && entry(row, j) > entry(row, largest)) largest = j;
+    }
+    return largest;
+  };
+  std::size_t row = k, next = largest_of_row(k);
+  double size = next == row ? 0.0 : entry(row, next);
+  if (entry(k, k) >= share * size) return {.step = 1, .first = k, .last = k};
+  for (;;) {
+    const std::size_t after = largest_of_row(next);
+    const double size_after = entry(next, after);
+    if (entry(next, next) >= share * size_after) return {.step = 1, .first = k, .last = next};
+    if (after == row || !(size_after > size)) return {.step = 2, .first = row, .last = next};
+    row = std::exchange(next, after);
+    size = size_after;
+  }
+}
+
+/// Rows and columns i < j of what is left from column k on.
+void LapackSolver::interchange(std::size_t k, std::size_t i, std::size_t j) {
+  if (i == j) return;
+  const std::size_t n = scale_.size();
+  double* a = dense_.data();
+  for (std::size_t c = k; c < i; ++c) std::swap(a[i + c * n], a[j + c * n]);
+  for (std::size_t c = i + 1; c < j; ++c) std::swap(a[c + i * n], a[j + c * n]);
+  for (std::size_t r = j + 1; r < n; ++r) std::swap(a[r + i * n], a[r + j * n]);
+  std::swap(a[i + i * n], a[j + j * n]);
+}
+
+/// As dsytrf_rook.
+void LapackSolver::factorize_tiny() {
+  const std::size_t n = scale_.size();
+  for (std::size_t k = 0; k < n;) {
+    const RookPivot pivot = find_pivot(k);
+    double* l = dense_.data() + k * n;
+    const auto to_index = [](std::size_t row) { return static_cast<Index>(row) + 1; };
+    if (pivot.step == 1) {
+      interchange(k, k, pivot.last);
+      interchanges_[k] = to_index(pivot.last);
+      for (std::size_t j = k + 1; j < n && l[k] != 0.0; ++j) {
+        const double factor = l[j] / l[k];
+        for (std::size_t i = j; i < n; ++i) dense_[i + j * n] -= l[i] * factor;
+      }
+      for (std::size_t i = k + 1; i < n && l[k] != 0.0; ++i) l[i] /= l[k];
+      k += 1;
+      continue;
+    }
+    double* next = l + n;
+    interchange(k, k, pivot.first);
+    interchange(k, k + 1, pivot.last);
+    interchanges_[k] = -to_index(pivot.first);
+    interchanges_[k + 1] = -to_index(pivot.last);
+    // D = [p 1; 1 q] times the entry beside its diagonal
+    const double beside = l[k + 1], p = l[k] / beside, q = next[k + 1] / beside;
+    const double scale = 1.0 / ((p * q - 1.0) * beside);
+    for (std::size_t j = k + 2; j < n; ++j) {
+      const double first = (q * l[j] - next[j]) * scale;
+      const double second = (p * next[j] - l[j]) * scale;
+      for (std::size_t i = j; i < n; ++i) dense_[i + j * n] -= l[i] * first + next[i] * second;
+      l[j] = first;  // read no more
+      next[j] = second;
+    }
+    k += 2;
+  }
+}
+
+/// As dsytrs_rook for one right-hand side b.
+void LapackSolver::solve_tiny(double* b) const {
+  const std::size_t n = scale_.size();
+  const auto column = [&](std::size_t k) { return dense_.data() + k * n; };
+  const auto interchange = [&](std::size_t k) {
+    std::swap(b[k], b[as_size(std::abs(interchanges_[k]) - 1)]);
+  };
+  for (std::size_t k = 0; k < n;) {
+    const double* l = column(k);
+    interchange(k);
+    if (interchanges_[k] > 0) {
+      for (std::size_t i = k + 1; i < n; ++i) b[i] -= l[i] * b[k];
+      b[k] /= l[k];
+      k += 1;
+      continue;
+    }
+    interchange(k + 1);
+    const double* next = column(k + 1);
+    for (std::size_t i = k + 2; i < n; ++i) b[i] -= l[i] * b[k] + next[i] * b[k + 1];
+    // [p 1; 1 q] times the entry beside the diagonal: no overflow of the determinant.
+    const double p = l[k] / l[k + 1], q = next[k + 1] / l[k + 1];
+    const double first = b[k] / l[k + 1], second = b[k + 1] / l[k + 1];
+    b[k] = (q * first - second) / (p * q - 1.0);
+    b[k + 1] = (p * second - first) / (p * q - 1.0);
+    k += 2;
+  }
+  const auto subtract_below = [&](std::size_t k, std::size_t from) {
+    const double* l = column(k);
+    for (std::size_t i = from; i < n; ++i) b[k] -= l[i] * b[i];
+  };
+  for (std::size_t k = n; k-- > 0;) {
+    subtract_below(k, k + 1);
+    if (interchanges_[k] < 0) {
+      subtract_below(k - 1, k + 1);
+      interchange(k);
+      --k;
+    }
+    interchange(k);
+  }
 }
 
 /// A^-1 = S (S A S)^-1 S
@@ -207,8 +348,13 @@ void LapackSolver::solve_in_place(std::span<double> rhs, Index columns) {
       for (std::size_t i = 0; i < n; ++i) rhs[k + i] *= scale_[i];
     }
   };
-  int info = 0;
   apply_scale();
+  if (dimension_ <= kTiny) {
+    for (std::size_t k = 0; k < rhs.size(); k += n) solve_tiny(rhs.data() + k);
+    apply_scale();
+    return;
+  }
+  int info = 0;
   const SequentialBlas sequential(operations());
   dsytrs_rook_("L", &dimension_, &columns, dense_.data(), &dimension_, interchanges_.data(),
                rhs.data(), &dimension_, &info, 1);

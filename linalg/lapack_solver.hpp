@@ -33,6 +33,11 @@ class LapackSolver final : public SymmetricSolver {
   void equilibrate(const SymmetricMatrix& matrix);
   void load_values(const SymmetricMatrix& matrix);
   [[nodiscard]] Factorization count_pivots();
+  struct RookPivot;
+  [[nodiscard]] RookPivot find_pivot(std::size_t k) const;
+  void interchange(std::size_t k, std::size_t i, std::size_t j);
+  void factorize_tiny();
+  void solve_tiny(double* b) const;
 
   Index dimension_ = 0;
   std::vector<double> dense_;      // dimension x dimension by columns, lower triangle

@@ -1,14 +1,16 @@
 #include <cstddef>
-#include <utility>
 
 #include "core/search/kept_work.hpp"
 
 namespace ipminmax {
 
 void KeptWork::forget() {
-  SolveArrays room = std::move(arrays);
-  *this = {};
-  arrays = std::move(room);
+  shape = {};
+  scaling.reset();
+  analysis.reset();
+  shifts = {};
+  structure_only = false;
+  hessian_pattern.reset();
 }
 
 bool KeptWork::fits(const ProblemStructure& s, const SolverOptions& options) {

@@ -145,6 +145,23 @@ TEST(AutoSolver, PivotsWhereFrontsAreLarge) {
   EXPECT_GT(analysis.flops, 100.0 * static_cast<double>(analysis.factor_entries));
 }
 
+TEST(AutoSolver, PivotsWhereMatricesAreDense) {
+  // No ordering keeps these sparse: dense kernels are faster than LDL', and pivot.
+  for (const Index n : {60, 150, 300}) {
+    MatrixBuilder builder(n);
+    for (Index j = 0; j < n; ++j) {
+      for (Index i = j; i < n; ++i) builder.add(i, j, i == j ? 2.0 * n : std::sin(1.0 + i + 3 * j));
+    }
+    const SymmetricMatrix matrix = builder.build();
+    const std::vector<std::int8_t> signs(static_cast<std::size_t>(n), 1);
+    AutoSolver solver({});
+    ASSERT_TRUE(solver.analyze(matrix, signs).ok);
+    const Factorization result = solver.factorize(matrix, Certainty::Usual);
+    EXPECT_TRUE(result.trust.pivoted) << n;
+    EXPECT_EQ(result.inertia, (Inertia{n, 0, 0})) << n;
+  }
+}
+
 TEST(AutoSolver, PivotsWhenGammaDecidesTheInertia) {
   // One eigenvalue of -1e-12, which A + Gamma shows as positive.
   constexpr Index n = 50;
@@ -373,6 +390,58 @@ TEST(AutoSolver, InDoubtASingularMatrixIsSeenWithoutPivotingWhereSolutionsAreWan
   const Factorization counted = solver.factorize(matrix, Certainty::Certain);
   EXPECT_EQ(counted.status, FactorizationStatus::Singular);
   EXPECT_EQ(counted.inertia.zero, kSteps / 2);
+}
+
+TEST(LapackSolver, TinyAndLargerMatricesAreFactorizedAlike) {
+  // Up to 24 rows without LAPACK, whose pivots these are; zeros on the diagonal ask for blocks.
+  for (Index n = 1; n <= 26; ++n) {
+    for (int share_of_zeros = 0; share_of_zeros <= 2; ++share_of_zeros) {
+      const auto entry = [&](Index i, Index j) {
+        const bool zero = i == j && (i + n) % 3 < share_of_zeros;
+        return zero ? 0.0 : std::sin(1.0 + 7.0 * i * i + 3.0 * j + n) * std::pow(10.0, (i + j) % 4);
+      };
+      MatrixBuilder builder(n);
+      Eigen::MatrixXd dense(n, n);
+      for (Index j = 0; j < n; ++j) {
+        for (Index i = j; i < n; ++i) {
+          builder.add(i, j, entry(i, j));
+          dense(i, j) = dense(j, i) = entry(i, j);
+        }
+      }
+      const Eigen::VectorXd eigenvalues =
+          Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(dense, Eigen::EigenvaluesOnly)
+              .eigenvalues();
+      if (!(eigenvalues.cwiseAbs().minCoeff() > 1e-9)) continue;  // one row, zero
+      const SymmetricMatrix matrix = builder.build();
+      LapackSolver solver;
+      ASSERT_TRUE(solver.analyze(matrix, {}).ok);
+      const Factorization result = solver.factorize(matrix);
+      ASSERT_EQ(result.status, FactorizationStatus::Ok) << n;
+      EXPECT_EQ(result.inertia.positive, (eigenvalues.array() > 0.0).count()) << n;
+      EXPECT_EQ(result.inertia.negative, (eigenvalues.array() < 0.0).count()) << n;
+      Eigen::MatrixXd rhs(n, 2);
+      for (Index i = 0; i < n; ++i) rhs.row(i) << std::cos(2.0 + i), 1.0;
+      Eigen::MatrixXd u = rhs;
+      solver.solve_in_place({u.data(), static_cast<std::size_t>(u.size())}, 2);
+      const double size = dense.cwiseAbs().maxCoeff() * u.cwiseAbs().maxCoeff();
+      EXPECT_LE((dense * u - rhs).cwiseAbs().maxCoeff(), 1e-12 * size) << n;
+    }
+  }
+}
+
+TEST(LapackSolver, TinySingularMatricesAreSeen) {
+  for (Index n = 2; n <= 24; n += 11) {
+    MatrixBuilder builder(n);
+    for (Index j = 0; j < n; ++j) {
+      for (Index i = j; i < n; ++i) builder.add(i, j, (i + 1.0) * (j + 1.0));  // rank 1
+    }
+    const SymmetricMatrix matrix = builder.build();
+    LapackSolver solver;
+    ASSERT_TRUE(solver.analyze(matrix, {}).ok);
+    const Factorization result = solver.factorize(matrix);
+    EXPECT_EQ(result.status, FactorizationStatus::Singular);
+    EXPECT_EQ(result.inertia, (Inertia{1, 0, n - 1})) << n;
+  }
 }
 
 TEST(LapackSolver, SmallRowsAreNotZeroRows) {
