@@ -70,6 +70,24 @@ double norm(std::span<const double> v) {
   return std::sqrt(std::inner_product(v.begin(), v.end(), v.begin(), 0.0));
 }
 
+/// Whether A u is what rounding may leave of A's entries times those of u. product: workspace.
+bool vanishes(const SymmetricMatrix& matrix, std::span<const double> u, std::span<double> product) {
+  constexpr double kRounding = 1e-13;  // MUMPS takes pivots for zero up to 1e-12
+  matrix.multiply(u, product);
+  const double left = norm(product);
+  const auto at = [](Index i) { return static_cast<std::size_t>(i); };
+  std::ranges::fill(product, 0.0);
+  for (Index j = 0; j < matrix.dimension(); ++j) {
+    for (Index p = matrix.column_starts()[at(j)]; p < matrix.column_starts()[at(j) + 1]; ++p) {
+      const Index i = matrix.rows()[at(p)];
+      const double size = std::abs(matrix.values()[at(p)]);
+      product[at(i)] += size * std::abs(u[at(j)]);
+      if (i != j) product[at(j)] += size * std::abs(u[at(i)]);
+    }
+  }
+  return left <= kRounding * norm(product);
+}
+
 }  // namespace
 
 AutoSolver::AutoSolver(const SymmetricSolverOptions& options) : options_(options), ldlt_(options) {}
@@ -219,7 +237,6 @@ bool AutoSolver::pairs_are_enough(const SymmetricMatrix& matrix, const Factoriza
 /// that. Empty: neither.
 std::optional<Factorization> AutoSolver::factorize_in_doubt(const SymmetricMatrix& matrix,
                                                             Certainty certainty) {
-  constexpr double kVanishing = 1e-13;  // over the largest entry; MUMPS takes 1e-12 for zero
   constexpr int kSmallerGammas = 2;
   Factorization result = ldlt_.factorize(matrix);
   for (int attempt = 0; result.status == FactorizationStatus::Ok; ++attempt) {
@@ -227,11 +244,8 @@ std::optional<Factorization> AutoSolver::factorize_in_doubt(const SymmetricMatri
     if (inertia_is_certain(ldlt_, matrix, result.trust.perturbation, kMaxErrorOfPairs, gamma)) {
       return result.inertia == expected_ ? std::optional(result) : std::nullopt;
     }
-    if (certainty == Certainty::Usual) {
-      matrix.multiply(image_, product_);
-      if (norm(product_) <= kVanishing * matrix.max_norm() * norm(image_)) {
-        return Factorization{.status = FactorizationStatus::Singular, .inertia = {.zero = 1}};
-      }
+    if (certainty == Certainty::Usual && vanishes(matrix, image_, product_)) {
+      return Factorization{.status = FactorizationStatus::Singular, .inertia = {.zero = 1}};
     }
     if (gamma == 0.0 || attempt == kSmallerGammas) break;
     result = ldlt_.factorize_with(matrix, gamma);
