@@ -291,9 +291,15 @@ int MumpsSolver::compare_with_others(const SymmetricMatrix& matrix, int status) 
   analysis_ = analyze_with_values(matrix);
   by_values_ = true;
   if (analysis_.ok && analysis_.flops < flops) {
-    // Null pivots may gather at the root of this one, too: not with all the workspace they want.
-    int other = factorize_with_enough_memory([&] { return status < 0 && has_many_delays(matrix); });
-    if (does_better(other)) return other;
+    // Null pivots may gather at the root of this one, too: not with all the workspace they want,
+    // nor where the same prediction means the same ordering.
+    const bool differs =
+        analysis_.factor_entries != last.factor_entries || analysis_.flops != last.flops;
+    int other = status;
+    if (differs) {
+      other = factorize_with_enough_memory([&] { return status < 0 && has_many_delays(matrix); });
+      if (does_better(other)) return other;
+    }
     if (status < 0 && wants_more_workspace(other)) {
       instance_->icntl(8) = last_scaling;
       analysis_ = analyze_with(Ordering::Metis, matrix);
