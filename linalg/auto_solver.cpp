@@ -21,10 +21,10 @@ constexpr Index kDensePivotingDimension = 100;
 // Microseconds that factorizations take, those of dense matrices of 50 to 600 rows: LAPACK per n^2
 // (loading and scaling) and n^3, LDL' per flop.
 constexpr double kLapackPerSquare = 5e-3, kLapackPerCube = 7e-6;
-constexpr double kLdltPerFlop = 3.5e-4;
+constexpr double kLdltPerFlop = 3e-4;
 // LAPACK's time over LDL's up to which it pays: its inertia needs no test, its solutions no
 // refinement.
-constexpr double kDenseWorth = 2.5;
+constexpr double kDenseWorth = 3.0;
 // Its matrix takes 8 MB then:
 constexpr Index kMostDense = 1000;
 // Flops per entry of L. Chains (5): LDL' is 30 to 100 times faster than MUMPS; grids: 3 times at

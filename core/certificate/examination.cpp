@@ -227,6 +227,15 @@ bool independent_or_harmless(Case& c, Stage& stage, ActiveSetSystem& system) {
   return stage.dependences && (settled(c.canonical, stage, true) || !c.has_x());
 }
 
+/// Whether the Newton step goes no farther than rounding, so that the next one would find the same.
+bool ends_here(const Case& c, const Stage& stage) {
+  constexpr double kRounding = 1e-13;
+  const Iterate& here = stage.point.iterate;
+  const Iterate& end = stage.newton.end.iterate;
+  return stage.newton.step <= kRounding * size_of_problem(c.canonical, here, stage.units) &&
+         max_norm(end.lambda - here.lambda) <= kRounding * (1.0 + max_norm(here.lambda));
+}
+
 /// Newton's method towards the solution of the active set's equations, until what W changes by on
 /// the way is less than its curvature. False: not seen.
 bool refine_and_test(Case& c, Stage& stage) {
@@ -281,6 +290,7 @@ bool refine_and_test(Case& c, Stage& stage) {
     if (large && stage.converges == had_converged && !(here <= kProgress * last)) return false;
     had_converged = stage.converges;
     last = here;
+    if (round > 0 && ends_here(c, stage)) return false;
     if (is_attracted_elsewhere(c, stage, system)) return false;
     stage.crept = stage.crept || round >= kRefinements;
     stage.point.iterate = stage.newton.end.iterate;
