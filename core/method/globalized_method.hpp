@@ -49,6 +49,7 @@ class GlobalizedMethod final : public StepMethod {
 
   // Each either moves, or gives a reason to end the search, or neither (false).
   [[nodiscard]] bool minmax_step(Run& run);
+  void renew_multipliers(Point& point);
   [[nodiscard]] Accuracy forcing(double error) const;
   [[nodiscard]] bool fast_step(Run& run);
   [[nodiscard]] bool inner_phase(Run& run, double target);

@@ -62,6 +62,10 @@ constexpr Index kShortenedBeforeWatchdog = 10;
 constexpr Index kWatchdogTrials = 3;
 constexpr Index kDominatedBeforeReset = 5;
 constexpr Index kFilterResets = 5;
+/// Gradient of the Lagrangian over that of f, 1 at least, from which multipliers of a minimization
+/// are renewed, and what least squares have to leave of it.
+constexpr double kRunawayDual = 1e10;
+constexpr double kRenewedDual = 1e-2;
 }  // namespace outer
 
 /// Steps where no merit function helps.
