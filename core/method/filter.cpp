@@ -36,8 +36,14 @@ std::optional<double> Filter::demanded(const Merit& from, double slope, double a
   return theta_falls ? std::nullopt : std::optional(-parameter::kGammaPhi * from.theta);
 }
 
+double Filter::most_increase(const Merit& from) const {
+  if (!limits_increase_) return std::numeric_limits<double>::infinity();
+  return parameter::kMostIncrease * std::max(10.0, std::abs(from.phi));
+}
+
 Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, const Merit& to) const {
   if (!std::isfinite(to.phi) || !std::isfinite(to.theta)) return Verdict::Reject;
+  if (to.phi - from.phi > most_increase(from)) return Verdict::Reject;
   const auto change = demanded(from, slope, alpha, to.theta);
   if (change && !at_most(to.phi - from.phi, *change, from.phi)) return Verdict::Reject;
   if (!acceptable(to)) return Verdict::Dominated;
@@ -46,13 +52,13 @@ Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, cons
 
 double Filter::largest_acceptable(const Merit& from, double slope, double alpha,
                                   double theta) const {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  if (!(theta <= theta_max_)) return -kInfinity;
+  if (!(theta <= theta_max_)) return -std::numeric_limits<double>::infinity();
   const auto forgiving = [](double phi, double size) {
     return phi + parameter::kRounding * std::numeric_limits<double>::epsilon() * std::abs(size);
   };
   const auto change = demanded(from, slope, alpha, theta);
-  double largest = change ? forgiving(from.phi + *change, from.phi) : kInfinity;
+  double largest =
+      change ? forgiving(from.phi + *change, from.phi) : from.phi + most_increase(from);
   for (const Entry& entry : entries_) {
     if (!at_most(theta, entry.theta, entry.theta)) {
       largest = std::min(largest, forgiving(entry.phi, entry.phi));

@@ -24,12 +24,15 @@ class Filter {
   /// Forgets all pairs. The first violation of a solve fixes theta_min and theta_max.
   void reset() { entries_.clear(); }
   void set_scale(double first_theta);
+  /// From now on no step is accepted that raises phi by orders of magnitude, however theta falls.
+  void limit_increase() { limits_increase_ = true; }
   /// As a new filter, with room for that many pairs.
   void begin_anew(std::size_t pairs) {
     entries_.clear();
     entries_.reserve(pairs);
     theta_min_ = kFirstThetaMin;
     theta_max_ = kFirstThetaMax;
+    limits_increase_ = false;
   }
 
   /// Whether a step of length alpha from one point to another is acceptable; slope is the
@@ -55,6 +58,8 @@ class Filter {
   };
   /// Whether the step is one on phi.
   [[nodiscard]] bool is_armijo(const Merit& from, double slope, double alpha) const;
+  /// By which phi may rise.
+  [[nodiscard]] double most_increase(const Merit& from) const;
   /// The change of phi that such a step to a point with this theta has to make, eq. (18) or (20);
   /// none: theta falls enough.
   [[nodiscard]] std::optional<double> demanded(const Merit& from, double slope, double alpha,
@@ -64,6 +69,7 @@ class Filter {
   std::vector<Entry> entries_;
   double theta_min_ = kFirstThetaMin;
   double theta_max_ = kFirstThetaMax;
+  bool limits_increase_ = false;
 };
 
 }  // namespace ipminmax
