@@ -21,10 +21,10 @@ constexpr Index kDensePivotingDimension = 100;
 // Microseconds that factorizations take, those of dense matrices of 50 to 600 rows: LAPACK per n^2
 // (loading and scaling) and n^3, LDL' per flop.
 constexpr double kLapackPerSquare = 5e-3, kLapackPerCube = 7e-6;
-constexpr double kLdltPerFlop = 3.5e-4;
+constexpr double kLdltPerFlop = 3e-4;
 // LAPACK's time over LDL's up to which it pays: its inertia needs no test, its solutions no
 // refinement.
-constexpr double kDenseWorth = 2.5;
+constexpr double kDenseWorth = 3.0;
 // Its matrix takes 8 MB then:
 constexpr Index kMostDense = 1000;
 // Flops per entry of L. Chains (5): LDL' is 30 to 100 times faster than MUMPS; grids: 3 times at
@@ -44,6 +44,9 @@ constexpr double kTestedGammaOfPairs = 1e-3;
 // Entries of their factor over those of LDL's: rows that are eliminated early there may have to
 // wait.
 constexpr double kMostFillOfPairs = 10.0;
+/// Binary logarithm of the factorizations that go by before what failed several times is tried
+/// again.
+constexpr int kLongestPause = 4;
 
 bool choose_ldlt(const FactorSize& size) {
   return size.flops <= kLdltMaxFlopsPerEntry * static_cast<double>(size.entries);
@@ -67,6 +70,24 @@ double norm(std::span<const double> v) {
   return std::sqrt(std::inner_product(v.begin(), v.end(), v.begin(), 0.0));
 }
 
+/// Whether A u is what rounding may leave of A's entries times those of u. product: workspace.
+bool vanishes(const SymmetricMatrix& matrix, std::span<const double> u, std::span<double> product) {
+  constexpr double kRounding = 1e-13;  // MUMPS takes pivots for zero up to 1e-12
+  matrix.multiply(u, product);
+  const double left = norm(product);
+  const auto at = [](Index i) { return static_cast<std::size_t>(i); };
+  std::ranges::fill(product, 0.0);
+  for (Index j = 0; j < matrix.dimension(); ++j) {
+    for (Index p = matrix.column_starts()[at(j)]; p < matrix.column_starts()[at(j) + 1]; ++p) {
+      const Index i = matrix.rows()[at(p)];
+      const double size = std::abs(matrix.values()[at(p)]);
+      product[at(i)] += size * std::abs(u[at(j)]);
+      if (i != j) product[at(j)] += size * std::abs(u[at(i)]);
+    }
+  }
+  return left <= kRounding * norm(product);
+}
+
 }  // namespace
 
 AutoSolver::AutoSolver(const SymmetricSolverOptions& options) : options_(options), ldlt_(options) {}
@@ -76,7 +97,7 @@ AutoSolver::~AutoSolver() = default;
 Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) {
   const Index n = matrix.dimension();
   ldlt_analyzed_ = use_ldlt_ = ldlt_is_current_ = pivoting_analyzed_ = false;
-  use_paired_ = paired_is_current_ = pairs_made_ = in_doubt_ = false;
+  use_paired_ = paired_is_current_ = pairs_made_ = in_doubt_ = ldlt_in_doubt_ = false;
   pairs_cost_too_much_ = false;
   paired_ = nullptr;
   expected_ = {};
@@ -135,7 +156,7 @@ void AutoSolver::make_pivoting(Index dimension, std::vector<Index> metis_order) 
 
 bool AutoSolver::prepare_ldlt(const Analysis& analysis) {
   ldlt_analyzed_ = use_ldlt_ = use_paired_ = ldlt_is_current_ = analysis.ok;
-  uncertain_ = ldlt_pause_ = 0;
+  uncertain_ = ldlt_pause_ = failed_pairs_ = pairs_pause_ = 0;
   ldlt_entries_ = analysis.factor_entries;
   return analysis.ok;
 }
@@ -204,24 +225,68 @@ bool AutoSolver::has_pairs(const SymmetricMatrix& matrix) {
 bool AutoSolver::pairs_are_enough(const SymmetricMatrix& matrix, const Factorization& result,
                                   Certainty certainty) {
   if (result.status != FactorizationStatus::Ok) return false;
-  if (!in_doubt_ && certainty == Certainty::Usual) return true;
   if (in_doubt_ && result.inertia != expected_) return false;
+  if (certainty == Certainty::Usual) return true;
   double smaller_gamma = 0.0;
   return inertia_is_certain(*paired_, matrix, kTestedGammaOfPairs * options_.ldlt_gamma,
                             kMaxErrorOfPairs, smaller_gamma);
 }
 
+/// LDL' all the same where the inertia is the expected one and as certain as with pairs: then
+/// solutions are as accurate. Where only these are wanted: Singular, not counted, if a vector shows
+/// that. Empty: neither.
+std::optional<Factorization> AutoSolver::factorize_in_doubt(const SymmetricMatrix& matrix,
+                                                            Certainty certainty) {
+  constexpr int kSmallerGammas = 2;
+  Factorization result = ldlt_.factorize(matrix);
+  for (int attempt = 0; result.status == FactorizationStatus::Ok; ++attempt) {
+    double gamma = 0.0;
+    if (inertia_is_certain(ldlt_, matrix, result.trust.perturbation, kMaxErrorOfPairs, gamma)) {
+      return result.inertia == expected_ ? std::optional(result) : std::nullopt;
+    }
+    if (certainty == Certainty::Usual && vanishes(matrix, image_, product_)) {
+      return Factorization{.status = FactorizationStatus::Singular, .inertia = {.zero = 1}};
+    }
+    if (gamma == 0.0 || attempt == kSmallerGammas) break;
+    result = ldlt_.factorize_with(matrix, gamma);
+  }
+  return std::nullopt;
+}
+
+/// Where all pivots should have one sign single ones are as accurate as pivoting, but for Gamma.
+/// Empty: the inertia is not certain.
+std::optional<Factorization> AutoSolver::factorize_definite(const SymmetricMatrix& matrix,
+                                                            Certainty certainty) {
+  const Factorization result = ldlt_.factorize_with(matrix, kGammaOfPairs * options_.ldlt_gamma);
+  if (result.status != FactorizationStatus::Ok) return std::nullopt;
+  double smaller_gamma = 0.0;
+  const bool enough = certainty == Certainty::Usual ||
+                      inertia_is_certain(ldlt_, matrix, kTestedGammaOfPairs * options_.ldlt_gamma,
+                                         kMaxErrorOfPairs, smaller_gamma);
+  return enough ? std::optional(result) : std::nullopt;
+}
+
 /// Empty: it breaks down, or its inertia is not certain enough.
 std::optional<Factorization> AutoSolver::factorize_in_pairs(const SymmetricMatrix& matrix,
                                                             Certainty certainty) {
+  if (pairs_pause_ > 0) {
+    --pairs_pause_;
+    return std::nullopt;
+  }
   // Pairs of other values may not suit.
   for (const bool anew : {false, true}) {
     if (anew && !std::exchange(pairs_made_, false)) break;
     const bool fresh = !pairs_made_;
     if (!has_pairs(matrix)) break;
     const Factorization result = paired_->factorize(matrix);
-    if (pairs_are_enough(matrix, result, certainty)) return result;
+    if (pairs_are_enough(matrix, result, certainty)) {
+      failed_pairs_ = 0;
+      return result;
+    }
     if (fresh) break;
+  }
+  if (in_doubt_ && failed_pairs_++ > 0) {
+    pairs_pause_ = 1 << std::min(failed_pairs_ - 1, kLongestPause);
   }
   return std::nullopt;
 }
@@ -232,8 +297,15 @@ Factorization AutoSolver::factorize_without_ldlt(const SymmetricMatrix& matrix,
   // Not for one matrix of many whose inertia LDL' leaves uncertain: steps with pairs led
   // minimizations astray that pivoting solves.
   if (use_paired_ && !use_ldlt_) {
-    if (const auto result = factorize_in_pairs(matrix, certainty)) {
+    if (const auto result = is_definite() ? factorize_definite(matrix, certainty)
+                                          : factorize_in_pairs(matrix, certainty)) {
       paired_is_current_ = true;
+      return *result;
+    }
+  }
+  if (ldlt_in_doubt_ && !is_definite()) {
+    if (const auto result = factorize_in_doubt(matrix, certainty)) {
+      ldlt_is_current_ = result->status == FactorizationStatus::Ok;
       return *result;
     }
   }
@@ -279,14 +351,13 @@ Factorization AutoSolver::checked(const SymmetricMatrix& matrix, const Factoriza
   }
   if (!ldlt_is_current_) return last;
   // Where that happens again and again, LDL' is not worth its attempts.
-  constexpr int kLongestPause = 4;  // its binary logarithm
   if (uncertain_ > 0) ldlt_pause_ = 1 << std::min(uncertain_ - 1, kLongestPause);
   ++uncertain_;
   return factorize_without_ldlt(matrix, Certainty::Certain);
 }
 
 SymmetricSolver& AutoSolver::current() {
-  if (ldlt_is_current_) return ldlt_;
+  if (ldlt_is_current_ || (paired_is_current_ && is_definite())) return ldlt_;
   return paired_is_current_ ? static_cast<SymmetricSolver&>(*paired_) : *pivoting_;
 }
 
@@ -304,6 +375,7 @@ double AutoSolver::predict_inverse_product_flops(const SparseColumns& b) const {
 }
 
 bool AutoSolver::increase_quality() {
+  ldlt_in_doubt_ = false;
   if (ldlt_is_current_) {
     use_ldlt_ = ldlt_is_current_ = false;
     return true;
@@ -317,13 +389,15 @@ bool AutoSolver::begin_pivoting() {
   const bool changes = ldlt_analyzed_ && !in_doubt_;
   use_ldlt_ = ldlt_is_current_ = paired_is_current_ = false;
   in_doubt_ = true;
+  ldlt_in_doubt_ = ldlt_analyzed_;
   return changes;
 }
 
 void AutoSolver::reset_quality() {
   use_ldlt_ = use_paired_ = ldlt_is_current_ = ldlt_analyzed_;
-  paired_is_current_ = pairs_made_ = pairs_cost_too_much_ = in_doubt_ = false;
-  uncertain_ = ldlt_pause_ = 0;
+  paired_is_current_ = pairs_made_ = pairs_cost_too_much_ = false;
+  in_doubt_ = ldlt_in_doubt_ = false;
+  uncertain_ = ldlt_pause_ = failed_pairs_ = pairs_pause_ = 0;
   pivoting_->reset_quality();
 }
 

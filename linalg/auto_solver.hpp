@@ -13,10 +13,11 @@
 
 namespace ipminmax {
 
-/// Chooses by size and predicted fill: LAPACK for tiny matrices, LDL' without pivoting where fill
-/// is low, MUMPS elsewhere. A factorization by LDL' that breaks down, or whose inertia its Gamma or
-/// rounding may have decided, is repeated by a pivoting solver; once LDL' has been left, one with
-/// pivots of two rows comes first, and pivoting where that leaves the inertia uncertain.
+/// Chooses by size and predicted fill: LAPACK for tiny and for dense matrices, LDL' without pivoting
+/// where fill is low, MUMPS elsewhere. A factorization by LDL' that breaks down, or whose inertia
+/// its Gamma or rounding may have decided, is repeated by a pivoting solver; once LDL' has been
+/// left, one with pivots of two rows comes first, and pivoting where that leaves the inertia
+/// uncertain.
 class AutoSolver final : public SymmetricSolver {
  public:
   explicit AutoSolver(const SymmetricSolverOptions& options);
@@ -56,6 +57,11 @@ class AutoSolver final : public SymmetricSolver {
                                       Certainty certainty);
   [[nodiscard]] std::optional<Factorization> factorize_in_pairs(const SymmetricMatrix& matrix,
                                                                 Certainty certainty);
+  [[nodiscard]] std::optional<Factorization> factorize_in_doubt(const SymmetricMatrix& matrix,
+                                                                Certainty certainty);
+  [[nodiscard]] std::optional<Factorization> factorize_definite(const SymmetricMatrix& matrix,
+                                                                Certainty certainty);
+  [[nodiscard]] bool is_definite() const { return expected_.positive * expected_.negative == 0; }
   [[nodiscard]] Factorization factorize_without_ldlt(const SymmetricMatrix& matrix,
                                                      Certainty certainty);
   [[nodiscard]] Factorization checked(const SymmetricMatrix& matrix, const Factorization& last);
@@ -74,10 +80,13 @@ class AutoSolver final : public SymmetricSolver {
   bool use_ldlt_ = false;             // for the next factorization
   bool use_paired_ = false;           // where LDL' is not used or not enough
   bool in_doubt_ = false;             // begin_pivoting
+  bool ldlt_in_doubt_ = false;        // LDL' may serve there
   int uncertain_ = 0;                 // LDL' factorizations in a row whose inertia was not certain
   int ldlt_pause_ = 0;                // next factorizations without LDL'
+  int failed_pairs_ = 0;              // in a row, in doubt
+  int pairs_pause_ = 0;               // next factorizations without pairs
   bool ldlt_is_current_ = false;      // the last factorization, before any the next
-  bool paired_is_current_ = false;    // the same
+  bool paired_is_current_ = false;    // the same, or its replacement for definite matrices
   std::vector<double> direction_, image_, product_;  // workspace of inertia_is_certain
 };
 

@@ -291,9 +291,15 @@ int MumpsSolver::compare_with_others(const SymmetricMatrix& matrix, int status) 
   analysis_ = analyze_with_values(matrix);
   by_values_ = true;
   if (analysis_.ok && analysis_.flops < flops) {
-    // Null pivots may gather at the root of this one, too: not with all the workspace they want.
-    int other = factorize_with_enough_memory([&] { return status < 0 && has_many_delays(matrix); });
-    if (does_better(other)) return other;
+    // Null pivots may gather at the root of this one, too: not with all the workspace they want,
+    // nor where the same prediction means the same ordering.
+    const bool differs =
+        analysis_.factor_entries != last.factor_entries || analysis_.flops != last.flops;
+    int other = status;
+    if (differs) {
+      other = factorize_with_enough_memory([&] { return status < 0 && has_many_delays(matrix); });
+      if (does_better(other)) return other;
+    }
     if (status < 0 && wants_more_workspace(other)) {
       instance_->icntl(8) = last_scaling;
       analysis_ = analyze_with(Ordering::Metis, matrix);
@@ -477,7 +483,8 @@ Factorization MumpsSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
   prepare_factorize(matrix);
   // Delayed pivots fill the workspace: no more of it before another ordering has been tried.
   int status = factorize_with_enough_memory([&] { return has_many_delays(matrix); });
-  const bool complete = status >= 0 || wants_more_workspace(status);
+  // Null pivots are delayed to the root in any order.
+  const bool complete = status >= 0 ? instance_->infog(28) == 0 : wants_more_workspace(status);
   if (complete && has_many_delays(matrix)) status = compare_with_others(matrix, status);
   if (wants_more_workspace(status) || status == kOutOfMemory) {
     result.status = FactorizationStatus::OutOfMemory;

@@ -132,7 +132,7 @@ class SymmetricSolver {
                                 double second_flops);
 
 /// A solver of the given kind. MumpsMpi throws SolverUnavailable from the first analyze on where it
-/// cannot be used. Auto chooses at analyze: LAPACK for tiny matrices, LDL' where the
+/// cannot be used. Auto chooses at analyze: LAPACK for tiny and dense matrices, LDL' where the
 /// predicted fill is low, MUMPS otherwise; its increase_quality moves from LDL' to a pivoting
 /// solver.
 [[nodiscard]] std::unique_ptr<SymmetricSolver> make_symmetric_solver(

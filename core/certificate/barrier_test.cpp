@@ -25,12 +25,13 @@ bool barrier_newton_contracts(Case& c, const Point& given) {
   constexpr double kNegligible = 1e-10;
   Point point = given;
   StepLength alpha;
+  bool dependent = false;
   Eigen::VectorXd before = point.iterate.v;
-  if (!barrier_newton_step(c.canonical, c.kkt, c.mu, kTau, point, alpha)) return false;
+  if (!barrier_newton_step(c.canonical, c.kkt, c.mu, kTau, point, alpha, dependent)) return false;
   const double first = max_norm(point.iterate.v - before);
   if (first <= kNegligible * (1.0 + max_norm(before))) return true;
   before = point.iterate.v;
-  return barrier_newton_step(c.canonical, c.kkt, c.mu, kTau, point, alpha) &&
+  return barrier_newton_step(c.canonical, c.kkt, c.mu, kTau, point, alpha, dependent) &&
          max_norm(point.iterate.v - before) <= kContraction * first;
 }
 

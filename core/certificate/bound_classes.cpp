@@ -149,10 +149,11 @@ BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
   Point here = point;  // point: the last one on the path
   double here_mu = mu, next = mu;
   Index unresolved = 0;
+  bool dependent = false;
   for (int k = 0, decreases = 0; k < std::min(most_steps, kMostSteps); ++k) {
     Point trial = here;
     StepLength alpha;
-    if (!barrier_newton_step(canonical, kkt, next, kTau, trial, alpha) ||
+    if (!barrier_newton_step(canonical, kkt, next, kTau, trial, alpha, dependent) ||
         !has_digits(canonical, trial.iterate)) {
       break;
     }

@@ -24,7 +24,9 @@ Case::Case(CanonicalProblem& its_canonical, KktSystem& its_kkt, double its_mu,
       arrays(its_arrays),
       mu(its_mu),
       last_factorization(kkt.factorizations() + factorizations + kToConfirm),
-      reasons(canonical) {}
+      reasons(canonical) {
+  arrays.newton_step.is_there_known = false;
+}
 
 double Case::margin(double times) const {
   return std::max(times * options.minmax_curvature_tol, 2.0 * kkt.perturbation());
@@ -55,7 +57,7 @@ BoundClasses Case::with_idle_held(BoundClasses classes) const {
 
 bool Case::newton_confirms(ActiveSetSystem& system, const Point& point, const KktSolve& solve,
                            Probe probe, NewtonTest& newton) const {
-  test_newton(canonical, system, point, {solve, probe}, arrays.newton_step, newton);
+  test_newton(canonical, system, point, {solve, probe, arrays.before}, arrays.newton_step, newton);
   return newton.done && newton.classes_hold && newton.contraction <= kContraction;
 }
 
@@ -95,6 +97,10 @@ void Case::examine_curvature(const Point& point, const Evaluation* assembled) {
 }
 
 void Case::report_inertias(ActiveSetSystem& system) {
+  if (!may_factorize(has_x() && has_y() ? 2 : 1)) {
+    certificate.inner = certificate.full = {};
+    return;
+  }
   system.assemble(ActiveSetSystem::kSufficient);
   kkt.factorize_ahead({}, {});
   certificate.inner = kkt.factorize_inner({}).inertia;

@@ -61,7 +61,8 @@ struct Case {
   /// Whether a Newton step keeps the classes and the next one would be much shorter.
   [[nodiscard]] bool newton_confirms(ActiveSetSystem& system, const Point& point,
                                      const KktSolve& solve, Probe probe, NewtonTest& newton) const;
-  /// To the certificate: the matrices' inertias at the point without any margin.
+  /// To the certificate: the matrices' inertias at the point without any margin; all zero where no
+  /// factorizations are left.
   void report_inertias(ActiveSetSystem& system);
   /// To the certificate: little curvature; to wrong_row: where W is wrong along it.
   void examine_curvature(ActiveSetSystem& system, const Point& point,

@@ -89,7 +89,9 @@ Look first_look(Case& c, const Point& point) {
                                  std::min(kProbeInTols * c.options.tol, kMostProbed)});
   const InertiaTest test = survives(system, error, asked);
   if (!test.both()) {
-    if (!are_alike(units)) return Look::Unclear;
+    // Singular beside the margin, it is so without: gradients depend on each other.
+    const KktFactors& last = test.inner ? c.kkt.factors() : c.kkt.inner_factors();
+    if (!are_alike(units) || last.status == FactorizationStatus::Singular) return Look::Unclear;
     // Wrong with the margin for him, too?
     const bool inner = test.inner;
     if (error.size() > 0) {

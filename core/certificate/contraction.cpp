@@ -22,6 +22,8 @@ constexpr double kProbe = 1e-8;
 constexpr double kProbeAtZero = 1e-12;
 constexpr double kLeastSize = 100.0;
 constexpr double kMultiplierProbe = 1e-10;
+/// Of a trial step, by which others like it may differ.
+constexpr double kAlike = 0.1;
 /// Of the Newton step, that its error may be: W is compared and the bounds are looked at along it.
 constexpr double kErrorOfStep = 1e-4;
 /// The same of the second step, whose length is all that counts.
@@ -72,6 +74,7 @@ class ActiveSetNewton {
         evaluation_(point.evaluation),
         solve_(request.solve),
         probe_(request.probe),
+        before_(request.before),
         work_(arrays) {
     work_.lambda = iterate_.lambda;
     for (Index j = 0; j < canonical.constraints(); ++j) {
@@ -87,6 +90,9 @@ class ActiveSetNewton {
   void place_slacks();
   [[nodiscard]] bool classes_hold(NewtonTest& test);
   void choose_trial();
+  [[nodiscard]] bool was_compared();
+  [[nodiscard]] bool is_hessian_constant() const;
+  [[nodiscard]] bool evaluate_there();
   [[nodiscard]] bool compare(NewtonTest& test);
   [[nodiscard]] bool is_far_beyond() const;
   [[nodiscard]] bool compare_hessian_at_end(const Eigen::VectorXd& lambda, NewtonTest& test);
@@ -108,6 +114,7 @@ class ActiveSetNewton {
   const Evaluation& evaluation_;
   const KktSolve& solve_;
   Probe probe_;
+  const Point* before_;
   NewtonArrays& work_;
 };
 
@@ -261,21 +268,57 @@ void ActiveSetNewton::choose_trial() {
   work_.trial_lambda = work_.lambda + work_.dlambda;
 }
 
-/// Derivatives at the trial point beside what the linearized equations predict there.
-bool ActiveSetNewton::compare(NewtonTest& test) {
+/// Whether the trial point last compared serves, from other classes or units; then it is this one.
+bool ActiveSetNewton::was_compared() {
+  if (!work_.is_there_known) return false;
+  for (Index i = 0; i < work_.trial.size(); ++i) {
+    const double apart = std::abs(work_.there_v[i] - work_.trial_v[i]);
+    if (!(apart <= kAlike * std::abs(work_.trial[i]))) return false;
+  }
+  for (Index j = 0; j < work_.probed.size(); ++j) {
+    const double probe = std::abs(work_.dlambda[j]) + kMultiplierProbe * std::abs(work_.probed[j]);
+    if (!(std::abs(work_.there_lambda[j] - work_.probed[j]) <= kAlike * probe)) return false;
+  }
+  work_.trial_v = work_.there_v;
+  work_.trial = work_.trial_v - iterate_.v;
+  return true;
+}
+
+/// Whether W is the same, to the last bit, at a point from which every variable has come farther
+/// than it is tried now: as of a quadratic model.
+bool ActiveSetNewton::is_hessian_constant() const {
+  if (before_ == nullptr || before_->evaluation.hessian != evaluation_.hessian) return false;
+  const Eigen::VectorXd& v = before_->iterate.v;
+  for (Index i = 0; i < work_.trial.size(); ++i) {
+    const double way = std::abs(v[i] - iterate_.v[i]);
+    if (!system_.is_slack(i) && !(way >= std::abs(work_.trial[i]))) return false;
+  }
+  return true;
+}
+
+bool ActiveSetNewton::evaluate_there() {
   Evaluation& there = work_.there;
   there = evaluation_;
+  work_.there_v = work_.trial_v;
+  work_.there_lambda = work_.probed;
+  work_.is_there_known =
+      canonical_.constraints(work_.trial_v, there.c) == EvaluationStatus::Ok &&
+      canonical_.first_derivatives(work_.trial_v, there) == EvaluationStatus::Ok &&
+      (is_hessian_constant() ||
+       canonical_.second_derivatives(work_.trial_v, work_.probed, there) == EvaluationStatus::Ok);
+  return work_.is_there_known;
+}
+
+/// Derivatives at the trial point beside what the linearized equations predict there.
+bool ActiveSetNewton::compare(NewtonTest& test) {
+  const Evaluation& there = work_.there;
   Eigen::VectorXd& probed = work_.probed;
   probed = work_.trial_lambda;
   for (Index j = 0; j < probed.size(); ++j) {
     probed[j] +=
         (work_.dlambda[j] < 0.0 ? -kMultiplierProbe : kMultiplierProbe) * std::abs(probed[j]);
   }
-  if (canonical_.constraints(work_.trial_v, there.c) != EvaluationStatus::Ok ||
-      canonical_.first_derivatives(work_.trial_v, there) != EvaluationStatus::Ok ||
-      canonical_.second_derivatives(work_.trial_v, probed, there) != EvaluationStatus::Ok) {
-    return false;
-  }
+  if (!was_compared() && !evaluate_there()) return false;
   Eigen::VectorXd &row_v = work_.row_v, &row_c = work_.row_c;
   work_.back_v = -work_.trial;
   work_.back_lambda = -work_.lambda - work_.dlambda;

@@ -48,7 +48,10 @@ struct NewtonArrays {
   Eigen::VectorXd change_v, change_c;
   Eigen::VectorXd second_v, second_lambda, probed;
   Eigen::VectorXd turns, inner_turns;
-  Evaluation there;
+  Evaluation there;  ///< at the end of the trial step
+  bool is_there_known =
+      false;  ///< of the point last compared; whoever has another problem resets it
+  Eigen::VectorXd there_v, there_lambda;  ///< end of that step, multipliers of W
 };
 
 /// Solves with the matrix K of the system, assembled as kSufficient, at zero shift. share: of the
@@ -64,6 +67,7 @@ enum class Probe : std::uint8_t {
 struct NewtonRequest {
   const KktSolve& solve;
   Probe probe;
+  const Point* before = nullptr;  ///< with the model's derivatives elsewhere; null: not known
 };
 
 /// W at the end of the step has no lambda of inactive inequalities. The change is measured at least

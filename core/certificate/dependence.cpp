@@ -16,6 +16,11 @@ constexpr double kNothingLeft = 1e-4;
 constexpr double kDependent = 1e-7;
 constexpr double kNoGradient = 1e-9;  // of a row in units
 constexpr int kMostFound = 32;
+/// Of an estimate of how many there are, for it may be wrong by so much, and searches that it needs.
+constexpr double kClearlyMore = 1.3;
+constexpr int kLeastSearches = 4;
+/// Rows counted above which two solves for each dependence cost more than it is worth: half as many.
+constexpr Index kManyRows = 300;
 constexpr int kTrials = 3;
 constexpr int kShorter = 4;  // times a tenth, where the model is undefined
 constexpr double kIdentical = 1e-11;
@@ -55,6 +60,7 @@ class DependenceSearch {
   Evaluation rows_;         ///< gradients of length one in the owner's free variables
   Eigen::VectorXd factor_;  ///< of each row, to the canonical constraint
   std::vector<Eigen::VectorXd> null_;
+  double share_ = 0.0;  ///< of the last search's first vector, squared, in the null space
 };
 
 void DependenceSearch::normalize() {
@@ -121,6 +127,7 @@ bool DependenceSearch::next_null_vector(int number, Eigen::VectorXd& w) {
     orthogonalize();
     const double norm = w.norm();
     if (!std::isfinite(norm) || norm * kRelaxation < kNothingLeft * before) return false;
+    if (k == 0) share_ = std::pow(norm * kRelaxation / before, 2);
     w /= norm;
   }
   return true;
@@ -277,9 +284,17 @@ Dependences DependenceSearch::run() {
     answer.complete = false;
     return answer;
   }
+  Index rows = 0;
+  for (Index j = 0; j < canonical_.constraints(); ++j) rows += system_.counts(j) ? 1 : 0;
+  const int most = rows > kManyRows ? kMostFound / 2 : kMostFound;
+  double estimates = 0.0;
   Eigen::VectorXd w;
   while (next_null_vector(static_cast<int>(null_.size()), w)) {
-    answer.complete = is_combination(w) && static_cast<int>(null_.size()) < kMostFound;
+    const int found = static_cast<int>(null_.size());
+    estimates += found + share_ * (rows - found);
+    answer.too_many = found == most || (found + 1 >= kLeastSearches &&
+                                        estimates > kClearlyMore * most * (found + 1));
+    answer.complete = !answer.too_many && is_combination(w);
     if (!answer.complete) break;
     null_.push_back(w);
   }

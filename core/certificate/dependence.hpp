@@ -24,7 +24,8 @@ struct Dependence {
 
 struct Dependences {
   std::vector<Dependence> found;
-  bool complete = true;  ///< false: there are more, or they could not be told from others
+  bool complete = true;   ///< false: there are more, or they could not be told from others
+  bool too_many = false;  ///< not complete, for there are more than are worth finding
   [[nodiscard]] bool independent(const CanonicalProblem& canonical, bool max) const;
 };
 

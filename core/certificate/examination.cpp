@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -26,6 +27,12 @@ constexpr int kRefinements = 4;
 /// is 1/4 to 0.37.
 constexpr int kMostRefinements = 16;
 constexpr double kCreeping = 0.4;
+/// Rows of K above which a step costs more than the chance is worth that the next one settles what
+/// this one has not changed: change of W, or contraction, over that of the last one.
+constexpr Index kLargeSystem = 300;
+constexpr double kProgress = 0.5;
+/// Error of W over the margin that makes no difference to the test.
+constexpr double kLittle = 0.25;
 /// How often longer units are tried.
 constexpr int kStretches = 2;
 /// Of the largest entry of a matrix, by its factorization.
@@ -220,11 +227,23 @@ bool independent_or_harmless(Case& c, Stage& stage, ActiveSetSystem& system) {
   return stage.dependences && (settled(c.canonical, stage, true) || !c.has_x());
 }
 
+/// Whether the Newton step goes no farther than rounding, so that the next one would find the same.
+bool ends_here(const Case& c, const Stage& stage) {
+  constexpr double kRounding = 1e-13;
+  const Iterate& here = stage.point.iterate;
+  const Iterate& end = stage.newton.end.iterate;
+  return stage.newton.step <= kRounding * size_of_problem(c.canonical, here, stage.units) &&
+         max_norm(end.lambda - here.lambda) <= kRounding * (1.0 + max_norm(here.lambda));
+}
+
 /// Newton's method towards the solution of the active set's equations, until what W changes by on
 /// the way is less than its curvature. False: not seen.
 bool refine_and_test(Case& c, Stage& stage) {
   bool steady = true;
   int stretches = kStretches;
+  const bool large = c.kkt.layout().dimension() > kLargeSystem;
+  double last = std::numeric_limits<double>::infinity();
+  bool had_converged = false;
   for (int round = 0;; ++round) {
     if (!c.may_factorize(round == 0 ? 1 : kToConfirm)) return false;
     ActiveSetSystem system(c.canonical, c.kkt, stage.classes, stage.units, stage.point.evaluation);
@@ -246,7 +265,10 @@ bool refine_and_test(Case& c, Stage& stage) {
       --round;
       continue;
     }
-    if (stage.converges && stretches > 0) {
+    // Other lengths leave the inertias what they are beside the same margin.
+    const bool margin_decides =
+        !stage.test.both() && max_norm(stage.error) <= kLittle * c.margin(1.0);
+    if (stage.converges && stretches > 0 && !margin_decides) {
       --stretches;
       if (is_right_in_longer_units(c, stage, system)) {
         return independent_or_harmless(c, stage, system);
@@ -264,6 +286,11 @@ bool refine_and_test(Case& c, Stage& stage) {
     steady = steady && !stage.guessed && !stage.converges && stage.newton.contraction <= kCreeping;
     if (there || !stage.newton.classes_hold) return false;
     if (round == (steady ? kMostRefinements : kRefinements)) return false;
+    const double here = stage.converges ? max_norm(stage.newton.error) : stage.newton.contraction;
+    if (large && stage.converges == had_converged && !(here <= kProgress * last)) return false;
+    had_converged = stage.converges;
+    last = here;
+    if (round > 0 && ends_here(c, stage)) return false;
     if (is_attracted_elsewhere(c, stage, system)) return false;
     stage.crept = stage.crept || round >= kRefinements;
     stage.point.iterate = stage.newton.end.iterate;
@@ -368,7 +395,8 @@ SecondOrder examine(Case& c, const Point& given) {
     stage.answers.reset();
     stage.newton = {};
   }
-  if (test_at_vertices(c, start)) return certified(c, start, given);
+  const bool too_many = stage.dependences && stage.dependences->too_many;
+  if (!too_many && test_at_vertices(c, start)) return certified(c, start, given);
   if (stage.point.iterate.v != given.iterate.v && !evaluate_objective(c.canonical, stage.point)) {
     return SecondOrder::Undecided;
   }

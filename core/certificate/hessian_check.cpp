@@ -21,8 +21,10 @@ constexpr double kShareOfDistance = 0.1;
 constexpr double kShareOfCurvature = 0.1;
 constexpr double kLeastError = 1e-5, kLargestError = 1e-3;
 constexpr int kInverseIterations = 2;
-/// Of their solutions, of which only the size and the direction matter.
-constexpr Accuracy kRough{.ratio = 1e-2, .by_rows = false};
+/// Of their solutions only the size and the direction matter, and the factors have been tested.
+constexpr Accuracy kRough{.ratio = 1.0};
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Inverse iteration from a generic vector, in the lengths of the matrices; adds its normalized
 /// end to the direction found.
@@ -34,7 +36,7 @@ void add_inverse_iteration(const CanonicalProblem& canonical, KktSystem& kkt,
   direction.setZero(n);
   const Eigen::VectorXd& sines = arrays.generic.sines(n);
   for (Index i = inner ? canonical.y().begin : 0; i < n; ++i) {
-    if (!trial.is_held(i)) direction[i] = sines[i];
+    if (!arrays.held[at(i)]) direction[i] = sines[i];
   }
   for (int k = 0; k < kInverseIterations; ++k) {
     const double length = max_norm(direction);
@@ -48,7 +50,7 @@ void add_inverse_iteration(const CanonicalProblem& canonical, KktSystem& kkt,
                               : kkt.solve(*trial.assembled, rhs, step, kRough);
     if (!solved || !step.v.allFinite()) break;
     for (Index i = 0; i < n; ++i) {
-      if (trial.is_held(i)) step.v[i] = 0.0;
+      if (arrays.held[at(i)]) step.v[i] = 0.0;
     }
     Index longest = 0;
     const double growth = step.v.cwiseAbs().maxCoeff(&longest);
@@ -72,6 +74,8 @@ void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
   found.direction.setZero(canonical.variables());
   found.least = 1.0;
   found.variable = -1;
+  arrays.held.resize(at(canonical.variables()));
+  for (Index i = 0; i < canonical.variables(); ++i) arrays.held[at(i)] = trial.is_held(i);
   if (trial.assembled) {
     add_inverse_iteration(canonical, kkt, trial, false, arrays);
     if (canonical.y().size() > 0 && canonical.x().size() > 0) {
@@ -80,7 +84,7 @@ void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
   }
   const Eigen::VectorXd& cosines = arrays.generic.cosines(canonical.variables());
   for (Index i = 0; i < canonical.variables(); ++i) {
-    if (!trial.is_held(i)) found.direction[i] += cosines[i];
+    if (!arrays.held[at(i)]) found.direction[i] += cosines[i];
   }
   if (trial.in_units) found.direction.array() *= trial.units.variable.array();
 }

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "core/certificate/generic_vector.hpp"
 #include "core/certificate/units.hpp"
@@ -33,6 +34,7 @@ struct CurvatureArrays {
   Step solution;
   Eigen::VectorXd direction, step;
   Eigen::ArrayXd largest;
+  std::vector<bool> held;
   GenericVectors generic;
   DifferenceArrays differences;
 };

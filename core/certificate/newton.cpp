@@ -11,22 +11,24 @@ constexpr double kRelaxed = 1e-8;  // as jacobian_regularization_value
 bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const NewtonResidual& rhs,
                       Step& step) {
   for (;;) {
-    if (kkt.factorize_for_solutions({}).status != FactorizationStatus::Ok) return false;
+    // What the inertia is does not matter, and the solution is tested.
+    const KktFactors factors = kkt.factorize_for_solutions({}, Certainty::Usual);
+    if (factors.status != FactorizationStatus::Ok) return false;
     if (kkt.solve(evaluation, rhs, step)) return true;
     if (!kkt.increase_quality()) return false;
   }
 }
 
 bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu, double tau,
-                         Point& point, StepLength& alpha) {
+                         Point& point, StepLength& alpha, bool& dependent) {
   NewtonResidual rhs = zero_step(canonical);
   Step step = zero_step(canonical);
   newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
   kkt.assemble(point.iterate, point.evaluation);
-  if (!solve_accurately(kkt, point.evaluation, rhs, step)) {
-    // Dependent constraints: their equations agree, any of their multipliers will do.
+  dependent = dependent || !solve_accurately(kkt, point.evaluation, rhs, step);
+  if (dependent) {  // their equations agree, any of the multipliers will do
     const Regularization relaxed{.lambda_x = kRelaxed, .lambda_y = kRelaxed};
-    if (kkt.factorize_for_solutions(relaxed).status != FactorizationStatus::Ok ||
+    if (kkt.factorize_for_solutions(relaxed, Certainty::Usual).status != FactorizationStatus::Ok ||
         !kkt.solve_unshifted(point.evaluation, rhs, step)) {
       return false;
     }

@@ -154,6 +154,8 @@ SecondOrder judge_without_certificate(Case& c, Stage& stage) {
   ActiveSetSystem system(c.canonical, c.kkt, stage.classes, stage.units, stage.point.evaluation);
   c.report_inertias(system);
   if (c.canonical.constraints() == 0) c.certificate.licq_min = c.certificate.licq_max = true;
+  // Then K is singular with any help for W.
+  const bool too_many = stage.dependences && stage.dependences->too_many;
   const bool vanishing =
       stage.dependences && std::ranges::any_of(stage.dependences->found, &Dependence::vanishing);
   SecondOrder verdict = SecondOrder::Undecided;
@@ -163,7 +165,7 @@ SecondOrder judge_without_certificate(Case& c, Stage& stage) {
   }
   if (c.may_factorize(kToRefute) && refute(c, system, stage)) {
     verdict = SecondOrder::Violated;
-  } else if (c.may_factorize(1) && is_valley(c, system, stage)) {
+  } else if (!too_many && c.may_factorize(1) && is_valley(c, system, stage)) {
     verdict = SecondOrder::Flat;
   }
   if (c.wrong && c.wrong->owner == Player::Max) return verdict;

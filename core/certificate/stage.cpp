@@ -56,6 +56,21 @@ Units measured(const CanonicalProblem& canonical, const Stage& stage, const Eval
   return units;
 }
 
+/// Of the stage at v with lambda; null: undefined there.
+const Evaluation* rounded_derivatives(CanonicalProblem& canonical, Stage& stage,
+                                      const Eigen::VectorXd& v, const Eigen::VectorXd& lambda) {
+  if (!stage.rounded || stage.rounded->v != v || stage.rounded->lambda != lambda) {
+    stage.rounded = RoundedDerivatives{v, lambda, stage.point.evaluation};
+    if (canonical.first_derivatives(v, stage.rounded->evaluation) != EvaluationStatus::Ok ||
+        canonical.second_derivatives(v, lambda, stage.rounded->evaluation) !=
+            EvaluationStatus::Ok) {
+      stage.rounded.reset();
+      return nullptr;
+    }
+  }
+  return &stage.rounded->evaluation;
+}
+
 }  // namespace
 
 Eigen::VectorXd without_inactive(const CanonicalProblem& canonical, const BoundClasses& classes,
@@ -68,9 +83,9 @@ Eigen::VectorXd without_inactive(const CanonicalProblem& canonical, const BoundC
   return lambda;
 }
 
-Units certain_units(CanonicalProblem& canonical, const Stage& stage) {
+Units certain_units(CanonicalProblem& canonical, Stage& stage) {
   const Point& point = stage.point;
-  Evaluation certain = point.evaluation, there = certain;
+  Evaluation certain = point.evaluation;
   for (std::size_t k = 0; k < stage.newton.hessian_change.size(); ++k) {
     if (std::abs(certain.hessian[k]) < kLeft * stage.newton.hessian_change[k]) {
       certain.hessian[k] = 0.0;
@@ -82,20 +97,17 @@ Units certain_units(CanonicalProblem& canonical, const Stage& stage) {
   keep_within_bounds(canonical, point.iterate.v, kShareOfDistance, step);
   const Eigen::VectorXd lambda =
       point.iterate.lambda + rounding_of_multipliers(canonical, point, size);
-  if (canonical.first_derivatives(point.iterate.v + step, there) != EvaluationStatus::Ok ||
-      canonical.second_derivatives(point.iterate.v + step,
-                                   without_inactive(canonical, stage.classes, lambda),
-                                   there) != EvaluationStatus::Ok) {
-    return measured(canonical, stage, certain);
-  }
+  const Evaluation* there = rounded_derivatives(canonical, stage, point.iterate.v + step,
+                                                without_inactive(canonical, stage.classes, lambda));
+  if (there == nullptr) return measured(canonical, stage, certain);
   const auto keep = [](double changed, double& value) {
     if (!(std::abs(changed - value) <= std::abs(value))) value = 0.0;
   };
   for (std::size_t k = 0; k < certain.hessian.size(); ++k) {
-    if (certain.hessian[k] != 0.0) keep(there.hessian[k], certain.hessian[k]);
+    if (certain.hessian[k] != 0.0) keep(there->hessian[k], certain.hessian[k]);
   }
   for (std::size_t k = 0; k < certain.jacobian.size(); ++k) {
-    keep(there.jacobian[k], certain.jacobian[k]);
+    keep(there->jacobian[k], certain.jacobian[k]);
   }
   return measured(canonical, stage, certain);
 }

@@ -12,6 +12,12 @@ namespace ipminmax {
 /// problem.
 inline constexpr double kNear = 1e-3;
 
+/// Derivatives beside a point, as far away as rounding is.
+struct RoundedDerivatives {
+  Eigen::VectorXd v, lambda;
+  Evaluation evaluation;
+};
+
 /// A point on its way to the solution of the active set's equations, and what is known of it.
 struct Stage {
   Point point;
@@ -33,6 +39,7 @@ struct Stage {
   std::optional<Eigen::VectorXd> stretch{};
   /// Fewer answers of Max, in which K is tested: where his active gradients depend.
   std::optional<BoundClasses> narrow{};
+  std::optional<RoundedDerivatives> rounded{};  ///< last asked for
 };
 
 /// lambda with zero for inactive inequalities.
@@ -47,7 +54,7 @@ struct Stage {
 /// From entries of W and the Jacobian that neither rounding of the variables and multipliers nor
 /// the last Newton step changes by more than they are: what is left of a cancellation gives no
 /// length.
-[[nodiscard]] Units certain_units(CanonicalProblem& canonical, const Stage& stage);
+[[nodiscard]] Units certain_units(CanonicalProblem& canonical, Stage& stage);
 /// Of W in units: that of differences, and what doubtful inequalities may give or not.
 [[nodiscard]] Eigen::VectorXd error_of(Case& c, const Point& point, const BoundClasses& classes,
                                        const Units& units);

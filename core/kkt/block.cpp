@@ -86,15 +86,17 @@ KktPattern::KktPattern(Which which, const CanonicalProblem& canonical, const Kkt
   variables = {full ? 0 : canonical.y().begin, canonical.variables()};
   constraints = {full ? 0 : canonical.max_constraints().begin, canonical.constraints()};
 
-  const auto number = [](std::vector<Index>& rows, IndexRange range, Index offset) {
+  const auto number = [](std::vector<Index>& rows, std::vector<Run>& runs, IndexRange range,
+                         Index offset) {
     for (Index i = range.begin; i < range.end; ++i) rows[at(i)] = offset + (i - range.begin);
+    runs.push_back({.first = range.begin, .row = offset, .size = range.size()});
   };
   if (full) {
-    number(row_of_variable, canonical.x(), layout.x.begin);
-    number(row_of_constraint, canonical.min_constraints(), layout.lambda_x.begin);
+    number(row_of_variable, variable_runs, canonical.x(), layout.x.begin);
+    number(row_of_constraint, constraint_runs, canonical.min_constraints(), layout.lambda_x.begin);
   }
-  number(row_of_variable, canonical.y(), y_offset);
-  number(row_of_constraint, canonical.max_constraints(), lambda_y_offset);
+  number(row_of_variable, variable_runs, canonical.y(), y_offset);
+  number(row_of_constraint, constraint_runs, canonical.max_constraints(), lambda_y_offset);
 
   std::vector<Triplet> entries;
   for (std::size_t k = 0; k < canonical.hessian().size(); ++k) {

@@ -52,7 +52,12 @@ struct KktPattern {
   enum class Which : std::uint8_t { Full, Inner };
   KktPattern(Which which, const CanonicalProblem& canonical, const KktLayout& layout);
 
-  IndexRange variables, constraints;                      ///< canonical, with slacks
+  IndexRange variables, constraints;  ///< canonical, with slacks
+  /// Canonical variables or constraints in rows that follow each other as they do.
+  struct Run {
+    Index first, row, size;
+  };
+  std::vector<Run> variable_runs, constraint_runs;
   std::vector<Index> row_of_variable, row_of_constraint;  ///< -1: not in this block
   std::vector<std::int8_t> signs;                         ///< expected, of each pivot
   SymmetricMatrix zero;                                   ///< with these entries
@@ -150,6 +155,12 @@ class KktBlock {
   }
   [[nodiscard]] Index row_of_constraint(Index j) const {
     return pattern_->row_of_constraint[static_cast<std::size_t>(j)];
+  }
+  [[nodiscard]] std::span<const KktPattern::Run> variable_runs() const {
+    return pattern_->variable_runs;
+  }
+  [[nodiscard]] std::span<const KktPattern::Run> constraint_runs() const {
+    return pattern_->constraint_runs;
   }
   /// Canonical, with slacks.
   [[nodiscard]] IndexRange variables() const { return pattern_->variables; }

@@ -12,7 +12,7 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 bool KktSystem::solve_projection(const NewtonResidual& rhs, Step& step) {
   for (;;) {
-    if (factorize_for_solutions({}, Certainty::Usual).status != FactorizationStatus::Ok)
+    if (factorize_for_solutions({}, needed(Certainty::Usual)).status != FactorizationStatus::Ok)
       return false;
     {
       const ScopedTimer timer(timing_.solves);

@@ -144,17 +144,21 @@ bool KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& 
     t[i] = rhs.v[i] + canonical_.sign(i) * t[i];
   }
   const std::span<double> reduced(arrays_.reduced.data(), at(block.dimension()));
-  for (Index i = variables.begin; i < variables.end; ++i) {
-    if (const Index row = block.row_of_variable(i); row >= 0) reduced[at(row)] = t[i];
+  const auto rows_of = [&](const KktPattern::Run& run) {
+    return Eigen::Map<Eigen::VectorXd>(reduced.data() + run.row, run.size);
+  };
+  for (const auto& run : block.variable_runs()) rows_of(run) = t.segment(run.first, run.size);
+  for (const auto& run : block.constraint_runs()) {
+    rows_of(run) = rhs.lambda.segment(run.first, run.size);
   }
   // Slack s of constraint j: sign Sigma_s ds - dlambda_j = t_s, eliminated.
   const auto slack_of = canonical_.slack_of_constraint();
   const IndexRange constraints = block.constraints();
   for (Index j = constraints.begin; j < constraints.end; ++j) {
-    const Index slack = slack_of[at(j)];
-    reduced[at(block.row_of_constraint(j))] =
-        rhs.lambda[j] +
-        (slack < 0 ? 0.0 : canonical_.sign(slack) * t[slack] / at_point.curvature[slack]);
+    if (const Index slack = slack_of[at(j)]; slack >= 0) {
+      reduced[at(block.row_of_constraint(j))] +=
+          canonical_.sign(slack) * t[slack] / at_point.curvature[slack];
+    }
   }
   bool ok = true;
   if (refined) {
@@ -163,15 +167,15 @@ bool KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& 
     solve_with_factors(block, reduced);
   }
 
+  for (const auto& run : block.variable_runs()) step.v.segment(run.first, run.size) = rows_of(run);
+  for (const auto& run : block.constraint_runs()) {
+    step.lambda.segment(run.first, run.size) = rows_of(run);
+  }
   for (Index j = constraints.begin; j < constraints.end; ++j) {
-    step.lambda[j] = reduced[at(block.row_of_constraint(j))];
     if (const Index slack = slack_of[at(j)]; slack >= 0) {
       step.v[slack] =
           canonical_.sign(slack) * (t[slack] + step.lambda[j]) / at_point.curvature[slack];
     }
-  }
-  for (Index i = variables.begin; i < variables.end; ++i) {
-    if (const Index row = block.row_of_variable(i); row >= 0) step.v[i] = reduced[at(row)];
   }
   step.z_lower.tail(variables.size()).setZero();
   step.z_upper.tail(variables.size()).setZero();
@@ -234,6 +238,7 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
   own.clear_rest(step);
   own.clear_rest(arrays_.correction);
   solve_reduced(block, rhs, step);
+  if (accuracy.ratio >= 1.0) return true;
   const Sizes of_rhs = own.sizes(rhs);
   Sizes of_residual;
   double scale = 0.0;

@@ -172,7 +172,7 @@ KktFactors KktSystem::factorize(const Regularization& shift, Certainty certainty
 }
 
 KktFactors KktSystem::factorize_for_solutions(const Regularization& shift, Certainty certainty) {
-  return factorize_full(shift, needed(certainty), true);
+  return factorize_full(shift, certainty, true);
 }
 
 KktFactors KktSystem::factorize_full(const Regularization& shift, Certainty certainty,

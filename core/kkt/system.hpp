@@ -52,7 +52,7 @@ struct KktArrays {
 /// What of a solution is accurate enough for its use, where the options' residual_ratio_max asks
 /// for more than that: either of the two.
 struct Accuracy {
-  double ratio = 0.0;     ///< of the residual to right-hand side and solution
+  double ratio = 0.0;  ///< of the residual to right-hand side and solution; 1: as factors give it
   double residual = 0.0;  ///< itself
   /// And the rows of variables and constraints, each beside its own right-hand side.
   bool by_rows = true;

@@ -33,7 +33,7 @@ void BarrierUpdate::settle() {
 
 double BarrierUpdate::monotone(const Point& point, double from) const {
   const auto error = [&](double mu) {
-    return barrier_error(context_.canonical, point, mu, context_.options.s_max);
+    return measured_barrier_error(context_.canonical, point, mu);
   };
   return next_barrier(
       from, least_, [&](double mu) { return error(mu).scaled; },
@@ -53,7 +53,7 @@ bool BarrierUpdate::update(const Point& point, const StepReport& last) {
         squared_residual(context_.canonical, point.iterate, point.evaluation, point.dual).total();
     now.merit = {point.evaluation.c.lpNorm<1>(), point.evaluation.f};
     now.average = complementarity_of(context_.canonical, point.iterate).average;
-    now.barrier_error = barrier_error(context_.canonical, point, mu_, options.s_max).scaled;
+    now.barrier_error = measured_barrier_error(context_.canonical, point, mu_).scaled;
     now.step_accepted = last.kind != StepKind::Leap && last.kind != StepKind::Restoration;
     mu_ = adaptive_->next(
         mu_, now, [&] { return ask_oracle(point); },

@@ -148,7 +148,7 @@ bool GlobalizedMethod::fast_step(Run& run) {
   outer_.assemble(from, mu);
   run.unshifted_step = UnshiftedStep::Wrong;
   outer_.factors = kkt_.factorize({}, Certainty::Usual);
-  const double before = outer_.norm_error(from, mu);
+  const double before = measured_barrier_error(canonical_, from, mu).norm();
   if (!kkt_.has_expected_inertia(outer_.factors) || !outer_.solve(from, forcing(before))) {
     return false;
   }

@@ -15,6 +15,7 @@ namespace ipminmax {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kLargest = std::numeric_limits<double>::max();
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -173,14 +174,18 @@ EvaluationStatus CanonicalProblem::first_derivatives_here(Evaluation& evaluation
       return undefined("the Jacobian of the constraints");
     }
   }
+  const Index* source = arrays_.map.jacobian_source.data();
+  const double* given = arrays_.model_jacobian.data();
+  const double* scale = arrays_.jacobian_scale.data();
+  double* jacobian = evaluation.jacobian.data();
   for (std::size_t k = 0; k < arrays_.map.jacobian.size(); ++k) {
-    const double value = model_jacobian(k);
-    if (!std::isfinite(value)) {
+    const double value = source[k] >= 0 ? given[source[k]] : 1.0;
+    if (!(std::abs(value) <= kLargest)) {
       return not_finite({.function = "the Jacobian",
                          .row = arrays_.map.jacobian[k].row,
                          .col = arrays_.map.jacobian[k].col});
     }
-    evaluation.jacobian[k] = arrays_.jacobian_scale[k] * value;
+    jacobian[k] = scale[k] * value;
   }
   evaluation.jacobian_call = ++derivative_calls_;
   return EvaluationStatus::Ok;
@@ -199,15 +204,21 @@ EvaluationStatus CanonicalProblem::second_derivatives_here(const Eigen::VectorXd
       })) {
     return undefined("the Hessian of the Lagrangian");
   }
-  for (std::size_t k = 0; k < arrays_.map.hessian.size(); ++k) {
-    const double value = arrays_.model_hessian[at(arrays_.map.hessian_source[k])];
-    if (!std::isfinite(value)) {
+  const Index* source = arrays_.map.hessian_source.data();
+  const double* given = arrays_.model_hessian.data();
+  double* hessian = evaluation.hessian.data();
+  const std::size_t entries = arrays_.map.hessian.size();
+  for (std::size_t k = 0; k < entries; ++k) {
+    const double value = given[source[k]];
+    if (!(std::abs(value) <= kLargest)) {
       return not_finite({.function = "the Hessian of the Lagrangian",
                          .col = arrays_.map.hessian[k].row,
                          .other_col = arrays_.map.hessian[k].col});
     }
-    evaluation.hessian[k] =
-        arrays_.hessian_scale.empty() ? value : arrays_.hessian_scale[k] * value;
+    hessian[k] = value;
+  }
+  if (!arrays_.hessian_scale.empty()) {
+    for (std::size_t k = 0; k < entries; ++k) hessian[k] *= arrays_.hessian_scale[k];
   }
   evaluation.hessian_call = ++derivative_calls_;
   return EvaluationStatus::Ok;

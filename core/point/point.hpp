@@ -15,6 +15,7 @@ struct Point {
   Evaluation evaluation;
   Eigen::VectorXd dual;                  ///< gradient of the Lagrangian, see dual_residual
   KktError error = KktError::unknown();  ///< where measured
+  ErrorParts parts{};                    ///< of the error, where measured
 };
 
 /// A point at the iterate with room for its functions, all zero.
@@ -41,6 +42,11 @@ void measure(const CanonicalProblem& canonical, const SolverOptions& options, Po
 [[nodiscard]] inline BarrierError barrier_error(const CanonicalProblem& canonical,
                                                 const Point& point, double mu, double s_max) {
   return barrier_error(canonical, point.iterate, point.evaluation, point.dual, mu, s_max);
+}
+/// The same of a point that has been measured where it is now.
+[[nodiscard]] inline BarrierError measured_barrier_error(const CanonicalProblem& canonical,
+                                                         const Point& point, double mu) {
+  return barrier_error(canonical, point.iterate, point.parts, mu);
 }
 inline void newton_residual(const CanonicalProblem& canonical, const Point& point, double mu,
                             NewtonResidual& rhs) {

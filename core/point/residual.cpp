@@ -48,36 +48,52 @@ void dual_residual(const CanonicalProblem& canonical, const Iterate& iterate,
   }
 }
 
-BarrierError barrier_error(const CanonicalProblem& canonical, const Iterate& iterate,
-                           const Evaluation& evaluation, const Eigen::VectorXd& dual, double mu,
-                           double s_max) {
-  BarrierError error;
+ErrorParts error_parts(const CanonicalProblem& canonical, const Iterate& iterate,
+                       const Evaluation& evaluation, const Eigen::VectorXd& dual, double s_max) {
   const Index n = canonical.variables();
   const Index m = canonical.constraints();
-  error.primal = max_norm(evaluation.c, 0, m);
-  error.dual_min = max_norm(dual, 0, canonical.y().begin);
-  error.dual_max = max_norm(dual, canonical.y().begin, n);
-  error.complementarity = complementarity(canonical, iterate, mu);
-
-  // s_d and s_c of Waechter and Biegler 2006, eq. (5).
   const double z_sum = iterate.z_lower.lpNorm<1>() + iterate.z_upper.lpNorm<1>();
   const auto bounds =
       static_cast<double>(canonical.lower_bounded().size() + canonical.upper_bounded().size());
   const auto scale = [&](double sum, double count) {
     return count > 0.0 ? std::max(s_max, sum / count) / s_max : 1.0;
   };
-  const double s_d = scale(z_sum + iterate.lambda.lpNorm<1>(), bounds + static_cast<double>(m));
-  const double s_c = scale(z_sum, bounds);
-  error.scaled = largest(largest(error.primal, largest(error.dual_min, error.dual_max) / s_d),
-                         error.complementarity / s_c);
+  return {.primal = max_norm(evaluation.c, 0, m),
+          .dual_min = max_norm(dual, 0, canonical.y().begin),
+          .dual_max = max_norm(dual, canonical.y().begin, n),
+          .s_d = scale(z_sum + iterate.lambda.lpNorm<1>(), bounds + static_cast<double>(m)),
+          .s_c = scale(z_sum, bounds)};
+}
+
+BarrierError barrier_error(const CanonicalProblem& canonical, const Iterate& iterate,
+                           const ErrorParts& parts, double mu) {
+  BarrierError error{
+      .primal = parts.primal, .dual_min = parts.dual_min, .dual_max = parts.dual_max};
+  error.complementarity = complementarity(canonical, iterate, mu);
+  error.scaled = largest(largest(error.primal, largest(error.dual_min, error.dual_max) / parts.s_d),
+                         error.complementarity / parts.s_c);
   return error;
+}
+
+BarrierError barrier_error(const CanonicalProblem& canonical, const Iterate& iterate,
+                           const Evaluation& evaluation, const Eigen::VectorXd& dual, double mu,
+                           double s_max) {
+  return barrier_error(canonical, iterate, error_parts(canonical, iterate, evaluation, dual, s_max),
+                       mu);
 }
 
 KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
                    const Evaluation& evaluation, const Eigen::VectorXd& dual, double s_max,
                    double mu) {
+  return kkt_error(canonical, iterate, evaluation, dual,
+                   error_parts(canonical, iterate, evaluation, dual, s_max), mu);
+}
+
+KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
+                   const Evaluation& evaluation, const Eigen::VectorXd& dual,
+                   const ErrorParts& parts, double mu) {
   KktError error;
-  const BarrierError scaled = barrier_error(canonical, iterate, evaluation, dual, mu, s_max);
+  const BarrierError scaled = barrier_error(canonical, iterate, parts, mu);
   error.total = scaled.scaled;
   error.scaled_primal = scaled.primal;
   error.scaled_dual = std::max(scaled.dual_min, scaled.dual_max);

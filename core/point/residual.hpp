@@ -25,10 +25,26 @@ struct BarrierError {
                                          const Evaluation& evaluation, const Eigen::VectorXd& dual,
                                          double mu, double s_max);
 
+/// What of a BarrierError is the same for every mu.
+struct ErrorParts {
+  double primal = 0.0;
+  double dual_min = 0.0;
+  double dual_max = 0.0;
+  double s_d = 1.0, s_c = 1.0;  ///< of Waechter and Biegler 2006, eq. (5)
+};
+[[nodiscard]] ErrorParts error_parts(const CanonicalProblem& canonical, const Iterate& iterate,
+                                     const Evaluation& evaluation, const Eigen::VectorXd& dual,
+                                     double s_max);
+[[nodiscard]] BarrierError barrier_error(const CanonicalProblem& canonical, const Iterate& iterate,
+                                         const ErrorParts& parts, double mu);
+
 /// Errors at mu (mu_target, 0 by default) in the model's units, total in canonical units.
 [[nodiscard]] KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
                                  const Evaluation& evaluation, const Eigen::VectorXd& dual,
                                  double s_max, double mu = 0.0);
+[[nodiscard]] KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
+                                 const Evaluation& evaluation, const Eigen::VectorXd& dual,
+                                 const ErrorParts& parts, double mu = 0.0);
 
 /// Right-hand side -g(z, mu) of the Newton system, damping included.
 void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,

@@ -56,7 +56,7 @@ bool Observation::tell(const Point& point, double mu, const StepReport& step) {
   info.objective = context_.canonical.unscaled_objective(point.evaluation.f);
   info.error = point.error;
   info.mu = mu;
-  info.barrier_error = barrier_error(context_.canonical, point, mu, context_.options.s_max).norm();
+  info.barrier_error = measured_barrier_error(context_.canonical, point, mu).norm();
   info.step_norm = step.step_norm;
   info.delta_x = step.delta_x;
   info.delta_y = step.delta_y;

@@ -180,5 +180,34 @@ TEST(FactorizationLimit, LeavesTheBestPointSeenByAnySearch) {
   EXPECT_GT(of_earlier_search, 2);
 }
 
+/// Calls for second derivatives beyond those of the iterations' points, the last one among these.
+Index hessians_of_test(const Model& model, const std::vector<double>& start) {
+  AutodiffProblem problem(model);
+  problem.set_start(start);
+  const Result r = solve(problem, {});
+  EXPECT_EQ(r.status, Status::Solved);
+  EXPECT_EQ(r.certificate.kind, PointKind::LocalMinmax);
+  return r.counts.hessian - r.iterations - 1;
+}
+
+TEST(HessiansOfTheTest, AreNoneWhereTheyHaveNotChangedOnTheWay) {
+  Model quadratic;
+  {
+    const Expression x = quadratic.variable(Player::Min, "x");
+    const Expression y = quadratic.variable(Player::Max, "y");
+    quadratic.objective(square(x - 1.0) + 3.0 * x * y - square(y + 2.0));
+  }
+  EXPECT_EQ(hessians_of_test(quadratic, {5.0, -7.0}), 0);
+  Model other;
+  {
+    const Expression x = other.variable(Player::Min, "x");
+    const Expression y = other.variable(Player::Max, "y");
+    other.objective(square(x - 1.0) + 3.0 * x * y - square(y + 2.0) + 0.01 * cos(x));
+  }
+  EXPECT_EQ(hessians_of_test(other, {5.0, -7.0}), 1);
+  // Variables that have not moved say nothing of how W changes with them.
+  EXPECT_EQ(hessians_of_test(quadratic, {16.0 / 13.0, -2.0 / 13.0}), 1);
+}
+
 }  // namespace
 }  // namespace ipminmax::testing

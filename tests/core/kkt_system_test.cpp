@@ -543,6 +543,41 @@ TEST(KktCounts, CountFactorizationsSolvesAndAnalyses) {
   EXPECT_EQ(s.counts.solves, 1);
 }
 
+TEST(KktSolutions, AreRefinedAsFarAsTheirUseAsks) {
+  // Refinement has to make up for a shift.
+  constexpr Regularization kShift{.x = 1e-3, .y = 1e-3};
+  constexpr double kRatio = 1e-3, kResidual = 1e-5;
+  int rough = 0, between = 0;
+  for (unsigned seed = 0; seed < 100; ++seed) {
+    RandomSystem s({}, seed, LinearSolver::Lapack);
+    static_cast<void>(s.kkt->factorize(kShift));
+    const NewtonResidual rhs = s.random_residual();
+    const auto error = [&](const Accuracy& accuracy, double& scale) {
+      Step step = zero_step(s.canonical);
+      if (!s.kkt->solve_unshifted(s.evaluation, rhs, step, accuracy)) return kInf;
+      const auto size = [](const Step& of) {
+        return std::max({of.v.lpNorm<Eigen::Infinity>(), of.lambda.lpNorm<Eigen::Infinity>(),
+                         of.z_lower.lpNorm<Eigen::Infinity>(),
+                         of.z_upper.lpNorm<Eigen::Infinity>()});
+      };
+      scale = size(step) + size(rhs);
+      return s.newton_error({}, rhs, step);
+    };
+    double scale = 0.0;
+    const double full = error({}, scale);
+    if (full == kInf) continue;
+    EXPECT_LE(full, 1.01e-10 * scale) << seed;
+    const double by_ratio = error({.ratio = kRatio, .by_rows = false}, scale);
+    EXPECT_LE(by_ratio, 1.01 * kRatio * scale) << seed;
+    rough += by_ratio > 1e-8 * scale ? 1 : 0;
+    const double by_residual = error({.residual = kResidual}, scale);
+    EXPECT_LE(by_residual, 1.01 * std::max(kResidual, 1e-10 * scale)) << seed;
+    between += by_residual > 1e-10 * scale ? 1 : 0;
+  }
+  EXPECT_GT(rough, 50);
+  EXPECT_GT(between, 50);
+}
+
 // --- K by way of K_yy ----------------------------------------------------------------------------
 
 class KktBySchurComplement : public ::testing::TestWithParam<LinearSolver> {};

@@ -318,14 +318,78 @@ TEST(AutoSolver, PairsOfRowsAreForLittleFill) {
     const Index sink = kFlows + kPlaces + i % kPlaces;
     if (sink < kRows) transport.add(sink, i, 1.0);
   }
-  const auto pivots_in_doubt = [](const SymmetricMatrix& matrix, std::span<const std::int8_t> s) {
-    AutoSolver solver({});
+  const SymmetricSolverOptions options;
+  const auto in_doubt = [&](const SymmetricMatrix& matrix, std::span<const std::int8_t> s) {
+    AutoSolver solver(options);
     EXPECT_TRUE(solver.analyze(matrix, s).ok);
     EXPECT_TRUE(solver.begin_pivoting());
-    return solver.factorize(matrix).trust.pivoted;
+    return solver.factorize(matrix).trust;
   };
-  EXPECT_FALSE(pivots_in_doubt(chain.build(), signs));
-  EXPECT_TRUE(pivots_in_doubt(transport.build(), transport_signs));
+  constexpr double kPairs = 1e-4;  // more than their Gamma is of LDL's
+  const Trust of_chain = in_doubt(chain.build(), signs);
+  EXPECT_FALSE(of_chain.pivoted);
+  EXPECT_LT(of_chain.perturbation, kPairs * options.ldlt_gamma);
+  // LDL' serves where its inertia is certain.
+  const Trust of_transport = in_doubt(transport.build(), transport_signs);
+  EXPECT_FALSE(of_transport.pivoted);
+  EXPECT_GT(of_transport.perturbation, kPairs * options.ldlt_gamma);
+}
+
+/// Laplace's operator on a square, its smallest eigenvalues well known.
+TEST(AutoSolver, InDoubtMatricesThatShouldBeDefiniteNeedNoPivoting) {
+  constexpr Index kSide = 30, kRows = kSide * kSide;
+  constexpr double kPi = 3.141592653589793;
+  const auto eigenvalue = [](Index i) { return 2.0 - 2.0 * std::cos(kPi * i / (kSide + 1)); };
+  const std::vector<std::int8_t> signs(kRows, 1);
+  for (const double shift : {0.0, 0.5 * eigenvalue(1), 1.5 * (eigenvalue(1) + eigenvalue(2))}) {
+    MatrixBuilder builder(kRows);
+    Index negative = 0;
+    for (Index k = 0; k < kRows; ++k) {
+      builder.add(k, k, 4.0 - shift);
+      if (k % kSide > 0) builder.add(k, k - 1, -1.0);
+      if (k >= kSide) builder.add(k, k - kSide, -1.0);
+      negative += eigenvalue(k % kSide + 1) + eigenvalue(k / kSide + 1) < shift ? 1 : 0;
+    }
+    const SymmetricMatrix matrix = builder.build();
+    const SymmetricSolverOptions options;
+    AutoSolver solver(options);
+    ASSERT_TRUE(solver.analyze(matrix, signs).ok);
+    EXPECT_TRUE(solver.begin_pivoting());
+    const Factorization result = solver.factorize(matrix);
+    EXPECT_EQ(result.status, FactorizationStatus::Ok);
+    EXPECT_EQ(result.inertia.negative, negative) << shift;
+    EXPECT_FALSE(result.trust.pivoted) << shift;
+    EXPECT_LT(result.trust.perturbation, 1e-4 * options.ldlt_gamma);
+    std::vector<double> solution(kRows, 1.0), image(kRows);
+    solver.solve_in_place(solution);
+    matrix.multiply(solution, image);
+    for (const double value : image) EXPECT_NEAR(value, 1.0, 1e-9) << shift;
+  }
+}
+
+/// Two equal rows: their difference vanishes under the matrix.
+TEST(AutoSolver, InDoubtASingularMatrixIsSeenWithoutPivotingWhereSolutionsAreWanted) {
+  constexpr Index kSteps = 400;
+  MatrixBuilder builder(2 * kSteps);
+  std::vector<std::int8_t> signs(2 * kSteps, 1);
+  for (Index i = 0; i < kSteps; ++i) {
+    builder.add(i, i, 1.0);
+    const Index row = kSteps + i;
+    signs[static_cast<std::size_t>(row)] = -1;
+    for (const Index variable : {i - i % 2, (i - i % 2 + 2) % kSteps}) {
+      builder.add(row, variable, variable == i - i % 2 ? 1.0 : -0.5);
+    }
+  }
+  const SymmetricMatrix matrix = builder.build();
+  AutoSolver solver({.ldlt_gamma = 1e-11});
+  ASSERT_TRUE(solver.analyze(matrix, signs).ok);
+  ASSERT_TRUE(solver.begin_pivoting());
+  const Factorization seen = solver.factorize(matrix, Certainty::Usual);
+  EXPECT_EQ(seen.status, FactorizationStatus::Singular);
+  EXPECT_EQ(seen.inertia.zero, 1);
+  const Factorization counted = solver.factorize(matrix, Certainty::Certain);
+  EXPECT_EQ(counted.status, FactorizationStatus::Singular);
+  EXPECT_EQ(counted.inertia.zero, kSteps / 2);
 }
 
 TEST(LapackSolver, TinyAndLargerMatricesAreFactorizedAlike) {

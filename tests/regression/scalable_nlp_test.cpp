@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/QR>
 
+#include <regression/element_problem.hpp>
 #include <regression/problem_tnlp.hpp>
 #include <regression/scalable_nlp.hpp>
 #include <support/dense_optimality.hpp>
@@ -138,6 +139,47 @@ TEST(ScalableMultipliers, FirstOnesAreTheLeastSquaresOnes) {
 INSTANTIATE_TEST_SUITE_P(Regression, Scalable,
                          ::testing::Range<std::size_t>(0, scalable_nlps().size()),
                          [](const auto& instance) { return scalable_nlps()[instance.param].name; });
+
+Index factorizations_of_test(const Result& result) {
+  return result.counts.factorizations_for(FactorizationCause::Certificate).full;
+}
+
+/// Newton's method creeps to a zero of high order: no later point on its way tells more.
+TEST(TestsOfLargeSystems, EndWhereStepsChangeNothing) {
+  constexpr Index kMany = 400;
+  for (const LinearSolver solver : {LinearSolver::Auto, LinearSolver::Mumps}) {
+    ElementProblem problem;
+    for (Index i = 0; i < kMany; ++i) {
+      const Index x = problem.add_variable(1.0 + 0.001 * i);
+      problem.add_term<Ridge<FourthPower, 1>>(kObjective, 1.0, {x}, {{1.0}});
+    }
+    problem.finish();
+    SolverOptions options;
+    options.linear_solver = solver;
+    const Result result = solve(problem, options);
+    EXPECT_EQ(result.status, Status::SolvedDegenerate);
+    EXPECT_LE(factorizations_of_test(result), 9);
+  }
+}
+
+/// Each of many gradients twice: they are not looked for one after the other.
+TEST(TestsOfLargeSystems, DoNotCountManyDependentConstraints) {
+  constexpr Index kPairs = 200;
+  ElementProblem problem;
+  for (Index k = 0; k < kPairs; ++k) {
+    const Index x = problem.add_variable(0.7), y = problem.add_variable(0.7);
+    problem.add_term<Ridge<Square, 2>>(kObjective, 1.0, {x, y}, {{1.0, 1.0}, -2.0});
+    for (const double factor : {1.0, 2.0}) {
+      const Index row = problem.add_row(0.0, 0.0);
+      problem.add_linear(row, x, factor);
+      problem.add_term<Ridge<Square, 1>>(row, -factor, {y}, {{1.0}});
+    }
+  }
+  problem.finish();
+  const Result result = solve(problem, SolverOptions{});
+  EXPECT_EQ(result.status, Status::SolvedDegenerate) << result.message;
+  EXPECT_LE(result.counts.solves, result.iterations + 40);
+}
 
 }  // namespace
 }  // namespace ipminmax::testing
