@@ -457,7 +457,7 @@ Rows linear_solver_options() {
               {"for matrices too small to gain from all ranks", "always, on two ranks or more",
                "never: one after the other on all ranks"})},
       {"minmax_threads", category,
-       "Threads for one factorization by LDL', at most: where it takes longer than about half a "
+       "Threads for one factorization by LDL', at most: where it takes longer than about a "
        "millisecond, by its counted operations, and the elimination tree divides well, subtrees "
        "are eliminated side by side. Results have the bits of one thread. 1 starts no threads; "
        "others wait in the solver between factorizations.",

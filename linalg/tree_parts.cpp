@@ -18,7 +18,7 @@ constexpr double kLeastGain = 1.15;
 /// What is worth another look at the balance.
 constexpr double kBetter = 0.98;
 /// Nanoseconds that are worth threads, and one of them: to wake one takes 10 to 50 thousand.
-constexpr double kWorthThreads = 5e5;
+constexpr double kWorthThreads = 1e6;
 constexpr double kLeastPart = 2e5;
 /// A tree that divides in two well enough: cost over that of the longer part and the rest. An order
 /// that is to take the place of another has to do so that much better, with hardly more cost.

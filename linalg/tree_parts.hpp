@@ -36,7 +36,7 @@ struct TreeParts {
 [[nodiscard]] TreeParts split(const EliminationTree& tree, std::span<const double> row_costs,
                               int most_parts, double least_part);
 
-/// The parts of a factorization by that many threads: none where it takes less than about half a
+/// The parts of a factorization by that many threads: none where it takes less than about a
 /// millisecond by its counted operations. Throws std::bad_alloc.
 [[nodiscard]] TreeParts parts_for_threads(const EliminationTree& tree, const FactorPattern& pattern,
                                           const EliminationCost& cost, int threads);

@@ -31,7 +31,7 @@ bool has_threads(int count) {
   return threads_of_this_process() == count;
 }
 
-constexpr int kHorizon = 3000;
+constexpr int kHorizon = 6000;
 
 /// Looks at the process's threads whenever it is evaluated.
 class Watched : public chauffeur::ChauffeurTNLP {

@@ -209,7 +209,7 @@ TEST(OrderForTwoParts, LeavesTreesAloneThatCannotDivide) {
 }
 
 TEST(ChosenOrdering, DividesLongChainsWithNoMoreOperationsAndShortOnesNotAtAll) {
-  for (const Index steps : {200, 3000}) {
+  for (const Index steps : {200, 6000}) {
     const SymmetricMatrix matrix = test::chauffeur_kkt(steps, 1).matrix;
     const std::vector<Index> amd = fill_reducing_ordering(matrix, Ordering::Amd);
     const FactorSize size = predict_factor_size(matrix, amd);
