@@ -97,7 +97,8 @@ AutoSolver::~AutoSolver() = default;
 Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) {
   const Index n = matrix.dimension();
   ldlt_analyzed_ = use_ldlt_ = ldlt_is_current_ = pivoting_analyzed_ = false;
-  use_paired_ = paired_is_current_ = pairs_made_ = in_doubt_ = ldlt_in_doubt_ = false;
+  use_paired_ = prefer_paired_ = paired_is_current_ = pairs_made_ = false;
+  in_doubt_ = ldlt_in_doubt_ = false;
   pairs_cost_too_much_ = false;
   paired_ = nullptr;
   expected_ = {};
@@ -318,6 +319,14 @@ Factorization AutoSolver::factorize(const SymmetricMatrix& matrix, Certainty cer
   paired_is_current_ = false;
   if (paused) --ldlt_pause_;
   if (!use_ldlt_ || paused) return factorize_without_ldlt(matrix, certainty);
+  if (prefer_paired_) {
+    ldlt_is_current_ = false;
+    if (const auto result = factorize_in_pairs(matrix, certainty)) {
+      paired_is_current_ = true;
+      return *result;
+    }
+    prefer_paired_ = false;
+  }
   const Factorization result = ldlt_.factorize(matrix);
   ldlt_is_current_ = result.status == FactorizationStatus::Ok;
   if (!ldlt_is_current_) {
@@ -395,7 +404,7 @@ bool AutoSolver::begin_pivoting() {
 
 void AutoSolver::reset_quality() {
   use_ldlt_ = use_paired_ = ldlt_is_current_ = ldlt_analyzed_;
-  paired_is_current_ = pairs_made_ = pairs_cost_too_much_ = false;
+  prefer_paired_ = paired_is_current_ = pairs_made_ = pairs_cost_too_much_ = false;
   in_doubt_ = ldlt_in_doubt_ = false;
   uncertain_ = ldlt_pause_ = failed_pairs_ = pairs_pause_ = 0;
   pivoting_->reset_quality();

@@ -41,6 +41,8 @@ class AutoSolver final : public SymmetricSolver {
   /// The first call after an LDL' factorization leaves it for that with pivots of two rows, the
   /// next one LDL' for good.
   [[nodiscard]] bool increase_quality() override;
+  /// With pivots of two rows where they suit, LDL' elsewhere.
+  void refine_less() override { prefer_paired_ = use_ldlt_; }
   /// With pivots of two rows where the inertia is that of the signs, which is far from uncertain.
   [[nodiscard]] bool begin_pivoting() override;
   void reset_quality() override;
@@ -79,6 +81,7 @@ class AutoSolver final : public SymmetricSolver {
   bool pairs_cost_too_much_ = false;  // the same
   bool use_ldlt_ = false;             // for the next factorization
   bool use_paired_ = false;           // where LDL' is not used or not enough
+  bool prefer_paired_ = false;        // to LDL', where they suit
   bool in_doubt_ = false;             // begin_pivoting
   bool ldlt_in_doubt_ = false;        // LDL' may serve there
   int uncertain_ = 0;                 // LDL' factorizations in a row whose inertia was not certain

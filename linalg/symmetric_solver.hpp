@@ -113,10 +113,13 @@ class SymmetricSolver {
   /// True when the next factorize will be more accurate than the last one (larger pivot threshold,
   /// pivoting instead of none); false when nothing better is left.
   [[nodiscard]] virtual bool increase_quality() = 0;
+  /// A solution with the last factors took many refinements: the next factorizations may cost more
+  /// where their solutions take few. The factors stay.
+  virtual void refine_less() {}
   /// Only pivoting factorizations from now on, where the solver has the choice. True: the next
   /// factorize may differ from the last one.
   [[nodiscard]] virtual bool begin_pivoting() { return false; }
-  /// Undoes all calls of increase_quality and begin_pivoting; the analysis stays.
+  /// Undoes all calls of increase_quality, refine_less and begin_pivoting; the analysis stays.
   virtual void reset_quality() = 0;
 
   [[nodiscard]] virtual std::string_view name() const = 0;

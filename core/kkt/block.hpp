@@ -131,6 +131,7 @@ class KktBlock {
     factorized_with_.reset();
     return solver_->increase_quality();
   }
+  void refine_less() { solver_->refine_less(); }
   /// True: the factors are lost, the next ones will be made with pivoting.
   [[nodiscard]] bool begin_pivoting() {
     if (empty() || !solver_->begin_pivoting()) return false;

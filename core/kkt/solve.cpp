@@ -16,6 +16,8 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 /// Least fall of the residual that counts as progress, and the one that leaves nothing to gain.
 constexpr double kProgress = 0.9;
 constexpr double kSlow = 0.1;
+/// Refinements of one solution that cost as much as more accurate factors.
+constexpr Index kManyRefinements = 4;
 /// Residual over right-hand side that a row may keep, and over the scale of the system.
 constexpr double kForcing = 1e-2;
 constexpr double kRounding = 1e-15;
@@ -266,6 +268,8 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
       }
     }
     if (!std::isfinite(ratio)) return false;
+    // Gamma beside large multipliers, of no minimization: steps with pairs led some astray.
+    if (k == kManyRefinements && !inner_.empty()) block.refine_less();
     if (is_enough(ratio)) return true;
     if (k == options_.max_refinement_steps || ratio > kProgress * last_ratio) {
       return std::min(ratio, last_ratio) <= options_.residual_ratio_singular;

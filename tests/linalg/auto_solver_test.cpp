@@ -45,6 +45,34 @@ TEST(AutoSolver, UsesLdltOnChainsAndLeavesItForGood) {
   EXPECT_TRUE(solver.increase_quality());  // now the pivot tolerance of MUMPS
 }
 
+TEST(AutoSolver, PairsOfRowsTakeFewerRefinements) {
+  const KktMatrix chain = chauffeur_kkt(40, 1);
+  AutoSolver solver({});
+  ASSERT_TRUE(solver.analyze(chain.matrix, chain.signs).ok);
+  const auto residual = [&] {
+    const auto n = static_cast<std::size_t>(chain.matrix.dimension());
+    std::vector<double> rhs(n), solution(n), product(n);
+    for (std::size_t i = 0; i < n; ++i) rhs[i] = solution[i] = 1.0 + static_cast<double>(i % 5);
+    solver.solve_in_place(solution);
+    chain.matrix.multiply(solution, product);
+    double largest = 0.0;
+    for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, std::abs(rhs[i] - product[i]));
+    return largest;
+  };
+  const Factorization by_ldlt = solver.factorize(chain.matrix);
+  ASSERT_FALSE(by_ldlt.trust.pivoted);
+  const double left = residual();
+  solver.refine_less();
+  EXPECT_EQ(residual(), left) << "the factors stay";
+  const Factorization in_pairs = solver.factorize(chain.matrix);
+  EXPECT_FALSE(in_pairs.trust.pivoted);
+  EXPECT_EQ(in_pairs.inertia, by_ldlt.inertia);
+  EXPECT_LT(residual(), 1e-2 * left);
+  solver.reset_quality();
+  EXPECT_EQ(solver.factorize(chain.matrix).trust.perturbation, by_ldlt.trust.perturbation);
+  EXPECT_EQ(residual(), left);
+}
+
 TEST(AutoSolver, PivotsWhereItIsAskedToAndTheInertiaIsNotTheExpectedOne) {
   int expected = 0, other = 0;
   for (unsigned seed = 1; seed <= 20; ++seed) {
