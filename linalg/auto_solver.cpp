@@ -96,10 +96,10 @@ AutoSolver::~AutoSolver() = default;
 
 Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) {
   const Index n = matrix.dimension();
-  ldlt_analyzed_ = use_ldlt_ = ldlt_is_current_ = pivoting_analyzed_ = false;
-  use_paired_ = prefer_paired_ = paired_is_current_ = pairs_made_ = false;
-  in_doubt_ = ldlt_in_doubt_ = false;
-  pairs_cost_too_much_ = false;
+  ldlt_analyzed_ = pivoting_analyzed_ = in_doubt_ = ldlt_in_doubt_ = false;
+  next_ = Next::Pivoting;
+  factors_ = Factors::Pivoting;
+  pairs_ = Pairs::Unmade;
   paired_ = nullptr;
   expected_ = {};
   for (const std::int8_t sign : signs) ++(sign > 0 ? expected_.positive : expected_.negative);
@@ -156,10 +156,23 @@ void AutoSolver::make_pivoting(Index dimension, std::vector<Index> metis_order) 
 }
 
 bool AutoSolver::prepare_ldlt(const Analysis& analysis) {
-  ldlt_analyzed_ = use_ldlt_ = use_paired_ = ldlt_is_current_ = analysis.ok;
-  uncertain_ = ldlt_pause_ = failed_pairs_ = pairs_pause_ = 0;
+  ldlt_analyzed_ = analysis.ok;
   ldlt_entries_ = analysis.factor_entries;
+  begin_at_ldlt();
   return analysis.ok;
+}
+
+/// Where it has been analyzed.
+void AutoSolver::begin_at_ldlt() {
+  next_ = ldlt_analyzed_ ? Next::Ldlt : Next::Pivoting;
+  factors_ = ldlt_analyzed_ ? Factors::Ldlt : Factors::Pivoting;
+  ldlt_pause_.end();
+  pairs_pause_.end();
+}
+
+void AutoSolver::Pause::failed() {
+  if (failures_ > 0) left_ = 1 << std::min(failures_ - 1 + first_, kLongestPause);
+  ++failures_;
 }
 
 /// Inverse iteration with the factors of A + Gamma: 1 / |(A + Gamma)^-1 w|, |w| = 1, bounds the
@@ -198,7 +211,7 @@ bool AutoSolver::inertia_is_certain(SymmetricSolver& solver, const SymmetricMatr
 }
 
 Factorization AutoSolver::factorize_pivoting(const SymmetricMatrix& matrix) {
-  ldlt_is_current_ = paired_is_current_ = false;
+  factors_ = Factors::Pivoting;
   if (!pivoting_analyzed_) {
     if (!pivoting_->analyze(matrix, {}).ok) return {.status = FactorizationStatus::OutOfMemory};
     pivoting_analyzed_ = true;
@@ -208,19 +221,23 @@ Factorization AutoSolver::factorize_pivoting(const SymmetricMatrix& matrix) {
 
 /// The pairs are made from the first values that ask for them.
 bool AutoSolver::has_pairs(const SymmetricMatrix& matrix) {
-  if (pairs_made_ || pairs_cost_too_much_) return pairs_made_;
+  if (pairs_ != Pairs::Unmade) return pairs_ == Pairs::Made;
   if (!paired_) {
     paired_ = std::make_unique<PairedLdltSolver>(
         options_.ordering, kGammaOfPairs * options_.ldlt_gamma, options_.threads);
   }
   const Analysis analysis = paired_->analyze(matrix, {});
+  if (!analysis.ok) return false;
   const bool fill_is_moderate = static_cast<double>(analysis.factor_entries) <=
                                 kMostFillOfPairs * static_cast<double>(ldlt_entries_);
-  pairs_cost_too_much_ =
-      analysis.ok && !(fill_is_moderate &&
-                       choose_ldlt({.entries = analysis.factor_entries, .flops = analysis.flops}));
-  if (pairs_cost_too_much_) paired_ = nullptr;  // much room, too
-  return pairs_made_ = analysis.ok && !pairs_cost_too_much_;
+  if (!fill_is_moderate ||
+      !choose_ldlt({.entries = analysis.factor_entries, .flops = analysis.flops})) {
+    paired_ = nullptr;  // much room, too
+    pairs_ = Pairs::TooExpensive;
+    return false;
+  }
+  pairs_ = Pairs::Made;
+  return true;
 }
 
 bool AutoSolver::pairs_are_enough(const SymmetricMatrix& matrix, const Factorization& result,
@@ -243,7 +260,9 @@ std::optional<Factorization> AutoSolver::factorize_in_doubt(const SymmetricMatri
   for (int attempt = 0; result.status == FactorizationStatus::Ok; ++attempt) {
     double gamma = 0.0;
     if (inertia_is_certain(ldlt_, matrix, result.trust.perturbation, kMaxErrorOfPairs, gamma)) {
-      return result.inertia == expected_ ? std::optional(result) : std::nullopt;
+      if (result.inertia != expected_) break;
+      factors_ = Factors::Ldlt;
+      return result;
     }
     if (certainty == Certainty::Usual && vanishes(matrix, image_, product_)) {
       return Factorization{.status = FactorizationStatus::Singular, .inertia = {.zero = 1}};
@@ -264,110 +283,99 @@ std::optional<Factorization> AutoSolver::factorize_definite(const SymmetricMatri
   const bool enough = certainty == Certainty::Usual ||
                       inertia_is_certain(ldlt_, matrix, kTestedGammaOfPairs * options_.ldlt_gamma,
                                          kMaxErrorOfPairs, smaller_gamma);
-  return enough ? std::optional(result) : std::nullopt;
+  if (!enough) return std::nullopt;
+  factors_ = Factors::Definite;
+  return result;
 }
 
 /// Empty: it breaks down, or its inertia is not certain enough.
 std::optional<Factorization> AutoSolver::factorize_in_pairs(const SymmetricMatrix& matrix,
                                                             Certainty certainty) {
-  if (pairs_pause_ > 0) {
-    --pairs_pause_;
-    return std::nullopt;
-  }
-  // Pairs of other values may not suit.
-  for (const bool anew : {false, true}) {
-    if (anew && !std::exchange(pairs_made_, false)) break;
-    const bool fresh = !pairs_made_;
+  if (pairs_pause_.skips()) return std::nullopt;
+  for (bool fresh = false; !fresh;) {
+    fresh = pairs_ != Pairs::Made;
     if (!has_pairs(matrix)) break;
     const Factorization result = paired_->factorize(matrix);
     if (pairs_are_enough(matrix, result, certainty)) {
-      failed_pairs_ = 0;
+      pairs_pause_.succeeded();
+      factors_ = Factors::Pairs;
       return result;
     }
-    if (fresh) break;
+    if (!fresh) pairs_ = Pairs::Unmade;  // those of other values may not suit
   }
-  if (in_doubt_ && failed_pairs_++ > 0) {
-    pairs_pause_ = 1 << std::min(failed_pairs_ - 1, kLongestPause);
-  }
+  if (in_doubt_) pairs_pause_.failed();
   return std::nullopt;
 }
 
 Factorization AutoSolver::factorize_without_ldlt(const SymmetricMatrix& matrix,
                                                  Certainty certainty) {
-  ldlt_is_current_ = false;
+  factors_ = Factors::Pivoting;
   // Not for one matrix of many whose inertia LDL' leaves uncertain: steps with pairs led
   // minimizations astray that pivoting solves.
-  if (use_paired_ && !use_ldlt_) {
+  if (next_ == Next::Pairs) {
     if (const auto result = is_definite() ? factorize_definite(matrix, certainty)
                                           : factorize_in_pairs(matrix, certainty)) {
-      paired_is_current_ = true;
       return *result;
     }
   }
   if (ldlt_in_doubt_ && !is_definite()) {
-    if (const auto result = factorize_in_doubt(matrix, certainty)) {
-      ldlt_is_current_ = result->status == FactorizationStatus::Ok;
-      return *result;
-    }
+    if (const auto result = factorize_in_doubt(matrix, certainty)) return *result;
   }
   return factorize_pivoting(matrix);
 }
 
 Factorization AutoSolver::factorize(const SymmetricMatrix& matrix, Certainty certainty) {
+  factors_ = Factors::Pivoting;
   const bool certain = certainty == Certainty::Certain;
-  const bool paused = certain && ldlt_pause_ > 0;
-  paired_is_current_ = false;
-  if (paused) --ldlt_pause_;
-  if (!use_ldlt_ || paused) return factorize_without_ldlt(matrix, certainty);
-  if (prefer_paired_) {
-    ldlt_is_current_ = false;
-    if (const auto result = factorize_in_pairs(matrix, certainty)) {
-      paired_is_current_ = true;
-      return *result;
-    }
-    prefer_paired_ = false;
+  const bool paused = certain && ldlt_pause_.skips();
+  if (next_ >= Next::Pairs || paused) return factorize_without_ldlt(matrix, certainty);
+  if (next_ == Next::PairsFirst) {
+    if (const auto result = factorize_in_pairs(matrix, certainty)) return *result;
+    next_ = Next::Ldlt;
   }
   const Factorization result = ldlt_.factorize(matrix);
-  ldlt_is_current_ = result.status == FactorizationStatus::Ok;
-  if (!ldlt_is_current_) {
+  if (result.status != FactorizationStatus::Ok) {
     if (!std::isfinite(matrix.max_norm())) return {};
     return factorize_pivoting(matrix);
   }
+  factors_ = Factors::Ldlt;
   return certain ? checked(matrix, result) : result;
 }
 
 Factorization AutoSolver::make_certain(const SymmetricMatrix& matrix, const Factorization& last) {
-  if (ldlt_pause_ > 0) {  // checks that led to pivoting are rare, too
-    --ldlt_pause_;
-    return last;
-  }
-  return checked(matrix, last);
+  // Checks that led to pivoting are rare, too.
+  return ldlt_pause_.skips() ? last : checked(matrix, last);
 }
 
 /// The last factorization of this matrix, where need be repeated until its inertia is certain.
 Factorization AutoSolver::checked(const SymmetricMatrix& matrix, const Factorization& last) {
   constexpr int kSmallerGammas = 2;  // what Gamma hides spoils the first estimate
+  if (factors_ != Factors::Ldlt) return last;
   Factorization result = last;
-  for (int attempt = 0; ldlt_is_current_; ++attempt) {
+  for (int attempt = 0; result.status == FactorizationStatus::Ok; ++attempt) {
     double gamma = 0.0;
     if (inertia_is_certain(ldlt_, matrix, result.trust.perturbation, kMaxError, gamma)) {
-      uncertain_ = 0;
+      ldlt_pause_.succeeded();
       return result;
     }
     if (gamma == 0.0 || attempt == kSmallerGammas) break;
     result = ldlt_.factorize_with(matrix, gamma);
-    if (result.status != FactorizationStatus::Ok) break;
   }
-  if (!ldlt_is_current_) return last;
-  // Where that happens again and again, LDL' is not worth its attempts.
-  if (uncertain_ > 0) ldlt_pause_ = 1 << std::min(uncertain_ - 1, kLongestPause);
-  ++uncertain_;
+  ldlt_pause_.failed();
   return factorize_without_ldlt(matrix, Certainty::Certain);
 }
 
 SymmetricSolver& AutoSolver::current() {
-  if (ldlt_is_current_ || (paired_is_current_ && is_definite())) return ldlt_;
-  return paired_is_current_ ? static_cast<SymmetricSolver&>(*paired_) : *pivoting_;
+  switch (factors_) {
+    case Factors::Ldlt:
+    case Factors::Definite:
+      return ldlt_;
+    case Factors::Pairs:
+      return *paired_;
+    case Factors::Pivoting:
+      break;
+  }
+  return *pivoting_;
 }
 
 void AutoSolver::solve_in_place(std::span<double> rhs, Index columns) {
@@ -379,34 +387,34 @@ void AutoSolver::inverse_product(const SparseColumns& b, std::span<double> produ
 }
 
 double AutoSolver::predict_inverse_product_flops(const SparseColumns& b) const {
-  return ldlt_is_current_ ? ldlt_.predict_inverse_product_flops(b)
-                          : pivoting_->predict_inverse_product_flops(b);
+  return factors_ == Factors::Ldlt ? ldlt_.predict_inverse_product_flops(b)
+                                   : pivoting_->predict_inverse_product_flops(b);
 }
 
 bool AutoSolver::increase_quality() {
   ldlt_in_doubt_ = false;
-  if (ldlt_is_current_) {
-    use_ldlt_ = ldlt_is_current_ = false;
+  const Factors last = std::exchange(factors_, Factors::Pivoting);
+  if (last == Factors::Ldlt) {
+    next_ = std::max(next_, Next::Pairs);
     return true;
   }
-  const bool in_pairs = paired_is_current_;
-  use_ldlt_ = use_paired_ = paired_is_current_ = false;
-  return in_pairs || pivoting_->increase_quality();
+  next_ = Next::Pivoting;
+  return last != Factors::Pivoting || pivoting_->increase_quality();
 }
 
 bool AutoSolver::begin_pivoting() {
   const bool changes = ldlt_analyzed_ && !in_doubt_;
-  use_ldlt_ = ldlt_is_current_ = paired_is_current_ = false;
+  next_ = std::max(next_, Next::Pairs);
+  factors_ = Factors::Pivoting;
   in_doubt_ = true;
   ldlt_in_doubt_ = ldlt_analyzed_;
   return changes;
 }
 
 void AutoSolver::reset_quality() {
-  use_ldlt_ = use_paired_ = ldlt_is_current_ = ldlt_analyzed_;
-  prefer_paired_ = paired_is_current_ = pairs_made_ = pairs_cost_too_much_ = false;
+  begin_at_ldlt();
+  pairs_ = Pairs::Unmade;
   in_doubt_ = ldlt_in_doubt_ = false;
-  uncertain_ = ldlt_pause_ = failed_pairs_ = pairs_pause_ = 0;
   pivoting_->reset_quality();
 }
 

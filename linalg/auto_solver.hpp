@@ -42,7 +42,9 @@ class AutoSolver final : public SymmetricSolver {
   /// next one LDL' for good.
   [[nodiscard]] bool increase_quality() override;
   /// With pivots of two rows where they suit, LDL' elsewhere.
-  void refine_less() override { prefer_paired_ = use_ldlt_; }
+  void refine_less() override {
+    if (next_ == Next::Ldlt) next_ = Next::PairsFirst;
+  }
   /// With pivots of two rows where the inertia is that of the signs, which is far from uncertain.
   [[nodiscard]] bool begin_pivoting() override;
   void reset_quality() override;
@@ -51,6 +53,7 @@ class AutoSolver final : public SymmetricSolver {
  private:
   void make_pivoting(Index dimension, std::vector<Index> metis_order = {});
   [[nodiscard]] bool prepare_ldlt(const Analysis& analysis);
+  void begin_at_ldlt();
   [[nodiscard]] bool inertia_is_certain(SymmetricSolver& solver, const SymmetricMatrix& matrix,
                                         double gamma, double most_error, double& smaller_gamma);
   [[nodiscard]] SymmetricSolver& current();
@@ -69,6 +72,38 @@ class AutoSolver final : public SymmetricSolver {
   [[nodiscard]] Factorization checked(const SymmetricMatrix& matrix, const Factorization& last);
   [[nodiscard]] Factorization factorize_pivoting(const SymmetricMatrix& matrix);
 
+  /// What the next factorization is by, in the order of quality.
+  enum class Next : std::uint8_t {
+    Ldlt,        ///< then what is left of these where it breaks down or is uncertain
+    PairsFirst,  ///< pairs of rows where they suit, else LDL'
+    Pairs,       ///< or pivoting
+    Pivoting
+  };
+  /// Whose factors are at hand.
+  enum class Factors : std::uint8_t {
+    Ldlt,
+    Pairs,
+    Definite,  ///< LDL' in place of pairs, of a matrix that should be definite
+    Pivoting
+  };
+  enum class Pairs : std::uint8_t { Unmade, Made, TooExpensive };
+  /// Attempts that fail again and again are left out for a while, a longer one each time.
+  class Pause {
+   public:
+    /// first: the first one's length, as all of them a power of two, by its logarithm.
+    explicit Pause(int first) : first_(first) {}
+    /// Whether the next attempt is left out.
+    [[nodiscard]] bool skips() { return left_ > 0 && left_-- > 0; }
+    void failed();
+    void succeeded() { failures_ = 0; }
+    void end() { failures_ = left_ = 0; }
+
+   private:
+    int first_;
+    int failures_ = 0;  ///< in a row
+    int left_ = 0;
+  };
+
   SymmetricSolverOptions options_;
   LdltSolver ldlt_;
   std::unique_ptr<PairedLdltSolver> paired_;  // null before its first use
@@ -77,19 +112,13 @@ class AutoSolver final : public SymmetricSolver {
   std::int64_t ldlt_entries_ = 0;  // of its factor
   bool pivoting_analyzed_ = false;
   bool ldlt_analyzed_ = false;
-  bool pairs_made_ = false;           // since the last reset
-  bool pairs_cost_too_much_ = false;  // the same
-  bool use_ldlt_ = false;             // for the next factorization
-  bool use_paired_ = false;           // where LDL' is not used or not enough
-  bool prefer_paired_ = false;        // to LDL', where they suit
-  bool in_doubt_ = false;             // begin_pivoting
-  bool ldlt_in_doubt_ = false;        // LDL' may serve there
-  int uncertain_ = 0;                 // LDL' factorizations in a row whose inertia was not certain
-  int ldlt_pause_ = 0;                // next factorizations without LDL'
-  int failed_pairs_ = 0;              // in a row, in doubt
-  int pairs_pause_ = 0;               // next factorizations without pairs
-  bool ldlt_is_current_ = false;      // the last factorization, before any the next
-  bool paired_is_current_ = false;    // the same, or its replacement for definite matrices
+  Next next_ = Next::Pivoting;
+  Factors factors_ = Factors::Pivoting;
+  Pairs pairs_ = Pairs::Unmade;                      // since the last reset
+  bool in_doubt_ = false;                            // begin_pivoting
+  bool ldlt_in_doubt_ = false;                       // LDL' may serve there
+  Pause ldlt_pause_{0};                              // where its inertia was not certain
+  Pause pairs_pause_{1};                             // in doubt
   std::vector<double> direction_, image_, product_;  // workspace of inertia_is_certain
 };
 
