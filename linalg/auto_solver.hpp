@@ -13,7 +13,7 @@
 
 namespace ipminmax {
 
-/// Chooses by size and predicted fill: LAPACK for tiny and for dense matrices, LDL' without pivoting
+/// Chooses by size and predicted fill: LAPACK for tiny and dense matrices, LDL' without pivoting
 /// where fill is low, MUMPS elsewhere. A factorization by LDL' that breaks down, or whose inertia
 /// its Gamma or rounding may have decided, is repeated by a pivoting solver; once LDL' has been
 /// left, one with pivots of two rows comes first, and pivoting where that leaves the inertia

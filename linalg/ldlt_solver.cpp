@@ -152,7 +152,7 @@ Factorization LdltSolver::factorize_with(const SymmetricMatrix& matrix, double g
   return result;
 }
 
-/// Rows of L one after the other, each from the columns that its entries are in (Davis 2005). False:
+/// Rows of L one after the other, each from the columns of its entries (Davis 2005). False:
 /// a pivot is zero or not finite.
 bool LdltSolver::eliminate(std::span<const Index> rows_of_part, std::span<const double> values,
                            double gamma) {

@@ -164,7 +164,7 @@ void Pairing::flip(Index root, Index last) {
   }
 }
 
-/// Nodes that wait for a pivot go to the end, where there are few of them, and else right behind the
+/// Nodes that wait for a pivot go to the end, where there are few of them, else right behind the
 /// last of their neighbors.
 void postpone(std::span<const Triplet> edges, const std::vector<bool>& waits,
               std::vector<Index>& position) {

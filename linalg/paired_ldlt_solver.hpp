@@ -43,7 +43,7 @@ class PairedLdltSolver final : public SymmetricSolver {
   [[nodiscard]] std::string_view name() const override { return "paired_ldlt"; }
 
  private:
-  /// Of rows (a, b) of a node and columns (c, d) of another: {ac, ad, bc, bd}. A node of one row has
+  /// Rows (a, b) of a node and columns (c, d) of another: {ac, ad, bc, bd}. A node of one row has
   /// a second one that nothing is coupled with and whose diagonal is 1.
   using Block = std::array<double, 4>;
   void order(const SymmetricMatrix& matrix);

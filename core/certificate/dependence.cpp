@@ -16,10 +16,10 @@ constexpr double kNothingLeft = 1e-4;
 constexpr double kDependent = 1e-7;
 constexpr double kNoGradient = 1e-9;  // of a row in units
 constexpr int kMostFound = 32;
-/// Of an estimate of how many there are, for it may be wrong by so much, and searches that it needs.
+/// Of an estimate of how many there are, for it may be wrong by so much; searches it needs.
 constexpr double kClearlyMore = 1.3;
 constexpr int kLeastSearches = 4;
-/// Rows counted above which two solves for each dependence cost more than it is worth: half as many.
+/// Rows counted above which half as many are found: two solves for each cost more than it is worth.
 constexpr Index kManyRows = 300;
 constexpr int kTrials = 3;
 constexpr int kShorter = 4;  // times a tenth, where the model is undefined

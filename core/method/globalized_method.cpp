@@ -84,7 +84,6 @@ StepReport GlobalizedMethod::step(const Point& from, double mu, Point& to) {
 /// back.
 void GlobalizedMethod::renew_multipliers(Point& point) {
   namespace parameter = parameters::outer;
-  dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
   const double before = max_norm(point.dual);
   if (canonical_.constraints() == 0 ||
       !(before > parameter::kRunawayDual * std::max(1.0, max_norm(point.evaluation.gradient)))) {

@@ -24,7 +24,7 @@ struct DifferenceArrays {
 /// The row of W step that differs most from the change of the gradient of the Lagrangian, slacks
 /// apart, by more than tolerance times the longest entry of the step and than the differences'
 /// own error explains; both in lengths, one per canonical variable. W and J are those of the
-/// evaluation at v, lambda. One gradient and Jacobian where they agree, two to six where not. Empty:
+/// evaluation at v, lambda. One gradient and Jacobian where they agree, two to six else. Empty:
 /// no difference, or the model is undefined at v + step and v - step.
 [[nodiscard]] std::optional<Deviation> compare_second_derivatives(
     CanonicalProblem& canonical, const Eigen::VectorXd& v, const Eigen::VectorXd& lambda,

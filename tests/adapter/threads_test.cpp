@@ -1,10 +1,10 @@
 // Threads change nothing but the time: the pursuit over a horizon that is worth them.
-#include <dirent.h>
-#include <unistd.h>
 
 #include <algorithm>
 
 #include <gtest/gtest.h>
+
+#include <support/count_threads.hpp>
 
 #include "../../examples/chauffeur_tnlp.hpp"
 #include "adapter/minmax_application.hpp"
@@ -14,22 +14,8 @@
 namespace ipminmax {
 namespace {
 
-int threads_of_this_process() {
-  int count = 0;
-  DIR* tasks = opendir("/proc/self/task");
-  if (tasks == nullptr) return 0;
-  while (const dirent* entry = readdir(tasks)) {
-    if (entry->d_name[0] != '.') ++count;
-  }
-  closedir(tasks);
-  return count;
-}
-
-/// Whether there are so many, in a second at most: a thread that is joined may still be listed.
-bool has_threads(int count) {
-  for (int k = 0; k < 1000 && threads_of_this_process() != count; ++k) usleep(1000);
-  return threads_of_this_process() == count;
-}
+using testing::has_threads;
+using testing::threads_of_this_process;
 
 constexpr int kHorizon = 6000;
 

@@ -354,7 +354,7 @@ Model car(int intervals) {
   return model;
 }
 
-/// From zero, where all products vanish: a proximal term of the restoration that does not fall holds
+/// From zero, where all products vanish: a proximal term of restoration that does not fall holds
 /// the point near the start, which is no minimum of the violation.
 TEST(SolveStatus, WhatTheProximalTermHoldsBackIsNotInfeasible) {
   const Model model = car(8);

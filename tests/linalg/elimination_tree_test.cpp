@@ -10,49 +10,15 @@
 #include <vector>
 
 #include "linalg/elimination_tree.hpp"
+#include "lower_rows.hpp"
 
 namespace ipminmax {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-/// Rows of a lower triangle; what LowerRows points to.
-struct Rows {
-  std::vector<Index> starts{0}, columns;
-  [[nodiscard]] LowerRows view() const { return {starts, columns}; }
-};
-
-/// Entries left of the diagonal in random order, some rows with their diagonal.
-Rows random_rows(Index dimension, double density, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> uniform(0.0, 1.0);
-  Rows a;
-  for (Index k = 0; k < dimension; ++k) {
-    const auto first = static_cast<std::ptrdiff_t>(a.columns.size());
-    for (Index j = 0; j < k; ++j) {
-      if (uniform(random) < density) a.columns.push_back(j);
-    }
-    if (uniform(random) < 0.5) a.columns.push_back(k);
-    std::shuffle(a.columns.begin() + first, a.columns.end(), random);
-    a.starts.push_back(static_cast<Index>(a.columns.size()));
-  }
-  return a;
-}
-
-/// Rows of each column of L below the diagonal, by eliminating one column after the other.
-std::vector<std::set<Index>> eliminate(const LowerRows& a) {
-  std::vector<std::set<Index>> below(at(a.dimension()));
-  for (Index k = 0; k < a.dimension(); ++k) {
-    for (Index p = a.starts[at(k)]; p < a.starts[at(k) + 1]; ++p) {
-      if (a.columns[at(p)] < k) below[at(a.columns[at(p)])].insert(k);
-    }
-  }
-  for (auto& column : below) {
-    if (column.empty()) continue;
-    below[at(*column.begin())].insert(std::next(column.begin()), column.end());
-  }
-  return below;
-}
+using test::at;
+using test::eliminate;
+using test::random_rows;
+using test::Rows;
 
 TEST(EliminationTree, IsThatOfTheEliminatedPattern) {
   for (unsigned seed = 1; seed <= 30; ++seed) {

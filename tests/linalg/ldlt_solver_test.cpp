@@ -1,5 +1,4 @@
 // LDL' without pivoting: the same operations in the same order as Eigen's, on any number of threads.
-#include <dirent.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include <support/count_threads.hpp>
 #include <support/sanitizer.hpp>
 
 #include "linalg/ldlt_solver.hpp"
@@ -29,6 +29,8 @@ using test::chauffeur_kkt;
 using test::grid_kkt;
 using test::KktMatrix;
 using test::random_kkt;
+using testing::has_threads;
+using testing::threads_of_this_process;
 
 std::vector<double> random_vector(std::size_t size, unsigned seed) {
   std::mt19937 random(seed);
@@ -236,23 +238,6 @@ INSTANTIATE_TEST_SUITE_P(
                                                     random_kkt({{110, 130, 30, 50}, 0.05}, 3),
                                                     random_kkt({{100, 140, 40, 40}, 0.05}, 4)})}),
     [](const auto& large) { return large.param.name; });
-
-int threads_of_this_process() {
-  int count = 0;
-  DIR* tasks = opendir("/proc/self/task");
-  if (tasks == nullptr) return 0;
-  while (const dirent* entry = readdir(tasks)) {
-    if (entry->d_name[0] != '.') ++count;
-  }
-  closedir(tasks);
-  return count;
-}
-
-/// Whether there are so many, in a second at most: a thread that is joined may still be listed.
-bool has_threads(int count) {
-  for (int k = 0; k < 1000 && threads_of_this_process() != count; ++k) usleep(1000);
-  return threads_of_this_process() == count;
-}
 
 TEST(ThreadsOfLdlt, AreMadeWhenNeededAndEndWithTheSolver) {
   if (IPMINMAX_UNDER_SANITIZER) GTEST_SKIP() << "which has threads of its own";
