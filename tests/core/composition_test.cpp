@@ -206,8 +206,7 @@ TEST(Composition, RobustConstraintsDoNotHideTheWorstCaseOfF) {
   AutodiffProblem problem(model, {0.5, -1.1, 3.0, 0.0});
   const Result result = solve_robust(problem, with_starts_of_y(10)).result;
   expect_consistent(result);
-  EXPECT_NEAR(result.objective, highest_of_two_answers(), 1e-5)
-      << result.message;
+  EXPECT_NEAR(result.objective, highest_of_two_answers(), 1e-5) << result.message;
   EXPECT_GT(result.worst_case.starts, 0);
 }
 
