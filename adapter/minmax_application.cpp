@@ -205,6 +205,7 @@ struct MinMaxApplication::Implementation {
   ResultArrays room;  ///< for the next result
   std::unique_ptr<TnlpProblem> last_problem;
   std::vector<RobustWorstCase> worst_cases;
+  std::vector<DistinctPoint> points;
   std::optional<Settings> settings;    ///< as last read
   std::uint64_t settings_read_at = 0;  ///< changes of the list before that
   bool banner_printed = false;
@@ -539,6 +540,7 @@ Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& pr
   if (has_iterate(found.best.status) && !as_ipopt) {
     print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::multistart_summary(found));
   }
+  points = std::move(found.points);
   return std::move(found.best);
 }
 
@@ -550,6 +552,7 @@ Result MinMaxApplication::Implementation::solve_for_every_y(TnlpProblem& problem
     print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::robust_summary(found, problem.structure()));
   }
   worst_cases = std::move(found.worst_cases);
+  points = std::move(found.points);
   return std::move(found.result);
 }
 
@@ -731,6 +734,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::solve(TnlpProblem& pr
 ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
   room.take_from(result);
   worst_cases.clear();
+  points.clear();
   solved.reset();
   statistics = nullptr;
   system_seconds_before = system_seconds();
@@ -891,9 +895,19 @@ const std::vector<RobustWorstCase>& MinMaxApplication::LastWorstCases() const {
   return implementation_->worst_cases;
 }
 
+const std::vector<DistinctPoint>& MinMaxApplication::LastPoints() const {
+  return implementation_->points;
+}
+
 std::string MinMaxApplication::UpdateSensitivity(Sensitivity& sensitivity) const {
   const Implementation& here = *implementation_;
   if (Ipopt::IsNull(here.model)) return "nothing has been solved";
+  if (std::ranges::count_if(here.worst_cases, [&](const RobustWorstCase& c) {
+        return c.active && c.constraint == static_cast<Index>(here.result.lambda.size());
+      }) > 1) {
+    return "the answer is a kink of max over y, where several worst cases of f share the value: it "
+           "has no derivatives there";
+  }
   SolverOptions options;
   if (auto error = solver_options(*here.list, options); !error.empty()) return error;
   TnlpProblem problem(here.model, player_options(*here.list));
