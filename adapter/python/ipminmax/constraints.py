@@ -94,7 +94,8 @@ class Row:
 def _function(function: Any, name: str) -> Callable[..., Any]:
     if not callable(function):
         raise TypeError(f"{name} is {function!r:.60}, not a function")
-    return function
+    checked: Callable[..., Any] = function
+    return checked
 
 
 def derivative_argument(jac: Any, name: str) -> Tuple[Optional[Callable[..., Any]], Optional[str]]:
@@ -151,7 +152,8 @@ def _from_dictionary(given: Any, name: str, nx: int, ny: int) -> Row:
         inner, inner_jac = row.fun, row.jac
         row.fun = lambda x, y: inner(x, y, *args)
         if inner_jac is not None:
-            row.jac = lambda x, y: inner_jac(x, y, *args)
+            with_args = inner_jac
+            row.jac = lambda x, y: with_args(x, y, *args)
     return row
 
 

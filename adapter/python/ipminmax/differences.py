@@ -56,6 +56,9 @@ class Box:
         turned[v - reach < self.lower] = np.abs(turned[v - reach < self.lower])
         return turned
 
+    def holds(self, v: Vector) -> bool:
+        return bool(np.all((self.lower <= v) & (v <= self.upper)))
+
     def moved(self, v: Vector, random: np.random.Generator, share: float) -> Vector:
         """A point strictly inside, about the share of max(1, |v|) away from v."""
         reach = share * np.maximum(1.0, np.abs(v))
@@ -126,6 +129,10 @@ def mismatch(function: Function, derivative: Callable[[Vector], Vector], v: Vect
     if second is None:
         return None
     settled = np.abs(first[0] - second[0]) <= 0.1 * gap
+    if box.holds(v - 2.0 * _STEP * direction):  # at a kink the other side has another slope
+        other = _slope(function, v, -direction, _STEP)
+        if other is not None:
+            settled &= np.abs(first[0] + other[0]) <= 0.1 * gap
     wrong = settled & (gap > 1e-4 * np.maximum(np.abs(claimed), np.abs(first[0])) + 10.0 * first[1])
     if not np.any(wrong):
         return None

@@ -107,12 +107,13 @@ class _Game:
         function, method = derivative_argument(jac, "jac")
         self.given = function is not None
         if function is not None:
-            self.jac = lambda v: self._gradient(self._timed(function, v, *self.args))
+            given = function
+            self.jac = lambda v: self._gradient(self._timed(given, v, *self.args))
         else:
             self.objective(self.v0)  # tells what is wrong with fun
             found = Derivative(self.value, self.v0, self.box, method)
             self.derivatives["fun"] = found
-            self.jac = lambda v: np.ravel(found(v))
+            self.jac = lambda v: found(v).ravel()
 
     def _timed(self, function: Callable[..., Any], v: Vector, *more: Any) -> Any:
         self.clock.check()
@@ -169,7 +170,7 @@ class _Game:
                     matrix, tuple) else matrix
             row.derivative = given  # type: ignore[attr-defined]
         row.pattern = Pattern(  # type: ignore[attr-defined]
-            row.derivative, self.v0, self.box, (row.size, self.n), name)  # type: ignore[attr-defined]
+            row.derivative, self.v0, self.box, (row.size, self.n), name)  # type: ignore
 
     def constraints(self, v: Vector) -> Vector:
         return np.concatenate([self.real_row_values(row, v) for row in self.rows])
@@ -266,7 +267,7 @@ class _Game:
         return wrong
 
     def _plain(self, v: Vector) -> Any:
-        return self.value(v)[0] if self.jac_in_fun else self.value(v)
+        return self.value_of_pair(v) if self.jac_in_fun else self.value(v)
 
     def complex_steps_fail(self, v: Vector) -> List[str]:
         """Functions whose complex steps are wrong around v; differences are used from now on."""
@@ -300,7 +301,7 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
             raise TypeError(f"callback is {callback!r:.60}, not a function")
         def intermediate(*_: Any) -> bool:
             iterate = of().get_current_iterate()  # type: ignore[union-attr]
-            answer = callback(*game.split(iterate["x"]))
+            answer = callback(*game.split(iterate["x"]))  # type: ignore[index]
             return answer is None or bool(answer)
         functions.intermediate = intermediate
     players = np.repeat(np.array([MIN, MAX], dtype=np.intc), [game.nx, game.n - game.nx])

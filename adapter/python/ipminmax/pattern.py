@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .differences import Box, Vector
+from .problem import to_floats
 
 Matrix = Callable[[Vector], Any]
 
@@ -21,7 +22,7 @@ def joined(parts: Tuple[Any, ...], nx: int, ny: int, rows: int, name: str) -> An
     blocks = []
     for part, columns, to in zip(parts, (nx, ny), "xy"):
         if not is_sparse(part):
-            part = np.asarray(part, dtype=float)
+            part = to_floats(part, f"what {name} returned")
             if part.size == rows * columns and (part.ndim < 2 or part.size == 0):
                 part = part.reshape(rows, columns)
         if tuple(part.shape) != (rows, columns):
@@ -59,7 +60,7 @@ class Pattern:
         if is_sparse(matrix) != self.is_sparse:
             raise TypeError(f"{self.name} must be either always or never sparse")
         if not self.is_sparse:
-            values = np.asarray(matrix, dtype=float)
+            values = to_floats(matrix, f"what {self.name} returned")
             if values.size != self.shape[0] * self.shape[1] or values.ndim > 1 and (
                     values.shape != self.shape):
                 raise ValueError(f"{self.name} has shape {values.shape}, expected {self.shape}")
@@ -85,7 +86,7 @@ class Pattern:
                    "was zero at all points around the starting point: return a scipy.sparse matrix "
                    "that stores all entries")
             raise ValueError(f"{self.name} has an entry at ({row}, {col}) that {how}")
-        return np.bincount(places, weights=data, minlength=self._keys.size)
+        return np.bincount(places, weights=data, minlength=self._keys.size).astype(float)
 
 
 class ConstantPattern:

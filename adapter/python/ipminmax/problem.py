@@ -54,7 +54,7 @@ def to_players(players: Any, size: int, name: str) -> npt.NDArray[np.intc]:
         if isinstance(player, str):
             found = names.get(player.lower())
         elif isinstance(player, (bool, int, float, np.generic)) and player in (0, 1):
-            found = int(player)
+            found = int(player == 1)
         else:
             found = None
         if found is None:
@@ -63,17 +63,18 @@ def to_players(players: Any, size: int, name: str) -> npt.NDArray[np.intc]:
 
     if isinstance(players, str):
         return np.full(size, number(0, players), dtype=np.intc)
-    if isinstance(players, np.ndarray) and players.dtype.kind in "biuf":
-        values = players.ravel()
-        if np.all((values == 0) | (values == 1)):
-            found = values.astype(np.intc)
-        else:
-            found = np.array([number(i, p) for i, p in enumerate(values.tolist())], dtype=np.intc)
-    else:
+    if not isinstance(players, np.ndarray) or players.ndim == 0:
         try:
-            found = np.array([number(i, p) for i, p in enumerate(players)], dtype=np.intc)
+            players = list(players)
         except TypeError:
             raise TypeError(f"{name} must have one entry for each, not {players!r:.60}") from None
+    values = np.asarray(players).ravel() if len(set(map(type, players))) == 1 else np.empty(0, object)
+    is_max = values == 1 if values.dtype.kind in "biuf" else values == "max"
+    is_min = values == 0 if values.dtype.kind in "biuf" else values == "min"
+    if values.size and np.all(is_max | is_min):
+        found = is_max.astype(np.intc)
+    else:
+        found = np.array([number(i, p) for i, p in enumerate(players)], dtype=np.intc)
     if found.size != size:
         raise ValueError(f"{name} has {found.size} entries, but there are {size}")
     return found
@@ -85,7 +86,8 @@ def to_bounds(values: Any, size: int, default: float, name: str) -> Vector:
     array = to_floats(values, name).ravel()
     if array.size != size:
         raise ValueError(f"{name} has {array.size} entries, but there are {size}")
-    return np.clip(array, -1e20, 1e20)  # infinities; NaN stays and is refused
+    clipped: Vector = np.clip(array, -1e20, 1e20)  # infinities; NaN stays and is refused
+    return clipped
 
 
 def to_indices(values: Any, limit: int, name: str) -> npt.NDArray[np.intc]:
@@ -110,14 +112,20 @@ def _structure(functions: Any, name: str, rows: int, cols: int
     method = getattr(functions, name, None)
     if method is None:
         return None
+    if not callable(method):
+        raise TypeError(f"{name} of problem_obj is no function")
     found = method()
-    if not isinstance(found, (tuple, list, np.ndarray)) or len(found) != 2:
+    if not isinstance(found, (tuple, list, np.ndarray)) or getattr(found, "ndim", 1) == 0 or len(found) != 2:
         raise TypeError(f"{name} must return a pair (rows, cols), not {found!r:.60}")
     pair = (to_indices(found[0], rows, f"rows of {name}"),
             to_indices(found[1], cols, f"cols of {name}"))
     if pair[0].size != pair[1].size:
         raise ValueError(f"{name} returned {pair[0].size} rows and {pair[1].size} columns")
     return pair
+
+
+def _as_indices(rows: Any, cols: Any) -> Tuple[npt.NDArray[np.intc], npt.NDArray[np.intc]]:
+    return rows.astype(np.intc), cols.astype(np.intc)
 
 
 class Problem:
@@ -169,12 +177,11 @@ class Problem:
         none = np.zeros(0, dtype=np.intc)
         jac = _structure(functions, "jacobianstructure", m, n) if m > 0 else (none, none)
         if jac is None:
-            jac = tuple(a.astype(np.intc) for a in np.divmod(np.arange(n * m), max(n, 1)))
+            jac = _as_indices(*np.divmod(np.arange(n * m), max(n, 1)))
         hess = _structure(functions, "hessianstructure", n, n)
         self._pattern_only = hess is not None and "hessian" not in methods
         if hess is None:
-            hess = (none, none) if "hessian" not in methods else tuple(
-                a.astype(np.intc) for a in np.tril_indices(n))
+            hess = (none, none) if "hessian" not in methods else _as_indices(*np.tril_indices(n))
         if players is None:
             if n > 0:
                 warnings.warn("players is None: all variables are the minimizer's, this is a plain "
@@ -195,8 +202,9 @@ class Problem:
                 at, (a, b, what) = int(np.argmax(wrong)), names.split()
                 raise ValueError(f"{a}[{at}] = {self._bounds[low][at]} is above {b}[{at}] = "
                                  f"{self._bounds[up][at]} ({what} {at})")
-        self._solver = _core.Problem(
-            n, m, methods, *self._bounds, self._players,
+        variable_lower, variable_upper, lower, upper = self._bounds
+        self._solver: Optional[_core.Problem] = _core.Problem(
+            n, m, methods, variable_lower, variable_upper, lower, upper, self._players,
             None if owners is None else to_players(owners, m, "constraint_players"), *jac, *hess,
             self._pattern_only)
         if self._pattern_only:
@@ -204,9 +212,9 @@ class Problem:
 
     @property
     def _core(self) -> "_core.Problem":
-        solver = self.__dict__.get("_solver", False)
-        if solver is False:
+        if "_solver" not in self.__dict__:
             raise RuntimeError("Problem.__init__ was not called by the derived class")
+        solver = self._solver
         if solver is None:
             raise ValueError("the problem is closed")
         return solver
@@ -289,7 +297,7 @@ class Problem:
         terminal = sys.stdout is not None and sys.stdout is sys.__stdout__ and sys.stdout.isatty()
         if terminal:
             sys.stdout.flush()
-        info = core.solve(*given, again, terminal, interrupted)
+        info = core.solve(given[0], given[1], given[2], given[3], again, terminal, interrupted)
         certificate = core.certificate()
         info["certificate"] = (Certificate.of(certificate) if certificate is not None else
                                Certificate.nothing(info["status_msg"]))
@@ -311,17 +319,21 @@ class Problem:
     def _wrong_derivative(self, v: Vector) -> Optional[str]:
         if not self.check_derivatives or not np.all(np.isfinite(v)):
             return None
-        box, methods = Box(self._bounds[0], self._bounds[1]), self._methods
-        wrong = check_given(methods["objective"], lambda at: np.ravel(methods["gradient"](at)), v, box,
+        box = Box(self._bounds[0], self._bounds[1])
+        wrong = check_given(lambda at: self._returned("objective", at),
+                            lambda at: self._returned("gradient", at), v, box,
                             lambda _: "objective's gradient")
         if wrong is None and self.m > 0:
-            wrong = check_given(methods["constraints"], self._row_slopes, v, box,
+            wrong = check_given(lambda at: self._returned("constraints", at), self._row_slopes, v, box,
                                 lambda row: f"jacobian of constraint {row}")
         return wrong
 
+    def _returned(self, name: str, v: Vector) -> Vector:
+        return to_floats(self._methods[name](v.copy()), f"what {name} returned").ravel()
+
     def _row_slopes(self, v: Vector) -> Any:
         rows, cols = self._jacobian_places
-        values = np.ravel(self._methods["jacobian"](v))
+        values = self._returned("jacobian", v)
         if values.size != rows.size:
             raise ArithmeticError  # the solver says what is wrong
         return _Rows(rows, cols, values, self.m)
@@ -350,8 +362,8 @@ class _Rows:
         self._rows, self._cols, self._values, self._count = rows, cols, values, count
 
     def __matmul__(self, direction: Vector) -> Vector:
-        return np.bincount(self._rows, weights=self._values * direction[self._cols],
-                           minlength=self._count)
+        weights = self._values * direction[self._cols]
+        return np.bincount(self._rows, weights=weights, minlength=self._count).astype(float)
 
 
 def refute(info: Dict[str, Any], why: str) -> None:
