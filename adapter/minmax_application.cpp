@@ -863,9 +863,19 @@ const std::vector<RobustWorstCase>& MinMaxApplication::LastWorstCases() const {
   return implementation_->result.worst_cases;
 }
 
+const std::vector<DistinctPoint>& MinMaxApplication::LastPoints() const {
+  return implementation_->points;
+}
+
 std::string MinMaxApplication::UpdateSensitivity(Sensitivity& sensitivity) const {
   const Implementation& here = *implementation_;
   if (Ipopt::IsNull(here.model)) return "nothing has been solved";
+  if (std::ranges::count_if(here.worst_cases, [&](const RobustWorstCase& c) {
+        return c.active && c.constraint == static_cast<Index>(here.result.lambda.size());
+      }) > 1) {
+    return "the answer is a kink of max over y, where several worst cases of f share the value: it "
+           "has no derivatives there";
+  }
   SolverOptions options;
   if (auto error = solver_options(*here.list, options); !error.empty()) return error;
   TnlpProblem problem(here.model, player_options(*here.list));
