@@ -6,9 +6,11 @@
 #include <string_view>
 #include <vector>
 
+#include "adapter/ipopt_version.hpp"
 #include "adapter/log.hpp"
 #include "core/answer.hpp"
 #include "core/model/status_table.hpp"
+#include "core/version.h"
 #include "core/worst_case.hpp"
 
 namespace ipminmax::log {
@@ -466,6 +468,43 @@ std::string work(const Result& result) {
   return text;
 }
 
+std::string ipopt_work(const Result& result, const ProblemStructure& structure) {
+  const Counts& counts = result.counts;
+  const auto equations = static_cast<std::size_t>(
+      std::ranges::count_if(structure.constraint_players, [&, j = std::size_t{0}](Player) mutable {
+        const bool equation = structure.constraint_lower[j] == structure.constraint_upper[j];
+        ++j;
+        return equation;
+      }));
+  const bool has_equations = equations > 0;
+  const bool has_inequalities = equations < structure.constraint_players.size();
+  const auto line = [](const char* label, Index count) {
+    return format("Number of %-42s = %d\n", label, count);
+  };
+  std::string text = "\n";
+  text += line("objective function evaluations", counts.objective);
+  text += line("objective gradient evaluations", counts.gradient);
+  text += line("equality constraint evaluations", has_equations ? counts.constraints : 0);
+  text += line("inequality constraint evaluations", has_inequalities ? counts.constraints : 0);
+  text += line("equality constraint Jacobian evaluations", has_equations ? counts.jacobian : 0);
+  text +=
+      line("inequality constraint Jacobian evaluations", has_inequalities ? counts.jacobian : 0);
+  text += line("Lagrangian Hessian evaluations", counts.hessian);
+  const double evaluations = result.timing.evaluations;  // of all threads
+  const auto seconds = [](const char* label, double value) {
+    return format("%-52s = %10.3f\n", label, std::max(0.0, value));
+  };
+#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
+  text += seconds("Total seconds in IPOPT", result.timing.total);
+  text += seconds("Total seconds in NLP function evaluations", evaluations);
+#else
+  text += seconds("Total CPU secs in IPOPT (w/o function evaluations)",
+                  result.cpu_seconds - evaluations);
+  text += seconds("Total CPU secs in NLP function evaluations", evaluations);
+#endif
+  return text;
+}
+
 std::string timing(const Timing& timing) {
   const double rest = timing.total - timing.evaluations - timing.assembly - timing.analysis -
                       timing.factorization - timing.solves;
@@ -492,6 +531,54 @@ std::string exit_line(const Result& result) {
     text += "      The objective's factor is negative: Min maximizes and Max minimizes.\n";
   }
   return text;
+}
+
+namespace {
+
+/// Ipopt's words for an end, empty where ours are the same.
+std::string_view ipopt_words(Status status) {
+  switch (status) {
+    case Status::Solved:
+    case Status::SolvedDegenerate:
+      return "Optimal Solution Found.";
+    case Status::NotLocalMinmax:
+    case Status::NoLocalMinmaxFound:
+      return row_of(Status::TinyStep).sentence;
+    case Status::InnerUnbounded:
+    case Status::OuterUnbounded:
+      return row_of(Status::DivergingIterates).sentence;
+    case Status::InnerInfeasible:
+      return row_of(Status::LocallyInfeasible).sentence;
+    case Status::InertiaCorrectionFailed:
+    case Status::LinearSolverFailed:
+      return "Error in step computation!";
+    case Status::EvaluationFailed:
+    case Status::InvalidNumber:
+      return "Invalid number in NLP function or derivative detected.";
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+std::string ipopt_exit_line(const Result& result) {
+  const std::string words(ipopt_words(result.status));
+  std::string text = exit_line(result);
+  if (!words.empty()) {
+    const std::string ours = exit_text(result);
+    text.replace(text.find(ours), ours.size(), words + "\n      " + ours);
+  }
+  // Pyomo looks for this line where there is no solution file, and for the third of its parts.
+  if (result.status == Status::TooFewDegreesOfFreedom)
+    text = "\nTOO_FEW_DEGREES_OF_FREEDOM: the model: Too few degrees of freedom.\n" + text;
+  return text;
+}
+
+std::string ipopt_solver_line(const std::string& linear_solver) {
+  return "This is Ipminmax " IPMINMAX_VERSION ", with the interface of Ipopt " IPOPT_VERSION
+         ", running with linear solver " +
+         linear_solver + ".\n\n";
 }
 
 }  // namespace ipminmax::log

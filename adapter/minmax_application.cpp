@@ -211,18 +211,28 @@ struct MinMaxApplication::Implementation {
   bool over_ranks = false;
   bool silent = false;  ///< not the rank that prints
   struct Audience;
-  /// What intermediate_callback may ask about, while it runs.
+  /// What intermediate_callback and finalize_solution may ask about, while they run.
   struct Current {
     TnlpProblem& problem;
     const SolverOptions& options;
-    const IterationInfo& info;
-    std::optional<Result> result;  ///< once asked for
-    const Result& at() {
-      if (!result) result = info.result();
+    const IterationInfo* info = nullptr;  ///< null in finalize_solution
+    const Result* answer = nullptr;       ///< there
+    std::optional<Result> result{};       ///< of the iteration, once asked for
+    [[nodiscard]] const Result& at() {
+      if (answer != nullptr) return *answer;
+      if (!result) result = info->result();
       return *result;
     }
   };
   std::optional<Current> current;
+  UserScaling factors, asked;  ///< of the solve, as told at its first iterate; of what is current
+  bool factors_known = false;  ///< whether they are those of the answer
+
+  /// Calls a method of the model, which may ask about what is current.
+  template <class Call>
+  decltype(auto) let_ask(Current about, Call&& call);
+  /// The factors of what is current; null where they are not known.
+  [[nodiscard]] const UserScaling* current_factors();
 
   double system_seconds_before = 0.0;
 
@@ -248,7 +258,11 @@ struct MinMaxApplication::Implementation {
   [[nodiscard]] ApplicationReturnStatus join_ranks();
   [[nodiscard]] ApplicationReturnStatus stop(Status status, std::string message);
   [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem, const SolverOptions& options);
-  void print_split_remarks(const ProblemStructure& structure) const;
+  void print_split_remarks(const ProblemStructure& structure, const SolverOptions& options) const;
+  void print_linear_solver();
+  [[nodiscard]] std::string exit_line() {
+    return current_settings().rows.as_ipopt ? log::ipopt_exit_line(result) : log::exit_line(result);
+  }
   [[nodiscard]] ApplicationReturnStatus report_exception();
 
   [[nodiscard]] const Settings& current_settings();
@@ -458,13 +472,12 @@ ApplicationReturnStatus MinMaxApplication::Implementation::stop(Status status,
                                                                 std::string message) {
   result.status = status;
   result.message = std::move(message);
-  print(Ipopt::J_ERROR, Ipopt::J_MAIN, log::exit_line(result));
+  print(Ipopt::J_ERROR, Ipopt::J_MAIN, exit_line());
   return application_status(status);
 }
 
-bool MinMaxApplication::Implementation::call_back(TnlpProblem& problem,
-                                                  const SolverOptions& options,
-                                                  const IterationInfo& info) {
+template <class Call>
+decltype(auto) MinMaxApplication::Implementation::let_ask(Current about, Call&& call) {
   struct Reset {
     std::optional<Current>& current;
     const MinMaxApplication* caller;
@@ -474,8 +487,30 @@ bool MinMaxApplication::Implementation::call_back(TnlpProblem& problem,
     }
   } const reset{current, calling};
   calling = &application;
-  current.emplace(Current{problem, options, info, std::nullopt});
-  return problem.report(info);
+  current.emplace(std::move(about));
+  return call();
+}
+
+const UserScaling* MinMaxApplication::Implementation::current_factors() {
+  if (current->info != nullptr) {
+    if (!current->info->scaling) return nullptr;
+    current->info->scaling(asked);
+  } else if (!factors_known) {
+    return nullptr;
+  } else {
+    asked = factors;
+  }
+  const ProblemStructure& structure = current->problem.structure();
+  const bool fits = asked.variables.size() == structure.variable_players.size() &&
+                    asked.constraints.size() == structure.constraint_players.size();
+  return fits ? &asked : nullptr;  // robust constraints make another problem
+}
+
+bool MinMaxApplication::Implementation::call_back(TnlpProblem& problem,
+                                                  const SolverOptions& options,
+                                                  const IterationInfo& info) {
+  return let_ask({.problem = problem, .options = options, .info = &info},
+                 [&] { return problem.report(info); });
 }
 
 /// Prints what a solve tells, and passes it on to the model.
@@ -496,6 +531,10 @@ struct MinMaxApplication::Implementation::Audience {
   }
   [[nodiscard]] bool tell(const IterationInfo& info, EJournalLevel level = Ipopt::J_ITERSUMMARY) {
     owner.print_made(level, Ipopt::J_MAIN, [&] { return rows.text(info); });
+    if (info.iteration == 0 && !info.restoration && !info.over_y && info.scaling) {
+      info.scaling(owner.factors);
+      owner.factors_known = true;
+    }
     return owner.call_back(problem, options, info);
   }
 };
@@ -583,17 +622,30 @@ ApplicationReturnStatus MinMaxApplication::Implementation::join_ranks() {
   }
 }
 
-void MinMaxApplication::Implementation::print_split_remarks(
-    const ProblemStructure& structure) const {
+void MinMaxApplication::Implementation::print_split_remarks(const ProblemStructure& structure,
+                                                            const SolverOptions& options) const {
   if (!is_printed(Ipopt::J_WARNING, Ipopt::J_MAIN)) return;
   const bool any_max = std::ranges::find(structure.variable_players, Player::Max) !=
                        structure.variable_players.end();
   const bool distributes = dynamic_cast<const MinMaxTNLP*>(Ipopt::GetRawPtr(model)) != nullptr &&
                            dynamic_cast<const OptionalPlayers*>(Ipopt::GetRawPtr(model)) == nullptr;
-  if (!any_max && !distributes) return;  // an ordinary model
+  if (!any_max && !distributes) {  // an ordinary model
+    print(Ipopt::J_WARNING, Ipopt::J_MAIN,
+          std::string("Note: no Max variable: a ") +
+              (options.obj_scaling_factor < 0.0 ? "maximization" : "minimization") + ".\n\n");
+    return;
+  }
   for (const std::string& text : split_remarks(structure)) {
     print(Ipopt::J_WARNING, Ipopt::J_MAIN, "Warning: " + text + "\n\n");
   }
+}
+
+/// Not where the solver that was asked for is not built in: programs find out so whether it is.
+void MinMaxApplication::Implementation::print_linear_solver() {
+  const std::string name = string_option("linear_solver");
+  const auto others = ipopt_only_linear_solvers();
+  if (std::ranges::find(others, name) != others.end()) return;
+  print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::ipopt_solver_line(name));
 }
 
 /// A model may stop because Ipopt's own methods have nothing to tell it.
@@ -610,7 +662,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& p
                                                                   const SolverOptions& options) {
   result.message += stop_note(*model, result);
   if (!has_iterate(result.status)) {
-    print(Ipopt::J_ERROR, Ipopt::J_MAIN, log::exit_line(result));
+    print(Ipopt::J_ERROR, Ipopt::J_MAIN, exit_line());
     return application_status(result.status);
   }
   const auto printed = [&](EJournalCategory category, auto&& make) {
@@ -627,14 +679,20 @@ ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& p
   }
   if (current_settings().rows.as_ipopt)
     printed(Ipopt::J_SOLUTION, [&] { return log::ipopt_errors(result); });
-  printed(Ipopt::J_STATISTICS, [&] { return log::work(result); });
+  printed(Ipopt::J_STATISTICS, [&] {
+    return current_settings().rows.as_ipopt ? log::ipopt_work(result, problem.structure())
+                                            : log::work(result);
+  });
   if (current_settings().time_stages) {
     printed(Ipopt::J_TIMING_STATISTICS, [&] { return log::timing(result.timing); });
   }
-  printed(Ipopt::J_MAIN, [&] { return log::exit_line(result); });
+  printed(Ipopt::J_MAIN, [&] { return exit_line(); });
   solved = {.bound_violation = bound_violation(problem.structure(), result.v),
             .system_seconds = system_seconds() - system_seconds_before};
-  if (problem.started()) problem.finalize(solver_return(result.status), result);
+  if (problem.started()) {
+    let_ask({.problem = problem, .options = options, .answer = &result},
+            [&] { problem.finalize(solver_return(result.status), result); });
+  }
   return application_status(result.status);
 }
 
@@ -661,7 +719,8 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
   }
   try {
     if (auto error = own->load(); !error.empty()) {
-      return stop(Status::InvalidProblem, std::move(error));
+      const ApplicationReturnStatus status = stop(Status::InvalidProblem, std::move(error));
+      return own->has_no_jacobian() ? Ipopt::Unrecoverable_Exception : status;  // as in Ipopt
     }
   } catch (const Ipopt::OPTION_INVALID& error) {
     return stop(Status::InvalidOption, error.Message());
@@ -673,9 +732,10 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
 
 ApplicationReturnStatus MinMaxApplication::Implementation::solve(TnlpProblem& problem,
                                                                  const SolverOptions& options) {
+  if (current_settings().rows.as_ipopt) print_linear_solver();
   print_made(Ipopt::J_WARNING, Ipopt::J_STATISTICS,
              [&] { return log::problem_statistics(problem.structure(), options); });
-  print_split_remarks(problem.structure());
+  print_split_remarks(problem.structure(), options);
   try {
     if (options.derivative_test != DerivativeTest::None) {
       print(Ipopt::J_SUMMARY, Ipopt::J_NLP,
@@ -688,6 +748,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::solve(TnlpProblem& pr
       room.give_to(result);
       solver.solve(problem, options, audience.observer(), result);
     }
+    if (result.over_y.functions > 0 || result.over_x.made > 1) factors_known = false;
   } catch (...) {
     const ApplicationReturnStatus status = report_exception();
     if (problem.started()) {
@@ -703,6 +764,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::solve(TnlpProblem& pr
 ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
   room.take_from(result);
   points.clear();
+  factors_known = false;
   solved.reset();
   statistics = nullptr;
   system_seconds_before = system_seconds();
@@ -842,16 +904,23 @@ ApplicationReturnStatus MinMaxApplication::ReOptimizeNLP(const SmartPtr<Ipopt::N
   return OptimizeNLP(nlp);
 }
 
-bool MinMaxApplication::GetCurrentIterate(Result& iterate) const {
-  if (!implementation_->current) return false;
-  iterate = implementation_->current->at();
+bool MinMaxApplication::GetCurrentIterate(Result& iterate, bool scaled) const {
+  Implementation& here = *implementation_;
+  if (!here.current || here.current->at().v.empty()) return false;
+  const UserScaling* const factors = scaled ? here.current_factors() : nullptr;
+  if (scaled && factors == nullptr) return false;
+  iterate = here.current->at();
+  if (scaled) scale(here.current->problem.structure(), *factors, iterate);
   return true;
 }
 
-bool MinMaxApplication::GetCurrentViolations(Violations& violations) const {
-  if (!implementation_->current) return false;
-  Implementation::Current& current = *implementation_->current;
-  auto found = violations_at(current.problem, current.at(), current.options);
+bool MinMaxApplication::GetCurrentViolations(Violations& violations, bool scaled) const {
+  Implementation& here = *implementation_;
+  if (!here.current || here.current->at().v.empty()) return false;
+  const UserScaling* const factors = scaled ? here.current_factors() : nullptr;
+  if (scaled && factors == nullptr) return false;
+  Implementation::Current& current = *here.current;
+  auto found = violations_at(current.problem, current.at(), current.options, factors);
   if (!found || !is_finite(*found)) return false;
   violations = std::move(*found);
   return true;
@@ -870,7 +939,7 @@ const std::vector<DistinctPoint>& MinMaxApplication::LastPoints() const {
 std::string MinMaxApplication::UpdateSensitivity(Sensitivity& sensitivity) const {
   const Implementation& here = *implementation_;
   if (Ipopt::IsNull(here.model)) return "nothing has been solved";
-  if (std::ranges::count_if(here.worst_cases, [&](const RobustWorstCase& c) {
+  if (std::ranges::count_if(here.result.worst_cases, [&](const RobustWorstCase& c) {
         return c.active && c.constraint == static_cast<Index>(here.result.lambda.size());
       }) > 1) {
     return "the answer is a kink of max over y, where several worst cases of f share the value: it "
@@ -927,7 +996,7 @@ bool get_current_iterate(bool scaled, Ipopt::Index n, Ipopt::Number* x, Ipopt::N
                          Ipopt::Number* z_U, Ipopt::Index m, Ipopt::Number* g,
                          Ipopt::Number* lambda) {
   Result at;
-  if (scaled || calling == nullptr || !calling->GetCurrentIterate(at)) return false;
+  if (calling == nullptr || !calling->GetCurrentIterate(at, scaled)) return false;
   if (at.v.size() != static_cast<std::size_t>(n) ||
       at.constraints.size() != static_cast<std::size_t>(m)) {
     return false;
@@ -941,7 +1010,7 @@ bool get_current_violations(bool scaled, Ipopt::Index n, Ipopt::Number* x_L_viol
                             Ipopt::Number* compl_x_U, Ipopt::Number* grad_lag_x, Ipopt::Index m,
                             Ipopt::Number* nlp_constraint_violation, Ipopt::Number* compl_g) {
   Violations found;
-  if (scaled || calling == nullptr || !calling->GetCurrentViolations(found)) return false;
+  if (calling == nullptr || !calling->GetCurrentViolations(found, scaled)) return false;
   if (found.lower_bound.size() != static_cast<std::size_t>(n) ||
       found.constraint.size() != static_cast<std::size_t>(m)) {
     return false;

@@ -119,6 +119,47 @@ TEST(Summary, IpoptsErrors) {
             (Words{"1.0000000000000001e-09", "3.0000000000000001e-03"}));
 }
 
+// Pyomo, parmest and others take these out of Ipopt's log.
+TEST(Summary, IpoptsWords) {
+  EXPECT_NE(log::ipopt_solver_line("mumps").find("running with linear solver mumps."),
+            std::string::npos);
+  ProblemStructure structure;
+  structure.constraint_players = {Player::Min, Player::Min};
+  structure.constraint_lower = {0.0, 1.0};
+  structure.constraint_upper = {0.0, 2.0};
+  Result result;
+  result.counts.constraints = 7;
+  result.counts.jacobian = 5;
+  result.timing.total = result.cpu_seconds = 3.0;
+  result.timing.evaluations = 1.0;
+  std::string text = log::ipopt_work(result, structure);
+  EXPECT_EQ(line_with(text, "inequality constraint ev"),
+            "Number of inequality constraint evaluations          = 7");
+  EXPECT_EQ(last_two(text, "Number of equality constraint Jacobian"), (Words{"=", "5"}));
+  EXPECT_EQ(last_two(text, "in IPOPT")[0], "=");
+  EXPECT_EQ(last_two(text, "in NLP function evaluations   "), (Words{"=", "1.000"}));
+  structure.constraint_upper = {1.0, 2.0};
+  text = log::ipopt_work(result, structure);
+  EXPECT_EQ(last_two(text, "of equality constraint evaluations"), (Words{"=", "0"}));
+  EXPECT_EQ(last_two(text, "of inequality constraint evaluations"), (Words{"=", "7"}));
+
+  const auto exit_of = [](Status status) {
+    Result ended;
+    ended.status = status;
+    return line_with(log::ipopt_exit_line(ended), "EXIT:");
+  };
+  EXPECT_EQ(exit_of(Status::Solved), "EXIT: Optimal Solution Found.");
+  EXPECT_EQ(exit_of(Status::SolvedDegenerate), "EXIT: Optimal Solution Found.");
+  EXPECT_EQ(exit_of(Status::NotLocalMinmax), "EXIT: Search Direction is becoming Too Small.");
+  EXPECT_EQ(exit_of(Status::OuterUnbounded),
+            "EXIT: Iterates diverging; problem might be unbounded.");
+  EXPECT_EQ(exit_of(Status::MaxIterations), "EXIT: Maximum Number of Iterations Exceeded.");
+  EXPECT_EQ(exit_of(Status::LinearSolverFailed), "EXIT: Error in step computation!");
+  Result ended;
+  ended.status = Status::NotLocalMinmax;  // our own words follow
+  EXPECT_NE(log::ipopt_exit_line(ended).find("not a local minmax"), std::string::npos);
+}
+
 TEST(IterationTable, UnusualValuesStayInTheirColumns) {
   IterationInfo info = some_iteration();
   info.iteration = 99999;
