@@ -118,7 +118,7 @@ struct StageAnswer {
 ///   void limits_of(auto s, auto u, auto g) const;                  // or (auto at, auto g)
 ///   static constexpr std::size_t terminal_limits;                  // rows of
 ///   void terminal_limits_of(auto s, auto g) const;                 // or (auto at, auto g)
-/// `at` is a StagePoint. Limits are g <= 0 for every disturbance, of the state at the end of each
+/// `at` is a StagePoint; all functions take it, or none. Limits are g <= 0 for every disturbance, of the state at the end of each
 /// stage and the stage's control; terminal ones of the last state.
 ///
 /// Variables: s_0, u_0, w_0, s_1, ..., s_T, parameters, gains, memory, duration. Constraints: stage
@@ -335,6 +335,11 @@ class StageGame final : public Problem {
   }
 
  private:
+  /// Whether the model's functions take a StagePoint.
+  static constexpr bool kTakesPoints =
+      !requires(const Model& m, std::span<const Plain> in, std::span<Plain> out) {
+    m.dynamics(in, in, in, out);
+  };
   static constexpr std::size_t kBlock = nx + nu + nw;  ///< variables of a stage
   static constexpr std::size_t kRows = nx + nl;        ///< constraints of a stage
   /// With more stages names would take longer than a solve.
@@ -566,20 +571,20 @@ class StageGame final : public Problem {
       StagePoint<T> p = at;
       p.s = s;
       p.t = t;
-      if constexpr (requires { game.model_.cost(p.s, p.u, p.w); })
-        return game.model_.cost(p.s, p.u, p.w);
-      else
+      if constexpr (kTakesPoints)
         return game.model_.cost(p);
+      else
+        return game.model_.cost(p.s, p.u, p.w);
     }
     State rate(std::span<const T> s, const T& t) const {
       StagePoint<T> p = at;
       p.s = s;
       p.t = t;
       State to{};
-      if constexpr (requires { game.model_.dynamics(p.s, p.u, p.w, std::span<T>(to)); })
-        game.model_.dynamics(p.s, p.u, p.w, std::span<T>(to));
-      else
+      if constexpr (kTakesPoints)
         game.model_.dynamics(p, std::span<T>(to));
+      else
+        game.model_.dynamics(p.s, p.u, p.w, std::span<T>(to));
       return to;
     }
     /// s + h r
@@ -657,10 +662,10 @@ class StageGame final : public Problem {
       at.s = next;
       at.t += h;
       const std::span<T> g = out.subspan(nx, nl);
-      if constexpr (requires { model_.limits_of(at.s, at.u, g); })
-        model_.limits_of(at.s, at.u, g);
-      else
+      if constexpr (kTakesPoints)
         model_.limits_of(at, g);
+      else
+        model_.limits_of(at.s, at.u, g);
     }
   }
   template <class T>
@@ -676,21 +681,21 @@ class StageGame final : public Problem {
         in.first(nx), {}, {}, shared.first(np), step<T>(shared) * static_cast<double>(h_.stages),
         h_.stages};
     T& cost = out[nt];
-    if constexpr (requires { model_.terminal_cost(at.s); })
+    cost = 0.0;
+    if constexpr (kTakesPoints) {
+      if constexpr (requires { model_.terminal_cost(at); }) cost = model_.terminal_cost(at);
+    } else if constexpr (requires { model_.terminal_cost(at.s); }) {
       cost = model_.terminal_cost(at.s);
-    else if constexpr (requires { model_.terminal_cost(at); })
-      cost = model_.terminal_cost(at);
-    else
-      cost = 0.0;
+    }
     const std::size_t feedback = prices_feedback() ? gains() + disturbance_gains() : 0;
     for (std::size_t i = 0; i < feedback; ++i)
       cost += h_.feedback_price * shared[np + i] * shared[np + i];
     if constexpr (nt > 0) {
       const std::span<T> g = out.first(nt);
-      if constexpr (requires { model_.terminal_limits_of(at.s, g); })
-        model_.terminal_limits_of(at.s, g);
-      else
+      if constexpr (kTakesPoints)
         model_.terminal_limits_of(at, g);
+      else
+        model_.terminal_limits_of(at.s, g);
     }
   }
 

@@ -677,7 +677,7 @@ class Program {
       const double weight = std::exchange(work.adjoint[n + k], 0.0);
       const bool bends = next > 0 && bends_[next - 1].operation == k;
       if (bends) --next;
-      if (weight != 0.0)
+      if (live_[k])  // a weight of zero may have derivatives
         pull_back(run, k, bends ? &bends_[next] : nullptr, weight, work.adjoint, along, back);
     }
     for (std::size_t e = 0; e < pattern_.hessian.size(); ++e) {
