@@ -8,6 +8,7 @@
 
 #include "adapter/ipopt_version.hpp"
 #include "adapter/log.hpp"
+#include "core/answer.hpp"
 #include "core/model/status_table.hpp"
 #include "core/version.h"
 #include "core/worst_case.hpp"
@@ -380,22 +381,11 @@ std::string place_of(const RobustWorstCase& found, const ProblemStructure& struc
 
 }  // namespace
 
-std::string robust_summary(const RobustResult& result, const ProblemStructure& structure) {
+std::string robust_summary(const Result& result, const ProblemStructure& structure) {
   constexpr std::size_t kMostRows = 50;
-  std::string text = format("\nRobust constraints: %zu worst cases, %d solves",
-                            result.worst_cases.size(), result.solves);
-  if (result.maximizations > 0) {
-    text += format(", %d maximizations over y, ", result.maximizations);
-    text += std::isnan(result.largest_violation)
-                ? std::string("none at this x")
-                : format("largest violation found %.2e", result.largest_violation);
-  }
-  if (result.starts > 1) {
-    text += format("\n%d starts of x, %zu distinct certified points, the answer from start %d",
-                   result.starts, result.points.size(), result.best_start);
-  }
-  text += "\n";
-  if (result.worst_cases.empty()) return text;
+  const SearchOverY& y = result.over_y;
+  std::string text = format("\nRobust constraints: %zu worst cases, %d solves, %d maximizations\n",
+                            result.worst_cases.size(), y.solves, y.maximizations);
   text += format("\n%-24s %24s %16s  %s\n", "constraint", "value", "multiplier", "worst case");
   for (std::size_t k = 0; k < std::min(kMostRows, result.worst_cases.size()); ++k) {
     const RobustWorstCase& found = result.worst_cases[k];
@@ -425,9 +415,12 @@ std::string summary(const Result& result, const ProblemStructure* structure) {
   text += format("Complementarity.........: %24.16e\n", error.complementarity);
   text += format("Overall scaled error....: %24.16e\n\n", error.total);
   text += certificate_report(result.certificate, structure);
-  if (const std::string worst = describe_worst_case(result); !worst.empty()) {
-    text += "Worst case over y.......: " + worst + "\n";
-  }
+  const auto [why, point, over_y, over_x] = statements(result);
+  const bool game =
+      structure != nullptr && std::ranges::find(structure->variable_players, Player::Max) !=
+                                  structure->variable_players.end();
+  if (game) text += "Over all y..............: " + over_y + "\n";
+  if (game || result.over_x.asked > 1) text += "Over x..................: " + over_x + "\n";
   return text;
 }
 

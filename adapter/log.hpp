@@ -99,8 +99,7 @@ class StartsProgress {
 
 /// The worst cases of robust constraints: constraint, its value there, multiplier, the values of
 /// the Max variables that it reads, and how far the search over y has come.
-[[nodiscard]] std::string robust_summary(const RobustResult& result,
-                                         const ProblemStructure& structure);
+[[nodiscard]] std::string robust_summary(const Result& result, const ProblemStructure& structure);
 
 /// Objective and errors at the returned point, then the certificate. structure, which has the
 /// names, may be null.

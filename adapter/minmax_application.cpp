@@ -33,10 +33,9 @@
 #include "adapter/point_arrays.hpp"
 #include "adapter/status.hpp"
 #include "adapter/tnlp_problem.hpp"
+#include "core/answer.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/remarks.hpp"
-#include "core/multistart.hpp"
-#include "core/robust.hpp"
 #include "core/search/result_arrays.hpp"
 #include "core/solver.hpp"
 #include "core/worst_case.hpp"
@@ -66,6 +65,7 @@ struct Settings {
   RowSettings rows;
   EJournalLevel print_level = Ipopt::J_NONE;
   bool without_banner = false, list_options = false, document_options = false, time_stages = false;
+  std::string points_file;           ///< empty: none
   std::vector<std::string> ignored;  ///< messages about options without effect
 };
 
@@ -95,6 +95,9 @@ Settings read_settings(const Ipopt::OptionsList& list) {
   settings.list_options = flag("print_user_options");
   settings.document_options = flag("print_options_documentation");
   settings.time_stages = flag("print_timing_statistics");
+  if (may_be_set("minmax_points_file")) {
+    list.GetStringValue("minmax_points_file", settings.points_file, "");
+  }
   settings.ignored = ignored_ipopt_options(list);
   return settings;
 }
@@ -112,7 +115,7 @@ class IterationRows {
   [[nodiscard]] std::string text(const IterationInfo& info) {
     constexpr Index kRowsPerHeader = 10;
     const auto now = std::chrono::steady_clock::now();
-    if (info.restoration || info.iteration % every_ != 0) return {};
+    if (info.restoration || info.over_y || info.iteration % every_ != 0) return {};
     if (rows_ > 0 && std::chrono::duration<double>(now - last_).count() < pause_) return {};
     last_ = now;
     std::string text;
@@ -163,12 +166,6 @@ double bound_violation(const ProblemStructure& structure, const std::vector<doub
   return largest;
 }
 
-/// Whether constraints, or f, are to hold for every y.
-bool is_robust(const ProblemStructure& structure, const SolverOptions& options) {
-  return options.minmax_epigraph || options.minmax_epigraph_at_kinks ||
-         (options.minmax_robust_constraints && has_robust_constraints(structure));
-}
-
 /// The same model for a multistart, which owns its models.
 class SameProblem final : public ForwardingProblem {
  public:
@@ -204,7 +201,7 @@ struct MinMaxApplication::Implementation {
   Result result;
   ResultArrays room;  ///< for the next result
   std::unique_ptr<TnlpProblem> last_problem;
-  std::vector<RobustWorstCase> worst_cases;
+  std::vector<DistinctPoint> points;
   std::optional<Settings> settings;    ///< as last read
   std::uint64_t settings_read_at = 0;  ///< changes of the list before that
   bool banner_printed = false;
@@ -254,13 +251,11 @@ struct MinMaxApplication::Implementation {
   [[nodiscard]] bool call_back(TnlpProblem& problem, const SolverOptions& options,
                                const IterationInfo& info);
   [[nodiscard]] ApplicationReturnStatus solve(TnlpProblem& problem, const SolverOptions& options);
-  [[nodiscard]] Result solve_from_many_starts(TnlpProblem& problem, const SolverOptions& options);
-  [[nodiscard]] Result solve_for_every_y(TnlpProblem& problem, const SolverOptions& options);
+  [[nodiscard]] Result solve_for_points(TnlpProblem& problem, const SolverOptions& options);
   void show_progress(log::StartsProgress& progress, bool on_terminal) const;
   [[nodiscard]] bool prints_to_terminal() const;
-  void write_points(const MultistartResult& found) const;
+  void write_points(Answer& found);
   [[nodiscard]] ApplicationReturnStatus join_ranks();
-  void look_for_worst_case(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] ApplicationReturnStatus stop(Status status, std::string message);
   [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem, const SolverOptions& options);
   void print_split_remarks(const ProblemStructure& structure, const SolverOptions& options) const;
@@ -534,9 +529,9 @@ struct MinMaxApplication::Implementation::Audience {
                   owner.print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
                 }};
   }
-  [[nodiscard]] bool tell(const IterationInfo& info) {
-    owner.print_made(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, [&] { return rows.text(info); });
-    if (info.iteration == 0 && !info.restoration && info.scaling) {
+  [[nodiscard]] bool tell(const IterationInfo& info, EJournalLevel level = Ipopt::J_ITERSUMMARY) {
+    owner.print_made(level, Ipopt::J_MAIN, [&] { return rows.text(info); });
+    if (info.iteration == 0 && !info.restoration && !info.over_y && info.scaling) {
       info.scaling(owner.factors);
       owner.factors_known = true;
     }
@@ -544,16 +539,16 @@ struct MinMaxApplication::Implementation::Audience {
   }
 };
 
-Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& problem,
-                                                                 const SolverOptions& options) {
+/// From many starts, or with a file for the points that were found.
+Result MinMaxApplication::Implementation::solve_for_points(TnlpProblem& problem,
+                                                           const SolverOptions& options) {
+  const bool many = options.minmax_starts > 1 || over_ranks;
+  const EJournalLevel level = many ? Ipopt::J_DETAILED : Ipopt::J_ITERSUMMARY;
+  Audience audience{*this, problem, options};
   MultistartObserver observer;
-  const RowSettings row_settings = current_settings().rows;
-  observer.on_iteration = [this, &problem, &options, row_settings,
-                           rows = IterationRows(row_settings)](Index,
-                                                               const IterationInfo& info) mutable {
-    if (info.iteration == 0) rows = IterationRows(row_settings);
-    print_made(Ipopt::J_DETAILED, Ipopt::J_MAIN, [&] { return rows.text(info); });
-    return call_back(problem, options, info);
+  observer.on_iteration = [&](Index, const IterationInfo& info) {
+    if (many && info.iteration == 0) audience.rows = IterationRows(current_settings().rows);
+    return audience.tell(info, level);
   };
   const bool as_ipopt = flag("print_ipopt_log");  // whose log has no such tables
   // One line that is refreshed on a terminal, else one line per start.
@@ -561,7 +556,7 @@ Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& pr
   log::StartsProgress progress(options.minmax_starts, !has_min_variable(problem.structure()));
   observer.on_result = [&, rows = on_terminal ? Ipopt::J_DETAILED : Ipopt::J_ITERSUMMARY](
                            Index start, const Result& found) {
-    if (as_ipopt) return;
+    if (as_ipopt || !many) return;
     if (start == 0) print(rows, Ipopt::J_MAIN, log::start_header());
     print(rows, Ipopt::J_MAIN, log::start_row(start, found));
     progress.add(found);
@@ -570,27 +565,16 @@ Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& pr
   observer.message = [this](Index, std::string_view text) {
     print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
   };
-  MultistartResult found =
-      over_ranks ? multistart_over_ranks([&] { return std::make_unique<SameProblem>(problem); }, 1,
-                                         options, observer)
-                 : multistart(problem, options, observer);
+  Answer found = over_ranks
+                     ? multistart_over_ranks([&] { return std::make_unique<SameProblem>(problem); },
+                                             1, options, observer)
+                     : ipminmax::run(problem, options, observer);
   write_points(found);
-  if (has_iterate(found.best.status) && !as_ipopt) {
+  if (many && has_iterate(found.best.status) && !as_ipopt) {
     print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::multistart_summary(found));
   }
+  points = std::move(found.points);
   return std::move(found.best);
-}
-
-Result MinMaxApplication::Implementation::solve_for_every_y(TnlpProblem& problem,
-                                                            const SolverOptions& options) {
-  Audience audience{*this, problem, options};
-  RobustResult found = solve_robust(problem, options, audience.observer());
-  if (has_iterate(found.result.status) && (!found.worst_cases.empty() || found.starts > 1)) {
-    print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::robust_summary(found, problem.structure()));
-  }
-  worst_cases = std::move(found.worst_cases);
-  factors_known = false;  // several solves
-  return std::move(found.result);
 }
 
 bool MinMaxApplication::Implementation::prints_to_terminal() const {
@@ -616,15 +600,16 @@ void MinMaxApplication::Implementation::show_progress(log::StartsProgress& progr
   std::fflush(stdout);
 }
 
-void MinMaxApplication::Implementation::write_points(const MultistartResult& found) const {
-  const std::string name = string_option("minmax_points_file");
+void MinMaxApplication::Implementation::write_points(Answer& found) {
+  const std::string& name = current_settings().points_file;
   if (name.empty() || silent) return;
   std::ofstream file(name);
   file << points_as_csv(found);
   file.close();
-  if (!file) {
-    print(Ipopt::J_ERROR, Ipopt::J_MAIN, "Error writing minmax_points_file \"" + name + "\"\n");
-  }
+  if (file) return;
+  const std::string error = "error writing minmax_points_file \"" + name + "\"";
+  found.best.message += "; " + error;  // also where nothing is printed
+  print(Ipopt::J_ERROR, Ipopt::J_MAIN, "E" + error.substr(1) + "\n");
 }
 
 ApplicationReturnStatus MinMaxApplication::Implementation::join_ranks() {
@@ -635,17 +620,6 @@ ApplicationReturnStatus MinMaxApplication::Implementation::join_ranks() {
     result = {};
     return stop(Status::InvalidOption, error.what());
   }
-}
-
-void MinMaxApplication::Implementation::look_for_worst_case(TnlpProblem& problem,
-                                                            const SolverOptions& options) {
-  if (!is_success(result.status) && result.status != Status::NoLocalMinmaxFound) return;
-  if (options.minmax_worst_case_starts == 0) return;
-  MultistartObserver observer;
-  observer.on_iteration = [&](Index, const IterationInfo& info) {
-    return call_back(problem, options, info);
-  };
-  add_worst_case(problem, options, result, observer);
 }
 
 void MinMaxApplication::Implementation::print_split_remarks(const ProblemStructure& structure,
@@ -694,6 +668,9 @@ ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& p
   const auto printed = [&](EJournalCategory category, auto&& make) {
     print_made(Ipopt::J_SUMMARY, category, make);
   };
+  if (!result.worst_cases.empty()) {
+    printed(Ipopt::J_SOLUTION, [&] { return log::robust_summary(result, problem.structure()); });
+  }
   printed(Ipopt::J_SOLUTION, [&] { return log::summary(result, &problem.structure()); });
   if (is_success(result.status) && is_printed(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION)) {
     for (const std::string& text : idle_bound_remarks(problem.structure(), options, result)) {
@@ -764,19 +741,14 @@ ApplicationReturnStatus MinMaxApplication::Implementation::solve(TnlpProblem& pr
       print(Ipopt::J_SUMMARY, Ipopt::J_NLP,
             log::derivative_test(test_derivatives(problem, options), problem.structure()));
     }
-    if (is_robust(problem.structure(), options)) {
-      result = solve_for_every_y(problem, options);
-      if (!options.minmax_epigraph && !has_robust_constraints(problem.structure())) {
-        look_for_worst_case(problem, options);
-      }
-    } else if (options.minmax_starts > 1 || over_ranks) {
-      result = solve_from_many_starts(problem, options);
+    if (options.minmax_starts > 1 || over_ranks || !current_settings().points_file.empty()) {
+      result = solve_for_points(problem, options);
     } else {
       Audience audience{*this, problem, options};
       room.give_to(result);
       solver.solve(problem, options, audience.observer(), result);
-      look_for_worst_case(problem, options);
     }
+    if (result.over_y.functions > 0 || result.over_x.made > 1) factors_known = false;
   } catch (...) {
     const ApplicationReturnStatus status = report_exception();
     if (problem.started()) {
@@ -791,7 +763,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::solve(TnlpProblem& pr
 
 ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
   room.take_from(result);
-  worst_cases.clear();
+  points.clear();
   factors_known = false;
   solved.reset();
   statistics = nullptr;
@@ -957,12 +929,22 @@ bool MinMaxApplication::GetCurrentViolations(Violations& violations, bool scaled
 const Result& MinMaxApplication::LastResult() const { return implementation_->result; }
 
 const std::vector<RobustWorstCase>& MinMaxApplication::LastWorstCases() const {
-  return implementation_->worst_cases;
+  return implementation_->result.worst_cases;
+}
+
+const std::vector<DistinctPoint>& MinMaxApplication::LastPoints() const {
+  return implementation_->points;
 }
 
 std::string MinMaxApplication::UpdateSensitivity(Sensitivity& sensitivity) const {
   const Implementation& here = *implementation_;
   if (Ipopt::IsNull(here.model)) return "nothing has been solved";
+  if (std::ranges::count_if(here.result.worst_cases, [&](const RobustWorstCase& c) {
+        return c.active && c.constraint == static_cast<Index>(here.result.lambda.size());
+      }) > 1) {
+    return "the answer is a kink of max over y, where several worst cases of f share the value: it "
+           "has no derivatives there";
+  }
   SolverOptions options;
   if (auto error = solver_options(*here.list, options); !error.empty()) return error;
   TnlpProblem problem(here.model, player_options(*here.list));

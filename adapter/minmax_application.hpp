@@ -114,6 +114,9 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// Worst cases of the last answer's robust constraints, and of f with minmax_epigraph; empty
   /// where there are none.
   [[nodiscard]] const std::vector<RobustWorstCase>& LastWorstCases() const;
+  /// Certified points of the last multistart (minmax_starts), the best first; empty after any other
+  /// solve.
+  [[nodiscard]] const std::vector<DistinctPoint>& LastPoints() const;
   /// The worst case over all of y at the x of v (n values), looked for from so many starting points
   /// of y with the options of this application, beginning with that of v; see check_worst_case of
   /// core/worst_case.hpp. Returns why it cannot be done, empty when it was. model as for

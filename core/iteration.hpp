@@ -33,6 +33,7 @@ struct ShiftFindings {
 struct IterationInfo {
   Index iteration = 0;
   bool restoration = false;
+  bool over_y = false;     ///< of a maximization over y at a held x, whose objective it tells
   double objective = 0.0;  ///< unscaled
   KktError error;          ///< primal: to the relaxed bounds (bound_relax_factor), unlike in Result
   double mu = 0.0;

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "adapter/log.hpp"
+#include "core/answer.hpp"
 #include "core/model/status_table.hpp"
-#include "core/worst_case.hpp"
 
 namespace ipminmax {
 namespace {
@@ -234,9 +234,10 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
     message << "\nreason: " << spoken(reasons[k].text);
   }
   print_worst_cases(message, worst_cases, problem);
-  if (const std::string worst = describe_worst_case(result); !worst.empty()) {
-    message << "\nworst case over "
-            << (problem.maximizes() ? "y of the negative objective: " : "y: ") << worst;
+  if (game) {
+    const auto [why, point, over_y, over_x] = statements(result);
+    message << "\nover all " << (problem.maximizes() ? "y, of the negative objective: " : "y: ")
+            << over_y << "\nover x: " << over_x;
   }
   const std::string warning = split_warning(problem);
   if (!warning.empty()) {

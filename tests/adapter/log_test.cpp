@@ -314,16 +314,30 @@ TEST(Banner, NamesTheProgram) {
                           [](char c) { return c == '\n' || (c >= ' ' && c <= '~'); }));
 }
 
-TEST(RobustSummary, AViolationThatWasNotLookedForIsNotANumber) {
-  RobustResult result;
-  result.maximizations = 7;
-  result.largest_violation = 1.5e-9;
-  EXPECT_NE(log::robust_summary(result, {}).find(", largest violation found 1.50e-09"),
-            std::string::npos);
-  result.largest_violation = std::numeric_limits<double>::quiet_NaN();
-  const std::string text = log::robust_summary(result, {});
-  EXPECT_NE(text.find("7 maximizations over y, none at this x"), std::string::npos) << text;
-  EXPECT_EQ(text.find("nan"), std::string::npos) << text;
+TEST(Summary, AViolationThatWasNotLookedForIsNotANumber) {
+  ProblemStructure game;
+  game.variable_players = {Player::Min, Player::Max};
+  Result result;
+  result.over_y = {.asked = 8, .functions = 3, .maximizations = 7, .largest_violation = 1.5e-9};
+  EXPECT_NE(log::summary(result, &game).find("largest violation 1.5e-09"), std::string::npos);
+  result.over_y.largest_violation = std::numeric_limits<double>::quiet_NaN();
+  const std::string text = log::summary(result, &game);
+  EXPECT_EQ(text.find("violation 1.5"), std::string::npos) << text;
+  EXPECT_EQ(text.find("largest violation nan"), std::string::npos) << text;
+}
+
+TEST(Summary, SaysWhatWasLookedAtOverYAndX) {
+  ProblemStructure game;
+  game.variable_players = {Player::Min, Player::Max};
+  Result result;
+  EXPECT_NE(log::summary(result, &game).find("no other y was looked at"), std::string::npos);
+  result.over_x = {.asked = 20, .made = 7};
+  result.over_y = {.asked = 8, .finished = false};
+  EXPECT_NE(log::summary(result, &game).find("7 of 20 starts"), std::string::npos);
+  EXPECT_NE(log::summary(result, &game).find("cut short"), std::string::npos);
+  ProblemStructure minimization;
+  minimization.variable_players = {Player::Min};
+  EXPECT_EQ(log::summary({}, &minimization).find("Over all y"), std::string::npos);
 }
 
 }  // namespace
