@@ -73,7 +73,7 @@ TEST_P(Doors, GiveTheSameAnswer) {
   list->SetStringValue("minmax_epigraph", epigraph ? "yes" : "no");
   list->SetStringValue("minmax_epigraph_at_kinks", at_kinks ? "yes" : "no");
   ASSERT_EQ(app->Initialize(""), Ipopt::Solve_Succeeded);
-  const Ipopt::SmartPtr<Ipopt::TNLP> tnlp = new ProblemTnlp(problem);
+  const Ipopt::SmartPtr<Ipopt::TNLP> tnlp = new GameTNLP(problem);
   static_cast<void>(app->OptimizeTNLP(tnlp));
   expect_same(app->LastResult(), "MinMaxApplication");
   EXPECT_EQ(app->LastWorstCases().size(), expected.worst_cases.size());
