@@ -324,6 +324,7 @@ class Problem {
     info["status_msg"] = message;
     info["interrupted"] = interrupted_;
     info["iterations"] = std::max(last_iteration_, 0);
+    info["history"] = history_array();
     return info;
   }
 
@@ -588,6 +589,7 @@ class Problem {
     last_ = at;
     last_.f = std::numeric_limits<double>::quiet_NaN();
     last_iteration_ = -1;
+    history_.clear();
     f_.known = g_.known = false;
     console_->is_terminal = log_on_terminal;
     ipminmax::SolverOptions options;
@@ -744,6 +746,8 @@ class Problem {
                           void* user_data) {
     Problem& p = of(user_data);
     if (mode == 0) p.save_iterate(iter, f);
+    if (iter == 0) p.history_.clear();  // of a search that begins anew the last part is kept
+    p.history_.insert(p.history_.end(), {static_cast<double>(iter), f, inf_pr, inf_du, mu});
     bool go_on = true;
     p.run([&] {
       if (PyErr_CheckSignals() != 0) {
@@ -757,6 +761,12 @@ class Problem {
       go_on = answer.is_none() || answer.cast<bool>();
     });
     return go_on && !p.interrupted_ ? 1 : 0;
+  }
+
+  [[nodiscard]] py::array_t<double> history_array() const {
+    constexpr py::ssize_t kColumns = 5;
+    return py::array_t<double>({static_cast<py::ssize_t>(history_.size()) / kColumns, kColumns},
+                               history_.data());
   }
 
   /// What a solve that is cut off returns.
@@ -783,6 +793,7 @@ class Problem {
   Ipopt::SmartPtr<PythonConsole> console_;
   Last f_, g_;
   std::exception_ptr error_;
+  std::vector<double> history_;  ///< rows of what the intermediate callback was told
   Iterate last_, saved_;  ///< the last iterate, and room for the next
   int last_iteration_ = -1;
   /// Reasons to stop, and whether the solver was left between two iterates for them.

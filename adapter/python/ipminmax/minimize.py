@@ -337,7 +337,7 @@ def _late(game: _Game, v0: Vector) -> Tuple[Vector, Dict[str, Any]]:
                 "status": _core.STATUS_OF_TIME_LIMIT, "status_name": "max wall time",
                 "status_msg": message, "interrupted": False,
                 "certificate": Certificate.nothing(message), "worst_case": None, "worst_cases": [],
-                "points": [], "statistics": {"iterations": 0}, "derivative_error": None}
+                "points": [], "history": np.zeros((0, 5)), "statistics": {"iterations": 0}, "derivative_error": None}
 
 
 def _checked(game: _Game, problem: Problem, v0: Vector, check: bool) -> Tuple[Vector, Dict[str, Any]]:

@@ -268,6 +268,7 @@ class Problem:
         points                      list of dicts of x, value, found, first_start, margin: certified
                                     points of a multistart (minmax_starts), the best first
         statistics                  dict of counts, seconds and errors
+        history                     iterations x 5: iteration, objective, inf_pr, inf_du, mu
         derivative_error            what is wrong with gradient or jacobian; None
         """
         return self._solve(x, lagrange, zl, zu, False)
