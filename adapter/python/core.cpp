@@ -28,6 +28,7 @@
 #include "adapter/application_options.hpp"
 #include "adapter/c_problem.hpp"
 #include "adapter/status.hpp"
+#include "core/answer.hpp"
 
 namespace py = pybind11;
 
@@ -342,6 +343,13 @@ class Problem {
       result.append(one);
     }
     return result;
+  }
+
+  /// Why the solve stopped, what the point is, what was looked at over y and over x.
+  [[nodiscard]] std::vector<std::string> statements() const {
+    if (cut_ || !problem_->answered) return {};
+    const auto found = ipminmax::statements(problem_->application->LastResult());
+    return {found.begin(), found.end()};
   }
 
   /// Certified points of a multistart, the best first.
@@ -794,7 +802,7 @@ class Problem {
   Last f_, g_;
   std::exception_ptr error_;
   std::vector<double> history_;  ///< rows of what the intermediate callback was told
-  Iterate last_, saved_;  ///< the last iterate, and room for the next
+  Iterate last_, saved_;         ///< the last iterate, and room for the next
   int last_iteration_ = -1;
   /// Reasons to stop, and whether the solver was left between two iterates for them.
   bool interrupted_ = false, timed_out_ = false, cut_ = false;
@@ -854,6 +862,7 @@ PYBIND11_MODULE(_core, module) {
       .def("limit_passed", &Problem::limit_passed)
       .def("worst_cases", &Problem::worst_cases)
       .def("points", &Problem::points)
+      .def("statements", &Problem::statements)
       .def("certificate", &Problem::certificate)
       .def("worst_case", &Problem::worst_case)
       .def("statistics", &Problem::statistics)
