@@ -23,7 +23,7 @@ struct Analysis {
 enum class FactorizationStatus : std::uint8_t {
   Failed,  ///< starts as failure; the backend broke down (vanishing pivot without pivoting, NaN)
   OutOfMemory,  ///< also after the retries with more memory
-  Singular,  ///< inertia.zero > 0: solves are not meaningful; not pivoted: nothing else is counted
+  Singular,     ///< factorized, but inertia.zero > 0: solves are not meaningful
   Ok
 };
 
