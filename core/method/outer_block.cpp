@@ -6,19 +6,9 @@
 #include "core/method/barrier.hpp"
 #include "core/method/outer_block.hpp"
 #include "core/method/parameters.hpp"
-#include "core/model/norms.hpp"
 #include "core/point/residual.hpp"
 
 namespace ipminmax {
-namespace {
-
-/// Corrections of a step for delta_lx, each of which leaves at most that share, down to that share
-/// of tol.
-constexpr int kShiftCorrections = 10;
-constexpr double kShiftContraction = 0.5;
-constexpr double kLeftOfConstraints = 1e-3;
-
-}  // namespace
 
 OuterBlock::OuterBlock(const MethodContext& context, const Point& first, OuterArrays& arrays)
     : inner(context, first, arrays.inner),
@@ -73,35 +63,6 @@ bool OuterBlock::find_step(const Point& point, double mu, Regularization& shift,
       return true;
     }
     if (!kkt_.increase_quality()) return false;
-  }
-}
-
-bool OuterBlock::solve(const Point& point, const Accuracy& accuracy) {
-  if (!kkt_.solve(factors, point.evaluation, rhs, step, accuracy)) return false;
-  if (!has_max() && factors.shift.lambda_x > 0.0) take_back_multiplier_shift(point);
-  return true;
-}
-
-/// J dv - delta_lx dlambda = -c leaves delta_lx dlambda of c after a full step, of linear
-/// constraints for good. Where dependent rows agree, steps with that on the right-hand side take it
-/// back, each with less of dlambda in the range of J.
-void OuterBlock::take_back_multiplier_shift(const Point& point) {
-  const double delta = factors.shift.lambda_x;
-  NewtonResidual left = rhs;
-  set_zero(left);
-  left.lambda = -delta * step.lambda;
-  const double most = options_.tol * kLeftOfConstraints;
-  double before = max_norm(left.lambda);
-  for (int k = 0; k < kShiftCorrections && before > most; ++k) {
-    if (!kkt_.solve(factors, point.evaluation, left, corrected)) return;
-    left.lambda = -delta * corrected.lambda;
-    const double now = max_norm(left.lambda);
-    if (!(now <= kShiftContraction * before)) return;  // rows that do not agree
-    before = now;
-    step.v += corrected.v;
-    step.lambda += corrected.lambda;
-    step.z_lower += corrected.z_lower;
-    step.z_upper += corrected.z_upper;
   }
 }
 

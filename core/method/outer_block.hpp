@@ -59,7 +59,9 @@ class OuterBlock {
   [[nodiscard]] bool find_step(const Point& point, double mu, Regularization& shift,
                                bool zero_fails);
   /// The Newton step with factors.
-  [[nodiscard]] bool solve(const Point& point, const Accuracy& accuracy = {});
+  [[nodiscard]] bool solve(const Point& point, const Accuracy& accuracy = {}) {
+    return kkt_.solve(factors, point.evaluation, rhs, step, accuracy);
+  }
   /// As far along step as bounds allow.
   [[nodiscard]] StepLength longest_step(const Point& point, double mu) const;
   /// Directional derivative of phi along step.
@@ -100,8 +102,6 @@ class OuterBlock {
   Eigen::VectorXd& corrected_c;  ///< right-hand side of second-order corrections
 
  private:
-  void take_back_multiplier_shift(const Point& point);
-
   CanonicalProblem& canonical_;
   KktSystem& kkt_;
   InertiaCorrection& correction_;

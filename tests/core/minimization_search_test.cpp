@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <span>
-#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -128,36 +127,6 @@ TEST(MinimizationSearch, AWatchdogThatCannotGoOnReturnsToWhereItBegan) {
   const Result result = solve(surface, options);
   EXPECT_EQ(result.status, Status::Solved) << result.message;
   EXPECT_LT(result.objective, 200.0);
-}
-
-TEST(MinimizationSearch, FullStepsEndOnLinearConstraintsThatDependOnEachOther) {
-  // Large multipliers, of which delta_c = 1e-8 mu^(1/4) left 1e-6 of the constraints after each step.
-  Model model;
-  std::vector<Expression> x;
-  for (int i = 0; i < 6; ++i) x.push_back(model.variable(kMin, "x" + std::to_string(i)));
-  Expression f = 0.0 * x[0];
-  for (int i = 0; i < 6; ++i) f = f + (10.0 + i) * exp(x[i] - 0.3 * i) + square(square(x[i]));
-  model.objective(1e3 * f);
-  for (int copy = 0; copy < 2; ++copy) {
-    for (int j = 0; j < 2; ++j) model.constraint(x[j] + x[j + 2] + x[j + 4], 6.0, 6.0);
-  }
-  AutodiffProblem problem(model, std::vector<double>(6, 0.0));
-  SolverOptions options;
-  options.nlp_scaling_method = Scaling::None;
-  bool full = false;
-  int steps = 0;
-  SolveObserver observer;
-  observer.on_iteration = [&](const IterationInfo& info) {
-    full = full || info.alpha_primal == 1.0;
-    if (full) {
-      ++steps;
-      EXPECT_LE(info.error.primal, 1e-10) << "iteration " << info.iteration;
-    }
-    return true;
-  };
-  const Result result = solve(problem, options, observer);
-  EXPECT_EQ(result.status, Status::Solved) << result.message;
-  EXPECT_GE(steps, 3);
 }
 
 TEST(MinimizationSearch, ALimitOfFactorizationsIsNamedOnlyWhereThereIsOne) {
