@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/global/robust_search.hpp"
 #include "core/model/norms.hpp"
 #include "core/search/outcome.hpp"
-#include "core/search/robust_search.hpp"
 
 // Copies of y on which x does not rest.
 namespace ipminmax {
@@ -28,7 +28,7 @@ bool RobustSearch::hold_idle(Solved& solved) {
   const Place kept = place_;
   std::vector<RobustCopies::WorstCase> own;
   for (const std::size_t k : idle) own.push_back(kept.worst_cases[k]);
-  const std::vector<SideScan> scans = scan(own);
+  const std::vector<SideScan> scans = scan(without_values(own));
   const bool violated = hold_or_move(idle, scans);
   Solved settled = solve_worst_cases();
   // A y that is held does not follow x into Y(x).
@@ -50,9 +50,9 @@ bool RobustSearch::hold_idle(Solved& solved) {
   }
   if (!better || !is_violated(scans)) return is_violated(scans);
   // The copies that went on from there may have left it.
-  std::vector<RobustCopies::WorstCase> found;
+  std::vector<KnownWorstCase> found;
   for (const SideScan& side : scans) {
-    if (!side.maxima.empty()) found.push_back({side.constraint, side.maxima[0].v});
+    if (!side.maxima.empty()) found.push_back({{side.constraint, side.maxima[0].v}});
   }
   return is_violated(scan(found));
 }

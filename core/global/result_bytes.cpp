@@ -1,4 +1,4 @@
-#include "core/search/result_bytes.hpp"
+#include "core/global/result_bytes.hpp"
 
 #include <cstdint>
 #include <cstring>
@@ -59,14 +59,16 @@ class Reader {
   std::span<const char> rest_;
 };
 
-template <class R>
-void walk_reasons(Writer& write, R& reasons) {
-  write(static_cast<std::uint64_t>(reasons.size()));
+/// The number of values whose members follow.
+template <class T>
+void walk_size(Writer& write, const std::vector<T>& values) {
+  write(static_cast<std::uint64_t>(values.size()));
 }
-void walk_reasons(Reader& read, std::vector<CertificateReason>& reasons) {
+template <class T>
+void walk_size(Reader& read, std::vector<T>& values) {
   std::uint64_t size = 0;
   read(size);
-  reasons.resize(size);
+  values.resize(size);
 }
 
 template <class Visit, class C>
@@ -88,7 +90,7 @@ void walk_certificate(Visit& visit, C& c) {
   visit(c.least_curvature);
   visit(c.least_curvature_variable);
   visit(c.answer);
-  walk_reasons(visit, c.reasons);
+  walk_size(visit, c.reasons);
   for (auto& reason : c.reasons) {
     visit(reason.kind);
     visit(reason.player);
@@ -131,6 +133,16 @@ void walk(Visit& visit, R& result) {
   visit(worst.unbounded);
   visit(worst.single_branch);
   visit(worst.stated_concave);
+  walk_size(visit, result.worst_cases);
+  for (auto& found : result.worst_cases) {
+    visit(found.constraint);
+    visit(found.v);
+    visit(found.value);
+    visit(found.multiplier);
+    visit(found.active);
+  }
+  visit(result.over_y);
+  visit(result.over_x);
 }
 
 }  // namespace
@@ -154,13 +166,13 @@ std::vector<char> to_bytes(const MultistartResult& result) {
   write(result.best_start);
   write(result.starts);
   write(result.interrupted);
-  write(static_cast<std::uint64_t>(result.points.size()));
+  walk_size(write, result.points);
   for (const DistinctPoint& point : result.points) {
     walk(write, point.result);
     write(point.first_start);
     write(point.found);
   }
-  write(static_cast<std::uint64_t>(result.statuses.size()));
+  walk_size(write, result.statuses);
   for (const auto& [status, count] : result.statuses) {
     write(status);
     write(count);
@@ -175,16 +187,13 @@ MultistartResult multistart_result_from(std::span<const char> bytes) {
   read(result.best_start);
   read(result.starts);
   read(result.interrupted);
-  std::uint64_t size = 0;
-  read(size);
-  result.points.resize(size);
+  walk_size(read, result.points);
   for (DistinctPoint& point : result.points) {
     walk(read, point.result);
     read(point.first_start);
     read(point.found);
   }
-  read(size);
-  result.statuses.resize(size);
+  walk_size(read, result.statuses);
   for (auto& [status, count] : result.statuses) {
     read(status);
     read(count);

@@ -23,7 +23,7 @@ class Ranks {
     Interrupted,  ///< to rank 0: by a limit or the observer
     Stop,         ///< from rank 0: end what runs
     Ended,        ///< to rank 0: all threads have
-    Answer,       ///< from rank 0
+    Final,        ///< from rank 0: the answer
     Beat          ///< alive
   };
   struct Message {

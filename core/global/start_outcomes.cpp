@@ -1,4 +1,4 @@
-#include "core/search/start_outcomes.hpp"
+#include "core/global/start_outcomes.hpp"
 
 #include "core/model/norms.hpp"
 #include "core/search/random_starts.hpp"

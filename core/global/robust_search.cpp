@@ -6,13 +6,12 @@
 #include <string>
 #include <utility>
 
+#include "core/global/robust_search.hpp"
 #include "core/model/model_start.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
-#include "core/multistart.hpp"
-#include "core/search/outcome.hpp"
+#include "core/search/one_start.hpp"
 #include "core/search/random_starts.hpp"
-#include "core/search/robust_search.hpp"
 
 namespace ipminmax {
 namespace {
@@ -70,58 +69,59 @@ std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& s
 
 }  // namespace
 
-RobustSearch::RobustSearch(RobustForm form, const SolverOptions& options, int starts,
-                           const SolveObserver& observer, TimeLimit& limit)
+RobustSearch::RobustSearch(RobustForm form, const SolverOptions& options, Index starts,
+                           Budget& budget, Index start)
     : model_(form.solved),
       asked_(form.asked),
       options_(options),
       starts_(starts),
-      observer_(observer),
-      limit_(limit),
+      budget_(budget),
+      start_(start),
+      observer_(budget.observer_of(start)),
       violation_(kNaN) {}
 
-RobustResult RobustSearch::run(std::vector<double> start) {
+Result RobustSearch::run(std::vector<double> start) {
   place_.moved = !start.empty();
   place_.v = std::move(start);
   if (!place_.moved) {
     auto own = model_start(model_);
     if (!own) {
-      answer_.result = solve(model_, options_, observer_);  // says what is wrong
-      cut(asked_.structure(), answer_.result);
+      answer_ =
+          solve_from_start(model_, options_, budget_, observer_, nullptr);  // says what is wrong
+      cut(asked_.structure().variable_players.size(), asked_.structure().constraint_players.size(),
+          answer_);
       return std::move(answer_);
     }
     place_.v = std::move(*own);
   }
   const Place first = place_;
   choose_copies();
-  if (solve_rounds() || starts_ == 0 || stopped_from_outside(answer_.result.status)) {
-    return finish();
-  }
+  if (solve_rounds() || starts_ == 0 || budget_.used_up()) return finish();
   return exchange_from(first);
 }
 
 /// One branch of y alone may leave x unbounded, or end: scenarios from the first place, then the
 /// worst cases at the x that they give.
-RobustResult RobustSearch::exchange_from(const Place& first) {
+Result RobustSearch::exchange_from(const Place& first) {
   place_ = {first.v, std::move(place_.worst_cases), first.moved, false};
   if (exchange()) static_cast<void>(solve_rounds());
   return finish();
 }
 
-RobustResult RobustSearch::run_from_maxima(std::vector<double> start) {
+Result RobustSearch::run_from_maxima(std::vector<double> start) {
   place_.moved = true;
   place_.v = std::move(start);
   const Place first = place_;
   choose_copies();
   std::vector<RobustCopies::WorstCase> own = std::move(place_.worst_cases);
-  release(scan(own));
+  release(scan(without_values(own)));
   for (const auto& one : own) {
     if (std::ranges::find(place_.worst_cases, one.constraint,
                           &RobustCopies::WorstCase::constraint) == place_.worst_cases.end()) {
       place_.worst_cases.push_back(one);
     }
   }
-  if (solve_rounds() || stopped_from_outside(answer_.result.status)) return finish();
+  if (solve_rounds() || budget_.used_up()) return finish();
   return exchange_from(first);
 }
 
@@ -130,6 +130,8 @@ RobustResult RobustSearch::run_from_maxima(std::vector<double> start) {
 bool RobustSearch::solve_rounds() {
   verified_ = false;
   for (Index round = 0;; ++round) {
+    violation_ = kNaN;  // of the next x nothing is known yet
+    work_.over_y.functions = 0;
     Solved solved = solve_worst_cases();
     const bool violates = may_hold_idle(solved.result) && hold_idle(solved);
     if (!is_success(solved.result.status)) {
@@ -140,14 +142,10 @@ bool RobustSearch::solve_rounds() {
     const auto& [copies, result] = solved;
     if (starts_ == 0) {
       report(*copies, result);
-      if (!violates) return true;
-      answer_.result.status = Status::NoLocalMinmaxFound;
-      answer_.result.message =
-          "a worst case over y that violates a robust constraint was found and not met; "
-          "minmax_worst_case_starts N looks for more of them";
-      return false;
+      answer_.over_y.better_known = violates;
+      return !violates;
     }
-    if (!look_further(*copies, result, round)) return is_success(answer_.result.status);
+    if (!look_further(*copies, result, round)) return verified_;
   }
 }
 
@@ -161,22 +159,30 @@ RobustSearch::Solved RobustSearch::solve_worst_cases() {
 
 /// Checks a success over all of y. Whether another solve is to follow.
 bool RobustSearch::look_further(const RobustCopies& copies, const Result& result, Index round) {
-  const std::vector<SideScan> scans = scan(place_.worst_cases);
+  std::vector<KnownWorstCase> known;
+  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
+    const auto row = at(copies.row(k));
+    known.push_back(
+        {place_.worst_cases[k], row < result.constraints.size() ? result.constraints[row] : kNaN});
+  }
+  const std::vector<SideScan> scans = scan(known);
   const std::vector<RobustCopies::WorstCase> solved = place_.worst_cases;
   if (add_violated(scans, options_.minmax_worst_case_tol, false)) {
-    if (round < kMostRounds) return true;
+    if (round < kMostRounds && !budget_.used_up()) return true;
     if (verified_) return false;
     place_.worst_cases = solved;
     report(copies, result);
-    answer_.result.status = Status::NoLocalMinmaxFound;
-    answer_.result.message =
-        "worst cases over y that violate a robust constraint were found in every round";
+    answer_.over_y.better_known = true;
+    return false;
+  }
+  if (budget_.interrupted() || !std::ranges::all_of(scans, &SideScan::settled)) {
+    if (!verified_) report(copies, result);
     return false;
   }
   const bool first = !std::exchange(verified_, true);
-  if (first || better(result, answer_.result)) report(copies, result);
+  if (first || better(result, answer_)) report(copies, result);
   // Checked over all of y, worst cases far from active only blur the certificate.
-  return first && drop_inactive(copies, result);
+  return first && !budget_.used_up() && drop_inactive(copies, result);
 }
 
 void RobustSearch::choose_copies() {
@@ -209,17 +215,16 @@ Result RobustSearch::solve_once(RobustCopies& copies) {
       return observer_.on_iteration(seen);
     };
   }
-  const auto solve_with = [&](SolverOptions own) {
-    limit_.pass_on(own);
-    ++answer_.solves;
-    Result result = solve(copies, own, observer);
+  const auto solve_with = [&](const SolverOptions& own) {
+    ++work_.over_y.solves;
+    Result result = solve_from_start(copies, own, budget_, observer, nullptr);
     add_work(result, work_);
     return result;
   };
   for (const double mu : {kMuNear, kMuNearer}) {
     if (!place_.near) break;
     Result result = solve_with(near(options, mu));
-    if (is_success(result.status) || stopped_from_outside(result.status)) return result;
+    if (is_success(result.status) || budget_.used_up()) return result;
   }
   return solve_with(options);
 }
@@ -283,12 +288,18 @@ bool RobustSearch::drop_inactive(const RobustCopies& copies, const Result& resul
   return fewer;
 }
 
-/// At the x of place_.v; maximizations begin at the given worst cases, too.
-std::vector<SideScan> RobustSearch::scan(const std::vector<RobustCopies::WorstCase>& given) {
-  SolverOptions options = options_;
-  limit_.pass_on(options);
+std::vector<KnownWorstCase> RobustSearch::without_values(
+    const std::vector<RobustCopies::WorstCase>& worst_cases) {
+  std::vector<KnownWorstCase> known;
+  for (const auto& worst_case : worst_cases) known.push_back({worst_case});
+  return known;
+}
+
+/// At the x of place_.v; maximizations begin at the known worst cases, too.
+std::vector<SideScan> RobustSearch::scan(const std::vector<KnownWorstCase>& known) {
   std::vector<SideScan> scans =
-      scan_worst_cases(model_, place_.v, options, starts_, given, answer_.maximizations, work_);
+      scan_robust_constraints(model_, place_.v, starts_, known,
+                              {options_, budget_, start_, asked_.structure(), work_, work_.over_y});
   violation_ = 0.0;
   for (const SideScan& side : scans) {
     if (!side.maxima.empty()) violation_ = std::max(violation_, side.values[0] - side.bound);

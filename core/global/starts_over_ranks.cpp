@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include "core/global/ranks.hpp"
+#include "core/global/result_bytes.hpp"
+#include "core/global/starts.hpp"
 #include "core/multistart.hpp"
-#include "core/search/multistart_run.hpp"
 #include "core/search/random_starts.hpp"
-#include "core/search/ranks.hpp"
-#include "core/search/result_bytes.hpp"
 
 namespace ipminmax {
 namespace {
@@ -24,7 +24,7 @@ constexpr const char* kStopped =
     "stopped by the launcher, because a rank has died or it was interrupted; best of the "
     "starts made so far";
 
-/// What Kind::Answer says in place of a start.
+/// What Kind::Final says in place of a start.
 enum AnswerIs : Index { kResult = 0, kException = 1, kRankDead = 2 };
 /// Seconds that the others get to end what they do when all is interrupted.
 constexpr double kTimeToEnd = 3.0;
@@ -44,7 +44,7 @@ std::string what_of(const std::exception_ptr& exception) {
 }  // namespace
 
 /// What rank 0 knows of the other ranks.
-struct Multistart::Others {
+struct Starts::Others {
   struct Rank {
     Index ready = 0;         ///< threads that wait for a start
     std::set<Index> starts;  ///< being made
@@ -55,7 +55,7 @@ struct Multistart::Others {
   bool stop_sent = false;
 };
 
-MultistartResult Multistart::run(Ranks& ranks) {
+Answer Starts::run(Ranks& ranks) {
   is_first_rank_ = ranks.rank() == 0;
   return is_first_rank_ ? run_as_first(ranks) : run_as_other(ranks);
 }
@@ -63,8 +63,8 @@ MultistartResult Multistart::run(Ranks& ranks) {
 // --- Rank 0 --------------------------------------------------------------------------------------
 
 /// This thread exchanges messages, others search.
-MultistartResult Multistart::run_as_first(Ranks& ranks) {
-  MultistartResult answer;
+Answer Starts::run_as_first(Ranks& ranks) {
+  Answer answer;
   std::exception_ptr failure;
   std::atomic<bool> done = false;
   others_ended_ = ranks.size() == 1;
@@ -92,8 +92,8 @@ MultistartResult Multistart::run_as_first(Ranks& ranks) {
 
 /// Where the launcher ends all, the others wait for the end of this process: the end of theirs
 /// would hasten it.
-void Multistart::send_answer(Ranks& ranks, const Others& others, const MultistartResult& answer,
-                             const std::exception_ptr& failure) {
+void Starts::send_answer(Ranks& ranks, const Others& others, const Answer& answer,
+                         const std::exception_ptr& failure) {
   if (ranks.stop_requested()) return;
   const std::vector<char> bytes = failure ? text_bytes(what_of(failure)) : to_bytes(answer);
   Index is = failure ? kException : kResult;
@@ -103,11 +103,11 @@ void Multistart::send_answer(Ranks& ranks, const Others& others, const Multistar
     is |= kRankDead;
   }
   for (int rank = 1; rank < ranks.size(); ++rank) {
-    ranks.send(rank, Ranks::Kind::Answer, is, bytes);
+    ranks.send(rank, Ranks::Kind::Final, is, bytes);
   }
 }
 
-void Multistart::take_messages(Ranks& ranks, Others& others) {
+void Starts::take_messages(Ranks& ranks, Others& others) {
   while (auto message = ranks.receive()) {
     Others::Rank& rank = others.ranks[static_cast<std::size_t>(message->rank)];
     rank.dead = false;  // it was only slow
@@ -126,11 +126,9 @@ void Multistart::take_messages(Ranks& ranks, Others& others) {
         note_exception(message->start, std::make_exception_ptr(std::runtime_error(std::string(
                                            message->bytes.begin(), message->bytes.end()))));
         break;
-      case Ranks::Kind::Interrupted: {
-        const std::lock_guard lock(mutex_);
-        interrupt(static_cast<Status>(message->start));
+      case Ranks::Kind::Interrupted:
+        budget_.stop(static_cast<Status>(message->start));
         break;
-      }
       case Ranks::Kind::Ended:
         rank.ended = true;
         rank.ready = 0;
@@ -143,7 +141,7 @@ void Multistart::take_messages(Ranks& ranks, Others& others) {
 }
 
 /// Starts that a rank will not make.
-void Multistart::give_back(std::set<Index>& starts) {
+void Starts::give_back(std::set<Index>& starts) {
   const std::lock_guard lock(mutex_);
   for (const Index start : starts) {
     if (!recorded_.contains(start)) queue_.put(start, start);
@@ -151,7 +149,9 @@ void Multistart::give_back(std::set<Index>& starts) {
   starts.clear();
 }
 
-void Multistart::hand_out(Ranks& ranks, Others& others) {
+void Starts::hand_out(Ranks& ranks, Others& others) {
+  // Factorizations are counted where they are made: only here with a limit of them.
+  if (budget_.factorizations_left()) return;
   for (int r = 1; r < ranks.size(); ++r) {
     Others::Rank& rank = others.ranks[static_cast<std::size_t>(r)];
     while (rank.ready > 0 && !rank.dead) {
@@ -165,31 +165,31 @@ void Multistart::hand_out(Ranks& ranks, Others& others) {
 }
 
 /// Dead ranks, limits, and what the launcher wants.
-void Multistart::look_after(Ranks& ranks, Others& others) {
+void Starts::look_after(Ranks& ranks, Others& others) {
   ranks.beat();
   for (int r = 1; r < ranks.size(); ++r) {
     Others::Rank& rank = others.ranks[static_cast<std::size_t>(r)];
     if (rank.dead || !(ranks.gone(r) || ranks.silence(r) > kDeadAfter)) continue;
     rank.dead = true;
     give_back(rank.starts);
-    const std::lock_guard lock(mutex_);
-    if (observer_.message) {
-      observer_.message(0, "rank " + std::to_string(r) +
-                               " does not answer any more; its starts are made by others");
-    }
+    budget_.say(0, "rank " + std::to_string(r) +
+                       " does not answer any more; its starts are made by others");
   }
   if (ranks.stop_requested()) {
     const std::lock_guard lock(mutex_);
-    if (interrupted_by_.empty()) {
-      interrupted_by_ = kStopped;
-      interrupt(Status::UserStop);
-    }
+    interrupted_by_ = kStopped;
+    budget_.stop(Status::UserStop);
+    queue_.close();
     others_ended_ = true;
   }
   bool stop = false;
   {
     const std::lock_guard lock(mutex_);
-    stop = interrupted_.has_value() || exception_ != nullptr;
+    stop = exception_ != nullptr;
+  }
+  if (budget_.interrupted()) {
+    stop = true;
+    queue_.close();
   }
   if (stop && !std::exchange(others.stop_sent, true)) {
     for (int r = 1; r < ranks.size(); ++r) ranks.send(r, Ranks::Kind::Stop);
@@ -200,7 +200,7 @@ void Multistart::look_after(Ranks& ranks, Others& others) {
 }
 
 /// When all was interrupted, what the others have so far still counts.
-void Multistart::wait_for_others() {
+void Starts::wait_for_others() {
   const Stopwatch waited;
   for (;;) {
     {
@@ -217,8 +217,8 @@ void Multistart::wait_for_others() {
 namespace {
 
 /// Of another rank when the launcher ends all.
-MultistartResult stopped() {
-  MultistartResult answer;
+Answer stopped() {
+  Answer answer;
   answer.interrupted = answer.best.status = Status::UserStop;
   answer.best.message = kStopped;
   return answer;
@@ -226,16 +226,8 @@ MultistartResult stopped() {
 
 }  // namespace
 
-void Multistart::read_model_start() {
-  model_start_ = starting_values(*workers_.front().model);
-  // Where the model has none, start 0 fails and there is no other.
-  if (model_start_.empty()) {
-    model_start_.resize(workers_.front().model->structure().variable_players.size());
-  }
-}
-
 /// This thread exchanges messages, others search.
-MultistartResult Multistart::run_as_other(Ranks& ranks) {
+Answer Starts::run_as_other(Ranks& ranks) {
   prepare();
   read_model_start();
   std::atomic<std::size_t> running = 0;
@@ -249,10 +241,10 @@ MultistartResult Multistart::run_as_other(Ranks& ranks) {
     ranks.send(0, Ranks::Kind::Ready);
   }
   const auto stop = [this] {
-    end_ = -1;
+    budget_.end_after(-1);
     queue_.close();
   };
-  bool end_told = false, failure_told = false;
+  bool end_told = false, failure_told = false, interruption_told = false;
   for (;;) {
     ranks.beat();
     std::vector<Ranks::Message> results;
@@ -260,8 +252,12 @@ MultistartResult Multistart::run_as_other(Ranks& ranks) {
       const std::lock_guard lock(mutex_);
       results.swap(outbox_);
       if (exception_ && !std::exchange(failure_told, true)) {
-        results.push_back({0, Ranks::Kind::Failure, end_, text_bytes(what_of(exception_))});
+        results.push_back({0, Ranks::Kind::Failure, thrown_by_, text_bytes(what_of(exception_))});
       }
+    }
+    if (const auto why = budget_.interrupted(); why && !std::exchange(interruption_told, true)) {
+      queue_.close();
+      results.push_back({0, Ranks::Kind::Interrupted, static_cast<Index>(*why), {}});
     }
     const bool ended = running == 0;  // before what it left is sent
     for (const Ranks::Message& result : results) {
@@ -275,7 +271,7 @@ MultistartResult Multistart::run_as_other(Ranks& ranks) {
         queue_.put(message->start, message->start);
       } else if (message->kind == Ranks::Kind::Stop) {
         stop();
-      } else if (message->kind == Ranks::Kind::Answer) {
+      } else if (message->kind == Ranks::Kind::Final) {
         stop();
         if ((message->start & kRankDead) != 0) ranks.forget(0);  // it does not wait for us either
         if ((message->start & kException) != 0) {
@@ -293,26 +289,6 @@ MultistartResult Multistart::run_as_other(Ranks& ranks) {
     }
     ranks.pause();
   }
-}
-
-StartsRank join_ranks_for_starts() {
-  const auto [rank, size] = Ranks::join();
-  return {rank, size};
-}
-
-MultistartResult multistart_over_ranks(const ProblemFactory& make_problem, int threads,
-                                       const SolverOptions& options,
-                                       const MultistartObserver& observer,
-                                       const std::vector<std::vector<double>>& given) {
-  Ranks ranks;
-  std::vector<std::unique_ptr<Problem>> owned;
-  std::vector<Problem*> models;
-  for (int t = 0; t < std::max(threads, 1); ++t) {
-    owned.push_back(make_problem());
-    if (!owned.back()) throw std::invalid_argument("the factory of a multistart made no problem");
-    models.push_back(owned.back().get());
-  }
-  return Multistart(models, options, observer, given).run(ranks);
 }
 
 }  // namespace ipminmax

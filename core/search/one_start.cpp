@@ -7,15 +7,12 @@
 
 #include "core/model/finite_difference_hessian.hpp"
 #include "core/model/structure_check.hpp"
-#include "core/model/timer.hpp"
-#include "core/robust.hpp"
 #include "core/search/diagnosis.hpp"
+#include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/search/restart.hpp"
-#include "core/search/search_structure.hpp"
 #include "core/search/solve.hpp"
-#include "core/solver.hpp"
 
 namespace ipminmax {
 namespace {
@@ -27,6 +24,11 @@ namespace {
   static_cast<void>(Eigen::l1CacheSize());
   return true;
 }();
+
+void set_seconds(const Stopwatch& stopwatch, Result& result) {
+  result.seconds = result.timing.total = stopwatch.wall();
+  result.cpu_seconds = stopwatch.cpu();
+}
 
 /// Whether variables with equal bounds are taken out and may be kept instead.
 bool may_keep_fixed_variables(const ProblemStructure& s, const SolverOptions& options) {
@@ -42,16 +44,16 @@ bool may_keep_fixed_variables(const ProblemStructure& s, const SolverOptions& op
 
 /// Where too few degrees of freedom are left without the fixed variables, their bounds are moved
 /// apart, as in Ipopt.
-Result solve_as_given(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
-                      KeptWork* kept) {
-  Result refused = Solve(problem, options, observer, Purpose::Solution, kept).run();
+Result solve_as_given(Problem& problem, const SolverOptions& options, Budget& budget,
+                      const SolveObserver& observer, KeptWork* kept) {
+  Result refused = Solve(problem, options, budget, observer, kept).run();
   if (refused.status != Status::TooFewDegreesOfFreedom ||
       !may_keep_fixed_variables(problem.structure(), options)) {
     return refused;
   }
   SolverOptions relaxed = options;
   relaxed.fixed_variable_treatment = FixedVariableTreatment::RelaxBounds;
-  Result result = Solve(problem, relaxed, observer, Purpose::Solution, kept).run();
+  Result result = Solve(problem, relaxed, budget, observer, kept).run();
   if (result.status == Status::TooFewDegreesOfFreedom) return refused;
   result.fixed_variables_relaxed = true;
   if (observer.message) {
@@ -65,72 +67,54 @@ Result solve_as_given(Problem& problem, const SolverOptions& options, const Solv
 
 /// With second derivatives from differences. Where the pattern turns out to have missed entries at
 /// the end of a solve, it grows and the solve starts anew.
-Result solve_with_differences(Problem& problem, const SolverOptions& options,
+Result solve_with_differences(Problem& problem, const SolverOptions& options, Budget& budget,
                               const SolveObserver& observer, KeptWork* kept) {
   constexpr int kRestarts = 5;
-  const TimeLimit limit(options);
+  const Stopwatch stopwatch;
   const auto say = [&](const std::string& text) {
     if (observer.message) observer.message(text);
   };
   Result result;
-  try {
-    FiniteDifferenceHessian model(
-        problem, options, kept && kept->hessian_pattern ? &*kept->hessian_pattern : nullptr);
-    SolverOptions limits = options;
-    for (int restarts = 0;; ++restarts) {
-      say("Second derivatives from finite differences: " +
-          std::to_string(model.structure().hessian.size()) + " entries by " +
-          std::to_string(model.groups()) + " groups of variables.");
-      limit.pass_on(limits);
-      result = solve_as_given(model, limits, observer, kept);
-      if (restarts == kRestarts || stopped_from_outside(result.status)) break;
-      // The certificate has looked at points that it tested; elsewhere a wrong Hessian may be why
-      // the solve failed.
-      if (result.certificate.second_order == SecondOrder::NotTested && !result.v.empty()) {
-        std::vector<double> unused(result.v.size());
-        static_cast<void>(model.hessian_errors(result.v, 1.0, result.lambda, unused));
-      }
-      if (!model.widen()) break;
-      say("The Hessian has entries that its structure misses: starting anew with more.");
+  FiniteDifferenceHessian model(problem, options,
+                                kept && kept->hessian_pattern ? &*kept->hessian_pattern : nullptr);
+  for (int restarts = 0;; ++restarts) {
+    say("Second derivatives from finite differences: " +
+        std::to_string(model.structure().hessian.size()) + " entries by " +
+        std::to_string(model.groups()) + " groups of variables.");
+    result = solve_as_given(model, options, budget, observer, kept);
+    if (restarts == kRestarts || stopped_from_outside(result.status)) break;
+    // The certificate has looked at points that it tested; elsewhere a wrong Hessian may be why
+    // the solve failed.
+    if (result.certificate.second_order == SecondOrder::NotTested && !result.v.empty()) {
+      std::vector<double> unused(result.v.size());
+      static_cast<void>(model.hessian_errors(result.v, 1.0, result.lambda, unused));
     }
-    result.counts.gradient += model.gradients();
-    result.counts.jacobian += model.jacobians();
-  } catch (const std::bad_alloc&) {
-    result = {};
-    result.status = Status::OutOfMemory;
-    result.message = "out of memory";
+    if (!model.widen()) break;
+    say("The Hessian has entries that its structure misses: starting anew with more.");
   }
-  result.seconds = result.timing.total = limit.stopwatch().wall();
-  result.cpu_seconds = limit.stopwatch().cpu();
+  result.counts.gradient += model.gradients();
+  result.counts.jacobian += model.jacobians();
+  set_seconds(stopwatch, result);
   return result;
 }
 
-Result without_memory() {
-  Result result;
-  result.status = Status::OutOfMemory;
-  result.message = "out of memory";
-  return result;
-}
-
-Result solve_once(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
-                  KeptWork* kept) {
+Result solve_once(Problem& problem, const SolverOptions& options, Budget& budget,
+                  const SolveObserver& observer, KeptWork* kept) {
   const bool has_hessian = problem.structure().has_hessian;
   const auto approximation = options.hessian_approximation;
   if (check(options).empty()) {
     if (approximation == HessianApproximation::Exact && !has_hessian) {
-      Result result;
-      result.status = Status::InvalidOption;
-      result.message =
+      return without_point(
+          Status::InvalidOption,
           "hessian_approximation = exact needs second derivatives, and the model has none; "
-          "finite-difference-values takes differences of first derivatives";
-      return result;
+          "finite-difference-values takes differences of first derivatives");
     }
     if (approximation == HessianApproximation::FiniteDifferenceValues ||
         approximation == HessianApproximation::LimitedMemory || !has_hessian) {
-      return solve_with_differences(problem, options, observer, kept);
+      return solve_with_differences(problem, options, budget, observer, kept);
     }
   }
-  return solve_as_given(problem, options, observer, kept);
+  return solve_as_given(problem, options, budget, observer, kept);
 }
 
 /// A function was evaluated, in vain: the numbers of the start itself are in order.
@@ -142,27 +126,25 @@ bool start_is_undefined(const Result& result) {
 }
 
 /// Where a game is not defined at its own starting point: from the first of other ones where it is.
-Result solve_elsewhere(Problem& problem, const SolverOptions& options,
+Result solve_elsewhere(Problem& problem, const SolverOptions& options, Budget& budget,
                        const SolveObserver& observer, KeptWork* kept, Result undefined) {
   if (!makes_new_starts(options) || !has_max_variables(problem.structure())) return undefined;
-  const TimeLimit limit(options);
+  const Stopwatch stopwatch;
   const std::vector<double> own = starting_values(problem);
   SolverOptions cold = options;
   cold.warm_start_init_point = false;
   for (Index start = 1; !own.empty() && start <= options.minmax_max_restarts; ++start) {
     const std::string which = "new start " + std::to_string(start);
     if (observer.message) observer.message(undefined.message + "; " + which);
-    limit.pass_on(cold);
     Restarted restarted(problem, random_start(problem.structure(), own, start, options));
-    Result result = solve_once(restarted, cold, observer, kept);
+    Result result = solve_once(restarted, cold, budget, observer, kept);
     const bool defined = !start_is_undefined(result);
     if (defined && !is_success(result.status)) {
       result.message += " (from " + which + ": " + undefined.message + ")";
     }
     Result& all = defined ? result : undefined;
     add_work(defined ? undefined : result, all);
-    all.seconds = all.timing.total = limit.stopwatch().wall();
-    all.cpu_seconds = limit.stopwatch().cpu();
+    set_seconds(stopwatch, all);
     if (defined || stopped_from_outside(result.status)) return all;
   }
   if (!own.empty()) {
@@ -172,62 +154,31 @@ Result solve_elsewhere(Problem& problem, const SolverOptions& options,
   return undefined;
 }
 
-/// minmax_epigraph and minmax_epigraph_at_kinks make other problems of the model.
-Result solve_over_branches(Problem& problem, const SolverOptions& options,
-                           const SolveObserver& observer) {
-  SolverOptions from_one_start = options;
-  from_one_start.minmax_starts = std::min(options.minmax_starts, 1);  // 0 is refused
-  return solve_robust(problem, from_one_start, observer).result;
+}  // namespace
+
+Result without_point(Status status, std::string message) {
+  Result result;
+  result.status = status;
+  result.message = std::move(message);
+  return result;
 }
 
-/// Also where the solver itself, or its answer, found no memory.
-Result solve_keeping(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
-                     KeptWork* kept) {
+/// Also where the solver itself, or its answer, finds no memory.
+Result solve_from_start(Problem& problem, const SolverOptions& options, Budget& budget,
+                        const SolveObserver& observer, KeptWork* kept) {
   try {
-    if (options.minmax_epigraph || options.minmax_epigraph_at_kinks) {
-      return solve_over_branches(problem, options, observer);
-    }
-    Result result = solve_once(problem, options, observer, kept);
+    Result result = solve_once(problem, options, budget, observer, kept);
     if (start_is_undefined(result)) {
-      result = solve_elsewhere(problem, options, observer, kept, std::move(result));
+      result = solve_elsewhere(problem, options, budget, observer, kept, std::move(result));
     }
     diagnose_failure(problem, options, result);
     return result;
   } catch (const std::bad_alloc&) {
     if (kept) *kept = {};
-    return without_memory();
+    budget.stop(Status::OutOfMemory);
+    return without_point(Status::OutOfMemory, "out of memory");
   }
 }
-
-}  // namespace
-
-Result solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
-  return solve_keeping(problem, options, observer, nullptr);
-}
-
-RepeatedSolver::RepeatedSolver() = default;
-RepeatedSolver::~RepeatedSolver() = default;
-RepeatedSolver::RepeatedSolver(RepeatedSolver&&) noexcept = default;
-RepeatedSolver& RepeatedSolver::operator=(RepeatedSolver&&) noexcept = default;
-
-Result RepeatedSolver::solve(Problem& problem, const SolverOptions& options,
-                             const SolveObserver& observer) {
-  // Taken out, so that an exception of the model leaves nothing half made.
-  std::unique_ptr<KeptWork> kept = std::move(kept_);
-  if (!kept) kept = std::make_unique<KeptWork>();
-  Result result = solve_keeping(problem, options, observer, kept.get());
-  if (result.status != Status::OutOfMemory) kept_ = std::move(kept);
-  return result;
-}
-
-void RepeatedSolver::solve(Problem& problem, const SolverOptions& options,
-                           const SolveObserver& observer, Result& result) {
-  if (!kept_) kept_ = std::make_unique<KeptWork>();
-  kept_->arrays.result.take_from(result);
-  result = solve(problem, options, observer);
-}
-
-void RepeatedSolver::reset() { kept_.reset(); }
 
 SearchStructure::SearchStructure() : kept_(std::make_unique<KeptWork>()) {
   kept_->structure_only = true;
@@ -249,23 +200,14 @@ Counts SearchStructure::detect(Problem& problem, const SolverOptions& options) {
   return counts;
 }
 
-Result SearchStructure::solve(Problem& problem, const SolverOptions& options,
+Result SearchStructure::solve(Problem& problem, const SolverOptions& options, Budget& budget,
                               const SolveObserver& observer) {
   try {
-    return solve_keeping(problem, options, observer, kept_.get());
+    return solve_from_start(problem, options, budget, observer, kept_.get());
   } catch (...) {  // the solvers may be in any state
     kept_->analysis.reset();
     throw;
   }
-}
-
-Result solve_nested(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
-  return Solve(problem, options, observer, Purpose::Restoration, nullptr).run();
-}
-
-Result solve(Problem& problem, const SolverOptions& options,
-             const IterationCallback& on_iteration) {
-  return solve(problem, options, SolveObserver{.on_iteration = on_iteration, .message = {}});
 }
 
 }  // namespace ipminmax

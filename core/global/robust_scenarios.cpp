@@ -3,8 +3,8 @@
 #include <limits>
 #include <utility>
 
+#include "core/global/robust_search.hpp"
 #include "core/multistart.hpp"
-#include "core/search/robust_search.hpp"
 
 // Scenarios: y that are held, added where they violate a robust constraint, until x stands up to
 // them all.
@@ -31,6 +31,7 @@ bool RobustSearch::exchange() {
   take_scenarios();
   for (Index round = 0; round < kMostRounds; ++round) {
     Solved solved = solve_worst_cases();
+    if (budget_.used_up()) return false;
     if (!is_success(solved.result.status) && may_hold_idle(solved.result)) {
       static_cast<void>(hold_idle(solved));
     }
@@ -38,7 +39,8 @@ bool RobustSearch::exchange() {
     if (!is_success(result.status)) return false;
     keep_point(*copies, result);
     const std::vector<RobustCopies::WorstCase> active = active_scenarios(*copies, result);
-    const std::vector<SideScan> scans = scan(active);
+    const std::vector<SideScan> scans = scan(without_values(active));
+    if (budget_.used_up()) return false;
     if (!add_violated(scans, kScenarioTol, true)) {
       release(scans);
       add_missed(active, scans);
@@ -68,7 +70,7 @@ std::vector<RobustCopies::WorstCase> RobustSearch::active_scenarios(const Robust
 /// anywhere.
 void RobustSearch::take_scenarios() {
   const ProblemStructure& s = model_.structure();
-  const std::vector<SideScan> scans = scan(place_.worst_cases);
+  const std::vector<SideScan> scans = scan(without_values(place_.worst_cases));
   place_.worst_cases.clear();
   for (const SideScan& side : scans) {
     const RobustScope scope = robust_scope(s, side.constraint);

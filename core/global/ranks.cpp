@@ -1,4 +1,4 @@
-#include "core/search/ranks.hpp"
+#include "core/global/ranks.hpp"
 
 #include <algorithm>
 #include <cstring>

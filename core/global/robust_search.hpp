@@ -1,12 +1,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "core/global/over_y.hpp"
+#include "core/model/budget.hpp"
 #include "core/model/robust_copies.hpp"
-#include "core/model/timer.hpp"
-#include "core/robust.hpp"
-#include "core/search/worst_case_scan.hpp"
 
 namespace ipminmax {
 
@@ -17,22 +17,19 @@ struct RobustForm {
   Problem& asked;
 };
 
-/// Cuts what the solved form has behind the asked model's variables and constraints.
-void cut(const ProblemStructure& asked, Result& result);
-
 /// The search for worst cases around a list of solves, from one start of x.
 class RobustSearch {
  public:
   /// starts: maximizations over y per side of a robust constraint; 0: worst cases are not looked
-  /// for.
-  RobustSearch(RobustForm form, const SolverOptions& options, int starts,
-               const SolveObserver& observer, TimeLimit& limit);
+  /// for. Told in the name of start `start` of x.
+  RobustSearch(RobustForm form, const SolverOptions& options, Index starts, Budget& budget,
+               Index start);
 
   /// start: n values of the solved form; empty: the model's. The y of the start is the first worst
   /// case.
-  [[nodiscard]] RobustResult run(std::vector<double> start);
+  [[nodiscard]] Result run(std::vector<double> start);
   /// Begins with the maxima over y at the x of start.
-  [[nodiscard]] RobustResult run_from_maxima(std::vector<double> start);
+  [[nodiscard]] Result run_from_maxima(std::vector<double> start);
 
  private:
   /// Where the next solve begins.
@@ -47,7 +44,7 @@ class RobustSearch {
     std::unique_ptr<RobustCopies> copies;
     Result result;
   };
-  [[nodiscard]] RobustResult exchange_from(const Place& first);
+  [[nodiscard]] Result exchange_from(const Place& first);
   void choose_copies();
   [[nodiscard]] bool solve_rounds();
   [[nodiscard]] Solved solve_worst_cases();
@@ -56,7 +53,9 @@ class RobustSearch {
   [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
   [[nodiscard]] bool add_violated(const std::vector<SideScan>& scans, double tolerance, bool held);
   [[nodiscard]] bool drop_inactive(const RobustCopies& copies, const Result& result);
-  [[nodiscard]] std::vector<SideScan> scan(const std::vector<RobustCopies::WorstCase>& given);
+  [[nodiscard]] std::vector<SideScan> scan(const std::vector<KnownWorstCase>& known);
+  [[nodiscard]] static std::vector<KnownWorstCase> without_values(
+      const std::vector<RobustCopies::WorstCase>& worst_cases);
 
   // Copies on which x does not rest; robust_idle.cpp.
   [[nodiscard]] bool may_hold_idle(const Result& result) const;
@@ -80,22 +79,25 @@ class RobustSearch {
 
   // The answer; robust_answer.cpp.
   void report(const RobustCopies& copies, const Result& result);
+  [[nodiscard]] std::optional<std::size_t> highest_branch(const RobustCopies& copies,
+                                                          const Result& result) const;
   [[nodiscard]] Result in_asked_shape(const RobustCopies& copies, const Result& result) const;
   [[nodiscard]] std::vector<RobustWorstCase> list_worst_cases(const RobustCopies& copies,
                                                               const Result& result) const;
-  [[nodiscard]] RobustResult finish();
+  [[nodiscard]] Result finish();
 
   Problem& model_;  ///< in the form that is solved
   Problem& asked_;
   const SolverOptions& options_;
-  int starts_;
-  const SolveObserver& observer_;
-  TimeLimit& limit_;
+  Index starts_;
+  Budget& budget_;
+  Index start_;
+  SolveObserver observer_;
   Place place_;
   std::vector<bool> reads_y_;
   bool verified_ = false;  ///< the answer was checked over all of y
   double violation_;       ///< largest of the last scan; NaN: none was made
-  RobustResult answer_;
+  Result answer_;
   Result work_;  ///< of all solves and maximizations
 };
 
