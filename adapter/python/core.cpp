@@ -327,6 +327,12 @@ class Problem {
     return info;
   }
 
+  /// Why the solve stopped, what the point is, what was looked at over all of y and over x.
+  [[nodiscard]] py::tuple statements() const {
+    return py::make_tuple(IpminmaxStatement(problem_, 0), IpminmaxStatement(problem_, 1),
+                          IpminmaxStatement(problem_, 2), IpminmaxStatement(problem_, 3));
+  }
+
   /// Worst cases of the robust constraints, and of f (constraint m) with minmax_epigraph.
   [[nodiscard]] py::list worst_cases() const {
     py::list result;
@@ -841,6 +847,7 @@ PYBIND11_MODULE(_core, module) {
       .def("open_output_file", &Problem::open_output_file)
       .def("solve", &Problem::solve)
       .def("limit_passed", &Problem::limit_passed)
+      .def("statements", &Problem::statements)
       .def("worst_cases", &Problem::worst_cases)
       .def("points", &Problem::points)
       .def("certificate", &Problem::certificate)

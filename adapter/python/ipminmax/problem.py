@@ -263,6 +263,8 @@ class Problem:
         worst_case                  dict of starts, maxima, competing, higher, unbounded,
                                     single_branch, stated_concave, value, x with the worst y; None
                                     where nobody looked (minmax_worst_case_starts, minmax_starts)
+        statements                  four sentences: why the solve stopped, what the point is, what was
+                                    looked at over all of y, what over x
         worst_cases                 list of dicts of constraint (m: the objective), value, multiplier,
                                     active, x with that y: of robust constraints and minmax_epigraph
         points                      list of dicts of x, value, found, first_start, margin: certified
@@ -302,6 +304,7 @@ class Problem:
         info["certificate"] = (Certificate.of(certificate) if certificate is not None else
                                Certificate.nothing(info["status_msg"]))
         info["worst_case"] = core.worst_case()
+        info["statements"] = core.statements()
         info["worst_cases"] = core.worst_cases()
         info["points"] = core.points()
         info["statistics"] = core.statistics() or {"iterations": info["iterations"]}

@@ -1,7 +1,7 @@
 """What minimize_minmax returns."""
 
 from dataclasses import dataclass, field, fields
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -50,6 +50,8 @@ class MinmaxResult:
     #: Over all of y, where minmax_worst_case_starts or minmax_starts looked; see Problem.solve.
     worst_case: Optional[Dict[str, Any]]
     worst_cases: List[WorstCase]  #: of robust constraints, and of fun with minmax_epigraph
+    #: Why the solve stopped, what the point is, what was looked at over all of y, what over x.
+    statements: Tuple[str, ...]
     points: List[Point]  #: certified points of a multistart (minmax_starts), the best first
     nit: int
     nfev: int  #: calls of fun, those for differences and checks included
