@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """What the way from the solver into Python costs, beside cyipopt's where that is installed.
 
-    PYTHONPATH=build/release/python python3 bench/python_overhead.py [solves]
+    PYTHONPATH=build/release/python python3 bench/python_overhead.py [solves [variables]]
 
-A chain of 100 variables with 99 constraints and NumPy callbacks is minimized by ipminmax.Problem and
+A chain of 100 variables (or as many as asked for) with one constraint less and NumPy callbacks is minimized by ipminmax.Problem and
 by cyipopt.Problem, the same object for both. Each function notes when it is entered and left. The
 time between leaving one and entering the next is one return, one call and what the solver does in
 between; its lowest twentieth is where the solver goes straight from one function to the next: a crossing.
@@ -21,7 +21,7 @@ try:
 except ImportError:
     cyipopt = None
 
-N = 100
+N = int(sys.argv[2]) if len(sys.argv) > 2 else 100
 
 
 class Chain:
@@ -76,6 +76,7 @@ def measure(make, solves):
                    cl=np.full(N - 1, -1.0), cu=np.full(N - 1, 3.0))
     problem.add_option("print_level", 0)
     problem.add_option("sb", "yes")
+    problem.check_derivatives = False
     start = np.linspace(0.3, 1.2, N)
     problem.solve(start)
     gaps, inside, calls, total = [], 0.0, 0, 0.0

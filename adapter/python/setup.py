@@ -76,6 +76,15 @@ def needed_libraries(binary):
     return found
 
 
+def patch(binary, names, folder):
+    """Lets a binary load libraries by their new names from a folder. One change a call: patchelf 0.14
+    loses some of several."""
+    needed = subprocess.check_output(["patchelf", "--print-needed", str(binary)], text=True).split()
+    for old in set(needed) & set(names):
+        subprocess.check_call(["patchelf", "--replace-needed", old, names[old], str(binary)])
+    subprocess.check_call(["patchelf", "--set-rpath", folder, str(binary)])
+
+
 def bundle(module):
     """Copies them beside the module, under names of their own, which nothing else has loaded."""
     libraries = needed_libraries(module)
@@ -88,11 +97,10 @@ def bundle(module):
         stem, _, version = name.partition(".so")
         names[name] = f"{stem}-{digest}.so{version}"
         shutil.copyfile(path, folder / names[name])
-    replaced = [argument for old, new in names.items() for argument in ("--replace-needed", old, new)]
     for new in names.values():
-        subprocess.check_call(["patchelf", "--set-soname", new, "--set-rpath", "$ORIGIN", *replaced,
-                               str(folder / new)])
-    subprocess.check_call(["patchelf", "--set-rpath", "$ORIGIN/_libs", *replaced, str(module)])
+        patch(folder / new, names, "$ORIGIN")
+        subprocess.check_call(["patchelf", "--set-soname", new, str(folder / new)])
+    patch(module, names, "$ORIGIN/_libs")
     print(f"{len(names)} shared libraries are in the package: {', '.join(sorted(names))}")
 
 
