@@ -38,9 +38,6 @@ struct CertificateArrays {
   Eigen::VectorXd change;  ///< of W on the way to the solution, in units
   NewtonArrays newton_step;
   CurvatureArrays curvature;
-  /// Of the next certify: another point with the model's derivatives there, from which the search
-  /// came; null: none.
-  const Point* before = nullptr;
 };
 
 inline constexpr Index kGenerousFactorizations = 100;
