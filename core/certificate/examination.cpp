@@ -218,11 +218,8 @@ bool independent_or_harmless(Case& c, Stage& stage, ActiveSetSystem& system) {
     if (!stage.dependences) c.certificate.licq_min = c.certificate.licq_max = true;
     return true;
   }
-  if (!stage.dependences) {
-    const BoundClasses classes = stage.classes;
-    static_cast<void>(look_for_dependences(c, stage, system));
-    stage.classes = classes;
-  }
+  // What holds with rows that say nothing beside others holds without them.
+  static_cast<void>(look_for_dependences(c, stage, system));
   if (c.canonical.max_constraints().size() == 0) return true;
   return stage.dependences && (settled(c.canonical, stage, true) || !c.has_x());
 }

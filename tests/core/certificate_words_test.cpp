@@ -50,6 +50,33 @@ TEST(DependentRows, NonlinearOnesThatSayTheSameAreLeftOut) {
   EXPECT_EQ(certify(model, {0.0, 1.0}, {-0.5, 0.0}).second_order, SecondOrder::Violated);
 }
 
+TEST(DependentRows, ABoundRepeatedAsARowIsNoObstacle) {
+  for (const double times : {0.0, 1.0, -1.0, 2.0}) {
+    for (const Player owner : {kMin, kMax}) {
+      Model model;
+      const bool inner = owner == kMax;
+      const Expression x = model.variable(kMin, "x", inner ? -kNoBound : -1.0, kNoBound);
+      const Expression y = model.variable(kMax, "y", -kNoBound, inner ? 1.0 : kNoBound);
+      if (inner) {
+        model.objective(square(x) + x * y + y);  // y = 1, x = -1/2
+        if (times != 0.0)
+          model.constraint(times * y, times > 0.0 ? -kNoBound : times,
+                           times > 0.0 ? times : kNoBound);
+      } else {
+        model.objective(square(x) + 3.0 * x + x * y - square(y));  // x = -1, y = -1/2
+        if (times != 0.0)
+          model.constraint(times * x, times > 0.0 ? -times : -kNoBound,
+                           times > 0.0 ? kNoBound : -times);
+      }
+      AutodiffProblem problem(model, {0.3, 0.2});
+      const Result found = solve(problem, {});
+      EXPECT_EQ(found.certificate.second_order, SecondOrder::Satisfied) << times << inner;
+      EXPECT_EQ(found.certificate.answer, InnerAnswer::Smooth) << times << inner;
+      EXPECT_LE(found.factorizations, 20) << times << inner;
+    }
+  }
+}
+
 TEST(DependentRows, AVertexMayHaveMoreActiveRowsThanVariables) {
   // Bounds and two rows meet in (0, 0); the equation follows from the bounds.
   Model model;
