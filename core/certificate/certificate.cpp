@@ -147,7 +147,8 @@ SecondOrder judge(Case& c, const Point& given) {
   }
   if (verdict != SecondOrder::Satisfied) return verdict;
   const Point& judged = c.moved ? *c.moved : given;
-  verdict = test_robust_rows(c.canonical, c.kkt, judged.iterate, judged.evaluation, c.idle);
+  verdict =
+      test_robust_rows(c.canonical, c.kkt, judged.iterate, judged.evaluation, c.idle, c.proximal);
   if (verdict != SecondOrder::Satisfied) {
     c.certificate.answer = InnerAnswer::Unknown;
     c.reasons.add(Kind::RobustRow, Player::Max,

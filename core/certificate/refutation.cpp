@@ -17,8 +17,6 @@ using Kind = CertificateReason::Kind;
 
 /// Factorizations that may refute a point.
 constexpr Index kToRefute = 3;
-/// Curvature, over the margin, of a direction that may be flat.
-constexpr double kFlatTimes = 10.0;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 

@@ -51,7 +51,7 @@ Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const
 /// Lengths from what is certain of the derivatives, and from what has been found out about them.
 Units measured(const CanonicalProblem& canonical, const Stage& stage, const Evaluation& certain) {
   Units units = units_of(canonical, stage.point.iterate.v, certain,
-                         stage.answers.value_or(Eigen::VectorXd()));
+                         stage.answers.value_or(Eigen::VectorXd()), stage.proximal > 0.0);
   if (stage.stretch) units = stretched(canonical, certain, std::move(units), *stage.stretch);
   return units;
 }
@@ -160,11 +160,18 @@ bool evaluate_objective(CanonicalProblem& canonical, Point& point) {
 bool confirm(Case& c, Stage& stage, ActiveSetSystem& system) {
   system.assemble(ActiveSetSystem::kSufficient);
   stage.error = error_of(c, stage.point, stage.classes, stage.units);
+  Regularization shift;
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double /*share*/) {
-    return solve_accurately(c.kkt, system.assembled(), rhs, step);
+    return solve_accurately(c.kkt, system.assembled(), rhs, step, shift);
   };
-  stage.converges =
-      c.newton_confirms(system, stage.point, solve, Probe::EndAndBeyond, stage.newton);
+  const auto converges = [&] {
+    return c.newton_confirms(system, stage.point, solve, Probe::EndAndBeyond, stage.newton);
+  };
+  stage.converges = converges();
+  if (!stage.converges && stage.proximal > 0.0) {  // to one of several solutions
+    shift.y = stage.proximal;
+    stage.converges = converges();
+  }
   if (stage.newton.done) stage.error += stage.newton.error;
   return stage.converges;
 }

@@ -39,6 +39,8 @@ struct Stage {
   std::optional<Eigen::VectorXd> stretch{};
   /// Fewer answers of Max, in which K is tested: where his active gradients depend.
   std::optional<BoundClasses> narrow{};
+  /// Curvature taken from all of Max's variables, in units, where his best answer is not unique.
+  double proximal = 0.0;
   std::optional<RoundedDerivatives> rounded{};  ///< last asked for
 };
 

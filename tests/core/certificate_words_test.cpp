@@ -245,6 +245,94 @@ TEST(AnswerOfY, IsKnownWhereXIsNot) {
   EXPECT_EQ(certify(other, {0.0, 0.0}).answer, InnerAnswer::Unknown);
 }
 
+// y is best, others are as good.
+
+TEST(ManyAnswers, AreNoObstacleWhereXIsStrictForOneOfThem) {
+  Model saddle;  // phi = |x| however little y moves
+  const Expression x = saddle.variable(kMin, "x"), y = saddle.variable(kMax, "y");
+  saddle.objective(x * y);
+  for (const Certificate& c : {certify(saddle, {0.0, 0.0}), solved(saddle, {0.3, 0.2})}) {
+    EXPECT_EQ(c.second_order, SecondOrder::Satisfied);
+    EXPECT_EQ(c.kind, PointKind::LocalMinmax);
+    EXPECT_EQ(c.answer, InnerAnswer::BestNotUnique);
+    EXPECT_TRUE(names(find(c, Kind::FlatDirection), "y"));
+    EXPECT_EQ(c.inner.zero, 1);
+  }
+}
+
+TEST(ManyAnswers, OfAVariableThatNothingReadsAndOfASum) {
+  Model unused;
+  Expression x = unused.variable(kMin, "x"), y = unused.variable(kMax, "y");
+  static_cast<void>(unused.variable(kMax, "idle"));
+  unused.objective(square(x) + x * y - square(y));
+  const Certificate found = solved(unused, {0.3, 0.2, 0.7});
+  EXPECT_EQ(found.answer, InnerAnswer::BestNotUnique);
+  EXPECT_TRUE(names(find(found, Kind::FlatDirection), "idle"));
+  Model sum;
+  x = sum.variable(kMin, "x");
+  const Expression p = sum.variable(kMax, "p"), q = sum.variable(kMax, "q");
+  y = p + q;
+  sum.objective(square(x) + x * y - square(y));
+  const Certificate of_sum = solved(sum, {0.3, 0.2, 0.7});
+  EXPECT_EQ(of_sum.kind, PointKind::LocalMinmax);
+  EXPECT_TRUE(names(find(of_sum, Kind::FlatDirection), "p") &&
+              names(find(of_sum, Kind::FlatDirection), "q"));
+}
+
+TEST(ManyAnswers, OfGamesInMixedStrategies) {
+  const double payoff[3][3] = {{0, 1, -1}, {-1, 0, 1}, {1, -1, 0}};
+  for (const double unit : {1.0, 1e6, 1e-6}) {
+    Model model;
+    std::vector<Expression> p, q;
+    for (int i = 0; i < 3; ++i) p.push_back(model.variable(kMin, "p", 0.0));
+    for (int i = 0; i < 3; ++i) q.push_back(model.variable(kMax, "q", 0.0));
+    Expression f = 0.0 * p[0];
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) f += unit * payoff[i][j] * p[i] * q[j];
+    }
+    model.objective(f);
+    model.constraint(p[0] + p[1] + p[2], 1.0, 1.0);
+    model.constraint(q[0] + q[1] + q[2], 1.0, 1.0);
+    const Certificate found = solved(model, {0.2, 0.5, 0.3, 0.1, 0.6, 0.3});
+    EXPECT_EQ(found.second_order, SecondOrder::Satisfied) << unit;
+    EXPECT_EQ(found.answer, InnerAnswer::BestNotUnique) << unit;
+  }
+}
+
+TEST(ManyAnswers, OfAFiniteMaximumAsAGame) {
+  // max of (x - 1)^2 and (x + 2)^2
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression a = model.variable(kMax, "a", 0.0), b = model.variable(kMax, "b", 0.0);
+  model.objective(a * square(x - 1.0) + b * square(x + 2.0));
+  model.constraint(a + b, 1.0, 1.0);
+  EXPECT_EQ(solved(model, {0.3, 0.5, 0.5}).answer, InnerAnswer::BestNotUnique);
+}
+
+TEST(ManyAnswers, AreNotCertifiedWhereYIsNotBestOrXNotStrict) {
+  for (const double power : {3.0, 4.0}) {  // y = 0 is a minimum or a saddle of y^k
+    Model model;
+    const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
+    model.objective(square(x) + x * y + pow(y, power));
+    EXPECT_NE(certify(model, {0.0, 0.0}).kind, PointKind::LocalMinmax);
+  }
+  // Along y = 1000 z, which a row demands, f is convex.
+  Model tied;
+  Expression x = tied.variable(kMin, "x");
+  const Expression y = tied.variable(kMax, "y"), z = tied.variable(kMax, "z");
+  tied.objective(square(x) + x * y + 1e-5 * square(z));
+  tied.constraint(y - 1000.0 * z, 0.0, 0.0);
+  EXPECT_NE(certify(tied, {0.0, 0.0, 0.0}, {0.0}).kind, PointKind::LocalMinmax);
+  // phi = |x0| alone, and - x1^2.
+  for (const double bend : {0.0, -1.0}) {
+    Model flat;
+    const Expression x0 = flat.variable(kMin, "x0"), x1 = flat.variable(kMin, "x1");
+    const Expression w = flat.variable(kMax, "w");
+    flat.objective(x0 * w + bend * square(x1));
+    EXPECT_NE(certify(flat, {0.0, 0.0, 0.0}).kind, PointKind::LocalMinmax);
+  }
+}
+
 // Weakly active bounds of Min: only directions into them count.
 
 /// (a^2 + b^2) / 2 + c a b on a, b >= 0, at the point of the central path.
