@@ -110,6 +110,41 @@ TEST(PiecewiseCurvature, OfXTimesItsAbsoluteValueIsNotCertifiedAtZero) {
   }
 }
 
+TEST(Certified, PointsAreWhereTheirSolutionIs) {
+  // p = 0 makes every xi as good, but the relaxed bound of p sends xi to an end of its interval.
+  for (const double unit : {1.0, 1e-6, 1e6}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    const Expression p = model.variable(kMax, "p", 0.0, 1.0);
+    const Expression xi = model.variable(kMax, "xi", -0.5 * unit, 0.5 * unit);
+    const Expression scaled = (1.0 / unit) * xi;
+    model.objective(square(x) + 0.1 * x - p * (1.0 + square(scaled)));
+    AutodiffProblem problem(model, {1.0, 0.5, 0.2 * unit});
+    const Result result = solve(problem, {});
+    const bool strict = result.certificate.answer != InnerAnswer::BestNotUnique;
+    const bool certified = result.certificate.kind == PointKind::LocalMinmax;
+    const double off = std::abs(std::abs(result.v[2]) - 0.5 * unit);
+    EXPECT_FALSE(certified && strict && off > 1e-3 * unit + 2e-8) << result.v[2];  // relaxed bounds
+  }
+}
+
+TEST(Certified, PointsAreStationaryInTheModelsUnits) {
+  // Jennrich and Sampson's sums of exponentials: the objective is scaled down by 1e-8 at these starts.
+  for (const std::vector<double>& start : {std::vector{2.0, 1.0}, std::vector{3.0, 0.5}}) {
+    Model model;
+    const Expression a = model.variable(kMin, "a"), b = model.variable(kMin, "b");
+    Expression f = 0.0 * a;
+    for (int i = 1; i <= 10; ++i) {
+      f += square(2.0 + 2.0 * i - (exp(1.0 * i * a) + exp(1.0 * i * b)));
+    }
+    model.objective(f);
+    AutodiffProblem problem(model, start);
+    const Result result = solve(problem, {});
+    EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax);
+    EXPECT_LE(result.error.dual_min, 1e-4);
+  }
+}
+
 TEST(InactiveInequalities, LendNoCurvatureToTheMaximizer) {
   expect_not_certified(inner_minimum_inside(0.5e-5, 50.0, 0.01), {0.5, 0.0});
   expect_not_certified(inner_minimum_inside(0.5e-3, 5.0, 0.1), {0.5, 0.0}, with_tol(1e-3));
