@@ -362,6 +362,40 @@ TEST(WeaklyActiveBounds, AreRefutedAlongADirectionIntoThem) {
   EXPECT_TRUE(names(reason, "+1 variable 0 (a), +1 variable 1 (b)"));
 }
 
+TEST(WeaklyActiveBounds, OfMaxAreRefutedWhereYGainsByLeavingThem) {
+  // y = -1 is a strict minimum over y of (x - y)^2, without slope; phi has its minimum at a kink.
+  Model model;
+  const Expression x = model.variable(kMin, "x", -1.0, 1.0),
+                   y = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x - y));
+  for (const std::vector<double>& start :
+       {std::vector{0.3, 0.2}, std::vector{-0.3, 0.6}, std::vector{0.9, 0.8}}) {
+    AutodiffProblem problem(model, start);
+    const Result result = solve(problem, {});
+    const double phi = std::pow(1.0 + std::abs(result.v[0]), 2.0);
+    EXPECT_TRUE(!is_success(result.status) || result.objective > phi - 1e-6)
+        << result.v[0] << ' ' << result.v[1];
+  }
+}
+
+TEST(Lengths, AreNotThoseOfCouplingsThatStationarityMakesVanish) {
+  // An exponential is fitted to three points: linear in a, so that W_ab is zero at the solution.
+  Model model;
+  const Expression e = model.variable(kMin, "e"), a = model.variable(kMin, "a");
+  const Expression b = model.variable(kMin, "b");
+  model.objective(1.0 * e);
+  const double times[] = {0.0, 1.0, 2.0}, values[] = {1.0, 0.3, 0.25};
+  for (int k = 0; k < 3; ++k) {
+    const Expression curve = a * exp(times[k] * b);
+    model.constraint(curve - e, -kNoBound, values[k]);
+    model.constraint(curve + e, values[k], kNoBound);
+  }
+  const Certificate found = solved(model, {1.0, 1.0, 0.0});
+  EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
+  EXPECT_TRUE(found.licq_min);
+  EXPECT_EQ(find(found, Kind::Dependent), nullptr);
+}
+
 TEST(Copositive, MatricesAreTold) {
   using Verdict = Copositivity::Verdict;
   using Matrix = Eigen::MatrixXd;
