@@ -46,6 +46,20 @@ TEST(Diagnosis, RightDerivativesAreCleared) {
   EXPECT_NE(text.find("first and second derivatives agree"), std::string::npos) << text;
 }
 
+// Differences over a step that jumps a pole are not the slope beside it.
+TEST(Diagnosis, APoleWithinTheStepIsNoError) {
+  for (const double distance : {1e-6, 1e-7, -3e-7}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x"), y = model.variable(kMin, "y");
+    model.objective(1e-9 / (x - 1.0) + exp(y));
+    AutodiffProblem problem(model, {1.0 + distance, 1.0});
+    SolverOptions options;
+    options.max_iter = 0;
+    const std::string text = solve(problem, options).message;
+    EXPECT_EQ(text.find("the gradient of the objective looks wrong"), std::string::npos) << text;
+  }
+}
+
 // Slacks do not move in the comparison, wherever their bounds are: g - s would change with them.
 TEST(Diagnosis, InequalitiesFarFromZeroAreCleared) {
   Model model;
