@@ -1,5 +1,6 @@
 #include "core/certificate/weak_maximum.hpp"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
