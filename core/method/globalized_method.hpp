@@ -59,6 +59,7 @@ class GlobalizedMethod final : public StepMethod {
   [[nodiscard]] bool exact_inner_maximum(Run& run);
   [[nodiscard]] bool without_line_search(Run& run);
   [[nodiscard]] bool watched_step(Run& run);
+  void return_to_watched(Run& run);
   [[nodiscard]] bool search(Run& run, int trials, bool first_fails);
   [[nodiscard]] bool soft_step(Run& run);
   [[nodiscard]] bool leap(Run& run);

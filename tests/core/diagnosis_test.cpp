@@ -60,6 +60,16 @@ TEST(Diagnosis, APoleWithinTheStepIsNoError) {
   }
 }
 
+TEST(Diagnosis, ADisturbanceThatWinsIsNamed) {
+  shared_dynamics::System system = shared_dynamics::oscillator(20, false);
+  system.gamma = 0.3;  // far below the least
+  shared_dynamics::Game game(system);
+  const Result result = solve(game, {});
+  EXPECT_FALSE(is_success(result.status));
+  EXPECT_NE(result.message.find("the disturbance wins"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("find_price"), std::string::npos) << result.message;
+}
+
 // Slacks do not move in the comparison, wherever their bounds are: g - s would change with them.
 TEST(Diagnosis, InequalitiesFarFromZeroAreCleared) {
   Model model;

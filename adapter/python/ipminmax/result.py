@@ -1,7 +1,7 @@
 """What minimize_minmax returns."""
 
 from dataclasses import dataclass, field, fields
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional
 
 import numpy as np
 
@@ -50,12 +50,12 @@ class MinmaxResult:
     #: Over all of y, where minmax_worst_case_starts or minmax_starts looked; see Problem.solve.
     worst_case: Optional[Dict[str, Any]]
     worst_cases: List[WorstCase]  #: of robust constraints, and of fun with minmax_epigraph
-    #: Why the solve stopped, what the point is, what was looked at over all of y, what over x.
-    statements: Tuple[str, ...]
     points: List[Point]  #: certified points of a multistart (minmax_starts), the best first
     nit: int
     nfev: int  #: calls of fun, those for differences and checks included
     multipliers: List[Vector] = field(default_factory=list)  #: one array per constraint
+    #: Why the solve stopped, what the point is locally, what was looked at over all of y and over x.
+    statements: List[str] = field(default_factory=list)
     derivatives: str = ""  #: where those that were not given come from
     info: Dict[str, Any] = field(default_factory=dict)  #: of Problem.solve
     problem: Optional[Problem] = None  #: for sensitivity() and solve_again()
