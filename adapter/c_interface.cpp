@@ -63,7 +63,8 @@ static_assert(same(IPMINMAX_LOCAL_MINMAX, PointKind::LocalMinmax) &&
 static_assert(same(IPMINMAX_ANSWER_UNKNOWN, InnerAnswer::Unknown) &&
               same(IPMINMAX_ANSWER_STRICTLY_BEST, InnerAnswer::StrictlyBest) &&
               same(IPMINMAX_ANSWER_UNIQUE, InnerAnswer::Unique) &&
-              same(IPMINMAX_ANSWER_SMOOTH, InnerAnswer::Smooth));
+              same(IPMINMAX_ANSWER_SMOOTH, InnerAnswer::Smooth) &&
+              same(IPMINMAX_ANSWER_BEST_NOT_UNIQUE, InnerAnswer::BestNotUnique));
 static_assert(same(IPMINMAX_NOT_TESTED, SecondOrder::NotTested) &&
               same(IPMINMAX_SATISFIED, SecondOrder::Satisfied) &&
               same(IPMINMAX_UNDECIDED, SecondOrder::Undecided) &&

@@ -75,9 +75,10 @@ enum IpminmaxSecondOrder {
 /* What was shown of the maximizer's answer y, whatever is known of x. */
 enum IpminmaxAnswer {
   IPMINMAX_ANSWER_UNKNOWN = 0,
-  IPMINMAX_ANSWER_STRICTLY_BEST = 1, /* nearby, to this x */
-  IPMINMAX_ANSWER_UNIQUE = 2,        /* one answer nearby to each x nearby, Lipschitz in x */
-  IPMINMAX_ANSWER_SMOOTH = 3         /* the same, differentiable in x */
+  IPMINMAX_ANSWER_STRICTLY_BEST = 1,  /* nearby, to this x */
+  IPMINMAX_ANSWER_UNIQUE = 2,         /* one answer nearby to each x nearby, Lipschitz in x */
+  IPMINMAX_ANSWER_SMOOTH = 3,         /* the same, differentiable in x */
+  IPMINMAX_ANSWER_BEST_NOT_UNIQUE = 4 /* best nearby to this x, as others are */
 };
 
 typedef struct IpminmaxInertia {

@@ -118,7 +118,8 @@ std::string certificate_report(const Certificate& certificate, const ProblemStru
                  yes_no(certificate.licq_max));
   text += format("Weakly active bounds....: Min %d, Max %d\n", certificate.weakly_active_min,
                  certificate.weakly_active_max);
-  if (certificate.kind != PointKind::LocalMinmax && certificate.answer != InnerAnswer::Unknown) {
+  if ((certificate.kind != PointKind::LocalMinmax && certificate.answer != InnerAnswer::Unknown) ||
+      certificate.answer == InnerAnswer::BestNotUnique) {
     text += "Answer of the maximizer.: " + std::string(name_of(certificate.answer)) + "\n";
   }
   for (const CertificateReason& reason : certificate.reasons) {

@@ -97,6 +97,8 @@ std::string_view name_of(InnerAnswer answer) {
       return "unique near this x";
     case InnerAnswer::Smooth:
       return "smooth in x";
+    case InnerAnswer::BestNotUnique:
+      return "best, not unique";
   }
   return "unknown";
 }

@@ -77,7 +77,8 @@ enum class InnerAnswer : std::uint8_t {
   Unknown,
   StrictlyBest,  ///< to this x, y is strictly the best answer nearby; how it moves with x is open
   Unique,        ///< for each x nearby there is exactly one answer y(x) nearby, and it is Lipschitz
-  Smooth         ///< the same, and y(x) is differentiable
+  Smooth,        ///< the same, and y(x) is differentiable
+  BestNotUnique  ///< to this x, y is a best answer nearby, and others are as good
 };
 [[nodiscard]] std::string_view name_of(InnerAnswer answer);
 

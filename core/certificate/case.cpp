@@ -57,7 +57,7 @@ BoundClasses Case::with_idle_held(BoundClasses classes) const {
 
 bool Case::newton_confirms(ActiveSetSystem& system, const Point& point, const KktSolve& solve,
                            Probe probe, NewtonTest& newton) const {
-  test_newton(canonical, system, point, {solve, probe, arrays.before}, arrays.newton_step, newton);
+  test_newton(canonical, system, point, {solve, probe}, arrays.newton_step, newton);
   return newton.done && newton.classes_hold && newton.contraction <= kContraction;
 }
 

@@ -42,8 +42,9 @@ struct Case {
   std::optional<WrongCurvature> wrong{};
   std::optional<Eigen::VectorXd> descent{};
   std::optional<Deviation> wrong_row{};  ///< of W
-  bool is_far = false;   ///< the solution is near enough for the test but not for the user
-  bool stopped = false;  ///< by the budget of factorizations
+  Eigen::VectorXd proximal{};  ///< curvature that was taken from Max, canonical units; or empty
+  bool is_far = false;         ///< the solution is near enough for the test but not for the user
+  bool stopped = false;        ///< by the budget of factorizations
   Certificate certificate{};
 
   /// Curvature in units that a certificate leaves, at least what factorizations perturb.

@@ -9,8 +9,10 @@
 #include "core/certificate/case.hpp"
 #include "core/certificate/examination.hpp"
 #include "core/certificate/robust_rows.hpp"
+#include "core/certificate/stage.hpp"
 #include "core/certificate/witness.hpp"
 #include "core/model/norms.hpp"
+#include "core/point/residual.hpp"
 
 namespace ipminmax {
 namespace {
@@ -75,6 +77,25 @@ bool refute_clearly(Case& c, ActiveSetSystem& system, const Point& point, double
   return true;
 }
 
+/// Of the model's gradient, not scaled: a point where it is larger is not where it says.
+constexpr double kLargeGradient = 1e-4;
+
+/// Where the objective was scaled down a gradient that meets the tolerances may be large in the
+/// model's units: the end of the Newton step is returned, if it is no worse otherwise.
+void report_end(Case& c, const Point& given, const NewtonTest& newton) {
+  const double scale = std::abs(c.canonical.objective_scale());
+  if (max_norm(given.dual) <= kLargeGradient * std::min(scale, 1.0)) return;
+  Point end = given;
+  end.iterate = newton.end.iterate;
+  if (!evaluate(c.canonical, end) || !evaluate_objective(c.canonical, end)) return;
+  const auto error = [&](const Point& p) {
+    return kkt_error(c.canonical, p.iterate, p.evaluation, p.dual, c.options.s_max).total;
+  };
+  if (max_norm(end.dual) < max_norm(given.dual) && error(end) <= error(given)) {
+    c.moved = std::move(end);
+  }
+}
+
 /// At most one factorization of each matrix at a clear point, with the margin in it: right with it
 /// is right without.
 Look first_look(Case& c, const Point& point) {
@@ -112,7 +133,7 @@ Look first_look(Case& c, const Point& point) {
   };
   if (!c.newton_confirms(system, point, solve, Probe::Beyond, newton)) return Look::Unclear;
   if (!gradients_hold(newton, test)) return Look::Unclear;
-  c.is_far = newton.step > c.far() * size_of_problem(c.canonical, point.iterate, units);
+  c.is_far = !is_near(c, point.iterate, newton.end.iterate.v - point.iterate.v, units, c.far());
   if (c.is_far) return Look::Unclear;
   double left = asked - max_norm(newton.error);
   if (!(left >= c.margin(1.0))) {
@@ -126,6 +147,7 @@ Look first_look(Case& c, const Point& point) {
     left = c.margin(kClear);
   }
   c.examine_curvature(system, point, point.iterate.lambda);
+  report_end(c, point, newton);
   c.certificate.margin = left;
   c.certificate.licq_min = c.certificate.licq_max = true;
   c.certificate.answer = InnerAnswer::Smooth;
@@ -147,7 +169,8 @@ SecondOrder judge(Case& c, const Point& given) {
   }
   if (verdict != SecondOrder::Satisfied) return verdict;
   const Point& judged = c.moved ? *c.moved : given;
-  verdict = test_robust_rows(c.canonical, c.kkt, judged.iterate, judged.evaluation, c.idle);
+  verdict =
+      test_robust_rows(c.canonical, c.kkt, judged.iterate, judged.evaluation, c.idle, c.proximal);
   if (verdict != SecondOrder::Satisfied) {
     c.certificate.answer = InnerAnswer::Unknown;
     c.reasons.add(Kind::RobustRow, Player::Max,

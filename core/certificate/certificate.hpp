@@ -14,6 +14,33 @@
 #include "core/point/merit.hpp"
 #include "core/result.hpp"
 
+// The second-order test, in the order in which it looks:
+//
+//  1. judge (certificate.cpp). Units: lengths in which entries of W are at most 1 (units). Copies of
+//     y that only inactive robust rows read are held (robust_rows).
+//  2. first_look: active bounds by z / s (bound_classes), the system of the active set in units
+//     (active_set), inertias of K_yy and K with the margin in them (second_order), the Newton step
+//     to the solution with what W and the gradients change by on the way (contraction), the model's
+//     W beside a difference of gradients (hessian_check). Right: certified. Wrong, with a direction
+//     tangent to the active constraints along which steps gain (witness, walk): refuted.
+//  3. examine (examination.cpp), with pivoting, where that is not clear. Guessed classes first, then
+//     those that show themselves while mu falls (follow_barrier). refine_and_test makes Newton steps
+//     (newton, stage) until W changes by less than its curvature; on the way it tries: bounds of Max
+//     that he leaves as inactive, directions into weakly active bounds of Min alone (critical_cone,
+//     copositive), lengths of x by Max's real answers, longer lengths along little curvature, rows
+//     that say nothing beside others left out (dependence).
+//  4. test_with_many_answers: K_yy and K with curvature taken from Max, and whether y maximizes
+//     (weak_maximum, valley).
+//  5. test_at_vertices: one choice of multipliers where gradients depend on each other (vertex).
+//  6. certified: the point that is returned is the one that is spoken of, or becomes it
+//     (reported_point); robust rows have their own condition (robust_rows).
+//  7. judge_without_certificate (refutation.cpp): a witness with wrong curvature, also into weakly
+//     active bounds of either player; a valley of equally good points; else why nothing is known
+//     (reasons), and what is known of y.
+//
+// With mu_target > 0 the barrier problem is tested instead (barrier_test). A case (case.hpp) is what
+// all of them work with and what they have found; a stage (stage.hpp) is a point on its way.
+
 namespace ipminmax {
 
 /// What the second-order test found, and where.
@@ -38,9 +65,6 @@ struct CertificateArrays {
   Eigen::VectorXd change;  ///< of W on the way to the solution, in units
   NewtonArrays newton_step;
   CurvatureArrays curvature;
-  /// Of the next certify: another point with the model's derivatives there, from which the search
-  /// came; null: none.
-  const Point* before = nullptr;
 };
 
 inline constexpr Index kGenerousFactorizations = 100;

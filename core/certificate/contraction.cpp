@@ -26,6 +26,8 @@ constexpr double kMultiplierProbe = 1e-10;
 constexpr double kAlike = 0.1;
 /// Of the Newton step, that its error may be: W is compared and the bounds are looked at along it.
 constexpr double kErrorOfStep = 1e-4;
+/// Of the trial step, below which a Newton step is rounding.
+constexpr double kRounding = 1e-5;
 /// The same of the second step, whose length is all that counts.
 constexpr double kErrorOfSecondStep = 1e-3;
 
@@ -74,7 +76,6 @@ class ActiveSetNewton {
         evaluation_(point.evaluation),
         solve_(request.solve),
         probe_(request.probe),
-        before_(request.before),
         work_(arrays) {
     work_.lambda = iterate_.lambda;
     for (Index j = 0; j < canonical.constraints(); ++j) {
@@ -91,11 +92,12 @@ class ActiveSetNewton {
   [[nodiscard]] bool classes_hold(NewtonTest& test);
   void choose_trial();
   [[nodiscard]] bool was_compared();
-  [[nodiscard]] bool is_hessian_constant() const;
   [[nodiscard]] bool evaluate_there();
   [[nodiscard]] bool compare(NewtonTest& test);
   [[nodiscard]] bool is_far_beyond() const;
-  [[nodiscard]] bool compare_hessian_at_end(const Eigen::VectorXd& lambda, NewtonTest& test);
+  [[nodiscard]] bool is_there() const;
+  [[nodiscard]] bool compare_hessian_at(double times_trial, double times_step,
+                                        const Eigen::VectorXd& lambda, NewtonTest& test);
   void measure_error(NewtonTest& test) const;
   [[nodiscard]] bool inequalities_stay_open(const Eigen::VectorXd& c);
   void measure_turn(NewtonTest& test);
@@ -114,7 +116,6 @@ class ActiveSetNewton {
   const Evaluation& evaluation_;
   const KktSolve& solve_;
   Probe probe_;
-  const Point* before_;
   NewtonArrays& work_;
 };
 
@@ -284,18 +285,6 @@ bool ActiveSetNewton::was_compared() {
   return true;
 }
 
-/// Whether W is the same, to the last bit, at a point from which every variable has come farther
-/// than it is tried now: as of a quadratic model.
-bool ActiveSetNewton::is_hessian_constant() const {
-  if (before_ == nullptr || before_->evaluation.hessian != evaluation_.hessian) return false;
-  const Eigen::VectorXd& v = before_->iterate.v;
-  for (Index i = 0; i < work_.trial.size(); ++i) {
-    const double way = std::abs(v[i] - iterate_.v[i]);
-    if (!system_.is_slack(i) && !(way >= std::abs(work_.trial[i]))) return false;
-  }
-  return true;
-}
-
 bool ActiveSetNewton::evaluate_there() {
   Evaluation& there = work_.there;
   there = evaluation_;
@@ -304,8 +293,7 @@ bool ActiveSetNewton::evaluate_there() {
   work_.is_there_known =
       canonical_.constraints(work_.trial_v, there.c) == EvaluationStatus::Ok &&
       canonical_.first_derivatives(work_.trial_v, there) == EvaluationStatus::Ok &&
-      (is_hessian_constant() ||
-       canonical_.second_derivatives(work_.trial_v, work_.probed, there) == EvaluationStatus::Ok);
+      canonical_.second_derivatives(work_.trial_v, work_.probed, there) == EvaluationStatus::Ok;
   return work_.is_there_known;
 }
 
@@ -341,9 +329,12 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
   for (std::size_t k = 0; k < there.hessian.size(); ++k) {
     test.hessian_change[k] = std::abs(there.hessian[k] - evaluation_.hessian[k]);
   }
-  if (probe_ == Probe::EndAndBeyond && is_far_beyond() && !compare_hessian_at_end(probed, test)) {
+  if (probe_ == Probe::EndAndBeyond && is_far_beyond() &&
+      !compare_hessian_at(0.0, 1.0, probed, test)) {
     return false;
   }
+  // On the other side of the end; a model that is undefined there has no other W.
+  if (is_there()) static_cast<void>(compare_hessian_at(-1.0, 2.0, probed, test));
   measure_error(test);
   test.classes_hold = test.classes_hold && inequalities_stay_open(there.c);
   measure_turn(test);
@@ -361,11 +352,24 @@ bool ActiveSetNewton::is_far_beyond() const {
   return false;
 }
 
-bool ActiveSetNewton::compare_hessian_at_end(const Eigen::VectorXd& lambda, NewtonTest& test) {
+/// Whether a step is nothing but rounding: then here and the trial point may be on one side of
+/// where W jumps.
+bool ActiveSetNewton::is_there() const {
+  for (Index i = 0; i < work_.trial.size(); ++i) {
+    if (system_.is_fixed(i) || system_.is_slack(i)) continue;
+    if (std::abs(work_.dv[i]) <= kRounding * std::abs(work_.trial[i])) return true;
+  }
+  return false;
+}
+
+/// W at multiples of the trial step and of the Newton step, in free variables, as well.
+bool ActiveSetNewton::compare_hessian_at(double times_trial, double times_step,
+                                         const Eigen::VectorXd& lambda, NewtonTest& test) {
   Evaluation end = evaluation_;
   Eigen::VectorXd v = work_.trial_v;
   for (Index i = 0; i < v.size(); ++i) {
-    if (!system_.is_fixed(i)) v[i] = iterate_.v[i] + work_.dv[i];
+    if (system_.is_fixed(i)) continue;
+    v[i] = iterate_.v[i] + times_trial * work_.trial[i] + times_step * work_.dv[i];
   }
   if (canonical_.second_derivatives(v, lambda, end) != EvaluationStatus::Ok) return false;
   for (std::size_t k = 0; k < end.hessian.size(); ++k) {

@@ -67,7 +67,6 @@ enum class Probe : std::uint8_t {
 struct NewtonRequest {
   const KktSolve& solve;
   Probe probe;
-  const Point* before = nullptr;  ///< with the model's derivatives elsewhere; null: not known
 };
 
 /// W at the end of the step has no lambda of inactive inequalities. The change is measured at least

@@ -6,7 +6,7 @@ namespace {
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Free variables follow the one that leaves its bound by one unit.
-bool follow(ActiveSetSystem& system, Index leaving, Eigen::VectorXd& d) {
+bool follow(ActiveSetSystem& system, Index leaving, bool inner, Eigen::VectorXd& d) {
   const CanonicalProblem& canonical = system.canonical();
   const Evaluation& all = system.derivatives();
   d.setZero(canonical.variables());
@@ -27,7 +27,9 @@ bool follow(ActiveSetSystem& system, Index leaving, Eigen::VectorXd& d) {
   for (Index j = 0; j < canonical.constraints(); ++j) {
     if (slack_of[at(j)] == leaving) rhs.lambda[j] += d[leaving];
   }
-  if (!system.kkt().solve(system.assembled(), rhs, step)) return false;
+  const bool solved = inner ? system.kkt().solve_inner(system.assembled(), rhs, step)
+                            : system.kkt().solve(system.assembled(), rhs, step);
+  if (!solved) return false;
   for (Index i = 0; i < d.size(); ++i) {
     if (!system.is_fixed(i) && !system.is_slack(i)) d[i] = step.v[i];
   }
@@ -53,15 +55,19 @@ Eigen::VectorXd product(const ActiveSetSystem& system, const Eigen::VectorXd& ad
 
 }  // namespace
 
-std::optional<CriticalCone> critical_cone(ActiveSetSystem& system, const Eigen::VectorXd& added) {
+std::optional<CriticalCone> critical_cone(ActiveSetSystem& system, const Eigen::VectorXd& added,
+                                          Player owner) {
   const CanonicalProblem& canonical = system.canonical();
+  const bool inner = owner == Player::Max;
   CriticalCone cone;
-  if (system.classes().weak_min > kMostWeaklyActive) return {};
-  for (const IndexRange own : {canonical.x(), canonical.x_slacks()}) {
+  const BoundClasses& classes = system.classes();
+  if ((inner ? classes.weak_max : classes.weak_min) > kMostWeaklyActive) return {};
+  for (const IndexRange own : {inner ? canonical.y() : canonical.x(),
+                               inner ? canonical.y_slacks() : canonical.x_slacks()}) {
     for (Index i = own.begin; i < own.end; ++i) {
       if (system.classes()[i] != BoundClass::Doubtful) continue;
       cone.directions.emplace_back();
-      if (!follow(system, i, cone.directions.back())) return {};
+      if (!follow(system, i, inner, cone.directions.back())) return {};
     }
   }
   const auto size = static_cast<Eigen::Index>(cone.directions.size());
@@ -72,7 +78,7 @@ std::optional<CriticalCone> critical_cone(ActiveSetSystem& system, const Eigen::
       cone.curvature(b, a) = cone.directions[static_cast<std::size_t>(b)].dot(w);
     }
   }
-  cone.curvature = (0.5 * (cone.curvature + cone.curvature.transpose())).eval();
+  cone.curvature = ((inner ? -0.5 : 0.5) * (cone.curvature + cone.curvature.transpose())).eval();
   return cone;
 }
 

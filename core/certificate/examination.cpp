@@ -10,6 +10,7 @@
 #include "core/certificate/reported_point.hpp"
 #include "core/certificate/stage.hpp"
 #include "core/certificate/vertex.hpp"
+#include "core/certificate/weak_maximum.hpp"
 #include "core/model/norms.hpp"
 
 namespace ipminmax {
@@ -176,9 +177,9 @@ bool is_right(Case& c, Stage& stage, ActiveSetSystem& system) {
     stage.test = survives_narrowed(system, narrow, error, c.margin(1.0));
     return holds(narrow);
   }
-  stage.test = survives(system, error, c.margin(1.0));
+  stage.test = survives(system, error, c.margin(1.0), stage.proximal);
   if (!stage.test.both() && weakly_active_are_near(c, stage) && c.may_factorize(1)) {
-    stage.test = survives_in_cone(system, error, c.margin(1.0), stage.test);
+    stage.test = survives_in_cone(system, error, c.margin(1.0), stage.test, stage.proximal);
   }
   return holds(system);
 }
@@ -218,11 +219,8 @@ bool independent_or_harmless(Case& c, Stage& stage, ActiveSetSystem& system) {
     if (!stage.dependences) c.certificate.licq_min = c.certificate.licq_max = true;
     return true;
   }
-  if (!stage.dependences) {
-    const BoundClasses classes = stage.classes;
-    static_cast<void>(look_for_dependences(c, stage, system));
-    stage.classes = classes;
-  }
+  // What holds with rows that say nothing beside others holds without them.
+  static_cast<void>(look_for_dependences(c, stage, system));
   if (c.canonical.max_constraints().size() == 0) return true;
   return stage.dependences && (settled(c.canonical, stage, true) || !c.has_x());
 }
@@ -240,7 +238,7 @@ bool ends_here(const Case& c, const Stage& stage) {
 /// the way is less than its curvature. False: not seen.
 bool refine_and_test(Case& c, Stage& stage) {
   bool steady = true;
-  int stretches = kStretches;
+  int stretches = stage.proximal > 0.0 ? 0 : kStretches;
   const bool large = c.kkt.layout().dimension() > kLargeSystem;
   double last = std::numeric_limits<double>::infinity();
   bool had_converged = false;
@@ -260,7 +258,7 @@ bool refine_and_test(Case& c, Stage& stage) {
       return independent_or_harmless(c, stage, system);
     }
     const bool right = stage.converges && stage.test.both();
-    if (!stage.guessed && stage.converges && stage.test.inner && !right &&
+    if (!stage.guessed && stage.converges && stage.test.inner && !right && stage.proximal == 0.0 &&
         measure_answers(c, stage, system)) {
       --round;
       continue;
@@ -297,6 +295,24 @@ bool refine_and_test(Case& c, Stage& stage) {
     if (!evaluate(c.canonical, stage.point)) return false;
     stage.units = certain_units(c.canonical, stage);
   }
+}
+
+/// Where K_yy is singular but not wrong: phi(x) >= max over y of f - eps |y - y*|^2 / 2, with
+/// equality at x*, for any eps > 0 and lengths |.|. That function's answer is unique, and x* is its
+/// strict minimum, so one of phi, where K with eps is right.
+bool test_with_many_answers(Case& c, Stage& stage) {
+  if (!c.has_x() || !c.has_y() || !c.may_factorize(2 + kToConfirm)) return false;
+  Stage trial = stage;
+  trial.proximal = kProximal;
+  trial.units = certain_units(c.canonical, trial);
+  ActiveSetSystem system(c.canonical, c.kkt, trial.classes, trial.units, trial.point.evaluation);
+  if (inner_survives(system, {}, c.margin(1.0)).inner ||
+      !inner_survives(system, {}, c.margin(1.0), kProximal).inner || !refine_and_test(c, trial) ||
+      !maximizes_weakly(c, trial)) {
+    return false;
+  }
+  stage = std::move(trial);
+  return true;
 }
 
 /// Where active gradients depend on each other, the test with one choice of multipliers is enough
@@ -342,6 +358,18 @@ SecondOrder certified(Case& c, const Stage& stage, const Point& given) {
   c.certificate.weakly_active_max = stage.classes.weak_max;
   c.certificate.answer = stage.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
   if (stage.narrow) c.certificate.answer = InnerAnswer::StrictlyBest;
+  if (stage.proximal > 0.0) {
+    c.certificate.answer = InnerAnswer::BestNotUnique;
+    c.certificate.least_curvature = 0.0;
+    c.certificate.least_curvature_variable = -1;
+    c.proximal = Eigen::VectorXd::Zero(c.canonical.variables());
+    const IndexRange y = c.canonical.y();
+    for (Index i = y.begin; i < y.end; ++i) {
+      c.proximal[i] = stage.proximal / (stage.units.variable[i] * stage.units.variable[i]);
+    }
+    ActiveSetSystem system(c.canonical, c.kkt, stage.classes, stage.units, stage.point.evaluation);
+    c.report_inertias(system);
+  }
   c.reasons.add_weakly_active(stage.classes);
   if (stage.dependences) c.reasons.add_dependences(*stage.dependences);
   return SecondOrder::Satisfied;
@@ -395,6 +423,7 @@ SecondOrder examine(Case& c, const Point& given) {
     stage.answers.reset();
     stage.newton = {};
   }
+  if (test_with_many_answers(c, start)) return certified(c, start, given);
   const bool too_many = stage.dependences && stage.dependences->too_many;
   if (!too_many && test_at_vertices(c, start)) return certified(c, start, given);
   if (stage.point.iterate.v != given.iterate.v && !evaluate_objective(c.canonical, stage.point)) {

@@ -9,10 +9,10 @@ constexpr double kRelaxed = 1e-8;  // as jacobian_regularization_value
 }
 
 bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const NewtonResidual& rhs,
-                      Step& step) {
+                      Step& step, const Regularization& shift) {
   for (;;) {
     // What the inertia is does not matter, and the solution is tested.
-    const KktFactors factors = kkt.factorize_for_solutions({}, Certainty::Usual);
+    const KktFactors factors = kkt.factorize_for_solutions(shift, Certainty::Usual);
     if (factors.status != FactorizationStatus::Ok) return false;
     if (kkt.solve(evaluation, rhs, step)) return true;
     if (!kkt.increase_quality()) return false;

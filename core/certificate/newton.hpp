@@ -7,10 +7,10 @@
 
 namespace ipminmax {
 
-/// Solves with the assembled K at zero shift, factorized anew at a higher quality as often as
-/// needed.
+/// Solves with the assembled K at a shift, factorized anew at a higher quality as often as needed.
 [[nodiscard]] bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation,
-                                    const NewtonResidual& rhs, Step& step);
+                                    const NewtonResidual& rhs, Step& step,
+                                    const Regularization& shift = {});
 
 /// One Newton step for the equations at mu from a point with all derivatives and dual residual,
 /// which is left at its end, without f; tau: fraction to the boundary; dependent: constraints are,

@@ -17,8 +17,6 @@ using Kind = CertificateReason::Kind;
 
 /// Factorizations that may refute a point.
 constexpr Index kToRefute = 3;
-/// Curvature, over the margin, of a direction that may be flat.
-constexpr double kFlatTimes = 10.0;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -35,12 +33,20 @@ std::optional<Player> wrong_player(Case& c, ActiveSetSystem& system, const Stage
   return test.inner ? Player::Min : Player::Max;
 }
 
-/// After wrong_player, which leaves K with all help in it: a direction into weakly active bounds.
-bool refute_in_cone(Case& c, ActiveSetSystem& system, const Stage& stage) {
-  if (stage.classes.weak_max > 0) return false;
-  const Eigen::VectorXd added =
+/// A direction of one player into weakly active bounds. Of Min after wrong_player, which leaves K
+/// with all help in it.
+bool refute_in_cone(Case& c, ActiveSetSystem& system, const Stage& stage, Player owner) {
+  const bool inner = owner == Player::Max;
+  Eigen::VectorXd added =
       stage.error + Eigen::VectorXd::Constant(c.canonical.variables(), c.margin(1.0));
-  const auto cone = critical_cone(system, added);
+  if (inner) {
+    if (!c.may_factorize(1)) return false;
+    system.assemble({.min_fixed = true, .max_fixed = true}, stage.error, 0.0, 1.0);
+    const KktFactors factors = c.kkt.factorize_inner({.y = c.margin(1.0)});
+    if (!c.kkt.has_expected_inner_inertia(factors)) return false;
+    added = -added;
+  }
+  const auto cone = critical_cone(system, added, owner);
   if (!cone) return false;
   const Copositivity found = copositivity(cone->curvature);
   if (found.verdict != Copositivity::Verdict::Not) return false;
@@ -48,7 +54,7 @@ bool refute_in_cone(Case& c, ActiveSetSystem& system, const Stage& stage) {
   for (std::size_t k = 0; k < cone->directions.size(); ++k) {
     direction += found.direction[static_cast<Eigen::Index>(k)] * cone->directions[k];
   }
-  c.wrong = try_witness(c.canonical, system, stage.point, direction, stage.newton.step);
+  c.wrong = try_witness(c.canonical, system, stage.point, direction, stage.newton.step, owner);
   return c.wrong.has_value();
 }
 
@@ -57,9 +63,11 @@ bool refute(Case& c, ActiveSetSystem& system, Stage& stage) {
   if (suspect) {
     c.wrong =
         find_witness(c.canonical, system, stage.point, c.margin(1.0), stage.newton.step, *suspect);
-    return c.wrong.has_value();
+    if (c.wrong) return true;
   }
-  return stage.converges && stage.classes.weak_min > 0 && refute_in_cone(c, system, stage);
+  if (stage.classes.weak_max > 0) return refute_in_cone(c, system, stage, Player::Max);
+  return !suspect && stage.converges && stage.classes.weak_min > 0 &&
+         refute_in_cone(c, system, stage, Player::Min);
 }
 
 /// Of Min where the inner maximum is strict; of Max where there is no x, else it is a reason alone.
@@ -80,7 +88,13 @@ bool is_valley(Case& c, ActiveSetSystem& system, const Stage& stage) {
          settled(c.canonical, stage, false);
 }
 
-void explain(Case& c, const Stage& stage) {
+/// Whether what W changes by on the way is what stands in the way: without it all is right.
+bool is_unsteady(Case& c, ActiveSetSystem& system, const Stage& stage) {
+  return max_norm(stage.newton.error) > c.margin(1.0) &&
+         (!c.may_factorize(2) || survives(system, {}, c.margin(1.0)).both());
+}
+
+void explain(Case& c, ActiveSetSystem& system, const Stage& stage) {
   c.reasons.add_weakly_active(stage.classes);
   if (stage.dependences) c.reasons.add_dependences(*stage.dependences);
   if (c.wrong) return;
@@ -90,7 +104,7 @@ void explain(Case& c, const Stage& stage) {
   } else if (!stage.converges) {
     c.reasons.add(Kind::NotIsolated, Player::Min,
                   "Newton's method does not contract here: no isolated solution is seen");
-  } else if (max_norm(stage.newton.error) > c.margin(1.0)) {
+  } else if (is_unsteady(c, system, stage)) {
     c.reasons.add(
         Kind::Unsteady, Player::Min,
         "second derivatives change by more than the curvature on the way to the solution");
@@ -160,7 +174,7 @@ SecondOrder judge_without_certificate(Case& c, Stage& stage) {
       stage.dependences && std::ranges::any_of(stage.dependences->found, &Dependence::vanishing);
   SecondOrder verdict = SecondOrder::Undecided;
   if (vanishing) {
-    explain(c, stage);
+    explain(c, system, stage);
     return verdict;
   }
   if (c.may_factorize(kToRefute) && refute(c, system, stage)) {
@@ -169,7 +183,7 @@ SecondOrder judge_without_certificate(Case& c, Stage& stage) {
     verdict = SecondOrder::Flat;
   }
   if (c.wrong && c.wrong->owner == Player::Max) return verdict;
-  explain(c, stage);
+  explain(c, system, stage);
   if (c.has_x() && c.has_y()) c.certificate.answer = answer_alone(c, stage);
   return verdict;
 }

@@ -58,12 +58,13 @@ std::vector<ActiveRow> active_rows(const CanonicalProblem& canonical, const Eige
 
 SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt,
                              const Iterate& iterate, const Evaluation& evaluation,
-                             const std::vector<Index>& idle) {
+                             const std::vector<Index>& idle, const Eigen::VectorXd& proximal) {
   if (canonical.robust_constraints().empty()) return SecondOrder::Satisfied;
   Eigen::VectorXd firm = firm_curvature(canonical, iterate);
   for (const Index i : idle) firm[i] += kFixed;
   const std::vector<ActiveRow> rows = active_rows(canonical, firm);
   if (rows.empty()) return SecondOrder::Satisfied;
+  if (proximal.size() > 0) firm += proximal;
   kkt.assemble(evaluation, firm);
   if (!kkt.has_expected_inner_inertia(kkt.factorize_inner({}))) return SecondOrder::Undecided;
 

@@ -16,10 +16,12 @@ namespace ipminmax {
 /// T_rs = -J_r K_yy^-1 J_s', so that D - T must be positive definite. T vanishes where each active
 /// constraint is stationary in its own y. Where it exceeds D, Max can violate the constraint at
 /// second order for a gain of first: Violated. Inactive constraints are left out.
-/// The idle copies are held. The KKT matrices are left at other values.
+/// The idle copies are held. proximal: curvature taken from Max's, per canonical variable, or
+/// empty. The KKT matrices are left at other values.
 [[nodiscard]] SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt,
                                            const Iterate& iterate, const Evaluation& evaluation,
-                                           const std::vector<Index>& idle);
+                                           const std::vector<Index>& idle,
+                                           const Eigen::VectorXd& proximal = {});
 
 /// Max variables that only inactive robust constraints read: neither f nor an active constraint
 /// depends on them, so where they stand does not matter to x, and they have no curvature of their

@@ -53,19 +53,25 @@ double response(ActiveSetSystem& system, bool inner) {
 
 }  // namespace
 
-Regularization worst_case(double margin) { return {.x = -margin, .y = margin}; }
-
 namespace {
 
+/// Curvature to be taken away, in units.
+struct Taken {
+  double margin;    ///< from both players
+  double proximal;  ///< from Max besides
+  [[nodiscard]] Regularization inner() const { return {.y = proximal - margin}; }
+  [[nodiscard]] Regularization full() const { return {.x = -margin, .y = margin + proximal}; }
+};
+
 /// full_follows: K is needed next with the same values.
-InertiaTest test_inner(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
+InertiaTest test_inner(ActiveSetSystem& system, const Eigen::VectorXd& error, const Taken& taken,
                        bool full_follows) {
   KktSystem& kkt = system.kkt();
   InertiaTest test;
   // The worst W for the maximizer has + error in y, and no doubtful bound holds him.
   system.assemble({.min_fixed = false, .max_fixed = false}, error, 0.0, -1.0);
-  if (full_follows) kkt.factorize_ahead({.y = -margin}, worst_case(margin));
-  test.inner = kkt.has_expected_inner_inertia(kkt.factorize_inner({.y = -margin}));
+  if (full_follows) kkt.factorize_ahead(taken.inner(), taken.full());
+  test.inner = kkt.has_expected_inner_inertia(kkt.factorize_inner(taken.inner()));
   if (!test.inner) return test;
   test.inner_response = response(system, true);
   test.inner = kkt.pivots() || std::isfinite(test.inner_response);
@@ -74,11 +80,11 @@ InertiaTest test_inner(ActiveSetSystem& system, const Eigen::VectorXd& error, do
 
 /// For the minimizer the worst W has - error everywhere, for then phi'' = W_xx - W_xy W_yy^-1 W_yx
 /// (on the tangent spaces) is smallest. assembled: already, with these values.
-void test_full(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin, bool assembled,
-               InertiaTest& test) {
+void test_full(ActiveSetSystem& system, const Eigen::VectorXd& error, const Taken& taken,
+               bool assembled, InertiaTest& test) {
   KktSystem& kkt = system.kkt();
   if (!assembled) system.assemble(ActiveSetSystem::kSufficient, error, -1.0, 1.0);
-  test.full = kkt.has_expected_inertia(kkt.factorize(worst_case(margin)));
+  test.full = kkt.has_expected_inertia(kkt.factorize(taken.full()));
   if (!test.full) return;
   test.full_response = response(system, false);
   test.full = kkt.pivots() || std::isfinite(test.full_response);
@@ -118,21 +124,25 @@ Eigen::VectorXd curvature_of_answers(ActiveSetSystem& system) {
   return curvature.allFinite() ? curvature : Eigen::VectorXd();
 }
 
-InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin) {
-  return test_inner(system, error, margin, false);
+InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
+                           double proximal) {
+  return test_inner(system, error, {margin, proximal}, false);
 }
 
-InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin) {
+InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
+                     double proximal) {
+  const Taken taken{margin, proximal};
   const bool same_values = error.size() == 0 && system.classes().weak_max == 0;
-  InertiaTest test = test_inner(system, error, margin, same_values);
-  if (test.inner) test_full(system, error, margin, same_values, test);
+  InertiaTest test = test_inner(system, error, taken, same_values);
+  if (test.inner) test_full(system, error, taken, same_values, test);
   return test;
 }
 
 InertiaTest survives_narrowed(ActiveSetSystem& system, ActiveSetSystem& narrow,
                               const Eigen::VectorXd& error, double margin) {
-  InertiaTest test = test_inner(system, error, margin, false);
-  if (test.inner) test_full(narrow, error, margin, false, test);
+  const Taken taken{margin, 0.0};
+  InertiaTest test = test_inner(system, error, taken, false);
+  if (test.inner) test_full(narrow, error, taken, false, test);
   return test;
 }
 
@@ -170,15 +180,17 @@ Eigen::VectorXd stretch_of_little_curvature(ActiveSetSystem& system) {
 }
 
 InertiaTest survives_in_cone(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
-                             const InertiaTest& inner) {
+                             const InertiaTest& inner, double proximal) {
   InertiaTest test{.inner = inner.inner, .inner_response = inner.inner_response};
   if (!test.inner) return test;
   KktSystem& kkt = system.kkt();
   system.assemble({.min_fixed = true, .max_fixed = true}, error, -1.0, 1.0);
-  if (!kkt.has_expected_inertia(kkt.factorize(worst_case(margin)))) return test;
+  if (!kkt.has_expected_inertia(kkt.factorize(Taken{margin, proximal}.full()))) return test;
   test.full_response = response(system, false);
   if (!std::isfinite(test.full_response)) return test;
   Eigen::VectorXd taken = Eigen::VectorXd::Constant(system.canonical().variables(), -margin);
+  const IndexRange y = system.canonical().y();
+  taken.segment(y.begin, y.size()).array() -= proximal;
   if (error.size() > 0) taken -= error;
   const auto cone = critical_cone(system, taken);
   test.full = cone && copositivity(cone->curvature).verdict == Copositivity::Verdict::Strictly;

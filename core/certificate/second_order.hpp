@@ -16,9 +16,10 @@ struct InertiaTest {
 
 /// Whether the inertias are right for every Hessian within the error and with the margin taken away
 /// from both players' curvature, doubtful bounds at their worst: the sufficient conditions hold.
-/// K is left factorized with the margin in it (and the error, if there is one).
+/// K is left factorized with the margin in it (and the error, if there is one). proximal: taken
+/// from the curvature of all of Max's variables besides, as of f - proximal |y - y*|^2 / 2.
 [[nodiscard]] InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error,
-                                   double margin);
+                                   double margin, double proximal = 0.0);
 /// The same with K from another system, in which Max has fewer answers: phi is at least what these
 /// give.
 [[nodiscard]] InertiaTest survives_narrowed(ActiveSetSystem& system, ActiveSetSystem& narrow,
@@ -27,10 +28,11 @@ struct InertiaTest {
 /// critical directions lead into them, and the curvature along these has to be right
 /// (copositivity). inner: what survives found of K_yy.
 [[nodiscard]] InertiaTest survives_in_cone(ActiveSetSystem& system, const Eigen::VectorXd& error,
-                                           double margin, const InertiaTest& inner);
+                                           double margin, const InertiaTest& inner,
+                                           double proximal = 0.0);
 /// K_yy alone.
 [[nodiscard]] InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error,
-                                         double margin);
+                                         double margin, double proximal = 0.0);
 /// Curvature that Max's answers give each variable of Min, absolute, canonical lengths: N'K_yy^-1 N
 /// with N what couples it to y and Max's rows. Empty: K_yy is singular, or these are too many
 /// variables.
@@ -38,9 +40,6 @@ struct InertiaTest {
 /// How much longer than the system's lengths those are that variables go along directions of
 /// little curvature, where others follow: per canonical variable, at least 1. Two factorizations.
 [[nodiscard]] Eigen::VectorXd stretch_of_little_curvature(ActiveSetSystem& system);
-/// The shift that survives factorizes K with.
-[[nodiscard]] Regularization worst_case(double margin);
-
 /// Whether the inertias are right for some Hessian within the error with the margin given to both,
 /// doubtful bounds at their best and constraints relaxed by multiplier_shift: else the necessary
 /// conditions are violated. inner_right: that of K_yy is known to be.

@@ -21,12 +21,19 @@ constexpr double kShareOfDistance = 0.1;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+/// Of what is left of a gradient without the multipliers of inactive inequalities, mu / s: those of
+/// others are off by so much of it, over the row's length.
+constexpr double kResiduals = 10.0;
+
 /// Multipliers cannot be known better than this: rounding of the variables, relative to their
-/// sizes, over what it changes the gradient by that they balance.
-Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const Point& point,
+/// sizes, over what it changes the gradient by that they balance, and what is left of that.
+Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const Stage& stage,
                                         const Eigen::VectorXd& size) {
+  const Point& point = stage.point;
   const Evaluation& here = point.evaluation;
   Eigen::VectorXd terms = here.gradient.cwiseAbs();
+  Eigen::VectorXd left = here.gradient;
+  const Eigen::VectorXd counted = without_inactive(canonical, stage.classes, point.iterate.lambda);
   for (std::size_t k = 0; k < here.hessian.size(); ++k) {
     const auto [i, j] = canonical.hessian()[k];
     terms[i] += std::abs(here.hessian[k]) * size[j];
@@ -36,14 +43,18 @@ Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const
   for (std::size_t k = 0; k < here.jacobian.size(); ++k) {
     const auto [row, col] = canonical.jacobian()[k];
     terms[col] += std::abs(here.jacobian[k] * point.iterate.lambda[row]);
+    left[col] += here.jacobian[k] * counted[row];
     length[row] = std::max(length[row], std::abs(here.jacobian[k]));
   }
   for (std::size_t k = 0; k < here.jacobian.size(); ++k) {
     const auto [row, col] = canonical.jacobian()[k];
-    if (here.jacobian[k] != 0.0) balanced[row] = std::max(balanced[row], terms[col]);
+    if (here.jacobian[k] == 0.0) continue;
+    const bool is_free = stage.classes[col] <= BoundClass::Inactive;
+    const double residual = is_free ? kResiduals * std::abs(left[col]) : 0.0;
+    balanced[row] = std::max({balanced[row], kRounding * terms[col], residual});
   }
   for (Index j = 0; j < balanced.size(); ++j) {
-    balanced[j] *= length[j] > 0.0 ? kRounding / length[j] : 0.0;
+    balanced[j] *= length[j] > 0.0 ? 1.0 / length[j] : 0.0;
   }
   return balanced;
 }
@@ -51,7 +62,7 @@ Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const
 /// Lengths from what is certain of the derivatives, and from what has been found out about them.
 Units measured(const CanonicalProblem& canonical, const Stage& stage, const Evaluation& certain) {
   Units units = units_of(canonical, stage.point.iterate.v, certain,
-                         stage.answers.value_or(Eigen::VectorXd()));
+                         stage.answers.value_or(Eigen::VectorXd()), stage.proximal > 0.0);
   if (stage.stretch) units = stretched(canonical, certain, std::move(units), *stage.stretch);
   return units;
 }
@@ -96,7 +107,7 @@ Units certain_units(CanonicalProblem& canonical, Stage& stage) {
   Eigen::VectorXd step = kRounding * size;
   keep_within_bounds(canonical, point.iterate.v, kShareOfDistance, step);
   const Eigen::VectorXd lambda =
-      point.iterate.lambda + rounding_of_multipliers(canonical, point, size);
+      point.iterate.lambda + rounding_of_multipliers(canonical, stage, size);
   const Evaluation* there = rounded_derivatives(canonical, stage, point.iterate.v + step,
                                                 without_inactive(canonical, stage.classes, lambda));
   if (there == nullptr) return measured(canonical, stage, certain);
@@ -160,11 +171,18 @@ bool evaluate_objective(CanonicalProblem& canonical, Point& point) {
 bool confirm(Case& c, Stage& stage, ActiveSetSystem& system) {
   system.assemble(ActiveSetSystem::kSufficient);
   stage.error = error_of(c, stage.point, stage.classes, stage.units);
+  Regularization shift;
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double /*share*/) {
-    return solve_accurately(c.kkt, system.assembled(), rhs, step);
+    return solve_accurately(c.kkt, system.assembled(), rhs, step, shift);
   };
-  stage.converges =
-      c.newton_confirms(system, stage.point, solve, Probe::EndAndBeyond, stage.newton);
+  const auto converges = [&] {
+    return c.newton_confirms(system, stage.point, solve, Probe::EndAndBeyond, stage.newton);
+  };
+  stage.converges = converges();
+  if (!stage.converges && stage.proximal > 0.0) {  // to one of several solutions
+    shift.y = stage.proximal;
+    stage.converges = converges();
+  }
   if (stage.newton.done) stage.error += stage.newton.error;
   return stage.converges;
 }
@@ -188,8 +206,25 @@ bool settled(const CanonicalProblem& canonical, const Stage& stage, bool of_max)
 }
 
 bool ends_near(const Case& c, const Stage& stage) {
-  return stage.newton.step <=
-         c.far() * size_of_problem(c.canonical, stage.point.iterate, stage.units);
+  const Iterate& here = stage.point.iterate;
+  return is_near(c, here, stage.newton.end.iterate.v - here.v, stage.units, c.far());
+}
+
+bool is_near(const Case& c, const Iterate& from, const Eigen::VectorXd& way, const Units& units,
+             double share) {
+  const double size = size_of_problem(c.canonical, from, units);
+  const Eigen::VectorXd& start = c.canonical.starting_point().v;
+  for (const IndexRange own : {c.canonical.x(), c.canonical.y()}) {
+    for (Index i = own.begin; i < own.end; ++i) {
+      const double length = std::abs(way[i]);
+      if (!(length <= share * size * units.variable[i])) return false;
+      const double own_size = std::max(std::abs(from.v[i]), std::abs(start[i]));
+      const bool within_size = length <= kNear * own_size;
+      const bool within_one = length <= kNear && length <= c.far() * size * units.variable[i];
+      if (!within_size && !within_one) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace ipminmax

@@ -39,6 +39,8 @@ struct Stage {
   std::optional<Eigen::VectorXd> stretch{};
   /// Fewer answers of Max, in which K is tested: where his active gradients depend.
   std::optional<BoundClasses> narrow{};
+  /// Curvature taken from all of Max's variables, in units, where his best answer is not unique.
+  double proximal = 0.0;
   std::optional<RoundedDerivatives> rounded{};  ///< last asked for
 };
 
@@ -62,6 +64,10 @@ struct Stage {
 [[nodiscard]] bool confirm(Case& c, Stage& stage, ActiveSetSystem& system);
 /// The path leads to a solution far from the point, a Newton step not quite to its bounds.
 [[nodiscard]] bool ends_near(const Case& c, const Stage& stage);
+/// Whether a way from an iterate is short: share of the problem's size in lengths of curvature, and
+/// of each variable's own size; where that is zero, of one and in lengths both.
+[[nodiscard]] bool is_near(const Case& c, const Iterate& from, const Eigen::VectorXd& way,
+                           const Units& units, double share);
 
 /// Constraints that say nothing beside others, so that the model without them is the same model.
 /// x_held: beside others at this x.

@@ -48,12 +48,15 @@ struct UnitsArrays {
 /// start. answers: curvature that Max's answers give each canonical variable of Min, in the model's
 /// units; empty: as much as the coupling could give if nothing but W_yy held y. Where it is less,
 /// y's lengths are cut so that the coupling does not exceed 1.
+/// by_coupling: variables without curvature of their own get lengths from what couples them to the
+/// other player's.
 [[nodiscard]] Units units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-                             const Evaluation& evaluation, const Eigen::VectorXd& answers = {});
+                             const Evaluation& evaluation, const Eigen::VectorXd& answers = {},
+                             bool by_coupling = false);
 /// The same in arrays.
 const Units& units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
                       const Evaluation& evaluation, const Eigen::VectorXd& answers,
-                      UnitsArrays& arrays);
+                      UnitsArrays& arrays, bool by_coupling = false);
 
 /// Lengths of variables times factors, rows measured anew.
 [[nodiscard]] Units stretched(const CanonicalProblem& canonical, const Evaluation& evaluation,

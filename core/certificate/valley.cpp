@@ -156,7 +156,8 @@ Valley ValleySearch::run(double margin, double tolerance) {
   while (static_cast<int>(found_.size()) < kMostDirections) {
     double curvature = 0.0;
     const auto direction = next_direction(curvature);
-    if (!direction || std::abs(curvature) > tolerance * direction->squaredNorm()) break;
+    valley.complete = !direction || std::abs(curvature) > tolerance * direction->squaredNorm();
+    if (valley.complete) break;
     found_.push_back(*direction);
   }
   if (found_.empty()) return valley;

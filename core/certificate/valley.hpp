@@ -21,7 +21,11 @@ struct Valley {
   /// A step of Min along which the value falls clearly, although curvature does not say so; only
   /// where there is no y.
   std::optional<Eigen::VectorXd> descent{};
+  bool complete = false;  ///< all directions were found
 };
+
+/// Curvature, over the margin, of a direction that may be flat.
+inline constexpr double kFlatTimes = 10.0;
 
 /// At a point that is not refuted, with no doubtful bounds. inner: of Max at this x, else of Min
 /// with y answering. tolerance: curvature up to which a direction counts, in units. At most six

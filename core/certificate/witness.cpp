@@ -230,8 +230,9 @@ std::optional<WrongCurvature> find_witness(CanonicalProblem& canonical, ActiveSe
 
 std::optional<WrongCurvature> try_witness(CanonicalProblem& canonical, ActiveSetSystem& system,
                                           const Point& point, const Eigen::VectorXd& direction,
-                                          double distance) {
-  return WitnessSearch(canonical, system, point, false).run_along(direction, distance);
+                                          double distance, Player owner) {
+  return WitnessSearch(canonical, system, point, owner == Player::Max)
+      .run_along(direction, distance);
 }
 
 }  // namespace ipminmax

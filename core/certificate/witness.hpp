@@ -18,12 +18,12 @@ namespace ipminmax {
                                                          const Point& point, double margin,
                                                          double distance, Player owner);
 
-/// The same for Min along a direction in units that leads into the bounds where the other one does
-/// not: the value has to bend down by more than a slope explains. Bounds as in the last assemble, K
+/// The same along a direction in units that leads into the bounds where the other one does not: the
+/// value has to bend by more than a slope explains. Bounds as in the last assemble, K (of Max: K_yy)
 /// factorized.
 [[nodiscard]] std::optional<WrongCurvature> try_witness(CanonicalProblem& canonical,
                                                         ActiveSetSystem& system, const Point& point,
                                                         const Eigen::VectorXd& direction,
-                                                        double distance);
+                                                        double distance, Player owner);
 
 }  // namespace ipminmax

@@ -191,7 +191,6 @@ Search::Verdict Search::judge(Status claim) {
   const KktSystem::Counting counting(context_.kkt, FactorizationCause::Certificate);
   const Index before = context_.kkt.factorizations();
   context_.kkt.allow_factorizations(context_.budget.factorizations_with_test());
-  arrays_.certificate.before = step_.moved ? &arrays_.next : nullptr;
   finding = certify(context_.canonical, context_.kkt, arrays_.point, barrier_.mu(),
                     context_.options, factorizations_for_test(), arrays_.certificate);
   context_.kkt.allow_factorizations(context_.budget.factorizations_of_steps());

@@ -1,6 +1,7 @@
 // First-order points that are no strict local minmax although some matrix looks as if they were:
 // none may be certified. And points that are, in units from tiny to huge: all must be.
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include <support/autodiff_problem.hpp>
 #include <support/dense_optimality.hpp>
+#include <support/function_problem.hpp>
 
 #include "core/solver.hpp"
 
@@ -49,6 +51,98 @@ Model inner_minimum_inside(double curvature, double weight, double radius) {
   model.objective(square(x) + 0.5 * x * y + curvature * square(y));
   model.constraint(weight * square(y), -kNoBound, radius);
   return model;
+}
+
+// Second derivatives that jump: W is the same at all iterates of one side.
+
+using testing::FunctionProblem;
+using Vector = Eigen::VectorXd;
+using Matrix = Eigen::MatrixXd;
+
+/// max(0, x - b)^2 for x, times s, and -(y - c)^2: all x up to b are equally good.
+FunctionProblem squared_hinge(double s, double b, double c, const Vector& start) {
+  return FunctionProblem(
+      {kMin, kMax}, start,
+      [=](const Vector& v) {
+        const double over = std::max(0.0, v[0] - b);
+        return s * over * over - (v[1] - c) * (v[1] - c);
+      },
+      [=](const Vector& v) {
+        return Vector{{2.0 * s * std::max(0.0, v[0] - b), -2.0 * (v[1] - c)}};
+      },
+      [=](const Vector& v) {
+        return Matrix{{v[0] > b ? 2.0 * s : 0.0, 0.0}, {0.0, -2.0}};
+      });
+}
+
+TEST(PiecewiseCurvature, OfASquaredHingeIsNotCertifiedAtItsEdge) {
+  int certified = 0;
+  for (int seed = 0; seed < 100; ++seed) {
+    const double s = std::pow(10.0, -2.0 + 0.04 * seed), b = 2.0 * std::sin(1.0 + seed);
+    const double c = 3.0 * std::cos(1.0 + 2.0 * seed);
+    FunctionProblem model = squared_hinge(s, b, c, Vector{{b + 1.5, c + std::sin(3.0 * seed)}});
+    certified += solve(model, {}).certificate.kind == PointKind::LocalMinmax ? 1 : 0;
+  }
+  EXPECT_EQ(certified, 0);
+}
+
+TEST(PiecewiseCurvature, OfXTimesItsAbsoluteValueIsNotCertifiedAtZero) {
+  // x |x| falls for x < 0, -y |y| rises for y < 0.
+  for (const bool inner : {false, true}) {
+    const auto f = [=](const Vector& v) {
+      return inner ? v[0] * v[0] - v[1] * std::abs(v[1]) : v[0] * std::abs(v[0]) - v[1] * v[1];
+    };
+    const auto gradient = [=](const Vector& v) {
+      return inner ? Vector{{2.0 * v[0], -2.0 * std::abs(v[1])}}
+                   : Vector{{2.0 * std::abs(v[0]), -2.0 * v[1]}};
+    };
+    const auto hessian = [=](const Vector& v) {
+      const double sign = (inner ? v[1] : v[0]) < 0.0 ? -2.0 : 2.0;
+      return inner ? Matrix{{2.0, 0.0}, {0.0, -sign}} : Matrix{{sign, 0.0}, {0.0, -2.0}};
+    };
+    FunctionProblem model({kMin, kMax}, Vector{{1.0, 1.0}}, f, gradient, hessian);
+    const std::size_t bent = inner ? 1 : 0;
+    model.mutable_structure().variable_lower[bent] = -1.0;
+    model.mutable_structure().variable_upper[bent] = 3.0;
+    const Result result = solve(model, {});
+    EXPECT_FALSE(result.certificate.kind == PointKind::LocalMinmax &&
+                 std::abs(result.v[bent]) < 0.1);
+  }
+}
+
+TEST(Certified, PointsAreWhereTheirSolutionIs) {
+  // p = 0 makes every xi as good, but the relaxed bound of p sends xi to an end of its interval.
+  for (const double unit : {1.0, 1e-6, 1e6}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    const Expression p = model.variable(kMax, "p", 0.0, 1.0);
+    const Expression xi = model.variable(kMax, "xi", -0.5 * unit, 0.5 * unit);
+    const Expression scaled = (1.0 / unit) * xi;
+    model.objective(square(x) + 0.1 * x - p * (1.0 + square(scaled)));
+    AutodiffProblem problem(model, {1.0, 0.5, 0.2 * unit});
+    const Result result = solve(problem, {});
+    const bool strict = result.certificate.answer != InnerAnswer::BestNotUnique;
+    const bool certified = result.certificate.kind == PointKind::LocalMinmax;
+    const double off = std::abs(std::abs(result.v[2]) - 0.5 * unit);
+    EXPECT_FALSE(certified && strict && off > 1e-3 * unit + 2e-8) << result.v[2];  // relaxed bounds
+  }
+}
+
+TEST(Certified, PointsAreStationaryInTheModelsUnits) {
+  // Jennrich and Sampson's sums of exponentials: the objective is scaled down by 1e-8 at these starts.
+  for (const std::vector<double>& start : {std::vector{2.0, 1.0}, std::vector{3.0, 0.5}}) {
+    Model model;
+    const Expression a = model.variable(kMin, "a"), b = model.variable(kMin, "b");
+    Expression f = 0.0 * a;
+    for (int i = 1; i <= 10; ++i) {
+      f += square(2.0 + 2.0 * i - (exp(1.0 * i * a) + exp(1.0 * i * b)));
+    }
+    model.objective(f);
+    AutodiffProblem problem(model, start);
+    const Result result = solve(problem, {});
+    EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax);
+    EXPECT_LE(result.error.dual_min, 1e-4);
+  }
 }
 
 TEST(InactiveInequalities, LendNoCurvatureToTheMaximizer) {

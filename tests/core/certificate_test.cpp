@@ -99,16 +99,18 @@ TEST_P(CertificateBySolver, RandomSaddlesNeedBothInertias) {
   EXPECT_GT(inner_right_full_wrong, 20);
 }
 
-TEST_P(CertificateBySolver, SingularCurvatureIsUndecidedOrFlat) {
+TEST_P(CertificateBySolver, SingularCurvatureOfMaxIsNoObstacleOfMinItIs) {
   const auto expect = [&](const Eigen::MatrixXd& h, SecondOrder outcome) {
     const Certificate found = certify_quadratic({kMin, kMax}, h, GetParam());
     EXPECT_EQ(found.second_order, outcome) << h;
-    EXPECT_EQ(found.kind, PointKind::FirstOrderPoint);
-    expect_consistent(found);
+    const bool certified = outcome == SecondOrder::Satisfied;
+    EXPECT_EQ(found.kind, certified ? PointKind::LocalMinmax : PointKind::FirstOrderPoint);
+    if (!certified) expect_consistent(found);
+    EXPECT_EQ(found.answer == InnerAnswer::BestNotUnique, certified);
   };
   // x y and flat in y: y is not strictly best.
-  expect(Eigen::MatrixXd{{0.0, 1.0}, {1.0, 0.0}}, SecondOrder::Undecided);
-  expect(Eigen::MatrixXd{{1.0, 0.0}, {0.0, 0.0}}, SecondOrder::Undecided);
+  expect(Eigen::MatrixXd{{0.0, 1.0}, {1.0, 0.0}}, SecondOrder::Satisfied);
+  expect(Eigen::MatrixXd{{1.0, 0.0}, {0.0, 0.0}}, SecondOrder::Satisfied);
   // Flat in x, and a flat direction of phi.
   expect(Eigen::MatrixXd{{0.0, 0.0}, {0.0, -1.0}}, SecondOrder::Flat);
   expect(Eigen::MatrixXd{{-1.0, 1.0}, {1.0, -1.0}}, SecondOrder::Flat);

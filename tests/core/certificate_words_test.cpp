@@ -50,6 +50,33 @@ TEST(DependentRows, NonlinearOnesThatSayTheSameAreLeftOut) {
   EXPECT_EQ(certify(model, {0.0, 1.0}, {-0.5, 0.0}).second_order, SecondOrder::Violated);
 }
 
+TEST(DependentRows, ABoundRepeatedAsARowIsNoObstacle) {
+  for (const double times : {0.0, 1.0, -1.0, 2.0}) {
+    for (const Player owner : {kMin, kMax}) {
+      Model model;
+      const bool inner = owner == kMax;
+      const Expression x = model.variable(kMin, "x", inner ? -kNoBound : -1.0, kNoBound);
+      const Expression y = model.variable(kMax, "y", -kNoBound, inner ? 1.0 : kNoBound);
+      if (inner) {
+        model.objective(square(x) + x * y + y);  // y = 1, x = -1/2
+        if (times != 0.0)
+          model.constraint(times * y, times > 0.0 ? -kNoBound : times,
+                           times > 0.0 ? times : kNoBound);
+      } else {
+        model.objective(square(x) + 3.0 * x + x * y - square(y));  // x = -1, y = -1/2
+        if (times != 0.0)
+          model.constraint(times * x, times > 0.0 ? -times : -kNoBound,
+                           times > 0.0 ? kNoBound : -times);
+      }
+      AutodiffProblem problem(model, {0.3, 0.2});
+      const Result found = solve(problem, {});
+      EXPECT_EQ(found.certificate.second_order, SecondOrder::Satisfied) << times << inner;
+      EXPECT_EQ(found.certificate.answer, InnerAnswer::Smooth) << times << inner;
+      EXPECT_LE(found.factorizations, 20) << times << inner;
+    }
+  }
+}
+
 TEST(DependentRows, AVertexMayHaveMoreActiveRowsThanVariables) {
   // Bounds and two rows meet in (0, 0); the equation follows from the bounds.
   Model model;
@@ -218,6 +245,94 @@ TEST(AnswerOfY, IsKnownWhereXIsNot) {
   EXPECT_EQ(certify(other, {0.0, 0.0}).answer, InnerAnswer::Unknown);
 }
 
+// y is best, others are as good.
+
+TEST(ManyAnswers, AreNoObstacleWhereXIsStrictForOneOfThem) {
+  Model saddle;  // phi = |x| however little y moves
+  const Expression x = saddle.variable(kMin, "x"), y = saddle.variable(kMax, "y");
+  saddle.objective(x * y);
+  for (const Certificate& c : {certify(saddle, {0.0, 0.0}), solved(saddle, {0.3, 0.2})}) {
+    EXPECT_EQ(c.second_order, SecondOrder::Satisfied);
+    EXPECT_EQ(c.kind, PointKind::LocalMinmax);
+    EXPECT_EQ(c.answer, InnerAnswer::BestNotUnique);
+    EXPECT_TRUE(names(find(c, Kind::FlatDirection), "y"));
+    EXPECT_EQ(c.inner.zero, 1);
+  }
+}
+
+TEST(ManyAnswers, OfAVariableThatNothingReadsAndOfASum) {
+  Model unused;
+  Expression x = unused.variable(kMin, "x"), y = unused.variable(kMax, "y");
+  static_cast<void>(unused.variable(kMax, "idle"));
+  unused.objective(square(x) + x * y - square(y));
+  const Certificate found = solved(unused, {0.3, 0.2, 0.7});
+  EXPECT_EQ(found.answer, InnerAnswer::BestNotUnique);
+  EXPECT_TRUE(names(find(found, Kind::FlatDirection), "idle"));
+  Model sum;
+  x = sum.variable(kMin, "x");
+  const Expression p = sum.variable(kMax, "p"), q = sum.variable(kMax, "q");
+  y = p + q;
+  sum.objective(square(x) + x * y - square(y));
+  const Certificate of_sum = solved(sum, {0.3, 0.2, 0.7});
+  EXPECT_EQ(of_sum.kind, PointKind::LocalMinmax);
+  EXPECT_TRUE(names(find(of_sum, Kind::FlatDirection), "p") &&
+              names(find(of_sum, Kind::FlatDirection), "q"));
+}
+
+TEST(ManyAnswers, OfGamesInMixedStrategies) {
+  const double payoff[3][3] = {{0, 1, -1}, {-1, 0, 1}, {1, -1, 0}};
+  for (const double unit : {1.0, 1e6, 1e-6}) {
+    Model model;
+    std::vector<Expression> p, q;
+    for (int i = 0; i < 3; ++i) p.push_back(model.variable(kMin, "p", 0.0));
+    for (int i = 0; i < 3; ++i) q.push_back(model.variable(kMax, "q", 0.0));
+    Expression f = 0.0 * p[0];
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) f += unit * payoff[i][j] * p[i] * q[j];
+    }
+    model.objective(f);
+    model.constraint(p[0] + p[1] + p[2], 1.0, 1.0);
+    model.constraint(q[0] + q[1] + q[2], 1.0, 1.0);
+    const Certificate found = solved(model, {0.2, 0.5, 0.3, 0.1, 0.6, 0.3});
+    EXPECT_EQ(found.second_order, SecondOrder::Satisfied) << unit;
+    EXPECT_EQ(found.answer, InnerAnswer::BestNotUnique) << unit;
+  }
+}
+
+TEST(ManyAnswers, OfAFiniteMaximumAsAGame) {
+  // max of (x - 1)^2 and (x + 2)^2
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression a = model.variable(kMax, "a", 0.0), b = model.variable(kMax, "b", 0.0);
+  model.objective(a * square(x - 1.0) + b * square(x + 2.0));
+  model.constraint(a + b, 1.0, 1.0);
+  EXPECT_EQ(solved(model, {0.3, 0.5, 0.5}).answer, InnerAnswer::BestNotUnique);
+}
+
+TEST(ManyAnswers, AreNotCertifiedWhereYIsNotBestOrXNotStrict) {
+  for (const double power : {3.0, 4.0}) {  // y = 0 is a minimum or a saddle of y^k
+    Model model;
+    const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
+    model.objective(square(x) + x * y + pow(y, power));
+    EXPECT_NE(certify(model, {0.0, 0.0}).kind, PointKind::LocalMinmax);
+  }
+  // Along y = 1000 z, which a row demands, f is convex.
+  Model tied;
+  Expression x = tied.variable(kMin, "x");
+  const Expression y = tied.variable(kMax, "y"), z = tied.variable(kMax, "z");
+  tied.objective(square(x) + x * y + 1e-5 * square(z));
+  tied.constraint(y - 1000.0 * z, 0.0, 0.0);
+  EXPECT_NE(certify(tied, {0.0, 0.0, 0.0}, {0.0}).kind, PointKind::LocalMinmax);
+  // phi = |x0| alone, and - x1^2.
+  for (const double bend : {0.0, -1.0}) {
+    Model flat;
+    const Expression x0 = flat.variable(kMin, "x0"), x1 = flat.variable(kMin, "x1");
+    const Expression w = flat.variable(kMax, "w");
+    flat.objective(x0 * w + bend * square(x1));
+    EXPECT_NE(certify(flat, {0.0, 0.0, 0.0}).kind, PointKind::LocalMinmax);
+  }
+}
+
 // Weakly active bounds of Min: only directions into them count.
 
 /// (a^2 + b^2) / 2 + c a b on a, b >= 0, at the point of the central path.
@@ -245,6 +360,40 @@ TEST(WeaklyActiveBounds, AreRefutedAlongADirectionIntoThem) {
   EXPECT_EQ(found.second_order, SecondOrder::Violated);
   const CertificateReason* const reason = find(found, Kind::WrongCurvature);
   EXPECT_TRUE(names(reason, "+1 variable 0 (a), +1 variable 1 (b)"));
+}
+
+TEST(WeaklyActiveBounds, OfMaxAreRefutedWhereYGainsByLeavingThem) {
+  // y = -1 is a strict minimum over y of (x - y)^2, without slope; phi has its minimum at a kink.
+  Model model;
+  const Expression x = model.variable(kMin, "x", -1.0, 1.0),
+                   y = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x - y));
+  for (const std::vector<double>& start :
+       {std::vector{0.3, 0.2}, std::vector{-0.3, 0.6}, std::vector{0.9, 0.8}}) {
+    AutodiffProblem problem(model, start);
+    const Result result = solve(problem, {});
+    const double phi = std::pow(1.0 + std::abs(result.v[0]), 2.0);
+    EXPECT_TRUE(!is_success(result.status) || result.objective > phi - 1e-6)
+        << result.v[0] << ' ' << result.v[1];
+  }
+}
+
+TEST(Lengths, AreNotThoseOfCouplingsThatStationarityMakesVanish) {
+  // An exponential is fitted to three points: linear in a, so that W_ab is zero at the solution.
+  Model model;
+  const Expression e = model.variable(kMin, "e"), a = model.variable(kMin, "a");
+  const Expression b = model.variable(kMin, "b");
+  model.objective(1.0 * e);
+  const double times[] = {0.0, 1.0, 2.0}, values[] = {1.0, 0.3, 0.25};
+  for (int k = 0; k < 3; ++k) {
+    const Expression curve = a * exp(times[k] * b);
+    model.constraint(curve - e, -kNoBound, values[k]);
+    model.constraint(curve + e, values[k], kNoBound);
+  }
+  const Certificate found = solved(model, {1.0, 1.0, 0.0});
+  EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
+  EXPECT_TRUE(found.licq_min);
+  EXPECT_EQ(find(found, Kind::Dependent), nullptr);
 }
 
 TEST(Copositive, MatricesAreTold) {

@@ -237,17 +237,16 @@ TEST_P(BothMethods, EndAtTheIterationLimitWithTheirPoint) {
   EXPECT_FALSE(is_success(result.status));
 }
 
-TEST_P(BothMethods, CallADegenerateSolutionDegenerate) {
+TEST_P(BothMethods, SolveAGameWhoseBestAnswerIsNotUnique) {
   Model model;
   const Expression x = model.variable(kMin, "x");
   const Expression y = model.variable(kMax, "y");
   model.objective(x * y);
   AutodiffProblem problem(model, {1.0, 1.0});
   const Result result = solve(problem, with(GetParam()));
-  ASSERT_EQ(result.status, Status::SolvedDegenerate) << result.message;
-  EXPECT_TRUE(is_success(result.status));
-  EXPECT_EQ(result.certificate.kind, PointKind::FirstOrderPoint);
-  EXPECT_EQ(result.certificate.second_order, SecondOrder::Undecided);
+  ASSERT_EQ(result.status, Status::Solved) << result.message;
+  EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax);
+  EXPECT_EQ(result.certificate.answer, InnerAnswer::BestNotUnique);
 }
 
 TEST_P(BothMethods, StopAsDivergingWhenTheObjectiveHasNoMinimum) {

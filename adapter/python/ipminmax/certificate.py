@@ -35,6 +35,7 @@ class InnerAnswer(_NamedNumber):
     STRICTLY_BEST = 1  #: nearby, to this x
     UNIQUE = 2  #: one answer nearby to each x nearby, Lipschitz in x
     SMOOTH = 3  #: the same, differentiable in x
+    BEST_NOT_UNIQUE = 4  #: best nearby to this x, as others are
 
 
 class Inertia(NamedTuple):

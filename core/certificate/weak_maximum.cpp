@@ -1,0 +1,70 @@
+#include "core/certificate/weak_maximum.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "core/certificate/valley.hpp"
+
+namespace ipminmax {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Max's free variables that no entry of W ties to themselves or each other.
+std::vector<bool> linear_variables(const CanonicalProblem& canonical,
+                                   const ActiveSetSystem& system) {
+  std::vector<bool> linear(at(canonical.variables()), false);
+  const auto is_free = [&](Index i) { return canonical.y().contains(i) && !system.is_fixed(i); };
+  for (Index i = canonical.y().begin; i < canonical.y().end; ++i) linear[at(i)] = is_free(i);
+  for (const auto& [i, j] : canonical.hessian()) {
+    if (is_free(i) && is_free(j)) linear[at(i)] = linear[at(j)] = false;
+  }
+  return linear;
+}
+
+/// The classes with these variables held and the rows that read them left out.
+BoundClasses without(const CanonicalProblem& canonical, BoundClasses classes,
+                     const std::vector<bool>& held) {
+  for (Index i = canonical.y().begin; i < canonical.y().end; ++i) {
+    if (!held[at(i)]) continue;
+    classes.of[at(i)] = BoundClass::Active;
+    classes.side[at(i)] = 0;
+  }
+  classes.redundant.resize(at(canonical.constraints()), false);
+  for (const auto& [row, col] : canonical.jacobian()) {
+    if (held[at(col)]) classes.redundant[at(row)] = true;
+  }
+  count_doubtful(canonical, classes);
+  return classes;
+}
+
+/// Where f is not linear in some of them, the others' curvature has to be right without them.
+bool by_structure(Case& c, const Stage& stage, ActiveSetSystem& system) {
+  const std::vector<bool> linear = linear_variables(c.canonical, system);
+  if (std::ranges::find(linear, true) == linear.end()) return false;
+  const BoundClasses classes = without(c.canonical, stage.classes, linear);
+  ActiveSetSystem rest(c.canonical, c.kkt, classes, stage.units, stage.point.evaluation);
+  const InertiaTest test = inner_survives(rest, stage.error, c.margin(1.0));
+  return test.inner && test.inner_response <= kIndependent;
+}
+
+}  // namespace
+
+bool maximizes_weakly(Case& c, const Stage& stage) {
+  if (!c.may_factorize(2)) return false;
+  ActiveSetSystem system(c.canonical, c.kkt, stage.classes, stage.units, stage.point.evaluation);
+  system.assemble({.min_fixed = true, .max_fixed = false});
+  const bool shown = by_structure(c, stage, system);
+  const Valley valley = explore_valley(c.canonical, system, stage.point, c.margin(1.0),
+                                       kFlatTimes * c.margin(1.0), true);
+  const bool flat = valley.verdict == Valley::Verdict::Flat;
+  if (!shown && !(flat && valley.complete && stage.classes.weak_max == 0)) return false;
+  if (valley.direction.size() > 0) {
+    c.reasons.add_direction(CertificateReason::Kind::FlatDirection, Player::Max, valley.direction,
+                            "y is best but not unique: as good along");
+  }
+  return true;
+}
+
+}  // namespace ipminmax
