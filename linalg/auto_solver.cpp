@@ -361,9 +361,10 @@ Factorization AutoSolver::checked(const SymmetricMatrix& matrix, const Factoriza
     if (gamma == 0.0 || attempt == kSmallerGammas) break;
     result = ldlt_.factorize_with(matrix, gamma);
   }
-  // What a vector shows needs no pivots, which take long where many of them vanish; the other
-  // eigenvalues are not counted.
-  if (!in_doubt_ && vanishes(matrix, image_, product_)) {
+  // What a vector shows needs no pivots, which take seconds where a thousand of them vanish; the
+  // other eigenvalues are not counted.
+  constexpr Index kManyPivots = 256;
+  if (!in_doubt_ && matrix.dimension() >= kManyPivots && vanishes(matrix, image_, product_)) {
     return {.status = FactorizationStatus::Singular,
             .inertia = {.zero = 1},
             .trust = {.pivoted = false}};
