@@ -58,8 +58,11 @@ class HorizonShift {
  private:
   void shift(const std::vector<StageBlock>& blocks, std::vector<double>& values) const {
     for (const StageBlock& block : blocks) {
+      const std::size_t length = values.size();
+      const bool fits = block.begin <= length &&
+                        (block.size == 0 || stages_ <= (length - block.begin) / block.size);
+      if (!fits) throw std::invalid_argument("a block of stages does not fit");
       const std::size_t end = block.begin + stages_ * block.size;
-      if (end > values.size()) throw std::invalid_argument("a block of stages does not fit");
       const auto at = [&](std::size_t i) {
         return values.begin() + static_cast<std::ptrdiff_t>(i);
       };

@@ -6,8 +6,11 @@
 #include <string_view>
 #include <vector>
 
+#include "adapter/ipopt_version.hpp"
 #include "adapter/log.hpp"
+#include "core/answer.hpp"
 #include "core/model/status_table.hpp"
+#include "core/version.h"
 #include "core/worst_case.hpp"
 
 namespace ipminmax::log {
@@ -378,22 +381,11 @@ std::string place_of(const RobustWorstCase& found, const ProblemStructure& struc
 
 }  // namespace
 
-std::string robust_summary(const RobustResult& result, const ProblemStructure& structure) {
+std::string robust_summary(const Result& result, const ProblemStructure& structure) {
   constexpr std::size_t kMostRows = 50;
-  std::string text = format("\nRobust constraints: %zu worst cases, %d solves",
-                            result.worst_cases.size(), result.solves);
-  if (result.maximizations > 0) {
-    text += format(", %d maximizations over y, ", result.maximizations);
-    text += std::isnan(result.largest_violation)
-                ? std::string("none at this x")
-                : format("largest violation found %.2e", result.largest_violation);
-  }
-  if (result.starts > 1) {
-    text += format("\n%d starts of x, %zu distinct certified points, the answer from start %d",
-                   result.starts, result.points.size(), result.best_start);
-  }
-  text += "\n";
-  if (result.worst_cases.empty()) return text;
+  const SearchOverY& y = result.over_y;
+  std::string text = format("\nRobust constraints: %zu worst cases, %d solves, %d maximizations\n",
+                            result.worst_cases.size(), y.solves, y.maximizations);
   text += format("\n%-24s %24s %16s  %s\n", "constraint", "value", "multiplier", "worst case");
   for (std::size_t k = 0; k < std::min(kMostRows, result.worst_cases.size()); ++k) {
     const RobustWorstCase& found = result.worst_cases[k];
@@ -423,9 +415,12 @@ std::string summary(const Result& result, const ProblemStructure* structure) {
   text += format("Complementarity.........: %24.16e\n", error.complementarity);
   text += format("Overall scaled error....: %24.16e\n\n", error.total);
   text += certificate_report(result.certificate, structure);
-  if (const std::string worst = describe_worst_case(result); !worst.empty()) {
-    text += "Worst case over y.......: " + worst + "\n";
-  }
+  const auto [why, point, over_y, over_x] = statements(result);
+  const bool game =
+      structure != nullptr && std::ranges::find(structure->variable_players, Player::Max) !=
+                                  structure->variable_players.end();
+  if (game) text += "Over all y..............: " + over_y + "\n";
+  if (game || result.over_x.asked > 1) text += "Over x..................: " + over_x + "\n";
   return text;
 }
 
@@ -473,6 +468,43 @@ std::string work(const Result& result) {
   return text;
 }
 
+std::string ipopt_work(const Result& result, const ProblemStructure& structure) {
+  const Counts& counts = result.counts;
+  const auto equations = static_cast<std::size_t>(
+      std::ranges::count_if(structure.constraint_players, [&, j = std::size_t{0}](Player) mutable {
+        const bool equation = structure.constraint_lower[j] == structure.constraint_upper[j];
+        ++j;
+        return equation;
+      }));
+  const bool has_equations = equations > 0;
+  const bool has_inequalities = equations < structure.constraint_players.size();
+  const auto line = [](const char* label, Index count) {
+    return format("Number of %-42s = %d\n", label, count);
+  };
+  std::string text = "\n";
+  text += line("objective function evaluations", counts.objective);
+  text += line("objective gradient evaluations", counts.gradient);
+  text += line("equality constraint evaluations", has_equations ? counts.constraints : 0);
+  text += line("inequality constraint evaluations", has_inequalities ? counts.constraints : 0);
+  text += line("equality constraint Jacobian evaluations", has_equations ? counts.jacobian : 0);
+  text +=
+      line("inequality constraint Jacobian evaluations", has_inequalities ? counts.jacobian : 0);
+  text += line("Lagrangian Hessian evaluations", counts.hessian);
+  const double evaluations = result.timing.evaluations;  // of all threads
+  const auto seconds = [](const char* label, double value) {
+    return format("%-52s = %10.3f\n", label, std::max(0.0, value));
+  };
+#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
+  text += seconds("Total seconds in IPOPT", result.timing.total);
+  text += seconds("Total seconds in NLP function evaluations", evaluations);
+#else
+  text += seconds("Total CPU secs in IPOPT (w/o function evaluations)",
+                  result.cpu_seconds - evaluations);
+  text += seconds("Total CPU secs in NLP function evaluations", evaluations);
+#endif
+  return text;
+}
+
 std::string timing(const Timing& timing) {
   const double rest = timing.total - timing.evaluations - timing.assembly - timing.analysis -
                       timing.factorization - timing.solves;
@@ -499,6 +531,54 @@ std::string exit_line(const Result& result) {
     text += "      The objective's factor is negative: Min maximizes and Max minimizes.\n";
   }
   return text;
+}
+
+namespace {
+
+/// Ipopt's words for an end, empty where ours are the same.
+std::string_view ipopt_words(Status status) {
+  switch (status) {
+    case Status::Solved:
+    case Status::SolvedDegenerate:
+      return "Optimal Solution Found.";
+    case Status::NotLocalMinmax:
+    case Status::NoLocalMinmaxFound:
+      return row_of(Status::TinyStep).sentence;
+    case Status::InnerUnbounded:
+    case Status::OuterUnbounded:
+      return row_of(Status::DivergingIterates).sentence;
+    case Status::InnerInfeasible:
+      return row_of(Status::LocallyInfeasible).sentence;
+    case Status::InertiaCorrectionFailed:
+    case Status::LinearSolverFailed:
+      return "Error in step computation!";
+    case Status::EvaluationFailed:
+    case Status::InvalidNumber:
+      return "Invalid number in NLP function or derivative detected.";
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+std::string ipopt_exit_line(const Result& result) {
+  const std::string words(ipopt_words(result.status));
+  std::string text = exit_line(result);
+  if (!words.empty()) {
+    const std::string ours = exit_text(result);
+    text.replace(text.find(ours), ours.size(), words + "\n      " + ours);
+  }
+  // Pyomo looks for this line where there is no solution file, and for the third of its parts.
+  if (result.status == Status::TooFewDegreesOfFreedom)
+    text = "\nTOO_FEW_DEGREES_OF_FREEDOM: the model: Too few degrees of freedom.\n" + text;
+  return text;
+}
+
+std::string ipopt_solver_line(const std::string& linear_solver) {
+  return "This is Ipminmax " IPMINMAX_VERSION ", with the interface of Ipopt " IPOPT_VERSION
+         ", running with linear solver " +
+         linear_solver + ".\n\n";
 }
 
 }  // namespace ipminmax::log

@@ -99,8 +99,7 @@ class StartsProgress {
 
 /// The worst cases of robust constraints: constraint, its value there, multiplier, the values of
 /// the Max variables that it reads, and how far the search over y has come.
-[[nodiscard]] std::string robust_summary(const RobustResult& result,
-                                         const ProblemStructure& structure);
+[[nodiscard]] std::string robust_summary(const Result& result, const ProblemStructure& structure);
 
 /// Objective and errors at the returned point, then the certificate. structure, which has the
 /// names, may be null.
@@ -110,11 +109,20 @@ class StartsProgress {
 /// Numbers of evaluations, factorizations and solves, and the time used.
 [[nodiscard]] std::string work(const Result& result);
 
+/// The same with Ipopt's names, equations and inequalities apart, for programs that read its log
+/// (print_ipopt_log). The times have the names of the Ipopt that this was built with.
+[[nodiscard]] std::string ipopt_work(const Result& result, const ProblemStructure& structure);
+
 /// Seconds by stage.
 [[nodiscard]] std::string timing(const Timing& timing);
 
 /// The last line, "EXIT: ...": what the returned point is, in words, and the core's message when
 /// that says more.
 [[nodiscard]] std::string exit_line(const Result& result);
+/// The same after Ipopt's words for that end.
+[[nodiscard]] std::string ipopt_exit_line(const Result& result);
+
+/// "This is ..., running with linear solver mumps.", which programs look for in Ipopt's log.
+[[nodiscard]] std::string ipopt_solver_line(const std::string& linear_solver);
 
 }  // namespace ipminmax::log

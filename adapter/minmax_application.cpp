@@ -33,10 +33,9 @@
 #include "adapter/point_arrays.hpp"
 #include "adapter/status.hpp"
 #include "adapter/tnlp_problem.hpp"
+#include "core/answer.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/remarks.hpp"
-#include "core/multistart.hpp"
-#include "core/robust.hpp"
 #include "core/search/result_arrays.hpp"
 #include "core/solver.hpp"
 #include "core/worst_case.hpp"
@@ -66,6 +65,7 @@ struct Settings {
   RowSettings rows;
   EJournalLevel print_level = Ipopt::J_NONE;
   bool without_banner = false, list_options = false, document_options = false, time_stages = false;
+  std::string points_file;           ///< empty: none
   std::vector<std::string> ignored;  ///< messages about options without effect
 };
 
@@ -95,6 +95,9 @@ Settings read_settings(const Ipopt::OptionsList& list) {
   settings.list_options = flag("print_user_options");
   settings.document_options = flag("print_options_documentation");
   settings.time_stages = flag("print_timing_statistics");
+  if (may_be_set("minmax_points_file")) {
+    list.GetStringValue("minmax_points_file", settings.points_file, "");
+  }
   settings.ignored = ignored_ipopt_options(list);
   return settings;
 }
@@ -112,7 +115,7 @@ class IterationRows {
   [[nodiscard]] std::string text(const IterationInfo& info) {
     constexpr Index kRowsPerHeader = 10;
     const auto now = std::chrono::steady_clock::now();
-    if (info.restoration || info.iteration % every_ != 0) return {};
+    if (info.restoration || info.over_y || info.iteration % every_ != 0) return {};
     if (rows_ > 0 && std::chrono::duration<double>(now - last_).count() < pause_) return {};
     last_ = now;
     std::string text;
@@ -163,12 +166,6 @@ double bound_violation(const ProblemStructure& structure, const std::vector<doub
   return largest;
 }
 
-/// Whether constraints, or f, are to hold for every y.
-bool is_robust(const ProblemStructure& structure, const SolverOptions& options) {
-  return options.minmax_epigraph || options.minmax_epigraph_at_kinks ||
-         (options.minmax_robust_constraints && has_robust_constraints(structure));
-}
-
 /// The same model for a multistart, which owns its models.
 class SameProblem final : public ForwardingProblem {
  public:
@@ -204,7 +201,7 @@ struct MinMaxApplication::Implementation {
   Result result;
   ResultArrays room;  ///< for the next result
   std::unique_ptr<TnlpProblem> last_problem;
-  std::vector<RobustWorstCase> worst_cases;
+  std::vector<DistinctPoint> points;
   std::optional<Settings> settings;    ///< as last read
   std::uint64_t settings_read_at = 0;  ///< changes of the list before that
   bool banner_printed = false;
@@ -214,18 +211,28 @@ struct MinMaxApplication::Implementation {
   bool over_ranks = false;
   bool silent = false;  ///< not the rank that prints
   struct Audience;
-  /// What intermediate_callback may ask about, while it runs.
+  /// What intermediate_callback and finalize_solution may ask about, while they run.
   struct Current {
     TnlpProblem& problem;
     const SolverOptions& options;
-    const IterationInfo& info;
-    std::optional<Result> result;  ///< once asked for
-    const Result& at() {
-      if (!result) result = info.result();
+    const IterationInfo* info = nullptr;  ///< null in finalize_solution
+    const Result* answer = nullptr;       ///< there
+    std::optional<Result> result{};       ///< of the iteration, once asked for
+    [[nodiscard]] const Result& at() {
+      if (answer != nullptr) return *answer;
+      if (!result) result = info->result();
       return *result;
     }
   };
   std::optional<Current> current;
+  UserScaling factors, asked;  ///< of the solve, as told at its first iterate; of what is current
+  bool factors_known = false;  ///< whether they are those of the answer
+
+  /// Calls a method of the model, which may ask about what is current.
+  template <class Call>
+  decltype(auto) let_ask(Current about, Call&& call);
+  /// The factors of what is current; null where they are not known.
+  [[nodiscard]] const UserScaling* current_factors();
 
   double system_seconds_before = 0.0;
 
@@ -244,16 +251,18 @@ struct MinMaxApplication::Implementation {
   [[nodiscard]] bool call_back(TnlpProblem& problem, const SolverOptions& options,
                                const IterationInfo& info);
   [[nodiscard]] ApplicationReturnStatus solve(TnlpProblem& problem, const SolverOptions& options);
-  [[nodiscard]] Result solve_from_many_starts(TnlpProblem& problem, const SolverOptions& options);
-  [[nodiscard]] Result solve_for_every_y(TnlpProblem& problem, const SolverOptions& options);
+  [[nodiscard]] Result solve_for_points(TnlpProblem& problem, const SolverOptions& options);
   void show_progress(log::StartsProgress& progress, bool on_terminal) const;
   [[nodiscard]] bool prints_to_terminal() const;
-  void write_points(const MultistartResult& found) const;
+  void write_points(Answer& found);
   [[nodiscard]] ApplicationReturnStatus join_ranks();
-  void look_for_worst_case(TnlpProblem& problem, const SolverOptions& options);
   [[nodiscard]] ApplicationReturnStatus stop(Status status, std::string message);
   [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem, const SolverOptions& options);
-  void print_split_remarks(const ProblemStructure& structure) const;
+  void print_split_remarks(const ProblemStructure& structure, const SolverOptions& options) const;
+  void print_linear_solver();
+  [[nodiscard]] std::string exit_line() {
+    return current_settings().rows.as_ipopt ? log::ipopt_exit_line(result) : log::exit_line(result);
+  }
   [[nodiscard]] ApplicationReturnStatus report_exception();
 
   [[nodiscard]] const Settings& current_settings();
@@ -463,13 +472,12 @@ ApplicationReturnStatus MinMaxApplication::Implementation::stop(Status status,
                                                                 std::string message) {
   result.status = status;
   result.message = std::move(message);
-  print(Ipopt::J_ERROR, Ipopt::J_MAIN, log::exit_line(result));
+  print(Ipopt::J_ERROR, Ipopt::J_MAIN, exit_line());
   return application_status(status);
 }
 
-bool MinMaxApplication::Implementation::call_back(TnlpProblem& problem,
-                                                  const SolverOptions& options,
-                                                  const IterationInfo& info) {
+template <class Call>
+decltype(auto) MinMaxApplication::Implementation::let_ask(Current about, Call&& call) {
   struct Reset {
     std::optional<Current>& current;
     const MinMaxApplication* caller;
@@ -479,8 +487,30 @@ bool MinMaxApplication::Implementation::call_back(TnlpProblem& problem,
     }
   } const reset{current, calling};
   calling = &application;
-  current.emplace(Current{problem, options, info, std::nullopt});
-  return problem.report(info);
+  current.emplace(std::move(about));
+  return call();
+}
+
+const UserScaling* MinMaxApplication::Implementation::current_factors() {
+  if (current->info != nullptr) {
+    if (!current->info->scaling) return nullptr;
+    current->info->scaling(asked);
+  } else if (!factors_known) {
+    return nullptr;
+  } else {
+    asked = factors;
+  }
+  const ProblemStructure& structure = current->problem.structure();
+  const bool fits = asked.variables.size() == structure.variable_players.size() &&
+                    asked.constraints.size() == structure.constraint_players.size();
+  return fits ? &asked : nullptr;  // robust constraints make another problem
+}
+
+bool MinMaxApplication::Implementation::call_back(TnlpProblem& problem,
+                                                  const SolverOptions& options,
+                                                  const IterationInfo& info) {
+  return let_ask({.problem = problem, .options = options, .info = &info},
+                 [&] { return problem.report(info); });
 }
 
 /// Prints what a solve tells, and passes it on to the model.
@@ -499,22 +529,26 @@ struct MinMaxApplication::Implementation::Audience {
                   owner.print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
                 }};
   }
-  [[nodiscard]] bool tell(const IterationInfo& info) {
-    owner.print_made(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, [&] { return rows.text(info); });
+  [[nodiscard]] bool tell(const IterationInfo& info, EJournalLevel level = Ipopt::J_ITERSUMMARY) {
+    owner.print_made(level, Ipopt::J_MAIN, [&] { return rows.text(info); });
+    if (info.iteration == 0 && !info.restoration && !info.over_y && info.scaling) {
+      info.scaling(owner.factors);
+      owner.factors_known = true;
+    }
     return owner.call_back(problem, options, info);
   }
 };
 
-Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& problem,
-                                                                 const SolverOptions& options) {
+/// From many starts, or with a file for the points that were found.
+Result MinMaxApplication::Implementation::solve_for_points(TnlpProblem& problem,
+                                                           const SolverOptions& options) {
+  const bool many = options.minmax_starts > 1 || over_ranks;
+  const EJournalLevel level = many ? Ipopt::J_DETAILED : Ipopt::J_ITERSUMMARY;
+  Audience audience{*this, problem, options};
   MultistartObserver observer;
-  const RowSettings row_settings = current_settings().rows;
-  observer.on_iteration = [this, &problem, &options, row_settings,
-                           rows = IterationRows(row_settings)](Index,
-                                                               const IterationInfo& info) mutable {
-    if (info.iteration == 0) rows = IterationRows(row_settings);
-    print_made(Ipopt::J_DETAILED, Ipopt::J_MAIN, [&] { return rows.text(info); });
-    return call_back(problem, options, info);
+  observer.on_iteration = [&](Index, const IterationInfo& info) {
+    if (many && info.iteration == 0) audience.rows = IterationRows(current_settings().rows);
+    return audience.tell(info, level);
   };
   const bool as_ipopt = flag("print_ipopt_log");  // whose log has no such tables
   // One line that is refreshed on a terminal, else one line per start.
@@ -522,7 +556,7 @@ Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& pr
   log::StartsProgress progress(options.minmax_starts, !has_min_variable(problem.structure()));
   observer.on_result = [&, rows = on_terminal ? Ipopt::J_DETAILED : Ipopt::J_ITERSUMMARY](
                            Index start, const Result& found) {
-    if (as_ipopt) return;
+    if (as_ipopt || !many) return;
     if (start == 0) print(rows, Ipopt::J_MAIN, log::start_header());
     print(rows, Ipopt::J_MAIN, log::start_row(start, found));
     progress.add(found);
@@ -531,26 +565,16 @@ Result MinMaxApplication::Implementation::solve_from_many_starts(TnlpProblem& pr
   observer.message = [this](Index, std::string_view text) {
     print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
   };
-  MultistartResult found =
-      over_ranks ? multistart_over_ranks([&] { return std::make_unique<SameProblem>(problem); }, 1,
-                                         options, observer)
-                 : multistart(problem, options, observer);
+  Answer found = over_ranks
+                     ? multistart_over_ranks([&] { return std::make_unique<SameProblem>(problem); },
+                                             1, options, observer)
+                     : ipminmax::run(problem, options, observer);
   write_points(found);
-  if (has_iterate(found.best.status) && !as_ipopt) {
+  if (many && has_iterate(found.best.status) && !as_ipopt) {
     print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::multistart_summary(found));
   }
+  points = std::move(found.points);
   return std::move(found.best);
-}
-
-Result MinMaxApplication::Implementation::solve_for_every_y(TnlpProblem& problem,
-                                                            const SolverOptions& options) {
-  Audience audience{*this, problem, options};
-  RobustResult found = solve_robust(problem, options, audience.observer());
-  if (has_iterate(found.result.status) && (!found.worst_cases.empty() || found.starts > 1)) {
-    print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::robust_summary(found, problem.structure()));
-  }
-  worst_cases = std::move(found.worst_cases);
-  return std::move(found.result);
 }
 
 bool MinMaxApplication::Implementation::prints_to_terminal() const {
@@ -576,15 +600,16 @@ void MinMaxApplication::Implementation::show_progress(log::StartsProgress& progr
   std::fflush(stdout);
 }
 
-void MinMaxApplication::Implementation::write_points(const MultistartResult& found) const {
-  const std::string name = string_option("minmax_points_file");
+void MinMaxApplication::Implementation::write_points(Answer& found) {
+  const std::string& name = current_settings().points_file;
   if (name.empty() || silent) return;
   std::ofstream file(name);
   file << points_as_csv(found);
   file.close();
-  if (!file) {
-    print(Ipopt::J_ERROR, Ipopt::J_MAIN, "Error writing minmax_points_file \"" + name + "\"\n");
-  }
+  if (file) return;
+  const std::string error = "error writing minmax_points_file \"" + name + "\"";
+  found.best.message += "; " + error;  // also where nothing is printed
+  print(Ipopt::J_ERROR, Ipopt::J_MAIN, "E" + error.substr(1) + "\n");
 }
 
 ApplicationReturnStatus MinMaxApplication::Implementation::join_ranks() {
@@ -597,28 +622,30 @@ ApplicationReturnStatus MinMaxApplication::Implementation::join_ranks() {
   }
 }
 
-void MinMaxApplication::Implementation::look_for_worst_case(TnlpProblem& problem,
-                                                            const SolverOptions& options) {
-  if (!is_success(result.status) && result.status != Status::NoLocalMinmaxFound) return;
-  if (options.minmax_worst_case_starts == 0) return;
-  MultistartObserver observer;
-  observer.on_iteration = [&](Index, const IterationInfo& info) {
-    return call_back(problem, options, info);
-  };
-  add_worst_case(problem, options, result, observer);
-}
-
-void MinMaxApplication::Implementation::print_split_remarks(
-    const ProblemStructure& structure) const {
+void MinMaxApplication::Implementation::print_split_remarks(const ProblemStructure& structure,
+                                                            const SolverOptions& options) const {
   if (!is_printed(Ipopt::J_WARNING, Ipopt::J_MAIN)) return;
   const bool any_max = std::ranges::find(structure.variable_players, Player::Max) !=
                        structure.variable_players.end();
   const bool distributes = dynamic_cast<const MinMaxTNLP*>(Ipopt::GetRawPtr(model)) != nullptr &&
                            dynamic_cast<const OptionalPlayers*>(Ipopt::GetRawPtr(model)) == nullptr;
-  if (!any_max && !distributes) return;  // an ordinary model
+  if (!any_max && !distributes) {  // an ordinary model
+    print(Ipopt::J_WARNING, Ipopt::J_MAIN,
+          std::string("Note: no Max variable: a ") +
+              (options.obj_scaling_factor < 0.0 ? "maximization" : "minimization") + ".\n\n");
+    return;
+  }
   for (const std::string& text : split_remarks(structure)) {
     print(Ipopt::J_WARNING, Ipopt::J_MAIN, "Warning: " + text + "\n\n");
   }
+}
+
+/// Not where the solver that was asked for is not built in: programs find out so whether it is.
+void MinMaxApplication::Implementation::print_linear_solver() {
+  const std::string name = string_option("linear_solver");
+  const auto others = ipopt_only_linear_solvers();
+  if (std::ranges::find(others, name) != others.end()) return;
+  print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::ipopt_solver_line(name));
 }
 
 /// A model may stop because Ipopt's own methods have nothing to tell it.
@@ -635,12 +662,15 @@ ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& p
                                                                   const SolverOptions& options) {
   result.message += stop_note(*model, result);
   if (!has_iterate(result.status)) {
-    print(Ipopt::J_ERROR, Ipopt::J_MAIN, log::exit_line(result));
+    print(Ipopt::J_ERROR, Ipopt::J_MAIN, exit_line());
     return application_status(result.status);
   }
   const auto printed = [&](EJournalCategory category, auto&& make) {
     print_made(Ipopt::J_SUMMARY, category, make);
   };
+  if (!result.worst_cases.empty()) {
+    printed(Ipopt::J_SOLUTION, [&] { return log::robust_summary(result, problem.structure()); });
+  }
   printed(Ipopt::J_SOLUTION, [&] { return log::summary(result, &problem.structure()); });
   if (is_success(result.status) && is_printed(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION)) {
     for (const std::string& text : idle_bound_remarks(problem.structure(), options, result)) {
@@ -649,14 +679,20 @@ ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& p
   }
   if (current_settings().rows.as_ipopt)
     printed(Ipopt::J_SOLUTION, [&] { return log::ipopt_errors(result); });
-  printed(Ipopt::J_STATISTICS, [&] { return log::work(result); });
+  printed(Ipopt::J_STATISTICS, [&] {
+    return current_settings().rows.as_ipopt ? log::ipopt_work(result, problem.structure())
+                                            : log::work(result);
+  });
   if (current_settings().time_stages) {
     printed(Ipopt::J_TIMING_STATISTICS, [&] { return log::timing(result.timing); });
   }
-  printed(Ipopt::J_MAIN, [&] { return log::exit_line(result); });
+  printed(Ipopt::J_MAIN, [&] { return exit_line(); });
   solved = {.bound_violation = bound_violation(problem.structure(), result.v),
             .system_seconds = system_seconds() - system_seconds_before};
-  if (problem.started()) problem.finalize(solver_return(result.status), result);
+  if (problem.started()) {
+    let_ask({.problem = problem, .options = options, .answer = &result},
+            [&] { problem.finalize(solver_return(result.status), result); });
+  }
   return application_status(result.status);
 }
 
@@ -683,7 +719,8 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
   }
   try {
     if (auto error = own->load(); !error.empty()) {
-      return stop(Status::InvalidProblem, std::move(error));
+      const ApplicationReturnStatus status = stop(Status::InvalidProblem, std::move(error));
+      return own->has_no_jacobian() ? Ipopt::Unrecoverable_Exception : status;  // as in Ipopt
     }
   } catch (const Ipopt::OPTION_INVALID& error) {
     return stop(Status::InvalidOption, error.Message());
@@ -695,27 +732,23 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
 
 ApplicationReturnStatus MinMaxApplication::Implementation::solve(TnlpProblem& problem,
                                                                  const SolverOptions& options) {
+  if (current_settings().rows.as_ipopt) print_linear_solver();
   print_made(Ipopt::J_WARNING, Ipopt::J_STATISTICS,
              [&] { return log::problem_statistics(problem.structure(), options); });
-  print_split_remarks(problem.structure());
+  print_split_remarks(problem.structure(), options);
   try {
     if (options.derivative_test != DerivativeTest::None) {
       print(Ipopt::J_SUMMARY, Ipopt::J_NLP,
             log::derivative_test(test_derivatives(problem, options), problem.structure()));
     }
-    if (is_robust(problem.structure(), options)) {
-      result = solve_for_every_y(problem, options);
-      if (!options.minmax_epigraph && !has_robust_constraints(problem.structure())) {
-        look_for_worst_case(problem, options);
-      }
-    } else if (options.minmax_starts > 1 || over_ranks) {
-      result = solve_from_many_starts(problem, options);
+    if (options.minmax_starts > 1 || over_ranks || !current_settings().points_file.empty()) {
+      result = solve_for_points(problem, options);
     } else {
       Audience audience{*this, problem, options};
       room.give_to(result);
       solver.solve(problem, options, audience.observer(), result);
-      look_for_worst_case(problem, options);
     }
+    if (result.over_y.functions > 0 || result.over_x.made > 1) factors_known = false;
   } catch (...) {
     const ApplicationReturnStatus status = report_exception();
     if (problem.started()) {
@@ -730,7 +763,8 @@ ApplicationReturnStatus MinMaxApplication::Implementation::solve(TnlpProblem& pr
 
 ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
   room.take_from(result);
-  worst_cases.clear();
+  points.clear();
+  factors_known = false;
   solved.reset();
   statistics = nullptr;
   system_seconds_before = system_seconds();
@@ -870,16 +904,23 @@ ApplicationReturnStatus MinMaxApplication::ReOptimizeNLP(const SmartPtr<Ipopt::N
   return OptimizeNLP(nlp);
 }
 
-bool MinMaxApplication::GetCurrentIterate(Result& iterate) const {
-  if (!implementation_->current) return false;
-  iterate = implementation_->current->at();
+bool MinMaxApplication::GetCurrentIterate(Result& iterate, bool scaled) const {
+  Implementation& here = *implementation_;
+  if (!here.current || here.current->at().v.empty()) return false;
+  const UserScaling* const factors = scaled ? here.current_factors() : nullptr;
+  if (scaled && factors == nullptr) return false;
+  iterate = here.current->at();
+  if (scaled) scale(here.current->problem.structure(), *factors, iterate);
   return true;
 }
 
-bool MinMaxApplication::GetCurrentViolations(Violations& violations) const {
-  if (!implementation_->current) return false;
-  Implementation::Current& current = *implementation_->current;
-  auto found = violations_at(current.problem, current.at(), current.options);
+bool MinMaxApplication::GetCurrentViolations(Violations& violations, bool scaled) const {
+  Implementation& here = *implementation_;
+  if (!here.current || here.current->at().v.empty()) return false;
+  const UserScaling* const factors = scaled ? here.current_factors() : nullptr;
+  if (scaled && factors == nullptr) return false;
+  Implementation::Current& current = *here.current;
+  auto found = violations_at(current.problem, current.at(), current.options, factors);
   if (!found || !is_finite(*found)) return false;
   violations = std::move(*found);
   return true;
@@ -888,12 +929,22 @@ bool MinMaxApplication::GetCurrentViolations(Violations& violations) const {
 const Result& MinMaxApplication::LastResult() const { return implementation_->result; }
 
 const std::vector<RobustWorstCase>& MinMaxApplication::LastWorstCases() const {
-  return implementation_->worst_cases;
+  return implementation_->result.worst_cases;
+}
+
+const std::vector<DistinctPoint>& MinMaxApplication::LastPoints() const {
+  return implementation_->points;
 }
 
 std::string MinMaxApplication::UpdateSensitivity(Sensitivity& sensitivity) const {
   const Implementation& here = *implementation_;
   if (Ipopt::IsNull(here.model)) return "nothing has been solved";
+  if (std::ranges::count_if(here.result.worst_cases, [&](const RobustWorstCase& c) {
+        return c.active && c.constraint == static_cast<Index>(here.result.lambda.size());
+      }) > 1) {
+    return "the answer is a kink of max over y, where several worst cases of f share the value: it "
+           "has no derivatives there";
+  }
   SolverOptions options;
   if (auto error = solver_options(*here.list, options); !error.empty()) return error;
   TnlpProblem problem(here.model, player_options(*here.list));
@@ -945,7 +996,7 @@ bool get_current_iterate(bool scaled, Ipopt::Index n, Ipopt::Number* x, Ipopt::N
                          Ipopt::Number* z_U, Ipopt::Index m, Ipopt::Number* g,
                          Ipopt::Number* lambda) {
   Result at;
-  if (scaled || calling == nullptr || !calling->GetCurrentIterate(at)) return false;
+  if (calling == nullptr || !calling->GetCurrentIterate(at, scaled)) return false;
   if (at.v.size() != static_cast<std::size_t>(n) ||
       at.constraints.size() != static_cast<std::size_t>(m)) {
     return false;
@@ -959,7 +1010,7 @@ bool get_current_violations(bool scaled, Ipopt::Index n, Ipopt::Number* x_L_viol
                             Ipopt::Number* compl_x_U, Ipopt::Number* grad_lag_x, Ipopt::Index m,
                             Ipopt::Number* nlp_constraint_violation, Ipopt::Number* compl_g) {
   Violations found;
-  if (scaled || calling == nullptr || !calling->GetCurrentViolations(found)) return false;
+  if (calling == nullptr || !calling->GetCurrentViolations(found, scaled)) return false;
   if (found.lower_bound.size() != static_cast<std::size_t>(n) ||
       found.constraint.size() != static_cast<std::size_t>(m)) {
     return false;

@@ -97,13 +97,16 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// Inside intermediate_callback: the iterate, as LastResult() would hold it if the callback
   /// stopped the solve now: v, lambda, z_lower, z_upper, constraints in the model's order and
   /// units, error (inf_du split by player), mu, counts. Evaluates objective and constraints, with
-  /// fixed variables their derivatives, once per callback. False, and nothing is touched, anywhere
-  /// else.
-  bool GetCurrentIterate(Result& iterate) const;
-  /// Inside intermediate_callback: by how much the iterate misses the first-order conditions, entry
-  /// by entry. Evaluates gradient and Jacobian. False where these are undefined or not finite, and
-  /// anywhere else.
-  bool GetCurrentViolations(Violations& violations) const;
+  /// fixed variables their derivatives, once per callback. Inside finalize_solution: the answer.
+  /// scaled: v, lambda, z_lower, z_upper and constraints in the units in which the solve works
+  /// (nlp_scaling_method, obj_scaling_factor). False, and nothing is touched, anywhere else; with
+  /// scaled also where the answer is one of several solves, or robust constraints make the solve
+  /// work on a larger problem.
+  bool GetCurrentIterate(Result& iterate, bool scaled = false) const;
+  /// Inside the same: by how much the iterate misses the first-order conditions, entry by entry.
+  /// Evaluates gradient and Jacobian. False where these are undefined or not finite, and where
+  /// GetCurrentIterate is.
+  bool GetCurrentViolations(Violations& violations, bool scaled = false) const;
 
   /// Answer of the last solve, with the certificate; after a failed Initialize its status and
   /// message only.
@@ -111,6 +114,9 @@ class MinMaxApplication : public Ipopt::ReferencedObject {
   /// Worst cases of the last answer's robust constraints, and of f with minmax_epigraph; empty
   /// where there are none.
   [[nodiscard]] const std::vector<RobustWorstCase>& LastWorstCases() const;
+  /// Certified points of the last multistart (minmax_starts), the best first; empty after any other
+  /// solve.
+  [[nodiscard]] const std::vector<DistinctPoint>& LastPoints() const;
   /// The worst case over all of y at the x of v (n values), looked for from so many starting points
   /// of y with the options of this application, beginning with that of v; see check_worst_case of
   /// core/worst_case.hpp. Returns why it cannot be done, empty when it was. model as for

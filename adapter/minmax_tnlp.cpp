@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -9,27 +10,35 @@ namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
-/// Gives players[i] to Max for every index i. what: "variable" or "constraint". first_place: room.
-void give_to_max(const std::vector<Index>& indices, Index size, const char* what,
-                 std::vector<std::ptrdiff_t>& first_place, Player* players) {
-  const auto list = [&] { return std::string("SplitTNLP: max_") + what + "s"; };
+/// Indices of a SplitTNLP's constructor, and whose they are to be.
+struct IndexList {
+  const char* name;  ///< of the constructor's argument
+  const char* what;  ///< "variable" or "constraint"
+  const std::vector<Index>& indices;
+  Player player;
+};
+
+/// Gives players[i] to the list's player for every index i. first_place: room.
+void give(const IndexList& list, Index size, std::vector<std::ptrdiff_t>& first_place,
+          Player* players) {
+  const std::string name = std::string("SplitTNLP: ") + list.name;
   first_place.assign(static_cast<std::size_t>(size), -1);
-  for (std::size_t k = 0; k < indices.size(); ++k) {
-    const Index i = indices[k];
+  for (std::size_t k = 0; k < list.indices.size(); ++k) {
+    const Index i = list.indices[k];
     if (i < 0 || i >= size) {
       std::ostringstream text;
-      text << list() << "[" << k << "] = " << i << " is out of range: the model has " << size << " "
-           << what << "s (indices are 0-based)";
+      text << name << "[" << k << "] = " << i << " is out of range: the model has " << size << " "
+           << list.what << "s (indices are 0-based)";
       THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, text.str());
     }
     std::ptrdiff_t& place = first_place[static_cast<std::size_t>(i)];
     if (place >= 0) {
-      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, list() + " holds index " + std::to_string(i) +
+      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, name + " holds index " + std::to_string(i) +
                                                      " twice, at places " + std::to_string(place) +
                                                      " and " + std::to_string(k));
     }
     place = static_cast<std::ptrdiff_t>(k);
-    players[i] = Player::Max;
+    players[i] = list.player;
   }
 }
 
@@ -70,20 +79,30 @@ bool MinMaxTNLP::get_constraint_players(Ipopt::Index, Player*) { return true; }
 
 SplitTNLP::SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
                      std::vector<Ipopt::Index> max_variables,
-                     std::vector<Ipopt::Index> max_constraints)
+                     std::vector<Ipopt::Index> max_constraints,
+                     std::vector<Ipopt::Index> min_constraints)
     : model_(model),
       max_variables_(std::move(max_variables)),
-      max_constraints_(std::move(max_constraints)) {
+      max_constraints_(std::move(max_constraints)),
+      min_constraints_(std::move(min_constraints)) {
   if (Ipopt::IsNull(model_)) throw std::invalid_argument("SplitTNLP: the model is null");
 }
 
 bool SplitTNLP::get_variable_players(Ipopt::Index n, Player* players) {
-  give_to_max(max_variables_, n, "variable", first_place_, players);
+  give({"max_variables", "variable", max_variables_, Player::Max}, n, first_place_, players);
   return true;
 }
 
 bool SplitTNLP::get_constraint_players(Ipopt::Index m, Player* players) {
-  give_to_max(max_constraints_, m, "constraint", first_place_, players);
+  for (const Index j : min_constraints_) {
+    if (std::ranges::find(max_constraints_, j) != max_constraints_.end()) {
+      THROW_EXCEPTION(
+          Ipopt::TNLP::INVALID_TNLP,
+          "SplitTNLP: max_constraints and min_constraints both hold index " + std::to_string(j));
+    }
+  }
+  give({"max_constraints", "constraint", max_constraints_, Player::Max}, m, first_place_, players);
+  give({"min_constraints", "constraint", min_constraints_, Player::Min}, m, first_place_, players);
   return true;
 }
 

@@ -16,10 +16,10 @@ inline namespace IPMINMAX_IPOPT_ABI {
 static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Index, int>,
               "Ipminmax needs an Ipopt with double precision numbers and int indices");
 
-/// Inside a model's intermediate_callback, whichever application of this thread called it: the
-/// iterate, as MinMaxApplication::GetCurrentIterate gives it. Arrays of n: x, z_L, z_U, of m: g,
-/// lambda; each may be null. False, and nothing is touched, anywhere else, for other sizes, and for
-/// scaled: values are those of the model's units.
+/// Inside a model's intermediate_callback or finalize_solution, whichever application of this
+/// thread called it: the iterate, as MinMaxApplication::GetCurrentIterate gives it. Arrays of n: x,
+/// z_L, z_U, of m: g, lambda; each may be null. False, and nothing is touched, anywhere else, for
+/// other sizes, and where that is false.
 [[nodiscard]] bool get_current_iterate(bool scaled, Ipopt::Index n, Ipopt::Number* x,
                                        Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m,
                                        Ipopt::Number* g, Ipopt::Number* lambda);
@@ -32,8 +32,8 @@ static_assert(std::is_same_v<Ipopt::Number, double> && std::is_same_v<Ipopt::Ind
                                           Ipopt::Index m, Ipopt::Number* nlp_constraint_violation,
                                           Ipopt::Number* compl_g);
 
-/// Base of models whose intermediate_callback calls get_curr_iterate and get_curr_violations, which
-/// Ipopt 3.14's TNLP has: here they answer under this library's applications too, and with Ipopt
+/// Base of models whose intermediate_callback or finalize_solution calls get_curr_iterate and
+/// get_curr_violations, which Ipopt 3.14's TNLP has: here they answer under this library's applications too, and with Ipopt
 /// 3.11. A model that is solved by Ipopt 3.14 gets Ipopt's answer.
 class ObservableTNLP : public Ipopt::TNLP {
  public:
@@ -68,9 +68,12 @@ class SplitTNLP : public MinMaxTNLP {
  public:
   /// max_variables: 0-based indices of the variables that the maximizer chooses.
   /// max_constraints: 0-based constraints given to Max besides the implied ones.
+  /// min_constraints: 0-based constraints given to Min; one that reads Max variables is robust: it
+  /// must hold for all of their values (docs/robust_constraints.md).
   /// Throws std::invalid_argument when model is null.
   SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model, std::vector<Ipopt::Index> max_variables,
-            std::vector<Ipopt::Index> max_constraints = {});
+            std::vector<Ipopt::Index> max_constraints = {},
+            std::vector<Ipopt::Index> min_constraints = {});
 
   SplitTNLP(const SplitTNLP&) = delete;
   SplitTNLP& operator=(const SplitTNLP&) = delete;
@@ -137,6 +140,7 @@ class SplitTNLP : public MinMaxTNLP {
   Ipopt::SmartPtr<Ipopt::TNLP> model_;
   std::vector<Ipopt::Index> max_variables_;
   std::vector<Ipopt::Index> max_constraints_;
+  std::vector<Ipopt::Index> min_constraints_;
   std::vector<std::ptrdiff_t> first_place_;  ///< work
 };
 

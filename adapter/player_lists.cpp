@@ -73,8 +73,11 @@ std::string add_named(std::string_view name, const ListedItems& items,
                       std::vector<Index>& indices) {
   const std::string what(items.what);
   if (items.names == nullptr || items.names->empty()) {
-    return "\"" + std::string(name) + "\" is no index and no range, and the model names no " +
-           what + "s";
+    const std::string reason = items.names_given > 0
+                                   ? "gives " + std::to_string(items.names_given) + " names for " +
+                                         std::to_string(items.count) + " " + what + "s"
+                                   : "names no " + what + "s";
+    return "\"" + std::string(name) + "\" is no index and no range, and the model " + reason;
   }
   bool found = false;
   for (std::size_t i = 0; i < items.names->size(); ++i) {

@@ -19,6 +19,7 @@ struct ListedItems {
   std::string_view what;                            ///< "variable" or "constraint"
   Index count = 0;                                  ///< indices are 0 to count - 1
   const std::vector<std::string>* names = nullptr;  ///< count names, or null or empty: none
+  std::size_t names_given = 0;  ///< where they are not count, so that none is used
 };
 
 /// Reads a list as "3 5-9 speed[2] wind": indices from 0, ranges, names. Entries are separated by

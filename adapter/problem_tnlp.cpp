@@ -56,6 +56,16 @@ bool ProblemTnlp::get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& n
   return true;
 }
 
+bool ProblemTnlp::get_var_con_metadata(Ipopt::Index, StringMetaDataMapType& var_string_md,
+                                       IntegerMetaDataMapType&, NumericMetaDataMapType&,
+                                       Ipopt::Index, StringMetaDataMapType& con_string_md,
+                                       IntegerMetaDataMapType&, NumericMetaDataMapType&) {
+  const ProblemStructure& structure = problem_.structure();
+  if (!structure.variable_names.empty()) var_string_md["idx_names"] = structure.variable_names;
+  if (!structure.constraint_names.empty()) con_string_md["idx_names"] = structure.constraint_names;
+  return !structure.variable_names.empty() || !structure.constraint_names.empty();
+}
+
 bool ProblemTnlp::get_bounds_info(Ipopt::Index, Ipopt::Number* x_l, Ipopt::Number* x_u,
                                   Ipopt::Index, Ipopt::Number* g_l, Ipopt::Number* g_u) {
   const ProblemStructure& structure = problem_.structure();
@@ -151,6 +161,16 @@ void ProblemTnlp::finalize_solution(Ipopt::SolverReturn, Ipopt::Index n, const I
   answer_.constraints.assign(g, g + m);
   answer_.lambda.assign(lambda, lambda + m);
   answer_.objective = obj_value;
+}
+
+bool GameTNLP::get_variable_players(Ipopt::Index, Player* players) {
+  std::ranges::copy(problem_.structure().variable_players, players);
+  return true;
+}
+
+bool GameTNLP::get_constraint_players(Ipopt::Index, Player* players) {
+  std::ranges::copy(problem_.structure().constraint_players, players);
+  return true;
 }
 
 IpoptAnswer solve_with_ipopt(Problem& problem,

@@ -9,6 +9,7 @@
 #include "../core/problem.hpp"
 #include "../core/result.hpp"
 #include "ipopt_version.hpp"
+#include "minmax_tnlp.hpp"
 
 namespace IPMINMAX_API ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -42,6 +43,13 @@ class ProblemTnlp : public Ipopt::TNLP {
 
   bool get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
                     Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) override;
+  /// Names, where the problem has them: idx_names.
+  bool get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& var_string_md,
+                            IntegerMetaDataMapType& var_integer_md,
+                            NumericMetaDataMapType& var_numeric_md, Ipopt::Index m,
+                            StringMetaDataMapType& con_string_md,
+                            IntegerMetaDataMapType& con_integer_md,
+                            NumericMetaDataMapType& con_numeric_md) override;
   bool get_bounds_info(Ipopt::Index n, Ipopt::Number* x_l, Ipopt::Number* x_u, Ipopt::Index m,
                        Ipopt::Number* g_l, Ipopt::Number* g_u) override;
   bool get_scaling_parameters(Ipopt::Number& obj_scaling, bool& use_x_scaling, Ipopt::Index n,
@@ -71,6 +79,21 @@ class ProblemTnlp : public Ipopt::TNLP {
  private:
   Problem& problem_;
   IpoptAnswer answer_;
+};
+
+/// A Problem as Ipopt's model, with its players: for MinMaxApplication. Ipopt itself, or
+/// IpoptApplication, minimizes it over the variables of both.
+class GameTNLP : public SplitTNLP {
+ public:
+  /// The problem has to outlive the model, and its structure has to be valid (see solve).
+  explicit GameTNLP(Problem& problem)
+      : SplitTNLP(new ProblemTnlp(problem), {}), problem_(problem) {}
+
+  bool get_variable_players(Ipopt::Index n, Player* players) override;
+  bool get_constraint_players(Ipopt::Index m, Player* players) override;
+
+ private:
+  Problem& problem_;
 };
 
 /// Minimizes the problem's objective over the variables of both players with Ipopt: its defaults,

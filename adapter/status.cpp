@@ -23,6 +23,7 @@ Ipopt::ApplicationReturnStatus application_status(Status status) {
       return Ipopt::Solved_To_Acceptable_Level;
     case Status::NotLocalMinmax:
     case Status::NoLocalMinmaxFound:
+    case Status::WorstCaseNotMet:
     case Status::TinyStep:
       return Ipopt::Search_Direction_Becomes_Too_Small;
     case Status::InnerUnbounded:
@@ -71,6 +72,7 @@ Ipopt::SolverReturn solver_return(Status status) {
       return Ipopt::STOP_AT_ACCEPTABLE_POINT;
     case Status::NotLocalMinmax:
     case Status::NoLocalMinmaxFound:
+    case Status::WorstCaseNotMet:
     case Status::TinyStep:
       return Ipopt::STOP_AT_TINY_STEP;
     case Status::InnerUnbounded:

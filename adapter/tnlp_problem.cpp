@@ -83,6 +83,13 @@ std::vector<std::string> names_of(const Ipopt::TNLP::StringMetaDataMapType& stri
   return names->second;
 }
 
+/// What an option may list. Names of another number than count are not used.
+ListedItems listed_items(std::string_view what, Index count, const std::vector<std::string>& names,
+                         const Ipopt::TNLP::StringMetaDataMapType& strings) {
+  const auto given = strings.find("idx_names");
+  return {what, count, &names, given != strings.end() ? given->second.size() : 0};
+}
+
 /// Players from the metadata "player", when there. what: "variable" or "constraint".
 std::string read_players(const Ipopt::TNLP::IntegerMetaDataMapType& integers,
                          const std::string& what, std::vector<Player>& players) {
@@ -186,8 +193,9 @@ void TnlpProblem::expect_entries(Index entries) {
 std::string TnlpProblem::load_jacobian_structure() {
   const Index first = index_style_ == Ipopt::TNLP::C_STYLE ? 0 : 1;
   expect_entries(jacobian_entries_);
-  if (!model_->eval_jac_g(n_, nullptr, false, m_, jacobian_entries_, address(rows_), address(cols_),
-                          nullptr)) {
+  has_no_jacobian_ = !model_->eval_jac_g(n_, nullptr, false, m_, jacobian_entries_, address(rows_),
+                                         address(cols_), nullptr);
+  if (has_no_jacobian_) {
     return "eval_jac_g returned false when asked for the structure of the Jacobian";
   }
   return StructureCall{"Jacobian", rows_, cols_, m_, n_, first}.read(structure_.jacobian);
@@ -255,8 +263,10 @@ std::string TnlpProblem::load_variable_players(MinMaxTNLP* model) {
     error = not_a_player("get_variable_players", "variable", players);
   }
   if (!error.empty()) return error;
-  return apply_player_option("minmax_max_variables", options_.max_variables,
-                             {"variable", n_, &structure_.variable_names}, stated, players);
+  return apply_player_option(
+      "minmax_max_variables", options_.max_variables,
+      listed_items("variable", n_, structure_.variable_names, variable_metadata_.strings), stated,
+      players);
 }
 
 std::string TnlpProblem::load_constraint_players(MinMaxTNLP* model) {
@@ -274,7 +284,8 @@ std::string TnlpProblem::load_constraint_players(MinMaxTNLP* model) {
     error = not_a_player("get_constraint_players", "constraint", players);
   }
   if (!error.empty()) return error;
-  const ListedItems items{"constraint", m_, &structure_.constraint_names};
+  const ListedItems items =
+      listed_items("constraint", m_, structure_.constraint_names, constraint_metadata_.strings);
   error = apply_player_option("minmax_max_constraints", options_.max_constraints, items, stated,
                               players);
   return error.empty() ? apply_min_constraints(options_, items, players) : error;

@@ -33,6 +33,9 @@ class TnlpProblem : public Problem {
   /// Reads everything that does not change during a solve. Returns what is wrong with it, empty
   /// when nothing is. To be called before anything else, and again before another solve.
   [[nodiscard]] std::string load();
+  /// Whether what is wrong is that eval_jac_g gave no structure: Ipopt since 3.14.13 has a status of
+  /// its own for that.
+  [[nodiscard]] bool has_no_jacobian() const { return has_no_jacobian_; }
   /// Whether it is what the constructor makes of these.
   [[nodiscard]] bool is_of(const Ipopt::SmartPtr<Ipopt::TNLP>& model, const PlayerOptions& options,
                            HessianApproximation hessian) const;
@@ -95,6 +98,7 @@ class TnlpProblem : public Problem {
   Metadata constraint_metadata_;
   ProblemStructure structure_;
   bool started_ = false;
+  bool has_no_jacobian_ = false;
   std::vector<double> start_;  ///< the model's
   // Kept from call to call
   std::vector<Index> rows_, cols_;       ///< of a matrix, as its structure call left them

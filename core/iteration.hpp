@@ -9,6 +9,8 @@
 
 namespace IPMINMAX_API ipminmax {
 
+struct UserScaling;  // problem.hpp
+
 /// What the choice of the shifts found at the point that a step left. Inertias count the slack
 /// rows, as in Certificate; those that were not needed are empty.
 struct ShiftFindings {
@@ -31,6 +33,7 @@ struct ShiftFindings {
 struct IterationInfo {
   Index iteration = 0;
   bool restoration = false;
+  bool over_y = false;     ///< of a maximization over y at a held x, whose objective it tells
   double objective = 0.0;  ///< unscaled
   KktError error;          ///< primal: to the relaxed bounds (bound_relax_factor), unlike in Result
   double mu = 0.0;
@@ -52,6 +55,9 @@ struct IterationInfo {
   /// What the solve would return if the callback stopped it now, for the callback's use only. Each
   /// call evaluates objective and constraints, with fixed variables also their derivatives.
   std::function<Result()> result;
+  /// Writes the factors by which the solve has scaled the model, in the model's order, for the
+  /// callback's use only.
+  std::function<void(UserScaling&)> scaling;
 };
 
 using IterationCallback = std::function<bool(const IterationInfo&)>;

@@ -62,11 +62,13 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
 ///   2. first-order point to tol or the acceptable level whose second-order test is undecided:
 ///      first those whose inner maximum is clear (inertia of K_yy as expected), as otherwise the
 ///      objective need not be a value of the maximum; then the smaller objective;
-///   3. feasible point that is not stationary: the smaller error.total, since its objective may be
+///   3. point that passed its own second-order test but is no success, for want of a worst case or of
+///      an end: the smaller value at the worst y that is known, or the smaller violation;
+///   4. feasible point that is not stationary: the smaller error.total, since its objective may be
 ///      small for want of maximization only;
-///   4. first-order point that the second-order test refuted: the smaller error.total;
-///   5. infeasible point: the smaller violation;
-///   6. no point at all.
+///   5. first-order point that the second-order test refuted: the smaller error.total;
+///   6. infeasible point: the smaller violation;
+///   7. no point at all.
 [[nodiscard]] bool better(const Result& a, const Result& b);
 
 /// Whether two points of n values differ by at most tol max(1, |b|) in infinity norm.

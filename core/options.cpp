@@ -373,9 +373,10 @@ Rows multistart_options() {
        "Distance, relative to max(1, |v|), up to which two certified points are the same.",
        positive(&O::minmax_distinct_tol)},
       {"minmax_worst_case_starts", category,
-       "Maximizations over y, x held, from as many starts, that look for a worst case above the "
-       "answer's; a multistart ranks its points by what they find and goes on from it. 0: none.",
-       at_least(&O::minmax_worst_case_starts, 0)},
+       "Maximizations over y, x held, from as many starts of f and of each robust constraint: a y "
+       "above the answer's is another worst case, from which the solve goes on, and an answer that "
+       "does not meet one is no success. 0: none; -1: 8 for each robust constraint, none for f.",
+       at_least(&O::minmax_worst_case_starts, -1)},
       {"minmax_concave_in_y", category,
        "Whether f is concave in y and Y(x) convex, as the model knows: a maximum over y is then "
        "the worst case over all of y, and one maximization is enough of a check.",

@@ -149,15 +149,15 @@ struct SolverOptions {
   int minmax_max_restarts = 20;
   bool minmax_robust_constraints = true;
 
-  // Multistart; solve makes one start whatever these say, see multistart.hpp
+  // Starts of x, other y
   int minmax_starts = 1;
   int minmax_start_seed = 1;
   double minmax_start_radius = 10.0;
   double minmax_distinct_tol = 1e-4;
-  int minmax_worst_case_starts = 0;
+  int minmax_worst_case_starts = -1;
   bool minmax_concave_in_y = false;
 
-  // Robust constraints, see robust.hpp; solve takes the model as it is
+  // Robust constraints, see robust.hpp
   bool minmax_robust_copies = true;
   bool minmax_epigraph = false;
   bool minmax_epigraph_at_kinks = false;

@@ -39,7 +39,10 @@ enum class Status : std::uint8_t {
   InvalidProblem,
   InvalidOption,
   TooFewDegreesOfFreedom,
-  OutOfMemory
+  OutOfMemory,
+  /// A y is known that the answer does not meet although it was asked to: f is higher there at the
+  /// returned x, or a robust constraint is violated; or one could not be maximized over y.
+  WorstCaseNotMet
 };
 
 /// Short name, as printed.
@@ -92,7 +95,8 @@ struct CertificateReason {
     RobustRow,          ///< a robust constraint's worst case is not settled
     Differences,        ///< second derivatives from differences are too uncertain
     WrongHessian,       ///< the model's second derivatives disagree with its gradient
-    Effort              ///< minmax_certificate quick, or the budget is used up
+    Effort,             ///< minmax_certificate quick, or the budget is used up
+    Search              ///< the point passed the test, the search that it belongs to did not
   };
   Kind kind = Kind::Effort;
   Player player = Player::Min;     ///< whose
@@ -226,7 +230,41 @@ struct WorstCase {
   bool stated_concave = false;  ///< by minmax_concave_in_y: one maximization is enough
 };
 
-/// Answer of a solve, in the units of the model. Multipliers satisfy
+/// A worst case y of a robust constraint: a local maximum over y of its violation.
+struct RobustWorstCase {
+  Index constraint = 0;     ///< of the model; its number of constraints for the objective's row
+  std::vector<double> v;    ///< n: x and that y
+  double value = 0.0;       ///< the constraint (or f) there
+  double multiplier = 0.0;  ///< of the constraint at that y; signs as in Result
+  bool active = false;      ///< its multiplier exceeds its distance to the bound: x rests on it
+};
+
+/// What was looked at over all of y, beyond the y that the certificate is about. A function is f,
+/// or a bounded side of a robust constraint.
+struct SearchOverY {
+  Index asked = 0;            ///< starts of y for each function; 0: other y were not looked at
+  Index functions = 0;        ///< maximized at the returned x
+  Index maximizations = 0;    ///< made, at all x
+  bool finished = true;       ///< false: cut short, or a function could not be maximized
+  bool better_known = false;  ///< a y at which f is clearly higher or a robust constraint violated
+  /// Of robust constraints at the returned x, over all y looked at; NaN: none was.
+  double largest_violation = std::numeric_limits<double>::quiet_NaN();
+  /// Worst cases of f among the worst cases, where f was treated as a robust constraint: with a
+  /// certificate, x minimizes the largest of so many local worst cases. 0: f is that of one y.
+  Index branches = 0;
+  Index solves = 0;  ///< with other worst cases each
+};
+
+/// What was looked at over x.
+struct SearchOverX {
+  Index asked = 1;  ///< starts
+  Index made = 1;   ///< to their end
+};
+
+/// Answer of a solve, in the units of the model. It makes four statements: why it stopped (status,
+/// message), what the point is locally (certificate), what was looked at over all of y (over_y) and
+/// over x (over_x). kind is LocalMinmax only together with a success, and there is none where a
+/// better y is known that was asked for, or where what was asked for was not finished. Multipliers satisfy
 /// grad f + J' lambda - z_lower + z_upper = 0 for every variable, so those of a Max variable's
 /// bounds are <= 0.
 ///
@@ -261,7 +299,12 @@ struct Result {
   double cpu_seconds = 0.0;
   Counts counts;
   Timing timing;
-  WorstCase worst_case;  ///< see WorstCase::starts, minmax_worst_case_starts
+  WorstCase worst_case;  ///< of f; see WorstCase::starts, minmax_worst_case_starts
+  /// Of robust constraints and of an objective treated as one (minmax_epigraph): ordered by
+  /// constraint, first found first.
+  std::vector<RobustWorstCase> worst_cases;
+  SearchOverY over_y;
+  SearchOverX over_x;
 };
 
 }  // namespace ipminmax

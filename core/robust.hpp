@@ -12,15 +12,6 @@
 
 namespace IPMINMAX_API ipminmax {
 
-/// A worst case y of a robust constraint: a local maximum over y of its violation.
-struct RobustWorstCase {
-  Index constraint = 0;     ///< of the model; its number of constraints for the objective's row
-  std::vector<double> v;    ///< n: x and that y
-  double value = 0.0;       ///< the constraint (or f) there
-  double multiplier = 0.0;  ///< of the constraint at that y; signs as in Result
-  bool active = false;      ///< its multiplier exceeds its distance to the bound: x rests on it
-};
-
 /// Answer of solve_robust.
 struct RobustResult {
   /// Of the problem with the copies of y, in the shape of the model: v holds x and, for a variable

@@ -9,9 +9,10 @@
 
 namespace IPMINMAX_API ipminmax {
 
-/// Solves the problem. Never throws for what the model or the numbers do; exceptions thrown by the
-/// model's functions pass through, std::bad_alloc gives OutOfMemory. minmax_epigraph: as
-/// solve_robust.
+/// Solves the problem as the options ask, other starts, other y, robust constraints and branches
+/// included: the best point of run() (answer.hpp), with its four statements (result.hpp). Never
+/// throws for what the model or the numbers do; exceptions thrown by the model's functions pass
+/// through, std::bad_alloc gives OutOfMemory.
 [[nodiscard]] Result solve(Problem& problem, const SolverOptions& options,
                            const IterationCallback& on_iteration = {});
 [[nodiscard]] Result solve(Problem& problem, const SolverOptions& options,
@@ -50,9 +51,5 @@ class RepeatedSolver {
  private:
   std::unique_ptr<KeptWork> kept_;
 };
-
-/// A solve inside a solve: no feasibility restoration and no certificate of its own.
-[[nodiscard]] Result solve_nested(Problem& problem, const SolverOptions& options,
-                                  const SolveObserver& observer);
 
 }  // namespace ipminmax

@@ -19,14 +19,21 @@ struct Violations {
   std::vector<double> lagrangian_gradient;    ///< n, grad f + J' lambda - z_L + z_U
   std::vector<double> constraint;             ///< m, max(g_L - g, g - g_U, 0)
   /// m, (g_U - g) lambda where lambda presses against g_U (positive for a constraint of Min,
-  /// negative for one of Max; the other way round where Result::objective_scale is negative), else
-  /// (g_L - g) lambda; so (c - g) lambda for an equation g = c. Ipopt's convention.
+  /// negative for one of Max), else (g_L - g) lambda; so (c - g) lambda for an equation g = c.
+  /// Ipopt's convention; where Result::objective_scale is negative the signs of lambda, and with
+  /// them the sides, are the other ones, as in Ipopt.
   std::vector<double> constraint_complementarity;
 };
 
+/// Puts a point with its multipliers into scaled units: v, constraints, lambda, z_lower, z_upper.
+/// factors: IterationInfo::scaling.
+void scale(const ProblemStructure& structure, const UserScaling& factors, Result& point);
+
 /// Violations at the point of a result (v, lambda, z_lower, z_upper, constraints). Evaluates
-/// gradient and Jacobian; empty when one is undefined there.
+/// gradient and Jacobian; empty when one is undefined there. factors: in scaled units, of the point
+/// that is not scaled; null: in the model's.
 [[nodiscard]] std::optional<Violations> violations_at(Problem& problem, const Result& point,
-                                                      const SolverOptions& options);
+                                                      const SolverOptions& options,
+                                                      const UserScaling* factors = nullptr);
 
 }  // namespace ipminmax

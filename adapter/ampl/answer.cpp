@@ -3,6 +3,7 @@
 #include "core/version.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cstddef>
 #include <functional>
@@ -15,11 +16,65 @@
 #include <vector>
 
 #include "adapter/log.hpp"
+#include "core/answer.hpp"
 #include "core/model/status_table.hpp"
-#include "core/worst_case.hpp"
 
 namespace ipminmax {
 namespace {
+
+/// How Ipopt's executable ends where this one ends so: solve_result_num, and the words that
+/// programs look for in the message.
+struct IpoptEnd {
+  int number;
+  const char* words;
+};
+
+IpoptEnd ipopt_end(Status status) {
+  switch (status) {
+    case Status::Solved:
+    case Status::SolvedDegenerate:
+      return {0, "Optimal Solution Found"};
+    case Status::SolvedToAcceptableLevel:
+      return {1, "Solved To Acceptable Level"};
+    case Status::LocallyInfeasible:
+    case Status::InnerInfeasible:
+      return {200, "Converged to a locally infeasible point. Problem may be infeasible"};
+    case Status::InnerUnbounded:
+    case Status::OuterUnbounded:
+    case Status::DivergingIterates:
+      return {300, "Iterates diverging; problem might be unbounded"};
+    case Status::MaxIterations:
+      return {400, "Maximum Number of Iterations Exceeded"};
+    case Status::MaxCpuTime:
+      return {401, "Maximum CPU Time Exceeded"};
+    case Status::MaxWallTime:
+      return {402, "Maximum Wallclock Time Exceeded"};
+    case Status::UserStop:
+      return {403, "User requested stop"};
+    case Status::NotLocalMinmax:
+    case Status::NoLocalMinmaxFound:
+    case Status::TinyStep:
+      return {500, "Search Direction becomes Too Small"};
+    case Status::RestorationFailed:
+      return {501, "Restoration Phase Failed"};
+    case Status::InertiaCorrectionFailed:
+    case Status::LinearSolverFailed:
+      return {502, "Error in step computation"};
+    case Status::EvaluationFailed:
+    case Status::InvalidNumber:
+      return {550, "Invalid number in NLP function or derivative detected"};
+    case Status::TooFewDegreesOfFreedom:
+      return {551, "NLP has too few degrees of freedom"};
+    case Status::InvalidOption:
+      return {552, "Invalid option setting"};
+    case Status::OutOfMemory:
+      return {553, "Out of memory"};
+    case Status::InvalidProblem:
+    case Status::InternalError:
+      break;
+  }
+  return {554, "Internal error"};
+}
 
 /// Statuses that core names from the side of the minimizer of -f, in the words of a model that
 /// maximizes f.
@@ -83,15 +138,19 @@ std::string mirrored(const std::string& message, const NlProblem& problem) {
     for (const auto& [ours, theirs] : std::map(both)) both.emplace(theirs, ours);
     return both;
   }();
-  static constexpr std::string_view kAsItIs = "violation of the constraints is at a local minimum";
+  static constexpr std::array<std::string_view, 4> kAsTheyAre = {
+      "violation of the constraints is at a local minimum", "maximum number of", "maximum CPU time",
+      "maximum wall time"};
   const auto is_letter = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '\'' || c == '[';
   };
   std::string text;
   for (std::size_t at = 0; at < message.size();) {
-    std::size_t end = message.compare(at, kAsItIs.size(), kAsItIs) == 0
-                          ? at + kAsItIs.size()
-                          : end_of_name(message, at, problem);
+    const auto* const kept = std::ranges::find_if(kAsTheyAre, [&](std::string_view text_as_it_is) {
+      return message.compare(at, text_as_it_is.size(), text_as_it_is) == 0;
+    });
+    std::size_t end =
+        kept != kAsTheyAre.end() ? at + kept->size() : end_of_name(message, at, problem);
     if (end > at) {
       text += message.substr(at, end - at);
       at = end;
@@ -135,7 +194,9 @@ std::size_t width_of(const char* heading, int rows, const std::function<std::str
 
 }  // namespace
 
-int solve_result(const Result& result) {
+int solve_result(const Result& result) { return ipopt_end(result.status).number; }
+
+int detailed_result(const Result& result) {
   // First-order conditions that hold: a bounded value, approached at infinity.
   constexpr int kAtInfinity = 101;
   const bool at_infinity = result.status == Status::DivergingIterates &&
@@ -150,7 +211,7 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
   const auto spoken = [&](const std::string& text) {
     return problem.maximizes() ? mirrored(text, problem) : text;
   };
-  message << "Ipminmax " IPMINMAX_VERSION ": ";
+  message << "Ipminmax " IPMINMAX_VERSION ": " << ipopt_end(result.status).words << ": ";
   const std::string status = status_text(result.status, problem.maximizes(), game);
   const bool has_details = !result.message.empty() && result.message != name_of(result.status);
   if (result.certificate.kind == PointKind::LocalMinmax) {
@@ -173,18 +234,31 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
     message << "\nreason: " << spoken(reasons[k].text);
   }
   print_worst_cases(message, worst_cases, problem);
-  if (const std::string worst = describe_worst_case(result); !worst.empty()) {
-    message << "\nworst case over "
-            << (problem.maximizes() ? "y of the negative objective: " : "y: ") << worst;
+  if (game) {
+    const auto [why, point, over_y, over_x] = statements(result);
+    message << "\nover all " << (problem.maximizes() ? "y, of the negative objective: " : "y: ")
+            << over_y << "\nover x: " << over_x;
   }
   const std::string warning = split_warning(problem);
   if (!warning.empty()) {
     message << "\nWARNING: " << warning;
   } else if (!problem.has_player(Player::Max)) {
-    message << "\nA plain " << (problem.maximizes() ? "maximization" : "minimization")
-            << ": no variable has suffix player = 1, and minmax_max_variables names none.";
+    message << (problem.maximizes() ? "\nno Min variable: a maximization"
+                                    : "\nno Max variable: a minimization")
+            << " (neither suffix player nor minmax_max_variables names one)";
   }
   return message.str();
+}
+
+std::string one_line(const std::string& message) {
+  std::string text = " \n";  // Ipopt's begins with an empty line
+  for (const char c : message) {
+    if (c == '\n')
+      text += "; ";
+    else
+      text += c;
+  }
+  return text;
 }
 
 std::string split_warning(const NlProblem& problem) {

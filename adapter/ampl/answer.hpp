@@ -10,13 +10,19 @@
 
 namespace ipminmax {
 
-/// AMPL's solve_result_num.
+/// AMPL's solve_result_num: that of Ipopt's executable where it ends so.
 [[nodiscard]] int solve_result(const Result& result);
+
+/// The same in more detail, the suffix minmax_result of the problem.
+[[nodiscard]] int detailed_result(const Result& result);
 
 /// What the point is, in the words of the model's sense, and how the solve ended.
 [[nodiscard]] std::string message_of(const Result& result,
                                      const std::vector<RobustWorstCase>& worst_cases,
                                      const NlProblem& problem);
+
+/// A message in the lines of Ipopt's .sol files, an empty one and another: some programs count them.
+[[nodiscard]] std::string one_line(const std::string& message);
 
 /// What is odd about the split: a player without variables where the model or the options speak of
 /// players. Empty when nothing is.

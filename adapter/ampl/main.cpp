@@ -8,10 +8,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <iostream>
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include <IpoptConfig.h>
@@ -193,8 +195,10 @@ void print_answer(const RunOptions& options, int print_level, const std::string&
 void write_solution(const ipminmax::NlProblem& problem, const std::string& file,
                     const std::string& message, const ipminmax::Result& result) {
   ipminmax::SolutionFile solution = problem.solution_file(result);
-  solution.message = message;
+  const bool game = problem.has_player(ipminmax::Player::Max);
+  solution.message = game ? " \n" + message : ipminmax::one_line(message);
   solution.solve_result = ipminmax::solve_result(result);
+  solution.problem_suffix = {"minmax_result", ipminmax::detailed_result(result)};
   ipminmax::write_file(file, problem.is_binary() ? solution.binary() : solution.text());
 }
 
@@ -224,10 +228,21 @@ Sharing find_sharing(const Assignments& assignments) {
   return ipminmax::join_ranks_for_starts().rank == 0 ? Sharing::Starts : Sharing::Silent;
 }
 
+/// Throws where the solution would be written over the model.
+void require_another_file(const std::string& solution_file, const std::string& stub) {
+  for (const std::string& model : {stub, stub + ".nl"}) {
+    std::error_code unknown;
+    if (std::filesystem::is_regular_file(model, unknown) &&
+        std::filesystem::equivalent(solution_file, model, unknown))
+      throw std::invalid_argument("-o" + solution_file + " would write over the model " + model);
+  }
+}
+
 int solve(Command command) {
   const std::string solution_file = command.solution_file.empty()
                                         ? ipminmax::solution_file_name(command.stub)
                                         : command.solution_file;
+  require_another_file(solution_file, command.stub);
   if (command.write || command.called_by_ampl) ipminmax::remove_stale_file(solution_file);
   Assignments& assignments = command.assignments;
   Ipopt::SmartPtr<ipminmax::MinMaxApplication> application = new ipminmax::MinMaxApplication();
@@ -264,7 +279,10 @@ int solve(Command command) {
   if (silent) return 0;
   const ipminmax::Result& result = application->LastResult();
   const std::string message = ipminmax::message_of(result, application->LastWorstCases(), *problem);
-  if (options.write) write_solution(*problem, solution_file, message, result);
+  // Where Ipopt leaves no file its callers look into the log.
+  const bool as_ipopt_none =
+      command.called_by_ampl && result.status == ipminmax::Status::TooFewDegreesOfFreedom;
+  if (options.write && !as_ipopt_none) write_solution(*problem, solution_file, message, result);
   int print_level = 0;
   application->Options()->GetIntegerValue("print_level", print_level, "");
   print_answer(options, print_level, message, result, *problem);

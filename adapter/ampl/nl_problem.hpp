@@ -44,7 +44,8 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers {
 
   /// The solve stops at the next iteration once stop is not 0.
   void stop_when(const volatile std::sig_atomic_t& stop) { stop_ = &stop; }
-  /// Evaluations that fail throw std::runtime_error instead of returning false.
+  /// Evaluations of functions and first derivatives that fail throw std::runtime_error instead of
+  /// returning false; what is undefined is said on standard error.
   void halt_on_error() { halt_on_error_ = true; }
 
   [[nodiscard]] bool maximizes() const { return sign_ < 0.0; }
@@ -109,6 +110,8 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers {
   [[nodiscard]] bool is_linear(const std::vector<double>& from, int first, int last);
   /// Values of f and g at x, which ASL's derivatives build on. False where one is undefined.
   bool evaluate(const double* x);
+  template <class Evaluate>
+  void halt(Evaluate&& evaluate);
 
   std::string file_, read_from_;  ///< not the same where a variable had to be added
   NlFacts facts_;

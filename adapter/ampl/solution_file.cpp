@@ -11,7 +11,8 @@
 namespace ipminmax {
 namespace {
 
-constexpr int kRealSuffix = 4;  ///< kind of a real suffix of variables
+constexpr int kRealSuffix = 4;     ///< kind of a real suffix of variables
+constexpr int kProblemSuffix = 3;  ///< kind of an integer suffix of the problem
 
 std::string shortest(double value) {
   std::array<char, 32> digits;
@@ -86,6 +87,11 @@ std::string SolutionFile::text() const {
     for (std::size_t i = 0; i < suffix.values.size(); ++i)
       if (suffix.values[i] != 0.0) out << i << ' ' << shortest(suffix.values[i]) << '\n';
   }
+  if (problem_suffix && problem_suffix->value != 0) {
+    const auto& [name, value] = *problem_suffix;
+    out << "suffix " << kProblemSuffix << " 1 " << name.size() + 1 << " 0 0\n"
+        << name << "\n0 " << value << '\n';
+  }
   return out.str();
 }
 
@@ -112,6 +118,14 @@ std::string SolutionFile::binary() const {
     record.add(std::string_view(suffix.name.c_str(), suffix.name.size() + 1));
     for (std::size_t i = 0; i < suffix.values.size(); ++i)
       if (suffix.values[i] != 0.0) record.add(static_cast<std::int32_t>(i)).add(suffix.values[i]);
+    out.add_record(record);
+  }
+  if (problem_suffix && problem_suffix->value != 0) {
+    const auto& [name, value] = *problem_suffix;
+    Bytes record;
+    record.add(std::string_view("\nSuffix\n")).add(kProblemSuffix).add(1);
+    record.add(static_cast<std::int32_t>(name.size() + 1)).add(0);
+    record.add(std::string_view(name.c_str(), name.size() + 1)).add(0).add(value);
     out.add_record(record);
   }
   return out.bytes();

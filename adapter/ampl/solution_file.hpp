@@ -21,6 +21,11 @@ struct SolutionFile {
     std::vector<double> values;  ///< of all variables; zeros are not written
   };
   std::vector<Suffix> variable_suffixes;
+  struct ProblemSuffix {
+    std::string name;
+    int value = 0;  ///< not written where 0
+  };
+  std::optional<ProblemSuffix> problem_suffix;
 
   /// Numbers in the shortest form that reads back as the same.
   [[nodiscard]] std::string text() const;

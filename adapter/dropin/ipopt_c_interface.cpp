@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "adapter/ipminmax.h"
+#include "adapter/minmax_tnlp.hpp"
 
 namespace {
 
@@ -96,7 +97,9 @@ IpminmaxReturnStatus IpoptSolve(IpminmaxProblem problem, double* x, double* g, d
 
 int GetIpoptCurrentIterate(IpminmaxProblem problem, bool scaled, int n, double* x, double* z_L,
                            double* z_U, int m, double* g, double* lambda) {
-  if (scaled) return 0;  // values are those of the model's units
+  if (scaled) {
+    return ipminmax::get_current_iterate(true, n, x, z_L, z_U, m, g, lambda) ? 1 : 0;
+  }
   return IpminmaxGetCurrentIterate(problem, n, x, z_L, z_U, m, g, lambda);
 }
 
@@ -104,7 +107,13 @@ int GetIpoptCurrentViolations(IpminmaxProblem problem, bool scaled, int n, doubl
                               double* x_U_violation, double* compl_x_L, double* compl_x_U,
                               double* grad_lag_x, int m, double* nlp_constraint_violation,
                               double* compl_g) {
-  if (scaled) return 0;
+  if (scaled) {
+    return ipminmax::get_current_violations(true, n, x_L_violation, x_U_violation, compl_x_L,
+                                            compl_x_U, grad_lag_x, m, nlp_constraint_violation,
+                                            compl_g)
+               ? 1
+               : 0;
+  }
   return IpminmaxGetCurrentViolations(problem, n, x_L_violation, x_U_violation, compl_x_L,
                                       compl_x_U, grad_lag_x, m, nlp_constraint_violation, compl_g);
 }

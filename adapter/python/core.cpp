@@ -2,19 +2,32 @@
 // what users see.
 //
 // The interpreter's lock is released while a solve runs and taken in every callback. An exception
-// of a Python function ends the solve and is raised by solve(). The first KeyboardInterrupt stops
-// at the current iterate; a function that it hit is called once more, so that there is one.
+// of a Python function ends the solve and is raised by solve(). Ctrl-C and limits of time end it
+// before the next call of a function, at the last iterate.
+#include <cxxabi.h>
 #include <ipminmax.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <unistd.h>
 
+#include <IpJournalist.hpp>
 #include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdarg>
+#include <cstdio>
+#include <ctime>
 #include <exception>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "adapter/application_options.hpp"
+#include "adapter/c_problem.hpp"
+#include "adapter/status.hpp"
 
 namespace py = pybind11;
 
@@ -23,20 +36,147 @@ namespace {
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using IntArray = py::array_t<int, py::array::c_style | py::array::forcecast>;
 
-/// Leaves the solver after an exception of Python, which is kept in the problem.
-struct ModelStopped {};
+/// Leaves the solver: the problem keeps the exception of Python, or knows why it stops.
+struct ModelStopped : std::exception {
+  [[nodiscard]] const char* what() const noexcept override { return "stopped"; }
+};
 
 /// Raised by a model's function to say that it is undefined at this point
-/// (ipminmax.EvaluationError).
-py::handle evaluation_error;
+/// (ipminmax.EvaluationError), and by one that found the time limit passed (LimitReached).
+py::handle evaluation_error, limit_reached;
+
+// --- The interpreter's lock when the interpreter ends ---------------------------------------------
+//
+// An interpreter that ends lets no other thread have its lock again: it calls pthread_exit in it,
+// which unwinds the stack through the solver and through destructors that would need the lock. Such
+// a thread sleeps instead until the process is gone.
+
+[[noreturn]] void sleep_until_the_end() {
+  for (;;) pause();
+}
+
+bool interpreter_ends() {
+#if PY_VERSION_HEX >= 0x030D0000
+  return Py_IsFinalizing() != 0;
+#else
+  return _Py_IsFinalizing() != 0;
+#endif
+}
+
+/// What call returns; it may need the lock.
+template <class Call>
+auto unless_the_interpreter_ends(Call call) {
+  if (interpreter_ends()) sleep_until_the_end();
+  try {
+    return call();
+  } catch (abi::__forced_unwind&) {
+    sleep_until_the_end();
+  }
+}
+
+/// Has the lock.
+class Locked {
+ public:
+  Locked() : state_(unless_the_interpreter_ends([] { return PyGILState_Ensure(); })) {}
+  ~Locked() { PyGILState_Release(state_); }
+  Locked(const Locked&) = delete;
+  Locked& operator=(const Locked&) = delete;
+
+ private:
+  PyGILState_STATE state_;
+};
+
+/// Gives the lock away.
+class Unlocked {
+ public:
+  Unlocked() : state_(PyEval_SaveThread()) {}
+  ~Unlocked() {
+    unless_the_interpreter_ends([this] {
+      PyEval_RestoreThread(state_);
+      return 0;
+    });
+  }
+  Unlocked(const Unlocked&) = delete;
+  Unlocked& operator=(const Unlocked&) = delete;
+
+ private:
+  PyThreadState* state_;
+};
+
+/// function(arguments...), the lock held.
+template <class... Arguments>
+py::object call(const py::object& function, Arguments&&... arguments) {
+  const py::tuple tuple = py::make_tuple(std::forward<Arguments>(arguments)...);
+  PyObject* result = unless_the_interpreter_ends(
+      [&] { return PyObject_Call(function.ptr(), tuple.ptr(), nullptr); });
+  if (result == nullptr) throw py::error_already_set();
+  return py::reinterpret_steal<py::object>(result);
+}
+
+// --- The log --------------------------------------------------------------------------------------
+
+/// The console: sys.stdout, which a notebook or a test redirects, line by line; the terminal's
+/// standard output where sys.stdout is that, so that a line of progress can be refreshed.
+class PythonConsole : public Ipopt::Journal {
+ public:
+  using Journal::Journal;
+  bool is_terminal = false;
+
+ protected:
+  void PrintImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* text) override {
+    write(text);
+  }
+  void PrintfImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* format,
+                  va_list values) override {
+    va_list again;
+    va_copy(again, values);
+    std::vector<char> text(static_cast<std::size_t>(std::vsnprintf(nullptr, 0, format, again)) + 1);
+    va_end(again);
+    std::vsnprintf(text.data(), text.size(), format, values);
+    write(text.data());
+  }
+  void FlushBufferImpl() override {
+    if (is_terminal) std::fflush(stdout);
+  }
+
+ private:
+  void write(const char* text) {
+    if (is_terminal) {
+      std::fputs(text, stdout);
+      return;
+    }
+    const Locked lock;
+    PyObject* out = PySys_GetObject("stdout");  // borrowed
+    if (out == nullptr || out == Py_None) return;
+    const int failed = unless_the_interpreter_ends([&] { return PyFile_WriteString(text, out); });
+    if (failed == 0) return;
+    const bool interrupt = PyErr_ExceptionMatches(PyExc_KeyboardInterrupt) != 0;
+    PyErr_Clear();  // a log that cannot be written ends no solve
+    if (interrupt) PyErr_SetInterrupt();
+  }
+};
+
+// --- Values ---------------------------------------------------------------------------------------
 
 py::array_t<double> to_array(const double* values, int count) {
   return py::array_t<double>(count, values);
 }
+py::array_t<double> to_array(const std::vector<double>& values) {
+  return to_array(values.data(), static_cast<int>(values.size()));
+}
 
-/// Copies what a function returned; ValueError names the function when the size is wrong.
+/// Copies what a function returned; the error names the function when type or size are wrong.
 void take(const py::object& returned, const char* function, int count, double* values) {
-  const Array array = Array::ensure(returned);
+  if (count == 1 && PyFloat_CheckExact(returned.ptr()) != 0) {
+    *values = PyFloat_AS_DOUBLE(returned.ptr());
+    return;
+  }
+  if (returned.is_none()) throw py::type_error(std::string(function) + " returned None");
+  const py::array any = py::array::ensure(returned);
+  if (any && any.dtype().kind() == 'c') {
+    throw py::type_error(std::string(function) + " returned complex numbers");
+  }
+  const Array array = any ? Array::ensure(any) : Array();
   if (!array) {
     PyErr_Clear();
     throw py::type_error(std::string(function) + " must return an array of numbers");
@@ -52,14 +192,15 @@ class Problem {
  public:
   Problem(int n, int m, py::dict functions, const Array& x_l, const Array& x_u, const Array& g_l,
           const Array& g_u, const IntArray& players, const py::object& constraint_players,
-          std::vector<int> jac_rows, std::vector<int> jac_cols, std::vector<int> hess_rows,
-          std::vector<int> hess_cols)
+          const IntArray& jac_rows, const IntArray& jac_cols, const IntArray& hess_rows,
+          const IntArray& hess_cols, bool has_hessian_pattern)
       : n_(n),
         m_(m),
-        jac_rows_(std::move(jac_rows)),
-        jac_cols_(std::move(jac_cols)),
-        hess_rows_(std::move(hess_rows)),
-        hess_cols_(std::move(hess_cols)) {
+        jac_rows_(to_vector(jac_rows)),
+        jac_cols_(to_vector(jac_cols)),
+        hess_rows_(to_vector(hess_rows)),
+        hess_cols_(to_vector(hess_cols)),
+        console_(new PythonConsole("console", Ipopt::J_ITERSUMMARY)) {
     const auto function = [&](const char* name) {
       return functions.contains(name) ? py::object(functions[name]) : py::none();
     };
@@ -74,17 +215,33 @@ class Problem {
     problem_ = IpminmaxCreate(
         n, x_l.data(), x_u.data(), m, g_l.data(), g_u.data(), static_cast<int>(jac_rows_.size()),
         static_cast<int>(hess_rows_.size()), IPMINMAX_C_STYLE, eval_f, eval_g, eval_grad_f,
-        eval_jac_g, hessian_.is_none() ? nullptr : eval_h, players.data(),
+        eval_jac_g, hessian_.is_none() && !has_hessian_pattern ? nullptr : eval_h, players.data(),
         constraint_players.is_none() ? nullptr : owners.data());
     if (problem_ == nullptr) throw py::value_error(IpminmaxMessage(nullptr));
     IpminmaxSetIntermediateCallback(problem_, intermediate);
+    const auto journalist = problem_->application->Jnlst();
+    journalist->DeleteAllJournals();
+    journalist->AddJournal(Ipopt::GetRawPtr(console_));
   }
   ~Problem() { IpminmaxFree(problem_); }
   Problem(const Problem&) = delete;
   Problem& operator=(const Problem&) = delete;
 
+  /// Whether a limit of time of the solve that runs has passed.
+  [[nodiscard]] bool limit_passed() const {
+    if (wall_limit_ < kNoLimit && seconds() >= wall_limit_) return true;
+    return cpu_limit_ < kNoLimit &&
+           static_cast<double>(std::clock() - cpu_start_) / CLOCKS_PER_SEC >= cpu_limit_;
+  }
+
+  [[nodiscard]] bool solving() const { return problem_->solving; }
   [[nodiscard]] int variables() const { return n_; }
   [[nodiscard]] int constraints() const { return m_; }
+
+  /// For the garbage collector: functions of the model that hold this problem make a cycle.
+  [[nodiscard]] std::array<py::object*, 6> functions() {
+    return {&objective_, &gradient_, &constraints_, &jacobian_, &hessian_, &intermediate_};
+  }
 
   void add_option(const std::string& name, const py::object& value) {
     if (py::isinstance<py::str>(value)) {
@@ -92,7 +249,13 @@ class Problem {
           IpminmaxAddStrOption(problem_, name.c_str(), value.cast<std::string>().c_str()));
     }
     // 1 for a real option and 1.0 for an integer one mean what they say.
-    const auto number = value.cast<double>();
+    const double number = PyNumber_Check(value.ptr()) != 0 ? PyFloat_AsDouble(value.ptr()) : -1.0;
+    if (PyNumber_Check(value.ptr()) == 0 || PyErr_Occurred() != nullptr) {
+      PyErr_Clear();
+      throw py::type_error("the value of option " + name + " is a " +
+                           std::string(Py_TYPE(value.ptr())->tp_name) +
+                           ", not a number, a string or a bool");
+    }
     const auto integer = static_cast<int>(std::clamp(number, -2147483648.0, 2147483647.0));
     const bool whole = static_cast<double>(integer) == number;
     if (whole && IpminmaxAddIntOption(problem_, name.c_str(), integer) == 1) return;
@@ -119,43 +282,86 @@ class Problem {
     require(IpminmaxOpenOutputFile(problem_, name.c_str(), level));
   }
 
+  /// log_on_terminal: sys.stdout is the terminal. interrupted: by Ctrl-C before it began.
   py::dict solve(const Array& x0, const Array& lambda0, const Array& z_l0, const Array& z_u0,
-                 bool again) {
-    if (x0.size() != n_) throw py::value_error("x must have " + std::to_string(n_) + " entries");
-    std::vector<double> x(x0.data(), x0.data() + n_), g = sized(m_), lambda = sized(m_),
-                                                      z_l = sized(n_), z_u = sized(n_);
+                 bool again, bool log_on_terminal, bool interrupted) {
+    check_size(x0, n_, "x");
+    Iterate at{std::vector<double>(x0.data(), x0.data() + n_), sized(m_), sized(m_), sized(n_),
+               sized(n_)};
     if (!again) {
-      start(lambda0, "lagrange", lambda);
-      start(z_l0, "zl", z_l);
-      start(z_u0, "zu", z_u);
+      start(lambda0, "lagrange", at.lambda);
+      start(z_l0, "zl", at.z_l);
+      start(z_u0, "zu", at.z_u);
     }
-    double f = 0.0;
-    error_ = nullptr;
-    interrupted_ = false;
+    begin(at, log_on_terminal);
+    interrupted_ = interrupted;
     int status = IPMINMAX_INTERNAL_ERROR;
     {
-      const py::gil_scoped_release release;
-      const auto run = again ? IpminmaxSolveAgain : IpminmaxSolve;
-      status = run(problem_, x.data(), g.data(), &f, lambda.data(), z_l.data(), z_u.data(), this);
+      const Unlocked unlocked;
+      status = run_solver(at, again);
     }
     rethrow();
+    std::string name = IpminmaxStatusName(problem_), message = IpminmaxMessage(problem_);
+    if (cut_) {
+      at = last_;
+      const auto why = interrupted_ ? ipminmax::Status::UserStop : ipminmax::Status::MaxWallTime;
+      status = static_cast<int>(ipminmax::application_status(why));
+      name = ipminmax::name_of(why);
+      message = std::string(interrupted_ ? "Ctrl-C" : "the time limit") +
+                (last_iteration_ < 0 ? " before the first iterate: this is the starting point"
+                                     : " between two calls of the model: this is iterate " +
+                                           std::to_string(last_iteration_) + ", whatever it is");
+    }
     py::dict info;
-    info["x"] = to_array(x.data(), n_);
-    info["g"] = to_array(g.data(), m_);
-    info["obj_val"] = f;
-    info["mult_g"] = to_array(lambda.data(), m_);
-    info["mult_x_L"] = to_array(z_l.data(), n_);
-    info["mult_x_U"] = to_array(z_u.data(), n_);
+    info["x"] = to_array(at.x);
+    info["g"] = to_array(at.g);
+    info["obj_val"] = at.f;
+    info["mult_g"] = to_array(at.lambda);
+    info["mult_x_L"] = to_array(at.z_l);
+    info["mult_x_U"] = to_array(at.z_u);
     info["status"] = status;
-    info["status_name"] = IpminmaxStatusName(problem_);
-    info["status_msg"] = IpminmaxMessage(problem_);
+    info["status_name"] = name;
+    info["status_msg"] = message;
     info["interrupted"] = interrupted_;
+    info["iterations"] = std::max(last_iteration_, 0);
     return info;
+  }
+
+  /// Worst cases of the robust constraints, and of f (constraint m) with minmax_epigraph.
+  [[nodiscard]] py::list worst_cases() const {
+    py::list result;
+    if (cut_ || !problem_->answered) return result;
+    for (const auto& from : problem_->application->LastWorstCases()) {
+      py::dict one;
+      one["constraint"] = from.constraint;
+      one["value"] = from.value;
+      one["multiplier"] = from.multiplier;
+      one["active"] = from.active;
+      one["x"] = to_array(from.v);
+      result.append(one);
+    }
+    return result;
+  }
+
+  /// Certified points of a multistart, the best first.
+  [[nodiscard]] py::list points() const {
+    py::list result;
+    if (cut_ || !problem_->answered) return result;
+    for (const auto& from : problem_->application->LastPoints()) {
+      py::dict one;
+      one["x"] = to_array(from.result.v);
+      one["value"] = from.result.objective;
+      one["found"] = from.found;
+      one["first_start"] = from.first_start;
+      one["margin"] = from.result.certificate.margin;
+      result.append(one);
+    }
+    return result;
   }
 
   [[nodiscard]] py::object certificate() const {
     IpminmaxCertificate c{};
-    if (IpminmaxGetCertificate(problem_, &c) == 0) return py::none();
+    if (cut_ || IpminmaxGetCertificate(problem_, &c) == 0) return py::none();
     const auto inertia = [](const IpminmaxInertia& i) {
       return py::make_tuple(i.positive, i.negative, i.zero);
     };
@@ -184,7 +390,7 @@ class Problem {
   [[nodiscard]] py::object worst_case() const {
     IpminmaxWorstCase found{};
     std::vector<double> x(static_cast<std::size_t>(n_));
-    if (IpminmaxGetWorstCase(problem_, &found, x.data()) == 0) return py::none();
+    if (cut_ || IpminmaxGetWorstCase(problem_, &found, x.data()) == 0) return py::none();
     if (found.starts == 0 && found.higher == 0) return py::none();
     py::dict result;
     result["starts"] = found.starts;
@@ -201,7 +407,7 @@ class Problem {
 
   [[nodiscard]] py::object statistics() const {
     IpminmaxStatistics s{};
-    if (IpminmaxGetStatistics(problem_, &s) == 0) return py::none();
+    if (cut_ || IpminmaxGetStatistics(problem_, &s) == 0) return py::none();
     py::dict result;
     result["iterations"] = s.iterations;
     result["factorizations"] = s.factorizations;
@@ -316,8 +522,16 @@ class Problem {
     }
   };
 
-  static std::vector<double> sized(int count) {
-    return std::vector<double>(static_cast<std::size_t>(count), 0.0);
+  static constexpr double kNoLimit = 1e19;
+  struct Iterate {
+    std::vector<double> x, g, lambda, z_l, z_u;
+    double f = 0.0;
+  };
+
+  static std::size_t size(int count) { return static_cast<std::size_t>(count); }
+  static std::vector<double> sized(int count) { return std::vector<double>(size(count), 0.0); }
+  static std::vector<int> to_vector(const IntArray& values) {
+    return {values.data(), values.data() + values.size()};
   }
   static void check_size(const Array& values, int count, const char* name) {
     if (values.size() == count) return;
@@ -364,19 +578,85 @@ class Problem {
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
   }
 
+  // --- Stopping
+
+  using Clock = std::chrono::steady_clock;
+
+  void begin(const Iterate& at, bool log_on_terminal) {
+    error_ = nullptr;
+    interrupted_ = timed_out_ = cut_ = false;
+    last_ = at;
+    last_.f = std::numeric_limits<double>::quiet_NaN();
+    last_iteration_ = -1;
+    f_.known = g_.known = false;
+    console_->is_terminal = log_on_terminal;
+    ipminmax::SolverOptions options;
+    // What is wrong with options the solver says itself.
+    (void)ipminmax::solver_options(*problem_->application->Options(), options);
+    wall_limit_ = options.max_wall_time;
+    cpu_limit_ = options.max_cpu_time;
+    // What has been found by other starts or maximizations is worth reaching the next iterate for.
+    patience_ = options.minmax_starts > 1 || options.minmax_worst_case_starts > 0 ||
+                        options.minmax_epigraph || options.minmax_epigraph_at_kinks
+                    ? 0.2
+                    : 0.0;
+    wall_start_ = Clock::now();
+    cpu_start_ = std::clock();
+  }
+
+  /// The one call of the solver.
+  int run_solver(Iterate& at, bool again) {
+    const auto solver = again ? IpminmaxSolveAgain : IpminmaxSolve;
+    return solver(problem_, at.x.data(), at.g.data(), &at.f, at.lambda.data(), at.z_l.data(),
+                  at.z_u.data(), this);
+  }
+
+  [[nodiscard]] double seconds() const {
+    return std::chrono::duration<double>(Clock::now() - wall_start_).count();
+  }
+
+  /// Before and after each call of a function: leaves the solver when there is a reason to stop,
+  /// unless it may reach its next iterate.
+  void stop_if_asked() {
+    if (!interrupted_ && !timed_out_) {
+      timed_out_ = limit_passed();
+      if (!timed_out_) return;
+      asked_at_ = seconds();
+    }
+    if (seconds() - asked_at_ <= patience_ * (interrupted_ ? 1.0 : std::min(1.0, wall_limit_))) {
+      return;
+    }
+    cut_ = true;
+    throw ModelStopped{};
+  }
+
+  void note_interrupt() {
+    if (std::exchange(interrupted_, true)) return;
+    asked_at_ = seconds();
+  }
+
   /// Runs a model's function; false: undefined here.
   template <class Function>
   bool run(Function function) {
-    const py::gil_scoped_acquire lock;
-    if (error_) throw ModelStopped{};
+    const Locked lock;
+    if (error_ || cut_) throw ModelStopped{};
     for (;;) {
       try {
+        stop_if_asked();
         function();
         return true;
+      } catch (abi::__forced_unwind&) {
+        sleep_until_the_end();
+      } catch (ModelStopped&) {
+        throw;
       } catch (py::error_already_set& error) {
         if (error.matches(evaluation_error)) return false;
+        if (error.matches(limit_reached)) {
+          if (!std::exchange(timed_out_, true)) asked_at_ = seconds();
+          continue;
+        }
         if (!interrupted_ && error.matches(PyExc_KeyboardInterrupt)) {
-          interrupted_ = true;
+          note_interrupt();
           continue;
         }
         error_ = std::current_exception();
@@ -389,18 +669,46 @@ class Problem {
 
   static Problem& of(void* user_data) { return *static_cast<Problem*>(user_data); }
 
+  /// The last values of a function: the solver asks for those of an iterate more than once.
+  struct Last {
+    std::vector<double> x, values;
+    bool known = false;
+    [[nodiscard]] bool has(int n, const double* at) const {
+      return known && std::equal(x.begin(), x.end(), at, at + n);
+    }
+    void keep(int n, const double* at, int count, const double* found) {
+      x.assign(at, at + n);
+      values.assign(found, found + count);
+      known = true;
+    }
+  };
+
   static int eval_f(int n, double* x, int, double* f, void* user_data) {
     Problem& p = of(user_data);
-    return p.run([&] { take(p.objective_(to_array(x, n)), "objective", 1, f); }) ? 1 : 0;
+    if (p.f_.has(n, x)) {
+      *f = p.f_.values.front();
+      return 1;
+    }
+    p.f_.known = false;
+    if (!p.run([&] { take(call(p.objective_, to_array(x, n)), "objective", 1, f); })) return 0;
+    p.f_.keep(n, x, 1, f);
+    return 1;
   }
   static int eval_grad_f(int n, double* x, int, double* grad, void* user_data) {
     Problem& p = of(user_data);
-    return p.run([&] { take(p.gradient_(to_array(x, n)), "gradient", n, grad); }) ? 1 : 0;
+    return p.run([&] { take(call(p.gradient_, to_array(x, n)), "gradient", n, grad); }) ? 1 : 0;
   }
   static int eval_g(int n, double* x, int, int m, double* g, void* user_data) {
     Problem& p = of(user_data);
     if (m == 0) return 1;
-    return p.run([&] { take(p.constraints_(to_array(x, n)), "constraints", m, g); }) ? 1 : 0;
+    if (p.g_.has(n, x)) {
+      std::copy_n(p.g_.values.begin(), m, g);
+      return 1;
+    }
+    p.g_.known = false;
+    if (!p.run([&] { take(call(p.constraints_, to_array(x, n)), "constraints", m, g); })) return 0;
+    p.g_.keep(n, x, m, g);
+    return 1;
   }
   static int eval_jac_g(int n, double* x, int, int m, int entries, int* rows, int* cols,
                         double* values, void* user_data) {
@@ -411,7 +719,10 @@ class Problem {
       return 1;
     }
     if (m == 0) return 1;
-    return p.run([&] { take(p.jacobian_(to_array(x, n)), "jacobian", entries, values); }) ? 1 : 0;
+    const auto jacobian = [&] {
+      take(call(p.jacobian_, to_array(x, n)), "jacobian", entries, values);
+    };
+    return p.run(jacobian) ? 1 : 0;
   }
   static int eval_h(int n, double* x, int, double sigma, int m, double* lambda, int, int entries,
                     int* rows, int* cols, double* values, void* user_data) {
@@ -421,54 +732,117 @@ class Problem {
       std::copy(p.hess_cols_.begin(), p.hess_cols_.end(), cols);
       return 1;
     }
-    return p.run([&] {
-      take(p.hessian_(to_array(x, n), to_array(lambda, m), sigma), "hessian", entries, values);
-    })
-               ? 1
-               : 0;
+    if (p.hessian_.is_none()) return 0;  // only the pattern is known
+    const auto hessian = [&] {
+      take(call(p.hessian_, to_array(x, n), to_array(lambda, m), sigma), "hessian", entries,
+           values);
+    };
+    return p.run(hessian) ? 1 : 0;
   }
   static int intermediate(int mode, int iter, double f, double inf_pr, double inf_du, double mu,
                           double d_norm, double shift, double alpha_du, double alpha_pr, int trials,
                           void* user_data) {
     Problem& p = of(user_data);
+    if (mode == 0) p.save_iterate(iter, f);
     bool go_on = true;
     p.run([&] {
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      if (PyErr_CheckSignals() != 0) {
+        if (PyErr_ExceptionMatches(PyExc_KeyboardInterrupt) == 0) throw py::error_already_set();
+        PyErr_Clear();
+        p.note_interrupt();
+      }
       if (p.interrupted_ || p.intermediate_.is_none()) return;
-      const py::object answer = p.intermediate_(mode, iter, f, inf_pr, inf_du, mu, d_norm, shift,
-                                                alpha_du, alpha_pr, trials);
+      const py::object answer = call(p.intermediate_, mode, iter, f, inf_pr, inf_du, mu, d_norm,
+                                     shift, alpha_du, alpha_pr, trials);
       go_on = answer.is_none() || answer.cast<bool>();
     });
     return go_on && !p.interrupted_ ? 1 : 0;
+  }
+
+  /// What a solve that is cut off returns.
+  void save_iterate(int iteration, double f) {
+    Iterate& at = saved_;
+    at.x.resize(size(n_));
+    at.z_l.resize(size(n_));
+    at.z_u.resize(size(n_));
+    at.g.resize(size(m_));
+    at.lambda.resize(size(m_));
+    if (IpminmaxGetCurrentIterate(problem_, n_, at.x.data(), at.z_l.data(), at.z_u.data(), m_,
+                                  at.g.data(), at.lambda.data()) == 0) {
+      return;
+    }
+    at.f = f;
+    std::swap(last_, saved_);
+    last_iteration_ = iteration;
   }
 
   int n_, m_;
   std::vector<int> jac_rows_, jac_cols_, hess_rows_, hess_cols_;
   py::object objective_, gradient_, constraints_, jacobian_, hessian_, intermediate_;
   IpminmaxProblem problem_ = nullptr;
+  Ipopt::SmartPtr<PythonConsole> console_;
+  Last f_, g_;
   std::exception_ptr error_;
-  bool interrupted_ = false;
+  Iterate last_, saved_;  ///< the last iterate, and room for the next
+  int last_iteration_ = -1;
+  /// Reasons to stop, and whether the solver was left between two iterates for them.
+  bool interrupted_ = false, timed_out_ = false, cut_ = false;
+  double asked_at_ = 0.0, patience_ = 0.0, wall_limit_ = kNoLimit, cpu_limit_ = kNoLimit;
+  Clock::time_point wall_start_;
+  std::clock_t cpu_start_ = 0;
 };
+
+/// Null where its constructor failed.
+Problem* problem_of(PyObject* self) {
+  const auto place = reinterpret_cast<py::detail::instance*>(self)->get_value_and_holder();
+  return place.holder_constructed() ? place.value_ptr<Problem>() : nullptr;
+}
+
+/// Lets the garbage collector see through a problem.
+void collect_cycles(PyHeapTypeObject* heap_type) {
+  PyTypeObject& type = heap_type->ht_type;
+  type.tp_flags |= Py_TPFLAGS_HAVE_GC;
+  type.tp_traverse = [](PyObject* self, visitproc visit, void* arg) {
+    Py_VISIT(Py_TYPE(self));
+    if (Problem* problem = problem_of(self)) {
+      for (const py::object* function : problem->functions()) Py_VISIT(function->ptr());
+    }
+    return 0;
+  };
+  type.tp_clear = [](PyObject* self) {
+    if (Problem* problem = problem_of(self)) {
+      for (py::object* function : problem->functions()) *function = py::none();
+    }
+    return 0;
+  };
+}
 
 }  // namespace
 
 PYBIND11_MODULE(_core, module) {
   module.doc() = "C interface of Ipminmax with NumPy arrays; use the package ipminmax";
   module.attr("__version__") = IpminmaxVersion();
-  module.def("set_evaluation_error", [](py::object type) {
-    evaluation_error = type.release();  // as long as the interpreter
+  module.attr("STATUS_OF_TIME_LIMIT") =
+      static_cast<int>(ipminmax::application_status(ipminmax::Status::MaxWallTime));
+  module.def("set_exceptions", [](py::object undefined, py::object late) {
+    evaluation_error = undefined.release();  // as long as the interpreter
+    limit_reached = late.release();
   });
-  py::class_<Problem>(module, "Problem")
+  py::class_<Problem>(module, "Problem", py::custom_type_setup(collect_cycles))
       .def(py::init<int, int, py::dict, const Array&, const Array&, const Array&, const Array&,
-                    const IntArray&, const py::object&, std::vector<int>, std::vector<int>,
-                    std::vector<int>, std::vector<int>>())
+                    const IntArray&, const py::object&, const IntArray&, const IntArray&,
+                    const IntArray&, const IntArray&, bool>())
       .def_property_readonly("n", &Problem::variables)
       .def_property_readonly("m", &Problem::constraints)
+      .def_property_readonly("solving", &Problem::solving)
       .def("add_option", &Problem::add_option)
       .def("set_scaling", &Problem::set_scaling)
       .def("set_bounds", &Problem::set_bounds)
       .def("open_output_file", &Problem::open_output_file)
       .def("solve", &Problem::solve)
+      .def("limit_passed", &Problem::limit_passed)
+      .def("worst_cases", &Problem::worst_cases)
+      .def("points", &Problem::points)
       .def("certificate", &Problem::certificate)
       .def("worst_case", &Problem::worst_case)
       .def("statistics", &Problem::statistics)

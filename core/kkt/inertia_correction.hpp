@@ -4,7 +4,7 @@
 
 #include "core/iteration.hpp"
 #include "core/kkt/system.hpp"
-#include "core/model/timer.hpp"
+#include "core/model/budget.hpp"
 #include "core/options.hpp"
 
 namespace ipminmax {

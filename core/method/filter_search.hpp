@@ -5,7 +5,7 @@
 
 #include "core/method/filter.hpp"
 #include "core/method/parameters.hpp"
-#include "core/model/timer.hpp"
+#include "core/model/budget.hpp"
 #include "core/point/point.hpp"
 #include "core/point/step_length.hpp"
 

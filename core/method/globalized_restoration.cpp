@@ -37,10 +37,8 @@ bool GlobalizedMethod::restore(Run& run) {
   Point& restored = outer_.trial;
   restored.iterate = from.iterate;
   restored.evaluation = from.evaluation;
-  SolverOptions options = options_;
-  limit_.pass_on(options);
   const auto outcome =
-      restore_feasibility(canonical_, options, run.mu, acceptable, restorer_, restored, left);
+      restore_feasibility(canonical_, options_, run.mu, acceptable, restorer_, restored, left);
   budget_.restoration += granted - left;
   switch (outcome) {
     case RestorationOutcome::Restored:

@@ -6,7 +6,6 @@
 #include "core/method/parameters.hpp"
 #include "core/method/restoration.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/timer.hpp"
 
 namespace ipminmax {
 namespace {
@@ -166,7 +165,7 @@ SolverOptions restoration_options(const SolverOptions& options, double mu, Index
 
 bool was_limited(Status status) {
   return status == Status::MaxIterations || status == Status::MaxCpuTime ||
-         status == Status::MaxWallTime;
+         status == Status::MaxWallTime || status == Status::UserStop;
 }
 
 }  // namespace
@@ -175,7 +174,6 @@ RestorationOutcome restore_feasibility(
     CanonicalProblem& canonical, const SolverOptions& options, double mu,
     const std::function<bool(const Eigen::VectorXd&, const Eigen::VectorXd&)>& acceptable,
     const Restorer& restorer, Point& point, Index& iterations) {
-  const TimeLimit limit(options);
   double start_mu = std::max(mu, max_norm(point.evaluation.c));
   Point from = point;
   for (int round = 0; round < parameter::kRounds; ++round) {
@@ -190,9 +188,8 @@ RestorationOutcome restore_feasibility(
       stopped = !restored && restorer.observe && !restorer.observe(info, point, v, c);
       return !restored && !stopped;
     };
-    SolverOptions nested = restoration_options(options, start_mu, iterations);
-    limit.pass_on(nested);
-    const Result result = restorer.solve(problem, nested, observer);
+    const Result result =
+        restorer.solve(problem, restoration_options(options, start_mu, iterations), observer);
     iterations = std::max<Index>(0, iterations - result.iterations);
     if (restored || stopped) {
       point.iterate.v = v;

@@ -180,6 +180,9 @@ class CanonicalProblem {
   /// Fills v, lambda, z, constraints, objective of the result in the model's units; NaN where the
   /// model's functions are undefined.
   void restore(const Iterate& iterate, Result& result);
+  /// The factors of objective, variables and constraints, in the model's order; 1 for what has
+  /// been taken out.
+  void write_scaling(UserScaling& factors) const;
   /// Largest violation of the model's own bounds and constraints by a result's v and constraints.
   [[nodiscard]] double violation(const Result& result) const;
   /// The model's constraint that a result's constraints violate most; 0 where none is violated.

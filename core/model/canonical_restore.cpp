@@ -48,6 +48,20 @@ void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
   restore_values(finite, result);
 }
 
+void CanonicalProblem::write_scaling(UserScaling& factors) const {
+  factors.objective = objective_scale_;
+  factors.variables.assign(structure_.variable_players.size(), 1.0);
+  factors.constraints.assign(structure_.constraint_players.size(), 1.0);
+  for (Index i = 0; i < variables(); ++i) {
+    const Index model = arrays_.map.model_variable[at(i)];
+    if (model >= 0) factors.variables[at(model)] = arrays_.col_scale[at(i)];
+  }
+  for (Index j = 0; j < constraints(); ++j) {
+    const Index model = arrays_.map.model_constraint[at(j)];
+    if (model >= 0) factors.constraints[at(model)] = arrays_.row_scale[at(j)];
+  }
+}
+
 void CanonicalProblem::restore_values(bool finite, Result& result) {
   constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
   bool new_point = true;

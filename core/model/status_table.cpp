@@ -58,7 +58,9 @@ constexpr std::array kRows = {
     StatusRow{Status::InvalidOption, "invalid option", "Invalid option encountered."},
     StatusRow{Status::TooFewDegreesOfFreedom, "too few degrees of freedom",
               "Problem has too few degrees of freedom."},
-    StatusRow{Status::OutOfMemory, "out of memory", "Not enough memory."}};
+    StatusRow{Status::OutOfMemory, "out of memory", "Not enough memory."},
+    StatusRow{Status::WorstCaseNotMet, "a worst case over y is not met",
+              "A worst case over y is known that the point does not meet.", 504}};
 
 constexpr bool is_in_order() {
   for (std::size_t i = 0; i < kRows.size(); ++i) {
@@ -66,7 +68,8 @@ constexpr bool is_in_order() {
   }
   return true;
 }
-static_assert(is_in_order() && kRows.size() == static_cast<std::size_t>(Status::OutOfMemory) + 1);
+static_assert(is_in_order() &&
+              kRows.size() == static_cast<std::size_t>(Status::WorstCaseNotMet) + 1);
 
 constexpr StatusRow kUnknown{Status::InternalError, "unknown", "Internal error."};
 

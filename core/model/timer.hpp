@@ -1,13 +1,7 @@
 #pragma once
 
-#include <algorithm>
 #include <chrono>
 #include <ctime>
-#include <limits>
-#include <optional>
-
-#include "core/options.hpp"
-#include "core/result.hpp"
 
 namespace ipminmax {
 
@@ -38,46 +32,6 @@ class Stopwatch {
  private:
   std::chrono::steady_clock::time_point wall_start_ = std::chrono::steady_clock::now();
   std::clock_t cpu_start_ = std::clock();
-};
-
-/// The time limits of a solve, which begins with its construction. Long loops of factorizations ask
-/// expired() in every round and give up; the solve then ends with exceeded().
-class TimeLimit {
- public:
-  explicit TimeLimit(const SolverOptions& options)
-      : max_cpu_(options.max_cpu_time), max_wall_(options.max_wall_time) {}
-
-  /// Whether a limit is exceeded; stays true.
-  [[nodiscard]] bool expired() {
-    // Clocks cost more than a factorization of a tiny system: only those with a limit are read.
-    constexpr double kNone = 1e19;
-    if (!exceeded_ && max_cpu_ < kNone && stopwatch_.cpu() > max_cpu_) {
-      exceeded_ = Status::MaxCpuTime;
-    }
-    if (!exceeded_ && max_wall_ < kNone && stopwatch_.wall() > max_wall_) {
-      exceeded_ = Status::MaxWallTime;
-    }
-    return exceeded_.has_value();
-  }
-  /// Another limit of the solve is exceeded: as if it were one of these.
-  void exceed(Status status) {
-    if (!exceeded_) exceeded_ = status;
-  }
-  /// The status that goes with the limit that expired() has seen exceeded, if any.
-  [[nodiscard]] std::optional<Status> exceeded() const { return exceeded_; }
-
-  /// Leaves a solve inside this one what remains of its time.
-  void pass_on(SolverOptions& options) const {
-    constexpr double kLeast = std::numeric_limits<double>::min();  // limits are positive
-    options.max_cpu_time = std::max(max_cpu_ - stopwatch_.cpu(), kLeast);
-    options.max_wall_time = std::max(max_wall_ - stopwatch_.wall(), kLeast);
-  }
-  [[nodiscard]] const Stopwatch& stopwatch() const { return stopwatch_; }
-
- private:
-  Stopwatch stopwatch_;
-  double max_cpu_, max_wall_;
-  std::optional<Status> exceeded_;
 };
 
 }  // namespace ipminmax

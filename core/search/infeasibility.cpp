@@ -25,11 +25,9 @@ void name_infeasibility(const MethodContext& context, const ProblemStructure& st
   IterationBudget& budget = context.budget;
   const Index granted = std::max<Index>(0, budget.limit - budget.iteration - budget.restoration);
   Index allowed = granted;
-  SolverOptions options = context.options;
-  context.limit.pass_on(options);
   Point least = outcome.point;
-  const RestorationOutcome found =
-      restore_feasibility(canonical, options, outcome.mu, feasible, restorer, least, allowed);
+  const RestorationOutcome found = restore_feasibility(canonical, context.options, outcome.mu,
+                                                       feasible, restorer, least, allowed);
   budget.restoration += granted - allowed;
   if (found != RestorationOutcome::UserStop && found != RestorationOutcome::LocallyInfeasible)
     return;

@@ -68,6 +68,7 @@ bool Observation::tell(const Point& point, double mu, const StepReport& step) {
   count_factorizations(info);
   info.v = context_.canonical.model_point(point.iterate.v);
   info.result = [this] { return stopped_at(*point_); };
+  info.scaling = [this](UserScaling& factors) { context_.canonical.write_scaling(factors); };
   return tell(info);
 }
 
@@ -89,6 +90,7 @@ bool Observation::tell_restoration(double mu, const IterationInfo& nested, const
     info.error.primal = std::max(info.error.primal, std::abs(c[j]) / canonical.constraint_scale(j));
   }
   info.v = canonical.model_point(v);
+  info.scaling = [&](UserScaling& factors) { canonical.write_scaling(factors); };
   info.result = [&] {
     Point here = from;
     here.iterate.v = v;

@@ -54,6 +54,8 @@ void add_work(const Result& part, Result& total) {
   total.factorizations += part.factorizations;
   total.counts += part.counts;
   total.timing += part.timing;
+  total.over_y.solves += part.over_y.solves;
+  total.over_y.maximizations += part.over_y.maximizations;
 }
 
 }  // namespace ipminmax

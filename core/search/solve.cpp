@@ -61,23 +61,44 @@ struct Solve::Machinery {
   std::optional<AlgorithmOne> algorithm_one;
 };
 
-Solve::Solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
-             Purpose purpose, KeptWork* kept)
+Solve::Solve(Problem& problem, const SolverOptions& options, Budget& shared,
+             const SolveObserver& observer, KeptWork* kept)
+    : Solve(problem, options, shared, observer, Purpose::Solution, kept) {
+  if (const auto left = shared.factorizations_left()) budget_.factorizations = *left;
+}
+
+Solve Solve::nested(Problem& problem, const SolverOptions& options, Budget& shared,
+                    const SolveObserver& observer) {
+  return Solve(problem, options, shared, observer, Purpose::Restoration, nullptr);
+}
+
+Solve::Solve(Problem& problem, const SolverOptions& options, Budget& shared,
+             const SolveObserver& observer, Purpose purpose, KeptWork* kept)
     : problem_(problem),
       options_(options),
+      shared_(shared),
       observer_(observer),
       purpose_(purpose),
       kept_(kept),
       arrays_(kept != nullptr ? kept->arrays : own_arrays_.emplace()),
-      limit_(options),
+      limit_(shared),
       budget_{.limit = options.max_iter},
       canonical_(problem, options, counts_, timing_, &arrays_.canonical) {
-  if (options.minmax_max_factorizations > 0) {
+  if (purpose == Purpose::Restoration && options.minmax_max_factorizations > 0) {
     budget_.factorizations = options.minmax_max_factorizations;
   }
 }
 
 Result Solve::run() {
+  Result result = run_guarded();
+  if (purpose_ == Purpose::Restoration) return result;  // the whole solve counts it
+  const Index restoring = counts_.factorizations_for(FactorizationCause::Restoration).full;
+  shared_.spend(result.factorizations + restoring);
+  if (result.status == Status::OutOfMemory) shared_.stop(Status::OutOfMemory);
+  return result;
+}
+
+Result Solve::run_guarded() {
   try {
     return run_checked();
   } catch (const FactorsOutOfMemory& error) {
@@ -265,7 +286,7 @@ Result Solve::restoration(Machinery& machinery, Problem& problem, const SolverOp
       return none;
     }
   }
-  Result result = solve_nested(problem, own, observer);
+  Result result = Solve::nested(problem, own, shared_, observer).run();
   counts_.factorizations_for(FactorizationCause::Restoration).full += result.factorizations;
   return result;
 }

@@ -4,9 +4,9 @@
 #include <string>
 
 #include "core/method/restoration.hpp"
+#include "core/model/budget.hpp"
 #include "core/search/kept_work.hpp"
 #include "core/search/search.hpp"
-#include "core/solver.hpp"
 
 namespace ipminmax {
 
@@ -14,8 +14,12 @@ namespace ipminmax {
 class Solve {
  public:
   /// kept: of the last solve, replaced by that of this one. Null: nothing is kept.
-  Solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
-        Purpose purpose, KeptWork* kept);
+  Solve(Problem& problem, const SolverOptions& options, Budget& shared,
+        const SolveObserver& observer, KeptWork* kept);
+  /// A solve inside a solve, for its restoration: no restoration and no certificate of its own, and
+  /// minmax_max_factorizations is what that one leaves it.
+  [[nodiscard]] static Solve nested(Problem& problem, const SolverOptions& options, Budget& shared,
+                                    const SolveObserver& observer);
 
   [[nodiscard]] Result run();
 
@@ -23,6 +27,7 @@ class Solve {
   /// What the searches work with.
   struct Machinery;
 
+  [[nodiscard]] Result run_guarded();
   [[nodiscard]] Result run_checked();
   [[nodiscard]] Result search();
   [[nodiscard]] bool analyze(Machinery& machinery);
@@ -45,8 +50,12 @@ class Solve {
   void keep_work(const Machinery& machinery, Status status);
   void set_totals(Result& result) const;
 
+  Solve(Problem& problem, const SolverOptions& options, Budget& shared,
+        const SolveObserver& observer, Purpose purpose, KeptWork* kept);
+
   Problem& problem_;
   const SolverOptions& options_;
+  Budget& shared_;
   const SolveObserver& observer_;
   Purpose purpose_;
   KeptWork* kept_;

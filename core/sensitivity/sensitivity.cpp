@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/model/finite_difference_hessian.hpp"
+#include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
 #include "core/robust.hpp"
 #include "core/sensitivity/active_set.hpp"
@@ -68,6 +69,25 @@ void split_multiplier(Hold hold, double sign, double reduced, double& lower, dou
   if (hold == Hold::Upper || (hold == Hold::Fixed && sign * reduced < 0.0)) upper = -reduced;
 }
 
+/// The model with fixed variables free to move: their values are parameters, and the differences
+/// that make its Hessian leave out what is fixed.
+class UnfixedProblem final : public ForwardingProblem {
+ public:
+  explicit UnfixedProblem(Problem& model)
+      : ForwardingProblem(model), structure_(model.structure()) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < structure_.variable_lower.size(); ++i) {
+      if (structure_.variable_lower[i] < structure_.variable_upper[i]) continue;
+      structure_.variable_lower[i] = -kInfinity;
+      structure_.variable_upper[i] = kInfinity;
+    }
+  }
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+
+ private:
+  ProblemStructure structure_;
+};
+
 std::string text_of(ActiveSystem::Outcome outcome) {
   switch (outcome) {
     case ActiveSystem::Outcome::OutOfMemory:
@@ -120,10 +140,13 @@ std::string Sensitivity::State::read(Problem& problem, const Result& result,
   const bool differences =
       options.hessian_approximation == HessianApproximation::FiniteDifferenceValues ||
       !problem.structure().has_hessian;
+  std::optional<UnfixedProblem> unfixed;
   std::optional<FiniteDifferenceHessian> wrapped;
-  if (differences) wrapped.emplace(problem, options);
+  if (differences) wrapped.emplace(unfixed.emplace(problem), options);
   Problem& model = wrapped ? *wrapped : problem;
-  structure = model.structure();
+  structure = problem.structure();
+  structure.hessian = model.structure().hessian;
+  structure.has_hessian = true;
   if (has_robust_constraints(structure)) {
     return "sensitivities of models with robust constraints are not available";
   }

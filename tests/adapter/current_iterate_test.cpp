@@ -229,7 +229,14 @@ TEST(CurrentIterate, ThereIsNoneOutsideTheCallback) {
     EXPECT_EQ(found.constraint, std::vector{2.0});
   };
   expect_none("before");
-  setting.watched->on_end = [&] { expect_none("in finalize_solution"); };
+  setting.watched->on_end = [&] {  // there it is the answer
+    Result answer;
+    Violations missing;
+    EXPECT_TRUE(setting.application->GetCurrentIterate(answer));
+    EXPECT_TRUE(setting.application->GetCurrentViolations(missing));
+    EXPECT_EQ(answer.v, setting.application->LastResult().v);
+    EXPECT_EQ(answer.lambda, setting.application->LastResult().lambda);
+  };
   ASSERT_EQ(setting.solve(), Ipopt::Solve_Succeeded);
   EXPECT_EQ(setting.watched->ends, 1);
   expect_none("after");
@@ -237,6 +244,175 @@ TEST(CurrentIterate, ThereIsNoneOutsideTheCallback) {
   setting.watched->on_iteration = [](const Told&) -> bool { throw std::runtime_error("stop"); };
   EXPECT_EQ(setting.solve(), Ipopt::NonIpopt_Exception_Thrown);
   expect_none("after an exception");
+}
+
+/// min x0 + x1 + x2 with 1 <= |x|^2 <= 2, x0^2 - x2^2 = 1/2, x0 >= -10, x1 = 1 and scaling factors of
+/// its own, which asks for everything in each callback and at the end, as a test of Ipopt 3.14 does.
+class Asking : public ObservableTNLP {
+ public:
+  using Number = Ipopt::Number;
+  explicit Asking(UserScaling scaling) : scaling_(std::move(scaling)) {}
+  int asked = 0, answered = 0;
+
+  bool get_nlp_info(Index& n, Index& m, Index& jacobian, Index& hessian,
+                    IndexStyleEnum& style) override {
+    n = 3, m = 2, jacobian = 5, hessian = 3;
+    style = C_STYLE;
+    return true;
+  }
+  bool get_bounds_info(Index, Number* x_l, Number* x_u, Index, Number* g_l, Number* g_u) override {
+    x_l[0] = -10.0, x_l[1] = 1.0, x_l[2] = -1e300;
+    x_u[0] = 1e300, x_u[1] = 1.0, x_u[2] = 1e300;
+    g_l[0] = 1.0, g_u[0] = 2.0;
+    g_l[1] = g_u[1] = 0.5;
+    return true;
+  }
+  bool get_starting_point(Index, bool, Number* x, bool, Number*, Number*, Index, bool,
+                          Number*) override {
+    x[0] = x[1] = 1.0, x[2] = -1.0;
+    return true;
+  }
+  bool get_scaling_parameters(Number& f, bool& use_x, Index, Number* x, bool& use_g, Index,
+                              Number* g) override {
+    f = scaling_.objective;
+    use_x = use_g = true;
+    std::ranges::copy(scaling_.variables, x);
+    std::ranges::copy(scaling_.constraints, g);
+    return true;
+  }
+  bool eval_f(Index, const Number* x, bool, Number& f) override {
+    f = x[0] + x[1] + x[2];
+    return true;
+  }
+  bool eval_grad_f(Index, const Number*, bool, Number* grad) override {
+    grad[0] = grad[1] = grad[2] = 1.0;
+    return true;
+  }
+  bool eval_g(Index, const Number* x, bool, Index, Number* g) override {
+    g[0] = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
+    g[1] = x[0] * x[0] - x[2] * x[2];
+    return true;
+  }
+  bool eval_jac_g(Index, const Number* x, bool, Index, Index, Index* rows, Index* cols,
+                  Number* values) override {
+    const Index row[] = {0, 0, 0, 1, 1}, col[] = {0, 1, 2, 0, 2};
+    for (std::size_t k = 0; k < 5; ++k) {
+      if (values == nullptr) {
+        rows[k] = row[k], cols[k] = col[k];
+      } else {
+        values[k] = k == 4 ? -2.0 * x[2] : 2.0 * x[col[k]];
+      }
+    }
+    return true;
+  }
+  bool eval_h(Index, const Number*, bool, Number, Index, const Number* lambda, bool, Index,
+              Index* rows, Index* cols, Number* values) override {
+    for (Index k = 0; k < 3; ++k) {
+      if (values == nullptr) {
+        rows[k] = cols[k] = k;
+      } else {
+        values[k] = 2.0 * lambda[0] + 2.0 * static_cast<double>(1 - k) * lambda[1];
+      }
+    }
+    return true;
+  }
+  bool intermediate_callback(Ipopt::AlgorithmMode, Index, Number, Number, Number, Number, Number,
+                             Number, Number, Number, Index, const Ipopt::IpoptData* data,
+                             Ipopt::IpoptCalculatedQuantities* cq) override {
+    ask(data, cq);
+    return true;
+  }
+  void finalize_solution(Ipopt::SolverReturn, Index, const Number* x, const Number* z_L,
+                         const Number* z_U, Index, const Number* g, const Number* lambda, Number,
+                         const Ipopt::IpoptData* data,
+                         Ipopt::IpoptCalculatedQuantities* cq) override {
+    const Seen seen = ask(data, cq);
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_EQ(seen.x[i], x[i]);
+      EXPECT_EQ(seen.z_l[i], z_L[i]);
+      EXPECT_EQ(seen.z_u[i], z_U[i]);
+    }
+    for (std::size_t j = 0; j < 2; ++j) {
+      EXPECT_EQ(seen.g[j], g[j]);
+      EXPECT_EQ(seen.lambda[j], lambda[j]);
+    }
+    ++answered;
+  }
+
+ private:
+  struct Seen {
+    double x[3], z_l[3], z_u[3], g[2], lambda[2];
+    double below[3], above[3], compl_l[3], compl_u[3], gradient[3], violation[2], compl_g[2];
+  };
+  Seen take(bool scaled, const Ipopt::IpoptData* data, Ipopt::IpoptCalculatedQuantities* cq) {
+    Seen s{};
+    EXPECT_TRUE(get_curr_iterate(data, cq, scaled, 3, s.x, s.z_l, s.z_u, 2, s.g, s.lambda));
+    EXPECT_TRUE(get_curr_violations(data, cq, scaled, 3, s.below, s.above, s.compl_l, s.compl_u,
+                                    s.gradient, 2, s.violation, s.compl_g));
+    return s;
+  }
+  static void expect_near(double value, double wanted, const std::string& what) {
+    EXPECT_NEAR(value, wanted, 1e-9 * std::max({1.0, std::abs(value), std::abs(wanted)})) << what;
+  }
+  /// The first-order quantities from x, z and lambda of s, with these factors.
+  void check(const Seen& s, const double* x, const UserScaling& by) {
+    const double f = by.objective;
+    const std::vector<double>&c = by.variables, &r = by.constraints;
+    const double g0 = x[0] * x[0] + x[1] * x[1] + x[2] * x[2], g1 = x[0] * x[0] - x[2] * x[2];
+    const double slope0 = s.lambda[0] * r[0], slope1 = s.lambda[1] * r[1];
+    expect_near(s.g[0], g0 * r[0], "g0");
+    expect_near(s.g[1], g1 * r[1], "g1");
+    expect_near(s.below[0], std::max(0.0, -10.0 - x[0]) * c[0], "below");
+    expect_near(s.compl_l[0], s.z_l[0] * (x[0] + 10.0) * c[0], "compl_x_L");
+    expect_near(s.compl_l[1], 0.0, "compl_x_L of the fixed one");
+    expect_near(s.compl_u[1], 0.0, "compl_x_U of the fixed one");
+    expect_near(s.gradient[0], (f + 2.0 * x[0] * (slope0 + slope1)) / c[0] - s.z_l[0], "grad 0");
+    expect_near(s.gradient[1], (f + 2.0 * x[1] * slope0) / c[1] - s.z_l[1] + s.z_u[1], "grad 1");
+    expect_near(s.gradient[2], (f + 2.0 * x[2] * (slope0 - slope1)) / c[2], "grad 2");
+    expect_near(s.violation[0], std::max({0.0, 1.0 - g0, g0 - 2.0}) * r[0], "violation 0");
+    expect_near(s.violation[1], std::abs(g1 - 0.5) * r[1], "violation 1");
+    const double pressing = s.lambda[0] < 0.0 ? -(g0 - 1.0) : 2.0 - g0;
+    expect_near(s.compl_g[0], pressing * s.lambda[0] * r[0], "compl_g 0");
+    expect_near(s.compl_g[1], -(g1 - 0.5) * s.lambda[1] * r[1], "compl_g 1");
+  }
+  Seen ask(const Ipopt::IpoptData* data, Ipopt::IpoptCalculatedQuantities* cq) {
+    ++asked;
+    const Seen plain = take(false, data, cq), scaled = take(true, data, cq);
+    check(plain, plain.x, {1.0, {1.0, 1.0, 1.0}, {1.0, 1.0}});
+    check(scaled, plain.x, scaling_);
+    const double f = scaling_.objective;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double c = scaling_.variables[i];
+      const bool other_side = i == 1 && f < 0.0;  // of a fixed variable only one side is not zero
+      expect_near(scaled.x[i], plain.x[i] * c, "x");
+      expect_near(scaled.z_l[i], (other_side ? -plain.z_u[i] : plain.z_l[i]) * f / c, "z_L");
+      expect_near(scaled.z_u[i], (other_side ? -plain.z_l[i] : plain.z_u[i]) * f / c, "z_U");
+    }
+    for (std::size_t j = 0; j < 2; ++j)
+      expect_near(scaled.lambda[j], plain.lambda[j] * f / scaling_.constraints[j], "lambda");
+    return plain;
+  }
+  UserScaling scaling_;
+};
+
+TEST(CurrentIterate, AnswersAsIpoptDoesScaledAndAtTheEnd) {
+  for (const char* fixed : {"make_parameter", "make_constraint"}) {
+    for (const double objective : {0.0, 2.0, -2.0}) {
+      SCOPED_TRACE(std::string(fixed) + ", objective times " + std::to_string(objective));
+      const bool scales = objective != 0.0;
+      const SmartPtr<Asking> model =
+          new Asking(scales ? UserScaling{objective, {3.0, 1.0, 5.0}, {7.0, 11.0}}
+                            : UserScaling{1.0, {1.0, 1.0, 1.0}, {1.0, 1.0}});
+      const SmartPtr<MinMaxApplication> app = new MinMaxApplication(false);
+      app->Options()->SetStringValue("fixed_variable_treatment", fixed);
+      app->Options()->SetStringValue("nlp_scaling_method", scales ? "user-scaling" : "none");
+      app->Options()->SetNumericValue("constr_viol_tol", 1e-12);  // bounds are hardly relaxed
+      ASSERT_EQ(app->Initialize(""), Ipopt::Solve_Succeeded);
+      EXPECT_EQ(app->OptimizeTNLP(GetRawPtr(model)), Ipopt::Solve_Succeeded);
+      EXPECT_EQ(model->answered, 1);
+      EXPECT_EQ(model->asked, app->LastResult().iterations + 2);
+    }
+  }
 }
 
 /// The user stops at the given call; everything that comes back is the iterate there.

@@ -1,6 +1,7 @@
 // The helper of the examples that moves a solution one stage ahead.
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <stdexcept>
 #include <vector>
 
@@ -26,6 +27,12 @@ TEST(HorizonShift, MovesEveryBlockOneStageAhead) {
   EXPECT_EQ(next.lambda, (std::vector{5.0, 6.0, 6.0, 7.0}));
   EXPECT_THROW(static_cast<void>(HorizonShift(4, {{4, 2}}, {}).next(last)), std::invalid_argument);
   EXPECT_THROW(static_cast<void>(HorizonShift(3, {}, {{0, 2}}).next(last)), std::invalid_argument);
+  // Sums beyond the largest number.
+  constexpr std::size_t kLargest = std::numeric_limits<std::size_t>::max();
+  for (const StageBlock& block : {StageBlock{kLargest, 1}, {1, kLargest / 2 + 1}, {2, kLargest}}) {
+    EXPECT_THROW(static_cast<void>(HorizonShift(2, {block}, {}).next(last)), std::invalid_argument);
+  }
+  EXPECT_EQ(HorizonShift(kLargest, {{10, 0}}, {}).next(last).v, last.v);
 }
 
 TEST(HorizonShift, OptionsForWarmAndColdStarts) {

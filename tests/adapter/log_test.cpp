@@ -119,6 +119,47 @@ TEST(Summary, IpoptsErrors) {
             (Words{"1.0000000000000001e-09", "3.0000000000000001e-03"}));
 }
 
+// Pyomo, parmest and others take these out of Ipopt's log.
+TEST(Summary, IpoptsWords) {
+  EXPECT_NE(log::ipopt_solver_line("mumps").find("running with linear solver mumps."),
+            std::string::npos);
+  ProblemStructure structure;
+  structure.constraint_players = {Player::Min, Player::Min};
+  structure.constraint_lower = {0.0, 1.0};
+  structure.constraint_upper = {0.0, 2.0};
+  Result result;
+  result.counts.constraints = 7;
+  result.counts.jacobian = 5;
+  result.timing.total = result.cpu_seconds = 3.0;
+  result.timing.evaluations = 1.0;
+  std::string text = log::ipopt_work(result, structure);
+  EXPECT_EQ(line_with(text, "inequality constraint ev"),
+            "Number of inequality constraint evaluations          = 7");
+  EXPECT_EQ(last_two(text, "Number of equality constraint Jacobian"), (Words{"=", "5"}));
+  EXPECT_EQ(last_two(text, "in IPOPT")[0], "=");
+  EXPECT_EQ(last_two(text, "in NLP function evaluations   "), (Words{"=", "1.000"}));
+  structure.constraint_upper = {1.0, 2.0};
+  text = log::ipopt_work(result, structure);
+  EXPECT_EQ(last_two(text, "of equality constraint evaluations"), (Words{"=", "0"}));
+  EXPECT_EQ(last_two(text, "of inequality constraint evaluations"), (Words{"=", "7"}));
+
+  const auto exit_of = [](Status status) {
+    Result ended;
+    ended.status = status;
+    return line_with(log::ipopt_exit_line(ended), "EXIT:");
+  };
+  EXPECT_EQ(exit_of(Status::Solved), "EXIT: Optimal Solution Found.");
+  EXPECT_EQ(exit_of(Status::SolvedDegenerate), "EXIT: Optimal Solution Found.");
+  EXPECT_EQ(exit_of(Status::NotLocalMinmax), "EXIT: Search Direction is becoming Too Small.");
+  EXPECT_EQ(exit_of(Status::OuterUnbounded),
+            "EXIT: Iterates diverging; problem might be unbounded.");
+  EXPECT_EQ(exit_of(Status::MaxIterations), "EXIT: Maximum Number of Iterations Exceeded.");
+  EXPECT_EQ(exit_of(Status::LinearSolverFailed), "EXIT: Error in step computation!");
+  Result ended;
+  ended.status = Status::NotLocalMinmax;  // our own words follow
+  EXPECT_NE(log::ipopt_exit_line(ended).find("not a local minmax"), std::string::npos);
+}
+
 TEST(IterationTable, UnusualValuesStayInTheirColumns) {
   IterationInfo info = some_iteration();
   info.iteration = 99999;
@@ -273,16 +314,30 @@ TEST(Banner, NamesTheProgram) {
                           [](char c) { return c == '\n' || (c >= ' ' && c <= '~'); }));
 }
 
-TEST(RobustSummary, AViolationThatWasNotLookedForIsNotANumber) {
-  RobustResult result;
-  result.maximizations = 7;
-  result.largest_violation = 1.5e-9;
-  EXPECT_NE(log::robust_summary(result, {}).find(", largest violation found 1.50e-09"),
-            std::string::npos);
-  result.largest_violation = std::numeric_limits<double>::quiet_NaN();
-  const std::string text = log::robust_summary(result, {});
-  EXPECT_NE(text.find("7 maximizations over y, none at this x"), std::string::npos) << text;
-  EXPECT_EQ(text.find("nan"), std::string::npos) << text;
+TEST(Summary, AViolationThatWasNotLookedForIsNotANumber) {
+  ProblemStructure game;
+  game.variable_players = {Player::Min, Player::Max};
+  Result result;
+  result.over_y = {.asked = 8, .functions = 3, .maximizations = 7, .largest_violation = 1.5e-9};
+  EXPECT_NE(log::summary(result, &game).find("largest violation 1.5e-09"), std::string::npos);
+  result.over_y.largest_violation = std::numeric_limits<double>::quiet_NaN();
+  const std::string text = log::summary(result, &game);
+  EXPECT_EQ(text.find("violation 1.5"), std::string::npos) << text;
+  EXPECT_EQ(text.find("largest violation nan"), std::string::npos) << text;
+}
+
+TEST(Summary, SaysWhatWasLookedAtOverYAndX) {
+  ProblemStructure game;
+  game.variable_players = {Player::Min, Player::Max};
+  Result result;
+  EXPECT_NE(log::summary(result, &game).find("no other y was looked at"), std::string::npos);
+  result.over_x = {.asked = 20, .made = 7};
+  result.over_y = {.asked = 8, .finished = false};
+  EXPECT_NE(log::summary(result, &game).find("7 of 20 starts"), std::string::npos);
+  EXPECT_NE(log::summary(result, &game).find("cut short"), std::string::npos);
+  ProblemStructure minimization;
+  minimization.variable_players = {Player::Min};
+  EXPECT_EQ(log::summary({}, &minimization).find("Over all y"), std::string::npos);
 }
 
 }  // namespace

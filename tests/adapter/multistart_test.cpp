@@ -131,7 +131,9 @@ TEST(ApplicationMultistart, CallbackStopsAllStarts) {
   EXPECT_EQ(begun, 3);
   EXPECT_EQ(model->final.count, 1);
   EXPECT_EQ(model->final.status, Ipopt::USER_REQUESTED_STOP);
-  EXPECT_EQ(app->LastResult().certificate.kind, PointKind::LocalMinmax);
+  EXPECT_EQ(app->LastResult().certificate.kind, PointKind::FirstOrderPoint);
+  EXPECT_EQ(app->LastResult().certificate.second_order, SecondOrder::Satisfied);
+  EXPECT_EQ(app->LastResult().over_x.asked, 50);
   EXPECT_EQ(model->final.x, app->LastResult().v);
 }
 

@@ -146,6 +146,15 @@ TEST(PlayerOption, AWrongListIsAnInvalidProblem) {
             "variables");
 }
 
+TEST(PlayerOption, NamesOfAnotherNumberAreCounted) {
+  const SmartPtr<Model> model = new Model;
+  model->variable_strings["idx_names"] = {"x0", "y"};
+  EXPECT_EQ(
+      TnlpProblem(GetRawPtr(model), {"y", ""}).load(),
+      "option minmax_max_variables: \"y\" is no index and no range, and the model gives 2 names "
+      "for 3 variables");
+}
+
 TEST(PlayerOption, ConstraintsOfMinThatReadMaxHoldForEveryY) {
   // y - x0 <= 4 for every y in [-5, 5]: x0 >= 1, while f's own y stays at 3/2 x0.
   for (const int starts : {0, 5}) {

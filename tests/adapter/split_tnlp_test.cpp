@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 
+#include "adapter/minmax_application.hpp"
 #include "adapter/model.hpp"
 #include "adapter/tnlp_problem.hpp"
 
@@ -153,6 +154,25 @@ TEST(SplitTnlp, WrongIndicesAreNamed) {
             "SplitTNLP: max_variables holds index 1 twice, at places 0 and 2");
   EXPECT_NE(load_error({1}, {2}).find("max_constraints[0] = 2"), std::string::npos);
   EXPECT_NE(load_error({1}, {0, 0}).find("max_constraints holds index 0 twice"), std::string::npos);
+}
+
+// y - x0 <= 4 for every y in [-5, 5]: x0 >= 1.
+TEST(SplitTnlp, ConstraintsGivenToMinAreRobust) {
+  const SmartPtr<Model> model = new Model;
+  const SmartPtr<MinMaxApplication> app = new MinMaxApplication(false);
+  ASSERT_EQ(app->Initialize(""), Ipopt::Solve_Succeeded);
+  ASSERT_EQ(app->OptimizeTNLP(new SplitTNLP(GetRawPtr(model), {1}, {}, {1})),
+            Ipopt::Solve_Succeeded);
+  EXPECT_NEAR(model->final.x[0], 1.0, 1e-6);
+  ASSERT_EQ(app->LastWorstCases().size(), 1U);
+  EXPECT_NEAR(app->LastWorstCases()[0].v[1], 5.0, 1e-5);
+  const auto error_of = [](std::vector<Ipopt::Index> of_max, std::vector<Ipopt::Index> of_min) {
+    return TnlpProblem(new SplitTNLP(new Model, {1}, std::move(of_max), std::move(of_min))).load();
+  };
+  EXPECT_NE(error_of({}, {2}).find("min_constraints[0] = 2 is out of range"), std::string::npos);
+  EXPECT_NE(error_of({}, {1, 1}).find("min_constraints holds index 1 twice"), std::string::npos);
+  EXPECT_EQ(error_of({1}, {0, 1}),
+            "SplitTNLP: max_constraints and min_constraints both hold index 1");
 }
 
 TEST(SplitTnlp, ANullModelIsRefused) {

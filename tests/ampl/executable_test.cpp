@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstring>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -189,7 +190,8 @@ TEST_F(AmplExecutable, UndefinedValuesAndDerivativesDoNotEndIt) {
   parts.segments = "x1\n0 -1\n";
   ASSERT_EQ(solve(parts), 0) << err_;
   EXPECT_TRUE(printed("evaluation failed")) << out_;
-  EXPECT_TRUE(solution_has("objno 0 503"));
+  EXPECT_TRUE(solution_has("objno 0 550"));
+  EXPECT_TRUE(solution_has("minmax_result\n0 503\n")) << get("model.sol");
   // At 0 sqrt(v) has a value and no derivative.
   parts = minimize("o0\no39\nv0\no5\nv0\nn2\n");
   parts.segments = "x1\n0 0\n";
@@ -259,24 +261,51 @@ TEST_F(AmplExecutable, StartAndMultipliersAreAmpls) {
   }
 }
 
+// The number is that of Ipopt's executable, the suffix says more.
 TEST_F(AmplExecutable, SolveResultsTellTheOutcome) {
+  using Numbers = std::pair<int, int>;
   const auto outcome = [&](const Parts& parts, const std::string& arguments) {
     EXPECT_EQ(solve(parts, arguments), 0) << err_;
     const std::string text = get("model.sol");
-    const std::size_t at = text.find("\nobjno 0 ");
-    return at == std::string::npos ? -1 : std::stoi(text.substr(at + 9));
+    const std::string objno = "\nobjno 0 ", suffix = "\nsuffix 3 1 14 0 0\nminmax_result\n0 ";
+    const std::size_t at = text.find(objno), more = text.find(suffix);
+    return Numbers(at == std::string::npos ? -1 : std::stoi(text.substr(at + objno.size())),
+                   more == std::string::npos ? 0 : std::stoi(text.substr(more + suffix.size())));
   };
-  EXPECT_EQ(outcome(minimize(kSquare), ""), 0);
+  EXPECT_EQ(outcome(minimize(kSquare), ""), Numbers(0, 0));
   Parts parts = minimize(kSquare);
   parts.constraints = {"o5\nv0\nn2\n"};
   parts.rows = "1 -1\n";
-  EXPECT_EQ(outcome(parts, ""), 200);
-  EXPECT_EQ(outcome(minimize("v0\n"), ""), 302);
-  EXPECT_EQ(outcome(minimize(kLog), "max_iter=0"), 503);  // no start given: log 0
-  EXPECT_EQ(outcome(minimize(kSquare), "max_iter=0"), 400);
+  EXPECT_EQ(outcome(parts, ""), Numbers(200, 200));
+  EXPECT_EQ(outcome(minimize("v0\n"), ""), Numbers(300, 302));
+  EXPECT_EQ(outcome(minimize(kLog), "max_iter=0"), Numbers(550, 503));  // no start given: log 0
+  EXPECT_EQ(outcome(minimize(kSquare), "max_iter=0"), Numbers(400, 400));
+  EXPECT_EQ(outcome(minimize("n2\n"), ""), Numbers(0, 1));  // any point: nothing to certify
   parts = minimize(kSquare);
   parts.segments = "S0 1 player\n0 1\n";
-  EXPECT_EQ(outcome(parts, ""), 301);
+  EXPECT_EQ(outcome(parts, ""), Numbers(300, 301));
+  // No acceptable point is left by a smaller tolerance than there are digits.
+  parts = minimize("o44\n" + kSquare);
+  EXPECT_EQ(outcome(parts,
+                    "acceptable_tol=1e3 acceptable_iter=1 acceptable_compl_inf_tol=1e9 "
+                    "acceptable_dual_inf_tol=1e9 tol=1e-14"),
+            Numbers(1, 100));
+}
+
+TEST_F(AmplExecutable, TooFewDegreesOfFreedomLeaveIpoptsTraces) {
+  Parts parts = minimize(kSquare);
+  parts.constraints = {"o5\nv0\nn2\n", "o5\nv0\nn3\n"};
+  parts.rows = "4 4\n4 8\n";
+  ASSERT_EQ(solve(parts), 0) << err_;
+  EXPECT_TRUE(solution_has("\nobjno 0 551\n")) << get("model.sol");
+  // Ipopt writes no file for AMPL; Pyomo looks into the log.
+  ASSERT_EQ(run("model.nl -AMPL"), 0) << err_;
+  EXPECT_FALSE(std::filesystem::exists(path("model.sol")));
+  const std::size_t line = out_.find("TOO_FEW_DEGREES_OF_FREEDOM");
+  ASSERT_NE(line, std::string::npos) << out_;
+  const std::size_t first = out_.find(':', line), second = out_.find(':', first + 1);
+  EXPECT_EQ(out_.compare(second, 31, ": Too few degrees of freedom.\n\n", 31), 0) << out_;
+  EXPECT_TRUE(printed("EXIT: Problem has too few degrees of freedom.")) << out_;
 }
 
 // An infimum that is bounded and not attained is not called unbounded.
@@ -288,7 +317,8 @@ TEST_F(AmplExecutable, AnInfimumThatIsNotAttainedHasAResultOfItsOwn) {
       parts.objectives[0].formula = "o16\n" + parts.objectives[0].formula;
     }
     ASSERT_EQ(solve(parts), 0) << err_;
-    EXPECT_TRUE(solution_has("\nobjno 0 101\n")) << get("model.sol");
+    EXPECT_TRUE(solution_has("\nobjno 0 300\n")) << get("model.sol");
+    EXPECT_TRUE(solution_has("minmax_result\n0 101\n")) << get("model.sol");
     EXPECT_TRUE(printed("run to infinity, where the gradient vanishes")) << out_;
   }
 }
@@ -301,7 +331,7 @@ TEST_F(AmplExecutable, AnInfimumAtTheEndOfACurvedValleyHasThatResult) {
       "0 0\n1 0\n";
   put("model.nl", file);
   ASSERT_EQ(run("model.nl -s print_level=0"), 0) << err_;
-  EXPECT_TRUE(solution_has("\nobjno 0 101\n")) << get("model.sol");
+  EXPECT_TRUE(solution_has("minmax_result\n0 101\n")) << get("model.sol");
   EXPECT_TRUE(printed("run to infinity, where the gradient vanishes")) << out_;
 }
 
@@ -315,7 +345,8 @@ TEST_F(AmplExecutable, AnEmptySetOfTheMaximizerIsInfeasible) {
       "x2\n0 1\n1 0.5\nr\n1 -1\nb\n0 -2 2\n3\nk1\n1\nJ0 2\n0 0\n1 0\nG0 2\n0 0\n1 0\n";
   put("model.nl", file);
   ASSERT_EQ(run("model.nl -s print_level=0"), 0) << err_;
-  EXPECT_TRUE(solution_has("\nobjno 0 201\n")) << get("model.sol");
+  EXPECT_TRUE(solution_has("\nobjno 0 200\n")) << get("model.sol");
+  EXPECT_TRUE(solution_has("minmax_result\n0 201\n")) << get("model.sol");
   EXPECT_TRUE(printed("constraint 0")) << out_;
 }
 
@@ -381,7 +412,8 @@ TEST_F(AmplExecutable, ConstraintsOfMinThatReadMaxHoldForEveryY) {
       << err_;
   ASSERT_EQ(run("model.nl -s print_level=0 minmax_robust_constraints=no"), 0) << err_;
   EXPECT_TRUE(printed("constraint 0 (limit) belongs to the Min player but depends on")) << out_;
-  EXPECT_TRUE(solution_has("\nobjno 0 502\n"));
+  EXPECT_TRUE(solution_has("\nobjno 0 554\n"));
+  EXPECT_TRUE(solution_has("minmax_result\n0 502\n"));
   put("model.nl", limit_for_every_y(""));
   expect_robust("minmax_min_constraints=limit");
   put("model.nl", limit_for_every_y("S1 1 player\n0 1\n"));
@@ -521,7 +553,49 @@ TEST_F(AmplExecutable, OptionsOfIpoptsExecutable) {
   EXPECT_EQ(solve(undefined, "halt_on_ampl_error=yes"), 1);
   EXPECT_NE(err_.find("undefined"), std::string::npos) << err_;
   EXPECT_FALSE(std::filesystem::exists(path("model.sol")));
+  EXPECT_NE(err_.find("can't evaluate log(-1)"), std::string::npos) << err_;
   EXPECT_EQ(solve(undefined, "halt_on_ampl_error=no"), 0);
+  // At 0 sqrt(v) has a value and no derivative.
+  undefined = minimize("o39\nv0\n");
+  undefined.segments = "x1\n0 0\n";
+  EXPECT_EQ(solve(undefined, "halt_on_ampl_error=yes"), 1);
+  EXPECT_NE(err_.find("can't evaluate sqrt'(0)"), std::string::npos) << err_;
+  EXPECT_EQ(solve(undefined, "halt_on_ampl_error=no"), 0);
+}
+
+TEST_F(AmplExecutable, TheModelIsNotOverwritten) {
+  const std::string text = minimize(kSquare).text();
+  put("k.nl", text);
+  for (const char* arguments : {"k.nl -ok.nl", "k -ok.nl", "-o./k.nl k.nl -AMPL"}) {
+    EXPECT_EQ(run(arguments), 2) << out_;
+    EXPECT_NE(err_.find("would write over the model k.nl"), std::string::npos) << err_;
+    EXPECT_EQ(get("k.nl"), text) << arguments;
+  }
+}
+
+// Programs count the lines of Ipopt's .sol files.
+TEST_F(AmplExecutable, TheSolutionFileOfAMinimizationHasIpoptsLines) {
+  ASSERT_EQ(solve(minimize(kSquare)), 0) << err_;
+  std::istringstream file(get("model.sol"));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(file, line);) lines.push_back(line);
+  ASSERT_GT(lines.size(), 17U);
+  EXPECT_EQ(lines[0], " ");
+  EXPECT_NE(lines[1].find("Optimal Solution Found"), std::string::npos) << lines[1];
+  EXPECT_NE(lines[1].find("certified local minimum"), std::string::npos) << lines[1];
+  EXPECT_EQ(lines[3], "Options");
+  EXPECT_EQ(lines[11], "1");  // variables; their values follow
+  EXPECT_EQ(lines[13], "objno 0 0");
+  EXPECT_EQ(lines[15], "ipopt_zU_out");
+  EXPECT_EQ(lines[17], "ipopt_zL_out");
+}
+
+TEST_F(AmplExecutable, LimitsKeepTheirNamesInAModelThatMaximizes) {
+  Parts parts;
+  parts.objectives = {{.maximize = true, .formula = "o16\no44\n" + kSquare}};
+  ASSERT_EQ(solve(parts, "minmax_max_factorizations=1"), 0) << err_;
+  EXPECT_TRUE(printed("maximum number of iterations")) << out_;
+  EXPECT_FALSE(printed("minimum number of iterations")) << out_;
 }
 
 TEST_F(AmplExecutable, ThePointIsPrintedWithNames) {
@@ -531,7 +605,7 @@ TEST_F(AmplExecutable, ThePointIsPrintedWithNames) {
   ASSERT_EQ(run("model.nl print_level=1"), 0) << err_;
   EXPECT_TRUE(printed("force     Min     -0.8") || printed("force     Min     -0.79999")) << out_;
   EXPECT_TRUE(printed("wind      Max     -0.4") || printed("wind      Max     -0.39999")) << out_;
-  EXPECT_FALSE(printed("plain minimization")) << out_;
+  EXPECT_FALSE(printed("no Max variable")) << out_;
   EXPECT_FALSE(printed("budget")) << out_;
   ASSERT_EQ(run("model.nl print_level=0"), 0);
   EXPECT_FALSE(printed("force")) << out_;
@@ -544,14 +618,14 @@ TEST_F(AmplExecutable, ThePointIsPrintedWithNames) {
   EXPECT_EQ(out_, "");
   Parts plain = minimize(kSquare);
   ASSERT_EQ(solve(plain, "print_level=1"), 0) << err_;
-  EXPECT_TRUE(printed("A plain minimization: no variable has suffix player")) << out_;
+  EXPECT_TRUE(printed("no Max variable: a minimization (neither suffix player")) << out_;
   // Where the message is all that is read, as from AMPL and Pyomo.
   ASSERT_EQ(run("model.nl -AMPL print_level=0"), 0) << err_;
-  EXPECT_TRUE(solution_has("A plain minimization: no variable has suffix player"));
+  EXPECT_TRUE(solution_has("no Max variable: a minimization (neither suffix player"));
   std::filesystem::copy(IPMINMAX_SOURCE_DIR "/tests/package/saddle.nl", path("model.nl"),
                         std::filesystem::copy_options::overwrite_existing);
   ASSERT_EQ(run("model.nl -AMPL print_level=0"), 0) << err_;
-  EXPECT_FALSE(solution_has("plain minimization"));
+  EXPECT_FALSE(solution_has("no Max variable"));
 }
 
 TEST_F(AmplExecutable, OptionsNameTheMaximizersVariables) {

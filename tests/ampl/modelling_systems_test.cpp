@@ -165,12 +165,25 @@ TEST_F(ModellingSystems, PyomosNewInterface) {
     }
     EXPECT_EQ(rows, *options ? 0 : iterations + 1) << out_;
     EXPECT_NE(out_.find("Overall NLP error.......:"), std::string::npos) << out_;
+    EXPECT_NE(out_.find("EXIT: Optimal Solution Found."), std::string::npos) << out_;
   }
   ASSERT_EQ(run("model.nl -AMPL print_ipopt_log=no"), 0);
   EXPECT_NE(out_.find("inf_dy"), std::string::npos) << out_;
   ASSERT_EQ(run("--version"), 0);
   int major = 0, minor = 0, patch = 0;
   EXPECT_EQ(std::sscanf(out_.c_str(), "Ipopt %d.%d.%d ", &major, &minor, &patch), 3) << out_;
+}
+
+// Pyomo asks so whether a linear solver is there.
+TEST_F(ModellingSystems, TheLogNamesALinearSolverThatIsBuiltIn) {
+  put("model.nl", kPyomo);
+  const char* const words = "running with linear solver";
+  ASSERT_EQ(run("model.nl -AMPL linear_solver=mumps"), 0) << err_;
+  EXPECT_NE(out_.find(std::string(words) + " mumps"), std::string::npos) << out_;
+  ASSERT_EQ(run("model.nl -AMPL"), 0) << err_;
+  EXPECT_NE(out_.find(words), std::string::npos) << out_;
+  ASSERT_EQ(run("model.nl -AMPL linear_solver=ma57"), 0) << err_;
+  EXPECT_EQ(out_.find(words), std::string::npos) << out_;
 }
 
 TEST_F(ModellingSystems, Jump) {

@@ -374,7 +374,8 @@ TEST(PaperExample1, AtTheMaximumAlgorithm1StaysForEver) {
   KktSystem kkt(canonical, options, counts, timing);
   ASSERT_TRUE(kkt.analyze());
   InertiaCorrection correction(kkt, options, counts);
-  TimeLimit limit(options);
+  Budget shared(options);
+  TimeLimit limit(shared);
   IterationBudget budget{.limit = options.max_iter};
   AlgorithmOne algorithm({.canonical = canonical,
                           .kkt = kkt,

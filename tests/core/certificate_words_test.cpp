@@ -10,7 +10,7 @@
 #include <support/certified_point.hpp>
 
 #include "core/certificate/copositive.hpp"
-#include "core/search/result_bytes.hpp"
+#include "core/global/result_bytes.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax::testing {

@@ -326,7 +326,8 @@ TEST(MultistartThreads, LookForTheEntriesOfTheHessianOnce) {
   };
   const Index once = calls_of_detection(1);
   EXPECT_GT(once, 0);
-  EXPECT_EQ(calls_of_detection(20), once);
+  // Two more gradients tell how much of a difference between two y the error of x explains.
+  EXPECT_LE(calls_of_detection(20), once + 2);
 }
 
 TEST(MultistartThreads, AFactoryThatMakesNothingIsRefused) {
@@ -388,7 +389,9 @@ TEST(MultistartStops, TheObserverStopsAllAndTheBestPointStays) {
         multistart([] { return double_well(); }, threads, starts(1000), observer);
     EXPECT_EQ(result.interrupted, Status::UserStop);
     EXPECT_EQ(result.best.status, Status::UserStop);
-    EXPECT_EQ(result.best.certificate.kind, PointKind::LocalMinmax);
+    // Strict by itself, but what was asked for was not finished.
+    EXPECT_EQ(result.best.certificate.kind, PointKind::FirstOrderPoint);
+    EXPECT_EQ(result.best.certificate.second_order, SecondOrder::Satisfied);
     ASSERT_FALSE(result.points.empty());
     EXPECT_EQ(result.best.v, result.points.front().result.v);
     EXPECT_EQ(result.points.front().result.status, Status::Solved);
@@ -408,7 +411,10 @@ TEST(MultistartStops, TimeLimitsHoldForAllStartsTogether) {
         multistart([&] { return std::make_unique<Hooked>(slow); }, threads, options);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     EXPECT_EQ(result.interrupted, Status::MaxWallTime);
-    EXPECT_EQ(result.best.status, Status::Solved);  // what was found is certified all the same
+    EXPECT_EQ(result.best.status, Status::MaxWallTime);
+    EXPECT_LE(result.best.over_x.made, result.starts);
+    ASSERT_FALSE(result.points.empty());  // what was found is certified all the same
+    EXPECT_EQ(result.points.front().result.status, Status::Solved);
     EXPECT_GT(result.starts, 2);
     EXPECT_LT(result.starts, 1000);
     EXPECT_LT(seconds.count(), 5.0);

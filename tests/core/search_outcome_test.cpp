@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
+#include "core/global/result_bytes.hpp"
 #include "core/search/first_order_test.hpp"
 #include "core/search/outcome.hpp"
-#include "core/search/result_bytes.hpp"
 
 namespace ipminmax {
 namespace {

@@ -25,7 +25,8 @@ struct Everything {
     return sin(v[0]) * cos(v[1]) + exp(v[2] / v[3]) - log(v[4]) + sqrt(v[5]) + tan(v[6]) +
            atan2(v[0], v[1]) + asin(v[7]) - acos(v[8]) + atan(v[8] * v[7]) + sinh(v[0]) -
            cosh(v[1]) + tanh(v[2]) + abs(-v[4]) + pow(v[3], 2) + pow(v[5], 1.5) + pow(v[4], v[5]) +
-           square(v[6]) + 3.0 / v[3] - v[0] / 2.0 + (+v[1]);
+           square(v[6]) + 3.0 / v[3] - v[0] / 2.0 + (+v[1]) + hypot(v[2], v[5]) +
+           2.0 * (v[7] - v[8]) * (v[7] - v[8]);
   }
   template <class T>
   void constraints(std::span<const T> v, std::span<T> g) const {
@@ -131,8 +132,13 @@ TEST(Formulas, BranchesMayNotReadMore) {
   AutodiffProblem same(Branching{}, data);
   EXPECT_TRUE(same.objective(std::vector<double>{-2.0, 1.0}, true, f));
   EXPECT_EQ(f, 4.0);
+  std::vector<double> grad(2);
+  EXPECT_TRUE(same.gradient(std::vector<double>{-2.0, 1.0}, false, grad));
+  EXPECT_EQ(grad, (std::vector<double>{-4.0, 0.0}));
+  EXPECT_TRUE(same.gradient(std::vector<double>{2.0, 1.0}, false, grad));  // and back
+  EXPECT_EQ(grad, (std::vector<double>{12.0, 0.0}));
   AutodiffProblem more(Branching{.grows = true}, data);
-  EXPECT_THROW(static_cast<void>(more.objective(std::vector<double>{-2.0, 1.0}, true, f)),
+  EXPECT_THROW(static_cast<void>(more.gradient(std::vector<double>{-2.0, 1.0}, true, grad)),
                std::logic_error);
 }
 

@@ -12,8 +12,8 @@
 
 #include <support/autodiff_problem.hpp>
 
+#include "core/global/choice.hpp"
 #include "core/multistart.hpp"
-#include "core/search/other_answers.hpp"
 #include "core/solver.hpp"
 #include "core/worst_case.hpp"
 

@@ -168,14 +168,24 @@ class Sparse(unittest.TestCase):
     def test_a_growing_sparse_pattern_is_refused(self):
         n = self.n
 
-        def jacobian(x, y):
-            return scipy.sparse.csr_matrix(np.diag(np.concatenate([x, y])))
+        def jacobian(x, y):  # stores only what is not zero
+            return scipy.sparse.csr_matrix(np.diag(np.maximum(np.concatenate([x, y]) - 0.1, 0.0)))
 
-        with self.assertRaisesRegex(ValueError, "a constraint's jac has an entry"):
-            minimize_minmax(self.fun, np.zeros(n), np.ones(n), jac=self.jac,
+        with self.assertRaisesRegex(ValueError, r"jac of constraints\[0\] has an entry .* store all"):
+            minimize_minmax(self.fun, np.zeros(n), np.zeros(n), jac=self.jac,
                             constraints=Constraint(
-                                lambda x, y: 0.5 * np.concatenate([x, y]) ** 2, ub=9.0,
-                                jac=jacobian))
+                                lambda x, y: 0.5 * np.maximum(np.concatenate([x, y]) - 0.1, 0.0) ** 2,
+                                ub=9.0, jac=jacobian))
+
+    def test_entries_that_are_zero_at_the_start_are_found(self):
+        """A sparse Hessian that stores nothing at y = 0: 12 y^2 and its like."""
+        def hess(x, y):
+            return scipy.sparse.csr_matrix(np.array([[2.0, 0.0], [0.0, -12.0 * y[0] ** 2 - 2.0 * 0]]))
+
+        result = minimize_minmax(lambda x, y: (x[0] - 1) ** 2 - y[0] ** 4 + 4.0 * y[0], [0.0], [0.0],
+                                 jac=lambda x, y: [2 * (x[0] - 1), 4.0 - 4.0 * y[0] ** 3], hess=hess)
+        np.testing.assert_allclose([*result.x, *result.y], [1.0, 1.0], atol=1e-6)
+        self.assertFalse(result.certificate.finite_differences)
 
     def test_tuples_of_gradients(self):
         result = minimize_minmax(game, [1.0], [0.3],

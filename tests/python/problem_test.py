@@ -87,7 +87,8 @@ class Solve(unittest.TestCase):
             def gradient(self, v):
                 return 2.0 * (v - [1.0, 2.0])
 
-        problem = ipminmax.Problem(2, 0, Square(), ub=[0.5, np.inf])
+        with self.assertWarnsRegex(UserWarning, "plain minimization"):
+            problem = ipminmax.Problem(2, 0, Square(), ub=[0.5, np.inf])
         problem.add_option("print_level", 0)
         x, info = problem.solve([0.0, 0.0])
         np.testing.assert_allclose(x, [0.5, 2.0], atol=1e-6)
@@ -203,7 +204,7 @@ class Callbacks(unittest.TestCase):
                 return [obj_factor * 2.0 / v[0] ** 2]
 
         functions = Logarithm()
-        problem = ipminmax.Problem(1, 0, functions)
+        problem = ipminmax.Problem(1, 0, functions, players="min")
         problem.add_option("print_level", 0)
         x, info = problem.solve([30.0])
         np.testing.assert_allclose(x, [2.0], atol=1e-6)
@@ -260,7 +261,7 @@ class Interrupts(unittest.TestCase):
             def hit(self, *arguments, inside=getattr(game.Game, name, Interrupted.intermediate)):
                 result = inside(self, *arguments)
                 self.calls += 1
-                if self.calls == 3:
+                if self.calls == 8 - 5 * (name != "objective"):
                     os.kill(os.getpid(), signal.SIGINT)
                     time.sleep(0.01)
                 return result
@@ -274,13 +275,47 @@ class Interrupts(unittest.TestCase):
                 # The problem is as good as new.
                 np.testing.assert_allclose(problem.solve(game.START)[0], game.SOLUTION, atol=1e-7)
 
-    def test_a_second_one_is_raised(self):
-        class Stubborn(game.Game):
-            def objective(self, v):
-                raise KeyboardInterrupt
+    def test_nothing_is_called_after_one(self):
+        """Wherever it comes, and however long the solve would go on."""
+        for at in (1, 5, 12):
+            class Counting(game.Game):
+                calls, hit = 0, None
 
+                def objective(self, v):
+                    self.calls += 1
+                    if self.calls >= at and self.hit is None:
+                        self.hit = self.calls
+                        raise KeyboardInterrupt
+                    return super().objective(v)
+
+                def gradient(self, v):
+                    self.calls += 1
+                    return super().gradient(v)
+
+            functions = Counting()
+            problem = game.problem(functions)
+            _, info = problem.solve(game.START)
+            with self.subTest(at):
+                self.assertTrue(info["interrupted"])
+                self.assertEqual(functions.calls, functions.hit)
+                self.assertEqual(info["status"], 5)
+                self.assertIs(info["certificate"].kind, ipminmax.PointKind.UNKNOWN_POINT)
+
+    def test_a_second_one_is_raised(self):
+        """Many starts may reach the next iterate after the first, since they have found something."""
+        class Stubborn(game.Game):
+            calls = 0
+
+            def objective(self, v):
+                self.calls += 1
+                if self.calls > 20:
+                    raise KeyboardInterrupt
+                return super().objective(v)
+
+        problem = game.problem(Stubborn())
+        problem.add_option("minmax_starts", 50)
         with self.assertRaises(KeyboardInterrupt):
-            game.problem(Stubborn()).solve(game.START)
+            problem.solve(game.START)
 
 
 class Threads(unittest.TestCase):
@@ -317,6 +352,7 @@ class Threads(unittest.TestCase):
                 raise RuntimeError(info["status_msg"])
 
         problem = game.problem(Nested())
+        problem.check_derivatives = False
         with self.assertRaisesRegex(RuntimeError, "being solved"):
             problem.solve(game.START)
 

@@ -57,6 +57,25 @@ class Sensitivity(unittest.TestCase):
         self.assertAlmostEqual(found["obj"], 68.0 / 21.0, places=6)
         self.assertEqual(found["changes"], [])
 
+    def test_fixed_variables_with_differences(self):
+        """(x0 - x1)^2 + 3 x0 y - y^2 with x1 = p: x0 = 4 p / 13, y = 6 p / 13."""
+        def fun(x, y):
+            return (x[0] - x[1]) ** 2 + 3.0 * x[0] * y[0] - y[0] ** 2
+
+        result = ipminmax.minimize_minmax(fun, [1.0, 1.0], [0.0], bounds_x=[None, (1.0, 1.0)])
+        self.assertTrue(result.certificate.finite_differences)
+        columns = result.problem.sensitivity().dv_dp(variables=[1])
+        np.testing.assert_allclose(columns[:, 0], [4.0 / 13.0, 1.0, 6.0 / 13.0], atol=1e-6)
+
+    def test_no_derivatives_at_a_kink(self):
+        """x y - (y^2 - 1)^2 has maxima near y = 1 and -1, of equal value at x = 0: two answers."""
+        result = ipminmax.minimize_minmax(
+            lambda x, y: x[0] * y[0] + 0.5 * x[0] ** 2 - (y[0] ** 2 - 1.0) ** 2, [0.3], [0.9],
+            bounds_y=(-2.0, 2.0), options={"minmax_epigraph": True, "minmax_worst_case_starts": 10})
+        self.assertGreater(sum(c.active for c in result.worst_cases), 1)
+        with self.assertRaisesRegex(ipminmax.NoSensitivity, "kink"):
+            result.problem.sensitivity()
+
     def test_why_there_is_none(self):
         problem = game.problem(game.Game())
         with self.assertRaisesRegex(ipminmax.NoSensitivity, "no solve"):

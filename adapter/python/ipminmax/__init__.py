@@ -10,25 +10,32 @@ scipy.optimize.minimize.
 
 from ._core import __version__
 from .certificate import Certificate, Inertia, InnerAnswer, PointKind, SecondOrder
-from .minimize import Constraint, MinmaxResult, minimize_minmax
-from .problem import MAX, MIN, EvaluationError, Problem
+from .constraints import Constraint, LinearConstraint
+from .differences import DerivativeWarning, EvaluationError
+from .minimize import minimize_minmax
+from .problem import MAX, MIN, Problem
+from .result import MinmaxResult, Point, WorstCase
 from .sensitivity import ActiveSetChange, NoSensitivity, Sensitivity
 
 __all__ = [
     "ActiveSetChange",
     "Certificate",
     "Constraint",
+    "DerivativeWarning",
     "EvaluationError",
     "Inertia",
+    "LinearConstraint",
     "MAX",
     "MIN",
     "MinmaxResult",
     "NoSensitivity",
     "InnerAnswer",
+    "Point",
     "PointKind",
     "Problem",
     "SecondOrder",
     "Sensitivity",
+    "WorstCase",
     "__version__",
     "minimize_minmax",
 ]

@@ -2,10 +2,17 @@
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Any, Dict, NamedTuple, Optional
 
 
-class PointKind(IntEnum):
+class _NamedNumber(IntEnum):
+    """A number of the C interface that prints as its name."""
+
+    def __str__(self) -> str:
+        return self.name
+
+
+class PointKind(_NamedNumber):
     LOCAL_MINMAX = 0  #: certified: both inertias right with margin
     FIRST_ORDER_POINT = 1  #: stationary, not certified
     FEASIBLE_POINT = 2
@@ -13,7 +20,7 @@ class PointKind(IntEnum):
     UNKNOWN_POINT = 4  #: no point, or one at which the constraints are undefined
 
 
-class SecondOrder(IntEnum):
+class SecondOrder(_NamedNumber):
     NOT_TESTED = 0  #: not a first-order point
     SATISFIED = 1
     UNDECIDED = 2  #: none of the others could be shown; see reasons
@@ -21,7 +28,7 @@ class SecondOrder(IntEnum):
     FLAT = 4  #: not refuted, the value is constant along directions without curvature
 
 
-class InnerAnswer(IntEnum):
+class InnerAnswer(_NamedNumber):
     """What was shown of the maximizer's answer y, whatever is known of x."""
 
     UNKNOWN = 0
@@ -62,14 +69,14 @@ class Certificate:
     reasons: str  #: why the certificate is not more than it is, one a line; may be empty
 
     @property
-    def is_local_minmax(self):
+    def is_local_minmax(self) -> bool:
         return self.kind == PointKind.LOCAL_MINMAX
 
     @staticmethod
-    def of(values):
-        """From the extension module's dictionary; None stays None."""
+    def of(values: Optional[Dict[str, Any]]) -> "Certificate":
+        """From the extension module's dictionary; None is a solve without a point."""
         if values is None:
-            return None
+            return Certificate.nothing("the solve ended without a test of its point")
         values = dict(values)
         for name in ("inner", "inner_expected", "full", "full_expected"):
             values[name] = Inertia(*values[name])
@@ -77,3 +84,14 @@ class Certificate:
         values["second_order"] = SecondOrder(values["second_order"])
         values["answer"] = InnerAnswer(values["answer"])
         return Certificate(**values)
+
+    @staticmethod
+    def nothing(reason: str) -> "Certificate":
+        """Nothing is known of the point, and why."""
+        none = Inertia(0, 0, 0)
+        return Certificate(
+            kind=PointKind.UNKNOWN_POINT, second_order=SecondOrder.NOT_TESTED, inner=none,
+            inner_expected=none, full=none, full_expected=none, margin=0.0, licq_min=False,
+            licq_max=False, weakly_active_min=0, weakly_active_max=0, finite_differences=False,
+            hessian_error=0.0, hessian_disagrees=False, least_curvature=0.0,
+            least_curvature_variable=-1, answer=InnerAnswer.UNKNOWN, reasons=reason)

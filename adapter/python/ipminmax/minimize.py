@@ -1,260 +1,469 @@
 """A game in a few lines: minimize_minmax, in the shape of scipy.optimize.minimize."""
 
-from dataclasses import dataclass, field
-from typing import Any, Callable, Optional
+import time
+import types
+import warnings
+import weakref
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
+import numpy.typing as npt
 
+from . import _core
 from .certificate import Certificate
-from .differences import derivative_of
-from .problem import MAX, MIN, Problem
+from .constraints import Row, derivative_argument, read_bounds, read_constraint
+from .differences import Box, Derivative, DerivativeWarning, LimitReached, Vector, check_given
+from .pattern import ConstantPattern, Pattern, joined, lower_triangle
+from .problem import MAX, MIN, Problem, refute, to_floats
+from .result import MinmaxResult, Point, WorstCase
 
 
-@dataclass
-class Constraint:
-    """lb <= fun(x, y) <= ub; lb and ub scalar or one number per value, infinite: none.
+class _Clock:
+    """Limits of time, checked between any two calls of a function."""
 
-    jac(x, y): values x (nx + ny), array or scipy.sparse; None: by complex steps. hess(x, y,
-    multipliers): Hessian of multipliers' fun in (x, y). player: "min" or "max" for constraints that
-    read x alone; by default what reads y is the maximizer's.
-    """
+    def __init__(self, options: Dict[str, Any]) -> None:
+        self._start = (time.monotonic(), time.process_time())
+        self._limits = [float(options[name]) if isinstance(options.get(name), (int, float)) else np.inf
+                        for name in ("max_wall_time", "max_cpu_time")]
 
-    fun: Callable
-    lb: Any = -np.inf
-    ub: Any = np.inf
-    jac: Optional[Callable] = None
-    hess: Optional[Callable] = None
-    player: Optional[str] = None
+    def left(self) -> List[float]:
+        now = (time.monotonic(), time.process_time())
+        return [limit - (at - start) for limit, at, start in zip(self._limits, now, self._start)]
 
-
-@dataclass
-class MinmaxResult:
-    x: np.ndarray
-    y: np.ndarray
-    fun: float
-    success: bool  #: first-order conditions hold and the second-order test did not refute the point
-    status: int  #: Ipopt's
-    message: str
-    certificate: Optional[Certificate]
-    worst_case: Optional[dict]  #: over all of y, where minmax_worst_case_starts asks; see Problem.solve
-    nit: int
-    multipliers: list = field(repr=False)  #: one array per Constraint
-    info: dict = field(repr=False)  #: of Problem.solve
-    problem: Problem = field(repr=False)  #: for sensitivity() and solve_again()
+    def check(self) -> None:
+        if min(self._limits) < 1e19 and min(self.left()) <= 0.0:
+            raise LimitReached
 
 
-class _Pattern:
-    """Values of an array or scipy.sparse matrix in the order of a pattern: the places that the first
-    sparse matrix stores, or at which an array is nonzero at the start or at one of a few points around
-    it. A later nonzero elsewhere is an error, not a lost entry."""
-
-    def __init__(self, function, v0, shape, name):
-        self.shape, self.name = shape, name
-        first = function(v0)
-        self.is_sparse = hasattr(first, "tocoo")
-        if self.is_sparse:
-            rows, cols, _ = self._entries(first)
-            keys = np.unique(rows.astype(int) * shape[1] + cols)
-        else:
-            keys = np.flatnonzero(self._nonzeros(function, v0, self._dense(first)))
-        self.rows, self.cols = np.divmod(keys, max(shape[1], 1))
-        self._keys = keys
-
-    def _nonzeros(self, function, v0, first):
-        nonzero = first != 0.0  # NaN is
-        random = np.random.default_rng(1)
-        for _ in range(3):
-            try:
-                near = v0 + 1e-3 * (1.0 + np.abs(v0)) * random.uniform(0.5, 1.0, v0.size)
-                nonzero |= self._dense(function(near)) != 0.0
-            except ArithmeticError:  # undefined there
-                pass
-        return nonzero
-
-    def _dense(self, matrix):
-        values = np.asarray(matrix, dtype=float)
-        if values.size != self.shape[0] * self.shape[1]:
-            raise ValueError(f"{self.name} has shape {values.shape}, expected {self.shape}")
-        return values.ravel()
-
-    def _entries(self, matrix):
-        if tuple(matrix.shape) != self.shape:
-            raise ValueError(f"{self.name} has shape {matrix.shape}, expected {self.shape}")
-        coo = matrix.tocoo()
-        return coo.row, coo.col, coo.data
-
-    def values(self, matrix):
-        if hasattr(matrix, "tocoo") != self.is_sparse:
-            raise TypeError(f"{self.name} must be either always or never sparse")
-        if self.is_sparse:
-            rows, cols, data = self._entries(matrix)
-            keys = rows.astype(int) * self.shape[1] + cols
-        else:
-            dense = self._dense(matrix)
-            keys = np.flatnonzero(dense)
-            data = dense[keys]
-        places = np.searchsorted(self._keys, keys)
-        found = np.zeros(keys.size, dtype=bool)
-        inside = places < self._keys.size
-        found[inside] = self._keys[places[inside]] == keys[inside]
-        if not np.all(found):
-            row, col = divmod(int(keys[np.argmin(found)]), self.shape[1])
-            raise ValueError(f"{self.name} has an entry at ({row}, {col}) that its pattern around "
-                             "the starting point had not; return a scipy.sparse matrix that stores "
-                             "all entries")
-        return np.bincount(places, weights=data, minlength=self._keys.size)
+def _number(value: Any, name: str) -> float:
+    """What a function returned as a number; an error names the function."""
+    if isinstance(value, float):
+        return value
+    array = np.asarray(value)
+    if array.dtype.kind == "c" or array.dtype.kind not in "fiub" and value is None:
+        raise TypeError(f"{name} returned {'complex numbers' if value is not None else 'None'}")
+    try:
+        array = array.astype(float)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} returned {value!r:.60}, not a number") from None
+    if array.size != 1:
+        raise ValueError(f"{name} returned {array.size} values, not one number")
+    return float(array.reshape(()))
 
 
 class _Game:
-    """The callbacks of Problem from functions of (x, y)."""
+    """The functions of Problem from functions of (x, y)."""
 
-    def __init__(self, fun, v0, nx, args, jac, hess, constraints, callback):
-        self.nx, self.n = nx, v0.size
-        self.args, self.callback, self.problem = args, callback, None
-        self.fun = fun
-        self.jac = self._derivative(fun, jac, v0, args)
-        self.parts = [(c, self._derivative(c.fun, c.jac, v0, ())) for c in constraints]
-        self.sizes = [np.atleast_1d(c.fun(*self.split(v0))).size for c in constraints]
-        self.m = sum(self.sizes)
-        self.jacobians = [
-            _Pattern(j, v0, (size, self.n), "a constraint's jac")
-            for (_, j), size in zip(self.parts, self.sizes)]
-        self.has_hessian = hess is not None and all(c.hess is not None for c in constraints)
-        if self.has_hessian:
-            self.hess = hess
-            functions = [lambda v: hess(*self.split(v), *args)]
-            functions += [lambda v, c=c, size=size: c.hess(*self.split(v), np.ones(size))
-                          for c, size in zip(constraints, self.sizes)]
-            self.hessians = [_Pattern(h, v0, (self.n, self.n), "a hess") for h in functions]
-            self.lower = [h.rows >= h.cols for h in self.hessians]
-        else:
-            self.hessian = None
+    def __init__(self, fun: Any, v0: Vector, nx: int, args: Tuple[Any, ...], box: Box, clock: _Clock
+                 ) -> None:
+        if not callable(fun):
+            raise TypeError(f"fun is {fun!r:.60}, not a function")
+        self.fun, self.args, self.nx, self.n, self.box = fun, args, nx, v0.size, box
+        self.v0 = np.clip(v0, box.lower, box.upper)
+        self.clock, self.nfev, self.notes = clock, 0, []  # type: _Clock, int, List[str]
+        self._last: Tuple[Vector, Any] = (np.full(v0.size, np.nan), None)  # of jac=True
+        self.rows: List[Row] = []
+        self.jac: Optional[Callable[[Vector], Any]] = None
+        self.derivatives: Dict[str, Derivative] = {}
 
-    def split(self, v):
+    def split(self, v: Any) -> Tuple[Any, Any]:
         return v[:self.nx], v[self.nx:]
 
-    def _derivative(self, fun, jac, v0, args):
-        if jac is None:
-            return derivative_of(lambda v: fun(*self.split(v), *args), v0)
-        def given(v):
-            found = jac(*self.split(v), *args)
-            return np.concatenate([np.ravel(part) for part in found]) if isinstance(
-                found, tuple) else found
-        return given
+    def variable(self, j: int) -> str:
+        return f"x[{j}]" if j < self.nx else f"y[{j - self.nx}]"
 
-    def objective(self, v):
+    # --- The objective
+
+    def value(self, v: Any) -> Any:
+        """Complex for complex v."""
+        self.clock.check()
+        self.nfev += 1
         return self.fun(*self.split(v), *self.args)
 
-    def gradient(self, v):
-        return np.ravel(self.jac(v))
+    def value_of_pair(self, v: Vector) -> Any:
+        pair = self.value(v)
+        if not isinstance(pair, tuple) or len(pair) != 2:
+            raise TypeError("jac is True, so fun must return a pair: value and gradient")
+        self._last = (v.copy(), pair[1])
+        return pair[0]
 
-    def constraints(self, v):
-        x, y = self.split(v)
-        return np.concatenate([np.atleast_1d(np.asarray(c.fun(x, y), dtype=float)).ravel()
-                               for c, _ in self.parts])
+    def objective(self, v: Vector) -> float:
+        return _number(self.value_of_pair(v) if self.jac_in_fun else self.value(v), "fun")
 
-    def jacobianstructure(self):
-        offsets = np.cumsum([0] + self.sizes)
-        return (np.concatenate([j.rows + at for j, at in zip(self.jacobians, offsets)]),
-                np.concatenate([j.cols for j in self.jacobians]))
+    def gradient(self, v: Vector) -> Vector:
+        assert self.jac is not None
+        return self.jac(v)
 
-    def jacobian(self, v):
-        return np.concatenate([pattern.values(j(v)) for (_, j), pattern in
-                               zip(self.parts, self.jacobians)])
+    def set_objective(self, jac: Any) -> None:
+        self.jac_in_fun = jac is True
+        if self.jac_in_fun:
+            def of_pair(v: Vector) -> Any:
+                if not np.array_equal(v, self._last[0]):
+                    self.value_of_pair(v)
+                return self._last[1]
+            self.jac = lambda v: self._gradient(of_pair(v))
+            self.given = True
+            return
+        function, method = derivative_argument(jac, "jac")
+        self.given = function is not None
+        if function is not None:
+            given = function
+            self.jac = lambda v: self._gradient(self._timed(given, v, *self.args))
+        else:
+            self.objective(self.v0)  # tells what is wrong with fun
+            found = Derivative(self.value, self.v0, self.box, method)
+            self.derivatives["fun"] = found
+            self.jac = lambda v: found(v).ravel()
 
-    def hessianstructure(self):
-        return tuple(np.concatenate([getattr(h, side)[low] for h, low in
-                                     zip(self.hessians, self.lower)]) for side in ("rows", "cols"))
+    def _timed(self, function: Callable[..., Any], v: Vector, *more: Any) -> Any:
+        self.clock.check()
+        return function(*self.split(v), *more)
 
-    def hessian(self, v, lagrange, obj_factor):
-        x, y = self.split(v)
-        matrices = [self.hess(x, y, *self.args)]
-        at = 0
-        for (c, _), size in zip(self.parts, self.sizes):
-            matrices.append(c.hess(x, y, lagrange[at:at + size]))
-            at += size
-        factors = [obj_factor] + [1.0] * len(self.parts)
-        return np.concatenate([factor * pattern.values(h)[low] for factor, pattern, low, h in
-                               zip(factors, self.hessians, self.lower, matrices)])
+    def _gradient(self, found: Any) -> Vector:
+        if isinstance(found, tuple):
+            sizes = [self.nx, self.n - self.nx]
+            parts = [np.ravel(part) for part in found]
+            if [part.size for part in parts] != sizes:
+                raise ValueError(f"jac returned parts of {[part.size for part in parts]} numbers, "
+                                 f"expected {sizes}: to x and to y")
+            found = np.concatenate(parts)
+        gradient = to_floats(found, "what jac returned").ravel()
+        if gradient.size != self.n:
+            raise ValueError(f"jac returned {gradient.size} numbers, but x and y have {self.n}")
+        return gradient
 
-    def intermediate(self, *_):
-        if self.callback is None:
-            return True
-        answer = self.callback(*self.split(self.problem.get_current_iterate()["x"]))
-        return answer is None or bool(answer)
+    # --- Constraints
+
+    def row_values(self, row: Row, v: Any) -> Any:
+        self.clock.check()
+        return row.fun(*self.split(v))
+
+    def real_row_values(self, row: Row, v: Vector) -> Vector:
+        values = self.row_values(row, v)
+        if values is None:
+            raise TypeError(f"fun of {row.name} returned None")
+        array = np.atleast_1d(to_floats(values, f"what fun of {row.name} returned")).ravel()
+        if row.size and array.size != row.size:
+            raise ValueError(f"fun of {row.name} returned {array.size} values, but {row.size} at the "
+                             "start")
+        return array
+
+    def add_constraint(self, row: Row) -> None:
+        row.size = self.real_row_values(row, self.v0).size
+        if row.size == 0:
+            raise ValueError(f"fun of {row.name} returned no values")
+        self.rows.append(row)
+        if row.matrix is not None:
+            row.pattern = ConstantPattern(row.matrix)  # type: ignore[attr-defined]
+            return
+        name = f"jac of {row.name}"
+        if row.jac is None:
+            found = Derivative(lambda v: self.row_values(row, v), self.v0, self.box, row.method)
+            self.derivatives[f"fun of {row.name}"] = found
+            row.derivative = found  # type: ignore[attr-defined]
+        else:
+            jac = row.jac
+
+            def given(v: Vector) -> Any:
+                matrix = self._timed(jac, v)
+                return joined(matrix, self.nx, self.n - self.nx, row.size, name) if isinstance(
+                    matrix, tuple) else matrix
+            row.derivative = given  # type: ignore[attr-defined]
+        row.pattern = Pattern(  # type: ignore[attr-defined]
+            row.derivative, self.v0, self.box, (row.size, self.n), name)  # type: ignore
+
+    def constraints(self, v: Vector) -> Vector:
+        return np.concatenate([self.real_row_values(row, v) for row in self.rows])
+
+    def jacobianstructure(self) -> Tuple[Any, Any]:
+        offsets = np.cumsum([0] + [row.size for row in self.rows])
+        patterns = [row.pattern for row in self.rows]  # type: ignore[attr-defined]
+        return (np.concatenate([p.rows + at for p, at in zip(patterns, offsets)]),
+                np.concatenate([p.cols for p in patterns]))
+
+    def jacobian(self, v: Vector) -> Vector:
+        return np.concatenate([
+            row.pattern.data if row.matrix is not None  # type: ignore[attr-defined]
+            else row.pattern.values(row.derivative(v)) for row in self.rows])  # type: ignore[attr-defined]
+
+    def owners(self) -> Optional[npt.NDArray[np.intc]]:
+        """Whose the constraints are: as said, or Max's where the Jacobian can have an entry in y."""
+        owners: List[npt.NDArray[np.intc]] = []
+        for row in self.rows:
+            if row.player is not None:
+                owners.append(np.full(row.size, MIN if row.player == "min" else MAX, dtype=np.intc))
+                continue
+            reads_y = np.full(row.size, MIN, dtype=np.intc)
+            pattern = row.pattern  # type: ignore[attr-defined]
+            reads_y[pattern.rows[pattern.cols >= self.nx]] = MAX
+            owners.append(reads_y)
+        return np.concatenate(owners) if owners else None
+
+    # --- Second derivatives
+
+    def set_hessian(self, hess: Any, pattern: Any) -> Dict[str, Any]:
+        """The methods hessian and hessianstructure of Problem, as far as there are any."""
+        nonlinear = [row for row in self.rows if row.matrix is None]
+        given = [("hess", hess)] + [(f"hess of {row.name}", row.hess) for row in nonlinear]
+        has = [name for name, function in given if function is not None]
+        missing = [name for name, function in given if function is None]
+        if hess is not None and not callable(hess):
+            raise TypeError(f"hess is {hess!r:.60}, not a function (a quasi-Newton matrix has no "
+                            "inertia; without hess second derivatives are differences)")
+        if has and missing:
+            note = f"{', '.join(has)} not used, as there is no {missing[0]}: second derivatives are " \
+                   "differences"
+            warnings.warn(note, DerivativeWarning, stacklevel=4)
+            self.notes.append(note)
+        if missing:
+            return {} if pattern is None else {"hessianstructure": self._given_structure(pattern)}
+        functions: List[Callable[[Vector, Vector], Any]] = [
+            lambda v, _: self._timed(hess, v, *self.args)]
+        for row in nonlinear:
+            functions.append(lambda v, weights, h=row.hess: self._timed(  # type: ignore[misc]
+                h, v, weights))
+        sizes = [0] + [row.size for row in nonlinear]
+        patterns = [Pattern(lambda v, f=f, size=size: f(v, np.ones(size)),  # type: ignore[misc]
+                            self.v0, self.box, (self.n, self.n), name)
+                    for f, size, (name, _) in zip(functions, sizes, given)]
+        lower = [lower_triangle(p) for p in patterns]
+        offsets = np.cumsum([0] + [row.size for row in self.rows])
+        places = [slice(a, a + row.size) for a, row in zip(offsets, self.rows) if row.matrix is None]
+
+        def hessian(v: Vector, lagrange: Vector, factor: float) -> Vector:
+            weights = [lagrange[:0]] + [lagrange[place] for place in places]
+            factors = [factor] + [1.0] * len(places)
+            return np.concatenate([
+                scale * p.values(f(v, w))[low]
+                for scale, p, f, w, low in zip(factors, patterns, functions, weights, lower)])
+
+        structure = tuple(np.concatenate([getattr(p, side)[low] for p, low in zip(patterns, lower)])
+                          for side in ("rows", "cols"))
+        return {"hessian": hessian, "hessianstructure": lambda: structure}
+
+    def _given_structure(self, pattern: Any) -> Callable[[], Tuple[Any, Any]]:
+        matrix = pattern if hasattr(pattern, "tocoo") else np.asarray(pattern)
+        if tuple(matrix.shape) != (self.n, self.n):
+            raise ValueError(f"hess_pattern has shape {matrix.shape}, expected {(self.n, self.n)}")
+        places = ConstantPattern(matrix != 0 if not hasattr(matrix, "tocoo") else matrix)
+        rows = np.maximum(places.rows, places.cols)
+        keys = np.unique(rows.astype(np.int64) * self.n + np.minimum(places.rows, places.cols))
+        return lambda: tuple(np.divmod(keys, self.n))  # type: ignore[return-value]
+
+    # --- Whether first derivatives are right
+
+    def wrong_derivative(self, v: Vector) -> Optional[str]:
+        """What is wrong at v with a jac that was given."""
+        wrong = None
+        if self.given:
+            wrong = check_given(lambda at: _number(self._plain(at), "fun"), self.gradient, v, self.box,
+                                lambda _: "jac", self.variable)
+        for row in self.rows:
+            if wrong is None and row.jac is not None:
+                wrong = check_given(
+                    lambda at, row=row: self.row_values(row, at), row.derivative,  # type: ignore
+                    v, self.box, lambda k, row=row: f"value {k} of jac of {row.name}"  # type: ignore
+                    if row.size > 1 else f"jac of {row.name}", self.variable)
+        return wrong
+
+    def _plain(self, v: Vector) -> Any:
+        return self.value_of_pair(v) if self.jac_in_fun else self.value(v)
+
+    def complex_steps_fail(self, v: Vector) -> List[str]:
+        """Functions whose complex steps are wrong around v; differences are used from now on."""
+        return [name for name, found in self.derivatives.items() if not found.holds_at(v)]
+
+    def describe_derivatives(self) -> str:
+        ways = {True: "complex steps", False: "differences"}
+        return "; ".join(f"{name}: {ways[found.is_complex]}"
+                         for name, found in self.derivatives.items())
 
 
-def _pairs(bounds, size, name):
-    """Lower and upper bounds from None, one pair for all, or one pair (or None) per variable."""
-    if bounds is None:
-        return np.full(size, -np.inf), np.full(size, np.inf)
-    if hasattr(bounds, "lb"):  # scipy.optimize.Bounds
-        return (np.broadcast_to(np.asarray(b, dtype=float), size) for b in (bounds.lb, bounds.ub))
-    bounds = list(bounds)
-    if len(bounds) == 2 and all(b is None or np.isscalar(b) for b in bounds):
-        bounds = [tuple(bounds)] * size
-    if len(bounds) != size:
-        raise ValueError(f"{name} has {len(bounds)} pairs, but there are {size} variables")
-    pairs = [(None, None) if b is None else b for b in bounds]
-    return (np.array([-np.inf if low is None else low for low, _ in pairs], dtype=float),
-            np.array([np.inf if up is None else up for _, up in pairs], dtype=float))
+def _start(values: Any, name: str) -> Vector:
+    array = np.atleast_1d(to_floats(values, name))
+    if array.ndim > 1:
+        raise ValueError(f"{name} has shape {array.shape}; it must be one row of numbers")
+    if not np.all(np.isfinite(array)):
+        at = int(np.argmin(np.isfinite(array)))
+        raise ValueError(f"{name}[{at}] is {array[at]}")
+    return array
 
 
-def minimize_minmax(fun, x0, y0, args=(), jac=None, hess=None, bounds_x=None, bounds_y=None,
-                    constraints=(), callback=None, options=None):
-    """min over x, max over y of fun(x, y, *args) subject to bounds and constraints.
-
-    x0 (nx), y0 (ny): starting point. jac(x, y, *args): gradient, nx + ny numbers or a tuple of the
-    two parts; None: by complex steps where fun is analytic, else by differences. hess: Hessian in
-    (x, y), array or scipy.sparse, symmetric; used when all constraints have one, too. bounds_x,
-    bounds_y: pairs, one for all or one per variable, or scipy.optimize.Bounds. constraints: a
-    Constraint or several; functions of (x, y). callback(x, y): after each iteration, False stops.
-    options: of docs/options.md, and "disp": print the log (False). A sparse matrix has the pattern
-    of its first value.
-
-    Returns a MinmaxResult. Exceptions of the functions pass through.
-    """
-    x0, y0 = (np.atleast_1d(np.asarray(start, dtype=float)).ravel() for start in (x0, y0))
-    v0 = np.concatenate([x0, y0])
-    constraints = [constraints] if isinstance(constraints, Constraint) else list(constraints)
-    game = _Game(fun, v0, x0.size, tuple(args), jac, hess, constraints, callback)
-    x_l, x_u = _pairs(bounds_x, x0.size, "bounds_x")
-    y_l, y_u = _pairs(bounds_y, y0.size, "bounds_y")
-    cl = [np.broadcast_to(np.asarray(c.lb, dtype=float), s)
-          for c, s in zip(constraints, game.sizes)]
-    cu = [np.broadcast_to(np.asarray(c.ub, dtype=float), s)
-          for c, s in zip(constraints, game.sizes)]
-    problem = Problem(v0.size, game.m, game, np.concatenate([x_l, y_l]), np.concatenate([x_u, y_u]),
-                      np.concatenate(cl) if cl else None, np.concatenate(cu) if cu else None,
-                      players=[MIN] * x0.size + [MAX] * y0.size,
-                      constraint_players=_owners(game, constraints))
-    game.problem = problem
-    options = dict(options or {})
+def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: Dict[str, Any]
+             ) -> Problem:
+    functions = types.SimpleNamespace(
+        objective=game.objective, gradient=game.gradient, constraints=game.constraints,
+        jacobian=game.jacobian, jacobianstructure=game.jacobianstructure,
+        **game.set_hessian(hess, hess_pattern))
+    sides = [row.bounds(row.size) for row in game.rows]
+    if callback is not None:
+        if not callable(callback):
+            raise TypeError(f"callback is {callback!r:.60}, not a function")
+        def intermediate(*_: Any) -> bool:
+            iterate = of().get_current_iterate()  # type: ignore[union-attr]
+            answer = callback(*game.split(iterate["x"]))  # type: ignore[index]
+            return answer is None or bool(answer)
+        functions.intermediate = intermediate
+    players = np.repeat(np.array([MIN, MAX], dtype=np.intc), [game.nx, game.n - game.nx])
+    problem = Problem(game.n, sum(row.size for row in game.rows), functions, game.box.lower,
+                      game.box.upper, np.concatenate([s[0] for s in sides]) if sides else None,
+                      np.concatenate([s[1] for s in sides]) if sides else None, players,
+                      game.owners())
+    of = weakref.ref(problem)
+    problem.check_derivatives = False  # here it is done for one function after the other
     if not options.pop("disp", False):
-        problem.add_option("print_level", 0)
+        # What a derivative test that was asked for finds is printed nevertheless.
+        asked = str(options.get("derivative_test", "none")) != "none"
+        problem.add_option("print_level", 3 if asked else 0)
         problem.add_option("sb", "yes")
     for name, value in options.items():
         problem.add_option(name, value)
-    v, info = problem.solve(v0)
-    at = np.cumsum([0] + game.sizes)
-    statistics = info["statistics"] or {}
+    return problem
+
+
+def _solve(game: _Game, problem: Problem, v0: Vector) -> Tuple[Vector, Dict[str, Any]]:
+    for name, left in zip(("max_wall_time", "max_cpu_time"), game.clock.left()):
+        if left < 1e19:
+            problem.add_option(name, max(left, 1e-6))
+    return problem.solve(v0)
+
+
+def _late(game: _Game, v0: Vector) -> Tuple[Vector, Dict[str, Any]]:
+    """Of a solve that had no time to begin."""
+    message = "the time limit passed before the first iterate: this is the starting point"
+    m = sum(row.size for row in game.rows)
+    return v0, {"x": v0, "g": np.full(m, np.nan), "obj_val": np.nan, "mult_g": np.zeros(m),
+                "mult_x_L": np.zeros(v0.size), "mult_x_U": np.zeros(v0.size),
+                "status": _core.STATUS_OF_TIME_LIMIT, "status_name": "max wall time",
+                "status_msg": message, "interrupted": False,
+                "certificate": Certificate.nothing(message), "worst_case": None, "worst_cases": [],
+                "points": [], "statistics": {"iterations": 0}, "derivative_error": None}
+
+
+def _checked(game: _Game, problem: Problem, v0: Vector, check: bool) -> Tuple[Vector, Dict[str, Any]]:
+    """A solve whose first derivatives hold at the answer."""
+    if check:
+        wrong = game.wrong_derivative(game.v0)
+        if wrong is not None:
+            warnings.warn(f"at the start {wrong}", DerivativeWarning, stacklevel=4)
+    v, info = _solve(game, problem, v0)
+    try:
+        if info["interrupted"] or not np.all(np.isfinite(v)):
+            return v, info
+        failed = [name for at in [v] + [point["x"] for point in info["points"]]
+                  for name in game.complex_steps_fail(at)]
+        if failed:
+            note = (f"complex steps of {', '.join(failed)} are wrong near the answer (np.abs, np.real, "
+                    "np.linalg.norm and the like are not analytic): solved again with differences")
+            warnings.warn(note, DerivativeWarning, stacklevel=4)
+            game.notes.append(note)
+            v, info = _solve(game, problem, v0)
+        if check and info["status"] in (0, 1):
+            wrong = game.wrong_derivative(v)
+            if wrong is not None:
+                refute(info, wrong)
+                warnings.warn(f"at the answer {wrong}", DerivativeWarning, stacklevel=4)
+    except LimitReached:
+        game.notes.append("no time was left to check derivatives at the answer")
+    except KeyboardInterrupt:
+        info["interrupted"] = True
+        game.notes.append("Ctrl-C before derivatives were checked at the answer")
+    return v, info
+
+
+def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, Any]) -> MinmaxResult:
+    at = np.cumsum([0] + [row.size for row in game.rows])
+
+    def worst_case(found: Dict[str, Any]) -> WorstCase:
+        index = int(found["constraint"])
+        number = int(np.searchsorted(at, index, side="right")) - 1
+        of_fun = index >= at[-1]
+        return WorstCase(None if of_fun else number, 0 if of_fun else index - int(at[number]),
+                         found["value"], found["multiplier"], found["active"],
+                         *game.split(found["x"]))
+
+    worst = info["worst_case"]
+    higher = worst is not None and worst["higher"]
+    message = [info["status_msg"]]
+    if higher and "worse" not in info["status_msg"]:
+        message.append("another y is worse at this x" + (
+            f": fun = {worst['value']:.9g} there" if worst["value"] is not None else ""))
+    statistics = info["statistics"]
     return MinmaxResult(
-        x=v[:x0.size], y=v[x0.size:], fun=info["obj_val"], success=info["status"] in (0, 1),
-        status=info["status"], message=info["status_msg"], certificate=info["certificate"],
-        worst_case=info["worst_case"],
-        nit=statistics.get("iterations", 0),
-        multipliers=[info["mult_g"][a:b] for a, b in zip(at[:-1], at[1:])], info=info,
-        problem=problem)
+        x=v[:game.nx], y=v[game.nx:], fun=info["obj_val"],
+        success=info["status"] in (0, 1) and not higher, status=info["status"],
+        message="; ".join(message + game.notes), certificate=info["certificate"], worst_case=worst,
+        worst_cases=[worst_case(found) for found in info["worst_cases"]],
+        points=[Point(*game.split(p["x"]), p["value"], p["found"], p["first_start"], p["margin"])
+                for p in info["points"]],
+        nit=statistics["iterations"], nfev=game.nfev,
+        multipliers=[info["mult_g"][a:b] for a, b in zip(at[:-1], at[1:])],
+        derivatives=game.describe_derivatives(), info=info, problem=problem)
 
 
-def _owners(game, constraints):
-    """Who owns the constraints: as said, or Max's where the Jacobian can have an entry in y."""
-    owners = []
-    for c, pattern, size in zip(constraints, game.jacobians, game.sizes):
-        reads_y = np.zeros(size, dtype=bool)
-        reads_y[pattern.rows[pattern.cols >= game.nx]] = True
-        if c.player is None:
-            owners += [MAX if reads else MIN for reads in reads_y]
-        else:
-            owners += [{"min": MIN, "max": MAX}[c.player.lower()]] * size
-    return owners if owners else None
+def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLike,
+                    args: Tuple[Any, ...] = (), jac: Any = None,
+                    hess: Optional[Callable[..., Any]] = None, bounds_x: Any = None,
+                    bounds_y: Any = None, constraints: Union[Any, Sequence[Any]] = (),
+                    callback: Optional[Callable[..., Any]] = None,
+                    options: Optional[Dict[str, Any]] = None, *, hess_pattern: Any = None,
+                    check_derivatives: bool = True) -> MinmaxResult:
+    """min over x, max over y of fun(x, y, *args) subject to bounds and constraints.
+
+    fun(x, y, *args)   a number; x (nx) and y (ny) are arrays
+    x0 (nx), y0 (ny)   starting point
+    jac                jac(x, y, *args): gradient, nx + ny numbers or a tuple of the two parts; True:
+                       fun returns (value, gradient). None: by complex steps where these agree with
+                       differences around the start and at the answer, else by differences
+                       ("cs", "3-point": always the one or the other)
+    hess               hess(x, y, *args): Hessian in (x, y), nx + ny square, array or scipy.sparse,
+                       symmetric; used when all constraints that are not linear have one, too.
+                       None: differences of first derivatives
+    hess_pattern       without hess, where the Hessian of fun and constraints may be nonzero: array or
+                       scipy.sparse, nx + ny square. None: it is looked for, about 20 gradients per
+                       variable at worst
+    bounds_x, bounds_y pairs, one for all or one per variable, or scipy.optimize.Bounds
+    constraints        a Constraint, LinearConstraint, LinearConstraint or NonlinearConstraint of
+                       scipy.optimize (in (x, y); fun takes x and y), dict of SciPy's kind, or a
+                       sequence of them
+    callback           callback(x, y), called at each iterate; False stops
+    options            those of docs/options.md, and "disp": True for the log, written to sys.stdout
+    check_derivatives  whether a jac that is given is compared with differences along one direction,
+                       at the start and at the answer: two calls of the function each time. What is
+                       wrong is a DerivativeWarning, at the answer it takes success and certificate
+
+    Returns a MinmaxResult. Functions may raise EvaluationError where they are undefined; other
+    exceptions pass through. Ctrl-C and the options max_wall_time and max_cpu_time end the solve
+    before the next call of a function; the result is the last iterate.
+    """
+    if options is not None and not isinstance(options, dict):
+        raise TypeError(f"options is {options!r:.60}, not a dict")
+    options = dict(options or {})
+    start_x, start_y = _start(x0, "x0"), _start(y0, "y0")
+    v0 = np.concatenate([start_x, start_y])
+    if v0.size == 0:
+        raise ValueError("x0 and y0 are empty")
+    sides = [read_bounds(bounds_x, start_x.size, "bounds_x"),
+             read_bounds(bounds_y, start_y.size, "bounds_y")]
+    box = Box(np.concatenate([sides[0][0], sides[1][0]]), np.concatenate([sides[0][1], sides[1][1]]))
+    if isinstance(constraints, dict) or hasattr(constraints, "lb"):
+        constraints = [constraints]
+    try:
+        given = list(constraints)
+    except TypeError:
+        raise TypeError(f"constraints is {constraints!r:.60}, not a constraint or a sequence of them"
+                        ) from None
+    rows = [read_constraint(c, f"constraints[{k}]", start_x.size, start_y.size)
+            for k, c in enumerate(given)]
+    args = args if isinstance(args, tuple) else (args,)
+    game = _Game(fun, v0, start_x.size, args, box, _Clock(options))
+    problem = None
+    try:
+        game.set_objective(jac)
+        for row in rows:
+            game.add_constraint(row)
+        problem = _problem(game, hess, hess_pattern, callback, options)
+        v, info = _checked(game, problem, v0, check_derivatives)
+    except LimitReached:
+        v, info = _late(game, v0)
+    return _result(game, problem, v, info)

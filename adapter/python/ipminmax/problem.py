@@ -1,47 +1,131 @@
 """The solver with the shape of cyipopt's Problem."""
 
+import operator
+import sys
+import warnings
+from typing import Any, Dict, Optional, Tuple
+
 import numpy as np
+import numpy.typing as npt
 
 from . import _core
 from .certificate import Certificate
+from .differences import Box, DerivativeWarning, EvaluationError, LimitReached, Vector, check_given
 from .sensitivity import Sensitivity
 
 MIN, MAX = 0, 1
 
-
-class EvaluationError(ArithmeticError):
-    """Raised by a model's function to say that it is undefined at this point: the step is cut."""
-
-
-_core.set_evaluation_error(EvaluationError)
+_core.set_exceptions(EvaluationError, LimitReached)
 
 _FUNCTIONS = ("objective", "gradient", "constraints", "jacobian", "hessian", "intermediate")
+_LARGEST_INDEX = np.iinfo(np.intc).max
+_SUCCESS = (0, 1)
 
 
-def _players(players, size, name):
-    """Array of 0 (Min) and 1 (Max) from numbers, booleans or the strings "min" and "max"."""
+def to_floats(values: Any, name: str) -> Vector:
+    """An array of finite or infinite numbers; TypeError names what is none."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "fiub":
+        try:
+            if array.dtype.kind == "c":
+                raise TypeError
+            array = array.astype(float)  # numbers as objects; None is NaN
+        except (TypeError, ValueError):
+            raise TypeError(f"{name} must be real numbers, not {values!r:.60}") from None
+    return np.ascontiguousarray(array, dtype=float)
+
+
+def to_count(value: Any, name: str) -> int:
+    try:
+        count = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} = {value!r:.60} must be an integer") from None
+    if not 0 <= count <= _LARGEST_INDEX:
+        raise ValueError(f"{name} = {count} is not between 0 and {_LARGEST_INDEX}")
+    return count
+
+
+def to_players(players: Any, size: int, name: str) -> npt.NDArray[np.intc]:
+    """Array of 0 (Min) and 1 (Max) from numbers, booleans, the strings "min" and "max", or one string
+    for all."""
     names = {"min": MIN, "max": MAX}
-    values = [names.get(p.lower(), -1) if isinstance(p, str) else int(p) for p in players]
-    if len(values) != size:
-        raise ValueError(f"{name} has {len(values)} entries, but there are {size}")
-    return np.array(values, dtype=np.intc)
+
+    def number(i: int, player: Any) -> int:
+        if isinstance(player, str):
+            found = names.get(player.lower())
+        elif isinstance(player, (bool, int, float, np.generic)) and player in (0, 1):
+            found = int(player == 1)
+        else:
+            found = None
+        if found is None:
+            raise ValueError(f"{name}[{i}] = {player!r:.60} must be 0 or \"min\", or 1 or \"max\"")
+        return found
+
+    if isinstance(players, str):
+        return np.full(size, number(0, players), dtype=np.intc)
+    if not isinstance(players, np.ndarray) or players.ndim == 0:
+        try:
+            players = list(players)
+        except TypeError:
+            raise TypeError(f"{name} must have one entry for each, not {players!r:.60}") from None
+    values = np.asarray(players).ravel() if len(set(map(type, players))) == 1 else np.empty(0, object)
+    is_max = values == 1 if values.dtype.kind in "biuf" else values == "max"
+    is_min = values == 0 if values.dtype.kind in "biuf" else values == "min"
+    if values.size and np.all(is_max | is_min):
+        found = is_max.astype(np.intc)
+    else:
+        found = np.array([number(i, p) for i, p in enumerate(players)], dtype=np.intc)
+    if found.size != size:
+        raise ValueError(f"{name} has {found.size} entries, but there are {size}")
+    return found
 
 
-def _bounds(values, size, default, name):
-    values = np.full(size, default) if values is None else np.array(values, dtype=float).ravel()
-    if values.size != size:
-        raise ValueError(f"{name} has {values.size} entries, but there are {size}")
-    return np.clip(values, -1e20, 1e20)  # infinities; NaN stays and is refused
+def to_bounds(values: Any, size: int, default: float, name: str) -> Vector:
+    if values is None:
+        return np.full(size, default)
+    array = to_floats(values, name).ravel()
+    if array.size != size:
+        raise ValueError(f"{name} has {array.size} entries, but there are {size}")
+    clipped: Vector = np.clip(array, -1e20, 1e20)  # infinities; NaN stays and is refused
+    return clipped
 
 
-def _structure(functions, name, default):
-    """Rows and columns, from the model's method or dense."""
+def to_indices(values: Any, limit: int, name: str) -> npt.NDArray[np.intc]:
+    """Indices below the limit as what the solver reads."""
+    array = np.asarray(values).ravel()
+    if array.size == 0:
+        return np.zeros(0, dtype=np.intc)
+    if array.dtype.kind == "f" and np.all(array == np.floor(array)):
+        array = np.where(np.abs(array) < 2.0**62, array, -1.0).astype(np.int64)
+    if array.dtype.kind not in "iub":
+        raise TypeError(f"{name} must be integers, not {values!r:.60}")
+    wrong = (array < 0) | (array >= limit)
+    if np.any(wrong):
+        at = int(np.argmax(wrong))
+        raise ValueError(f"{name}[{at}] = {array[at]} is not between 0 and {limit - 1}")
+    return array.astype(np.intc)
+
+
+def _structure(functions: Any, name: str, rows: int, cols: int
+               ) -> Optional[Tuple[npt.NDArray[np.intc], npt.NDArray[np.intc]]]:
+    """Rows and columns from the model's method; None where there is none."""
     method = getattr(functions, name, None)
-    rows, cols = default if method is None else method()
-    rows, cols = np.asarray(rows).ravel(), np.asarray(cols).ravel()
-    if rows.size != cols.size:
-        raise ValueError(f"{name} returned {rows.size} rows and {cols.size} columns")
-    return rows.astype(np.intc).tolist(), cols.astype(np.intc).tolist()
+    if method is None:
+        return None
+    if not callable(method):
+        raise TypeError(f"{name} of problem_obj is no function")
+    found = method()
+    if not isinstance(found, (tuple, list, np.ndarray)) or getattr(found, "ndim", 1) == 0 or len(found) != 2:
+        raise TypeError(f"{name} must return a pair (rows, cols), not {found!r:.60}")
+    pair = (to_indices(found[0], rows, f"rows of {name}"),
+            to_indices(found[1], cols, f"cols of {name}"))
+    if pair[0].size != pair[1].size:
+        raise ValueError(f"{name} returned {pair[0].size} rows and {pair[1].size} columns")
+    return pair
+
+
+def _as_indices(rows: Any, cols: Any) -> Tuple[npt.NDArray[np.intc], npt.NDArray[np.intc]]:
+    return rows.astype(np.intc), cols.astype(np.intc)
 
 
 class Problem:
@@ -58,93 +142,233 @@ class Problem:
                      regularization_size, alpha_du, alpha_pr, ls_trials) -> False stops
 
     constraints and jacobian only with m > 0. Without hessian second derivatives are differences of
-    first ones. players: n entries, 0, False or "min" for the minimizer, 1, True or "max" for the
-    maximizer; None is a plain minimization. constraint_players: m of them, or None: a constraint
-    with an entry in a Max variable is Max's.
+    first ones, with the pattern of hessianstructure where that is there, else with one that is
+    looked for. players: n entries, 0, False or "min" for the minimizer, 1, True or "max" for the
+    maximizer, or one string for all; None is a plain minimization, with a warning.
+    constraint_players: m of them, or None: a constraint with an entry in a Max variable is Max's; one
+    that is given to Min nevertheless is robust, it holds for every y.
 
     Exceptions of these methods are raised by solve; EvaluationError says that a function is undefined
-    at a point. A KeyboardInterrupt (Ctrl-C) stops at the current iterate, which solve returns, with
-    info["interrupted"] True; a second one is raised. Solves release the interpreter's lock.
+    at a point. Ctrl-C (KeyboardInterrupt) ends the solve before the next call of a method, at the
+    last iterate, which solve returns, with info["interrupted"] True; so do max_wall_time and
+    max_cpu_time. Solves release the interpreter's lock. While check_derivatives is True (the
+    default), gradient and jacobian are compared with differences along one direction at the start
+    and at the answer: two calls of objective and constraints each time.
     """
 
-    def __init__(self, n, m, problem_obj=None, lb=None, ub=None, cl=None, cu=None, players=None,
-                 constraint_players=None):
-        n, m = int(n), int(m)
+    check_derivatives: bool = True
+
+    def __init__(self, n: int, m: int, problem_obj: Any = None, lb: Any = None, ub: Any = None,
+                 cl: Any = None, cu: Any = None, players: Any = None,
+                 constraint_players: Any = None) -> None:
+        n, m = to_count(n, "n"), to_count(m, "m")
         functions = self if problem_obj is None else problem_obj
-        methods = {}
+        methods: Dict[str, Any] = {}
         for name in _FUNCTIONS:
-            if getattr(functions, name, None) is not None:
-                methods[name] = getattr(functions, name)
+            method = getattr(functions, name, None)
+            if method is not None:
+                if not callable(method):
+                    raise TypeError(f"{name} of problem_obj is no function")
+                methods[name] = method
         needed = ["objective", "gradient"] + (["constraints", "jacobian"] if m > 0 else [])
         for name in needed:
             if name not in methods:
                 raise ValueError(f"problem_obj has no method {name}")
-        dense_jacobian = np.divmod(np.arange(n * m), max(n, 1))
-        jac = _structure(functions, "jacobianstructure", dense_jacobian) if m > 0 else ([], [])
-        hess = ([], [])
-        if "hessian" in methods:
-            hess = _structure(functions, "hessianstructure", np.tril_indices(n))
+        none = np.zeros(0, dtype=np.intc)
+        jac = _structure(functions, "jacobianstructure", m, n) if m > 0 else (none, none)
+        if jac is None:
+            jac = _as_indices(*np.divmod(np.arange(n * m), max(n, 1)))
+        hess = _structure(functions, "hessianstructure", n, n)
+        self._pattern_only = hess is not None and "hessian" not in methods
+        if hess is None:
+            hess = (none, none) if "hessian" not in methods else _as_indices(*np.tril_indices(n))
+        if players is None:
+            if n > 0:
+                warnings.warn("players is None: all variables are the minimizer's, this is a plain "
+                              "minimization (players=\"min\" says so)", UserWarning, stacklevel=2)
+            players = "min"
+        if self._pattern_only:  # its structure is read, its values are not
+            methods["hessian"] = None
         owners = constraint_players
         self.n, self.m = n, m
-        self._core = _core.Problem(
-            n, m, methods, _bounds(lb, n, -1e20, "lb"), _bounds(ub, n, 1e20, "ub"),
-            _bounds(cl, m, -1e20, "cl"), _bounds(cu, m, 1e20, "cu"),
-            _players([MIN] * n if players is None else players, n, "players"),
-            None if owners is None else _players(owners, m, "constraint_players"), *jac, *hess)
+        self._players = to_players(players, n, "players")
+        self._methods = methods
+        self._jacobian_places = jac
+        self._bounds = [to_bounds(lb, n, -1e20, "lb"), to_bounds(ub, n, 1e20, "ub"),
+                        to_bounds(cl, m, -1e20, "cl"), to_bounds(cu, m, 1e20, "cu")]
+        for low, up, names in ((0, 1, "lb ub variable"), (2, 3, "cl cu constraint")):
+            wrong = self._bounds[low] > self._bounds[up]
+            if np.any(wrong):
+                at, (a, b, what) = int(np.argmax(wrong)), names.split()
+                raise ValueError(f"{a}[{at}] = {self._bounds[low][at]} is above {b}[{at}] = "
+                                 f"{self._bounds[up][at]} ({what} {at})")
+        variable_lower, variable_upper, lower, upper = self._bounds
+        self._solver: Optional[_core.Problem] = _core.Problem(
+            n, m, methods, variable_lower, variable_upper, lower, upper, self._players,
+            None if owners is None else to_players(owners, m, "constraint_players"), *jac, *hess,
+            self._pattern_only)
+        if self._pattern_only:
+            self._solver.add_option("hessian_approximation", "finite-difference-values")
 
-    def add_option(self, keyword, value):
-        """Any option of docs/options.md; True and False are yes and no."""
+    @property
+    def _core(self) -> "_core.Problem":
+        if "_solver" not in self.__dict__:
+            raise RuntimeError("Problem.__init__ was not called by the derived class")
+        solver = self._solver
+        if solver is None:
+            raise ValueError("the problem is closed")
+        return solver
+
+    def __getstate__(self) -> Any:
+        raise TypeError("a Problem cannot be pickled; make it anew from its functions")
+
+    def add_option(self, keyword: str, value: Any) -> None:
+        """Any option of docs/options.md: a number, a string; True and False are yes and no."""
+        if not isinstance(keyword, str):
+            raise TypeError(f"the option's name {keyword!r:.60} must be a string")
         if isinstance(value, (bool, np.bool_)):
             value = "yes" if value else "no"
         self._core.add_option(keyword, value)
 
-    def set_problem_scaling(self, obj_scaling=1.0, x_scaling=None, g_scaling=None):
-        """Used with the option nlp_scaling_method user-scaling."""
-        self._core.set_scaling(obj_scaling, x_scaling, g_scaling)
+    def set_problem_scaling(self, obj_scaling: float = 1.0, x_scaling: Any = None,
+                            g_scaling: Any = None) -> None:
+        """Factors of f, of the variables (n) and of the constraints (m), used with the option
+        nlp_scaling_method user-scaling."""
+        self._core.set_scaling(float(obj_scaling),
+                               None if x_scaling is None else to_floats(x_scaling, "x_scaling"),
+                               None if g_scaling is None else to_floats(g_scaling, "g_scaling"))
 
-    def set_bounds(self, lb=None, ub=None, cl=None, cu=None):
-        """New bounds for the next solves; None: as before."""
-        clip = [None if b is None else np.clip(np.asarray(b, dtype=float), -1e20, 1e20)
-                for b in (lb, ub, cl, cu)]
-        self._core.set_bounds(*clip)
+    def set_bounds(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None) -> None:
+        """New bounds for the next solves, n or m numbers each; None: as before."""
+        given = [None if b is None else to_bounds(b, size, 0.0, name) for b, size, name in
+                 ((lb, self.n, "lb"), (ub, self.n, "ub"), (cl, self.m, "cl"), (cu, self.m, "cu"))]
+        self._core.set_bounds(*given)
+        self._bounds = [old if new is None else new for old, new in zip(self._bounds, given)]
 
-    def open_output_file(self, file_name, print_level=5):
-        self._core.open_output_file(str(file_name), print_level)
+    def open_output_file(self, file_name: Any, print_level: int = 5) -> None:
+        """The log in a file, too; print_level 0 to 12."""
+        self._core.open_output_file(str(file_name), to_count(print_level, "print_level"))
 
-    def solve(self, x, lagrange=(), zl=(), zu=()):
-        """From x (n), with warm_start_init_point also from the multipliers. Returns (x, info); info:
-        x, g, obj_val, mult_g, mult_x_L, mult_x_U, status (Ipopt's number), status_name, status_msg,
-        interrupted, certificate (Certificate), worst_case (dict: starts, maxima, competing, higher,
-        unbounded, single_branch, stated_concave, value, x with the worst y; None where nobody looked,
-        options minmax_worst_case_starts or minmax_starts), statistics (dict). Multipliers satisfy
-        grad f + J'mult_g - mult_x_L + mult_x_U = 0 for all variables, so those of a Max variable's
-        bounds are <= 0."""
+    def solve(self, x: npt.ArrayLike, lagrange: npt.ArrayLike = (), zl: npt.ArrayLike = (),
+              zu: npt.ArrayLike = ()) -> Tuple[Vector, Dict[str, Any]]:
+        """From x (n numbers), with warm_start_init_point also from the multipliers lagrange (m), zl
+        and zu (n). Returns (x, info); info is a dict:
+
+        x (n), g (m), obj_val       the point and the functions there
+        mult_g (m), mult_x_L, mult_x_U (n)   multipliers: grad f + J'mult_g - mult_x_L + mult_x_U = 0
+                                    for all variables, so those of a Max variable's bounds are <= 0
+        status, status_name, status_msg      Ipopt's number, why the solve stopped, a sentence
+        interrupted                 whether by Ctrl-C
+        certificate                 Certificate
+        worst_case                  dict of starts, maxima, competing, higher, unbounded,
+                                    single_branch, stated_concave, value, x with the worst y; None
+                                    where nobody looked (minmax_worst_case_starts, minmax_starts)
+        worst_cases                 list of dicts of constraint (m: the objective), value, multiplier,
+                                    active, x with that y: of robust constraints and minmax_epigraph
+        points                      list of dicts of x, value, found, first_start, margin: certified
+                                    points of a multistart (minmax_starts), the best first
+        statistics                  dict of counts, seconds and errors
+        derivative_error            what is wrong with gradient or jacobian; None
+        """
         return self._solve(x, lagrange, zl, zu, False)
 
-    def solve_again(self, x):
+    def solve_again(self, x: npt.ArrayLike) -> Tuple[Vector, Dict[str, Any]]:
         """The same structure with other numbers or bounds, warm started from x and the last
         multipliers; no new ordering and symbolic factorization."""
         return self._solve(x, (), (), (), True)
 
-    def _solve(self, x, lagrange, zl, zu, again):
-        info = self._core.solve(*(np.asarray(a, dtype=float) for a in (x, lagrange, zl, zu)), again)
-        info["certificate"] = Certificate.of(self._core.certificate())
-        info["worst_case"] = self._core.worst_case()
-        info["statistics"] = self._core.statistics()
+    def _solve(self, x: Any, lagrange: Any, zl: Any, zu: Any, again: bool
+               ) -> Tuple[Vector, Dict[str, Any]]:
+        core = self._core
+        given = [to_floats(a, name).ravel() for a, name in
+                 ((x, "x"), (lagrange, "lagrange"), (zl, "zl"), (zu, "zu"))]
+        if given[0].size != self.n:
+            raise ValueError(f"x must have {self.n} entries, not {given[0].size}")
+        if core.solving:
+            raise RuntimeError("the problem is being solved: no solve inside its own functions")
+        interrupted = False
+        try:
+            wrong = self._wrong_derivative(given[0])
+            if wrong is not None:
+                warnings.warn(f"at the start {wrong}", DerivativeWarning, stacklevel=3)
+        except KeyboardInterrupt:
+            interrupted = True
+        # A line of progress can be refreshed on a terminal; a notebook's stdout is another object.
+        terminal = sys.stdout is not None and sys.stdout is sys.__stdout__ and sys.stdout.isatty()
+        if terminal:
+            sys.stdout.flush()
+        info = core.solve(given[0], given[1], given[2], given[3], again, terminal, interrupted)
+        certificate = core.certificate()
+        info["certificate"] = (Certificate.of(certificate) if certificate is not None else
+                               Certificate.nothing(info["status_msg"]))
+        info["worst_case"] = core.worst_case()
+        info["worst_cases"] = core.worst_cases()
+        info["points"] = core.points()
+        info["statistics"] = core.statistics() or {"iterations": info["iterations"]}
+        info["derivative_error"] = None
+        if info["status"] in _SUCCESS:
+            try:
+                wrong = self._wrong_derivative(info["x"])
+                if wrong is not None:
+                    refute(info, wrong)
+                    warnings.warn(f"at the answer {wrong}", DerivativeWarning, stacklevel=3)
+            except KeyboardInterrupt:
+                info["interrupted"] = True
         return info["x"], info
 
-    def get_current_iterate(self):
-        """Inside intermediate: dict with x, mult_x_L, mult_x_U, g, mult_g; None elsewhere."""
+    def _wrong_derivative(self, v: Vector) -> Optional[str]:
+        if not self.check_derivatives or not np.all(np.isfinite(v)):
+            return None
+        box = Box(self._bounds[0], self._bounds[1])
+        wrong = check_given(lambda at: self._returned("objective", at),
+                            lambda at: self._returned("gradient", at), v, box,
+                            lambda _: "objective's gradient")
+        if wrong is None and self.m > 0:
+            wrong = check_given(lambda at: self._returned("constraints", at), self._row_slopes, v, box,
+                                lambda row: f"jacobian of constraint {row}")
+        return wrong
+
+    def _returned(self, name: str, v: Vector) -> Vector:
+        return to_floats(self._methods[name](v.copy()), f"what {name} returned").ravel()
+
+    def _row_slopes(self, v: Vector) -> Any:
+        rows, cols = self._jacobian_places
+        values = self._returned("jacobian", v)
+        if values.size != rows.size:
+            raise ArithmeticError  # the solver says what is wrong
+        return _Rows(rows, cols, values, self.m)
+
+    def get_current_iterate(self) -> Optional[Dict[str, Any]]:
+        """Inside intermediate: dict with x, mult_x_L, mult_x_U (n), g, mult_g (m); None elsewhere."""
         return self._core.current_iterate()
 
-    def get_current_violations(self):
+    def get_current_violations(self) -> Optional[Dict[str, Any]]:
         """Inside intermediate: dict with the names of Ipopt's GetIpoptCurrentViolations."""
         return self._core.current_violations()
 
-    def sensitivity(self):
+    def sensitivity(self) -> Sensitivity:
         """Sensitivity of the last solution; NoSensitivity says why there is none."""
         return Sensitivity(self._core)
 
-    def close(self):
+    def close(self) -> None:
         """Frees the solver's memory; the problem cannot be used afterwards."""
-        self._core = None
+        self._solver, self._methods = None, {}
+
+
+class _Rows:
+    """Sparse rows that can be multiplied with a direction; no SciPy."""
+
+    def __init__(self, rows: Any, cols: Any, values: Any, count: int) -> None:
+        self._rows, self._cols, self._values, self._count = rows, cols, values, count
+
+    def __matmul__(self, direction: Vector) -> Vector:
+        weights = self._values * direction[self._cols]
+        return np.bincount(self._rows, weights=weights, minlength=self._count).astype(float)
+
+
+def refute(info: Dict[str, Any], why: str) -> None:
+    """The answer is one of other functions than those given: neither solved nor certified."""
+    info["derivative_error"] = why
+    info["status"], info["status_name"] = -11, "wrong derivatives"
+    info["status_msg"] = f"the derivatives are wrong, so this is no solution: {why}"
+    info["certificate"] = Certificate.nothing(why)

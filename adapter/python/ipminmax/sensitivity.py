@@ -1,8 +1,14 @@
 """Derivatives of a solution, and where it goes when constants of the model move."""
 
-from typing import NamedTuple
+import operator
+from typing import Any, Callable, Dict, Sequence, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
+
+from . import _core
+
+_Vector = npt.NDArray[np.float64]
 
 
 class NoSensitivity(RuntimeError):
@@ -18,7 +24,7 @@ class ActiveSetChange(NamedTuple):
     upper: bool
     enters: bool
 
-    def __str__(self):
+    def __str__(self) -> str:
         return "{} {} {} its {} bound".format(
             "constraint" if self.of_constraint else "variable",
             self.index,
@@ -35,59 +41,67 @@ class Sensitivity:
     Results are dictionaries with x, mult_g, mult_x_L, mult_x_U, obj (the value, or its slope).
     """
 
-    def __init__(self, core):
+    def __init__(self, core: "_core.Problem") -> None:
         self._core = core
         self._call(core.update_sensitivity)
 
     @staticmethod
-    def _call(function, *arguments):
+    def _call(function: Callable[..., Any], *arguments: Any) -> Any:
         try:
             return function(*arguments)
         except RuntimeError as error:
             raise NoSensitivity(str(error)) from None
 
-    def derivative(self, lb=None, ub=None, cl=None, cu=None):
+    def derivative(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None
+                   ) -> Dict[str, Any]:
         """Along a change of the bounds lb, ub (n), cl, cu (m); None: unchanged. Also "curvature",
         the second derivative of the value."""
-        return self._call(self._core.derivative, lb, ub, cl, cu)
+        return dict(self._call(self._core.derivative, lb, ub, cl, cu))
 
-    def reaction(self, dx):
+    def reaction(self, dx: npt.ArrayLike) -> Dict[str, Any]:
         """Of the maximizer's answer when Min's variables move along dx (n; Max's entries are not
         read)."""
-        return self._call(self._core.reaction, dx)
+        return dict(self._call(self._core.reaction, dx))
 
-    def predict(self, lb=None, ub=None, cl=None, cu=None):
+    def predict(self, lb: Any = None, ub: Any = None, cl: Any = None, cu: Any = None
+                ) -> Dict[str, Any]:
         """The linearized solution after a whole change of the bounds, obj to second order. Also
         "share" (1: all of the change could be followed, else "message" says why not) and "changes",
         a list of ActiveSetChange."""
         return self._named(self._call(self._core.predict, lb, ub, cl, cu))
 
-    def react(self, dx):
+    def react(self, dx: npt.ArrayLike) -> Dict[str, Any]:
         """The maximizer's answer after Min's variables have moved by dx; as predict."""
         return self._named(self._call(self._core.react, dx))
 
-    def dv_dp(self, constraints=(), variables=()):
+    def dv_dp(self, constraints: Sequence[int] = (), variables: Sequence[int] = ()) -> _Vector:
         """Derivatives of x (n) to the constants of the given equality constraints, then to the
         values of the given fixed variables: an array with one column each."""
         columns = []
         for kind, indices, size in (("c", constraints, self._core.m), ("", variables, self._core.n)):
             for index in indices:
-                unit = np.zeros(size)
-                unit[index] = 1.0
+                unit = self._unit(index, size, "constraints" if kind else "variables")
                 bounds = {"cl": unit, "cu": unit} if kind == "c" else {"lb": unit, "ub": unit}
                 columns.append(self.derivative(**bounds)["x"])
         return np.column_stack(columns) if columns else np.zeros((self._core.n, 0))
 
-    def dy_dx(self, min_variables):
+    def dy_dx(self, min_variables: Sequence[int]) -> _Vector:
         """Derivatives of all variables to the given ones of Min, Max reacting: one column each."""
         columns = []
         for index in min_variables:
-            unit = np.zeros(self._core.n)
-            unit[index] = 1.0
+            unit = self._unit(index, self._core.n, "min_variables")
             columns.append(self.reaction(unit)["x"])
         return np.column_stack(columns) if columns else np.zeros((self._core.n, 0))
 
     @staticmethod
-    def _named(result):
+    def _unit(index: int, size: int, name: str) -> _Vector:
+        if not 0 <= operator.index(index) < size:
+            raise IndexError(f"{index} of {name} is not between 0 and {size - 1}")
+        unit = np.zeros(size)
+        unit[index] = 1.0
+        return unit
+
+    @staticmethod
+    def _named(result: Dict[str, Any]) -> Dict[str, Any]:
         result["changes"] = [ActiveSetChange(*change) for change in result["changes"]]
         return result

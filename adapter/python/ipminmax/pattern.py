@@ -1,0 +1,117 @@
+"""The places where a matrix that depends on x and y may be nonzero."""
+
+from typing import Any, Callable, Tuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .differences import Box, Vector
+from .problem import to_floats
+
+Matrix = Callable[[Vector], Any]
+
+
+def is_sparse(matrix: Any) -> bool:
+    return hasattr(matrix, "tocoo")
+
+
+def joined(parts: Tuple[Any, ...], nx: int, ny: int, rows: int, name: str) -> Any:
+    """The matrix (Jx Jy) from a tuple of its two blocks."""
+    if len(parts) != 2:
+        raise ValueError(f"{name} returned a tuple of {len(parts)}, not one of two: to x and to y")
+    blocks = []
+    for part, columns, to in zip(parts, (nx, ny), "xy"):
+        if not is_sparse(part):
+            part = to_floats(part, f"what {name} returned")
+            if part.size == rows * columns and (part.ndim < 2 or part.size == 0):
+                part = part.reshape(rows, columns)
+        if tuple(part.shape) != (rows, columns):
+            raise ValueError(f"the part of {name} to {to} has shape {part.shape}, expected "
+                             f"{(rows, columns)}")
+        blocks.append(part)
+    if any(is_sparse(block) for block in blocks):
+        import scipy.sparse
+        return scipy.sparse.hstack(blocks).tocsr()
+    return np.hstack(blocks)
+
+
+class Pattern:
+    """Values of an array or scipy.sparse matrix in the order of a pattern: the places that a sparse
+    matrix stores, or at which an array is nonzero, at the start or at one of a few points around it.
+    A later nonzero elsewhere is an error, not a lost entry."""
+
+    def __init__(self, function: Matrix, v0: Vector, box: Box, shape: Tuple[int, int], name: str
+                 ) -> None:
+        self.shape, self.name = shape, name
+        first = function(v0)
+        self.is_sparse = is_sparse(first)
+        self._keys = np.unique(self._stored(first)[0])
+        random = np.random.default_rng(1)
+        for _ in range(3):
+            try:
+                found = function(box.moved(v0, random, 1e-3))
+            except Exception:  # undefined there
+                continue
+            self._keys = np.union1d(self._keys, self._stored(found)[0])
+        self.rows, self.cols = np.divmod(self._keys, max(shape[1], 1))
+
+    def _stored(self, matrix: Any) -> Tuple[npt.NDArray[np.int64], Vector]:
+        """Places row * columns + column and what stands there."""
+        if is_sparse(matrix) != self.is_sparse:
+            raise TypeError(f"{self.name} must be either always or never sparse")
+        if not self.is_sparse:
+            values = to_floats(matrix, f"what {self.name} returned")
+            if values.size != self.shape[0] * self.shape[1] or values.ndim > 1 and (
+                    values.shape != self.shape):
+                raise ValueError(f"{self.name} has shape {values.shape}, expected {self.shape}")
+            places = np.flatnonzero(values)  # NaN is nonzero
+            return places, values.ravel()[places]
+        if tuple(matrix.shape) != self.shape:
+            raise ValueError(f"{self.name} has shape {matrix.shape}, expected {self.shape}")
+        coo = matrix.tocoo()
+        return coo.row.astype(np.int64) * self.shape[1] + coo.col, np.asarray(coo.data, dtype=float)
+
+    def values(self, matrix: Any) -> Vector:
+        keys, data = self._stored(matrix)
+        if keys.size == self._keys.size and np.array_equal(keys, self._keys):
+            return data
+        places = np.searchsorted(self._keys, keys)
+        found = np.zeros(keys.size, dtype=bool)
+        inside = places < self._keys.size
+        found[inside] = self._keys[places[inside]] == keys[inside]
+        if not np.all(found):
+            row, col = divmod(int(keys[np.argmin(found)]), self.shape[1])
+            how = ("its matrices around the starting point did not store: store all entries, those "
+                   "that are zero at first, too" if self.is_sparse else
+                   "was zero at all points around the starting point: return a scipy.sparse matrix "
+                   "that stores all entries")
+            raise ValueError(f"{self.name} has an entry at ({row}, {col}) that {how}")
+        return np.bincount(places, weights=data, minlength=self._keys.size).astype(float)
+
+
+class ConstantPattern:
+    """The same of a matrix that does not change."""
+
+    def __init__(self, matrix: Any) -> None:
+        if is_sparse(matrix):
+            matrix = matrix.tocsr().copy()
+            matrix.sum_duplicates()
+            coo = matrix.tocoo()
+            self.rows, self.cols, self.data = coo.row, coo.col, np.asarray(coo.data, dtype=float)
+        else:
+            self.rows, self.cols = np.nonzero(matrix)
+            self.data = matrix[self.rows, self.cols]
+
+
+def lower_triangle(pattern: Pattern) -> npt.NDArray[np.bool_]:
+    """Which places of a Hessian's pattern are read: the lower ones."""
+    n = pattern.shape[1]
+    upper = pattern.cols > pattern.rows
+    mirrored = np.isin(pattern.cols[upper] * n + pattern.rows[upper],
+                       pattern.rows[~upper] * n + pattern.cols[~upper])
+    if not np.all(mirrored):
+        at = np.flatnonzero(upper)[np.argmin(mirrored)]
+        i, j = int(pattern.rows[at]), int(pattern.cols[at])
+        raise ValueError(f"{pattern.name} is not symmetric: it has an entry at ({i}, {j}) and none at "
+                         f"({j}, {i})")
+    return ~upper

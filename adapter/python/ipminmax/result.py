@@ -1,0 +1,93 @@
+"""What minimize_minmax returns."""
+
+from dataclasses import dataclass, field, fields
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional
+
+import numpy as np
+
+from .certificate import Certificate
+from .differences import Vector
+from .problem import Problem
+
+
+class WorstCase(NamedTuple):
+    """A worst case y of a robust constraint, or of fun with the option minmax_epigraph."""
+
+    constraint: Optional[int]  #: number in the list of constraints; None: fun
+    row: int  #: which of its values
+    value: float  #: there
+    multiplier: float  #: grad f + sum of multipliers times gradients = 0 in x
+    active: bool  #: whether x rests on it
+    x: Vector
+    y: Vector
+
+
+class Point(NamedTuple):
+    """A certified local minmax that starts of a multistart led to."""
+
+    x: Vector
+    y: Vector
+    fun: float
+    found: int  #: number of starts that ended here
+    first_start: int
+    margin: float  #: of its certificate
+
+
+@dataclass(eq=False, repr=False)
+class MinmaxResult:
+    """Attributes, or keys as in scipy's OptimizeResult: result.x is result["x"]. A result can be
+    pickled; the copy has no problem."""
+
+    x: Vector  #: (nx)
+    y: Vector  #: (ny); with robust constraints that of one worst case, see worst_cases
+    fun: float
+    #: First-order conditions hold, the second-order test did not refute the point, no worse y is known
+    #: and the derivatives that were given are right.
+    success: bool
+    status: int  #: Ipopt's number
+    message: str
+    certificate: Certificate
+    #: Over all of y, where minmax_worst_case_starts or minmax_starts looked; see Problem.solve.
+    worst_case: Optional[Dict[str, Any]]
+    worst_cases: List[WorstCase]  #: of robust constraints, and of fun with minmax_epigraph
+    points: List[Point]  #: certified points of a multistart (minmax_starts), the best first
+    nit: int
+    nfev: int  #: calls of fun, those for differences and checks included
+    multipliers: List[Vector] = field(default_factory=list)  #: one array per constraint
+    derivatives: str = ""  #: where those that were not given come from
+    info: Dict[str, Any] = field(default_factory=dict)  #: of Problem.solve
+    problem: Optional[Problem] = None  #: for sensitivity() and solve_again()
+
+    def __getitem__(self, key: str) -> Any:
+        if key not in self.keys():
+            raise KeyError(key)
+        return getattr(self, key)
+
+    def keys(self) -> List[str]:
+        return [f.name for f in fields(self)]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.keys())
+
+    def __contains__(self, key: object) -> bool:
+        return key in self.keys()
+
+    def __len__(self) -> int:
+        return len(self.keys())
+
+    def get(self, key: str, default: Any = None) -> Any:
+        return self[key] if key in self else default
+
+    def __getstate__(self) -> Dict[str, Any]:
+        return {**self.__dict__, "problem": None}
+
+    def __repr__(self) -> str:
+        with np.printoptions(precision=6, threshold=10, edgeitems=3):
+            lines = {"kind": self.certificate.kind, "success": self.success, "message": self.message,
+                     "fun": self.fun, "x": self.x, "y": self.y, "nit": self.nit, "nfev": self.nfev}
+            if self.worst_cases:
+                lines["worst_cases"] = len(self.worst_cases)
+            if self.points:
+                lines["points"] = len(self.points)
+            width = max(map(len, lines))
+            return "\n".join(f"{name:>{width}}: {value}" for name, value in lines.items())

@@ -1,0 +1,392 @@
+#include "core/global/over_y.hpp"
+
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <utility>
+
+#include "core/global/choice.hpp"
+#include "core/model/forwarding_problem.hpp"
+#include "core/model/norms.hpp"
+#include "core/search/one_start.hpp"
+#include "core/search/random_starts.hpp"
+#include "core/search/restart.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// Starts of y for each robust constraint unless the option says how many.
+constexpr Index kStartsOfRows = 8;
+/// Most variables of a box whose corners are all looked at.
+constexpr std::size_t kMostOfCorners = 8;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// The maximizer's problem at fixed x: Min variables are fixed, Min constraints absent.
+class HeldMin final : public ForwardingProblem {
+ public:
+  HeldMin(Problem& model, std::span<const double> v)
+      : ForwardingProblem(model), structure_(model.structure()), v_(v.begin(), v.end()) {
+    for (std::size_t i = 0; i < v_.size(); ++i) {
+      if (structure_.variable_players[i] != Player::Min) continue;
+      structure_.variable_lower[i] = structure_.variable_upper[i] = v_[i];
+    }
+    for (std::size_t j = 0; j < structure_.constraint_players.size(); ++j) {
+      if (structure_.constraint_players[j] != Player::Min) continue;
+      structure_.constraint_lower[j] = -kInfinity;
+      structure_.constraint_upper[j] = kInfinity;
+    }
+  }
+
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    std::ranges::copy(v_, start.v.begin());
+    return !start.needs_multipliers;
+  }
+
+ private:
+  ProblemStructure structure_;
+  std::vector<double> v_;
+};
+
+/// Max over y of side times one constraint of the model, x held; side -1 for a lower bound.
+class ConstraintOverY final : public ForwardingProblem {
+ public:
+  ConstraintOverY(Problem& model, Index constraint, double side, std::vector<double> v)
+      : ForwardingProblem(model),
+        structure_(model.structure()),
+        constraint_(constraint),
+        side_(side),
+        v_(std::move(v)),
+        g_(structure_.constraint_players.size()),
+        lambda_(g_.size()),
+        jacobian_(structure_.jacobian.size()) {
+    const RobustScope scope = robust_scope(structure_, constraint);
+    const ProblemStructure& s = model.structure();
+    structure_.variable_lower = structure_.variable_upper = v_;
+    for (const Index i : scope.variables) {
+      structure_.variable_lower[at(i)] = s.variable_lower[at(i)];
+      structure_.variable_upper[at(i)] = s.variable_upper[at(i)];
+    }
+    std::ranges::fill(structure_.constraint_lower, -kInfinity);
+    std::ranges::fill(structure_.constraint_upper, kInfinity);
+    for (const Index j : scope.constraints) {
+      structure_.constraint_lower[at(j)] = s.constraint_lower[at(j)];
+      structure_.constraint_upper[at(j)] = s.constraint_upper[at(j)];
+    }
+  }
+
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    std::ranges::copy(v_, start.v.begin());
+    return !start.needs_multipliers;
+  }
+  [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
+    if (!model().user_scaling(scaling)) return false;
+    if (!scaling.constraints.empty()) scaling.objective = scaling.constraints[at(constraint_)];
+    return true;
+  }
+  [[nodiscard]] bool objective(std::span<const double> v, bool, double& f) override {
+    if (!model().constraints(v, true, g_)) return false;
+    f = side_ * g_[at(constraint_)];
+    return true;
+  }
+  [[nodiscard]] bool gradient(std::span<const double> v, bool, std::span<double> grad) override {
+    if (!model().jacobian(v, true, jacobian_)) return false;
+    std::ranges::fill(grad, 0.0);
+    for (std::size_t k = 0; k < jacobian_.size(); ++k) {
+      const auto [row, col] = structure_.jacobian[k];
+      if (row == constraint_) grad[at(col)] += side_ * jacobian_[k];
+    }
+    return true;
+  }
+  [[nodiscard]] bool hessian(std::span<const double> v, bool, double sigma,
+                             std::span<const double> lambda, bool,
+                             std::span<double> values) override {
+    return model().hessian(v, true, 0.0, weights(sigma, lambda), true, values);
+  }
+  [[nodiscard]] bool hessian_errors(std::span<const double> v, double sigma,
+                                    std::span<const double> lambda,
+                                    std::span<double> row_errors) override {
+    return model().hessian_errors(v, 0.0, weights(sigma, lambda), row_errors);
+  }
+
+ private:
+  [[nodiscard]] std::span<const double> weights(double sigma, std::span<const double> lambda) {
+    std::ranges::copy(lambda, lambda_.begin());
+    lambda_[at(constraint_)] = sigma * side_;
+    return lambda_;
+  }
+
+  ProblemStructure structure_;
+  Index constraint_;
+  double side_;
+  std::vector<double> v_;
+  std::vector<double> g_, lambda_, jacobian_;
+};
+
+/// The corner of the box of y with the largest value; empty: y is no box, or of too many variables.
+std::optional<std::vector<double>> best_corner(Problem& inner, const SolverOptions& options) {
+  const ProblemStructure& s = inner.structure();
+  std::vector<std::size_t> free;
+  for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
+    if (s.variable_lower[i] < s.variable_upper[i]) free.push_back(i);
+  }
+  const auto has_bound = [&](std::size_t i) {
+    return s.variable_lower[i] > options.nlp_lower_bound_inf &&
+           s.variable_upper[i] < options.nlp_upper_bound_inf;
+  };
+  if (free.empty() || free.size() > kMostOfCorners || !std::ranges::all_of(free, has_bound)) {
+    return std::nullopt;
+  }
+  for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
+    if (s.constraint_lower[j] > options.nlp_lower_bound_inf ||
+        s.constraint_upper[j] < options.nlp_upper_bound_inf) {
+      return std::nullopt;
+    }
+  }
+  std::optional<std::vector<double>> best;
+  std::vector<double> v = starting_values(inner);
+  double highest = -kInfinity;
+  for (std::size_t corner = 0; !v.empty() && corner < (std::size_t{1} << free.size()); ++corner) {
+    for (std::size_t k = 0; k < free.size(); ++k) {
+      const bool upper = (corner >> k & 1U) != 0;
+      v[free[k]] = upper ? s.variable_upper[free[k]] : s.variable_lower[free[k]];
+    }
+    double f = 0.0;
+    if (!inner.objective(v, true, f) || !(f > highest)) continue;
+    highest = f;
+    best = v;
+  }
+  return best;
+}
+
+/// The maximizations over y of one function at one x.
+class MaximizationOverY {
+ public:
+  MaximizationOverY(Problem& inner, const MaximizationContext& context)
+      : inner_(inner), context_(context), options_(context.options) {
+    options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
+    options_.warm_start_init_point = false;
+  }
+
+  [[nodiscard]] MaximaOverY run(Index starts, std::vector<std::vector<double>> given) {
+    if (starts > 1 && !options_.minmax_concave_in_y) {
+      if (auto corner = best_corner(inner_, options_)) given.push_back(std::move(*corner));
+    }
+    const Index count = std::max(starts, static_cast<Index>(given.size()) + 1);
+    const std::vector<double> own = starting_values(inner_);
+    add_work_of_detection();
+    for (Index start = 0; start < count; ++start) {
+      std::vector<double> v;
+      if (start > 0) {
+        if (own.empty()) break;
+        v = at(start) <= given.size() ? given[at(start) - 1]
+                                      : random_start(inner_.structure(), own, start, options_);
+      }
+      if (!maximize_from(std::move(v), count > 1 ? 0 : options_.minmax_max_restarts)) break;
+    }
+    // As a single solve does, which is not to find more than many starts.
+    if (found_.finished && count > 1 && !any_certified() && makes_new_starts(options_)) {
+      static_cast<void>(maximize_from({}, options_.minmax_max_restarts));
+    }
+    std::ranges::stable_sort(found_.maxima, std::greater{}, &WorstCaseMaximum::value);
+    found_.single_branch = found_.single_branch && found_.maxima.size() == 1 && any_certified();
+    return std::move(found_);
+  }
+
+ private:
+  /// False: nothing more can be done.
+  [[nodiscard]] bool maximize_from(std::vector<double> v, int restarts) {
+    if (context_.budget.used_up()) {
+      found_.finished = false;
+      return false;
+    }
+    SolverOptions options = options_;
+    options.minmax_max_restarts = restarts;
+    Restarted restarted(inner_, std::move(v));
+    const Result result = structure_.solve(restarted, options, context_.budget, observer());
+    add_work(result, context_.work);
+    if (context_.budget.interrupted()) found_.finished = false;
+    ++found_.made;
+    ++context_.looked.maximizations;
+    add(result);
+    using enum Status;
+    const bool is_final = result.status == InvalidProblem || result.status == InvalidOption ||
+                          result.status == TooFewDegreesOfFreedom;
+    return found_.finished && !is_final;
+  }
+
+  [[nodiscard]] SolveObserver observer() {
+    SolveObserver observer;
+    observer.on_iteration = [this](const IterationInfo& info) {
+      if (info.iteration == 0) found_.starts.emplace_back(info.v.begin(), info.v.end());
+      if (std::isfinite(info.objective)) {
+        found_.least = std::min(found_.least, info.objective);
+        found_.most = std::max(found_.most, info.objective);
+      }
+      found_.single_branch = found_.single_branch && info.delta_y == 0.0;
+      IterationInfo told = info;
+      told.over_y = true;
+      const std::size_t n = context_.told.variable_players.size();
+      if (n < info.v.size()) {
+        told.v = info.v.first(n);
+        told.result = [this, n, &info] {
+          Result result = info.result();
+          cut(n, context_.told.constraint_players.size(), result);
+          return result;
+        };
+      }
+      return context_.budget.tell(context_.start, told);
+    };
+    return observer;
+  }
+
+  void add_work_of_detection() {
+    Result only;
+    only.counts = structure_.detect(inner_, options_);
+    add_work(only, context_.work);
+  }
+
+  [[nodiscard]] bool any_certified() const {
+    return std::ranges::any_of(found_.maxima, &WorstCaseMaximum::certified);
+  }
+
+  void add(const Result& result) {
+    using enum Status;
+    const bool runs_away = result.status == InnerUnbounded || result.status == OuterUnbounded ||
+                           result.status == DivergingIterates;
+    const bool maximum = is_success(result.status);
+    found_.maximized = found_.maximized || maximum || runs_away;
+    found_.single_branch = found_.single_branch && maximum;
+    if (runs_away) {
+      // Far away and infeasible, nothing is seen of f.
+      double size = 1.0;
+      for (const double value : result.v) size = std::max(size, std::abs(value));
+      if (result.error.primal <= options_.constr_viol_tol * size) found_.unbounded = true;
+    }
+    if (result.v.empty() || !std::isfinite(result.objective) ||
+        !(result.error.primal <= options_.constr_viol_tol)) {
+      return;
+    }
+    const bool certified = result.certificate.kind == PointKind::LocalMinmax;
+    for (WorstCaseMaximum& known : found_.maxima) {
+      if (!same_point(result.v, known.v, options_.minmax_distinct_tol)) continue;
+      ++known.found;
+      known.certified = known.certified || certified;
+      if (result.objective > known.value) {
+        known.value = result.objective;
+        known.v = result.v;
+      }
+      return;
+    }
+    // A feasible point bounds the maximum from below, whatever ended the search there.
+    found_.maxima.push_back({result.v, result.objective, certified, 1});
+  }
+
+  Problem& inner_;
+  const MaximizationContext& context_;
+  SolverOptions options_;
+  SearchStructure structure_;
+  MaximaOverY found_;
+};
+
+}  // namespace
+
+void cut(std::size_t n, std::size_t m, Result& result) {
+  for (auto* values : {&result.v, &result.z_lower, &result.z_upper}) {
+    if (values->size() > n) values->resize(n);
+  }
+  for (auto* values : {&result.lambda, &result.constraints}) {
+    if (values->size() > m) values->resize(m);
+  }
+}
+
+Index starts_over_y_of_rows(const SolverOptions& options) {
+  return options.minmax_worst_case_starts < 0 ? kStartsOfRows : options.minmax_worst_case_starts;
+}
+
+Index starts_over_y_of_objective(const SolverOptions& options) {
+  return std::max(0, options.minmax_worst_case_starts);
+}
+
+MaximaOverY maximize_over_y(Problem& inner, Index starts,
+                            const std::vector<std::vector<double>>& given,
+                            const MaximizationContext& context) {
+  return MaximizationOverY(inner, context).run(starts, given);
+}
+
+MaximaOverY maximize_objective(Problem& model, std::span<const double> v, Index starts,
+                               const std::vector<std::vector<double>>& given,
+                               const MaximizationContext& context) {
+  HeldMin inner(model, v);
+  if (context.options.minmax_concave_in_y) return maximize_over_y(inner, 1, {}, context);
+  return maximize_over_y(inner, starts, given, context);
+}
+
+const SideScan* worst_side(const std::vector<SideScan>& scans, Index constraint) {
+  const SideScan* worst = nullptr;
+  for (const SideScan& side : scans) {
+    if (side.constraint != constraint || side.maxima.empty()) continue;
+    if (worst == nullptr || side.excess(0) > worst->excess(0)) worst = &side;
+  }
+  return worst;
+}
+
+std::vector<Index> robust_constraints(const ProblemStructure& s) {
+  std::vector<Index> rows;
+  for (const auto [row, col] : s.jacobian) {
+    if (s.constraint_players[at(row)] == Player::Min &&
+        s.variable_players[at(col)] == Player::Max) {
+      rows.push_back(row);
+    }
+  }
+  std::ranges::sort(rows);
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  return rows;
+}
+
+std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<double>& x,
+                                              Index starts,
+                                              const std::vector<KnownWorstCase>& known,
+                                              const MaximizationContext& context) {
+  const ProblemStructure& s = model.structure();
+  const auto scan_side = [&](Index row, double side) {
+    SideScan scan;
+    scan.constraint = row;
+    scan.bound = side > 0.0 ? s.constraint_upper[at(row)] : -s.constraint_lower[at(row)];
+    scan.accepted = scan.bound + std::min(context.options.constr_viol_tol,
+                                          context.options.bound_relax_factor *
+                                              std::max(1.0, std::abs(scan.bound)));
+    std::vector<std::vector<double>> given;
+    for (const auto& [other, value] : known) {
+      if (other.constraint != row) continue;
+      given.push_back(other.v);
+      if (std::isfinite(value)) scan.accepted = std::max(scan.accepted, side * value);
+    }
+    ConstraintOverY problem(model, row, side, x);
+    MaximaOverY found = maximize_over_y(problem, starts, given, context);
+    scan.settled = found.finished && found.maximized;
+    scan.scale = std::max(found.range(), std::abs(scan.bound));
+    scan.starts = std::move(found.starts);
+    for (WorstCaseMaximum& maximum : found.maxima) {
+      scan.values.push_back(maximum.value);
+      scan.maxima.push_back({row, std::move(maximum.v), true});
+    }
+    return scan;
+  };
+  std::vector<SideScan> scans;
+  for (const Index row : robust_constraints(s)) {
+    if (s.constraint_upper[at(row)] < context.options.nlp_upper_bound_inf) {
+      scans.push_back(scan_side(row, 1.0));
+    }
+    if (s.constraint_lower[at(row)] > context.options.nlp_lower_bound_inf) {
+      scans.push_back(scan_side(row, -1.0));
+    }
+  }
+  context.looked.functions = static_cast<Index>(scans.size());
+  return scans;
+}
+
+}  // namespace ipminmax

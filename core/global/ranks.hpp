@@ -1,0 +1,76 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "linalg/inertia.hpp"
+#include "linalg/mpi/interface.hpp"
+
+namespace ipminmax {
+
+/// Messages between the ranks of one multistart, which all have made this object. One thread only.
+class Ranks {
+ public:
+  enum class Kind : std::uint32_t {
+    Ready,        ///< to rank 0: a thread wants a start
+    Start,        ///< from rank 0: make this one
+    Result,       ///< to rank 0: of that start; the thread is ready again
+    Failure,      ///< exception of the model in that start
+    Interrupted,  ///< to rank 0: by a limit or the observer
+    Stop,         ///< from rank 0: end what runs
+    Ended,        ///< to rank 0: all threads have
+    Final,        ///< from rank 0: the answer
+    Beat          ///< alive
+  };
+  struct Message {
+    int rank = 0;
+    Kind kind{};
+    Index start = 0;
+    std::vector<char> bytes;
+  };
+
+  struct Place {
+    int rank, size;
+  };
+  /// This process among the ranks. Throws as the constructor.
+  [[nodiscard]] static Place join();
+
+  /// Throws SolverUnavailable where MPI cannot be used, or not all ranks came.
+  Ranks();
+  Ranks(const Ranks&) = delete;
+  Ranks& operator=(const Ranks&) = delete;
+
+  [[nodiscard]] int rank() const { return plugin_.rank(); }
+  [[nodiscard]] int size() const { return plugin_.size(); }
+  void send(int rank, Kind kind, Index start = 0, std::span<const char> bytes = {});
+  /// The next message that is not a beat.
+  [[nodiscard]] std::optional<Message> receive();
+  /// Once a second: tells others that this rank lives. Rank 0 tells all, the others rank 0.
+  void beat();
+  /// Seconds since a message of that rank.
+  [[nodiscard]] double silence(int rank) const;
+  /// The launcher wants an end.
+  [[nodiscard]] bool stop_requested() const { return plugin_.stop_requested(); }
+  /// That process has ended, as far as can be seen from this machine.
+  [[nodiscard]] bool gone(int rank) const { return plugin_.gone(rank); }
+  /// That rank is dead: MPI is left without waiting for it.
+  void forget(int rank) { plugin_.forget(rank); }
+  /// Waits a little; longer the more often in a row.
+  void pause();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  [[nodiscard]] bool take_next(Message& message);
+
+  const mpi::Plugin& plugin_;
+  std::uint32_t serial_;  ///< of this multistart in the process
+  std::vector<Clock::time_point> heard_;
+  Clock::time_point last_beat_;
+  int pauses_ = 0;
+};
+
+}  // namespace ipminmax

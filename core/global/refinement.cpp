@@ -1,0 +1,153 @@
+#include "core/global/refinement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <new>
+#include <utility>
+
+#include "core/global/choice.hpp"
+#include "core/global/robust_search.hpp"
+#include "core/model/norms.hpp"
+#include "core/model/structure_check.hpp"
+#include "core/robust.hpp"
+#include "core/search/random_starts.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// Maximizations over y that look for the branches that meet at a kink, unless
+/// minmax_worst_case_starts says more.
+constexpr Index kBranchSearches = 10;
+
+/// Whether indices can be followed; a solve says what is wrong with others.
+bool well_formed(const ProblemStructure& s) {
+  const std::size_t n = s.variable_players.size();
+  const std::size_t m = s.constraint_players.size();
+  const auto inside = [](Index i, std::size_t size) {
+    return i >= 0 && static_cast<std::size_t>(i) < size;
+  };
+  return s.variable_lower.size() == n && s.variable_upper.size() == n &&
+         s.constraint_lower.size() == m && s.constraint_upper.size() == m &&
+         std::ranges::all_of(s.jacobian,
+                             [&](Triplet t) { return inside(t.row, m) && inside(t.col, n); }) &&
+         std::ranges::all_of(s.hessian,
+                             [&](Triplet t) { return inside(t.row, n) && inside(t.col, n); });
+}
+
+/// Whether a search may have ended where branches of inner maxima meet.
+bool may_be_kink(Status status) {
+  using enum Status;
+  return status == NoLocalMinmaxFound || status == NotLocalMinmax || status == TinyStep ||
+         status == MaxIterations || status == LocallyInfeasible ||
+         status == InertiaCorrectionFailed || status == RestorationFailed;
+}
+
+/// Work of what came before the answer.
+void add_before(const Result& before, Result& answer) {
+  add_work(before, answer);
+  answer.over_y.solves += before.over_y.solves;
+  answer.over_y.maximizations += before.over_y.maximizations;
+}
+
+}  // namespace
+
+bool has_robust_constraints(const ProblemStructure& structure) {
+  return well_formed(structure) && !robust_constraints(structure).empty();
+}
+
+bool has_rows_for_every_y(const ProblemStructure& structure, const SolverOptions& options) {
+  return options.minmax_robust_constraints && has_robust_constraints(structure);
+}
+
+std::string epigraph_error(Problem& model, const SolverOptions& options) {
+  if (!options.minmax_epigraph && !options.minmax_epigraph_at_kinks) return {};
+  if (!well_formed(model.structure()) || !has_max_variables(model.structure())) return {};
+  bool mirrored = options.obj_scaling_factor < 0.0;
+  if (options.nlp_scaling_method == Scaling::User) {
+    UserScaling scaling;
+    if (model.user_scaling(scaling) && scaling.objective < 0.0) mirrored = !mirrored;
+  }
+  if (!mirrored) return {};
+  return std::string(options.minmax_epigraph ? "minmax_epigraph" : "minmax_epigraph_at_kinks") +
+         " cannot be used with a negative factor of the objective, by which y minimizes f";
+}
+
+Result Refinement::from(Problem& model, const std::vector<double>& v, Index start,
+                        SearchStructure& structure) const {
+  Result result;
+  try {
+    result = from_start(model, v, start, structure);
+  } catch (const std::bad_alloc&) {  // between two solves
+    budget_.stop(Status::OutOfMemory);
+    result = without_point(Status::OutOfMemory, "out of memory");
+  }
+  settle(budget_.interrupted(), result);
+  return result;
+}
+
+Result Refinement::from_start(Problem& model, const std::vector<double>& v, Index start,
+                              SearchStructure& structure) const {
+  const bool can_branch = well_formed(model.structure()) && has_max_variables(model.structure());
+  if (options_.minmax_epigraph && can_branch) return over_branches(model, v, start, false);
+  Result answer = as_asked(model, v, start, structure);
+  const bool has_point = !answer.v.empty() && all_finite(answer.v);
+  if (!options_.minmax_epigraph_at_kinks || !can_branch || !has_point ||
+      !may_be_kink(answer.status)) {
+    return answer;
+  }
+  budget_.say(start, "a kink of the worst case: the epigraph form from here");
+  // From the maxima over y where the search ended, then from where it began.
+  for (const bool anew : {false, true}) {
+    if (budget_.used_up()) {
+      answer.over_y.finished = false;
+      break;
+    }
+    Result branches =
+        anew ? over_branches(model, v, start, false) : over_branches(model, answer.v, start, true);
+    // The errors of a search over branches are those of its copies of y: only a certified answer is
+    // one.
+    const bool found = branches.over_y.finished && !branches.over_y.better_known &&
+                       branches.certificate.kind == PointKind::LocalMinmax &&
+                       better(branches, answer);
+    Result& chosen = found ? branches : answer;
+    add_before(found ? answer : branches, chosen);
+    if (found) return branches;
+  }
+  return answer;
+}
+
+Result Refinement::as_asked(Problem& model, const std::vector<double>& v, Index start,
+                            SearchStructure& structure) const {
+  if (has_rows_for_every_y(model.structure(), options_)) {
+    return RobustSearch({model, model}, options_, starts_over_y_of_rows(options_), budget_, start)
+        .run(v);
+  }
+  Restarted restarted(model, v);
+  return structure.solve(restarted, options_, budget_, budget_.observer_of(start, among_others_));
+}
+
+Result Refinement::over_branches(Problem& model, const std::vector<double>& v, Index start,
+                                 bool at_kink) const {
+  const std::unique_ptr<Problem> epigraph = make_epigraph(model);
+  const Index starts = options_.minmax_epigraph
+                           ? starts_over_y_of_objective(options_)
+                           : std::max(kBranchSearches, starts_over_y_of_objective(options_));
+  std::vector<double> own = v;
+  if (!own.empty()) {
+    double f = 0.0;
+    own.push_back(model.objective(v, true, f) && std::isfinite(f) ? f : 0.0);
+  }
+  RobustSearch search({*epigraph, model}, options_, starts, budget_, start);
+  Result answer = at_kink ? search.run_from_maxima(std::move(own)) : search.run(std::move(own));
+  const auto m = static_cast<Index>(model.structure().constraint_players.size());
+  answer.over_y.branches = static_cast<Index>(std::ranges::count_if(
+      answer.worst_cases, [&](const RobustWorstCase& found) { return found.constraint == m; }));
+  if (answer.certificate.kind == PointKind::LocalMinmax && answer.over_y.branches > 1) {
+    answer.message = "x minimizes the largest of " + std::to_string(answer.over_y.branches) +
+                     " local worst cases";
+  }
+  return answer;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,155 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "core/global/robust_search.hpp"
+#include "core/model/norms.hpp"
+#include "core/multistart.hpp"
+
+// The answer of a search for worst cases, in the shape of the model.
+namespace ipminmax {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Copies become what they copy in what the certificate is about; what the solved form has behind
+/// the asked model's n variables and m constraints is left out.
+void name_originals(const RobustCopies& copies, Index n, Index m, Certificate& certificate) {
+  const auto replace = [](std::vector<Index>& indices, Index size, const auto& original) {
+    std::vector<Index> kept;
+    for (const Index i : indices) {
+      const Index own = original(i);
+      if (own < size && std::ranges::find(kept, own) == kept.end()) kept.push_back(own);
+    }
+    indices = std::move(kept);
+  };
+  const auto variable = [&](Index i) { return copies.model_variable(i); };
+  for (CertificateReason& reason : certificate.reasons) {
+    replace(reason.variables, n, variable);
+    replace(reason.constraints, m, [&](Index j) { return copies.model_row(j); });
+  }
+  Index& least = certificate.least_curvature_variable;
+  if (least >= 0) least = variable(least) < n ? variable(least) : -1;
+}
+
+}  // namespace
+
+/// The worst case with the largest f where f is treated as a robust constraint, among equal ones
+/// that with the largest multiplier: its y is the answer to x. Empty: f is not.
+std::optional<std::size_t> RobustSearch::highest_branch(const RobustCopies& copies,
+                                                        const Result& result) const {
+  constexpr double kEqual = 1e-9;
+  const auto row_of_f = static_cast<Index>(asked_.structure().constraint_players.size());
+  std::optional<std::size_t> best;
+  double highest = -kInfinity, multiplier = 0.0;
+  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
+    const auto row = at(copies.row(k));
+    if (place_.worst_cases[k].constraint != row_of_f || row >= result.constraints.size()) continue;
+    const double f = result.constraints[row];  // f - t
+    const double margin = kEqual * std::max(1.0, std::abs(f + result.v[place_.v.size() - 1]));
+    const double own = std::abs(result.lambda[row]);
+    if (f > highest + margin || (f > highest - margin && own > multiplier)) {
+      best = k;
+      highest = f;
+      multiplier = own;
+    }
+  }
+  return best;
+}
+
+Result RobustSearch::in_asked_shape(const RobustCopies& copies, const Result& result) const {
+  const std::size_t n = place_.v.size();
+  Result own = result;
+  name_originals(copies, static_cast<Index>(asked_.structure().variable_players.size()),
+                 static_cast<Index>(asked_.structure().constraint_players.size()), own.certificate);
+  if (result.v.size() < n) return own;
+  own.lambda.resize(model_.structure().constraint_players.size());
+  std::vector<double> largest(n, -1.0);
+  const auto of_objective = highest_branch(copies, result);
+  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
+    const Index row = copies.row(k);
+    const auto constraint = at(place_.worst_cases[k].constraint);
+    const double multiplier = result.lambda[at(row)];
+    if (at(row) != constraint) own.lambda[constraint] += multiplier;
+    const double weight = k == of_objective ? kInfinity : std::abs(multiplier);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto copy = at(copies.variable(k, static_cast<Index>(i)));
+      const bool unread =
+          copies.structure().variable_lower[i] == copies.structure().variable_upper[i];
+      if (copy == i || !unread || !(weight > largest[i])) continue;
+      largest[i] = weight;
+      own.v[i] = result.v[copy];
+      own.z_lower[i] = result.z_lower[copy];
+      own.z_upper[i] = result.z_upper[copy];
+    }
+  }
+  cut(asked_.structure().variable_players.size(), asked_.structure().constraint_players.size(),
+      own);
+  std::ranges::fill(own.constraints, kNaN);
+  if (!all_finite(own.v)) return own;
+  double f = 0.0;
+  if (asked_.objective(own.v, true, f)) own.objective = f;
+  if (!own.constraints.empty()) {
+    static_cast<void>(asked_.constraints(own.v, false, own.constraints));
+  }
+  return own;
+}
+
+std::vector<RobustWorstCase> RobustSearch::list_worst_cases(const RobustCopies& copies,
+                                                            const Result& result) const {
+  std::vector<RobustWorstCase> list;
+  if (result.v.size() < place_.v.size()) return list;
+  const std::size_t n = asked_.structure().variable_players.size();
+  const std::size_t m = asked_.structure().constraint_players.size();
+  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
+    const auto row = at(copies.row(k));
+    const bool defined = row < result.constraints.size();
+    RobustWorstCase found{.constraint = place_.worst_cases[k].constraint,
+                          .v = copies.model_point(result.v, k),
+                          .value = defined ? result.constraints[row] : kNaN,
+                          .multiplier = result.lambda[row],
+                          .active = defined && copies.is_active(result, k)};
+    if (at(found.constraint) == m) found.value += found.v.back();  // f - t
+    found.v.resize(n);
+    const auto known = std::ranges::find_if(list, [&](const RobustWorstCase& other) {
+      return other.constraint == found.constraint &&
+             same_point(found.v, other.v, options_.minmax_distinct_tol);
+    });
+    if (known == list.end()) {
+      list.push_back(std::move(found));
+    } else {  // two copies have met
+      known->multiplier += found.multiplier;
+      known->active = known->active || found.active;
+    }
+  }
+  std::ranges::stable_sort(list, {}, &RobustWorstCase::constraint);
+  return list;
+}
+
+/// The answer from now on. With starts of y it is finished once it is verified.
+void RobustSearch::report(const RobustCopies& copies, const Result& result) {
+  answer_ = in_asked_shape(copies, result);
+  answer_.worst_cases = list_worst_cases(copies, result);
+  answer_.over_y = {.asked = starts_,
+                    .functions = work_.over_y.functions,
+                    .finished = starts_ == 0 || verified_,
+                    .largest_violation = violation_};
+}
+
+/// With the work of all solves and maximizations.
+Result RobustSearch::finish() {
+  answer_.iterations = work_.iterations;
+  answer_.factorizations = work_.factorizations;
+  answer_.counts = work_.counts;
+  answer_.timing = work_.timing;
+  answer_.over_y.maximizations = work_.over_y.maximizations;
+  answer_.over_y.solves = work_.over_y.solves;
+  return std::move(answer_);
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,137 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/global/robust_search.hpp"
+#include "core/multistart.hpp"
+
+// Scenarios: y that are held, added where they violate a robust constraint, until x stands up to
+// them all.
+namespace ipminmax {
+namespace {
+
+/// Rounds of solving and looking for scenarios.
+constexpr Index kMostRounds = 30;
+/// Excess over its bound, relative to its range, from which a constraint asks for another scenario.
+constexpr double kScenarioTol = 1e-3;
+/// Distance to its bound, on that scale, within which a maximum becomes a worst case of its own.
+constexpr double kNearlyActive = 1e-2;
+/// Multiplier, relative to the largest one, of a scenario from which maximizations begin.
+constexpr double kActiveScenario = 1e-3;
+/// Distance, relative to max(1, |v|), up to which a maximum is that of a scenario.
+constexpr double kSameBranch = 0.05;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+/// Solves with scenarios of y, the worst of them added in each round, until none violates much.
+bool RobustSearch::exchange() {
+  take_scenarios();
+  for (Index round = 0; round < kMostRounds; ++round) {
+    Solved solved = solve_worst_cases();
+    if (budget_.used_up()) return false;
+    if (!is_success(solved.result.status) && may_hold_idle(solved.result)) {
+      static_cast<void>(hold_idle(solved));
+    }
+    const auto& [copies, result] = solved;
+    if (!is_success(result.status)) return false;
+    keep_point(*copies, result);
+    const std::vector<RobustCopies::WorstCase> active = active_scenarios(*copies, result);
+    const std::vector<SideScan> scans = scan(without_values(active));
+    if (budget_.used_up()) return false;
+    if (!add_violated(scans, kScenarioTol, true)) {
+      release(scans);
+      add_missed(active, scans);
+      return true;
+    }
+  }
+  return false;
+}
+
+/// The scenarios that hold x where it is: local maxima are near them.
+std::vector<RobustCopies::WorstCase> RobustSearch::active_scenarios(const RobustCopies& copies,
+                                                                    const Result& result) const {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
+    largest = std::max(largest, std::abs(result.lambda[at(copies.row(k))]));
+  }
+  std::vector<RobustCopies::WorstCase> active;
+  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
+    if (std::abs(result.lambda[at(copies.row(k))]) > kActiveScenario * largest) {
+      active.push_back(place_.worst_cases[k]);
+    }
+  }
+  return active;
+}
+
+/// The y where maximizations at this x begin and end. One that Max constraints restrain begins
+/// anywhere.
+void RobustSearch::take_scenarios() {
+  const ProblemStructure& s = model_.structure();
+  const std::vector<SideScan> scans = scan(without_values(place_.worst_cases));
+  place_.worst_cases.clear();
+  for (const SideScan& side : scans) {
+    const RobustScope scope = robust_scope(s, side.constraint);
+    const bool held = !moves_with_x(s, scope);
+    if (scope.constraints.empty()) {
+      for (const auto& v : side.starts) {
+        place_.worst_cases.push_back({side.constraint, v, true, true});
+      }
+    }
+    for (const auto& found : side.maxima) {
+      place_.worst_cases.push_back({side.constraint, found.v, true, held});
+    }
+  }
+}
+
+/// The worst cases that are active or nearly so at this x, with y free again.
+void RobustSearch::release(const std::vector<SideScan>& scans) {
+  place_.worst_cases.clear();
+  for (const SideScan& side : scans) {
+    for (std::size_t k = 0; k < side.maxima.size(); ++k) {
+      if (k == 0 || side.excess(k) > -kNearlyActive) place_.worst_cases.push_back(side.maxima[k]);
+    }
+  }
+}
+
+/// Scenarios that hold x but are not on the way up to one of the maxima: one of their own is near.
+void RobustSearch::add_missed(const std::vector<RobustCopies::WorstCase>& active,
+                              const std::vector<SideScan>& scans) {
+  for (RobustCopies::WorstCase scenario : active) {
+    scenario.held = false;
+    const bool met = std::ranges::any_of(place_.worst_cases, [&](const auto& other) {
+      return other.constraint == scenario.constraint &&
+             (same_point(scenario.v, other.v, kSameBranch) || leads_to(scenario, other, scans));
+    });
+    if (!met) place_.worst_cases.push_back(std::move(scenario));
+  }
+}
+
+/// Whether the constraint rises, or does not fall, all the way from one y to another at the x of
+/// place_.v: they belong to one branch.
+bool RobustSearch::leads_to(const RobustCopies::WorstCase& from, const RobustCopies::WorstCase& to,
+                            const std::vector<SideScan>& scans) {
+  constexpr int kPoints = 20;
+  constexpr double kDip = 1e-3;  // relative to the range of values seen
+  const SideScan* side = worst_side(scans, from.constraint);
+  if (side == nullptr) return false;
+  const ProblemStructure& s = model_.structure();
+  const double sign = side->bound == s.constraint_upper[at(from.constraint)] ? 1.0 : -1.0;
+  std::vector<double> v = place_.v, g(s.constraint_players.size());
+  double highest = -std::numeric_limits<double>::infinity();
+  for (int k = 0; k <= kPoints; ++k) {
+    const double t = static_cast<double>(k) / kPoints;
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      if (s.variable_players[i] == Player::Max) v[i] = (1.0 - t) * from.v[i] + t * to.v[i];
+    }
+    if (!model_.constraints(v, true, g)) return false;
+    const double value = sign * g[at(from.constraint)];
+    if (!(value >= highest - kDip * side->scale)) return false;
+    highest = std::max(highest, value);
+  }
+  return true;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,310 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <random>
+#include <string>
+#include <utility>
+
+#include "core/global/robust_search.hpp"
+#include "core/model/model_start.hpp"
+#include "core/model/norms.hpp"
+#include "core/model/sampling.hpp"
+#include "core/search/one_start.hpp"
+#include "core/search/random_starts.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// Rounds of solving and looking for worst cases.
+constexpr Index kMostRounds = 30;
+/// Points at which the gradient of f tells which Max variables f reads, and how far they lie from
+/// the start, relative to max(1, |v|).
+constexpr int kProbes = 3;
+constexpr double kProbeRadius = 0.1;
+/// Multiplier, relative to the largest one, below which a worst case is inactive.
+constexpr double kVanishing = 1e-5;
+/// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a
+/// large one maxima at different bounds are one.
+constexpr double kMuNear = 1e-4;
+/// The same where that fails: maxima next to a bound with little slope need it smaller still.
+constexpr double kMuNearer = 1e-7;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Options of a solve that begins near its solution.
+SolverOptions near(const SolverOptions& options, double mu) {
+  SolverOptions near = options;
+  near.mu_init = std::min(options.mu_init, mu);
+  for (double* push :
+       {&near.bound_push, &near.bound_frac, &near.slack_bound_push, &near.slack_bound_frac}) {
+    *push = std::min(*push, mu);
+  }
+  near.bound_mult_init_method = BoundMultiplierInit::MuBased;
+  return near;
+}
+
+/// Which Max variables f reads, from its gradient around the start.
+std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& start) {
+  const ProblemStructure& s = model.structure();
+  std::vector<bool> reads(start.size(), false);
+  std::vector<double> v = start, gradient(start.size());
+  std::mt19937_64 random(20220411);
+  for (int probe = 0; probe < kProbes; ++probe) {
+    for (std::size_t i = 0; probe > 0 && i < v.size(); ++i) {
+      const double t = 2.0 * uniform(random) - 1.0;
+      v[i] = std::clamp(start[i] + kProbeRadius * t * std::max(1.0, std::abs(start[i])),
+                        std::min(s.variable_lower[i], start[i]),
+                        std::max(s.variable_upper[i], start[i]));
+    }
+    if (!all_finite(v) || !model.gradient(v, true, gradient)) continue;
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      if (s.variable_players[i] == Player::Max && gradient[i] != 0.0) reads[i] = true;
+    }
+  }
+  return reads;
+}
+
+}  // namespace
+
+RobustSearch::RobustSearch(RobustForm form, const SolverOptions& options, Index starts,
+                           Budget& budget, Index start)
+    : model_(form.solved),
+      asked_(form.asked),
+      options_(options),
+      starts_(starts),
+      budget_(budget),
+      start_(start),
+      observer_(budget.observer_of(start)),
+      violation_(kNaN) {}
+
+Result RobustSearch::run(std::vector<double> start) {
+  place_.moved = !start.empty();
+  place_.v = std::move(start);
+  if (!place_.moved) {
+    auto own = model_start(model_);
+    if (!own) {
+      answer_ =
+          solve_from_start(model_, options_, budget_, observer_, nullptr);  // says what is wrong
+      cut(asked_.structure().variable_players.size(), asked_.structure().constraint_players.size(),
+          answer_);
+      return std::move(answer_);
+    }
+    place_.v = std::move(*own);
+  }
+  const Place first = place_;
+  choose_copies();
+  if (solve_rounds() || starts_ == 0 || budget_.used_up()) return finish();
+  return exchange_from(first);
+}
+
+/// One branch of y alone may leave x unbounded, or end: scenarios from the first place, then the
+/// worst cases at the x that they give.
+Result RobustSearch::exchange_from(const Place& first) {
+  place_ = {first.v, std::move(place_.worst_cases), first.moved, false};
+  if (exchange()) static_cast<void>(solve_rounds());
+  return finish();
+}
+
+Result RobustSearch::run_from_maxima(std::vector<double> start) {
+  place_.moved = true;
+  place_.v = std::move(start);
+  const Place first = place_;
+  choose_copies();
+  std::vector<RobustCopies::WorstCase> own = std::move(place_.worst_cases);
+  release(scan(without_values(own)));
+  for (const auto& one : own) {
+    if (std::ranges::find(place_.worst_cases, one.constraint,
+                          &RobustCopies::WorstCase::constraint) == place_.worst_cases.end()) {
+      place_.worst_cases.push_back(one);
+    }
+  }
+  if (solve_rounds() || budget_.used_up()) return finish();
+  return exchange_from(first);
+}
+
+/// Solves with the worst cases at hand and adds violated ones until there are none. Whether the
+/// answer, that of the last solve or of the last that was checked over y, is a success.
+bool RobustSearch::solve_rounds() {
+  verified_ = false;
+  for (Index round = 0;; ++round) {
+    violation_ = kNaN;  // of the next x nothing is known yet
+    work_.over_y.functions = 0;
+    Solved solved = solve_worst_cases();
+    const bool violates = may_hold_idle(solved.result) && hold_idle(solved);
+    if (!is_success(solved.result.status)) {
+      if (!verified_) report(*solved.copies, solved.result);
+      return verified_;
+    }
+    keep_point(*solved.copies, solved.result);
+    const auto& [copies, result] = solved;
+    if (starts_ == 0) {
+      report(*copies, result);
+      answer_.over_y.better_known = violates;
+      return !violates;
+    }
+    if (!look_further(*copies, result, round)) return verified_;
+  }
+}
+
+/// With the worst cases at hand.
+RobustSearch::Solved RobustSearch::solve_worst_cases() {
+  auto copies = std::make_unique<RobustCopies>(model_, place_.worst_cases, reads_y_);
+  if (place_.moved) copies->start_at(place_.v);
+  Result result = solve_once(*copies);
+  return {std::move(copies), std::move(result)};
+}
+
+/// Checks a success over all of y. Whether another solve is to follow.
+bool RobustSearch::look_further(const RobustCopies& copies, const Result& result, Index round) {
+  std::vector<KnownWorstCase> known;
+  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
+    const auto row = at(copies.row(k));
+    known.push_back(
+        {place_.worst_cases[k], row < result.constraints.size() ? result.constraints[row] : kNaN});
+  }
+  const std::vector<SideScan> scans = scan(known);
+  const std::vector<RobustCopies::WorstCase> solved = place_.worst_cases;
+  if (add_violated(scans, options_.minmax_worst_case_tol, false)) {
+    if (round < kMostRounds && !budget_.used_up()) return true;
+    if (verified_) return false;
+    place_.worst_cases = solved;
+    report(copies, result);
+    answer_.over_y.better_known = true;
+    return false;
+  }
+  if (budget_.interrupted() || !std::ranges::all_of(scans, &SideScan::settled)) {
+    if (!verified_) report(copies, result);
+    return false;
+  }
+  const bool first = !std::exchange(verified_, true);
+  if (first || better(result, answer_)) report(copies, result);
+  // Checked over all of y, worst cases far from active only blur the certificate.
+  return first && !budget_.used_up() && drop_inactive(copies, result);
+}
+
+void RobustSearch::choose_copies() {
+  const ProblemStructure& s = model_.structure();
+  reads_y_ = read_by_objective(model_, place_.v);
+  std::vector<Index> readers(place_.v.size(), 0);
+  const std::vector<Index> rows = robust_constraints(s);
+  for (const Index row : rows) {
+    for (const Index i : robust_scope(s, row).variables) ++readers[at(i)];
+  }
+  for (const Index row : rows) {
+    const RobustScope scope = robust_scope(s, row);
+    const bool shared = std::ranges::any_of(
+        scope.variables, [&](Index i) { return reads_y_[at(i)] || readers[at(i)] > 1; });
+    place_.worst_cases.push_back({row, place_.v, shared && options_.minmax_robust_copies});
+  }
+}
+
+Result RobustSearch::solve_once(RobustCopies& copies) {
+  SolverOptions options = options_;
+  options.warm_start_init_point = false;
+  // Where worst cases are looked for, that is where to begin anew.
+  if (starts_ > 0) options.minmax_max_restarts = 0;
+  SolveObserver observer = observer_;
+  if (observer_.on_iteration) {
+    observer.on_iteration = [&](const IterationInfo& info) {
+      IterationInfo seen = info;
+      seen.v = info.v.first(asked_.structure().variable_players.size());
+      seen.result = [&] { return in_asked_shape(copies, info.result()); };
+      return observer_.on_iteration(seen);
+    };
+  }
+  const auto solve_with = [&](const SolverOptions& own) {
+    ++work_.over_y.solves;
+    Result result = solve_from_start(copies, own, budget_, observer, nullptr);
+    add_work(result, work_);
+    return result;
+  };
+  for (const double mu : {kMuNear, kMuNearer}) {
+    if (!place_.near) break;
+    Result result = solve_with(near(options, mu));
+    if (is_success(result.status) || budget_.used_up()) return result;
+  }
+  return solve_with(options);
+}
+
+/// The next solve goes on from here.
+void RobustSearch::keep_point(const RobustCopies& copies, const Result& result) {
+  place_.v.assign(result.v.begin(),
+                  result.v.begin() + static_cast<std::ptrdiff_t>(place_.v.size()));
+  place_.moved = place_.near = true;
+  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
+    place_.worst_cases[k].v = copies.model_point(result.v, k);
+  }
+}
+
+/// One more worst case of each side whose largest maximum exceeds the bound, unless it is known;
+/// scenarios (held): one of each maximum that does. Whether there were any.
+bool RobustSearch::add_violated(const std::vector<SideScan>& scans, double tolerance, bool held) {
+  bool any = false;
+  for (const SideScan& side : scans) {
+    const bool fixed = held && !moves_with_x(model_.structure(),
+                                             robust_scope(model_.structure(), side.constraint));
+    for (std::size_t k = 0; k < side.maxima.size() && (k == 0 || held); ++k) {
+      if (!(side.excess(k) > tolerance)) break;
+      const bool known = std::ranges::any_of(place_.worst_cases, [&](const auto& other) {
+        return other.constraint == side.constraint &&
+               same_point(side.maxima[k].v, other.v, options_.minmax_distinct_tol);
+      });
+      if (known) continue;
+      place_.worst_cases.push_back({side.constraint, side.maxima[k].v, true, fixed});
+      any = true;
+    }
+  }
+  return any;
+}
+
+/// Drops worst cases whose multiplier vanishes or that have met another one; each constraint keeps
+/// at least one. Whether there were any.
+bool RobustSearch::drop_inactive(const RobustCopies& copies, const Result& result) {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
+    largest = std::max(largest, std::abs(result.lambda[at(copies.row(k))]));
+  }
+  std::vector<RobustCopies::WorstCase> kept;
+  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
+    const auto& worst_case = place_.worst_cases[k];
+    const bool active = std::abs(result.lambda[at(copies.row(k))]) > kVanishing * largest;
+    const bool met = std::ranges::any_of(kept, [&](const auto& other) {
+      return other.constraint == worst_case.constraint &&
+             same_point(worst_case.v, other.v, options_.minmax_distinct_tol);
+    });
+    if ((active && !met) || !worst_case.copied) kept.push_back(worst_case);
+  }
+  for (const auto& worst_case : place_.worst_cases) {
+    if (std::ranges::find(kept, worst_case.constraint, &RobustCopies::WorstCase::constraint) ==
+        kept.end()) {
+      kept.push_back(worst_case);
+    }
+  }
+  const bool fewer = kept.size() < place_.worst_cases.size();
+  place_.worst_cases = std::move(kept);
+  return fewer;
+}
+
+std::vector<KnownWorstCase> RobustSearch::without_values(
+    const std::vector<RobustCopies::WorstCase>& worst_cases) {
+  std::vector<KnownWorstCase> known;
+  for (const auto& worst_case : worst_cases) known.push_back({worst_case});
+  return known;
+}
+
+/// At the x of place_.v; maximizations begin at the known worst cases, too.
+std::vector<SideScan> RobustSearch::scan(const std::vector<KnownWorstCase>& known) {
+  std::vector<SideScan> scans =
+      scan_robust_constraints(model_, place_.v, starts_, known,
+                              {options_, budget_, start_, asked_.structure(), work_, work_.over_y});
+  violation_ = 0.0;
+  for (const SideScan& side : scans) {
+    if (!side.maxima.empty()) violation_ = std::max(violation_, side.values[0] - side.bound);
+  }
+  return scans;
+}
+
+}  // namespace ipminmax

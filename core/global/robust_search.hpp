@@ -1,0 +1,104 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/global/over_y.hpp"
+#include "core/model/budget.hpp"
+#include "core/model/robust_copies.hpp"
+
+namespace ipminmax {
+
+/// A model in the form in which it is solved and as it was asked for: the same, or its epigraph
+/// form, which has one more variable and one more row, both last.
+struct RobustForm {
+  Problem& solved;
+  Problem& asked;
+};
+
+/// The search for worst cases around a list of solves, from one start of x.
+class RobustSearch {
+ public:
+  /// starts: maximizations over y per side of a robust constraint; 0: worst cases are not looked
+  /// for. Told in the name of start `start` of x.
+  RobustSearch(RobustForm form, const SolverOptions& options, Index starts, Budget& budget,
+               Index start);
+
+  /// start: n values of the solved form; empty: the model's. The y of the start is the first worst
+  /// case.
+  [[nodiscard]] Result run(std::vector<double> start);
+  /// Begins with the maxima over y at the x of start.
+  [[nodiscard]] Result run_from_maxima(std::vector<double> start);
+
+ private:
+  /// Where the next solve begins.
+  struct Place {
+    std::vector<double> v;
+    std::vector<RobustCopies::WorstCase> worst_cases{};
+    bool moved = false;  ///< v is no longer the model's
+    bool near = false;   ///< v is the answer of a solve
+  };
+  /// The problem of a list of worst cases, and its answer.
+  struct Solved {
+    std::unique_ptr<RobustCopies> copies;
+    Result result;
+  };
+  [[nodiscard]] Result exchange_from(const Place& first);
+  void choose_copies();
+  [[nodiscard]] bool solve_rounds();
+  [[nodiscard]] Solved solve_worst_cases();
+  [[nodiscard]] Result solve_once(RobustCopies& copies);
+  void keep_point(const RobustCopies& copies, const Result& result);
+  [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
+  [[nodiscard]] bool add_violated(const std::vector<SideScan>& scans, double tolerance, bool held);
+  [[nodiscard]] bool drop_inactive(const RobustCopies& copies, const Result& result);
+  [[nodiscard]] std::vector<SideScan> scan(const std::vector<KnownWorstCase>& known);
+  [[nodiscard]] static std::vector<KnownWorstCase> without_values(
+      const std::vector<RobustCopies::WorstCase>& worst_cases);
+
+  // Copies on which x does not rest; robust_idle.cpp.
+  [[nodiscard]] bool may_hold_idle(const Result& result) const;
+  [[nodiscard]] bool hold_idle(Solved& solved);
+  [[nodiscard]] std::vector<std::size_t> idle_worst_cases(const Solved& solved) const;
+  [[nodiscard]] bool hold_or_move(const std::vector<std::size_t>& idle,
+                                  const std::vector<SideScan>& scans);
+  [[nodiscard]] bool is_violated(const std::vector<SideScan>& scans) const;
+
+  // Scenarios; robust_scenarios.cpp.
+  [[nodiscard]] bool exchange();
+  void take_scenarios();
+  [[nodiscard]] std::vector<RobustCopies::WorstCase> active_scenarios(const RobustCopies& copies,
+                                                                      const Result& result) const;
+  void release(const std::vector<SideScan>& scans);
+  void add_missed(const std::vector<RobustCopies::WorstCase>& active,
+                  const std::vector<SideScan>& scans);
+  [[nodiscard]] bool leads_to(const RobustCopies::WorstCase& from,
+                              const RobustCopies::WorstCase& to,
+                              const std::vector<SideScan>& scans);
+
+  // The answer; robust_answer.cpp.
+  void report(const RobustCopies& copies, const Result& result);
+  [[nodiscard]] std::optional<std::size_t> highest_branch(const RobustCopies& copies,
+                                                          const Result& result) const;
+  [[nodiscard]] Result in_asked_shape(const RobustCopies& copies, const Result& result) const;
+  [[nodiscard]] std::vector<RobustWorstCase> list_worst_cases(const RobustCopies& copies,
+                                                              const Result& result) const;
+  [[nodiscard]] Result finish();
+
+  Problem& model_;  ///< in the form that is solved
+  Problem& asked_;
+  const SolverOptions& options_;
+  Index starts_;
+  Budget& budget_;
+  Index start_;
+  SolveObserver observer_;
+  Place place_;
+  std::vector<bool> reads_y_;
+  bool verified_ = false;  ///< the answer was checked over all of y
+  double violation_;       ///< largest of the last scan; NaN: none was made
+  Result answer_;
+  Result work_;  ///< of all solves and maximizations
+};
+
+}  // namespace ipminmax

@@ -1,0 +1,178 @@
+#include <memory>
+#include <stdexcept>
+#include <utility>
+
+#include "core/answer.hpp"
+#include "core/global/refinement.hpp"
+#include "core/global/starts.hpp"
+#include "core/robust.hpp"
+#include "core/search/kept_work.hpp"
+#include "core/solver.hpp"
+
+// The door: every call makes one budget, and all that is solved behind it is given that one.
+namespace ipminmax {
+namespace {
+
+void set_seconds(const Budget& budget, Result& result) {
+  result.seconds = result.timing.total = budget.stopwatch().wall();
+  result.cpu_seconds = budget.stopwatch().cpu();
+}
+
+/// One solve is all that is asked for.
+bool is_plain(const ProblemStructure& structure, const SolverOptions& options) {
+  return options.minmax_starts <= 1 && options.minmax_worst_case_starts <= 0 &&
+         !options.minmax_epigraph && !options.minmax_epigraph_at_kinks &&
+         !has_rows_for_every_y(structure, options);
+}
+
+/// What is wrong with what was asked for; empty: nothing that the door sees.
+std::string error_of(Problem& problem, const SolverOptions& options) {
+  if (auto error = check(options); !error.empty()) return error;
+  return epigraph_error(problem, options);
+}
+
+Answer refused(std::string error) {
+  Answer answer;
+  answer.best = without_point(Status::InvalidOption, std::move(error));
+  answer.statuses = {{Status::InvalidOption, 1}};
+  answer.starts = 1;
+  return answer;
+}
+
+/// One start for every model after the first.
+std::vector<std::unique_ptr<Problem>> make_models(const ProblemFactory& make_problem, int count) {
+  std::vector<std::unique_ptr<Problem>> models;
+  for (int k = 0; k < count; ++k) {
+    models.push_back(make_problem());
+    if (!models.back()) throw std::invalid_argument("the factory of a multistart made no problem");
+  }
+  return models;
+}
+
+/// ranks: null, or the others that share the starts.
+Answer run_on(const std::vector<std::unique_ptr<Problem>>& owned, Problem* own, Ranks* ranks,
+              const SolverOptions& options, const MultistartObserver& observer,
+              const std::vector<std::vector<double>>& given) {
+  std::vector<Problem*> models;
+  if (own != nullptr) models.push_back(own);
+  for (const auto& model : owned) models.push_back(model.get());
+  if (auto error = error_of(*models.front(), options); !error.empty()) return refused(error);
+  Budget budget(options, {observer.on_iteration, observer.on_result, observer.message});
+  Starts starts(models, options, budget, given);
+  Answer answer = ranks != nullptr ? starts.run(*ranks) : starts.run();
+  set_seconds(budget, answer.best);
+  return answer;
+}
+
+/// As one observer of a solve hears the starts. He outlives the budget: one word each.
+Listener listener_of(const SolveObserver& observer) {
+  Listener listener;
+  if (observer.on_iteration) {
+    listener.on_iteration = [&observer](Index, const IterationInfo& info) {
+      return observer.on_iteration(info);
+    };
+  }
+  if (observer.message) {
+    listener.message = [&observer](Index, std::string_view text) { observer.message(text); };
+  }
+  return listener;
+}
+
+Answer run_for(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
+  Listener listener = listener_of(observer);
+  return run(problem, options, {std::move(listener.on_iteration), {}, std::move(listener.message)});
+}
+
+Result solve_keeping(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
+                     KeptWork* kept) {
+  if (!is_plain(problem.structure(), options)) {
+    return run_for(problem, options, observer).best;
+  }
+  Budget budget(options, listener_of(observer));
+  return solve_from_start(problem, options, budget, budget.observer_of(0), kept);
+}
+
+}  // namespace
+
+Answer run(Problem& problem, const SolverOptions& options, const MultistartObserver& observer,
+           const std::vector<std::vector<double>>& given) {
+  return run_on({}, &problem, nullptr, options, observer, given);
+}
+
+Result solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
+  return solve_keeping(problem, options, observer, nullptr);
+}
+
+Result solve(Problem& problem, const SolverOptions& options,
+             const IterationCallback& on_iteration) {
+  return solve(problem, options, SolveObserver{.on_iteration = on_iteration, .message = {}});
+}
+
+RepeatedSolver::RepeatedSolver() = default;
+RepeatedSolver::~RepeatedSolver() = default;
+RepeatedSolver::RepeatedSolver(RepeatedSolver&&) noexcept = default;
+RepeatedSolver& RepeatedSolver::operator=(RepeatedSolver&&) noexcept = default;
+
+Result RepeatedSolver::solve(Problem& problem, const SolverOptions& options,
+                             const SolveObserver& observer) {
+  // Taken out, so that an exception of the model leaves nothing half made.
+  std::unique_ptr<KeptWork> kept = std::move(kept_);
+  if (!kept) kept = std::make_unique<KeptWork>();
+  Result result = solve_keeping(problem, options, observer, kept.get());
+  if (result.status != Status::OutOfMemory) kept_ = std::move(kept);
+  return result;
+}
+
+void RepeatedSolver::solve(Problem& problem, const SolverOptions& options,
+                           const SolveObserver& observer, Result& result) {
+  if (!kept_) kept_ = std::make_unique<KeptWork>();
+  kept_->arrays.result.take_from(result);
+  result = solve(problem, options, observer);
+}
+
+void RepeatedSolver::reset() { kept_.reset(); }
+
+MultistartResult multistart(Problem& problem, const SolverOptions& options,
+                            const MultistartObserver& observer,
+                            const std::vector<std::vector<double>>& given) {
+  return run(problem, options, observer, given);
+}
+
+MultistartResult multistart(const ProblemFactory& make_problem, int threads,
+                            const SolverOptions& options, const MultistartObserver& observer,
+                            const std::vector<std::vector<double>>& given) {
+  const int starts = std::max(options.minmax_starts, static_cast<int>(given.size()) + 1);
+  return run_on(make_models(make_problem, std::clamp(threads, 1, std::max(starts - 1, 1))), nullptr,
+                nullptr, options, observer, given);
+}
+
+MultistartResult multistart_over_ranks(const ProblemFactory& make_problem, int threads,
+                                       const SolverOptions& options,
+                                       const MultistartObserver& observer,
+                                       const std::vector<std::vector<double>>& given) {
+  Ranks ranks;
+  return run_on(make_models(make_problem, std::max(threads, 1)), nullptr, &ranks, options, observer,
+                given);
+}
+
+StartsRank join_ranks_for_starts() {
+  const auto [rank, size] = Ranks::join();
+  return {rank, size};
+}
+
+RobustResult solve_robust(Problem& model, const SolverOptions& options,
+                          const SolveObserver& observer) {
+  Answer answer = run_for(model, options, observer);
+  const SearchOverY& y = answer.best.over_y;
+  return {.result = answer.best,
+          .worst_cases = answer.best.worst_cases,
+          .solves = y.solves,
+          .maximizations = y.maximizations,
+          .largest_violation = y.largest_violation,
+          .branches = y.branches,
+          .starts = answer.starts,
+          .best_start = answer.best_start,
+          .points = std::move(answer.points)};
+}
+
+}  // namespace ipminmax

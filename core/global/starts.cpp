@@ -1,0 +1,247 @@
+#include "core/global/starts.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <system_error>
+#include <thread>
+#include <tuple>
+
+#include "core/global/refinement.hpp"
+#include "core/global/result_bytes.hpp"
+#include "core/model/structure_check.hpp"
+#include "core/search/outcome.hpp"
+#include "core/search/random_starts.hpp"
+#include "core/search/restart.hpp"
+
+namespace ipminmax {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// No other starting point can change such an end.
+bool is_final(Status status) {
+  return status == Status::InvalidProblem || status == Status::InvalidOption ||
+         status == Status::TooFewDegreesOfFreedom;
+}
+
+bool has_free_min_variable(const ProblemStructure& s) {
+  for (std::size_t i = 0; i < s.variable_players.size(); ++i) {
+    if (s.variable_players[i] == Player::Min &&
+        !(i < s.variable_lower.size() && i < s.variable_upper.size() &&
+          s.variable_lower[i] == s.variable_upper[i])) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+Starts::Starts(const std::vector<Problem*>& models, const SolverOptions& options, Budget& budget,
+               const std::vector<std::vector<double>>& given)
+    : options_(options), budget_(budget), given_(given) {
+  for (Problem* model : models) workers_.push_back({model});
+}
+
+void Starts::prepare() {
+  check_given();
+  last_ = std::max(options_.minmax_starts - 1, static_cast<Index>(given_.size()));
+  asked_ = last_ + 1;
+  maximization_ = !has_free_min_variable(workers_.front().model->structure());
+}
+
+Answer Starts::run() {
+  prepare();
+  run_start(workers_.front(), 0);
+  if (!exception_ && last_ > 0) {
+    const Status first = outcomes_.statuses().begin()->first;
+    if (!is_final(first)) {
+      if (model_start_.empty()) read_model_start();
+      start_after_the_first();
+      if (search_failed(first)) begin_anew_if_uncertified();
+    }
+  }
+  if (exception_) std::rethrow_exception(exception_);
+  return collect();
+}
+
+void Starts::check_given() const {
+  const std::size_t n = workers_.front().model->structure().variable_players.size();
+  for (std::size_t k = 0; k < given_.size(); ++k) {
+    if (given_[k].size() == n) continue;
+    throw std::invalid_argument("given starting point " + std::to_string(k) + " has " +
+                                std::to_string(given_[k].size()) + " values for " +
+                                std::to_string(n) + " variables");
+  }
+}
+
+void Starts::read_model_start() {
+  model_start_ = starting_values(*workers_.front().model);
+  // Where the model has none, start 0 fails and there is no other.
+  if (model_start_.empty()) {
+    model_start_.resize(workers_.front().model->structure().variable_players.size());
+  }
+}
+
+void Starts::start_after_the_first() {
+  queue_.put(1, last_);
+  // Factorizations are counted when a solve has ended: only one at a time keeps to their number.
+  const std::size_t most = budget_.factorizations_left() ? 1 : workers_.size();
+  {
+    std::vector<std::jthread> threads;  // joined when they go out of scope
+    for (std::size_t t = 1; t < most && static_cast<Index>(t) < last_; ++t) {
+      try {
+        threads.emplace_back([this, t] { work(workers_[t]); });
+      } catch (const std::system_error&) {
+        break;  // no more threads to be had: go on with those there are
+      }
+    }
+    work(workers_.front());
+  }
+  wait_for_others();
+}
+
+void Starts::work(Worker& worker) {
+  while (const auto start = queue_.take()) {
+    if (budget_.used_up()) {
+      queue_.close();
+      return;
+    }
+    run_start(worker, *start);
+  }
+}
+
+void Starts::run_start(Worker& worker, Index start) {
+  if (start == 0) {
+    SolverOptions options = options_;
+    if (last_ > 0) options.minmax_max_restarts = 0;  // the other starts are chosen here
+    run_start(worker, 0, {}, options);
+    return;
+  }
+  const auto g = at(start) - 1;
+  run_start(worker, start,
+            g < given_.size()
+                ? given_[g]
+                : random_start(worker.model->structure(), model_start_, start, options_),
+            one_cold_search());
+}
+
+/// Of a start other than the model's.
+SolverOptions Starts::one_cold_search() const {
+  SolverOptions options = options_;
+  options.warm_start_init_point = false;
+  options.minmax_max_restarts = 0;
+  return options;
+}
+
+/// As a single solve does, which is not to find more than many starts.
+void Starts::begin_anew_if_uncertified() {
+  if (exception_ || outcomes_.has_certified() || !makes_new_starts(options_)) return;
+  if (options_.minmax_epigraph) return;  // which makes no new starts
+  if (!has_max_variables(workers_.front().model->structure()) || budget_.used_up()) return;
+  run_start(workers_.front(), ++last_, {}, options_);
+}
+
+/// v: n values, or empty for the model's own start.
+void Starts::run_start(Worker& worker, Index start, const std::vector<double>& v,
+                       const SolverOptions& options) {
+  try {
+    detect(worker, start);
+    const Refinement refinement(options, budget_, workers_.size() > 1 || !is_first_rank_);
+    Restarted model(*worker.model, {});  // which keeps its start
+    record(start, refinement.from(model, v, start, worker.structure));
+    if (start == 0) model_start_ = model.model_start();
+  } catch (...) {
+    note_exception(start, std::current_exception());
+  }
+}
+
+/// The model's calls count once, whatever the number of threads.
+void Starts::detect(Worker& worker, Index start) {
+  if (std::exchange(worker.detected, true)) return;
+  const Counts counts = worker.structure.detect(*worker.model, options_);
+  if (start > 0) return;
+  const std::lock_guard lock(mutex_);
+  outcomes_.add_work(counts);
+}
+
+void Starts::note_exception(Index start, std::exception_ptr exception) {
+  const std::lock_guard lock(mutex_);
+  if (!exception_ || start < thrown_by_) exception_ = std::move(exception);
+  thrown_by_ = std::min(thrown_by_, start);
+  budget_.end_after(start);
+  queue_.close();
+}
+
+void Starts::record(Index start, Result&& result) {
+  const std::lock_guard lock(mutex_);
+  // A start that was taken over from a rank that was only slow comes twice.
+  if (!recorded_.insert(start).second) return;
+  if (!is_first_rank_) {
+    outbox_.push_back({0, Ranks::Kind::Result, start, to_bytes(result)});
+    return;
+  }
+  const bool cut = budget_.interrupted() && !is_success(result.status) &&
+                   (stopped_from_outside(result.status) || result.status == Status::MaxIterations);
+  if (start < asked_ && !cut) ++ended_;
+  if (static_cast<Index>(recorded_.size()) > last_) queue_.close();
+  budget_.tell(start, result);
+  outcomes_.add(start, std::move(result));
+}
+
+Answer Starts::collect() {
+  Answer answer;
+  add_certified(answer.points);
+  check_worst_cases(answer);
+  if (answer.points.empty()) choose_uncertified(answer);
+  choose_best(answer);
+  return answer;
+}
+
+bool Starts::with_branches() const {
+  return options_.minmax_epigraph || options_.minmax_epigraph_at_kinks;
+}
+
+void Starts::add_certified(std::vector<DistinctPoint>& points) {
+  const ProblemStructure& structure = workers_.front().model->structure();
+  const bool by_x =
+      (with_branches() || has_rows_for_every_y(structure, options_)) && !maximization_;
+  for (auto& [start, result] : outcomes_.take_certified()) {
+    add_distinct(structure, by_x, options_.minmax_distinct_tol, start, std::move(result), points);
+  }
+}
+
+void Starts::choose_best(Answer& answer) {
+  std::vector<DistinctPoint>& points = answer.points;
+  const auto rank = [this](const DistinctPoint& point) {
+    Rank own = rank_of(point.result);
+    if (maximization_ && std::get<0>(own) == 1) std::get<2>(own) *= -1.0;
+    return std::tuple(own, point.first_start);
+  };
+  std::ranges::sort(points, {}, rank);
+  for (const auto& [status, count] : outcomes_.statuses()) {
+    answer.statuses.emplace_back(status, count);
+    answer.starts += count;
+  }
+  if (!points.empty()) {
+    answer.best_start = points.front().first_start;
+    answer.best = points.front().result;
+  }
+  Result& best = answer.best;
+  best.over_x = {.asked = asked_, .made = std::min(asked_, ended_)};
+  look_for_worse(answer);
+  const auto why = budget_.interrupted();
+  if (why && (best.over_x.made < asked_ || *why == Status::UserStop)) answer.interrupted = why;
+  // The start that was to meet it was cut short.
+  if (why && best.status == Status::WorstCaseNotMet) best.over_y.finished = false;
+  settle(why, best);
+  if (why && !interrupted_by_.empty()) best.message = interrupted_by_;
+  best.iterations = outcomes_.work().iterations;
+  best.factorizations = outcomes_.work().factorizations;
+  best.counts = outcomes_.work().counts;
+  best.timing = outcomes_.work().timing;
+  best.over_y.solves = outcomes_.work().over_y.solves;
+  best.over_y.maximizations = outcomes_.work().over_y.maximizations;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,144 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iomanip>
+#include <limits>
+#include <sstream>
+#include <string>
+
+#include "core/answer.hpp"
+#include "core/worst_case.hpp"
+
+// What a result says, in words: written here alone.
+namespace ipminmax {
+namespace {
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.8g", value);
+  return text;
+}
+
+constexpr const char* kOverBranches =
+    "; minmax_epigraph yes, with minmax_worst_case_starts, minimizes over the branches of y";
+
+/// "(a, b, c, ...)"
+std::string list(const std::vector<double>& values, std::size_t most) {
+  std::string text = "(";
+  for (std::size_t i = 0; i < std::min(most, values.size()); ++i) {
+    text += (i > 0 ? ", " : "") + number(values[i]);
+  }
+  return text + (values.size() > most ? ", ...)" : ")");
+}
+
+}  // namespace
+
+std::string describe_worst_case(const Result& result) {
+  constexpr std::size_t kMostEntries = 6;
+  const WorstCase& found = result.worst_case;
+  if (found.starts == 0 && !found.higher) return {};
+  if (found.starts == 0) {
+    return "value " + number(result.objective) +
+           " is a local worst case only: the y of another start, y = " +
+           list(found.y, kMostEntries) + ", gives " + number(found.value) +
+           " at this x; minmax_worst_case_starts N maximizes over y" + kOverBranches;
+  }
+  const std::string searched = " in " + std::to_string(found.starts) + " maximization" +
+                               (found.starts == 1 ? "" : "s") + " over y";
+  std::string text;
+  if (found.unbounded) {
+    text = "at this x the maximization over y is unbounded, seen" + searched;
+  } else if (found.higher) {
+    text = "value " + number(result.objective) +
+           " is a local worst case only: another y, y = " + list(found.y, kMostEntries) +
+           ", gives " + number(found.value) + " at this x (largest" + searched + ")";
+  } else if (found.stated_concave) {
+    text = found.v.empty() ? "no maximum over y was found at this x"
+                           : "f is concave in y, so the model says: no other y can be worse";
+  } else if (found.single_branch) {
+    text = "one maximum over y at this x" + searched +
+           ", with K_yy of the right inertia at every iterate: f looks concave in y here";
+  } else if (found.v.empty()) {
+    text = "no maximum over y was found at this x" + searched;
+  } else {
+    text = "no higher maximum over y was found at this x" + searched + " (" +
+           std::to_string(found.maxima) + " distinct)";
+  }
+  if (found.unbounded) return text;
+  if (found.branches.size() > 1) {
+    text += "; values at the maxima: " + list(found.branches, kMostEntries);
+  }
+  if (found.competing > 1) {
+    text += "; " + std::to_string(found.competing) +
+            " of them share the largest: the worst case may have a kink at this x, where "
+            "minmax_epigraph yes goes on";
+  } else if (found.higher) {
+    text += kOverBranches;
+  }
+  return text;
+}
+
+namespace {
+
+std::string count(Index number, const char* what) {
+  return std::to_string(number) + " " + what + (number == 1 ? "" : "s");
+}
+
+std::string what_it_is(const Result& result) {
+  const Certificate& c = result.certificate;
+  std::string text(name_of(c.kind));
+  if (c.kind == PointKind::FirstOrderPoint) {
+    text += ", second-order test " + std::string(name_of(c.second_order));
+  }
+  if (result.over_y.branches > 1 && c.kind == PointKind::LocalMinmax) {
+    text += ": x minimizes the largest of " + count(result.over_y.branches, "local worst case");
+  }
+  return text;
+}
+
+std::string looked_over_y(const Result& result) {
+  const SearchOverY& y = result.over_y;
+  const std::string of_objective = describe_worst_case(result);
+  if (y.functions == 0 && of_objective.empty()) {
+    return y.finished ? "no other y was looked at (minmax_worst_case_starts)"
+                      : "cut short before any y was looked at";
+  }
+  std::string text;
+  if (std::isfinite(y.largest_violation)) {
+    const Index rows = y.functions - (result.worst_case.starts > 0 ? 1 : 0);
+    text = count(rows, "bounded side") + " of robust constraints maximized from " +
+           count(y.asked, "start") + " each; largest violation " + number(y.largest_violation);
+  }
+  if (!of_objective.empty()) text += (text.empty() ? "" : "; ") + of_objective;
+  return text + (y.finished ? "" : "; cut short, or a function could not be maximized");
+}
+
+}  // namespace
+
+std::array<std::string, 4> statements(const Result& result) {
+  const SearchOverX& x = result.over_x;
+  return {result.message.empty() ? std::string(name_of(result.status)) : result.message,
+          what_it_is(result), looked_over_y(result),
+          x.made == x.asked
+              ? count(x.made, "start")
+              : std::to_string(x.made) + " of " + std::to_string(x.asked) + " starts"};
+}
+
+std::string points_as_csv(const MultistartResult& result) {
+  std::ostringstream text;
+  text << std::setprecision(std::numeric_limits<double>::max_digits10)
+       << "rank,value,found,first_start,margin,status";
+  const std::size_t n = result.points.empty() ? 0 : result.points.front().result.v.size();
+  for (std::size_t i = 0; i < n; ++i) text << ",v_" << i;
+  text << '\n';
+  for (std::size_t k = 0; k < result.points.size(); ++k) {
+    const DistinctPoint& point = result.points[k];
+    text << k + 1 << ',' << point.result.objective << ',' << point.found << ',' << point.first_start
+         << ',' << point.result.certificate.margin << ',' << name_of(point.result.status);
+    for (const double value : point.result.v) text << ',' << value;
+    text << '\n';
+  }
+  return text.str();
+}
+
+}  // namespace ipminmax

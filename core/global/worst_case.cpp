@@ -1,0 +1,125 @@
+#include "core/worst_case.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "core/global/choice.hpp"
+#include "core/global/over_y.hpp"
+#include "core/model/norms.hpp"
+#include "core/model/structure_check.hpp"
+
+namespace ipminmax {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+void check_point(const ProblemStructure& structure, std::span<const double> v) {
+  if (v.size() != structure.variable_players.size()) {
+    throw std::invalid_argument("the point of a worst-case check has " + std::to_string(v.size()) +
+                                " values for " + std::to_string(structure.variable_players.size()) +
+                                " variables");
+  }
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    if (std::isfinite(v[i])) continue;
+    throw std::invalid_argument("variable " + std::to_string(i) +
+                                " of a worst-case check's point is not finite");
+  }
+}
+
+/// What the maximizations say of f at a point with the value `here`.
+WorstCase summary(Problem& problem, const std::vector<double>& v, double here,
+                  const MaximaOverY& maxima, const SolverOptions& options) {
+  constexpr std::size_t kMostBranches = 10;
+  WorstCase found;
+  found.starts = maxima.made;
+  found.unbounded = maxima.unbounded;
+  found.single_branch = maxima.single_branch;
+  found.stated_concave = options.minmax_concave_in_y;
+  found.maxima =
+      static_cast<Index>(std::ranges::count_if(maxima.maxima, &WorstCaseMaximum::certified));
+  if (maxima.maxima.empty()) {
+    found.higher = found.unbounded;
+    return found;
+  }
+  const ProblemStructure& structure = problem.structure();
+  found.value = maxima.maxima.front().value;
+  found.v = maxima.maxima.front().v;
+  for (std::size_t i = 0; i < found.v.size(); ++i) {
+    if (structure.variable_players[i] == Player::Max) found.y.push_back(found.v[i]);
+  }
+  for (std::size_t k = 0; k < std::min(kMostBranches, maxima.maxima.size()); ++k) {
+    found.branches.push_back(maxima.maxima[k].value);
+  }
+  // Of values at maxima; on the way, far from Y, f may be larger by far.
+  const double last = maxima.maxima.back().value;
+  double clear = clear_difference(std::isfinite(here) ? std::min(last, here) : last, found.value,
+                                  maxima.range(), options.tol);
+  if (found.value - here > clear && std::isfinite(here)) {
+    clear = std::max(clear, uncertain_difference(problem, v, found.v, options.tol));
+  }
+  found.higher = found.unbounded || found.value - here > clear;
+  for (const WorstCaseMaximum& maximum : maxima.maxima) {
+    if (found.value - maximum.value <= clear) ++found.competing;
+  }
+  return found;
+}
+
+Listener listener_of(const MultistartObserver& observer) {
+  return {observer.on_iteration, observer.on_result, observer.message};
+}
+
+}  // namespace
+
+void look_for_worst_case(Problem& problem, Index starts,
+                         const std::vector<std::vector<double>>& given,
+                         const MaximizationContext& context, Result& result) {
+  const MaximaOverY maxima = maximize_objective(problem, result.v, starts, given, context);
+  result.worst_case = summary(problem, result.v, result.objective, maxima, context.options);
+  SearchOverY& y = result.over_y;
+  y.asked = starts;
+  y.functions += 1;
+  y.finished = y.finished && maxima.finished && maxima.maximized;
+  y.better_known = y.better_known || result.worst_case.higher;
+}
+
+WorstCaseCheck check_worst_case(Problem& problem, std::span<const double> v,
+                                const SolverOptions& options, Index starts,
+                                const std::vector<std::vector<double>>& given,
+                                const MultistartObserver& observer) {
+  check_point(problem.structure(), v);
+  WorstCaseCheck check;
+  if (!has_max_variables(problem.structure())) return check;
+  double here = -kInfinity;
+  if (!problem.objective(v, true, here) || std::isnan(here)) here = -kInfinity;
+  Budget budget(options, listener_of(observer));
+  Result work;
+  MaximaOverY maxima =
+      maximize_objective(problem, v, std::max<Index>(1, starts), given,
+                         {options, budget, 0, problem.structure(), work, work.over_y});
+  check.interrupted = budget.interrupted();
+  check.found = summary(problem, {v.begin(), v.end()}, here, maxima, options);
+  check.maxima = std::move(maxima.maxima);
+  return check;
+}
+
+void add_worst_case(Problem& problem, const SolverOptions& options, Result& result,
+                    const MultistartObserver& observer) {
+  const Index starts = starts_over_y_of_objective(options);
+  // A negative factor of the objective makes the inner player minimize: no maxima to look for.
+  if (starts == 0 || result.v.empty() || result.objective_scale < 0.0 || !all_finite(result.v) ||
+      !has_max_variables(problem.structure())) {
+    return;
+  }
+  Budget budget(options, listener_of(observer));
+  Result work;
+  look_for_worst_case(problem, starts, {},
+                      {options, budget, 0, problem.structure(), work, work.over_y}, result);
+  result.over_y.maximizations += work.over_y.maximizations;
+  settle(budget.interrupted(), result);
+}
+
+}  // namespace ipminmax

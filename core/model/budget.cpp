@@ -1,0 +1,83 @@
+#include "core/model/budget.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace ipminmax {
+
+Budget::Budget(const SolverOptions& options, Listener listener)
+    : max_cpu_(options.max_cpu_time),
+      max_wall_(options.max_wall_time),
+      allowed_(options.minmax_max_factorizations),
+      listener_(std::move(listener)) {}
+
+void Budget::stop(Status why) noexcept {
+  int none = -1;
+  stopped_.compare_exchange_strong(none, static_cast<int>(why));
+}
+
+std::optional<Status> Budget::interrupted() noexcept {
+  // Clocks cost more than a factorization of a tiny system: only those with a limit are read.
+  constexpr double kNone = 1e19;
+  if (stopped_ < 0 && max_cpu_ < kNone && stopwatch_.cpu() > max_cpu_) stop(Status::MaxCpuTime);
+  if (stopped_ < 0 && max_wall_ < kNone && stopwatch_.wall() > max_wall_) {
+    stop(Status::MaxWallTime);
+  }
+  const int why = stopped_;
+  return why < 0 ? std::nullopt : std::optional(static_cast<Status>(why));
+}
+
+std::optional<Status> Budget::used_up() noexcept {
+  if (const auto why = interrupted()) return why;
+  // A solve keeps two factorizations for its test: with fewer it makes no step.
+  constexpr Index kFewest = 3;
+  if (allowed_ > 0 && allowed_ - spent_ < kFewest) stop(Status::MaxIterations);
+  return interrupted();
+}
+
+std::optional<Index> Budget::factorizations_left() const {
+  if (allowed_ <= 0) return std::nullopt;
+  return std::max<Index>(0, allowed_ - spent_);
+}
+
+void Budget::end_after(Index start) noexcept {
+  Index last = last_start_;
+  while (start < last && !last_start_.compare_exchange_weak(last, start)) {
+  }
+}
+
+bool Budget::tell(Index start, const IterationInfo& info) {
+  const auto ended = [&] { return stopped_ >= 0 || start > last_start_; };
+  if (!listener_.on_iteration) return !ended();
+  const std::lock_guard lock(listening_);
+  if (ended()) return false;
+  if (listener_.on_iteration(start, info)) return true;
+  stop(Status::UserStop);
+  return false;
+}
+
+void Budget::tell(Index start, const Result& result) {
+  if (!listener_.on_result) return;
+  const std::lock_guard lock(listening_);
+  listener_.on_result(start, result);
+}
+
+void Budget::say(Index start, std::string_view text) {
+  if (!listener_.message) return;
+  const std::lock_guard lock(listening_);
+  listener_.message(start, text);
+}
+
+SolveObserver Budget::observer_of(Index start, bool among_others) {
+  SolveObserver observer;
+  // Two words each: no std::function allocates for them.
+  if (listener_.on_iteration || among_others) {
+    observer.on_iteration = [this, start](const IterationInfo& info) { return tell(start, info); };
+  }
+  if (listener_.message) {
+    observer.message = [this, start](std::string_view text) { say(start, text); };
+  }
+  return observer;
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,213 @@
+#include <Eigen/Core>
+#include <algorithm>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/model/finite_difference_hessian.hpp"
+#include "core/model/structure_check.hpp"
+#include "core/search/diagnosis.hpp"
+#include "core/search/one_start.hpp"
+#include "core/search/outcome.hpp"
+#include "core/search/random_starts.hpp"
+#include "core/search/restart.hpp"
+#include "core/search/solve.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// Tables that are made on first use are made when the library is loaded: a child that is forked
+/// while another thread is at it would wait for them for ever.
+[[maybe_unused]] const bool tables_are_made = [] {
+  static_cast<void>(option_table());
+  static_cast<void>(Eigen::l1CacheSize());
+  return true;
+}();
+
+void set_seconds(const Stopwatch& stopwatch, Result& result) {
+  result.seconds = result.timing.total = stopwatch.wall();
+  result.cpu_seconds = stopwatch.cpu();
+}
+
+/// Whether variables with equal bounds are taken out and may be kept instead.
+bool may_keep_fixed_variables(const ProblemStructure& s, const SolverOptions& options) {
+  const auto treatment = options.fixed_variable_treatment;
+  const bool takes_out = treatment == FixedVariableTreatment::MakeParameter ||
+                         treatment == FixedVariableTreatment::MakeParameterNodual;
+  if (!takes_out || !(options.bound_relax_factor > 0.0)) return false;
+  for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
+    if (s.variable_lower[i] == s.variable_upper[i]) return true;
+  }
+  return false;
+}
+
+/// Where too few degrees of freedom are left without the fixed variables, their bounds are moved
+/// apart, as in Ipopt.
+Result solve_as_given(Problem& problem, const SolverOptions& options, Budget& budget,
+                      const SolveObserver& observer, KeptWork* kept) {
+  Result refused = Solve(problem, options, budget, observer, kept).run();
+  if (refused.status != Status::TooFewDegreesOfFreedom ||
+      !may_keep_fixed_variables(problem.structure(), options)) {
+    return refused;
+  }
+  SolverOptions relaxed = options;
+  relaxed.fixed_variable_treatment = FixedVariableTreatment::RelaxBounds;
+  Result result = Solve(problem, relaxed, budget, observer, kept).run();
+  if (result.status == Status::TooFewDegreesOfFreedom) return refused;
+  result.fixed_variables_relaxed = true;
+  if (observer.message) {
+    observer.message(
+        "The bounds of fixed variables were moved apart (fixed_variable_treatment "
+        "relax_bounds): without these variables there were " +
+        refused.message + ".");
+  }
+  return result;
+}
+
+/// With second derivatives from differences. Where the pattern turns out to have missed entries at
+/// the end of a solve, it grows and the solve starts anew.
+Result solve_with_differences(Problem& problem, const SolverOptions& options, Budget& budget,
+                              const SolveObserver& observer, KeptWork* kept) {
+  constexpr int kRestarts = 5;
+  const Stopwatch stopwatch;
+  const auto say = [&](const std::string& text) {
+    if (observer.message) observer.message(text);
+  };
+  Result result;
+  FiniteDifferenceHessian model(problem, options,
+                                kept && kept->hessian_pattern ? &*kept->hessian_pattern : nullptr);
+  for (int restarts = 0;; ++restarts) {
+    say("Second derivatives from finite differences: " +
+        std::to_string(model.structure().hessian.size()) + " entries by " +
+        std::to_string(model.groups()) + " groups of variables.");
+    result = solve_as_given(model, options, budget, observer, kept);
+    if (restarts == kRestarts || stopped_from_outside(result.status)) break;
+    // The certificate has looked at points that it tested; elsewhere a wrong Hessian may be why
+    // the solve failed.
+    if (result.certificate.second_order == SecondOrder::NotTested && !result.v.empty()) {
+      std::vector<double> unused(result.v.size());
+      static_cast<void>(model.hessian_errors(result.v, 1.0, result.lambda, unused));
+    }
+    if (!model.widen()) break;
+    say("The Hessian has entries that its structure misses: starting anew with more.");
+  }
+  result.counts.gradient += model.gradients();
+  result.counts.jacobian += model.jacobians();
+  set_seconds(stopwatch, result);
+  return result;
+}
+
+Result solve_once(Problem& problem, const SolverOptions& options, Budget& budget,
+                  const SolveObserver& observer, KeptWork* kept) {
+  const bool has_hessian = problem.structure().has_hessian;
+  const auto approximation = options.hessian_approximation;
+  if (check(options).empty()) {
+    if (approximation == HessianApproximation::Exact && !has_hessian) {
+      return without_point(
+          Status::InvalidOption,
+          "hessian_approximation = exact needs second derivatives, and the model has none; "
+          "finite-difference-values takes differences of first derivatives");
+    }
+    if (approximation == HessianApproximation::FiniteDifferenceValues ||
+        approximation == HessianApproximation::LimitedMemory || !has_hessian) {
+      return solve_with_differences(problem, options, budget, observer, kept);
+    }
+  }
+  return solve_as_given(problem, options, budget, observer, kept);
+}
+
+/// A function was evaluated, in vain: the numbers of the start itself are in order.
+bool start_is_undefined(const Result& result) {
+  const Counts& calls = result.counts;
+  return result.v.empty() &&
+         (result.status == Status::EvaluationFailed || result.status == Status::InvalidNumber) &&
+         calls.objective + calls.gradient + calls.constraints + calls.jacobian > 0;
+}
+
+/// Where a game is not defined at its own starting point: from the first of other ones where it is.
+Result solve_elsewhere(Problem& problem, const SolverOptions& options, Budget& budget,
+                       const SolveObserver& observer, KeptWork* kept, Result undefined) {
+  if (!makes_new_starts(options) || !has_max_variables(problem.structure())) return undefined;
+  const Stopwatch stopwatch;
+  const std::vector<double> own = starting_values(problem);
+  SolverOptions cold = options;
+  cold.warm_start_init_point = false;
+  for (Index start = 1; !own.empty() && start <= options.minmax_max_restarts; ++start) {
+    const std::string which = "new start " + std::to_string(start);
+    if (observer.message) observer.message(undefined.message + "; " + which);
+    Restarted restarted(problem, random_start(problem.structure(), own, start, options));
+    Result result = solve_once(restarted, cold, budget, observer, kept);
+    const bool defined = !start_is_undefined(result);
+    if (defined && !is_success(result.status)) {
+      result.message += " (from " + which + ": " + undefined.message + ")";
+    }
+    Result& all = defined ? result : undefined;
+    add_work(defined ? undefined : result, all);
+    set_seconds(stopwatch, all);
+    if (defined || stopped_from_outside(result.status)) return all;
+  }
+  if (!own.empty()) {
+    undefined.message +=
+        ", nor at " + std::to_string(options.minmax_max_restarts) + " other points";
+  }
+  return undefined;
+}
+
+}  // namespace
+
+Result without_point(Status status, std::string message) {
+  Result result;
+  result.status = status;
+  result.message = std::move(message);
+  return result;
+}
+
+/// Also where the solver itself, or its answer, finds no memory.
+Result solve_from_start(Problem& problem, const SolverOptions& options, Budget& budget,
+                        const SolveObserver& observer, KeptWork* kept) {
+  try {
+    Result result = solve_once(problem, options, budget, observer, kept);
+    if (start_is_undefined(result)) {
+      result = solve_elsewhere(problem, options, budget, observer, kept, std::move(result));
+    }
+    diagnose_failure(problem, options, result);
+    return result;
+  } catch (const std::bad_alloc&) {
+    if (kept) *kept = {};
+    budget.stop(Status::OutOfMemory);
+    return without_point(Status::OutOfMemory, "out of memory");
+  }
+}
+
+SearchStructure::SearchStructure() : kept_(std::make_unique<KeptWork>()) {
+  kept_->structure_only = true;
+}
+SearchStructure::~SearchStructure() = default;
+SearchStructure::SearchStructure(SearchStructure&&) noexcept = default;
+
+Counts SearchStructure::detect(Problem& problem, const SolverOptions& options) {
+  Counts counts;
+  const ProblemStructure& structure = problem.structure();
+  if (structure.has_hessian || !check(options).empty() ||
+      options.hessian_approximation == HessianApproximation::Exact) {
+    return counts;
+  }
+  FiniteDifferenceHessian model(problem, options);
+  kept_->hessian_pattern = model.structure().hessian;
+  counts.gradient = model.gradients();
+  counts.jacobian = model.jacobians();
+  return counts;
+}
+
+Result SearchStructure::solve(Problem& problem, const SolverOptions& options, Budget& budget,
+                              const SolveObserver& observer) {
+  try {
+    return solve_from_start(problem, options, budget, observer, kept_.get());
+  } catch (...) {  // the solvers may be in any state
+    kept_->analysis.reset();
+    throw;
+  }
+}
+
+}  // namespace ipminmax

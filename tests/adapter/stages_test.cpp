@@ -1,0 +1,353 @@
+// Games by stages: derivatives, discretizations, players, feedback, limits, warm starts.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <examples/riccati.hpp>
+#include <examples/stage_models.hpp>
+
+#include "adapter/minmax_application.hpp"
+#include "adapter/problem_tnlp.hpp"
+#include "adapter/stages.hpp"
+#include "core/derivative_test.hpp"
+
+namespace ipminmax {
+namespace {
+
+template <class Model>
+void expect_right_derivatives(Model model, Horizon horizon) {
+  StageGame game(model, std::move(horizon));
+  SolverOptions options;
+  options.derivative_test = DerivativeTest::SecondOrder;
+  options.point_perturbation_radius = 0.1;
+  const DerivativeReport report = test_derivatives(game, options);
+  EXPECT_EQ(report.failure, "");
+  EXPECT_EQ(report.first_wrong, 0);
+  EXPECT_EQ(report.second_wrong, 0);
+  EXPECT_GT(report.second_tested, 10);
+  for (const DerivativeEntry& entry : report.entries) {
+    if (entry.finding != DerivativeFinding::Agrees)
+      ADD_FAILURE() << describe(entry, game.structure());
+  }
+}
+
+constexpr std::array kAll = {Discretization::Discrete, Discretization::Euler,
+                             Discretization::RungeKutta4, Discretization::ImplicitMidpoint,
+                             Discretization::HermiteSimpson};
+
+template <class Model>
+class StageModels : public testing::Test {};
+using Models =
+    testing::Types<stage_models::Pursuit, stage_models::Quadrotor, stage_models::VanDerPol,
+                   stage_models::CartPole, stage_models::RobotArm, stage_models::RaceCar>;
+TYPED_TEST_SUITE(StageModels, Models);
+
+TYPED_TEST(StageModels, DerivativesAgreeWithDifferencesInEveryDiscretization) {
+  for (const Discretization how : kAll) {
+    SCOPED_TRACE(static_cast<int>(how));
+    Horizon horizon = TypeParam::horizon(3);
+    horizon.step = 0.1;
+    horizon.discretization = how;
+    expect_right_derivatives(TypeParam{}, horizon);
+  }
+}
+
+TYPED_TEST(StageModels, IsCertifiedAndTheNextStageStartsFromIt) {
+  StageGame game(TypeParam{}, TypeParam::horizon(15));
+  const StageAnswer plan = game.solve();
+  EXPECT_TRUE(plan.certified()) << plan.result.message;
+  ASSERT_EQ(plan.states.size(), 16U);
+  ASSERT_EQ(plan.controls.size(), 15U);
+  const StageAnswer next = game.solve_next(plan.states[1]);
+  EXPECT_TRUE(next.certified()) << next.result.message;
+  EXPECT_EQ(next.result.counts.analyses, 0);
+  EXPECT_LE(next.result.iterations, plan.result.iterations);
+  EXPECT_EQ(next.states[0], plan.states[1]);
+}
+
+/// examples/shared_dynamics.hpp: a spring with discrete linear dynamics.
+struct Spring {
+  static constexpr std::size_t states = 2, controls = 1, disturbances = 1;
+  double price = 4.0;
+  void dynamics(auto s, auto u, auto w, auto next) const {
+    next[0] = s[0] + 0.2 * s[1];
+    next[1] = -0.2 * s[0] + 0.9 * s[1] + 0.2 * u[0] + 0.1 * w[0];
+  }
+  auto cost(auto s, auto u, auto w) const {
+    return s[0] * s[0] + s[1] * s[1] + 0.1 * u[0] * u[0] - price * w[0] * w[0];
+  }
+  auto terminal_cost(auto s) const { return s[0] * s[0] + s[1] * s[1]; }
+};
+
+TEST(Stages, ALinearQuadraticGameHasRiccatisAnswer) {
+  const shared_dynamics::System system = shared_dynamics::oscillator(20, false);
+  const auto known = shared_dynamics::riccati(system);
+  StageGame game(Spring{},
+                 {.stages = 20, .discretization = Discretization::Discrete, .initial = {1.0, 0.0}});
+  const StageAnswer plan = game.solve();
+  ASSERT_TRUE(plan.certified()) << plan.result.message;
+  EXPECT_NEAR(plan.result.objective, known.value + 1.0, 1e-8);  // s_0 costs 1 here
+  EXPECT_NEAR(plan.controls[0][0], known.u0[0], 1e-7);
+  EXPECT_NEAR(plan.disturbances[0][0], known.w0[0], 1e-7);
+  EXPECT_EQ(plan.duration, 2.0);
+}
+
+/// s' = cos(t) s: s = exp(sin t).
+struct Growth {
+  static constexpr std::size_t states = 1, controls = 1, disturbances = 1;
+  void dynamics(const auto& at, auto rate) const {
+    rate[0] = cos(at.t) * at.s[0] + 0.0 * at.u[0] + at.w[0];
+  }
+  auto cost(const auto& at) const { return at.s[0] + at.u[0] * at.u[0] - at.w[0] * at.w[0]; }
+};
+
+TEST(Stages, DiscretizationsHaveTheirOrders) {
+  const auto defect = [](Discretization how, double step) {
+    StageGame game(Growth{}, {.stages = 4, .step = step, .discretization = how, .initial = {1.0}});
+    std::vector<double> v(game.structure().variable_lower.size()), g(4);
+    for (std::size_t k = 0; k <= 4; ++k)
+      v[static_cast<std::size_t>(game.state(k, 0))] =
+          std::exp(std::sin(step * static_cast<double>(k)));
+    EXPECT_TRUE(game.constraints(v, true, g));
+    return std::abs(g[3]);
+  };
+  const std::pair<Discretization, double> orders[] = {{Discretization::Euler, 1.0},
+                                                      {Discretization::ImplicitMidpoint, 2.0},
+                                                      {Discretization::RungeKutta4, 4.0},
+                                                      {Discretization::HermiteSimpson, 4.0}};
+  for (const auto& [how, order] : orders) {
+    const double ratio = defect(how, 0.1) / defect(how, 0.05);
+    EXPECT_GT(std::log2(ratio), order + 0.7) << static_cast<int>(how);
+    EXPECT_LT(std::log2(ratio), order + 1.8) << static_cast<int>(how);
+  }
+}
+
+TEST(Stages, SimulationFollowsTheDiscretization) {
+  for (const Discretization how : kAll) {
+    Horizon horizon = stage_models::CartPole::horizon(10);
+    horizon.discretization = how;
+    horizon.step = 0.01;
+    StageGame game(stage_models::CartPole{}, horizon);
+    const std::vector<double> s{0.1, 0.2, -0.1, 0.3}, u{1.0}, w{0.5};
+    const std::vector<double> after = game.simulate(s, u, w);
+    std::vector<double> v(game.structure().variable_lower.size(), 0.0),
+        g(game.structure().constraint_lower.size());
+    for (std::size_t i = 0; i < 4; ++i) {
+      v[static_cast<std::size_t>(game.state(0, i))] = s[i];
+      v[static_cast<std::size_t>(game.state(1, i))] = after[i];
+    }
+    v[static_cast<std::size_t>(game.control(0, 0))] = 1.0;
+    v[static_cast<std::size_t>(game.disturbance(0, 0))] = 0.5;
+    EXPECT_TRUE(game.constraints(v, true, g));
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(g[i], 0.0, 1e-5) << static_cast<int>(how);
+  }
+}
+
+TEST(Stages, StatesAndDynamicsAreMaxs) {
+  StageGame game(stage_models::Pursuit{}, stage_models::Pursuit::horizon(3));
+  const ProblemStructure& s = game.structure();
+  const auto owner = [&](Index i) { return s.variable_players[static_cast<std::size_t>(i)]; };
+  EXPECT_EQ(owner(game.state(2, 5)), Player::Max);
+  EXPECT_EQ(owner(game.disturbance(1, 2)), Player::Max);
+  EXPECT_EQ(owner(game.control(1, 2)), Player::Min);
+  EXPECT_EQ(owner(game.duration()), Player::Min);
+  for (const Player player : s.constraint_players) EXPECT_EQ(player, Player::Max);
+  EXPECT_EQ(s.variable_names[static_cast<std::size_t>(game.control(1, 2))], "control2[1]");
+}
+
+TEST(Stages, AFreeDurationIsTheBest) {
+  Horizon horizon = stage_models::Pursuit::horizon(12);
+  const StageAnswer free = StageGame(stage_models::Pursuit{}, horizon).solve();
+  ASSERT_TRUE(free.certified()) << free.result.message;
+  EXPECT_GT(free.duration, 0.3);
+  EXPECT_LT(free.duration, 9.0);
+  for (const double change : {-0.05, 0.05}) {
+    horizon.duration_lower = horizon.duration_upper = 0.0;
+    horizon.step = (free.duration + change) / 12.0;
+    const StageAnswer given = StageGame(stage_models::Pursuit{}, horizon).solve();
+    ASSERT_TRUE(given.certified()) << given.result.message;
+    EXPECT_GT(given.result.objective, free.result.objective);
+  }
+}
+
+/// Unstable: a disturbance grows by e^3 until the end.
+struct Unstable {
+  static constexpr std::size_t states = 1, controls = 1, disturbances = 1;
+  double price = 3.0;
+  void dynamics(auto s, auto u, auto w, auto rate) const { rate[0] = s[0] + u[0] + w[0]; }
+  auto cost(auto s, auto u, auto w) const {
+    return s[0] * s[0] + 0.1 * u[0] * u[0] - price * w[0] * w[0];
+  }
+};
+
+TEST(Stages, FeedbackHasAnswersWherePlansHaveNone) {
+  Horizon horizon{.stages = 30, .step = 0.1, .initial = {0.5}};
+  SolverOptions options;
+  options.minmax_max_restarts = 0;
+  EXPECT_FALSE(StageGame(Unstable{}, horizon).solve(options).certified());
+  horizon.gain_lower = horizon.gain_upper = {-3.0};  // given
+  StageGame given(Unstable{}, horizon);
+  const StageAnswer closed = given.solve(options);
+  EXPECT_TRUE(closed.certified()) << closed.result.message;
+  EXPECT_EQ(closed.gains, std::vector<double>{-3.0});
+  const double offset = closed.result.v[static_cast<std::size_t>(given.control(0, 0))];
+  EXPECT_NEAR(closed.controls[0][0], offset - 3.0 * 0.5, 1e-9);
+  horizon.gain_lower = {-10.0};  // Min's to choose
+  horizon.gain_upper = {-2.0};
+  const StageAnswer chosen = StageGame(Unstable{}, horizon).solve(options);
+  EXPECT_TRUE(chosen.certified()) << chosen.result.message;
+  EXPECT_LE(chosen.result.objective, closed.result.objective + 0.1);
+}
+
+// At a saddle point plans and policies have the same value; the policy acts against the wind.
+TEST(Stages, FeedbackOfDisturbancesHasRightDerivativesAndTheSameSaddle) {
+  Horizon horizon{.stages = 8, .step = 0.2, .initial = {0.5}};
+  Unstable model{.price = 8.0};
+  const StageAnswer open = StageGame(model, horizon).solve();
+  ASSERT_TRUE(open.certified()) << open.result.message;
+  horizon.memory = 2;
+  horizon.gain_lower = {-2.0};
+  horizon.gain_upper = {0.0};
+  expect_right_derivatives(model, horizon);
+  horizon.gain_lower = horizon.gain_upper = {};
+  horizon.feedback_price = 1e-5;
+  StageGame game(model, horizon);
+  const StageAnswer closed = game.solve();
+  ASSERT_TRUE(closed.certified()) << closed.result.message;
+  ASSERT_EQ(closed.memory.size(), 2U);
+  EXPECT_LT(closed.memory[0], -0.01);  // against the wind that blew
+  EXPECT_NEAR(closed.result.objective, open.result.objective, 1e-4);
+}
+
+/// A mass that is to go as far as it may: its place has to stay below 1 in every wind.
+struct Wall {
+  static constexpr std::size_t states = 2, controls = 1, disturbances = 1, limits = 1;
+  void dynamics(auto s, auto u, auto w, auto rate) const {
+    rate[0] = s[1];
+    rate[1] = u[0] + w[0];
+  }
+  auto cost(auto s, auto u, auto w) const {
+    return (s[0] - 2.0) * (s[0] - 2.0) + 0.1 * u[0] * u[0] - 5.0 * w[0] * w[0];
+  }
+  void limits_of(auto s, auto, auto g) const { g[0] = s[0] - 1.0; }
+};
+
+TEST(Stages, LimitsHoldForEveryDisturbance) {
+  StageGame game(Wall{}, {.stages = 4,
+                          .step = 0.25,
+                          .discretization = Discretization::Euler,
+                          .initial = {0.0, 1.0},
+                          .control_lower = {-10.0},
+                          .control_upper = {10.0},
+                          .disturbance_lower = {-0.5},
+                          .disturbance_upper = {0.5}});
+  EXPECT_EQ(std::ranges::count(game.structure().constraint_players, Player::Min), 4);
+  SolverOptions options;
+  options.minmax_worst_case_starts = 3;
+  const StageAnswer plan = game.solve(options);
+  ASSERT_TRUE(is_success(plan.result.status)) << plan.result.message;
+  EXPECT_FALSE(plan.worst_cases.empty());
+  // Whatever blows: the corners of the wind's box.
+  for (int corner = 0; corner < 16; ++corner) {
+    std::vector<double> s{0.0, 1.0};
+    for (std::size_t k = 0; k < 4; ++k) {
+      s = game.simulate(s, plan.controls[k], std::array{(corner >> k & 1) != 0 ? 0.5 : -0.5});
+      EXPECT_LE(s[0], 1.0 + 1e-6);
+    }
+  }
+}
+
+/// A terminal set that only the controls' sum decides: no robust row.
+struct Budget {
+  static constexpr std::size_t states = 1, controls = 1, disturbances = 1, parameters = 1;
+  static constexpr std::size_t limits = 1, terminal_limits = 1;
+  void dynamics(const auto& at, auto rate) const { rate[0] = at.p[0] * at.u[0] + at.w[0]; }
+  auto cost(const auto& at) const {
+    return at.s[0] * at.s[0] + 0.1 * at.u[0] * at.u[0] + 0.1 * at.p[0] * at.p[0] -
+           20.0 * at.w[0] * at.w[0];
+  }
+  void limits_of(const auto& at, auto g) const { g[0] = at.u[0] * at.u[0] - 0.25; }
+  void terminal_limits_of(const auto& at, auto g) const { g[0] = at.p[0] - 1.2; }
+};
+
+TEST(Stages, ParametersAndLimitsOfMinsAlone) {
+  StageGame game(Budget{}, {.stages = 6,
+                            .step = 0.2,
+                            .initial = {1.0},
+                            .control_guess = {-0.1},
+                            .parameter_lower = {0.0},
+                            .parameter_upper = {5.0},
+                            .parameter_guess = {1.0}});
+  const StageAnswer plan = game.solve();
+  ASSERT_TRUE(plan.certified()) << plan.result.message;
+  EXPECT_TRUE(plan.worst_cases.empty());
+  ASSERT_EQ(plan.parameters.size(), 1U);
+  EXPECT_NEAR(plan.parameters[0], 1.2, 1e-6);
+  EXPECT_NEAR(plan.controls[0][0], -0.5, 1e-6);
+}
+
+/// Friction that changes with the sign of the speed: a branch.
+struct Friction {
+  static constexpr std::size_t states = 1, controls = 1, disturbances = 1;
+  void dynamics(auto s, auto u, auto w, auto rate) const {
+    const auto drag = s[0] > 0.0 ? 0.5 * s[0] * s[0] : -0.5 * s[0] * s[0] * s[0] * s[0];
+    rate[0] = u[0] + w[0] - drag;
+  }
+  auto cost(auto s, auto u, auto w) const {
+    return (s[0] + 0.3) * (s[0] + 0.3) + 0.1 * u[0] * u[0] - 5.0 * w[0] * w[0];
+  }
+};
+
+TEST(Stages, BranchesOfFormulasAreFollowedStageByStage) {
+  Horizon horizon{.stages = 8, .step = 0.2, .initial = {0.8}, .final_guess = {-0.5}};
+  expect_right_derivatives(Friction{}, horizon);
+  const StageAnswer plan = StageGame(Friction{}, horizon).solve();
+  EXPECT_TRUE(plan.certified()) << plan.result.message;
+  EXPECT_GT(plan.states[1][0], 0.0);
+  EXPECT_LT(plan.states[8][0], 0.0);
+}
+
+TEST(Stages, AreATnlpWithNamesAndPlayers) {
+  Horizon horizon = stage_models::VanDerPol::horizon(10);
+  horizon.state_names = {"angle", "speed"};
+  StageGame game(stage_models::VanDerPol{}, horizon);
+  const StageAnswer plan = game.solve();
+  const Ipopt::SmartPtr<MinMaxApplication> app = new MinMaxApplication(false);
+  ASSERT_EQ(app->Initialize(""), Ipopt::Solve_Succeeded);
+  ASSERT_EQ(app->OptimizeTNLP(new GameTNLP(game)), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(app->LastResult().v, plan.result.v);
+  EXPECT_EQ(game.by_stage(app->LastResult()).states, plan.states);
+}
+
+TEST(Stages, BadInputIsNamed) {
+  const auto refused = [](Horizon horizon) -> std::string {
+    try {
+      StageGame game(Unstable{}, std::move(horizon));
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refused({.initial = {1.0}}), "");
+  EXPECT_NE(refused({}).find("initial"), std::string::npos);
+  EXPECT_NE(refused({.stages = 0, .initial = {1.0}}).find("stages"), std::string::npos);
+  EXPECT_NE(refused({.step = -1.0, .initial = {1.0}}).find("step"), std::string::npos);
+  EXPECT_NE(refused({.initial = {1.0}, .control_lower = {2.0}, .control_upper = {1.0}})
+                .find("bounds of controls"),
+            std::string::npos);
+  EXPECT_NE(refused({.initial = {1.0}, .disturbance_lower = {std::nan("")}}).find("disturbances"),
+            std::string::npos);
+  EXPECT_NE(refused({.initial = {1.0}, .gain_lower = {1.0, 2.0}}).find("gain_lower"),
+            std::string::npos);
+  StageGame game(Unstable{}, {.initial = {1.0}});
+  EXPECT_THROW(game.set_initial(std::vector<double>{1.0, 2.0}), std::invalid_argument);
+  EXPECT_THROW(game.set_start({}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace ipminmax

@@ -1,0 +1,194 @@
+"""First derivatives that are not given, against closed forms, and those that are given and wrong."""
+
+import unittest
+import warnings
+
+import numpy as np
+
+import ipminmax
+from ipminmax import Constraint, DerivativeWarning, minimize_minmax
+
+A = np.array([1.0, 2.0])
+
+#: |y|^2 in ways that complex steps differentiate wrongly, all with the right derivative 0 at y = 0.
+SQUARES = {
+    "norm": lambda y: np.linalg.norm(y) ** 2,
+    "abs": lambda y: np.sum(np.abs(y) ** 2),
+    "vdot": lambda y: np.vdot(y, y),
+    "real": lambda y: np.sum(np.real(y) ** 2),
+    "conj": lambda y: np.sum(y * np.conj(y)),
+    "float": lambda y: float(np.sum(np.asarray(y, dtype=float) ** 2)),
+    "eigenvalue": lambda y: np.linalg.eigvalsh(np.outer(y, y))[-1],
+    "analytic": lambda y: y @ y,
+}
+
+
+def starts(size, count=5):
+    random = np.random.default_rng(7)
+    return [np.zeros(size)] + [random.uniform(-1.0, 1.0, size) for _ in range(count)]
+
+
+class ClosedForms(unittest.TestCase):
+    def test_squares_of_norms(self):
+        """|x - a|^2 / 2 + x'y - |y|^2: y = x / 2, x = 2 a / 3."""
+        for name, square in SQUARES.items():
+            for y0 in starts(2):
+                with self.subTest(name, y0=y0):
+                    result = minimize_minmax(
+                        lambda x, y: 0.5 * ((x - A) ** 2).sum() + x @ y - square(y), [0.0, 0.0], y0)
+                    np.testing.assert_allclose(result.x, A / 1.5, atol=1e-7)
+                    np.testing.assert_allclose(result.y, A / 3.0, atol=1e-7)
+                    self.assertAlmostEqual(result.fun, 5.0 / 6.0, places=9)
+                    self.assertTrue(result.certificate.is_local_minmax)
+                    self.assertIn("complex" if name == "analytic" else "fun: differences",
+                                  result.derivatives)
+
+    def test_robust_least_squares(self):
+        """|M x - b - y|^2 - g |y|^2 with g > 1 is g / (g - 1) |M x - b|^2 at the best y."""
+        random = np.random.default_rng(3)
+        matrix, b = random.standard_normal((6, 3)), random.standard_normal(6)
+        exact = np.linalg.lstsq(matrix, b, rcond=None)[0]
+        value = 2.0 * np.sum((matrix @ exact - b) ** 2)
+        for y0 in starts(6):
+            result = minimize_minmax(
+                lambda x, y: np.linalg.norm(matrix @ x - b - y) ** 2 - 2.0 * np.linalg.norm(y) ** 2,
+                np.zeros(3), y0)
+            np.testing.assert_allclose(result.x, exact, atol=1e-7)
+            self.assertAlmostEqual(result.fun, value, places=8)
+            self.assertTrue(result.certificate.is_local_minmax)
+
+    def test_a_disturbance_in_a_ball(self):
+        """max over |y| <= r of |c(x) + y|^2 is (|c| + r)^2."""
+        for y0 in starts(2):
+            result = minimize_minmax(
+                lambda x, y: np.linalg.norm([x[0] - 1.0 + y[0], 2.0 + y[1]]) ** 2, [0.0], y0,
+                constraints=Constraint(lambda x, y: np.linalg.norm(y) ** 2, ub=0.25))
+            np.testing.assert_allclose(result.x, [1.0], atol=1e-6)
+            np.testing.assert_allclose(result.y, [0.0, 0.5], atol=1e-6)
+            self.assertAlmostEqual(result.fun, 6.25, places=5)
+            self.assertTrue(result.certificate.is_local_minmax)
+
+    def test_a_norm_in_a_constraint_alone(self):
+        for y0 in starts(2):
+            result = minimize_minmax(
+                lambda x, y: (x[0] - 1.0) ** 2 + x[0] * (y[0] + y[1]), [0.5], y0,
+                constraints=Constraint(lambda x, y: np.sum(np.abs(y) ** 2), ub=2.0))
+            np.testing.assert_allclose([*result.x, *result.y], [0.0, 1.0, 1.0], atol=1e-2)
+            self.assertIn("fun of constraints[0]: differences", result.derivatives)
+            self.assertIn("fun: complex steps", result.derivatives)
+
+    def test_a_branch_that_is_met_at_the_answer_only(self):
+        """Analytic where it is looked at first, with np.abs where the answer lies."""
+        def fun(x, y):
+            far = np.real(x[0]) > 5.0
+            return ((np.abs(x[0] - 8.0) ** 2 if far else (x[0] - 8.0) ** 2) + x[0] * y[0] / 4.0
+                    - y[0] ** 2)
+
+        with self.assertWarnsRegex(DerivativeWarning, "complex steps of fun are wrong"):
+            result = minimize_minmax(fun, [0.0], [0.3])
+        np.testing.assert_allclose(result.x, [8.0 / (1.0 + 1.0 / 64.0)], atol=1e-6)
+        self.assertIn("solved again with differences", result.message)
+        self.assertEqual(result.derivatives, "fun: differences")
+
+    def test_units_do_not_hide_a_wrong_step(self):
+        """All derivatives far below 1."""
+        result = minimize_minmax(
+            lambda x, y: 1e-9 * ((x[0] - 1.0) ** 2 + x[0] * y[0] - np.abs(y[0]) ** 2), [0.0], [0.0],
+            options={"obj_scaling_factor": 1e9})
+        np.testing.assert_allclose([*result.x, *result.y], [0.8, 0.4], atol=1e-5)
+
+    def test_differences_stay_inside_the_bounds(self):
+        seen = []
+
+        def fun(x, y):
+            seen.append((float(x[0]), float(y[0])))  # takes no complex numbers
+            return (x[0] - 3.0) ** 2 + x[0] * y[0] - y[0] ** 2
+
+        minimize_minmax(fun, [0.0], [1.0], bounds_x=(0.0, 1.0), bounds_y=(-1.0, 1.0))
+        low, high = np.min(seen, axis=0), np.max(seen, axis=0)
+        self.assertGreaterEqual(low[0], -1e-7)
+        self.assertLessEqual(high[0], 1.0 + 1e-7)
+        self.assertLessEqual(high[1], 1.0 + 1e-7)
+
+    def test_complex_steps_where_the_function_is_defined(self):
+        result = minimize_minmax(lambda x, y: x[0] - 2.0 * np.log(x[0]) - (y[0] - x[0]) ** 2, [1e-3],
+                                 [0.0], bounds_x=(1e-6, None))
+        np.testing.assert_allclose([*result.x, *result.y], 2.0, atol=1e-7)
+        self.assertEqual(result.derivatives, "fun: complex steps")
+
+
+class WrongDerivatives(unittest.TestCase):
+    @staticmethod
+    def fun(x, y):
+        return (x[0] - 1.0) ** 2 + x[0] * y[0] - y[0] ** 2
+
+    def test_at_the_start(self):
+        with self.assertWarnsRegex(DerivativeWarning, r"at the start jac has the derivative .* y\[0\]"):
+            minimize_minmax(self.fun, [1.0], [0.5],
+                            jac=lambda x, y: [2.0 * (x[0] - 1.0) + y[0], x[0] - y[0]])
+
+    def test_at_the_answer(self):
+        """Right at y = 0, where the solve starts."""
+        with self.assertWarnsRegex(DerivativeWarning, "at the answer"):
+            result = minimize_minmax(self.fun, [1.0], [0.0],
+                                     jac=lambda x, y: [2.0 * (x[0] - 1.0) + y[0], x[0] - y[0]])
+        self.assertFalse(result.success)
+        self.assertFalse(result.certificate.is_local_minmax)
+        self.assertIn("jac has the derivative", result.message)
+        self.assertIn("y[0]", result.message)
+
+    def test_of_a_constraint(self):
+        with self.assertWarnsRegex(DerivativeWarning, r"value 1 of jac of constraints\[0\]"):
+            minimize_minmax(self.fun, [1.0], [0.5], constraints=Constraint(
+                lambda x, y: [x[0] + y[0], x[0] * y[0]], ub=9.0,
+                jac=lambda x, y: [[1.0, 1.0], [y[0], 2.0 * x[0]]]))
+
+    def test_switched_off(self):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            result = minimize_minmax(self.fun, [1.0], [0.5], check_derivatives=False,
+                                     jac=lambda x, y: [2.0 * (x[0] - 1.0) + y[0], x[0] - y[0]])
+        self.assertTrue(result.success)
+
+    def test_of_problem(self):
+        class Wrong:
+            def objective(self, v):
+                return (v[0] - 1.0) ** 2 + v[0] * v[1] - v[1] ** 2
+
+            def gradient(self, v):
+                return np.array([2.0 * (v[0] - 1.0) + v[1], v[0] - v[1]])
+
+        problem = ipminmax.Problem(2, 0, Wrong(), players=["min", "max"])
+        problem.add_option("print_level", 0)
+        with self.assertWarnsRegex(DerivativeWarning, "objective's gradient .* variable 1"):
+            _, info = problem.solve([1.0, 0.0])
+        self.assertNotEqual(info["status"], 0)
+        self.assertFalse(info["certificate"].is_local_minmax)
+        self.assertIn("gradient", info["derivative_error"])
+        problem.check_derivatives = False
+        _, info = problem.solve([1.0, 0.0])
+        self.assertEqual(info["status"], 0)
+
+    def test_right_ones_are_not_doubted(self):
+        """Steep, noisy, kinked, of any size: no warning."""
+        random = np.random.default_rng(11)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", DerivativeWarning)
+            for _ in range(15):
+                scale, shift, steep = 10.0 ** random.uniform(-8, 8, 3)
+                steep = min(steep, 1e3)
+                start = random.uniform(-2.0, 2.0, 2)
+                minimize_minmax(
+                    lambda x, y: shift + scale * (np.exp(np.tanh(steep * x[0])) + x[0] ** 2
+                                                  + x[0] * y[0] - y[0] ** 2),
+                    start[:1], start[1:], options={"max_iter": 10, "minmax_max_restarts": 0},
+                    jac=lambda x, y: scale * np.array([
+                        np.exp(np.tanh(steep * x[0])) * steep * (1.0 - np.tanh(steep * x[0]) ** 2)
+                        + 2.0 * x[0] + y[0], x[0] - 2.0 * y[0]]))
+            minimize_minmax(lambda x, y: np.abs(x[0]) + x[0] ** 2 - y[0] ** 2, [0.0], [0.0],
+                            jac=lambda x, y: [np.sign(x[0]) + 2.0 * x[0], -2.0 * y[0]],
+                            options={"max_iter": 5, "minmax_max_restarts": 0})
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,118 @@
+"""Limits of time and Ctrl-C in solves of slow functions without derivatives."""
+
+import os
+import signal
+import time
+import unittest
+
+import numpy as np
+
+from ipminmax import Constraint, minimize_minmax
+
+
+class Slow:
+    """Each call takes a millisecond; when the limit passes is seen in calls, not on a clock of ours."""
+
+    def __init__(self, size):
+        self.size, self.calls, self.signal_at, self.after = size, 0, None, 0
+
+    def __call__(self, x, y):
+        self.calls += 1
+        if self.signal_at is not None and self.calls > self.signal_at:
+            self.after += 1
+        if self.calls == self.signal_at:
+            os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(1e-3)
+        return x @ x - y @ y + 0.1 * np.sin(x).sum() * np.cos(y).sum()
+
+    def solve(self, **arguments):
+        return minimize_minmax(self, np.ones(self.size), np.ones(self.size), **arguments)
+
+
+class Limits(unittest.TestCase):
+    def test_pattern_detection_ends_with_the_limit(self):
+        """80 variables: looking for the Hessian's pattern alone would take 100,000 calls."""
+        slow = Slow(40)
+        result = slow.solve(options={"max_wall_time": 0.3})
+        self.assertLess(slow.calls, 320)  # of a millisecond at least
+        self.assertIn(result.status, (-4, -5))
+        self.assertFalse(result.success)
+        self.assertIn("time limit", result.message)
+        np.testing.assert_array_equal(result.x, np.ones(40))
+
+    def test_derivatives_of_constraints_count(self):
+        slow = Slow(20)
+        result = slow.solve(options={"max_wall_time": 0.1}, constraints=Constraint(slow, ub=1e3))
+        self.assertLess(slow.calls, 130)
+        self.assertIn(result.status, (-4, -5))
+
+    def test_no_time_at_all(self):
+        result = Slow(2).solve(options={"max_wall_time": 1e-9})
+        self.assertIn("time limit", result.message)
+        self.assertIn("UNKNOWN", str(result.certificate.kind))
+
+    def test_cpu_time(self):
+        def busy(x, y):
+            busy.calls += 1
+            sum(range(20000))
+            return x @ x - y @ y + 0.1 * np.sin(x).sum() * np.cos(y).sum()
+
+        busy.calls = 0
+        result = minimize_minmax(busy, np.ones(30), np.ones(30), options={"max_cpu_time": 0.2})
+        self.assertIn(result.status, (-4, -5))
+        self.assertLess(busy.calls, 5000)
+
+    def test_a_limit_that_is_not_reached(self):
+        result = Slow(1).solve(options={"max_wall_time": 1000.0})
+        self.assertTrue(result.success)
+
+
+class Interrupt(unittest.TestCase):
+    def test_nothing_is_called_after_ctrl_c(self):
+        """While the pattern is looked for, and between iterates, where the last one is returned."""
+        for size, at in ((20, 700), (2, 460)):
+            slow = Slow(size)
+            slow.signal_at = at
+            result = slow.solve()
+            with self.subTest(size):
+                self.assertLessEqual(slow.after, 1)
+                self.assertEqual(result.status, 5)
+                self.assertTrue(result.info["interrupted"])
+                self.assertFalse(result.success)
+                self.assertTrue(np.all(np.isfinite(result.x)))
+
+    def test_while_the_game_is_set_up(self):
+        slow = Slow(20)
+        slow.signal_at = 30
+        with self.assertRaises(KeyboardInterrupt):
+            slow.solve()
+
+
+class HessianPattern(unittest.TestCase):
+    def test_a_pattern_saves_the_search(self):
+        n = 20
+        calls = []
+
+        def fun(x, y):
+            return np.sum((x - 1.0) ** 2 + x * y - y**2 + 0.1 * np.cos(x))
+
+        def jac(x, y):
+            calls.append(0)
+            return np.concatenate([2.0 * (x - 1.0) + y - 0.1 * np.sin(x), x - 2.0 * y])
+
+        pattern = np.eye(2 * n) + np.eye(2 * n, k=n) + np.eye(2 * n, k=-n)
+        found = {}
+        for name, given in (("searched", None), ("given", pattern)):
+            calls.clear()
+            result = minimize_minmax(fun, np.zeros(n), np.zeros(n), jac=jac, hess_pattern=given)
+            self.assertTrue(result.certificate.is_local_minmax)
+            self.assertTrue(result.certificate.finite_differences)
+            found[name] = (result, len(calls))
+        np.testing.assert_allclose(found["given"][0].x, found["searched"][0].x, atol=1e-7)
+        self.assertLess(found["given"][1], 0.7 * found["searched"][1])
+        with self.assertRaisesRegex(ValueError, "hess_pattern has shape"):
+            minimize_minmax(fun, np.zeros(n), np.zeros(n), hess_pattern=np.eye(3))
+
+
+if __name__ == "__main__":
+    unittest.main()
