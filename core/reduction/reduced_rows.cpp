@@ -40,7 +40,8 @@ double side_of(Problem& model, const RobustCopies::WorstCase& worst_case) {
 }  // namespace
 
 ReducedRows::ReducedRows(Problem& model, std::vector<WorstCase> worst_cases,
-                         const std::vector<bool>& reads_y, const SolverOptions& options)
+                         const std::vector<bool>& reads_y, const SolverOptions& options,
+                         Budget& budget)
     : model_(model),
       structure_(model.structure()),
       reduced_(structure_.constraint_players.size(), false),
@@ -77,7 +78,7 @@ ReducedRows::ReducedRows(Problem& model, std::vector<WorstCase> worst_cases,
       added_rows_.push_back(r);
     }
     maxima_.push_back(std::make_unique<RowMaximum>(
-        model, RowMaximum::Row{r, side, std::move(one.v), one.held}, options));
+        model, RowMaximum::Row{r, side, std::move(one.v), one.held}, options, budget));
   }
   add_entries();
 }

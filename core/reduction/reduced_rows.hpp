@@ -25,7 +25,7 @@ class ReducedRows final : public WorstCaseRows, public BarrierFollower {
  public:
   /// reads_y: n, whether f reads a Max variable. Every robust constraint has a worst case.
   ReducedRows(Problem& model, std::vector<WorstCase> worst_cases, const std::vector<bool>& reads_y,
-              const SolverOptions& options);
+              const SolverOptions& options, Budget& budget);
 
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override;
@@ -82,11 +82,11 @@ class ReducedRows final : public WorstCaseRows, public BarrierFollower {
   std::vector<double> start_;  ///< empty: the model's
   ProblemStructure structure_;
   std::vector<std::unique_ptr<RowMaximum>> maxima_;
-  std::vector<Index> rows_;             ///< of each
-  std::vector<Index> added_rows_;       ///< the model's rows that those behind its own stand for
-  std::vector<std::size_t> block_of_;   ///< of each
+  std::vector<Index> rows_;            ///< of each
+  std::vector<Index> added_rows_;      ///< the model's rows that those behind its own stand for
+  std::vector<std::size_t> block_of_;  ///< of each
   std::vector<Block> blocks_;
-  std::vector<bool> reduced_;           ///< m: row is that of a worst case
+  std::vector<bool> reduced_;                  ///< m: row is that of a worst case
   std::vector<std::size_t> jacobian_entries_;  ///< of the model, that count
   std::vector<double> lambda_, jacobian_, gradient_;
   std::string failure_;

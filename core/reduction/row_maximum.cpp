@@ -7,6 +7,7 @@
 #include "core/kkt/block.hpp"
 #include "core/model/norms.hpp"
 #include "core/multistart.hpp"
+#include "core/search/one_start.hpp"
 
 namespace ipminmax {
 namespace {
@@ -29,7 +30,7 @@ std::size_t packed(std::size_t row, std::size_t col) {
 
 }  // namespace
 
-RowMaximum::RowMaximum(Problem& model, Row row, const SolverOptions& options)
+RowMaximum::RowMaximum(Problem& model, Row row, const SolverOptions& options, Budget& budget)
     : model_(model),
       whole_(row.held ? RobustScope{} : robust_scope(model.structure(), row.constraint)),
       scope_(without_consequences(model, whole_, row.constraint, row.v, options)),
@@ -37,6 +38,8 @@ RowMaximum::RowMaximum(Problem& model, Row row, const SolverOptions& options)
       side_(row.side),
       options_(options),
       over_y_(model, scope_, row.constraint, row.side),
+      budget_(budget),
+      kept_(std::make_unique<KeptWork>()),
       mu_(0.0) {
   const ProblemStructure& s = model.structure();
   const std::size_t n = s.variable_players.size();
@@ -166,7 +169,7 @@ bool RowMaximum::maximize(const RowPoint& from, bool warm, Place& to) {
     return std::isfinite(to.value);
   }
   over_y_.start_at(from);
-  Result result = solver_.solve(over_y_, inner_options(warm));
+  Result result = solve_from_start(over_y_, inner_options(warm), budget_, {}, kept_.get());
   ++solves_;
   iterations_ += result.iterations;
   if (!is_success(result.status) || !all_finite(result.v) || !all_finite(result.lambda)) {
@@ -411,7 +414,7 @@ Result RowMaximum::settle() {
   o.bound_relax_factor = options_.bound_relax_factor;
   o.max_iter = kFarIterations;
   o.minmax_certificate = CertificateEffort::Full;
-  return solve(over_y, o);
+  return solve_from_start(over_y, o, budget_, {}, nullptr);
 }
 
 }  // namespace ipminmax

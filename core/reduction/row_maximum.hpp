@@ -7,10 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "core/model/budget.hpp"
 #include "core/options.hpp"
 #include "core/reduction/row_over_y.hpp"
 #include "core/result.hpp"
-#include "core/solver.hpp"
+#include "core/search/kept_work.hpp"
 #include "linalg/symmetric_matrix.hpp"
 #include "linalg/symmetric_solver.hpp"
 
@@ -38,7 +39,7 @@ class RowMaximum {
     bool held = false;      ///< y stays there
   };
   /// options: of the problem in x.
-  RowMaximum(Problem& model, Row row, const SolverOptions& options);
+  RowMaximum(Problem& model, Row row, const SolverOptions& options, Budget& budget);
 
   /// Min variables on which phi depends, ascending.
   [[nodiscard]] const std::vector<Index>& x() const { return x_; }
@@ -109,14 +110,15 @@ class RowMaximum {
   double side_;
   SolverOptions options_;
   RowOverY over_y_;
-  RepeatedSolver solver_;
-  double mu_;               ///< of the solves over y, in their units: its share for each bound
+  Budget& budget_;
+  std::unique_ptr<KeptWork> kept_;
+  double mu_;  ///< of the solves over y, in their units: its share for each bound
   Index bounds_ = 0;
-  double scale_ = 1.0;      ///< of the objective of the solves over y
-  bool started_ = false;    ///< here_ is a maximum
+  double scale_ = 1.0;    ///< of the objective of the solves over y
+  bool started_ = false;  ///< here_ is a maximum
   Place here_, accepted_;
   std::vector<double> elsewhere_;  ///< y of the last point that was not accepted, n values
-  double offset_ = 0.0;     ///< taken off phi
+  double offset_ = 0.0;            ///< taken off phi
   std::string failure_;
   Index solves_ = 0, iterations_ = 0;
 

@@ -67,9 +67,8 @@ RobustScope without_consequences(Problem& model, const RobustScope& scope, Index
     const Index i = candidates.back();
     candidates.pop_back();
     if (!follows(i)) continue;
-    const auto entry = std::ranges::find_if(of_variable[at(i)], [&](std::size_t k) {
-      return row_in[at(s.jacobian[k].row)];
-    });
+    const auto entry = std::ranges::find_if(
+        of_variable[at(i)], [&](std::size_t k) { return row_in[at(s.jacobian[k].row)]; });
     if (entry == of_variable[at(i)].end() || !constant[*entry]) continue;
     const Index j = s.jacobian[*entry].row;
     if (s.constraint_lower[at(j)] != s.constraint_upper[at(j)]) continue;

@@ -7,6 +7,7 @@
 
 #include "core/model/norms.hpp"
 #include "core/multistart.hpp"
+#include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 
 namespace ipminmax {
@@ -31,8 +32,8 @@ bool add_branches(Reduction& reduction, ReducedRows& rows, double distinct_tol) 
       return one.constraint == maximum->constraint() && same_point(one.v, other, distinct_tol);
     });
     if (known) continue;
-    reduction.worst_cases.push_back({maximum->constraint(), std::move(other), true, false,
-                                     maximum->side() > 0.0 ? 1 : -1});
+    reduction.worst_cases.push_back(
+        {maximum->constraint(), std::move(other), true, false, maximum->side() > 0.0 ? 1 : -1});
     any = true;
   }
   return any;
@@ -84,7 +85,7 @@ ReducedSolve solve_reduced(Reduction& reduction, const SolverOptions& options,
   bool watches = true;
   for (Index round = 0; round < kMostRounds; ++round) {
     answer.rows = std::make_unique<ReducedRows>(reduction.model, reduction.worst_cases,
-                                                reduction.reads_y, options);
+                                                reduction.reads_y, options, reduction.budget);
     ReducedRows& rows = *answer.rows;
     reduction.rows = &rows;
     if (!reduction.start.empty()) rows.start_at(reduction.start);
@@ -100,7 +101,7 @@ ReducedSolve solve_reduced(Reduction& reduction, const SolverOptions& options,
       met = add_branches(reduction, rows, options.minmax_distinct_tol);
       return !met;
     };
-    answer.result = solve(rows, options, own);
+    answer.result = solve_from_start(rows, options, reduction.budget, own, nullptr);
     ++answer.solves;
     for (std::size_t k = 0; k < rows.size(); ++k) {
       if (rows.maximum(k) != nullptr) answer.maximizations += rows.maximum(k)->solves();
@@ -122,7 +123,8 @@ ReducedSolve solve_reduced(Reduction& reduction, const SolverOptions& options,
   answer.result.counts = counts;
   test_worst_cases(*answer.rows, answer.result);
   if (!is_success(answer.result.status) && !answer.rows->failure().empty()) {
-    answer.result.message += "; a worst case could not be followed (" + answer.rows->failure() + ")";
+    answer.result.message +=
+        "; a worst case could not be followed (" + answer.rows->failure() + ")";
   }
   return answer;
 }

@@ -14,7 +14,8 @@ struct Reduction {
   std::vector<ReducedRows::WorstCase> worst_cases;  ///< every robust constraint has one
   std::vector<bool> reads_y;                        ///< n: whether f reads a Max variable
   std::vector<double> start;                        ///< n; empty: the model's
-  ReducedRows* rows = nullptr;                      ///< of the solve that runs
+  Budget& budget;
+  ReducedRows* rows = nullptr;  ///< of the solve that runs
 };
 
 /// What came of it.

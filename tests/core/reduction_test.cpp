@@ -65,8 +65,7 @@ class Mean final : public Problem {
     return true;
   }
   [[nodiscard]] bool hessian(std::span<const double>, bool, double sigma,
-                             std::span<const double> lambda, bool,
-                             std::span<double> out) override {
+                             std::span<const double> lambda, bool, std::span<double> out) override {
     std::ranges::fill(out, lambda[0] / size_);
     out[0] = 2.0 * sigma;
     return true;
@@ -100,7 +99,8 @@ TEST_P(InactiveRow, IsMaximizedWhateverItsMultiplier) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Disturbances, InactiveRow, ::testing::Values(1, 2, 5, 10, 20, 50, 200, 1000));
+INSTANTIATE_TEST_SUITE_P(Disturbances, InactiveRow,
+                         ::testing::Values(1, 2, 5, 10, 20, 50, 200, 1000));
 
 /// A row with a state s of Max that an equation makes of x and y, a ball, and a box.
 Model with_everything() {
@@ -123,7 +123,8 @@ TEST(RowMaximum, HasTheDerivativesOfItsValue) {
   for (const double mu : {1e-1, 1e-3, 1e-8}) {
     SolverOptions options;
     options.mu_init = mu;
-    RowMaximum row(problem, {.constraint = 0, .side = 1.0, .v = v}, options);
+    Budget budget(options);
+    RowMaximum row(problem, {.constraint = 0, .side = 1.0, .v = v}, options, budget);
     ASSERT_EQ(row.x(), (std::vector<Index>{0, 1, 2}));
     const auto at = [&](double a, double b, double c) {
       std::vector<double> moved = v;
@@ -137,7 +138,9 @@ TEST(RowMaximum, HasTheDerivativesOfItsValue) {
     row.accept();
     constexpr double kStep = 1e-4;
     for (int i = 0; i < 3; ++i) {
-      const auto along = [&](double t) { at(i == 0 ? t : 0.0, i == 1 ? t : 0.0, i == 2 ? t : 0.0); };
+      const auto along = [&](double t) {
+        at(i == 0 ? t : 0.0, i == 1 ? t : 0.0, i == 2 ? t : 0.0);
+      };
       along(kStep);
       const double above = row.value();
       ASSERT_TRUE(row.gradient(plus));
@@ -147,7 +150,8 @@ TEST(RowMaximum, HasTheDerivativesOfItsValue) {
       const auto place = static_cast<std::size_t>(i);
       EXPECT_NEAR((above - below) / (2.0 * kStep), gradient[place], 1e-6) << "mu " << mu;
       for (std::size_t j = 0; j <= place; ++j) {
-        EXPECT_NEAR((plus[j] - minus[j]) / (2.0 * kStep), hessian[place * (place + 1) / 2 + j], 1e-4)
+        EXPECT_NEAR((plus[j] - minus[j]) / (2.0 * kStep), hessian[place * (place + 1) / 2 + j],
+                    1e-4)
             << "mu " << mu << ", entry " << i << ", " << j;
       }
     }
@@ -174,7 +178,9 @@ TEST(RowMaximum, LeavesOutWhatFollowsFromTheRest) {
       without_consequences(problem, whole, 0, std::vector<double>(15, 0.1), SolverOptions{});
   EXPECT_EQ(needed.variables, (std::vector<Index>{5, 6, 7, 10, 11, 12}));
   EXPECT_EQ(needed.constraints, (std::vector<Index>{1, 2, 3}));
-  RowMaximum row(problem, {.constraint = 0, .side = 1.0, .v = std::vector<double>(15, 0.1)}, {});
+  Budget budget{SolverOptions{}};
+  RowMaximum row(problem, {.constraint = 0, .side = 1.0, .v = std::vector<double>(15, 0.1)}, {},
+                 budget);
   EXPECT_EQ(row.x(), (std::vector<Index>{0, 1, 2})) << "of u";
 }
 
@@ -188,7 +194,9 @@ TEST(SolveReduced, MeetsTheOtherBranchOnItsWay) {
   model.constraint(0.25 * square(x[0] + x[2] * cos(t)) + square(x[1] + x[2] * sin(t)) - 1.0,
                    -kNoBound, 0.0, Player::Min);
   AutodiffProblem problem(model, {0.3, 0.1, 0.2, 0.0});
-  Reduction reduction{problem, {{0, {0.3, 0.1, 0.2, 0.0}}}, std::vector<bool>(4, false), {}, nullptr};
+  Budget budget{SolverOptions{}};
+  Reduction reduction{problem, {{0, {0.3, 0.1, 0.2, 0.0}}}, std::vector<bool>(4, false), {}, budget,
+                      nullptr};
   const ReducedSolve answer = solve_reduced(reduction, SolverOptions{}, SolveObserver{});
   EXPECT_TRUE(is_success(answer.result.status)) << answer.result.message;
   EXPECT_NEAR(answer.result.objective, -1.0, 1e-6);
@@ -204,7 +212,9 @@ TEST(SolveReduced, DoesNotCertifyAWorstCaseWithoutCurvature) {
   model.constraint(1.0 + 0.1 * z - square(square(t - 0.3 - 0.2 * z)) - x, -kNoBound, 0.0,
                    Player::Min);
   AutodiffProblem problem(model, {2.0, 0.0, 0.6});
-  Reduction reduction{problem, {{0, {2.0, 0.0, 0.6}}}, std::vector<bool>(3, false), {}, nullptr};
+  Budget budget{SolverOptions{}};
+  Reduction reduction{problem, {{0, {2.0, 0.0, 0.6}}}, std::vector<bool>(3, false), {}, budget,
+                      nullptr};
   const ReducedSolve answer = solve_reduced(reduction, SolverOptions{}, SolveObserver{});
   EXPECT_NE(answer.result.certificate.kind, PointKind::LocalMinmax);
 }
