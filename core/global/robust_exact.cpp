@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "core/global/robust_search.hpp"
@@ -64,11 +63,12 @@ bool RobustSearch::finds_drifted(const Solved& solved) {
   for (const std::size_t k : idle_worst_cases(solved)) known.push_back({place_.worst_cases[k]});
   if (known.empty()) return false;
   const Index functions = work_.over_y.functions;
+  const double violation = violation_;
   const std::vector<SideScan> scans = scan(known);
   place_.drifted = have_drifted(scans, *solved.copies, solved.result);
   if (!place_.drifted) {  // that was no search over y
     work_.over_y.functions = functions;
-    violation_ = std::numeric_limits<double>::quiet_NaN();
+    violation_ = violation;
     return false;
   }
   for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {

@@ -85,7 +85,7 @@ class InactiveRow : public ::testing::TestWithParam<Index> {};
 
 TEST_P(InactiveRow, IsMaximizedWhateverItsMultiplier) {
   for (const double c : {0.1, 0.5, 0.9}) {
-    for (const int starts : {0, 2}) {
+    for (const int starts : {-1, 0, 2}) {
       Mean problem(GetParam(), c);
       SolverOptions options;
       options.minmax_worst_case_starts = starts;
