@@ -114,6 +114,7 @@ struct IpminmaxProblemInfo {
   std::vector<ipminmax::ActiveSetChange> changes;  ///< of the last prediction
   std::string reasons;                             ///< of the last certificate asked for
   std::vector<double> branches;                    ///< of the last worst case given out
+  std::string statement;                           ///< the last one given out
   std::string message;
   const char* fixed_message = nullptr;  ///< in place of message, where memory is short
 };

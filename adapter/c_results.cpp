@@ -5,6 +5,7 @@
 
 #include "adapter/c_problem.hpp"
 #include "adapter/point_arrays.hpp"
+#include "core/answer.hpp"
 
 // The C interface: what a solve has found, the current iterate, the worst case.
 
@@ -262,4 +263,30 @@ int IpminmaxGetRobustWorstCases(IpminmaxProblem problem, int capacity, int* cons
     if (worst_x != nullptr) std::ranges::copy(from.v, worst_x + size_of(k) * from.v.size());
   }
   return static_cast<int>(found.size());
+}
+
+int IpminmaxGetPoints(IpminmaxProblem problem, int capacity, double* values, int* found,
+                      double* x) {
+  if (problem == nullptr || problem->solving || !problem->answered) return 0;
+  const std::vector<DistinctPoint>& points = problem->application->LastPoints();
+  const int most = std::min(capacity, static_cast<int>(points.size()));
+  for (int k = 0; k < most; ++k) {
+    const DistinctPoint& from = points[size_of(k)];
+    if (values != nullptr) values[k] = from.result.objective;
+    if (found != nullptr) found[k] = static_cast<int>(from.found);
+    if (x != nullptr) std::ranges::copy(from.result.v, x + size_of(k) * from.result.v.size());
+  }
+  return static_cast<int>(points.size());
+}
+
+const char* IpminmaxStatement(IpminmaxProblem problem, int which) {
+  if (problem == nullptr || problem->solving || !problem->answered || which < 0 || which > 3) {
+    return "";
+  }
+  const bool done = guarded(problem, [&]() -> std::string {
+                      problem->statement = statements(
+                          problem->application->LastResult())[static_cast<std::size_t>(which)];
+                      return {};
+                    }) != 0;
+  return done ? problem->statement.c_str() : "";
 }

@@ -260,6 +260,16 @@ int IpminmaxGetWorstCaseBranches(IpminmaxProblem problem, int capacity, double *
 int IpminmaxGetRobustWorstCases(IpminmaxProblem problem, int capacity, int *constraints,
                                 double *values, double *multipliers, int *active, double *worst_x);
 
+/* Certified points that the starts of the last solve led to (option minmax_starts), the best first.
+ * Returns how many there are and fills the first capacity of each array that is not NULL: values (of
+ * the objective), found (starts that ended there), x (capacity times n). */
+int IpminmaxGetPoints(IpminmaxProblem problem, int capacity, double *values, int *found, double *x);
+
+/* What the last solve says, for people: 0 why it stopped, 1 what the point is locally, 2 what was
+ * looked at over all of y, 3 what over x; "" before the first one and for other numbers. Valid until
+ * the next call for this problem. */
+const char *IpminmaxStatement(IpminmaxProblem problem, int which);
+
 /* Inside the intermediate callback only, 0 elsewhere: the iterate, as IpminmaxSolve would return it
  * if the callback stopped now. Unscaled; arrays of n: x, z_L, z_U, of m: g, lambda; each may be
  * NULL. Evaluates eval_f and eval_g, with fixed variables also eval_grad_f and eval_jac_g. */

@@ -149,6 +149,7 @@ class StageGame final : public Problem {
     shared_ = np + gains() + disturbance_gains() + (free_time() ? 1 : 0);
     locals_ = kBlock + nx + shared_ + h_.memory * nw;
     stage_tape_.emplace(static_cast<Index>(locals_), kRows + 1);
+    wide_tape_.emplace(static_cast<Index>(locals_), kRows + 1);
     end_tape_.emplace(static_cast<Index>(nx + shared_), nt + 1);
     describe_variables();
     find_structure();
@@ -317,14 +318,30 @@ class StageGame final : public Problem {
                              std::span<const double> lambda, bool, std::span<double> to) override {
     std::ranges::fill(to, 0.0);
     std::size_t place = 0;
-    for (std::size_t k = 0; k < h_.stages; ++k) {
-      record_stage(v, k);
-      weights_.assign(kRows + 1, sigma);
-      std::ranges::copy(lambda.subspan(k * kRows, kRows), weights_.begin());
-      stage_values_.assign(stage_pattern_.hessian.size(), 0.0);
-      stage_tape_->hessian(weights_, stage_values_);
-      for (std::size_t e = 0; e < stage_values_.size(); ++e) {
-        if (is_there(k, stage_pattern_.hessian[e])) to[place++] = stage_values_[e];
+    for (std::size_t k = 0; k < h_.stages;) {
+      if (record_wide(v, k)) {
+        wide_weights_.resize(kRows + 1);
+        wide_weights_[kRows].fill(sigma);
+        for (std::size_t l = 0; l < kLanes; ++l) {
+          for (std::size_t j = 0; j < kRows; ++j) wide_weights_[j][l] = lambda[(k + l) * kRows + j];
+        }
+        wide_values_.assign(stage_pattern_.hessian.size(), {});
+        wide_tape_->hessian_at(wide_weights_, wide_values_);
+        for (std::size_t l = 0; l < kLanes; ++l) {
+          for (const auto& value : wide_values_) to[place++] = value[l];
+        }
+        k += kLanes;
+        continue;
+      }
+      for (const std::size_t end = end_of_group(k); k < end; ++k) {
+        record_stage(v, k);
+        weights_.assign(kRows + 1, sigma);
+        std::ranges::copy(lambda.subspan(k * kRows, kRows), weights_.begin());
+        stage_values_.assign(stage_pattern_.hessian.size(), 0.0);
+        stage_tape_->hessian(weights_, stage_values_);
+        for (std::size_t e = 0; e < stage_values_.size(); ++e) {
+          if (is_there(k, stage_pattern_.hessian[e])) to[place++] = stage_values_[e];
+        }
       }
     }
     record_end(v);
@@ -340,6 +357,9 @@ class StageGame final : public Problem {
       !requires(const Model& m, std::span<const Plain> in, std::span<Plain> out) {
     m.dynamics(in, in, in, out);
   };
+  /// Stages whose derivatives are taken together: what an operation costs beside its arithmetic is
+  /// paid once.
+  static constexpr std::size_t kLanes = 4;
   static constexpr std::size_t kBlock = nx + nu + nw;  ///< variables of a stage
   static constexpr std::size_t kRows = nx + nl;        ///< constraints of a stage
   /// With more stages names would take longer than a solve.
@@ -487,6 +507,7 @@ class StageGame final : public Problem {
     record_end(start_.v);
     end_pattern_ = end_tape_->pattern();
     stage_tape_->set_pattern(stage_pattern_);
+    wide_tape_->set_pattern(stage_pattern_);
     end_tape_->set_pattern(end_pattern_);
     for (std::size_t k = 0; k < h_.stages; ++k) {
       for (const auto& [row, col] : stage_pattern_.jacobian) {
@@ -699,6 +720,24 @@ class StageGame final : public Problem {
     }
   }
 
+  /// Derivatives of several stages at a time. False: they have to be taken one by one, as stages
+  /// differ (functions of the stage's number, the first ones with memory, branches) or are few.
+  [[nodiscard]] bool record_wide(std::span<const double> v, std::size_t k) {
+    if (kTakesPoints || h_.memory > 0 || k + kLanes > h_.stages) return false;
+    local_.resize(locals_);
+    wide_local_.resize(locals_);
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      gather(v, k + l, local_);
+      for (std::size_t i = 0; i < locals_; ++i) wide_local_[i][l] = local_[i];
+    }
+    using Wide = autodiff::TapedLanes<kLanes>;
+    return wide_tape_->record_at(wide_local_, [&](std::span<const Wide> in, std::span<Wide> out) {
+      run_stage<Wide>(k, in, out);
+    });
+  }
+  [[nodiscard]] std::size_t end_of_group(std::size_t k) const {
+    return std::min(k + kLanes, h_.stages);
+  }
   void record_stage(std::span<const double> v, std::size_t k) {
     local_.resize(locals_);
     gather(v, k, local_);
@@ -740,18 +779,31 @@ class StageGame final : public Problem {
     derivative_point_.clear();
     std::ranges::fill(gradient_, 0.0);
     std::size_t place = 0;
-    for (std::size_t k = 0; k < h_.stages; ++k) {
-      record_stage(v, k);
-      stage_values_.assign(stage_pattern_.jacobian.size(), 0.0);
-      stage_tape_->jacobian(0, kRows + 1, stage_values_);
-      for (std::size_t e = 0; e < stage_values_.size(); ++e) {
+    const auto put = [&](std::size_t k, auto value_of) {
+      for (std::size_t e = 0; e < stage_pattern_.jacobian.size(); ++e) {
         const auto& [row, col] = stage_pattern_.jacobian[e];
-        const auto local = static_cast<std::size_t>(col);
-        if (row < index(kRows)) {
-          if (k >= h_.memory || global(k, local) >= 0) jacobian_[place++] = stage_values_[e];
-        } else if (const Index i = global(k, local); i >= 0) {
-          gradient_[static_cast<std::size_t>(i)] += stage_values_[e];
-        }
+        const Index i = global(k, static_cast<std::size_t>(col));
+        if (i < 0) continue;
+        if (row < index(kRows))
+          jacobian_[place++] = value_of(e);
+        else
+          gradient_[static_cast<std::size_t>(i)] += value_of(e);
+      }
+    };
+    for (std::size_t k = 0; k < h_.stages;) {
+      if (record_wide(v, k)) {
+        wide_values_.assign(stage_pattern_.jacobian.size(), {});
+        wide_tape_->jacobian_at(0, kRows + 1, wide_values_);
+        for (std::size_t l = 0; l < kLanes; ++l)
+          put(k + l, [&](std::size_t e) { return wide_values_[e][l]; });
+        k += kLanes;
+        continue;
+      }
+      for (const std::size_t end = end_of_group(k); k < end; ++k) {
+        record_stage(v, k);
+        stage_values_.assign(stage_pattern_.jacobian.size(), 0.0);
+        stage_tape_->jacobian(0, kRows + 1, stage_values_);
+        put(k, [&](std::size_t e) { return stage_values_[e]; });
       }
     }
     record_end(v);
@@ -781,6 +833,7 @@ class StageGame final : public Problem {
   std::size_t shared_ = 0;  ///< parameters, gains, memory, duration
   std::size_t locals_ = 0;  ///< inputs of a stage
   std::optional<autodiff::Tape> stage_tape_, end_tape_;
+  std::optional<autodiff::TapeOf<kLanes>> wide_tape_;
   autodiff::Pattern stage_pattern_, end_pattern_;
   ProblemStructure structure_;
   PrimalDual start_;
@@ -791,6 +844,7 @@ class StageGame final : public Problem {
   double objective_ = 0.0;
   std::vector<double> rows_, gradient_, jacobian_;
   std::vector<double> local_, weights_, stage_values_;
+  std::vector<autodiff::Lanes<kLanes>> wide_local_, wide_weights_, wide_values_;
   std::vector<Plain> plain_;
 };
 

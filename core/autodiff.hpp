@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <compare>
 #include <cstddef>
@@ -61,11 +62,13 @@ class Operation {
   std::uint64_t word_ = 0;
 };
 
-struct Slopes {
-  double a = 0.0, b = 0.0;
-};
+/// Numbers of L evaluations side by side.
+template <std::size_t L>
+using Lanes = std::array<double, L>;
 
-/// The operations of one run of the formulas: inputs are 0, ..., n - 1, operations follow.
+/// The operations of one run of the formulas at L points at once: inputs are 0, ..., n - 1,
+/// operations follow.
+template <std::size_t L>
 class Recording {
  public:
   /// Forgets the last run. known: operations that are expected, or empty.
@@ -75,210 +78,303 @@ class Recording {
     known_ = known;
     own_.clear();
     bend_count_ = 0;
-    if (slopes_.size() < known.size()) slopes_.resize(known.size());
+    splits_ = false;
+    if (slopes_.size() < 2 * known.size()) slopes_.resize(2 * known.size());
   }
-  [[nodiscard]] Index add(Operation operation, Slopes slopes) {
-    if (count_ < known_.size() && known_[count_] == operation) {
-      slopes_[count_] = slopes;
-    } else {
-      add_unknown(operation, slopes);
-    }
+  [[nodiscard]] Index add(Operation operation, const Lanes<L>& a, const Lanes<L>& b) {
+    if (count_ >= known_.size() || known_[count_] != operation) add_unknown(operation);
+    slopes_[2 * count_] = a;
+    slopes_[2 * count_ + 1] = b;
     return inputs_ + static_cast<Index>(count_++);
   }
   /// A second derivative of the operation that is added next.
-  void bend(double second) {
+  void bend(const Lanes<L>& second) {
     if (bend_count_ == bends_.size()) bends_.resize(2 * bend_count_ + 64);
     bends_[bend_count_++] = second;
   }
+  /// A branch was asked for that differs between the points.
+  void split() { splits_ = true; }
+  [[nodiscard]] bool splits() const { return splits_; }
 
   [[nodiscard]] bool as_known() const { return count_ == known_.size() && own_.empty(); }
-  /// All operations of a run that did not go as known.
+  /// All operations of the run.
   [[nodiscard]] std::vector<Operation> operations() const {
     if (!own_.empty()) return own_;
     return {known_.begin(), known_.begin() + static_cast<std::ptrdiff_t>(count_)};
   }
-  [[nodiscard]] const Slopes& slopes(std::size_t k) const { return slopes_[k]; }
-  [[nodiscard]] const std::vector<double>& bends() const { return bends_; }
+  /// Of operation k to its first and second operand.
+  [[nodiscard]] const Lanes<L>& slope_a(std::size_t k) const { return slopes_[2 * k]; }
+  [[nodiscard]] const Lanes<L>& slope_b(std::size_t k) const { return slopes_[2 * k + 1]; }
+  [[nodiscard]] const Lanes<L>* bends() const { return bends_.data(); }
 
  private:
-  void add_unknown(Operation operation, Slopes slopes) {
+  void add_unknown(Operation operation) {
     if (count_ >= static_cast<std::size_t>(std::numeric_limits<Index>::max() - inputs_ - 1)) {
       throw std::length_error("formulas with more than 2^31 operations");
     }
     if (own_.empty()) own_ = operations();
     known_ = {};
     own_.push_back(operation);
-    slopes_.resize(std::max(slopes_.size(), count_));
-    if (slopes_.size() == count_)
-      slopes_.push_back(slopes);
-    else
-      slopes_[count_] = slopes;
+    if (slopes_.size() < 2 * own_.size()) slopes_.resize(4 * own_.size());
   }
 
   Index inputs_ = 0;
   std::size_t count_ = 0;
   std::span<const Operation> known_;
   std::vector<Operation> own_;
-  std::vector<Slopes> slopes_;
+  std::vector<Lanes<L>> slopes_;  ///< two of each operation
   std::size_t bend_count_ = 0;
-  std::vector<double> bends_;
+  std::vector<Lanes<L>> bends_;
+  bool splits_ = false;
 };
 
 /// Of this thread, while formulas run.
-inline constinit thread_local Recording* recording = nullptr;
+template <std::size_t L>
+inline constinit thread_local Recording<L>* recording = nullptr;
 
-}  // namespace autodiff
+/// Value and derivatives of a function of one number, and of two.
+struct Unary {
+  double value, a, aa;
+};
+struct Binary {
+  double value, a, b, aa, ab, bb;
+};
 
-/// A number that remembers how it was computed: a constant, or a constant plus factor times an input
-/// or operation.
-class Taped {
+/// A number that remembers how it was computed, at L points at once: a constant, or a constant plus
+/// factor times an input or operation. Comparisons compare values.
+template <std::size_t L>
+class TapedLanes {
  public:
-  Taped(double constant = 0.0) : value_(constant) {}  // NOLINT: conversion is the point
-  Taped(double value, Index node, double factor = 1.0)
+  TapedLanes(double constant = 0.0) { value_.fill(constant); }  // NOLINT: conversion is the point
+  TapedLanes(const Lanes<L>& value, Index node, double factor = 1.0)
       : value_(value), factor_(factor), node_(node) {}
 
-  [[nodiscard]] double value() const { return value_; }
+  /// Of the first point; the others follow one by one where formulas ask for it.
+  [[nodiscard]] double value() const {
+    if (L > 1 && recording<L> != nullptr) recording<L>->split();
+    return value_[0];
+  }
   [[nodiscard]] Index node() const { return node_; }  ///< -1: a constant
   [[nodiscard]] double factor() const { return factor_; }
 
-  friend Taped operator+(const Taped& a, const Taped& b) {
-    const double value = a.value_ + b.value_;
-    if (b.node_ < 0) return {value, a.node_, a.factor_};
-    if (a.node_ < 0) return {value, b.node_, b.factor_};
-    return linear(a, b, value, b.factor_);
+  friend TapedLanes operator+(const TapedLanes& a, const TapedLanes& b) { return sum(a, b, 1.0); }
+  friend TapedLanes operator-(const TapedLanes& a, const TapedLanes& b) { return sum(a, b, -1.0); }
+  friend TapedLanes operator*(const TapedLanes& a, const TapedLanes& b) {
+    Lanes<L> value;
+    for (std::size_t l = 0; l < L; ++l) value[l] = a.value_[l] * b.value_[l];
+    if (b.node_ < 0) return a.scaled(value, b.value_[0]);
+    if (a.node_ < 0) return b.scaled(value, a.value_[0]);
+    Lanes<L> slope_a, slope_b, second;
+    for (std::size_t l = 0; l < L; ++l) {
+      slope_a[l] = b.value_[l] * a.factor_;
+      slope_b[l] = a.value_[l] * b.factor_;
+      second[l] = a.factor_ * b.factor_;
+    }
+    recording<L>->bend(second);
+    return {value, recording<L>->add({a.node_, b.node_, Bend::Product}, slope_a, slope_b)};
   }
-  friend Taped operator-(const Taped& a, const Taped& b) {
-    const double value = a.value_ - b.value_;
-    if (b.node_ < 0) return {value, a.node_, a.factor_};
-    if (a.node_ < 0) return {value, b.node_, -b.factor_};
-    return linear(a, b, value, -b.factor_);
+  friend TapedLanes operator/(const TapedLanes& a, const TapedLanes& b) {
+    if (b.node_ < 0) return a * TapedLanes(1.0 / b.value_[0]);
+    if (a.node_ < 0) {
+      const double numerator = a.value_[0];
+      return unary(b, [numerator](double x) {
+        const double inverse = 1.0 / x, ratio = numerator * inverse;
+        return Unary{ratio, -ratio * inverse, 2.0 * ratio * inverse * inverse};
+      });
+    }
+    return binary(a, b, [](double x, double y) {
+      const double inverse = 1.0 / y, ratio = x * inverse;
+      return Binary{ratio,
+                    inverse,
+                    -ratio * inverse,
+                    0.0,
+                    -inverse * inverse,
+                    2.0 * ratio * inverse * inverse};
+    });
   }
-  friend Taped operator*(const Taped& a, const Taped& b) {
-    const double value = a.value_ * b.value_;
-    if (b.node_ < 0) return {value, a.node_, a.factor_ * b.value_};
-    if (a.node_ < 0) return {value, b.node_, b.factor_ * a.value_};
-    autodiff::recording->bend(a.factor_ * b.factor_);
-    return {value, autodiff::recording->add({a.node_, b.node_, autodiff::Bend::Product},
-                                            {b.value_ * a.factor_, a.value_ * b.factor_})};
+  friend TapedLanes operator-(const TapedLanes& a) { return a * TapedLanes(-1.0); }
+  friend TapedLanes operator+(const TapedLanes& a) { return a; }
+  TapedLanes& operator+=(const TapedLanes& b) { return *this = *this + b; }
+  TapedLanes& operator-=(const TapedLanes& b) { return *this = *this - b; }
+  TapedLanes& operator*=(const TapedLanes& b) { return *this = *this * b; }
+  TapedLanes& operator/=(const TapedLanes& b) { return *this = *this / b; }
+  friend std::partial_ordering operator<=>(const TapedLanes& a, const TapedLanes& b) {
+    const std::partial_ordering first = a.value_[0] <=> b.value_[0];
+    for (std::size_t l = 1; l < L; ++l) {
+      if ((a.value_[l] <=> b.value_[l]) != first) recording<L>->split();
+    }
+    return first;
   }
-  friend Taped operator/(const Taped& a, const Taped& b) {
-    const double inverse = 1.0 / b.value_;
-    const double ratio = a.value_ * inverse;
-    if (b.node_ < 0) return {ratio, a.node_, a.factor_ * inverse};
-    if (a.node_ < 0) return unary(b, ratio, -ratio * inverse, 2.0 * ratio * inverse * inverse);
-    return binary(a, b, ratio, {inverse, -ratio * inverse}, 0.0, -inverse * inverse,
-                  2.0 * ratio * inverse * inverse);
-  }
-  friend Taped operator-(const Taped& a) { return {-a.value_, a.node_, -a.factor_}; }
-  friend Taped operator+(const Taped& a) { return a; }
-  Taped& operator+=(const Taped& b) { return *this = *this + b; }
-  Taped& operator-=(const Taped& b) { return *this = *this - b; }
-  Taped& operator*=(const Taped& b) { return *this = *this * b; }
-  Taped& operator/=(const Taped& b) { return *this = *this / b; }
-  friend auto operator<=>(const Taped& a, const Taped& b) { return a.value_ <=> b.value_; }
-  friend bool operator==(const Taped& a, const Taped& b) { return a.value_ == b.value_; }
+  friend bool operator==(const TapedLanes& a, const TapedLanes& b) { return (a <=> b) == 0; }
 
-  friend Taped sqrt(const Taped& a) {
-    const double root = std::sqrt(a.value_);
-    return unary(a, root, 0.5 / root, -0.25 / (root * a.value_));
+  friend TapedLanes sqrt(const TapedLanes& a) {
+    return unary(a, [](double x) {
+      const double root = std::sqrt(x);
+      return Unary{root, 0.5 / root, -0.25 / (root * x)};
+    });
   }
-  friend Taped exp(const Taped& a) {
-    const double e = std::exp(a.value_);
-    return unary(a, e, e, e);
+  friend TapedLanes exp(const TapedLanes& a) {
+    return unary(a, [](double x) {
+      const double e = std::exp(x);
+      return Unary{e, e, e};
+    });
   }
-  friend Taped log(const Taped& a) {
-    const double inverse = 1.0 / a.value_;
-    return unary(a, std::log(a.value_), inverse, -inverse * inverse);
+  friend TapedLanes log(const TapedLanes& a) {
+    return unary(a, [](double x) {
+      const double inverse = 1.0 / x;
+      return Unary{std::log(x), inverse, -inverse * inverse};
+    });
   }
-  friend Taped sin(const Taped& a) {
-    const double s = std::sin(a.value_);
-    return unary(a, s, std::cos(a.value_), -s);
+  friend TapedLanes sin(const TapedLanes& a) {
+    return unary(a, [](double x) {
+      const double s = std::sin(x);
+      return Unary{s, std::cos(x), -s};
+    });
   }
-  friend Taped cos(const Taped& a) {
-    const double c = std::cos(a.value_);
-    return unary(a, c, -std::sin(a.value_), -c);
+  friend TapedLanes cos(const TapedLanes& a) {
+    return unary(a, [](double x) {
+      const double c = std::cos(x);
+      return Unary{c, -std::sin(x), -c};
+    });
   }
-  friend Taped tan(const Taped& a) {
-    const double t = std::tan(a.value_);
-    return unary(a, t, 1.0 + t * t, 2.0 * t * (1.0 + t * t));
+  friend TapedLanes tan(const TapedLanes& a) {
+    return unary(a, [](double x) {
+      const double t = std::tan(x);
+      return Unary{t, 1.0 + t * t, 2.0 * t * (1.0 + t * t)};
+    });
   }
-  friend Taped asin(const Taped& a) {
-    const double c = 1.0 - a.value_ * a.value_;
-    return unary(a, std::asin(a.value_), 1.0 / std::sqrt(c), a.value_ / (c * std::sqrt(c)));
+  friend TapedLanes asin(const TapedLanes& a) {
+    return unary(a, [](double x) {
+      const double c = 1.0 - x * x;
+      return Unary{std::asin(x), 1.0 / std::sqrt(c), x / (c * std::sqrt(c))};
+    });
   }
-  friend Taped acos(const Taped& a) {
-    const double c = 1.0 - a.value_ * a.value_;
-    return unary(a, std::acos(a.value_), -1.0 / std::sqrt(c), -a.value_ / (c * std::sqrt(c)));
+  friend TapedLanes acos(const TapedLanes& a) {
+    return unary(a, [](double x) {
+      const double c = 1.0 - x * x;
+      return Unary{std::acos(x), -1.0 / std::sqrt(c), -x / (c * std::sqrt(c))};
+    });
   }
-  friend Taped atan(const Taped& a) {
-    const double d = 1.0 / (1.0 + a.value_ * a.value_);
-    return unary(a, std::atan(a.value_), d, -2.0 * a.value_ * d * d);
+  friend TapedLanes atan(const TapedLanes& a) {
+    return unary(a, [](double x) {
+      const double d = 1.0 / (1.0 + x * x);
+      return Unary{std::atan(x), d, -2.0 * x * d * d};
+    });
   }
-  friend Taped atan2(const Taped& y, const Taped& x) {
-    const double d = 1.0 / (x.value_ * x.value_ + y.value_ * y.value_);
-    const double bend = 2.0 * x.value_ * y.value_ * d * d;
-    return binary(y, x, std::atan2(y.value_, x.value_), {x.value_ * d, -y.value_ * d}, -bend,
-                  (y.value_ * y.value_ - x.value_ * x.value_) * d * d, bend);
+  friend TapedLanes atan2(const TapedLanes& a, const TapedLanes& b) {
+    return binary(a, b, [](double y, double x) {
+      const double d = 1.0 / (x * x + y * y), bend = 2.0 * x * y * d * d;
+      return Binary{std::atan2(y, x), x * d, -y * d, -bend, (y * y - x * x) * d * d, bend};
+    });
   }
-  friend Taped hypot(const Taped& a, const Taped& b) {
-    const double r = std::hypot(a.value_, b.value_);
-    const double p = a.value_ / r, q = b.value_ / r;
-    return binary(a, b, r, {p, q}, q * q / r, -p * q / r, p * p / r);
+  friend TapedLanes hypot(const TapedLanes& a, const TapedLanes& b) {
+    return binary(a, b, [](double x, double y) {
+      const double r = std::hypot(x, y), p = x / r, q = y / r;
+      return Binary{r, p, q, q * q / r, -p * q / r, p * p / r};
+    });
   }
-  friend Taped sinh(const Taped& a) {
-    const double s = std::sinh(a.value_);
-    return unary(a, s, std::cosh(a.value_), s);
+  friend TapedLanes sinh(const TapedLanes& a) {
+    return unary(a, [](double x) {
+      const double s = std::sinh(x);
+      return Unary{s, std::cosh(x), s};
+    });
   }
-  friend Taped cosh(const Taped& a) {
-    const double c = std::cosh(a.value_);
-    return unary(a, c, std::sinh(a.value_), c);
+  friend TapedLanes cosh(const TapedLanes& a) {
+    return unary(a, [](double x) {
+      const double c = std::cosh(x);
+      return Unary{c, std::sinh(x), c};
+    });
   }
-  friend Taped tanh(const Taped& a) {
-    const double t = std::tanh(a.value_);
-    return unary(a, t, 1.0 - t * t, -2.0 * t * (1.0 - t * t));
+  friend TapedLanes tanh(const TapedLanes& a) {
+    return unary(a, [](double x) {
+      const double t = std::tanh(x);
+      return Unary{t, 1.0 - t * t, -2.0 * t * (1.0 - t * t)};
+    });
   }
   /// Not differentiable at 0, where the derivative is that of a.
-  friend Taped abs(const Taped& a) { return a.value_ < 0.0 ? -a : a; }
-  friend Taped fabs(const Taped& a) { return abs(a); }
-  friend Taped square(const Taped& a) { return unary(a, a.value_ * a.value_, 2.0 * a.value_, 2.0); }
-  friend Taped pow(const Taped& a, double p) {
+  friend TapedLanes abs(const TapedLanes& a) { return a < TapedLanes(0.0) ? -a : a; }
+  friend TapedLanes fabs(const TapedLanes& a) { return abs(a); }
+  friend TapedLanes square(const TapedLanes& a) {
+    return unary(a, [](double x) { return Unary{x * x, 2.0 * x, 2.0}; });
+  }
+  friend TapedLanes pow(const TapedLanes& a, double p) {
     if (p == 0.0) return 1.0;
     if (p == 1.0) return a;
-    return unary(a, std::pow(a.value_, p), p * std::pow(a.value_, p - 1.0),
-                 p == 2.0 ? 2.0 : p * (p - 1.0) * std::pow(a.value_, p - 2.0));
+    return unary(a, [p](double x) {
+      return Unary{std::pow(x, p), p * std::pow(x, p - 1.0),
+                   p == 2.0 ? 2.0 : p * (p - 1.0) * std::pow(x, p - 2.0)};
+    });
   }
-  friend Taped pow(const Taped& a, int p) { return pow(a, static_cast<double>(p)); }
+  friend TapedLanes pow(const TapedLanes& a, int p) { return pow(a, static_cast<double>(p)); }
   /// a > 0.
-  friend Taped pow(const Taped& a, const Taped& b) {
-    return b.node_ < 0 ? pow(a, b.value_) : exp(b * log(a));
+  friend TapedLanes pow(const TapedLanes& a, const TapedLanes& b) {
+    return b.node_ < 0 ? pow(a, b.value_[0]) : exp(b * log(a));
   }
 
  private:
-  static Taped linear(const Taped& a, const Taped& b, double value, double factor_of_b) {
-    return {value, autodiff::recording->add({a.node_, b.node_, autodiff::Bend::None},
-                                            {a.factor_, factor_of_b})};
+  [[nodiscard]] TapedLanes scaled(const Lanes<L>& value, double by) const {
+    return {value, node_, factor_ * by};
   }
-  static Taped unary(const Taped& a, double value, double slope, double second) {
-    if (a.node_ < 0) return value;
-    autodiff::recording->bend(second * a.factor_ * a.factor_);
-    return {value, autodiff::recording->add({a.node_, -1, autodiff::Bend::Unary},
-                                            {slope * a.factor_, 0.0})};
+  static TapedLanes sum(const TapedLanes& a, const TapedLanes& b, double sign) {
+    Lanes<L> value;
+    for (std::size_t l = 0; l < L; ++l) value[l] = a.value_[l] + sign * b.value_[l];
+    if (b.node_ < 0) return {value, a.node_, a.factor_};
+    if (a.node_ < 0) return {value, b.node_, sign * b.factor_};
+    Lanes<L> slope_a, slope_b;
+    slope_a.fill(a.factor_);
+    slope_b.fill(sign * b.factor_);
+    return {value, recording<L>->add({a.node_, b.node_, Bend::None}, slope_a, slope_b)};
   }
-  static Taped binary(const Taped& a, const Taped& b, double value, autodiff::Slopes slopes,
-                      double aa, double ab, double bb) {
-    if (b.node_ < 0) return unary(a, value, slopes.a, aa);
-    if (a.node_ < 0) return unary(b, value, slopes.b, bb);
-    autodiff::recording->bend(aa * a.factor_ * a.factor_);
-    autodiff::recording->bend(ab * a.factor_ * b.factor_);
-    autodiff::recording->bend(bb * b.factor_ * b.factor_);
-    return {value, autodiff::recording->add({a.node_, b.node_, autodiff::Bend::Binary},
-                                            {slopes.a * a.factor_, slopes.b * b.factor_})};
+  template <class F>
+  static TapedLanes unary(const TapedLanes& a, F f) {
+    Lanes<L> value, slope, second;
+    for (std::size_t l = 0; l < L; ++l) {
+      const Unary at = f(a.value_[l]);
+      value[l] = at.value;
+      slope[l] = at.a * a.factor_;
+      second[l] = at.aa * a.factor_ * a.factor_;
+    }
+    if (a.node_ < 0) return {value, -1};
+    recording<L>->bend(second);
+    return {value, recording<L>->add({a.node_, -1, Bend::Unary}, slope, slope)};
+  }
+  template <class F>
+  static TapedLanes binary(const TapedLanes& a, const TapedLanes& b, F f) {
+    if (b.node_ < 0) {
+      return unary(a, [&](double x) {
+        const Binary at = f(x, b.value_[0]);
+        return Unary{at.value, at.a, at.aa};
+      });
+    }
+    if (a.node_ < 0) {
+      return unary(b, [&](double y) {
+        const Binary at = f(a.value_[0], y);
+        return Unary{at.value, at.b, at.bb};
+      });
+    }
+    Lanes<L> value, slope_a, slope_b, aa, ab, bb;
+    for (std::size_t l = 0; l < L; ++l) {
+      const Binary at = f(a.value_[l], b.value_[l]);
+      value[l] = at.value;
+      slope_a[l] = at.a * a.factor_;
+      slope_b[l] = at.b * b.factor_;
+      aa[l] = at.aa * a.factor_ * a.factor_;
+      ab[l] = at.ab * a.factor_ * b.factor_;
+      bb[l] = at.bb * b.factor_ * b.factor_;
+    }
+    for (const Lanes<L>* numbers : {&aa, &ab, &bb}) recording<L>->bend(*numbers);
+    return {value, recording<L>->add({a.node_, b.node_, Bend::Binary}, slope_a, slope_b)};
   }
 
-  double value_ = 0.0;
+  Lanes<L> value_{};
   double factor_ = 1.0;
   Index node_ = -1;
 };
+
+}  // namespace autodiff
+
+/// A number that remembers how it was computed.
+using Taped = autodiff::TapedLanes<1>;
 
 /// A double under the names of Taped: formulas that call sin(x), abs(x), square(x) mean these.
 class Plain {
@@ -382,56 +478,75 @@ class Program {
            places(pattern_.hessian, whole.hessian, hessian_places_);
   }
 
+  template <std::size_t L>
   struct Arrays {
-    std::vector<double> adjoint;  ///< zero between calls
-    std::vector<double> gradients, second;
+    std::vector<Lanes<L>> adjoint;  ///< zero between calls
+    std::vector<Lanes<L>> gradients, second;
   };
 
   /// Derivatives of outputs first, ..., last - 1; other entries of values stay. values as long as
   /// the whole pattern. results: the outputs of the run.
-  void jacobian(const Recording& run, std::span<const Taped> results, std::size_t first,
-                std::size_t last, Arrays& work, std::span<double> values) const {
-    std::vector<double>& adjoint = work.adjoint;
-    adjoint.resize(static_cast<std::size_t>(inputs_) + operations_.size(), 0.0);
+  template <std::size_t L>
+  void jacobian(const Recording<L>& run, std::span<const TapedLanes<L>> results, std::size_t first,
+                std::size_t last, Arrays<L>& work, std::span<Lanes<L>> values) const {
+    std::vector<Lanes<L>>& adjoint = work.adjoint;
+    adjoint.resize(at(inputs_) + operations_.size(), Lanes<L>{});
     for (std::size_t j = first; j < last; ++j) {
       const Index output = outputs_[j];
       if (output < 0) continue;
-      adjoint[at(output)] = results[j].factor();
+      adjoint[at(output)].fill(results[j].factor());
       for (std::size_t r = row_begin_[j]; r < row_begin_[j + 1]; ++r) {
         const std::size_t k = rows_[r];
-        const double weight = std::exchange(adjoint[at(inputs_) + k], 0.0);
-        if (weight == 0.0) continue;
-        const Slopes& slopes = run.slopes(k);
-        adjoint[at(operations_[k].a())] += slopes.a * weight;
-        if (const Index b = operations_[k].b(); b >= 0) adjoint[at(b)] += slopes.b * weight;
+        const Lanes<L> weight = std::exchange(adjoint[at(inputs_) + k], Lanes<L>{});
+        if (L == 1 && weight[0] == 0.0) continue;
+        add(adjoint[at(operations_[k].a())], run.slope_a(k), weight);
+        if (const Index b = operations_[k].b(); b >= 0) add(adjoint[at(b)], run.slope_b(k), weight);
       }
       for (std::size_t e = entry_begin_[j]; e < entry_begin_[j + 1]; ++e) {
-        values[jacobian_places_[e]] = std::exchange(adjoint[at(pattern_.jacobian[e].col)], 0.0);
+        values[jacobian_places_[e]] =
+            std::exchange(adjoint[at(pattern_.jacobian[e].col)], Lanes<L>{});
       }
     }
   }
 
   /// Adds the Hessian of weights' outputs to values.
-  void hessian(const Recording& run, std::span<const Taped> results,
-               std::span<const double> weights, Arrays& work, std::span<double> values) const {
-    std::vector<double>& adjoint = work.adjoint;
-    adjoint.resize(at(inputs_) + operations_.size(), 0.0);
+  template <std::size_t L>
+  void hessian(const Recording<L>& run, std::span<const TapedLanes<L>> results,
+               std::span<const Lanes<L>> weights, Arrays<L>& work,
+               std::span<Lanes<L>> values) const {
+    std::vector<Lanes<L>>& adjoint = work.adjoint;
+    adjoint.resize(at(inputs_) + operations_.size(), Lanes<L>{});
     for (std::size_t j = 0; j < outputs_.size(); ++j) {
-      if (outputs_[j] >= 0) adjoint[at(outputs_[j])] += weights[j] * results[j].factor();
+      if (outputs_[j] >= 0) add(adjoint[at(outputs_[j])], results[j].factor(), weights[j]);
     }
-    work.second.assign(pattern_.hessian.size(), 0.0);
+    work.second.assign(pattern_.hessian.size(), Lanes<L>{});
     if (by_directions_)
       sweep_directions(run, work);
     else
       sweep_terms(run, work);
     for (std::size_t e = 0; e < work.second.size(); ++e) {
-      values[hessian_places_[e]] += work.second[e];
+      add(values[hessian_places_[e]], 1.0, work.second[e]);
     }
-    std::fill_n(adjoint.begin(), inputs_, 0.0);
+    std::fill_n(adjoint.begin(), inputs_, Lanes<L>{});
   }
 
  private:
   static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+  /// to += a b in each lane.
+  template <std::size_t L>
+  static void add(Lanes<L>& to, const Lanes<L>& a, const Lanes<L>& b) {
+    for (std::size_t l = 0; l < L; ++l) to[l] += a[l] * b[l];
+  }
+  template <std::size_t L>
+  static void add(Lanes<L>& to, double a, const Lanes<L>& b) {
+    for (std::size_t l = 0; l < L; ++l) to[l] += a * b[l];
+  }
+  template <std::size_t L>
+  static Lanes<L> product(const Lanes<L>& a, const Lanes<L>& b) {
+    Lanes<L> result;
+    for (std::size_t l = 0; l < L; ++l) result[l] = a[l] * b[l];
+    return result;
+  }
 
   /// Of each output: the operations that it depends on, last first, and the inputs.
   void find_rows() {
@@ -536,23 +651,24 @@ class Program {
     steps_.push_back(step);
   }
 
-  void sweep_gradients(const Recording& run, std::vector<double>& values) const {
+  template <std::size_t L>
+  void sweep_gradients(const Recording<L>& run, std::vector<Lanes<L>>& values) const {
     values.resize(gradient_inputs_.size());
-    std::fill_n(values.begin(), units_, 1.0);
+    for (std::size_t i = 0; i < units_; ++i) values[i].fill(1.0);
     for (const GradientStep& step : steps_) {
-      const Slopes& slopes = run.slopes(step.operation);
-      double* const to = values.data() + step.to.begin;
-      const double* a = values.data() + step.a.begin;
-      const double* b = values.data() + step.b.begin;
+      const Lanes<L>&slope_a = run.slope_a(step.operation), &slope_b = run.slope_b(step.operation);
+      Lanes<L>* const to = values.data() + step.to.begin;
+      const Lanes<L>* a = values.data() + step.a.begin;
+      const Lanes<L>* b = values.data() + step.b.begin;
       if (step.a.size == step.to.size) {
-        for (std::size_t i = 0; i < step.to.size; ++i) to[i] = slopes.a * a[i];
+        for (std::size_t i = 0; i < step.to.size; ++i) to[i] = product(slope_a, a[i]);
       } else {
-        std::fill_n(to, step.to.size, 0.0);
+        std::fill_n(to, step.to.size, Lanes<L>{});
         const std::uint32_t* map = maps_.data() + step.map_a;
-        for (std::size_t i = 0; i < step.a.size; ++i) to[map[i]] = slopes.a * a[i];
+        for (std::size_t i = 0; i < step.a.size; ++i) to[map[i]] = product(slope_a, a[i]);
       }
       const std::uint32_t* map = maps_.data() + step.map_b;
-      for (std::size_t i = 0; i < step.b.size; ++i) to[map[i]] += slopes.b * b[i];
+      for (std::size_t i = 0; i < step.b.size; ++i) add(to[map[i]], slope_b, b[i]);
     }
   }
 
@@ -618,19 +734,56 @@ class Program {
   }
 
   /// By sums over operations with second derivatives.
-  void sweep_terms(const Recording& run, Arrays& work) const {
+  template <std::size_t L>
+  void sweep_terms(const Recording<L>& run, Arrays<L>& work) const {
     sweep_gradients(run, work.gradients);
-    std::vector<double>& adjoint = work.adjoint;
+    std::vector<Lanes<L>>& adjoint = work.adjoint;
     std::size_t next = bends_.size();
     for (std::size_t k = operations_.size(); k-- > 0;) {
-      const double weight = std::exchange(adjoint[at(inputs_) + k], 0.0);
+      const Lanes<L> weight = std::exchange(adjoint[at(inputs_) + k], Lanes<L>{});
       const bool bends = next > 0 && bends_[next - 1].operation == k;
       if (bends) --next;
-      if (weight == 0.0) continue;
-      const Slopes& slopes = run.slopes(k);
-      adjoint[at(operations_[k].a())] += slopes.a * weight;
-      if (const Index b = operations_[k].b(); b >= 0) adjoint[at(b)] += slopes.b * weight;
-      if (bends) add_bend(bends_[next], run.bends(), weight, work);
+      if (!live_[k] || (L == 1 && weight[0] == 0.0)) continue;
+      add(adjoint[at(operations_[k].a())], run.slope_a(k), weight);
+      if (const Index b = operations_[k].b(); b >= 0) add(adjoint[at(b)], run.slope_b(k), weight);
+      if (bends) add_bend(bends_[next], run.bends() + bends_[next].numbers, weight, work);
+    }
+  }
+  template <std::size_t L>
+  void add_bend(const BendStep& step, const Lanes<L>* numbers, const Lanes<L>& weight,
+                Arrays<L>& work) const {
+    const Lanes<L>* const a = work.gradients.data() + step.a.begin;
+    const Lanes<L>* const b = work.gradients.data() + step.b.begin;
+    const std::uint32_t* target = targets_.data() + step.targets;
+    Lanes<L>* const to = work.second.data();
+    const auto add_square = [&](const Lanes<L>* g, std::size_t size, const Lanes<L>& number) {
+      const Lanes<L> factor = product(weight, number);
+      for (std::size_t i = 0; i < size; ++i) {
+        const Lanes<L> row = product(factor, g[i]);
+        for (std::size_t j = 0; j <= i; ++j) add(to[*target++], row, g[j]);
+      }
+    };
+    const auto add_product = [&](const Lanes<L>& number) {
+      // A pair of different inputs comes once from each order; one of equal ones has both at once.
+      const std::span<const Index> ia = inputs_of(step.a), ib = inputs_of(step.b);
+      const Lanes<L> factor = product(weight, number);
+      for (std::size_t i = 0; i < ia.size(); ++i) {
+        const Lanes<L> row = product(factor, a[i]);
+        for (std::size_t j = 0; j < ib.size(); ++j) {
+          Lanes<L>& entry = to[*target++];
+          add(entry, row, b[j]);
+          if (ia[i] == ib[j]) add(entry, row, b[j]);
+        }
+      }
+    };
+    if (step.bend == Bend::Product) {
+      add_product(numbers[0]);
+    } else if (step.bend == Bend::Unary) {
+      add_square(a, step.a.size, numbers[0]);
+    } else {
+      add_square(a, step.a.size, numbers[0]);
+      add_product(numbers[1]);
+      add_square(b, step.b.size, numbers[2]);
     }
   }
 
@@ -653,30 +806,29 @@ class Program {
   }
 
   /// Derivatives of all numbers along all directions, then those of the adjoints.
-  void sweep_directions(const Recording& run, Arrays& work) const {
+  template <std::size_t L>
+  void sweep_directions(const Recording<L>& run, Arrays<L>& work) const {
     const std::size_t d = directions_, n = at(inputs_), size = n + operations_.size();
-    work.gradients.assign(2 * size * d, 0.0);
-    double* const along = work.gradients.data();
-    double* const back = along + size * d;
+    work.gradients.assign(2 * size * d, Lanes<L>{});
+    Lanes<L>* const along = work.gradients.data();
+    Lanes<L>* const back = along + size * d;
     for (std::size_t i = 0; i < n; ++i) {
-      if (direction_[i] >= 0) along[i * d + at(direction_[i])] = 1.0;
+      if (direction_[i] >= 0) along[i * d + at(direction_[i])].fill(1.0);
     }
     for (std::size_t k = 0; k < operations_.size(); ++k) {
-      const Slopes slopes = run.slopes(k);
-      double* const to = along + (n + k) * d;
-      const double* const a = along + at(operations_[k].a()) * d;
-      if (operations_[k].b() < 0) {
-        for (std::size_t i = 0; i < d; ++i) to[i] = slopes.a * a[i];
-      } else {
-        const double* const b = along + at(operations_[k].b()) * d;
-        for (std::size_t i = 0; i < d; ++i) to[i] = slopes.a * a[i] + slopes.b * b[i];
-      }
+      Lanes<L>* const to = along + (n + k) * d;
+      const Lanes<L>* const a = along + at(operations_[k].a()) * d;
+      const Lanes<L> slope_a = run.slope_a(k), slope_b = run.slope_b(k);
+      for (std::size_t i = 0; i < d; ++i) to[i] = product(slope_a, a[i]);
+      if (operations_[k].b() < 0) continue;
+      const Lanes<L>* const b = along + at(operations_[k].b()) * d;
+      for (std::size_t i = 0; i < d; ++i) add(to[i], slope_b, b[i]);
     }
     std::size_t next = bends_.size();
     for (std::size_t k = operations_.size(); k-- > 0;) {
-      const double weight = std::exchange(work.adjoint[n + k], 0.0);
       const bool bends = next > 0 && bends_[next - 1].operation == k;
       if (bends) --next;
+      const Lanes<L> weight = std::exchange(work.adjoint[n + k], Lanes<L>{});
       if (live_[k])  // a weight of zero may have derivatives
         pull_back(run, k, bends ? &bends_[next] : nullptr, weight, work.adjoint, along, back);
     }
@@ -686,73 +838,37 @@ class Program {
     }
   }
   /// Operation k's adjoint, the weight, and its derivatives to the operands.
-  void pull_back(const Recording& run, std::size_t k, const BendStep* bend, double weight,
-                 std::vector<double>& adjoint, const double* along, double* back) const {
-    const std::size_t d = directions_;
-    const Slopes slopes = run.slopes(k);
-    const std::size_t a = at(operations_[k].a());
-    const double* const from = back + (at(inputs_) + k) * d;
-    const double* const along_a = along + a * d;
-    double* const to_a = back + a * d;
-    double aa = 0.0, ab = 0.0, bb = 0.0;
-    if (bend != nullptr) {
-      const double* const numbers = run.bends().data() + bend->numbers;
-      if (bend->bend == Bend::Product)
-        ab = weight * numbers[0];
-      else
-        aa = weight * numbers[0];
-      if (bend->bend == Bend::Binary) ab = weight * numbers[1], bb = weight * numbers[2];
+  template <std::size_t L>
+  void pull_back(const Recording<L>& run, std::size_t k, const BendStep* bend,
+                 const Lanes<L>& weight, std::vector<Lanes<L>>& adjoint, const Lanes<L>* along,
+                 Lanes<L>* back) const {
+    const std::size_t d = directions_, a = at(operations_[k].a());
+    const Index second = operations_[k].b();
+    const std::size_t b = second < 0 ? a : at(second);
+    const Lanes<L> slope_a = run.slope_a(k), slope_b = run.slope_b(k);
+    const Lanes<L>* const from = back + (at(inputs_) + k) * d;
+    const Lanes<L>*const along_a = along + a * d, *const along_b = along + b * d;
+    Lanes<L>*const to_a = back + a * d, *const to_b = back + b * d;
+    add(adjoint[a], slope_a, weight);
+    for (std::size_t i = 0; i < d; ++i) add(to_a[i], slope_a, from[i]);
+    if (second >= 0) {
+      add(adjoint[b], slope_b, weight);
+      for (std::size_t i = 0; i < d; ++i) add(to_b[i], slope_b, from[i]);
     }
-    adjoint[a] += slopes.a * weight;
-    if (operations_[k].b() < 0) {
-      for (std::size_t i = 0; i < d; ++i) to_a[i] += slopes.a * from[i] + aa * along_a[i];
-      return;
+    if (bend == nullptr) return;
+    const Lanes<L>* const numbers = run.bends() + bend->numbers;
+    if (bend->bend != Bend::Product) {
+      const Lanes<L> aa = product(weight, numbers[0]);
+      for (std::size_t i = 0; i < d; ++i) add(to_a[i], aa, along_a[i]);
     }
-    const std::size_t b = at(operations_[k].b());
-    const double* const along_b = along + b * d;
-    double* const to_b = back + b * d;
-    adjoint[b] += slopes.b * weight;
-    if (bend == nullptr) {
-      for (std::size_t i = 0; i < d; ++i) to_a[i] += slopes.a * from[i];
-      for (std::size_t i = 0; i < d; ++i) to_b[i] += slopes.b * from[i];
-      return;
+    if (bend->bend != Bend::Unary) {
+      const Lanes<L> ab = product(weight, numbers[bend->bend == Bend::Product ? 0 : 1]);
+      for (std::size_t i = 0; i < d; ++i) add(to_a[i], ab, along_b[i]);
+      for (std::size_t i = 0; i < d; ++i) add(to_b[i], ab, along_a[i]);
     }
-    for (std::size_t i = 0; i < d; ++i)
-      to_a[i] += slopes.a * from[i] + aa * along_a[i] + ab * along_b[i];
-    for (std::size_t i = 0; i < d; ++i)
-      to_b[i] += slopes.b * from[i] + ab * along_a[i] + bb * along_b[i];
-  }
-
-  void add_bend(const BendStep& step, const std::vector<double>& numbers, double weight,
-                Arrays& work) const {
-    const double* const a = work.gradients.data() + step.a.begin;
-    const double* const b = work.gradients.data() + step.b.begin;
-    const std::uint32_t* target = targets_.data() + step.targets;
-    double* const to = work.second.data();
-    const auto add_square = [&](const double* g, std::size_t size, double factor) {
-      for (std::size_t i = 0; i < size; ++i) {
-        const double row = factor * g[i];
-        for (std::size_t j = 0; j <= i; ++j) to[*target++] += row * g[j];
-      }
-    };
-    const auto add_product = [&](double factor) {
-      // A pair of different inputs comes once from each order; one of equal ones has both at once.
-      const std::span<const Index> ia = inputs_of(step.a), ib = inputs_of(step.b);
-      for (std::size_t i = 0; i < ia.size(); ++i) {
-        const double row = factor * a[i];
-        for (std::size_t j = 0; j < ib.size(); ++j) {
-          to[*target++] += (ia[i] == ib[j] ? 2.0 * row : row) * b[j];
-        }
-      }
-    };
-    if (step.bend == Bend::Product) {
-      add_product(weight * numbers[step.numbers]);
-    } else if (step.bend == Bend::Unary) {
-      add_square(a, step.a.size, weight * numbers[step.numbers]);
-    } else {
-      add_square(a, step.a.size, weight * numbers[step.numbers]);
-      add_product(weight * numbers[step.numbers + 1]);
-      add_square(b, step.b.size, weight * numbers[step.numbers + 2]);
+    if (bend->bend == Bend::Binary) {
+      const Lanes<L> bb = product(weight, numbers[2]);
+      for (std::size_t i = 0; i < d; ++i) add(to_b[i], bb, along_b[i]);
     }
   }
 
@@ -775,27 +891,32 @@ class Program {
   bool by_directions_ = false;
 };
 
-/// Formulas from n inputs to m outputs at one point after another.
-class Tape {
+/// Formulas from n inputs to m outputs, at L points at once, one time after another.
+template <std::size_t L>
+class TapeOf {
  public:
-  Tape(Index inputs, std::size_t outputs) : inputs_(inputs), outputs_(outputs) {}
+  using Number = TapedLanes<L>;
 
-  /// Runs formulas(std::span<const Taped> inputs, std::span<Taped> outputs) at v.
+  TapeOf(Index inputs, std::size_t outputs) : inputs_(inputs), outputs_(outputs) {}
+
+  /// Runs formulas(std::span<const Number> inputs, std::span<Number> outputs) at v. False: a branch
+  /// differs between the points, and there are no derivatives.
   template <class Formulas>
-  void record(std::span<const double> v, Formulas&& formulas) {
+  [[nodiscard]] bool record_at(std::span<const Lanes<L>> v, Formulas&& formulas) {
     variables_.clear();
     for (std::size_t i = 0; i < v.size(); ++i) variables_.emplace_back(v[i], static_cast<Index>(i));
-    results_.assign(outputs_, Taped());
+    results_.assign(outputs_, Number());
     run_.begin(inputs_, current_ ? std::span<const Operation>(current_->operations())
                                  : std::span<const Operation>());
     {
       const Active active(run_);
-      formulas(std::span<const Taped>(variables_), std::span<Taped>(results_));
+      formulas(std::span<const Number>(variables_), std::span<Number>(results_));
     }
+    if (run_.splits()) return false;
     if (!current_ || !run_.as_known() || !has_outputs_of(*current_)) find_program();
+    return true;
   }
 
-  [[nodiscard]] double value(std::size_t output) const { return results_[output].value(); }
   /// Of the formulas as they ran last.
   [[nodiscard]] const Pattern& pattern() const { return current_->pattern(); }
   /// From now on values are in the order of this pattern, and formulas that run with other entries
@@ -808,29 +929,29 @@ class Tape {
 
   /// Rows first, ..., last - 1 of the Jacobian into values, which is as long as the pattern and zero
   /// where the run has no entries.
-  void jacobian(std::size_t first, std::size_t last, std::span<double> values) {
-    current_->jacobian(run_, results_, first, last, work_, values);
+  void jacobian_at(std::size_t first, std::size_t last, std::span<Lanes<L>> values) {
+    current_->template jacobian<L>(run_, results_, first, last, work_, values);
   }
   /// Adds the Hessian of weights' outputs.
-  void hessian(std::span<const double> weights, std::span<double> values) {
-    current_->hessian(run_, results_, weights, work_, values);
+  void hessian_at(std::span<const Lanes<L>> weights, std::span<Lanes<L>> values) {
+    current_->template hessian<L>(run_, results_, weights, work_, values);
   }
 
  private:
   /// Formulas inside formulas, as a model that is made while another runs, put back what was.
   class Active {
    public:
-    explicit Active(Recording& run) : before_(std::exchange(recording, &run)) {}
-    ~Active() { recording = before_; }
+    explicit Active(Recording<L>& run) : before_(std::exchange(recording<L>, &run)) {}
+    ~Active() { recording<L> = before_; }
     Active(const Active&) = delete;
     Active& operator=(const Active&) = delete;
 
    private:
-    Recording* before_;
+    Recording<L>* before_;
   };
 
   [[nodiscard]] bool has_outputs_of(const Program& program) const {
-    return std::ranges::equal(program.outputs(), results_, [](Index known, const Taped& result) {
+    return std::ranges::equal(program.outputs(), results_, [](Index known, const Number& result) {
       return known == result.node();
     });
   }
@@ -845,7 +966,7 @@ class Tape {
       }
     }
     std::vector<Index> places;
-    for (const Taped& result : results_) places.push_back(result.node());
+    for (const Number& result : results_) places.push_back(result.node());
     auto program = std::make_unique<Program>(operations, inputs_, std::move(places));
     if (whole_ && !program->place_in(*whole_)) {
       current_ = nullptr;
@@ -864,9 +985,35 @@ class Tape {
   std::shared_ptr<const Pattern> whole_;  ///< null: that of the run
   std::vector<std::unique_ptr<Program>> programs_;
   Program* current_ = nullptr;
-  Recording run_;
-  std::vector<Taped> variables_, results_;
-  Program::Arrays work_;
+  Recording<L> run_;
+  std::vector<Number> variables_, results_;
+  Program::Arrays<L> work_;
+};
+
+/// The same at one point, in plain numbers.
+class Tape : public TapeOf<1> {
+ public:
+  using TapeOf<1>::TapeOf;
+  template <class Formulas>
+  void record(std::span<const double> v, Formulas&& formulas) {
+    static_cast<void>(record_at(lanes(v), formulas));
+  }
+  void jacobian(std::size_t first, std::size_t last, std::span<double> values) {
+    jacobian_at(first, last, lanes(values));
+  }
+  void hessian(std::span<const double> weights, std::span<double> values) {
+    hessian_at(lanes(weights), lanes(values));
+  }
+
+ private:
+  static_assert(sizeof(Lanes<1>) == sizeof(double));
+  /// An array of one number each is laid out as the numbers.
+  static std::span<const Lanes<1>> lanes(std::span<const double> v) {
+    return {reinterpret_cast<const Lanes<1>*>(v.data()), v.size()};
+  }
+  static std::span<Lanes<1>> lanes(std::span<double> v) {
+    return {reinterpret_cast<Lanes<1>*>(v.data()), v.size()};
+  }
 };
 
 }  // namespace autodiff

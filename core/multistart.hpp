@@ -91,8 +91,9 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
 ///
 /// Without minmax_worst_case_starts the y of all starts (of at most 1000 uncertified ones) are
 /// tried at the best point's x; where one is worse, best.worst_case.higher and the message say so.
-/// With minmax_epigraph or minmax_epigraph_at_kinks each start is a solve_robust (robust.hpp), and
-/// certified points with the same x are one.
+/// With robust constraints, minmax_epigraph or minmax_epigraph_at_kinks each start is refined over
+/// its worst cases (robust.hpp), and certified points with the same x are one, with the higher value.
+/// minmax_max_factorizations holds for all starts together, which are then made one by one.
 ///
 /// Calling thread only. Exceptions pass through as from solve; a given point whose length is not n
 /// throws std::invalid_argument.

@@ -12,7 +12,7 @@
 
 namespace IPMINMAX_API ipminmax {
 
-/// Answer of solve_robust.
+/// Answer of solve_robust: what run() (answer.hpp) finds, with parts of its result side by side.
 struct RobustResult {
   /// Of the problem with the copies of y, in the shape of the model: v holds x and, for a variable
   /// that a constraint has copies of, its value in the worst case with the largest multiplier; a
@@ -47,8 +47,8 @@ struct RobustResult {
 /// constraint reads them too; a model in which each robust constraint has its own Max variables is
 /// left as it is.
 ///
-/// With minmax_worst_case_starts N > 0 each robust constraint is then maximized over all of y from
-/// N starts at the x found; a maximum that violates it by more than minmax_worst_case_tol (relative
+/// Unless minmax_worst_case_starts is 0 each robust constraint is then maximized over all of y from
+/// 8 starts, or as many as it says, at the x found; a maximum that violates it by more than minmax_worst_case_tol (relative
 /// to the range of its values seen) becomes another worst case with a copy of y of its own, and the
 /// solve goes on from there, until none is found. Where minmax_epigraph is set, f is treated
 /// likewise: then x minimizes the largest of the local worst cases met, kinks included. With

@@ -33,6 +33,8 @@ struct WorstCaseCheck {
 /// another branch of y is higher. What is found is a lower bound of max_y f(x, y), no proof that
 /// nothing higher exists. Min constraints do not restrain y and are left out.
 ///
+/// The observer is told of all maximizations in the name of start 0.
+///
 /// v: n values, x among them finite, else std::invalid_argument. Time limits hold for the whole
 /// check, max_iter and tolerances for each maximization. Exceptions of the model pass through.
 [[nodiscard]] WorstCaseCheck check_worst_case(Problem& problem, std::span<const double> v,
@@ -41,7 +43,8 @@ struct WorstCaseCheck {
                                               const MultistartObserver& observer = {});
 
 /// The check with minmax_worst_case_starts for a result that solve or multistart returned; kept in
-/// result.worst_case. Nothing happens without Max variables, without a point or with 0 starts.
+/// result.worst_case; solve and multistart do it themselves. Nothing happens without Max variables,
+/// without a point or where no starts are asked for.
 void add_worst_case(Problem& problem, const SolverOptions& options, Result& result,
                     const MultistartObserver& observer = {});
 

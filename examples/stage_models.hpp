@@ -147,6 +147,7 @@ struct RobotArm {
             .step = 1.5 / static_cast<double>(stages),
             .discretization = Discretization::ImplicitMidpoint,
             .initial = {1.5, -1.0, 0.0, 0.0},
+            .final_guess = {0.0, 0.0, 0.0, 0.0},
             .control_lower = {-10.0, -5.0},
             .control_upper = {10.0, 5.0},
             .disturbance_lower = {-1.0, -1.0},

@@ -361,6 +361,13 @@ Factorization AutoSolver::checked(const SymmetricMatrix& matrix, const Factoriza
     if (gamma == 0.0 || attempt == kSmallerGammas) break;
     result = ldlt_.factorize_with(matrix, gamma);
   }
+  // What a vector shows needs no pivots, which take long where many of them vanish; the other
+  // eigenvalues are not counted.
+  if (!in_doubt_ && vanishes(matrix, image_, product_)) {
+    return {.status = FactorizationStatus::Singular,
+            .inertia = {.zero = 1},
+            .trust = {.pivoted = false}};
+  }
   ldlt_pause_.failed();
   return factorize_without_ldlt(matrix, Certainty::Certain);
 }

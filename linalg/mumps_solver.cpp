@@ -391,6 +391,14 @@ bool MumpsSolver::has_memory_for(double bytes) const {
   return bytes < kWorthAsking || bytes <= available_memory(options_.max_memory);
 }
 
+/// ICNTL(14) for half of the memory that is left: an attempt with too little takes as long as the
+/// one that succeeds.
+Index MumpsSolver::affordable_percent() const {
+  const double times = 0.5 * available_memory(options_.max_memory) / factorization_bytes(0);
+  return static_cast<Index>(std::clamp(100.0 * (times - 1.0), 1.0 * kLeastPercent,
+                                       std::max(1.0 * kLeastPercent, 0.5 * memory_percent_)));
+}
+
 /// The one that the analysis stands on, 1-based.
 std::vector<Index> MumpsSolver::current_order() const {
   if (!order_.empty()) return order_;
@@ -457,7 +465,7 @@ int MumpsSolver::factorize_with_enough_memory(const std::function<bool()>& gives
     const int status = fits || begun ? instance_->end() : kOutOfMemory;
     if (status == kOutOfMemory && economize) {
       economize = false;
-      memory_percent_ = kLeastPercent;
+      memory_percent_ = fits ? kLeastPercent : affordable_percent();
     } else if (wants_more_workspace(status) && memory_percent_ < kMaxPercent) {
       if (gives_up && gives_up()) return status;
       memory_percent_ = std::max(kLeastPercent, 2 * memory_percent_);

@@ -58,6 +58,7 @@ class MumpsSolver final : public SymmetricSolver {
   [[nodiscard]] int factorize_with_enough_memory(const std::function<bool()>& gives_up = {});
   [[nodiscard]] double factorization_bytes(Index percent) const;
   [[nodiscard]] bool has_memory_for(double bytes) const;
+  [[nodiscard]] Index affordable_percent() const;
   Analysis analyze_with_values(const SymmetricMatrix& matrix);
   [[nodiscard]] bool take_first_values(const SymmetricMatrix& matrix);
   [[nodiscard]] bool has_many_delays(const SymmetricMatrix& matrix) const;

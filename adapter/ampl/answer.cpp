@@ -53,6 +53,7 @@ IpoptEnd ipopt_end(Status status) {
       return {403, "User requested stop"};
     case Status::NotLocalMinmax:
     case Status::NoLocalMinmaxFound:
+    case Status::WorstCaseNotMet:
     case Status::TinyStep:
       return {500, "Search Direction becomes Too Small"};
     case Status::RestorationFailed:

@@ -314,6 +314,18 @@ Dict NlpsolIpminmax::get_stats(void* mem) const {
   stats["return_status"] = std::string(name_of(m->status));
   stats["status"] = std::string(name_of(result.status));
   stats["message"] = result.message;
+  const auto said = statements(result);
+  stats["statements"] = std::vector<std::string>(said.begin(), said.end());
+  std::vector<std::vector<double>> worst_cases, points;
+  std::vector<casadi_int> constraints;
+  for (const RobustWorstCase& found : result.worst_cases) {
+    constraints.push_back(found.constraint);
+    worst_cases.push_back(found.v);
+  }
+  for (const DistinctPoint& point : m->application->LastPoints()) points.push_back(point.result.v);
+  stats["worst_cases"] = worst_cases;
+  stats["worst_case_constraints"] = constraints;
+  stats["points"] = points;
   stats["iter_count"] = result.iterations;
   stats["factorizations"] = result.factorizations;
   stats["analyses"] = result.counts.analyses;

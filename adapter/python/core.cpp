@@ -28,6 +28,7 @@
 #include "adapter/application_options.hpp"
 #include "adapter/c_problem.hpp"
 #include "adapter/status.hpp"
+#include "core/answer.hpp"
 
 namespace py = pybind11;
 
@@ -324,6 +325,7 @@ class Problem {
     info["status_msg"] = message;
     info["interrupted"] = interrupted_;
     info["iterations"] = std::max(last_iteration_, 0);
+    info["history"] = history_array();
     return info;
   }
 
@@ -341,6 +343,13 @@ class Problem {
       result.append(one);
     }
     return result;
+  }
+
+  /// Why the solve stopped, what the point is, what was looked at over y and over x.
+  [[nodiscard]] std::vector<std::string> statements() const {
+    if (cut_ || !problem_->answered) return {};
+    const auto found = ipminmax::statements(problem_->application->LastResult());
+    return {found.begin(), found.end()};
   }
 
   /// Certified points of a multistart, the best first.
@@ -588,6 +597,7 @@ class Problem {
     last_ = at;
     last_.f = std::numeric_limits<double>::quiet_NaN();
     last_iteration_ = -1;
+    history_.clear();
     f_.known = g_.known = false;
     console_->is_terminal = log_on_terminal;
     ipminmax::SolverOptions options;
@@ -744,6 +754,8 @@ class Problem {
                           void* user_data) {
     Problem& p = of(user_data);
     if (mode == 0) p.save_iterate(iter, f);
+    if (iter == 0) p.history_.clear();  // of a search that begins anew the last part is kept
+    p.history_.insert(p.history_.end(), {static_cast<double>(iter), f, inf_pr, inf_du, mu});
     bool go_on = true;
     p.run([&] {
       if (PyErr_CheckSignals() != 0) {
@@ -757,6 +769,12 @@ class Problem {
       go_on = answer.is_none() || answer.cast<bool>();
     });
     return go_on && !p.interrupted_ ? 1 : 0;
+  }
+
+  [[nodiscard]] py::array_t<double> history_array() const {
+    constexpr py::ssize_t kColumns = 5;
+    return py::array_t<double>({static_cast<py::ssize_t>(history_.size()) / kColumns, kColumns},
+                               history_.data());
   }
 
   /// What a solve that is cut off returns.
@@ -783,7 +801,8 @@ class Problem {
   Ipopt::SmartPtr<PythonConsole> console_;
   Last f_, g_;
   std::exception_ptr error_;
-  Iterate last_, saved_;  ///< the last iterate, and room for the next
+  std::vector<double> history_;  ///< rows of what the intermediate callback was told
+  Iterate last_, saved_;         ///< the last iterate, and room for the next
   int last_iteration_ = -1;
   /// Reasons to stop, and whether the solver was left between two iterates for them.
   bool interrupted_ = false, timed_out_ = false, cut_ = false;
@@ -843,6 +862,7 @@ PYBIND11_MODULE(_core, module) {
       .def("limit_passed", &Problem::limit_passed)
       .def("worst_cases", &Problem::worst_cases)
       .def("points", &Problem::points)
+      .def("statements", &Problem::statements)
       .def("certificate", &Problem::certificate)
       .def("worst_case", &Problem::worst_case)
       .def("statistics", &Problem::statistics)

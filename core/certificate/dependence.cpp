@@ -279,14 +279,16 @@ void DependenceSearch::examine(Dependence& dependence) {
 
 Dependences DependenceSearch::run() {
   Dependences answer;
-  normalize();
-  if (!factorize()) {
-    answer.complete = false;
-    return answer;
-  }
   Index rows = 0;
   for (Index j = 0; j < canonical_.constraints(); ++j) rows += system_.counts(j) ? 1 : 0;
   const int most = rows > kManyRows ? kMostFound / 2 : kMostFound;
+  // Rows beyond the number of variables depend on others.
+  answer.too_many = rows - (canonical_.x().size() + canonical_.y().size()) > most;
+  normalize();
+  if (answer.too_many || !factorize()) {
+    answer.complete = false;
+    return answer;
+  }
   double estimates = 0.0;
   Eigen::VectorXd w;
   while (next_null_vector(static_cast<int>(null_.size()), w)) {

@@ -334,19 +334,6 @@ const SideScan* worst_side(const std::vector<SideScan>& scans, Index constraint)
   return worst;
 }
 
-std::vector<Index> robust_constraints(const ProblemStructure& s) {
-  std::vector<Index> rows;
-  for (const auto [row, col] : s.jacobian) {
-    if (s.constraint_players[at(row)] == Player::Min &&
-        s.variable_players[at(col)] == Player::Max) {
-      rows.push_back(row);
-    }
-  }
-  std::ranges::sort(rows);
-  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-  return rows;
-}
-
 std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<double>& x,
                                               Index starts,
                                               const std::vector<KnownWorstCase>& known,
@@ -365,6 +352,8 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
       given.push_back(other.v);
       if (std::isfinite(value)) scan.accepted = std::max(scan.accepted, side * value);
     }
+    scan.settled = false;
+    if (context.budget.used_up()) return scan;
     ConstraintOverY problem(model, row, side, x);
     MaximaOverY found = maximize_over_y(problem, starts, given, context);
     scan.settled = found.finished && found.maximized;

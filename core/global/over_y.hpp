@@ -87,9 +87,6 @@ struct SideScan {
 /// The side of a constraint that is violated most, or nearest to it; null: no maximum was found.
 [[nodiscard]] const SideScan* worst_side(const std::vector<SideScan>& scans, Index constraint);
 
-/// The robust constraints of a model whose indices can be followed, ascending.
-[[nodiscard]] std::vector<Index> robust_constraints(const ProblemStructure& structure);
-
 /// A worst case that maximizations begin from, too, and the value of its constraint in the solve.
 struct KnownWorstCase {
   RobustCopies::WorstCase worst_case;

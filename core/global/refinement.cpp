@@ -20,21 +20,6 @@ namespace {
 /// minmax_worst_case_starts says more.
 constexpr Index kBranchSearches = 10;
 
-/// Whether indices can be followed; a solve says what is wrong with others.
-bool well_formed(const ProblemStructure& s) {
-  const std::size_t n = s.variable_players.size();
-  const std::size_t m = s.constraint_players.size();
-  const auto inside = [](Index i, std::size_t size) {
-    return i >= 0 && static_cast<std::size_t>(i) < size;
-  };
-  return s.variable_lower.size() == n && s.variable_upper.size() == n &&
-         s.constraint_lower.size() == m && s.constraint_upper.size() == m &&
-         std::ranges::all_of(s.jacobian,
-                             [&](Triplet t) { return inside(t.row, m) && inside(t.col, n); }) &&
-         std::ranges::all_of(s.hessian,
-                             [&](Triplet t) { return inside(t.row, n) && inside(t.col, n); });
-}
-
 /// Whether a search may have ended where branches of inner maxima meet.
 bool may_be_kink(Status status) {
   using enum Status;
@@ -53,7 +38,7 @@ void add_before(const Result& before, Result& answer) {
 }  // namespace
 
 bool has_robust_constraints(const ProblemStructure& structure) {
-  return well_formed(structure) && !robust_constraints(structure).empty();
+  return !robust_constraints(structure).empty();
 }
 
 bool has_rows_for_every_y(const ProblemStructure& structure, const SolverOptions& options) {
@@ -62,7 +47,7 @@ bool has_rows_for_every_y(const ProblemStructure& structure, const SolverOptions
 
 std::string epigraph_error(Problem& model, const SolverOptions& options) {
   if (!options.minmax_epigraph && !options.minmax_epigraph_at_kinks) return {};
-  if (!well_formed(model.structure()) || !has_max_variables(model.structure())) return {};
+  if (!has_valid_indices(model.structure()) || !has_max_variables(model.structure())) return {};
   bool mirrored = options.obj_scaling_factor < 0.0;
   if (options.nlp_scaling_method == Scaling::User) {
     UserScaling scaling;
@@ -88,7 +73,8 @@ Result Refinement::from(Problem& model, const std::vector<double>& v, Index star
 
 Result Refinement::from_start(Problem& model, const std::vector<double>& v, Index start,
                               SearchStructure& structure) const {
-  const bool can_branch = well_formed(model.structure()) && has_max_variables(model.structure());
+  const bool can_branch =
+      has_valid_indices(model.structure()) && has_max_variables(model.structure());
   if (options_.minmax_epigraph && can_branch) return over_branches(model, v, start, false);
   Result answer = as_asked(model, v, start, structure);
   const bool has_point = !answer.v.empty() && all_finite(answer.v);

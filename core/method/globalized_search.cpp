@@ -26,6 +26,7 @@ bool GlobalizedMethod::find_outer_step(Run& run) {
       !outer_.find_step(*run.here, run.mu, shift, run.unshifted_step == UnshiftedStep::Wrong)) {
     return false;
   }
+  multiplier_shift_ = has_max() ? 0.0 : shift.lambda_x;
   run.report.delta_x = shift.x;
   run.report.delta_y = shift.y;
   run.report.step_norm = max_norm(outer_.step.v);
@@ -36,13 +37,17 @@ bool GlobalizedMethod::find_outer_step(Run& run) {
 bool GlobalizedMethod::outer_step(Run& run) {
   bool inner_exact = !has_max();
   for (;;) {
-    if (!find_outer_step(run)) {
+    // A watchdog's full step may have led to where there is none.
+    const bool found = find_outer_step(run);
+    const bool goes_back = !found && arrays_.watchdog.active && !limit_.expired();
+    if (goes_back) return_to_watched(run);
+    if (!found && !goes_back) {
       if (can_restore(*run.here) && !limit_.expired()) return restore(run);
       return fail(run, Status::InertiaCorrectionFailed,
                   "no shift of the Hessian gives the KKT matrix the expected inertia");
     }
-    const bool is_watched = !has_max() && arrays_.watchdog.is_due();
-    if (is_watched && watched_step(run)) return true;
+    const bool is_watched = !has_max() && (goes_back || arrays_.watchdog.is_due());
+    if (is_watched && !goes_back && watched_step(run)) return true;
     const int trials = !has_max()    ? parameter::kTrials
                        : inner_exact ? parameter::kExactTrials
                                      : parameter::kRoughTrials;
@@ -157,6 +162,13 @@ bool GlobalizedMethod::watched_step(Run& run) {
     run.report.kind = StepKind::Watchdog;
     return true;
   }
+  return_to_watched(run);
+  return false;
+}
+
+/// To the point where the watchdog began, and the step from there.
+void GlobalizedMethod::return_to_watched(Run& run) {
+  Watchdog& watchdog = arrays_.watchdog;
   watchdog.end();
   std::swap(run.to, watchdog.point);
   run.here = &run.to;
@@ -164,7 +176,6 @@ bool GlobalizedMethod::watched_step(Run& run) {
   const Index trials = run.report.trials;
   run.report = watchdog.report;
   run.report.trials = trials;
-  return false;
 }
 
 }  // namespace ipminmax

@@ -1,9 +1,22 @@
 #include "core/model/budget.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <utility>
 
 namespace ipminmax {
+namespace {
+
+/// Whether watch.cpu() is more than so many seconds. That clock takes as long as some factorizations
+/// of a tiny system: it is read once the wall clock on all processors allows for so many.
+bool cpu_exceeds(const Stopwatch& watch, double seconds) noexcept {
+  static const double processors = static_cast<double>(std::max(1L, sysconf(_SC_NPROCESSORS_CONF)));
+  constexpr double kTick = 0.1;  // by which the two clocks may differ
+  return processors * (watch.wall() + kTick) > seconds && watch.cpu() > seconds;
+}
+
+}  // namespace
 
 Budget::Budget(const SolverOptions& options, Listener listener)
     : max_cpu_(options.max_cpu_time),
@@ -17,9 +30,10 @@ void Budget::stop(Status why) noexcept {
 }
 
 std::optional<Status> Budget::interrupted() noexcept {
-  // Clocks cost more than a factorization of a tiny system: only those with a limit are read.
+  // Only the clocks with a limit are read.
   constexpr double kNone = 1e19;
-  if (stopped_ < 0 && max_cpu_ < kNone && stopwatch_.cpu() > max_cpu_) stop(Status::MaxCpuTime);
+  if (stopped_ < 0 && max_cpu_ < kNone && cpu_exceeds(stopwatch_, max_cpu_))
+    stop(Status::MaxCpuTime);
   if (stopped_ < 0 && max_wall_ < kNone && stopwatch_.wall() > max_wall_) {
     stop(Status::MaxWallTime);
   }

@@ -18,6 +18,10 @@ constexpr double kDoubt = 10.0;
 constexpr double kRoundingShare = 0.1;
 /// Relative error of a slope that is called wrong, as derivative_test_tol.
 constexpr double kWrongSlope = 1e-4;
+/// Shorter steps that have to confirm a wrong slope, over the first, and how far, relatively, what
+/// they say may deviate from what that says.
+constexpr double kShorterSteps[] = {1e-1, 1e-2};
+constexpr double kSameSlope = 0.2;
 /// Share of the distance to a bound that a generic step may take.
 constexpr double kShareOfDistance = 0.1;
 
@@ -108,6 +112,40 @@ std::optional<Deviation> compare_second_derivatives(
   return Deviation{.index = row, .exact = exact[row], .difference = better[row]};
 }
 
+namespace {
+
+/// Slopes of the constraints and, last, the objective along a step, from values: central
+/// differences, extrapolated, what they differ by from each other, and rounding.
+struct MeasuredSlopes {
+  Eigen::VectorXd better, doubt, rounding;
+};
+
+/// Over a share of the step, as slopes along all of it; none where the model is not defined.
+std::optional<MeasuredSlopes> measure_slopes(CanonicalProblem& canonical, const Eigen::VectorXd& v,
+                                             const Eigen::VectorXd& step, double share) {
+  const Index m = canonical.constraints();
+  const auto values = [&](double factor, Eigen::VectorXd& to) {
+    double f = 0.0;
+    Eigen::VectorXd c(m);
+    if (canonical.values(v + factor * share * step, f, c) != EvaluationStatus::Ok) return false;
+    to << c, f;
+    return true;
+  };
+  Eigen::VectorXd ahead(m + 1), behind(m + 1), far_ahead(m + 1), far_behind(m + 1);
+  if (!values(1.0, ahead) || !values(-1.0, behind) || !values(2.0, far_ahead) ||
+      !values(-2.0, far_behind)) {
+    return std::nullopt;
+  }
+  const Eigen::VectorXd near = 0.5 / share * (ahead - behind);
+  const Eigen::VectorXd far = 0.25 / share * (far_ahead - far_behind);
+  return MeasuredSlopes{
+      .better = (4.0 * near - far) / 3.0,
+      .doubt = (near - far).cwiseAbs(),
+      .rounding = kRoundings * kEpsilon / share * ahead.cwiseAbs().cwiseMax(behind.cwiseAbs())};
+}
+
+}  // namespace
+
 std::optional<Deviation> compare_first_derivatives(CanonicalProblem& canonical,
                                                    const Eigen::VectorXd& v,
                                                    const Evaluation& evaluation,
@@ -126,34 +164,36 @@ std::optional<Deviation> compare_first_derivatives(CanonicalProblem& canonical,
   }
   for (Index i = 0; i < v.size(); ++i) add(m, evaluation.gradient[i] * step[i]);
 
-  const auto values = [&](double factor, Eigen::VectorXd& to) {
-    double f = 0.0;
-    Eigen::VectorXd c(m);
-    if (canonical.values(v + factor * step, f, c) != EvaluationStatus::Ok) return false;
-    to << c, f;
-    return true;
+  const auto measured = measure_slopes(canonical, v, step, 1.0);
+  if (!measured) return std::nullopt;
+  const auto deviates = [&](const MeasuredSlopes& by, Index row) {
+    const double allowed = kWrongSlope * std::max(size[row], std::abs(by.better[row])) +
+                           kDoubt * by.doubt[row] + by.rounding[row];
+    return std::abs(by.better[row] - slope[row]) / allowed;
   };
-  Eigen::VectorXd ahead(m + 1), behind(m + 1), far_ahead(m + 1), far_behind(m + 1);
-  if (!values(1.0, ahead) || !values(-1.0, behind) || !values(2.0, far_ahead) ||
-      !values(-2.0, far_behind)) {
-    return std::nullopt;
-  }
-  const Eigen::VectorXd near = 0.5 * (ahead - behind);
-  const Eigen::VectorXd far = 0.25 * (far_ahead - far_behind);
-  std::optional<Deviation> worst;
+  Index worst = -1;
   double largest = 1.0;
   for (Index row = 0; row <= m; ++row) {
-    const double better = (4.0 * near[row] - far[row]) / 3.0;
-    const double rounding =
-        kRoundings * kEpsilon * std::max(std::abs(ahead[row]), std::abs(behind[row]));
-    const double allowed = kWrongSlope * std::max(size[row], std::abs(better)) +
-                           kDoubt * std::abs(near[row] - far[row]) + rounding;
-    const double times = std::abs(better - slope[row]) / allowed;
+    const double times = deviates(*measured, row);
     if (!(times > largest)) continue;
     largest = times;
-    worst = Deviation{.index = row == m ? -1 : row, .exact = slope[row], .difference = better};
+    worst = row;
   }
-  return worst;
+  if (worst < 0) return std::nullopt;
+  // Beside a pole the slope changes within the step, and differences over it and twice it may agree
+  // by chance: a much shorter step has to say the same, as long as rounding lets it.
+  const double better = measured->better[worst], deviation = std::abs(better - slope[worst]);
+  for (const double share : kShorterSteps) {
+    const auto closer = measure_slopes(canonical, v, step, share);
+    if (!closer || !(closer->rounding[worst] <= kRoundingShare * deviation)) continue;
+    const double other = closer->better[worst];
+    const double same = kSameSlope * std::max(std::abs(better), std::abs(other)) +
+                        closer->rounding[worst] + measured->rounding[worst];
+    if (!(std::abs(other - better) <= same) || !(deviates(*closer, worst) > 1.0)) {
+      return std::nullopt;
+    }
+  }
+  return Deviation{.index = worst == m ? -1 : worst, .exact = slope[worst], .difference = better};
 }
 
 void keep_within_bounds(const CanonicalProblem& canonical, const Eigen::VectorXd& v, double share,

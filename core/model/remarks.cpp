@@ -15,6 +15,9 @@ namespace {
 /// from both.
 constexpr double kFarFromBounds = 0.1;
 
+/// Share of an interval's length within which a variable is at its end.
+constexpr double kAtBound = 1e-3;
+
 /// Equations that read a state at most, those of its own and of neighbouring stages.
 constexpr std::size_t kMostReaders = 100;
 
@@ -173,6 +176,43 @@ std::vector<std::string> split_remarks(const ProblemStructure& s) {
     }
   }
   return remarks;
+}
+
+std::string remedies(const ProblemStructure& s, const SolverOptions& options,
+                     const Result& result) {
+  const std::size_t n = s.variable_players.size();
+  const bool kink = result.status == Status::NoLocalMinmaxFound;
+  const bool runs_away = result.status == Status::InnerUnbounded;
+  if ((!kink && !runs_away) || result.v.size() != n) return {};
+  const Shares counts = count(s);
+  if (counts.free[0] == 0 || counts.free[1] == 0) return {};
+  std::string text;
+  for (const std::string& mistake : split_remarks(s)) text += (text.empty() ? "" : " ") + mistake;
+  if (!text.empty()) return text;
+  std::size_t bounded = 0, at_bound = 0;
+  Index largest = -1;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double lower = s.variable_lower[i], upper = s.variable_upper[i];
+    if (s.variable_players[i] != Player::Max || !(lower < upper)) continue;
+    if (lower <= options.nlp_lower_bound_inf || upper >= options.nlp_upper_bound_inf) {
+      if (largest < 0 || std::abs(result.v[i]) > std::abs(result.v[at(largest)]))
+        largest = static_cast<Index>(i);
+      continue;
+    }
+    ++bounded;
+    const double near = kAtBound * (upper - lower);
+    at_bound += result.v[i] - lower <= near || upper - result.v[i] <= near ? 1 : 0;
+  }
+  if (runs_away && largest >= 0) {
+    text = "the disturbance wins: f grows with " + variable_name(s, largest) + ". ";
+  } else if (bounded > 0) {
+    text = std::to_string(at_bound) + " of Max's " + plural(bounded, "bounded variable") +
+           " at a bound. ";
+  }
+  return text +
+         "What may help: a higher price of Max's variables in f (find_price: from which on), "
+         "tighter bounds for them, feedback for Min" +
+         (kink ? ", minmax_epigraph_at_kinks, minmax_starts" : "");
 }
 
 std::vector<std::string> idle_bound_remarks(const ProblemStructure& structure,

@@ -15,6 +15,12 @@ namespace ipminmax {
 /// must be valid.
 [[nodiscard]] std::vector<std::string> split_remarks(const ProblemStructure& structure);
 
+/// What may help a game that ended without a local minmax, in the user's terms, with what the result
+/// knows: mistakes in who owns what, bounds at which Max stands. Empty: nothing to say, or another
+/// status.
+[[nodiscard]] std::string remedies(const ProblemStructure& structure, const SolverOptions& options,
+                                   const Result& result);
+
 /// Groups of Max's bounded variables (by their names up to a bracket) that stay far from their
 /// bounds at the point of a result: a disturbance that is priced out rather than bounded. One
 /// sentence each.

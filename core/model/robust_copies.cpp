@@ -27,6 +27,34 @@ Label label_of_copy(const std::vector<std::string>& names, const std::vector<Ind
 
 }  // namespace
 
+bool has_valid_indices(const ProblemStructure& s) {
+  const std::size_t n = s.variable_players.size();
+  const std::size_t m = s.constraint_players.size();
+  const auto inside = [](Index i, std::size_t size) {
+    return i >= 0 && static_cast<std::size_t>(i) < size;
+  };
+  return s.variable_lower.size() == n && s.variable_upper.size() == n &&
+         s.constraint_lower.size() == m && s.constraint_upper.size() == m &&
+         std::ranges::all_of(s.jacobian,
+                             [&](Triplet t) { return inside(t.row, m) && inside(t.col, n); }) &&
+         std::ranges::all_of(s.hessian,
+                             [&](Triplet t) { return inside(t.row, n) && inside(t.col, n); });
+}
+
+std::vector<Index> robust_constraints(const ProblemStructure& s) {
+  if (!has_valid_indices(s)) return {};
+  std::vector<Index> rows;
+  for (const auto [row, col] : s.jacobian) {
+    if (s.constraint_players[at(row)] == Player::Min &&
+        s.variable_players[at(col)] == Player::Max) {
+      rows.push_back(row);
+    }
+  }
+  std::ranges::sort(rows);
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  return rows;
+}
+
 RobustScope robust_scope(const ProblemStructure& s, Index constraint) {
   const auto is_max = [&](Index i) { return s.variable_players[at(i)] == Player::Max; };
   std::vector<bool> in(s.variable_players.size(), false);

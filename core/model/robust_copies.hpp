@@ -9,6 +9,12 @@
 
 namespace ipminmax {
 
+/// Whether indices can be followed; a solve says what is wrong with others.
+[[nodiscard]] bool has_valid_indices(const ProblemStructure& structure);
+
+/// The robust constraints of a model, ascending; none where indices cannot be followed.
+[[nodiscard]] std::vector<Index> robust_constraints(const ProblemStructure& structure);
+
 /// What of Max a robust constraint involves: the Max variables that it reads, those tied to them by
 /// Max constraints, and these constraints.
 struct RobustScope {

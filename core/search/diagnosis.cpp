@@ -10,6 +10,7 @@
 #include "core/model/directional_check.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/remarks.hpp"
 
 namespace ipminmax {
 namespace {
@@ -117,14 +118,17 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
   const bool has_hessian = problem.structure().has_hessian &&
                            (options.hessian_approximation == HessianApproximation::Unset ||
                             options.hessian_approximation == HessianApproximation::Exact);
+  const std::string help = remedies(problem.structure(), options, result);
   AtResult at(problem, result);
   const SolverOptions own = unscaled_at_the_point(options);
   CanonicalProblem canonical(at, own, result.counts, result.timing);
-  if (!canonical.build().empty()) return;
-  const std::string verdict = find_wrong_derivative(canonical, has_hessian);
-  if (verdict.empty()) return;
-  if (result.message.empty()) result.message = std::string(name_of(result.status));
-  result.message += "; " + verdict;
+  const std::string verdict =
+      canonical.build().empty() ? find_wrong_derivative(canonical, has_hessian) : "";
+  for (const std::string& text : {verdict, help}) {
+    if (text.empty()) continue;
+    if (result.message.empty()) result.message = std::string(name_of(result.status));
+    result.message += "; " + text;
+  }
 }
 
 }  // namespace ipminmax

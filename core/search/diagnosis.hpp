@@ -8,7 +8,8 @@ namespace ipminmax {
 
 /// For a solve that failed where wrong derivatives could be why: compares first and second
 /// derivatives with differences along one direction at the returned point, and appends to the
-/// message the function or variable where they disagree. A few evaluations, which are counted;
+/// message the function or variable where they disagree, and what may help a game (remedies in
+/// core/model/remarks.hpp). A few evaluations, which are counted;
 /// exceptions of the model pass through.
 void diagnose_failure(Problem& problem, const SolverOptions& options, Result& result);
 

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "core/method/step_method.hpp"
-#include "core/solver.hpp"
+#include "core/iteration.hpp"
 
 namespace ipminmax {
 

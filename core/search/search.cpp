@@ -68,7 +68,9 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
 
 SearchOutcome Search::ended(Status status, std::string message) const {
   name_divergence(context_.canonical, arrays_.point, status, message);
-  if (status == Status::MaxIterations && !context_.budget.is_spent() && message.empty()) {
+  const bool limited = context_.options.minmax_max_factorizations > 0;
+  if (status == Status::MaxIterations && limited && !context_.budget.is_spent() &&
+      message.empty()) {
     message = "the factorizations that minmax_max_factorizations allows are used up";
   }
   SearchOutcome outcome{.status = status,

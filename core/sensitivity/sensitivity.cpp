@@ -10,7 +10,7 @@
 #include "core/model/finite_difference_hessian.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
-#include "core/robust.hpp"
+#include "core/model/robust_copies.hpp"
 #include "core/sensitivity/active_set.hpp"
 #include "core/sensitivity/active_system.hpp"
 
@@ -147,7 +147,7 @@ std::string Sensitivity::State::read(Problem& problem, const Result& result,
   structure = problem.structure();
   structure.hessian = model.structure().hessian;
   structure.has_hessian = true;
-  if (has_robust_constraints(structure)) {
+  if (!robust_constraints(structure).empty()) {
     return "sensitivities of models with robust constraints are not available";
   }
   const std::size_t n = structure.variable_players.size();

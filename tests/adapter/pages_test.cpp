@@ -126,7 +126,7 @@ TEST(AmplPage, HasARowPerSolveResult) {
   std::string page;
   for (const std::string& line : lines_of("ampl.md")) page += line + "\n";
   std::set<int> results;
-  for (int i = 0; i <= static_cast<int>(Status::OutOfMemory); ++i) {
+  for (int i = 0; i <= static_cast<int>(Status::WorstCaseNotMet); ++i) {
     results.insert(row_of(static_cast<Status>(i)).solve_result);
   }
   for (const int result : results) {

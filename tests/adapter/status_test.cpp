@@ -47,10 +47,11 @@ TEST(Status, MapsToIpopt) {
     {S::InvalidOption, Ipopt::Invalid_Option, Ipopt::INVALID_OPTION},
     {S::TooFewDegreesOfFreedom, Ipopt::Not_Enough_Degrees_Of_Freedom,
      Ipopt::TOO_FEW_DEGREES_OF_FREEDOM},
-    {S::OutOfMemory, Ipopt::Insufficient_Memory, Ipopt::OUT_OF_MEMORY}
+    {S::OutOfMemory, Ipopt::Insufficient_Memory, Ipopt::OUT_OF_MEMORY},
+    {S::WorstCaseNotMet, Ipopt::Search_Direction_Becomes_Too_Small, Ipopt::STOP_AT_TINY_STEP}
   };
   // The last status closes the list: a new one must get a row.
-  ASSERT_EQ(rows.size(), static_cast<std::size_t>(S::OutOfMemory) + 1);
+  ASSERT_EQ(rows.size(), static_cast<std::size_t>(S::WorstCaseNotMet) + 1);
   for (const auto& [status, application, solver] : rows) {
     EXPECT_EQ(application_status(status), application) << name_of(status);
     EXPECT_EQ(solver_return(status), solver) << name_of(status);

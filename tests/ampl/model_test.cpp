@@ -37,7 +37,9 @@ Solution parse(const std::string& text) {
   while (std::getline(lines, line) && line != "Options") {
     Index iterations = 0;
     double objective = 0.0;
-    if (std::sscanf(line.c_str(), "objective %lf, %d iterations", &objective, &iterations) == 2) {
+    const std::size_t at = line.find("objective ");  // one line for a minimization
+    if (at != std::string::npos && std::sscanf(line.c_str() + at, "objective %lf, %d iterations",
+                                               &objective, &iterations) == 2) {
       solution.objective = objective;
       solution.iterations = iterations;
     }

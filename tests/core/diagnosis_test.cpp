@@ -46,6 +46,30 @@ TEST(Diagnosis, RightDerivativesAreCleared) {
   EXPECT_NE(text.find("first and second derivatives agree"), std::string::npos) << text;
 }
 
+// Differences over a step that jumps a pole are not the slope beside it.
+TEST(Diagnosis, APoleWithinTheStepIsNoError) {
+  for (const double distance : {1e-6, 1e-7, -3e-7}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x"), y = model.variable(kMin, "y");
+    model.objective(1e-9 / (x - 1.0) + exp(y));
+    AutodiffProblem problem(model, {1.0 + distance, 1.0});
+    SolverOptions options;
+    options.max_iter = 0;
+    const std::string text = solve(problem, options).message;
+    EXPECT_EQ(text.find("the gradient of the objective looks wrong"), std::string::npos) << text;
+  }
+}
+
+TEST(Diagnosis, ADisturbanceThatWinsIsNamed) {
+  shared_dynamics::System system = shared_dynamics::oscillator(20, false);
+  system.gamma = 0.3;  // far below the least
+  shared_dynamics::Game game(system);
+  const Result result = solve(game, {});
+  EXPECT_FALSE(is_success(result.status));
+  EXPECT_NE(result.message.find("the disturbance wins"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("find_price"), std::string::npos) << result.message;
+}
+
 // Slacks do not move in the comparison, wherever their bounds are: g - s would change with them.
 TEST(Diagnosis, InequalitiesFarFromZeroAreCleared) {
   Model model;

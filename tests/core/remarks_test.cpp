@@ -47,6 +47,36 @@ TEST(SplitRemarks, MaxWithoutAChoice) {
   EXPECT_EQ(text.find("to Min"), std::string::npos) << text;
 }
 
+TEST(Remedies, AreInTheUsersTerms) {
+  const AutodiffProblem game = shared_state(kMax);
+  Result result;
+  result.v = {0.0, -0.9999, 7.0};
+  result.status = Status::Solved;
+  EXPECT_EQ(remedies(game.structure(), {}, result), "");
+  result.status = Status::NoLocalMinmaxFound;
+  std::string text = remedies(game.structure(), {}, result);
+  EXPECT_NE(text.find("1 of Max's 1 bounded variable at a bound"), std::string::npos) << text;
+  for (const char* way : {"price", "find_price", "feedback", "minmax_epigraph_at_kinks", "starts"})
+    EXPECT_NE(text.find(way), std::string::npos) << text;
+  result.v[1] = 0.0;
+  text = remedies(game.structure(), {}, result);
+  EXPECT_NE(text.find("0 of Max's 1 bounded variable"), std::string::npos) << text;
+  result.status = Status::InnerUnbounded;
+  text = remedies(game.structure(), {}, result);
+  EXPECT_NE(text.find("the disturbance wins: f grows with variable 2 (s)"), std::string::npos)
+      << text;
+}
+
+TEST(Remedies, MistakesOfThePlayersComeFirst) {
+  const AutodiffProblem game = shared_state(kMin);
+  Result result;
+  result.v = {0.0, 0.0, 0.0};
+  result.status = Status::NoLocalMinmaxFound;
+  const std::string text = remedies(game.structure(), {}, result);
+  EXPECT_NE(text.find("no choice is left"), std::string::npos) << text;
+  EXPECT_EQ(text.find("find_price"), std::string::npos) << text;
+}
+
 /// Six stages s_k+1 = 0.9 s_k + u_k + w_k, of which Max owns the first states. Where a design is
 /// given, it is an open variable of Min's in all of them, with the states' name.
 AutodiffProblem stages(int owned, double gust_bound, bool design = false) {

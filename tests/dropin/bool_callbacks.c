@@ -87,7 +87,7 @@ static long watch(int mode, int iter, double value, double inf_pr, double inf_du
   (void)alpha_pr, (void)trials, (void)data;
   if (GetIpoptCurrentIterate(problem, false, 2, v, z_L, z_U, 1, constraints, lambda) &&
       fabs(v[0] * v[0] + 4.0 * v[0] * v[1] - v[1] * v[1] - value) < 1e-9 &&
-      !GetIpoptCurrentIterate(problem, true, 2, v, z_L, z_U, 1, constraints, lambda) &&
+      GetIpoptCurrentIterate(problem, true, 2, v, z_L, z_U, 1, constraints, lambda) &&
       GetIpoptCurrentViolations(problem, false, 2, NULL, NULL, NULL, NULL, grad_lag, 1, violation,
                                 NULL))
     ++seen;

@@ -395,29 +395,46 @@ TEST(AutoSolver, InDoubtMatricesThatShouldBeDefiniteNeedNoPivoting) {
   }
 }
 
-/// Two equal rows: their difference vanishes under the matrix.
-TEST(AutoSolver, InDoubtASingularMatrixIsSeenWithoutPivotingWhereSolutionsAreWanted) {
-  constexpr Index kSteps = 400;
-  MatrixBuilder builder(2 * kSteps);
-  std::vector<std::int8_t> signs(2 * kSteps, 1);
-  for (Index i = 0; i < kSteps; ++i) {
-    builder.add(i, i, 1.0);
-    const Index row = kSteps + i;
-    signs[static_cast<std::size_t>(row)] = -1;
-    for (const Index variable : {i - i % 2, (i - i % 2 + 2) % kSteps}) {
-      builder.add(row, variable, variable == i - i % 2 ? 1.0 : -0.5);
+struct PairsOfEqualRows {
+  static constexpr Index kSteps = 400;
+  PairsOfEqualRows() : signs(2 * kSteps, 1) {
+    MatrixBuilder builder(2 * kSteps);
+    for (Index i = 0; i < kSteps; ++i) {
+      builder.add(i, i, 1.0);
+      const Index row = kSteps + i;
+      signs[static_cast<std::size_t>(row)] = -1;
+      for (const Index variable : {i - i % 2, (i - i % 2 + 2) % kSteps}) {
+        builder.add(row, variable, variable == i - i % 2 ? 1.0 : -0.5);
+      }
     }
+    matrix = builder.build();
   }
-  const SymmetricMatrix matrix = builder.build();
+  SymmetricMatrix matrix;
+  std::vector<std::int8_t> signs;
+};
+
+/// The difference of two equal rows vanishes under the matrix.
+TEST(AutoSolver, ASingularMatrixIsSeenWithoutPivoting) {
+  const PairsOfEqualRows kkt;
   AutoSolver solver({.ldlt_gamma = 1e-11});
-  ASSERT_TRUE(solver.analyze(matrix, signs).ok);
+  ASSERT_TRUE(solver.analyze(kkt.matrix, kkt.signs).ok);
+  const Factorization seen = solver.factorize(kkt.matrix);
+  EXPECT_EQ(seen.status, FactorizationStatus::Singular);
+  EXPECT_EQ(seen.inertia, (Inertia{0, 0, 1}));  // a pivoting one would have counted
+  EXPECT_FALSE(seen.trust.pivoted);
+}
+
+TEST(AutoSolver, InDoubtASingularMatrixIsSeenWithoutPivotingWhereSolutionsAreWanted) {
+  const PairsOfEqualRows kkt;
+  AutoSolver solver({.ldlt_gamma = 1e-11});
+  ASSERT_TRUE(solver.analyze(kkt.matrix, kkt.signs).ok);
   ASSERT_TRUE(solver.begin_pivoting());
-  const Factorization seen = solver.factorize(matrix, Certainty::Usual);
+  const Factorization seen = solver.factorize(kkt.matrix, Certainty::Usual);
   EXPECT_EQ(seen.status, FactorizationStatus::Singular);
   EXPECT_EQ(seen.inertia.zero, 1);
-  const Factorization counted = solver.factorize(matrix, Certainty::Certain);
+  const Factorization counted = solver.factorize(kkt.matrix, Certainty::Certain);
   EXPECT_EQ(counted.status, FactorizationStatus::Singular);
-  EXPECT_EQ(counted.inertia.zero, kSteps / 2);
+  EXPECT_EQ(counted.inertia.zero, PairsOfEqualRows::kSteps / 2);
 }
 
 TEST(LapackSolver, TinyAndLargerMatricesAreFactorizedAlike) {

@@ -337,7 +337,8 @@ def _late(game: _Game, v0: Vector) -> Tuple[Vector, Dict[str, Any]]:
                 "status": _core.STATUS_OF_TIME_LIMIT, "status_name": "max wall time",
                 "status_msg": message, "interrupted": False,
                 "certificate": Certificate.nothing(message), "worst_case": None, "worst_cases": [],
-                "points": [], "statistics": {"iterations": 0}, "derivative_error": None}
+                "points": [], "statements": [message],
+                "history": np.zeros((0, 5)), "statistics": {"iterations": 0}, "derivative_error": None}
 
 
 def _checked(game: _Game, problem: Problem, v0: Vector, check: bool) -> Tuple[Vector, Dict[str, Any]]:
@@ -397,7 +398,7 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
         points=[Point(*game.split(p["x"]), p["value"], p["found"], p["first_start"], p["margin"])
                 for p in info["points"]],
         nit=statistics["iterations"], nfev=game.nfev,
-        multipliers=[info["mult_g"][a:b] for a, b in zip(at[:-1], at[1:])],
+        statements=info["statements"], multipliers=[info["mult_g"][a:b] for a, b in zip(at[:-1], at[1:])],
         derivatives=game.describe_derivatives(), info=info, problem=problem)
 
 

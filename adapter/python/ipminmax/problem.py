@@ -267,7 +267,10 @@ class Problem:
                                     active, x with that y: of robust constraints and minmax_epigraph
         points                      list of dicts of x, value, found, first_start, margin: certified
                                     points of a multistart (minmax_starts), the best first
+        statements                  sentences: why the solve stopped, what the point is locally, what
+                                    was looked at over all of y, what over x
         statistics                  dict of counts, seconds and errors
+        history                     iterations x 5: iteration, objective, inf_pr, inf_du, mu
         derivative_error            what is wrong with gradient or jacobian; None
         """
         return self._solve(x, lagrange, zl, zu, False)
@@ -304,6 +307,7 @@ class Problem:
         info["worst_case"] = core.worst_case()
         info["worst_cases"] = core.worst_cases()
         info["points"] = core.points()
+        info["statements"] = core.statements() or [info["status_msg"]]
         info["statistics"] = core.statistics() or {"iterations": info["iterations"]}
         info["derivative_error"] = None
         if info["status"] in _SUCCESS:

@@ -54,6 +54,8 @@ class MinmaxResult:
     nit: int
     nfev: int  #: calls of fun, those for differences and checks included
     multipliers: List[Vector] = field(default_factory=list)  #: one array per constraint
+    #: Why the solve stopped, what the point is locally, what was looked at over all of y and over x.
+    statements: List[str] = field(default_factory=list)
     derivatives: str = ""  #: where those that were not given come from
     info: Dict[str, Any] = field(default_factory=dict)  #: of Problem.solve
     problem: Optional[Problem] = None  #: for sensitivity() and solve_again()

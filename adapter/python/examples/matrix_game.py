@@ -1,0 +1,34 @@
+#!/usr/bin/env python3
+"""A matrix game: rock, paper, scissors where a win with the rock counts twice.
+
+    min over x   max over y   x'A y      x and y probabilities; closed form: (1, 2, 1) / 4 for both, value 0
+"""
+import argparse
+
+import numpy as np
+
+from ipminmax import LinearConstraint, minimize_minmax, plot
+
+#        rock paper scissors   what the row player (x) loses
+A = np.array([[0.0, 1.0, -2.0], [-1.0, 0.0, 1.0], [2.0, -1.0, 0.0]])
+
+
+def fun(x, y):
+    return x @ A @ y
+
+
+def solve(x0=(0.5, 0.3, 0.2), y0=(0.2, 0.3, 0.5)):
+    probabilities = np.ones((1, 3))
+    return minimize_minmax(fun, x0, y0, bounds_x=(0.0, 1.0), bounds_y=(0.0, 1.0),
+                           constraints=[LinearConstraint(probabilities, None, 1.0, 1.0),
+                                        LinearConstraint(None, probabilities, 1.0, 1.0)])
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--picture", help="file of the picture: convergence")
+    arguments, result = parser.parse_args(), solve()
+    print(result.message, "x =", result.x.round(6), "y =", result.y.round(6),
+          f"value {result.fun:.2e}")
+    if arguments.picture:
+        plot.draw_convergence(result).figure.savefig(arguments.picture)

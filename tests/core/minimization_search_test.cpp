@@ -1,0 +1,154 @@
+// The line search of minimizations: where it goes on from, and what it says when it ends.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <support/autodiff_problem.hpp>
+
+#include "core/solver.hpp"
+
+namespace ipminmax {
+namespace {
+
+using testing::AutodiffProblem;
+using testing::Expression;
+using testing::kNoBound;
+using testing::Model;
+
+constexpr Player kMin = Player::Min;
+
+/// Area of a surface over a square grid whose edge is a plane's: sum over cells of
+/// sqrt(1 + a (u^2 + w^2)), u and w the differences along the diagonals.
+class Surface final : public Problem {
+ public:
+  Surface(Index points, double steepness, double rise) : points_(points), steepness_(steepness) {
+    structure_.variable_players.assign(at(points * points), kMin);
+    const double step = 1.0 / (points - 1);
+    for (Index i = 0; i < points; ++i) {
+      for (Index j = 0; j < points; ++j) {
+        const bool edge = i == 0 || j == 0 || i == points - 1 || j == points - 1;
+        const double height = 1.0 + rise * step * (2 * i + j);
+        structure_.variable_lower.push_back(edge ? height : -kNoBound);
+        structure_.variable_upper.push_back(edge ? height : kNoBound);
+        start_.push_back(edge ? height : 0.0);
+      }
+    }
+    visit(start_, [&](const Cell& cell) {
+      for (std::size_t row = 0; row < 4; ++row) {
+        for (std::size_t col = 0; col <= row; ++col) {
+          structure_.hessian.push_back({std::max(cell.nodes[row], cell.nodes[col]),
+                                        std::min(cell.nodes[row], cell.nodes[col])});
+        }
+      }
+    });
+  }
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    std::ranges::copy(start_, start.v.begin());
+    return true;
+  }
+  [[nodiscard]] bool objective(std::span<const double> v, bool, double& f) override {
+    f = 0.0;
+    visit(v, [&](const Cell& cell) { f += scale() * cell.area; });
+    return true;
+  }
+  [[nodiscard]] bool gradient(std::span<const double> v, bool, std::span<double> g) override {
+    std::ranges::fill(g, 0.0);
+    visit(v, [&](const Cell& cell) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        g[at(cell.nodes[k])] +=
+            scale() * steepness_ / cell.area * (kU[k] * cell.u + kW[k] * cell.w);
+      }
+    });
+    return true;
+  }
+  [[nodiscard]] bool constraints(std::span<const double>, bool, std::span<double>) override {
+    return true;
+  }
+  [[nodiscard]] bool jacobian(std::span<const double>, bool, std::span<double>) override {
+    return true;
+  }
+  [[nodiscard]] bool hessian(std::span<const double> v, bool, double sigma, std::span<const double>,
+                             bool, std::span<double> values) override {
+    std::size_t next = 0;
+    visit(v, [&](const Cell& cell) {
+      const double first = sigma * scale() * steepness_ / cell.area;
+      const double second = first * steepness_ / (cell.area * cell.area);
+      const auto along = [&](std::size_t k) { return kU[k] * cell.u + kW[k] * cell.w; };
+      for (std::size_t row = 0; row < 4; ++row) {
+        for (std::size_t col = 0; col <= row; ++col) {
+          values[next++] =
+              first * (kU[row] * kU[col] + kW[row] * kW[col]) - second * along(row) * along(col);
+        }
+      }
+    });
+    return true;
+  }
+
+ private:
+  struct Cell {
+    std::array<Index, 4> nodes;
+    double u, w, area;
+  };
+  static constexpr std::array<double, 4> kU{-1.0, 1.0, 0.0, 0.0}, kW{0.0, 0.0, -1.0, 1.0};
+  [[nodiscard]] static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+  [[nodiscard]] double scale() const { return 1.0 / ((points_ - 1.0) * (points_ - 1.0)); }
+  template <class Function>
+  void visit(std::span<const double> v, Function function) const {
+    for (Index i = 0; i + 1 < points_; ++i) {
+      for (Index j = 0; j + 1 < points_; ++j) {
+        const Index corner = i * points_ + j;
+        Cell cell{.nodes = {corner, corner + points_ + 1, corner + points_, corner + 1},
+                  .u = v[at(corner + points_ + 1)] - v[at(corner)],
+                  .w = v[at(corner + 1)] - v[at(corner + points_)],
+                  .area = 0.0};
+        cell.area = std::sqrt(1.0 + steepness_ * (cell.u * cell.u + cell.w * cell.w));
+        function(cell);
+      }
+    }
+  }
+
+  Index points_;
+  double steepness_;
+  ProblemStructure structure_;
+  std::vector<double> start_;
+};
+
+TEST(MinimizationSearch, AWatchdogThatCannotGoOnReturnsToWhereItBegan) {
+  // Its full steps raised the area to 1e19, from where no step leads on.
+  Surface surface(24, 5000.0, 20.0);
+  SolverOptions options;
+  options.linear_solver = LinearSolver::Mumps;
+  const Result result = solve(surface, options);
+  EXPECT_EQ(result.status, Status::Solved) << result.message;
+  EXPECT_LT(result.objective, 200.0);
+}
+
+TEST(MinimizationSearch, ALimitOfFactorizationsIsNamedOnlyWhereThereIsOne) {
+  // Restoration is what takes the last iterations.
+  Model model;
+  const Expression x0 = model.variable(kMin, "x0", -1e3, 1e3);
+  const Expression x1 = model.variable(kMin, "x1", -1e3, 1e3);
+  model.objective(x0 + x1);
+  model.constraint(100.0 * square(x1 - square(x0)) + square(1.0 - x0), -kNoBound, -1.0);
+  AutodiffProblem problem(model, {-1.2, 1.0});
+  SolverOptions options;
+  const Result free = solve(problem, options);
+  ASSERT_EQ(free.status, Status::LocallyInfeasible) << name_of(free.status);
+  const Index all = free.iterations + free.counts.restoration_iterations;
+  ASSERT_GT(free.counts.restoration_iterations, 2);
+  for (options.max_iter = all / 2; options.max_iter < all; ++options.max_iter) {
+    const Result result = solve(problem, options);
+    EXPECT_EQ(result.status, Status::MaxIterations) << options.max_iter;
+    EXPECT_EQ(result.message.find("minmax_max_factorizations"), std::string::npos)
+        << options.max_iter << ": " << result.message;
+  }
+}
+
+}  // namespace
+}  // namespace ipminmax
