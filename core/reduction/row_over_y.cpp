@@ -39,6 +39,15 @@ std::vector<bool> constant_entries(Problem& model, std::span<const double> start
 
 }  // namespace
 
+bool same_maximum(std::span<const double> a, std::span<const double> b, double tol) {
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (!(std::abs(a[i] - b[i]) <= tol * std::max({1.0, std::abs(a[i]), std::abs(b[i])}))) {
+      return false;
+    }
+  }
+  return a.size() == b.size();
+}
+
 RobustScope without_consequences(Problem& model, const RobustScope& scope, Index constraint,
                                  std::span<const double> start, const SolverOptions& options) {
   if (scope.constraints.empty()) return scope;

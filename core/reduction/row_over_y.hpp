@@ -15,6 +15,9 @@ struct RowPoint {
   std::vector<double> v, lambda, z_lower, z_upper;
 };
 
+/// Whether two points are the same maximum: |a_i - b_i| <= tol max(1, |a_i|, |b_i|) for every i.
+[[nodiscard]] bool same_maximum(std::span<const double> a, std::span<const double> b, double tol);
+
 /// The scope without what follows from the rest and has no say in the row, as the states of a
 /// trajectory behind the one that the row reads: again and again a Max variable without bounds that
 /// one equation alone reads, in which its factor is a constant, goes with that equation.

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "core/reduction/reduced_rows.hpp"
-#include "core/solver.hpp"
 
 namespace ipminmax {
 
