@@ -51,7 +51,7 @@ bool RobustSearch::exchange() {
 }
 
 /// The scenarios that hold x where it is: local maxima are near them.
-std::vector<RobustCopies::WorstCase> RobustSearch::active_scenarios(const RobustCopies& copies,
+std::vector<RobustCopies::WorstCase> RobustSearch::active_scenarios(const WorstCaseRows& copies,
                                                                     const Result& result) const {
   double largest = 0.0;
   for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {

@@ -34,18 +34,6 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Options of a solve that begins near its solution.
-SolverOptions near(const SolverOptions& options, double mu) {
-  SolverOptions near = options;
-  near.mu_init = std::min(options.mu_init, mu);
-  for (double* push :
-       {&near.bound_push, &near.bound_frac, &near.slack_bound_push, &near.slack_bound_frac}) {
-    *push = std::min(*push, mu);
-  }
-  near.bound_mult_init_method = BoundMultiplierInit::MuBased;
-  return near;
-}
-
 /// Which Max variables f reads, from its gradient around the start.
 std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& start) {
   const ProblemStructure& s = model.structure();
@@ -68,6 +56,17 @@ std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& s
 }
 
 }  // namespace
+
+SolverOptions near_solution(const SolverOptions& options, double mu) {
+  SolverOptions near = options;
+  near.mu_init = std::min(options.mu_init, mu);
+  for (double* push :
+       {&near.bound_push, &near.bound_frac, &near.slack_bound_push, &near.slack_bound_frac}) {
+    *push = std::min(*push, mu);
+  }
+  near.bound_mult_init_method = BoundMultiplierInit::MuBased;
+  return near;
+}
 
 RobustSearch::RobustSearch(RobustForm form, const SolverOptions& options, Index starts,
                            Budget& budget, Index start)
@@ -141,6 +140,7 @@ bool RobustSearch::solve_rounds() {
     keep_point(*solved.copies, solved.result);
     const auto& [copies, result] = solved;
     if (starts_ == 0) {
+      if (!violates && finds_drifted(solved)) continue;
       report(*copies, result);
       answer_.over_y.better_known = violates;
       return !violates;
@@ -151,6 +151,9 @@ bool RobustSearch::solve_rounds() {
 
 /// With the worst cases at hand.
 RobustSearch::Solved RobustSearch::solve_worst_cases() {
+  if (place_.near && place_.drifted) {
+    if (auto exact = solve_exactly()) return std::move(*exact);
+  }
   auto copies = std::make_unique<RobustCopies>(model_, place_.worst_cases, reads_y_);
   if (place_.moved) copies->start_at(place_.v);
   Result result = solve_once(*copies);
@@ -158,7 +161,7 @@ RobustSearch::Solved RobustSearch::solve_worst_cases() {
 }
 
 /// Checks a success over all of y. Whether another solve is to follow.
-bool RobustSearch::look_further(const RobustCopies& copies, const Result& result, Index round) {
+bool RobustSearch::look_further(const WorstCaseRows& copies, const Result& result, Index round) {
   std::vector<KnownWorstCase> known;
   for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
     const auto row = at(copies.row(k));
@@ -167,6 +170,7 @@ bool RobustSearch::look_further(const RobustCopies& copies, const Result& result
   }
   const std::vector<SideScan> scans = scan(known);
   const std::vector<RobustCopies::WorstCase> solved = place_.worst_cases;
+  place_.drifted = place_.drifted || have_drifted(scans, copies, result);
   if (add_violated(scans, options_.minmax_worst_case_tol, false)) {
     if (round < kMostRounds && !budget_.used_up()) return true;
     if (verified_) return false;
@@ -223,14 +227,14 @@ Result RobustSearch::solve_once(RobustCopies& copies) {
   };
   for (const double mu : {kMuNear, kMuNearer}) {
     if (!place_.near) break;
-    Result result = solve_with(near(options, mu));
+    Result result = solve_with(near_solution(options, mu));
     if (is_success(result.status) || budget_.used_up()) return result;
   }
   return solve_with(options);
 }
 
 /// The next solve goes on from here.
-void RobustSearch::keep_point(const RobustCopies& copies, const Result& result) {
+void RobustSearch::keep_point(const WorstCaseRows& copies, const Result& result) {
   place_.v.assign(result.v.begin(),
                   result.v.begin() + static_cast<std::ptrdiff_t>(place_.v.size()));
   place_.moved = place_.near = true;
@@ -262,7 +266,7 @@ bool RobustSearch::add_violated(const std::vector<SideScan>& scans, double toler
 
 /// Drops worst cases whose multiplier vanishes or that have met another one; each constraint keeps
 /// at least one. Whether there were any.
-bool RobustSearch::drop_inactive(const RobustCopies& copies, const Result& result) {
+bool RobustSearch::drop_inactive(const WorstCaseRows& copies, const Result& result) {
   double largest = 0.0;
   for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
     largest = std::max(largest, std::abs(result.lambda[at(copies.row(k))]));

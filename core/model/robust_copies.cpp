@@ -310,11 +310,11 @@ std::vector<double> RobustCopies::model_point(std::span<const double> v, std::si
   return point;
 }
 
-bool RobustCopies::is_active(const Result& result, std::size_t k) const {
+bool WorstCaseRows::is_active(const Result& result, std::size_t k) const {
   const std::size_t own = at(row(k));
-  const double distance =
-      std::min(std::abs(structure_.constraint_upper[own] - result.constraints[own]),
-               std::abs(result.constraints[own] - structure_.constraint_lower[own]));
+  const ProblemStructure& s = structure();
+  const double distance = std::min(std::abs(s.constraint_upper[own] - result.constraints[own]),
+                                   std::abs(result.constraints[own] - s.constraint_lower[own]));
   return std::abs(result.lambda[own]) > distance;
 }
 
