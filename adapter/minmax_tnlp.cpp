@@ -21,21 +21,22 @@ struct IndexList {
 /// Gives players[i] to the list's player for every index i. first_place: room.
 void give(const IndexList& list, Index size, std::vector<std::ptrdiff_t>& first_place,
           Player* players) {
-  const std::string name = std::string("SplitTNLP: ") + list.name;
   first_place.assign(static_cast<std::size_t>(size), -1);
   for (std::size_t k = 0; k < list.indices.size(); ++k) {
     const Index i = list.indices[k];
     if (i < 0 || i >= size) {
       std::ostringstream text;
-      text << name << "[" << k << "] = " << i << " is out of range: the model has " << size << " "
-           << list.what << "s (indices are 0-based)";
+      text << "SplitTNLP: " << list.name << "[" << k << "] = " << i
+           << " is out of range: the model has " << size << " " << list.what
+           << "s (indices are 0-based)";
       THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, text.str());
     }
     std::ptrdiff_t& place = first_place[static_cast<std::size_t>(i)];
     if (place >= 0) {
-      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, name + " holds index " + std::to_string(i) +
-                                                     " twice, at places " + std::to_string(place) +
-                                                     " and " + std::to_string(k));
+      std::ostringstream text;
+      text << "SplitTNLP: " << list.name << " holds index " << i << " twice, at places " << place
+           << " and " << k;
+      THROW_EXCEPTION(Ipopt::TNLP::INVALID_TNLP, text.str());
     }
     place = static_cast<std::ptrdiff_t>(k);
     players[i] = list.player;

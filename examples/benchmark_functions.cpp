@@ -167,7 +167,9 @@ Outcome solve_with_ipminmax(paper_functions::FunctionProblem& problem, const Poi
   outcome.iterations = result.iterations;
   outcome.not_refuted = is_success(result.status);
   const auto kind = result.certificate.kind;
-  outcome.certified = kind == ipminmax::PointKind::LocalMinmax;
+  // f4 = x y: y = 0 is best, but not the only one, so f_yy = 0 is no fault.
+  outcome.certified = kind == ipminmax::PointKind::LocalMinmax &&
+                      result.certificate.answer != ipminmax::InnerAnswer::BestNotUnique;
   if (kind == ipminmax::PointKind::LocalMinmax || kind == ipminmax::PointKind::FirstOrderPoint)
     outcome.point = Point{result.v[0], result.v[1]};
   return outcome;

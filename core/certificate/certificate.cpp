@@ -133,7 +133,7 @@ Look first_look(Case& c, const Point& point) {
   };
   if (!c.newton_confirms(system, point, solve, Probe::Beyond, newton)) return Look::Unclear;
   if (!gradients_hold(newton, test)) return Look::Unclear;
-  c.is_far = !is_near(c, point.iterate, newton.end.iterate.v - point.iterate.v, units, c.far());
+  c.is_far = !is_near(c, point.iterate, newton.end.iterate.v, units, c.far());
   if (c.is_far) return Look::Unclear;
   double left = asked - max_norm(newton.error);
   if (!(left >= c.margin(1.0))) {

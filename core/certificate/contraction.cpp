@@ -365,8 +365,10 @@ bool ActiveSetNewton::is_there() const {
 /// W at multiples of the trial step and of the Newton step, in free variables, as well.
 bool ActiveSetNewton::compare_hessian_at(double times_trial, double times_step,
                                          const Eigen::VectorXd& lambda, NewtonTest& test) {
-  Evaluation end = evaluation_;
-  Eigen::VectorXd v = work_.trial_v;
+  Evaluation& end = work_.end;
+  Eigen::VectorXd& v = work_.end_v;
+  end = evaluation_;
+  v = work_.trial_v;
   for (Index i = 0; i < v.size(); ++i) {
     if (system_.is_fixed(i)) continue;
     v[i] = iterate_.v[i] + times_trial * work_.trial[i] + times_step * work_.dv[i];

@@ -49,6 +49,8 @@ struct NewtonArrays {
   Eigen::VectorXd second_v, second_lambda, probed;
   Eigen::VectorXd turns, inner_turns;
   Evaluation there;  ///< at the end of the trial step
+  Evaluation end;    ///< where W is compared besides
+  Eigen::VectorXd end_v;
   bool is_there_known =
       false;  ///< of the point last compared; whoever has another problem resets it
   Eigen::VectorXd there_v, there_lambda;  ///< end of that step, multipliers of W

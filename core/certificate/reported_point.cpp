@@ -60,7 +60,8 @@ bool reports_solution(Case& c, const Stage& stage, const Point& given) {
   const Point& reported = c.moved ? *c.moved : given;
   const Iterate& last = stage.newton.end.iterate;
   const Eigen::VectorXd step = last.v - stage.point.iterate.v;
-  const bool ends = is_near(c, stage.point.iterate, step, stage.units, kNear);
+  const bool ends =
+      is_near(c, stage.point.iterate, stage.point.iterate.v + step, stage.units, kNear);
   if (ends && stage.point.iterate.v == reported.iterate.v) return true;
   const auto error = [&](const Point& p) {
     return kkt_error(c.canonical, p.iterate, p.evaluation, p.dual, c.options.s_max).total;
@@ -84,11 +85,11 @@ bool reports_solution(Case& c, const Stage& stage, const Point& given) {
     return true;
   };
   if (ends && moves_to(stage.point.iterate, c.mu)) return true;
-  const bool near =
-      !stage.crept && is_near(c, reported.iterate, last.v - reported.iterate.v, stage.units, kNear);
+  const bool near = !stage.crept && is_near(c, reported.iterate, last.v, stage.units, kNear);
   if (near && !stage.guessed) return true;
   // The last step has not been taken yet; then multipliers mu / s may be what is left.
-  const bool next_is_near = is_near(c, last, stage.newton.contraction * step, stage.units, kNear);
+  const bool next_is_near =
+      is_near(c, last, last.v + stage.newton.contraction * step, stage.units, kNear);
   return (next_is_near &&
           (moves_to(last, c.mu) ||
            (left > 0.0 && moves_to(last, kShareOfError * allowed / left * c.mu)))) ||

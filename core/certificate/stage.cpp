@@ -206,17 +206,16 @@ bool settled(const CanonicalProblem& canonical, const Stage& stage, bool of_max)
 }
 
 bool ends_near(const Case& c, const Stage& stage) {
-  const Iterate& here = stage.point.iterate;
-  return is_near(c, here, stage.newton.end.iterate.v - here.v, stage.units, c.far());
+  return is_near(c, stage.point.iterate, stage.newton.end.iterate.v, stage.units, c.far());
 }
 
-bool is_near(const Case& c, const Iterate& from, const Eigen::VectorXd& way, const Units& units,
+bool is_near(const Case& c, const Iterate& from, const Eigen::VectorXd& to, const Units& units,
              double share) {
   const double size = size_of_problem(c.canonical, from, units);
   const Eigen::VectorXd& start = c.canonical.starting_point().v;
   for (const IndexRange own : {c.canonical.x(), c.canonical.y()}) {
     for (Index i = own.begin; i < own.end; ++i) {
-      const double length = std::abs(way[i]);
+      const double length = std::abs(to[i] - from.v[i]);
       if (!(length <= share * size * units.variable[i])) return false;
       const double own_size = std::max(std::abs(from.v[i]), std::abs(start[i]));
       const bool within_size = length <= kNear * own_size;

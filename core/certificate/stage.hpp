@@ -64,9 +64,9 @@ struct Stage {
 [[nodiscard]] bool confirm(Case& c, Stage& stage, ActiveSetSystem& system);
 /// The path leads to a solution far from the point, a Newton step not quite to its bounds.
 [[nodiscard]] bool ends_near(const Case& c, const Stage& stage);
-/// Whether a way from an iterate is short: share of the problem's size in lengths of curvature, and
+/// Whether the way from an iterate to a point is short: share of the problem's size in lengths of curvature, and
 /// of each variable's own size; where that is zero, of one and in lengths both.
-[[nodiscard]] bool is_near(const Case& c, const Iterate& from, const Eigen::VectorXd& way,
+[[nodiscard]] bool is_near(const Case& c, const Iterate& from, const Eigen::VectorXd& to,
                            const Units& units, double share);
 
 /// Constraints that say nothing beside others, so that the model without them is the same model.

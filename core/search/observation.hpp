@@ -3,8 +3,8 @@
 #include <functional>
 #include <string_view>
 
-#include "core/method/step_method.hpp"
 #include "core/iteration.hpp"
+#include "core/method/step_method.hpp"
 
 namespace ipminmax {
 

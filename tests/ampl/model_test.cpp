@@ -57,7 +57,10 @@ Solution parse(const std::string& text) {
   while (lines >> word && word == "suffix") {
     int kind = 0, entries = 0, ignored = 0;
     lines >> kind >> entries >> ignored >> ignored >> ignored >> word;
-    std::vector<double>& z = word == "ipopt_zL_out" ? solution.z_lower : solution.z_upper;
+    std::vector<double> others(1);  // of the problem: minmax_result
+    std::vector<double>& z = word == "ipopt_zL_out"   ? solution.z_lower
+                             : word == "ipopt_zU_out" ? solution.z_upper
+                                                      : others;
     z.assign(solution.v.size(), 0.0);
     for (std::size_t i = 0; entries-- > 0;) {
       lines >> i;
