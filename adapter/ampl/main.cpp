@@ -279,12 +279,12 @@ int solve(Command command) {
   if (silent) return 0;
   const ipminmax::Result& result = application->LastResult();
   const std::string message = ipminmax::message_of(result, application->LastWorstCases(), *problem);
-  // Where Ipopt leaves no file its callers look into the log.
-  const bool as_ipopt_none =
-      command.called_by_ampl && result.status == ipminmax::Status::TooFewDegreesOfFreedom;
-  if (options.write && !as_ipopt_none) write_solution(*problem, solution_file, message, result);
   int print_level = 0;
   application->Options()->GetIntegerValue("print_level", print_level, "");
+  // Where Ipopt leaves no file its callers look into the log, if there is one.
+  const bool as_ipopt_none = command.called_by_ampl && print_level > 0 &&
+                             result.status == ipminmax::Status::TooFewDegreesOfFreedom;
+  if (options.write && !as_ipopt_none) write_solution(*problem, solution_file, message, result);
   print_answer(options, print_level, message, result, *problem);
   if (Ipopt::IsValid(log)) require_none(log->close());
   return 0;
