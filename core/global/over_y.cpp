@@ -212,10 +212,7 @@ class MaximizationOverY {
     ++found_.made;
     ++context_.looked.maximizations;
     add(result);
-    using enum Status;
-    const bool is_final = result.status == InvalidProblem || result.status == InvalidOption ||
-                          result.status == TooFewDegreesOfFreedom;
-    return found_.finished && !is_final;
+    return found_.finished && !is_final(result.status);
   }
 
   [[nodiscard]] SolveObserver observer() {

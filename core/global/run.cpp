@@ -39,7 +39,7 @@ Answer refused(std::string error) {
   return answer;
 }
 
-/// One start for every model after the first.
+/// One for each thread.
 std::vector<std::unique_ptr<Problem>> make_models(const ProblemFactory& make_problem, int count) {
   std::vector<std::unique_ptr<Problem>> models;
   for (int k = 0; k < count; ++k) {

@@ -18,12 +18,6 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// No other starting point can change such an end.
-bool is_final(Status status) {
-  return status == Status::InvalidProblem || status == Status::InvalidOption ||
-         status == Status::TooFewDegreesOfFreedom;
-}
-
 bool has_free_min_variable(const ProblemStructure& s) {
   for (std::size_t i = 0; i < s.variable_players.size(); ++i) {
     if (s.variable_players[i] == Player::Min &&

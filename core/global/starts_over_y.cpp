@@ -14,6 +14,12 @@
 
 // Other y of the points that the starts found.
 namespace ipminmax {
+namespace {
+
+/// f is that of an inner maximum, as far as the search tells.
+bool has_value(Status status) { return is_success(status) || status == Status::NoLocalMinmaxFound; }
+
+}  // namespace
 
 /// Over f, at a point; where f is treated as a robust constraint that was done already, and with a
 /// negative factor of the objective the inner player minimizes.
@@ -77,8 +83,7 @@ void Starts::choose_uncertified(Answer& answer) {
   if (starts_over_y_of_objective(options_) == 0) return;
   for (Index more_starts = asked_;; --more_starts) {
     Result& best = answer.best;
-    const bool has_value = is_success(best.status) || best.status == Status::NoLocalMinmaxFound;
-    if (!has_value || !may_look_over_y(best)) return;
+    if (!has_value(best.status) || !may_look_over_y(best)) return;
     std::vector<std::vector<double>> given;
     for (const auto& [start, point] : outcomes_.uncertified()) {
       if (static_cast<Index>(given.size()) + 1 >= options_.minmax_worst_case_starts) break;
@@ -106,8 +111,7 @@ void Starts::choose_uncertified(Answer& answer) {
 /// The best point may stand over a weak branch of y, which the y of other starts may show.
 void Starts::look_for_worse(Answer& answer) {
   Result& best = answer.best;
-  const bool has_value = is_success(best.status) || best.status == Status::NoLocalMinmaxFound;
-  if (!has_value || !may_look_over_y(best)) return;
+  if (!has_value(best.status) || !may_look_over_y(best)) return;
   if (starts_over_y_of_objective(options_) == 0) {
     compare_with_others(answer, best);
   } else if (best.worst_case.starts == 0) {  // the budget was used up

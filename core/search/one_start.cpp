@@ -156,6 +156,11 @@ Result solve_elsewhere(Problem& problem, const SolverOptions& options, Budget& b
 
 }  // namespace
 
+bool is_final(Status status) {
+  return status == Status::InvalidProblem || status == Status::InvalidOption ||
+         status == Status::TooFewDegreesOfFreedom;
+}
+
 Result without_point(Status status, std::string message) {
   Result result;
   result.status = status;

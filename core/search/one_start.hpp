@@ -21,6 +21,9 @@ struct KeptWork;
                                       Budget& budget, const SolveObserver& observer,
                                       KeptWork* kept);
 
+/// No other starting point can change such an end.
+[[nodiscard]] bool is_final(Status status);
+
 /// A result without a point.
 [[nodiscard]] Result without_point(Status status, std::string message);
 
