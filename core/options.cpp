@@ -68,8 +68,9 @@ Choice hessian_choice() {
   static constexpr std::array kValues{H::LimitedMemory, H::Exact, H::FiniteDifferenceValues};
   static constexpr std::size_t kExact = 1;
   return {{"limited-memory", "exact", "finite-difference-values"},
-          {"Ipopt's quasi-Newton matrices have no inertia to certify with: as "
-           "finite-difference-values, with a message; the model's Hessian is never asked for",
+          {"of a minimization limited-memory BFGS, as Ipopt's, which has no inertia to certify with: "
+           "nothing is certified; with Max variables as finite-difference-values; the model's "
+           "Hessian is never asked for",
            "second derivatives of the model",
            "differences of gradient and Jacobian; also chosen when the option is not set and the "
            "model has no second derivatives"},
