@@ -65,6 +65,11 @@ constexpr Index kFilterResets = 5;
 /// are renewed, and what least squares have to leave of it.
 constexpr double kRunawayDual = 1e10;
 constexpr double kRenewedDual = 1e-2;
+/// Multipliers that the shift of their rows keeps from following mu: their complementarity over mu,
+/// s / z over the shift; and what their change may leave in the gradient of the Lagrangian.
+constexpr double kStuckProduct = 10.0;
+constexpr double kStuckShare = 1e-2;
+constexpr double kReleasedDual = 1e-3;
 }  // namespace outer
 
 /// Steps where no merit function helps.

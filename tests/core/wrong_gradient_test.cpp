@@ -66,6 +66,20 @@ TEST(WrongGradient, OfAConstraintIsNamed) {
       << result.message;
 }
 
+/// Over a step from a zero of theirs a trapezoid is wrong by a factor.
+TEST(WrongGradient, IsNotSeenInPowers) {
+  for (const double power : {3.0, 4.0, 6.0}) {
+    Model model;
+    const Expression x = model.variable(Player::Min, "x");
+    const Expression y = model.variable(Player::Max, "y", 0.0, 1.0);
+    model.objective(square(x) - y - square(y));
+    model.constraint(pow(x, power), -testing::kNoBound, 1.0);
+    AutodiffProblem problem(model, {0.5, 0.5});
+    const Result result = solve(problem, SolverOptions{});
+    EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax) << power << ' ' << result.message;
+  }
+}
+
 TEST(WrongGradient, IsLookedForOnceInAModelOfOneShape) {
   Model model;
   const Expression x = model.variable(Player::Min, "x");
