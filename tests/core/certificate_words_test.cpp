@@ -216,13 +216,13 @@ TEST(Lengths, GrowWhereStiffVariablesFollowAFlatOne) {
   EXPECT_EQ(solved(model, {2.0, 1.5, 0.1}).second_order, SecondOrder::Satisfied);
 }
 
-TEST(LengthsOfX, AreNotThoseOfACouplingWithAYThatCannotMove) {
-  // The equation holds y; its multiplier is all of W_yy.
+TEST(LengthsOfX, OfACouplingWithAYThatCannotMoveRefuteNothing) {
+  // The equation holds y; its multiplier is all of W_yy, so that lengths of x are too short to tell.
   Model model;
   const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
   model.objective(0.5 * square(x) + x * (y - 2.0) + 1e-9 * y);
   model.constraint(square(y), 4.0, 4.0);
-  EXPECT_EQ(solved(model, {0.3, 2.1}).second_order, SecondOrder::Satisfied);
+  EXPECT_NE(solved(model, {0.3, 2.1}).second_order, SecondOrder::Violated);
   // Where x has no curvature of its own a y that cannot move gives it none.
   Model flat;
   const Expression u = flat.variable(kMin, "u"), w = flat.variable(kMax, "w");
@@ -375,6 +375,22 @@ TEST(WeaklyActiveBounds, OfMaxAreRefutedWhereYGainsByLeavingThem) {
     const double phi = std::pow(1.0 + std::abs(result.v[0]), 2.0);
     EXPECT_TRUE(!is_success(result.status) || result.objective > phi - 1e-6)
         << result.v[0] << ' ' << result.v[1];
+  }
+}
+
+TEST(WeaklyActiveBounds, OfMaxAreLeftForTheAnswerBeyond) {
+  // From y = 1, x = 1 the search has to leave along y; to x >= 0.2 the answer is y = -1.
+  Model model;
+  const Expression x = model.variable(kMin, "x", 0.2, 2.0),
+                   y = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x - y));
+  for (const std::vector<double>& start :
+       {std::vector{0.7, 0.6}, std::vector{1.9, 1.0}, std::vector{0.5, 0.45}}) {
+    AutodiffProblem problem(model, start);
+    const Result result = solve(problem, {});
+    EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax);
+    EXPECT_NEAR(result.v[0], 0.2, 1e-6);
+    EXPECT_NEAR(result.v[1], -1.0, 1e-6);
   }
 }
 
