@@ -43,7 +43,8 @@ class ActiveSetNewton {
   [[nodiscard]] bool evaluate_there();
   [[nodiscard]] bool compare(NewtonTest& test);
   [[nodiscard]] bool is_there() const;
-  void compare_on_other_side(const Eigen::VectorXd& lambda, NewtonTest& test);
+  [[nodiscard]] bool is_far_beyond() const;
+  [[nodiscard]] bool compare_hessian(double times_trial, double times_step, NewtonTest& test);
   void measure_error(NewtonTest& test) const;
   void look_at_inequalities(const Eigen::VectorXd& c, NewtonTest& test);
   void measure_turn(NewtonTest& test);
@@ -237,8 +238,9 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
   for (std::size_t k = 0; k < there.hessian.size(); ++k) {
     test.hessian_change[k] = std::abs(there.hessian[k] - evaluation_.hessian[k]);
   }
+  if (is_far_beyond() && !compare_hessian(0.0, 1.0, test)) return false;
   // On the other side of the end; a model that is undefined there has no other W.
-  if (is_there()) compare_on_other_side(probed, test);
+  if (is_there()) static_cast<void>(compare_hessian(-1.0, 2.0, test));
   measure_error(test);
   look_at_inequalities(there.c, test);
   measure_turn(test);
@@ -257,20 +259,33 @@ bool ActiveSetNewton::is_there() const {
   return false;
 }
 
-/// W as far beyond the end of the step as the trial point, on the other side, as well.
-void ActiveSetNewton::compare_on_other_side(const Eigen::VectorXd& lambda, NewtonTest& test) {
+/// Whether the trial point is so much farther than the end of the step that W there need not tell of
+/// W at the end, and the end is not next to the start.
+bool ActiveSetNewton::is_far_beyond() const {
+  for (Index i = 0; i < work_.trial.size(); ++i) {
+    if (!system_.is_free(i)) continue;
+    const double step = std::abs(work_.dv[i]), beyond = std::abs(work_.trial[i] - work_.dv[i]);
+    if (beyond > parameter::kLittle * step && step > parameter::kLittle * beyond) return true;
+  }
+  return false;
+}
+
+/// W at multiples of the trial step and of the Newton step, in free variables, as well.
+bool ActiveSetNewton::compare_hessian(double times_trial, double times_step, NewtonTest& test) {
   Evaluation& end = work_.end;
   Eigen::VectorXd& v = work_.end_v;
   end = evaluation_;
   v = work_.trial_v;
   for (Index i = 0; i < v.size(); ++i) {
-    if (!system_.is_fixed(i)) v[i] = iterate_.v[i] - work_.trial[i] + 2.0 * work_.dv[i];
+    if (system_.is_fixed(i)) continue;
+    v[i] = iterate_.v[i] + times_trial * work_.trial[i] + times_step * work_.dv[i];
   }
-  if (canonical_.second_derivatives(v, lambda, end) != EvaluationStatus::Ok) return;
+  if (canonical_.second_derivatives(v, work_.probed, end) != EvaluationStatus::Ok) return false;
   for (std::size_t k = 0; k < end.hessian.size(); ++k) {
     const double change = std::abs(end.hessian[k] - evaluation_.hessian[k]);
     test.hessian_change[k] = std::max(test.hessian_change[k], change);
   }
+  return true;
 }
 
 void ActiveSetNewton::measure_error(NewtonTest& test) const {

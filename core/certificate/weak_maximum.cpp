@@ -6,6 +6,7 @@
 
 #include "core/certificate/direction.hpp"
 #include "core/certificate/parameters.hpp"
+#include "core/model/norms.hpp"
 
 namespace ipminmax {
 namespace {
@@ -55,8 +56,9 @@ bool maximizes_weakly(TestContext& c, const Candidate& candidate) {
   // Off the solution the value changes along y with x's distance to it.
   Candidate end = candidate;
   end.point.iterate = candidate.newton.end.iterate;
-  if (!evaluate(c.canonical, end.point) || !evaluate_objective(c.canonical, end.point))
-    return false;
+  if (!evaluate(c.canonical, end.point)) return false;
+  if (!(max_norm(end.point.dual) < max_norm(candidate.point.dual))) end.point = candidate.point;
+  if (!evaluate_objective(c.canonical, end.point)) return false;
   ActiveSetSystem system(c.canonical, c.kkt, end.classes, end.units, end.point.evaluation);
   system.assemble({.min_fixed = true, .max_fixed = false});
   const bool shown = by_structure(c, end, system);

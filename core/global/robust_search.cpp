@@ -34,7 +34,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Which Max variables f reads, from its gradient around the start.
+}  // namespace
+
 std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& start) {
   const ProblemStructure& s = model.structure();
   std::vector<bool> reads(start.size(), false);
@@ -54,8 +55,6 @@ std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& s
   }
   return reads;
 }
-
-}  // namespace
 
 SolverOptions near_solution(const SolverOptions& options, double mu) {
   SolverOptions near = options;
@@ -154,7 +153,7 @@ RobustSearch::Solved RobustSearch::solve_worst_cases() {
   if (place_.near && place_.drifted) {
     if (auto exact = solve_exactly()) return std::move(*exact);
   }
-  auto copies = std::make_unique<RobustCopies>(model_, place_.worst_cases, reads_y_);
+  auto copies = std::make_unique<RobustCopies>(model_, place_.worst_cases, reads_y_, budget_);
   if (place_.moved) copies->start_at(place_.v);
   Result result = solve_once(*copies);
   return {std::move(copies), std::move(result)};

@@ -17,6 +17,9 @@ struct RobustForm {
   Problem& asked;
 };
 
+/// Which Max variables f reads, from its gradient around the start. n.
+[[nodiscard]] std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& start);
+
 /// Options of a solve that begins near its solution, with this barrier parameter.
 [[nodiscard]] SolverOptions near_solution(const SolverOptions& options, double mu);
 

@@ -1,11 +1,15 @@
 #include <memory>
+#include <new>
 #include <stdexcept>
 #include <utility>
 
 #include "core/answer.hpp"
+#include "core/global/choice.hpp"
 #include "core/global/refinement.hpp"
 #include "core/global/starts.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/robust.hpp"
+#include "core/search/diagnosis.hpp"
 #include "core/search/kept_work.hpp"
 #include "core/solver.hpp"
 
@@ -23,6 +27,15 @@ bool is_plain(const ProblemStructure& structure, const SolverOptions& options) {
   return options.minmax_starts <= 1 && options.minmax_worst_case_starts <= 0 &&
          !options.minmax_epigraph && !options.minmax_epigraph_at_kinks &&
          !has_rows_for_every_y(structure, options);
+}
+
+/// Quasi-Newton matrices are for minimizations that were given as such, not for parts of a game.
+SolverOptions for_all_parts(const ProblemStructure& structure, SolverOptions options) {
+  if (options.hessian_approximation == HessianApproximation::LimitedMemory &&
+      has_max_variables(structure)) {
+    options.hessian_approximation = HessianApproximation::FiniteDifferenceValues;
+  }
+  return options;
 }
 
 /// What is wrong with what was asked for; empty: nothing that the door sees.
@@ -49,24 +62,38 @@ std::vector<std::unique_ptr<Problem>> make_models(const ProblemFactory& make_pro
   return models;
 }
 
+/// A certificate is one of the functions whose gradients the model gives. Whether these are wrong.
+bool withdraws_certificate(Problem& problem, Budget& budget, Result& best) {
+  if (best.certificate.kind != PointKind::LocalMinmax || budget.interrupted()) return false;
+  try {
+    check_gradients(problem, best);
+  } catch (const std::bad_alloc&) {
+    budget.stop(Status::OutOfMemory);
+    settle(budget.interrupted(), best);
+  }
+  return best.certificate.kind != PointKind::LocalMinmax;
+}
+
 /// ranks: null, or the others that share the starts.
 Answer run_on(const std::vector<std::unique_ptr<Problem>>& owned, Problem* own, Ranks* ranks,
-              const SolverOptions& options, const MultistartObserver& observer,
+              const SolverOptions& asked, const MultistartObserver& observer,
               const std::vector<std::vector<double>>& given) {
   std::vector<Problem*> models;
   if (own != nullptr) models.push_back(own);
   for (const auto& model : owned) models.push_back(model.get());
+  const SolverOptions options = for_all_parts(models.front()->structure(), asked);
   if (auto error = error_of(*models.front(), options); !error.empty()) return refused(error);
-  Budget budget(options, {observer.on_iteration, observer.on_result, observer.message});
+  Budget budget(options, observer);
   Starts starts(models, options, budget, given);
   Answer answer = ranks != nullptr ? starts.run(*ranks) : starts.run();
+  if (withdraws_certificate(*models.front(), budget, answer.best)) answer.points.clear();
   set_seconds(budget, answer.best);
   return answer;
 }
 
 /// As one observer of a solve hears the starts. He outlives the budget: one word each.
-Listener listener_of(const SolveObserver& observer) {
-  Listener listener;
+MultistartObserver listener_of(const SolveObserver& observer) {
+  MultistartObserver listener;
   if (observer.on_iteration) {
     listener.on_iteration = [&observer](Index, const IterationInfo& info) {
       return observer.on_iteration(info);
@@ -79,8 +106,7 @@ Listener listener_of(const SolveObserver& observer) {
 }
 
 Answer run_for(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
-  Listener listener = listener_of(observer);
-  return run(problem, options, {std::move(listener.on_iteration), {}, std::move(listener.message)});
+  return run(problem, options, listener_of(observer));
 }
 
 Result solve_keeping(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
@@ -89,7 +115,13 @@ Result solve_keeping(Problem& problem, const SolverOptions& options, const Solve
     return run_for(problem, options, observer).best;
   }
   Budget budget(options, listener_of(observer));
-  return solve_from_start(problem, options, budget, budget.observer_of(0), kept);
+  Result result = solve_from_start(problem, options, budget, budget.observer_of(0), kept);
+  if (kept == nullptr || !kept->gradients_checked) {
+    const bool certified = result.certificate.kind == PointKind::LocalMinmax;
+    static_cast<void>(withdraws_certificate(problem, budget, result));
+    if (kept != nullptr) kept->gradients_checked = certified;
+  }
+  return result;
 }
 
 }  // namespace

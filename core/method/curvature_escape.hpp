@@ -25,7 +25,8 @@ bool turn_to_curvature(const InverseIteration& how, NewtonResidual& rhs, Step& s
   const Index begin = how.variables.begin;
   const Index n = how.variables.size();
   set_zero(rhs);
-  for (Index i = 0; i < n; ++i) rhs.v[begin + i] = std::sin(1.0 + how.number + (1 + how.number) * i);
+  for (Index i = 0; i < n; ++i)
+    rhs.v[begin + i] = std::sin(1.0 + how.number + (1 + how.number) * i);
   prepare(rhs.v);
   for (int k = 0; k < how.iterations; ++k) {
     if (!solve(rhs, step)) return false;
