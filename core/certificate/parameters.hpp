@@ -2,8 +2,8 @@
 
 #include "core/result.hpp"
 
-/// The numbers of the second-order test that are no options, each with what it decides.
-/// bench/README.md, "Constants of the certificate", has what a tenth and ten times of each change.
+/// The numbers of the second-order test that are no options, each with what it decides. What the
+/// parts change that they belong to: bench/README.md; bench/constants.sh varies each of them.
 namespace ipminmax::parameters::certificate {
 
 // --- Shares and roundings that several parts have in common --------------------------------------

@@ -474,7 +474,7 @@ ClosedFormJudgement judge(const ClosedForm& game, const Result& result, std::uin
     const bool best = phi <= *game.optimum + 1e-6 * (1.0 + std::abs(*game.optimum));
     return {.best = best, .around = best ? Around::Strict : Around::Lower};
   }
-  return {.best = std::abs(result.objective - phi) <= 1e-6 * (1.0 + std::abs(phi)),
+  return {.best = std::abs(result.objective - phi) <= 1e-5 * (1.0 + std::abs(phi)),
           .around = look_around(game, x, seed + 1)};
 }
 
