@@ -81,8 +81,9 @@ std::optional<Eigen::VectorXd> DirectionSearch::least_curvature(
 
 class Refutation : DirectionSearch {
  public:
-  Refutation(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point, Player owner)
-      : DirectionSearch(canonical, system, point, owner, false), owner_(owner) {}
+  Refutation(CanonicalProblem& its_canonical, ActiveSetSystem& its_system, const Point& its_point,
+             Player owner)
+      : DirectionSearch(its_canonical, its_system, its_point, owner, false), owner_(owner) {}
 
   /// With a shift that makes the matrix right, a smaller one where that finds nothing.
   std::optional<WrongCurvature> search(double margin, double distance);
@@ -179,8 +180,9 @@ std::optional<WrongCurvature> Refutation::try_steps(double distance, bool one_wa
 
 class FlatSearch : DirectionSearch {
  public:
-  FlatSearch(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point, Player owner)
-      : DirectionSearch(canonical, system, point, owner, true) {}
+  FlatSearch(CanonicalProblem& its_canonical, ActiveSetSystem& its_system, const Point& its_point,
+             Player owner)
+      : DirectionSearch(its_canonical, its_system, its_point, owner, true) {}
 
   FlatDirections run(double margin);
 

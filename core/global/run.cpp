@@ -1,15 +1,12 @@
 #include <memory>
-#include <new>
 #include <stdexcept>
 #include <utility>
 
 #include "core/answer.hpp"
-#include "core/global/choice.hpp"
 #include "core/global/refinement.hpp"
 #include "core/global/starts.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust.hpp"
-#include "core/search/diagnosis.hpp"
 #include "core/search/kept_work.hpp"
 #include "core/solver.hpp"
 
@@ -62,18 +59,6 @@ std::vector<std::unique_ptr<Problem>> make_models(const ProblemFactory& make_pro
   return models;
 }
 
-/// A certificate is one of the functions whose gradients the model gives. Whether these are wrong.
-bool withdraws_certificate(Problem& problem, Budget& budget, Result& best) {
-  if (best.certificate.kind != PointKind::LocalMinmax || budget.interrupted()) return false;
-  try {
-    check_gradients(problem, best);
-  } catch (const std::bad_alloc&) {
-    budget.stop(Status::OutOfMemory);
-    settle(budget.interrupted(), best);
-  }
-  return best.certificate.kind != PointKind::LocalMinmax;
-}
-
 /// ranks: null, or the others that share the starts.
 Answer run_on(const std::vector<std::unique_ptr<Problem>>& owned, Problem* own, Ranks* ranks,
               const SolverOptions& asked, const MultistartObserver& observer,
@@ -86,7 +71,6 @@ Answer run_on(const std::vector<std::unique_ptr<Problem>>& owned, Problem* own, 
   Budget budget(options, observer);
   Starts starts(models, options, budget, given);
   Answer answer = ranks != nullptr ? starts.run(*ranks) : starts.run();
-  if (withdraws_certificate(*models.front(), budget, answer.best)) answer.points.clear();
   set_seconds(budget, answer.best);
   return answer;
 }
@@ -115,13 +99,7 @@ Result solve_keeping(Problem& problem, const SolverOptions& options, const Solve
     return run_for(problem, options, observer).best;
   }
   Budget budget(options, listener_of(observer));
-  Result result = solve_from_start(problem, options, budget, budget.observer_of(0), kept);
-  if (kept == nullptr || !kept->gradients_checked) {
-    const bool certified = result.certificate.kind == PointKind::LocalMinmax;
-    static_cast<void>(withdraws_certificate(problem, budget, result));
-    if (kept != nullptr) kept->gradients_checked = certified;
-  }
-  return result;
+  return solve_from_start(problem, options, budget, budget.observer_of(0), kept);
 }
 
 }  // namespace

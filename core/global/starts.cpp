@@ -11,6 +11,7 @@
 #include "core/model/structure_check.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
+#include "core/search/restart.hpp"
 
 namespace ipminmax {
 namespace {

@@ -13,11 +13,4 @@ namespace ipminmax {
 /// exceptions of the model pass through.
 void diagnose_failure(Problem& problem, const SolverOptions& options, Result& result);
 
-/// For a certified game: compares the changes of f and of the constraints over a step from the point
-/// with what their gradients at both ends say (at the point alone a stationary f shows nothing).
-/// Where they disagree at two lengths the certificate is one of other functions, and is withdrawn.
-/// One value and two first derivatives of all functions, which are counted; exceptions of the model
-/// pass through.
-void check_gradients(Problem& problem, Result& result);
-
 }  // namespace ipminmax

@@ -11,7 +11,6 @@ void KeptWork::forget() {
   shifts = {};
   structure_only = false;
   hessian_pattern.reset();
-  gradients_checked = false;
 }
 
 bool KeptWork::fits(const ProblemStructure& s, const SolverOptions& options) {

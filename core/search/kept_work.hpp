@@ -34,7 +34,6 @@ struct KeptWork {
   bool structure_only = false;
   /// Of second derivatives by differences, detected; empty: not known.
   std::optional<std::vector<Triplet>> hessian_pattern;
-  bool gradients_checked = false;  ///< those of a model of this shape
 
   SolveArrays arrays;
 

@@ -135,15 +135,14 @@ TEST(RepeatedSolver, KeepsTheScaling) {
   Result again = solve_again(solver, steep, options);
   // The scaling asks for a gradient without a Hessian, as trial points may.
   const auto gradients_alone = [](const Result& r) { return r.counts.gradient - r.counts.hessian; };
-  // The gradients of a new model are compared with its values, at two points.
-  EXPECT_EQ(gradients_alone(again), gradients_alone(first) - 1 - 2);
+  EXPECT_EQ(gradients_alone(again), gradients_alone(first) - 1);
   expect_same_answer(again, first);
   SolverOptions other = options;
   other.nlp_scaling_max_gradient = 10.0;
   again = solve_again(solver, steep, other);
   EXPECT_EQ(again.counts.analyses, 0) << "the analysis does not depend on the scaling";
   const Result fresh = solve_fresh(steep, other);
-  EXPECT_EQ(gradients_alone(again), gradients_alone(fresh) - 2);
+  EXPECT_EQ(gradients_alone(again), gradients_alone(fresh));
   expect_same_answer(again, fresh);
 }
 
