@@ -101,7 +101,9 @@ bool BasicSearch::take(NullVector& along, double direction, std::vector<NullVect
 /// Classes of those whose multipliers have changed.
 BasicMultipliers BasicSearch::finish() {
   BoundClasses& classes = found_.classes;
-  const BoundClasses guess = guess_classes(canonical_, options_, found_.iterate, system_.units());
+  BoundClasses guess;
+  guess_classes(canonical_, options_, found_.iterate, system_.units(),
+                parameters::certificate::kStrictRatio, guess);
   for (const Index i : touched_) {
     const double before = classes.multiplier(given_, i);
     if (classes[i] == BoundClass::Active && multiplier(i) >= parameter::kLittle * before) continue;

@@ -103,26 +103,20 @@ double BoundClasses::multiplier(const Iterate& z, Index i) const {
 }
 
 void guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
-                   const Iterate& iterate, const Units& units, BoundClasses& classes) {
+                   const Iterate& iterate, const Units& units, double strict_ratio,
+                   BoundClasses& classes) {
   set_none(canonical, classes);
   for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
     const double ratio =
         multiplier_of(iterate, i, side) / distance * units.variable[i] * units.variable[i];
-    const bool open = ratio < 1.0 / parameter::kStrictRatio &&
-                      !within_relaxation(canonical, i, side, distance, options);
+    const bool open =
+        ratio < 1.0 / strict_ratio && !within_relaxation(canonical, i, side, distance, options);
     include(classes, i, side,
-            ratio > parameter::kStrictRatio ? BoundClass::Active
-            : open                          ? BoundClass::Inactive
-                                            : BoundClass::Doubtful);
+            ratio > strict_ratio ? BoundClass::Active
+            : open               ? BoundClass::Inactive
+                                 : BoundClass::Doubtful);
   });
   count_doubtful(canonical, classes);
-}
-
-BoundClasses guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
-                           const Iterate& iterate, const Units& units) {
-  BoundClasses classes;
-  guess_classes(canonical, options, iterate, units, classes);
-  return classes;
 }
 
 BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,

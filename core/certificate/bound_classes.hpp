@@ -64,13 +64,10 @@ void for_each_bound(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
 
 /// By z / s in units: a first guess, which a Newton step has to confirm. A bound no farther than
 /// what it was relaxed by is never inactive. Doubtful where the ratio is no larger than
-/// kStrictRatio and no smaller than its inverse.
-[[nodiscard]] BoundClasses guess_classes(const CanonicalProblem& canonical,
-                                         const SolverOptions& options, const Iterate& iterate,
-                                         const Units& units);
-/// The same in classes that are there.
+/// strict_ratio and no smaller than its inverse.
 void guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
-                   const Iterate& iterate, const Units& units, BoundClasses& classes);
+                   const Iterate& iterate, const Units& units, double strict_ratio,
+                   BoundClasses& classes);
 
 /// Follows the solution to smaller barrier parameters, where the distance of an active bound falls
 /// as mu and its multiplier stays, and the other way round at an inactive one: until every bound

@@ -99,7 +99,8 @@ Units certain_units(CanonicalProblem& canonical, Candidate& candidate) {
       rounded_derivatives(canonical, candidate, point.iterate.v + step,
                           without_inactive(canonical, candidate.classes, lambda));
   const auto measured = [&] {
-    return units_of(canonical, point.iterate.v, certain, candidate.proximal > 0.0);
+    return units_of(canonical, point.iterate.v, certain,
+                    {.min_first = candidate.min_first, .by_coupling = candidate.proximal > 0.0});
   };
   if (there == nullptr) return measured();
   const auto keep = [](double changed, double& value) {

@@ -18,14 +18,15 @@ struct RoundedDerivatives {
 struct Candidate {
   Point point;
   Units units;
+  bool min_first = false;  ///< rule of the units
   BoundClasses classes;
   NewtonTest newton;
   InertiaTest test;
   Eigen::VectorXd error;   ///< of W in units
   int steps = 0;           ///< of Newton's method that have led here
   bool converges = false;  ///< Newton's method, to a solution with these classes
-  /// After many steps: other solutions may be nearer to where they began, so that the certified one
-  /// has to be returned itself.
+  /// After many steps, or ones that changed classes: other solutions may be nearer to where they
+  /// began, so that the certified one has to be returned itself.
   bool crept = false;
   bool creeps = true;  ///< each of them has contracted, none enough
   std::optional<Dependences> dependences{};

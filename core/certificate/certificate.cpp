@@ -56,8 +56,7 @@ bool refute_clearly(TestContext& c, ActiveSetSystem& system, const Point& point,
 Look first_look(TestContext& c, const Point& point) {
   const Units& units = units_of(c.canonical, point.iterate.v, point.evaluation, c.arrays.units);
   BoundClasses& classes = c.arrays.classes;
-  guess_classes(c.canonical, c.options, point.iterate, units, classes);
-  c.hold_idle(classes);
+  c.guess(point.iterate, parameter::kStrictRatio, classes);
   if (!classes.clear()) return Look::Unclear;
   ActiveSetSystem system(c.canonical, c.kkt, classes, units, point.evaluation, &c.arrays.system);
   const Eigen::VectorXd error = c.hessian_error_in(units);

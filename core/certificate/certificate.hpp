@@ -30,12 +30,13 @@
 //     here.
 //
 //  3. examine (remedies): the same at other points, with pivoting. A candidate is a point on its
-//     way to a solution, with classes of its bounds (candidate). The first one has those by z /
-//     s, the second one those that show themselves while mu falls (bound_classes: follow_barrier,
-//     barrier_step). One that does not pass is handed to remedies, in this order, until none
-//     applies:
+//     way to a solution, with classes of its bounds (candidate). Classes that are guessed serve
+//     where all is right with them. Then the first candidate has those by z / s, the second one
+//     those that show themselves while mu falls (bound_classes: follow_barrier, barrier_step). One
+//     that does not pass is handed to remedies, in this order, until none applies:
 //       release_bounds    of Max, that he leaves
 //       leave_out_rows    that say nothing beside others (dependence)
+//       measure_min_first lengths of x without what couples x to y
 //       take_newton_step  towards the solution
 //     Bounds of Min that are weakly active open a cone; W has to be copositive in it
 //     (critical_cone, copositive).

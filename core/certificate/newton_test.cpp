@@ -163,6 +163,7 @@ void ActiveSetNewton::look_at_classes(NewtonTest& test) {
     const double after = -side * canonical_.sign(i) * force[i];
     if (classes[i] == BoundClass::Active) {
       expect(i, std::abs(after - before) <= parameter::kConfirmed * before);
+      if (!(after > 0.0)) test.contradicted.push_back(i);
     } else if (canonical_.owned_by_max(i) && after < -before) {  // else zero, as far as can be told
       test.pulled_off.push_back(i);
       expect(i, false);
@@ -170,7 +171,10 @@ void ActiveSetNewton::look_at_classes(NewtonTest& test) {
   }
   for_each_bound(canonical_, iterate_.v, [&](Index i, int side, double distance) {
     const double towards = side * work_.dv[i];
-    if (classes[i] == BoundClass::Inactive) expect(i, towards <= parameter::kConfirmed * distance);
+    if (classes[i] == BoundClass::Inactive) {
+      expect(i, towards <= parameter::kConfirmed * distance);
+      if (towards >= distance && classes.side[at(i)] == side) test.contradicted.push_back(i);
+    }
     if (classes[i] == BoundClass::Dropped) {
       expect(i,
              (1.0 + parameter::kContraction) * towards <= distance + classes.allowed_violation(i));
@@ -382,6 +386,7 @@ void ActiveSetNewton::run(NewtonTest& test) {
 void NewtonTest::clear() {
   done = classes_hold = false;
   pulled_off.clear();
+  contradicted.clear();
   hessian_change.clear();
   error.setZero();
   contraction = step = turn = inner_turn = 0.0;

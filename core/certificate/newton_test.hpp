@@ -13,6 +13,8 @@ struct NewtonTest {
   bool classes_hold = false;  ///< multipliers and distances at the end confirm the classes
   std::vector<Index>
       pulled_off;  ///< doubtful bounds of Max that he leaves: their multiplier is negative
+  /// Active bounds whose multiplier is negative at the end, inactive ones that are crossed.
+  std::vector<Index> contradicted;
   /// Step that the curvature of the equations makes necessary at the end, over the step: Newton's
   /// method converges from a point where that is below 1/4 (it is 1/4 for x^3 at 0).
   double contraction = 0.0;

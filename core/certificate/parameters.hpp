@@ -44,6 +44,7 @@ constexpr double kIndependent = 1e5;  ///< amplification by matrices with indepe
 constexpr Index kToConfirm = 3;       ///< factorizations of a step and the test at its end
 constexpr int kSteps = 4, kMostSteps = 16;
 constexpr double kCreeping = 0.4;     ///< contraction of more than kSteps: to a zero of high order
+constexpr Index kLargeSystem = 300;   ///< dimension beyond which that costs too much
 constexpr double kLeftOfEntry = 0.3;  ///< of an entry of W over its change: else it gives no length
 constexpr double kResiduals = 10.0;   ///< of a gradient, that its multipliers may be off by
 
@@ -82,7 +83,7 @@ constexpr double kSmall = 1e-2, kSmallStationary = 1e-8, kNegligible = 1e-6;
 
 constexpr double kDependent = 1e-7;    ///< a combination of rows of length one that is zero
 constexpr double kNothingLeft = 1e-4;  ///< of a vector in the null space: no more is there
-constexpr int kMostFound = 32, kMovedPoints = 3;
+constexpr int kMostFound = 16, kMovedPoints = 3;
 constexpr unsigned kMostChoices = 4;       ///< of multipliers
 constexpr std::ptrdiff_t kMostFaces = 10;  ///< rows of a matrix whose faces are all looked at
 constexpr double kFirm = 1e6;              ///< growth of barrier curvatures that hold bounds

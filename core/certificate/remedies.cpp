@@ -127,11 +127,12 @@ bool ends_here(const TestContext& c, const Candidate& candidate) {
 /// The end of the Newton step, where W changes by less on the rest of the way.
 std::optional<Candidate> take_newton_step(TestContext& c, const Candidate& here) {
   if (!here.newton.done || !here.newton.classes_hold) return {};
-  const bool there =
-      max_norm(here.newton.error) <= c.margin(1.0) && gradients_hold(here.newton, here.test);
+  const bool there = here.converges && max_norm(here.newton.error) <= c.margin(1.0) &&
+                     gradients_hold(here.newton, here.test);
   // Newton's method creeps to where derivatives nearly vanish together.
-  const bool creeps =
-      here.creeps && !here.converges && here.newton.contraction <= parameter::kCreeping;
+  const bool creeps = here.creeps && !here.converges &&
+                      here.newton.contraction <= parameter::kCreeping &&
+                      c.kkt.layout().dimension() <= parameter::kLargeSystem;
   const int most = creeps ? parameter::kMostSteps : parameter::kSteps;
   if (there || here.steps >= most || (here.steps > 0 && ends_here(c, here))) return {};
   Candidate next = here;
@@ -144,7 +145,20 @@ std::optional<Candidate> take_newton_step(TestContext& c, const Candidate& here)
   return next;
 }
 
-constexpr Remedy kRemedies[] = {release_bounds, leave_out_rows, take_newton_step};
+/// Lengths of x are too short where they come from a coupling with a y that its constraints hold.
+std::optional<Candidate> measure_min_first(TestContext& c, const Candidate& here) {
+  if (here.min_first || !here.converges || !here.test.inner || here.test.full || !c.has_x() ||
+      !c.has_y()) {
+    return {};
+  }
+  Candidate next = here;
+  next.min_first = true;
+  next.units = certain_units(c.canonical, next);
+  return next;
+}
+
+constexpr Remedy kRemedies[] = {release_bounds, leave_out_rows, measure_min_first,
+                                take_newton_step};
 
 /// Whether the sufficient conditions hold at a candidate, or at one that remedies lead to: Newton's
 /// method converges, and W changes by less than its curvature on the way. candidate: the last one.
@@ -186,8 +200,9 @@ bool begin(TestContext& c, const Point& given, const BoundClasses& guess, bool f
   if (follow) {
     const auto most =
         static_cast<int>(c.last_factorization - c.kkt.factorizations() - 2 * parameter::kToConfirm);
-    candidate.classes = c.with_idle_held(follow_barrier(
-        c.canonical, c.kkt, c.options, candidate.units, guess, most, candidate.point, c.mu));
+    candidate.classes = follow_barrier(c.canonical, c.kkt, c.options, candidate.units, guess, most,
+                                       candidate.point, c.mu);
+    c.hold_idle(candidate.classes);
     c.moved = candidate.point;
   }
   if (!clean(c.canonical, candidate.classes, candidate.point)) return false;
@@ -195,6 +210,78 @@ bool begin(TestContext& c, const Point& given, const BoundClasses& guess, bool f
   c.certificate.weakly_active_min = candidate.classes.weak_min;
   c.certificate.weakly_active_max = candidate.classes.weak_max;
   return true;
+}
+
+/// Classes that the Newton step contradicts change, and the next one begins at its end. False: it
+/// leaves the bounds.
+bool change_classes(TestContext& c, Candidate& here) {
+  Iterate& end = here.newton.end.iterate;
+  for (const Index i : here.newton.contradicted) {
+    const bool crossed = here.classes[i] == BoundClass::Inactive;
+    const auto at = static_cast<std::size_t>(i);
+    if (crossed) {
+      end.v[i] =
+          here.point.iterate.v[i] + here.classes.side[at] * parameter::kShareOfWay *
+                                        here.classes.distance(c.canonical, here.point.iterate, i);
+    }
+    here.classes.of[at] = crossed ? BoundClass::Active : BoundClass::Inactive;
+  }
+  bool inside = true;
+  for_each_bound(c.canonical, end.v,
+                 [&](Index, int, double distance) { inside = inside && distance > 0.0; });
+  here.point.iterate = end;
+  if (!inside || !evaluate(c.canonical, here.point) ||
+      !clean(c.canonical, here.classes, here.point)) {
+    return false;
+  }
+  here.units = certain_units(c.canonical, here);
+  return true;
+}
+
+/// Whether bounds are clearly what they were guessed to be: of a weakly active one nothing but
+/// rounding would be left at the end.
+bool guess_holds(const TestContext& c, const Candidate& here, const Point& given) {
+  const Iterate& end = here.newton.end.iterate;
+  for (Index i = 0; i < c.canonical.variables(); ++i) {
+    if (here.classes.side[static_cast<std::size_t>(i)] == 0) continue;
+    if (here.classes[i] == BoundClass::Doubtful) continue;
+    const bool active = here.classes[i] == BoundClass::Active;
+    const auto left = [&](const Iterate& z) {
+      return active ? here.classes.multiplier(z, i) : here.classes.distance(c.canonical, z, i);
+    };
+    if (!(left(end) >= parameter::kTrace * left(given.iterate))) return false;
+  }
+  return true;
+}
+
+/// Classes by z / s above or below 1, changed as Newton steps show (primal-dual active sets): where
+/// many bounds are nearly weakly active, mu would have to fall far to tell. They serve where all
+/// is right with them, else nothing is concluded.
+std::optional<Candidate> with_guessed_classes(TestContext& c, const Point& given) {
+  BoundClasses guess;
+  c.guess(given.iterate, 1.0, guess);
+  Candidate here;
+  // Of Max those no farther than what they were relaxed by stay doubtful.
+  if (guess.weak_min > 0 || !begin(c, given, guess, false, here)) return {};
+  here.crept = true;
+  for (int steps = 0; c.may_factorize(parameter::kToConfirm);) {
+    ActiveSetSystem system(c.canonical, c.kkt, here.classes, here.units, here.point.evaluation);
+    confirm(c, here, system);
+    if (auto released = release_bounds(c, here)) {
+      here = std::move(*released);
+      continue;
+    }
+    const bool near =
+        here.newton.classes_hold &&
+        is_near(c, here.point.iterate, here.newton.end.iterate.v, here.units, c.far());
+    if (near && here.converges && is_right(c, here, system) &&
+        independent_or_harmless(c, here, system) && guess_holds(c, here, given) &&
+        reports_solution(c, here, given)) {
+      return here;
+    }
+    if (!here.newton.done || ++steps > parameter::kSteps || !change_classes(c, here)) break;
+  }
+  return {};
 }
 
 /// Where K_yy is singular but not wrong: phi(x) >= max over y of f - eps |y - y*|^2 / 2, with
@@ -285,8 +372,11 @@ SecondOrder certified(TestContext& c, const Candidate& found, const Point& given
 
 SecondOrder examine(TestContext& c, const Point& given) {
   c.kkt.begin_pivoting();
-  const BoundClasses guess =
-      c.with_idle_held(guess_classes(c.canonical, c.options, given.iterate, c.arrays.units.units));
+  BoundClasses guess;
+  c.guess(given.iterate, parameter::kStrictRatio, guess);
+  if (!c.is_far && !guess.clear()) {
+    if (const auto guessed = with_guessed_classes(c, given)) return certified(c, *guessed, given);
+  }
   const bool bounded = !c.canonical.lower_bounded().empty() || !c.canonical.upper_bounded().empty();
   Candidate start, last;
   for (bool follow = c.is_far || !guess.clear();; follow = true) {

@@ -44,9 +44,9 @@ void TestContext::hold_idle(BoundClasses& classes) const {
   }
 }
 
-BoundClasses TestContext::with_idle_held(BoundClasses classes) const {
+void TestContext::guess(const Iterate& iterate, double strict_ratio, BoundClasses& classes) const {
+  guess_classes(canonical, options, iterate, arrays.units.units, strict_ratio, classes);
   hold_idle(classes);
-  return classes;
 }
 
 bool TestContext::newton_confirms(ActiveSetSystem& system, const Point& point,

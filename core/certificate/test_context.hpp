@@ -47,8 +47,10 @@ struct TestContext {
   [[nodiscard]] bool has_x() const { return kkt.layout().x.size() > 0; }
   [[nodiscard]] bool has_y() const { return kkt.layout().y.size() > 0; }
 
+  /// Copies of y whose robust constraint is inactive.
   void hold_idle(BoundClasses& classes) const;
-  [[nodiscard]] BoundClasses with_idle_held(BoundClasses classes) const;
+  /// By z / s in the units of the first look, idle copies held.
+  void guess(const Iterate& iterate, double strict_ratio, BoundClasses& classes) const;
   [[nodiscard]] Eigen::VectorXd hessian_error_in(const Units& units) const;
   /// Whether a Newton step keeps the classes and the next one would be much shorter.
   [[nodiscard]] bool newton_confirms(ActiveSetSystem& system, const Point& point,

@@ -139,9 +139,9 @@ TEST(CertificateTable, HockSchittkowski) {
   print("twins, Max's rows", max_twins);
   Tally all;
   for (const Tally& tally : {minimizations, min_twins, max_twins}) all += tally;
-  // Not certified: hs116 and its twin, flat once bounds are relaxed; hs108's twin; twins of hs008 and
-  // hs046, in whose lengths curvature is small beside couplings that constraints hold.
-  expect(all, 0.988);
+  // Not certified: hs116 and its twin, flat once bounds are relaxed; hs108's twin; hs046's twin, where
+  // gradients turn by more than the bound on what the matrices amplify allows.
+  expect(all, 0.991);
 }
 
 TEST(CertificateTable, ScalableFamilies) {
