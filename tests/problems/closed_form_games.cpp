@@ -257,6 +257,7 @@ ClosedForm lagrangian(std::uint64_t seed) {
   };
   game.allowed = [=](const VectorXd& v) { return (a * v - b).norm() <= 1e-9 * (unit + b.norm()); };
   game.suspects = [=](const VectorXd&) { return least_directions(a / unit, q); };
+  game.accuracy = 1e-5;  // y'(Ax - b) of multipliers up to 1e4
   return game;
 }
 
@@ -474,7 +475,7 @@ ClosedFormJudgement judge(const ClosedForm& game, const Result& result, std::uin
     const bool best = phi <= *game.optimum + 1e-6 * (1.0 + std::abs(*game.optimum));
     return {.best = best, .around = best ? Around::Strict : Around::Lower};
   }
-  return {.best = std::abs(result.objective - phi) <= 1e-5 * (1.0 + std::abs(phi)),
+  return {.best = std::abs(result.objective - phi) <= game.accuracy * (1.0 + std::abs(phi)),
           .around = look_around(game, x, seed + 1)};
 }
 

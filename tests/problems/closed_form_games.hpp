@@ -25,6 +25,7 @@ struct ClosedForm {
   std::function<Eigen::MatrixXd(const Eigen::VectorXd& x)> suspects;
   /// The least phi, where it is convex and known; its minimizer is unique then.
   std::optional<double> optimum{};
+  double accuracy = 1e-6;  ///< of the value, relative
 };
 
 /// x'Ax/2 + x'B (y - y*) on boxes: phi is the same with |.|_1.
