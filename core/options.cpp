@@ -346,9 +346,10 @@ Rows method_options() {
        "Shift of the Max variables (the paper's epsilon_y), alike.",
        from(&O::minmax_prescribed_delta_y, -1.0)},
       {"minmax_max_restarts", category,
-       "Other starting points tried, the same in every run, when the search from the model's finds "
-       "no local minmax or the model is undefined there; 0 for none. Problems without Max "
-       "variables are never restarted.",
+       "Other starting points tried, the random ones of minmax_starts, when the search from the "
+       "model's finds no local minmax or the model is undefined there; 0 for none. Problems "
+       "without "
+       "Max variables are never restarted.",
        at_least(&O::minmax_max_restarts, 0, 1000000)},
       {"minmax_robust_constraints", category,
        "Whether a constraint given to Min explicitly may read Max variables: it must then hold for "
@@ -363,7 +364,7 @@ Rows multistart_options() {
       {"minmax_starts", category,
        "Number of starting points: the model's, then random ones; the best point is returned.",
        at_least(&O::minmax_starts, 1)},
-      {"minmax_start_seed", category, "Seed of the random starting points.",
+      {"minmax_start_seed", category, "Seed of the random starting points: the same in every run.",
        at_least(&O::minmax_start_seed, 0)},
       {"minmax_start_radius", category,
        "Half width r max(1, |s|) of the box around the model's starting point s in which variables "

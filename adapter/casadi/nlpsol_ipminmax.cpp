@@ -21,6 +21,7 @@
 #include "adapter/minmax_tnlp.hpp"
 #include "adapter/optional_players.hpp"
 #include "adapter/status.hpp"
+#include "core/answer.hpp"
 
 namespace ipminmax {
 namespace {

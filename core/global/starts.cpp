@@ -11,7 +11,6 @@
 #include "core/model/structure_check.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
-#include "core/search/restart.hpp"
 
 namespace ipminmax {
 namespace {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 
 #include "core/result.hpp"
@@ -196,12 +195,7 @@ constexpr Index kFewestForTests = 12;   ///< but for each test these: with 8 ver
 
 /// New starts [R].
 namespace restart {
-constexpr double kMargin = 1e-2;  ///< share of an interval that stays free at either end
-/// Half-widths of the box, over max(1, |v|), without bounds: one after the other, around the start
-/// and around zero.
-inline constexpr std::array kReaches{3.0, 1.0, 10.0};
-constexpr double kWideInterval = 100.0;  ///< reaches; wider bounds are no region of interest
-constexpr Index kIterations = 300;       ///< after the first search, after which none begins
+constexpr Index kIterations = 300;  ///< after the first search, after which none begins
 constexpr Index kIterationsOfAlgorithmOne = 150;  ///< of one search
 }  // namespace restart
 

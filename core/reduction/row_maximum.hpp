@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/model/budget.hpp"
+#include "core/model/row_over_y.hpp"
 #include "core/options.hpp"
-#include "core/reduction/row_over_y.hpp"
 #include "core/result.hpp"
 #include "core/search/kept_work.hpp"
 #include "linalg/symmetric_matrix.hpp"
