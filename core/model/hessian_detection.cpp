@@ -116,6 +116,7 @@ class Detector {
 
   /// decides: pairs that are not looked at count as coupled.
   void add_coupled_pairs(bool decides) {
+    if (variables_.empty()) return;
     Group all{0, variables_.size(), {variables_.begin(), variables_.end()}};
     std::vector<Group*> one{&all};
     narrow(one);

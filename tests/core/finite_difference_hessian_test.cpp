@@ -467,7 +467,9 @@ TEST(Detection, RandomPatternsAreFound) {
     const Pairs found = detected(model, std::vector<double>(at(n), 0.0));
     EXPECT_TRUE(std::ranges::includes(found, known)) << n;
     // Scattered as these are, 64 variables take more evaluations than detection may.
-    if (n < 64) EXPECT_EQ(found, known) << n;
+    if (n < 64) {
+      EXPECT_EQ(found, known) << n;
+    }
   }
 }
 
