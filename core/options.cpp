@@ -67,20 +67,21 @@ Choice hessian_choice() {
   using H = HessianApproximation;
   static constexpr std::array kValues{H::LimitedMemory, H::Exact, H::FiniteDifferenceValues};
   static constexpr std::size_t kExact = 1;
-  return {{"limited-memory", "exact", "finite-difference-values"},
-          {"of a minimization limited-memory BFGS, as Ipopt's, which has no inertia to certify with: "
-           "nothing is certified; with Max variables as finite-difference-values; the model's "
-           "Hessian is never asked for",
-           "second derivatives of the model",
-           "differences of gradient and Jacobian; also chosen when the option is not set and the "
-           "model has no second derivatives"},
-          [](SolverOptions& options, std::size_t i) { options.hessian_approximation = kValues[i]; },
-          [](const SolverOptions& options) {
-            if (options.hessian_approximation == H::Unset) return kExact;
-            return static_cast<std::size_t>(
-                std::ranges::find(kValues, options.hessian_approximation) - kValues.begin());
-          },
-          kExact};
+  return {
+      {"limited-memory", "exact", "finite-difference-values"},
+      {"of a minimization limited-memory BFGS, as Ipopt's, which has no inertia to certify with: "
+       "nothing is certified; with Max variables as finite-difference-values; the model's "
+       "Hessian is never asked for",
+       "second derivatives of the model",
+       "differences of gradient and Jacobian; also chosen when the option is not set and the "
+       "model has no second derivatives"},
+      [](SolverOptions& options, std::size_t i) { options.hessian_approximation = kValues[i]; },
+      [](const SolverOptions& options) {
+        if (options.hessian_approximation == H::Unset) return kExact;
+        return static_cast<std::size_t>(std::ranges::find(kValues, options.hessian_approximation) -
+                                        kValues.begin());
+      },
+      kExact};
 }
 
 using O = SolverOptions;

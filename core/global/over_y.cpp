@@ -11,6 +11,7 @@
 #include "core/model/row_over_y.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/random_starts.hpp"
+#include "core/search/restart.hpp"
 
 namespace ipminmax {
 namespace {

@@ -34,8 +34,7 @@ class Refinement {
   [[nodiscard]] Result over_branches(Problem& model, const std::vector<double>& v, Index start,
                                      bool at_kink) const;
   [[nodiscard]] Result over_branches(Problem& epigraph, Problem& model,
-                                     const std::vector<double>& v, Index start,
-                                     bool at_kink) const;
+                                     const std::vector<double>& v, Index start, bool at_kink) const;
 
   const SolverOptions& options_;
   Budget& budget_;

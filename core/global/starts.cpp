@@ -11,6 +11,7 @@
 #include "core/model/structure_check.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
+#include "core/search/restart.hpp"
 
 namespace ipminmax {
 namespace {
@@ -184,9 +185,9 @@ void Starts::record(Index start, Result&& result) {
 
 Answer Starts::collect() {
   Answer answer;
+  answer.best_start = -1;
   add_certified(answer.points);
-  check_worst_cases(answer);
-  if (answer.points.empty()) choose_uncertified(answer);
+  choose_over_y(answer);
   choose_best(answer);
   return answer;
 }

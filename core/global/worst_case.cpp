@@ -65,10 +65,7 @@ WorstCase summary(Problem& problem, const std::vector<double>& v, double here,
   for (const WorstCaseMaximum& maximum : maxima.maxima) {
     if (found.value - maximum.value <= clear) ++found.competing;
   }
-  if (maxima.range() == 0.0) {  // f does not vary with y
-    found.competing = 1;
-    found.branches.resize(1);
-  }
+  if (maxima.range() == 0.0) found.competing = 1;  // f does not vary with y
   return found;
 }
 

@@ -12,9 +12,6 @@ constexpr double kSingularShift = 1e-7;
 constexpr double kInstabilityCap = 1e10;
 /// Raises of the Hessian shift before a rank-deficient Jacobian is suspected as well.
 constexpr int kRaisesBeforeMultiplierShift = 4;
-/// Share of the multipliers' shift that a minimization tries first. Where inequalities leave each
-/// other no room s / z is smaller than the whole shift, and no step would move their multipliers.
-constexpr double kFirstShare = 1e-4;
 /// Corrections in a row that found dependent constraints before it is known that they are, as in
 /// Ipopt.
 constexpr Index kTimesUntilKnown = 3;
@@ -60,11 +57,6 @@ double InertiaCorrection::multiplier_shift(double mu) const {
          std::pow(mu, options_.jacobian_regularization_exponent);
 }
 
-double InertiaCorrection::first_multiplier_shift(double mu) const {
-  const bool minimization = kkt_.layout().y.size() == 0;
-  return (minimization ? kFirstShare : 1.0) * multiplier_shift(mu);
-}
-
 bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
   failed_y_ = 0.0;
   if (economical() && dependent_y_ >= kTimesUntilKnown) shift.lambda_y = multiplier_shift(mu);
@@ -100,7 +92,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
   const double first = first_shift(last_.x);
   const bool sparing = economical() && kkt_.layout().y.size() > 0;
   if (zero_fails || (sparing && last_.first_x_failed && shift.x == 0.0)) shift.x = first;
-  if (economical() && dependent_x_ >= kTimesUntilKnown) shift.lambda_x = first_multiplier_shift(mu);
+  if (economical() && dependent_x_ >= kTimesUntilKnown) shift.lambda_x = multiplier_shift(mu);
   std::optional<KktSystem::Counting> search;
   for (int raises = 0;; ++raises) {
     Factorization f = factorize(shift);
@@ -117,16 +109,12 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
                                f.inertia.negative < kkt_.layout().expected().negative);
     if (dependent && shift.lambda_x == 0.0 && multiplier_shift(mu) > 0.0 &&
         kkt_.layout().lambda_x.size() > 0) {
-      shift.lambda_x = first_multiplier_shift(mu);
+      shift.lambda_x = multiplier_shift(mu);
       dependent_x_ += f.inertia.zero > 0 ? 1 : 0;
       continue;
     }
     shift.x = shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, last_.x);
-    if (shift.x > options_.max_hessian_perturbation) {
-      if (shift.lambda_x == 0.0 || shift.lambda_x >= multiplier_shift(mu)) return false;
-      shift.lambda_x = multiplier_shift(mu);
-      shift.x = first_shift(last_.x);
-    }
+    if (shift.x > options_.max_hessian_perturbation) return false;
   }
   last_.first_x_failed = shift.x > first;
   if (sparing && last_.x == 0.0 && shift.x > first) {

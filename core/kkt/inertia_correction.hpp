@@ -69,8 +69,6 @@ class InertiaCorrection {
   [[nodiscard]] double first_shift(double last) const;
   [[nodiscard]] double next_shift(double shift, double last) const;
   [[nodiscard]] double multiplier_shift(double mu) const;
-  /// Of Min's constraints, tried before all of it.
-  [[nodiscard]] double first_multiplier_shift(double mu) const;
 
   KktSystem& kkt_;
   const SolverOptions& options_;

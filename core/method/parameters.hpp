@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 
 #include "core/result.hpp"
@@ -65,6 +66,11 @@ constexpr Index kFilterResets = 5;
 /// are renewed, and what least squares have to leave of it.
 constexpr double kRunawayDual = 1e10;
 constexpr double kRenewedDual = 1e-2;
+/// Multipliers that the shift of their rows keeps from following mu: their complementarity over mu,
+/// s / z over the shift; and what their change may leave in the gradient of the Lagrangian.
+constexpr double kStuckProduct = 10.0;
+constexpr double kStuckShare = 1e-2;
+constexpr double kReleasedDual = 1e-3;
 }  // namespace outer
 
 /// Steps where no merit function helps.
@@ -195,7 +201,12 @@ constexpr Index kFewestForTests = 12;   ///< but for each test these: with 8 ver
 
 /// New starts [R].
 namespace restart {
-constexpr Index kIterations = 300;  ///< after the first search, after which none begins
+constexpr double kMargin = 1e-2;  ///< share of an interval that stays free at either end
+/// Half-widths of the box, over max(1, |v|), without bounds: one after the other, around the start
+/// and around zero.
+inline constexpr std::array kReaches{3.0, 1.0, 10.0};
+constexpr double kWideInterval = 100.0;  ///< reaches; wider bounds are no region of interest
+constexpr Index kIterations = 300;       ///< after the first search, after which none begins
 constexpr Index kIterationsOfAlgorithmOne = 150;  ///< of one search
 }  // namespace restart
 

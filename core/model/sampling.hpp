@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <random>
 
 namespace ipminmax {
@@ -8,5 +9,25 @@ namespace ipminmax {
 [[nodiscard]] inline double uniform(std::mt19937_64& generator) {
   return static_cast<double>(generator() >> 11U) * 0x1p-53;
 }
+
+/// Where a variable is sampled.
+struct Interval {
+  double lower, upper;
+
+  /// What lies within the reach of a center, which is moved inside first.
+  [[nodiscard]] Interval around(double center, double reach) const {
+    const double inside = std::clamp(center, lower, upper);
+    return {std::max(lower, inside - reach), std::min(upper, inside + reach)};
+  }
+  /// Without that share at either end.
+  [[nodiscard]] Interval without_ends(double share) const {
+    const double margin = share * (upper - lower);
+    return {lower + margin, upper - margin};
+  }
+  [[nodiscard]] double draw(std::mt19937_64& generator) const {
+    const double t = uniform(generator);
+    return (1.0 - t) * lower + t * upper;
+  }
+};
 
 }  // namespace ipminmax

@@ -12,6 +12,7 @@
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
+#include "core/search/restart.hpp"
 #include "core/search/solve.hpp"
 
 namespace ipminmax {

@@ -19,18 +19,13 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-bool makes_new_starts(const SolverOptions& options) {
-  return options.minmax_globalization == Globalization::Filter && !options.minmax_pure_newton &&
-         options.minmax_max_restarts > 0;
-}
-
 std::vector<double> starting_values(Problem& model) {
   auto v = model_start(model);
   return v && all_finite(*v) ? std::move(*v) : std::vector<double>{};
 }
 
-std::vector<double> random_start(std::span<const double> lower, std::span<const double> upper,
-                                 std::span<const double> center, Index start,
+std::vector<double> random_start(const ProblemStructure& structure,
+                                 const std::vector<double>& center, Index start,
                                  const SolverOptions& options) {
   std::seed_seq seed{static_cast<std::uint32_t>(options.minmax_start_seed),
                      static_cast<std::uint32_t>(start)};
@@ -41,18 +36,15 @@ std::vector<double> random_start(std::span<const double> lower, std::span<const 
       options.minmax_start_radius * kScales[static_cast<std::size_t>(start - 1) % kScales.size()];
   std::vector<double> v(center.size());
   for (std::size_t i = 0; i < v.size(); ++i) {
-    const bool has_lower = lower[i] > options.nlp_lower_bound_inf;
-    const bool has_upper = upper[i] < options.nlp_upper_bound_inf;
-    double least = has_lower ? lower[i] : -kInfinity;
-    double most = has_upper ? upper[i] : kInfinity;
+    const bool has_lower = structure.variable_lower[i] > options.nlp_lower_bound_inf;
+    const bool has_upper = structure.variable_upper[i] < options.nlp_upper_bound_inf;
+    Interval box{has_lower ? structure.variable_lower[i] : -kInfinity,
+                 has_upper ? structure.variable_upper[i] : kInfinity};
     if (!(has_lower && has_upper)) {
-      const double inside = std::clamp(center[i], least, most);
-      const double reach = radius * std::max(1.0, std::abs(inside));
-      least = std::max(least, inside - reach);
-      most = std::min(most, inside + reach);
+      const double s = std::clamp(center[i], box.lower, box.upper);
+      box = box.around(s, radius * std::max(1.0, std::abs(s)));
     }
-    const double t = uniform(generator);
-    v[i] = (1.0 - t) * least + t * most;
+    v[i] = box.draw(generator);
   }
   return v;
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -36,25 +35,14 @@ class Restarted final : public ForwardingProblem {
   std::vector<double> model_start_;
 };
 
-/// Whether a search with Max variables that fails is begun anew elsewhere.
-[[nodiscard]] bool makes_new_starts(const SolverOptions& options);
-
 /// The variables of the model's starting point; empty: it gives none that is finite.
 [[nodiscard]] std::vector<double> starting_values(Problem& model);
 
-/// Random starting point number `start` (from 1), uniform in a box: [lower, upper] for a variable
-/// with two bounds, else what the bounds leave of center +- r max(1, |center|), where r is
-/// minmax_start_radius, a tenth and a hundredth of it in turn. Each has a generator of its own, so
-/// that it does not depend on which thread draws it.
-[[nodiscard]] std::vector<double> random_start(std::span<const double> lower,
-                                               std::span<const double> upper,
-                                               std::span<const double> center, Index start,
+/// Random starting point number `start`: each has a generator of its own, so that it does not
+/// depend on which thread draws it.
+[[nodiscard]] std::vector<double> random_start(const ProblemStructure& structure,
+                                               const std::vector<double>& center, Index start,
                                                const SolverOptions& options);
-[[nodiscard]] inline std::vector<double> random_start(const ProblemStructure& structure,
-                                                      std::span<const double> center, Index start,
-                                                      const SolverOptions& options) {
-  return random_start(structure.variable_lower, structure.variable_upper, center, start, options);
-}
 
 /// Adds iterations, factorizations, counts and times of a part to those of the whole.
 void add_work(const Result& part, Result& total);

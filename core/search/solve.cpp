@@ -7,7 +7,7 @@
 #include "core/method/globalized_method.hpp"
 #include "core/search/describe.hpp"
 #include "core/search/infeasibility.hpp"
-#include "core/search/random_starts.hpp"
+#include "core/search/restart.hpp"
 #include "core/search/solve.hpp"
 #include "linalg/solver_lost.hpp"
 

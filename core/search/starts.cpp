@@ -3,24 +3,13 @@
 #include "core/method/first_multipliers.hpp"
 #include "core/method/parameters.hpp"
 #include "core/model/initial_point.hpp"
-#include "core/search/random_starts.hpp"
+#include "core/search/restart.hpp"
 #include "core/search/starts.hpp"
 
 namespace ipminmax {
 namespace {
 
 namespace parameter = parameters::restart;
-
-/// Whether every variable of x and y has two bounds.
-bool is_box(const CanonicalProblem& canonical) {
-  const auto has_both = [&](IndexRange range) {
-    const Index size = range.size();
-    return (canonical.upper().segment(range.begin, size) -
-            canonical.lower().segment(range.begin, size))
-        .allFinite();
-  };
-  return has_both(canonical.x()) && has_both(canonical.y());
-}
 
 }  // namespace
 
@@ -50,33 +39,6 @@ std::optional<Status> evaluate_start(const MethodContext& context, const SolverO
   return std::nullopt;
 }
 
-Iterate other_start(const CanonicalProblem& canonical, Index number, const SolverOptions& options) {
-  const auto all = [](const Eigen::VectorXd& v) {
-    return std::span(v.data(), static_cast<std::size_t>(v.size()));
-  };
-  Iterate point;
-  point.v.resize(canonical.variables());
-  std::ranges::copy(random_start(all(canonical.lower()), all(canonical.upper()),
-                                 all(canonical.starting_point().v), number, options),
-                    point.v.begin());
-  for (const IndexRange slacks : {canonical.x_slacks(), canonical.y_slacks()}) {
-    point.v.segment(slacks.begin, slacks.size()).setZero();
-  }
-  point.lambda.setZero(canonical.constraints());
-  point.z_lower.setZero(canonical.variables());
-  point.z_upper.setZero(canonical.variables());
-  return point;
-}
-
-std::string describe_restarts(Index made, const SolverOptions& options) {
-  const std::string points = made == 1 ? " other starting point" : " other starting points";
-  const std::string why = made >= options.minmax_max_restarts
-                              ? "minmax_max_restarts allows no more"
-                              : "new starts end after " + std::to_string(parameter::kIterations) +
-                                    " iterations in all, minmax_starts makes more";
-  return "nor from " + std::to_string(made) + points + ": " + why;
-}
-
 std::optional<Start> OtherStarts::next() {
   const CanonicalProblem& canonical = context_.canonical;
   const Index iteration = context_.budget.iteration;
@@ -88,7 +50,8 @@ std::optional<Start> OtherStarts::next() {
   std::string unused;
   while (drawn_ < context_.options.minmax_max_restarts &&
          iteration - first_iteration_ < parameter::kIterations) {
-    Point point = unevaluated_point(canonical, other_start(canonical, ++drawn_, cold));
+    Point point = unevaluated_point(canonical,
+                                    restart_point(canonical, canonical.starting_point(), ++drawn_));
     if (evaluate_start(context_, cold, point, unused)) continue;
     Start start{.point = std::move(point), .how = StepKind::NewStart};
     // Undirected steps search a box well, and lead to infinity elsewhere.

@@ -15,14 +15,6 @@ namespace ipminmax {
                                                    const SolverOptions& options, Point& point,
                                                    std::string& message);
 
-/// The number-th random start (random_starts.hpp) in the variables of the canonical problem; slacks
-/// and multipliers are zero.
-[[nodiscard]] Iterate other_start(const CanonicalProblem& canonical, Index number,
-                                  const SolverOptions& options);
-
-/// "nor from 3 other starting points: ... ", with what ended the restarts after `made` of them.
-[[nodiscard]] std::string describe_restarts(Index made, const SolverOptions& options);
-
 /// An iteration before which a search ends, and how.
 struct Deadline {
   Index iteration = 0;

@@ -3,6 +3,7 @@
 
 #include <IpOptionsList.hpp>
 #include <casadi/casadi.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -202,6 +203,41 @@ TEST(CasadiPlugin, CallbackSeesTheIteratesAndStops) {
   EXPECT_EQ(solver.stats().at("return_status").to_string(), "User_Requested_Stop");
   EXPECT_FALSE(solver.stats().at("success").to_bool());
   EXPECT_EQ(answer.at("x").get_elements(), stopper.last_x.get_elements());
+}
+
+TEST(CasadiPlugin, SolversAreSerialized) {
+  const Function solver = nlpsol("s", "ipminmax", game(), options({0, 1, 0}));
+  const Function copy = Function::deserialize(solver.serialize());
+  const DMDict answer = solver(arguments(1.0, 5.0)), other = copy(arguments(1.0, 5.0));
+  EXPECT_EQ(answer.at("x").get_elements(), other.at("x").get_elements());
+  EXPECT_TRUE(copy.stats().at("certificate").to_dict().at("local_minmax").to_bool());
+}
+
+TEST(CasadiPlugin, DerivativesMayBeGiven) {
+  const SX v = SX::sym("v", 2), p = SX::sym("p", 0), lam_f = SX::sym("lam_f"),
+           lam_g = SX::sym("lam_g", 0);
+  const SX f = sq(v(0) - 1) + v(0) * v(1) - sq(v(1));
+  const SX hessian = triu(lam_f * SX::hessian(f, v));
+  const Function hess_lag("lagrangian", {v, p, lam_f, lam_g}, {hessian});
+  const Function grad_f("slope", {v, p}, {f, gradient(f, v)});
+  const SXDict nlp{{"x", v}, {"f", f}};
+  const Function solver =
+      nlpsol("s", "ipminmax", nlp, options({0, 1}, {{"hess_lag", hess_lag}, {"grad_f", grad_f}}));
+  const DMDict answer = solver(DMDict{{"x0", 0.0}});
+  EXPECT_NEAR(answer.at("x").get_elements()[0], 0.8, 1e-7);  // y = x / 2, phi = (x - 1)^2 + x^2 / 4
+  const Function full("lagrangian", {v, p, lam_f, lam_g}, {lam_f * SX::hessian(f, v)});
+  EXPECT_THROW(nlpsol("s", "ipminmax", nlp, options({0, 1}, {{"hess_lag", full}})),
+               casadi::CasadiException);
+}
+
+TEST(CasadiPlugin, TheLogGoesToCasadisStream) {
+  std::ostringstream seen;
+  std::streambuf* const before = casadi::uout().rdbuf(seen.rdbuf());
+  const Function solver =
+      nlpsol("s", "ipminmax", game(), options({0, 1, 0}, {{"ipminmax", Dict{{"print_level", 5}}}}));
+  static_cast<void>(solver(arguments(1.0, 5.0)));
+  casadi::uout().rdbuf(before);
+  EXPECT_NE(seen.str().find("EXIT"), std::string::npos) << seen.str();
 }
 
 TEST(CasadiPlugin, BadInputIsNamed) {

@@ -9,8 +9,7 @@
 #include <support/autodiff_problem.hpp>
 
 #include "core/multistart.hpp"
-#include "core/search/random_starts.hpp"
-#include "core/search/starts.hpp"
+#include "core/search/restart.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {
@@ -36,17 +35,17 @@ Model box_model() {
   return model;
 }
 
-TEST(Restarts, BeginAtTheRandomStartsWithinTheBounds) {
+TEST(RestartPoint, LiesWithinTheBoundsAndTheReach) {
   AutodiffProblem problem(box_model(), {0.0, 20.0, 6.0, 1.0});
-  SolverOptions options;
-  options.minmax_start_radius = 2.0;
+  const SolverOptions options;
   Counts counts;
   Timing timing;
   CanonicalProblem canonical(problem, options, counts, timing);
   ASSERT_EQ(canonical.build(), "");
+  const Iterate start = canonical.starting_point();
   double least = 0.0, most = 0.0, farthest = 0.0;
   for (Index number = 1; number <= 200; ++number) {
-    const Iterate point = other_start(canonical, number, options);
+    const Iterate point = restart_point(canonical, start, number);
     for (Index i = 0; i < canonical.variables(); ++i) {
       if (i >= canonical.y_slacks().begin) {
         EXPECT_EQ(point.v[i], 0.0) << "slacks are set from the constraints";
@@ -57,12 +56,15 @@ TEST(Restarts, BeginAtTheRandomStartsWithinTheBounds) {
     }
     least = std::min(least, point.v[0]);
     most = std::max(most, point.v[0]);
-    const double radius = std::array{2.0, 0.2, 0.02}.at(static_cast<std::size_t>(number - 1) % 3);
-    EXPECT_LE(std::abs(point.v[1] - 20.0), 20.0 * radius) << number;
-    farthest = std::max(farthest, std::abs(point.v[1] - 20.0) / (20.0 * radius));
-    EXPECT_LE(point.v[2], 6.0 + 6.0 * radius);
-    EXPECT_EQ(point.v, other_start(canonical, number, options).v) << "the same in every run";
-    EXPECT_NE(point.v, other_start(canonical, number + 1, options).v);
+    const double reach =
+        std::array{3.0, 1.0, 10.0}.at(static_cast<std::size_t>(number - 1) / 2 % 3);
+    const double from_center = std::abs(point.v[1] - (number % 2 != 0 ? 20.0 : 0.0));
+    EXPECT_LE(from_center, 20.0 * reach) << number;
+    farthest = std::max(farthest, from_center / (20.0 * reach));
+    EXPECT_LE(point.v[2], 6.0 + 6.0 * reach);
+    EXPECT_LE(std::abs(point.v[3]), 1.0 + reach);
+    EXPECT_EQ(point.v, restart_point(canonical, start, number).v) << "the same in every run";
+    EXPECT_NE(point.v, restart_point(canonical, start, number + 1).v);
   }
   EXPECT_LT(least, -2.5);
   EXPECT_GT(most, 1.5);
