@@ -16,7 +16,7 @@ constexpr int kRaisesBeforeMultiplierShift = 4;
 /// [R], goes on with a share of that shift, and back. Where s / z of inequalities that leave each
 /// other no room is smaller than all of it, it keeps their multipliers from moving; a share may be
 /// too small for the accuracy of a Jacobian that has dependent rows.
-constexpr Index kStuckCorrections = 10;
+constexpr Index kStuckCorrections = 12;
 constexpr double kSmallShare = 1e-4;
 /// Corrections in a row that found dependent constraints before it is known that they are, as in
 /// Ipopt.
