@@ -348,9 +348,9 @@ Rows method_options() {
        from(&O::minmax_prescribed_delta_y, -1.0)},
       {"minmax_max_restarts", category,
        "Other starting points tried, the random ones of minmax_starts, when the search from the "
-       "model's finds no local minmax or the model is undefined there; 0 for none. Problems "
-       "without "
-       "Max variables are never restarted.",
+       "model's finds no local minmax or the model is undefined there; 0 for none. A minimization "
+       "that is stuck begins anew once, from the model's start with the other mu_strategy, unless "
+       "this is 0.",
        at_least(&O::minmax_max_restarts, 0, 1000000)},
       {"minmax_robust_constraints", category,
        "Whether a constraint given to Min explicitly may read Max variables: it must then hold for "
