@@ -438,11 +438,13 @@ Rows linear_solver_options() {
   const std::string_view category = "Linear Solver";
   return {
       {"linear_solver", category, "Factorization of the KKT matrices.",
-       choice(&O::linear_solver, {"auto", "mumps", "ldlt", "lapack", "mumps_mpi"},
+       choice(&O::linear_solver, {"auto", "mumps", "ldlt", "lapack", "mumps_mpi", "ma57", "spral"},
               {"chosen by size and predicted fill", "MUMPS, sparse with pivoting",
                "sparse LDL' without pivoting on the signed-regularized matrix",
                "LAPACK, dense Bunch-Kaufman",
-               "MUMPS on MPI ranks: mpirun -n 1 program : -n 7 ipminmax-worker"})},
+               "MUMPS on MPI ranks: mpirun -n 1 program : -n 7 ipminmax-worker",
+               "MA57 of the HSL library that hsllib names",
+               "SSIDS of the SPRAL library that minmax_spral_library names"})},
       {"minmax_ordering", category, "Fill-reducing ordering.",
        choice(&O::minmax_ordering, {"best", "amd", "pord", "metis"},
               {"least predicted operations", "approximate minimum degree",
