@@ -3,7 +3,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <ctime>
@@ -592,12 +591,12 @@ TEST(MumpsSolver, NullPivotsThatAreDelayedAgainAndAgainTakeAnotherOrdering) {
   const SymmetricMatrix matrix = k.build();
   MumpsSolver solver({});
   ASSERT_TRUE(solver.analyze(matrix, {}).ok);
-  const auto begin = std::chrono::steady_clock::now();
+  const std::clock_t begin = std::clock();
   const Factorization result = solver.factorize(matrix);
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+  const std::clock_t end = std::clock();
   EXPECT_EQ(result.status, FactorizationStatus::Singular);
   EXPECT_EQ(result.inertia, (Inertia{2 * kSteps, 2 * kSteps, kSteps + 1}));
-  EXPECT_LT(seconds.count(), 5.0);
+  EXPECT_LT(end - begin, 5 * CLOCKS_PER_SEC);
 }
 
 TEST(MumpsSolver, NullPivotsThatAnOrderingByValuesDelaysTakeAThirdOrdering) {
