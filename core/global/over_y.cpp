@@ -345,7 +345,7 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
                                               std::max(1.0, std::abs(scan.bound)));
     std::vector<std::vector<double>> given;
     for (const auto& [other, value] : known) {
-      if (other.constraint != row) continue;
+      if (other.constraint != row || other.side * side < 0.0) continue;
       given.push_back(other.v);
       if (std::isfinite(value)) scan.accepted = std::max(scan.accepted, side * value);
     }
@@ -358,7 +358,7 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
     scan.starts = std::move(found.starts);
     for (WorstCaseMaximum& maximum : found.maxima) {
       scan.values.push_back(maximum.value);
-      scan.maxima.push_back({row, std::move(maximum.v), true});
+      scan.maxima.push_back({row, std::move(maximum.v), true, false, side > 0.0 ? 1 : -1});
     }
     return scan;
   };

@@ -95,16 +95,20 @@ Result RobustSearch::run(std::vector<double> start) {
   }
   const Place first = place_;
   choose_copies();
-  if (solve_rounds() || starts_ == 0 || budget_.used_up()) return finish();
-  return exchange_from(first);
+  return solve_from(first);
+}
+
+Result RobustSearch::solve_from(const Place& first) {
+  if (!solve_rounds() && starts_ > 0 && !budget_.used_up()) exchange_from(first);
+  if (names_infeasible_) name_infeasible(first.v);
+  return finish();
 }
 
 /// One branch of y alone may leave x unbounded, or end: scenarios from the first place, then the
 /// worst cases at the x that they give.
-Result RobustSearch::exchange_from(const Place& first) {
+void RobustSearch::exchange_from(const Place& first) {
   place_ = {first.v, std::move(place_.worst_cases), first.moved, false};
   if (exchange()) static_cast<void>(solve_rounds());
-  return finish();
 }
 
 Result RobustSearch::run_from_maxima(std::vector<double> start) {
@@ -120,8 +124,7 @@ Result RobustSearch::run_from_maxima(std::vector<double> start) {
       place_.worst_cases.push_back(one);
     }
   }
-  if (solve_rounds() || budget_.used_up()) return finish();
-  return exchange_from(first);
+  return solve_from(first);
 }
 
 /// Solves with the worst cases at hand and adds violated ones until there are none. Whether the
@@ -201,7 +204,12 @@ void RobustSearch::choose_copies() {
     const RobustScope scope = robust_scope(s, row);
     const bool shared = std::ranges::any_of(
         scope.variables, [&](Index i) { return reads_y_[at(i)] || readers[at(i)] > 1; });
-    place_.worst_cases.push_back({row, place_.v, shared && options_.minmax_robust_copies});
+    const bool copied = shared && options_.minmax_robust_copies;
+    const bool two_sided = s.constraint_lower[at(row)] > options_.nlp_lower_bound_inf &&
+                           s.constraint_upper[at(row)] < options_.nlp_upper_bound_inf &&
+                           options_.minmax_robust_copies;
+    place_.worst_cases.push_back({row, place_.v, copied, false, two_sided ? 1 : 0});
+    if (two_sided) place_.worst_cases.push_back({row, place_.v, true, false, -1});
   }
 }
 
@@ -253,11 +261,12 @@ bool RobustSearch::add_violated(const std::vector<SideScan>& scans, double toler
     for (std::size_t k = 0; k < side.maxima.size() && (k == 0 || held); ++k) {
       if (!(side.excess(k) > tolerance)) break;
       const bool known = std::ranges::any_of(place_.worst_cases, [&](const auto& other) {
-        return other.constraint == side.constraint &&
+        return other.is_of_same(side.maxima[k]) &&
                same_point(side.maxima[k].v, other.v, options_.minmax_distinct_tol);
       });
       if (known) continue;
-      place_.worst_cases.push_back({side.constraint, side.maxima[k].v, true, fixed});
+      place_.worst_cases.push_back(side.maxima[k]);
+      place_.worst_cases.back().held = fixed;
       any = true;
     }
   }
@@ -276,16 +285,14 @@ bool RobustSearch::drop_inactive(const WorstCaseRows& copies, const Result& resu
     const auto& worst_case = place_.worst_cases[k];
     const bool active = std::abs(result.lambda[at(copies.row(k))]) > kVanishing * largest;
     const bool met = std::ranges::any_of(kept, [&](const auto& other) {
-      return other.constraint == worst_case.constraint &&
+      return other.is_of_same(worst_case) &&
              same_point(worst_case.v, other.v, options_.minmax_distinct_tol);
     });
     if ((active && !met) || !worst_case.copied) kept.push_back(worst_case);
   }
   for (const auto& worst_case : place_.worst_cases) {
-    if (std::ranges::find(kept, worst_case.constraint, &RobustCopies::WorstCase::constraint) ==
-        kept.end()) {
-      kept.push_back(worst_case);
-    }
+    const auto is_of_same = [&](const auto& other) { return other.is_of_same(worst_case); };
+    if (std::ranges::none_of(kept, is_of_same)) kept.push_back(worst_case);
   }
   const bool fewer = kept.size() < place_.worst_cases.size();
   place_.worst_cases = std::move(kept);

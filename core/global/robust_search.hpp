@@ -48,7 +48,8 @@ class RobustSearch {
     std::unique_ptr<WorstCaseRows> copies;
     Result result;
   };
-  [[nodiscard]] Result exchange_from(const Place& first);
+  [[nodiscard]] Result solve_from(const Place& first);
+  void exchange_from(const Place& first);
   void choose_copies();
   [[nodiscard]] bool solve_rounds();
   [[nodiscard]] Solved solve_worst_cases();
@@ -87,6 +88,8 @@ class RobustSearch {
                               const RobustCopies::WorstCase& to,
                               const std::vector<SideScan>& scans);
 
+  void name_infeasible(std::vector<double> start);  // robust_infeasible.cpp
+
   // The answer; robust_answer.cpp.
   void report(const WorstCaseRows& copies, const Result& result);
   [[nodiscard]] std::optional<std::size_t> highest_branch(const WorstCaseRows& copies,
@@ -105,6 +108,7 @@ class RobustSearch {
   SolveObserver observer_;
   Place place_;
   std::vector<bool> reads_y_;
+  bool names_infeasible_ = true;
   bool verified_ = false;  ///< the answer was checked over all of y
   double violation_;       ///< largest of the last scan; NaN: none was made
   Result answer_;

@@ -34,7 +34,10 @@ class WorstCaseRows : public Problem {
     std::vector<double> v;  ///< n; y in it is the start
     bool copied = true;     ///< false: the model's own y; first worst case of its constraint only
     bool held = false;      ///< y stays at v: a scenario
-    int side = 0;           ///< 1: of the upper bound, -1: of the lower one, 0: not said
+    int side = 0;           ///< 1: of the upper bound alone, -1: of the lower one, 0: of both
+    [[nodiscard]] bool is_of_same(const WorstCase& other) const {
+      return constraint == other.constraint && side * other.side >= 0;
+    }
   };
   /// The k-th worst case at a result's variables: x with its y, n values.
   [[nodiscard]] virtual std::vector<double> model_point(std::span<const double> v,
@@ -104,6 +107,8 @@ class RobustCopies final : public WorstCaseRows {
     Index row = -1;             ///< of the worst case
     bool with_objective = false;
     std::vector<std::size_t> jacobian;  ///< entries of the model that count here
+    std::vector<Index> inequalities;    ///< of the model, on a y that serves the row alone
+    std::size_t zeros = 0;              ///< entries behind the others
   };
   void add_base(const std::vector<bool>& reads_y);
   void add_worst_case(const WorstCase& worst_case);
@@ -111,6 +116,7 @@ class RobustCopies final : public WorstCaseRows {
                                     const WorstCase& worst_case);
   [[nodiscard]] Index copy_row(Index model_row, std::size_t copy);
   void drop_unread(const std::vector<bool>& read);
+  void serve_rows(const std::vector<bool>& reads_y);
   void add_entries();
   void load(std::span<const double> v, const Part& part);
   void load_multipliers(std::span<const double> lambda, const Part& part);

@@ -16,6 +16,22 @@ struct IndexRange {
   [[nodiscard]] bool contains(Index i) const { return begin <= i && i < end; }
 };
 
+/// Max variables, slacks included, and Max constraints that serve one robust constraint alone; all
+/// empty where there are none.
+struct RowOwners {
+  std::vector<Index> slack_of_variable;    ///< canonical slack of that constraint, -1: none
+  std::vector<Index> slack_of_constraint;  ///< the same per canonical constraint
+  std::vector<Index> constraint_of_slack;  ///< per canonical variable; of other ones -1
+  std::vector<bool> is_served;             ///< per canonical variable: a slack that some serve
+  /// Entries of the Jacobian in the robust constraint's row beside those of a Max inequality.
+  struct Beside {
+    std::size_t entry, of_inequality;
+    Index inequality;
+  };
+  std::vector<Beside> beside;
+  std::vector<std::size_t> entries;  ///< of robust constraints in the variables that serve them
+};
+
 /// Which variables and constraints of the model are which of the canonical problem, and their
 /// patterns there; see CanonicalProblem.
 struct VariableMap {
@@ -29,6 +45,7 @@ struct VariableMap {
   std::vector<bool> varies;                ///< constraints of the model that read a free variable
   std::vector<Index> robust_constraints;   ///< of Min that read Max variables; ascending
   std::vector<Triplet> jacobian, hessian;  ///< without the slacks' entries
+  RowOwners owners;
   /// Model triplet of each canonical one; -1 for the entry of a constraint that fixes a variable.
   std::vector<Index> jacobian_source, hessian_source;
 
@@ -46,6 +63,7 @@ struct VariableMap {
   void index_constraints(const ProblemStructure& s, const SolverOptions& options);
   void map_entries(const ProblemStructure& s);
   void list_robust_constraints();
+  void list_owners(const ProblemStructure& s);
 };
 
 /// Whether equal bounds of a model variable have become a constraint.

@@ -10,6 +10,10 @@ namespace ipminmax {
 void dual_residual(const CanonicalProblem& canonical, const Iterate& iterate,
                    const Evaluation& evaluation, Eigen::VectorXd& residual);
 
+/// Largest entry in Max's variables, of copies that of their own rows' Lagrangian.
+[[nodiscard]] double max_error(const CanonicalProblem& canonical, const Iterate& iterate,
+                               const Eigen::VectorXd& dual);
+
 /// Errors of the first-order conditions of the barrier problem with parameter mu (the paper's
 /// g(z, b)), in canonical units.
 struct BarrierError {
@@ -50,5 +54,13 @@ struct ErrorParts {
 void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,
                      const Evaluation& evaluation, const Eigen::VectorXd& dual, double mu,
                      NewtonResidual& rhs);
+
+/// The Jacobian of the Newton system, where a copy's multipliers are lambda_r times those of its own
+/// row's maximum, (lambda~, z~): their steps are weight d(lambda~), weight d(z~) for the bounds and
+/// inequalities, so that what lambda_r does to the copy's equations stands in its own column,
+///     J_r + lambda~' J_inequalities + z~_lower - z~_upper,
+/// zero in y_r where y_r is stationary. The same in its row, where z~' dy = O(mu) is left out.
+void row_jacobian(const CanonicalProblem& canonical, const Iterate& iterate,
+                  const Evaluation& evaluation, std::vector<double>& jacobian);
 
 }  // namespace ipminmax
