@@ -173,6 +173,7 @@ Found solve_by_cutting_sets(Problem& model, const std::vector<double>& start, do
   const std::vector<bool> reads_y(start.size(), false);
   Maximizer maximizer(counted, found);
   IpoptMinimizer ipopt(kTolerance);
+  Budget budget{SolverOptions{}};
   std::vector<RobustCopies::WorstCase> scenarios;
   std::vector<double> v = start;
   for (const Index row : rows) {
@@ -180,7 +181,7 @@ Found solve_by_cutting_sets(Problem& model, const std::vector<double>& start, do
     scenarios.push_back({row, worst.v.empty() ? start : worst.v, true, true});
   }
   for (int round = 0; round < kMostRounds && clock.seconds() < seconds; ++round) {
-    RobustCopies master(counted, scenarios, reads_y);
+    RobustCopies master(counted, scenarios, reads_y, budget);
     master.start_at(v);
     const IpoptAnswer outer = ipopt.minimize(master, seconds - clock.seconds());
     ++found.solves;

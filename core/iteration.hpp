@@ -71,4 +71,15 @@ struct SolveObserver {
   std::function<void(std::string_view)> message;
 };
 
+/// What several starts tell while they run. Every member may be empty. Calls come from several
+/// threads, one at a time.
+struct MultistartObserver {
+  /// Called once per iteration of every start, see SolveObserver; false stops all starts.
+  std::function<bool(Index start, const IterationInfo&)> on_iteration;
+  /// Called when a start has ended, in the order of their ends.
+  std::function<void(Index start, const Result&)> on_result;
+  /// Messages of a start a user should see, without line end.
+  std::function<void(Index start, std::string_view)> message;
+};
+
 }  // namespace ipminmax

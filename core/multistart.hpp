@@ -3,9 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -43,17 +41,6 @@ struct MultistartResult {
   std::optional<Status> interrupted;
 };
 
-/// What a multistart tells while it runs. Every member may be empty. Calls come from several
-/// threads, one at a time.
-struct MultistartObserver {
-  /// Called once per iteration of every start, see SolveObserver; false stops all starts.
-  std::function<bool(Index start, const IterationInfo&)> on_iteration;
-  /// Called when a start has ended, in the order of their ends.
-  std::function<void(Index start, const Result&)> on_result;
-  /// Messages of a start a user should see, without line end.
-  std::function<void(Index start, std::string_view)> message;
-};
-
 /// Makes one model; all must be the same problem.
 using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
 
@@ -70,9 +57,6 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
 ///   6. infeasible point: the smaller violation;
 ///   7. no point at all.
 [[nodiscard]] bool better(const Result& a, const Result& b);
-
-/// Whether two points of n values differ by at most tol max(1, |b|) in infinity norm.
-[[nodiscard]] bool same_point(std::span<const double> a, std::span<const double> b, double tol);
 
 /// Solves from max(minmax_starts, 1 + given.size()) starting points and collects what was found.
 ///

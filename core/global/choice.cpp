@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "core/model/norms.hpp"
 #include "core/worst_case.hpp"
 
 namespace ipminmax {
@@ -62,16 +63,6 @@ Rank rank_of(const Result& result) {
 }
 
 bool better(const Result& a, const Result& b) { return rank_of(a) < rank_of(b); }
-
-bool same_point(std::span<const double> a, std::span<const double> b, double tol) {
-  double distance = 0.0;
-  double size = 1.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    distance = std::max(distance, std::abs(a[i] - b[i]));
-    size = std::max(size, std::abs(b[i]));
-  }
-  return distance <= tol * size;
-}
 
 void add_distinct(const ProblemStructure& structure, bool by_x, double tol, Index start,
                   Result&& result, std::vector<DistinctPoint>& points) {

@@ -8,6 +8,7 @@
 #include "core/global/choice.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/row_over_y.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/search/restart.hpp"
@@ -48,82 +49,6 @@ class HeldMin final : public ForwardingProblem {
  private:
   ProblemStructure structure_;
   std::vector<double> v_;
-};
-
-/// Max over y of side times one constraint of the model, x held; side -1 for a lower bound.
-class ConstraintOverY final : public ForwardingProblem {
- public:
-  ConstraintOverY(Problem& model, Index constraint, double side, std::vector<double> v)
-      : ForwardingProblem(model),
-        structure_(model.structure()),
-        constraint_(constraint),
-        side_(side),
-        v_(std::move(v)),
-        g_(structure_.constraint_players.size()),
-        lambda_(g_.size()),
-        jacobian_(structure_.jacobian.size()) {
-    const RobustScope scope = robust_scope(structure_, constraint);
-    const ProblemStructure& s = model.structure();
-    structure_.variable_lower = structure_.variable_upper = v_;
-    for (const Index i : scope.variables) {
-      structure_.variable_lower[at(i)] = s.variable_lower[at(i)];
-      structure_.variable_upper[at(i)] = s.variable_upper[at(i)];
-    }
-    std::ranges::fill(structure_.constraint_lower, -kInfinity);
-    std::ranges::fill(structure_.constraint_upper, kInfinity);
-    for (const Index j : scope.constraints) {
-      structure_.constraint_lower[at(j)] = s.constraint_lower[at(j)];
-      structure_.constraint_upper[at(j)] = s.constraint_upper[at(j)];
-    }
-  }
-
-  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
-  [[nodiscard]] bool starting_point(StartingPoint& start) override {
-    std::ranges::copy(v_, start.v.begin());
-    return !start.needs_multipliers;
-  }
-  [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
-    if (!model().user_scaling(scaling)) return false;
-    if (!scaling.constraints.empty()) scaling.objective = scaling.constraints[at(constraint_)];
-    return true;
-  }
-  [[nodiscard]] bool objective(std::span<const double> v, bool, double& f) override {
-    if (!model().constraints(v, true, g_)) return false;
-    f = side_ * g_[at(constraint_)];
-    return true;
-  }
-  [[nodiscard]] bool gradient(std::span<const double> v, bool, std::span<double> grad) override {
-    if (!model().jacobian(v, true, jacobian_)) return false;
-    std::ranges::fill(grad, 0.0);
-    for (std::size_t k = 0; k < jacobian_.size(); ++k) {
-      const auto [row, col] = structure_.jacobian[k];
-      if (row == constraint_) grad[at(col)] += side_ * jacobian_[k];
-    }
-    return true;
-  }
-  [[nodiscard]] bool hessian(std::span<const double> v, bool, double sigma,
-                             std::span<const double> lambda, bool,
-                             std::span<double> values) override {
-    return model().hessian(v, true, 0.0, weights(sigma, lambda), true, values);
-  }
-  [[nodiscard]] bool hessian_errors(std::span<const double> v, double sigma,
-                                    std::span<const double> lambda,
-                                    std::span<double> row_errors) override {
-    return model().hessian_errors(v, 0.0, weights(sigma, lambda), row_errors);
-  }
-
- private:
-  [[nodiscard]] std::span<const double> weights(double sigma, std::span<const double> lambda) {
-    std::ranges::copy(lambda, lambda_.begin());
-    lambda_[at(constraint_)] = sigma * side_;
-    return lambda_;
-  }
-
-  ProblemStructure structure_;
-  Index constraint_;
-  double side_;
-  std::vector<double> v_;
-  std::vector<double> g_, lambda_, jacobian_;
 };
 
 /// The corner of the box of y with the largest value; empty: y is no box, or of too many variables.
@@ -351,7 +276,8 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
     }
     scan.settled = false;
     if (context.budget.used_up()) return scan;
-    ConstraintOverY problem(model, row, side, x);
+    RowOverY problem(model, robust_scope(s, row), row, side);
+    problem.start_at({x});
     MaximaOverY found = maximize_over_y(problem, starts, given, context);
     scan.settled = found.finished && found.maximized;
     scan.scale = std::max(found.range(), std::abs(scan.bound));

@@ -145,6 +145,25 @@ void walk(Visit& visit, R& result) {
   visit(result.over_x);
 }
 
+template <class Visit, class M>
+void walk_answer(Visit& visit, M& answer) {
+  walk(visit, answer.best);
+  visit(answer.best_start);
+  visit(answer.starts);
+  visit(answer.interrupted);
+  walk_size(visit, answer.points);
+  for (auto& point : answer.points) {
+    walk(visit, point.result);
+    visit(point.first_start);
+    visit(point.found);
+  }
+  walk_size(visit, answer.statuses);
+  for (auto& [status, count] : answer.statuses) {
+    visit(status);
+    visit(count);
+  }
+}
+
 }  // namespace
 
 std::vector<char> to_bytes(const Result& result) {
@@ -160,45 +179,17 @@ Result result_from(std::span<const char> bytes) {
   return result;
 }
 
-std::vector<char> to_bytes(const MultistartResult& result) {
+std::vector<char> to_bytes(const MultistartResult& answer) {
   Writer write;
-  walk(write, result.best);
-  write(result.best_start);
-  write(result.starts);
-  write(result.interrupted);
-  walk_size(write, result.points);
-  for (const DistinctPoint& point : result.points) {
-    walk(write, point.result);
-    write(point.first_start);
-    write(point.found);
-  }
-  walk_size(write, result.statuses);
-  for (const auto& [status, count] : result.statuses) {
-    write(status);
-    write(count);
-  }
+  walk_answer(write, answer);
   return std::move(write.bytes);
 }
 
 MultistartResult multistart_result_from(std::span<const char> bytes) {
   Reader read(bytes);
-  MultistartResult result;
-  walk(read, result.best);
-  read(result.best_start);
-  read(result.starts);
-  read(result.interrupted);
-  walk_size(read, result.points);
-  for (DistinctPoint& point : result.points) {
-    walk(read, point.result);
-    read(point.first_start);
-    read(point.found);
-  }
-  walk_size(read, result.statuses);
-  for (auto& [status, count] : result.statuses) {
-    read(status);
-    read(count);
-  }
-  return result;
+  MultistartResult answer;
+  walk_answer(read, answer);
+  return answer;
 }
 
 }  // namespace ipminmax

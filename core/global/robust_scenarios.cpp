@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/global/robust_search.hpp"
+#include "core/model/norms.hpp"
 #include "core/multistart.hpp"
 
 // Scenarios: y that are held, added where they violate a robust constraint, until x stands up to

@@ -157,7 +157,7 @@ RobustSearch::Solved RobustSearch::solve_worst_cases() {
   if (place_.near && place_.drifted) {
     if (auto exact = solve_exactly()) return std::move(*exact);
   }
-  auto copies = std::make_unique<RobustCopies>(model_, place_.worst_cases, reads_y_);
+  auto copies = std::make_unique<RobustCopies>(model_, place_.worst_cases, reads_y_, budget_);
   if (place_.moved) copies->start_at(place_.v);
   Result result = solve_once(*copies);
   return {std::move(copies), std::move(result)};

@@ -57,7 +57,7 @@ Answer run_on(const std::vector<std::unique_ptr<Problem>>& owned, Problem* own, 
   if (own != nullptr) models.push_back(own);
   for (const auto& model : owned) models.push_back(model.get());
   if (auto error = error_of(*models.front(), options); !error.empty()) return refused(error);
-  Budget budget(options, {observer.on_iteration, observer.on_result, observer.message});
+  Budget budget(options, observer);
   Starts starts(models, options, budget, given);
   Answer answer = ranks != nullptr ? starts.run(*ranks) : starts.run();
   set_seconds(budget, answer.best);
@@ -65,8 +65,8 @@ Answer run_on(const std::vector<std::unique_ptr<Problem>>& owned, Problem* own, 
 }
 
 /// As one observer of a solve hears the starts. He outlives the budget: one word each.
-Listener listener_of(const SolveObserver& observer) {
-  Listener listener;
+MultistartObserver listener_of(const SolveObserver& observer) {
+  MultistartObserver listener;
   if (observer.on_iteration) {
     listener.on_iteration = [&observer](Index, const IterationInfo& info) {
       return observer.on_iteration(info);
@@ -79,8 +79,7 @@ Listener listener_of(const SolveObserver& observer) {
 }
 
 Answer run_for(Problem& problem, const SolverOptions& options, const SolveObserver& observer) {
-  Listener listener = listener_of(observer);
-  return run(problem, options, {std::move(listener.on_iteration), {}, std::move(listener.message)});
+  return run(problem, options, listener_of(observer));
 }
 
 Result solve_keeping(Problem& problem, const SolverOptions& options, const SolveObserver& observer,

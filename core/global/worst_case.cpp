@@ -69,10 +69,6 @@ WorstCase summary(Problem& problem, const std::vector<double>& v, double here,
   return found;
 }
 
-Listener listener_of(const MultistartObserver& observer) {
-  return {observer.on_iteration, observer.on_result, observer.message};
-}
-
 }  // namespace
 
 void look_for_worst_case(Problem& problem, Index starts,
@@ -96,7 +92,7 @@ WorstCaseCheck check_worst_case(Problem& problem, std::span<const double> v,
   if (!has_max_variables(problem.structure())) return check;
   double here = -kInfinity;
   if (!problem.objective(v, true, here) || std::isnan(here)) here = -kInfinity;
-  Budget budget(options, listener_of(observer));
+  Budget budget(options, observer);
   Result work;
   MaximaOverY maxima =
       maximize_objective(problem, v, std::max<Index>(1, starts), given,
@@ -115,7 +111,7 @@ void add_worst_case(Problem& problem, const SolverOptions& options, Result& resu
       !has_max_variables(problem.structure())) {
     return;
   }
-  Budget budget(options, listener_of(observer));
+  Budget budget(options, observer);
   Result work;
   look_for_worst_case(problem, starts, {},
                       {options, budget, 0, problem.structure(), work, work.over_y}, result);

@@ -18,7 +18,7 @@ bool cpu_exceeds(const Stopwatch& watch, double seconds) noexcept {
 
 }  // namespace
 
-Budget::Budget(const SolverOptions& options, Listener listener)
+Budget::Budget(const SolverOptions& options, MultistartObserver listener)
     : max_cpu_(options.max_cpu_time),
       max_wall_(options.max_wall_time),
       allowed_(options.minmax_max_factorizations),

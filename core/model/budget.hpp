@@ -14,19 +14,12 @@
 
 namespace ipminmax {
 
-/// Who is told of the solves behind one call, by one thread at a time; members may be empty.
-struct Listener {
-  std::function<bool(Index start, const IterationInfo&)> on_iteration;
-  std::function<void(Index start, const Result&)> on_result;
-  std::function<void(Index start, std::string_view)> message;
-};
-
 /// What all solves behind one call may use together: time, factorizations, the patience of the
 /// listener, memory. Made where the call comes in and passed down; nothing below makes another.
 /// For any number of threads.
 class Budget {
  public:
-  explicit Budget(const SolverOptions& options, Listener listener = {});
+  explicit Budget(const SolverOptions& options, MultistartObserver listener = {});
   Budget(const Budget&) = delete;
   Budget& operator=(const Budget&) = delete;
 
@@ -60,7 +53,7 @@ class Budget {
   std::atomic<Index> spent_ = 0;
   std::atomic<int> stopped_ = -1;  ///< a Status, -1: none
   std::atomic<Index> last_start_ = std::numeric_limits<Index>::max();
-  Listener listener_;
+  MultistartObserver listener_;
   std::mutex listening_;
 };
 

@@ -96,8 +96,9 @@ bool moves_with_x(const ProblemStructure& s, const RobustScope& scope) {
 }
 
 RobustCopies::RobustCopies(Problem& model, std::vector<WorstCase> worst_cases,
-                           const std::vector<bool>& reads_y)
+                           const std::vector<bool>& reads_y, Budget& budget)
     : model_(model),
+      budget_(budget),
       worst_cases_(std::move(worst_cases)),
       structure_(model.structure()),
       v_(structure_.variable_players.size()),
@@ -270,8 +271,10 @@ bool RobustCopies::user_scaling(UserScaling& scaling) {
   return true;
 }
 
-void RobustCopies::load(std::span<const double> v, const Part& part) {
+/// False: the budget is interrupted.
+bool RobustCopies::load(std::span<const double> v, const Part& part) {
   for (std::size_t i = 0; i < v_.size(); ++i) v_[i] = v[at(part.column[i])];
+  return !budget_.interrupted();
 }
 
 void RobustCopies::load_multipliers(std::span<const double> lambda, const Part& part) {
@@ -281,20 +284,17 @@ void RobustCopies::load_multipliers(std::span<const double> lambda, const Part& 
 }
 
 bool RobustCopies::objective(std::span<const double> v, bool, double& f) {
-  load(v, parts_.front());
-  return model_.objective(v_, true, f);
+  return load(v, parts_.front()) && model_.objective(v_, true, f);
 }
 
 bool RobustCopies::gradient(std::span<const double> v, bool, std::span<double> grad) {
-  load(v, parts_.front());
   std::ranges::fill(grad, 0.0);
-  return model_.gradient(v_, true, grad.first(v_.size()));
+  return load(v, parts_.front()) && model_.gradient(v_, true, grad.first(v_.size()));
 }
 
 bool RobustCopies::constraints(std::span<const double> v, bool, std::span<double> g) {
   for (const Part& part : parts_) {
-    load(v, part);
-    if (!model_.constraints(v_, true, g_)) return false;
+    if (!load(v, part) || !model_.constraints(v_, true, g_)) return false;
     for (std::size_t j = 0; j < g_.size(); ++j) {
       if (part.row_of[j] >= 0) g[at(part.row_of[j])] = g_[j];
     }
@@ -306,8 +306,7 @@ bool RobustCopies::jacobian(std::span<const double> v, bool, std::span<double> v
   auto out = values.begin();
   for (const Part& part : parts_) {
     if (part.jacobian.empty()) continue;
-    load(v, part);
-    if (!model_.jacobian(v_, true, jacobian_)) return false;
+    if (!load(v, part) || !model_.jacobian(v_, true, jacobian_)) return false;
     for (const std::size_t k : part.jacobian) *out++ = jacobian_[k];
     out = std::fill_n(out, part.zeros, 0.0);
   }
@@ -318,9 +317,9 @@ bool RobustCopies::hessian(std::span<const double> v, bool, double sigma,
                            std::span<const double> lambda, bool, std::span<double> values) {
   auto out = values.begin();
   for (const Part& part : parts_) {
-    load(v, part);
     load_multipliers(lambda, part);
-    if (!model_.hessian(v_, true, part.with_objective ? sigma : 0.0, lambda_, true, hessian_)) {
+    if (!load(v, part) ||
+        !model_.hessian(v_, true, part.with_objective ? sigma : 0.0, lambda_, true, hessian_)) {
       return false;
     }
     out = std::ranges::copy(hessian_, out).out;
@@ -334,8 +333,8 @@ bool RobustCopies::hessian_errors(std::span<const double> v, double sigma,
   std::ranges::fill(row_errors, 0.0);
   bool inexact = false;
   for (const Part& part : parts_) {
-    load(v, part);
     load_multipliers(lambda, part);
+    if (!load(v, part)) break;
     std::ranges::fill(errors, 0.0);
     if (!model_.hessian_errors(v_, part.with_objective ? sigma : 0.0, lambda_, errors)) continue;
     inexact = true;

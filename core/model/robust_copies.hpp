@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/model/budget.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
 
@@ -63,9 +64,10 @@ class WorstCaseRows : public Problem {
 /// nothing reads any more are fixed, their constraints dropped.
 class RobustCopies final : public WorstCaseRows {
  public:
-  /// reads_y: n, whether f reads a Max variable. Every robust constraint has a worst case.
-  RobustCopies(Problem& model, std::vector<WorstCase> worst_cases,
-               const std::vector<bool>& reads_y);
+  /// reads_y: n, whether f reads a Max variable. Every robust constraint has a worst case. Where
+  /// the budget is interrupted it is undefined: one evaluation is many of the model.
+  RobustCopies(Problem& model, std::vector<WorstCase> worst_cases, const std::vector<bool>& reads_y,
+               Budget& budget);
 
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override;
@@ -118,10 +120,11 @@ class RobustCopies final : public WorstCaseRows {
   void drop_unread(const std::vector<bool>& read);
   void serve_rows(const std::vector<bool>& reads_y);
   void add_entries();
-  void load(std::span<const double> v, const Part& part);
+  [[nodiscard]] bool load(std::span<const double> v, const Part& part);
   void load_multipliers(std::span<const double> lambda, const Part& part);
 
   Problem& model_;
+  Budget& budget_;
   std::vector<WorstCase> worst_cases_;
   std::vector<double> start_;  ///< empty: the model's
   ProblemStructure structure_;

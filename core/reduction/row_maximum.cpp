@@ -397,8 +397,8 @@ std::vector<double> RowMaximum::other_branch(double distinct_tol) {
   RowPoint from = accepted_.point;
   for (const Index i : y_) from.v[at(i)] = elsewhere_[at(i)];
   Place other;
-  if (same_maximum(from.v, accepted_.point.v, distinct_tol) || !maximize(from, false, other) ||
-      same_maximum(other.point.v, accepted_.point.v, distinct_tol)) {
+  if (same_point(from.v, accepted_.point.v, distinct_tol) || !maximize(from, false, other) ||
+      same_point(other.point.v, accepted_.point.v, distinct_tol)) {
     return {};
   }
   return other.point.v;

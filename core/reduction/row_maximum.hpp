@@ -9,7 +9,7 @@
 
 #include "core/model/budget.hpp"
 #include "core/options.hpp"
-#include "core/reduction/row_over_y.hpp"
+#include "core/model/row_over_y.hpp"
 #include "core/result.hpp"
 #include "core/search/kept_work.hpp"
 #include "linalg/symmetric_matrix.hpp"

@@ -28,7 +28,7 @@ bool add_branches(Reduction& reduction, ReducedRows& rows, double distinct_tol) 
     std::vector<double> other = maximum->other_branch(distinct_tol);
     if (other.empty()) continue;
     const bool known = std::ranges::any_of(reduction.worst_cases, [&](const auto& one) {
-      return one.constraint == maximum->constraint() && same_maximum(one.v, other, distinct_tol);
+      return one.constraint == maximum->constraint() && same_point(one.v, other, distinct_tol);
     });
     if (known) continue;
     reduction.worst_cases.push_back(
@@ -54,7 +54,7 @@ void test_worst_cases(ReducedRows& rows, Result& result) {
     const Result settled = maximum->settle();
     const bool strict = settled.certificate.kind == PointKind::LocalMinmax &&
                         settled.certificate.weakly_active_max == 0 &&
-                        same_maximum(settled.v, maximum->point().v, 1e-4);
+                        same_point(settled.v, maximum->point().v, 1e-4);
     if (strict) continue;
     Certificate& found = result.certificate;
     found.kind = PointKind::FirstOrderPoint;

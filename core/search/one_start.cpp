@@ -125,6 +125,13 @@ bool start_is_undefined(const Result& result) {
          calls.objective + calls.gradient + calls.constraints + calls.jacobian > 0;
 }
 
+/// What was evaluated when the budget ended is undefined for that reason.
+Result cut_at_start(Status why, Result undefined) {
+  undefined.status = why;
+  undefined.message = std::string(name_of(why)) + " at the starting point";
+  return undefined;
+}
+
 /// Where a game is not defined at its own starting point: from the first of other ones where it is.
 Result solve_elsewhere(Problem& problem, const SolverOptions& options, Budget& budget,
                        const SolveObserver& observer, KeptWork* kept, Result undefined) {
@@ -174,6 +181,7 @@ Result solve_from_start(Problem& problem, const SolverOptions& options, Budget& 
   try {
     Result result = solve_once(problem, options, budget, observer, kept);
     if (start_is_undefined(result)) {
+      if (const auto why = budget.interrupted()) return cut_at_start(*why, std::move(result));
       result = solve_elsewhere(problem, options, budget, observer, kept, std::move(result));
     }
     diagnose_failure(problem, options, result);

@@ -9,7 +9,7 @@
 
 #include <support/autodiff_problem.hpp>
 
-#include "core/reduction/row_over_y.hpp"
+#include "core/model/row_over_y.hpp"
 #include "core/reduction/solve_reduced.hpp"
 #include "core/robust.hpp"
 

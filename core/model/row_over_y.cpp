@@ -1,4 +1,4 @@
-#include "core/reduction/row_over_y.hpp"
+#include "core/model/row_over_y.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -38,15 +38,6 @@ std::vector<bool> constant_entries(Problem& model, std::span<const double> start
 }
 
 }  // namespace
-
-bool same_maximum(std::span<const double> a, std::span<const double> b, double tol) {
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    if (!(std::abs(a[i] - b[i]) <= tol * std::max({1.0, std::abs(a[i]), std::abs(b[i])}))) {
-      return false;
-    }
-  }
-  return a.size() == b.size();
-}
 
 RobustScope without_consequences(Problem& model, const RobustScope& scope, Index constraint,
                                  std::span<const double> start, const SolverOptions& options) {
@@ -129,7 +120,7 @@ void RowOverY::start_at(const RowPoint& start) {
 
 bool RowOverY::starting_point(StartingPoint& start) {
   std::ranges::copy(start_.v, start.v.begin());
-  if (!start.needs_multipliers) return true;
+  if (!start.needs_multipliers || start_.lambda.empty()) return !start.needs_multipliers;
   std::ranges::copy(start_.lambda, start.lambda.begin());
   std::ranges::copy(start_.z_lower, start.z_lower.begin());
   std::ranges::copy(start_.z_upper, start.z_upper.begin());

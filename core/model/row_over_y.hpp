@@ -10,13 +10,10 @@
 namespace ipminmax {
 
 /// A point of the maximization of a robust constraint over y: variables (n, x among them) and
-/// multipliers in the model's shapes, signs as in Result.
+/// multipliers in the model's shapes, signs as in Result; without lambda no multipliers are known.
 struct RowPoint {
-  std::vector<double> v, lambda, z_lower, z_upper;
+  std::vector<double> v, lambda{}, z_lower{}, z_upper{};
 };
-
-/// Whether two points are the same maximum: |a_i - b_i| <= tol max(1, |a_i|, |b_i|) for every i.
-[[nodiscard]] bool same_maximum(std::span<const double> a, std::span<const double> b, double tol);
 
 /// The scope without what follows from the rest and has no say in the row, as the states of a
 /// trajectory behind the one that the row reads: again and again a Max variable without bounds that
