@@ -10,6 +10,7 @@
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/search/outcome.hpp"
+#include "core/search/random_starts.hpp"
 
 // Robust constraints that cannot be met: which, by how much, and by which y.
 namespace ipminmax {
@@ -128,9 +129,10 @@ void RobustSearch::name_infeasible(std::vector<double> start) {
     worst = &found;
   }
   if (worst == nullptr || !(violation > 10.0 * options_.constr_viol_tol)) return;
-  least.message = "robust constraints cannot be met near this x: the least worst-case violation is " +
-                  short_number(violation) + ", of " + constraint_name(s, worst->constraint) +
-                  " at " + describe_y(s, *worst);
+  least.message =
+      "robust constraints cannot be met near this x: the least worst-case violation is " +
+      short_number(violation) + ", of " + constraint_name(s, worst->constraint) + " at " +
+      describe_y(s, *worst);
   least.status = Status::LocallyInfeasible;
   least.certificate = {};
   least.certificate.kind = PointKind::InfeasiblePoint;

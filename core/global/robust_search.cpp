@@ -27,8 +27,6 @@ constexpr double kVanishing = 1e-5;
 /// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a
 /// large one maxima at different bounds are one.
 constexpr double kMuNear = 1e-4;
-/// The same where that fails: maxima next to a bound with little slope need it smaller still.
-constexpr double kMuNearer = 1e-7;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -55,18 +53,19 @@ std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& s
   return reads;
 }
 
-}  // namespace
-
-SolverOptions near_solution(const SolverOptions& options, double mu) {
+/// Options of a solve that begins near its solution.
+SolverOptions near_solution(const SolverOptions& options) {
   SolverOptions near = options;
-  near.mu_init = std::min(options.mu_init, mu);
+  near.mu_init = std::min(options.mu_init, kMuNear);
   for (double* push :
        {&near.bound_push, &near.bound_frac, &near.slack_bound_push, &near.slack_bound_frac}) {
-    *push = std::min(*push, mu);
+    *push = std::min(*push, kMuNear);
   }
   near.bound_mult_init_method = BoundMultiplierInit::MuBased;
   return near;
 }
+
+}  // namespace
 
 RobustSearch::RobustSearch(RobustForm form, const SolverOptions& options, Index starts,
                            Budget& budget, Index start)
@@ -135,7 +134,7 @@ bool RobustSearch::solve_rounds() {
     violation_ = kNaN;  // of the next x nothing is known yet
     work_.over_y.functions = 0;
     Solved solved = solve_worst_cases();
-    const bool violates = may_hold_idle(solved.result) && hold_idle(solved);
+    hold_idle(solved);
     if (!is_success(solved.result.status)) {
       if (!verified_) report(*solved.copies, solved.result);
       return verified_;
@@ -143,10 +142,8 @@ bool RobustSearch::solve_rounds() {
     keep_point(*solved.copies, solved.result);
     const auto& [copies, result] = solved;
     if (starts_ == 0) {
-      if (!violates && finds_drifted(solved)) continue;
       report(*copies, result);
-      answer_.over_y.better_known = violates;
-      return !violates;
+      return true;
     }
     if (!look_further(*copies, result, round)) return verified_;
   }
@@ -154,9 +151,6 @@ bool RobustSearch::solve_rounds() {
 
 /// With the worst cases at hand.
 RobustSearch::Solved RobustSearch::solve_worst_cases() {
-  if (place_.near && place_.drifted) {
-    if (auto exact = solve_exactly()) return std::move(*exact);
-  }
   auto copies = std::make_unique<RobustCopies>(model_, place_.worst_cases, reads_y_, budget_);
   if (place_.moved) copies->start_at(place_.v);
   Result result = solve_once(*copies);
@@ -164,7 +158,7 @@ RobustSearch::Solved RobustSearch::solve_worst_cases() {
 }
 
 /// Checks a success over all of y. Whether another solve is to follow.
-bool RobustSearch::look_further(const WorstCaseRows& copies, const Result& result, Index round) {
+bool RobustSearch::look_further(const RobustCopies& copies, const Result& result, Index round) {
   std::vector<KnownWorstCase> known;
   for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
     const auto row = at(copies.row(k));
@@ -173,7 +167,6 @@ bool RobustSearch::look_further(const WorstCaseRows& copies, const Result& resul
   }
   const std::vector<SideScan> scans = scan(known);
   const std::vector<RobustCopies::WorstCase> solved = place_.worst_cases;
-  place_.drifted = place_.drifted || have_drifted(scans, copies, result);
   if (add_violated(scans, options_.minmax_worst_case_tol, false)) {
     if (round < kMostRounds && !budget_.used_up()) return true;
     if (verified_) return false;
@@ -207,6 +200,7 @@ void RobustSearch::choose_copies() {
     const bool copied = shared && options_.minmax_robust_copies;
     const bool two_sided = s.constraint_lower[at(row)] > options_.nlp_lower_bound_inf &&
                            s.constraint_upper[at(row)] < options_.nlp_upper_bound_inf &&
+                           s.constraint_lower[at(row)] < s.constraint_upper[at(row)] &&
                            options_.minmax_robust_copies;
     place_.worst_cases.push_back({row, place_.v, copied, false, two_sided ? 1 : 0});
     if (two_sided) place_.worst_cases.push_back({row, place_.v, true, false, -1});
@@ -233,16 +227,15 @@ Result RobustSearch::solve_once(RobustCopies& copies) {
     add_work(result, work_);
     return result;
   };
-  for (const double mu : {kMuNear, kMuNearer}) {
-    if (!place_.near) break;
-    Result result = solve_with(near_solution(options, mu));
+  if (place_.near) {
+    Result result = solve_with(near_solution(options));
     if (is_success(result.status) || budget_.used_up()) return result;
   }
   return solve_with(options);
 }
 
 /// The next solve goes on from here.
-void RobustSearch::keep_point(const WorstCaseRows& copies, const Result& result) {
+void RobustSearch::keep_point(const RobustCopies& copies, const Result& result) {
   place_.v.assign(result.v.begin(),
                   result.v.begin() + static_cast<std::ptrdiff_t>(place_.v.size()));
   place_.moved = place_.near = true;
@@ -275,7 +268,7 @@ bool RobustSearch::add_violated(const std::vector<SideScan>& scans, double toler
 
 /// Drops worst cases whose multiplier vanishes or that have met another one; each constraint keeps
 /// at least one. Whether there were any.
-bool RobustSearch::drop_inactive(const WorstCaseRows& copies, const Result& result) {
+bool RobustSearch::drop_inactive(const RobustCopies& copies, const Result& result) {
   double largest = 0.0;
   for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
     largest = std::max(largest, std::abs(result.lambda[at(copies.row(k))]));

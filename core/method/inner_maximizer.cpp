@@ -71,8 +71,8 @@ void InnerMaximizer::value_gradient(const Point& point, double mu) {
   barrier_gradient(canonical_, point, mu, arrays_.gradient);
   for (const std::size_t k : arrays_.robust_entries) {
     const auto [row, col] = canonical_.jacobian()[k];
-    arrays_.gradient[col] += point.iterate.lambda[row] / own_weight(row, point.iterate) *
-                             point.evaluation.jacobian[k];
+    arrays_.gradient[col] +=
+        point.iterate.lambda[row] / own_weight(row, point.iterate) * point.evaluation.jacobian[k];
   }
 }
 
@@ -125,8 +125,7 @@ void InnerMaximizer::divide_gain(const Point& point, InnerDirection& out) const 
   for (Index j = canonical_.max_constraints().begin; j < canonical_.constraints(); ++j) {
     const Index slack = canonical_.slack_served_by_constraint(j);
     const double gain = 0.5 * (point.iterate.lambda[j] + out.step.lambda[j]) *
-                        point.evaluation.c[j] /
-                        CanonicalProblem::weight_by(slack, point.iterate);
+                        point.evaluation.c[j] / CanonicalProblem::weight_by(slack, point.iterate);
     (slack >= 0 ? out.copies_gain : out.gain) += gain;
   }
 }

@@ -13,11 +13,11 @@ namespace ipminmax {
 /// Newton step of the inner maximization at fixed x.
 struct InnerDirection {
   Step step;
-  double mu = -1.0;      ///< barrier parameter of the step
-  double gain = 0.0;     ///< q: predicted increase of the barrier objective
+  double mu = -1.0;          ///< barrier parameter of the step
+  double gain = 0.0;         ///< q: predicted increase of the barrier objective
   double copies_gain = 0.0;  ///< the same of the constraints that copies serve, together
-  Regularization shift;  ///< of K_yy
-  KktFactors factors;    ///< of K_yy
+  Regularization shift;      ///< of K_yy
+  KktFactors factors;        ///< of K_yy
   std::uint64_t jacobian_call = 0, hessian_call = 0;  ///< of the point's derivatives
 
   /// Of no point, a step of zeros.

@@ -202,12 +202,12 @@ void CanonicalProblem::keep_distances(const Iterate& iterate, double mu) {
     room = std::clamp(room + (wanted - distance), 0.0, most);
   };
   for (const Index i : arrays_.lower_bounded) {
-    keep(iterate.v[i] - arrays_.lower[i], arrays_.lower[i],
-         iterate.z_lower[i] / weight(i, iterate), arrays_.room_below[i]);
+    keep(iterate.v[i] - arrays_.lower[i], arrays_.lower[i], iterate.z_lower[i] / weight(i, iterate),
+         arrays_.room_below[i]);
   }
   for (const Index i : arrays_.upper_bounded) {
-    keep(arrays_.upper[i] - iterate.v[i], arrays_.upper[i],
-         iterate.z_upper[i] / weight(i, iterate), arrays_.room_above[i]);
+    keep(arrays_.upper[i] - iterate.v[i], arrays_.upper[i], iterate.z_upper[i] / weight(i, iterate),
+         arrays_.room_above[i]);
   }
 }
 

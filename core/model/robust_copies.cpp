@@ -349,7 +349,7 @@ std::vector<double> RobustCopies::model_point(std::span<const double> v, std::si
   return point;
 }
 
-bool WorstCaseRows::is_active(const Result& result, std::size_t k) const {
+bool RobustCopies::is_active(const Result& result, std::size_t k) const {
   const std::size_t own = at(row(k));
   const ProblemStructure& s = structure();
   const double distance = std::min(std::abs(s.constraint_upper[own] - result.constraints[own]),

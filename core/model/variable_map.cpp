@@ -179,7 +179,8 @@ void VariableMap::list_owners(const ProblemStructure& s) {
   }
   owners.constraint_of_slack.assign(at(variables()), -1);
   for (Index j = min_constraints.begin; j < min_constraints.end; ++j) {
-    if (slack_of_constraint[at(j)] >= 0) owners.constraint_of_slack[at(slack_of_constraint[at(j)])] = j;
+    if (slack_of_constraint[at(j)] >= 0)
+      owners.constraint_of_slack[at(slack_of_constraint[at(j)])] = j;
   }
   std::map<std::pair<Index, Index>, std::size_t> entry_of;  // of robust constraints: slack, column
   for (std::size_t k = 0; k < jacobian.size(); ++k) {

@@ -113,8 +113,8 @@ KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
     error.primal = largest(error.primal, std::abs(evaluation.c[j]) / canonical.constraint_scale(j));
   }
   for (Index i = 0; i < canonical.variables(); ++i) {
-    const double value = std::abs(dual[i]) / canonical.weight(i, iterate) *
-                         canonical.variable_scale(i) / f_scale;
+    const double value =
+        std::abs(dual[i]) / canonical.weight(i, iterate) * canonical.variable_scale(i) / f_scale;
     double& dual_error = canonical.owned_by_max(i) ? error.dual_max : error.dual_min;
     dual_error = largest(dual_error, value);
   }
