@@ -276,8 +276,7 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
     }
     scan.settled = false;
     if (context.budget.used_up()) return scan;
-    RowOverY problem(model, robust_scope(s, row), row, side);
-    problem.start_at({x});
+    RowOverY problem(model, row, side, x);
     MaximaOverY found = maximize_over_y(problem, starts, given, context);
     scan.settled = found.finished && found.maximized;
     scan.scale = std::max(found.range(), std::abs(scan.bound));

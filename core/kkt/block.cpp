@@ -139,6 +139,7 @@ KktBlock::KktBlock(std::shared_ptr<const KktPattern> pattern, const CanonicalPro
   arrays_.diagonal.assign(at(arrays_.matrix.dimension()), 0.0);
   arrays_.terms.set_size(canonical.variables());
   arrays_.curvature.setZero(pattern_->variables.size());
+  forget_copies();
 }
 
 Analysis KktBlock::analyze(const SolverOptions& options) {

@@ -162,17 +162,17 @@ void CanonicalProblem::list_bounds() {
     if (arrays_.lower[i] > -kInfinity) arrays_.lower_bounded.push_back(i);
     if (arrays_.upper[i] < kInfinity) arrays_.upper_bounded.push_back(i);
   }
-  // A robust constraint with two bounds has two sides, of which the multiplier says which it is.
+  // A robust constraint with two bounds has two sides, and its multiplier no sign.
   RowOwners& owners = arrays_.map.owners;
   const auto is_two_sided = [&](Index slack) {
     return slack >= 0 && arrays_.lower[slack] > -kInfinity && arrays_.upper[slack] < kInfinity;
   };
   std::ranges::replace_if(owners.slack_of_variable, is_two_sided, -1);
   std::ranges::replace_if(owners.slack_of_constraint, is_two_sided, -1);
-  std::erase_if(owners.beside, [&](const auto& entry) {
-    return owners.slack_of_constraint[at(entry.inequality)] < 0;
+  std::erase_if(owners.shared_entries, [&](const auto& entry) {
+    return owners.slack_of_constraint[at(entry.serving)] < 0;
   });
-  std::erase_if(owners.entries, [&](std::size_t entry) {
+  std::erase_if(owners.own_entries, [&](std::size_t entry) {
     return owners.slack_of_variable[at(arrays_.map.jacobian[entry].col)] < 0;
   });
   for (std::size_t i = 0; i < owners.is_served.size(); ++i) {

@@ -25,14 +25,6 @@ Label label_of_copy(const std::vector<std::string>& names, const std::vector<Ind
           .name = (named ? names[at(i)] + "@" : "copy ") + std::to_string(copy)};
 }
 
-std::vector<Index> inequalities_of(const ProblemStructure& s, const RobustScope& scope) {
-  std::vector<Index> inequalities;
-  for (const Index j : scope.constraints) {
-    if (s.constraint_lower[at(j)] != s.constraint_upper[at(j)]) inequalities.push_back(j);
-  }
-  return inequalities;
-}
-
 }  // namespace
 
 bool has_valid_indices(const ProblemStructure& s) {
@@ -216,7 +208,7 @@ void RobustCopies::serve_rows(const std::vector<bool>& reads_y) {
     });
     if (shared || worst_case.held) continue;
     for (const Index i : scope.variables) served[at(variable(k, i))] = own;
-    parts_[k + 1].inequalities = inequalities_of(s, scope);
+    parts_[k + 1].serving = scope.constraints;
   }
 }
 
@@ -231,9 +223,11 @@ void RobustCopies::add_entries() {
       part.jacobian.push_back(k);
       structure_.jacobian.push_back({part.row_of[at(row)], part.column[at(col)]});
     }
-    // Zeros, for the Newton system: what Max's inequalities tell the row's own Lagrangian.
+    // Zeros, for the Newton system: Y(x) moves with x, and the row's own Lagrangian with it.
     for (const auto [row, col] : s.jacobian) {
-      if (std::ranges::find(part.inequalities, row) == part.inequalities.end()) continue;
+      const bool moves = s.variable_players[at(col)] == Player::Min &&
+                         std::ranges::binary_search(part.serving, row);
+      if (!moves) continue;
       structure_.jacobian.push_back({part.row, part.column[at(col)]});
       ++part.zeros;
     }

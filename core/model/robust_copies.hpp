@@ -95,7 +95,7 @@ class RobustCopies final : public Problem {
     Index row = -1;             ///< of the worst case
     bool with_objective = false;
     std::vector<std::size_t> jacobian;  ///< entries of the model that count here
-    std::vector<Index> inequalities;    ///< of the model, on a y that serves the row alone
+    std::vector<Index> serving;         ///< constraints of the model on a y that serves the row
     std::size_t zeros = 0;              ///< entries behind the others
   };
   void add_base(const std::vector<bool>& reads_y);

@@ -186,15 +186,18 @@ void VariableMap::list_owners(const ProblemStructure& s) {
   for (std::size_t k = 0; k < jacobian.size(); ++k) {
     const auto [row, col] = jacobian[k];
     if (!min_constraints.contains(row) || slack_of_constraint[at(row)] < 0) continue;
-    const bool first = entry_of.try_emplace({slack_of_constraint[at(row)], col}, k).second;
-    if (first && owner(col) == slack_of_constraint[at(row)]) owners.entries.push_back(k);
+    if (owner(col) == slack_of_constraint[at(row)]) {
+      owners.own_entries.push_back(k);
+    } else {
+      entry_of.try_emplace({slack_of_constraint[at(row)], col}, k);
+    }
   }
   for (std::size_t k = 0; k < jacobian.size(); ++k) {
     const auto [row, col] = jacobian[k];
     const Index slack = owners.slack_of_constraint[at(row)];
-    if (slack < 0 || slack_of_constraint[at(row)] < 0) continue;
+    if (slack < 0) continue;
     if (const auto found = entry_of.find({slack, col}); found != entry_of.end()) {
-      owners.beside.push_back({found->second, k, row});
+      owners.shared_entries.push_back({found->second, k, row});
     }
   }
 }

@@ -16,20 +16,21 @@ struct IndexRange {
   [[nodiscard]] bool contains(Index i) const { return begin <= i && i < end; }
 };
 
-/// Max variables, slacks included, and Max constraints that serve one robust constraint alone; all
-/// empty where there are none.
+/// Max variables, slacks included, and Max constraints that serve one robust constraint alone, which
+/// is named by its slack; all empty where there are none.
 struct RowOwners {
-  std::vector<Index> slack_of_variable;    ///< canonical slack of that constraint, -1: none
-  std::vector<Index> slack_of_constraint;  ///< the same per canonical constraint
-  std::vector<Index> constraint_of_slack;  ///< per canonical variable; of other ones -1
+  std::vector<Index> slack_of_variable;    ///< per canonical variable, -1: serves none
+  std::vector<Index> slack_of_constraint;  ///< per canonical constraint, -1: serves none
+  std::vector<Index> constraint_of_slack;  ///< per canonical variable; -1: no slack of Min
   std::vector<bool> is_served;             ///< per canonical variable: a slack that some serve
-  /// Entries of the Jacobian in the robust constraint's row beside those of a Max inequality.
-  struct Beside {
-    std::size_t entry, of_inequality;
-    Index inequality;
+  std::vector<std::size_t> own_entries;    ///< of the Jacobian: robust rows in what serves them
+  /// Entries of the Jacobian in the column of a Min variable: of a robust constraint, and of a
+  /// constraint that serves it.
+  struct Shared {
+    std::size_t of_robust, of_serving;
+    Index serving;
   };
-  std::vector<Beside> beside;
-  std::vector<std::size_t> entries;  ///< of robust constraints in the variables that serve them
+  std::vector<Shared> shared_entries;
 };
 
 /// Which variables and constraints of the model are which of the canonical problem, and their

@@ -143,7 +143,7 @@ void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,
   const auto& owners = canonical.owners();
   for (Index j = canonical.max_constraints().begin; j < canonical.constraints(); ++j) {
     const Index slack = owners.slack_of_constraint[static_cast<std::size_t>(j)];
-    if (slack < 0 || canonical.slack_of_constraint()[static_cast<std::size_t>(j)] < 0) continue;
+    if (slack < 0) continue;
     rhs.lambda[canonical.constraint_of_slack(slack)] -=
         iterate.lambda[j] / canonical.signed_weight(slack, iterate) * evaluation.c[j];
   }
@@ -153,16 +153,12 @@ void row_jacobian(const CanonicalProblem& canonical, const Iterate& iterate,
                   const Evaluation& evaluation, std::vector<double>& jacobian) {
   jacobian = evaluation.jacobian;
   const auto& owners = canonical.owners();
-  for (const auto& [entry, of_inequality, inequality] : owners.beside) {
-    const Index slack = owners.slack_of_constraint[static_cast<std::size_t>(inequality)];
-    jacobian[entry] += iterate.lambda[inequality] / canonical.signed_weight(slack, iterate) *
-                       evaluation.jacobian[of_inequality];
+  for (const auto& [of_robust, of_serving, serving] : owners.shared_entries) {
+    const Index slack = owners.slack_of_constraint[static_cast<std::size_t>(serving)];
+    jacobian[of_robust] += iterate.lambda[serving] / canonical.signed_weight(slack, iterate) *
+                           evaluation.jacobian[of_serving];
   }
-  for (const std::size_t entry : owners.entries) {
-    const Index i = canonical.jacobian()[entry].col;
-    jacobian[entry] += (iterate.z_lower[i] - iterate.z_upper[i]) /
-                       canonical.signed_weight(canonical.served_slack(i), iterate);
-  }
+  for (const std::size_t entry : owners.own_entries) jacobian[entry] = 0.0;
 }
 
 }  // namespace ipminmax

@@ -63,8 +63,8 @@ bool moves(const CanonicalProblem& canonical, const Iterate& iterate, const Step
 
 namespace {
 
-/// Multipliers of copies are weight times their row's own: they follow it where it goes, as the steps
-/// of own multipliers allow for; see row_jacobian. Copies' before those of the rows that they serve.
+/// Multipliers of copies are weight times their row's own, and so are their steps: they grow as it
+/// does; see row_jacobian. Copies come behind the slacks of the rows that they serve.
 void advance_multipliers(const CanonicalProblem& canonical, const Step& step, StepLength alpha,
                          Iterate& iterate, InequalityLength inequalities) {
   const auto change = [&](Index slack) {
@@ -76,10 +76,8 @@ void advance_multipliers(const CanonicalProblem& canonical, const Step& step, St
     const bool is_equality = canonical.slack_of_constraint()[static_cast<std::size_t>(j)] < 0;
     const bool is_primal = is_equality || inequalities == InequalityLength::Primal;
     const double length = is_primal ? alpha.primal : alpha.dual;
-    const double growth = change(canonical.slack_served_by_constraint(j));
-    double& lambda = iterate.lambda[j];
-    const double own = is_equality ? step.lambda[j] - growth * lambda : step.lambda[j];
-    lambda = (lambda + length * own) * (1.0 + alpha.dual * growth);
+    const double factor = 1.0 + alpha.dual * change(canonical.slack_served_by_constraint(j));
+    iterate.lambda[j] = (iterate.lambda[j] + length * step.lambda[j]) * factor;
   }
   for (Index i = canonical.variables() - 1; i >= 0; --i) {
     const double factor = 1.0 + alpha.dual * change(canonical.served_slack(i));

@@ -166,7 +166,11 @@ TEST(RobustCopies, IdleCopiesTiedByEquationsDoNotBlurTheCertificate) {
     EXPECT_NEAR(worst[1], 1.0, 1e-5);
     EXPECT_NEAR(worst[2], 1.0, 1e-5);
     EXPECT_NEAR(worst[3], 1.1 + 0.3 * worst[0], 1e-6);
-    EXPECT_LE(answer.largest_violation, 1e-6);
+    if (starts > 0) {
+      EXPECT_LE(answer.largest_violation, 1e-6);
+    } else {
+      EXPECT_TRUE(std::isnan(answer.largest_violation)) << "nothing was looked at";
+    }
   }
 }
 
