@@ -23,7 +23,6 @@ struct RowOwners {
   std::vector<Index> slack_of_constraint;  ///< per canonical constraint, -1: serves none
   std::vector<Index> constraint_of_slack;  ///< per canonical variable; -1: no slack of Min
   std::vector<bool> is_served;             ///< per canonical variable: a slack that some serve
-  std::vector<std::size_t> own_entries;    ///< of the Jacobian: robust rows in what serves them
   /// Entries of the Jacobian in the column of a Min variable: of a robust constraint, and of a
   /// constraint that serves it.
   struct Shared {
@@ -31,6 +30,7 @@ struct RowOwners {
     Index serving;
   };
   std::vector<Shared> shared_entries;
+  std::vector<std::size_t> own_entries;  ///< of the Jacobian: robust rows in what serves them
 };
 
 /// Which variables and constraints of the model are which of the canonical problem, and their
