@@ -84,6 +84,11 @@ void advance_multipliers(const CanonicalProblem& canonical, const Step& step, St
     iterate.z_lower[i] = (iterate.z_lower[i] + alpha.dual * step.z_lower[i]) * factor;
     iterate.z_upper[i] = (iterate.z_upper[i] + alpha.dual * step.z_upper[i]) * factor;
   }
+  // Its slack's stationarity, which rounding in lambda_r would spoil for copies of small weight.
+  for (Index i = canonical.x_slacks().begin; i < canonical.x_slacks().end; ++i) {
+    if (!canonical.owners().is_served[static_cast<std::size_t>(i)]) continue;
+    iterate.lambda[canonical.constraint_of_slack(i)] = CanonicalProblem::signed_weight(i, iterate);
+  }
 }
 
 }  // namespace
