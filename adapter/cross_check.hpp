@@ -11,6 +11,7 @@
 #include "minmax_tnlp.hpp"
 #include "problem_tnlp.hpp"
 
+/// @file
 /// Ipopt as the reference: one and the same model solved by both solvers where it is a
 /// minimization or a maximization; where it is a minmax problem, Ipopt's attempt to improve the
 /// maximizer's answer.

@@ -177,7 +177,7 @@ const std::vector<IpoptOptionAdvice>& ignored_ipopt_option_advice() {
       {"hsllib", other_solver},
       {"mumps_*", "see minmax_ordering, mumps_pivtol and mumps_pivtolmax"},
       {"linear_s*", "matrices are scaled by the linear solver itself"},
-      {"limited_memory_*", "second derivatives that are missing come from differences"},
+      {"limited_memory_*", "quasi-Newton matrices of minimizations are BFGS of six pairs"},
       {"hessian_approximation_space", "second derivatives that are missing come from differences"},
       {"findiff_perturbation", "first derivatives are not approximated"},
       {"check_derivatives_for_naninf", "values that are used are always checked"},
@@ -250,9 +250,9 @@ std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list) {
   if (may_be_set("hessian_approximation") &&
       list.GetStringValue("hessian_approximation", hessian, "") && hessian == "limited-memory") {
     messages.push_back(
-        "hessian_approximation = limited-memory means finite-difference-values: a quasi-Newton "
-        "matrix has no inertia to certify with, so second derivatives are differences of first "
-        "ones");
+        "hessian_approximation = limited-memory: minimizations are solved with quasi-Newton "
+        "matrices, which have no inertia to certify with: nothing is certified; with Max variables "
+        "it means finite-difference-values");
   }
   std::string solver;
   if (may_be_set("linear_solver") && list.GetStringValue("linear_solver", solver, "")) {

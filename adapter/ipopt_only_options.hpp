@@ -10,13 +10,18 @@
 
 #include "ipopt_version.hpp"
 
+/// @file
 /// Options of Ipopt that this solver does not have, so that programs and options files made for
 /// Ipopt say what became of them. Which they are is read from the linked Ipopt's own registry.
 ///
 ///  - What changes the problem, its derivatives or the meaning of the answer is refused: ignoring
-///    it would answer another question than the one asked.
+///
+///      it would answer another question than the one asked.
+///
 ///  - What only steers Ipopt's own algorithm (how mu decreases, line search, another linear solver)
-///    is accepted and named in a message: the answer's meaning does not depend on it.
+///
+///      is accepted and named in a message: the answer's meaning does not depend on it.
+///
 ///  - Ipopt's default value asks for nothing, and nothing is said.
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

@@ -150,6 +150,8 @@ std::string exit_text(const Result& result) {
              "certified.";
     }
   }
+  if (result.status == Status::Solved && result.certificate.second_order == SecondOrder::NotTested)
+    return "First-order point found; its second-order conditions were not tested.";
   return std::string(row_of(result.status).sentence);
 }
 

@@ -13,6 +13,7 @@
 #include "../core/robust.hpp"
 #include "../core/solver.hpp"
 
+/// @file
 /// The texts of the console log, in Ipopt's layout. Plain ASCII; every text ends with a line end.
 namespace ipminmax::log {
 

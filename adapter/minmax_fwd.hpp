@@ -3,6 +3,7 @@
 #include "../linalg/api.hpp"
 #include "ipopt_version.hpp"
 
+/// @file
 /// Declarations for headers that only name the classes. A program that declares Ipopt's
 /// IpoptApplication itself includes this instead: the names stand in an inline namespace, and a
 /// second declaration outside of it would be another class.

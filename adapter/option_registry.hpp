@@ -9,6 +9,7 @@
 #include "../core/options.hpp"
 #include "ipopt_version.hpp"
 
+/// @file
 /// Options, whosever they are, as Ipopt's registry has them and as texts.
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

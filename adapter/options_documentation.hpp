@@ -8,6 +8,7 @@
 #include "../core/options.hpp"
 #include "ipopt_version.hpp"
 
+/// @file
 /// The documentation of all options, made from the tables that also register them.
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {

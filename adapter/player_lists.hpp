@@ -9,6 +9,7 @@
 #include "../core/problem.hpp"
 #include "ipopt_version.hpp"
 
+/// @file
 /// Options minmax_max_variables, minmax_max_constraints and minmax_min_constraints: who is Max, and
 /// which constraints are robust, for programs that can only pass options.
 namespace IPMINMAX_API ipminmax {

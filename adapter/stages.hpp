@@ -20,25 +20,26 @@
 #include "../core/solver.hpp"
 #include "horizon_shift.hpp"
 
+/// @file
 /// Control against disturbance in stages: dynamics and costs are written once, derivatives, sparsity
 /// and players follow.
 ///
-///   min over u   max over w, s   sum over stages of cost(s, u, w) + terminal_cost(s_T)
-///   subject to   s_0 given,  s_{k+1} = s_k + step dynamics(s, u_k, w_k)   (discretized)
+///     min over u   max over w, s   sum over stages of cost(s, u, w) + terminal_cost(s_T)
+///     subject to   s_0 given,  s_{k+1} = s_k + step dynamics(s, u_k, w_k)   (discretized)
 ///
-///   struct Pendulum {
-///     static constexpr std::size_t states = 2, controls = 1, disturbances = 1;
-///     void dynamics(auto s, auto u, auto w, auto rate) const {
-///       rate[0] = s[1];
-///       rate[1] = sin(s[0]) + u[0] + w[0];
-///     }
-///     auto cost(auto s, auto u, auto w) const {
-///       return s[0] * s[0] + 0.1 * u[0] * u[0] - 5.0 * w[0] * w[0];
-///     }
-///   };
-///   ipminmax::StageGame game(Pendulum{}, {.stages = 30, .step = 0.1, .initial = {1.0, 0.0}});
-///   ipminmax::StageAnswer plan = game.solve();   // plan.controls[0], plan.states[30], ...
-///   plan = game.solve_next({0.9, -0.1});         // one stage later, from what was measured
+///     struct Pendulum {
+///       static constexpr std::size_t states = 2, controls = 1, disturbances = 1;
+///       void dynamics(auto s, auto u, auto w, auto rate) const {
+///         rate[0] = s[1];
+///         rate[1] = sin(s[0]) + u[0] + w[0];
+///       }
+///       auto cost(auto s, auto u, auto w) const {
+///         return s[0] * s[0] + 0.1 * u[0] * u[0] - 5.0 * w[0] * w[0];
+///       }
+///     };
+///     ipminmax::StageGame game(Pendulum{}, {.stages = 30, .step = 0.1, .initial = {1.0, 0.0}});
+///     ipminmax::StageAnswer plan = game.solve();   // plan.controls[0], plan.states[30], ...
+///     plan = game.solve_next({0.9, -0.1});         // one stage later, from what was measured
 ///
 /// States are Max's variables and the dynamics his constraints, controls, gains and parameters
 /// Min's; limits are Min's rows, robust where they read what Max moves. docs/stages.md.

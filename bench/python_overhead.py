@@ -70,13 +70,18 @@ class Chain:
         return np.concatenate([every, every[1:]]), np.concatenate([every, every[:-1]])
 
 
+def of_ipminmax(*arguments, **more):
+    problem = ipminmax.Problem(*arguments, players="min", **more)
+    problem.check_derivatives = False
+    return problem
+
+
 def measure(make, solves):
     chain = Chain()
     problem = make(N, N - 1, problem_obj=chain, lb=np.full(N, -2.0), ub=np.full(N, 2.0),
                    cl=np.full(N - 1, -1.0), cu=np.full(N - 1, 3.0))
     problem.add_option("print_level", 0)
     problem.add_option("sb", "yes")
-    problem.check_derivatives = False
     start = np.linspace(0.3, 1.2, N)
     problem.solve(start)
     gaps, inside, calls, total = [], 0.0, 0, 0.0
@@ -97,7 +102,7 @@ def main():
     solves = int(sys.argv[1]) if len(sys.argv) > 1 else 200
     print(f"{N} variables, {N - 1} constraints, {solves} solves; times per solve in microseconds")
     print("           objective  calls  in functions  crossing  crossings in all    solve  share")
-    libraries = [("ipminmax", ipminmax.Problem)]
+    libraries = [("ipminmax", of_ipminmax)]
     if cyipopt is not None:
         libraries.append(("cyipopt", cyipopt.Problem))
     for name, make in libraries:

@@ -34,7 +34,7 @@ function(ipminmax_add_mpi_plugin)
 
   add_library(ipminmax_mpi MODULE $<TARGET_OBJECTS:ipminmax_mpi_objects>)
   target_link_libraries(ipminmax_mpi PRIVATE ${libraries})
-  target_link_options(ipminmax_mpi PRIVATE LINKER:--no-undefined)
+  target_link_options(ipminmax_mpi PRIVATE LINKER:--no-undefined LINKER:-soname,libipminmax_mpi.so)
   install(TARGETS ipminmax_mpi LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")
 
   add_executable(ipminmax-worker "${folder}/worker_main.cpp"
@@ -43,4 +43,5 @@ function(ipminmax_add_mpi_plugin)
   target_include_directories(ipminmax-worker PRIVATE "${PROJECT_SOURCE_DIR}")
   target_link_libraries(ipminmax-worker PRIVATE ipminmax_warnings ${libraries})
   install(TARGETS ipminmax-worker)
+  install(FILES "${folder}/ipminmax-worker.1" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1")
 endfunction()

@@ -18,6 +18,7 @@
 
 #include "../linalg/triplet.hpp"
 
+/// @file
 /// Exact sparse first and second derivatives of formulas that are written once for any number type.
 /// What users write stands in autodiff_problem.hpp and in adapter/stages.hpp; this is what both are
 /// made of.
@@ -27,12 +28,12 @@
 /// where each term goes. So structure is found once, branches that the formulas take are noticed,
 /// and numbers in the formulas may change between recordings.
 ///
-///   Jacobian  one sweep back per output over the operations that it depends on
-///   Hessian   of w' outputs: sum over operations k with second derivatives of
-///             wbar_k (k_aa da da' + k_ab (da db' + db da') + k_bb db db'),
-///             wbar_k the weighted outputs' derivative by k, da, db the sparse gradients of k's
-///             operands in the inputs; or, where few inputs are nested deeply, one sweep forward
-///             and one back with all directions at once, if that is less work
+///     Jacobian  one sweep back per output over the operations that it depends on
+///     Hessian   of w' outputs: sum over operations k with second derivatives of
+///               wbar_k (k_aa da da' + k_ab (da db' + db da') + k_bb db db'),
+///               wbar_k the weighted outputs' derivative by k, da, db the sparse gradients of k's
+///               operands in the inputs; or, where few inputs are nested deeply, one sweep forward
+///               and one back with all directions at once, if that is less work
 namespace ipminmax {
 
 namespace autodiff {

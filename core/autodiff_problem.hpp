@@ -13,22 +13,23 @@
 #include "autodiff.hpp"
 #include "problem.hpp"
 
+/// @file
 /// Models written as formulas, with exact derivatives and sparsity, for those who do not want
 /// to write derivatives. Functions are templates of the number type:
 ///
-///   struct Game {
-///     template <class T> T objective(std::span<const T> v) const {
-///       return v[0] * v[0] - v[1] * v[1];
-///     }
-///     template <class T> void constraints(std::span<const T> v, std::span<T> g) const {
-///       g[0] = v[0] + sin(v[1]);
-///     }
-///   };
-///   using ipminmax::Player;
-///   ipminmax::AutodiffProblem problem(Game{}, {.players = {Player::Min, Player::Max},
-///                                              .start = {1.0, 0.0},
-///                                              .constraint_lower = {-1e20},
-///                                              .constraint_upper = {2.0}});
+///     struct Game {
+///       template <class T> T objective(std::span<const T> v) const {
+///         return v[0] * v[0] - v[1] * v[1];
+///       }
+///       template <class T> void constraints(std::span<const T> v, std::span<T> g) const {
+///         g[0] = v[0] + sin(v[1]);
+///       }
+///     };
+///     using ipminmax::Player;
+///     ipminmax::AutodiffProblem problem(Game{}, {.players = {Player::Min, Player::Max},
+///                                                .start = {1.0, 0.0},
+///                                                .constraint_lower = {-1e20},
+///                                                .constraint_upper = {2.0}});
 ///
 /// Structure is found once, at the start (autodiff.hpp). Values are the formulas' with plain
 /// numbers; derivatives at a new point take one recording of their operations and sweeps over them.
@@ -47,8 +48,10 @@ struct ModelData {
 };
 
 /// The problem of Functions with members
-///   template <class T> T objective(std::span<const T> v) const;                       // v: n
-///   template <class T> void constraints(std::span<const T> v, std::span<T> g) const;  // g: m
+///
+///     template <class T> T objective(std::span<const T> v) const;                       // v: n
+///     template <class T> void constraints(std::span<const T> v, std::span<T> g) const;  // g: m
+///
 /// the second only where m > 0.
 /// Values that are not finite make an evaluation undefined (false).
 template <class Functions>

@@ -67,19 +67,21 @@ Choice hessian_choice() {
   using H = HessianApproximation;
   static constexpr std::array kValues{H::LimitedMemory, H::Exact, H::FiniteDifferenceValues};
   static constexpr std::size_t kExact = 1;
-  return {{"limited-memory", "exact", "finite-difference-values"},
-          {"Ipopt's quasi-Newton matrices have no inertia to certify with: as "
-           "finite-difference-values, with a message; the model's Hessian is never asked for",
-           "second derivatives of the model",
-           "differences of gradient and Jacobian; also chosen when the option is not set and the "
-           "model has no second derivatives"},
-          [](SolverOptions& options, std::size_t i) { options.hessian_approximation = kValues[i]; },
-          [](const SolverOptions& options) {
-            if (options.hessian_approximation == H::Unset) return kExact;
-            return static_cast<std::size_t>(
-                std::ranges::find(kValues, options.hessian_approximation) - kValues.begin());
-          },
-          kExact};
+  return {
+      {"limited-memory", "exact", "finite-difference-values"},
+      {"of a minimization limited-memory BFGS, as Ipopt's, which has no inertia to certify with: "
+       "nothing is certified; with Max variables as finite-difference-values; the model's "
+       "Hessian is never asked for",
+       "second derivatives of the model",
+       "differences of gradient and Jacobian; also chosen when the option is not set and the "
+       "model has no second derivatives"},
+      [](SolverOptions& options, std::size_t i) { options.hessian_approximation = kValues[i]; },
+      [](const SolverOptions& options) {
+        if (options.hessian_approximation == H::Unset) return kExact;
+        return static_cast<std::size_t>(std::ranges::find(kValues, options.hessian_approximation) -
+                                        kValues.begin());
+      },
+      kExact};
 }
 
 using O = SolverOptions;
@@ -345,9 +347,10 @@ Rows method_options() {
        "Shift of the Max variables (the paper's epsilon_y), alike.",
        from(&O::minmax_prescribed_delta_y, -1.0)},
       {"minmax_max_restarts", category,
-       "Other starting points tried, the same in every run, when the search from the model's finds "
-       "no local minmax or the model is undefined there; 0 for none. Problems without Max "
-       "variables are never restarted.",
+       "Other starting points tried, the random ones of minmax_starts, when the search from the "
+       "model's finds no local minmax or the model is undefined there; 0 for none. Problems "
+       "without "
+       "Max variables are never restarted.",
        at_least(&O::minmax_max_restarts, 0, 1000000)},
       {"minmax_robust_constraints", category,
        "Whether a constraint given to Min explicitly may read Max variables: it must then hold for "
@@ -362,7 +365,7 @@ Rows multistart_options() {
       {"minmax_starts", category,
        "Number of starting points: the model's, then random ones; the best point is returned.",
        at_least(&O::minmax_starts, 1)},
-      {"minmax_start_seed", category, "Seed of the random starting points.",
+      {"minmax_start_seed", category, "Seed of the random starting points: the same in every run.",
        at_least(&O::minmax_start_seed, 0)},
       {"minmax_start_radius", category,
        "Half width r max(1, |s|) of the box around the model's starting point s in which variables "

@@ -8,11 +8,15 @@
 // grad f + J'lam_g + lam_x = 0, for both players, so that those of a Max variable's bounds have the
 // opposite signs. The model of a solver object is solved again with its orderings and symbolic
 // factorizations kept; with warm_start_init_point the start's lam_x0 and lam_g0 are used.
+#include <IpJournalist.hpp>
 #include <IpOptionsList.hpp>
 #include <IpRegOptions.hpp>
 #include <algorithm>
+#include <array>
 #include <casadi/casadi.hpp>
 #include <casadi/core/nlpsol_impl.hpp>
+#include <cstdarg>
+#include <cstdio>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,6 +25,7 @@
 #include "adapter/minmax_tnlp.hpp"
 #include "adapter/optional_players.hpp"
 #include "adapter/status.hpp"
+#include "core/answer.hpp"
 
 namespace ipminmax {
 namespace {
@@ -31,6 +36,24 @@ using Ipopt::Index;
 using Ipopt::Number;
 
 class OracleTNLP;
+
+/// The console: CasADi's stream, which is sys.stdout in Python and the command window in MATLAB.
+class Console final : public Ipopt::Journal {
+ public:
+  using Journal::Journal;
+
+ protected:
+  void PrintImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* text) override {
+    casadi::uout() << text;
+  }
+  void PrintfImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* format,
+                  va_list arguments) override {
+    std::array<char, 4096> text{};  // longer lines are cut
+    std::vsnprintf(text.data(), text.size(), format, arguments);
+    casadi::uout() << text.data();
+  }
+  void FlushBufferImpl() override { casadi::uout() << std::flush; }
+};
 
 /// What belongs to one evaluation at a time of a solver object.
 struct Memory : casadi::NlpsolMemory {
@@ -43,6 +66,7 @@ struct Memory : casadi::NlpsolMemory {
 class NlpsolIpminmax final : public casadi::Nlpsol {
  public:
   NlpsolIpminmax(const std::string& name, const casadi::Function& nlp) : Nlpsol(name, nlp) {}
+  explicit NlpsolIpminmax(casadi::DeserializingStream& stream);
   ~NlpsolIpminmax() override { clear_mem(); }
 
   static Nlpsol* creator(const std::string& name, const casadi::Function& nlp) {
@@ -60,6 +84,10 @@ class NlpsolIpminmax final : public casadi::Nlpsol {
   void free_mem(void* mem) const override { delete static_cast<Memory*>(mem); }
   int solve(void* mem) const override;
   Dict get_stats(void* mem) const override;
+  void serialize_body(casadi::SerializingStream& stream) const override;
+  static ProtoFunction* deserialize(casadi::DeserializingStream& stream) {
+    return new NlpsolIpminmax(stream);
+  }
 
   /// Evaluates a function of (x, p) or (x, p, lam_f, lam_g); false where it fails.
   bool evaluate(Memory* m, const char* function, const std::vector<const double*>& arguments,
@@ -81,6 +109,7 @@ class NlpsolIpminmax final : public casadi::Nlpsol {
  private:
   static std::vector<Player> players(const std::vector<casadi_int>& values, casadi_int count,
                                      const std::string& option);
+  void create_functions();
 };
 
 /// The NLP of a solver object with the numbers of a Memory as an Ipopt model.
@@ -134,7 +163,7 @@ class OracleTNLP final : public MinMaxTNLP, public OptionalPlayers {
     return owner_.evaluate(m_, "nlp_f", {x, m_->d_nlp.p}, {&f});
   }
   bool eval_grad_f(Index, const Number* x, bool, Number* grad) override {
-    return owner_.evaluate(m_, "nlp_grad_f", {x, m_->d_nlp.p}, {grad});
+    return owner_.evaluate(m_, "nlp_grad_f", {x, m_->d_nlp.p}, {nullptr, grad});
   }
   bool eval_g(Index, const Number* x, bool, Index, Number* g) override {
     return owner_.evaluate(m_, "nlp_g", {x, m_->d_nlp.p}, {g});
@@ -142,7 +171,7 @@ class OracleTNLP final : public MinMaxTNLP, public OptionalPlayers {
   bool eval_jac_g(Index, const Number* x, bool, Index, Index, Index* rows, Index* cols,
                   Number* values) override {
     if (values == nullptr) return structure(owner_.jacobian_, rows, cols);
-    return owner_.evaluate(m_, "nlp_jac_g", {x, m_->d_nlp.p}, {values});
+    return owner_.evaluate(m_, "nlp_jac_g", {x, m_->d_nlp.p}, {nullptr, values});
   }
   bool eval_h(Index, const Number* x, bool, Number sigma, Index, const Number* lambda, bool, Index,
               Index* rows, Index* cols, Number* values) override {
@@ -173,6 +202,11 @@ class OracleTNLP final : public MinMaxTNLP, public OptionalPlayers {
 const casadi::Options NlpsolIpminmax::options_ = {
     {&casadi::Nlpsol::options_},
     {{"ipminmax", {casadi::OT_DICT, "Options of the solver, by their names in docs/options.md"}},
+     {"grad_f", {casadi::OT_FUNCTION, "Gradient of the objective: (x, p) -> (f, grad_f_x)"}},
+     {"jac_g", {casadi::OT_FUNCTION, "Jacobian of the constraints: (x, p) -> (g, jac_g_x)"}},
+     {"hess_lag",
+      {casadi::OT_FUNCTION,
+       "Hessian of the Lagrangian, upper triangle: (x, p, lam_f, lam_g) -> hess_gamma_x_x"}},
      {"players", {casadi::OT_INTVECTOR, "Per variable: 0 the minimizer's, 1 the maximizer's"}},
      {"constraint_players",
       {casadi::OT_INTVECTOR,
@@ -200,6 +234,9 @@ void NlpsolIpminmax::init(const Dict& opts) {
   variable_players_.assign(static_cast<std::size_t>(nx_), Player::Min);
   for (const auto& [name, value] : opts) {
     if (name == "ipminmax") solver_options_ = value;
+    if (name == "grad_f") set_function(value.to_function(), "nlp_grad_f");
+    if (name == "jac_g") set_function(value.to_function(), "nlp_jac_g");
+    if (name == "hess_lag") set_function(value.to_function(), "nlp_hess_l");
     if (name == "players") variable_players_ = players(value, nx_, name);
     if (name == "constraint_players") constraint_players_ = players(value, ng_, name);
     if (name != "var_integer_md" && name != "con_integer_md") continue;
@@ -210,25 +247,62 @@ void NlpsolIpminmax::init(const Dict& opts) {
     (of_variables ? variable_players_ : constraint_players_) =
         players(found->second, of_variables ? nx_ : ng_, name + "[\"player\"]");
   }
-  create_function("nlp_f", {"x", "p"}, {"f"});
-  create_function("nlp_grad_f", {"x", "p"}, {"grad:f:x"});
-  create_function("nlp_g", {"x", "p"}, {"g"});
-  create_function("nlp_jac_g", {"x", "p"}, {"jac:g:x"});
-  create_function("nlp_hess_l", {"x", "p", "lam:f", "lam:g"}, {"triu:hess:gamma:x:x"},
-                  {{"gamma", {"f", "g"}}});
-  jacobian_ = get_function("nlp_jac_g").sparsity_out(0);
-  hessian_ = get_function("nlp_hess_l").sparsity_out(0);
+  create_functions();
 }
 
-int NlpsolIpminmax::init_mem(void* mem) const {
-  if (Nlpsol::init_mem(mem) != 0) return 1;
-  auto* m = static_cast<Memory*>(mem);
-  m->model = new OracleTNLP(*this, m);
-  m->application = new MinMaxApplication;
-  m->application->RethrowNonIpoptException(true);  // interrupts, errors inside the callback
-  Ipopt::OptionsList& list = *m->application->Options();
-  for (const auto& [name, value] : solver_options_) {
-    const auto option = m->application->RegOptions()->GetOption(name);
+/// Those that are not given as options; the first outputs of nlp_grad_f and nlp_jac_g, f and g, are
+/// never asked for.
+void NlpsolIpminmax::create_functions() {
+  create_function("nlp_f", {"x", "p"}, {"f"});
+  create_function("nlp_g", {"x", "p"}, {"g"});
+  if (!has_function("nlp_grad_f")) create_function("nlp_grad_f", {"x", "p"}, {"f", "grad:f:x"});
+  if (!has_function("nlp_jac_g")) create_function("nlp_jac_g", {"x", "p"}, {"g", "jac:g:x"});
+  if (!has_function("nlp_hess_l")) {
+    create_function("nlp_hess_l", {"x", "p", "lam:f", "lam:g"}, {"triu:hess:gamma:x:x"},
+                    {{"gamma", {"f", "g"}}});
+  }
+  jacobian_ = get_function("nlp_jac_g").sparsity_out(1);
+  hessian_ = get_function("nlp_hess_l").sparsity_out(0);
+  casadi_assert(jacobian_.size() == std::make_pair(ng_, nx_), "jac_g must be ng by nx");
+  casadi_assert(hessian_.size() == std::make_pair(nx_, nx_), "hess_lag must be nx by nx");
+  casadi_assert(hessian_.is_triu(), "hess_lag: Hessian must be upper triangular");
+}
+
+void NlpsolIpminmax::serialize_body(casadi::SerializingStream& stream) const {
+  Nlpsol::serialize_body(stream);
+  stream.version("NlpsolIpminmax", 1);
+  stream.pack("NlpsolIpminmax::jacobian", jacobian_);
+  stream.pack("NlpsolIpminmax::hessian", hessian_);
+  stream.pack("NlpsolIpminmax::options", solver_options_);
+  for (const auto* owners : {&variable_players_, &constraint_players_}) {
+    std::vector<casadi_int> numbers;
+    for (const Player player : *owners) numbers.push_back(player == Player::Max ? 1 : 0);
+    stream.pack("NlpsolIpminmax::players", numbers);
+  }
+}
+
+NlpsolIpminmax::NlpsolIpminmax(casadi::DeserializingStream& stream) : Nlpsol(stream) {
+  stream.version("NlpsolIpminmax", 1);
+  stream.unpack("NlpsolIpminmax::jacobian", jacobian_);
+  stream.unpack("NlpsolIpminmax::hessian", hessian_);
+  stream.unpack("NlpsolIpminmax::options", solver_options_);
+  for (auto* owners : {&variable_players_, &constraint_players_}) {
+    std::vector<casadi_int> numbers;
+    stream.unpack("NlpsolIpminmax::players", numbers);
+    *owners = players(numbers, static_cast<casadi_int>(numbers.size()), "players");
+  }
+}
+
+/// Options of CasADi's kind; a dictionary inside is a prefix: resto.tol.
+void set_options(MinMaxApplication& application, const Dict& options, const std::string& prefix) {
+  Ipopt::OptionsList& list = *application.Options();
+  for (const auto& [last, value] : options) {
+    const std::string name = prefix + last;
+    if (value.is_dict()) {
+      set_options(application, value.to_dict(), name + ".");
+      continue;
+    }
+    const auto option = application.RegOptions()->GetOption(name);
     casadi_assert(Ipopt::IsValid(option), "No such option of Ipminmax: " + name);
     bool set = false;
     if (option->Type() == Ipopt::OT_Number) {
@@ -241,6 +315,18 @@ int NlpsolIpminmax::init_mem(void* mem) const {
     }
     casadi_assert(set, "Bad value of Ipminmax's option " + name + ": " + casadi::str(value));
   }
+}
+
+int NlpsolIpminmax::init_mem(void* mem) const {
+  if (Nlpsol::init_mem(mem) != 0) return 1;
+  auto* m = static_cast<Memory*>(mem);
+  m->model = new OracleTNLP(*this, m);
+  m->application = new MinMaxApplication;
+  m->application->RethrowNonIpoptException(true);  // interrupts, errors inside the callback
+  const auto journalist = m->application->Jnlst();
+  journalist->DeleteAllJournals();
+  journalist->AddJournal(new Console("console", Ipopt::J_ITERSUMMARY));
+  set_options(*m->application, solver_options_, "");
   casadi_assert(m->application->Initialize() == Ipopt::Solve_Succeeded,
                 m->application->LastResult().message);
   return 0;
@@ -344,6 +430,7 @@ __attribute__((visibility("default"))) int casadi_register_nlpsol_ipminmax(
   plugin->doc = "Constrained nonconvex-nonconcave minmax problems with certificates (Ipminmax)";
   plugin->version = CASADI_VERSION;
   plugin->options = &ipminmax::NlpsolIpminmax::options_;
+  plugin->deserialize = &ipminmax::NlpsolIpminmax::deserialize;
   return 0;
 }
 __attribute__((visibility("default"))) void casadi_load_nlpsol_ipminmax() {

@@ -127,7 +127,8 @@ class CMakeBuild(build_ext):
         if len(built) != 1:
             raise RuntimeError("NumPy, Python's headers or pybind11 was not found by CMake")
         target.parent.mkdir(parents=True, exist_ok=True)
-        self.copy_file(str(built[0]), str(target))
+        # Anew: distutils keeps a newer target, and one that was patched does not survive another strip.
+        shutil.copy(built[0], target)
         if os.environ.get("IPMINMAX_BUNDLE", "1") == "0":
             return
         if not (shutil.which("patchelf") and shutil.which("ldd")):

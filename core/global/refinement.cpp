@@ -4,10 +4,13 @@
 #include <cmath>
 #include <memory>
 #include <new>
+#include <optional>
 #include <utility>
 
 #include "core/global/choice.hpp"
+#include "core/global/epigraph.hpp"
 #include "core/global/robust_search.hpp"
+#include "core/model/model_start.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust.hpp"
@@ -115,7 +118,24 @@ Result Refinement::as_asked(Problem& model, const std::vector<double>& v, Index 
 
 Result Refinement::over_branches(Problem& model, const std::vector<double>& v, Index start,
                                  bool at_kink) const {
-  const std::unique_ptr<Problem> epigraph = make_epigraph(model);
+  std::vector<bool> reads_y;
+  if (const auto from = v.empty() ? model_start(model) : std::optional(v))
+    reads_y = read_by_objective(model, *from);
+  Epigraph epigraph(model, reads_y);
+  Result answer = over_branches(epigraph, model, v, start, at_kink);
+  if (!epigraph.reads_more()) return answer;
+  if (budget_.interrupted()) {
+    answer.over_y.finished = false;
+    return answer;
+  }
+  Epigraph all(model, {});
+  Result with_all = over_branches(all, model, v, start, at_kink);
+  add_before(answer, with_all);
+  return with_all;
+}
+
+Result Refinement::over_branches(Problem& epigraph, Problem& model, const std::vector<double>& v,
+                                 Index start, bool at_kink) const {
   const Index starts = options_.minmax_epigraph
                            ? starts_over_y_of_objective(options_)
                            : std::max(kBranchSearches, starts_over_y_of_objective(options_));
@@ -124,7 +144,7 @@ Result Refinement::over_branches(Problem& model, const std::vector<double>& v, I
     double f = 0.0;
     own.push_back(model.objective(v, true, f) && std::isfinite(f) ? f : 0.0);
   }
-  RobustSearch search({*epigraph, model}, options_, starts, budget_, start);
+  RobustSearch search({epigraph, model}, options_, starts, budget_, start);
   Result answer = at_kink ? search.run_from_maxima(std::move(own)) : search.run(std::move(own));
   const auto m = static_cast<Index>(model.structure().constraint_players.size());
   answer.over_y.branches = static_cast<Index>(std::ranges::count_if(

@@ -33,6 +33,8 @@ class Refinement {
                                 SearchStructure& structure) const;
   [[nodiscard]] Result over_branches(Problem& model, const std::vector<double>& v, Index start,
                                      bool at_kink) const;
+  [[nodiscard]] Result over_branches(Problem& epigraph, Problem& model,
+                                     const std::vector<double>& v, Index start, bool at_kink) const;
 
   const SolverOptions& options_;
   Budget& budget_;

@@ -71,97 +71,48 @@ void walk_size(Reader& read, std::vector<T>& values) {
   values.resize(size);
 }
 
+template <class Visit, class... Values>
+void each(Visit& visit, Values&... values) {
+  (visit(values), ...);
+}
+
 template <class Visit, class C>
 void walk_certificate(Visit& visit, C& c) {
-  visit(c.kind);
-  visit(c.second_order);
-  visit(c.inner);
-  visit(c.inner_expected);
-  visit(c.full);
-  visit(c.full_expected);
-  visit(c.margin);
-  visit(c.licq_min);
-  visit(c.licq_max);
-  visit(c.weakly_active_min);
-  visit(c.weakly_active_max);
-  visit(c.finite_differences);
-  visit(c.hessian_error);
-  visit(c.hessian_disagrees);
-  visit(c.least_curvature);
-  visit(c.least_curvature_variable);
-  visit(c.answer);
+  each(visit, c.kind, c.second_order, c.inner, c.inner_expected, c.full, c.full_expected, c.margin,
+       c.licq_min, c.licq_max, c.weakly_active_min, c.weakly_active_max, c.finite_differences,
+       c.hessian_error, c.hessian_disagrees, c.least_curvature, c.least_curvature_variable,
+       c.answer);
   walk_size(visit, c.reasons);
-  for (auto& reason : c.reasons) {
-    visit(reason.kind);
-    visit(reason.player);
-    visit(reason.text);
-    visit(reason.variables);
-    visit(reason.constraints);
-  }
+  for (auto& r : c.reasons) each(visit, r.kind, r.player, r.text, r.variables, r.constraints);
 }
 
 template <class Visit, class R>
-void walk(Visit& visit, R& result) {
-  visit(result.status);
-  walk_certificate(visit, result.certificate);
-  visit(result.message);
-  visit(result.v);
-  visit(result.lambda);
-  visit(result.z_lower);
-  visit(result.z_upper);
-  visit(result.constraints);
-  visit(result.objective);
-  visit(result.objective_scale);
-  visit(result.fixed_variables_relaxed);
-  visit(result.error);
-  visit(result.mu);
-  visit(result.iterations);
-  visit(result.factorizations);
-  visit(result.seconds);
-  visit(result.cpu_seconds);
-  visit(result.counts);
-  visit(result.timing);
-  auto& worst = result.worst_case;
-  visit(worst.starts);
-  visit(worst.maxima);
-  visit(worst.competing);
-  visit(worst.value);
-  visit(worst.v);
-  visit(worst.y);
-  visit(worst.branches);
-  visit(worst.higher);
-  visit(worst.unbounded);
-  visit(worst.single_branch);
-  visit(worst.stated_concave);
-  walk_size(visit, result.worst_cases);
-  for (auto& found : result.worst_cases) {
-    visit(found.constraint);
-    visit(found.v);
-    visit(found.value);
-    visit(found.multiplier);
-    visit(found.active);
+void walk(Visit& visit, R& r) {
+  visit(r.status);
+  walk_certificate(visit, r.certificate);
+  each(visit, r.message, r.v, r.lambda, r.z_lower, r.z_upper, r.constraints, r.objective,
+       r.objective_scale, r.fixed_variables_relaxed, r.error, r.mu, r.iterations, r.factorizations,
+       r.seconds, r.cpu_seconds, r.counts, r.timing, r.over_y, r.over_x);
+  auto& worst = r.worst_case;
+  each(visit, worst.starts, worst.maxima, worst.competing, worst.value, worst.v, worst.y,
+       worst.branches, worst.higher, worst.unbounded, worst.single_branch, worst.stated_concave);
+  walk_size(visit, r.worst_cases);
+  for (auto& found : r.worst_cases) {
+    each(visit, found.constraint, found.v, found.value, found.multiplier, found.active);
   }
-  visit(result.over_y);
-  visit(result.over_x);
 }
 
 template <class Visit, class M>
 void walk_answer(Visit& visit, M& answer) {
   walk(visit, answer.best);
-  visit(answer.best_start);
-  visit(answer.starts);
-  visit(answer.interrupted);
+  each(visit, answer.best_start, answer.starts, answer.interrupted);
   walk_size(visit, answer.points);
   for (auto& point : answer.points) {
     walk(visit, point.result);
-    visit(point.first_start);
-    visit(point.found);
+    each(visit, point.first_start, point.found);
   }
   walk_size(visit, answer.statuses);
-  for (auto& [status, count] : answer.statuses) {
-    visit(status);
-    visit(count);
-  }
+  for (auto& [status, count] : answer.statuses) each(visit, status, count);
 }
 
 }  // namespace

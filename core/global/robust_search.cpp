@@ -32,7 +32,20 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Which Max variables f reads, from its gradient around the start.
+/// Options of a solve that begins near its solution.
+SolverOptions near_solution(const SolverOptions& options) {
+  SolverOptions near = options;
+  near.mu_init = std::min(options.mu_init, kMuNear);
+  for (double* push :
+       {&near.bound_push, &near.bound_frac, &near.slack_bound_push, &near.slack_bound_frac}) {
+    *push = std::min(*push, kMuNear);
+  }
+  near.bound_mult_init_method = BoundMultiplierInit::MuBased;
+  return near;
+}
+
+}  // namespace
+
 std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& start) {
   const ProblemStructure& s = model.structure();
   std::vector<bool> reads(start.size(), false);
@@ -52,20 +65,6 @@ std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& s
   }
   return reads;
 }
-
-/// Options of a solve that begins near its solution.
-SolverOptions near_solution(const SolverOptions& options) {
-  SolverOptions near = options;
-  near.mu_init = std::min(options.mu_init, kMuNear);
-  for (double* push :
-       {&near.bound_push, &near.bound_frac, &near.slack_bound_push, &near.slack_bound_frac}) {
-    *push = std::min(*push, kMuNear);
-  }
-  near.bound_mult_init_method = BoundMultiplierInit::MuBased;
-  return near;
-}
-
-}  // namespace
 
 RobustSearch::RobustSearch(RobustForm form, const SolverOptions& options, Index starts,
                            Budget& budget, Index start)

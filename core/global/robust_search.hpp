@@ -17,6 +17,9 @@ struct RobustForm {
   Problem& asked;
 };
 
+/// Which Max variables f reads, from its gradient around the start. n.
+[[nodiscard]] std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& start);
+
 /// The search for worst cases around a list of solves, from one start of x.
 class RobustSearch {
  public:

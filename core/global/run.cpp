@@ -5,6 +5,7 @@
 #include "core/answer.hpp"
 #include "core/global/refinement.hpp"
 #include "core/global/starts.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/robust.hpp"
 #include "core/search/kept_work.hpp"
 #include "core/solver.hpp"
@@ -23,6 +24,15 @@ bool is_plain(const ProblemStructure& structure, const SolverOptions& options) {
   return options.minmax_starts <= 1 && options.minmax_worst_case_starts <= 0 &&
          !options.minmax_epigraph && !options.minmax_epigraph_at_kinks &&
          !has_rows_for_every_y(structure, options);
+}
+
+/// Quasi-Newton matrices are for minimizations that were given as such, not for parts of a game.
+SolverOptions for_all_parts(const ProblemStructure& structure, SolverOptions options) {
+  if (options.hessian_approximation == HessianApproximation::LimitedMemory &&
+      has_max_variables(structure)) {
+    options.hessian_approximation = HessianApproximation::FiniteDifferenceValues;
+  }
+  return options;
 }
 
 /// What is wrong with what was asked for; empty: nothing that the door sees.
@@ -51,11 +61,12 @@ std::vector<std::unique_ptr<Problem>> make_models(const ProblemFactory& make_pro
 
 /// ranks: null, or the others that share the starts.
 Answer run_on(const std::vector<std::unique_ptr<Problem>>& owned, Problem* own, Ranks* ranks,
-              const SolverOptions& options, const MultistartObserver& observer,
+              const SolverOptions& asked, const MultistartObserver& observer,
               const std::vector<std::vector<double>>& given) {
   std::vector<Problem*> models;
   if (own != nullptr) models.push_back(own);
   for (const auto& model : owned) models.push_back(model.get());
+  const SolverOptions options = for_all_parts(models.front()->structure(), asked);
   if (auto error = error_of(*models.front(), options); !error.empty()) return refused(error);
   Budget budget(options, observer);
   Starts starts(models, options, budget, given);

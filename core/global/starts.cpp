@@ -185,9 +185,9 @@ void Starts::record(Index start, Result&& result) {
 
 Answer Starts::collect() {
   Answer answer;
+  answer.best_start = -1;
   add_certified(answer.points);
-  check_worst_cases(answer);
-  if (answer.points.empty()) choose_uncertified(answer);
+  choose_over_y(answer);
   choose_best(answer);
   return answer;
 }

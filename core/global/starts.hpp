@@ -59,9 +59,11 @@ class Starts {
 
   // Other y of the points; starts_over_y.cpp.
   [[nodiscard]] bool may_look_over_y(const Result& result) const;
-  void check_worst_cases(Answer& answer);
+  void choose_over_y(Answer& answer);
+  [[nodiscard]] std::pair<Result*, Index> best_so_far(Answer& answer);
+  [[nodiscard]] std::vector<std::vector<double>> others_than(
+      const Result& best, const std::vector<DistinctPoint>& points, Index most) const;
   void check_worst_case(Result& result, Index start, const std::vector<std::vector<double>>& given);
-  void choose_uncertified(Answer& answer);
   void look_for_worse(Answer& answer);
   void compare_with_others(const Answer& answer, Result& best);
 

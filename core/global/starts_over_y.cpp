@@ -1,8 +1,6 @@
 #include <algorithm>
 #include <new>
-#include <optional>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -29,37 +27,57 @@ bool Starts::may_look_over_y(const Result& result) const {
          has_max_variables(workers_.front().model->structure());
 }
 
-/// Of certified points only the smallest value can be the answer: it is maximized over y. One that
-/// does not hold is no answer, and its higher y is one more start.
-void Starts::check_worst_cases(Answer& answer) {
-  if (starts_over_y_of_objective(options_) == 0) return;
-  std::vector<DistinctPoint>& points = answer.points;
-  Index more_starts = asked_;
-  for (;;) {
-    DistinctPoint* next = nullptr;
-    for (DistinctPoint& point : points) {
-      if (next == nullptr || better(point.result, next->result)) next = &point;
-    }
-    if (next == nullptr || next->result.certificate.kind != PointKind::LocalMinmax ||
-        next->result.worst_case.starts > 0 || !may_look_over_y(next->result)) {
+/// The best answer, certified if any is, is maximized over y. One that does not hold is no answer, and
+/// its higher y is one more start.
+void Starts::choose_over_y(Answer& answer) {
+  const Index starts = starts_over_y_of_objective(options_);
+  for (Index more_starts = asked_;;) {
+    const auto [best, start] = best_so_far(answer);
+    if (starts == 0 || best->worst_case.starts > 0 || !has_value(best->status) ||
+        !may_look_over_y(*best)) {
       return;
     }
-    std::vector<std::vector<double>> given;  // the y of the other points
-    for (const DistinctPoint& other : points) {
-      if (static_cast<Index>(given.size()) >= options_.minmax_worst_case_starts) break;
-      if (&other != next) given.push_back(other.result.v);
-    }
-    check_worst_case(next->result, next->first_start, given);
-    const WorstCase worst = next->result.worst_case;
+    check_worst_case(*best, start, others_than(*best, answer.points, starts - 1));
+    const WorstCase worst = best->worst_case;
     const bool goes_on = worst.higher && !worst.unbounded && more_starts-- > 0;
-    if (goes_on && budget_.used_up()) next->result.over_y.finished = false;
-    settle(budget_.interrupted(), next->result);
+    if (goes_on && budget_.used_up()) best->over_y.finished = false;
+    settle(budget_.interrupted(), *best);
     if (!goes_on) continue;
     if (budget_.interrupted()) return;
     run_start(workers_.front(), ++last_, worst.v, one_cold_search());
     if (exception_) std::rethrow_exception(exception_);
-    add_certified(points);
+    add_certified(answer.points);
   }
+}
+
+/// The best certified point; where there is none the best other one, kept in the answer.
+std::pair<Result*, Index> Starts::best_so_far(Answer& answer) {
+  DistinctPoint* best = nullptr;
+  for (DistinctPoint& point : answer.points) {
+    if (best == nullptr || better(point.result, best->result)) best = &point;
+  }
+  if (best != nullptr) return {&best->result, best->first_start};
+  auto [start, other] = outcomes_.take_best_uncertified();
+  if (start >= 0 && (answer.best_start < 0 || better(other, answer.best))) {
+    answer.best_start = start;
+    answer.best = std::move(other);
+  }
+  return {&answer.best, answer.best_start};
+}
+
+/// The y of other points, without a certificate only where none has one.
+std::vector<std::vector<double>> Starts::others_than(const Result& best,
+                                                     const std::vector<DistinctPoint>& points,
+                                                     Index most) const {
+  std::vector<std::vector<double>> others;
+  for (const DistinctPoint& other : points) {
+    if (&other.result != &best) others.push_back(other.result.v);
+  }
+  if (points.empty()) {
+    for (const auto& [start, other] : outcomes_.uncertified()) others.push_back(other.v);
+  }
+  others.resize(std::min(others.size(), static_cast<std::size_t>(most)));
+  return others;
 }
 
 void Starts::check_worst_case(Result& result, Index start,
@@ -74,38 +92,6 @@ void Starts::check_worst_case(Result& result, Index start,
     result.over_y.finished = false;
   }
   outcomes_.add_work(work);
-}
-
-/// The best of the answers without a certificate, maximized over y, too; a higher y is one more
-/// start, of which a certified point may come.
-void Starts::choose_uncertified(Answer& answer) {
-  std::tie(answer.best_start, answer.best) = outcomes_.take_best_uncertified();
-  if (starts_over_y_of_objective(options_) == 0) return;
-  for (Index more_starts = asked_;; --more_starts) {
-    Result& best = answer.best;
-    if (!has_value(best.status) || !may_look_over_y(best)) return;
-    std::vector<std::vector<double>> given;
-    for (const auto& [start, point] : outcomes_.uncertified()) {
-      if (static_cast<Index>(given.size()) + 1 >= options_.minmax_worst_case_starts) break;
-      given.push_back(point.v);
-    }
-    check_worst_case(best, answer.best_start, given);
-    const WorstCase worst = best.worst_case;
-    if (!worst.higher || worst.unbounded || more_starts == 0) return;
-    if (budget_.used_up()) {
-      best.over_y.finished = false;
-      return;
-    }
-    settle(std::nullopt, best);
-    run_start(workers_.front(), ++last_, worst.v, one_cold_search());
-    if (exception_) std::rethrow_exception(exception_);
-    add_certified(answer.points);
-    if (!answer.points.empty()) return check_worst_cases(answer);
-    auto [start, other] = outcomes_.take_best_uncertified();
-    if (start < 0 || !better(other, best)) return;
-    answer.best_start = start;
-    best = std::move(other);
-  }
 }
 
 /// The best point may stand over a weak branch of y, which the y of other starts may show.

@@ -204,6 +204,7 @@ void KktBlock::assemble(const Evaluation& evaluation, std::span<const double> ja
   jacobian_call_ = known ? evaluation.jacobian_call : 0;
   hessian_call_ = known ? evaluation.hessian_call : 0;
   arrays_.curvature = own_curvature;
+  low_rank_ = evaluation.low_rank;
   arrays_.matrix.set_zero();
   const auto values = arrays_.matrix.values();
   hessian_norm_ = 0.0;
@@ -221,7 +222,10 @@ void KktBlock::assemble(const Evaluation& evaluation, std::span<const double> ja
     if (row < 0) continue;
     arrays_.diagonal[at(row)] = values[at(arrays_.matrix.diagonal_position(row))] +
                                 canonical_.sign(i) * arrays_.terms.curvature[i];
+    if (low_rank_) arrays_.diagonal[at(row)] += low_rank_->diagonal[i];
   }
+  if (low_rank_ && low_rank_->diagonal.size() > 0)
+    hessian_norm_ = std::max(hessian_norm_, low_rank_->diagonal.maxCoeff());
   const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
     const Index slack = slack_of[at(j)];
@@ -262,6 +266,7 @@ void KktBlock::assemble_projection(const Evaluation& evaluation,
   factorized_with_.reset();
   ++version_;
   jacobian_call_ = hessian_call_ = 0;
+  low_rank_ = nullptr;
   arrays_.matrix.set_zero();
   const auto values = arrays_.matrix.values();
   for (std::size_t k = 0; k < pattern_->jacobian_entries.size(); ++k) {
@@ -329,6 +334,7 @@ void KktBlock::subtract_product(const Evaluation& evaluation, const Eigen::Vecto
     product_v[row] -= value * v[col];
     if (row != col) product_v[col] -= value * v[row];
   }
+  if (evaluation.low_rank) evaluation.low_rank->subtract_product(v, product_v);
   const auto jacobian = canonical_.jacobian();
   const auto& jacobians = arrays_.jacobian.empty() ? evaluation.jacobian : arrays_.jacobian;
   for (const Index k : pattern_->jacobian_entries) {

@@ -12,6 +12,7 @@
 #include "core/kkt/regularization.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/iterate.hpp"
+#include "core/model/quasi_newton.hpp"
 #include "core/options.hpp"
 #include "linalg/symmetric_matrix.hpp"
 #include "linalg/symmetric_solver.hpp"
@@ -176,6 +177,8 @@ class KktBlock {
   [[nodiscard]] IndexRange variables() const { return pattern_->variables; }
   [[nodiscard]] IndexRange constraints() const { return pattern_->constraints; }
   [[nodiscard]] double max_norm_hessian() const { return hessian_norm_; }
+  /// What matrix() lacks of W beside its diagonal, as it was assembled; null: nothing.
+  [[nodiscard]] const LowRankHessian* low_rank() const { return low_rank_.get(); }
 
   /// (product_v, product_c) -= [W J'; J 0] (v, lambda), restricted to this block.
   void subtract_product(const Evaluation& evaluation, const Eigen::VectorXd& v,
@@ -194,6 +197,7 @@ class KktBlock {
   KktBlockArrays& arrays_;
   std::shared_ptr<SymmetricSolver> solver_;
   double hessian_norm_ = 0.0;
+  std::shared_ptr<const LowRankHessian> low_rank_;
   std::uint64_t jacobian_call_ = 0, hessian_call_ = 0;  ///< that gave the values, 0 if unknown
   std::uint64_t version_ = 0;
   std::optional<Regularization> factorized_with_;  ///< empty: not these values

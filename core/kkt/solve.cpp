@@ -104,7 +104,34 @@ void KktSystem::solve_with_factors(KktBlock& block, std::span<double> reduced) {
     schur_->solve_in_place(reduced);
   } else if (!block.empty()) {
     block.solve_in_place(reduced);
+    if (block.low_rank() != nullptr) add_low_rank(block, reduced);
   }
+}
+
+/// With C in the rows of K, K = K_0 - C M^-1 C', so that (Woodbury)
+///   K^-1 r = K_0^-1 r + Z (M - C' Z)^-1 C' K_0^-1 r,  Z = K_0^-1 C.
+void KktSystem::add_low_rank(KktBlock& block, std::span<double> solution) {
+  const LowRankHessian& low_rank = *block.low_rank();
+  const Eigen::Index columns = low_rank.columns.cols();
+  if (columns == 0) return;
+  if (low_rank_factors_.serial != full_factors_.serial) {
+    low_rank_factors_.serial = full_factors_.serial;
+    Eigen::MatrixXd& c = low_rank_factors_.columns;
+    c.setZero(block.dimension(), columns);
+    for (Index i = block.variables().begin; i < block.variables().end; ++i) {
+      if (const Index row = block.row_of_variable(i); row >= 0)
+        c.row(row) = low_rank.columns.row(i);
+    }
+    Eigen::MatrixXd& z = low_rank_factors_.solutions;
+    z = c;
+    for (Eigen::Index k = 0; k < columns; ++k) {
+      block.solve_in_place({z.col(k).data(), at(block.dimension())});
+    }
+    low_rank_factors_.small.compute(low_rank.middle - c.transpose() * z);
+  }
+  Eigen::Map<Eigen::VectorXd> r(solution.data(), block.dimension());
+  r += low_rank_factors_.solutions *
+       low_rank_factors_.small.solve(low_rank_factors_.columns.transpose() * r);
 }
 
 bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {

@@ -227,6 +227,7 @@ class KktSystem {
   /// Not refined: once with the factors. Refined: false when no small residual was reached.
   bool solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& step, bool refined = false);
   void solve_with_factors(KktBlock& block, std::span<double> reduced);
+  void add_low_rank(KktBlock& block, std::span<double> solution);
   /// Against the assembled matrix.
   bool solve_refined(KktBlock& block, std::span<double> reduced);
   /// With the matrix of assemble_projection.
@@ -253,6 +254,11 @@ class KktSystem {
   bool at_once_ = false;                     ///< K and K_yy can be factorized at the same time
   KktFactors full_factors_, inner_factors_;  ///< at hand
   std::uint64_t factorizations_ = 0;
+  struct {
+    std::uint64_t serial = 0;            ///< of the factors of K_0 that these are of
+    Eigen::MatrixXd columns, solutions;  ///< C in the rows of K, K_0^-1 C
+    Eigen::FullPivLU<Eigen::MatrixXd> small;
+  } low_rank_factors_;
 };
 
 }  // namespace ipminmax

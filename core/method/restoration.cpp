@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 #include "core/method/parameters.hpp"
@@ -48,6 +49,8 @@ class RestorationProblem final : public Problem {
     }
     for (const Triplet& entry : canonical.hessian()) structure_.hessian.push_back(entry);
     for (Index i = 0; i < n_; ++i) structure_.hessian.push_back({i, i});
+    structure_.nonlinear_variables.emplace(at(n_));
+    std::iota(structure_.nonlinear_variables->begin(), structure_.nonlinear_variables->end(), 0);
   }
 
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }

@@ -92,6 +92,7 @@ EvaluationStatus CanonicalProblem::second_derivatives(const Eigen::VectorXd& v,
                                                       double objective_factor) {
   const ScopedTimer timer(timing_.evaluations);
   if (!load(v)) return EvaluationStatus::Undefined;
+  if (quasi_newton_) return quasi_newton(v, lambda, evaluation);
   return second_derivatives_here(lambda, evaluation, objective_factor);
 }
 
@@ -101,7 +102,17 @@ EvaluationStatus CanonicalProblem::derivatives(const Eigen::VectorXd& v,
   const ScopedTimer timer(timing_.evaluations);
   if (!load(v)) return EvaluationStatus::Undefined;
   const EvaluationStatus status = first_derivatives_here(evaluation);
-  return status == EvaluationStatus::Ok ? second_derivatives_here(lambda, evaluation, 1.0) : status;
+  if (status != EvaluationStatus::Ok) return status;
+  if (quasi_newton_) return quasi_newton(v, lambda, evaluation);
+  return second_derivatives_here(lambda, evaluation, 1.0);
+}
+
+EvaluationStatus CanonicalProblem::quasi_newton(const Eigen::VectorXd& v,
+                                                const Eigen::VectorXd& lambda,
+                                                Evaluation& evaluation) {
+  evaluation.low_rank = quasi_newton_->update(*this, v, lambda, evaluation);
+  evaluation.hessian_call = ++derivative_calls_;
+  return EvaluationStatus::Ok;
 }
 
 EvaluationStatus CanonicalProblem::objective_here(double& f) {

@@ -108,7 +108,25 @@ std::string CanonicalProblem::scale(const GradientScaling* kept) {
   list_bounds();
   if (options_.warm_start_init_point) start_multipliers();
   scale_entries();
+  begin_quasi_newton();
   return {};
+}
+
+void CanonicalProblem::begin_quasi_newton() {
+  quasi_newton_.reset();
+  if (options_.hessian_approximation != HessianApproximation::LimitedMemory || max_size() > 0)
+    return;
+  std::vector<Index> nonlinear;
+  if (structure_.nonlinear_variables) {
+    for (const Index model : *structure_.nonlinear_variables) {
+      const bool exists = model >= 0 && at(model) < arrays_.map.variable_of_model.size();
+      const Index i = exists ? arrays_.map.variable_of_model[at(model)] : -1;
+      if (i >= 0 && !std::ranges::count(nonlinear, i)) nonlinear.push_back(i);
+    }
+  } else {
+    for (Index i = x().begin; i < x().end; ++i) nonlinear.push_back(i);
+  }
+  quasi_newton_.emplace(variables(), std::move(nonlinear));
 }
 
 void CanonicalProblem::set_bounds(Index variable, double lower, double upper) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/model/iterate.hpp"
+#include "core/model/quasi_newton.hpp"
 #include "core/model/variable_map.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
@@ -181,6 +182,8 @@ class CanonicalProblem {
   /// Gradient and Jacobian.
   [[nodiscard]] EvaluationStatus first_derivatives(const Eigen::VectorXd& v,
                                                    Evaluation& evaluation);
+  /// Of a minimization with limited-memory Hessian: from the first derivatives there, which have to
+  /// be in the evaluation.
   [[nodiscard]] EvaluationStatus second_derivatives(const Eigen::VectorXd& v,
                                                     const Eigen::VectorXd& lambda,
                                                     Evaluation& evaluation,
@@ -277,6 +280,7 @@ class CanonicalProblem {
   void push_start();
   void start_multipliers();
   void scale_entries();
+  void begin_quasi_newton();
   // False: not finite, and no point to evaluate the model at.
   [[nodiscard]] bool load(const Eigen::VectorXd& v);
   [[nodiscard]] bool load_multipliers(const Eigen::VectorXd& lambda);
@@ -287,6 +291,9 @@ class CanonicalProblem {
   [[nodiscard]] EvaluationStatus second_derivatives_here(const Eigen::VectorXd& lambda,
                                                          Evaluation& evaluation,
                                                          double objective_factor);
+  [[nodiscard]] EvaluationStatus quasi_newton(const Eigen::VectorXd& v,
+                                              const Eigen::VectorXd& lambda,
+                                              Evaluation& evaluation);
   [[nodiscard]] bool take_new_point();
   /// Value of a canonical Jacobian entry, unscaled, after the model's Jacobian was evaluated.
   [[nodiscard]] double model_jacobian(std::size_t entry) const {
@@ -328,7 +335,8 @@ class CanonicalProblem {
   double objective_value_ = 0.0;
   bool new_point_ = true;
   bool inside_model_ = false;
-  std::uint64_t derivative_calls_ = 0;  ///< of Jacobian and Hessian
+  std::optional<QuasiNewton> quasi_newton_;  ///< in place of the model's Hessian
+  std::uint64_t derivative_calls_ = 0;       ///< of Jacobian and Hessian
   EvaluationFailure evaluation_failure_;
 };
 

@@ -18,6 +18,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kRoomUsed = 0.2;
 /// Room on both sides, in steps, from which a coin chooses the side.
 constexpr double kRoomy = 5.0;
+/// Evaluations of a detection: these and one for so many variables.
+constexpr Index kFewestEvaluations = 50, kVariablesPerEvaluation = 8;
 /// Shares of the step tried where the model is undefined, and each twice where it is to be
 /// compared.
 constexpr std::array kShorter{1.0, 0.1, 1e-2, 1e-3};
@@ -112,9 +114,11 @@ void FiniteDifferenceHessian::choose_pattern(const std::vector<Triplet>* known) 
   }
   std::erase_if(variables, [&](Index i) { return !free_[at(i)]; });
   PointSampler sampler(structure_, start_->v);
-  set_pattern(detect_hessian_pattern(structure_, source_, sampler, variables));
+  const Index most =
+      static_cast<Index>(free_.size()) / kVariablesPerEvaluation + kFewestEvaluations;
+  set_pattern(detect_hessian_pattern(structure_, source_, sampler, variables, most));
   moved_ = true;
-  verify_detection(start_->v);
+  verify_detection(start_->v, most);
 }
 
 std::vector<Triplet> FiniteDifferenceHessian::given_pattern() const {
@@ -135,7 +139,8 @@ void FiniteDifferenceHessian::set_pattern(std::vector<Triplet> pattern) {
   }
 }
 
-void FiniteDifferenceHessian::verify_detection(std::span<const double> start) {
+/// At up to three points, as many as most evaluations in all allow: the certificate looks again.
+void FiniteDifferenceHessian::verify_detection(std::span<const double> start, Index most) {
   // Each round ends with a pattern that has passed at fresh points, or one that has grown; rows
   // that disagree with nothing left to fill are not a matter of sparsity.
   constexpr int kPoints = 3;
@@ -144,6 +149,8 @@ void FiniteDifferenceHessian::verify_detection(std::span<const double> start) {
   std::vector<double> point, values, errors;
   FirstDerivatives unused;
   for (int passed = 0; passed < kPoints;) {
+    constexpr Index kPerGroup = 4;  // two lengths, to both sides
+    if (source_.gradients() + kPerGroup * groups() > most) return;
     if (!sampler.sample_defined(source_, point, unused)) return;
     std::vector<double> lambda(structure_.constraint_lower.size());
     for (double& value : lambda) value = multiplier(random_);

@@ -82,7 +82,7 @@ class FiniteDifferenceHessian final : public Problem {
   [[nodiscard]] bool take_start();
   void choose_pattern(const std::vector<Triplet>* known);
   [[nodiscard]] std::vector<Triplet> given_pattern() const;
-  void verify_detection(std::span<const double> start);
+  void verify_detection(std::span<const double> start, Index most);
   void set_pattern(std::vector<Triplet> pattern);
   [[nodiscard]] bool fill(const std::vector<Index>& rows);
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "core/model/hessian_detection.hpp"
@@ -10,17 +11,16 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Constraints nonlinear in at most this many variables contribute all their pairs.
 constexpr std::size_t kNarrow = 16;
-/// A row that more groups than this may act on is resolved by moving its variable alone.
-constexpr std::size_t kDense = 32;
 /// Base points of the search.
 constexpr int kRounds = 2;
 
 class Detector {
  public:
   Detector(const ProblemStructure& structure, FirstDerivativeSource& source, PointSampler& sampler,
-           std::span<const Index> variables)
+           std::span<const Index> variables, Index most_evaluations)
       : structure_(structure),
         source_(source),
+        last_gradient_(source.gradients() + most_evaluations),
         sampler_(sampler),
         variables_(variables),
         wanted_(structure.variable_lower.size(), false),
@@ -36,9 +36,10 @@ class Detector {
     }
     add_constraint_blocks(points);
     for (std::size_t round = 0; round < kRounds; ++round) {
+      if (!may_evaluate()) break;  // what is left of the first one has been taken as dense
       base_ = std::move(points[2 * round]);
       other_ = std::move(points[2 * round + 1].v);
-      add_coupled_pairs();
+      add_coupled_pairs(round == 0);
     }
     return pattern();
   }
@@ -113,7 +114,9 @@ class Detector {
     }
   }
 
-  void add_coupled_pairs() {
+  /// decides: pairs that are not looked at count as coupled.
+  void add_coupled_pairs(bool decides) {
+    if (variables_.empty()) return;
     Group all{0, variables_.size(), {variables_.begin(), variables_.end()}};
     std::vector<Group*> one{&all};
     narrow(one);
@@ -123,7 +126,15 @@ class Detector {
     while (!groups.empty()) {
       groups = halves(groups);
       take_out_dense_rows(groups, dense);
-      for (auto& batch : disjoint_batches(groups)) narrow(batch);
+      const auto alone = static_cast<Index>(dense.size());  // what is left for
+      for (auto& batch : disjoint_batches(groups)) {
+        if (!may_evaluate(alone)) break;
+        narrow(batch);
+      }
+      if (!may_evaluate(alone)) {
+        if (decides) take_as_dense(groups);
+        break;
+      }
       for (Group& group : groups) {
         if (group.end - group.begin > 1) continue;
         for (const Index i : group.rows) add_pair(i, variables_[group.begin]);
@@ -136,8 +147,23 @@ class Detector {
       if (!std::binary_search(dense.begin(), dense.end(), variables_[k])) continue;
       Group alone{k, k + 1, {variables_.begin(), variables_.end()}};
       std::vector<Group*> batch{&alone};
-      narrow(batch);
+      if (!may_evaluate() && !decides) return;
+      if (may_evaluate()) narrow(batch);
       for (const Index i : alone.rows) add_pair(i, variables_[k]);
+    }
+  }
+
+  /// So that so many evaluations are left.
+  [[nodiscard]] bool may_evaluate(Index reserved = 0) const {
+    return source_.gradients() + reserved < last_gradient_;
+  }
+
+  /// What has not been resolved counts as coupled.
+  void take_as_dense(const std::vector<Group>& groups) {
+    for (const Group& group : groups) {
+      for (std::size_t k = group.begin; k < group.end; ++k) {
+        for (const Index i : group.rows) add_pair(i, variables_[k]);
+      }
     }
   }
 
@@ -151,16 +177,31 @@ class Detector {
     return result;
   }
 
+  /// Groups that act on one row are moved one after the other, on every level that is left, unless
+  /// the row is taken out and its variable moved alone, once: as many rows as that pays for.
   void take_out_dense_rows(std::vector<Group>& groups, std::vector<Index>& dense) const {
     std::vector<std::size_t> count(wanted_.size(), 0);
+    std::size_t levels = 1, largest = 1;
     for (const Group& group : groups) {
       for (const Index i : group.rows) ++count[at(i)];
+      largest = std::max(largest, group.end - group.begin);
+    }
+    for (; largest > 1; largest = (largest + 1) / 2) ++levels;
+    std::vector<std::size_t> sorted;
+    for (const Index i : variables_) sorted.push_back(count[at(i)]);
+    std::ranges::sort(sorted, std::greater<>());
+    std::size_t best = levels * sorted.front(), most = sorted.front();
+    for (std::size_t k = 0; k < sorted.size(); ++k) {
+      const std::size_t left = k + 1 < sorted.size() ? sorted[k + 1] : 0;
+      if (left == sorted[k] || k + 1 + levels * left >= best) continue;
+      best = k + 1 + levels * left;
+      most = left;
     }
     for (const Index i : variables_) {
-      if (count[at(i)] > kDense) dense.push_back(i);
+      if (count[at(i)] > most) dense.push_back(i);
     }
     for (Group& group : groups) {
-      std::erase_if(group.rows, [&](Index i) { return count[at(i)] > kDense; });
+      std::erase_if(group.rows, [&](Index i) { return count[at(i)] > most; });
     }
   }
 
@@ -197,6 +238,7 @@ class Detector {
 
   const ProblemStructure& structure_;
   FirstDerivativeSource& source_;
+  Index last_gradient_;  ///< evaluations, of all that the source has made
   PointSampler& sampler_;
   std::span<const Index> variables_;
   std::vector<bool> wanted_;                  ///< n, whether in variables_
@@ -242,8 +284,9 @@ bool PointSampler::sample_defined(FirstDerivativeSource& source, std::vector<dou
 
 std::vector<Triplet> detect_hessian_pattern(const ProblemStructure& structure,
                                             FirstDerivativeSource& source, PointSampler& sampler,
-                                            std::span<const Index> variables) {
-  return Detector(structure, source, sampler, variables).run();
+                                            std::span<const Index> variables,
+                                            Index most_evaluations) {
+  return Detector(structure, source, sampler, variables, most_evaluations).run();
 }
 
 }  // namespace ipminmax

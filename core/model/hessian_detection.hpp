@@ -35,11 +35,13 @@ class PointSampler {
 /// moved together and halved, groups that act on different rows in one evaluation, so that a band
 /// takes O(log n) evaluations. Empty when no point could be evaluated.
 ///
-/// variables: where to look, sorted. No test at points can prove an entry to be zero everywhere;
+/// variables: where to look, sorted. most_evaluations: what has not been resolved after so many
+/// counts as coupled. No test at points can prove an entry to be zero everywhere;
 /// whoever relies on the pattern has to check it where it is used.
 [[nodiscard]] std::vector<Triplet> detect_hessian_pattern(const ProblemStructure& structure,
                                                           FirstDerivativeSource& source,
                                                           PointSampler& sampler,
-                                                          std::span<const Index> variables);
+                                                          std::span<const Index> variables,
+                                                          Index most_evaluations);
 
 }  // namespace ipminmax

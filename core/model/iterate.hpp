@@ -2,9 +2,12 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace ipminmax {
+
+struct LowRankHessian;
 
 /// Primal-dual point of the canonical problem. Bound multipliers are positive for both players
 /// where the bound exists and zero elsewhere.
@@ -30,6 +33,8 @@ struct Evaluation {
   Eigen::VectorXd gradient;      ///< of f
   std::vector<double> jacobian;  ///< per triplet of CanonicalProblem::jacobian()
   std::vector<double> hessian;   ///< of f + lambda' c, per triplet of CanonicalProblem::hessian()
+  /// To be added to hessian; null: nothing.
+  std::shared_ptr<const LowRankHessian> low_rank;
   /// Numbers of the model calls that gave the last two, 0 for none: equal numbers, equal values.
   std::uint64_t jacobian_call = 0, hessian_call = 0;
 };

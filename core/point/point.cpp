@@ -21,6 +21,7 @@ void begin_at(const CanonicalProblem& canonical, const Iterate& iterate, Point& 
   point.evaluation.gradient.setZero(canonical.variables());
   point.evaluation.jacobian.assign(canonical.jacobian().size(), 0.0);
   point.evaluation.hessian.assign(canonical.hessian().size(), 0.0);
+  point.evaluation.low_rank = nullptr;
   point.dual.setZero(canonical.variables());
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/model/finite_difference_hessian.hpp"
+#include "core/model/forwarding_problem.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/search/diagnosis.hpp"
 #include "core/search/one_start.hpp"
@@ -67,8 +68,9 @@ Result solve_as_given(Problem& problem, const SolverOptions& options, Budget& bu
 
 /// With second derivatives from differences. Where the pattern turns out to have missed entries at
 /// the end of a solve, it grows and the solve starts anew.
-Result solve_with_differences(Problem& problem, const SolverOptions& options, Budget& budget,
+Result solve_with_differences(Problem& problem, SolverOptions options, Budget& budget,
                               const SolveObserver& observer, KeptWork* kept) {
+  options.hessian_approximation = HessianApproximation::FiniteDifferenceValues;
   constexpr int kRestarts = 5;
   const Stopwatch stopwatch;
   const auto say = [&](const std::string& text) {
@@ -77,6 +79,7 @@ Result solve_with_differences(Problem& problem, const SolverOptions& options, Bu
   Result result;
   FiniteDifferenceHessian model(problem, options,
                                 kept && kept->hessian_pattern ? &*kept->hessian_pattern : nullptr);
+  const double detection = stopwatch.wall();
   for (int restarts = 0;; ++restarts) {
     say("Second derivatives from finite differences: " +
         std::to_string(model.structure().hessian.size()) + " entries by " +
@@ -94,7 +97,33 @@ Result solve_with_differences(Problem& problem, const SolverOptions& options, Bu
   }
   result.counts.gradient += model.gradients();
   result.counts.jacobian += model.jacobians();
+  result.timing.evaluations += detection;
   set_seconds(stopwatch, result);
+  return result;
+}
+
+/// A model without its second derivatives.
+class WithoutHessian final : public ForwardingProblem {
+ public:
+  explicit WithoutHessian(Problem& model)
+      : ForwardingProblem(model), structure_(model.structure()) {
+    structure_.has_hessian = false;
+    structure_.hessian.clear();
+  }
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+
+ private:
+  ProblemStructure structure_;
+};
+
+/// With quasi-Newton matrices, of a minimization: they have no inertia to certify with.
+Result solve_by_quasi_newton(Problem& problem, SolverOptions options, Budget& budget,
+                             const SolveObserver& observer, KeptWork* kept) {
+  options.minmax_certificate = CertificateEffort::None;
+  WithoutHessian model(problem);
+  Result result = solve_as_given(model, options, budget, observer, kept);
+  if (is_success(result.status) && result.message == name_of(result.status))
+    result.message += "; limited-memory Hessian: nothing is certified";
   return result;
 }
 
@@ -108,6 +137,10 @@ Result solve_once(Problem& problem, const SolverOptions& options, Budget& budget
           Status::InvalidOption,
           "hessian_approximation = exact needs second derivatives, and the model has none; "
           "finite-difference-values takes differences of first derivatives");
+    }
+    if (approximation == HessianApproximation::LimitedMemory &&
+        !has_max_variables(problem.structure())) {
+      return solve_by_quasi_newton(problem, options, budget, observer, kept);
     }
     if (approximation == HessianApproximation::FiniteDifferenceValues ||
         approximation == HessianApproximation::LimitedMemory || !has_hessian) {
@@ -203,7 +236,8 @@ Counts SearchStructure::detect(Problem& problem, const SolverOptions& options) {
   Counts counts;
   const ProblemStructure& structure = problem.structure();
   if (structure.has_hessian || !check(options).empty() ||
-      options.hessian_approximation == HessianApproximation::Exact) {
+      options.hessian_approximation == HessianApproximation::Exact ||
+      options.hessian_approximation == HessianApproximation::LimitedMemory) {
     return counts;
   }
   FiniteDifferenceHessian model(problem, options);

@@ -110,7 +110,7 @@ TEST(NoSecondDerivatives, ExactIsAnErrorWhenItWasSet) {
 }
 
 /// Also of a model whose structure of the Hessian is empty because nobody should ask for it.
-TEST(NoSecondDerivatives, LimitedMemoryMeansDifferencesAndNeverCallsEvalH) {
+TEST(NoSecondDerivatives, LimitedMemoryMeansDifferencesForGamesAndNeverCallsEvalH) {
   for (const bool game : {false, true}) {
     const SmartPtr<Model> model = new Model;
     const SmartPtr<MinMaxApplication> app = new MinMaxApplication;
@@ -125,9 +125,11 @@ TEST(NoSecondDerivatives, LimitedMemoryMeansDifferencesAndNeverCallsEvalH) {
     app->Jnlst()->FlushBuffer();
     const std::string text = testing::internal::GetCapturedStdout();
     EXPECT_EQ(status, Ipopt::Solve_Succeeded) << text;
-    EXPECT_TRUE(contains(text, "limited-memory means finite-difference-values")) << text;
-    EXPECT_TRUE(contains(text, "finite differences, error estimate")) << text;
-    EXPECT_TRUE(app->LastResult().certificate.finite_differences);
+    EXPECT_TRUE(contains(text, "hessian_approximation = limited-memory")) << text;
+    EXPECT_EQ(contains(text, "finite differences, error estimate"), game) << text;
+    const Certificate& certificate = app->LastResult().certificate;
+    EXPECT_EQ(certificate.finite_differences, game);
+    EXPECT_EQ(certificate.second_order, game ? SecondOrder::Satisfied : SecondOrder::NotTested);
     EXPECT_EQ(model->count("eval_h structure") + model->count("eval_h"), 0);
   }
 }

@@ -1,15 +1,16 @@
 // The same question through every door gives the same answer.
-#include <gtest/gtest.h>
-#include <ipminmax.h>
-
+#include <cstdlib>
+#include <fstream>
 #include <string>
 #include <vector>
 
+#include <gtest/gtest.h>
+
 #include <support/autodiff_problem.hpp>
 #include <support/consistent_result.hpp>
+#include <support/door_questions.hpp>
+#include <support/doors.hpp>
 
-#include "adapter/minmax_application.hpp"
-#include "adapter/problem_tnlp.hpp"
 #include "core/answer.hpp"
 #include "core/robust.hpp"
 #include "core/solver.hpp"
@@ -18,35 +19,47 @@ namespace ipminmax {
 namespace {
 
 using testing::AutodiffProblem;
-using testing::Expression;
-using testing::kNoBound;
-using testing::Model;
 
-/// Two maxima over y, and on request a robust constraint with two worst cases.
-Model model_with(bool robust) {
-  Model model;
-  const Expression x = model.variable(Player::Min, "x", -5.0, 5.0);
-  const Expression y = model.variable(Player::Max, "y", -2.0, 2.0);
-  model.objective(square(x - 0.3) - 4.0 * square(square(y) - 1.0) + 0.4 * x * y);
-  if (robust) {
-    model.constraint(x + 2.0 + square(square(y) - 1.0) - 0.5 * y, 0.0, kNoBound, Player::Min);
+class Doors : public ::testing::TestWithParam<testing::DoorQuestion> {
+ protected:
+  static void expect_same_in_c(Problem& problem, const SolverOptions& options,
+                               const Answer& answer) {
+    const Result& expected = answer.best;
+    testing::CDoor door(problem, options, [] { return true; });
+    const testing::CDoor::Answer own = door.solve(testing::kDoorStart);
+    EXPECT_EQ(own.x, expected.v);
+    EXPECT_EQ(own.f, expected.objective);
+    EXPECT_EQ(own.lambda, expected.lambda);
+    const auto said = statements(expected);
+    for (int which = 0; which < 4; ++which) {
+      EXPECT_EQ(IpminmaxStatement(door.get(), which), said.at(static_cast<std::size_t>(which)));
+    }
+    IpminmaxCertificate certificate;
+    ASSERT_EQ(IpminmaxGetCertificate(door.get(), &certificate), 1);
+    EXPECT_EQ(certificate.point_kind == IPMINMAX_LOCAL_MINMAX,
+              expected.certificate.kind == PointKind::LocalMinmax);
+    EXPECT_EQ(
+        IpminmaxGetRobustWorstCases(door.get(), 0, nullptr, nullptr, nullptr, nullptr, nullptr),
+        static_cast<int>(expected.worst_cases.size()));
+    const std::size_t points = answer.points.size();
+    std::vector<double> x(2 * points);
+    std::vector<int> found(points);
+    const int listed =
+        IpminmaxGetPoints(door.get(), static_cast<int>(points), nullptr, found.data(), x.data());
+    if (options.minmax_starts <= 1) return;
+    ASSERT_EQ(listed, static_cast<int>(points));
+    for (std::size_t k = 0; k < points; ++k) {
+      EXPECT_EQ(std::vector(x.begin() + static_cast<std::ptrdiff_t>(2 * k),
+                            x.begin() + static_cast<std::ptrdiff_t>(2 * k + 2)),
+                answer.points[k].result.v);
+      EXPECT_EQ(found[k], static_cast<int>(answer.points[k].found));
+    }
   }
-  return model;
-}
-
-/// starts of x, starts of y, epigraph, at kinks, robust
-using Question = std::tuple<int, int, bool, bool, bool>;
-
-class Doors : public ::testing::TestWithParam<Question> {};
+};
 
 TEST_P(Doors, GiveTheSameAnswer) {
-  const auto [starts, starts_of_y, epigraph, at_kinks, robust] = GetParam();
-  AutodiffProblem problem(model_with(robust), {1.0, -0.9});
-  SolverOptions options;
-  options.minmax_starts = starts;
-  options.minmax_worst_case_starts = starts_of_y;
-  options.minmax_epigraph = epigraph;
-  options.minmax_epigraph_at_kinks = at_kinks;
+  AutodiffProblem problem(testing::door_model(GetParam().robust), testing::kDoorStart);
+  const SolverOptions options = GetParam().options();
   const Answer answer = run(problem, options);
   const Result& expected = answer.best;
   testing::expect_consistent(expected);
@@ -66,30 +79,45 @@ TEST_P(Doors, GiveTheSameAnswer) {
   RepeatedSolver repeated;
   expect_same(repeated.solve(problem, options), "RepeatedSolver");
 
-  const Ipopt::SmartPtr<MinMaxApplication> app = new MinMaxApplication(false);
-  const auto list = app->Options();
-  list->SetIntegerValue("minmax_starts", starts);
-  list->SetIntegerValue("minmax_worst_case_starts", starts_of_y);
-  list->SetStringValue("minmax_epigraph", epigraph ? "yes" : "no");
-  list->SetStringValue("minmax_epigraph_at_kinks", at_kinks ? "yes" : "no");
-  ASSERT_EQ(app->Initialize(""), Ipopt::Solve_Succeeded);
+  const Ipopt::SmartPtr<MinMaxApplication> app = testing::application_with(options);
   const Ipopt::SmartPtr<Ipopt::TNLP> tnlp = new GameTNLP(problem);
   static_cast<void>(app->OptimizeTNLP(tnlp));
   expect_same(app->LastResult(), "MinMaxApplication");
   EXPECT_EQ(app->LastWorstCases().size(), expected.worst_cases.size());
-  if (starts > 1) {
+  if (options.minmax_starts > 1) {
     ASSERT_EQ(app->LastPoints().size(), answer.points.size());
     for (std::size_t k = 0; k < answer.points.size(); ++k) {
       EXPECT_EQ(app->LastPoints()[k].result.v, answer.points[k].result.v);
       EXPECT_EQ(app->LastPoints()[k].found, answer.points[k].found);
     }
   }
+  expect_same_in_c(problem, options, answer);
 }
 
-INSTANTIATE_TEST_SUITE_P(Questions, Doors,
-                         ::testing::Combine(::testing::Values(1, 4), ::testing::Values(-1, 0, 5),
-                                            ::testing::Bool(), ::testing::Bool(),
-                                            ::testing::Bool()));
+INSTANTIATE_TEST_SUITE_P(Questions, Doors, ::testing::ValuesIn(testing::door_questions()));
+
+/// For doors in other languages: a line for each question. Success as Python says it: not where another
+/// y is known to be worse, asked for or not.
+TEST(DoorsTable, IsWrittenWhereAskedFor) {
+  const char* file = std::getenv("IPMINMAX_DOORS_TABLE");
+  if (file == nullptr) GTEST_SKIP() << "IPMINMAX_DOORS_TABLE names no file";
+  std::ofstream table(file);
+  table.precision(17);
+  for (const testing::DoorQuestion& question : testing::door_questions()) {
+    AutodiffProblem problem(testing::door_model(question.robust), testing::kDoorStart);
+    const Answer answer = run(problem, question.options());
+    const Result& best = answer.best;
+    table << question.starts << '\t' << question.starts_of_y << '\t' << question.epigraph << '\t'
+          << question.at_kinks << '\t' << question.robust << '\t'
+          << (is_success(best.status) && !best.worst_case.higher) << '\t'
+          << (best.certificate.kind == PointKind::LocalMinmax) << '\t' << best.v[0] << '\t'
+          << best.v[1] << '\t' << best.objective << '\t' << answer.points.size() << '\t'
+          << best.worst_cases.size();
+    for (const std::string& statement : statements(best)) table << '\t' << statement;
+    table << '\n';
+  }
+  ASSERT_TRUE(table.flush());
+}
 
 }  // namespace
 }  // namespace ipminmax

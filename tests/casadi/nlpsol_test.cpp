@@ -3,6 +3,7 @@
 
 #include <IpOptionsList.hpp>
 #include <casadi/casadi.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -64,6 +65,41 @@ TEST(CasadiPlugin, SolvesAndCertifies) {
   EXPECT_EQ(certificate.at("full").to_int_vector(),
             certificate.at("full_expected").to_int_vector());
   EXPECT_GT(certificate.at("margin").to_double(), 0.0);
+  const std::vector<std::string> statements = stats.at("statements").to_string_vector();
+  ASSERT_EQ(statements.size(), 4U);
+  EXPECT_EQ(statements[1], "local minmax");
+}
+
+TEST(CasadiPlugin, WorstCasesAndPointsAreInTheStats) {
+  // x <= 1 - y for every y in [-1, 1], to be as large as possible: y = 1 is worst, x = 0.
+  const SX v = SX::sym("v", 2);
+  Dict quiet = kQuiet;
+  quiet["minmax_worst_case_starts"] = 4;
+  const Function robust = nlpsol(
+      "s", "ipminmax", SXDict{{"x", v}, {"f", -v(0)}, {"g", v(0) + v(1)}},
+      options({0, 1}, {{"ipminmax", quiet}, {"constraint_players", std::vector<casadi_int>{0}}}));
+  const DMDict answer = robust(DMDict{{"x0", std::vector<double>{-1.0, 0.3}},
+                                      {"lbx", std::vector<double>{-casadi::inf, -1.0}},
+                                      {"ubx", std::vector<double>{casadi::inf, 1.0}},
+                                      {"ubg", 1.0}});
+  EXPECT_NEAR(answer.at("x").get_elements()[0], 0.0, 1e-6);
+  Dict stats = robust.stats();
+  const auto worst_cases = stats.at("worst_cases").to_double_vector_vector();
+  ASSERT_FALSE(worst_cases.empty());
+  EXPECT_NEAR(worst_cases[0][1], 1.0, 1e-6);
+  EXPECT_EQ(stats.at("worst_case_constraints").to_int_vector()[0], 0);
+  // Four valleys of equal depth: distinct points of a multistart.
+  const SX x = SX::sym("x", 3);
+  SX f = -x(2) * x(2) + x(0) * x(2) * 0.1;
+  for (int i = 0; i < 2; ++i) f += (x(i) * x(i) - 1) * (x(i) * x(i) - 1);
+  quiet = kQuiet;
+  quiet["minmax_starts"] = 40;
+  const Function many = nlpsol("s", "ipminmax", SXDict{{"x", x}, {"f", f}},
+                               options({0, 0, 1}, {{"ipminmax", quiet}}));
+  static_cast<void>(
+      many(DMDict{{"x0", std::vector<double>{0.5, 0.5, 0.0}}, {"lbx", -2.0}, {"ubx", 2.0}}));
+  stats = many.stats();
+  EXPECT_EQ(stats.at("points").to_double_vector_vector().size(), 4U);
 }
 
 TEST(CasadiPlugin, MaxMultipliersBalanceTheGradient) {
@@ -167,6 +203,41 @@ TEST(CasadiPlugin, CallbackSeesTheIteratesAndStops) {
   EXPECT_EQ(solver.stats().at("return_status").to_string(), "User_Requested_Stop");
   EXPECT_FALSE(solver.stats().at("success").to_bool());
   EXPECT_EQ(answer.at("x").get_elements(), stopper.last_x.get_elements());
+}
+
+TEST(CasadiPlugin, SolversAreSerialized) {
+  const Function solver = nlpsol("s", "ipminmax", game(), options({0, 1, 0}));
+  const Function copy = Function::deserialize(solver.serialize());
+  const DMDict answer = solver(arguments(1.0, 5.0)), other = copy(arguments(1.0, 5.0));
+  EXPECT_EQ(answer.at("x").get_elements(), other.at("x").get_elements());
+  EXPECT_TRUE(copy.stats().at("certificate").to_dict().at("local_minmax").to_bool());
+}
+
+TEST(CasadiPlugin, DerivativesMayBeGiven) {
+  const SX v = SX::sym("v", 2), p = SX::sym("p", 0), lam_f = SX::sym("lam_f"),
+           lam_g = SX::sym("lam_g", 0);
+  const SX f = sq(v(0) - 1) + v(0) * v(1) - sq(v(1));
+  const SX hessian = triu(lam_f * SX::hessian(f, v));
+  const Function hess_lag("lagrangian", {v, p, lam_f, lam_g}, {hessian});
+  const Function grad_f("slope", {v, p}, {f, gradient(f, v)});
+  const SXDict nlp{{"x", v}, {"f", f}};
+  const Function solver =
+      nlpsol("s", "ipminmax", nlp, options({0, 1}, {{"hess_lag", hess_lag}, {"grad_f", grad_f}}));
+  const DMDict answer = solver(DMDict{{"x0", 0.0}});
+  EXPECT_NEAR(answer.at("x").get_elements()[0], 0.8, 1e-7);  // y = x / 2, phi = (x - 1)^2 + x^2 / 4
+  const Function full("lagrangian", {v, p, lam_f, lam_g}, {lam_f * SX::hessian(f, v)});
+  EXPECT_THROW(nlpsol("s", "ipminmax", nlp, options({0, 1}, {{"hess_lag", full}})),
+               casadi::CasadiException);
+}
+
+TEST(CasadiPlugin, TheLogGoesToCasadisStream) {
+  std::ostringstream seen;
+  std::streambuf* const before = casadi::uout().rdbuf(seen.rdbuf());
+  const Function solver =
+      nlpsol("s", "ipminmax", game(), options({0, 1, 0}, {{"ipminmax", Dict{{"print_level", 5}}}}));
+  static_cast<void>(solver(arguments(1.0, 5.0)));
+  casadi::uout().rdbuf(before);
+  EXPECT_NE(seen.str().find("EXIT"), std::string::npos) << seen.str();
 }
 
 TEST(CasadiPlugin, BadInputIsNamed) {

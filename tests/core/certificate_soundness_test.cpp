@@ -13,6 +13,7 @@
 #include <support/dense_optimality.hpp>
 #include <support/function_problem.hpp>
 
+#include "core/model/forwarding_problem.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {
@@ -26,11 +27,56 @@ using testing::Model;
 constexpr Player kMin = Player::Min;
 constexpr Player kMax = Player::Max;
 
+/// A model with curvature of the right signs around a point: +-500 (v_i - p_i)^2.
+class WithCurvature final : public ForwardingProblem {
+ public:
+  WithCurvature(Problem& model, std::vector<double> point)
+      : ForwardingProblem(model), structure_(model.structure()), point_(std::move(point)) {
+    for (std::size_t i = 0; i < point_.size(); ++i) {
+      structure_.hessian.push_back({static_cast<Index>(i), static_cast<Index>(i)});
+    }
+  }
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    std::ranges::copy(point_, start.v.begin());
+    return true;
+  }
+  [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override {
+    if (!model().objective(v, new_v, f)) return false;
+    for (std::size_t i = 0; i < v.size(); ++i) f += 0.5 * weight(i) * std::pow(v[i] - point_[i], 2);
+    return true;
+  }
+  [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
+                              std::span<double> grad) override {
+    if (!model().gradient(v, new_v, grad)) return false;
+    for (std::size_t i = 0; i < v.size(); ++i) grad[i] += weight(i) * (v[i] - point_[i]);
+    return true;
+  }
+  [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
+                             std::span<const double> lambda, bool new_lambda,
+                             std::span<double> values) override {
+    const std::size_t own = values.size() - point_.size();
+    if (!model().hessian(v, new_v, sigma, lambda, new_lambda, values.first(own))) return false;
+    for (std::size_t i = 0; i < point_.size(); ++i) values[own + i] = sigma * weight(i);
+    return true;
+  }
+
+ private:
+  [[nodiscard]] double weight(std::size_t i) const {
+    return structure_.variable_players[i] == kMin ? 1e3 : -1e3;
+  }
+  ProblemStructure structure_;
+  std::vector<double> point_;
+};
+
 /// Solved from a start; a point of another kind may be certified, the named one may not.
 void expect_not_certified(const Model& model, const std::vector<double>& start,
                           const SolverOptions& options = {}) {
   AutodiffProblem problem(model, start);
   const Result result = solve(problem, options);
+  ASSERT_EQ(result.v.size(), start.size()) << result.message;
+  WithCurvature strict(problem, result.v);  // a solver that certifies nothing does not pass
+  EXPECT_EQ(solve(strict, options).certificate.kind, PointKind::LocalMinmax);
   if (result.certificate.kind != PointKind::LocalMinmax) return;
   const testing::DenseOptimality found = testing::dense_optimality(problem, result.v);
   EXPECT_EQ(found.verdict, testing::Verdict::LocalMinmax)

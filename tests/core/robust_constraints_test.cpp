@@ -310,5 +310,80 @@ TEST(RobustConstraint, ThatCannotBeMetIsNamedWithItsViolationAndY) {
   }
 }
 
+/// Leyffer's example with two uncertain parameters: f reads the second one, the row the first.
+Model two_parameters() {
+  Model model;
+  const Expression x = model.variable(kMin, "x", 0.0, kNoBound);
+  const Expression z = model.variable(kMin, "z", 0.0, kNoBound);
+  const Expression u = model.variable(kMax, "u", 0.25, 2.0);
+  const Expression w = model.variable(kMax, "w", 0.5, 1.5);
+  // Second derivatives in z and u have places, for ReadsElsewhere.
+  model.objective(square(x - 4.0) + square(z - w) + 0.0 * square(u) * square(z));
+  model.constraint(x * sqrt(u) - z * u, -kNoBound, 2.0, kMin);
+  return model;
+}
+
+// A copy of u for f, which does not read it, has nothing to be a maximum of.
+TEST(RobustConstraint, TheWorstCaseOfFHoldsOnlyWhatFReads) {
+  AutodiffProblem problem(two_parameters(), {0.0, 0.0, 1.125, 1.0});
+  SolverOptions options;
+  options.minmax_epigraph = true;
+  options.minmax_worst_case_starts = 10;
+  const RobustResult answer = solve_robust(problem, options);
+  expect_certified(answer.result);
+  EXPECT_NEAR(answer.result.objective, 1.2316931, 1e-6);
+  EXPECT_NEAR(answer.result.v[0], std::sqrt(8.0 * answer.result.v[1]), 1e-6);  // x^2 = 8 z
+  for (const CertificateReason& reason : answer.result.certificate.reasons)
+    EXPECT_EQ(reason.text.find("flat"), std::string::npos) << reason.text;
+}
+
+/// With max(0, 2 - z)^3 u^2 in f, which therefore does not read u around the start.
+class ReadsElsewhere final : public AutodiffProblem {
+ public:
+  ReadsElsewhere() : AutodiffProblem(two_parameters(), {0.0, 3.0, 1.125, 1.0}) {}
+  bool objective(std::span<const double> v, bool new_v, double& f) override {
+    if (!AutodiffProblem::objective(v, new_v, f)) return false;
+    f += std::pow(h(v), 3) * v[2] * v[2];
+    return true;
+  }
+  bool gradient(std::span<const double> v, bool new_v, std::span<double> grad) override {
+    if (!AutodiffProblem::gradient(v, new_v, grad)) return false;
+    grad[1] -= 3.0 * std::pow(h(v), 2) * v[2] * v[2];
+    grad[2] += 2.0 * std::pow(h(v), 3) * v[2];
+    return true;
+  }
+  bool hessian(std::span<const double> v, bool new_v, double sigma, std::span<const double> lambda,
+               bool new_lambda, std::span<double> values) override {
+    if (!AutodiffProblem::hessian(v, new_v, sigma, lambda, new_lambda, values)) return false;
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const auto [i, j] = structure().hessian[k];
+      if (i == 1 && j == 1) values[k] += sigma * 6.0 * h(v) * v[2] * v[2];
+      if (i == 2 && j == 1) values[k] -= sigma * 6.0 * std::pow(h(v), 2) * v[2];
+      if (i == 2 && j == 2) values[k] += sigma * 2.0 * std::pow(h(v), 3);
+    }
+    return true;
+  }
+
+ private:
+  static double h(std::span<const double> v) { return std::max(0.0, 2.0 - v[1]); }
+};
+
+// What the gradient shows later counts: the worst u is 2 where f reads it.
+TEST(RobustConstraint, WhatFReadsElsewhereIsNotOverlooked) {
+  ReadsElsewhere problem;
+  SolverOptions options;
+  options.minmax_epigraph = true;
+  options.minmax_worst_case_starts = 10;
+  const Result result = solve_robust(problem, options).result;
+  EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax) << result.message;
+  double worst = 0.0;
+  for (const double w : {0.5, 1.5}) {
+    double f = 0.0;
+    ASSERT_TRUE(problem.objective(std::vector<double>{result.v[0], result.v[1], 2.0, w}, true, f));
+    worst = std::max(worst, f);
+  }
+  EXPECT_NEAR(result.objective, worst, 1e-6) << result.message;
+}
+
 }  // namespace
 }  // namespace ipminmax

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree
 
 import numpy as np
 
@@ -18,11 +19,15 @@ SOURCE = os.environ.get("IPMINMAX_SOURCE_DIR", os.path.join(os.path.dirname(__fi
 EXAMPLES = os.path.join(SOURCE, "adapter/python/examples")
 sys.path.insert(0, EXAMPLES)
 import adversarial_classification  # noqa: E402
+import chebyshev  # noqa: E402
 import generator_and_critic  # noqa: E402
+import h_infinity  # noqa: E402
 import matrix_game  # noqa: E402
 import robust_polynomial  # noqa: E402
 import robust_portfolio  # noqa: E402
 import robust_regression  # noqa: E402
+import scaling  # noqa: E402
+import two_dimensions  # noqa: E402
 from ipminmax import minimize_minmax, plot  # noqa: E402
 
 
@@ -76,6 +81,49 @@ class ClosedForms(unittest.TestCase):
         np.testing.assert_allclose(result.x, [-0.18129, 0.29157], atol=1e-4)
 
 
+    def test_chebyshev(self):
+        result = chebyshev.solve()
+        self.assertAlmostEqual(result.fun, chebyshev.closed_form(), delta=1e-7)
+        worst = sorted((case for case in result.worst_cases if case.active), key=lambda case: case.y[0])
+        error = [chebyshev.error(result.x[:-1], case.y[0]) for case in worst]
+        np.testing.assert_allclose(error, result.fun * np.array([1.0, -1.0, 1.0, -1.0, 1.0]), atol=1e-7)
+        t = np.linspace(-1.0, 1.0, 2001)
+        self.assertLess(np.abs(chebyshev.error(result.x[:-1], t)).max(), result.fun + 1e-7)
+
+    def test_h_infinity(self):
+        for start in (1.0, 0.1), (0.7, 0.3):
+            result = h_infinity.solve(start)
+            np.testing.assert_allclose(result.x, h_infinity.closed_form(), atol=1e-6)
+            self.assertEqual(len(result.worst_cases), 2)
+            highest = h_infinity.gain(*result.x, np.linspace(0.3, 2.0, 5001)).max()
+            self.assertAlmostEqual(np.exp(2.0 * result.fun), highest, delta=1e-4)
+
+    def test_two_dimensions(self):
+        """From each first-order point, whatever its kind, the search ends at a local minmax."""
+        points = two_dimensions.first_order_points()
+        kinds = [two_dimensions.kind(*point) for point in points]
+        self.assertEqual(len(points), 9)
+        self.assertEqual(kinds.count("local minmax"), 4)
+        for point, kind in zip(points, kinds):
+            result = two_dimensions.solve(point)
+            self.assertTrue(result.certificate.is_local_minmax)
+            found = np.argmin(np.abs(points - np.r_[result.x, result.y]).sum(axis=1))
+            np.testing.assert_allclose(np.r_[result.x, result.y], points[found], atol=1e-6)
+            self.assertEqual(kinds[found], "local minmax")
+            if kind == "local minmax":
+                np.testing.assert_allclose(points[found], point)
+
+    def test_scaling(self):
+        result = scaling.solve(300)
+        self.assertTrue(result.certificate.is_local_minmax)
+        random = np.random.default_rng(1)
+        for _ in range(20):  # y is a global maximum, f is concave in y; x minimizes phi nearby
+            x = result.x + random.uniform(-1e-2, 1e-2, 300)
+            self.assertLess(scaling.fun(result.x, result.y + random.uniform(-0.1, 0.1, 300)),
+                            result.fun + 1e-9)
+            self.assertGreater(scaling.fun(x, np.clip(x / 4.0, -1.0, 1.0)), result.fun - 1e-9)
+
+
 def hills(x, y):
     return x[0] ** 2 - (y[0] ** 2 - 1.0) ** 2 + 0.3 * x[0] * y[0]
 
@@ -109,6 +157,22 @@ class Pictures(unittest.TestCase):
         self.assertEqual([line.get_label() for line in lines], ["inf_pr", "inf_du", "mu"])
         with self.assertRaisesRegex(ValueError, "no worst cases"):
             plot.draw_worst_cases(result)
+
+    @unittest.skipIf(matplotlib is None, "Matplotlib is not installed")
+    def test_pictures_of_the_gallery(self):
+        """Each is drawn, is well-formed, has labels, and is shown in the page."""
+        import pictures
+        with open(os.path.join(SOURCE, "docs/gallery.md"), encoding="ascii") as page:
+            shown = page.read()
+        with tempfile.TemporaryDirectory() as folder:
+            names = pictures.draw_all(folder, sizes=(100, 300))
+            self.assertEqual(len(names), 10)
+            for name in names:
+                root = xml.etree.ElementTree.parse(os.path.join(folder, f"{name}.svg")).getroot()
+                words = [node.text for node in root.iter("{http://www.w3.org/2000/svg}text")]
+                self.assertGreater(len(words), 7, name)
+                self.assertIn(f"](gallery/{name}.svg)", shown)
+                self.assertTrue(os.path.exists(os.path.join(SOURCE, "docs/gallery", f"{name}.svg")))
 
     @unittest.skipIf(matplotlib is None, "Matplotlib is not installed")
     def test_a_program_draws(self):

@@ -56,6 +56,35 @@ class WithoutDerivatives(unittest.TestCase):
         self.assertLess(result.multipliers[0][0], 0.0)  # presses against a lower bound: Min's
         self.assertLess(result.multipliers[1][0], 0.0)  # against an upper one: Max's
 
+    def test_none_is_no_bound(self):
+        result = minimize_minmax(game, [3.0], [0.0], constraints=Constraint(
+            lambda x, y: x[0] ** 2, lb=4.0, ub=None))
+        np.testing.assert_allclose(result.x, 2.0, atol=1e-5)
+
+    def test_a_number_added_to_a_constraint_and_its_bound_changes_nothing(self):
+        games = {  # f, start, constraints: function, lower, upper bound, player
+            "ball": (lambda x, y: (x - 1) @ (x - 1) + x @ y - 0.5 * y @ y, [0.3, 0.2], [0.1, 0.1],
+                     [(lambda x, y: y @ y, None, 0.25, None)]),
+            "coupled": (lambda x, y: (x[0] - 1) ** 2 + x[0] * y[0] - y[0] ** 2, [0.5], [0.3],
+                        [(lambda x, y: x[0] * y[0] + y[0] ** 2, None, 0.5, None)]),
+            "equality": (lambda x, y: np.exp(x[0]) + x @ y - y @ y, [1.0, 1.0], [0.5, 0.2],
+                         [(lambda x, y: y[0] ** 2 + y[1], 0.3, 0.3, None),
+                          (lambda x, y: x @ x, 1.0, None, None)]),
+            "robust": (lambda x, y: (x - 2) @ (x - 2), [0.5], [0.2],
+                       [(lambda x, y: x[0] + x[0] * y[0] - y[0] ** 2, None, 1.0, "min"),
+                        (lambda x, y: y @ y, None, 1.0, None)])}
+        for name, (fun, x0, y0, rows) in games.items():
+            found = [minimize_minmax(fun, x0, y0, constraints=[
+                Constraint(lambda x, y, g=g, more=more: g(x, y) + more,
+                           lb=None if lb is None else lb + more, ub=None if ub is None else ub + more,
+                           player=player) for g, lb, ub, player in rows])
+                for more in (0.0, 1e3, 1e6)]
+            for result in found:
+                with self.subTest(name):
+                    self.assertTrue(result.certificate.is_local_minmax)
+                    # bound_relax_factor moves a bound by 1e-8 of its size, at most by constr_viol_tol
+                    np.testing.assert_allclose(result.x, found[0].x, atol=2e-4)
+
     def test_args_callback_options(self):
         points = []
         result = minimize_minmax(lambda x, y, a: game(x, y) + a * x[0], [1.0], [0.3], args=(2.0,),

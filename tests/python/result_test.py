@@ -47,6 +47,8 @@ class Shape(unittest.TestCase):
         self.assertIn("LOCAL_MINMAX", repr(result))
         self.assertEqual(str(result.certificate.kind), "LOCAL_MINMAX")
         self.assertEqual(f"{result.certificate.second_order}", "SATISFIED")
+        for statement in result.statements:  # why it stopped, over y, over x; the kind is a word of its own
+            self.assertTrue(statement in repr(result) or statement == "local minmax")
         self.assertEqual(result.certificate.kind, 0)
 
     def test_there_is_always_a_certificate(self):

@@ -29,11 +29,28 @@ def solve():
                            constraints=balls)
 
 
+def draw(result):
+    axes, moved = plot.new_axes(), A + result.y.reshape(A.shape)
+    plain = minimize_minmax(lambda x, _: fun(x, np.zeros(A.size)), [0.5, 0.2], [])
+    for x, style, label in ((plain.x, "--", "for the samples as they are"), (result.x, "-", "robust")):
+        along = 3.0 * np.array([[-x[1], x[0]], [x[1], -x[0]]]) / np.linalg.norm(x)
+        axes.plot(*along.T, style, color="gray", label=label)
+    angle = np.linspace(0.0, 2.0 * np.pi, 61)
+    for a, d, b in zip(A, moved, B):
+        color = "tab:blue" if b > 0.0 else "tab:orange"
+        axes.plot(a[0] + RADIUS * np.cos(angle), a[1] + RADIUS * np.sin(angle), color=color, lw=0.7)
+        axes.plot(*np.array([a, d]).T, "-", color=color)
+        axes.plot(*a, "o", color=color)
+    axes.set(xlim=(-1.8, 1.8), ylim=(-1.5, 1.7), aspect="equal")
+    axes.legend(loc="lower right")
+    return axes.figure
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
-    parser.add_argument("--picture", help="file of the picture: convergence")
+    parser.add_argument("--picture", help="file of the picture: samples, where they are moved, separating lines")
     arguments, result = parser.parse_args(), solve()
     print(result.certificate.kind, "x =", result.x.round(6), f"value {result.fun:.6f}",
           f"closed form {closed_form(result.x):.6f}")
     if arguments.picture:
-        plot.draw_convergence(result).figure.savefig(arguments.picture)
+        draw(result).savefig(arguments.picture)

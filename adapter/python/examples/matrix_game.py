@@ -24,6 +24,10 @@ def solve(x0=(0.5, 0.3, 0.2), y0=(0.2, 0.3, 0.5)):
                                         LinearConstraint(None, probabilities, 1.0, 1.0)])
 
 
+def draw(result):
+    return plot.draw_convergence(result).figure
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--picture", help="file of the picture: convergence")
@@ -31,4 +35,4 @@ if __name__ == "__main__":
     print(result.message, "x =", result.x.round(6), "y =", result.y.round(6),
           f"value {result.fun:.2e}")
     if arguments.picture:
-        plot.draw_convergence(result).figure.savefig(arguments.picture)
+        draw(result).savefig(arguments.picture)

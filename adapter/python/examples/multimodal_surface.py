@@ -66,7 +66,7 @@ else:
               color="orange", ms=12, label="global minmax on the grid")
     axes.set(xlabel="x (min)", ylabel="y (max)", xlim=BOX, ylim=BOX)
     axes.legend(loc="upper right")
-    figure.savefig(f"{output}/multimodal_surface.png", dpi=120)
+    figure.savefig(f"{output}/multimodal_surface.png", dpi=80)
     print(f"drawn: {output}/multimodal_surface.png")
 
 # %%

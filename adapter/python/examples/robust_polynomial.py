@@ -30,12 +30,32 @@ def solve(x0=(0.0, 0.5)):
         options={"minmax_epigraph_at_kinks": True, "minmax_worst_case_starts": 20})
 
 
+def draw(result):
+    figure, (left, right) = plot.new_figure(2)
+    x, y = result.x
+    grid = np.linspace(-0.9, 0.9, 61)
+    left.contourf(x + grid, y + grid, polynomial(x + grid[None, :], y + grid[:, None]),
+                  np.linspace(-25.0, 25.0, 11), cmap="RdBu_r", extend="both")
+    angle = np.linspace(0.0, 2.0 * np.pi, 101)
+    left.plot(x + RADIUS * np.cos(angle), y + RADIUS * np.sin(angle), "k", lw=0.8)
+    for case in result.worst_cases:
+        length, direction = case.y
+        left.annotate("", (x + length * np.cos(direction), y + length * np.sin(direction)), (x, y),
+                      arrowprops={"arrowstyle": "->"})
+    left.set(title="the polynomial and its worst errors", aspect="equal")
+    aside, worst = np.array([0.3, 0.0]), result.worst_cases[0].y
+    data = plot.segment(fun, (result.x - aside, worst), (result.x + aside, worst),
+                        [(0.0, RADIUS), (-4.0, 4.0)], count=25, starts=6)
+    plot.draw_segment(data, right).set_title("from 0.3 left of x to 0.3 right of it")
+    return figure
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
-    parser.add_argument("--picture", help="file of the picture: the worst errors")
+    parser.add_argument("--picture", help="file of the picture: the worst errors and the branches of max over y")
     arguments, result = parser.parse_args(), solve()
     print(result.certificate.kind, "x =", result.x.round(5), f"worst value {result.fun:.5f}")
     for case in result.worst_cases:
         print("length and direction of a worst error:", case.y.round(4))
     if arguments.picture:
-        plot.draw_worst_cases(result).figure.savefig(arguments.picture)
+        draw(result).savefig(arguments.picture)

@@ -10,8 +10,8 @@ import numpy as np
 from ipminmax import Constraint, minimize_minmax, plot
 
 RADIUS = 0.4
-A = np.array([[1.0, 0.2], [0.4, 1.1], [1.3, -0.6], [0.1, 0.9]])
-B = np.array([1.0, 2.0, 0.3, 1.4])
+A = np.array([[1.0, 1.2], [0.5, 0.4], [1.3, 1.1], [0.2, 0.5]])  # nearly dependent columns
+B = np.array([1.0, 0.7, 1.5, -0.1])
 
 
 def fun(x, d):
@@ -19,8 +19,8 @@ def fun(x, d):
     return residual @ residual
 
 
-def closed_form(x):
-    return (np.linalg.norm(A @ x - B) + RADIUS * np.linalg.norm(x)) ** 2
+def closed_form(x, radius=RADIUS):
+    return (np.linalg.norm(A @ x - B) + radius * np.linalg.norm(x)) ** 2
 
 
 def solve():
@@ -28,11 +28,21 @@ def solve():
                            constraints=Constraint(lambda x, d: d @ d, ub=RADIUS**2))
 
 
+def draw(result):
+    axes, radius = plot.new_axes(), np.linspace(0.0, 1.0, 51)
+    for x, label in ((np.linalg.lstsq(A, B, rcond=None)[0], "least squares"), (result.x, "robust")):
+        axes.plot(radius, [closed_form(x, r) for r in radius], label=label)
+    axes.plot(RADIUS, result.fun, "o", color="tab:red", label="the game's value")
+    axes.set(xlabel="how wrong the matrix may be, |D|", ylabel="worst squared error")
+    axes.legend()
+    return axes.figure
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
-    parser.add_argument("--picture", help="file of the picture: f and phi on the way to least squares")
+    parser.add_argument("--picture", help="file of the picture: worst errors")
     arguments, result = parser.parse_args(), solve()
     print(result.certificate.kind, "x =", result.x.round(6), f"value {result.fun:.6f}",
           f"closed form {closed_form(result.x):.6f}")
     if arguments.picture:
-        plot.draw_convergence(result).figure.savefig(arguments.picture)
+        draw(result).savefig(arguments.picture)

@@ -11,7 +11,7 @@ from .problem import to_floats
 
 @dataclass(eq=False)
 class Constraint:
-    """lb <= fun(x, y) <= ub; lb and ub scalar or one number per value, infinite: none.
+    """lb <= fun(x, y) <= ub; lb and ub scalar or one number per value, None or infinite: none.
 
     fun(x, y): k numbers, or one. jac(x, y): their derivatives, an array or scipy.sparse matrix k x
     (nx + ny), or a tuple (k x nx, k x ny); None: by complex steps or differences. hess(x, y,
@@ -49,7 +49,8 @@ class Row:
     """A constraint as the game reads it: fun(x, y), jac, hess or constant matrices."""
 
     def __init__(self, name: str, lb: Any, ub: Any, player: Any) -> None:
-        self.name, self.lb, self.ub = name, lb, ub
+        self.name = name
+        self.lb, self.ub = -np.inf if lb is None else lb, np.inf if ub is None else ub
         if player is not None and not (isinstance(player, str) and player.lower() in ("min", "max")):
             raise ValueError(f'player of {name} is {player!r:.60}; it must be "min", "max" or None')
         self.player: Optional[str] = None if player is None else player.lower()

@@ -11,14 +11,18 @@ from .minimize import minimize_minmax
 from .result import MinmaxResult
 
 
-def _axes(axes: Any) -> Any:
-    if axes is not None:
-        return axes
+def new_figure(columns: int = 1) -> Tuple[Any, Any]:
+    """A figure and its axes, one or one per column."""
     try:
         import matplotlib.pyplot as plt
     except ImportError:
         raise ImportError("ipminmax.plot needs Matplotlib") from None
-    return plt.subplots()[1]
+    return plt.subplots(1, columns, figsize=(5.6 * columns, 4.2), layout="constrained")
+
+
+def new_axes() -> Any:
+    """The axes of a new figure."""
+    return new_figure()[1]
 
 
 class Segment(NamedTuple):
@@ -57,7 +61,7 @@ def segment(fun: Callable[..., Any], first: Tuple[Any, Any], second: Tuple[Any, 
 
 def draw_segment(data: Segment, axes: Any = None) -> Any:
     """phi as a line, the branches of max over y as dots, fun on the straight way as a dashed line."""
-    axes = _axes(axes)
+    axes = axes or new_axes()
     for t, branch in zip(data.share, data.branches):
         axes.plot(np.full(branch.size, t), branch, ".", color="tab:orange", ms=4)
     axes.plot([], [], ".", color="tab:orange", label="local maxima over y")
@@ -74,7 +78,7 @@ def draw_worst_cases(result: MinmaxResult, axes: Any = None, first: int = 0, sec
     if not result.worst_cases:
         raise ValueError("the result has no worst cases: they are those of robust constraints and of "
                          "minmax_epigraph")
-    axes = _axes(axes)
+    axes = axes or new_axes()
     single = result.y.size < 2
     for case in result.worst_cases:
         height = case.value if single else case.y[second]
@@ -88,7 +92,7 @@ def draw_worst_cases(result: MinmaxResult, axes: Any = None, first: int = 0, sec
 def draw_convergence(result: MinmaxResult, axes: Any = None) -> Any:
     """Columns inf_pr, inf_du and mu of the log over the iterations of the last search."""
     history = result.info["history"]
-    axes = _axes(axes)
+    axes = axes or new_axes()
     for column, name in ((2, "inf_pr"), (3, "inf_du"), (4, "mu")):
         shown = np.where(history[:, column] > 0.0, history[:, column], np.nan)
         axes.semilogy(history[:, 0], shown, ".-", label=name)

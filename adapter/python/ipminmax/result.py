@@ -87,6 +87,10 @@ class MinmaxResult:
         with np.printoptions(precision=6, threshold=10, edgeitems=3):
             lines = {"kind": self.certificate.kind, "success": self.success, "message": self.message,
                      "fun": self.fun, "x": self.x, "y": self.y, "nit": self.nit, "nfev": self.nfev}
+            # What the message does not say: the point over all of y, and over x.
+            for name, statement in zip(("over y", "over x"), self.statements[2:]):
+                if statement not in self.message:
+                    lines[name] = statement
             if self.worst_cases:
                 lines["worst_cases"] = len(self.worst_cases)
             if self.points:

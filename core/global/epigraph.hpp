@@ -1,0 +1,46 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/problem.hpp"
+
+namespace ipminmax {
+
+/// min t subject to the model's constraints and f(x, y) - t <= 0, a robust constraint. The variable
+/// t is the last one, the constraint too.
+class Epigraph final : public Problem {
+ public:
+  /// reads_y: n, whether f reads a Max variable, as far as is known; none: it may read all.
+  Epigraph(Problem& model, const std::vector<bool>& reads_y);
+
+  /// Whether a gradient of f has shown that it reads more Max variables.
+  [[nodiscard]] bool reads_more() const { return reads_more_; }
+
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+  [[nodiscard]] bool starting_point(StartingPoint& start) override;
+  [[nodiscard]] bool user_scaling(UserScaling& scaling) override;
+  [[nodiscard]] bool objective(std::span<const double> v, bool, double& f) override;
+  [[nodiscard]] bool gradient(std::span<const double>, bool, std::span<double> grad) override;
+  [[nodiscard]] bool constraints(std::span<const double> v, bool, std::span<double> g) override;
+  [[nodiscard]] bool jacobian(std::span<const double> v, bool, std::span<double> values) override;
+  [[nodiscard]] bool hessian(std::span<const double> v, bool, double,
+                             std::span<const double> lambda, bool,
+                             std::span<double> values) override;
+  [[nodiscard]] bool hessian_errors(std::span<const double> v, double,
+                                    std::span<const double> lambda,
+                                    std::span<double> row_errors) override;
+
+ private:
+  static std::size_t size(Index i) { return static_cast<std::size_t>(i); }
+
+  Problem& model_;
+  ProblemStructure structure_;
+  Index n_ = 0, m_ = 0;
+  std::size_t entries_ = 0;           ///< of the model's Jacobian
+  std::vector<Index> read_, unread_;  ///< variables that the row f - t has entries of, and others
+  std::vector<double> gradient_;
+  bool reads_more_ = false;
+};
+
+}  // namespace ipminmax
