@@ -36,7 +36,6 @@ class Search {
   Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
          Observation& observation, const Start& start, SearchArrays& arrays);
 
-
   /// Iterates until the search ends. kept: a first-order point with an undecided test that was left
   /// for a better one.
   [[nodiscard]] SearchOutcome run(StepMethod& method, std::optional<SearchOutcome>& kept);
