@@ -207,6 +207,8 @@ struct MinMaxApplication::Implementation {
   bool banner_printed = false;
   bool documentation_printed = false;
   std::set<std::string> ignored_options;  ///< messages already printed
+  bool model_is_known = false;            ///< it was solved just before
+  std::vector<std::string> warnings;      ///< about who owns what, of the model when it was new
   bool rethrow = false;
   bool over_ranks = false;
   bool silent = false;  ///< not the rank that prints
@@ -258,7 +260,7 @@ struct MinMaxApplication::Implementation {
   [[nodiscard]] ApplicationReturnStatus join_ranks();
   [[nodiscard]] ApplicationReturnStatus stop(Status status, std::string message);
   [[nodiscard]] ApplicationReturnStatus finish(TnlpProblem& problem, const SolverOptions& options);
-  void print_split_remarks(const ProblemStructure& structure, const SolverOptions& options) const;
+  void remark_on_split(const ProblemStructure& structure, const SolverOptions& options);
   void print_linear_solver();
   [[nodiscard]] std::string exit_line() {
     return current_settings().rows.as_ipopt ? log::ipopt_exit_line(result) : log::exit_line(result);
@@ -622,9 +624,12 @@ ApplicationReturnStatus MinMaxApplication::Implementation::join_ranks() {
   }
 }
 
-void MinMaxApplication::Implementation::print_split_remarks(const ProblemStructure& structure,
-                                                            const SolverOptions& options) const {
-  if (!is_printed(Ipopt::J_WARNING, Ipopt::J_MAIN)) return;
+/// A model that is solved again, step by step, is not looked at again unless it is printed.
+void MinMaxApplication::Implementation::remark_on_split(const ProblemStructure& structure,
+                                                        const SolverOptions& options) {
+  const bool printed = is_printed(Ipopt::J_WARNING, Ipopt::J_MAIN);
+  if (!printed && model_is_known) return;
+  warnings.clear();
   const bool any_max = std::ranges::find(structure.variable_players, Player::Max) !=
                        structure.variable_players.end();
   const bool distributes = dynamic_cast<const MinMaxTNLP*>(Ipopt::GetRawPtr(model)) != nullptr &&
@@ -635,9 +640,12 @@ void MinMaxApplication::Implementation::print_split_remarks(const ProblemStructu
               (options.obj_scaling_factor < 0.0 ? "maximization" : "minimization") + ".\n\n");
     return;
   }
-  for (const std::string& text : split_remarks(structure)) {
+  const auto warn = [&](const std::string& text) {
     print(Ipopt::J_WARNING, Ipopt::J_MAIN, "Warning: " + text + "\n\n");
-  }
+  };
+  if (const auto text = one_player_remark(structure); !text.empty()) warn(text);
+  warnings = split_remarks(structure);
+  std::ranges::for_each(warnings, warn);
 }
 
 /// Not where the solver that was asked for is not built in: programs find out so whether it is.
@@ -661,6 +669,9 @@ std::string stop_note(Ipopt::TNLP& model, const Result& result) {
 ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& problem,
                                                                   const SolverOptions& options) {
   result.message += stop_note(*model, result);
+  for (const std::string& text : warnings) {  // where there is no console, too
+    if (result.message.find(text) == std::string::npos) result.message += "; " + text;
+  }
   if (!has_iterate(result.status)) {
     print(Ipopt::J_ERROR, Ipopt::J_MAIN, exit_line());
     return application_status(result.status);
@@ -711,7 +722,8 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
   // Taken out, so that an exception leaves nothing half made.
   std::unique_ptr<TnlpProblem> own = std::move(last_problem);
   const PlayerOptions& players = current_settings().players;
-  if (!own || !own->is_of(model, players, options.hessian_approximation)) {
+  model_is_known = own && own->is_of(model, players, options.hessian_approximation);
+  if (!model_is_known) {
     if (auto error = ipopt_library_error(*model); !error.empty()) {
       return stop(Status::InvalidProblem, std::move(error));
     }
@@ -735,7 +747,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::solve(TnlpProblem& pr
   if (current_settings().rows.as_ipopt) print_linear_solver();
   print_made(Ipopt::J_WARNING, Ipopt::J_STATISTICS,
              [&] { return log::problem_statistics(problem.structure(), options); });
-  print_split_remarks(problem.structure(), options);
+  remark_on_split(problem.structure(), options);
   try {
     if (options.derivative_test != DerivativeTest::None) {
       print(Ipopt::J_SUMMARY, Ipopt::J_NLP,

@@ -104,6 +104,20 @@ def bundle(module):
     print(f"{len(names)} shared libraries are in the package: {', '.join(sorted(names))}")
 
 
+def place(module, target):
+    """The module with its libraries where the package is put together."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    # Anew: distutils keeps a newer target, and one that was patched does not survive another strip.
+    shutil.copy(module, target)
+    if os.environ.get("IPMINMAX_BUNDLE", "1") == "0":
+        return
+    if not (shutil.which("patchelf") and shutil.which("ldd")):
+        print("patchelf is not found: the package needs the system's shared libraries")
+        return
+    subprocess.check_call(["strip", "--strip-unneeded", str(target)])
+    bundle(target)
+
+
 class CMakeBuild(build_ext):
     def build_extension(self, extension):
         work = Path(self.build_temp).resolve()
@@ -126,16 +140,7 @@ class CMakeBuild(build_ext):
         built = list((work / "python" / "ipminmax").glob("_core.*.so"))
         if len(built) != 1:
             raise RuntimeError("NumPy, Python's headers or pybind11 was not found by CMake")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        # Anew: distutils keeps a newer target, and one that was patched does not survive another strip.
-        shutil.copy(built[0], target)
-        if os.environ.get("IPMINMAX_BUNDLE", "1") == "0":
-            return
-        if not (shutil.which("patchelf") and shutil.which("ldd")):
-            print("patchelf is not found: the package needs the system's shared libraries")
-            return
-        subprocess.check_call(["strip", "--strip-unneeded", str(target)])
-        bundle(target)
+        place(built[0], target)
 
 
 def missing_tools():
@@ -150,5 +155,6 @@ def missing_tools():
     return missing
 
 
-setup(setup_requires=missing_tools(), ext_modules=[Extension("ipminmax._core", [])],
-      cmdclass={"build_ext": CMakeBuild, "sdist": SourceDistribution})
+if __name__ == "__main__":
+    setup(setup_requires=missing_tools(), ext_modules=[Extension("ipminmax._core", [])],
+          cmdclass={"build_ext": CMakeBuild, "sdist": SourceDistribution})

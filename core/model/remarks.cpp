@@ -143,18 +143,20 @@ std::string percent(double share) {
 
 }  // namespace
 
+std::string one_player_remark(const ProblemStructure& s) {
+  const Shares counts = count(s);
+  if (counts.variables[1] == 0) return "Max has no variables: this is a plain minimization.";
+  if (counts.variables[0] == 0) return "Min has no variables: this is a plain maximization.";
+  if (counts.free[1] == 0) return "Max's variables are all fixed: this is a plain minimization.";
+  if (counts.free[0] == 0) return "Min's variables are all fixed: this is a plain maximization.";
+  return {};
+}
+
 std::vector<std::string> split_remarks(const ProblemStructure& s) {
   const Shares counts = count(s);
   std::vector<std::string> remarks;
-  if (counts.variables[1] == 0) {
-    remarks.emplace_back("Max has no variables: this is a plain minimization.");
-  } else if (counts.variables[0] == 0) {
-    remarks.emplace_back("Min has no variables: this is a plain maximization.");
-  } else if (counts.free[1] == 0) {
-    remarks.emplace_back("Max's variables are all fixed: this is a plain minimization.");
-  } else if (counts.free[0] == 0) {
-    remarks.emplace_back("Min's variables are all fixed: this is a plain maximization.");
-  } else if (counts.equations[1] >= counts.free[1]) {
+  if (counts.free[0] == 0 || counts.free[1] == 0) return remarks;
+  if (counts.equations[1] >= counts.free[1]) {
     remarks.push_back(
         "Max has " + plural(counts.equations[1], "equality constraint") + " for " +
         plural(counts.free[1], "variable") +

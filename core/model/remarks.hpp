@@ -9,10 +9,12 @@
 
 namespace ipminmax {
 
-/// What looks like a mistake in who owns what, in sentences: a player without free variables
-/// although the model distributes them, Max's equalities that leave him no choice or read what may be
-/// states that Max should own. The structure
-/// must be valid.
+/// That one player has no free variables although the model distributes them; empty: both have.
+/// The structure must be valid.
+[[nodiscard]] std::string one_player_remark(const ProblemStructure& structure);
+
+/// What looks like a mistake in who owns what, in sentences: Max's equalities that leave him no
+/// choice or read what may be states that Max should own. The structure must be valid.
 [[nodiscard]] std::vector<std::string> split_remarks(const ProblemStructure& structure);
 
 /// What may help a game that ended without a local minmax, in the user's terms, with what the result

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include "core/certificate/units.hpp"
 #include "core/model/canonical_problem.hpp"
@@ -11,6 +12,7 @@
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/remarks.hpp"
+#include "core/model/structure_check.hpp"
 
 namespace ipminmax {
 namespace {
@@ -111,6 +113,31 @@ std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian)
   return "first and second derivatives agree with differences there";
 }
 
+/// A constraint that is Max's for entries of its Jacobian that are zero: the first, by name.
+std::string structural_zeros(Problem& problem, Result& result) {
+  const ProblemStructure& s = problem.structure();
+  std::vector<double> values(s.jacobian.size());
+  ++result.counts.jacobian;
+  if (values.empty() || !problem.jacobian(result.v, true, values)) return {};
+  std::vector<Index> listed(s.constraint_players.size(), -1);  // a Max variable
+  std::vector<bool> read(listed.size(), false);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const auto [row, column] = s.jacobian[k];
+    const auto j = static_cast<std::size_t>(row), i = static_cast<std::size_t>(column);
+    if (s.constraint_players[j] != Player::Max || s.variable_players[i] != Player::Max) continue;
+    listed[j] = column;
+    if (values[k] != 0.0) read[j] = true;
+  }
+  for (std::size_t j = 0; j < listed.size(); ++j) {
+    if (listed[j] < 0 || read[j]) continue;
+    return constraint_name(s, static_cast<Index>(j)) + " is Max's and its Jacobian lists " +
+           variable_name(s, listed[j]) +
+           ", but no variable of Max's moves it at the last point: if it depends on none, leave "
+           "these entries out, and it is Min's";
+  }
+  return {};
+}
+
 }  // namespace
 
 void diagnose_failure(Problem& problem, const SolverOptions& options, Result& result) {
@@ -124,7 +151,7 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
   CanonicalProblem canonical(at, own, result.counts, result.timing);
   const std::string verdict =
       canonical.build().empty() ? find_wrong_derivative(canonical, has_hessian) : "";
-  for (const std::string& text : {verdict, help}) {
+  for (const std::string& text : {verdict, structural_zeros(problem, result), help}) {
     if (text.empty()) continue;
     if (result.message.empty()) result.message = std::string(name_of(result.status));
     result.message += "; " + text;

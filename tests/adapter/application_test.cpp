@@ -50,6 +50,24 @@ TEST(Application, SolvesAMinmaxProblem) {
   EXPECT_NEAR(model->final.g[1], 2.0 / 7.0 - 4.0 / 21.0, 1e-6);
 }
 
+// Programs without a console read the message.
+TEST(Application, WarningsStandInTheMessage) {
+  const auto app = silent_application();
+  const SmartPtr<Model> model = new Model;
+  // g0, an equation, is all that Max's x0 and x1 may do; y is Min's.
+  const SmartPtr<Ipopt::TNLP> game = new SplitTNLP(GetRawPtr(model), {2}, {0});
+  const auto warned = [&] {
+    return app->LastResult().message.find("Max has 1 equality constraint for 1 variable") !=
+           std::string::npos;
+  };
+  app->OptimizeTNLP(game);
+  EXPECT_TRUE(warned()) << app->LastResult().message;
+  app->ReOptimizeTNLP(game);
+  EXPECT_TRUE(warned()) << app->LastResult().message;
+  ASSERT_EQ(app->OptimizeTNLP(split(new Model)), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(app->LastResult().message, "solved");
+}
+
 // grad f + J' lambda - z_L + z_U = 0 for every variable; a Max variable's multipliers are <= 0.
 TEST(Application, SignsOfTheMultipliers) {
   class Pushed : public Model {  // y wants to be 2/7 and is kept at 0.1

@@ -151,12 +151,12 @@ TEST(SplitRemarks, ControlsOfBothPlayersMayHaveOneName) {
             "");
 }
 
-TEST(SplitRemarks, APlayerWithoutVariables) {
+TEST(OnePlayerRemark, SaysWhoHasNoChoice) {
   for (const Player player : {kMin, kMax}) {
     Model model;
     const Expression x = model.variable(player, "x", -1.0, 1.0);
     model.objective(square(x));
-    const std::string text = first(split_remarks(AutodiffProblem(model, {0.0}).structure()));
+    const std::string text = one_player_remark(AutodiffProblem(model, {0.0}).structure());
     EXPECT_NE(text.find(player == kMin ? "Max has no variables" : "Min has no variables"),
               std::string::npos)
         << text;
@@ -164,7 +164,7 @@ TEST(SplitRemarks, APlayerWithoutVariables) {
   Model model;
   const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y", 1.0, 1.0);
   model.objective(square(x) + y);
-  EXPECT_NE(first(split_remarks(AutodiffProblem(model, {0.0, 1.0}).structure())).find("all fixed"),
+  EXPECT_NE(one_player_remark(AutodiffProblem(model, {0.0, 1.0}).structure()).find("all fixed"),
             std::string::npos);
 }
 

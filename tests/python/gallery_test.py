@@ -80,7 +80,6 @@ class ClosedForms(unittest.TestCase):
         self.assertAlmostEqual(result.fun, 4.28278, delta=1e-4)
         np.testing.assert_allclose(result.x, [-0.18129, 0.29157], atol=1e-4)
 
-
     def test_chebyshev(self):
         result = chebyshev.solve()
         self.assertAlmostEqual(result.fun, chebyshev.closed_form(), delta=1e-7)
@@ -179,7 +178,7 @@ class Pictures(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             picture = os.path.join(folder, "picture.png")
             subprocess.run([sys.executable, os.path.join(EXAMPLES, "generator_and_critic.py"),
-                            "--picture", picture], check=True, stdout=subprocess.DEVNULL,
+                            picture], check=True, stdout=subprocess.DEVNULL,
                            env={**os.environ, "MPLBACKEND": "Agg"})
             self.assertGreater(os.path.getsize(picture), 5000)
 

@@ -77,7 +77,7 @@ class Shape(unittest.TestCase):
         for name in ipminmax.__all__:
             with self.subTest(name):
                 if name not in ("MIN", "MAX", "__version__"):
-                    self.assertTrue(inspect.getdoc(getattr(ipminmax, name)))
+                    self.assertTrue(getattr(ipminmax, name).__doc__)
         for method in ("solve", "solve_again", "add_option", "set_bounds", "get_current_iterate"):
             self.assertTrue(inspect.getdoc(getattr(ipminmax.Problem, method)))
         self.assertIn("x0 (nx), y0 (ny)", minimize_minmax.__doc__)

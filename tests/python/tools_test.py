@@ -74,6 +74,27 @@ class Tools(unittest.TestCase):
         self.check(lambda x, y: value(np.r_[x, y]), lambda x, y: slope(np.r_[x, y]),
                    lambda x, y: curvature(np.r_[x, y]))
 
+    def test_arrays_of_any_tool(self):
+        """What JAX and others return: no array of NumPy's, but with __array__, shape and @."""
+        class Array:
+            def __init__(self, values):
+                self.values = np.asarray(values, dtype=float)
+                self.shape, self.ndim, self.dtype = self.values.shape, self.values.ndim, self.values.dtype
+
+            def __array__(self, dtype=None):
+                return self.values if dtype is None else self.values.astype(dtype)
+
+            def __matmul__(self, other):
+                return Array(self.values @ np.asarray(other))
+
+        def fun(x, y):
+            return Array((x[0] - 1) ** 2 + (x[0] - x[1]) ** 2 + x[0] * y[0] - np.exp(y[0]) + y[0])
+
+        def jac(x, y):
+            return Array([2 * (x[0] - 1) + 2 * (x[0] - x[1]) + y[0], 2 * (x[1] - x[0]), x[0] - np.exp(y[0]) + 1])
+
+        self.check(fun, jac, lambda x, y: Array([[4, -2, 1], [-2, 2, 0], [1, 0, -np.exp(y[0])]]))
+
     def test_casadi(self):
         casadi = tool("casadi")
         v = casadi.SX.sym("v", 3)

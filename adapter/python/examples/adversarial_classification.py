@@ -4,7 +4,7 @@
     min over x   max over d   sum of log(1 + exp(-b_i (a_i + d_i)'x))
     closed form               sum of log(1 + exp(-b_i a_i'x + r |x|))
 """
-import argparse
+import sys
 
 import numpy as np
 
@@ -47,10 +47,8 @@ def draw(result):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--picture", help="file of the picture: samples, where they are moved, separating lines")
-    arguments, result = parser.parse_args(), solve()
+    result = solve()
     print(result.certificate.kind, "x =", result.x.round(6), f"value {result.fun:.6f}",
           f"closed form {closed_form(result.x):.6f}")
-    if arguments.picture:
-        draw(result).savefig(arguments.picture)
+    for file in sys.argv[1:]:  # of the picture: samples, where they are moved, separating lines
+        draw(result).savefig(file)

@@ -4,7 +4,7 @@
     min over (c, E)  E    subject to   -E <= 1 / (t + a) - (c_0 + c_1 t + c_2 t^2 + c_3 t^3) <= E  for every t
     closed form           E = (a - s)^3 / s^2, s = sqrt(a^2 - 1); the error alternates at five t
 """
-import argparse
+import sys
 
 import numpy as np
 
@@ -45,10 +45,8 @@ def draw(result):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--picture", help="file of the picture: the error and where it is worst")
-    arguments, result = parser.parse_args(), solve()
+    result = solve()
     print(result.certificate.kind, f"error {result.fun:.10f}, closed form {closed_form():.10f}, worst t",
           np.sort([case.y[0] for case in result.worst_cases if case.active]).round(6))
-    if arguments.picture:
-        draw(result).savefig(arguments.picture)
+    for file in sys.argv[1:]:  # of the picture: the error and where it is worst
+        draw(result).savefig(file)

@@ -5,7 +5,7 @@ from data with mean 1 and deviation 2; the critic's weights cost |w|^2 / 2.
     min over (m, s)   max over w   w1 (E u - m) + w2 (E u^2 - m^2 - s^2) - |w|^2 / 2
     closed form: m = 1, s = 2, w = 0. Nonconvex in (m, s): gradient descent and ascent spiral around it.
 """
-import argparse
+import sys
 
 import numpy as np
 
@@ -48,9 +48,7 @@ def draw(_):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--picture", help="file of the picture: ways to the answer")
-    arguments, result = parser.parse_args(), solve()
+    result = solve()
     print(result.certificate.kind, "generator", result.x.round(6), "critic", result.y.round(6))
-    if arguments.picture:
-        draw(result).savefig(arguments.picture)
+    for file in sys.argv[1:]:  # of the picture: ways to the answer
+        draw(result).savefig(file)

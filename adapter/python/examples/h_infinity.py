@@ -5,7 +5,7 @@
     closed form       Nishihara and Asami (Journal of Vibration and Acoustics 124, 2002). Two frequencies
                       are worst at once: a kink of phi.
 """
-import argparse
+import sys
 
 import numpy as np
 
@@ -47,10 +47,8 @@ def draw(result):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--picture", help="file of the picture: amplitudes over the frequency")
-    arguments, result = parser.parse_args(), solve()
+    result = solve()
     print(result.certificate.kind, f"tuning and damping {result.x.round(6)}, closed form",
           closed_form().round(6), f"worst amplitude {np.exp(result.fun):.6f}")
-    if arguments.picture:
-        draw(result).savefig(arguments.picture)
+    for file in sys.argv[1:]:  # of the picture: amplitudes over the frequency
+        draw(result).savefig(file)

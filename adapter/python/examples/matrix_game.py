@@ -3,7 +3,7 @@
 
     min over x   max over y   x'A y      x and y probabilities; closed form: (1, 2, 1) / 4 for both, value 0
 """
-import argparse
+import sys
 
 import numpy as np
 
@@ -29,10 +29,8 @@ def draw(result):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--picture", help="file of the picture: convergence")
-    arguments, result = parser.parse_args(), solve()
+    result = solve()
     print(result.message, "x =", result.x.round(6), "y =", result.y.round(6),
           f"value {result.fun:.2e}")
-    if arguments.picture:
-        draw(result).savefig(arguments.picture)
+    for file in sys.argv[1:]:  # of the picture: convergence
+        draw(result).savefig(file)

@@ -4,7 +4,7 @@ Bertsimas, Nohadani and Teo (Operations Research 58, 2010). Three d are worst at
 
     min over x   max over |d| <= 0.5   f(x + d)       x in [-1, 4]^2; d by its length and direction
 """
-import argparse
+import sys
 
 import numpy as np
 
@@ -51,11 +51,9 @@ def draw(result):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--picture", help="file of the picture: the worst errors and the branches of max over y")
-    arguments, result = parser.parse_args(), solve()
+    result = solve()
     print(result.certificate.kind, "x =", result.x.round(5), f"worst value {result.fun:.5f}")
     for case in result.worst_cases:
         print("length and direction of a worst error:", case.y.round(4))
-    if arguments.picture:
-        draw(result).savefig(arguments.picture)
+    for file in sys.argv[1:]:  # of the picture: the worst errors and the branches of max over y
+        draw(result).savefig(file)

@@ -4,7 +4,7 @@
     min over x   max over p   sum of p_i loss_i(x) - t sum of p_i log(p_i / q_i)
     closed form               t log(sum of q_i exp(loss_i(x) / t))         loss = -R x, x and p in simplices
 """
-import argparse
+import sys
 
 import numpy as np
 
@@ -40,10 +40,8 @@ def draw(_):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--picture", help="file of the picture: the portfolio over the price")
-    arguments, result = parser.parse_args(), solve()
+    result = solve()
     print(result.certificate.kind, "x =", result.x.round(5), "p =", result.y.round(5),
           f"value {result.fun:.8f} closed form {closed_form(result.x):.8f}")
-    if arguments.picture:
-        draw(result).savefig(arguments.picture)
+    for file in sys.argv[1:]:  # of the picture: the portfolio over the price
+        draw(result).savefig(file)

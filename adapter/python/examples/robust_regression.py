@@ -3,7 +3,7 @@
 
     min over x   max over D   |(A + D) x - b|^2          closed form: (|A x - b| + r |x|)^2
 """
-import argparse
+import sys
 
 import numpy as np
 
@@ -39,10 +39,8 @@ def draw(result):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--picture", help="file of the picture: worst errors")
-    arguments, result = parser.parse_args(), solve()
+    result = solve()
     print(result.certificate.kind, "x =", result.x.round(6), f"value {result.fun:.6f}",
           f"closed form {closed_form(result.x):.6f}")
-    if arguments.picture:
-        draw(result).savefig(arguments.picture)
+    for file in sys.argv[1:]:  # of the picture: worst errors
+        draw(result).savefig(file)

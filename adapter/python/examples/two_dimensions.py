@@ -6,7 +6,7 @@
 At nine points both derivatives are 0. A local minmax point passes two tests, f_yy < 0 (y is a local
 maximum) and f_xx - f_xy^2 / f_yy > 0 (x is a local minimum of phi, the value of that maximum).
 """
-import argparse
+import sys
 
 import numpy as np
 
@@ -60,12 +60,10 @@ def draw(points):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--picture", help="file of the picture: the points over f and over phi")
-    arguments, points = parser.parse_args(), first_order_points()
+    points = first_order_points()
     for point in points:
         result = solve(point + 1e-3)
         print(point.round(4), f"{kind(*point):28}", "search from there:", result.certificate.kind,
               np.r_[result.x, result.y].round(4))
-    if arguments.picture:
-        draw(points).savefig(arguments.picture)
+    for file in sys.argv[1:]:  # of the picture: the points over f and over phi
+        draw(points).savefig(file)

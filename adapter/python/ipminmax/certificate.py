@@ -13,6 +13,8 @@ class _NamedNumber(IntEnum):
 
 
 class PointKind(_NamedNumber):
+    """What was shown of the point; prints as its name."""
+
     LOCAL_MINMAX = 0  #: certified: both inertias right with margin
     FIRST_ORDER_POINT = 1  #: stationary, not certified
     FEASIBLE_POINT = 2
@@ -21,6 +23,8 @@ class PointKind(_NamedNumber):
 
 
 class SecondOrder(_NamedNumber):
+    """What its second-order test found."""
+
     NOT_TESTED = 0  #: not a first-order point
     SATISFIED = 1
     UNDECIDED = 2  #: none of the others could be shown; see reasons

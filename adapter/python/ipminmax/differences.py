@@ -209,7 +209,7 @@ def check_given(function: Function, derivative: Function, v: Vector, box: Box,
                 name: Callable[[int], str],
                 variable: Callable[[int], str] = "variable {}".format) -> Optional[str]:
     """What is wrong with the derivative (rows: values, or one row) at v, found along one random
-    direction: two calls of the function beside those at v. None: nothing was found."""
+    direction: three calls of the function beside the one at v. None: nothing was found."""
     random = np.random.default_rng(271828)
     try:
         function(v)  # what fails at v itself is raised, as the solver would

@@ -430,7 +430,7 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLik
     callback           callback(x, y), called at each iterate; False stops
     options            those of docs/options.md, and "disp": True for the log, written to sys.stdout
     check_derivatives  whether a jac that is given is compared with differences along one direction,
-                       at the start and at the answer: two calls of the function each time. What is
+                       at the start and at the answer: four calls of the function each time. What is
                        wrong is a DerivativeWarning, at the answer it takes success and certificate
 
     Returns a MinmaxResult. Functions may raise EvaluationError where they are undefined; other

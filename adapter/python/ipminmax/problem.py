@@ -153,7 +153,7 @@ class Problem:
     last iterate, which solve returns, with info["interrupted"] True; so do max_wall_time and
     max_cpu_time. Solves release the interpreter's lock. While check_derivatives is True (the
     default), gradient and jacobian are compared with differences along one direction at the start
-    and at the answer: two calls of objective and constraints each time.
+    and at the answer: four calls of objective and constraints each time.
     """
 
     check_derivatives: bool = True
