@@ -94,8 +94,7 @@ class MaximizationOverY {
  public:
   /// limit: from which value, and by how much of the range, a maximum is one too many; without it
   /// there are as many starts as are asked for.
-  MaximizationOverY(Problem& inner, const MaximizationContext& context,
-                    std::optional<double> limit)
+  MaximizationOverY(Problem& inner, const MaximizationContext& context, std::optional<double> limit)
       : inner_(inner), context_(context), options_(context.options), limit_(limit) {
     options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
     options_.warm_start_init_point = false;

@@ -11,6 +11,7 @@
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
 #include "core/search/one_start.hpp"
+#include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
 
 namespace ipminmax {
@@ -99,6 +100,10 @@ Result RobustSearch::run(std::vector<double> start) {
 Result RobustSearch::solve_from(const Place& first) {
   if (!solve_rounds() && starts_ > 0 && !budget_.used_up()) exchange_from(first);
   if (names_infeasible_) name_infeasible(first.v);
+  if (names_infeasible_ && starts_ > 0 && search_failed(answer_.status) &&
+      answer_.status != Status::LocallyInfeasible && !budget_.used_up()) {
+    begin_anew(first);
+  }
   return finish();
 }
 
@@ -107,6 +112,14 @@ Result RobustSearch::solve_from(const Place& first) {
 void RobustSearch::exchange_from(const Place& first) {
   place_ = {first.v, std::move(place_.worst_cases), first.moved, false};
   if (exchange()) static_cast<void>(solve_rounds());
+}
+
+/// Last: from random starts, as a single solve does.
+void RobustSearch::begin_anew(const Place& first) {
+  place_ = {first.v, {}, first.moved, false};
+  choose_copies();
+  restarts_ = true;
+  static_cast<void>(solve_rounds());
 }
 
 Result RobustSearch::run_from_maxima(std::vector<double> start) {
@@ -210,7 +223,7 @@ Result RobustSearch::solve_once(RobustCopies& copies) {
   SolverOptions options = options_;
   options.warm_start_init_point = false;
   // Where worst cases are looked for, that is where to begin anew.
-  if (starts_ > 0) options.minmax_max_restarts = 0;
+  if (starts_ > 0 && !restarts_) options.minmax_max_restarts = 0;
   SolveObserver observer = observer_;
   if (observer_.on_iteration) {
     observer.on_iteration = [&](const IterationInfo& info) {

@@ -49,6 +49,7 @@ class RobustSearch {
   };
   [[nodiscard]] Result solve_from(const Place& first);
   void exchange_from(const Place& first);
+  void begin_anew(const Place& first);
   void choose_copies();
   [[nodiscard]] bool solve_rounds();
   [[nodiscard]] Solved solve_worst_cases();
@@ -96,6 +97,7 @@ class RobustSearch {
   Place place_;
   std::vector<bool> reads_y_;
   bool names_infeasible_ = true;
+  bool restarts_ = false;  ///< searches that fail begin anew
   bool verified_ = false;  ///< the answer was checked over all of y
   double violation_;       ///< largest of the last scan; NaN: none was made
   Result answer_;
