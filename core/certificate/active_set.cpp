@@ -1,10 +1,9 @@
 #include "core/certificate/active_set.hpp"
 
+#include "core/certificate/parameters.hpp"
+
 namespace ipminmax {
 namespace {
-
-/// Curvature of an active slack: its constraint is an equality.
-constexpr double kRigid = 1e20;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -44,7 +43,7 @@ void ActiveSetSystem::assemble(Doubtful fixed, const Eigen::VectorXd& error, dou
   curvature.setZero(canonical_.variables());
   for (Index i = 0; i < canonical_.variables(); ++i) {
     if (is_slack(i)) {
-      curvature[i] = arrays_.fixed[at(i)] ? kRigid : 1.0;
+      curvature[i] = arrays_.fixed[at(i)] ? parameters::certificate::kRigid : 1.0;
     } else if (arrays_.fixed[at(i)]) {
       curvature[i] = 1.0;
     } else if (error.size() > 0) {

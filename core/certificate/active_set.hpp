@@ -68,6 +68,10 @@ class ActiveSetSystem {
   [[nodiscard]] bool is_slack(Index variable) const {
     return canonical_.x_slacks().contains(variable) || canonical_.y_slacks().contains(variable);
   }
+  /// Neither fixed nor a slack.
+  [[nodiscard]] bool is_free(Index variable) const {
+    return !is_fixed(variable) && !is_slack(variable);
+  }
   /// Whether a constraint is an equality or an inequality counted as active, and not redundant.
   [[nodiscard]] bool counts(Index constraint) const {
     if (classes_.is_redundant(constraint)) return false;

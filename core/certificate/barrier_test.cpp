@@ -2,14 +2,18 @@
 
 #include <algorithm>
 
-#include "core/certificate/newton.hpp"
+#include "core/certificate/barrier_step.hpp"
+#include "core/certificate/parameters.hpp"
 #include "core/model/norms.hpp"
 
 namespace ipminmax {
+
+namespace parameter = parameters::certificate;
+
 namespace {
 
 /// Whether pivoted factors show another inertia although each player is given so much curvature.
-bool barrier_problem_refuted(Case& c, double spare) {
+bool barrier_problem_refuted(TestContext& c, double spare) {
   const auto shows = [](const KktFactors& f) {
     return f.trust.pivoted &&
            (f.status == FactorizationStatus::Ok || f.status == FactorizationStatus::Singular);
@@ -20,24 +24,23 @@ bool barrier_problem_refuted(Case& c, double spare) {
   return !c.kkt.has_expected_inertia(full) && shows(full);
 }
 
-bool barrier_newton_contracts(Case& c, const Point& given) {
-  constexpr double kTau = 0.99;
-  constexpr double kNegligible = 1e-10;
+bool barrier_newton_contracts(TestContext& c, const Point& given) {
   Point point = given;
   StepLength alpha;
   bool dependent = false;
   Eigen::VectorXd before = point.iterate.v;
-  if (!barrier_newton_step(c.canonical, c.kkt, c.mu, kTau, point, alpha, dependent)) return false;
+  if (!barrier_newton_step(c.canonical, c.kkt, c.mu, parameter::kTau, point, alpha, dependent))
+    return false;
   const double first = max_norm(point.iterate.v - before);
-  if (first <= kNegligible * (1.0 + max_norm(before))) return true;
+  if (first <= parameter::kRelaxation * (1.0 + max_norm(before))) return true;
   before = point.iterate.v;
-  return barrier_newton_step(c.canonical, c.kkt, c.mu, kTau, point, alpha, dependent) &&
-         max_norm(point.iterate.v - before) <= kContraction * first;
+  return barrier_newton_step(c.canonical, c.kkt, c.mu, parameter::kTau, point, alpha, dependent) &&
+         max_norm(point.iterate.v - before) <= parameter::kContraction * first;
 }
 
 }  // namespace
 
-SecondOrder judge_barrier_problem(Case& c, const Point& given) {
+SecondOrder judge_barrier_problem(TestContext& c, const Point& given) {
   c.kkt.assemble(given.iterate, given.evaluation);
   const double spare = c.margin(1.0) * std::max(1.0, c.kkt.hessian_norm());
   const auto right = [&](double shift) {

@@ -3,25 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/certificate/newton.hpp"
+#include "core/certificate/barrier_step.hpp"
+#include "core/certificate/parameters.hpp"
+#include "core/model/relaxation.hpp"
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
 
 namespace ipminmax {
-namespace {
 
-/// Share of what an active distance (an inactive multiplier) loses with mu that makes a class
-/// certain.
-constexpr double kClearTrend = 0.75;
-constexpr double kDecrease = 0.05;  // of mu
-constexpr int kMostDecreases = 8;
-constexpr int kMostSteps = 24;
-constexpr double kLeastBarrier = 1e-18;
-/// Distance to a bound, relative to the bound or the variable, that still has digits.
-constexpr double kRounding = 1e-13;
-constexpr double kTau = 0.995;
-/// Step over the size of the problem that is not worth another one.
-constexpr double kNear = 1e-6;
+namespace parameter = parameters::certificate;
+
+namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -33,54 +25,45 @@ void set_none(const CanonicalProblem& canonical, BoundClasses& classes) {
   classes.side.assign(at(canonical.variables()), 0);
 }
 
-void include(BoundClasses& classes, Index i, std::int8_t side, BoundClass found) {
+void include(BoundClasses& classes, Index i, int side, BoundClass found) {
   if (classes.side[at(i)] != 0 && found <= classes[i]) return;
   classes.of[at(i)] = found;
-  classes.side[at(i)] = side;
-}
-
-/// visit(variable, side, distance, multiplier) for every bound.
-template <class Visit>
-void for_each_bound(const CanonicalProblem& canonical, const Iterate& z, Visit&& visit) {
-  for (const Index i : canonical.lower_bounded()) {
-    visit(i, std::int8_t{-1}, canonical.above_lower(i, z.v[i]), z.z_lower[i]);
-  }
-  for (const Index i : canonical.upper_bounded()) {
-    visit(i, std::int8_t{1}, canonical.below_upper(i, z.v[i]), z.z_upper[i]);
-  }
+  classes.side[at(i)] = static_cast<std::int8_t>(side);
 }
 
 bool has_digits(const CanonicalProblem& canonical, const Iterate& z) {
   bool all = true;
-  for_each_bound(canonical, z, [&](Index i, std::int8_t side, double distance, double) {
+  for_each_bound(canonical, z.v, [&](Index i, int side, double distance) {
     const double bound = side < 0 ? canonical.lower()[i] : canonical.upper()[i];
-    all = all && distance > kRounding * std::max(std::abs(bound), std::abs(z.v[i]));
+    all = all && distance > parameter::kRounding * std::max(std::abs(bound), std::abs(z.v[i]));
   });
   return all;
 }
 
 /// Whether a point of the model's own feasible set may lie on the bound: it was relaxed by so much.
-bool within_relaxation(double distance, double bound, const SolverOptions& options) {
-  return distance <= 2.0 * options.bound_relax_factor * std::max(1.0, std::abs(bound));
+bool within_relaxation(const CanonicalProblem& canonical, Index i, int side, double distance,
+                       const SolverOptions& options) {
+  return distance <= 2.0 * relaxation_of(canonical, i, side, options);
 }
 
-/// From the relative changes over a full step to kDecrease mu. unresolved: how many may yet show
-/// what they are.
+/// From the relative changes over a full step to parameter::kDecrease mu. unresolved: how many may
+/// yet show what they are.
 BoundClasses classes_by_trend(const CanonicalProblem& canonical, const SolverOptions& options,
                               const Iterate& before, const Iterate& after, Index& unresolved) {
   unresolved = 0;
   BoundClasses classes;
   set_none(canonical, classes);
-  for_each_bound(canonical, before, [&](Index i, std::int8_t side, double distance, double z) {
+  for_each_bound(canonical, before.v, [&](Index i, int side, double distance) {
+    const double z = multiplier_of(before, i, side);
     const double later =
         side < 0 ? canonical.above_lower(i, after.v[i]) : canonical.below_upper(i, after.v[i]);
-    const double later_z = side < 0 ? after.z_lower[i] : after.z_upper[i];
-    const double nearer = (1.0 - later / distance) / (1.0 - kDecrease);
-    const double weaker = (1.0 - later_z / z) / (1.0 - kDecrease);
-    const bool active = nearer >= kClearTrend && weaker <= 1.0 - kClearTrend;
-    const bool inactive = weaker >= kClearTrend && nearer <= 1.0 - kClearTrend;
-    const double bound = side < 0 ? canonical.lower()[i] : canonical.upper()[i];
-    const bool relaxed = within_relaxation(later, bound, options);
+    const double later_z = multiplier_of(after, i, side);
+    const double nearer = (1.0 - later / distance) / (1.0 - parameter::kDecrease);
+    const double weaker = (1.0 - later_z / z) / (1.0 - parameter::kDecrease);
+    const bool active = nearer >= parameter::kClearTrend && weaker <= 1.0 - parameter::kClearTrend;
+    const bool inactive =
+        weaker >= parameter::kClearTrend && nearer <= 1.0 - parameter::kClearTrend;
+    const bool relaxed = within_relaxation(canonical, i, side, later, options);
     if (!active && !inactive) ++unresolved;
     include(classes, i, side,
             active                 ? BoundClass::Active
@@ -92,6 +75,11 @@ BoundClasses classes_by_trend(const CanonicalProblem& canonical, const SolverOpt
 }
 
 }  // namespace
+
+void BoundClasses::hold(Index i) {
+  of[at(i)] = BoundClass::Active;
+  side[at(i)] = 0;
+}
 
 void count_doubtful(const CanonicalProblem& canonical, BoundClasses& classes) {
   classes.weak_min = classes.weak_max = 0;
@@ -111,30 +99,24 @@ double BoundClasses::distance(const CanonicalProblem& canonical, const Iterate& 
 }
 
 double BoundClasses::multiplier(const Iterate& z, Index i) const {
-  return side[at(i)] < 0 ? z.z_lower[i] : z.z_upper[i];
+  return multiplier_of(z, i, side[at(i)]);
 }
 
 void guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
-                   const Iterate& iterate, const Units& units, BoundClasses& classes,
-                   double strict_ratio) {
+                   const Iterate& iterate, const Units& units, double strict_ratio,
+                   BoundClasses& classes) {
   set_none(canonical, classes);
-  for_each_bound(canonical, iterate, [&](Index i, std::int8_t side, double distance, double z) {
-    const double ratio = z / distance * units.variable[i] * units.variable[i];
-    const double bound = side < 0 ? canonical.lower()[i] : canonical.upper()[i];
-    const bool open = ratio < 1.0 / strict_ratio && !within_relaxation(distance, bound, options);
+  for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
+    const double ratio =
+        multiplier_of(iterate, i, side) / distance * units.variable[i] * units.variable[i];
+    const bool open =
+        ratio < 1.0 / strict_ratio && !within_relaxation(canonical, i, side, distance, options);
     include(classes, i, side,
             ratio > strict_ratio ? BoundClass::Active
             : open               ? BoundClass::Inactive
                                  : BoundClass::Doubtful);
   });
   count_doubtful(canonical, classes);
-}
-
-BoundClasses guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
-                           const Iterate& iterate, const Units& units, double strict_ratio) {
-  BoundClasses classes;
-  guess_classes(canonical, options, iterate, units, classes, strict_ratio);
-  return classes;
 }
 
 BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
@@ -144,16 +126,16 @@ BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
     return kkt_error(canonical, p.iterate, p.evaluation, p.dual, options.s_max).total;
   };
   const double allowed = std::max(error(point), options.tol);
-  const double near = kNear * size_of_problem(canonical, point.iterate, units);
+  const double near = parameter::kHardlyMoved * size_of_problem(canonical, point.iterate, units);
   BoundClasses classes = guess;
   Point here = point;  // point: the last one on the path
   double here_mu = mu, next = mu;
   Index unresolved = 0;
   bool dependent = false;
-  for (int k = 0, decreases = 0; k < std::min(most_steps, kMostSteps); ++k) {
+  for (int k = 0, decreases = 0; k < std::min(most_steps, parameter::kMostBarrierSteps); ++k) {
     Point trial = here;
     StepLength alpha;
-    if (!barrier_newton_step(canonical, kkt, next, kTau, trial, alpha, dependent) ||
+    if (!barrier_newton_step(canonical, kkt, next, parameter::kTau, trial, alpha, dependent) ||
         !has_digits(canonical, trial.iterate)) {
       break;
     }
@@ -168,9 +150,10 @@ BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
     if (!on_path) continue;
     point = here;
     mu = here_mu;
-    next = kDecrease * mu;
+    next = parameter::kDecrease * mu;
     const bool settled = decreased && unresolved == 0 && moved <= near;
-    if (settled || next < kLeastBarrier || ++decreases > kMostDecreases) break;
+    if (settled || next < parameter::kLeastBarrier || ++decreases > parameter::kMostDecreases)
+      break;
   }
   return classes;
 }

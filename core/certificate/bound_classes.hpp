@@ -38,6 +38,8 @@ struct BoundClasses {
     return !redundant.empty() && redundant[static_cast<std::size_t>(constraint)];
   }
 
+  /// Holds a variable where it is, at a bound or not.
+  void hold(Index i);
   /// What a bound may be violated by.
   [[nodiscard]] double allowed_violation(Index i) const;
   [[nodiscard]] bool clear() const { return weak_min + weak_max == 0; }
@@ -50,23 +52,27 @@ struct BoundClasses {
 /// weak_min, weak_max
 void count_doubtful(const CanonicalProblem& canonical, BoundClasses& classes);
 
+/// visit(variable, side, distance) for every bound: all lower ones, then the upper ones.
+template <class Visit>
+void for_each_bound(const CanonicalProblem& canonical, const Eigen::VectorXd& v, Visit&& visit) {
+  for (const Index i : canonical.lower_bounded()) visit(i, -1, canonical.above_lower(i, v[i]));
+  for (const Index i : canonical.upper_bounded()) visit(i, 1, canonical.below_upper(i, v[i]));
+}
+[[nodiscard]] inline double multiplier_of(const Iterate& z, Index i, int side) {
+  return side < 0 ? z.z_lower[i] : z.z_upper[i];
+}
+
 /// By z / s in units: a first guess, which a Newton step has to confirm. A bound no farther than
 /// what it was relaxed by is never inactive. Doubtful where the ratio is no larger than
-/// kStrictRatio and no smaller than its inverse, or another ratio.
-inline constexpr double kStrictRatio = 100.0;
-[[nodiscard]] BoundClasses guess_classes(const CanonicalProblem& canonical,
-                                         const SolverOptions& options, const Iterate& iterate,
-                                         const Units& units, double strict_ratio = kStrictRatio);
-/// The same in classes that are there.
+/// strict_ratio and no smaller than its inverse.
 void guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
-                   const Iterate& iterate, const Units& units, BoundClasses& classes,
-                   double strict_ratio = kStrictRatio);
+                   const Iterate& iterate, const Units& units, double strict_ratio,
+                   BoundClasses& classes);
 
 /// Follows the solution to smaller barrier parameters, where the distance of an active bound falls
 /// as mu and its multiplier stays, and the other way round at an inactive one: until every bound
 /// has shown what it is and the point hardly moves, a distance has lost its digits, 8 decreases or
-/// most_steps Newton steps are done.
-/// Point (dual residual included) and mu are moved along.
+/// most_steps Newton steps are done. Point (dual residual included) and mu are moved along.
 [[nodiscard]] BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
                                           const SolverOptions& options, const Units& units,
                                           const BoundClasses& guess, int most_steps, Point& point,

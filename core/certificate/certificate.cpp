@@ -6,26 +6,23 @@
 #include <utility>
 
 #include "core/certificate/barrier_test.hpp"
-#include "core/certificate/case.hpp"
-#include "core/certificate/examination.hpp"
+#include "core/certificate/candidate.hpp"
+#include "core/certificate/direction.hpp"
+#include "core/certificate/parameters.hpp"
+#include "core/certificate/remedies.hpp"
+#include "core/certificate/reported_point.hpp"
 #include "core/certificate/robust_rows.hpp"
-#include "core/certificate/stage.hpp"
-#include "core/certificate/witness.hpp"
+#include "core/certificate/test_context.hpp"
 #include "core/model/norms.hpp"
 #include "core/point/residual.hpp"
 
 namespace ipminmax {
+
+namespace parameter = parameters::certificate;
+
 namespace {
 
 using Kind = CertificateReason::Kind;
-
-/// A clear point has so many times minmax_curvature_tol. More is taken away where tolerances are
-/// loose, for W changes by more on the way to the solution: so many tols, at most so much.
-constexpr double kClear = 100.0;
-constexpr double kProbeInTols = 100.0;
-constexpr double kMostProbed = 1e-4;
-/// Of an active gradient, in units.
-constexpr double kVanishing = 1e-9;
 
 /// A first look at a point.
 enum class Look : std::uint8_t { Right, Wrong, Unclear };
@@ -38,81 +35,39 @@ std::string percentage(const Deviation& found) {
   return text;
 }
 
-/// Entries of W that are rounding errors of multipliers give lengths beside which everything that
-/// ties these variables looks like nothing.
-bool are_alike(const Units& units) {
-  constexpr double kLargestRatio = 1e6;
-  return units.variable.size() == 0 ||
-         units.variable.maxCoeff() <= kLargestRatio * units.variable.minCoeff();
-}
-
-/// Where an active gradient vanishes the second-order conditions are not necessary.
-bool has_vanishing_row(ActiveSetSystem& system) {
-  const CanonicalProblem& canonical = system.canonical();
-  Eigen::VectorXd largest = Eigen::VectorXd::Zero(canonical.constraints());
-  for (std::size_t k = 0; k < system.derivatives().jacobian.size(); ++k) {
-    double& row = largest[canonical.jacobian()[k].row];
-    row = std::max(row, std::abs(system.derivatives().jacobian[k]));
-  }
-  for (Index j = 0; j < largest.size(); ++j) {
-    if (system.counts(j) && largest[j] <= kVanishing) return true;
-  }
-  return false;
-}
-
-bool refute_clearly(Case& c, ActiveSetSystem& system, const Point& point, double error,
+bool refute_clearly(TestContext& c, ActiveSetSystem& system, const Point& point, double error,
                     Player player) {
-  if (has_vanishing_row(system)) return false;
   c.report_inertias(system);
   NewtonTest newton;
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double /*share*/) {
     return c.kkt.factorize({}).status == FactorizationStatus::Ok &&
            c.kkt.solve(system.assembled(), rhs, step);
   };
-  if (!c.newton_confirms(system, point, solve, Probe::Beyond, newton)) return false;
+  if (!c.newton_confirms(system, point, solve, newton)) return false;
   const double spare = c.margin(1.0) + 2.0 * (error + max_norm(newton.error));
-  c.wrong = find_witness(c.canonical, system, point, spare, newton.step, player);
+  c.wrong = find_refuting_direction(c.canonical, system, point, spare, newton.step, player);
   if (!c.wrong) return false;
   c.certificate.licq_min = c.certificate.licq_max = true;
   return true;
 }
 
-/// Of the model's gradient, not scaled: a point where it is larger is not where it says.
-constexpr double kLargeGradient = 1e-4;
-
-/// Where the objective was scaled down a gradient that meets the tolerances may be large in the
-/// model's units: the end of the Newton step is returned, if it is no worse otherwise.
-void report_end(Case& c, const Point& given, const NewtonTest& newton) {
-  const double scale = std::abs(c.canonical.objective_scale());
-  if (max_norm(given.dual) <= kLargeGradient * std::min(scale, 1.0)) return;
-  Point end = given;
-  end.iterate = newton.end.iterate;
-  if (!evaluate(c.canonical, end) || !evaluate_objective(c.canonical, end)) return;
-  const auto error = [&](const Point& p) {
-    return kkt_error(c.canonical, p.iterate, p.evaluation, p.dual, c.options.s_max).total;
-  };
-  if (max_norm(end.dual) < max_norm(given.dual) && error(end) <= error(given)) {
-    c.moved = std::move(end);
-  }
-}
-
 /// At most one factorization of each matrix at a clear point, with the margin in it: right with it
 /// is right without.
-Look first_look(Case& c, const Point& point) {
-  const Units& units = units_of(c.canonical, point.iterate.v, point.evaluation, {}, c.arrays.units);
+Look first_look(TestContext& c, const Point& point) {
+  const Units& units = units_of(c.canonical, point.iterate.v, point.evaluation, c.arrays.units);
   BoundClasses& classes = c.arrays.classes;
-  guess_classes(c.canonical, c.options, point.iterate, units, classes);
-  c.hold_idle(classes);
+  c.guess(point.iterate, parameter::kStrictRatio, classes);
   if (!classes.clear()) return Look::Unclear;
   ActiveSetSystem system(c.canonical, c.kkt, classes, units, point.evaluation, &c.arrays.system);
   const Eigen::VectorXd error = c.hessian_error_in(units);
-  const double asked = std::max({kClear * c.options.minmax_curvature_tol, c.margin(1.0),
-                                 std::min(kProbeInTols * c.options.tol, kMostProbed)});
+  const double asked =
+      std::max({parameter::kInTols * c.options.minmax_curvature_tol, c.margin(1.0),
+                std::min(parameter::kInTols * c.options.tol, parameter::kMostFar)});
   const InertiaTest test = survives(system, error, asked);
   if (!test.both()) {
     // Singular beside the margin, it is so without: gradients depend on each other.
     const KktFactors& last = test.inner ? c.kkt.factors() : c.kkt.inner_factors();
-    if (!are_alike(units) || last.status == FactorizationStatus::Singular) return Look::Unclear;
+    if (last.status == FactorizationStatus::Singular) return Look::Unclear;
     // Wrong with the margin for him, too?
     const bool inner = test.inner;
     if (error.size() > 0) {
@@ -124,28 +79,20 @@ Look first_look(Case& c, const Point& point) {
     return !open && refute_clearly(c, system, point, max_norm(error), player) ? Look::Wrong
                                                                               : Look::Unclear;
   }
-  if (!(std::max(test.inner_response, test.full_response) <= kIndependent)) return Look::Unclear;
+  if (!(std::max(test.inner_response, test.full_response) <= parameter::kIndependent))
+    return Look::Unclear;
   NewtonTest& newton = c.arrays.newton;
   const double response = std::max(1.0, test.full_response);
   // Two references: more would be an allocation of std::function.
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double share) {
     return system.kkt().solve_unshifted(system.assembled(), rhs, step, {.ratio = share / response});
   };
-  if (!c.newton_confirms(system, point, solve, Probe::Beyond, newton)) return Look::Unclear;
+  if (!c.newton_confirms(system, point, solve, newton)) return Look::Unclear;
   if (!gradients_hold(newton, test)) return Look::Unclear;
   c.is_far = !is_near(c, point.iterate, newton.end.iterate.v, units, c.far());
   if (c.is_far) return Look::Unclear;
-  double left = asked - max_norm(newton.error);
-  if (!(left >= c.margin(1.0))) {
-    // W changes by more than that on the way to the solution: does the test hold beside it?
-    Eigen::VectorXd& change = c.arrays.change;
-    change = newton.error;
-    if (error.size() > 0) change += error;
-    if (!c.may_factorize(kToConfirm - 1)) return Look::Unclear;
-    const InertiaTest beside = survives(system, change, c.margin(kClear));
-    if (!beside.both() || !gradients_hold(newton, beside)) return Look::Unclear;
-    left = c.margin(kClear);
-  }
+  const double left = asked - max_norm(newton.error);
+  if (!(left >= c.margin(1.0))) return Look::Unclear;
   c.examine_curvature(system, point, point.iterate.lambda);
   report_end(c, point, newton);
   c.certificate.margin = left;
@@ -154,7 +101,7 @@ Look first_look(Case& c, const Point& point) {
   return Look::Right;
 }
 
-SecondOrder judge(Case& c, const Point& given) {
+SecondOrder judge(TestContext& c, const Point& given) {
   c.idle = idle_copies(c.canonical, given.iterate, given.evaluation);
   const Look look = first_look(c, given);
   if (look == Look::Wrong) return SecondOrder::Violated;
@@ -179,7 +126,7 @@ SecondOrder judge(Case& c, const Point& given) {
   return verdict;
 }
 
-Finding run(Case& c, const Point& given) {
+Finding run(TestContext& c, const Point& given) {
   c.certificate.inner_expected = c.kkt.layout().expected_inner();
   c.certificate.full_expected = c.kkt.layout().expected();
   c.certificate.inner = c.certificate.inner_expected;
@@ -208,7 +155,8 @@ Finding run(Case& c, const Point& given) {
     c.certificate.answer = InnerAnswer::Unknown;
     remark = "the second derivatives in " + c.canonical.column_name(c.wrong_row->index) +
              " disagree with differences of the gradient" + percentage(*c.wrong_row) +
-             ": either may be wrong, and no certificate rests on that; try derivative_test "
+             ": either may be wrong, and no certificate rests on that; try "
+             "derivative_test "
              "second-order, which tests both";
     c.reasons.add(Kind::WrongHessian, Player::Min, remark);
   }
@@ -236,7 +184,7 @@ Finding run(Case& c, const Point& given) {
 
 Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point, double mu,
                 const SolverOptions& options, Index factorizations, CertificateArrays& arrays) {
-  Case c(canonical, kkt, mu, options, factorizations, arrays);
+  TestContext c(canonical, kkt, mu, options, factorizations, arrays);
   return run(c, point);
 }
 

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "core/certificate/active_set.hpp"
-#include "core/certificate/contraction.hpp"
 #include "core/certificate/hessian_check.hpp"
+#include "core/certificate/newton_test.hpp"
 #include "core/certificate/units.hpp"
 #include "core/kkt/system.hpp"
 #include "core/method/wrong_curvature.hpp"
@@ -14,32 +14,50 @@
 #include "core/point/merit.hpp"
 #include "core/result.hpp"
 
-// The second-order test, in the order in which it looks:
+// The second-order test, in the order in which it looks. Each part has a file of its name.
 //
-//  1. judge (certificate.cpp). Units: lengths in which entries of W are at most 1 (units). Copies of
-//     y that only inactive robust rows read are held (robust_rows).
-//  2. first_look: active bounds by z / s (bound_classes), the system of the active set in units
-//     (active_set), inertias of K_yy and K with the margin in them (second_order), the Newton step
-//     to the solution with what W and the gradients change by on the way (contraction), the model's
-//     W beside a difference of gradients (hessian_check). Right: certified. Wrong, with a direction
-//     tangent to the active constraints along which steps gain (witness, walk): refuted.
-//  3. examine (examination.cpp), with pivoting, where that is not clear. Guessed classes first, then
-//     those that show themselves while mu falls (follow_barrier). refine_and_test makes Newton steps
-//     (newton, stage) until W changes by less than its curvature; on the way it tries: bounds of Max
-//     that he leaves as inactive, directions into weakly active bounds of Min alone (critical_cone,
-//     copositive), lengths of x by Max's real answers, longer lengths along little curvature, rows
-//     that say nothing beside others left out (dependence).
-//  4. test_with_many_answers: K_yy and K with curvature taken from Max, and whether y maximizes
-//     (weak_maximum, valley).
-//  5. test_at_vertices: one choice of multipliers where gradients depend on each other (vertex).
-//  6. certified: the point that is returned is the one that is spoken of, or becomes it
-//     (reported_point); robust rows have their own condition (robust_rows).
-//  7. judge_without_certificate (refutation.cpp): a witness with wrong curvature, also into weakly
-//     active bounds of either player; a valley of equally good points; else why nothing is known
-//     (reasons), and what is known of y.
+//  1. judge (certificate). What is known from outside: second derivatives that are differences
+//     have an error (hessian_error); copies of y that only inactive robust rows read are held
+//     (robust_rows).
 //
-// With mu_target > 0 the barrier problem is tested instead (barrier_test). A case (case.hpp) is what
-// all of them work with and what they have found; a stage (stage.hpp) is a point on its way.
+//  2. first_look (certificate): two factorizations at a clear point. Lengths in which entries of
+//     W are at most 1 (units). Active bounds by z / s (bound_classes). The KKT system of the
+//     active set (active_set), and the inertias of K_yy and K with the margin taken from both
+//     (second_order). The Newton step to the solution: does it keep the classes, would the next
+//     one be much shorter, what do W and the active gradients change by on the way (newton_test)?
+//     W beside a difference of gradients (hessian_check). All right: certified. Wrong, and steps
+//     along a direction gain (direction, feasible_arc): refuted. minmax_certificate quick ends
+//     here.
+//
+//  3. examine (remedies): the same at other points, with pivoting. A candidate is a point on its
+//     way to a solution, with classes of its bounds (candidate). Classes that are guessed serve
+//     where all is right with them. Then the first candidate has those by z / s, the second one
+//     those that show themselves while mu falls (bound_classes: follow_barrier, barrier_step). One
+//     that does not pass is handed to remedies, in this order, until none applies:
+//       release_bounds    of Max, that he leaves
+//       leave_out_rows    that say nothing beside others (dependence)
+//       measure_min_first lengths of x without what couples x to y
+//       take_newton_step  towards the solution
+//     Bounds of Min that are weakly active open a cone; W has to be copositive in it
+//     (critical_cone, copositive).
+//
+//  4. with_many_answers (remedies): K_yy is singular, y best but not unique. The same with
+//     curvature taken from Max, and whether y maximizes: by structure, or by values
+//     (weak_maximum).
+//
+//  5. with_basic_multipliers (remedies): gradients depend on each other at this point alone. One
+//     choice of multipliers is enough (basic_multipliers).
+//
+//  6. certified (remedies): the point that is returned is the one that is spoken of, or moves
+//     there (reported_point). Robust rows have a condition of their own (robust_rows).
+//
+//  7. judge_without_certificate (refutation): refuted, by a direction of wrong curvature, also
+//     into weakly active bounds of either player; flat, one of many equally good points
+//     (direction); or why neither is known (reasons), and what is known of y at this x.
+//
+// With mu_target > 0 the barrier problem is tested instead (barrier_test). All of them share a
+// TestContext: the problem, the budget of factorizations, and what has been found for the answer.
+// Their numbers stand in parameters.hpp.
 
 namespace ipminmax {
 
@@ -62,7 +80,6 @@ struct CertificateArrays {
   BoundClasses classes;
   ActiveSetArrays system;
   NewtonTest newton;
-  Eigen::VectorXd change;  ///< of W on the way to the solution, in units
   NewtonArrays newton_step;
   CurvatureArrays curvature;
 };

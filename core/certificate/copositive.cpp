@@ -6,12 +6,13 @@
 #include <utility>
 #include <vector>
 
-namespace ipminmax {
-namespace {
+#include "core/certificate/parameters.hpp"
 
-constexpr double kClear = 1e-8;          // of a matrix with a diagonal of ones
-constexpr Eigen::Index kMostFaces = 10;  // rows
-constexpr double kInside = 1e-9;         // entries of an eigenvector that count as nonnegative
+namespace ipminmax {
+
+namespace parameter = parameters::certificate;
+
+namespace {
 
 using Verdict = Copositivity::Verdict;
 
@@ -29,11 +30,11 @@ Copositivity by_faces(const Eigen::MatrixXd& c) {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(c(rows, rows));
     for (Eigen::Index e = 0; e < eigen.eigenvalues().size(); ++e) {
       const double value = eigen.eigenvalues()[e];
-      if (value > kClear) break;
+      if (value > parameter::kZero) break;
       Eigen::VectorXd t = eigen.eigenvectors().col(e);
       if (t.sum() < 0.0) t = -t;
-      if (t.minCoeff() < -kInside) continue;
-      if (value > -kClear) {
+      if (t.minCoeff() < -parameter::kZero) continue;
+      if (value > -parameter::kZero) {
         found.verdict = Verdict::Unknown;
         continue;
       }
@@ -45,36 +46,20 @@ Copositivity by_faces(const Eigen::MatrixXd& c) {
   return found;
 }
 
-Copositivity by_parts(const Eigen::MatrixXd& c) {
-  const Eigen::Index size = c.rows();
-  for (Eigen::Index i = 0; i < size; ++i) {
-    for (Eigen::Index j = 0; j < i; ++j) {
-      // (1, 1) has c_ii + c_jj + 2 c_ij = 2 + 2 c_ij.
-      if (c(i, j) < -1.0 - kClear) {
-        return along(Eigen::VectorXd::Unit(size, i) + Eigen::VectorXd::Unit(size, j));
-      }
-    }
-  }
-  Eigen::MatrixXd lower = c.cwiseMin(0.0);
-  lower.diagonal().setConstant(1.0 - kClear);
-  const Eigen::LLT<Eigen::MatrixXd> cholesky(lower);
-  return {cholesky.info() == Eigen::Success ? Verdict::Strictly : Verdict::Unknown, {}};
-}
-
 }  // namespace
 
 Copositivity copositivity(const Eigen::MatrixXd& matrix) {
   const Eigen::Index size = matrix.rows();
-  if (!matrix.allFinite()) return {};
+  if (!matrix.allFinite() || size > parameter::kMostFaces) return {};
   const double largest = size > 0 ? matrix.cwiseAbs().maxCoeff() : 0.0;
   Eigen::VectorXd scale(size);
   for (Eigen::Index i = 0; i < size; ++i) {
-    if (matrix(i, i) < -kClear * largest) return along(Eigen::VectorXd::Unit(size, i));
+    if (matrix(i, i) < -parameter::kZero * largest) return along(Eigen::VectorXd::Unit(size, i));
     if (!(matrix(i, i) > 0.0)) return {};
     scale[i] = 1.0 / std::sqrt(matrix(i, i));
   }
   const Eigen::MatrixXd c = scale.asDiagonal() * matrix * scale.asDiagonal();
-  Copositivity found = size <= kMostFaces ? by_faces(c) : by_parts(c);
+  Copositivity found = by_faces(c);
   if (found.verdict == Verdict::Not) found.direction = scale.cwiseProduct(found.direction);
   return found;
 }

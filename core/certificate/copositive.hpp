@@ -12,10 +12,9 @@ struct Copositivity {
   Eigen::VectorXd direction;  ///< Not: t >= 0 with t'Ct clearly negative
 };
 
-/// Strictly: t'Ct > 0 for all t >= 0, t != 0, with a margin relative to the diagonal. Up to 10 rows
-/// by all faces of the cone: the least value over |t| = 1 is attained inside one of them, at an
-/// eigenvector of its principal submatrix [Kaplan 2000]. Beyond, C without its positive entries off
-/// the diagonal has to be positive definite, and pairs of rows are searched for a direction.
+/// Strictly: t'Ct > 0 for all t >= 0, t != 0, with a margin relative to the diagonal. By all faces
+/// of the cone: the least value over |t| = 1 is attained inside one of them, at an eigenvector of its
+/// principal submatrix [Kaplan 2000]. Beyond 10 rows these are too many: Unknown.
 [[nodiscard]] Copositivity copositivity(const Eigen::MatrixXd& matrix);
 
 }  // namespace ipminmax

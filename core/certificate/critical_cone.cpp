@@ -1,9 +1,12 @@
 #include "core/certificate/critical_cone.hpp"
 
+#include "core/certificate/parameters.hpp"
+#include "core/model/products.hpp"
+
 namespace ipminmax {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 /// Free variables follow the one that leaves its bound by one unit.
 bool follow(ActiveSetSystem& system, Index leaving, bool inner, Eigen::VectorXd& d) {
@@ -31,26 +34,9 @@ bool follow(ActiveSetSystem& system, Index leaving, bool inner, Eigen::VectorXd&
                             : system.kkt().solve(system.assembled(), rhs, step);
   if (!solved) return false;
   for (Index i = 0; i < d.size(); ++i) {
-    if (!system.is_fixed(i) && !system.is_slack(i)) d[i] = step.v[i];
+    if (system.is_free(i)) d[i] = step.v[i];
   }
   return d.allFinite();
-}
-
-/// (W + added) d, slacks apart.
-Eigen::VectorXd product(const ActiveSetSystem& system, const Eigen::VectorXd& added,
-                        const Eigen::VectorXd& d) {
-  const CanonicalProblem& canonical = system.canonical();
-  const Evaluation& all = system.derivatives();
-  Eigen::VectorXd result = Eigen::VectorXd::Zero(d.size());
-  for (std::size_t k = 0; k < all.hessian.size(); ++k) {
-    const auto [i, j] = canonical.hessian()[k];
-    result[i] += all.hessian[k] * d[j];
-    if (i != j) result[j] += all.hessian[k] * d[i];
-  }
-  for (const IndexRange own : {canonical.x(), canonical.y()}) {
-    for (Index i = own.begin; i < own.end; ++i) result[i] += added[i] * d[i];
-  }
-  return result;
 }
 
 }  // namespace
@@ -61,7 +47,8 @@ std::optional<CriticalCone> critical_cone(ActiveSetSystem& system, const Eigen::
   const bool inner = owner == Player::Max;
   CriticalCone cone;
   const BoundClasses& classes = system.classes();
-  if ((inner ? classes.weak_max : classes.weak_min) > kMostWeaklyActive) return {};
+  if ((inner ? classes.weak_max : classes.weak_min) > parameters::certificate::kMostFaces)
+    return {};
   for (const IndexRange own : {inner ? canonical.y() : canonical.x(),
                                inner ? canonical.y_slacks() : canonical.x_slacks()}) {
     for (Index i = own.begin; i < own.end; ++i) {
@@ -73,9 +60,14 @@ std::optional<CriticalCone> critical_cone(ActiveSetSystem& system, const Eigen::
   const auto size = static_cast<Eigen::Index>(cone.directions.size());
   cone.curvature.resize(size, size);
   for (Eigen::Index a = 0; a < size; ++a) {
-    const Eigen::VectorXd w = product(system, added, cone.directions[static_cast<std::size_t>(a)]);
+    const Eigen::VectorXd& d = cone.directions[at(a)];
+    Eigen::VectorXd w = added.cwiseProduct(d);
+    for (Index i = 0; i < w.size(); ++i) {
+      if (system.is_slack(i)) w[i] = 0.0;
+    }
+    add_hessian_product(canonical, system.derivatives(), d, w);
     for (Eigen::Index b = 0; b < size; ++b) {
-      cone.curvature(b, a) = cone.directions[static_cast<std::size_t>(b)].dot(w);
+      cone.curvature(b, a) = cone.directions[at(b)].dot(w);
     }
   }
   cone.curvature = ((inner ? -0.5 : 0.5) * (cone.curvature + cone.curvature.transpose())).eval();

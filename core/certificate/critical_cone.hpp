@@ -15,11 +15,9 @@ struct CriticalCone {
   std::vector<Eigen::VectorXd> directions;  ///< d for t a unit vector, in units, slacks included
 };
 
-inline constexpr Index kMostWeaklyActive = 60;
-
 /// The system assembled with all doubtful bounds fixed, K (of Max: K_yy) factorized and right;
-/// added: what its diagonal has more than W, per canonical variable. Empty: a system could not be solved
-/// accurately, or there are too many doubtful bounds.
+/// added: what its diagonal has more than W, per canonical variable. Empty: a system could not be
+/// solved accurately, or there are too many doubtful bounds.
 [[nodiscard]] std::optional<CriticalCone> critical_cone(ActiveSetSystem& system,
                                                         const Eigen::VectorXd& added,
                                                         Player owner = Player::Min);

@@ -4,28 +4,15 @@
 #include <cmath>
 #include <utility>
 
-namespace ipminmax {
-namespace {
+#include "core/certificate/parameters.hpp"
+#include "core/model/products.hpp"
+#include "core/model/relaxation.hpp"
 
-/// Relaxation of rows of length one; combinations shorter than about its root are dependent.
-constexpr double kRelaxation = 1e-10;
-/// Share of a right-hand side in the null space below which nothing is left of that.
-constexpr double kNothingLeft = 1e-4;
-/// Length of the combination of rows of length one; of a row in free variables over its whole
-/// length, or absolute.
-constexpr double kDependent = 1e-7;
-constexpr double kNoGradient = 1e-9;  // of a row in units
-constexpr int kMostFound = 32;
-/// Of an estimate of how many there are, for it may be wrong by so much; searches it needs.
-constexpr double kClearlyMore = 1.3;
-constexpr int kLeastSearches = 4;
-/// Rows counted above which half as many are found: two solves for each cost more than it is worth.
-constexpr Index kManyRows = 300;
-constexpr int kTrials = 3;
-constexpr int kShorter = 4;  // times a tenth, where the model is undefined
-constexpr double kIdentical = 1e-11;
-constexpr double kRigid = 1e20;
-constexpr double kOpen = 1.0;
+namespace ipminmax {
+
+namespace parameter = parameters::certificate;
+
+namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -60,7 +47,6 @@ class DependenceSearch {
   Evaluation rows_;         ///< gradients of length one in the owner's free variables
   Eigen::VectorXd factor_;  ///< of each row, to the canonical constraint
   std::vector<Eigen::VectorXd> null_;
-  double share_ = 0.0;  ///< of the last search's first vector, squared, in the null space
 };
 
 void DependenceSearch::normalize() {
@@ -79,7 +65,7 @@ void DependenceSearch::normalize() {
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     const double length = std::sqrt(free[j]);
     const double full = std::sqrt(all[j]);
-    const bool none = length <= kDependent * std::max(full, 1.0);
+    const bool none = length <= parameter::kDependent * std::max(full, 1.0);
     factor_[j] = none ? 0.0 : 1.0 / length;
   }
   for (std::size_t k = 0; k < rows_.jacobian.size(); ++k) {
@@ -91,14 +77,15 @@ void DependenceSearch::normalize() {
 }
 
 bool DependenceSearch::factorize() {
-  Eigen::VectorXd curvature = Eigen::VectorXd::Constant(canonical_.variables(), kOpen);
+  Eigen::VectorXd curvature = Eigen::VectorXd::Constant(canonical_.variables(), 1.0);
   const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = 0; j < canonical_.constraints(); ++j) {
-    if (slack_of[at(j)] >= 0 && system_.counts(j)) curvature[slack_of[at(j)]] = kRigid;
+    if (slack_of[at(j)] >= 0 && system_.counts(j)) curvature[slack_of[at(j)]] = parameter::kRigid;
   }
   KktSystem& kkt = system_.kkt();
   kkt.assemble(rows_, curvature, system_.classes().redundant);
-  const Regularization relaxed{.lambda_x = kRelaxation, .lambda_y = kRelaxation};
+  const Regularization relaxed{.lambda_x = parameter::kRelaxation,
+                               .lambda_y = parameter::kRelaxation};
   return kkt.factorize_for_solutions(relaxed).status == FactorizationStatus::Ok;
 }
 
@@ -126,8 +113,8 @@ bool DependenceSearch::next_null_vector(int number, Eigen::VectorXd& w) {
     }
     orthogonalize();
     const double norm = w.norm();
-    if (!std::isfinite(norm) || norm * kRelaxation < kNothingLeft * before) return false;
-    if (k == 0) share_ = std::pow(norm * kRelaxation / before, 2);
+    if (!std::isfinite(norm) || norm * parameter::kRelaxation < parameter::kNothingLeft * before)
+      return false;
     w /= norm;
   }
   return true;
@@ -135,11 +122,8 @@ bool DependenceSearch::next_null_vector(int number, Eigen::VectorXd& w) {
 
 bool DependenceSearch::is_combination(const Eigen::VectorXd& w) const {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(canonical_.variables());
-  for (std::size_t k = 0; k < rows_.jacobian.size(); ++k) {
-    const auto [row, col] = canonical_.jacobian()[k];
-    sum[col] += w[row] * rows_.jacobian[k];
-  }
-  return sum.norm() <= kDependent * w.norm();
+  add_transposed_product(canonical_, rows_, w, sum);
+  return sum.norm() <= parameter::kDependent * w.norm();
 }
 
 /// Each null vector gets a row of its own: Gauss and Jordan with the largest pivots.
@@ -185,10 +169,7 @@ double DependenceSearch::size_of(const Eigen::VectorXd& weights, const Eigen::Ve
 /// Zero where bounds stand at their values, within what they were relaxed by. value: at the point.
 bool DependenceSearch::consistent(const Eigen::VectorXd& weights, double& value) const {
   Eigen::VectorXd slope = Eigen::VectorXd::Zero(canonical_.variables());
-  for (std::size_t k = 0; k < point_.evaluation.jacobian.size(); ++k) {
-    const auto [row, col] = canonical_.jacobian()[k];
-    if (weights[row] != 0.0) slope[col] += weights[row] * point_.evaluation.jacobian[k];
-  }
+  add_transposed_product(canonical_, point_.evaluation, weights, slope);
   const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = 0; j < weights.size(); ++j) {
     if (slack_of[at(j)] >= 0) slope[slack_of[at(j)]] -= weights[j];
@@ -196,14 +177,12 @@ bool DependenceSearch::consistent(const Eigen::VectorXd& weights, double& value)
   value = weights.dot(point_.evaluation.c);
   const BoundClasses& classes = system_.classes();
   double at_bounds = value;
-  double allowed = kIdentical * size_of(weights, point_.iterate.v);
+  double allowed = parameter::kConstant * size_of(weights, point_.iterate.v);
   for (Index i = 0; i < slope.size(); ++i) {
     if (!system_.is_fixed(i) || slope[i] == 0.0 || classes.side[at(i)] == 0) continue;
-    const bool lower = classes.side[at(i)] < 0;
-    const double bound = lower ? canonical_.lower()[i] : canonical_.upper()[i];
     at_bounds += slope[i] * classes.side[at(i)] * classes.distance(canonical_, point_.iterate, i);
     allowed +=
-        2.0 * std::abs(slope[i]) * options_.bound_relax_factor * std::max(1.0, std::abs(bound));
+        2.0 * std::abs(slope[i]) * relaxation_of(canonical_, i, classes.side[at(i)], options_);
   }
   return std::abs(at_bounds) <= allowed;
 }
@@ -222,34 +201,28 @@ Eigen::VectorXd DependenceSearch::moved(int trial, double length, bool x_moves, 
     const int side = system_.classes().side[at(i)];
     v[i] += system_.is_fixed(i) && side != 0 ? -side * std::abs(way) : way;
   }
-  const auto keep = [&](Index i, double before, double after, double side) {
-    if (system_.is_slack(i) || system_.is_fixed(i)) return;
-    if (after < 0.5 * before) v[i] = point_.iterate.v[i] + side * 0.5 * before;
-  };
-  for (const Index i : canonical_.lower_bounded()) {
-    const double before = canonical_.above_lower(i, point_.iterate.v[i]);
-    keep(i, before, canonical_.above_lower(i, v[i]), -1.0);
-  }
-  for (const Index i : canonical_.upper_bounded()) {
-    const double before = canonical_.below_upper(i, point_.iterate.v[i]);
-    keep(i, before, canonical_.below_upper(i, v[i]), 1.0);
-  }
+  for_each_bound(canonical_, point_.iterate.v, [&](Index i, int side, double before) {
+    const double most = parameter::kConfirmed * before;
+    const double way = side * (v[i] - point_.iterate.v[i]);
+    if (system_.is_free(i) && way > most) v[i] = point_.iterate.v[i] + side * most;
+  });
   return v;
 }
 
 bool DependenceSearch::constant(const Eigen::VectorXd& weights, double value, bool x_moves,
                                 bool of_max) {
   Eigen::VectorXd c;
-  for (int trial = 0; trial < kTrials; ++trial) {
+  for (int trial = 0; trial < parameter::kMovedPoints; ++trial) {
     double length = 1.0;
     Eigen::VectorXd v = moved(trial, length, x_moves, of_max);
     c.setZero(canonical_.constraints());
     for (int k = 0; canonical_.constraints(v, c) != EvaluationStatus::Ok; ++k) {
-      if (k == kShorter) return false;
+      if (k == parameter::kSteps) return false;
       length *= 0.1;
       v = moved(trial, length, x_moves, of_max);
     }
-    if (!(std::abs(weights.dot(c) - value) <= kIdentical * size_of(weights, v))) return false;
+    if (!(std::abs(weights.dot(c) - value) <= parameter::kConstant * size_of(weights, v)))
+      return false;
   }
   return true;
 }
@@ -259,7 +232,7 @@ void DependenceSearch::examine(Dependence& dependence) {
   // Rounding of the null vector.
   const double largest = weights.cwiseAbs().maxCoeff();
   for (double& weight : weights) {
-    if (std::abs(weight) < 1e-12 * largest) weight = 0.0;
+    if (std::abs(weight) < parameter::kConstant * largest) weight = 0.0;
   }
   double gradient = 0.0;
   for (std::size_t k = 0; k < point_.evaluation.jacobian.size(); ++k) {
@@ -268,7 +241,7 @@ void DependenceSearch::examine(Dependence& dependence) {
       gradient = std::max(gradient, std::abs(system_.derivatives().jacobian[k]));
     }
   }
-  dependence.vanishing = gradient <= kNoGradient;
+  dependence.vanishing = gradient <= parameter::kZero;
   double value = 0.0;
   if (!consistent(weights, value)) return;
   const bool of_max = canonical_.max_constraints().contains(dependence.row);
@@ -281,21 +254,16 @@ Dependences DependenceSearch::run() {
   Dependences answer;
   Index rows = 0;
   for (Index j = 0; j < canonical_.constraints(); ++j) rows += system_.counts(j) ? 1 : 0;
-  const int most = rows > kManyRows ? kMostFound / 2 : kMostFound;
   // Rows beyond the number of variables depend on others.
-  answer.too_many = rows - (canonical_.x().size() + canonical_.y().size()) > most;
+  answer.too_many = rows - (canonical_.x().size() + canonical_.y().size()) > parameter::kMostFound;
   normalize();
   if (answer.too_many || !factorize()) {
     answer.complete = false;
     return answer;
   }
-  double estimates = 0.0;
   Eigen::VectorXd w;
   while (next_null_vector(static_cast<int>(null_.size()), w)) {
-    const int found = static_cast<int>(null_.size());
-    estimates += found + share_ * (rows - found);
-    answer.too_many = found == most || (found + 1 >= kLeastSearches &&
-                                        estimates > kClearlyMore * most * (found + 1));
+    answer.too_many = static_cast<int>(null_.size()) == parameter::kMostFound;
     answer.complete = !answer.too_many && is_combination(w);
     if (!answer.complete) break;
     null_.push_back(w);

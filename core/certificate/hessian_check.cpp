@@ -3,67 +3,53 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/certificate/parameters.hpp"
+#include "core/method/curvature_escape.hpp"
 #include "core/model/norms.hpp"
 
 namespace ipminmax {
+
+namespace parameter = parameters::certificate;
+
 namespace {
 
-/// Longest entry of the step, in units, for a small point, and its growth with the point's size:
-/// the rounding of gradients grows with it.
-constexpr double kStep = 1e-6;
-constexpr double kStepOfSize = 1e-8;
-/// Largest entry over the size of the variable, at least 1: lengths may be errors of a W that
-/// cancels.
-constexpr double kLargestEntry = 1e-4;
-/// Share of the distance to a bound.
-constexpr double kShareOfDistance = 0.1;
-/// Error of W, in units, that counts: a share of the least curvature seen, within limits.
-constexpr double kShareOfCurvature = 0.1;
-constexpr double kLeastError = 1e-5, kLargestError = 1e-3;
-constexpr int kInverseIterations = 2;
-/// Of their solutions only the size and the direction matter, and the factors have been tested.
+/// Of the solutions of inverse iteration only the size and the direction matter, and the factors
+/// have been tested.
 constexpr Accuracy kRough{.ratio = 1.0};
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Inverse iteration from a generic vector, in the lengths of the matrices; adds its normalized
-/// end to the direction found.
-void add_inverse_iteration(const CanonicalProblem& canonical, KktSystem& kkt,
-                           const CurvatureTrial& trial, bool inner, CurvatureArrays& arrays) {
-  const Index n = canonical.variables();
+/// Adds a direction of little curvature of one player to the one found, the other one answering.
+void add_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
+                          const CurvatureTrial& trial, bool inner, CurvatureArrays& arrays) {
   LittleCurvature& found = arrays.found;
-  Eigen::VectorXd& direction = arrays.direction;
-  direction.setZero(n);
-  const Eigen::VectorXd& sines = arrays.generic.sines(n);
-  for (Index i = inner ? canonical.y().begin : 0; i < n; ++i) {
-    if (!arrays.held[at(i)]) direction[i] = sines[i];
-  }
-  for (int k = 0; k < kInverseIterations; ++k) {
-    const double length = max_norm(direction);
-    if (!(length > 0.0)) break;
-    NewtonResidual& rhs = arrays.rhs;
-    Step& step = arrays.solution;
-    set_zero(canonical, rhs);
-    set_zero(canonical, step);
-    rhs.v = direction / length;
-    const bool solved = inner ? kkt.solve_inner(*trial.assembled, rhs, step, kRough)
-                              : kkt.solve(*trial.assembled, rhs, step, kRough);
-    if (!solved || !step.v.allFinite()) break;
-    for (Index i = 0; i < n; ++i) {
-      if (arrays.held[at(i)]) step.v[i] = 0.0;
+  const IndexRange own = inner ? canonical.y() : canonical.x();
+  set_zero(canonical, arrays.rhs);
+  set_zero(canonical, arrays.solution);
+  const auto solve = [&](const NewtonResidual& rhs, Step& step) {
+    return inner ? kkt.solve_inner(*trial.assembled, rhs, step, kRough)
+                 : kkt.solve(*trial.assembled, rhs, step, kRough);
+  };
+  const auto prepare = [&](Eigen::VectorXd& d) {
+    for (Index i = 0; i < d.size(); ++i) {
+      if (arrays.held[at(i)]) d[i] = 0.0;
     }
-    Index longest = 0;
-    const double growth = step.v.cwiseAbs().maxCoeff(&longest);
-    if (!(growth > 0.0)) break;
-    direction = step.v;
+  };
+  const auto stop = [&](int k, double growth) {
+    if (k == 0) return false;
     if (1.0 / growth < found.least || found.variable < 0) {
       found.least = std::min(found.least, 1.0 / growth);
-      found.variable = longest;
+      arrays.solution.v.segment(own.begin, own.size()).cwiseAbs().maxCoeff(&found.variable);
+      found.variable += own.begin;
     }
+    return true;
+  };
+  if (!turn_to_curvature({.variables = own, .iterations = 2}, arrays.rhs, arrays.solution, solve,
+                         prepare, stop)) {
+    return;
   }
-  const double length = max_norm(direction);
-  if (length > 0.0) direction /= length;
-  found.direction += direction;
+  const double length = max_norm(arrays.solution.v);
+  if (length > 0.0) found.direction += arrays.solution.v / length;
 }
 
 }  // namespace
@@ -77,10 +63,8 @@ void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
   arrays.held.resize(at(canonical.variables()));
   for (Index i = 0; i < canonical.variables(); ++i) arrays.held[at(i)] = trial.is_held(i);
   if (trial.assembled) {
-    add_inverse_iteration(canonical, kkt, trial, false, arrays);
-    if (canonical.y().size() > 0 && canonical.x().size() > 0) {
-      add_inverse_iteration(canonical, kkt, trial, true, arrays);
-    }
+    if (canonical.x().size() > 0) add_little_curvature(canonical, kkt, trial, false, arrays);
+    if (canonical.y().size() > 0) add_little_curvature(canonical, kkt, trial, true, arrays);
   }
   const Eigen::VectorXd& cosines = arrays.generic.cosines(canonical.variables());
   for (Index i = 0; i < canonical.variables(); ++i) {
@@ -97,14 +81,15 @@ std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical, const Point
   if (!(longest > 0.0)) return std::nullopt;
   const double size = ipminmax::longest(canonical, point.iterate.v, units);
   Eigen::VectorXd& step = arrays.step;
-  step = (kStep + kStepOfSize * size) / longest * curvature.direction;
-  arrays.largest = kLargestEntry * point.iterate.v.array().abs().max(1.0);
+  step = (parameter::kStep + parameter::kStepOfSize * size) / longest * curvature.direction;
+  arrays.largest = parameter::kMostFar * point.iterate.v.array().abs().max(1.0);
   step.array() = step.array().max(-arrays.largest).min(arrays.largest);
-  keep_within_bounds(canonical, point.iterate.v, kShareOfDistance, step);
-  return compare_second_derivatives(
-      canonical, point.iterate.v, lambda, point.evaluation, step, units.variable,
-      std::clamp(kShareOfCurvature * curvature.least, kLeastError, kLargestError),
-      arrays.differences);
+  keep_within_bounds(canonical, point.iterate.v, parameter::kLittle, step);
+  return compare_second_derivatives(canonical, point.iterate.v, lambda, point.evaluation, step,
+                                    units.variable,
+                                    std::clamp(parameter::kLittle * curvature.least,
+                                               parameter::kLeastError, parameter::kLargestError),
+                                    arrays.differences);
 }
 
 }  // namespace ipminmax

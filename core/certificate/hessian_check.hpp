@@ -32,7 +32,7 @@ struct CurvatureArrays {
   LittleCurvature found;
   NewtonResidual rhs;
   Step solution;
-  Eigen::VectorXd direction, step;
+  Eigen::VectorXd step;
   Eigen::ArrayXd largest;
   std::vector<bool> held;
   GenericVectors generic;

@@ -5,11 +5,10 @@
 #include <cstdio>
 #include <utility>
 
+#include "core/certificate/parameters.hpp"
+
 namespace ipminmax {
 namespace {
-
-constexpr std::ptrdiff_t kMostOfAKind = 20;
-constexpr std::size_t kMostNames = 4;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -19,7 +18,8 @@ const char* name_of(Player player) { return player == Player::Min ? "Min" : "Max
 
 void Reasons::add(CertificateReason reason) {
   const auto same = [&](const CertificateReason& other) { return other.kind == reason.kind; };
-  if (std::ranges::count_if(reasons_, same) < kMostOfAKind) reasons_.push_back(std::move(reason));
+  if (std::ranges::count_if(reasons_, same) < parameters::certificate::kMostReasons)
+    reasons_.push_back(std::move(reason));
 }
 
 void Reasons::add(Kind kind, Player player, std::string text) {
@@ -35,35 +35,34 @@ std::string Reasons::name_of_row(Index constraint) const {
   return row >= 0 ? canonical_.constraint_name(row) : "the equation of a fixed variable";
 }
 
-void Reasons::add_weakly_active(const BoundClasses& classes) {
-  std::vector<Index> row_of_slack(at(canonical_.variables()), -1);
+void Reasons::add_about(Kind kind, Index i, const std::string& before, const std::string& after) {
+  CertificateReason reason{.kind = kind,
+                           .player = canonical_.owned_by_max(i) ? Player::Max : Player::Min,
+                           .text = before,
+                           .variables = {},
+                           .constraints = {}};
   const auto slack_of = canonical_.slack_of_constraint();
-  for (Index j = 0; j < canonical_.constraints(); ++j) {
-    if (slack_of[at(j)] >= 0) row_of_slack[at(slack_of[at(j)])] = j;
+  const auto row = std::ranges::find(slack_of, i);
+  if (row != slack_of.end()) {
+    const auto j = static_cast<Index>(row - slack_of.begin());
+    reason.text += name_of_row(j);
+    if (canonical_.model_constraint(j) >= 0) {
+      reason.constraints.push_back(canonical_.model_constraint(j));
+    }
+  } else {
+    reason.variables.push_back(canonical_.model_variable(i));
+    reason.text += canonical_.variable_name(reason.variables.front());
   }
+  reason.text += std::string(" (") + name_of(reason.player) + ")" + after;
+  add(std::move(reason));
+}
+
+void Reasons::add_weakly_active(const BoundClasses& classes) {
   for (Index i = 0; i < canonical_.variables(); ++i) {
     if (classes[i] != BoundClass::Doubtful) continue;
-    const Player player = canonical_.owned_by_max(i) ? Player::Max : Player::Min;
-    const char* const side = classes.side[at(i)] < 0 ? "lower" : "upper";
-    CertificateReason reason{.kind = Kind::WeaklyActive,
-                             .player = player,
-                             .text = {},
-                             .variables = {},
-                             .constraints = {}};
-    std::string name;
-    if (const Index j = row_of_slack[at(i)]; j >= 0) {
-      name = name_of_row(j);
-      if (canonical_.model_constraint(j) >= 0) {
-        reason.constraints.push_back(canonical_.model_constraint(j));
-      }
-    } else {
-      const Index variable = canonical_.model_variable(i);
-      name = canonical_.variable_name(variable);
-      reason.variables.push_back(variable);
-    }
-    reason.text = "weakly active: the " + std::string(side) + " bound of " + name + " (" +
-                  name_of(player) + ") has both distance and multiplier near zero";
-    add(std::move(reason));
+    const std::string side = classes.side[at(i)] < 0 ? "lower" : "upper";
+    add_about(Kind::WeaklyActive, i, "weakly active: the " + side + " bound of ",
+              " has both distance and multiplier near zero");
   }
 }
 
@@ -80,12 +79,12 @@ void Reasons::add_dependences(const Dependences& dependences) {
     std::size_t named = 0, more = 0;
     const double largest = dependence.weights.cwiseAbs().maxCoeff();
     for (Index j = 0; j < dependence.weights.size(); ++j) {
-      if (std::abs(dependence.weights[j]) < 1e-8 * largest) continue;
+      if (std::abs(dependence.weights[j]) < parameters::certificate::kZero * largest) continue;
       if (canonical_.model_constraint(j) >= 0) {
         reason.constraints.push_back(canonical_.model_constraint(j));
       }
       if (j == dependence.row) continue;
-      if (named < kMostNames) {
+      if (named < parameters::certificate::kMostNames) {
         others += (named++ == 0 ? "" : ", ") + name_of_row(j);
       } else {
         ++more;
@@ -128,9 +127,9 @@ void Reasons::add_direction(Kind kind, Player player, const Eigen::VectorXd& ste
       .kind = kind, .player = player, .text = before, .variables = {}, .constraints = {}};
   std::size_t more = 0;
   for (const auto& [value, i] : entries) {
-    if (std::abs(value) < 1e-3 * largest) break;
+    if (std::abs(value) < parameters::certificate::kTrace * largest) break;
     const Index variable = canonical_.model_variable(i);
-    if (reason.variables.size() < kMostNames) {
+    if (reason.variables.size() < parameters::certificate::kMostNames) {
       char size[32];
       std::snprintf(size, sizeof size, "%s %+.3g ", reason.variables.empty() ? "" : ",",
                     value / largest);

@@ -3,33 +3,23 @@
 #include <cmath>
 #include <vector>
 
+#include "core/certificate/parameters.hpp"
 #include "core/certificate/robust_rows.hpp"
 
 namespace ipminmax {
+
+namespace parameter = parameters::certificate;
+
 namespace {
-
-/// z / s above which a robust constraint's slack is active.
-constexpr double kActiveRatio = 1.0;
-/// Least and largest eigenvalue of I - D^-1/2 T D^-1/2 that count as clear. Without T it is I.
-constexpr double kClearlyRight = 0.5;
-constexpr double kClearlyWrong = -1.0;
-/// Violation of a robust constraint (scaled problem) within Max's reach that refutes a point.
-constexpr double kWorthwhileGain = 1e-6;
-
-/// Growth of the barrier curvature of active bounds: with their own, D of a constraint whose worst
-/// y stands at a bound would be of the size of T, for both stand at the same mu.
-constexpr double kFixed = 1e6;
-/// Barrier curvature of a slack away from its bounds.
-constexpr double kInactiveCurvature = 1e-12;
 
 /// Barrier curvatures at which active bounds hold firmly and others not at all.
 Eigen::VectorXd firm_curvature(const CanonicalProblem& canonical, const Iterate& iterate) {
   Eigen::VectorXd curvature = Eigen::VectorXd::Zero(canonical.variables());
   for (const IndexRange slacks : {canonical.x_slacks(), canonical.y_slacks()}) {
-    for (Index i = slacks.begin; i < slacks.end; ++i) curvature[i] = kInactiveCurvature;
+    for (Index i = slacks.begin; i < slacks.end; ++i) curvature[i] = parameter::kConstant;
   }
   const auto add = [&](Index i, double ratio) {
-    if (ratio > kActiveRatio) curvature[i] += kFixed * ratio;
+    if (ratio > 1.0) curvature[i] += parameter::kFirm * ratio;
   };
   for (const Index i : canonical.lower_bounded()) {
     add(i, iterate.z_lower[i] / canonical.above_lower(i, iterate.v[i]));
@@ -49,7 +39,7 @@ std::vector<ActiveRow> active_rows(const CanonicalProblem& canonical, const Eige
   std::vector<ActiveRow> rows;
   for (const Index j : canonical.robust_constraints()) {
     const Index slack = canonical.slack_of_constraint()[static_cast<std::size_t>(j)];
-    if (firm[slack] > kFixed * kActiveRatio) rows.push_back({j, kFixed / firm[slack]});
+    if (firm[slack] > parameter::kFirm) rows.push_back({j, parameter::kFirm / firm[slack]});
   }
   return rows;
 }
@@ -61,7 +51,7 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt,
                              const std::vector<Index>& idle, const Eigen::VectorXd& proximal) {
   if (canonical.robust_constraints().empty()) return SecondOrder::Satisfied;
   Eigen::VectorXd firm = firm_curvature(canonical, iterate);
-  for (const Index i : idle) firm[i] += kFixed;
+  for (const Index i : idle) firm[i] += parameter::kFirm;
   const std::vector<ActiveRow> rows = active_rows(canonical, firm);
   if (rows.empty()) return SecondOrder::Satisfied;
   if (proximal.size() > 0) firm += proximal;
@@ -99,7 +89,7 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt,
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (right + right.transpose()),
                                                              Eigen::EigenvaluesOnly);
   const double least = eigen.eigenvalues()[0];
-  if (least > kClearlyRight) return SecondOrder::Satisfied;
+  if (least > parameter::kConfirmed) return SecondOrder::Satisfied;
   // What Max would gain of a constraint's violation by its Newton step in y.
   double gain = 0.0;
   for (Eigen::Index r = 0; r < size; ++r) {
@@ -107,7 +97,7 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt,
     gain = std::max(gain, 0.5 * std::abs(iterate.lambda[row.constraint]) * row.compliance *
                               (1.0 - right(r, r)));
   }
-  const bool violated = least < kClearlyWrong && gain > kWorthwhileGain;
+  const bool violated = least < -1.0 && gain > parameter::kClearGain;
   return violated ? SecondOrder::Violated : SecondOrder::Undecided;
 }
 

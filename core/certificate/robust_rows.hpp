@@ -12,12 +12,12 @@ namespace ipminmax {
 /// Second-order test of the robust constraints at a point whose K_yy, over (y, lambda_y), is right:
 /// is K_yy with their rows right too, In = (m_y, n_y + m_r, 0)?
 ///
-/// Eliminating y leaves -(D - T) on the rows lambda_r, D = s / z of their slacks and
-/// T_rs = -J_r K_yy^-1 J_s', so that D - T must be positive definite. T vanishes where each active
-/// constraint is stationary in its own y. Where it exceeds D, Max can violate the constraint at
-/// second order for a gain of first: Violated. Inactive constraints are left out.
-/// The idle copies are held. proximal: curvature taken from Max's, per canonical variable, or
-/// empty. The KKT matrices are left at other values.
+/// Eliminating y leaves -(D - T) on the rows lambda_r, D = s / z of their slacks and T_rs = -J_r
+/// K_yy^-1 J_s', so that D - T must be positive definite. T vanishes where each active constraint
+/// is stationary in its own y. Where it exceeds D, Max can violate the constraint at second order
+/// for a gain of first: Violated. Inactive constraints are left out. The idle copies are held.
+/// proximal: curvature taken from Max's, per canonical variable, or empty. The KKT matrices are
+/// left at other values.
 [[nodiscard]] SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt,
                                            const Iterate& iterate, const Evaluation& evaluation,
                                            const std::vector<Index>& idle,

@@ -10,8 +10,6 @@
 namespace ipminmax {
 namespace {
 
-/// Variables of Min that one solve each is spent on.
-constexpr Index kMostAnswers = 60;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 const NewtonResidual& generic_right_hand_side(ActiveSetSystem& system) {
@@ -20,7 +18,7 @@ const NewtonResidual& generic_right_hand_side(ActiveSetSystem& system) {
   set_zero(canonical, rhs);
   const Eigen::VectorXd& sines = system.generic().sines(canonical.variables());
   for (Index i = 0; i < canonical.variables(); ++i) {
-    if (!system.is_slack(i) && !system.is_fixed(i)) rhs.v[i] = sines[i];
+    if (system.is_free(i)) rhs.v[i] = sines[i];
   }
   const Eigen::VectorXd& cosines = system.generic().cosines(canonical.constraints());
   for (Index j = 0; j < canonical.constraints(); ++j) {
@@ -50,10 +48,6 @@ double response(ActiveSetSystem& system, bool inner) {
   }
   return largest;
 }
-
-}  // namespace
-
-namespace {
 
 /// Curvature to be taken away, in units.
 struct Taken {
@@ -92,38 +86,6 @@ void test_full(ActiveSetSystem& system, const Eigen::VectorXd& error, const Take
 
 }  // namespace
 
-Eigen::VectorXd curvature_of_answers(ActiveSetSystem& system) {
-  const CanonicalProblem& canonical = system.canonical();
-  KktSystem& kkt = system.kkt();
-  const IndexRange x = canonical.x();
-  if (x.size() > kMostAnswers) return {};
-  system.assemble({.min_fixed = false, .max_fixed = true});
-  if (kkt.factorize_inner({}).status != FactorizationStatus::Ok) return {};
-  const Evaluation& w = system.assembled();
-  Eigen::VectorXd curvature = Eigen::VectorXd::Zero(canonical.variables());
-  for (Index i = x.begin; i < x.end; ++i) {
-    if (system.is_fixed(i)) continue;
-    NewtonResidual coupling = zero_step(canonical);
-    Step step = zero_step(canonical);
-    for (std::size_t k = 0; k < w.hessian.size(); ++k) {
-      const auto [row, col] = canonical.hessian()[k];
-      if (row == i && canonical.owned_by_max(col)) coupling.v[col] = w.hessian[k];
-      if (col == i && canonical.owned_by_max(row)) coupling.v[row] = w.hessian[k];
-    }
-    for (std::size_t k = 0; k < w.jacobian.size(); ++k) {
-      const auto [row, col] = canonical.jacobian()[k];
-      if (col == i && canonical.max_constraints().contains(row)) {
-        coupling.lambda[row] = w.jacobian[k];
-      }
-    }
-    if (!kkt.solve_inner(w, coupling, step)) return {};
-    const double unit = system.units().variable[i];
-    curvature[i] =
-        std::abs(coupling.v.dot(step.v) + coupling.lambda.dot(step.lambda)) / (unit * unit);
-  }
-  return curvature.allFinite() ? curvature : Eigen::VectorXd();
-}
-
 InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
                            double proximal) {
   return test_inner(system, error, {margin, proximal}, false);
@@ -144,39 +106,6 @@ InertiaTest survives_narrowed(ActiveSetSystem& system, ActiveSetSystem& narrow,
   InertiaTest test = test_inner(system, error, taken, false);
   if (test.inner) test_full(narrow, error, taken, false, test);
   return test;
-}
-
-Eigen::VectorXd stretch_of_little_curvature(ActiveSetSystem& system) {
-  const CanonicalProblem& canonical = system.canonical();
-  KktSystem& kkt = system.kkt();
-  Eigen::VectorXd factors = Eigen::VectorXd::Ones(canonical.variables());
-  const NewtonResidual rhs = generic_right_hand_side(system);
-  const auto include = [&](bool inner) {
-    Step step = zero_step(canonical);
-    const bool solved = inner ? kkt.solve_inner(system.assembled(), rhs, step)
-                              : kkt.solve(system.assembled(), rhs, step);
-    if (!solved || !step.v.allFinite()) return;
-    const IndexRange own[] = {canonical.x(), canonical.y()};
-    double largest = 1.0;
-    for (const IndexRange range : own) {
-      for (Index i = range.begin; i < range.end; ++i)
-        largest = std::max(largest, std::abs(step.v[i]));
-    }
-    for (const IndexRange range : own) {
-      if (inner && range.begin == canonical.x().begin) continue;
-      for (Index i = range.begin; i < range.end; ++i) {
-        factors[i] = std::max(factors[i], std::abs(step.v[i]) / std::sqrt(largest));
-      }
-    }
-  };
-  system.assemble({.min_fixed = false, .max_fixed = true});
-  if (canonical.y().size() > 0 && kkt.factorize_inner({}).status == FactorizationStatus::Ok) {
-    include(true);
-  }
-  if (canonical.x().size() > 0 && kkt.factorize({}).status == FactorizationStatus::Ok) {
-    include(false);
-  }
-  return factors;
 }
 
 InertiaTest survives_in_cone(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,

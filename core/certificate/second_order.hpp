@@ -15,9 +15,9 @@ struct InertiaTest {
 };
 
 /// Whether the inertias are right for every Hessian within the error and with the margin taken away
-/// from both players' curvature, doubtful bounds at their worst: the sufficient conditions hold.
-/// K is left factorized with the margin in it (and the error, if there is one). proximal: taken
-/// from the curvature of all of Max's variables besides, as of f - proximal |y - y*|^2 / 2.
+/// from both players' curvature, doubtful bounds at their worst: the sufficient conditions hold. K
+/// is left factorized with the margin in it (and the error, if there is one). proximal: taken from
+/// the curvature of all of Max's variables besides, as of f - proximal |y - y*|^2 / 2.
 [[nodiscard]] InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error,
                                    double margin, double proximal = 0.0);
 /// The same with K from another system, in which Max has fewer answers: phi is at least what these
@@ -33,13 +33,6 @@ struct InertiaTest {
 /// K_yy alone.
 [[nodiscard]] InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error,
                                          double margin, double proximal = 0.0);
-/// Curvature that Max's answers give each variable of Min, absolute, canonical lengths: N'K_yy^-1 N
-/// with N what couples it to y and Max's rows. Empty: K_yy is singular, or these are too many
-/// variables.
-[[nodiscard]] Eigen::VectorXd curvature_of_answers(ActiveSetSystem& system);
-/// How much longer than the system's lengths those are that variables go along directions of
-/// little curvature, where others follow: per canonical variable, at least 1. Two factorizations.
-[[nodiscard]] Eigen::VectorXd stretch_of_little_curvature(ActiveSetSystem& system);
 /// Whether the inertias are right for some Hessian within the error with the margin given to both,
 /// doubtful bounds at their best and constraints relaxed by multiplier_shift: else the necessary
 /// conditions are violated. inner_right: that of K_yy is known to be.

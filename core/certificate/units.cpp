@@ -4,16 +4,14 @@
 #include <cmath>
 #include <utility>
 
+#include "core/certificate/parameters.hpp"
+
 namespace ipminmax {
 namespace {
 
-constexpr double kUnknown = 0.0;
-/// Rounds in which units spread from variable to variable.
-constexpr int kRounds = 16;
-constexpr int kSweeps = 4;
-/// Term of one variable in an equation over the largest of the others.
-constexpr double kMostCompensated = 10.0;
+namespace parameter = parameters::certificate;
 
+constexpr double kUnknown = 0.0;
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// 1 / norm; unknown for zero and for what would leave the range of numbers.
@@ -52,28 +50,9 @@ void own_norms(const UnitsArrays& arrays, const Eigen::VectorXd& d, Eigen::Vecto
   }
 }
 
-/// Where a coupling of two variables of one player exceeds 1, a small diagonal entry has given one
-/// of them too much: the one whose length is the larger beside the variable's own size.
-void cut_longer_of_pairs(UnitsArrays& arrays) {
-  Eigen::VectorXd& d = arrays.units.variable;
-  const Eigen::VectorXd& size = arrays.size;
-  Eigen::VectorXd& cut = arrays.cut;
-  cut.setOnes(d.size());
-  for (const auto& [i, j, value] : arrays.own) {
-    if (i == j) continue;
-    const double entry = value * d[i] * d[j];
-    if (!(entry > 1.0) || size[i] == 0.0 || size[j] == 0.0) continue;
-    const double ratio = (d[i] / size[i]) / (d[j] / size[j]);
-    if (ratio > 1.0) cut[i] = std::max(cut[i], std::min(entry, ratio));
-    if (ratio < 1.0) cut[j] = std::max(cut[j], std::min(entry, 1.0 / ratio));
-  }
-  d.array() /= cut.array();
-}
-
-/// From diagonal entries, and what the maximizer's answer makes of a coupling, W_xy^2 / W_yy, which
-/// is curvature of x as well.
-void start_block(const CanonicalProblem& canonical, bool max, const Eigen::VectorXd& answers,
-                 UnitsArrays& arrays) {
+/// From diagonal entries, and of the second player from what couples him to the first: the
+/// maximizer's answer makes of it W_xy^2 / W_yy, which is curvature of x as well.
+void start_block(const CanonicalProblem& canonical, bool max, bool second, UnitsArrays& arrays) {
   Eigen::VectorXd& d = arrays.units.variable;
   Eigen::VectorXd& diagonal = arrays.diagonal;
   diagonal.setZero(d.size());
@@ -82,8 +61,7 @@ void start_block(const CanonicalProblem& canonical, bool max, const Eigen::Vecto
   }
   Eigen::VectorXd& coupling = arrays.coupling;
   coupling.setZero(d.size());
-  if (!max && answers.size() > 0) coupling = answers.cwiseSqrt();
-  if (!max && answers.size() == 0) {
+  if (second) {
     for (const auto& [i, j, size] : arrays.mixed) include(i, j, size, d, coupling);
   }
   for (Index i = 0; i < d.size(); ++i) {
@@ -95,15 +73,16 @@ void start_block(const CanonicalProblem& canonical, bool max, const Eigen::Vecto
 
 /// The block of one player: diagonal entries first, then rows without one by what couples them.
 void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max,
-                       const Eigen::VectorXd& answers, UnitsArrays& arrays) {
+                       bool second, UnitsArrays& arrays) {
   Eigen::VectorXd& d = arrays.units.variable;
   Eigen::VectorXd& norms = arrays.norms;
   take_entries(canonical, evaluation, max, arrays);
-  start_block(canonical, max, answers, arrays);
+  start_block(canonical, max, second, arrays);
   const auto is_open = [&](const UnitsArrays::Entry& entry) {
     return d[entry.row] == kUnknown || d[entry.col] == kUnknown;
   };
-  for (int round = 0; round < kRounds && std::ranges::any_of(arrays.own, is_open); ++round) {
+  for (int round = 0; round < parameter::kRounds && std::ranges::any_of(arrays.own, is_open);
+       ++round) {
     own_norms(arrays, d, norms);
     bool found = false;
     for (Index i = 0; i < d.size(); ++i) {
@@ -121,16 +100,10 @@ void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& eval
       if (d[m] == kUnknown) d[m] = half;
     }
   }
-  cut_longer_of_pairs(arrays);
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+  for (int sweep = 0; sweep < parameter::kSteps; ++sweep) {
     own_norms(arrays, d, norms);
-    bool cut = false;
-    for (Index i = 0; i < d.size(); ++i) {
-      if (!(norms[i] > 1.0)) continue;
-      d[i] /= std::sqrt(norms[i]);
-      cut = true;
-    }
-    if (!cut) break;
+    if (!(norms.size() > 0 && norms.maxCoeff() > 1.0)) break;
+    d.array() /= norms.array().max(1.0).sqrt();
   }
 }
 
@@ -159,18 +132,6 @@ void measure_by_coupling(const CanonicalProblem& canonical, const Evaluation& ev
   }
 }
 
-/// Shorter lengths of y where W_xy exceeds 1.
-void cut_coupling(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                  Eigen::VectorXd& d) {
-  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
-    auto [i, j] = canonical.hessian()[k];
-    if (canonical.owned_by_max(i) == canonical.owned_by_max(j)) continue;
-    if (canonical.owned_by_max(i)) std::swap(i, j);
-    const double entry = std::abs(evaluation.hessian[k]) * d[i] * d[j];
-    if (entry > 1.0) d[j] /= entry;
-  }
-}
-
 /// Largest |J_ji| d_i of each row, unknown ones left out.
 void constraint_norms(const CanonicalProblem& canonical, const Evaluation& evaluation,
                       const Eigen::VectorXd& d, Eigen::VectorXd& norms) {
@@ -189,8 +150,8 @@ void spread_by_constraints(const CanonicalProblem& canonical, const Evaluation& 
   const Eigen::VectorXd& size = arrays.size;
   Eigen::VectorXd &rows = arrays.rows, &columns = arrays.columns;
   const auto is_open = [&](const Triplet& entry) { return d[entry.col] == kUnknown; };
-  for (int round = 0; round < kRounds && std::ranges::any_of(canonical.jacobian(), is_open);
-       ++round) {
+  for (int round = 0;
+       round < parameter::kRounds && std::ranges::any_of(canonical.jacobian(), is_open); ++round) {
     constraint_norms(canonical, evaluation, d, rows);
     columns.setZero(d.size());
     for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
@@ -212,28 +173,6 @@ void spread_by_constraints(const CanonicalProblem& canonical, const Evaluation& 
   }
 }
 
-/// The Jacobian's entries row by row, and the rows that each variable is in.
-void index_jacobian(const CanonicalProblem& canonical, UnitsArrays& arrays) {
-  const auto jacobian = canonical.jacobian();
-  const auto sort = [&](Index buckets, auto&& bucket_of, auto&& item_of,
-                        UnitsArrays::Lists& lists) {
-    lists.starts.assign(at(buckets) + 1, 0);
-    for (const Triplet& entry : jacobian) ++lists.starts[at(bucket_of(entry)) + 1];
-    for (std::size_t b = 1; b < lists.starts.size(); ++b) lists.starts[b] += lists.starts[b - 1];
-    arrays.next = lists.starts;
-    lists.items.resize(jacobian.size());
-    for (std::size_t k = 0; k < jacobian.size(); ++k) {
-      lists.items[at(arrays.next[at(bucket_of(jacobian[k]))]++)] = item_of(k);
-    }
-  };
-  sort(
-      canonical.constraints(), [](const Triplet& entry) { return entry.row; },
-      [](std::size_t k) { return static_cast<Index>(k); }, arrays.entries_of_row);
-  sort(
-      canonical.variables(), [](const Triplet& entry) { return entry.col; },
-      [&](std::size_t k) { return jacobian[k].row; }, arrays.rows_of_column);
-}
-
 void include(double term, Index variable, UnitsArrays::Terms& terms) {
   if (term > terms.largest) {
     terms = {.largest = term, .second = terms.largest, .variable = variable};
@@ -245,28 +184,12 @@ void include(double term, Index variable, UnitsArrays::Terms& terms) {
 /// What cut_by_equations does in one equation. False: nothing.
 bool cut_by_equation(const CanonicalProblem& canonical, Index row, UnitsArrays& arrays) {
   const auto& [largest, second, i] = arrays.terms[at(row)];
-  if (!(second > 0.0) || largest <= kMostCompensated * second) return false;
+  if (!(second > 0.0) || largest <= parameter::kMostCompensated * second) return false;
   if (canonical.owned_by_max(i) != canonical.max_constraints().contains(row)) return false;
   double& length = arrays.units.variable[i];
   length = std::min(length, std::max(length * second / largest, arrays.size[i]));
   arrays.used[at(row)] = true;
-  arrays.cut_columns.push_back(i);
   return true;
-}
-
-/// After a round: equations that have not cut, and whose terms have changed.
-void find_changed_rows(UnitsArrays& arrays) {
-  arrays.changed_rows.clear();
-  for (const Index i : arrays.cut_columns) {
-    const auto& [starts, rows] = arrays.rows_of_column;
-    for (Index p = starts[at(i)]; p < starts[at(i) + 1]; ++p) {
-      if (const Index row = rows[at(p)]; !arrays.used[at(row)]) arrays.changed_rows.push_back(row);
-    }
-  }
-  std::ranges::sort(arrays.changed_rows);
-  const auto last = std::unique(arrays.changed_rows.begin(), arrays.changed_rows.end());
-  arrays.changed_rows.erase(last, arrays.changed_rows.end());
-  arrays.cut_columns.clear();
 }
 
 /// An equation ties its owner's variables to others: a length beside which those are nothing is cut
@@ -274,39 +197,22 @@ void find_changed_rows(UnitsArrays& arrays) {
 /// it determines one variable.
 void cut_by_equations(const CanonicalProblem& canonical, const Evaluation& evaluation,
                       UnitsArrays& arrays) {
-  const Eigen::VectorXd& d = arrays.units.variable;
   const auto jacobian = canonical.jacobian();
   const auto slack_of = canonical.slack_of_constraint();
-  const Index constraints = canonical.constraints();
-  arrays.used.assign(at(constraints), false);  // inequalities cut nothing
-  for (Index j = 0; j < constraints; ++j) arrays.used[at(j)] = slack_of[at(j)] >= 0;
-  arrays.terms.assign(at(constraints), {});
-  const auto term = [&](std::size_t k) {
-    return std::abs(evaluation.jacobian[k]) * d[jacobian[k].col];
-  };
-  for (std::size_t k = 0; k < jacobian.size(); ++k) {
-    const auto [row, col] = jacobian[k];
-    if (!arrays.used[at(row)]) include(term(k), col, arrays.terms[at(row)]);
-  }
-  arrays.cut_columns.clear();
-  bool any = false;
-  for (Index j = 0; j < constraints; ++j) {
-    if (!arrays.used[at(j)]) any = cut_by_equation(canonical, j, arrays) || any;
-  }
-  if (any) index_jacobian(canonical, arrays);
-  for (int round = 1; any && round < kRounds; ++round) {
-    find_changed_rows(arrays);
-    for (const Index row : arrays.changed_rows) {
-      arrays.terms[at(row)] = {};
-      const auto& [starts, entries] = arrays.entries_of_row;
-      for (Index p = starts[at(row)]; p < starts[at(row) + 1]; ++p) {
-        const auto k = at(entries[at(p)]);
-        include(term(k), jacobian[k].col, arrays.terms[at(row)]);
-      }
+  arrays.used.assign(at(canonical.constraints()), false);  // inequalities cut nothing
+  for (std::size_t j = 0; j < arrays.used.size(); ++j) arrays.used[j] = slack_of[j] >= 0;
+  bool any = true;
+  for (int round = 0; any && round < parameter::kRounds; ++round) {
+    arrays.terms.assign(arrays.used.size(), {});
+    for (std::size_t k = 0; k < jacobian.size(); ++k) {
+      const auto [row, col] = jacobian[k];
+      const double term = std::abs(evaluation.jacobian[k]) * arrays.units.variable[col];
+      if (!arrays.used[at(row)]) include(term, col, arrays.terms[at(row)]);
     }
     any = false;
-    for (const Index row : arrays.changed_rows)
-      any = cut_by_equation(canonical, row, arrays) || any;
+    for (Index j = 0; j < canonical.constraints(); ++j) {
+      if (!arrays.used[at(j)]) any = cut_by_equation(canonical, j, arrays) || any;
+    }
   }
 }
 
@@ -325,36 +231,24 @@ void measure_rows(const CanonicalProblem& canonical, const Evaluation& evaluatio
 }  // namespace
 
 Units units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-               const Evaluation& evaluation, const Eigen::VectorXd& answers, bool by_coupling) {
+               const Evaluation& evaluation, LengthRules rules) {
   UnitsArrays arrays;
-  units_of(canonical, v, evaluation, answers, arrays, by_coupling);
+  units_of(canonical, v, evaluation, arrays, rules);
   return std::move(arrays.units);
 }
 
 const Units& units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-                      const Evaluation& evaluation, const Eigen::VectorXd& answers,
-                      UnitsArrays& arrays, bool by_coupling) {
+                      const Evaluation& evaluation, UnitsArrays& arrays, LengthRules rules) {
   Units& units = arrays.units;
   units.variable.setConstant(canonical.variables(), kUnknown);
   units.constraint.setOnes(canonical.constraints());
   arrays.size = v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
-  equilibrate_block(canonical, evaluation, true, answers, arrays);
-  equilibrate_block(canonical, evaluation, false, answers, arrays);
-  if (by_coupling) measure_by_coupling(canonical, evaluation, arrays);
-  if (answers.size() > 0) cut_coupling(canonical, evaluation, units.variable);
+  equilibrate_block(canonical, evaluation, !rules.min_first, false, arrays);
+  equilibrate_block(canonical, evaluation, rules.min_first, true, arrays);
+  if (rules.by_coupling) measure_by_coupling(canonical, evaluation, arrays);
   spread_by_constraints(canonical, evaluation, arrays);
   cut_by_equations(canonical, evaluation, arrays);
   measure_rows(canonical, evaluation, units, arrays.rows);
-  return units;
-}
-
-Units stretched(const CanonicalProblem& canonical, const Evaluation& evaluation, Units units,
-                const Eigen::VectorXd& factors) {
-  for (const IndexRange own : {canonical.x(), canonical.y()}) {
-    for (Index i = own.begin; i < own.end; ++i) units.variable[i] *= factors[i];
-  }
-  Eigen::VectorXd norms;
-  measure_rows(canonical, evaluation, units, norms);
   return units;
 }
 

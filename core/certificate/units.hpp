@@ -16,13 +16,21 @@ struct Units {
   Eigen::VectorXd constraint;  ///< per canonical constraint
 };
 
+struct LengthRules {
+  /// Min's variables are measured by W_xx alone, then Max's by W_yy and W_xy, too: a coupling with a
+  /// y that constraints hold is no curvature of x.
+  bool min_first = false;
+  /// Variables without curvature of their own get lengths from what couples them to the other
+  /// player's.
+  bool by_coupling = false;
+};
+
 /// Units with what they are found by, kept from call to call.
 struct UnitsArrays {
   Units units;
   Eigen::VectorXd size;                       ///< of variables, here or at the start
   Eigen::VectorXd diagonal, coupling, norms;  ///< of rows of W
-  Eigen::VectorXd cut;
-  Eigen::VectorXd rows, columns;  ///< of the Jacobian
+  Eigen::VectorXd rows, columns;              ///< of the Jacobian
   struct Terms {
     double largest = 0.0, second = 0.0;
     Index variable = -1;  ///< of the largest
@@ -34,33 +42,18 @@ struct UnitsArrays {
     double size;
   };
   std::vector<Entry> own, mixed;  ///< entries of W, mixed ones by the player's row
-  struct Lists {                  ///< items of k from starts[k] to starts[k + 1] - 1
-    std::vector<Index> starts, items;
-  };
-  Lists entries_of_row, rows_of_column;  ///< of the Jacobian
-  std::vector<Index> next, cut_columns, changed_rows;
 };
 
 /// Diagonal entries first, then rows without one by what couples them, then variables without
 /// curvature by the constraints that tie them to others: each step depends on the units of the
 /// model by the factor that it should. Variables that nothing ties keep the model's. At last
 /// lengths that an equation does not allow are cut, down to the variable's size at v or at the
-/// start. answers: curvature that Max's answers give each canonical variable of Min, in the model's
-/// units; empty: as much as the coupling could give if nothing but W_yy held y. Where it is less,
-/// y's lengths are cut so that the coupling does not exceed 1.
-/// by_coupling: variables without curvature of their own get lengths from what couples them to the
-/// other player's.
+/// start.
 [[nodiscard]] Units units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-                             const Evaluation& evaluation, const Eigen::VectorXd& answers = {},
-                             bool by_coupling = false);
+                             const Evaluation& evaluation, LengthRules rules = {});
 /// The same in arrays.
 const Units& units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-                      const Evaluation& evaluation, const Eigen::VectorXd& answers,
-                      UnitsArrays& arrays, bool by_coupling = false);
-
-/// Lengths of variables times factors, rows measured anew.
-[[nodiscard]] Units stretched(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                              Units units, const Eigen::VectorXd& factors);
+                      const Evaluation& evaluation, UnitsArrays& arrays, LengthRules rules = {});
 
 /// Longest entry of a vector of variables, slacks apart.
 [[nodiscard]] double longest(const CanonicalProblem& canonical, const Eigen::VectorXd& v,

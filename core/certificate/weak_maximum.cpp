@@ -4,7 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/certificate/valley.hpp"
+#include "core/certificate/direction.hpp"
+#include "core/certificate/parameters.hpp"
 
 namespace ipminmax {
 namespace {
@@ -27,9 +28,7 @@ std::vector<bool> linear_variables(const CanonicalProblem& canonical,
 BoundClasses without(const CanonicalProblem& canonical, BoundClasses classes,
                      const std::vector<bool>& held) {
   for (Index i = canonical.y().begin; i < canonical.y().end; ++i) {
-    if (!held[at(i)]) continue;
-    classes.of[at(i)] = BoundClass::Active;
-    classes.side[at(i)] = 0;
+    if (held[at(i)]) classes.hold(i);
   }
   classes.redundant.resize(at(canonical.constraints()), false);
   for (const auto& [row, col] : canonical.jacobian()) {
@@ -40,31 +39,39 @@ BoundClasses without(const CanonicalProblem& canonical, BoundClasses classes,
 }
 
 /// Where f is not linear in some of them, the others' curvature has to be right without them.
-bool by_structure(Case& c, const Stage& stage, ActiveSetSystem& system) {
+bool by_structure(TestContext& c, const Candidate& candidate, ActiveSetSystem& system) {
   const std::vector<bool> linear = linear_variables(c.canonical, system);
   if (std::ranges::find(linear, true) == linear.end()) return false;
-  const BoundClasses classes = without(c.canonical, stage.classes, linear);
-  ActiveSetSystem rest(c.canonical, c.kkt, classes, stage.units, stage.point.evaluation);
-  const InertiaTest test = inner_survives(rest, stage.error, c.margin(1.0));
-  return test.inner && test.inner_response <= kIndependent;
+  const BoundClasses classes = without(c.canonical, candidate.classes, linear);
+  ActiveSetSystem rest(c.canonical, c.kkt, classes, candidate.units, candidate.point.evaluation);
+  const InertiaTest test = inner_survives(rest, candidate.error, c.margin(1.0));
+  return test.inner && test.inner_response <= parameters::certificate::kIndependent;
+}
+
+bool maximizes_weakly_at(TestContext& c, Candidate here) {
+  if (!c.may_factorize(2) || !evaluate_objective(c.canonical, here.point)) return false;
+  ActiveSetSystem system(c.canonical, c.kkt, here.classes, here.units, here.point.evaluation);
+  system.assemble({.min_fixed = true, .max_fixed = false});
+  const bool shown = by_structure(c, here, system);
+  const FlatDirections flat =
+      find_flat_directions(c.canonical, system, here.point, c.margin(1.0), Player::Max);
+  const bool by_values = flat.verdict == FlatDirections::Verdict::Flat && flat.complete;
+  if (!shown && !(by_values && here.classes.weak_max == 0)) return false;
+  if (flat.direction.size() > 0) {
+    c.reasons.add_direction(CertificateReason::Kind::FlatDirection, Player::Max, flat.direction,
+                            "y is best but not unique: as good along");
+  }
+  return true;
 }
 
 }  // namespace
 
-bool maximizes_weakly(Case& c, const Stage& stage) {
-  if (!c.may_factorize(2)) return false;
-  ActiveSetSystem system(c.canonical, c.kkt, stage.classes, stage.units, stage.point.evaluation);
-  system.assemble({.min_fixed = true, .max_fixed = false});
-  const bool shown = by_structure(c, stage, system);
-  const Valley valley = explore_valley(c.canonical, system, stage.point, c.margin(1.0),
-                                       kFlatTimes * c.margin(1.0), true);
-  const bool flat = valley.verdict == Valley::Verdict::Flat;
-  if (!shown && !(flat && valley.complete && stage.classes.weak_max == 0)) return false;
-  if (valley.direction.size() > 0) {
-    c.reasons.add_direction(CertificateReason::Kind::FlatDirection, Player::Max, valley.direction,
-                            "y is best but not unique: as good along");
-  }
-  return true;
+bool maximizes_weakly(TestContext& c, const Candidate& candidate) {
+  // Off the solution the value changes along y with x's distance to it.
+  Candidate end = candidate;
+  end.point.iterate = candidate.newton.end.iterate;
+  return (evaluate(c.canonical, end.point) && maximizes_weakly_at(c, end)) ||
+         maximizes_weakly_at(c, candidate);
 }
 
 }  // namespace ipminmax

@@ -11,26 +11,38 @@ namespace ipminmax {
 struct InverseIteration {
   IndexRange variables{};
   int iterations = 0;
+  int number = 0;  ///< of the generic vector that it begins with
 };
 
-/// Turns the step to the direction of the curvature with the wrong sign, by inverse iteration with
-/// the block's matrix, solve(rhs, step). A shift far above what the matrix needs makes it slow. The
-/// step has length one in the block. False: no direction.
-template <class Solve>
-bool turn_to_curvature(const InverseIteration& how, NewtonResidual& rhs, Step& step, Solve solve) {
+/// Turns the step to the direction of the curvature with the wrong sign, or of the least, by inverse
+/// iteration with the block's matrix, solve(rhs, step). A shift far above what the matrix needs
+/// makes it slow. prepare(v) takes out of a vector what it must not have; stop(k, growth) ends it
+/// after solution k, whose part in the block is growth long. The step has length one in the block.
+/// False: no direction.
+template <class Solve, class Prepare, class Stop>
+bool turn_to_curvature(const InverseIteration& how, NewtonResidual& rhs, Step& step, Solve solve,
+                       Prepare prepare, Stop stop) {
   const Index begin = how.variables.begin;
   const Index n = how.variables.size();
   set_zero(rhs);
-  for (Index i = 0; i < n; ++i) rhs.v[begin + i] = std::sin(1.0 + i);
+  for (Index i = 0; i < n; ++i)
+    rhs.v[begin + i] = std::sin(1.0 + how.number + (1 + how.number) * i);
+  prepare(rhs.v);
   for (int k = 0; k < how.iterations; ++k) {
     if (!solve(rhs, step)) return false;
-    auto direction = rhs.v.segment(begin, n);
+    prepare(step.v);
     const double norm = step.v.segment(begin, n).norm();
-    if (!(norm > 0.0)) return false;
-    direction = step.v.segment(begin, n) / norm;
+    if (!(norm > 0.0 && std::isfinite(norm))) return false;
+    rhs.v.segment(begin, n) = step.v.segment(begin, n) / norm;
     step.v /= norm;
+    if (stop(k, norm)) break;
   }
   return true;
+}
+template <class Solve>
+bool turn_to_curvature(const InverseIteration& how, NewtonResidual& rhs, Step& step, Solve solve) {
+  return turn_to_curvature(
+      how, rhs, step, solve, [](Eigen::VectorXd&) {}, [](int, double) { return false; });
 }
 
 /// A move along a curvature, to both sides.

@@ -7,6 +7,7 @@
 
 #include "core/model/canonical_problem.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/relaxation.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/model/timer.hpp"
 
@@ -133,8 +134,7 @@ void CanonicalProblem::set_bounds(Index variable, double lower, double upper) {
   const double scale = arrays_.col_scale[at(variable)];
   const auto relaxed = [&](double bound, double outwards) {
     const double most = options_.constr_viol_tol;
-    const double factor = options_.bound_relax_factor;
-    const double moved = bound + outwards * std::min(factor * std::max(1.0, std::abs(bound)), most);
+    const double moved = bound + outwards * relaxation(bound, options_);
     // Rounding must not exceed it: numbers near 1e12 are 1e-4 apart.
     return std::abs(moved - bound) <= most ? moved : std::nextafter(moved, bound);
   };

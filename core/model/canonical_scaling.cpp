@@ -40,6 +40,13 @@ std::string CanonicalProblem::user_scaling() {
     if (!is_sane_scaling(scaling.variables[i])) {
       return error_of(variable_name(static_cast<Index>(i)), scaling.variables[i]);
     }
+    // Anywhere between its bounds would meet the tolerances.
+    const double width = structure_.variable_upper[i] - structure_.variable_lower[i];
+    if (width > 0.0 && scaling.variables[i] * width < options_.tol) {
+      return "the model's scaling factor of " + variable_name(static_cast<Index>(i)) + " is " +
+             number_text(scaling.variables[i]) + ": times the " + number_text(width) +
+             " between its bounds it is below tol";
+    }
     if (arrays_.map.variable_of_model[i] >= 0)
       arrays_.col_scale[at(arrays_.map.variable_of_model[i])] = scaling.variables[i];
   }

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/model/norms.hpp"
+#include "core/model/products.hpp"
 
 namespace ipminmax {
 namespace {
@@ -33,10 +34,7 @@ bool is_slack(const CanonicalProblem& canonical, Index i) {
 void lagrangian_gradient(const CanonicalProblem& canonical, const Evaluation& evaluation,
                          const Eigen::VectorXd& lambda, Eigen::VectorXd& gradient) {
   gradient = evaluation.gradient;
-  for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
-    const auto [row, col] = canonical.jacobian()[k];
-    gradient[col] += evaluation.jacobian[k] * lambda[row];
-  }
+  add_transposed_product(canonical, evaluation, lambda, gradient);
 }
 
 /// Sums of its terms' sizes.
@@ -46,16 +44,6 @@ void size_of_terms(const CanonicalProblem& canonical, const Evaluation& evaluati
   for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
     const auto [row, col] = canonical.jacobian()[k];
     size[col] += std::abs(evaluation.jacobian[k] * lambda[row]);
-  }
-}
-
-void hessian_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                     const Eigen::VectorXd& step, Eigen::VectorXd& product) {
-  product.setZero(step.size());
-  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
-    const auto [i, j] = canonical.hessian()[k];
-    product[i] += evaluation.hessian[k] * step[j];
-    if (i != j) product[j] += evaluation.hessian[k] * step[i];
   }
 }
 
@@ -69,7 +57,8 @@ std::optional<Deviation> compare_second_derivatives(
   if (!(longest > 0.0)) return std::nullopt;
   Eigen::VectorXd &exact = arrays.exact, &near = arrays.near;
   lagrangian_gradient(canonical, evaluation, lambda, arrays.here);
-  hessian_product(canonical, evaluation, step, exact);
+  exact.setZero(step.size());
+  add_hessian_product(canonical, evaluation, step, exact);
   arrays.end = evaluation;
   // (gradient at v + factor step - gradient at v) / factor; false where undefined.
   const auto difference = [&](double factor, Eigen::VectorXd& quotient) {

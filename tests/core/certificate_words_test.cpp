@@ -1,6 +1,7 @@
 // Dependent rows, weakly active bounds, valleys, what is known of y, reasons by name, and what it
 // costs.
 #include <cmath>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -378,6 +379,22 @@ TEST(WeaklyActiveBounds, OfMaxAreRefutedWhereYGainsByLeavingThem) {
   }
 }
 
+TEST(WeaklyActiveBounds, OfMaxAreLeftForTheAnswerBeyond) {
+  // From y = 1, x = 1 the search has to leave along y; to x >= 0.2 the answer is y = -1.
+  Model model;
+  const Expression x = model.variable(kMin, "x", 0.2, 2.0),
+                   y = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x - y));
+  for (const std::vector<double>& start :
+       {std::vector{0.7, 0.6}, std::vector{1.9, 1.0}, std::vector{0.5, 0.45}}) {
+    AutodiffProblem problem(model, start);
+    const Result result = solve(problem, {});
+    EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax);
+    EXPECT_NEAR(result.v[0], 0.2, 1e-6);
+    EXPECT_NEAR(result.v[1], -1.0, 1e-6);
+  }
+}
+
 TEST(Lengths, AreNotThoseOfCouplingsThatStationarityMakesVanish) {
   // An exponential is fitted to three points: linear in a, so that W_ab is zero at the solution.
   Model model;
@@ -394,6 +411,69 @@ TEST(Lengths, AreNotThoseOfCouplingsThatStationarityMakesVanish) {
   EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
   EXPECT_TRUE(found.licq_min);
   EXPECT_EQ(find(found, Kind::Dependent), nullptr);
+}
+
+/// min e, |curve_t(x) - y_t| <= e: the least largest error of a fit.
+Result fitted(int variables, int times, const std::function<double(int)>& time,
+              const std::function<Expression(const std::vector<Expression>& x, double t)>& curve,
+              const std::function<double(double t)>& value, std::vector<double> start) {
+  Model model;
+  const Expression e = model.variable(kMin, "e");
+  std::vector<Expression> x;
+  for (int i = 0; i < variables; ++i) x.push_back(model.variable(kMin, "x"));
+  model.objective(1.0 * e);
+  for (int k = 0; k < times; ++k) {
+    const double t = time(k);
+    model.constraint(curve(x, t) - e, -kNoBound, value(t));
+    model.constraint(curve(x, t) + e, value(t), kNoBound);
+  }
+  start.insert(start.begin(), 10.0);
+  AutodiffProblem problem(model, start);
+  Result result = solve(problem, {});
+  EXPECT_EQ(result.certificate.second_order, SecondOrder::Satisfied);
+  EXPECT_TRUE(result.certificate.licq_min);
+  EXPECT_EQ(find(result.certificate, Kind::Dependent), nullptr);
+  return result;
+}
+
+// PBC3, EVD61, OET6 and EXP of Luksan and Vlcek's collection (2000), with its optima; their parameters are linear
+// in part.
+TEST(Lengths, OfFitsOfTheLiterature) {
+  using List = std::vector<Expression>;
+  const Result pbc3 = fitted(
+      3, 21, [](int k) { return 0.5 * k; },
+      [](const List& x, double t) { return x[2] / x[1] * exp(-t * x[0]) * sin(t * x[1]); },
+      [](double t) {
+        return 0.15 * std::exp(-t) + std::exp(-5.0 * t) / 52.0 -
+               std::exp(-2.0 * t) * (3.0 * std::sin(2.0 * t) + 11.0 * std::cos(2.0 * t)) / 65.0;
+      },
+      {1.0, 1.0, 1.0});
+  EXPECT_NEAR(pbc3.objective, 0.42021427e-2, 1e-7);
+  const Result evd61 = fitted(
+      6, 51, [](int k) { return 0.1 * k; },
+      [](const List& x, double t) {
+        return x[0] * exp(-t * x[1]) * cos(t * x[2] + x[3]) + x[4] * exp(-t * x[5]);
+      },
+      [](double t) {
+        return 0.5 * std::exp(-t) - std::exp(-2.0 * t) + 0.5 * std::exp(-3.0 * t) +
+               1.5 * std::exp(-1.5 * t) * std::sin(7.0 * t) +
+               std::exp(-2.5 * t) * std::sin(5.0 * t);
+      },
+      {2.0, 2.0, 7.0, 0.0, -2.0, 1.0});
+  EXPECT_NEAR(evd61.objective, 0.34904926e-1, 1e-7);
+  const Result oet6 = fitted(
+      4, 21, [](int k) { return -0.5 + 0.05 * k; },
+      [](const List& x, double t) { return x[0] * exp(t * x[2]) + x[1] * exp(t * x[3]); },
+      [](double t) { return 1.0 / (1.0 + t); }, {1.0, 1.0, -3.0, -1.0});
+  EXPECT_NEAR(oet6.objective, 0.20160753e-2, 1e-7);
+  // From the collection's start another local minimum.
+  const Result exponential = fitted(
+      5, 21, [](int k) { return -1.0 + 0.1 * k; },
+      [](const List& x, double t) {
+        return (x[0] + t * x[1]) / (1.0 + t * x[2] + t * t * x[3] + t * t * t * x[4]);
+      },
+      [](double t) { return std::exp(t); }, {0.5, 0.0, 0.0, 0.0, 0.0});
+  EXPECT_NEAR(exponential.objective, 0.0326870144, 1e-6);
 }
 
 TEST(Copositive, MatricesAreTold) {

@@ -139,8 +139,9 @@ TEST(CertificateTable, HockSchittkowski) {
   print("twins, Max's rows", max_twins);
   Tally all;
   for (const Tally& tally : {minimizations, min_twins, max_twins}) all += tally;
-  // Not certified: hs116 and its twin, flat once bounds are relaxed; hs108's twin.
-  expect(all, 0.993);
+  // Not certified: hs116 and its twin, flat once bounds are relaxed; hs108's twin; hs046's twin, where
+  // gradients turn by more than the bound on what the matrices amplify allows.
+  expect(all, 0.991);
 }
 
 TEST(CertificateTable, ScalableFamilies) {

@@ -1,73 +1,67 @@
-#include "core/certificate/case.hpp"
+#include "core/certificate/test_context.hpp"
 
 #include <algorithm>
 
 #include "core/certificate/hessian_check.hpp"
 
 namespace ipminmax {
-namespace {
 
-/// Step to the solution, over the size of the point or of the start, that is worth going: in tols,
-/// within limits.
-constexpr double kFarInTols = 100.0;
-constexpr double kLeastFar = 1e-6, kMostFar = 1e-4;
+namespace parameter = parameters::certificate;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+namespace {}  // namespace
 
-}  // namespace
-
-Case::Case(CanonicalProblem& its_canonical, KktSystem& its_kkt, double its_mu,
-           const SolverOptions& its_options, Index factorizations, CertificateArrays& its_arrays)
+TestContext::TestContext(CanonicalProblem& its_canonical, KktSystem& its_kkt, double its_mu,
+                         const SolverOptions& its_options, Index factorizations,
+                         CertificateArrays& its_arrays)
     : canonical(its_canonical),
       kkt(its_kkt),
       options(its_options),
       arrays(its_arrays),
       mu(its_mu),
-      last_factorization(kkt.factorizations() + factorizations + kToConfirm),
-      reasons(canonical) {
-  arrays.newton_step.is_there_known = false;
-}
+      last_factorization(kkt.factorizations() + factorizations + parameter::kToConfirm),
+      reasons(canonical) {}
 
-double Case::margin(double times) const {
+double TestContext::margin(double times) const {
   return std::max(times * options.minmax_curvature_tol, 2.0 * kkt.perturbation());
 }
 
-double Case::far() const { return std::clamp(kFarInTols * options.tol, kLeastFar, kMostFar); }
+double TestContext::far() const {
+  return std::clamp(parameter::kInTols * options.tol, parameter::kLeastFar, parameter::kMostFar);
+}
 
-bool Case::may_factorize(Index more) {
+bool TestContext::may_factorize(Index more) {
   const bool may = kkt.factorizations() + more <= last_factorization;
   stopped = stopped || !may;
   return may;
 }
 
-void Case::hold_idle(BoundClasses& classes) const {
+void TestContext::hold_idle(BoundClasses& classes) const {
   for (const Index i : idle) {
     if (classes[i] == BoundClass::Doubtful) {
       --(canonical.owned_by_max(i) ? classes.weak_max : classes.weak_min);
     }
-    classes.of[at(i)] = BoundClass::Active;
-    classes.side[at(i)] = 0;
+    classes.hold(i);
   }
 }
 
-BoundClasses Case::with_idle_held(BoundClasses classes) const {
+void TestContext::guess(const Iterate& iterate, double strict_ratio, BoundClasses& classes) const {
+  guess_classes(canonical, options, iterate, arrays.units.units, strict_ratio, classes);
   hold_idle(classes);
-  return classes;
 }
 
-bool Case::newton_confirms(ActiveSetSystem& system, const Point& point, const KktSolve& solve,
-                           Probe probe, NewtonTest& newton) const {
-  test_newton(canonical, system, point, {solve, probe}, arrays.newton_step, newton);
-  return newton.done && newton.classes_hold && newton.contraction <= kContraction;
+bool TestContext::newton_confirms(ActiveSetSystem& system, const Point& point,
+                                  const KktSolve& solve, NewtonTest& newton) const {
+  test_newton(canonical, system, point, solve, arrays.newton_step, newton);
+  return newton.done && newton.classes_hold && newton.contraction <= parameter::kContraction;
 }
 
-Eigen::VectorXd Case::hessian_error_in(const Units& units) const {
+Eigen::VectorXd TestContext::hessian_error_in(const Units& units) const {
   if (!hessian_error) return {};
   return hessian_error->cwiseProduct(units.variable.cwiseAbs2());
 }
 
-void Case::examine_curvature(const CurvatureTrial& trial, const Point& point,
-                             const Eigen::VectorXd& lambda) {
+void TestContext::examine_curvature(const CurvatureTrial& trial, const Point& point,
+                                    const Eigen::VectorXd& lambda) {
   find_little_curvature(canonical, kkt, trial, arrays.curvature);
   const LittleCurvature& found = arrays.curvature.found;
   if (found.variable >= 0) {
@@ -80,15 +74,15 @@ void Case::examine_curvature(const CurvatureTrial& trial, const Point& point,
   }
 }
 
-void Case::examine_curvature(ActiveSetSystem& system, const Point& point,
-                             const Eigen::VectorXd& lambda) {
+void TestContext::examine_curvature(ActiveSetSystem& system, const Point& point,
+                                    const Eigen::VectorXd& lambda) {
   const auto is_held = [&](Index i) { return system.is_slack(i) || system.is_fixed(i); };
   examine_curvature({.units = system.units(), .assembled = &system.assembled(), .is_held = is_held},
                     point, lambda);
 }
 
-void Case::examine_curvature(const Point& point, const Evaluation* assembled) {
-  const Units& units = units_of(canonical, point.iterate.v, point.evaluation, {}, arrays.units);
+void TestContext::examine_curvature(const Point& point, const Evaluation* assembled) {
+  const Units& units = units_of(canonical, point.iterate.v, point.evaluation, arrays.units);
   const auto is_held = [&](Index i) {
     return canonical.x_slacks().contains(i) || canonical.y_slacks().contains(i);
   };
@@ -96,7 +90,7 @@ void Case::examine_curvature(const Point& point, const Evaluation* assembled) {
                     point, point.iterate.lambda);
 }
 
-void Case::report_inertias(ActiveSetSystem& system) {
+void TestContext::report_inertias(ActiveSetSystem& system) {
   if (!may_factorize(has_x() && has_y() ? 2 : 1)) {
     certificate.inner = certificate.full = {};
     return;

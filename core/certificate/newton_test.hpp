@@ -13,13 +13,13 @@ struct NewtonTest {
   bool classes_hold = false;  ///< multipliers and distances at the end confirm the classes
   std::vector<Index>
       pulled_off;  ///< doubtful bounds of Max that he leaves: their multiplier is negative
-  /// Bounds whose class the end contradicts by a sign: active with a negative multiplier, or
-  /// inactive and crossed.
+  /// Active bounds whose multiplier is negative at the end, inactive ones that are crossed.
   std::vector<Index> contradicted;
   /// Step that the curvature of the equations makes necessary at the end, over the step: Newton's
-  /// method converges from a point where that is below 1/4 (it is 1/4 for x^3 at 0). The smaller of
-  /// what it is in units and beside the variables' sizes: any norm will do.
+  /// method converges from a point where that is below 1/4 (it is 1/4 for x^3 at 0).
   double contraction = 0.0;
+  Index unsettled = -1;   ///< bound whose class changes, if one does
+  Index left_in = -1;     ///< variable that the second step moves most
   Eigen::VectorXd error;  ///< per variable, in units: bounds what W changes by on the way, twice
   std::vector<double> hessian_change;  ///< on the way, per triplet, canonical units
   double step = 0.0;                   ///< longest entry of the step, in units
@@ -37,11 +37,12 @@ struct NewtonTest {
 
 /// What test_newton works with, kept from call to call.
 struct NewtonArrays {
-  Eigen::VectorXd lambda;                        ///< without those of rows that do not count
-  Eigen::VectorXd dv, dlambda;                   ///< Newton step
-  Eigen::VectorXd gradient;                      ///< of the Lagrangian, as predicted for its end
-  Eigen::VectorXd trial, trial_v, trial_lambda;  ///< step that is tried, and its end
-  Eigen::VectorXd fixed;                         ///< way to the bounds of fixed variables
+  Eigen::VectorXd lambda;       ///< without those of rows that do not count
+  Eigen::VectorXd dv, dlambda;  ///< Newton step
+  Eigen::VectorXd gradient;     ///< of the Lagrangian, as predicted for its end
+  Eigen::VectorXd trial, trial_v,
+      trial_lambda;              ///< step that is tried, and its end
+  Eigen::VectorXd fixed;         ///< way to the bounds of fixed variables
   Eigen::VectorXd force;         ///< gradient of the Lagrangian at the end; of slacks: -lambda
   Eigen::VectorXd row_v, row_c;  ///< minus a right-hand side
   Eigen::VectorXd back_v, back_lambda;  ///< from the end of the trial step
@@ -51,30 +52,17 @@ struct NewtonArrays {
   Evaluation there;  ///< at the end of the trial step
   Evaluation end;    ///< where W is compared besides
   Eigen::VectorXd end_v;
-  bool is_there_known =
-      false;  ///< of the point last compared; whoever has another problem resets it
-  Eigen::VectorXd there_v, there_lambda;  ///< end of that step, multipliers of W
+  std::vector<double> counted;  ///< changes of W between free variables
 };
 
 /// Solves with the matrix K of the system, assembled as kSufficient, at zero shift. share: of the
 /// solution, that its error may be.
 using KktSolve = std::function<bool(const NewtonResidual& rhs, Step& step, double share)>;
 
-/// Where W is compared with what it is here.
-enum class Probe : std::uint8_t {
-  Beyond,       ///< the end of the step, if need be so far beyond it that rounding explains the way
-  EndAndBeyond  ///< also at the end itself, where that is far before: W may be alike on both sides
-};
-
-struct NewtonRequest {
-  const KktSolve& solve;
-  Probe probe;
-};
-
 /// W at the end of the step has no lambda of inactive inequalities. The change is measured at least
 /// over a distance that rounding of the derivatives could explain. Of the point: iterate and
 /// evaluation.
 void test_newton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
-                 const NewtonRequest& request, NewtonArrays& arrays, NewtonTest& test);
+                 const KktSolve& solve, NewtonArrays& arrays, NewtonTest& test);
 
 }  // namespace ipminmax

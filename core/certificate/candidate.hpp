@@ -3,14 +3,10 @@
 #include <optional>
 #include <vector>
 
-#include "core/certificate/case.hpp"
 #include "core/certificate/dependence.hpp"
+#include "core/certificate/test_context.hpp"
 
 namespace ipminmax {
-
-/// Step to a certified solution that does not meet the tolerances itself, over the size of the
-/// problem.
-inline constexpr double kNear = 1e-3;
 
 /// Derivatives beside a point, as far away as rounding is.
 struct RoundedDerivatives {
@@ -19,24 +15,21 @@ struct RoundedDerivatives {
 };
 
 /// A point on its way to the solution of the active set's equations, and what is known of it.
-struct Stage {
+struct Candidate {
   Point point;
   Units units;
+  bool min_first = false;  ///< rule of the units
   BoundClasses classes;
   NewtonTest newton;
   InertiaTest test;
   Eigen::VectorXd error;   ///< of W in units
+  int steps = 0;           ///< of Newton's method that have led here
   bool converges = false;  ///< Newton's method, to a solution with these classes
-  bool guessed = false;    ///< some classes are mere guesses: nothing but success counts
-  /// After many steps: other solutions may be nearer to where they began, so that the certified
-  /// one has to be returned itself.
+  /// After many steps, or ones that changed classes: other solutions may be nearer to where they
+  /// began, so that the certified one has to be returned itself.
   bool crept = false;
+  bool creeps = true;  ///< each of them has contracted, none enough
   std::optional<Dependences> dependences{};
-  /// Curvature that Max's answers give x, once it has been asked for; empty where it is of no
-  /// use.
-  std::optional<Eigen::VectorXd> answers{};
-  /// Times the lengths: how much farther variables go along directions of little curvature.
-  std::optional<Eigen::VectorXd> stretch{};
   /// Fewer answers of Max, in which K is tested: where his active gradients depend.
   std::optional<BoundClasses> narrow{};
   /// Curvature taken from all of Max's variables, in units, where his best answer is not unique.
@@ -56,17 +49,15 @@ struct Stage {
 /// From entries of W and the Jacobian that neither rounding of the variables and multipliers nor
 /// the last Newton step changes by more than they are: what is left of a cancellation gives no
 /// length.
-[[nodiscard]] Units certain_units(CanonicalProblem& canonical, Stage& stage);
+[[nodiscard]] Units certain_units(CanonicalProblem& canonical, Candidate& candidate);
 /// Of W in units: that of differences, and what doubtful inequalities may give or not.
-[[nodiscard]] Eigen::VectorXd error_of(Case& c, const Point& point, const BoundClasses& classes,
-                                       const Units& units);
+[[nodiscard]] Eigen::VectorXd error_of(TestContext& c, const Point& point,
+                                       const BoundClasses& classes, const Units& units);
 /// The Newton step, and the error of W over it.
-[[nodiscard]] bool confirm(Case& c, Stage& stage, ActiveSetSystem& system);
-/// The path leads to a solution far from the point, a Newton step not quite to its bounds.
-[[nodiscard]] bool ends_near(const Case& c, const Stage& stage);
-/// Whether the way from an iterate to a point is short: share of the problem's size in lengths of curvature, and
-/// of each variable's own size; where that is zero, of one and in lengths both.
-[[nodiscard]] bool is_near(const Case& c, const Iterate& from, const Eigen::VectorXd& to,
+void confirm(TestContext& c, Candidate& candidate, ActiveSetSystem& system);
+/// Whether the way from an iterate to a point is short: share of the problem's size in lengths of
+/// curvature, and of each variable's own size; where that is zero, of one and in lengths both.
+[[nodiscard]] bool is_near(const TestContext& c, const Iterate& from, const Eigen::VectorXd& to,
                            const Units& units, double share);
 
 /// Constraints that say nothing beside others, so that the model without them is the same model.
@@ -74,6 +65,7 @@ struct Stage {
 [[nodiscard]] std::vector<bool> droppable(const CanonicalProblem& canonical,
                                           const Dependences& dependences, bool x_held);
 /// Whether all dependent rows found are left out; of_max: of Max's.
-[[nodiscard]] bool settled(const CanonicalProblem& canonical, const Stage& stage, bool of_max);
+[[nodiscard]] bool rows_are_left_out(const CanonicalProblem& canonical, const Candidate& candidate,
+                                     bool of_max);
 
 }  // namespace ipminmax

@@ -1,39 +1,33 @@
-#include "core/certificate/stage.hpp"
+#include "core/certificate/candidate.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "core/certificate/newton.hpp"
+#include "core/certificate/barrier_step.hpp"
+#include "core/certificate/parameters.hpp"
+#include "core/model/products.hpp"
 #include "core/point/step_length.hpp"
 
 namespace ipminmax {
-namespace {
 
-/// What a Newton step has to leave of an entry of W, over its change: 0.6 of f'' is left where it
-/// vanishes with f' and f, whatever the order.
-constexpr double kLeft = 0.3;
-/// Of variables, relative to their sizes here or at the start.
-constexpr double kRounding = 1e-13;
-/// Of a distance to a bound, of steps that are no larger.
-constexpr double kShareOfDistance = 0.1;
+namespace parameter = parameters::certificate;
+
+namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Of what is left of a gradient without the multipliers of inactive inequalities, mu / s: those of
-/// others are off by so much of it, over the row's length.
-constexpr double kResiduals = 10.0;
-
 /// Multipliers cannot be known better than this: rounding of the variables, relative to their
 /// sizes, over what it changes the gradient by that they balance, and what is left of that.
-Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const Stage& stage,
-                                        const Eigen::VectorXd& size) {
-  const Point& point = stage.point;
+Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical,
+                                        const Candidate& candidate, const Eigen::VectorXd& size) {
+  const Point& point = candidate.point;
   const Evaluation& here = point.evaluation;
   Eigen::VectorXd terms = here.gradient.cwiseAbs();
   Eigen::VectorXd left = here.gradient;
-  const Eigen::VectorXd counted = without_inactive(canonical, stage.classes, point.iterate.lambda);
+  const Eigen::VectorXd counted =
+      without_inactive(canonical, candidate.classes, point.iterate.lambda);
   for (std::size_t k = 0; k < here.hessian.size(); ++k) {
     const auto [i, j] = canonical.hessian()[k];
     terms[i] += std::abs(here.hessian[k]) * size[j];
@@ -49,9 +43,9 @@ Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const
   for (std::size_t k = 0; k < here.jacobian.size(); ++k) {
     const auto [row, col] = canonical.jacobian()[k];
     if (here.jacobian[k] == 0.0) continue;
-    const bool is_free = stage.classes[col] <= BoundClass::Inactive;
-    const double residual = is_free ? kResiduals * std::abs(left[col]) : 0.0;
-    balanced[row] = std::max({balanced[row], kRounding * terms[col], residual});
+    const bool is_free = candidate.classes[col] <= BoundClass::Inactive;
+    const double residual = is_free ? parameter::kResiduals * std::abs(left[col]) : 0.0;
+    balanced[row] = std::max({balanced[row], parameter::kRounding * terms[col], residual});
   }
   for (Index j = 0; j < balanced.size(); ++j) {
     balanced[j] *= length[j] > 0.0 ? 1.0 / length[j] : 0.0;
@@ -59,27 +53,19 @@ Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical, const
   return balanced;
 }
 
-/// Lengths from what is certain of the derivatives, and from what has been found out about them.
-Units measured(const CanonicalProblem& canonical, const Stage& stage, const Evaluation& certain) {
-  Units units = units_of(canonical, stage.point.iterate.v, certain,
-                         stage.answers.value_or(Eigen::VectorXd()), stage.proximal > 0.0);
-  if (stage.stretch) units = stretched(canonical, certain, std::move(units), *stage.stretch);
-  return units;
-}
-
-/// Of the stage at v with lambda; null: undefined there.
-const Evaluation* rounded_derivatives(CanonicalProblem& canonical, Stage& stage,
+/// Of the candidate at v with lambda; null: undefined there.
+const Evaluation* rounded_derivatives(CanonicalProblem& canonical, Candidate& candidate,
                                       const Eigen::VectorXd& v, const Eigen::VectorXd& lambda) {
-  if (!stage.rounded || stage.rounded->v != v || stage.rounded->lambda != lambda) {
-    stage.rounded = RoundedDerivatives{v, lambda, stage.point.evaluation};
-    if (canonical.first_derivatives(v, stage.rounded->evaluation) != EvaluationStatus::Ok ||
-        canonical.second_derivatives(v, lambda, stage.rounded->evaluation) !=
+  if (!candidate.rounded || candidate.rounded->v != v || candidate.rounded->lambda != lambda) {
+    candidate.rounded = RoundedDerivatives{v, lambda, candidate.point.evaluation};
+    if (canonical.first_derivatives(v, candidate.rounded->evaluation) != EvaluationStatus::Ok ||
+        canonical.second_derivatives(v, lambda, candidate.rounded->evaluation) !=
             EvaluationStatus::Ok) {
-      stage.rounded.reset();
+      candidate.rounded.reset();
       return nullptr;
     }
   }
-  return &stage.rounded->evaluation;
+  return &candidate.rounded->evaluation;
 }
 
 }  // namespace
@@ -94,23 +80,29 @@ Eigen::VectorXd without_inactive(const CanonicalProblem& canonical, const BoundC
   return lambda;
 }
 
-Units certain_units(CanonicalProblem& canonical, Stage& stage) {
-  const Point& point = stage.point;
+Units certain_units(CanonicalProblem& canonical, Candidate& candidate) {
+  const Point& point = candidate.point;
   Evaluation certain = point.evaluation;
-  for (std::size_t k = 0; k < stage.newton.hessian_change.size(); ++k) {
-    if (std::abs(certain.hessian[k]) < kLeft * stage.newton.hessian_change[k]) {
+  for (std::size_t k = 0; k < candidate.newton.hessian_change.size(); ++k) {
+    if (std::abs(certain.hessian[k]) <
+        parameter::kLeftOfEntry * candidate.newton.hessian_change[k]) {
       certain.hessian[k] = 0.0;
     }
   }
   const Eigen::VectorXd size =
       point.iterate.v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
-  Eigen::VectorXd step = kRounding * size;
-  keep_within_bounds(canonical, point.iterate.v, kShareOfDistance, step);
+  Eigen::VectorXd step = parameter::kRounding * size;
+  keep_within_bounds(canonical, point.iterate.v, parameter::kLittle, step);
   const Eigen::VectorXd lambda =
-      point.iterate.lambda + rounding_of_multipliers(canonical, stage, size);
-  const Evaluation* there = rounded_derivatives(canonical, stage, point.iterate.v + step,
-                                                without_inactive(canonical, stage.classes, lambda));
-  if (there == nullptr) return measured(canonical, stage, certain);
+      point.iterate.lambda + rounding_of_multipliers(canonical, candidate, size);
+  const Evaluation* there =
+      rounded_derivatives(canonical, candidate, point.iterate.v + step,
+                          without_inactive(canonical, candidate.classes, lambda));
+  const auto measured = [&] {
+    return units_of(canonical, point.iterate.v, certain,
+                    {.min_first = candidate.min_first, .by_coupling = candidate.proximal > 0.0});
+  };
+  if (there == nullptr) return measured();
   const auto keep = [](double changed, double& value) {
     if (!(std::abs(changed - value) <= std::abs(value))) value = 0.0;
   };
@@ -120,7 +112,7 @@ Units certain_units(CanonicalProblem& canonical, Stage& stage) {
   for (std::size_t k = 0; k < certain.jacobian.size(); ++k) {
     keep(there->jacobian[k], certain.jacobian[k]);
   }
-  return measured(canonical, stage, certain);
+  return measured();
 }
 
 bool clean(CanonicalProblem& canonical, const BoundClasses& classes, Point& point) {
@@ -130,7 +122,7 @@ bool clean(CanonicalProblem& canonical, const BoundClasses& classes, Point& poin
          EvaluationStatus::Ok;
 }
 
-Eigen::VectorXd error_of(Case& c, const Point& point, const BoundClasses& classes,
+Eigen::VectorXd error_of(TestContext& c, const Point& point, const BoundClasses& classes,
                          const Units& units) {
   Eigen::VectorXd error = c.hessian_error_in(units);
   Eigen::VectorXd lambda = point.iterate.lambda;
@@ -150,12 +142,9 @@ Eigen::VectorXd error_of(Case& c, const Point& point, const BoundClasses& classe
                                      std::numeric_limits<double>::infinity());
   }
   for (std::size_t k = 0; k < without.hessian.size(); ++k) {
-    const auto [i, j] = c.canonical.hessian()[k];
-    const double change = units.variable[i] * units.variable[j] *
-                          std::abs(without.hessian[k] - point.evaluation.hessian[k]);
-    error[i] += change;
-    if (i != j) error[j] += change;
+    without.hessian[k] -= point.evaluation.hessian[k];
   }
+  add_row_sums(c.canonical, without.hessian, units.variable, error);
   return error;
 }
 
@@ -168,23 +157,22 @@ bool evaluate_objective(CanonicalProblem& canonical, Point& point) {
   return canonical.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok;
 }
 
-bool confirm(Case& c, Stage& stage, ActiveSetSystem& system) {
+void confirm(TestContext& c, Candidate& candidate, ActiveSetSystem& system) {
   system.assemble(ActiveSetSystem::kSufficient);
-  stage.error = error_of(c, stage.point, stage.classes, stage.units);
+  candidate.error = error_of(c, candidate.point, candidate.classes, candidate.units);
   Regularization shift;
   const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double /*share*/) {
     return solve_accurately(c.kkt, system.assembled(), rhs, step, shift);
   };
   const auto converges = [&] {
-    return c.newton_confirms(system, stage.point, solve, Probe::EndAndBeyond, stage.newton);
+    return c.newton_confirms(system, candidate.point, solve, candidate.newton);
   };
-  stage.converges = converges();
-  if (!stage.converges && stage.proximal > 0.0) {  // to one of several solutions
-    shift.y = stage.proximal;
-    stage.converges = converges();
+  candidate.converges = converges();
+  if (!candidate.converges && candidate.proximal > 0.0) {  // to one of several solutions
+    shift.y = candidate.proximal;
+    candidate.converges = converges();
   }
-  if (stage.newton.done) stage.error += stage.newton.error;
-  return stage.converges;
+  if (candidate.newton.done) candidate.error += candidate.newton.error;
 }
 
 std::vector<bool> droppable(const CanonicalProblem& canonical, const Dependences& dependences,
@@ -196,21 +184,18 @@ std::vector<bool> droppable(const CanonicalProblem& canonical, const Dependences
   return rows;
 }
 
-bool settled(const CanonicalProblem& canonical, const Stage& stage, bool of_max) {
-  if (!stage.dependences) return true;
+bool rows_are_left_out(const CanonicalProblem& canonical, const Candidate& candidate, bool of_max) {
+  if (!candidate.dependences) return true;
   const auto open = [&](const Dependence& d) {
     const bool max = canonical.max_constraints().contains(d.row);
-    return (max || !of_max) && !stage.classes.is_redundant(d.row);
+    return (max || !of_max) && !candidate.classes.is_redundant(d.row);
   };
-  return stage.dependences->complete && std::ranges::none_of(stage.dependences->found, open);
+  return candidate.dependences->complete &&
+         std::ranges::none_of(candidate.dependences->found, open);
 }
 
-bool ends_near(const Case& c, const Stage& stage) {
-  return is_near(c, stage.point.iterate, stage.newton.end.iterate.v, stage.units, c.far());
-}
-
-bool is_near(const Case& c, const Iterate& from, const Eigen::VectorXd& to, const Units& units,
-             double share) {
+bool is_near(const TestContext& c, const Iterate& from, const Eigen::VectorXd& to,
+             const Units& units, double share) {
   const double size = size_of_problem(c.canonical, from, units);
   const Eigen::VectorXd& start = c.canonical.starting_point().v;
   for (const IndexRange own : {c.canonical.x(), c.canonical.y()}) {
@@ -218,8 +203,9 @@ bool is_near(const Case& c, const Iterate& from, const Eigen::VectorXd& to, cons
       const double length = std::abs(to[i] - from.v[i]);
       if (!(length <= share * size * units.variable[i])) return false;
       const double own_size = std::max(std::abs(from.v[i]), std::abs(start[i]));
-      const bool within_size = length <= kNear * own_size;
-      const bool within_one = length <= kNear && length <= c.far() * size * units.variable[i];
+      const bool within_size = length <= parameter::kNear * own_size;
+      const bool within_one =
+          length <= parameter::kNear && length <= c.far() * size * units.variable[i];
       if (!within_size && !within_one) return false;
     }
   }

@@ -5,28 +5,19 @@
 
 #include "core/certificate/active_set.hpp"
 #include "core/certificate/certificate.hpp"
-#include "core/certificate/contraction.hpp"
+#include "core/certificate/newton_test.hpp"
+#include "core/certificate/parameters.hpp"
 #include "core/certificate/reasons.hpp"
 #include "core/certificate/second_order.hpp"
 #include "core/model/directional_check.hpp"
 
 namespace ipminmax {
 
-/// Newton's method counts as contracting when the second step with the same matrix is at most this
-/// fraction of the first (1/4 for x^3 at 0, below it quadratic convergence is near).
-inline constexpr double kContraction = 0.1;
-/// Amplification of a generic right-hand side up to which active gradients are independent.
-inline constexpr double kIndependent = 1e5;
-/// Change of the active gradients over a step, times the amplification of the matrices, up to which
-/// these are nonsingular all along it.
-inline constexpr double kTurn = 0.25;
-/// Factorizations that a Newton step and the test at its end need.
-inline constexpr Index kToConfirm = 3;
-
-/// A point on trial: what all parts of the second-order test work with, and what they have found.
-struct Case {
-  Case(CanonicalProblem& its_canonical, KktSystem& its_kkt, double its_mu,
-       const SolverOptions& its_options, Index factorizations, CertificateArrays& its_arrays);
+/// What all parts of the second-order test of a point work with, and what they have found.
+struct TestContext {
+  TestContext(CanonicalProblem& its_canonical, KktSystem& its_kkt, double its_mu,
+              const SolverOptions& its_options, Index factorizations,
+              CertificateArrays& its_arrays);
 
   CanonicalProblem& canonical;
   KktSystem& kkt;
@@ -56,12 +47,14 @@ struct Case {
   [[nodiscard]] bool has_x() const { return kkt.layout().x.size() > 0; }
   [[nodiscard]] bool has_y() const { return kkt.layout().y.size() > 0; }
 
+  /// Copies of y whose robust constraint is inactive.
   void hold_idle(BoundClasses& classes) const;
-  [[nodiscard]] BoundClasses with_idle_held(BoundClasses classes) const;
+  /// By z / s in the units of the first look, idle copies held.
+  void guess(const Iterate& iterate, double strict_ratio, BoundClasses& classes) const;
   [[nodiscard]] Eigen::VectorXd hessian_error_in(const Units& units) const;
   /// Whether a Newton step keeps the classes and the next one would be much shorter.
   [[nodiscard]] bool newton_confirms(ActiveSetSystem& system, const Point& point,
-                                     const KktSolve& solve, Probe probe, NewtonTest& newton) const;
+                                     const KktSolve& solve, NewtonTest& newton) const;
   /// To the certificate: the matrices' inertias at the point without any margin; all zero where no
   /// factorizations are left.
   void report_inertias(ActiveSetSystem& system);
@@ -78,8 +71,8 @@ struct Case {
 
 /// Whether the matrices of the test are nonsingular at the end of the step as well.
 [[nodiscard]] inline bool gradients_hold(const NewtonTest& newton, const InertiaTest& test) {
-  return newton.inner_turn * test.inner_response <= kTurn &&
-         newton.turn * test.full_response <= kTurn;
+  return newton.inner_turn * test.inner_response <= parameters::certificate::kTurn &&
+         newton.turn * test.full_response <= parameters::certificate::kTurn;
 }
 
 }  // namespace ipminmax

@@ -1,4 +1,4 @@
-#include "core/certificate/vertex.hpp"
+#include "core/certificate/basic_multipliers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,18 +6,14 @@
 #include <optional>
 #include <utility>
 
-namespace ipminmax {
-namespace {
+#include "core/certificate/parameters.hpp"
+#include "core/model/relaxation.hpp"
 
-constexpr unsigned kMostVertices = 4;
-/// Entries of a null vector over its largest that are rounding.
-constexpr double kNothing = 1e-9;
-/// Share of a multiplier that is enough of it for the constraint to stay what it was.
-constexpr double kEnough = 0.1;
-/// Rounding of a distance over the size of the bound.
-constexpr double kRounding = 1e-11;
-/// Of what bounds were relaxed by, for rounding of the null vector.
-constexpr double kRelaxations = 1.1;
+namespace ipminmax {
+
+namespace parameter = parameters::certificate;
+
+namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -27,23 +23,23 @@ struct NullVector {
   Eigen::VectorXd bounds;  ///< of the multipliers, positive for the right sign, of fixed variables
 };
 
-class VertexWalk {
+class BasicSearch {
  public:
-  VertexWalk(const ActiveSetSystem& system, const Point& point, const SolverOptions& options)
+  BasicSearch(const ActiveSetSystem& system, const Point& point, const SolverOptions& options)
       : system_(system),
         canonical_(system.canonical()),
         options_(options),
         given_(point.iterate),
-        vertex_{.iterate = point.iterate, .classes = system.classes()} {}
+        found_{.iterate = point.iterate, .classes = system.classes()} {}
 
   /// Along a null vector, in its direction or the other one, to where an inequality's multiplier is
   /// zero. The others lose their share in this inequality.
   bool take(NullVector& along, double direction, std::vector<NullVector>& others);
-  [[nodiscard]] Vertex finish();
+  [[nodiscard]] BasicMultipliers finish();
 
  private:
   [[nodiscard]] double multiplier(Index i) const {
-    return vertex_.classes.multiplier(vertex_.iterate, i);
+    return found_.classes.multiplier(found_.iterate, i);
   }
   [[nodiscard]] double allowed_violation(const NullVector& along, Index dropped) const;
 
@@ -51,7 +47,7 @@ class VertexWalk {
   const CanonicalProblem& canonical_;
   const SolverOptions& options_;
   const Iterate& given_;
-  Vertex vertex_;
+  BasicMultipliers found_;
   std::vector<Index> touched_;
 };
 
@@ -62,36 +58,36 @@ double bound_of(const CanonicalProblem& canonical, const BoundClasses& classes, 
 
 /// Distances of the bounds in a null vector are dependent to first order as the gradients are: that
 /// of the dropped one is what the others' were relaxed by where the model's own bounds agree.
-double VertexWalk::allowed_violation(const NullVector& along, Index dropped) const {
-  double sum = kRounding * std::max(1.0, std::abs(bound_of(canonical_, vertex_.classes, dropped)));
+double BasicSearch::allowed_violation(const NullVector& along, Index dropped) const {
+  double sum =
+      parameter::kConstant * std::max(1.0, std::abs(bound_of(canonical_, found_.classes, dropped)));
   for (Index i = 0; i < along.bounds.size(); ++i) {
     if (along.bounds[i] == 0.0 || i == dropped) continue;
-    sum += kRelaxations * std::abs(along.bounds[i] / along.bounds[dropped]) *
-           options_.bound_relax_factor *
-           std::max(1.0, std::abs(bound_of(canonical_, vertex_.classes, i)));
+    sum += 1.1 * std::abs(along.bounds[i] / along.bounds[dropped]) *
+           relaxation_of(canonical_, i, found_.classes.side[at(i)], options_);
   }
   return sum;
 }
 
-bool VertexWalk::take(NullVector& along, double direction, std::vector<NullVector>& others) {
+bool BasicSearch::take(NullVector& along, double direction, std::vector<NullVector>& others) {
   const double largest = along.bounds.lpNorm<Eigen::Infinity>();
   double length = std::numeric_limits<double>::infinity();
   Index first = -1;
   for (Index i = 0; i < along.bounds.size(); ++i) {
     const double rate = direction * along.bounds[i];
-    if (!(rate < -kNothing * largest)) continue;
+    if (!(rate < -parameter::kZero * largest)) continue;
     if (const double until = multiplier(i) / -rate; until < length) length = until, first = i;
   }
   if (first < 0) return false;
-  Iterate& z = vertex_.iterate;
+  Iterate& z = found_.iterate;
   z.lambda += direction * length * along.rows;
   for (Index i = 0; i < along.bounds.size(); ++i) {
     if (along.bounds[i] == 0.0) continue;
-    double& own = vertex_.classes.side[at(i)] < 0 ? z.z_lower[i] : z.z_upper[i];
+    double& own = found_.classes.side[at(i)] < 0 ? z.z_lower[i] : z.z_upper[i];
     own = i == first ? 0.0 : std::max(own + direction * length * along.bounds[i], 0.0);
     touched_.push_back(i);
   }
-  vertex_.classes.dropped.push_back(
+  found_.classes.dropped.push_back(
       {.variable = first, .violation = allowed_violation(along, first)});
   for (NullVector& other : others) {
     const double share = other.bounds[first] / along.bounds[first];
@@ -103,19 +99,21 @@ bool VertexWalk::take(NullVector& along, double direction, std::vector<NullVecto
 }
 
 /// Classes of those whose multipliers have changed.
-Vertex VertexWalk::finish() {
-  BoundClasses& classes = vertex_.classes;
-  const BoundClasses guess = guess_classes(canonical_, options_, vertex_.iterate, system_.units());
+BasicMultipliers BasicSearch::finish() {
+  BoundClasses& classes = found_.classes;
+  BoundClasses guess;
+  guess_classes(canonical_, options_, found_.iterate, system_.units(),
+                parameters::certificate::kStrictRatio, guess);
   for (const Index i : touched_) {
     const double before = classes.multiplier(given_, i);
-    if (classes[i] == BoundClass::Active && multiplier(i) >= kEnough * before) continue;
+    if (classes[i] == BoundClass::Active && multiplier(i) >= parameter::kLittle * before) continue;
     if (guess.side[at(i)] == classes.side[at(i)]) classes.of[at(i)] = guess[i];
   }
   for (const DroppedBound& dropped : classes.dropped) {
     classes.of[at(dropped.variable)] = BoundClass::Dropped;
   }
   count_doubtful(canonical_, classes);
-  return std::move(vertex_);
+  return std::move(found_);
 }
 
 /// Empty: variables of the other player or such that are held for other reasons are in it.
@@ -134,7 +132,7 @@ std::optional<NullVector> null_vector(const ActiveSetSystem& system, const Point
   }
   for (Index i = 0; i < sum.size(); ++i) {
     if (!system.is_fixed(i) || system.is_slack(i)) continue;
-    if (std::abs(sum[i]) <= kNothing * size[i]) continue;
+    if (std::abs(sum[i]) <= parameter::kZero * size[i]) continue;
     if (classes.side[at(i)] == 0) return std::nullopt;
     t.bounds[i] = -classes.side[at(i)] * canonical.sign(i) * sum[i];
   }
@@ -161,20 +159,16 @@ BoundClasses narrowed(const ActiveSetSystem& system, BoundClasses classes,
   const CanonicalProblem& canonical = system.canonical();
   std::vector<bool>& left_out = classes.redundant;
   left_out.resize(at(canonical.constraints()), false);
-  const auto hold = [&](Index i) {
-    classes.of[at(i)] = BoundClass::Active;
-    classes.side[at(i)] = 0;
-  };
   for (const NullVector& t : all) {
     for (Index j = 0; j < t.rows.size(); ++j) {
       if (t.rows[j] != 0.0) left_out[at(j)] = true;
     }
     for (Index i = canonical.y().begin; i < canonical.y().end; ++i) {
-      if (t.bounds[i] != 0.0) hold(i);
+      if (t.bounds[i] != 0.0) classes.hold(i);
     }
   }
   for (const auto& [row, col] : canonical.jacobian()) {
-    if (left_out[at(row)] && canonical.owned_by_max(col)) hold(col);
+    if (left_out[at(row)] && canonical.owned_by_max(col)) classes.hold(col);
   }
   count_doubtful(canonical, classes);
   return classes;
@@ -182,9 +176,9 @@ BoundClasses narrowed(const ActiveSetSystem& system, BoundClasses classes,
 
 }  // namespace
 
-std::vector<Vertex> vertices_of_multipliers(const ActiveSetSystem& system, const Point& point,
-                                            const Dependences& dependences,
-                                            const SolverOptions& options, bool max) {
+std::vector<BasicMultipliers> basic_multipliers(const ActiveSetSystem& system, const Point& point,
+                                                const Dependences& dependences,
+                                                const SolverOptions& options, bool max) {
   const CanonicalProblem& canonical = system.canonical();
   std::vector<NullVector> all, redundant;
   for (const Dependence& dependence : dependences.found) {
@@ -194,27 +188,27 @@ std::vector<Vertex> vertices_of_multipliers(const ActiveSetSystem& system, const
     const bool left_out = system.classes().is_redundant(dependence.row);
     (left_out ? redundant : all).push_back(std::move(*t));
   }
-  std::vector<Vertex> found;
+  std::vector<BasicMultipliers> found;
   if (all.empty() || !dependences.complete) return found;
-  const unsigned tries = all.size() == 1 ? 2 : kMostVertices;
+  const unsigned tries = all.size() == 1 ? 2 : parameter::kMostChoices;
   for (unsigned trial = 0; trial < tries; ++trial) {
     std::vector<NullVector> rest = all;
-    VertexWalk walk(system, point, options);
+    BasicSearch search(system, point, options);
     bool done = true;
     for (unsigned k = 0; done && !rest.empty(); ++k) {
       NullVector along = std::move(rest.back());
       rest.pop_back();
       const double direction = ((trial >> (k % 2)) & 1U) == 0 ? 1.0 : -1.0;
-      done = walk.take(along, direction, rest) || walk.take(along, -direction, rest);
+      done = search.take(along, direction, rest) || search.take(along, -direction, rest);
     }
     if (!done) continue;
-    Vertex vertex = walk.finish();
+    BasicMultipliers basic = search.finish();
     // A row is redundant beside bounds that hold alone.
     const bool hold = std::ranges::all_of(
-        redundant, [&](const NullVector& t) { return are_active(vertex.classes, t); });
+        redundant, [&](const NullVector& t) { return are_active(basic.classes, t); });
     if (!hold) continue;
-    if (max && canonical.x().size() > 0) vertex.narrow = narrowed(system, vertex.classes, all);
-    found.push_back(std::move(vertex));
+    if (max && canonical.x().size() > 0) basic.narrow = narrowed(system, basic.classes, all);
+    found.push_back(std::move(basic));
   }
   return found;
 }

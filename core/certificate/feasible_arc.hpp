@@ -1,23 +1,17 @@
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "core/certificate/active_set.hpp"
+#include "core/method/wrong_curvature.hpp"
 #include "core/point/merit.hpp"
 
 namespace ipminmax {
 
-/// Trial steps from a point, brought back to the constraints that the system counts and to the
-/// inner maximum with the matrix at hand: what the value does along a direction.
-class Walk {
+/// Arcs from a point: steps brought back to the constraints that the system counts and to the inner
+/// maximum, with the matrix at hand. They tell what the value does along a direction.
+class FeasibleArc {
  public:
-  enum class Kind : std::uint8_t {
-    Inner,        ///< y moves, x is held: K_yy is used
-    Outer,        ///< x moves, y answers: K
-    InnerValley,  ///< as Inner, directions other than the free ones brought back to stationarity
-    Valley        ///< as Outer, directions other than the free ones brought back to stationarity
-  };
   struct End {
     bool reached = false;  ///< corrections converged, inside all bounds
     double change = 0.0;   ///< of the value, what a violation left over is worth included
@@ -25,14 +19,23 @@ class Walk {
     double moved = 0.0;    ///< longest entry of the way, in units
   };
 
-  /// The system as assembled, its matrix factorized and left so while walking.
-  Walk(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point, Kind kind);
+  /// Max: y moves, x is held, with K_yy; Min: x moves, y answers, with K. The system as assembled,
+  /// its matrix factorized and left so. stationary: directions other than the free ones are brought
+  /// back to where the value is stationary along them.
+  FeasibleArc(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
+              Player owner, bool stationary)
+      : canonical_(canonical),
+        system_(system),
+        point_(point),
+        inner_(owner == Player::Max),
+        stationary_(stationary),
+        own_(inner_ ? canonical.y() : canonical.x()) {}
 
-  /// Of a valley, in units, orthonormal in the variables of whom it belongs to.
+  /// In units, orthonormal in the variables of whom they belong to.
   void set_free_directions(const std::vector<Eigen::VectorXd>& directions) { free_ = directions; }
 
-  /// step: canonical variables; corrections end below negligible times length (squared but in a
-  /// valley).
+  /// step: canonical variables; corrections end below negligible times length, squared where not
+  /// stationary.
   [[nodiscard]] End take(const Eigen::VectorXd& step, double length);
 
   /// A direction in units as a step of canonical variables; slacks of open inequalities move along.
@@ -48,15 +51,16 @@ class Walk {
   [[nodiscard]] NewtonResidual residual_of(const Trial& trial) const;
   [[nodiscard]] double lagrangian(const Evaluation& evaluation) const;
   [[nodiscard]] bool is_inside(const Eigen::VectorXd& v, const Eigen::VectorXd& c) const;
+  [[nodiscard]] bool corrects(Index constraint) const {
+    return system_.counts(constraint) &&
+           !(inner_ && constraint < canonical_.max_constraints().begin);
+  }
 
   CanonicalProblem& canonical_;
   ActiveSetSystem& system_;
   const Point& point_;
-  [[nodiscard]] bool inner() const { return kind_ == Kind::Inner || kind_ == Kind::InnerValley; }
-  [[nodiscard]] bool valley() const { return kind_ == Kind::Valley || kind_ == Kind::InnerValley; }
-
-  Kind kind_;
-  Index begin_;  ///< first variable that moves
+  bool inner_, stationary_;
+  IndexRange own_;
   std::vector<Eigen::VectorXd> free_;
 };
 

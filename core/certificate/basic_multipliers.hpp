@@ -12,7 +12,7 @@ namespace ipminmax {
 
 /// A point with other multipliers that balance the same gradient, and without the inequalities
 /// whose multiplier is zero then.
-struct Vertex {
+struct BasicMultipliers {
   Iterate iterate;
   BoundClasses classes;
   /// Of Max beside an x: the answers in which the rows of the null vectors are constant, another
@@ -28,9 +28,10 @@ struct Vertex {
 ///
 /// system: assembled as it was for the dependences. Empty where only equations depend on each
 /// other.
-[[nodiscard]] std::vector<Vertex> vertices_of_multipliers(const ActiveSetSystem& system,
-                                                          const Point& point,
-                                                          const Dependences& dependences,
-                                                          const SolverOptions& options, bool max);
+[[nodiscard]] std::vector<BasicMultipliers> basic_multipliers(const ActiveSetSystem& system,
+                                                              const Point& point,
+                                                              const Dependences& dependences,
+                                                              const SolverOptions& options,
+                                                              bool max);
 
 }  // namespace ipminmax

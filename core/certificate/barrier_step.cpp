@@ -1,4 +1,4 @@
-#include "core/certificate/newton.hpp"
+#include "core/certificate/barrier_step.hpp"
 
 #include "core/point/residual.hpp"
 

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/certificate/active_set.hpp"
+#include "core/certificate/feasible_arc.hpp"
+#include "core/method/wrong_curvature.hpp"
+#include "core/point/merit.hpp"
+
+namespace ipminmax {
+
+/// A direction tangent to the active constraints along which the curvature of W (for Min: of phi)
+/// has a wrong sign beyond the margin, and along which trial steps in both directions gain what it
+/// predicts: the maximizer's value rises, or phi falls. Steps are at least ten times distance (to
+/// the solution, in units), so that it is not the point's own error that is seen. Doubtful bounds
+/// are kept. Empty: none was found.
+[[nodiscard]] std::optional<WrongCurvature> find_refuting_direction(CanonicalProblem& canonical,
+                                                                    ActiveSetSystem& system,
+                                                                    const Point& point,
+                                                                    double margin, double distance,
+                                                                    Player owner);
+
+/// The same along a direction in units that leads into the bounds where the other one does not: the
+/// value has to bend by more than a slope explains. Bounds as in the last assemble, K (of Max:
+/// K_yy) factorized.
+[[nodiscard]] std::optional<WrongCurvature> refutes_along(CanonicalProblem& canonical,
+                                                          ActiveSetSystem& system,
+                                                          const Point& point,
+                                                          const Eigen::VectorXd& direction,
+                                                          double distance, Player owner);
+
+/// Directions without curvature beyond the margin.
+struct FlatDirections {
+  enum class Verdict : std::uint8_t {
+    Flat,  ///< the value stays the same along all of them, over lengths up to a tenth of the point
+    Neither,  ///< it changes, or the model could not be followed along them
+    None      ///< there are none
+  };
+  Verdict verdict = Verdict::None;
+  /// The first that is not flat, or the first of all; a step of canonical variables.
+  Eigen::VectorXd direction;
+  /// A step of Min along which the value falls clearly, although curvature does not say so; only
+  /// where there is no y.
+  std::optional<Eigen::VectorXd> descent{};
+  bool complete = false;  ///< all directions were found
+};
+
+/// At a point that is not refuted, with no doubtful bounds: of Max at this x, of Min with y
+/// answering. Curvature up to kFlat margins counts as little. At most six directions, orthogonal,
+/// are found by inverse iteration with the matrix helped by the margin.
+[[nodiscard]] FlatDirections find_flat_directions(CanonicalProblem& canonical,
+                                                  ActiveSetSystem& system, const Point& point,
+                                                  double margin, Player owner);
+
+}  // namespace ipminmax

@@ -1,0 +1,402 @@
+#include "core/certificate/remedies.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "core/certificate/basic_multipliers.hpp"
+#include "core/certificate/candidate.hpp"
+#include "core/certificate/parameters.hpp"
+#include "core/certificate/refutation.hpp"
+#include "core/certificate/reported_point.hpp"
+#include "core/certificate/weak_maximum.hpp"
+#include "core/model/norms.hpp"
+
+namespace ipminmax {
+
+namespace parameter = parameters::certificate;
+
+namespace {
+
+using Kind = CertificateReason::Kind;
+
+/// A robust constraint's worst case has to follow x smoothly.
+bool reads_both_players(const CanonicalProblem& canonical) {
+  return std::ranges::any_of(canonical.jacobian(), [&](const auto& entry) {
+    return canonical.min_constraints().contains(entry.row) && canonical.owned_by_max(entry.col);
+  });
+}
+
+// --- What a candidate is -------------------------------------------------------------------------
+
+/// The cone of directions into weakly active bounds of Min tells of a solution at these bounds.
+/// False: there are none, or they are farther than what is returned may be from the solution.
+bool weakly_active_are_near(const TestContext& c, const Candidate& here) {
+  const double near =
+      parameter::kNear * size_of_problem(c.canonical, here.point.iterate, here.units);
+  for (Index i = 0; i < c.canonical.variables(); ++i) {
+    if (here.classes[i] != BoundClass::Doubtful || c.canonical.owned_by_max(i)) continue;
+    const double distance = here.classes.distance(c.canonical, here.point.iterate, i);
+    if (distance > near * here.units.variable[i]) return false;
+  }
+  return here.classes.weak_min > 0;
+}
+
+/// Whether the matrices are right for every W within the error, over the whole step.
+bool is_right(TestContext& c, Candidate& here, ActiveSetSystem& system) {
+  const auto holds = [&](ActiveSetSystem& tested) {
+    if (!here.test.both() || !gradients_hold(here.newton, here.test)) return false;
+    c.examine_curvature(tested, here.point,
+                        without_inactive(c.canonical, here.classes, here.point.iterate.lambda));
+    return true;
+  };
+  if (here.narrow) {
+    ActiveSetSystem narrow(c.canonical, c.kkt, *here.narrow, here.units, here.point.evaluation);
+    here.test = survives_narrowed(system, narrow, here.error, c.margin(1.0));
+    return holds(narrow);
+  }
+  here.test = survives(system, here.error, c.margin(1.0), here.proximal);
+  if (!here.test.both() && weakly_active_are_near(c, here) && c.may_factorize(1)) {
+    here.test = survives_in_cone(system, here.error, c.margin(1.0), here.test, here.proximal);
+  }
+  return holds(system);
+}
+
+void look_for_dependences(TestContext& c, Candidate& here, ActiveSetSystem& system) {
+  if (here.dependences || c.canonical.constraints() == 0 || !c.may_factorize(1)) return;
+  system.assemble(ActiveSetSystem::kSufficient);
+  here.dependences = find_dependences(c.canonical, system, here.point, c.options);
+  c.certificate.licq_min = here.dependences->independent(c.canonical, false);
+  c.certificate.licq_max = here.dependences->independent(c.canonical, true);
+}
+
+/// Independent Max gradients make the inner maximum follow x; a Min point needs none.
+bool independent_or_harmless(TestContext& c, Candidate& here, ActiveSetSystem& system) {
+  const double response = std::max(here.test.inner_response, here.test.full_response);
+  if (response <= parameter::kIndependent || c.canonical.constraints() == 0) {
+    if (!here.dependences) c.certificate.licq_min = c.certificate.licq_max = true;
+    return true;
+  }
+  // What holds with rows that say nothing beside others holds without them.
+  const bool known = here.dependences.has_value();
+  look_for_dependences(c, here, system);
+  if (c.canonical.max_constraints().size() == 0) return true;
+  if (!here.dependences) return false;
+  if (!known) here.classes.redundant = droppable(c.canonical, *here.dependences, !c.has_x());
+  return rows_are_left_out(c.canonical, here, true) || !c.has_x();
+}
+
+// --- Remedies ------------------------------------------------------------------------------------
+
+/// From a candidate that does not pass another one that may; empty: it does not apply.
+using Remedy = std::optional<Candidate> (*)(TestContext& c, const Candidate& here);
+
+/// Doubtful bounds that Max leaves are none of his active ones.
+std::optional<Candidate> release_bounds(TestContext& c, const Candidate& here) {
+  if (here.newton.pulled_off.empty()) return {};
+  Candidate next = here;
+  for (const Index i : here.newton.pulled_off) {
+    next.classes.of[static_cast<std::size_t>(i)] = BoundClass::Inactive;
+  }
+  next.classes.weak_max -= static_cast<Index>(here.newton.pulled_off.size());
+  if (!clean(c.canonical, next.classes, next.point)) return {};
+  return next;
+}
+
+/// Rows that say nothing beside others.
+std::optional<Candidate> leave_out_rows(TestContext& c, const Candidate& here) {
+  const bool right = here.converges && here.test.both();
+  if (right || !here.dependences || !here.classes.redundant.empty()) return {};
+  std::vector<bool> rows = droppable(c.canonical, *here.dependences, !c.has_x());
+  if (std::ranges::find(rows, true) == rows.end()) return {};
+  Candidate next = here;
+  next.classes.redundant = std::move(rows);
+  next.steps = 0;
+  return next;
+}
+
+/// Whether the Newton step goes no farther than rounding, so that the next one would find the same.
+bool ends_here(const TestContext& c, const Candidate& candidate) {
+  const Iterate& here = candidate.point.iterate;
+  const Iterate& end = candidate.newton.end.iterate;
+  return candidate.newton.step <=
+             parameter::kRounding * size_of_problem(c.canonical, here, candidate.units) &&
+         max_norm(end.lambda - here.lambda) <= parameter::kRounding * (1.0 + max_norm(here.lambda));
+}
+
+/// The end of the Newton step, where W changes by less on the rest of the way.
+std::optional<Candidate> take_newton_step(TestContext& c, const Candidate& here) {
+  if (!here.newton.done || !here.newton.classes_hold) return {};
+  const bool there = here.converges && max_norm(here.newton.error) <= c.margin(1.0) &&
+                     gradients_hold(here.newton, here.test);
+  // Newton's method creeps to where derivatives nearly vanish together.
+  const bool creeps = here.creeps && !here.converges &&
+                      here.newton.contraction <= parameter::kCreeping &&
+                      c.kkt.layout().dimension() <= parameter::kLargeSystem;
+  const int most = creeps ? parameter::kMostSteps : parameter::kSteps;
+  if (there || here.steps >= most || (here.steps > 0 && ends_here(c, here))) return {};
+  Candidate next = here;
+  next.creeps = creeps;
+  next.crept = here.crept || here.steps >= parameter::kSteps;
+  ++next.steps;
+  next.point.iterate = here.newton.end.iterate;
+  if (!evaluate(c.canonical, next.point)) return {};
+  next.units = certain_units(c.canonical, next);
+  return next;
+}
+
+/// Lengths of x are too short where they come from a coupling with a y that its constraints hold.
+std::optional<Candidate> measure_min_first(TestContext& c, const Candidate& here) {
+  if (here.min_first || !here.converges || !here.test.inner || here.test.full || !c.has_x() ||
+      !c.has_y()) {
+    return {};
+  }
+  Candidate next = here;
+  next.min_first = true;
+  next.units = certain_units(c.canonical, next);
+  return next;
+}
+
+constexpr Remedy kRemedies[] = {release_bounds, leave_out_rows, measure_min_first,
+                                take_newton_step};
+
+/// Whether the sufficient conditions hold at a candidate, or at one that remedies lead to: Newton's
+/// method converges, and W changes by less than its curvature on the way. candidate: the last one.
+bool passes(TestContext& c, Candidate& candidate) {
+  for (;;) {
+    if (!c.may_factorize(candidate.steps == 0 ? 1 : parameter::kToConfirm)) return false;
+    ActiveSetSystem system(c.canonical, c.kkt, candidate.classes, candidate.units,
+                           candidate.point.evaluation);
+    confirm(c, candidate, system);
+    if (candidate.newton.pulled_off.empty()) {
+      if (candidate.converges && is_right(c, candidate, system)) {
+        return independent_or_harmless(c, candidate, system);
+      }
+      // Where all but how far the gradients turn is right the next point settles that.
+      if (!candidate.converges || !candidate.test.both()) {
+        look_for_dependences(c, candidate, system);
+      }
+    }
+    std::optional<Candidate> next;
+    for (const Remedy remedy : kRemedies) {
+      next = remedy(c, candidate);
+      if (next) break;
+    }
+    if (!next) return false;
+    candidate = std::move(*next);
+  }
+}
+
+// --- Where candidates come from ------------------------------------------------------------------
+
+/// Classes by z / s at the point, or those that show themselves while mu falls. False: the model is
+/// undefined.
+bool begin(TestContext& c, const Point& given, const BoundClasses& guess, bool follow,
+           Candidate& candidate) {
+  candidate = {};
+  candidate.point = given;
+  candidate.units = c.arrays.units.units;  // of the first look
+  candidate.classes = guess;
+  if (follow) {
+    const auto most =
+        static_cast<int>(c.last_factorization - c.kkt.factorizations() - 2 * parameter::kToConfirm);
+    candidate.classes = follow_barrier(c.canonical, c.kkt, c.options, candidate.units, guess, most,
+                                       candidate.point, c.mu);
+    c.hold_idle(candidate.classes);
+    c.moved = candidate.point;
+  }
+  if (!clean(c.canonical, candidate.classes, candidate.point)) return false;
+  candidate.units = certain_units(c.canonical, candidate);
+  c.certificate.weakly_active_min = candidate.classes.weak_min;
+  c.certificate.weakly_active_max = candidate.classes.weak_max;
+  return true;
+}
+
+/// Classes that the Newton step contradicts change, and the next one begins at its end. False: it
+/// leaves the bounds.
+bool change_classes(TestContext& c, Candidate& here) {
+  Iterate& end = here.newton.end.iterate;
+  for (const Index i : here.newton.contradicted) {
+    const bool crossed = here.classes[i] == BoundClass::Inactive;
+    const auto at = static_cast<std::size_t>(i);
+    if (crossed) {
+      end.v[i] =
+          here.point.iterate.v[i] + here.classes.side[at] * parameter::kShareOfWay *
+                                        here.classes.distance(c.canonical, here.point.iterate, i);
+    }
+    here.classes.of[at] = crossed ? BoundClass::Active : BoundClass::Inactive;
+  }
+  bool inside = true;
+  for_each_bound(c.canonical, end.v,
+                 [&](Index, int, double distance) { inside = inside && distance > 0.0; });
+  here.point.iterate = end;
+  if (!inside || !evaluate(c.canonical, here.point) ||
+      !clean(c.canonical, here.classes, here.point)) {
+    return false;
+  }
+  here.units = certain_units(c.canonical, here);
+  return true;
+}
+
+/// Whether bounds are clearly what they were guessed to be: of a weakly active one nothing but
+/// rounding would be left at the end.
+bool guess_holds(const TestContext& c, const Candidate& here, const Point& given) {
+  const Iterate& end = here.newton.end.iterate;
+  for (Index i = 0; i < c.canonical.variables(); ++i) {
+    if (here.classes.side[static_cast<std::size_t>(i)] == 0) continue;
+    if (here.classes[i] == BoundClass::Doubtful) continue;
+    const bool active = here.classes[i] == BoundClass::Active;
+    const auto left = [&](const Iterate& z) {
+      return active ? here.classes.multiplier(z, i) : here.classes.distance(c.canonical, z, i);
+    };
+    if (!(left(end) >= parameter::kTrace * left(given.iterate))) return false;
+  }
+  return true;
+}
+
+/// Classes by z / s above or below 1, changed as Newton steps show (primal-dual active sets): where
+/// many bounds are nearly weakly active, mu would have to fall far to tell. They serve where all
+/// is right with them, else nothing is concluded.
+std::optional<Candidate> with_guessed_classes(TestContext& c, const Point& given) {
+  BoundClasses guess;
+  c.guess(given.iterate, 1.0, guess);
+  Candidate here;
+  // Of Max those no farther than what they were relaxed by stay doubtful.
+  if (guess.weak_min > 0 || !begin(c, given, guess, false, here)) return {};
+  here.crept = true;
+  for (int steps = 0; c.may_factorize(parameter::kToConfirm);) {
+    ActiveSetSystem system(c.canonical, c.kkt, here.classes, here.units, here.point.evaluation);
+    confirm(c, here, system);
+    if (auto released = release_bounds(c, here)) {
+      here = std::move(*released);
+      continue;
+    }
+    const bool near =
+        here.newton.classes_hold &&
+        is_near(c, here.point.iterate, here.newton.end.iterate.v, here.units, c.far());
+    if (near && here.converges && is_right(c, here, system) &&
+        independent_or_harmless(c, here, system) && guess_holds(c, here, given) &&
+        reports_solution(c, here, given)) {
+      return here;
+    }
+    if (!here.newton.done || ++steps > parameter::kSteps || !change_classes(c, here)) break;
+  }
+  return {};
+}
+
+/// Where K_yy is singular but not wrong: phi(x) >= max over y of f - eps |y - y*|^2 / 2, with
+/// equality at x*, for any eps > 0 and lengths |.|. That function's answer is unique, and x* is its
+/// strict minimum, so one of phi, where K with eps is right.
+std::optional<Candidate> with_many_answers(TestContext& c, const Candidate& start) {
+  if (!c.has_x() || !c.has_y() || !c.may_factorize(2 + parameter::kToConfirm)) return {};
+  Candidate trial = start;
+  trial.proximal = parameter::kProximal;
+  trial.units = certain_units(c.canonical, trial);
+  ActiveSetSystem system(c.canonical, c.kkt, trial.classes, trial.units, trial.point.evaluation);
+  if (inner_survives(system, {}, c.margin(1.0)).inner ||
+      !inner_survives(system, {}, c.margin(1.0), trial.proximal).inner || !passes(c, trial) ||
+      !maximizes_weakly(c, trial)) {
+    return {};
+  }
+  return trial;
+}
+
+/// Where active gradients depend on each other, the test with one choice of multipliers is enough
+/// for Min, and for Max to say that y is strictly best.
+std::optional<Candidate> with_basic_multipliers(TestContext& c, const Candidate& start) {
+  if (c.canonical.constraints() == 0 || !c.may_factorize(1 + parameter::kToConfirm)) return {};
+  BoundClasses classes = start.classes;
+  ActiveSetSystem system(c.canonical, c.kkt, classes, start.units, start.point.evaluation);
+  system.assemble({.min_fixed = true, .max_fixed = true});
+  const Dependences dependences = find_dependences(c.canonical, system, start.point, c.options);
+  classes.redundant = droppable(c.canonical, dependences, !c.has_x());
+  const bool max = !c.has_x() || (c.has_y() && !dependences.independent(c.canonical, true) &&
+                                  !reads_both_players(c.canonical));
+  for (BasicMultipliers& basic :
+       basic_multipliers(system, start.point, dependences, c.options, max)) {
+    if (!c.may_factorize(parameter::kToConfirm)) return {};
+    Candidate trial;
+    trial.point = start.point;
+    trial.point.iterate = std::move(basic.iterate);
+    trial.classes = std::move(basic.classes);
+    trial.narrow = std::move(basic.narrow);
+    if (!evaluate(c.canonical, trial.point) || !clean(c.canonical, trial.classes, trial.point)) {
+      continue;
+    }
+    trial.units = certain_units(c.canonical, trial);
+    trial.dependences = dependences;
+    if (!passes(c, trial)) continue;
+    c.certificate.licq_min = dependences.independent(c.canonical, false);
+    c.certificate.licq_max = dependences.independent(c.canonical, true);
+    c.certificate.weakly_active_min = trial.classes.weak_min;
+    c.certificate.weakly_active_max = trial.classes.weak_max;
+    return trial;
+  }
+  return {};
+}
+
+SecondOrder certified(TestContext& c, const Candidate& found, const Point& given) {
+  const bool reported = reports_solution(c, found, given);
+  if (reported && !c.moved) report_end(c, given, found.newton);
+  if (!reported || (c.moved && !evaluate_objective(c.canonical, *c.moved))) {
+    const Iterate& returned = c.moved ? c.moved->iterate : given.iterate;
+    Index most = 0;
+    const Eigen::VectorXd way = found.newton.end.iterate.v - returned.v;
+    way.cwiseQuotient(found.units.variable).cwiseAbs().maxCoeff(&most);
+    c.reasons.add_about(
+        Kind::NotIsolated, most,
+        "the solution near by is farther than the point's accuracy allows, most in ");
+    return SecondOrder::Undecided;
+  }
+  c.certificate.margin = c.margin(1.0);
+  c.certificate.weakly_active_max = found.classes.weak_max;
+  c.certificate.answer = found.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
+  if (found.narrow) c.certificate.answer = InnerAnswer::StrictlyBest;
+  if (found.proximal > 0.0) {
+    c.certificate.answer = InnerAnswer::BestNotUnique;
+    c.certificate.least_curvature = 0.0;
+    c.certificate.least_curvature_variable = -1;
+    c.proximal = Eigen::VectorXd::Zero(c.canonical.variables());
+    const IndexRange y = c.canonical.y();
+    c.proximal.segment(y.begin, y.size()) =
+        found.proximal * found.units.variable.segment(y.begin, y.size()).cwiseAbs2().cwiseInverse();
+    ActiveSetSystem system(c.canonical, c.kkt, found.classes, found.units, found.point.evaluation);
+    c.report_inertias(system);
+  }
+  c.reasons.add_weakly_active(found.classes);
+  if (found.dependences) c.reasons.add_dependences(*found.dependences);
+  return SecondOrder::Satisfied;
+}
+
+}  // namespace
+
+SecondOrder examine(TestContext& c, const Point& given) {
+  c.kkt.begin_pivoting();
+  BoundClasses guess;
+  c.guess(given.iterate, parameter::kStrictRatio, guess);
+  if (!c.is_far && !guess.clear()) {
+    if (const auto guessed = with_guessed_classes(c, given)) return certified(c, *guessed, given);
+  }
+  const bool bounded = !c.canonical.lower_bounded().empty() || !c.canonical.upper_bounded().empty();
+  Candidate start, last;
+  for (bool follow = c.is_far || !guess.clear();; follow = true) {
+    if (!begin(c, given, guess, follow, start)) return SecondOrder::Undecided;
+    last = start;
+    if (passes(c, last)) return certified(c, last, given);
+    if (follow || !bounded || (last.newton.done && last.newton.classes_hold) ||
+        !c.may_factorize(parameter::kToConfirm + 1)) {
+      break;
+    }
+  }
+  if (const auto many = with_many_answers(c, start)) return certified(c, *many, given);
+  const bool too_many = last.dependences && last.dependences->too_many;
+  if (!too_many) {
+    if (const auto basic = with_basic_multipliers(c, start)) return certified(c, *basic, given);
+  }
+  if (last.point.iterate.v != given.iterate.v && !evaluate_objective(c.canonical, last.point)) {
+    return SecondOrder::Undecided;
+  }
+  return judge_without_certificate(c, last);
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,56 @@
+#include "core/model/products.hpp"
+
+#include <cmath>
+
+namespace ipminmax {
+
+void add_hessian_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                         const Eigen::VectorXd& d, Eigen::VectorXd& product) {
+  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
+    const auto [i, j] = canonical.hessian()[k];
+    product[i] += evaluation.hessian[k] * d[j];
+    if (i != j) product[j] += evaluation.hessian[k] * d[i];
+  }
+}
+
+double curvature_along(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                       const Eigen::VectorXd& d) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
+    const auto [i, j] = canonical.hessian()[k];
+    sum += (i == j ? 1.0 : 2.0) * evaluation.hessian[k] * d[i] * d[j];
+  }
+  return sum;
+}
+
+void add_transposed_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                            const Eigen::VectorXd& lambda, Eigen::VectorXd& product) {
+  for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+    const auto [row, col] = canonical.jacobian()[k];
+    product[col] += evaluation.jacobian[k] * lambda[row];
+  }
+}
+
+void add_constraint_product(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                            const Eigen::VectorXd& d, Eigen::VectorXd& product) {
+  for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+    const auto [row, col] = canonical.jacobian()[k];
+    product[row] += evaluation.jacobian[k] * d[col];
+  }
+  const auto slack_of = canonical.slack_of_constraint();
+  for (Index j = 0; j < product.size(); ++j) {
+    if (const Index s = slack_of[static_cast<std::size_t>(j)]; s >= 0) product[j] -= d[s];
+  }
+}
+
+void add_row_sums(const CanonicalProblem& canonical, const std::vector<double>& change,
+                  const Eigen::VectorXd& d, Eigen::VectorXd& sums) {
+  for (std::size_t k = 0; k < change.size(); ++k) {
+    const auto [i, j] = canonical.hessian()[k];
+    const double entry = d[i] * d[j] * std::abs(change[k]);
+    sums[i] += entry;
+    if (i != j) sums[j] += entry;
+  }
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,306 @@
+// Bounds over all of y that are proved: known maxima, traps for sampling, what cannot be proved.
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/proof.hpp"
+
+namespace ipminmax {
+namespace {
+
+constexpr Player kMin = Player::Min;
+constexpr Player kMax = Player::Max;
+constexpr double kNone = 2e19;
+
+/// One x, which is held at `x`, and y in a box.
+template <class Functions>
+ProvableProblem<Functions> over_box(Functions functions, std::vector<double> lower,
+                                    std::vector<double> upper, ModelData more = {}) {
+  more.players.assign(lower.size() + 1, kMax);
+  more.players[0] = kMin;
+  more.start.assign(lower.size() + 1, 0.0);
+  for (std::size_t i = 0; i < lower.size(); ++i) more.start[i + 1] = 0.5 * (lower[i] + upper[i]);
+  lower.insert(lower.begin(), -kNone);
+  upper.insert(upper.begin(), kNone);
+  more.lower = std::move(lower);
+  more.upper = std::move(upper);
+  return {std::move(functions), std::move(more)};
+}
+
+/// Seen and proved enclose the truth and each other.
+void expect_proved(const WorstCaseProof& proof, double truth, double tolerance = 1e-6) {
+  EXPECT_TRUE(proof.complete) << proof.message;
+  EXPECT_GE(proof.proved, truth - 1e-12 * std::max(1.0, std::abs(truth))) << proof.message;
+  EXPECT_LE(proof.proved, truth + 1.01 * tolerance * std::max(1.0, std::abs(truth)) + 1e-7);
+  EXPECT_LE(proof.seen, truth + 1e-7);
+  EXPECT_EQ(proof.left, 0);
+  EXPECT_FALSE(proof.interrupted);
+}
+
+/// Six humps; largest where x1 x2 < 0: 1.0316284534898774 for the negative of the camel.
+struct Camel {
+  template <class T>
+  T objective(std::span<const T> v) const {
+    const T a = square(v[1]), b = square(v[2]);
+    return -(a * (4.0 - 2.1 * a + square(a) / 3.0) + v[1] * v[2] + b * (4.0 * b - 4.0)) + v[0];
+  }
+};
+
+TEST(Proof, SixHumps) {
+  auto problem = over_box(Camel{}, {-3.0, -2.0}, {3.0, 2.0});
+  const std::vector<double> v = {2.0, 0.1, 0.1};
+  const WorstCaseProof proof = prove_worst_case(problem, v, {});
+  expect_proved(proof, 3.0316284534898774);
+  EXPECT_NEAR(proof.seen, 3.0316284534898774, 1e-7);
+  EXPECT_LT(proof.boxes, 5000);
+  EXPECT_NE(proof.message.find("proved over all y"), std::string::npos);
+}
+
+/// Cosines and a parabola that are largest at different places: one global maximum among many.
+struct Rastrigin {
+  static constexpr double kTop = 0.4;
+  template <class T>
+  T objective(std::span<const T> v) const {
+    T f = 0.0;
+    for (const T& y : v.subspan(1))
+      f += 10.0 * (cos(2.0 * std::numbers::pi * y) - 1.0) - square(y - kTop);
+    return f;
+  }
+};
+
+TEST(Proof, ManyLocalMaxima) {
+  for (const std::size_t n : {1U, 2U, 3U}) {
+    auto problem = over_box(Rastrigin{}, std::vector<double>(n, -4.1), std::vector<double>(n, 5.2));
+    const std::vector<double> v(n + 1, 0.3);
+    double y = 0.0;  // g'(y) = -20 pi sin(2 pi y) - 2 (y - kTop) = 0
+    for (int k = 0; k < 50; ++k) {
+      constexpr double kPi = std::numbers::pi;
+      y += (-20.0 * kPi * std::sin(2.0 * kPi * y) - 2.0 * (y - Rastrigin::kTop)) /
+           (40.0 * kPi * kPi * std::cos(2.0 * kPi * y) + 2.0);
+    }
+    const double one = 10.0 * (std::cos(2.0 * std::numbers::pi * y) - 1.0) -
+                       (y - Rastrigin::kTop) * (y - Rastrigin::kTop);
+    const WorstCaseProof proof = prove_worst_case(problem, v, {});
+    expect_proved(proof, static_cast<double>(n) * one);
+    EXPECT_GT(proof.boxes, 10) << n;
+  }
+}
+
+/// A disc on which a linear function is largest at its edge: nothing is inside the box's corners.
+struct Disc {
+  template <class T>
+  T objective(std::span<const T> v) const {
+    return 3.0 * v[1] + 4.0 * v[2] + v[0] * sin(v[1]);
+  }
+  template <class T>
+  void constraints(std::span<const T> v, std::span<T> g) const {
+    g[0] = square(v[1]) + square(v[2]);
+  }
+};
+
+TEST(Proof, ConstraintsOfMax) {
+  auto problem = over_box(
+      Disc{}, {-1.0, -1.0}, {1.0, 1.0},
+      {.players = {}, .start = {}, .constraint_lower = {-kNone}, .constraint_upper = {1.0}});
+  const std::vector<double> v = {0.0, 0.0, 0.0};
+  const WorstCaseProof proof = prove_worst_case(problem, v, {});
+  expect_proved(proof, 5.0);
+  EXPECT_LT(proof.boxes, 20000);
+}
+
+TEST(Proof, ThereMayBeNoY) {
+  auto problem = over_box(
+      Disc{}, {-1.0, -1.0}, {1.0, 1.0},
+      {.players = {}, .start = {}, .constraint_lower = {2.5}, .constraint_upper = {kNone}});
+  const WorstCaseProof proof = prove_worst_case(problem, std::vector<double>{0.0, 0.0, 0.0}, {});
+  EXPECT_TRUE(proof.empty) << proof.message;
+  EXPECT_TRUE(proof.complete);
+}
+
+/// A gain x whose response is good but for one narrow resonance: eight starts see none of it.
+struct Resonance {
+  template <class T>
+  T objective(std::span<const T> v) const {
+    return square(v[0] - 1.0);
+  }
+  template <class T>
+  void constraints(std::span<const T> v, std::span<T> g) const {
+    g[0] = v[0] * (0.5 + 0.1 * cos(v[1]) + 2.0 / (1.0 + 1e8 * square(v[1] - 0.7316)));
+  }
+};
+
+TEST(Proof, ANarrowPeakIsFound) {
+  auto problem = over_box(Resonance{}, {-3.0}, {3.0},
+                          {.players = {},
+                           .start = {},
+                           .constraint_lower = {-kNone},
+                           .constraint_upper = {1.0},
+                           .constraint_players = {kMin}});
+  const std::vector<double> v = {1.0, 0.0};
+  ProofRequest request;
+  request.constraint = 0;
+  const WorstCaseProof proof = prove_worst_case(problem, v, {}, request);
+  expect_proved(proof, 0.5 + 0.1 * std::cos(0.7316) + 2.0, 1e-6);
+  EXPECT_NEAR(proof.v[1], 0.7316, 1e-3);
+  request.least = true;
+  expect_proved(prove_worst_case(problem, v, {}, request),
+                0.5 + 0.1 * std::cos(3.0) + 2.0 / (1.0 + 1e8 * std::pow(3.7316, 2.0)), 1e-6);
+}
+
+TEST(Proof, LimitsLeaveWhatIsProvedSoFar) {
+  auto problem = over_box(Rastrigin{}, std::vector<double>(4, -4.1), std::vector<double>(4, 5.2));
+  const std::vector<double> v(5, 0.3);
+  ProofRequest request;
+  request.most_boxes = 50;
+  WorstCaseProof proof = prove_worst_case(problem, v, {}, request);
+  EXPECT_FALSE(proof.complete);
+  EXPECT_GT(proof.left, 0);
+  EXPECT_GE(proof.proved, proof.seen);
+  EXPECT_NE(proof.message.find("not proved (too many boxes)"), std::string::npos) << proof.message;
+
+  request.most_boxes = 1'000'000;
+  int calls = 0;
+  MultistartObserver observer;
+  observer.on_iteration = [&](Index, const IterationInfo&) { return ++calls < 3; };
+  proof = prove_worst_case(problem, v, {}, request, observer);
+  EXPECT_EQ(calls, 3);
+  EXPECT_EQ(proof.interrupted, Status::UserStop);
+  EXPECT_FALSE(proof.complete);
+}
+
+/// A formula that branches cannot be enclosed.
+struct Branches {
+  template <class T>
+  T objective(std::span<const T> v) const {
+    return v[1] < 0.25 ? v[1] : v[1] * v[1];
+  }
+};
+
+TEST(Proof, BranchesAreRefused) {
+  auto problem = over_box(Branches{}, {0.0}, {1.0});
+  const WorstCaseProof proof = prove_worst_case(problem, std::vector<double>{0.0, 0.5}, {});
+  EXPECT_FALSE(proof.complete);
+  EXPECT_TRUE(std::isinf(proof.proved));
+  EXPECT_NE(proof.message.find("order differs"), std::string::npos) << proof.message;
+}
+
+/// Undefined to the left of zero, largest there: an end of the domain is no end of the box.
+struct Root {
+  double power;
+  template <class T>
+  T objective(std::span<const T> v) const {
+    return -v[1] - pow(v[1], power) - sqrt(v[1]);
+  }
+};
+
+TEST(Proof, EndsOfWhereAFormulaIsDefined) {
+  for (const double power : {0.5, 1.5, 2.5}) {
+    auto problem = over_box(Root{power}, {-1.0}, {1.0});
+    const WorstCaseProof proof =
+        prove_worst_case(problem, std::vector<double>{0.0, 0.5}, {}, {.most_boxes = 2000});
+    EXPECT_GE(proof.proved, 0.0) << power;
+  }
+}
+
+TEST(Proof, BadRequestsAreNamed) {
+  auto problem = over_box(Camel{}, {-3.0, -2.0}, {3.0, kNone});
+  const auto error = [&](std::span<const double> v, const ProofRequest& request) -> std::string {
+    try {
+      static_cast<void>(prove_worst_case(problem, v, {}, request));
+    } catch (const std::invalid_argument& refused) {
+      return refused.what();
+    }
+    return "";
+  };
+  const std::vector<double> v = {0.0, 0.0, 0.0};
+  const auto has = [](const std::string& text, const char* part) {
+    return text.find(part) != std::string::npos;
+  };
+  EXPECT_TRUE(has(error(v, {}), "variable 2 is Max's and has not two bounds")) << error(v, {});
+  EXPECT_TRUE(has(error(std::vector<double>{1.0}, {}), "1 values for 3"));
+  EXPECT_TRUE(has(error(std::vector<double>{1.0, NAN, 0.0}, {}), "not finite"));
+  EXPECT_TRUE(has(error(v, {.constraint = 3}), "no constraint 3"));
+  EXPECT_TRUE(has(error(v, {.tolerance = 0.0}), "must be positive"));
+  EXPECT_TRUE(has(error(v, {.least = true}), "no least value"));
+}
+
+/// Random trigonometric polynomials in up to three y, some with a ball: never below what a fine
+/// grid sees, and within the tolerance of it where the grid's own error is.
+struct Waves {
+  struct Wave {
+    std::vector<double> k;
+    double phase, size;
+  };
+  std::vector<Wave> waves;
+  double bend;
+  template <class T>
+  T objective(std::span<const T> v) const {
+    T f = 0.0;
+    for (const Wave& wave : waves) {
+      T angle = wave.phase;
+      for (std::size_t i = 0; i < wave.k.size(); ++i) angle += wave.k[i] * v[i + 1];
+      f += wave.size * sin(angle);
+    }
+    for (const T& y : v.subspan(1)) f -= bend * square(y);
+    return f;
+  }
+  template <class T>
+  void constraints(std::span<const T> v, std::span<T> g) const {
+    if (g.empty()) return;
+    g[0] = 0.0;
+    for (const T& y : v.subspan(1)) g[0] += square(y);
+  }
+};
+
+TEST(Proof, RandomWavesAreEnclosed) {
+  std::mt19937_64 random(31415);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  for (int trial = 0; trial < 60; ++trial) {
+    const std::size_t n = 1 + static_cast<std::size_t>(trial) % 3;
+    Waves waves{.waves = {}, .bend = 0.3 * (1.0 + unit(random))};
+    for (int k = 0; k < 4; ++k) {
+      Waves::Wave wave{.k = {}, .phase = 3.0 * unit(random), .size = unit(random)};
+      for (std::size_t i = 0; i < n; ++i) wave.k.push_back(4.0 * unit(random));
+      waves.waves.push_back(wave);
+    }
+    const bool ball = trial % 4 == 3;
+    ModelData more{.players = {}, .start = {}};
+    if (ball) {
+      more.constraint_lower = {-kNone};
+      more.constraint_upper = {1.0};
+    }
+    auto problem = over_box(waves, std::vector<double>(n, -1.0), std::vector<double>(n, 1.0), more);
+    ProofRequest request;
+    request.tolerance = n == 3 ? 1e-3 : 1e-5;
+    const WorstCaseProof proof =
+        prove_worst_case(problem, std::vector<double>(n + 1, 0.0), {}, request);
+    EXPECT_TRUE(proof.complete) << trial << ": " << proof.message;
+    const int points = n == 1 ? 4001 : n == 2 ? 201 : 41;
+    double most = -1e300;
+    std::vector<double> v(n + 1, 0.0);
+    std::vector<int> index(n, 0);
+    for (std::size_t i = 0; i < n;) {
+      double norm = 0.0, f = 0.0;
+      for (std::size_t j = 0; j < n; ++j) {
+        v[j + 1] = -1.0 + 2.0 * index[j] / (points - 1);
+        norm += v[j + 1] * v[j + 1];
+      }
+      if (!ball || norm <= 1.0) {
+        ASSERT_TRUE(problem.objective(v, true, f));
+        most = std::max(most, f);
+      }
+      for (i = 0; i < n && ++index[i] == points; ++i) index[i] = 0;
+    }
+    EXPECT_GE(proof.proved, most - 1e-12) << trial;
+    EXPECT_LE(proof.seen, proof.proved) << trial;
+    EXPECT_LE(proof.proved - most, (n == 1 ? 1e-4 : n == 2 ? 2e-2 : 0.3)) << trial;
+  }
+}
+
+}  // namespace
+}  // namespace ipminmax
