@@ -322,6 +322,16 @@ Rows other_rows() {
        "Algorithm 1 as printed in the paper: other values of minmax_globalization and a dozen more "
        "options where they are not set (as_printed in core/options.hpp).",
        Flag{nullptr, false}},
+      {"hsllib", "Linear Solver",
+       "Library of linear_solver ma57, loaded at run time. Where it is not set and libhsl.so is "
+       "not "
+       "found, ma57 means auto.",
+       Name{"libhsl.so"}},
+      {"minmax_spral_library", "Linear Solver",
+       "Library of linear_solver spral, loaded at run time, alike; SPRAL needs "
+       "OMP_CANCELLATION=TRUE "
+       "in the environment.",
+       Name{"libspral.so"}},
       {"option_file_name", category, "Name of the options file; empty: none.",
        Name{"ipminmax.opt"}},
   };

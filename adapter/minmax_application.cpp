@@ -69,6 +69,27 @@ struct Settings {
   std::vector<std::string> ignored;  ///< messages about options without effect
 };
 
+/// The library of a solver that is loaded. Ipopt's users have linear_solver ma57 in their files: where nobody names a
+/// library and there is none, it means auto; one that is named has to be there.
+void choose_solver_library(const Ipopt::OptionsList& list, Settings& settings) {
+  LinearSolver& solver = settings.solver.linear_solver;
+  if (solver != LinearSolver::Ma57 && solver != LinearSolver::Spral) return;
+  const std::string option = solver == LinearSolver::Ma57 ? "hsllib" : "minmax_spral_library";
+  std::string file;
+  const bool is_named = list.GetStringValue(option, file, "");
+  use_solver_library(solver, file);
+  const std::string reason = missing_solver_library(solver);
+  if (reason.empty()) return;
+  if (is_named) {
+    settings.error = option + " = " + file + " cannot be used: " + reason;
+    return;
+  }
+  settings.ignored.push_back(std::string("linear_solver = ") +
+                             (solver == LinearSolver::Ma57 ? "ma57" : "spral") +
+                             " has no effect: " + reason + "; auto is used, see " + option);
+  solver = LinearSolver::Auto;
+}
+
 Settings read_settings(const Ipopt::OptionsList& list) {
   const MayBeSet may_be_set(list);
   const auto flag = [&](const char* name) {  // all are off by default
@@ -99,6 +120,7 @@ Settings read_settings(const Ipopt::OptionsList& list) {
     list.GetStringValue("minmax_points_file", settings.points_file, "");
   }
   settings.ignored = ignored_ipopt_options(list);
+  choose_solver_library(list, settings);
   return settings;
 }
 
@@ -653,6 +675,8 @@ void MinMaxApplication::Implementation::print_linear_solver() {
   const std::string name = string_option("linear_solver");
   const auto others = ipopt_only_linear_solvers();
   if (std::ranges::find(others, name) != others.end()) return;
+  const bool is_loaded = name == "ma57" || name == "spral";
+  if (is_loaded && current_settings().solver.linear_solver == LinearSolver::Auto) return;
   print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::ipopt_solver_line(name));
 }
 

@@ -13,6 +13,8 @@ if(NOT IPMINMAX_MPI STREQUAL "OFF")
   else()
     message(STATUS "MPI or parallel MUMPS not found: no linear_solver mumps_mpi")
   endif()
+else()
+  message(STATUS "IPMINMAX_MPI is OFF: no linear_solver mumps_mpi")
 endif()
 
 # AddressSanitizer forbids RTLD_DEEPBIND, with which the plugin has to be loaded.

@@ -348,9 +348,9 @@ Rows method_options() {
        from(&O::minmax_prescribed_delta_y, -1.0)},
       {"minmax_max_restarts", category,
        "Other starting points tried, the random ones of minmax_starts, when the search from the "
-       "model's finds no local minmax or the model is undefined there; 0 for none. Problems "
-       "without "
-       "Max variables are never restarted.",
+       "model's finds no local minmax or the model is undefined there; 0 for none. A minimization "
+       "that is stuck begins anew once, from the model's start with the other mu_strategy, unless "
+       "this is 0.",
        at_least(&O::minmax_max_restarts, 0, 1000000)},
       {"minmax_robust_constraints", category,
        "Whether a constraint given to Min explicitly may read Max variables: it must then hold for "
@@ -439,11 +439,13 @@ Rows linear_solver_options() {
   const std::string_view category = "Linear Solver";
   return {
       {"linear_solver", category, "Factorization of the KKT matrices.",
-       choice(&O::linear_solver, {"auto", "mumps", "ldlt", "lapack", "mumps_mpi"},
+       choice(&O::linear_solver, {"auto", "mumps", "ldlt", "lapack", "mumps_mpi", "ma57", "spral"},
               {"chosen by size and predicted fill", "MUMPS, sparse with pivoting",
                "sparse LDL' without pivoting on the signed-regularized matrix",
                "LAPACK, dense Bunch-Kaufman",
-               "MUMPS on MPI ranks: mpirun -n 1 program : -n 7 ipminmax-worker"})},
+               "MUMPS on MPI ranks: mpirun -n 1 program : -n 7 ipminmax-worker",
+               "MA57 of the HSL library that hsllib names",
+               "SSIDS of the SPRAL library that minmax_spral_library names"})},
       {"minmax_ordering", category, "Fill-reducing ordering.",
        choice(&O::minmax_ordering, {"best", "amd", "pord", "metis"},
               {"least predicted operations", "approximate minimum degree",

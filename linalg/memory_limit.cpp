@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <charconv>
+#include <cstdint>
 #include <fstream>
 #include <limits>
 #include <optional>
@@ -30,10 +31,10 @@ std::optional<double> first_number(const std::string& file_name) {
   std::ifstream file(file_name);
   std::string word;
   if (!(file >> word)) return std::nullopt;
-  double value = 0.0;  // "max" is no number: no limit
+  std::uint64_t value = 0;  // "max" is no number: no limit
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error != std::errc{} || end != word.data() + word.size()) return std::nullopt;
-  return value;
+  return static_cast<double>(value);
 }
 
 /// Value of a row "key value".

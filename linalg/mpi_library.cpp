@@ -49,6 +49,8 @@ constexpr const char* kVariable = "IPMINMAX_MPI_LIBRARY";
 const mpi::Plugin& load() {
 #ifdef IPMINMAX_WITH_ADDRESS_SANITIZER
   unavailable("not in a program with AddressSanitizer, which forbids RTLD_DEEPBIND");
+#elif !defined(RTLD_DEEPBIND)
+  unavailable("this C library has no RTLD_DEEPBIND, which keeps the parallel MUMPS apart");
 #else
   // The process may hold the sequential MUMPS and its stub of MPI: the plugin's own come first for
   // the plugin (DEEPBIND), and nobody else sees them (LOCAL).

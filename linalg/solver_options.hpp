@@ -2,14 +2,16 @@
 
 #include <cstdint>
 #include <stdexcept>
+#include <string>
 
 #include "inertia.hpp"
 
 namespace IPMINMAX_API ipminmax {
 
 /// Direct solver for symmetric indefinite matrices. Auto chooses by the pattern: LAPACK for tiny
-/// matrices, LDL' where the predicted fill is low, MUMPS otherwise.
-enum class LinearSolver : std::uint8_t { Auto, Mumps, Ldlt, Lapack, MumpsMpi };
+/// matrices, LDL' where the predicted fill is low, MUMPS otherwise. Ma57 (of HSL) and Spral come from
+/// libraries of the user's that are loaded at run time.
+enum class LinearSolver : std::uint8_t { Auto, Mumps, Ldlt, Lapack, MumpsMpi, Ma57, Spral };
 
 /// Fill-reducing ordering.
 enum class Ordering : std::uint8_t { Best, Amd, Pord, Metis };
@@ -34,6 +36,12 @@ struct SymmetricSolverOptions {
   int threads = 1;
   friend bool operator==(const SymmetricSolverOptions&, const SymmetricSolverOptions&) = default;
 };
+
+/// File of the library of Ma57 (libhsl.so unless another is named) or Spral (libspral.so), as dlopen takes it,
+/// for solves that begin later; one for the whole process.
+void use_solver_library(LinearSolver kind, const std::string& file);
+/// Why the library of a solver cannot be used; empty: it can, or the solver needs none.
+[[nodiscard]] std::string missing_solver_library(LinearSolver kind);
 
 /// The linear solver cannot be used here, or not any more, whatever the matrix: a library is
 /// missing, another process has died. Thrown by solvers that need more than this process.

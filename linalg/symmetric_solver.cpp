@@ -5,7 +5,9 @@
 #include "linalg/auto_solver.hpp"
 #include "linalg/lapack_solver.hpp"
 #include "linalg/ldlt_solver.hpp"
+#include "linalg/ma57_solver.hpp"
 #include "linalg/mumps_solver.hpp"
+#include "linalg/spral_solver.hpp"
 #include "linalg/symmetric_solver.hpp"
 
 namespace ipminmax {
@@ -67,6 +69,10 @@ std::unique_ptr<SymmetricSolver> make_symmetric_solver(LinearSolver kind,
       return std::make_unique<LdltSolver>(options);
     case LinearSolver::Lapack:
       return std::make_unique<LapackSolver>();
+    case LinearSolver::Ma57:
+      return std::make_unique<Ma57Solver>(options);
+    case LinearSolver::Spral:
+      return std::make_unique<SpralSolver>(options);
   }
   throw std::invalid_argument("make_symmetric_solver: unknown solver");
 }

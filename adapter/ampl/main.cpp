@@ -13,6 +13,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -343,6 +344,17 @@ int run(int argc, char** argv) {
   return solve(std::move(command));
 }
 
+/// Programs that call Ipopt look for its words.
+void say_as_ipopt(const std::string& error) {
+  const std::string_view unknown = "unknown option \"";
+  const auto name = error.find(unknown);
+  if (name == std::string::npos) return;
+  const auto begin = name + unknown.size();
+  std::cerr << "OPTION_INVALID: Read Option: \""
+            << error.substr(begin, error.find('"', begin) - begin)
+            << "\". It is not a valid option.\n";
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -355,6 +367,7 @@ int main(int argc, char** argv) {
     return code;
   } catch (const std::invalid_argument& error) {
     std::cerr << "ipminmax: " << error.what() << '\n';
+    say_as_ipopt(error.what());
     return 2;
   } catch (const std::bad_alloc&) {
     std::cerr << "ipminmax: out of memory\n";

@@ -12,6 +12,12 @@ constexpr double kSingularShift = 1e-7;
 constexpr double kInstabilityCap = 1e10;
 /// Raises of the Hessian shift before a rank-deficient Jacobian is suspected as well.
 constexpr int kRaisesBeforeMultiplierShift = 4;
+/// A minimization whose corrections in a row at one mu all shift the multipliers' rows, this many
+/// [R], goes on with a share of that shift, and back. Where s / z of inequalities that leave each
+/// other no room is smaller than all of it, it keeps their multipliers from moving; a share may be
+/// too small for the accuracy of a Jacobian that has dependent rows.
+constexpr Index kStuckCorrections = 12;
+constexpr double kSmallShare = 1e-4;
 /// Corrections in a row that found dependent constraints before it is known that they are, as in
 /// Ipopt.
 constexpr Index kTimesUntilKnown = 3;
@@ -57,6 +63,15 @@ double InertiaCorrection::multiplier_shift(double mu) const {
          std::pow(mu, options_.jacobian_regularization_exponent);
 }
 
+double InertiaCorrection::outer_multiplier_shift(double mu) {
+  if (kkt_.layout().y.size() > 0) return multiplier_shift(mu);
+  if (mu != stuck_.mu) stuck_ = {.mu = mu, .small_share = stuck_.small_share};
+  if (++stuck_.corrections > kStuckCorrections) {
+    stuck_ = {.mu = mu, .corrections = 1, .small_share = !stuck_.small_share};
+  }
+  return (stuck_.small_share ? kSmallShare : 1.0) * multiplier_shift(mu);
+}
+
 bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
   failed_y_ = 0.0;
   if (economical() && dependent_y_ >= kTimesUntilKnown) shift.lambda_y = multiplier_shift(mu);
@@ -92,7 +107,7 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
   const double first = first_shift(last_.x);
   const bool sparing = economical() && kkt_.layout().y.size() > 0;
   if (zero_fails || (sparing && last_.first_x_failed && shift.x == 0.0)) shift.x = first;
-  if (economical() && dependent_x_ >= kTimesUntilKnown) shift.lambda_x = multiplier_shift(mu);
+  if (economical() && dependent_x_ >= kTimesUntilKnown) shift.lambda_x = outer_multiplier_shift(mu);
   std::optional<KktSystem::Counting> search;
   for (int raises = 0;; ++raises) {
     Factorization f = factorize(shift);
@@ -109,12 +124,17 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
                                f.inertia.negative < kkt_.layout().expected().negative);
     if (dependent && shift.lambda_x == 0.0 && multiplier_shift(mu) > 0.0 &&
         kkt_.layout().lambda_x.size() > 0) {
-      shift.lambda_x = multiplier_shift(mu);
+      shift.lambda_x = outer_multiplier_shift(mu);
       dependent_x_ += f.inertia.zero > 0 ? 1 : 0;
       continue;
     }
     shift.x = shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, last_.x);
-    if (shift.x > options_.max_hessian_perturbation) return false;
+    if (shift.x > options_.max_hessian_perturbation) {
+      if (shift.lambda_x == 0.0 || shift.lambda_x >= multiplier_shift(mu)) return false;
+      shift.lambda_x = multiplier_shift(mu);
+      stuck_.small_share = false;
+      shift.x = first_shift(last_.x);
+    }
   }
   last_.first_x_failed = shift.x > first;
   if (sparing && last_.x == 0.0 && shift.x > first) {

@@ -44,6 +44,14 @@ class InertiaCorrection {
   /// The last shifts, to be taken up by the next solve.
   [[nodiscard]] const ShiftMemory& memory() const { return last_; }
   void remember(const ShiftMemory& memory) { last_ = memory; }
+  /// Forgets all that earlier corrections have shown.
+  void begin_anew() {
+    last_ = {};
+    failed_y_ = 0.0;
+    findings_ = {};
+    dependent_x_ = dependent_y_ = 0;
+    stuck_ = {};
+  }
 
   /// Shift of Max at which K_yy still had a wrong inertia in the last correct_inner; 0 if none > 0.
   [[nodiscard]] double last_failed_y() const { return failed_y_; }
@@ -69,6 +77,8 @@ class InertiaCorrection {
   [[nodiscard]] double first_shift(double last) const;
   [[nodiscard]] double next_shift(double shift, double last) const;
   [[nodiscard]] double multiplier_shift(double mu) const;
+  /// The same for the rows of lambda_x in a correction that needs it.
+  [[nodiscard]] double outer_multiplier_shift(double mu);
 
   KktSystem& kkt_;
   const SolverOptions& options_;
@@ -80,6 +90,12 @@ class InertiaCorrection {
   ShiftFindings findings_;
   /// Corrections in a row for which (K, K_yy) had zero eigenvalues until delta_l came.
   Index dependent_x_ = 0, dependent_y_ = 0;
+  /// Corrections of a minimization at one mu that needed a shift of the multipliers' rows.
+  struct Stuck {
+    double mu = 0.0;
+    Index corrections = 0;
+    bool small_share = false;
+  } stuck_;
 };
 
 }  // namespace ipminmax

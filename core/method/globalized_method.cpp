@@ -72,7 +72,6 @@ void GlobalizedMethod::accept(Run& run) {
 StepReport GlobalizedMethod::step(const Point& from, double mu, Point& to) {
   Run run{
       .here = &from, .to = to, .mu = mu, .barrier_changed = std::exchange(barrier_changed_, false)};
-  if (!has_max() && multiplier_shift_ > 0.0) release_multipliers(run);
   static_cast<void>(has_max() ? minmax_step(run) : outer_step(run));
   // A step that fails may have come some way.
   run.report.moved = run.here == &to;
@@ -100,50 +99,6 @@ void GlobalizedMethod::renew_multipliers(Point& point) {
   }
   std::swap(lambda, point.iterate.lambda);
   dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
-}
-
-/// Inequalities that leave each other no room (g <= 0 and -g <= 0, but for the relaxation of the
-/// bounds) have multipliers mu / s each, large as long as mu is. K is singular to rounding then, and
-/// where s / z is far below the shift of the multipliers' rows no step moves them: they come down
-/// with mu at once where, together, they do not matter for the Lagrangian.
-void GlobalizedMethod::release_multipliers(Run& run) {
-  namespace parameter = parameters::outer;
-  const Point& here = *run.here;
-  Point& to = run.to;
-  const auto slack_of = canonical_.slack_of_constraint();
-  double largest_change = 0.0;
-  const auto released = [&](double distance, double z) {
-    const bool is_stuck = distance * z > parameter::kStuckProduct * run.mu &&
-                          distance < parameter::kStuckShare * multiplier_shift_ * z;
-    return is_stuck ? run.mu / distance : z;
-  };
-  Eigen::VectorXd lambda = here.iterate.lambda;
-  Eigen::VectorXd z_lower = here.iterate.z_lower, z_upper = here.iterate.z_upper;
-  for (Index j = 0; j < canonical_.constraints(); ++j) {
-    const Index slack = slack_of[static_cast<std::size_t>(j)];
-    if (slack < 0) continue;
-    const double v = here.iterate.v[slack], sum = z_upper[slack] - z_lower[slack];
-    if (z_lower[slack] > 0.0)
-      z_lower[slack] = released(canonical_.above_lower(slack, v), z_lower[slack]);
-    if (z_upper[slack] > 0.0)
-      z_upper[slack] = released(canonical_.below_upper(slack, v), z_upper[slack]);
-    const double change = z_upper[slack] - z_lower[slack] - sum;  // keeps the slack's row
-    lambda[j] += change;
-    largest_change = std::max(largest_change, std::abs(change));
-  }
-  if (largest_change == 0.0) return;
-  to = here;
-  to.iterate.lambda = std::move(lambda);
-  to.iterate.z_lower = std::move(z_lower);
-  to.iterate.z_upper = std::move(z_upper);
-  dual_residual(canonical_, to.iterate, to.evaluation, to.dual);
-  const double most = max_norm(here.dual) + parameter::kReleasedDual * largest_change;
-  if (!(max_norm(to.dual) <= most) ||
-      evaluate_second_derivatives(canonical_, to) != EvaluationStatus::Ok) {
-    return;
-  }
-  measure(canonical_, options_, to);
-  run.here = &to;
 }
 
 double GlobalizedMethod::inner_target(const Point& point, double mu) const {

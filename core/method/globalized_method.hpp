@@ -50,7 +50,6 @@ class GlobalizedMethod final : public StepMethod {
   // Each either moves, or gives a reason to end the search, or neither (false).
   [[nodiscard]] bool minmax_step(Run& run);
   void renew_multipliers(Point& point);
-  void release_multipliers(Run& run);
   [[nodiscard]] Accuracy forcing(double error) const;
   [[nodiscard]] bool fast_step(Run& run);
   [[nodiscard]] bool inner_phase(Run& run, double target);
@@ -96,8 +95,7 @@ class GlobalizedMethod final : public StepMethod {
   /// Second derivatives of the point at which a fast step ended, by their number: K_yy is right
   /// there, or taken to be, in the freeze neighbourhood.
   std::uint64_t inner_right_at_ = 0;
-  bool barrier_changed_ = false;   ///< since the last step
-  double multiplier_shift_ = 0.0;  ///< of the last Newton step of a minimization
+  bool barrier_changed_ = false;  ///< since the last step
   double last_slope_ = 1e20;
   double fast_contraction_ = 0.0;  ///< of the residual by the last step; 0: that was not full, fast
   Index dominated_steps_ = 0;      ///< in a row whose last rejection was the filter's

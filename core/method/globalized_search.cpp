@@ -26,7 +26,6 @@ bool GlobalizedMethod::find_outer_step(Run& run) {
       !outer_.find_step(*run.here, run.mu, shift, run.unshifted_step == UnshiftedStep::Wrong)) {
     return false;
   }
-  multiplier_shift_ = has_max() ? 0.0 : shift.lambda_x;
   run.report.delta_x = shift.x;
   run.report.delta_y = shift.y;
   run.report.step_norm = max_norm(outer_.step.v);

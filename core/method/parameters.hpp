@@ -66,11 +66,6 @@ constexpr Index kFilterResets = 5;
 /// are renewed, and what least squares have to leave of it.
 constexpr double kRunawayDual = 1e10;
 constexpr double kRenewedDual = 1e-2;
-/// Multipliers that the shift of their rows keeps from following mu: their complementarity over mu,
-/// s / z over the shift; and what their change may leave in the gradient of the Lagrangian.
-constexpr double kStuckProduct = 10.0;
-constexpr double kStuckShare = 1e-2;
-constexpr double kReleasedDual = 1e-3;
 }  // namespace outer
 
 /// Steps where no merit function helps.
@@ -208,6 +203,9 @@ inline constexpr std::array kReaches{3.0, 1.0, 10.0};
 constexpr double kWideInterval = 100.0;  ///< reaches; wider bounds are no region of interest
 constexpr Index kIterations = 300;       ///< after the first search, after which none begins
 constexpr Index kIterationsOfAlgorithmOne = 150;  ///< of one search
+/// Steps of a minimization with a shifted Hessian at one mu after which the other mu_strategy is
+/// worth more.
+constexpr Index kShiftedSteps = 200;
 }  // namespace restart
 
 }  // namespace ipminmax::parameters

@@ -29,7 +29,8 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
       test_(context.options),
       arrays_(arrays),
       step_{.kind = start.how},
-      deadline_(start.deadline) {
+      deadline_(start.deadline),
+      shifted_steps_allowed_(start.shifted_steps) {
   arrays_.point = arrays_.next = start.point;
   arrays_.best.see(rank_of(context_.canonical, context_.options, arrays_.point), arrays_.point,
                    barrier_.mu(), context_.budget.iteration);
@@ -59,10 +60,21 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
     if (escaped) continue;
     if (const auto status = deadline_reached()) return ended(*status);
 
+    if (crawls())
+      return ended(Status::TinyStep, "regularized steps at one barrier parameter lead nowhere");
     if (barrier_.update(arrays_.point, step_)) method.barrier_changed();
     make_step(method);
     if (step_.failure) return after_failed_step();
   }
+}
+
+/// Whether regularized steps at one mu are as many as this search may make.
+bool Search::crawls() {
+  if (shifted_steps_allowed_ == 0) return false;
+  if (barrier_.mu() != shifted_at_) shifted_steps_ = 0;
+  shifted_at_ = barrier_.mu();
+  if (step_.delta_x > 0.0) ++shifted_steps_;
+  return shifted_steps_ >= shifted_steps_allowed_;
 }
 
 SearchOutcome Search::ended(Status status, std::string message) const {

@@ -5,6 +5,7 @@
 
 #include "core/method/algorithm_one.hpp"
 #include "core/method/globalized_method.hpp"
+#include "core/method/parameters.hpp"
 #include "core/search/describe.hpp"
 #include "core/search/infeasibility.hpp"
 #include "core/search/restart.hpp"
@@ -52,6 +53,7 @@ struct Solve::Machinery {
   Observation observation;
   OtherStarts others;
   std::optional<BarrierUpdate> barrier;
+  bool rule_changed = false;          ///< a minimization's barrier, from one search to the next
   std::optional<Search> search;       ///< the last one
   std::optional<SearchOutcome> left;  ///< by the last one, for a better point
   std::optional<SearchOutcome> best;  ///< of those before
@@ -159,6 +161,7 @@ Result Solve::search() {
     first.how = StepKind::None;
     first.rule = Start::Rule::Chosen;
     first.deadline.reset();
+    first.shifted_steps = may_change_rule() ? parameters::restart::kShiftedSteps : 0;
     std::string message;
     if (const auto status = evaluate_start(machinery.context, options_, first.point, message)) {
       Result result = without_point(*status, std::move(message));
@@ -224,10 +227,45 @@ SearchOutcome Solve::search_from(const Start& start, Machinery& machinery) {
   return outcome;
 }
 
-std::optional<Start> Solve::next_start(Machinery& machinery) {
-  if (!makes_new_starts(options_) || canonical_.max_size() == 0 || budget_.is_spent()) {
+bool Solve::may_change_rule() const {
+  const bool has_bounds =
+      !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
+  return canonical_.max_size() == 0 && has_bounds && purpose_ == Purpose::Solution &&
+         has_line_search() && makes_new_starts(options_);
+}
+
+/// A minimization that is stuck: once more from the model's start.
+std::optional<Start> Solve::start_with_other_rule(Machinery& machinery) {
+  const Status status = machinery.best->status;
+  const bool stuck = status == Status::TinyStep || status == Status::RestorationFailed ||
+                     status == Status::InertiaCorrectionFailed;
+  if (!stuck || machinery.rule_changed || !may_change_rule() || budget_.is_spent()) {
     return std::nullopt;
   }
+  SolverOptions cold = options_;
+  cold.warm_start_init_point = false;
+  Start start;
+  start.how = StepKind::NewStart;
+  begin_at(canonical_, canonical_.starting_point(), start.point);
+  machinery.correction.begin_anew();
+  machinery.kkt.reset_quality();
+  std::string unused;
+  if (evaluate_start(machinery.context, cold, start.point, unused) ||
+      !machinery.barrier->change_rule(start.point)) {
+    return std::nullopt;
+  }
+  machinery.rule_changed = true;
+  machinery.observation.say(
+      std::string("no solution from here; anew with mu_strategy ") +
+      (options_.mu_strategy == BarrierStrategy::Adaptive ? "monotone" : "adaptive"));
+  machinery.barrier->begin_anew();
+  ++budget_.iteration;
+  return start;
+}
+
+std::optional<Start> Solve::next_start(Machinery& machinery) {
+  if (canonical_.max_size() == 0) return start_with_other_rule(machinery);
+  if (!makes_new_starts(options_) || budget_.is_spent()) return std::nullopt;
   auto next = machinery.others.next();
   if (!next) return std::nullopt;
   machinery.observation.say("no local minmax found from here; new start " +

@@ -90,7 +90,7 @@ TEST(ListOptions, ShowsTypeRangeAndDefault) {
   EXPECT_EQ(default_of(documented("perturb_dec_fact")), "0.3333333333333333");
   EXPECT_EQ(type_of(documented("sb")), "yes/no");
   EXPECT_EQ(default_of(documented("linear_solver")), "auto");
-  EXPECT_EQ(std::get<OptionInfo::Choice>(documented("linear_solver").kind).names.size(), 5U)
+  EXPECT_EQ(std::get<OptionInfo::Choice>(documented("linear_solver").kind).names.size(), 7U)
       << "without Ipopt's own";
   EXPECT_EQ(default_of(documented("option_file_name")), "ipminmax.opt");
 }
@@ -190,7 +190,8 @@ TEST(IpoptOnlyOptions, ThatSteerIpoptsAlgorithmAreAcceptedAndNamed) {
            {"sigma_max", "10", "mu_oracle"},
            {"max_soc", "0", "Ipopt's own algorithm"},
            {"watchdog_shortened_iter_trigger", "3", "Ipopt's own algorithm"},
-           {"ma57_pivtol", "1e-06", "linear solver that is not built in"},
+           {"ma57_pivtol", "1e-06", "grows from 1e-8 to 1e-4"},
+           {"ma27_pivtol", "1e-06", "linear solver that is not built in"},
            {"linear_solver", "ma57", "auto is used"},
            {"recalc_y", "yes", "Ipopt's own algorithm"},
            {"hessian_constant", "yes", "evaluated anew"},
@@ -234,10 +235,29 @@ TEST(IpoptOnlyOptions, KeepIpoptsRangesAndValues) {
     EXPECT_TRUE(contains(result.console, name + " = " + value + " is not ")) << result.console;
   }
   const Solved solver = run({{"linear_solver", "gauss"}});
-  EXPECT_TRUE(contains(solver.console,
-                       "linear_solver = gauss is not one of: auto mumps ldlt lapack mumps_mpi\n"))
+  EXPECT_TRUE(contains(
+      solver.console,
+      "linear_solver = gauss is not one of: auto mumps ldlt lapack mumps_mpi ma57 spral\n"))
       << solver.console;
   EXPECT_TRUE(contains(run({{"mu_strateggy", "adaptive"}}).console, "unknown option"));
+}
+
+// A library that is named has to be there; where it is, it factorizes (MA57's calling convention by a stand-in).
+TEST(LoadedSolvers, FromALibraryThatAnOptionNames) {
+  const Solved solved = run({{"linear_solver", "ma57"}, {"hsllib", IPMINMAX_MA57_STAND_IN}});
+  EXPECT_EQ(solved.status, Ipopt::Solve_Succeeded) << solved.console;
+  EXPECT_FALSE(contains(solved.console, "has no effect")) << solved.console;
+  for (const auto& [solver, option] :
+       Settings{{"ma57", "hsllib"}, {"spral", "minmax_spral_library"}}) {
+    const Solved refused = run({{"linear_solver", solver}, {option, "/nowhere/lib.so"}});
+    EXPECT_EQ(refused.status, Ipopt::Invalid_Option) << refused.console;
+    EXPECT_TRUE(contains(refused.console, option + " = /nowhere/lib.so cannot be used"))
+        << refused.console;
+  }
+  const Solved wrong =
+      run({{"linear_solver", "spral"}, {"minmax_spral_library", IPMINMAX_MA57_STAND_IN}});
+  EXPECT_EQ(wrong.status, Ipopt::Invalid_Option);
+  EXPECT_TRUE(contains(wrong.console, "has no function spral_ssids_factor_ptr32")) << wrong.console;
 }
 
 TEST(IpoptOnlyOptions, SetByCallAreHandledAlike) {

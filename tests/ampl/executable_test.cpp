@@ -495,6 +495,9 @@ TEST_F(AmplExecutable, BadOptionsAreNamed) {
   EXPECT_NE(refusal("tol=abc").find("tol = abc"), std::string::npos);
   EXPECT_NE(refusal("tox=1").find("unknown option \"tox\""), std::string::npos);
   EXPECT_NE(refusal("tox=1").find("did you mean tol?"), std::string::npos) << err_;
+  EXPECT_NE(
+      refusal("tox=1").find("OPTION_INVALID: Read Option: \"tox\". It is not a valid option."),
+      std::string::npos);
   EXPECT_NE(refusal("max_itre=1").find("did you mean max_iter?"), std::string::npos) << err_;
   EXPECT_NE(refusal("linear_solvr=mumps").find("did you mean linear_solver?"), std::string::npos);
   EXPECT_EQ(refusal("quite_another_thing=1").find("did you mean"), std::string::npos) << err_;

@@ -13,9 +13,11 @@
 #include <gtest/gtest.h>
 
 #include <hostile/judge_certificate.hpp>
+#include <hostile/odd_problem.hpp>
 #include <hostile/trap_game.hpp>
 #include <support/dice.hpp>
 #include <support/judge_truth.hpp>
+#include <support/units_problem.hpp>
 
 #include "core/solver.hpp"
 
@@ -148,6 +150,35 @@ TEST_P(Certificates, AreTrue) {
     EXPECT_GE(judged, GetParam().least);
     EXPECT_LE(1000 * verdicts[CertificateVerdict::Doubtful], 20 * judged);
   }
+}
+
+/// With jumps of W, rows that say nothing new and variables that nobody reads, in units of 10^-3 to 10^3.
+TEST(OddModels, AreCertifiedTruly) {
+  const std::uint64_t runs = number_from("IPMINMAX_RUNS", 1000);
+  const std::uint64_t first = number_from("IPMINMAX_SEED", 1);
+  std::uint64_t judged = 0, confirmed = 0;
+  for (std::uint64_t seed = first; seed < first + runs; ++seed) {
+    const RandomGame game = seed % 2 == 0 ? tame_game(seed) : trap_game(seed);
+    AutodiffProblem model(game.model, game.start);
+    OddProblem odd(model, seed), plain(model, seed, true);
+    const auto judge = [&](const Result& result) {
+      if (result.certificate.kind != PointKind::LocalMinmax) return;
+      ++judged;
+      const CertificateJudgement found =
+          judge_certificate(plain, game.options, odd.plain(result), seed);
+      confirmed += found.verdict == CertificateVerdict::Confirmed ? 1U : 0U;
+      EXPECT_NE(found.verdict, CertificateVerdict::False)
+          << "seed " << seed << ": certified, but " << found.why;
+    };
+    judge(solve(odd, game.options));
+    UnitsProblem other = UnitsProblem::random(odd, 3, seed);
+    const Result in_units = solve(other, game.options);
+    if (in_units.certificate.kind == PointKind::LocalMinmax) judge(other.original(in_units));
+  }
+  std::printf("%llu certificates, %llu confirmed\n", static_cast<unsigned long long>(judged),
+              static_cast<unsigned long long>(confirmed));
+  EXPECT_GE(judged, runs / 10);
+  EXPECT_GE(10 * confirmed, 9 * judged);
 }
 
 // Gradients that turn on the way to the solution, inequalities open by their gradients alone, a

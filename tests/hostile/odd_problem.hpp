@@ -11,6 +11,8 @@
 #include <support/dice.hpp>
 #include <support/forwarding_problem.hpp>
 
+#include "core/result.hpp"
+
 namespace ipminmax::testing {
 
 /// A problem with what models have that were not written by hand: f has squared hinges, t|t| and
@@ -18,7 +20,8 @@ namespace ipminmax::testing {
 /// nobody reads the last variables.
 class OddProblem final : public ForwardingProblem {
  public:
-  OddProblem(Problem& problem, std::uint64_t seed)
+  /// plain: with the pieces of f alone, for a judge that asks for independent gradients and a best y.
+  OddProblem(Problem& problem, std::uint64_t seed, bool plain = false)
       : ForwardingProblem(problem),
         structure_(problem.structure()),
         variables_(structure_.variable_players.size()),
@@ -29,8 +32,27 @@ class OddProblem final : public ForwardingProblem {
     structure_.constraint_names.clear();
     Dice dice(seed);
     add_pieces(dice);
+    if (plain) return;
     add_rows(dice);
     for (int k = dice.below(3); k > 0; --k) add_unused(dice);
+  }
+
+  /// The result as one of the plain problem: multipliers of rows go to what they repeat.
+  [[nodiscard]] Result plain(Result result) const {
+    for (std::size_t k = 0; k < repeated_.size(); ++k) {
+      const auto& [of_variable, of, factor] = repeated_[k];
+      const double force = factor * result.lambda[rows_ + k];
+      // z of Max are negative.
+      const bool at_upper =
+          (force > 0.0) == (structure_.variable_players[of_variable ? of : 0] == Player::Min);
+      if (!of_variable) result.lambda[of] += force;
+      if (of_variable && at_upper) result.z_upper[of] += force;
+      if (of_variable && !at_upper) result.z_lower[of] -= force;
+    }
+    result.lambda.resize(rows_);
+    for (std::vector<double>* values : {&result.v, &result.z_lower, &result.z_upper})
+      values->resize(variables_);
+    return result;
   }
 
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
@@ -97,6 +119,7 @@ class OddProblem final : public ForwardingProblem {
   }
 
  private:
+  static constexpr double kNone = 1e20;  ///< bound
   /// s max(0, t)^2, s t|t| or s |t|^3 of t = v - b.
   struct Piece {
     std::size_t variable;
@@ -163,8 +186,8 @@ class OddProblem final : public ForwardingProblem {
   void add_unused(Dice& dice) {
     structure_.variable_players.push_back(dice.chance(0.7) ? Player::Max : Player::Min);
     const bool bounded = dice.chance(0.5);
-    structure_.variable_lower.push_back(bounded ? -1.0 : -kNoBound);
-    structure_.variable_upper.push_back(bounded ? 1.0 : kNoBound);
+    structure_.variable_lower.push_back(bounded ? -1.0 : -kNone);
+    structure_.variable_upper.push_back(bounded ? 1.0 : kNone);
   }
 
   ProblemStructure structure_;

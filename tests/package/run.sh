@@ -109,6 +109,17 @@ grep -q '^IpminmaxSolve$' "$work/exported"
 if grep -vE '^(ipminmax::|Ipminmax|(vtable|typeinfo|typeinfo name|virtual thunk|non-virtual thunk) (for|to) ipminmax::)' \
   "$work/exported"; then exit 1; fi
 if grep -E 'CanonicalProblem|KktSystem|LdltSolver|MumpsSolver' "$work/exported"; then exit 1; fi
+# Names of Ipopt's version are part of ours.
+if [ "$(pkg-config --modversion ipopt)" = 3.11.9 ] && [[ ${CXXFLAGS:-} != *-fsanitize* ]]; then
+  echo "== no name that programs were linked with is gone"
+  sed -n 's/^ \([^ (@]*\)@.*/\1/p' "$source_dir"/../../debian/libipminmax*.symbols | LC_ALL=C sort >"$work/promised"
+  nm -D --defined-only "$shared" | awk '{print $3}' | LC_ALL=C sort >"$work/present"
+  test "$(wc -l <"$work/promised")" -gt 100
+  if LC_ALL=C comm -23 "$work/promised" "$work/present" | grep .; then
+    echo "gone: programs need a new minor version, and debian/update-symbols writes the list anew" >&2
+    exit 1
+  fi
+fi
 # shellcheck disable=SC2046,SC2086
 "$cxx" -std=c++20 ${CXXFLAGS:-} "$source_dir/consumer.cpp" -o "$work/consumer" \
   -I"$prefix/include" -L"$build_dir" -lipminmax $(pkg-config --cflags --libs ipopt)

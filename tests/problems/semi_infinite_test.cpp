@@ -168,7 +168,9 @@ TEST(RobustCopies, IdleCopiesTiedByEquationsDoNotBlurTheCertificate) {
     EXPECT_NEAR(worst[3], 1.1 + 0.3 * worst[0], 1e-6);
     // Without starts no y is looked at: the first solve is certified.
     EXPECT_EQ(std::isnan(answer.largest_violation), starts == 0);
-    if (starts > 0) EXPECT_LE(answer.largest_violation, 1e-6);
+    if (starts > 0) {
+      EXPECT_LE(answer.largest_violation, 1e-6);
+    }
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 
+#include "core/model/remarks.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
@@ -103,14 +104,17 @@ class TruthJudge {
     }
     if (is_success(status)) {
       const bool remark = result_.certificate.hessian_disagrees;
+      std::string own = message;  // without what an application adds about who owns what
+      for (const std::string& text : split_remarks(s_)) {
+        if (own.ends_with("; " + text)) own.resize(own.size() - text.size() - 2);
+      }
+      const std::string name(name_of(status));
       // Of a multistart that knows a worse y; others keep that to Result::worst_case.
-      const bool warned = result_.worst_case.higher &&
-                          message.starts_with(std::string(name_of(status)) + "; value ");
+      const bool warned = result_.worst_case.higher && own.starts_with(name + "; value ");
       // Of secant pairs no second-order statement follows, and the message says so.
-      const bool secant = message == std::string(name_of(status)) +
-                                         "; limited-memory Hessian: nothing is certified" &&
+      const bool secant = own == name + "; limited-memory Hessian: nothing is certified" &&
                           result_.certificate.kind != PointKind::LocalMinmax;
-      expect(remark ? says("second derivatives") : message == name_of(status) || warned || secant,
+      expect(remark ? says("second derivatives") : own == name || warned || secant,
              "message of a success: " + message);
     }
     if (result_.worst_case.higher && result_.worst_case.starts == 0) judge_worse_y();

@@ -10,6 +10,8 @@
 #include <support/dice.hpp>
 #include <support/forwarding_problem.hpp>
 
+#include "core/result.hpp"
+
 namespace ipminmax::testing {
 
 /// The same problem in other units: variables u_i = v_i / unit_i, constraints times a factor each.
@@ -49,6 +51,17 @@ class UnitsProblem final : public ForwardingProblem {
     std::vector<double> v(u.size());
     for (std::size_t i = 0; i < u.size(); ++i) v[i] = units_[i] * u[i];
     return v;
+  }
+
+  /// Of a result in these units, that of the problem.
+  [[nodiscard]] Result original(Result result) const {
+    result.v = original(std::span<const double>(result.v));
+    for (std::size_t j = 0; j < factors_.size(); ++j) result.lambda[j] *= factors_[j];
+    for (std::size_t i = 0; i < units_.size(); ++i) {
+      result.z_lower[i] /= units_[i];
+      result.z_upper[i] /= units_[i];
+    }
+    return result;
   }
 
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
