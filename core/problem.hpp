@@ -34,6 +34,10 @@ struct ProblemStructure {
   /// Variables in which f or g are nonlinear, where the model says so; used when the structure of
   /// the Hessian is not given.
   std::optional<std::vector<Index>> nonlinear_variables{};
+  /// n or empty: the robust constraint, with one bound, that alone a Max variable serves, and
+  /// through Max's constraints the variables tied to it; -1: none. Such variables maximize their
+  /// constraint however small its multiplier is.
+  std::vector<Index> served_constraint{};
 };
 
 /// A constraint with a Jacobian entry in a Max variable belongs to Max, any other to Min.

@@ -47,10 +47,11 @@ struct RobustResult {
 /// constraint reads them too; a model in which each robust constraint has its own Max variables is
 /// left as it is.
 ///
-/// Unless minmax_worst_case_starts is 0 each robust constraint is then maximized over all of y from
-/// 8 starts, or as many as it says, at the x found; a maximum that violates it by more than minmax_worst_case_tol (relative
-/// to the range of its values seen) becomes another worst case with a copy of y of its own, and the
-/// solve goes on from there, until none is found. Where minmax_epigraph is set, f is treated
+/// Unless minmax_worst_case_starts is 0 each robust constraint is then maximized over all of y, at
+/// the x found, from as many starts as it says, by default from 8 and, where these find different
+/// maxima, more; a maximum that violates it by more than minmax_worst_case_tol (relative to the
+/// range of its values seen) becomes another worst case with a copy of y of its own, and the solve
+/// goes on from there, until none is found. Where minmax_epigraph is set, f is treated
 /// likewise: then x minimizes the largest of the local worst cases met, kinks included. With
 /// minmax_epigraph_at_kinks that happens only after a search that ended without a local minmax,
 /// from where it ended. Both are refused (InvalidOption) with a negative factor of the objective,

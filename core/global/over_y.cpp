@@ -18,6 +18,8 @@ namespace {
 
 /// Starts of y for each robust constraint unless the option says how many.
 constexpr Index kStartsOfRows = 8;
+/// Most of them where they end at different maxima and one more could violate the constraint.
+constexpr Index kMostStartsOfRows = 100;
 /// Most variables of a box whose corners are all looked at.
 constexpr std::size_t kMostOfCorners = 8;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -90,8 +92,10 @@ std::optional<std::vector<double>> best_corner(Problem& inner, const SolverOptio
 /// The maximizations over y of one function at one x.
 class MaximizationOverY {
  public:
-  MaximizationOverY(Problem& inner, const MaximizationContext& context)
-      : inner_(inner), context_(context), options_(context.options) {
+  /// limit: from which value, and by how much of the range, a maximum is one too many; without it
+  /// there are as many starts as are asked for.
+  MaximizationOverY(Problem& inner, const MaximizationContext& context, std::optional<double> limit)
+      : inner_(inner), context_(context), options_(context.options), limit_(limit) {
     options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
     options_.warm_start_init_point = false;
   }
@@ -103,7 +107,7 @@ class MaximizationOverY {
     const Index count = std::max(starts, static_cast<Index>(given.size()) + 1);
     const std::vector<double> own = starting_values(inner_);
     add_work_of_detection();
-    for (Index start = 0; start < count; ++start) {
+    for (Index start = 0; start < count || may_be_higher(start); ++start) {
       std::vector<double> v;
       if (start > 0) {
         if (own.empty()) break;
@@ -122,6 +126,24 @@ class MaximizationOverY {
   }
 
  private:
+  /// Whether another start is worth its cost. Where n random ones found w maxima, w (w + 1) / (n - w
+  /// - 2) more are to be expected (Boender and Rinnooy Kan 1987): half a one is not. Nor does one
+  /// count that would have to be higher than the highest by more than the known ones differ.
+  [[nodiscard]] bool may_be_higher(Index made) const {
+    if (!limit_ || made >= kMostStartsOfRows || options_.minmax_concave_in_y) return false;
+    Index distinct = 0;
+    double highest = -kInfinity, lowest = kInfinity;
+    for (const WorstCaseMaximum& maximum : found_.maxima) {
+      highest = std::max(highest, maximum.value);
+      if (!maximum.certified) continue;
+      lowest = std::min(lowest, maximum.value);
+      ++distinct;
+    }
+    const bool violated = highest - *limit_ > options_.minmax_worst_case_tol * found_.range();
+    const bool may_violate = highest + (highest - lowest) > *limit_;
+    return !violated && may_violate && made <= 2 * distinct * distinct + 3 * distinct + 2;
+  }
+
   /// False: nothing more can be done.
   [[nodiscard]] bool maximize_from(std::vector<double> v, int restarts) {
     if (context_.budget.used_up()) {
@@ -210,6 +232,7 @@ class MaximizationOverY {
   Problem& inner_;
   const MaximizationContext& context_;
   SolverOptions options_;
+  std::optional<double> limit_;
   SearchStructure structure_;
   MaximaOverY found_;
 };
@@ -235,8 +258,8 @@ Index starts_over_y_of_objective(const SolverOptions& options) {
 
 MaximaOverY maximize_over_y(Problem& inner, Index starts,
                             const std::vector<std::vector<double>>& given,
-                            const MaximizationContext& context) {
-  return MaximizationOverY(inner, context).run(starts, given);
+                            const MaximizationContext& context, std::optional<double> limit) {
+  return MaximizationOverY(inner, context, limit).run(starts, given);
 }
 
 MaximaOverY maximize_objective(Problem& model, std::span<const double> v, Index starts,
@@ -270,21 +293,22 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
                                               std::max(1.0, std::abs(scan.bound)));
     std::vector<std::vector<double>> given;
     for (const auto& [other, value] : known) {
-      if (other.constraint != row) continue;
+      if (other.constraint != row || other.side * side < 0.0) continue;
       given.push_back(other.v);
       if (std::isfinite(value)) scan.accepted = std::max(scan.accepted, side * value);
     }
     scan.settled = false;
     if (context.budget.used_up()) return scan;
-    RowOverY problem(model, robust_scope(s, row), row, side);
-    problem.start_at({x});
-    MaximaOverY found = maximize_over_y(problem, starts, given, context);
+    RowOverY problem(model, row, side, x);
+    const bool as_it_takes = context.options.minmax_worst_case_starts < 0 && starts > 0;
+    MaximaOverY found = maximize_over_y(problem, starts, given, context,
+                                        as_it_takes ? std::optional(scan.accepted) : std::nullopt);
     scan.settled = found.finished && found.maximized;
     scan.scale = std::max(found.range(), std::abs(scan.bound));
     scan.starts = std::move(found.starts);
     for (WorstCaseMaximum& maximum : found.maxima) {
       scan.values.push_back(maximum.value);
-      scan.maxima.push_back({row, std::move(maximum.v), true});
+      scan.maxima.push_back({row, std::move(maximum.v), true, false, side > 0.0 ? 1 : -1});
     }
     return scan;
   };

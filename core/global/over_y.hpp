@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "core/model/budget.hpp"
@@ -46,10 +47,12 @@ struct MaximaOverY {
 
 /// Maximizes a problem whose Min variables are fixed from its own start, the best corner of a box of
 /// few variables, the given points (n values each) and random ones, `starts` in all or, if more, one
-/// for each that is given.
+/// for each that is given. limit: more random ones while they find other maxima and none is above
+/// it, but one could be.
 [[nodiscard]] MaximaOverY maximize_over_y(Problem& inner, Index starts,
                                           const std::vector<std::vector<double>>& given,
-                                          const MaximizationContext& context);
+                                          const MaximizationContext& context,
+                                          std::optional<double> limit = {});
 
 /// The maximizer's problem of f at the x of v: Min variables are fixed, Min constraints absent.
 [[nodiscard]] MaximaOverY maximize_objective(Problem& model, std::span<const double> v,

@@ -19,7 +19,7 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Copies become what they copy in what the certificate is about; what the solved form has behind
 /// the asked model's n variables and m constraints is left out.
-void name_originals(const WorstCaseRows& copies, Index n, Index m, Certificate& certificate) {
+void name_originals(const RobustCopies& copies, Index n, Index m, Certificate& certificate) {
   const auto replace = [](std::vector<Index>& indices, Index size, const auto& original) {
     std::vector<Index> kept;
     for (const Index i : indices) {
@@ -41,7 +41,7 @@ void name_originals(const WorstCaseRows& copies, Index n, Index m, Certificate& 
 
 /// The worst case with the largest f where f is treated as a robust constraint, among equal ones
 /// that with the largest multiplier: its y is the answer to x. Empty: f is not.
-std::optional<std::size_t> RobustSearch::highest_branch(const WorstCaseRows& copies,
+std::optional<std::size_t> RobustSearch::highest_branch(const RobustCopies& copies,
                                                         const Result& result) const {
   constexpr double kEqual = 1e-9;
   const auto row_of_f = static_cast<Index>(asked_.structure().constraint_players.size());
@@ -62,7 +62,7 @@ std::optional<std::size_t> RobustSearch::highest_branch(const WorstCaseRows& cop
   return best;
 }
 
-Result RobustSearch::in_asked_shape(const WorstCaseRows& copies, const Result& result) const {
+Result RobustSearch::in_asked_shape(const RobustCopies& copies, const Result& result) const {
   const std::size_t n = place_.v.size();
   Result own = result;
   name_originals(copies, static_cast<Index>(asked_.structure().variable_players.size()),
@@ -100,7 +100,7 @@ Result RobustSearch::in_asked_shape(const WorstCaseRows& copies, const Result& r
   return own;
 }
 
-std::vector<RobustWorstCase> RobustSearch::list_worst_cases(const WorstCaseRows& copies,
+std::vector<RobustWorstCase> RobustSearch::list_worst_cases(const RobustCopies& copies,
                                                             const Result& result) const {
   std::vector<RobustWorstCase> list;
   if (result.v.size() < place_.v.size()) return list;
@@ -132,7 +132,7 @@ std::vector<RobustWorstCase> RobustSearch::list_worst_cases(const WorstCaseRows&
 }
 
 /// The answer from now on. With starts of y it is finished once it is verified.
-void RobustSearch::report(const WorstCaseRows& copies, const Result& result) {
+void RobustSearch::report(const RobustCopies& copies, const Result& result) {
   answer_ = in_asked_shape(copies, result);
   answer_.worst_cases = list_worst_cases(copies, result);
   answer_.over_y = {.asked = starts_,

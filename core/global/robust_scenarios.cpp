@@ -33,9 +33,6 @@ bool RobustSearch::exchange() {
   for (Index round = 0; round < kMostRounds; ++round) {
     Solved solved = solve_worst_cases();
     if (budget_.used_up()) return false;
-    if (!is_success(solved.result.status) && may_hold_idle(solved.result)) {
-      static_cast<void>(hold_idle(solved));
-    }
     const auto& [copies, result] = solved;
     if (!is_success(result.status)) return false;
     keep_point(*copies, result);
@@ -52,7 +49,7 @@ bool RobustSearch::exchange() {
 }
 
 /// The scenarios that hold x where it is: local maxima are near them.
-std::vector<RobustCopies::WorstCase> RobustSearch::active_scenarios(const WorstCaseRows& copies,
+std::vector<RobustCopies::WorstCase> RobustSearch::active_scenarios(const RobustCopies& copies,
                                                                     const Result& result) const {
   double largest = 0.0;
   for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {

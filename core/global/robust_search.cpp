@@ -11,6 +11,7 @@
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
 #include "core/search/one_start.hpp"
+#include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
 
 namespace ipminmax {
@@ -27,12 +28,22 @@ constexpr double kVanishing = 1e-5;
 /// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a
 /// large one maxima at different bounds are one.
 constexpr double kMuNear = 1e-4;
-/// The same where that fails: maxima next to a bound with little slope need it smaller still.
-constexpr double kMuNearer = 1e-7;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Options of a solve that begins near its solution.
+SolverOptions near_solution(const SolverOptions& options) {
+  SolverOptions near = options;
+  near.mu_init = std::min(options.mu_init, kMuNear);
+  for (double* push :
+       {&near.bound_push, &near.bound_frac, &near.slack_bound_push, &near.slack_bound_frac}) {
+    *push = std::min(*push, kMuNear);
+  }
+  near.bound_mult_init_method = BoundMultiplierInit::MuBased;
+  return near;
+}
 
 }  // namespace
 
@@ -54,17 +65,6 @@ std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& s
     }
   }
   return reads;
-}
-
-SolverOptions near_solution(const SolverOptions& options, double mu) {
-  SolverOptions near = options;
-  near.mu_init = std::min(options.mu_init, mu);
-  for (double* push :
-       {&near.bound_push, &near.bound_frac, &near.slack_bound_push, &near.slack_bound_frac}) {
-    *push = std::min(*push, mu);
-  }
-  near.bound_mult_init_method = BoundMultiplierInit::MuBased;
-  return near;
 }
 
 RobustSearch::RobustSearch(RobustForm form, const SolverOptions& options, Index starts,
@@ -94,16 +94,32 @@ Result RobustSearch::run(std::vector<double> start) {
   }
   const Place first = place_;
   choose_copies();
-  if (solve_rounds() || starts_ == 0 || budget_.used_up()) return finish();
-  return exchange_from(first);
+  return solve_from(first);
+}
+
+Result RobustSearch::solve_from(const Place& first) {
+  if (!solve_rounds() && starts_ > 0 && !budget_.used_up()) exchange_from(first);
+  if (names_infeasible_) name_infeasible(first.v);
+  if (names_infeasible_ && starts_ > 0 && search_failed(answer_.status) &&
+      answer_.status != Status::LocallyInfeasible && !budget_.used_up()) {
+    begin_anew(first);
+  }
+  return finish();
 }
 
 /// One branch of y alone may leave x unbounded, or end: scenarios from the first place, then the
 /// worst cases at the x that they give.
-Result RobustSearch::exchange_from(const Place& first) {
+void RobustSearch::exchange_from(const Place& first) {
   place_ = {first.v, std::move(place_.worst_cases), first.moved, false};
   if (exchange()) static_cast<void>(solve_rounds());
-  return finish();
+}
+
+/// Last: from random starts, as a single solve does.
+void RobustSearch::begin_anew(const Place& first) {
+  place_ = {first.v, {}, first.moved, false};
+  choose_copies();
+  restarts_ = true;
+  static_cast<void>(solve_rounds());
 }
 
 Result RobustSearch::run_from_maxima(std::vector<double> start) {
@@ -119,8 +135,7 @@ Result RobustSearch::run_from_maxima(std::vector<double> start) {
       place_.worst_cases.push_back(one);
     }
   }
-  if (solve_rounds() || budget_.used_up()) return finish();
-  return exchange_from(first);
+  return solve_from(first);
 }
 
 /// Solves with the worst cases at hand and adds violated ones until there are none. Whether the
@@ -131,7 +146,7 @@ bool RobustSearch::solve_rounds() {
     violation_ = kNaN;  // of the next x nothing is known yet
     work_.over_y.functions = 0;
     Solved solved = solve_worst_cases();
-    const bool violates = may_hold_idle(solved.result) && hold_idle(solved);
+    hold_idle(solved);
     if (!is_success(solved.result.status)) {
       if (!verified_) report(*solved.copies, solved.result);
       return verified_;
@@ -139,10 +154,8 @@ bool RobustSearch::solve_rounds() {
     keep_point(*solved.copies, solved.result);
     const auto& [copies, result] = solved;
     if (starts_ == 0) {
-      if (!violates && finds_drifted(solved)) continue;
       report(*copies, result);
-      answer_.over_y.better_known = violates;
-      return !violates;
+      return true;
     }
     if (!look_further(*copies, result, round)) return verified_;
   }
@@ -150,9 +163,6 @@ bool RobustSearch::solve_rounds() {
 
 /// With the worst cases at hand.
 RobustSearch::Solved RobustSearch::solve_worst_cases() {
-  if (place_.near && place_.drifted) {
-    if (auto exact = solve_exactly()) return std::move(*exact);
-  }
   auto copies = std::make_unique<RobustCopies>(model_, place_.worst_cases, reads_y_, budget_);
   if (place_.moved) copies->start_at(place_.v);
   Result result = solve_once(*copies);
@@ -160,7 +170,7 @@ RobustSearch::Solved RobustSearch::solve_worst_cases() {
 }
 
 /// Checks a success over all of y. Whether another solve is to follow.
-bool RobustSearch::look_further(const WorstCaseRows& copies, const Result& result, Index round) {
+bool RobustSearch::look_further(const RobustCopies& copies, const Result& result, Index round) {
   std::vector<KnownWorstCase> known;
   for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
     const auto row = at(copies.row(k));
@@ -169,7 +179,6 @@ bool RobustSearch::look_further(const WorstCaseRows& copies, const Result& resul
   }
   const std::vector<SideScan> scans = scan(known);
   const std::vector<RobustCopies::WorstCase> solved = place_.worst_cases;
-  place_.drifted = place_.drifted || have_drifted(scans, copies, result);
   if (add_violated(scans, options_.minmax_worst_case_tol, false)) {
     if (round < kMostRounds && !budget_.used_up()) return true;
     if (verified_) return false;
@@ -200,7 +209,13 @@ void RobustSearch::choose_copies() {
     const RobustScope scope = robust_scope(s, row);
     const bool shared = std::ranges::any_of(
         scope.variables, [&](Index i) { return reads_y_[at(i)] || readers[at(i)] > 1; });
-    place_.worst_cases.push_back({row, place_.v, shared && options_.minmax_robust_copies});
+    const bool copied = shared && options_.minmax_robust_copies;
+    const bool two_sided = s.constraint_lower[at(row)] > options_.nlp_lower_bound_inf &&
+                           s.constraint_upper[at(row)] < options_.nlp_upper_bound_inf &&
+                           s.constraint_lower[at(row)] < s.constraint_upper[at(row)] &&
+                           options_.minmax_robust_copies;
+    place_.worst_cases.push_back({row, place_.v, copied, false, two_sided ? 1 : 0});
+    if (two_sided) place_.worst_cases.push_back({row, place_.v, true, false, -1});
   }
 }
 
@@ -208,7 +223,7 @@ Result RobustSearch::solve_once(RobustCopies& copies) {
   SolverOptions options = options_;
   options.warm_start_init_point = false;
   // Where worst cases are looked for, that is where to begin anew.
-  if (starts_ > 0) options.minmax_max_restarts = 0;
+  if (starts_ > 0 && !restarts_) options.minmax_max_restarts = 0;
   SolveObserver observer = observer_;
   if (observer_.on_iteration) {
     observer.on_iteration = [&](const IterationInfo& info) {
@@ -224,16 +239,15 @@ Result RobustSearch::solve_once(RobustCopies& copies) {
     add_work(result, work_);
     return result;
   };
-  for (const double mu : {kMuNear, kMuNearer}) {
-    if (!place_.near) break;
-    Result result = solve_with(near_solution(options, mu));
+  if (place_.near) {
+    Result result = solve_with(near_solution(options));
     if (is_success(result.status) || budget_.used_up()) return result;
   }
   return solve_with(options);
 }
 
 /// The next solve goes on from here.
-void RobustSearch::keep_point(const WorstCaseRows& copies, const Result& result) {
+void RobustSearch::keep_point(const RobustCopies& copies, const Result& result) {
   place_.v.assign(result.v.begin(),
                   result.v.begin() + static_cast<std::ptrdiff_t>(place_.v.size()));
   place_.moved = place_.near = true;
@@ -252,11 +266,12 @@ bool RobustSearch::add_violated(const std::vector<SideScan>& scans, double toler
     for (std::size_t k = 0; k < side.maxima.size() && (k == 0 || held); ++k) {
       if (!(side.excess(k) > tolerance)) break;
       const bool known = std::ranges::any_of(place_.worst_cases, [&](const auto& other) {
-        return other.constraint == side.constraint &&
+        return other.is_of_same(side.maxima[k]) &&
                same_point(side.maxima[k].v, other.v, options_.minmax_distinct_tol);
       });
       if (known) continue;
-      place_.worst_cases.push_back({side.constraint, side.maxima[k].v, true, fixed});
+      place_.worst_cases.push_back(side.maxima[k]);
+      place_.worst_cases.back().held = fixed;
       any = true;
     }
   }
@@ -265,7 +280,7 @@ bool RobustSearch::add_violated(const std::vector<SideScan>& scans, double toler
 
 /// Drops worst cases whose multiplier vanishes or that have met another one; each constraint keeps
 /// at least one. Whether there were any.
-bool RobustSearch::drop_inactive(const WorstCaseRows& copies, const Result& result) {
+bool RobustSearch::drop_inactive(const RobustCopies& copies, const Result& result) {
   double largest = 0.0;
   for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
     largest = std::max(largest, std::abs(result.lambda[at(copies.row(k))]));
@@ -275,16 +290,14 @@ bool RobustSearch::drop_inactive(const WorstCaseRows& copies, const Result& resu
     const auto& worst_case = place_.worst_cases[k];
     const bool active = std::abs(result.lambda[at(copies.row(k))]) > kVanishing * largest;
     const bool met = std::ranges::any_of(kept, [&](const auto& other) {
-      return other.constraint == worst_case.constraint &&
+      return other.is_of_same(worst_case) &&
              same_point(worst_case.v, other.v, options_.minmax_distinct_tol);
     });
     if ((active && !met) || !worst_case.copied) kept.push_back(worst_case);
   }
   for (const auto& worst_case : place_.worst_cases) {
-    if (std::ranges::find(kept, worst_case.constraint, &RobustCopies::WorstCase::constraint) ==
-        kept.end()) {
-      kept.push_back(worst_case);
-    }
+    const auto is_of_same = [&](const auto& other) { return other.is_of_same(worst_case); };
+    if (std::ranges::none_of(kept, is_of_same)) kept.push_back(worst_case);
   }
   const bool fewer = kept.size() < place_.worst_cases.size();
   place_.worst_cases = std::move(kept);

@@ -20,9 +20,6 @@ struct RobustForm {
 /// Which Max variables f reads, from its gradient around the start. n.
 [[nodiscard]] std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& start);
 
-/// Options of a solve that begins near its solution, with this barrier parameter.
-[[nodiscard]] SolverOptions near_solution(const SolverOptions& options, double mu);
-
 /// The search for worst cases around a list of solves, from one start of x.
 class RobustSearch {
  public:
@@ -42,46 +39,35 @@ class RobustSearch {
   struct Place {
     std::vector<double> v;
     std::vector<RobustCopies::WorstCase> worst_cases{};
-    bool moved = false;    ///< v is no longer the model's
-    bool near = false;     ///< v is the answer of a solve
-    bool drifted = false;  ///< a row was violated whose copies were inactive
+    bool moved = false;  ///< v is no longer the model's
+    bool near = false;   ///< v is the answer of a solve
   };
   /// The problem of a list of worst cases, and its answer.
   struct Solved {
-    std::unique_ptr<WorstCaseRows> copies;
+    std::unique_ptr<RobustCopies> copies;
     Result result;
   };
-  [[nodiscard]] Result exchange_from(const Place& first);
+  [[nodiscard]] Result solve_from(const Place& first);
+  void exchange_from(const Place& first);
+  void begin_anew(const Place& first);
   void choose_copies();
   [[nodiscard]] bool solve_rounds();
   [[nodiscard]] Solved solve_worst_cases();
   [[nodiscard]] Result solve_once(RobustCopies& copies);
-  void keep_point(const WorstCaseRows& copies, const Result& result);
-  [[nodiscard]] bool look_further(const WorstCaseRows& copies, const Result& result, Index round);
+  void keep_point(const RobustCopies& copies, const Result& result);
+  [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
   [[nodiscard]] bool add_violated(const std::vector<SideScan>& scans, double tolerance, bool held);
-  [[nodiscard]] bool drop_inactive(const WorstCaseRows& copies, const Result& result);
+  [[nodiscard]] bool drop_inactive(const RobustCopies& copies, const Result& result);
   [[nodiscard]] std::vector<SideScan> scan(const std::vector<KnownWorstCase>& known);
   [[nodiscard]] static std::vector<KnownWorstCase> without_values(
       const std::vector<RobustCopies::WorstCase>& worst_cases);
 
-  // Worst cases that are maximized exactly; robust_exact.cpp.
-  [[nodiscard]] std::optional<Solved> solve_exactly();
-  [[nodiscard]] bool finds_drifted(const Solved& solved);
-  [[nodiscard]] bool have_drifted(const std::vector<SideScan>& scans, const WorstCaseRows& copies,
-                                  const Result& result) const;
-
-  // Copies on which x does not rest; robust_idle.cpp.
-  [[nodiscard]] bool may_hold_idle(const Result& result) const;
-  [[nodiscard]] bool hold_idle(Solved& solved);
-  [[nodiscard]] std::vector<std::size_t> idle_worst_cases(const Solved& solved) const;
-  [[nodiscard]] bool hold_or_move(const std::vector<std::size_t>& idle,
-                                  const std::vector<SideScan>& scans);
-  [[nodiscard]] bool is_violated(const std::vector<SideScan>& scans) const;
+  void hold_idle(Solved& solved);  // copies on which x does not rest; robust_idle.cpp
 
   // Scenarios; robust_scenarios.cpp.
   [[nodiscard]] bool exchange();
   void take_scenarios();
-  [[nodiscard]] std::vector<RobustCopies::WorstCase> active_scenarios(const WorstCaseRows& copies,
+  [[nodiscard]] std::vector<RobustCopies::WorstCase> active_scenarios(const RobustCopies& copies,
                                                                       const Result& result) const;
   void release(const std::vector<SideScan>& scans);
   void add_missed(const std::vector<RobustCopies::WorstCase>& active,
@@ -90,12 +76,14 @@ class RobustSearch {
                               const RobustCopies::WorstCase& to,
                               const std::vector<SideScan>& scans);
 
+  void name_infeasible(std::vector<double> start);  // robust_infeasible.cpp
+
   // The answer; robust_answer.cpp.
-  void report(const WorstCaseRows& copies, const Result& result);
-  [[nodiscard]] std::optional<std::size_t> highest_branch(const WorstCaseRows& copies,
+  void report(const RobustCopies& copies, const Result& result);
+  [[nodiscard]] std::optional<std::size_t> highest_branch(const RobustCopies& copies,
                                                           const Result& result) const;
-  [[nodiscard]] Result in_asked_shape(const WorstCaseRows& copies, const Result& result) const;
-  [[nodiscard]] std::vector<RobustWorstCase> list_worst_cases(const WorstCaseRows& copies,
+  [[nodiscard]] Result in_asked_shape(const RobustCopies& copies, const Result& result) const;
+  [[nodiscard]] std::vector<RobustWorstCase> list_worst_cases(const RobustCopies& copies,
                                                               const Result& result) const;
   [[nodiscard]] Result finish();
 
@@ -108,6 +96,8 @@ class RobustSearch {
   SolveObserver observer_;
   Place place_;
   std::vector<bool> reads_y_;
+  bool names_infeasible_ = true;
+  bool restarts_ = false;  ///< searches that fail begin anew
   bool verified_ = false;  ///< the answer was checked over all of y
   double violation_;       ///< largest of the last scan; NaN: none was made
   Result answer_;

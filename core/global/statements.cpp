@@ -107,7 +107,8 @@ std::string looked_over_y(const Result& result) {
   if (std::isfinite(y.largest_violation)) {
     const Index rows = y.functions - (result.worst_case.starts > 0 ? 1 : 0);
     text = count(rows, "bounded side") + " of robust constraints maximized from " +
-           count(y.asked, "start") + " each; largest violation " + number(y.largest_violation);
+           count(y.asked, "start") + " or more each; largest violation " +
+           number(y.largest_violation);
   }
   if (!of_objective.empty()) text += (text.empty() ? "" : "; ") + of_objective;
   return text + (y.finished ? "" : "; cut short, or a function could not be maximized");

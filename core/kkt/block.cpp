@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/kkt/block.hpp"
+#include "core/point/residual.hpp"
 
 namespace ipminmax {
 namespace {
@@ -138,6 +139,7 @@ KktBlock::KktBlock(std::shared_ptr<const KktPattern> pattern, const CanonicalPro
   arrays_.diagonal.assign(at(arrays_.matrix.dimension()), 0.0);
   arrays_.terms.set_size(canonical.variables());
   arrays_.curvature.setZero(pattern_->variables.size());
+  forget_copies();
 }
 
 Analysis KktBlock::analyze(const SolverOptions& options) {
@@ -153,15 +155,43 @@ void KktBlock::adopt(std::shared_ptr<SymmetricSolver> solver) {
 
 void KktBlock::assemble(const Iterate& iterate, const Evaluation& evaluation) {
   arrays_.terms.take(canonical_, iterate, pattern_->variables.begin);
-  assemble(evaluation);
+  if (!canonical_.has_copies()) {
+    assemble(evaluation, evaluation.jacobian);
+    return;
+  }
+  row_jacobian(canonical_, iterate, evaluation, arrays_.jacobian);
+  set_lengths(iterate);
+  assemble(evaluation, arrays_.jacobian);
+}
+
+void KktBlock::set_lengths(const Iterate& iterate) {
+  arrays_.lengths.setOnes(dimension());
+  const auto set = [&](Index row, Index slack, double power) {
+    if (row < 0 || slack < 0) return;
+    arrays_.lengths[row] = std::pow(CanonicalProblem::weight_by(slack, iterate), power);
+  };
+  for (Index i = canonical_.y().begin; i < canonical_.y().end; ++i) {
+    set(row_of_variable(i), canonical_.served_slack(i), -0.5);
+  }
+  for (Index j = canonical_.max_constraints().begin; j < canonical_.constraints(); ++j) {
+    set(row_of_constraint(j), canonical_.slack_served_by_constraint(j), 0.5);
+  }
+}
+
+void KktBlock::forget_copies() {
+  if (arrays_.lengths.size() == 0) return;
+  jacobian_call_ = hessian_call_ = 0;
+  arrays_.lengths.resize(0);
+  arrays_.jacobian.clear();
 }
 
 void KktBlock::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature) {
   arrays_.terms.take(barrier_curvature, pattern_->variables.begin);
-  assemble(evaluation);
+  forget_copies();
+  assemble(evaluation, evaluation.jacobian);
 }
 
-void KktBlock::assemble(const Evaluation& evaluation) {
+void KktBlock::assemble(const Evaluation& evaluation, std::span<const double> jacobian) {
   const auto own_curvature =
       arrays_.terms.curvature.segment(pattern_->variables.begin, pattern_->variables.size());
   const bool known = evaluation.jacobian_call > 0 && evaluation.hessian_call > 0;
@@ -185,7 +215,7 @@ void KktBlock::assemble(const Evaluation& evaluation) {
   }
   for (std::size_t k = 0; k < pattern_->jacobian_entries.size(); ++k) {
     values[at(pattern_->positions[pattern_->hessian_entries.size() + k])] +=
-        evaluation.jacobian[at(pattern_->jacobian_entries[k])];
+        jacobian[at(pattern_->jacobian_entries[k])];
   }
   for (Index i = pattern_->variables.begin; i < pattern_->variables.end; ++i) {
     const Index row = pattern_->row_of_variable[at(i)];
@@ -202,6 +232,21 @@ void KktBlock::assemble(const Evaluation& evaluation) {
     arrays_.diagonal[at(pattern_->row_of_constraint[at(j)])] =
         slack < 0 ? 0.0 : -canonical_.sign(slack) / arrays_.terms.curvature[slack];
   }
+  if (arrays_.lengths.size() > 0) measure_copies();
+}
+
+/// In units in which the equations of a copy are those of its own row.
+void KktBlock::measure_copies() {
+  const Eigen::VectorXd& lengths = arrays_.lengths;
+  const auto starts = arrays_.matrix.column_starts();
+  const auto rows = arrays_.matrix.rows();
+  const auto values = arrays_.matrix.values();
+  for (Index col = 0; col < dimension(); ++col) {
+    for (Index k = starts[at(col)]; k < starts[at(col) + 1]; ++k) {
+      values[at(k)] *= lengths[col] * lengths[rows[at(k)]];
+    }
+    arrays_.diagonal[at(col)] *= lengths[col] * lengths[col];
+  }
 }
 
 void KktBlock::decouple(const std::vector<bool>& constraints) {
@@ -217,6 +262,7 @@ void KktBlock::decouple(const std::vector<bool>& constraints) {
 void KktBlock::assemble_projection(const Evaluation& evaluation,
                                    const Eigen::VectorXd& multiplier_diagonal) {
   arrays_.terms.take_none();
+  forget_copies();
   factorized_with_.reset();
   ++version_;
   jacobian_call_ = hessian_call_ = 0;
@@ -290,9 +336,10 @@ void KktBlock::subtract_product(const Evaluation& evaluation, const Eigen::Vecto
   }
   if (evaluation.low_rank) evaluation.low_rank->subtract_product(v, product_v);
   const auto jacobian = canonical_.jacobian();
+  const auto& jacobians = arrays_.jacobian.empty() ? evaluation.jacobian : arrays_.jacobian;
   for (const Index k : pattern_->jacobian_entries) {
     const auto [row, col] = jacobian[at(k)];
-    const double value = evaluation.jacobian[at(k)];
+    const double value = jacobians[at(k)];
     product_c[row] -= value * v[col];
     product_v[col] -= value * lambda[row];
   }

@@ -72,6 +72,9 @@ struct KktBlockArrays {
   std::vector<double> diagonal;  ///< at zero shift, per row
   BarrierTerms terms;
   Eigen::VectorXd curvature;  ///< of the variables, in the values
+  // Where there are copies, else empty
+  std::vector<double> jacobian;  ///< see row_jacobian
+  Eigen::VectorXd lengths;       ///< per row: matrix = lengths * KKT matrix * lengths
 };
 
 /// One of the two KKT matrices with its solver.
@@ -146,6 +149,12 @@ class KktBlock {
 
   /// Solution of the reduced system for a right-hand side in rows of this block, in place.
   void solve_in_place(std::span<double> rhs) { solver_->solve_in_place(rhs); }
+  /// Rows of the KKT matrix over those of matrix(): equations of a copy are those of its own row,
+  /// over sqrt(weight), its multipliers times it.
+  [[nodiscard]] double length(Index row) const {
+    return measures_copies() ? arrays_.lengths[row] : 1.0;
+  }
+  [[nodiscard]] bool measures_copies() const { return arrays_.lengths.size() > 0; }
 
   [[nodiscard]] Index dimension() const { return arrays_.matrix.dimension(); }
   /// The matrix of the last factorize, and the expected sign of each pivot.
@@ -177,7 +186,10 @@ class KktBlock {
                         Eigen::VectorXd& product_c) const;
 
  private:
-  void assemble(const Evaluation& evaluation);
+  void assemble(const Evaluation& evaluation, std::span<const double> jacobian);
+  void set_lengths(const Iterate& iterate);
+  void forget_copies();
+  void measure_copies();
 
   const CanonicalProblem& canonical_;
   std::shared_ptr<const KktPattern> pattern_;

@@ -51,6 +51,13 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
       rhs.v[i] =
           -evaluation.gradient[i] - canonical_.sign(i) * (iterate.z_upper[i] - iterate.z_lower[i]);
     }
+    if (max && canonical_.has_copies()) {  // what copies maximize
+      for (const std::size_t k : canonical_.owners().own_entries) {
+        const Index i = canonical_.jacobian()[k].col;
+        rhs.v[i] -= evaluation.jacobian[k] *
+                    CanonicalProblem::signed_weight(canonical_.served_slack(i), iterate);
+      }
+    }
     if (!max) {
       const auto jacobian = canonical_.jacobian();
       for (std::size_t k = 0; k < jacobian.size(); ++k) {

@@ -189,11 +189,18 @@ bool KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& 
           canonical_.sign(slack) * t[slack] / at_point.curvature[slack];
     }
   }
+  const bool measured = block.measures_copies();
+  for (Index row = 0; measured && row < block.dimension(); ++row) {
+    reduced[at(row)] *= block.length(row);
+  }
   bool ok = true;
   if (refined) {
     ok = solve_refined(block, reduced);
   } else {
     solve_with_factors(block, reduced);
+  }
+  for (Index row = 0; measured && row < block.dimension(); ++row) {
+    reduced[at(row)] *= block.length(row);
   }
 
   for (const auto& run : block.variable_runs()) step.v.segment(run.first, run.size) = rows_of(run);
@@ -240,8 +247,9 @@ void KktSystem::subtract_product(const KktBlock& block, const Regularization& sh
   for (Index i = block.variables().begin; i < block.variables().end; ++i) {
     const double sign = canonical_.sign(i);
     double product = sign * dz[i];
-    if (shifted && block.row_of_variable(i) >= 0) {
-      product += (sign > 0.0 ? shift.x : -shift.y) * step.v[i];
+    if (const Index row = block.row_of_variable(i); shifted && row >= 0) {
+      const double length = block.length(row);
+      product += (sign > 0.0 ? shift.x : -shift.y) / (length * length) * step.v[i];
     }
     residual.v[i] -= product;
   }
@@ -250,7 +258,8 @@ void KktSystem::subtract_product(const KktBlock& block, const Regularization& sh
     if (shifted) {
       const double delta =
           canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x;
-      residual.lambda[j] -= delta * step.lambda[j];
+      const double length = block.length(block.row_of_constraint(j));
+      residual.lambda[j] -= delta / (length * length) * step.lambda[j];
     }
     if (const Index slack = slack_of[at(j)]; slack >= 0) {
       residual.lambda[j] += step.v[slack];

@@ -16,10 +16,10 @@ namespace parameter = parameters::barrier;
 template <class Use>
 void for_each_product(const CanonicalProblem& canonical, const Iterate& iterate, Use use) {
   for (const Index i : canonical.lower_bounded()) {
-    use(canonical.above_lower(i, iterate.v[i]) * iterate.z_lower[i]);
+    use(canonical.above_lower(i, iterate.v[i]) * iterate.z_lower[i] / canonical.weight(i, iterate));
   }
   for (const Index i : canonical.upper_bounded()) {
-    use(canonical.below_upper(i, iterate.v[i]) * iterate.z_upper[i]);
+    use(canonical.below_upper(i, iterate.v[i]) * iterate.z_upper[i] / canonical.weight(i, iterate));
   }
 }
 

@@ -131,7 +131,7 @@ bool GlobalizedMethod::minmax_step(Run& run) {
   if (!find_direction()) return false;
 
   const double target = inner_target(from, mu);
-  const bool inner_solved = direction.shift.y == 0.0 && std::abs(direction.gain) <= target;
+  const bool inner_solved = direction.shift.y == 0.0 && direction.largest_gain() <= target;
   if (!inner_solved && !inner_phase(run, target)) return !run.report.failure && joint_step(run);
   return goes_on(run, patience_.check_progress(outer_.merit(*run.here, mu))) && outer_step(run);
 }

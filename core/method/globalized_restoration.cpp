@@ -4,6 +4,7 @@
 #include "core/method/first_multipliers.hpp"
 #include "core/method/globalized_method.hpp"
 #include "core/method/parameters.hpp"
+#include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
 
 // Feasibility restoration as a step.
@@ -81,6 +82,7 @@ bool GlobalizedMethod::begin_at_restored(Run& run) {
     iterate.z_upper[i] =
         std::min(parameter::kLargestMultiplier, run.mu / canonical_.below_upper(i, iterate.v[i]));
   }
+  weigh_copies(canonical_, iterate);
   bool defined = evaluate_values(canonical_, restored) == EvaluationStatus::Ok &&
                  evaluate_first_derivatives(canonical_, restored) == EvaluationStatus::Ok;
   if (defined) {

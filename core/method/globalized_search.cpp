@@ -53,7 +53,7 @@ bool GlobalizedMethod::outer_step(Run& run) {
     if (search(run, trials, is_watched)) return true;
     if (limit_.expired()) return fail_by_limit(run);  // no other step in haste
     // Rejections may be the fault of phi's estimate: make it exact and search once more.
-    if (inner_exact || std::abs(outer_.direction.gain) <= parameter::kExactGain) break;
+    if (inner_exact || outer_.direction.largest_gain() <= parameter::kExactGain) break;
     inner_exact = true;
     const double estimate = outer_.merit(*run.here, run.mu).phi;
     if (!exact_inner_maximum(run)) {  // the branch ends before its maximum

@@ -48,10 +48,21 @@ InnerMaximizer::InnerMaximizer(const MethodContext& context, const Point& first,
   }
 }
 
+/// Of a robust constraint that copies serve; 1 for others.
+double InnerMaximizer::own_weight(Index robust, const Iterate& iterate) const {
+  if (!canonical_.has_copies()) return 1.0;
+  const Index slack = canonical_.slack_of_constraint()[static_cast<std::size_t>(robust)];
+  return canonical_.owners().is_served[static_cast<std::size_t>(slack)]
+             ? CanonicalProblem::weight_by(slack, iterate)
+             : 1.0;
+}
+
 double InnerMaximizer::value(const Point& point, double mu) const {
-  double value = barrier_objective(canonical_, point.iterate.v, point.evaluation.f, mu);
+  const Iterate& z = point.iterate;
+  double value = barrier_objective(canonical_, z.v, point.evaluation.f, mu) +
+                 barrier_of_copies(canonical_, z.v, mu);
   for (const Index j : canonical_.robust_constraints()) {
-    value += point.iterate.lambda[j] * point.evaluation.c[j];
+    value += z.lambda[j] / own_weight(j, z) * point.evaluation.c[j];
   }
   return value;
 }
@@ -60,7 +71,8 @@ void InnerMaximizer::value_gradient(const Point& point, double mu) {
   barrier_gradient(canonical_, point, mu, arrays_.gradient);
   for (const std::size_t k : arrays_.robust_entries) {
     const auto [row, col] = canonical_.jacobian()[k];
-    arrays_.gradient[col] += point.iterate.lambda[row] * point.evaluation.jacobian[k];
+    arrays_.gradient[col] +=
+        point.iterate.lambda[row] / own_weight(row, point.iterate) * point.evaluation.jacobian[k];
   }
 }
 
@@ -99,20 +111,38 @@ bool InnerMaximizer::solve(const Point& point, double mu, InnerDirection& out) {
       0.5 *
       (arrays_.gradient.tail(n).dot(out.step.v.tail(n)) +
        (point.iterate.lambda.tail(m) + out.step.lambda.tail(m)).dot(point.evaluation.c.tail(m)));
-  return std::isfinite(out.gain);
+  if (canonical_.has_copies()) divide_gain(point, out);
+  return std::isfinite(out.gain) && std::isfinite(out.copies_gain);
+}
+
+/// Of f and of what copies serve: of each its own.
+void InnerMaximizer::divide_gain(const Point& point, InnerDirection& out) const {
+  out.gain = out.copies_gain = 0.0;
+  for (Index i = canonical_.y().begin; i < canonical_.variables(); ++i) {
+    const double gain = 0.5 * arrays_.gradient[i] * out.step.v[i];
+    (canonical_.served_slack(i) >= 0 ? out.copies_gain : out.gain) += gain;
+  }
+  for (Index j = canonical_.max_constraints().begin; j < canonical_.constraints(); ++j) {
+    const Index slack = canonical_.slack_served_by_constraint(j);
+    const double gain = 0.5 * (point.iterate.lambda[j] + out.step.lambda[j]) *
+                        point.evaluation.c[j] / CanonicalProblem::weight_by(slack, point.iterate);
+    (slack >= 0 ? out.copies_gain : out.gain) += gain;
+  }
 }
 
 double InnerMaximizer::error(const Point& point, double mu) const {
-  double error = std::max(tail_norm(point.dual, canonical_.y().begin),
-                          tail_norm(point.evaluation.c, canonical_.max_constraints().begin));
   const Iterate& z = point.iterate;
+  double error = std::max(max_error(canonical_, z, point.dual),
+                          tail_norm(point.evaluation.c, canonical_.max_constraints().begin));
   for (const Index i : canonical_.lower_bounded()) {
     if (!canonical_.owned_by_max(i)) continue;
-    error = std::max(error, std::abs(canonical_.above_lower(i, z.v[i]) * z.z_lower[i] - mu));
+    const double own = z.z_lower[i] / canonical_.weight(i, z);
+    error = std::max(error, std::abs(canonical_.above_lower(i, z.v[i]) * own - mu));
   }
   for (const Index i : canonical_.upper_bounded()) {
     if (!canonical_.owned_by_max(i)) continue;
-    error = std::max(error, std::abs(canonical_.below_upper(i, z.v[i]) * z.z_upper[i] - mu));
+    const double own = z.z_upper[i] / canonical_.weight(i, z);
+    error = std::max(error, std::abs(canonical_.below_upper(i, z.v[i]) * own - mu));
   }
   return error;
 }
@@ -268,7 +298,7 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
     const double theta = violation(point.evaluation.c, canonical_.max_constraints());
     const double feasible_theta = parameter::kFeasible * std::max(1.0, mu);
     const bool unshifted = out.shift.y == 0.0;
-    if (unshifted && std::abs(out.gain) <= target && theta <= std::max(feasible_theta, target)) {
+    if (unshifted && out.largest_gain() <= target && theta <= std::max(feasible_theta, target)) {
       return Outcome::Maximum;
     }
     if (theta <= feasible_theta &&
@@ -289,7 +319,7 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
       // Rounding: a step predicted to gain nothing visible ends the search.
       const double here = value(point, mu);
       const bool rounding =
-          unshifted && std::abs(out.gain) <= parameter::kInvisibleGain * (1.0 + std::abs(here)) &&
+          unshifted && out.largest_gain() <= parameter::kInvisibleGain * (1.0 + std::abs(here)) &&
           theta <= std::max(feasible_theta, target);
       return rounding ? Outcome::Maximum : Outcome::NotFound;
     }

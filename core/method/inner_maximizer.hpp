@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/method/filter.hpp"
 #include "core/method/step_method.hpp"
 #include "core/point/merit.hpp"
@@ -10,20 +13,24 @@ namespace ipminmax {
 /// Newton step of the inner maximization at fixed x.
 struct InnerDirection {
   Step step;
-  double mu = -1.0;      ///< barrier parameter of the step
-  double gain = 0.0;     ///< q: predicted increase of the barrier objective
-  Regularization shift;  ///< of K_yy
-  KktFactors factors;    ///< of K_yy
+  double mu = -1.0;          ///< barrier parameter of the step
+  double gain = 0.0;         ///< q: predicted increase of the barrier objective
+  double copies_gain = 0.0;  ///< the same of the constraints that copies serve, together
+  Regularization shift;      ///< of K_yy
+  KktFactors factors;        ///< of K_yy
   std::uint64_t jacobian_call = 0, hessian_call = 0;  ///< of the point's derivatives
 
   /// Of no point, a step of zeros.
   void clear(const CanonicalProblem& canonical) {
     set_zero(canonical, step);
     mu = -1.0;
-    gain = 0.0;
+    gain = copies_gain = 0.0;
     shift = {};
     factors = {};
     jacobian_call = hessian_call = 0;
+  }
+  [[nodiscard]] double largest_gain() const {
+    return std::max(std::abs(gain), std::abs(copies_gain));
   }
   /// Whether it is the step from a point, with some mu.
   [[nodiscard]] bool is_at(const Point& point) const {
@@ -97,6 +104,8 @@ class InnerMaximizer {
   [[nodiscard]] bool evaluate_merit(Point& trial, double mu, Merit& merit);
   [[nodiscard]] double value(const Point& point, double mu) const;
   void value_gradient(const Point& point, double mu);
+  [[nodiscard]] double own_weight(Index robust, const Iterate& iterate) const;
+  void divide_gain(const Point& point, InnerDirection& out) const;
   void move(const Point& from, const Step& step, StepLength alpha, double mu, Point& to) const;
 
   CanonicalProblem& canonical_;

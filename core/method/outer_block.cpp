@@ -78,14 +78,15 @@ double OuterBlock::slope(const Point& point, double mu) {
     const auto hessian = canonical_.hessian();
     for (std::size_t k = 0; k < hessian.size(); ++k) {
       const auto [row, col] = hessian[k];  // row >= col: row is the Max variable of a mixed entry
-      if (row >= y && col < y) {
+      if (row >= y && col < y && canonical_.served_slack(row) < 0) {
         arrays_.gradient[col] += point.evaluation.hessian[k] * direction.step.v[row];
       }
     }
     const auto jacobian = canonical_.jacobian();
     for (std::size_t k = 0; k < jacobian.size(); ++k) {
       const auto [row, col] = jacobian[k];
-      if (col < y && canonical_.max_constraints().contains(row)) {
+      if (col < y && canonical_.max_constraints().contains(row) &&
+          canonical_.slack_served_by_constraint(row) < 0) {
         arrays_.gradient[col] +=
             point.evaluation.jacobian[k] * (point.iterate.lambda[row] + direction.step.lambda[row]);
       }
@@ -131,7 +132,7 @@ Trial OuterBlock::evaluate_trial(double mu, double slope, double alpha, const Bo
     if (!find_trial_direction(mu)) return result;
     const double allowed = tolerated_gain(parameters::inner::kSlopeShare * alpha * std::abs(slope),
                                           merit(trial, mu).phi);
-    if (std::abs(trial_direction.gain) > allowed &&
+    if (trial_direction.largest_gain() > allowed &&
         inner.maximize(trial, mu, allowed, parameters::inner::kCorrections, upper_bound,
                        trial_direction) != InnerMaximizer::Outcome::Maximum) {
       return result;

@@ -180,6 +180,22 @@ void CanonicalProblem::list_bounds() {
     if (arrays_.lower[i] > -kInfinity) arrays_.lower_bounded.push_back(i);
     if (arrays_.upper[i] < kInfinity) arrays_.upper_bounded.push_back(i);
   }
+  // A robust constraint with two bounds has two sides, and its multiplier no sign.
+  RowOwners& owners = arrays_.map.owners;
+  const auto is_two_sided = [&](Index slack) {
+    return slack >= 0 && arrays_.lower[slack] > -kInfinity && arrays_.upper[slack] < kInfinity;
+  };
+  std::ranges::replace_if(owners.slack_of_variable, is_two_sided, -1);
+  std::ranges::replace_if(owners.slack_of_constraint, is_two_sided, -1);
+  std::erase_if(owners.shared_entries, [&](const auto& entry) {
+    return owners.slack_of_constraint[at(entry.serving)] < 0;
+  });
+  std::erase_if(owners.own_entries, [&](std::size_t entry) {
+    return owners.slack_of_variable[at(arrays_.map.jacobian[entry].col)] < 0;
+  });
+  for (std::size_t i = 0; i < owners.is_served.size(); ++i) {
+    owners.is_served[i] = owners.is_served[i] && !is_two_sided(static_cast<Index>(i));
+  }
   arrays_.damping.setZero(n);
   if (options_.minmax_globalization == Globalization::None) return;
   const double factor = damping_factor(options_);
@@ -204,11 +220,11 @@ void CanonicalProblem::keep_distances(const Iterate& iterate, double mu) {
     room = std::clamp(room + (wanted - distance), 0.0, most);
   };
   for (const Index i : arrays_.lower_bounded) {
-    keep(iterate.v[i] - arrays_.lower[i], arrays_.lower[i], iterate.z_lower[i],
+    keep(iterate.v[i] - arrays_.lower[i], arrays_.lower[i], iterate.z_lower[i] / weight(i, iterate),
          arrays_.room_below[i]);
   }
   for (const Index i : arrays_.upper_bounded) {
-    keep(arrays_.upper[i] - iterate.v[i], arrays_.upper[i], iterate.z_upper[i],
+    keep(arrays_.upper[i] - iterate.v[i], arrays_.upper[i], iterate.z_upper[i] / weight(i, iterate),
          arrays_.room_above[i]);
   }
 }

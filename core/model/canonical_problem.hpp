@@ -134,6 +134,36 @@ class CanonicalProblem {
     return arrays_.map.robust_constraints;
   }
 
+  /// Max variables and constraints that serve one robust constraint alone maximize it whatever its
+  /// multiplier lambda_r is: L = f + sum over r of lambda_r (g_r + mu ln(distances of y_r)) - ...
+  /// The products of their distances and bound multipliers go to weight mu, and their errors,
+  /// lengths and shifts are those of max g_r, which are L's over weight = |lambda_r|.
+  [[nodiscard]] const RowOwners& owners() const { return arrays_.map.owners; }
+  [[nodiscard]] bool has_copies() const { return !owners().slack_of_variable.empty(); }
+  /// Slack of the robust constraint that a variable or a constraint serves, -1: none.
+  [[nodiscard]] Index served_slack(Index variable) const {
+    return has_copies() ? owners().slack_of_variable[static_cast<std::size_t>(variable)] : -1;
+  }
+  [[nodiscard]] Index slack_served_by_constraint(Index constraint) const {
+    return has_copies() ? owners().slack_of_constraint[static_cast<std::size_t>(constraint)] : -1;
+  }
+  /// |lambda_r| by the slack's bound, 1 for no slack (-1).
+  [[nodiscard]] static double weight_by(Index slack, const Iterate& iterate) {
+    return slack < 0 ? 1.0 : iterate.z_lower[slack] + iterate.z_upper[slack];
+  }
+  [[nodiscard]] double weight(Index variable, const Iterate& iterate) const {
+    return weight_by(served_slack(variable), iterate);
+  }
+
+  /// lambda_r by the slack's bound: negative where that is the lower one.
+  [[nodiscard]] static double signed_weight(Index slack, const Iterate& iterate) {
+    return iterate.z_upper[slack] - iterate.z_lower[slack];
+  }
+  /// Of a constraint that copies serve.
+  [[nodiscard]] Index constraint_of_slack(Index slack) const {
+    return owners().constraint_of_slack[static_cast<std::size_t>(slack)];
+  }
+
   /// Patterns without the slacks' entries (which are -1): row = constraint, col = variable.
   [[nodiscard]] std::span<const Triplet> jacobian() const { return arrays_.map.jacobian; }
   [[nodiscard]] std::span<const Triplet> hessian() const { return arrays_.map.hessian; }

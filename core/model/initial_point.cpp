@@ -22,6 +22,16 @@ void start_bound_multipliers(const CanonicalProblem& canonical, const SolverOpti
   for (const Index i : canonical.upper_bounded()) {
     start.z_upper[i] = first(start.z_upper[i], canonical.below_upper(i, start.v[i]));
   }
+  if (!options.warm_start_init_point) weigh_copies(canonical, start);
+}
+
+void weigh_copies(const CanonicalProblem& canonical, Iterate& start) {
+  if (!canonical.has_copies()) return;
+  for (Index i = canonical.y().begin; i < canonical.variables(); ++i) {
+    const double weight = canonical.weight(i, start);
+    start.z_lower[i] *= weight;
+    start.z_upper[i] *= weight;
+  }
 }
 
 void start_robust_multipliers(const CanonicalProblem& canonical, Iterate& start) {

@@ -11,6 +11,9 @@ namespace ipminmax {
 void start_bound_multipliers(const CanonicalProblem& canonical, const SolverOptions& options,
                              Iterate& start);
 
+/// Bound multipliers of copies of y, given for their own rows, times the rows' multipliers.
+void weigh_copies(const CanonicalProblem& canonical, Iterate& start);
+
 /// Multipliers of robust constraints follow those of their slacks' bounds, lambda = z_upper -
 /// z_lower: with another sign Max would help Min.
 void start_robust_multipliers(const CanonicalProblem& canonical, Iterate& start);

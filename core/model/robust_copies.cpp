@@ -105,6 +105,7 @@ RobustCopies::RobustCopies(Problem& model, std::vector<WorstCase> worst_cases,
   std::iota(model_row_.begin(), model_row_.end(), 0);
   add_base(reads_y);
   for (const WorstCase& worst_case : worst_cases_) add_worst_case(worst_case);
+  serve_rows(reads_y);
   add_entries();
 }
 
@@ -175,6 +176,8 @@ void RobustCopies::add_worst_case(const WorstCase& worst_case) {
   part.row = std::ranges::any_of(parts_, same_row) ? copy_row(worst_case.constraint, copy)
                                                    : worst_case.constraint;
   part.row_of[at(worst_case.constraint)] = part.row;
+  if (worst_case.side > 0) structure_.constraint_lower[at(part.row)] = -kInfinity;
+  if (worst_case.side < 0) structure_.constraint_upper[at(part.row)] = kInfinity;
   if (worst_case.copied) {
     const RobustScope scope = robust_scope(model_.structure(), worst_case.constraint);
     for (const Index i : scope.variables) {
@@ -187,6 +190,28 @@ void RobustCopies::add_worst_case(const WorstCase& worst_case) {
   parts_.push_back(std::move(part));
 }
 
+/// Copies, and variables of the model that nothing else reads, serve the row of their worst case.
+void RobustCopies::serve_rows(const std::vector<bool>& reads_y) {
+  const ProblemStructure& s = model_.structure();
+  std::vector<Index>& served = structure_.served_constraint;
+  served.assign(structure_.variable_players.size(), -1);
+  std::vector<Index> readers(v_.size(), 0);
+  for (const Index row : robust_constraints(s)) {
+    for (const Index i : robust_scope(s, row).variables) ++readers[at(i)];
+  }
+  for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
+    const WorstCase& worst_case = worst_cases_[k];
+    const Index own = row(k);
+    const RobustScope scope = robust_scope(s, worst_case.constraint);
+    const bool shared = !worst_case.copied && std::ranges::any_of(scope.variables, [&](Index i) {
+      return reads_y[at(i)] || readers[at(i)] > 1;
+    });
+    if (shared || worst_case.held) continue;
+    for (const Index i : scope.variables) served[at(variable(k, i))] = own;
+    parts_[k + 1].serving = scope.constraints;
+  }
+}
+
 void RobustCopies::add_entries() {
   const ProblemStructure& s = model_.structure();
   structure_.jacobian.clear();
@@ -197,6 +222,14 @@ void RobustCopies::add_entries() {
       if (part.row_of[at(row)] < 0) continue;
       part.jacobian.push_back(k);
       structure_.jacobian.push_back({part.row_of[at(row)], part.column[at(col)]});
+    }
+    // Zeros, for the Newton system: Y(x) moves with x, and the row's own Lagrangian with it.
+    for (const auto [row, col] : s.jacobian) {
+      const bool moves = s.variable_players[at(col)] == Player::Min &&
+                         std::ranges::binary_search(part.serving, row);
+      if (!moves) continue;
+      structure_.jacobian.push_back({part.row, part.column[at(col)]});
+      ++part.zeros;
     }
     for (const auto [row, col] : s.hessian) {
       structure_.hessian.push_back({part.column[at(row)], part.column[at(col)]});
@@ -269,6 +302,7 @@ bool RobustCopies::jacobian(std::span<const double> v, bool, std::span<double> v
     if (part.jacobian.empty()) continue;
     if (!load(v, part) || !model_.jacobian(v_, true, jacobian_)) return false;
     for (const std::size_t k : part.jacobian) *out++ = jacobian_[k];
+    out = std::fill_n(out, part.zeros, 0.0);
   }
   return true;
 }
@@ -309,7 +343,7 @@ std::vector<double> RobustCopies::model_point(std::span<const double> v, std::si
   return point;
 }
 
-bool WorstCaseRows::is_active(const Result& result, std::size_t k) const {
+bool RobustCopies::is_active(const Result& result, std::size_t k) const {
   const std::size_t own = at(row(k));
   const ProblemStructure& s = structure();
   const double distance = std::min(std::abs(s.constraint_upper[own] - result.constraints[own]),

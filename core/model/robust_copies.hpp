@@ -27,31 +27,6 @@ struct RobustScope {
 /// for every x.
 [[nodiscard]] bool moves_with_x(const ProblemStructure& structure, const RobustScope& scope);
 
-/// A model whose robust constraints hold at the worst cases of a list, each in a row of its own.
-class WorstCaseRows : public Problem {
- public:
-  struct WorstCase {
-    Index constraint = 0;   ///< robust
-    std::vector<double> v;  ///< n; y in it is the start
-    bool copied = true;     ///< false: the model's own y; first worst case of its constraint only
-    bool held = false;      ///< y stays at v: a scenario
-    int side = 0;           ///< 1: of the upper bound, -1: of the lower one, 0: not said
-  };
-  /// The k-th worst case at a result's variables: x with its y, n values.
-  [[nodiscard]] virtual std::vector<double> model_point(std::span<const double> v,
-                                                        std::size_t k) const = 0;
-  /// Row of the k-th worst case.
-  [[nodiscard]] virtual Index row(std::size_t k) const = 0;
-  /// The model's variable and row that a variable and a row of this problem are, or copy.
-  [[nodiscard]] virtual Index model_variable(Index i) const = 0;
-  [[nodiscard]] virtual Index model_row(Index j) const = 0;
-  /// Variable, of a result, that stands for one of the model in the k-th worst case.
-  [[nodiscard]] virtual Index variable(std::size_t k, Index model_variable) const = 0;
-  /// Whether the row of the k-th worst case holds x where it is: its multiplier exceeds its
-  /// distance to the bound.
-  [[nodiscard]] bool is_active(const Result& result, std::size_t k) const;
-};
-
 /// The model with copies of y for worst cases of robust constraints:
 ///
 ///     x, y, y_1, ..., y_C       g_r(x, y_k) <= 0 with r of worst case k, y_k in Y(x)
@@ -59,8 +34,18 @@ class WorstCaseRows : public Problem {
 /// Rows of the model come first (the first worst case of a robust constraint takes its row), then
 /// one row for each further worst case and the Max constraints on each copy. Max variables that
 /// nothing reads any more are fixed, their constraints dropped.
-class RobustCopies final : public WorstCaseRows {
+class RobustCopies final : public Problem {
  public:
+  struct WorstCase {
+    Index constraint = 0;   ///< robust
+    std::vector<double> v;  ///< n; y in it is the start
+    bool copied = true;     ///< false: the model's own y; first worst case of its constraint only
+    bool held = false;      ///< y stays at v: a scenario
+    int side = 0;           ///< 1: of the upper bound alone, -1: of the lower one, 0: of both
+    [[nodiscard]] bool is_of_same(const WorstCase& other) const {
+      return constraint == other.constraint && side * other.side >= 0;
+    }
+  };
   /// reads_y: n, whether f reads a Max variable. Every robust constraint has a worst case. Where
   /// the budget is interrupted it is undefined: one evaluation is many of the model.
   RobustCopies(Problem& model, std::vector<WorstCase> worst_cases, const std::vector<bool>& reads_y,
@@ -85,18 +70,22 @@ class RobustCopies final : public WorstCaseRows {
 
   /// Starts at x of this point of the model, n values, instead of the model's start.
   void start_at(std::vector<double> v) { start_ = std::move(v); }
-  [[nodiscard]] std::vector<double> model_point(std::span<const double> v,
-                                                std::size_t k) const override;
-  [[nodiscard]] Index row(std::size_t k) const override { return parts_[k + 1].row; }
-  [[nodiscard]] Index model_variable(Index i) const override {
+  /// The k-th worst case at a result's variables: x with its y, n values.
+  [[nodiscard]] std::vector<double> model_point(std::span<const double> v, std::size_t k) const;
+  /// Row of the k-th worst case.
+  [[nodiscard]] Index row(std::size_t k) const { return parts_[k + 1].row; }
+  /// The model's variable and row that a variable and a row of this problem are, or copy.
+  [[nodiscard]] Index model_variable(Index i) const {
     return model_variable_[static_cast<std::size_t>(i)];
   }
-  [[nodiscard]] Index model_row(Index j) const override {
-    return model_row_[static_cast<std::size_t>(j)];
-  }
-  [[nodiscard]] Index variable(std::size_t k, Index model_variable) const override {
+  [[nodiscard]] Index model_row(Index j) const { return model_row_[static_cast<std::size_t>(j)]; }
+  /// Variable, of a result, that stands for one of the model in the k-th worst case.
+  [[nodiscard]] Index variable(std::size_t k, Index model_variable) const {
     return parts_[k + 1].column[static_cast<std::size_t>(model_variable)];
   }
+  /// Whether the row of the k-th worst case holds x where it is: its multiplier exceeds its
+  /// distance to the bound.
+  [[nodiscard]] bool is_active(const Result& result, std::size_t k) const;
 
  private:
   /// The model evaluated at one y: its rows that count there and where they and the columns go.
@@ -106,6 +95,8 @@ class RobustCopies final : public WorstCaseRows {
     Index row = -1;             ///< of the worst case
     bool with_objective = false;
     std::vector<std::size_t> jacobian;  ///< entries of the model that count here
+    std::vector<Index> serving;         ///< constraints of the model on a y that serves the row
+    std::size_t zeros = 0;              ///< entries behind the others
   };
   void add_base(const std::vector<bool>& reads_y);
   void add_worst_case(const WorstCase& worst_case);
@@ -113,6 +104,7 @@ class RobustCopies final : public WorstCaseRows {
                                     const WorstCase& worst_case);
   [[nodiscard]] Index copy_row(Index model_row, std::size_t copy);
   void drop_unread(const std::vector<bool>& read);
+  void serve_rows(const std::vector<bool>& reads_y);
   void add_entries();
   [[nodiscard]] bool load(std::span<const double> v, const Part& part);
   void load_multipliers(std::span<const double> lambda, const Part& part);

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <array>
+#include <map>
 #include <sstream>
+#include <utility>
 
 #include "core/model/variable_map.hpp"
 
@@ -142,6 +144,7 @@ void VariableMap::map_entries(const ProblemStructure& s) {
     hessian_source.push_back(static_cast<Index>(k));
   }
   list_robust_constraints();
+  list_owners(s);
 }
 
 void VariableMap::list_robust_constraints() {
@@ -152,6 +155,51 @@ void VariableMap::list_robust_constraints() {
   std::ranges::sort(robust_constraints);
   robust_constraints.erase(std::unique(robust_constraints.begin(), robust_constraints.end()),
                            robust_constraints.end());
+}
+
+void VariableMap::list_owners(const ProblemStructure& s) {
+  owners = {};
+  if (s.served_constraint.empty()) return;
+  owners.slack_of_variable.assign(at(variables()), -1);
+  owners.slack_of_constraint.assign(at(constraints()), -1);
+  for (Index i = y.begin; i < y.end; ++i) {
+    const Index served = s.served_constraint[at(model_variable[at(i)])];
+    if (served < 0 || constraint_of_model[at(served)] < 0) continue;
+    owners.slack_of_variable[at(i)] = slack_of_constraint[at(constraint_of_model[at(served)])];
+  }
+  const auto owner = [&](Index i) -> Index& { return owners.slack_of_variable[at(i)]; };
+  for (const auto [row, col] : jacobian) {
+    if (!max_constraints.contains(row) || owner(col) < 0) continue;
+    owners.slack_of_constraint[at(row)] = owner(col);
+    if (slack_of_constraint[at(row)] >= 0) owner(slack_of_constraint[at(row)]) = owner(col);
+  }
+  owners.is_served.assign(at(variables()), false);
+  for (const Index slack : owners.slack_of_variable) {
+    if (slack >= 0) owners.is_served[at(slack)] = true;
+  }
+  owners.constraint_of_slack.assign(at(variables()), -1);
+  for (Index j = min_constraints.begin; j < min_constraints.end; ++j) {
+    if (slack_of_constraint[at(j)] >= 0)
+      owners.constraint_of_slack[at(slack_of_constraint[at(j)])] = j;
+  }
+  std::map<std::pair<Index, Index>, std::size_t> entry_of;  // of robust constraints: slack, column
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    const auto [row, col] = jacobian[k];
+    if (!min_constraints.contains(row) || slack_of_constraint[at(row)] < 0) continue;
+    if (owner(col) == slack_of_constraint[at(row)]) {
+      owners.own_entries.push_back(k);
+    } else {
+      entry_of.try_emplace({slack_of_constraint[at(row)], col}, k);
+    }
+  }
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    const auto [row, col] = jacobian[k];
+    const Index slack = owners.slack_of_constraint[at(row)];
+    if (slack < 0) continue;
+    if (const auto found = entry_of.find({slack, col}); found != entry_of.end()) {
+      owners.shared_entries.push_back({found->second, k, row});
+    }
+  }
 }
 
 }  // namespace ipminmax

@@ -16,6 +16,23 @@ struct IndexRange {
   [[nodiscard]] bool contains(Index i) const { return begin <= i && i < end; }
 };
 
+/// Max variables, slacks included, and Max constraints that serve one robust constraint alone, which
+/// is named by its slack; all empty where there are none.
+struct RowOwners {
+  std::vector<Index> slack_of_variable;    ///< per canonical variable, -1: serves none
+  std::vector<Index> slack_of_constraint;  ///< per canonical constraint, -1: serves none
+  std::vector<Index> constraint_of_slack;  ///< per canonical variable; -1: no slack of Min
+  std::vector<bool> is_served;             ///< per canonical variable: a slack that some serve
+  /// Entries of the Jacobian in the column of a Min variable: of a robust constraint, and of a
+  /// constraint that serves it.
+  struct Shared {
+    std::size_t of_robust, of_serving;
+    Index serving;
+  };
+  std::vector<Shared> shared_entries;
+  std::vector<std::size_t> own_entries;  ///< of the Jacobian: robust rows in what serves them
+};
+
 /// Which variables and constraints of the model are which of the canonical problem, and their
 /// patterns there; see CanonicalProblem.
 struct VariableMap {
@@ -29,6 +46,7 @@ struct VariableMap {
   std::vector<bool> varies;                ///< constraints of the model that read a free variable
   std::vector<Index> robust_constraints;   ///< of Min that read Max variables; ascending
   std::vector<Triplet> jacobian, hessian;  ///< without the slacks' entries
+  RowOwners owners;
   /// Model triplet of each canonical one; -1 for the entry of a constraint that fixes a variable.
   std::vector<Index> jacobian_source, hessian_source;
 
@@ -46,6 +64,7 @@ struct VariableMap {
   void index_constraints(const ProblemStructure& s, const SolverOptions& options);
   void map_entries(const ProblemStructure& s);
   void list_robust_constraints();
+  void list_owners(const ProblemStructure& s);
 };
 
 /// Whether equal bounds of a model variable have become a constraint.

@@ -4,16 +4,31 @@
 
 namespace ipminmax {
 
-double barrier_objective(const CanonicalProblem& canonical, const Eigen::VectorXd& v, double f,
-                         double mu) {
-  double logs = 0.0;
+namespace {
+
+/// Sum of the logarithms of distances with the signs of their players, of copies or of the others.
+double logs(const CanonicalProblem& canonical, const Eigen::VectorXd& v, bool of_copies) {
+  double sum = 0.0;
   for (const Index i : canonical.lower_bounded()) {
-    logs += canonical.sign(i) * std::log(canonical.above_lower(i, v[i]));
+    if ((canonical.served_slack(i) >= 0) != of_copies) continue;
+    sum += canonical.sign(i) * std::log(canonical.above_lower(i, v[i]));
   }
   for (const Index i : canonical.upper_bounded()) {
-    logs += canonical.sign(i) * std::log(canonical.below_upper(i, v[i]));
+    if ((canonical.served_slack(i) >= 0) != of_copies) continue;
+    sum += canonical.sign(i) * std::log(canonical.below_upper(i, v[i]));
   }
-  return f + mu * (canonical.damping().dot(v) - logs);
+  return sum;
+}
+
+}  // namespace
+
+double barrier_objective(const CanonicalProblem& canonical, const Eigen::VectorXd& v, double f,
+                         double mu) {
+  return f + mu * (canonical.damping().dot(v) - logs(canonical, v, false));
+}
+
+double barrier_of_copies(const CanonicalProblem& canonical, const Eigen::VectorXd& v, double mu) {
+  return canonical.has_copies() ? -mu * logs(canonical, v, true) : 0.0;
 }
 
 void barrier_gradient(const CanonicalProblem& canonical, const Point& point, double mu,

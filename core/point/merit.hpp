@@ -12,11 +12,16 @@ struct Merit {
   double phi = 0.0;
 };
 
-/// f - mu sum ln(Min distances to bounds) + mu sum ln(Max distances to bounds), damping included.
+/// f - mu sum ln(Min distances to bounds) + mu sum ln(Max distances to bounds), damping included,
+/// without the copies' distances: these belong to their rows.
 [[nodiscard]] double barrier_objective(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
                                        double f, double mu);
 
-/// Gradient of the barrier objective.
+/// mu sum ln(copies' distances to bounds).
+[[nodiscard]] double barrier_of_copies(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+                                       double mu);
+
+/// Gradient of the two together.
 void barrier_gradient(const CanonicalProblem& canonical, const Point& point, double mu,
                       Eigen::VectorXd& gradient);
 

@@ -7,21 +7,32 @@
 namespace ipminmax {
 namespace {
 
-/// max |S z - mu| over the bounds.
+/// max |S z / weight - mu| over the bounds.
 double complementarity(const CanonicalProblem& canonical, const Iterate& iterate, double mu) {
   double error = 0.0;
   for (const Index i : canonical.lower_bounded()) {
-    error =
-        largest(error, std::abs(canonical.above_lower(i, iterate.v[i]) * iterate.z_lower[i] - mu));
+    const double z = iterate.z_lower[i] / canonical.weight(i, iterate);
+    error = largest(error, std::abs(canonical.above_lower(i, iterate.v[i]) * z - mu));
   }
   for (const Index i : canonical.upper_bounded()) {
-    error =
-        largest(error, std::abs(canonical.below_upper(i, iterate.v[i]) * iterate.z_upper[i] - mu));
+    const double z = iterate.z_upper[i] / canonical.weight(i, iterate);
+    error = largest(error, std::abs(canonical.below_upper(i, iterate.v[i]) * z - mu));
   }
   return error;
 }
 
 }  // namespace
+
+double max_error(const CanonicalProblem& canonical, const Iterate& iterate,
+                 const Eigen::VectorXd& dual) {
+  const Index y = canonical.y().begin;
+  if (!canonical.has_copies()) return max_norm(dual, y, canonical.variables());
+  double error = 0.0;
+  for (Index i = y; i < canonical.variables(); ++i) {
+    error = largest(error, std::abs(dual[i]) / canonical.weight(i, iterate));
+  }
+  return error;
+}
 
 double BarrierError::norm() const {
   return largest(largest(primal, complementarity), largest(dual_min, dual_max));
@@ -50,7 +61,6 @@ void dual_residual(const CanonicalProblem& canonical, const Iterate& iterate,
 
 ErrorParts error_parts(const CanonicalProblem& canonical, const Iterate& iterate,
                        const Evaluation& evaluation, const Eigen::VectorXd& dual, double s_max) {
-  const Index n = canonical.variables();
   const Index m = canonical.constraints();
   const double z_sum = iterate.z_lower.lpNorm<1>() + iterate.z_upper.lpNorm<1>();
   const auto bounds =
@@ -60,7 +70,7 @@ ErrorParts error_parts(const CanonicalProblem& canonical, const Iterate& iterate
   };
   return {.primal = max_norm(evaluation.c, 0, m),
           .dual_min = max_norm(dual, 0, canonical.y().begin),
-          .dual_max = max_norm(dual, canonical.y().begin, n),
+          .dual_max = max_error(canonical, iterate, dual),
           .s_d = scale(z_sum + iterate.lambda.lpNorm<1>(), bounds + static_cast<double>(m)),
           .s_c = scale(z_sum, bounds)};
 }
@@ -103,7 +113,8 @@ KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
     error.primal = largest(error.primal, std::abs(evaluation.c[j]) / canonical.constraint_scale(j));
   }
   for (Index i = 0; i < canonical.variables(); ++i) {
-    const double value = std::abs(dual[i]) * canonical.variable_scale(i) / f_scale;
+    const double value =
+        std::abs(dual[i]) / canonical.weight(i, iterate) * canonical.variable_scale(i) / f_scale;
     double& dual_error = canonical.owned_by_max(i) ? error.dual_max : error.dual_min;
     dual_error = largest(dual_error, value);
   }
@@ -117,11 +128,37 @@ void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,
   rhs.v = -dual - mu * canonical.damping();
   rhs.lambda = -evaluation.c;
   for (const Index i : canonical.lower_bounded()) {
-    rhs.z_lower[i] = mu - canonical.above_lower(i, iterate.v[i]) * iterate.z_lower[i];
+    rhs.z_lower[i] = mu * canonical.weight(i, iterate) -
+                     canonical.above_lower(i, iterate.v[i]) * iterate.z_lower[i];
   }
   for (const Index i : canonical.upper_bounded()) {
-    rhs.z_upper[i] = mu - canonical.below_upper(i, iterate.v[i]) * iterate.z_upper[i];
+    rhs.z_upper[i] = mu * canonical.weight(i, iterate) -
+                     canonical.below_upper(i, iterate.v[i]) * iterate.z_upper[i];
   }
+  if (!canonical.has_copies()) return;
+  for (Index i = canonical.y().begin; i < canonical.variables(); ++i) {
+    rhs.v[i] += mu * (1.0 - canonical.weight(i, iterate)) * canonical.damping()[i];
+  }
+  // See row_jacobian.
+  const auto& owners = canonical.owners();
+  for (Index j = canonical.max_constraints().begin; j < canonical.constraints(); ++j) {
+    const Index slack = owners.slack_of_constraint[static_cast<std::size_t>(j)];
+    if (slack < 0) continue;
+    rhs.lambda[canonical.constraint_of_slack(slack)] -=
+        iterate.lambda[j] / canonical.signed_weight(slack, iterate) * evaluation.c[j];
+  }
+}
+
+void row_jacobian(const CanonicalProblem& canonical, const Iterate& iterate,
+                  const Evaluation& evaluation, std::vector<double>& jacobian) {
+  jacobian = evaluation.jacobian;
+  const auto& owners = canonical.owners();
+  for (const auto& [of_robust, of_serving, serving] : owners.shared_entries) {
+    const Index slack = owners.slack_of_constraint[static_cast<std::size_t>(serving)];
+    jacobian[of_robust] += iterate.lambda[serving] / canonical.signed_weight(slack, iterate) *
+                           evaluation.jacobian[of_serving];
+  }
+  for (const std::size_t entry : owners.own_entries) jacobian[entry] = 0.0;
 }
 
 }  // namespace ipminmax

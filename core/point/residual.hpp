@@ -10,6 +10,10 @@ namespace ipminmax {
 void dual_residual(const CanonicalProblem& canonical, const Iterate& iterate,
                    const Evaluation& evaluation, Eigen::VectorXd& residual);
 
+/// Largest entry in Max's variables, of copies that of their own rows' Lagrangian.
+[[nodiscard]] double max_error(const CanonicalProblem& canonical, const Iterate& iterate,
+                               const Eigen::VectorXd& dual);
+
 /// Errors of the first-order conditions of the barrier problem with parameter mu (the paper's
 /// g(z, b)), in canonical units.
 struct BarrierError {
@@ -50,5 +54,17 @@ struct ErrorParts {
 void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,
                      const Evaluation& evaluation, const Eigen::VectorXd& dual, double mu,
                      NewtonResidual& rhs);
+
+/// The Jacobian of the Newton system where there are copies. A copy's multipliers are weight times
+/// those of its own row's maximum, (lambda~, z~), and its equations, over weight, are
+///
+///     g_y + J_yy' lambda~ + z~_lower - z~_upper = 0,  c_y = 0,  distances z~ = mu
+///
+/// whatever lambda_r is. With weight d(lambda~), weight d(z~) for their steps lambda_r drops out of
+/// them, and what it does to x's rows is by the gradient of the row's own Lagrangian,
+/// g_x + lambda~' J_yx. In the row itself the same gradient stands for that of max_y g: y answers x
+/// so that the rest is O(mu). Its right-hand side is -c_r - lambda~' c_y.
+void row_jacobian(const CanonicalProblem& canonical, const Iterate& iterate,
+                  const Evaluation& evaluation, std::vector<double>& jacobian);
 
 }  // namespace ipminmax

@@ -61,11 +61,47 @@ bool moves(const CanonicalProblem& canonical, const Iterate& iterate, const Step
 
 }  // namespace
 
+namespace {
+
+/// Multipliers of copies are weight times their row's own, and so are their steps: they grow as it
+/// does; see row_jacobian. Copies come behind the slacks of the rows that they serve.
+void advance_multipliers(const CanonicalProblem& canonical, const Step& step, StepLength alpha,
+                         Iterate& iterate, InequalityLength inequalities) {
+  const auto change = [&](Index slack) {
+    return slack < 0 ? 0.0
+                     : (step.z_lower[slack] + step.z_upper[slack]) /
+                           CanonicalProblem::weight_by(slack, iterate);
+  };
+  for (Index j = canonical.constraints() - 1; j >= 0; --j) {
+    const bool is_equality = canonical.slack_of_constraint()[static_cast<std::size_t>(j)] < 0;
+    const bool is_primal = is_equality || inequalities == InequalityLength::Primal;
+    const double length = is_primal ? alpha.primal : alpha.dual;
+    const double factor = 1.0 + alpha.dual * change(canonical.slack_served_by_constraint(j));
+    iterate.lambda[j] = (iterate.lambda[j] + length * step.lambda[j]) * factor;
+  }
+  for (Index i = canonical.variables() - 1; i >= 0; --i) {
+    const double factor = 1.0 + alpha.dual * change(canonical.served_slack(i));
+    iterate.z_lower[i] = (iterate.z_lower[i] + alpha.dual * step.z_lower[i]) * factor;
+    iterate.z_upper[i] = (iterate.z_upper[i] + alpha.dual * step.z_upper[i]) * factor;
+  }
+  // Its slack's stationarity, which rounding in lambda_r would spoil for copies of small weight.
+  for (Index i = canonical.x_slacks().begin; i < canonical.x_slacks().end; ++i) {
+    if (!canonical.owners().is_served[static_cast<std::size_t>(i)]) continue;
+    iterate.lambda[canonical.constraint_of_slack(i)] = CanonicalProblem::signed_weight(i, iterate);
+  }
+}
+
+}  // namespace
+
 void advance(const CanonicalProblem& canonical, const Step& step, StepLength alpha,
              Iterate& iterate, InequalityLength inequalities) {
   // A step of v that is its rounding would renew the rounding errors of the gradient, which the
   // step of the multipliers answers.
   if (moves(canonical, iterate, step)) iterate.v += alpha.primal * step.v;
+  if (canonical.has_copies()) {
+    advance_multipliers(canonical, step, alpha, iterate, inequalities);
+    return;
+  }
   if (inequalities == InequalityLength::Primal || alpha.primal == alpha.dual) {
     iterate.lambda += alpha.primal * step.lambda;
   } else {
@@ -86,13 +122,13 @@ void clip_bound_multipliers(const CanonicalProblem& canonical, double mu, double
   for (const Index i : canonical.lower_bounded()) {
     const double distance = canonical.above_lower(i, iterate.v[i]);
     if (distance < least) continue;
-    const double central = mu / distance;
+    const double central = mu * canonical.weight(i, iterate) / distance;
     iterate.z_lower[i] = std::clamp(iterate.z_lower[i], central / kappa, kappa * central);
   }
   for (const Index i : canonical.upper_bounded()) {
     const double distance = canonical.below_upper(i, iterate.v[i]);
     if (distance < least) continue;
-    const double central = mu / distance;
+    const double central = mu * canonical.weight(i, iterate) / distance;
     iterate.z_upper[i] = std::clamp(iterate.z_upper[i], central / kappa, kappa * central);
   }
 }

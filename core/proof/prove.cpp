@@ -102,9 +102,7 @@ BestSeen maximize(Problem& problem, const std::vector<double>& v, const ProofReq
   if (request.constraint < 0) {
     found = maximize_objective(problem, v, request.starts, {}, context);
   } else {
-    RowOverY row(problem, robust_scope(problem.structure(), request.constraint), request.constraint,
-                 sign);
-    row.start_at({v});
+    RowOverY row(problem, request.constraint, sign, v);
     found = maximize_over_y(row, request.starts, {}, context);
   }
   BestSeen best{.y = {}, .value = -kInfinity};

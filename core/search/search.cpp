@@ -63,7 +63,6 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
     if (crawls())
       return ended(Status::TinyStep, "regularized steps at one barrier parameter lead nowhere");
     if (barrier_.update(arrays_.point, step_)) method.barrier_changed();
-    if (const auto failed = follow_barrier()) return ended(*failed);
     make_step(method);
     if (step_.failure) return after_failed_step();
   }
@@ -151,18 +150,6 @@ std::optional<Status> Search::limit_reached() {
   if (runaway_iterations_ > parameters::divergence::kRunawayIterations)
     return Status::OuterUnbounded;
   if (context_.limit.expired()) return context_.limit.exceeded();
-  return std::nullopt;
-}
-
-/// Functions that depend on the barrier parameter, anew.
-std::optional<Status> Search::follow_barrier() {
-  if (follower_ == nullptr || !follower_->follow_barrier(barrier_.mu())) return std::nullopt;
-  EvaluationStatus status = evaluate_values(context_.canonical, arrays_.point);
-  if (status == EvaluationStatus::Ok) {
-    status = evaluate_derivatives(context_.canonical, arrays_.point);
-  }
-  if (status != EvaluationStatus::Ok) return status_of(status);
-  measure(context_.canonical, context_.options, arrays_.point);
   return std::nullopt;
 }
 

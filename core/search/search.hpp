@@ -6,7 +6,6 @@
 #include "core/certificate/certificate.hpp"
 #include "core/method/barrier_update.hpp"
 #include "core/method/step_method.hpp"
-#include "core/model/barrier_follower.hpp"
 #include "core/search/best_point.hpp"
 #include "core/search/first_order_test.hpp"
 #include "core/search/observation.hpp"
@@ -37,9 +36,6 @@ class Search {
   Search(const MethodContext& context, Purpose purpose, BarrierUpdate& barrier,
          Observation& observation, const Start& start, SearchArrays& arrays);
 
-  /// The model, where its functions follow the barrier parameter; null: they do not.
-  void tell_barrier(BarrierFollower* model) { follower_ = model; }
-
   /// Iterates until the search ends. kept: a first-order point with an undecided test that was left
   /// for a better one.
   [[nodiscard]] SearchOutcome run(StepMethod& method, std::optional<SearchOutcome>& kept);
@@ -66,7 +62,6 @@ class Search {
   [[nodiscard]] bool crawls();
   /// Of a minimization that has no iterations left and was on its way to an infimum at infinity,
   /// with a first-order point beside that way.
-  [[nodiscard]] std::optional<Status> follow_barrier();
   [[nodiscard]] std::optional<SearchOutcome> end_at_infinity();
   void make_step(StepMethod& method);
   [[nodiscard]] SearchOutcome after_failed_step();
@@ -79,7 +74,6 @@ class Search {
   Purpose purpose_;
   BarrierUpdate& barrier_;
   Observation& observation_;
-  BarrierFollower* follower_ = nullptr;
   FirstOrderTest test_;
   SearchArrays& arrays_;
   StepReport step_;  ///< that led to arrays_.point, or failed there

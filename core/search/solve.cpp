@@ -216,7 +216,6 @@ SearchOutcome Solve::search_all(Machinery& machinery, Start& start) {
 SearchOutcome Solve::search_from(const Start& start, Machinery& machinery) {
   machinery.search.emplace(machinery.context, purpose_, *machinery.barrier, machinery.observation,
                            start, arrays_.search);
-  machinery.search->tell_barrier(dynamic_cast<BarrierFollower*>(&problem_));
   StepMethod& method = method_for(start, machinery);
   if (auto found = contradiction(*machinery.search)) return std::move(*found);
   SearchOutcome outcome = machinery.search->run(method, machinery.left);

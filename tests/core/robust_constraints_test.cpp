@@ -186,6 +186,130 @@ TEST(RobustConstraint, ReasonsNameWhatTheModelHasNotTheCopy) {
   }
 }
 
+/// (x - 1)^2 with x mean(y) <= c for every y in [-1, 1]^N: the only worst case is y = 1, the
+/// answer x = c.
+class Mean final : public Problem {
+ public:
+  Mean(Index size, double c) : size_(size) {
+    s_.variable_players.assign(static_cast<std::size_t>(size) + 1, Player::Max);
+    s_.variable_players[0] = Player::Min;
+    s_.variable_lower.assign(s_.variable_players.size(), -1.0);
+    s_.variable_upper.assign(s_.variable_players.size(), 1.0);
+    s_.variable_lower[0] = -kNoBound;
+    s_.variable_upper[0] = kNoBound;
+    s_.constraint_players = {Player::Min};
+    s_.constraint_lower = {-kNoBound};
+    s_.constraint_upper = {c};
+    for (Index i = 0; i <= size; ++i) {
+      s_.jacobian.push_back({0, i});
+      s_.hessian.push_back({i, 0});
+    }
+  }
+  [[nodiscard]] const ProblemStructure& structure() const override { return s_; }
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    std::ranges::fill(start.v, 0.1);
+    start.v[0] = 0.2;
+    return true;
+  }
+  [[nodiscard]] bool objective(std::span<const double> v, bool, double& f) override {
+    f = (v[0] - 1.0) * (v[0] - 1.0);
+    return true;
+  }
+  [[nodiscard]] bool gradient(std::span<const double> v, bool, std::span<double> grad) override {
+    std::ranges::fill(grad, 0.0);
+    grad[0] = 2.0 * (v[0] - 1.0);
+    return true;
+  }
+  [[nodiscard]] bool constraints(std::span<const double> v, bool, std::span<double> g) override {
+    g[0] = v[0] * mean(v);
+    return true;
+  }
+  [[nodiscard]] bool jacobian(std::span<const double> v, bool, std::span<double> out) override {
+    std::ranges::fill(out, v[0] / size_);
+    out[0] = mean(v);
+    return true;
+  }
+  [[nodiscard]] bool hessian(std::span<const double>, bool, double sigma,
+                             std::span<const double> lambda, bool, std::span<double> out) override {
+    std::ranges::fill(out, lambda[0] / size_);
+    out[0] = 2.0 * sigma;
+    return true;
+  }
+
+ private:
+  [[nodiscard]] double mean(std::span<const double> v) const {
+    double sum = 0.0;
+    for (std::size_t i = 1; i < v.size(); ++i) sum += v[i];
+    return sum / size_;
+  }
+  Index size_;
+  ProblemStructure s_;
+};
+
+class InactiveRow : public ::testing::TestWithParam<Index> {};
+
+TEST_P(InactiveRow, IsMaximizedWhateverItsMultiplier) {
+  for (const double c : {0.1, 0.5, 0.9}) {
+    for (const int starts : {-1, 0, 2}) {
+      Mean problem(GetParam(), c);
+      SolverOptions options;
+      options.minmax_worst_case_starts = starts;
+      const RobustResult answer = solve_robust(problem, options);
+      const std::string what = "c = " + std::to_string(c) + ", " + std::to_string(starts) +
+                               " starts: " + answer.result.message;
+      ASSERT_TRUE(is_success(answer.result.status)) << what;
+      EXPECT_EQ(answer.result.certificate.kind, PointKind::LocalMinmax) << what;
+      EXPECT_NEAR(answer.result.v[0], c, 1e-6) << what;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Disturbances, InactiveRow,
+                         ::testing::Values(1, 2, 5, 10, 20, 50, 200, 1000));
+
+TEST(RobustConstraint, BothBoundsAreKept) {
+  // |x mean(y)| <= c for every y in [-1, 1]^N, the worst case of either bound is inactive first.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  Expression sum = 0.0;
+  for (int i = 0; i < 20; ++i) sum += model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x - 1.0));
+  model.constraint(0.05 * x * sum + 0.2 * x, -0.6, 0.6, kMin);
+  std::vector<double> start(21, 0.1);
+  AutodiffProblem problem(model, start);
+  for (const int starts : {-1, 0}) {
+    SolverOptions options;
+    options.minmax_worst_case_starts = starts;
+    const Result result = solve_robust(problem, options).result;
+    expect_certified(result);
+    EXPECT_NEAR(result.v[0], 0.5, 1e-6);
+  }
+}
+
+TEST(RobustConstraint, ThatCannotBeMetIsNamedWithItsViolationAndY) {
+  // max_y (x - 1)^2 + y0 + 2 y1 <= 2 has least value 3 at x = 1; the other row has room.
+  Model model;
+  const Expression x = model.variable(kMin, "x", -5.0, 5.0);
+  const Expression y0 = model.variable(kMax, "y", -1.0, 1.0);
+  const Expression y1 = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x));
+  model.constraint(x * y0, -kNoBound, 9.0, kMin);
+  model.constraint(square(x - 1.0) + y0 + 2.0 * y1, -kNoBound, 2.0, kMin);
+  AutodiffProblem problem(model, {0.3, 0.0, 0.0});
+  for (const int starts : {-1, 0}) {
+    SolverOptions options;
+    options.minmax_worst_case_starts = starts;
+    const RobustResult answer = solve_robust(problem, options);
+    EXPECT_EQ(answer.result.status, Status::LocallyInfeasible);
+    EXPECT_EQ(answer.result.certificate.kind, PointKind::InfeasiblePoint);
+    for (const char* said : {"constraint 1", "violation is 1,", "variable 1 (y) = 1"}) {
+      EXPECT_NE(answer.result.message.find(said), std::string::npos) << answer.result.message;
+    }
+    EXPECT_NEAR(answer.result.v[0], 1.0, 1e-3);
+    EXPECT_NEAR(answer.largest_violation, 1.0, 1e-5);
+  }
+}
+
 /// Leyffer's example with two uncertain parameters: f reads the second one, the row the first.
 Model two_parameters() {
   Model model;

@@ -1,0 +1,143 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "core/global/robust_search.hpp"
+#include "core/model/extended_structure.hpp"
+#include "core/model/norms.hpp"
+#include "core/model/structure_check.hpp"
+#include "core/search/outcome.hpp"
+#include "core/search/random_starts.hpp"
+
+// Robust constraints that cannot be met: which, by how much, and by which y.
+namespace ipminmax {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// min t subject to the model's constraints, robust ones relaxed by t >= 0: g - t <= upper for every
+/// y, or g + t >= lower. t is the last variable. Constraints with two bounds stay as they are.
+class LeastViolation final : public Problem {
+ public:
+  explicit LeastViolation(Problem& model)
+      : model_(model), structure_(model.structure()), n_(structure_.variable_players.size()) {
+    const Index t = add_variable(structure_, Player::Min, 0.0, kInfinity, {-1, "violation"});
+    for (const Index row : robust_constraints(model.structure())) {
+      const bool lower = structure_.constraint_lower[at(row)] > -kNoBound;
+      const bool upper = structure_.constraint_upper[at(row)] < kNoBound;
+      if (lower == upper) continue;
+      relaxed_.push_back({row, upper ? -1.0 : 1.0});
+      structure_.jacobian.push_back({row, t});
+    }
+    structure_.nonlinear_variables.reset();
+  }
+  [[nodiscard]] bool relaxes_any() const { return !relaxed_.empty(); }
+
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+  /// It is given one.
+  [[nodiscard]] bool starting_point(StartingPoint&) override { return false; }
+  [[nodiscard]] bool objective(std::span<const double> v, bool, double& f) override {
+    f = v.back();
+    return true;
+  }
+  [[nodiscard]] bool gradient(std::span<const double>, bool, std::span<double> grad) override {
+    std::ranges::fill(grad, 0.0);
+    grad.back() = 1.0;
+    return true;
+  }
+  [[nodiscard]] bool constraints(std::span<const double> v, bool, std::span<double> g) override {
+    if (!model_.constraints(v.first(n_), true, g)) return false;
+    for (const auto& [row, sign] : relaxed_) g[at(row)] += sign * v.back();
+    return true;
+  }
+  [[nodiscard]] bool jacobian(std::span<const double> v, bool, std::span<double> values) override {
+    const std::size_t own = values.size() - relaxed_.size();
+    for (std::size_t k = 0; k < relaxed_.size(); ++k) values[own + k] = relaxed_[k].sign;
+    return model_.jacobian(v.first(n_), true, values.first(own));
+  }
+  [[nodiscard]] bool hessian(std::span<const double> v, bool, double,
+                             std::span<const double> lambda, bool,
+                             std::span<double> values) override {
+    return model_.hessian(v.first(n_), true, 0.0, lambda, true, values);
+  }
+
+ private:
+  static constexpr double kNoBound = 1e19;
+  struct Relaxed {
+    Index row;
+    double sign;  ///< of t in it
+  };
+  Problem& model_;
+  ProblemStructure structure_;
+  std::size_t n_;
+  std::vector<Relaxed> relaxed_;
+};
+
+std::string short_number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+/// "name = value, ..." of the variables that a constraint's worst case is about.
+std::string describe_y(const ProblemStructure& s, const RobustWorstCase& found) {
+  constexpr std::size_t kMost = 6;
+  const std::vector<Index> variables = robust_scope(s, found.constraint).variables;
+  std::string text;
+  for (std::size_t k = 0; k < std::min(kMost, variables.size()); ++k) {
+    text += (k > 0 ? ", " : "") + variable_name(s, variables[k]) + " = " +
+            short_number(found.v[at(variables[k])]);
+  }
+  return text + (variables.size() > kMost ? ", ..." : "");
+}
+
+}  // namespace
+
+/// After a search that failed: minimizes the largest violation of the robust constraints over y.
+/// Where that stays above the tolerance they cannot be met here.
+void RobustSearch::name_infeasible(std::vector<double> start) {
+  const bool failed = search_failed(answer_.status) || answer_.over_y.better_known;
+  LeastViolation problem(asked_);
+  if (!failed || !problem.relaxes_any() || budget_.used_up()) return;
+  if (!answer_.v.empty() && all_finite(answer_.v)) start = answer_.v;
+  start.resize(asked_.structure().variable_players.size());
+  if (!all_finite(start)) return;
+  start.push_back(1.0);
+  RobustSearch search({problem, asked_}, options_, starts_, budget_, start_);
+  search.names_infeasible_ = false;
+  Result least = search.run(std::move(start));
+  work_.over_y.solves += least.over_y.solves;
+  work_.over_y.maximizations += least.over_y.maximizations;
+  add_work(least, work_);
+  if (!is_success(least.status) || least.over_y.better_known || !least.over_y.finished) return;
+  const ProblemStructure& s = asked_.structure();
+  double violation = 0.0;
+  const RobustWorstCase* worst = nullptr;
+  for (const RobustWorstCase& found : least.worst_cases) {
+    std::vector<double> g(s.constraint_players.size());
+    if (!asked_.constraints(found.v, true, g)) return;
+    const auto row = at(found.constraint);
+    const double excess =
+        std::max(g[row] - s.constraint_upper[row], s.constraint_lower[row] - g[row]);
+    if (excess <= violation) continue;
+    violation = excess;
+    worst = &found;
+  }
+  if (worst == nullptr || !(violation > 10.0 * options_.constr_viol_tol)) return;
+  least.message =
+      "robust constraints cannot be met near this x: the least worst-case violation is " +
+      short_number(violation) + ", of " + constraint_name(s, worst->constraint) + " at " +
+      describe_y(s, *worst);
+  least.status = Status::LocallyInfeasible;
+  least.certificate = {};
+  least.certificate.kind = PointKind::InfeasiblePoint;
+  least.over_y.largest_violation = violation;
+  answer_ = std::move(least);
+}
+
+}  // namespace ipminmax
