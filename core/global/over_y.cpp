@@ -292,10 +292,10 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
                                           context.options.bound_relax_factor *
                                               std::max(1.0, std::abs(scan.bound)));
     std::vector<std::vector<double>> given;
-    for (const auto& [other, value] : known) {
+    for (const auto& [other, value, gap] : known) {
       if (other.constraint != row || other.side * side < 0.0) continue;
       given.push_back(other.v);
-      if (std::isfinite(value)) scan.accepted = std::max(scan.accepted, side * value);
+      if (std::isfinite(value)) scan.accepted = std::max(scan.accepted, side * value + gap);
     }
     // A copy is at its row's maximum as far as complementarity goes.
     scan.accepted += std::min(context.options.constr_viol_tol, context.options.tol);

@@ -90,10 +90,12 @@ struct SideScan {
 /// The side of a constraint that is violated most, or nearest to it; null: no maximum was found.
 [[nodiscard]] const SideScan* worst_side(const std::vector<SideScan>& scans, Index constraint);
 
-/// A worst case that maximizations begin from, too, and the value of its constraint in the solve.
+/// A worst case that maximizations begin from, too, the value of its constraint in the solve, and
+/// how far below the maximum the barrier leaves it.
 struct KnownWorstCase {
   RobustCopies::WorstCase worst_case;
   double value = std::numeric_limits<double>::quiet_NaN();
+  double gap = 0.0;
 };
 
 /// Maximizes each bounded side of each robust constraint over all of y at the x of a point.

@@ -169,13 +169,34 @@ RobustSearch::Solved RobustSearch::solve_worst_cases() {
   return {std::move(copies), std::move(result)};
 }
 
+/// At the maximum of g + mu sum ln(distances) g is below its own by mu for each of them (exactly
+/// so where it is linear in y).
+std::size_t RobustSearch::bounds_over_y(const RobustCopies::WorstCase& worst_case) const {
+  const ProblemStructure& s = model_.structure();
+  const RobustScope scope = robust_scope(s, worst_case.constraint);
+  const auto finite = [&](double lower, double upper) {
+    return lower < upper ? std::size_t{lower > options_.nlp_lower_bound_inf} +
+                               std::size_t{upper < options_.nlp_upper_bound_inf}
+                         : 0;
+  };
+  std::size_t bounds = 0;
+  for (const Index i : scope.variables) {
+    bounds += finite(s.variable_lower[at(i)], s.variable_upper[at(i)]);
+  }
+  for (const Index j : scope.constraints) {
+    bounds += finite(s.constraint_lower[at(j)], s.constraint_upper[at(j)]);
+  }
+  return bounds;
+}
+
 /// Checks a success over all of y. Whether another solve is to follow.
 bool RobustSearch::look_further(const RobustCopies& copies, const Result& result, Index round) {
   std::vector<KnownWorstCase> known;
   for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
     const auto row = at(copies.row(k));
-    known.push_back(
-        {place_.worst_cases[k], row < result.constraints.size() ? result.constraints[row] : kNaN});
+    known.push_back({place_.worst_cases[k],
+                     row < result.constraints.size() ? result.constraints[row] : kNaN,
+                     result.mu * static_cast<double>(bounds_over_y(place_.worst_cases[k]))});
   }
   const std::vector<SideScan> scans = scan(known);
   const std::vector<RobustCopies::WorstCase> solved = place_.worst_cases;
