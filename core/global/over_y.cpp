@@ -297,8 +297,6 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
       given.push_back(other.v);
       if (std::isfinite(value)) scan.accepted = std::max(scan.accepted, side * value + gap);
     }
-    // A copy is at its row's maximum as far as complementarity goes.
-    scan.accepted += std::min(context.options.constr_viol_tol, context.options.tol);
     scan.settled = false;
     if (context.budget.used_up()) return scan;
     RowOverY problem(model, row, side, x);
