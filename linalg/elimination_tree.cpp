@@ -9,6 +9,7 @@
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
+
 EliminationTree elimination_tree(const LowerRows& a) {
   const Index n = a.dimension();
   EliminationTree tree;

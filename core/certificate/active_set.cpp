@@ -4,6 +4,7 @@
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
+
 ActiveSetSystem::ActiveSetSystem(const CanonicalProblem& canonical, KktSystem& kkt,
                                  const BoundClasses& classes, const Units& units,
                                  const Evaluation& evaluation, ActiveSetArrays* arrays)

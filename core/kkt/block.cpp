@@ -7,6 +7,7 @@
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
+
 SymmetricSolverOptions solver_options(const SolverOptions& options) {
   return {.ordering = options.minmax_ordering,
           .ldlt_gamma = options.minmax_ldlt_gamma,

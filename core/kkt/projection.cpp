@@ -5,6 +5,7 @@
 // Least-squares multipliers.
 
 namespace ipminmax {
+
 bool KktSystem::solve_projection(const NewtonResidual& rhs, Step& step) {
   for (;;) {
     if (factorize_for_solutions({}, needed(Certainty::Usual)).status != FactorizationStatus::Ok)

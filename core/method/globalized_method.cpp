@@ -10,6 +10,7 @@
 // The order of the steps; search, restoration and escape stand in files of their own.
 
 namespace ipminmax {
+
 GlobalizedMethod::GlobalizedMethod(const MethodContext& context, Restorer restorer,
                                    const Point& first, GlobalizedArrays& arrays)
     : canonical_(context.canonical),

@@ -13,6 +13,7 @@
 // From the canonical problem back to the model's units.
 
 namespace ipminmax {
+
 void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
   const ProblemStructure& s = structure_;
   const bool finite = load(iterate.v);

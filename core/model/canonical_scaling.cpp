@@ -13,6 +13,7 @@
 // Scaling factors of objective, constraints and variables.
 
 namespace ipminmax {
+
 std::string CanonicalProblem::user_scaling() {
   UserScaling scaling;
   if (!ask([&] { return problem_.user_scaling(scaling); })) return {};

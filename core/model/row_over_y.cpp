@@ -6,6 +6,7 @@
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
+
 RowOverY::RowOverY(Problem& model, Index constraint, double side, std::vector<double> v)
     : ForwardingProblem(model),
       structure_(model.structure()),
