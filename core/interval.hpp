@@ -10,12 +10,12 @@
 #include <utility>
 
 /// @file
-/// Numbers that enclose: formulas written once for any number type (autodiff_problem.hpp) are bounded
-/// over whole boxes, for proofs (proof.hpp). Every operation rounds outward, whatever the compiler
-/// does with the rest of the program: a result of + - * / sqrt, correctly rounded, by one unit in
-/// the last place, one of the C library's other functions by kLibraryUlps. Sources: R. E. Moore,
-/// R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis (SIAM 2009); errors of the
-/// functions: the GNU C library's manual, "Known Maximum Errors in Math Functions".
+/// Numbers that enclose: formulas written once for any number type (autodiff_problem.hpp) are
+/// bounded over whole boxes, for proofs (proof.hpp). Every operation rounds outward, whatever the
+/// compiler does with the rest of the program: a result of + - * / sqrt, correctly rounded, by one
+/// unit in the last place, one of the C library's other functions by kLibraryUlps. Sources:
+/// R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis (SIAM 2009); errors
+/// of the functions: the GNU C library's manual, "Known Maximum Errors in Math Functions".
 namespace ipminmax {
 
 /// A comparison whose outcome differs between the points of a box: formulas that branch cannot be

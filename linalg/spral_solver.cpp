@@ -1,18 +1,18 @@
 #include "linalg/spral_solver.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
-#include <limits>
+#include <new>
+#include <utility>
+#include <vector>
 
 #include "linalg/blas_threads.hpp"
-#include "linalg/ordering.hpp"
 #include "linalg/solver_library.hpp"
 
 namespace ipminmax {
 namespace {
 
-// Layout of SPRAL's C interface (spral_ssids.h of 2016 to 2025), whose structures end with room to grow.
+// Layout of SPRAL's C interface (spral_ssids.h of 2016 to 2025), whose structures end with room to
+// grow.
 struct Options {
   int array_base, print_level, unit_diagnostics, unit_error, unit_warning, ordering, nemin;
   bool ignore_numa, use_gpu;
@@ -39,8 +39,6 @@ constexpr int kOrderGiven = 0;
 /// Entries of each row and column about 1: a pivot of `small` has a meaning then.
 constexpr int kNormEquilibration = 4;
 constexpr double kSmallPivot = 1e-12;  ///< as the null pivots of MUMPS
-// Pivot thresholds of Ipopt's interface to SPRAL.
-constexpr double kPivotTolerance = 1e-8, kPivotToleranceMax = 1e-4;
 
 }  // namespace
 
@@ -95,101 +93,46 @@ struct SpralSolver::Factors {
   void* factors = nullptr;
 };
 
-SpralSolver::SpralSolver(const SymmetricSolverOptions& options)
-    : options_(options), pivot_tolerance_(kPivotTolerance) {}
+SpralSolver::SpralSolver(const SymmetricSolverOptions& options) : LoadedSolver(options) {}
 
 SpralSolver::~SpralSolver() = default;
 
-Analysis SpralSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t>) {
+void SpralSolver::load_library() {
   if (!library_) library_ = std::make_shared<const Library>();
-  try {
-    const Ordering wanted = options_.ordering == Ordering::Pord ? Ordering::Amd : options_.ordering;
-    OrderingChoice choice = choose_ordering(matrix, wanted);
-    order_ = std::move(choice.new_index);
-    analysis_.ordering = choice.ordering;
-    return analyze_in_order(matrix);
-  } catch (const std::bad_alloc&) {
-    return {};
-  }
 }
 
-Analysis SpralSolver::analyze_in_order(const SymmetricMatrix& matrix) {
-  factorized_ = false;
-  dimension_ = matrix.dimension();
+std::unique_ptr<LoadedSolver> SpralSolver::another() const {
+  auto other = std::make_unique<SpralSolver>(options());
+  other->library_ = library_;
+  return other;
+}
+
+bool SpralSolver::analyze_in_order(const SymmetricMatrix& matrix) {
   factors_ = std::make_unique<Factors>(library_);
-  analysis_.ok = true;
-  if (dimension_ == 0) return analysis_;
-  std::vector<int> order(order_.begin(), order_.end());  // SPRAL writes what it has made of it
-  library_->analyse(false, dimension_, order.data(), matrix.column_starts().data(),
+  std::vector<int> places(order().begin(), order().end());  // SPRAL writes what it makes of it
+  library_->analyse(false, dimension(), places.data(), matrix.column_starts().data(),
                     matrix.rows().data(), nullptr, &factors_->analysis, &factors_->options,
                     &factors_->inform);
-  analysis_.ok = factors_->succeeded();
-  analysis_.factor_entries = factors_->inform.num_factor;
-  analysis_.flops = static_cast<double>(factors_->inform.num_flops);
-  return analysis_;
+  analysis().factor_entries = factors_->inform.num_factor;
+  analysis().flops = static_cast<double>(factors_->inform.num_flops);
+  return factors_->succeeded();
 }
 
-std::unique_ptr<SymmetricSolver> SpralSolver::same_analysis(const SymmetricMatrix& matrix,
-                                                            std::span<const std::int8_t>) const {
-  try {
-    auto other = std::make_unique<SpralSolver>(options_);
-    other->library_ = library_;
-    other->order_ = order_;
-    other->analysis_.ordering = analysis_.ordering;
-    return other->analyze_in_order(matrix).ok ? std::move(other) : nullptr;
-  } catch (const std::bad_alloc&) {
-    return nullptr;
-  }
+bool SpralSolver::factorize_values(const SymmetricMatrix& matrix, Pivots& pivots) {
+  Factors& f = *factors_;
+  f.options.u = pivot_tolerance();
+  const SequentialBlas sequential(analysis().flops);
+  library_->factor(false, matrix.column_starts().data(), matrix.rows().data(),
+                   matrix.values().data(), nullptr, f.analysis, &f.factors, &f.options, &f.inform);
+  pivots = {.negative = f.inform.num_neg, .rank = f.inform.matrix_rank};
+  return f.succeeded();
 }
 
-Factorization SpralSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
-  factorized_ = false;
-  if (!std::isfinite(matrix.max_norm())) return {};
-  Factorization result;
-  if (dimension_ > 0) {
-    Factors& f = *factors_;
-    f.options.u = pivot_tolerance_;
-    const SequentialBlas sequential(analysis_.flops);
-    library_->factor(false, matrix.column_starts().data(), matrix.rows().data(),
-                     matrix.values().data(), nullptr, f.analysis, &f.factors, &f.options,
-                     &f.inform);
-    try {
-      if (!f.succeeded()) return {};
-    } catch (const std::bad_alloc&) {
-      return {.status = FactorizationStatus::OutOfMemory};
-    }
-    result.inertia.negative = f.inform.num_neg;
-    result.inertia.zero = dimension_ - f.inform.matrix_rank;
-    result.inertia.positive = f.inform.matrix_rank - f.inform.num_neg;
-  }
-  factorized_ = result.inertia.zero == 0;
-  result.status = factorized_ ? FactorizationStatus::Ok : FactorizationStatus::Singular;
-  return result;
-}
-
-void SpralSolver::solve_in_place(std::span<double> rhs, Index columns) {
-  if (!factorized_) {
-    std::fill(rhs.begin(), rhs.end(), std::numeric_limits<double>::quiet_NaN());
-    return;
-  }
-  if (dimension_ == 0) return;
+void SpralSolver::solve_with_factors(std::span<double> rhs, Index columns) {
   constexpr int kWholeSolve = 0;
-  const SequentialBlas sequential(analysis_.flops);
-  library_->solve(kWholeSolve, columns, rhs.data(), dimension_, factors_->analysis,
+  const SequentialBlas sequential(analysis().flops);
+  library_->solve(kWholeSolve, columns, rhs.data(), dimension(), factors_->analysis,
                   factors_->factors, &factors_->options, &factors_->inform);
 }
-
-double SpralSolver::predict_inverse_product_flops(const SparseColumns& b) const {
-  return 4.0 * static_cast<double>(analysis_.factor_entries) * b.columns();
-}
-
-/// Ipopt's rule.
-bool SpralSolver::increase_quality() {
-  if (!(pivot_tolerance_ < kPivotToleranceMax)) return false;
-  pivot_tolerance_ = std::min(kPivotToleranceMax, std::pow(pivot_tolerance_, 0.75));
-  return true;
-}
-
-void SpralSolver::reset_quality() { pivot_tolerance_ = kPivotTolerance; }
 
 }  // namespace ipminmax

@@ -28,7 +28,7 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 std::size_t player(Player p) { return p == Player::Max ? 1 : 0; }
 
 struct Shares {
-  std::array<std::size_t, 2> variables{}, free{}, open{}, equations{};
+  std::array<std::size_t, 2> free{}, open{}, equations{};
   /// Open variables of Min that several of Max's equations read: states look like that.
   std::vector<Index> shared{};
 };
@@ -43,7 +43,6 @@ Shares count(const ProblemStructure& s) {
   std::vector<bool> fixed(s.variable_players.size());
   for (std::size_t i = 0; i < fixed.size(); ++i) {
     fixed[i] = s.variable_lower[i] == s.variable_upper[i];
-    ++counts.variables[player(s.variable_players[i])];
     if (!fixed[i]) ++counts.free[player(s.variable_players[i])];
     if (!fixed[i] && is_open(s, i)) ++counts.open[player(s.variable_players[i])];
   }
@@ -144,11 +143,16 @@ std::string percent(double share) {
 }  // namespace
 
 std::string one_player_remark(const ProblemStructure& s) {
-  const Shares counts = count(s);
-  if (counts.variables[1] == 0) return "Max has no variables: this is a plain minimization.";
-  if (counts.variables[0] == 0) return "Min has no variables: this is a plain maximization.";
-  if (counts.free[1] == 0) return "Max's variables are all fixed: this is a plain minimization.";
-  if (counts.free[0] == 0) return "Min's variables are all fixed: this is a plain maximization.";
+  std::array<bool, 2> has_variables{}, has_free{};
+  for (std::size_t i = 0; i < s.variable_players.size(); ++i) {
+    const std::size_t owner = player(s.variable_players[i]);
+    has_variables[owner] = true;
+    if (s.variable_lower[i] != s.variable_upper[i]) has_free[owner] = true;
+  }
+  if (!has_variables[1]) return "Max has no variables: this is a plain minimization.";
+  if (!has_variables[0]) return "Min has no variables: this is a plain maximization.";
+  if (!has_free[1]) return "Max's variables are all fixed: this is a plain minimization.";
+  if (!has_free[0]) return "Min's variables are all fixed: this is a plain maximization.";
   return {};
 }
 
