@@ -25,6 +25,9 @@ RowOverY::RowOverY(Problem& model, Index constraint, double side, std::vector<do
     structure_.variable_lower[at(i)] = s.variable_lower[at(i)];
     structure_.variable_upper[at(i)] = s.variable_upper[at(i)];
   }
+  for (const Index i : scope.idle) {
+    structure_.variable_lower[at(i)] = structure_.variable_upper[at(i)] = start_[at(i)];
+  }
   for (const Index j : scope.constraints) {
     structure_.constraint_lower[at(j)] = s.constraint_lower[at(j)];
     structure_.constraint_upper[at(j)] = s.constraint_upper[at(j)];
