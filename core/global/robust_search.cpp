@@ -142,6 +142,7 @@ bool RobustSearch::solve_rounds() {
   for (Index round = 0;; ++round) {
     violation_ = kNaN;  // of the next x nothing is known yet
     work_.over_y.functions = 0;
+    work_.over_y.proofs.clear();
     Solved solved = solve_worst_cases();
     hold_idle(solved);
     if (!is_success(solved.result.status)) {
