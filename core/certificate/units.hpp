@@ -42,6 +42,9 @@ struct UnitsArrays {
     double size;
   };
   std::vector<Entry> own, mixed;  ///< entries of W, mixed ones by the player's row
+
+  /// One where nothing shows it.
+  [[nodiscard]] double size_of(Index i) const { return size[i] > 0.0 ? size[i] : 1.0; }
 };
 
 /// Diagonal entries first, then rows without one by what couples them, then variables without
