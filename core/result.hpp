@@ -97,7 +97,8 @@ struct CertificateReason {
     Differences,        ///< second derivatives from differences are too uncertain
     WrongHessian,       ///< the model's second derivatives disagree with its gradient
     Effort,             ///< minmax_certificate quick, or the budget is used up
-    Search              ///< the point passed the test, the search that it belongs to did not
+    Search,             ///< the point passed the test, the search that it belongs to did not
+    Relaxed  ///< a remark: an active bound was relaxed by much beside what it bounds (bound_relax_factor)
   };
   Kind kind = Kind::Effort;
   Player player = Player::Min;     ///< whose
