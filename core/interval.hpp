@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -398,6 +399,17 @@ class IntervalJet {
   std::size_t directions_ = 0;
   std::array<Interval, kMostDirections> gradient_{};
   std::array<Interval, kMostDirections*(kMostDirections + 1) / 2> hessian_{};
+};
+
+/// A model's functions over boxes of its variables, for proofs. Both throw std::domain_error where
+/// the formulas cannot be enclosed: UndecidedComparison where they branch within the box.
+class BoxFunctions {
+ public:
+  virtual ~BoxFunctions() = default;
+  /// f. v: n
+  [[nodiscard]] virtual IntervalJet objective_over(std::span<const IntervalJet> v) const = 0;
+  /// v: n, g: m
+  virtual void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const = 0;
 };
 
 }  // namespace ipminmax

@@ -210,6 +210,7 @@ bool begin(TestContext& c, const Point& given, const BoundClasses& guess, bool f
         static_cast<int>(c.last_factorization - c.kkt.factorizations() - 2 * parameter::kToConfirm);
     candidate.classes = follow_barrier(c.canonical, c.kkt, c.options, candidate.units, guess, most,
                                        candidate.point, c.mu);
+    c.idle = idle_copies(c.canonical, candidate.point.iterate);
     c.hold_idle(candidate.classes);
     c.moved = candidate.point;
   }

@@ -101,43 +101,25 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt,
   return violated ? SecondOrder::Violated : SecondOrder::Undecided;
 }
 
-std::vector<Index> idle_copies(CanonicalProblem& canonical, const Iterate& iterate,
-                               const Evaluation& evaluation) {
-  if (canonical.robust_constraints().empty()) return {};
-  Eigen::VectorXd lambda = iterate.lambda;
-  std::vector<bool> inactive(static_cast<std::size_t>(canonical.constraints()), false);
-  for (const Index j : canonical.robust_constraints()) inactive[static_cast<std::size_t>(j)] = true;
+IdleCopies idle_copies(const CanonicalProblem& canonical, const Iterate& iterate) {
+  if (!canonical.has_copies()) return {};
+  std::vector<bool> active(static_cast<std::size_t>(canonical.variables()), false);
   for (const ActiveRow& row : active_rows(canonical, firm_curvature(canonical, iterate))) {
-    inactive[static_cast<std::size_t>(row.constraint)] = false;
+    const Index slack = canonical.slack_of_constraint()[static_cast<std::size_t>(row.constraint)];
+    active[static_cast<std::size_t>(slack)] = true;
   }
-  for (const Index j : canonical.robust_constraints()) {
-    if (inactive[static_cast<std::size_t>(j)]) lambda[j] = 0.0;
-  }
-  Evaluation without = evaluation;
-  if (canonical.second_derivatives(iterate.v, lambda, without) != EvaluationStatus::Ok) return {};
-
-  std::vector<bool> idle(static_cast<std::size_t>(canonical.variables()), false);
-  const auto jacobian = canonical.jacobian();
-  for (const auto [row, col] : jacobian) {
-    if (canonical.owned_by_max(col) && inactive[static_cast<std::size_t>(row)]) {
-      idle[static_cast<std::size_t>(col)] = evaluation.gradient[col] == 0.0;
-    }
-  }
-  for (const auto [row, col] : jacobian) {
-    const bool other_min_row =
-        canonical.min_constraints().contains(row) && !inactive[static_cast<std::size_t>(row)];
-    if (other_min_row) idle[static_cast<std::size_t>(col)] = false;
-  }
-  for (std::size_t k = 0; k < without.hessian.size(); ++k) {
-    if (without.hessian[k] == 0.0) continue;
-    const auto [row, col] = canonical.hessian()[k];
-    idle[static_cast<std::size_t>(row)] = idle[static_cast<std::size_t>(col)] = false;
-  }
-  std::vector<Index> variables;
+  const auto serves_inactive = [&](Index slack) {
+    return slack >= 0 && !active[static_cast<std::size_t>(slack)];
+  };
+  IdleCopies idle;
   for (Index i = canonical.y().begin; i < canonical.y().end; ++i) {
-    if (idle[static_cast<std::size_t>(i)]) variables.push_back(i);
+    if (serves_inactive(canonical.served_slack(i))) idle.variables.push_back(i);
   }
-  return variables;
+  if (idle.variables.empty()) return {};
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    idle.rows.push_back(serves_inactive(canonical.slack_served_by_constraint(j)));
+  }
+  return idle;
 }
 
 }  // namespace ipminmax

@@ -9,6 +9,15 @@
 
 namespace ipminmax {
 
+/// Copies of y that serve inactive robust constraints (CanonicalProblem::owners): where they stand
+/// does not matter to x, and they have no curvature of their own (lambda_r goes to 0). In the test
+/// they are held, and Max's rows on them left out.
+struct IdleCopies {
+  std::vector<Index> variables;
+  std::vector<bool> rows;  ///< per canonical constraint, or empty
+};
+[[nodiscard]] IdleCopies idle_copies(const CanonicalProblem& canonical, const Iterate& iterate);
+
 /// Second-order test of the robust constraints at a point whose K_yy, over (y, lambda_y), is right:
 /// is K_yy with their rows right too, In = (m_y, n_y + m_r, 0)?
 ///
@@ -22,11 +31,5 @@ namespace ipminmax {
                                            const Iterate& iterate, const Evaluation& evaluation,
                                            const std::vector<Index>& idle,
                                            const Eigen::VectorXd& proximal = {});
-
-/// Max variables that only inactive robust constraints read: neither f nor an active constraint
-/// depends on them, so where they stand does not matter to x, and they have no curvature of their
-/// own (lambda_r goes to 0). To be held in the test.
-[[nodiscard]] std::vector<Index> idle_copies(CanonicalProblem& canonical, const Iterate& iterate,
-                                             const Evaluation& evaluation);
 
 }  // namespace ipminmax

@@ -72,6 +72,7 @@ RobustSearch::RobustSearch(RobustForm form, const SolverOptions& options, Index 
       budget_(budget),
       start_(start),
       observer_(budget.observer_of(start)),
+      scopes_(form.solved.structure()),
       violation_(kNaN) {}
 
 Result RobustSearch::run(std::vector<double> start) {
@@ -141,6 +142,7 @@ bool RobustSearch::solve_rounds() {
   for (Index round = 0;; ++round) {
     violation_ = kNaN;  // of the next x nothing is known yet
     work_.over_y.functions = 0;
+    work_.over_y.proofs.clear();
     Solved solved = solve_worst_cases();
     hold_idle(solved);
     if (!is_success(solved.result.status)) {
@@ -169,7 +171,7 @@ RobustSearch::Solved RobustSearch::solve_worst_cases() {
 /// so where it is linear in y).
 std::size_t RobustSearch::bounds_over_y(const RobustCopies::WorstCase& worst_case) const {
   const ProblemStructure& s = model_.structure();
-  const RobustScope scope = robust_scope(s, worst_case.constraint);
+  const RobustScope scope = scopes_.of(worst_case.constraint);
   const auto finite = [&](double lower, double upper) {
     return lower < upper ? std::size_t{lower > options_.nlp_lower_bound_inf} +
                                std::size_t{upper < options_.nlp_upper_bound_inf}
@@ -220,10 +222,10 @@ void RobustSearch::choose_copies() {
   std::vector<Index> readers(place_.v.size(), 0);
   const std::vector<Index> rows = robust_constraints(s);
   for (const Index row : rows) {
-    for (const Index i : robust_scope(s, row).variables) ++readers[at(i)];
+    for (const Index i : scopes_.of(row).variables) ++readers[at(i)];
   }
   for (const Index row : rows) {
-    const RobustScope scope = robust_scope(s, row);
+    const RobustScope scope = scopes_.of(row);
     const bool shared = std::ranges::any_of(
         scope.variables, [&](Index i) { return reads_y_[at(i)] || readers[at(i)] > 1; });
     const bool copied = shared && options_.minmax_robust_copies;
@@ -278,8 +280,7 @@ void RobustSearch::keep_point(const RobustCopies& copies, const Result& result) 
 bool RobustSearch::add_violated(const std::vector<SideScan>& scans, double tolerance, bool held) {
   bool any = false;
   for (const SideScan& side : scans) {
-    const bool fixed = held && !moves_with_x(model_.structure(),
-                                             robust_scope(model_.structure(), side.constraint));
+    const bool fixed = held && !moves_with_x(model_.structure(), scopes_.of(side.constraint));
     for (std::size_t k = 0; k < side.maxima.size() && (k == 0 || held); ++k) {
       if (!(side.excess(k) > tolerance)) break;
       const bool known = std::ranges::any_of(place_.worst_cases, [&](const auto& other) {

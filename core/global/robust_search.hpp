@@ -95,6 +95,7 @@ class RobustSearch {
   Budget& budget_;
   Index start_;
   SolveObserver observer_;
+  RobustScopes scopes_;
   Place place_;
   std::vector<bool> reads_y_;
   bool names_infeasible_ = true;
