@@ -99,7 +99,7 @@ struct CertificateReason {
     WrongHessian,       ///< the model's second derivatives disagree with its gradient
     Effort,             ///< minmax_certificate quick, or the budget is used up
     Search,             ///< the point passed the test, the search that it belongs to did not
-    Relaxed  ///< a remark: an active bound was relaxed by much beside what it bounds (bound_relax_factor)
+    Relaxed  ///< a remark: bound_relax_factor moved an active bound by much beside its size
   };
   Kind kind = Kind::Effort;
   Player player = Player::Min;     ///< whose

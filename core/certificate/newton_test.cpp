@@ -264,8 +264,8 @@ bool ActiveSetNewton::is_there() const {
   return false;
 }
 
-/// Whether the trial point is so much farther than the end of the step that W there need not tell of
-/// W at the end, and the end is not next to the start.
+/// Whether the trial point is so much farther than the end of the step that W there need not tell
+/// of W at the end, and the end is not next to the start.
 bool ActiveSetNewton::is_far_beyond() const {
   for (Index i = 0; i < work_.trial.size(); ++i) {
     if (!system_.is_free(i)) continue;
