@@ -110,15 +110,14 @@ void Reasons::add_dependences(const Dependences& dependences) {
 
 void Reasons::add_relaxed(const Iterate& iterate, const Units& units,
                           const SolverOptions& options) {
-  const Eigen::VectorXd& start = canonical_.starting_point().v;
-  const double others = std::max(size_of_problem(canonical_, iterate, units), 1.0);
+  // Not beside the start, which was pushed off its bounds.
+  const double others = std::max(longest(canonical_, iterate.v, units), 1.0);
   double most = parameters::certificate::kTrace;
   Index variable = -1;
   for_each_bound(canonical_, iterate.v, [&](Index i, int side, double distance) {
     const double relaxed = relaxation_of(canonical_, i, side, options);
     if (!(relaxed > 0.0) || distance > 2.0 * relaxed) return;
     double size = std::abs(side < 0 ? canonical_.lower()[i] : canonical_.upper()[i]);
-    if (i < start.size()) size = std::max(size, std::abs(start[i]));
     if (size <= 2.0 * relaxed) size = units.variable[i] * others;
     if (relaxed > most * size) most = relaxed / size, variable = i;
   });

@@ -689,9 +689,9 @@ TEST(Effort, NoneTestsNothingAndIsForMinimizations) {
 TEST(Reasons, SayWhereRelaxedBoundsMatter) {
   for (const double unit : {1.0, 1e-6}) {
     Model model;
-    const Expression x = model.variable(kMin, "speed", 0.0, kNoBound);
-    model.objective(square(x / unit + 1.0));
-    const Certificate found = solved(model, {unit});
+    const Expression x = model.variable(kMin, "speed", unit, kNoBound);
+    model.objective(square(x / unit));
+    const Certificate found = solved(model, {2.0 * unit});
     EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
     EXPECT_EQ(names(find(found, Kind::Relaxed), "speed"), unit < 1.0);
   }
