@@ -4,11 +4,13 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <span>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 /// @file
 /// Numbers that enclose: formulas written once for any number type (autodiff_problem.hpp) are
@@ -410,6 +412,15 @@ class BoxFunctions {
   [[nodiscard]] virtual IntervalJet objective_over(std::span<const IntervalJet> v) const = 0;
   /// v: n, g: m
   virtual void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const = 0;
+
+  /// Variables of Max's that the functions compute from the others, and the constraints that they
+  /// meet by that: states that follow from disturbances. The functions do not read these.
+  struct Determined {
+    std::vector<std::int32_t> variables{}, constraints{};
+  };
+  [[nodiscard]] virtual Determined determined() const { return {}; }
+  /// Sets them. v: n
+  virtual void determine(std::span<double> /*v*/) const {}
 };
 
 }  // namespace ipminmax

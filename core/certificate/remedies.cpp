@@ -368,6 +368,7 @@ SecondOrder certified(TestContext& c, Candidate found, const Point& given) {
         "the solution near by is farther than the point's accuracy allows, most in ");
     return SecondOrder::Undecided;
   }
+  c.arrays.classes = found.classes;
   c.certificate.margin = c.margin(1.0);
   c.certificate.weakly_active_max = found.classes.weak_max;
   c.certificate.answer = found.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;

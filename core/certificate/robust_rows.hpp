@@ -2,9 +2,11 @@
 
 #include <vector>
 
+#include "core/certificate/bound_classes.hpp"
 #include "core/kkt/system.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/iterate.hpp"
+#include "core/point/merit.hpp"
 #include "core/result.hpp"
 
 namespace ipminmax {
@@ -25,10 +27,11 @@ struct IdleCopies {
 /// K_yy^-1 J_s', so that D - T must be positive definite. T vanishes where each active constraint
 /// is stationary in its own y. Where it exceeds D, Max can violate the constraint at second order
 /// for a gain of first: Violated. Inactive constraints are left out. The idle copies are held.
+/// classes: of the bounds at the solution.
 /// proximal: curvature taken from Max's, per canonical variable, or empty. The KKT matrices are
 /// left at other values.
 [[nodiscard]] SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt,
-                                           const Iterate& iterate, const Evaluation& evaluation,
+                                           const Point& point, const BoundClasses& classes,
                                            const std::vector<Index>& idle,
                                            const Eigen::VectorXd& proximal = {});
 

@@ -49,6 +49,8 @@ class Epigraph final : public Problem {
       model_.constraints_over(own, g.first(g.size() - 1));
       g.back() = model_.objective_over(own) - v.back();
     }
+    [[nodiscard]] Determined determined() const override { return model_.determined(); }
+    void determine(std::span<double> v) const override { model_.determine(v.first(v.size() - 1)); }
 
    private:
     const BoxFunctions& model_;

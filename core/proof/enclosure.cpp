@@ -23,7 +23,11 @@ struct Scope {
   std::string uncut;  ///< why the domain cannot be cut into boxes; empty: it can
 };
 
-Scope scope_of(const ProblemStructure& s, const SolverOptions& options) {
+Scope scope_of(const ProblemStructure& s, const SolverOptions& options,
+               const BoxFunctions::Determined& determined) {
+  const auto follows = [](const std::vector<Index>& those, std::size_t i) {
+    return std::ranges::find(those, static_cast<Index>(i)) != those.end();
+  };
   Scope scope{.v = s.variable_lower, .variables = {}, .domain = {}, .rows = {}, .uncut = {}};
   const auto bounds = [&](double lower, double upper) {
     return std::pair(lower <= options.nlp_lower_bound_inf ? -kInfinity : lower,
@@ -31,7 +35,7 @@ Scope scope_of(const ProblemStructure& s, const SolverOptions& options) {
   };
   for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
     const auto [lower, upper] = bounds(s.variable_lower[i], s.variable_upper[i]);
-    if (lower == upper) continue;
+    if (lower == upper || follows(determined.variables, i)) continue;
     scope.variables.push_back(static_cast<Index>(i));
     scope.domain.emplace_back(lower, upper);
     if ((std::isfinite(lower) && std::isfinite(upper)) || !scope.uncut.empty()) continue;
@@ -44,6 +48,7 @@ Scope scope_of(const ProblemStructure& s, const SolverOptions& options) {
   for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
     const auto [lower, upper] = bounds(s.constraint_lower[j], s.constraint_upper[j]);
     if (lower == -kInfinity && upper == kInfinity) continue;
+    if (follows(determined.constraints, j)) continue;
     scope.rows.push_back({static_cast<Index>(j), lower, upper});
   }
   return scope;
@@ -82,7 +87,7 @@ WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
     proof.message = "the model's formulas are not known";
     return proof;
   }
-  const Scope scope = scope_of(inner.structure(), options);
+  const Scope scope = scope_of(inner.structure(), options, functions->determined());
   FunctionOfBoxes function(*functions, scope.v, inner.structure().constraint_lower.size(),
                            scope.variables, scope.rows);
   BestSeen best{.y = {}, .value = -kInfinity};
@@ -112,6 +117,7 @@ WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
     proof.seen = best.value;
     proof.v = scope.v;
     for (std::size_t k = 0; k < best.y.size(); ++k) proof.v[at(scope.variables[k])] = best.y[k];
+    functions->determine(proof.v);
   }
   const double enough = effort.tolerance * std::max(1.0, std::abs(proof.seen)) * (1.0 + 1e-12);
   proof.complete =

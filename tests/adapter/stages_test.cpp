@@ -399,5 +399,68 @@ TEST(Stages, BadInputIsNamed) {
   EXPECT_THROW(game.set_start({}), std::invalid_argument);
 }
 
+/// A pendulum whose first state is known within bounds, against a limit of its angle at every stage.
+struct UncertainPendulum {
+  static constexpr std::size_t states = 2, controls = 1, disturbances = 1, limits = 1;
+  double bound = 1.0;
+  void dynamics(auto s, auto u, auto w, auto rate) const {
+    rate[0] = s[1];
+    rate[1] = -1.0 * sin(s[0]) - 0.5 * s[1] + u[0] + 0.0 * w[0];
+  }
+  auto cost(auto s, auto u, auto w) const {
+    return s[0] * s[0] + 0.1 * s[1] * s[1] + 0.1 * u[0] * u[0] - w[0] * w[0];
+  }
+  void limits_of(auto s, auto, auto g) const { g[0] = s[0] - bound; }
+};
+
+TEST(ProvableStageGame, StatesFollowFromWhatIsUncertain) {
+  for (const Discretization how : {Discretization::Euler, Discretization::RungeKutta4}) {
+    const double bound = how == Discretization::Euler ? 1.045 : 1.02;
+    ProvableStageGame game(UncertainPendulum{bound}, {.stages = 8,
+                                                      .step = 0.1,
+                                                      .discretization = how,
+                                                      .initial = {0.9, 0.3},
+                                                      .initial_spread = {0.1, 0.1},
+                                                      .disturbance_lower = {0.0},
+                                                      .disturbance_upper = {0.0}});
+    SolverOptions options;
+    options.minmax_worst_case_proof = true;
+    const StageAnswer plan = game.solve(options);
+    ASSERT_TRUE(plan.certified()) << plan.result.message;
+    ASSERT_EQ(plan.result.over_y.proofs.size(), 9U);  // f, and the limit at the end of each stage
+    double highest = -1.0;
+    for (const WorstCaseProof& proof : plan.result.over_y.proofs) {
+      EXPECT_TRUE(proof.complete) << proof.message;
+      if (proof.constraint >= 0) highest = std::max(highest, proof.proved);
+    }
+    EXPECT_NEAR(highest, 0.0, 1e-5);  // x rests on a limit
+    double most = -1.0;
+    for (int i = 0; i <= 20; ++i) {
+      for (int j = 0; j <= 20; ++j) {
+        std::vector<double> s = {0.8 + 0.01 * i, 0.2 + 0.01 * j};
+        for (std::size_t k = 0; k < 8; ++k) {
+          if (how == Discretization::RungeKutta4) break;  // simulate() takes smaller steps
+          s = game.simulate(s, plan.controls[k], std::vector<double>{0.0}, {}, k);
+          most = std::max(most, s[0] - bound);
+        }
+      }
+    }
+    EXPECT_LE(most, highest + 1e-12);
+    // At the worst case that was seen the states are those that follow.
+    for (const WorstCaseProof& proof : plan.result.over_y.proofs) {
+      std::vector<double> g(game.structure().constraint_players.size());
+      ASSERT_TRUE(game.constraints(proof.v, true, g));
+      for (std::size_t j = 0; j < g.size(); ++j) {
+        if (game.structure().constraint_players[j] != Player::Max) continue;
+        EXPECT_NEAR(g[j], 0.0, 1e-12);
+      }
+    }
+  }
+  EXPECT_THROW(
+      ProvableStageGame(UncertainPendulum{},
+                        {.discretization = Discretization::HermiteSimpson, .initial = {0.0, 0.0}}),
+      std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace ipminmax
