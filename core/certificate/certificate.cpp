@@ -185,6 +185,10 @@ Finding run(TestContext& c, const Point& given) {
     c.reasons.add_direction(Kind::WrongCurvature, c.wrong->owner, c.wrong->direction,
                             c.wrong->owner == Player::Min ? "Min gains along" : "Max gains along");
   }
+  if (c.certificate.second_order == SecondOrder::Satisfied && c.options.mu_target == 0.0) {
+    const Point& certified = c.moved ? *c.moved : given;
+    c.reasons.add_relaxed(certified.iterate, c.arrays.units.units, c.options);
+  }
   c.certificate.reasons = c.reasons.take();
   c.certificate.kind = c.certificate.second_order == SecondOrder::Satisfied
                            ? PointKind::LocalMinmax
