@@ -133,8 +133,8 @@ SecondOrder judge(TestContext& c, const Point& given) {
   }
   if (verdict != SecondOrder::Satisfied) return verdict;
   const Point& judged = c.moved ? *c.moved : given;
-  verdict = test_robust_rows(c.canonical, c.kkt, judged, c.arrays.classes, c.idle.variables,
-                             c.proximal);
+  verdict =
+      test_robust_rows(c.canonical, c.kkt, judged, c.arrays.classes, c.idle.variables, c.proximal);
   if (verdict != SecondOrder::Satisfied) {
     c.certificate.answer = InnerAnswer::Unknown;
     c.reasons.add(Kind::RobustRow, Player::Max,
