@@ -18,6 +18,7 @@
 #include "adapter/ipopt_only_options.hpp"
 #include "adapter/option_registry.hpp"
 #include "adapter/spelling.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -260,7 +261,6 @@ Rows output_rows() {
   const std::string_view category = "Output";
   constexpr int kLastLevel = Ipopt::J_LAST_LEVEL - 1;
   constexpr int kMost = std::numeric_limits<int>::max();
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   return {
       {"print_level", category,
        "Verbosity of the console: 0 nothing, 1 errors, 2 options without effect, 3 summary, 4 also "

@@ -16,12 +16,12 @@
 #include "adapter/status.hpp"
 #include "adapter/tnlp_problem.hpp"
 #include "core/solver.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Error over tol up to which Ipopt's point is put to the second-order test.
 constexpr double kTestableError = 100.0;
 /// Violation up to which a point counts as feasible, over max(1, |bound|).

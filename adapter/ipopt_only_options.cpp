@@ -13,6 +13,7 @@
 #include "adapter/ipopt_only_options.hpp"
 #include "adapter/option_registry.hpp"
 #include "core/options.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
@@ -32,7 +33,6 @@ std::string_view keep(const std::string& text, IpoptOptions& options) {
 }
 
 OptionInfo::Number number_of(const Ipopt::RegisteredOption& option) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   return {.member = nullptr,
           .lower = option.HasLower() ? option.LowerNumber() : -kInfinity,
           .upper = option.HasUpper() ? option.UpperNumber() : kInfinity,

@@ -4,14 +4,13 @@
 #include <utility>
 
 #include "adapter/tnlp_problem.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 constexpr Index kNotSet = std::numeric_limits<Index>::min();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 std::size_t size_of(Index n) { return static_cast<std::size_t>(n); }
 
 /// Models tell the structure call from the value call by which pointers are null, so an empty array

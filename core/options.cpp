@@ -6,11 +6,11 @@
 #include <sstream>
 
 #include "core/options.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kIntMax = std::numeric_limits<int>::max();
 
 using Number = OptionInfo::Number;

@@ -246,7 +246,7 @@ struct OptionInfo {
 /// that start at zero in every iteration and grow tenfold from 1e-4, b <- sigma b after a step with
 /// |g(z,b)| <= b, no scaling, no relaxed bounds, multipliers lambda = b / s, no shift of multiplier
 /// rows, no limits of the multipliers. All others are kept, delta_epsilon (minmax_freeze_tol) among
-/// them. core/algorithm.md lists what still differs.
+/// them. docs/algorithm.md lists what still differs.
 [[nodiscard]] SolverOptions as_printed(SolverOptions options = {});
 
 /// First error as "tol = nan is not in (0, inf)", empty when all values are allowed.

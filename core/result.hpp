@@ -107,7 +107,7 @@ struct CertificateReason {
 };
 
 /// What was found at the returned point, with all regularization off. Inertias are those of
-/// K (section "KKT system" of core/algorithm.md; the paper's J_zz) and of its (y, lambda_y) part
+/// K (section "KKT system" of docs/algorithm.md; the paper's J_zz) and of its (y, lambda_y) part
 /// K_yy (the paper's J_yy), slack rows included, as in the paper's Proposition "Second order
 /// sufficient conditions for constrained minmax".
 struct Certificate {
@@ -116,7 +116,7 @@ struct Certificate {
   Inertia inner, inner_expected;
   Inertia full, full_expected;
   /// Curvature that can be taken away from both players while both inertias stay right, relative to
-  /// what each variable has: in lengths in which the entries of W are at most 1 (core/algorithm.md,
+  /// what each variable has: in lengths in which the entries of W are at most 1 (docs/algorithm.md,
   /// "Units"): the size of a probe, no measure of robustness. 0 unless Satisfied.
   double margin = 0.0;
   /// About the least curvature of K and K_yy in the same lengths, by inverse iteration; 0 unless

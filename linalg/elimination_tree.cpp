@@ -6,12 +6,9 @@
 #include <new>
 #include <numeric>
 
+#include "linalg/numbers.hpp"
+
 namespace ipminmax {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 EliminationTree elimination_tree(const LowerRows& a) {
   const Index n = a.dimension();

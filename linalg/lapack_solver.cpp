@@ -8,6 +8,7 @@
 #include "linalg/blas_threads.hpp"
 #include "linalg/lapack_solver.hpp"
 #include "linalg/memory_limit.hpp"
+#include "linalg/numbers.hpp"
 
 // Rook pivoting: the factor L is bounded, so a block of D that is rounding counts as an eigenvalue
 // zero. With partial pivoting L may be huge beside a tiny block of D, whose sign then matters.
@@ -22,8 +23,6 @@ void dsytrs_rook_(const char* uplo, const int* n, const int* nrhs, const double*
 namespace ipminmax {
 
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Rows up to which calls of BLAS take longer than its work.
 constexpr Index kTiny = 24;

@@ -7,7 +7,6 @@
 #include <charconv>
 #include <cstdint>
 #include <fstream>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,14 +14,13 @@
 #include "linalg/blas_threads.hpp"
 #include "linalg/library_lock.hpp"
 #include "linalg/memory_limit.hpp"
+#include "linalg/numbers.hpp"
 
 extern "C" void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info,
                         unsigned long);
 
 namespace ipminmax {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Size of OpenBLAS's buffer of one thread on x86-64, the largest of its builds, and what it adds.
 constexpr std::size_t kBlasBuffer = (std::size_t{128} + 16) << 20;

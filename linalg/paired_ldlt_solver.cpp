@@ -9,10 +9,10 @@
 #include <tuple>
 #include <utility>
 
+#include "linalg/numbers.hpp"
+
 namespace ipminmax {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Diagonal over the largest other entry of a row below which it is no pivot of its own, as in
 /// Bunch and Kaufman's pivoting.

@@ -8,10 +8,10 @@
 #include <numeric>
 #include <utility>
 
+#include "linalg/numbers.hpp"
+
 namespace ipminmax {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Cost over that of the longest part and the rest, below which parts are not worth it.
 constexpr double kLeastGain = 1.15;

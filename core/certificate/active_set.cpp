@@ -1,13 +1,9 @@
 #include "core/certificate/active_set.hpp"
 
 #include "core/certificate/parameters.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 ActiveSetSystem::ActiveSetSystem(const CanonicalProblem& canonical, KktSystem& kkt,
                                  const BoundClasses& classes, const Units& units,

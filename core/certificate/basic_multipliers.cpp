@@ -8,14 +8,13 @@
 
 #include "core/certificate/parameters.hpp"
 #include "core/model/relaxation.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
 namespace parameter = parameters::certificate;
 
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Changes of multipliers that leave the gradient of the Lagrangian as it is.
 struct NullVector {

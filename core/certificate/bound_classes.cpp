@@ -8,14 +8,13 @@
 #include "core/model/relaxation.hpp"
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
 namespace parameter = parameters::certificate;
 
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 void set_none(const CanonicalProblem& canonical, BoundClasses& classes) {
   classes.weak_min = classes.weak_max = 0;

@@ -9,14 +9,13 @@
 #include "core/certificate/parameters.hpp"
 #include "core/model/products.hpp"
 #include "core/point/step_length.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
 namespace parameter = parameters::certificate;
 
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Multipliers cannot be known better than this: rounding of the variables, relative to their
 /// sizes, over what it changes the gradient by that they balance, and what is left of that.

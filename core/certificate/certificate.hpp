@@ -88,7 +88,7 @@ inline constexpr Index kGenerousFactorizations = 100;
 
 /// Second-order test at a first-order point: the paper's Proposition "Second order sufficient
 /// conditions for constrained minmax", all regularization off. The claim, its hypotheses and what
-/// of them is proved, checked or trusted: core/algorithm.md, "Second-order test".
+/// of them is proved, checked or trusted: docs/algorithm.md, "Second-order test".
 ///
 /// point: f, c, first and second derivatives and the dual residual at the iterate. The KKT matrices
 /// are left at the certificate's values. factorizations: that may be spent on an undecided point,

@@ -7,14 +7,13 @@
 #include "core/certificate/parameters.hpp"
 #include "core/model/products.hpp"
 #include "core/model/relaxation.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
 namespace parameter = parameters::certificate;
 
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 class DependenceSearch {
  public:

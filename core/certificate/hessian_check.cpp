@@ -6,6 +6,7 @@
 #include "core/certificate/parameters.hpp"
 #include "core/method/curvature_escape.hpp"
 #include "core/model/norms.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -16,8 +17,6 @@ namespace {
 /// Of the solutions of inverse iteration only the size and the direction matter, and the factors
 /// have been tested.
 constexpr Accuracy kRough{.ratio = 1.0};
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Adds a direction of little curvature of one player to the one found, the other one answering.
 void add_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,

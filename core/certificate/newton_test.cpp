@@ -6,6 +6,7 @@
 
 #include "core/certificate/parameters.hpp"
 #include "core/model/products.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -13,7 +14,6 @@ namespace parameter = parameters::certificate;
 
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 double ratio(double a, double b) { return b > 0.0 ? a / b : 0.0; }
 
 /// Newton's method for  grad L = 0 (free variables),  c = 0 (rows that count), v = bound (fixed).

@@ -6,11 +6,10 @@
 #include <utility>
 
 #include "core/certificate/parameters.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 const char* name_of(Player player) { return player == Player::Min ? "Min" : "Max"; }
 

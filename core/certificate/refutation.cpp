@@ -9,6 +9,7 @@
 #include "core/certificate/direction.hpp"
 #include "core/certificate/parameters.hpp"
 #include "core/model/norms.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -17,8 +18,6 @@ namespace parameter = parameters::certificate;
 namespace {
 
 using Kind = CertificateReason::Kind;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// The necessary conditions, with the margin given to Max in K where K_yy is right without.
 InertiaTest helped_by_margin(TestContext& c, ActiveSetSystem& system,

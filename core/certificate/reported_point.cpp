@@ -6,11 +6,10 @@
 #include "core/certificate/parameters.hpp"
 #include "core/model/norms.hpp"
 #include "core/point/residual.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// An iterate on the way of the test's Newton steps, with multipliers of open bounds that are mu /
 /// s.

@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/certificate/copositive.hpp"
 #include "core/certificate/critical_cone.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 const NewtonResidual& generic_right_hand_side(ActiveSetSystem& system) {
   const CanonicalProblem& canonical = system.canonical();

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/certificate/parameters.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -12,8 +13,6 @@ namespace {
 namespace parameter = parameters::certificate;
 
 constexpr double kUnknown = 0.0;
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// 1 / norm; unknown for zero and for what would leave the range of numbers.
 double inverse(double norm) { return norm > 1e-150 && norm < 1e150 ? 1.0 / norm : kUnknown; }
 

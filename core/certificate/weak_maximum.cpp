@@ -6,11 +6,10 @@
 
 #include "core/certificate/direction.hpp"
 #include "core/certificate/parameters.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Max's free variables that no entry of W ties to themselves or each other.
 std::vector<bool> linear_variables(const CanonicalProblem& canonical,

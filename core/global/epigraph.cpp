@@ -1,18 +1,17 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/global/epigraph.hpp"
 #include "core/model/extended_structure.hpp"
 #include "core/model/model_start.hpp"
 #include "core/model/norms.hpp"
 #include "core/robust.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
 Epigraph::Epigraph(Problem& model, const std::vector<bool>& reads_y)
     : model_(model), structure_(model.structure()) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   n_ = add_variable(structure_, Player::Min, -kInfinity, kInfinity, {-1, "t"});
   m_ = add_constraint(structure_, Player::Min, -kInfinity, 0.0, {-1, "f - t"});
   entries_ = structure_.jacobian.size();

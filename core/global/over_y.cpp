@@ -12,6 +12,7 @@
 #include "core/search/one_start.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/search/restart.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -22,10 +23,6 @@ constexpr Index kStartsOfRows = 8;
 constexpr Index kMostStartsOfRows = 100;
 /// Most variables of a box whose corners are all looked at.
 constexpr std::size_t kMostOfCorners = 8;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// The maximizer's problem at fixed x: Min variables are fixed, Min constraints absent.
 class HeldMin final : public ForwardingProblem {
  public:

@@ -1,21 +1,16 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
 #include "core/global/robust_search.hpp"
 #include "core/model/norms.hpp"
 #include "core/multistart.hpp"
+#include "linalg/numbers.hpp"
 
 // The answer of a search for worst cases, in the shape of the model.
 namespace ipminmax {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Copies become what they copy in what the certificate is about; what the solved form has behind
 /// the asked model's n variables and m constraints is left out.

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <string>
 #include <utility>
 
@@ -11,14 +10,11 @@
 #include "core/model/structure_check.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
+#include "linalg/numbers.hpp"
 
 // Robust constraints that cannot be met: which, by how much, and by which y.
 namespace ipminmax {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// min t subject to the model's constraints, robust ones relaxed by t >= 0: g - t <= upper for every
 /// y, or g + t >= lower. t is the last variable. Constraints with two bounds stay as they are.

@@ -6,6 +6,7 @@
 #include "core/global/robust_search.hpp"
 #include "core/model/norms.hpp"
 #include "core/multistart.hpp"
+#include "linalg/numbers.hpp"
 
 // Scenarios: y that are held, added where they violate a robust constraint, until x stands up to
 // them all.
@@ -22,8 +23,6 @@ constexpr double kNearlyActive = 1e-2;
 constexpr double kActiveScenario = 1e-3;
 /// Distance, relative to max(1, |v|), up to which a maximum is that of a scenario.
 constexpr double kSameBranch = 0.05;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <random>
 #include <string>
@@ -13,6 +12,7 @@
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -28,10 +28,6 @@ constexpr double kVanishing = 1e-5;
 /// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a
 /// large one maxima at different bounds are one.
 constexpr double kMuNear = 1e-4;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Options of a solve that begins near its solution.
 SolverOptions near_solution(const SolverOptions& options) {

@@ -12,11 +12,10 @@
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/search/restart.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 bool has_free_min_variable(const ProblemStructure& s) {
   for (std::size_t i = 0; i < s.variable_players.size(); ++i) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -11,11 +10,10 @@
 #include "core/global/over_y.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 void check_point(const ProblemStructure& structure, std::span<const double> v) {
   if (v.size() != structure.variable_players.size()) {

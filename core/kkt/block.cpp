@@ -4,13 +4,9 @@
 
 #include "core/kkt/block.hpp"
 #include "core/point/residual.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 SymmetricSolverOptions solver_options(const SolverOptions& options) {
   return {.ordering = options.minmax_ordering,

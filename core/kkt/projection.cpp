@@ -1,14 +1,10 @@
 #include "core/kkt/system.hpp"
 #include "core/model/timer.hpp"
+#include "linalg/numbers.hpp"
 
 // Least-squares multipliers.
 
 namespace ipminmax {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 bool KktSystem::solve_projection(const NewtonResidual& rhs, Step& step) {
   for (;;) {

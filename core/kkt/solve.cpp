@@ -5,13 +5,12 @@
 #include "core/kkt/system.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/timer.hpp"
+#include "linalg/numbers.hpp"
 
 // Solutions with the factors of K and K_yy: elimination, refinement.
 
 namespace ipminmax {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Least fall of the residual that counts as progress, and the one that leaves nothing to gain.
 constexpr double kProgress = 0.9;

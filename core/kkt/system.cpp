@@ -2,11 +2,10 @@
 
 #include "core/kkt/system.hpp"
 #include "core/model/timer.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Operations of a factorization of K below which the bookkeeping of the Schur complement costs
 /// more than it saves (bench/schur).

@@ -1,20 +1,15 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/method/globalized_method.hpp"
 #include "core/method/parameters.hpp"
 #include "core/model/norms.hpp"
+#include "linalg/numbers.hpp"
 
 // The order of the steps; search, restoration and escape stand in files of their own.
 
 namespace ipminmax {
-namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-}  // namespace
 
 GlobalizedMethod::GlobalizedMethod(const MethodContext& context, Restorer restorer,
                                    const Point& first, GlobalizedArrays& arrays)

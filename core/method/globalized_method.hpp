@@ -19,7 +19,7 @@ struct GlobalizedArrays {
   Watchdog watchdog;
 };
 
-/// The globalized method, core/algorithm.md: the minimizer descends on phi(x), the local maximum
+/// The globalized method, docs/algorithm.md: the minimizer descends on phi(x), the local maximum
 /// over y, estimated by the barrier value plus the predicted gain of the inner Newton step.
 /// Without Max variables this is Ipopt's filter line search.
 class GlobalizedMethod final : public StepMethod {

@@ -5,7 +5,7 @@
 
 #include "core/result.hpp"
 
-/// The numbers of the method that are no options. Symbols are those of core/algorithm.md or of the
+/// The numbers of the method that are no options. Symbols are those of docs/algorithm.md or of the
 /// source named: [WB] Waechter and Biegler 2006, [Ipopt] the solver's options of that name, [G] the
 /// study of the globalized method on 28 small problems, [R] measurements on random multimodal
 /// problems and on problems without a local minmax (tests/problems), [H] the factorizations of

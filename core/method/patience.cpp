@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/method/parameters.hpp"
 #include "core/method/patience.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -15,7 +15,6 @@ Patience::Patience(Index variables)
                         parameter::kMostSetbacks)) {}
 
 void Patience::barrier_changed() {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   best_ = {kInfinity, kInfinity};
   stale_steps_ = 0;
 }

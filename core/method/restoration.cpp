@@ -7,15 +7,12 @@
 #include "core/method/parameters.hpp"
 #include "core/method/restoration.hpp"
 #include "core/model/norms.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
 
 namespace parameter = parameters::restoration;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// The restoration problem as a model of its own: variables (v, p, n), all owned by Min.
 class RestorationProblem final : public Problem {
  public:

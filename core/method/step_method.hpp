@@ -19,7 +19,7 @@
 
 namespace ipminmax {
 
-/// What led to a point. The values are the letters of the log, core/algorithm.md.
+/// What led to a point. The values are the letters of the log, docs/algorithm.md.
 enum class StepKind : char {
   None = ' ',
   Newton = 'n',

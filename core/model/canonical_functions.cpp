@@ -8,16 +8,14 @@
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/model/timer.hpp"
+#include "linalg/numbers.hpp"
 
 // The functions, asked of the model, in canonical form.
 
 namespace ipminmax {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kLargest = std::numeric_limits<double>::max();
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 

@@ -10,13 +10,10 @@
 #include "core/model/relaxation.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/model/timer.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// kappa_d leaves kappa_d mu in the dual residual. Where mu ends at mu_target > 0, that is an error
 /// of the answer: a tenth of tol at most.

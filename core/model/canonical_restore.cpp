@@ -8,15 +8,11 @@
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/model/timer.hpp"
+#include "linalg/numbers.hpp"
 
 // From the canonical problem back to the model's units.
 
 namespace ipminmax {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 void CanonicalProblem::restore(const Iterate& iterate, Result& result) {
   const ProblemStructure& s = structure_;

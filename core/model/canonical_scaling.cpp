@@ -8,15 +8,11 @@
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/model/timer.hpp"
+#include "linalg/numbers.hpp"
 
 // Scaling factors of objective, constraints and variables.
 
 namespace ipminmax {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 std::string CanonicalProblem::user_scaling() {
   UserScaling scaling;

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 #include <string>
 
@@ -8,15 +7,12 @@
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/model/timer.hpp"
+#include "linalg/numbers.hpp"
 
 // The starting point.
 
 namespace ipminmax {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// First entry that is NaN or infinite, -1 when there is none.
 Index first_not_finite(std::span<const double> values) {

@@ -10,6 +10,7 @@
 #include "core/model/first_derivatives.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -17,8 +18,6 @@ namespace {
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// Rounding errors of a function's value, in units of kEpsilon times its size.
 constexpr double kRounding = 8.0;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Sparse rows of a matrix whose triplets may repeat.
 using SparseRows = std::vector<std::map<Index, double>>;

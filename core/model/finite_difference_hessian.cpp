@@ -7,13 +7,12 @@
 #include "core/model/finite_difference_hessian.hpp"
 #include "core/model/hessian_detection.hpp"
 #include "core/model/norms.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 /// Part of the room to a bound that one of up to four steps takes.
 constexpr double kRoomUsed = 0.2;
 /// Room on both sides, in steps, from which a coin chooses the side.
@@ -27,8 +26,6 @@ constexpr std::array kScales{1.0, 1.0, 0.1, 0.1, 1e-2, 1e-2};
 /// Second derivatives disagree with a slope of first ones beyond so many times the errors that are
 /// seen, this share of their own size, and so many roundings.
 constexpr double kErrors = 10.0, kShare = 1e-7, kRoundings = 20.0;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Whether sizes and indices allow to look further.
 bool is_well_formed(const ProblemStructure& s) {

@@ -2,11 +2,10 @@
 #include <numeric>
 
 #include "core/model/hessian_coloring.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 using Neighbours = std::vector<std::vector<Index>>;
 

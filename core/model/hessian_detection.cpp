@@ -3,11 +3,10 @@
 #include <utility>
 
 #include "core/model/hessian_detection.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Constraints nonlinear in at most this many variables contribute all their pairs.
 constexpr std::size_t kNarrow = 16;

@@ -8,6 +8,8 @@
 #include <map>
 #include <utility>
 
+#include "linalg/numbers.hpp"
+
 namespace ipminmax {
 namespace {
 
@@ -24,7 +26,6 @@ constexpr std::size_t kMostReaders = 100;
 /// Bounds from here on are none, as nlp_upper_bound_inf has it by default.
 constexpr double kNoBound = 1e19;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 std::size_t player(Player p) { return p == Player::Max ? 1 : 0; }
 
 struct Shares {

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -9,13 +8,10 @@
 #include "core/model/extended_structure.hpp"
 #include "core/model/model_start.hpp"
 #include "core/model/robust_copies.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// What the model calls the original, with the number of the copy.
 Label label_of_copy(const std::vector<std::string>& names, const std::vector<Index>& numbers,

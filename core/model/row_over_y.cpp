@@ -1,17 +1,11 @@
 #include "core/model/row_over_y.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
+#include "linalg/numbers.hpp"
+
 namespace ipminmax {
-namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 RowOverY::RowOverY(Problem& model, Index constraint, double side, std::vector<double> v)
     : ForwardingProblem(model),

@@ -5,11 +5,10 @@
 #include <vector>
 
 #include "core/model/structure_check.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 std::string named(std::string_view kind, const std::vector<std::string>& names,
                   const std::vector<Index>& numbers, Index i) {

@@ -5,11 +5,10 @@
 #include <utility>
 
 #include "core/model/variable_map.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 bool has_equal_bounds(const ProblemStructure& s, Index i) {
   return s.variable_lower[at(i)] == s.variable_upper[at(i)];

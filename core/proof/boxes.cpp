@@ -10,10 +10,11 @@
 
 #include <Eigen/Dense>
 
+#include "linalg/numbers.hpp"
+
 namespace ipminmax {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Within which, relative to max(1, |bound|), a constraint or bound may have a multiplier.
 constexpr double kActive = 1e-6;
 /// A side that is this much longer, over the domain's, than that which promises most is cut first.

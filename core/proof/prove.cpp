@@ -12,15 +12,13 @@
 #include "core/model/structure_check.hpp"
 #include "core/proof.hpp"
 #include "core/proof/boxes.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Boxes between two words to the observer.
 constexpr Index kBoxesOfAWord = 1000;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 void refuse(bool wrong, const std::string& what) {
   if (wrong) throw std::invalid_argument("a proof over y: " + what);

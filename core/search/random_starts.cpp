@@ -2,7 +2,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <random>
 #include <utility>
 
@@ -10,14 +9,9 @@
 #include "core/model/norms.hpp"
 #include "core/model/sampling.hpp"
 #include "core/search/random_starts.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
-
-namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-}  // namespace
 
 std::vector<double> starting_values(Problem& model) {
   auto v = model_start(model);

@@ -1,7 +1,8 @@
 #include "core/sensitivity/active_set.hpp"
 
 #include <algorithm>
-#include <limits>
+
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -29,7 +30,6 @@ Finding judge(const Side& side, double scale) {
 }  // namespace
 
 Bounds bounds_of(const ProblemStructure& structure, const SolverOptions& options) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Bounds bounds{structure.variable_lower, structure.variable_upper, structure.constraint_lower,
                 structure.constraint_upper};
   for (auto* lower : {&bounds.variable_lower, &bounds.constraint_lower}) {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <utility>
 
+#include "linalg/numbers.hpp"
+
 namespace ipminmax {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 double max_norm(std::span<const double> values) {
   double norm = 0.0;

@@ -13,6 +13,7 @@
 #include "core/model/robust_copies.hpp"
 #include "core/sensitivity/active_set.hpp"
 #include "core/sensitivity/active_system.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -75,7 +76,6 @@ class UnfixedProblem final : public ForwardingProblem {
  public:
   explicit UnfixedProblem(Problem& model)
       : ForwardingProblem(model), structure_(model.structure()) {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < structure_.variable_lower.size(); ++i) {
       if (structure_.variable_lower[i] < structure_.variable_upper[i]) continue;
       structure_.variable_lower[i] = -kInfinity;
