@@ -122,14 +122,17 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
     const bool dependent =
         f.inertia.zero > 0 || (raises >= kRaisesBeforeMultiplierShift &&
                                f.inertia.negative < kkt_.layout().expected().negative);
-    if (dependent && shift.lambda_x < multiplier_shift(mu) && kkt_.layout().lambda_x.size() > 0) {
-      if (shift.lambda_x == 0.0) {
-        shift.lambda_x = outer_multiplier_shift(mu);
-        dependent_x_ += f.inertia.zero > 0 ? 1 : 0;
-      } else {  // the share is too small for the accuracy of the Jacobian
-        shift.lambda_x = multiplier_shift(mu);
-        stuck_.small_share = false;
-      }
+    if (dependent && shift.lambda_x == 0.0 && multiplier_shift(mu) > 0.0 &&
+        kkt_.layout().lambda_x.size() > 0) {
+      shift.lambda_x = outer_multiplier_shift(mu);
+      dependent_x_ += f.inertia.zero > 0 ? 1 : 0;
+      continue;
+    }
+    if (raises >= kRaisesBeforeMultiplierShift && shift.lambda_x > 0.0 &&
+        shift.lambda_x < multiplier_shift(mu)) {
+      shift.lambda_x = multiplier_shift(mu);  // the share is too small for these rows
+      stuck_.small_share = false;
+      shift.x = 0.0;
       continue;
     }
     shift.x = shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, last_.x);

@@ -56,7 +56,9 @@ class Filter {
   struct Entry {
     double theta, phi;
   };
-  /// Whether the step is one on phi.
+  /// Whether phi falls so fast along the step that theta need not.
+  [[nodiscard]] static bool switches(const Merit& from, double slope, double alpha);
+  /// Whether the step is one on phi alone.
   [[nodiscard]] bool is_armijo(const Merit& from, double slope, double alpha) const;
   /// By which phi may rise.
   [[nodiscard]] double most_increase(const Merit& from) const;

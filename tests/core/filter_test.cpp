@@ -116,6 +116,14 @@ TEST(FilterTest, AboveThetaMinEitherDecreaseSuffices) {
   EXPECT_EQ(filter.test(from, slope, 1.0, {2.0, 2.0}), Verdict::Reject);
 }
 
+TEST(FilterTest, StepsThatPhiFallsByEnterNoPairsWhateverThetaMin) {
+  const Filter filter;
+  const Merit from{2e-4, 1.0};  // above theta_min
+  EXPECT_EQ(filter.test(from, -10.0, 1.0, {3e3, -5.0}), Verdict::Armijo);
+  EXPECT_EQ(filter.test(from, -10.0, 1.0, {1e-4, 1.5}), Verdict::Sufficient) << "phi rises";
+  EXPECT_EQ(filter.test(from, -1e-4, 1.0, {1e-4, 0.5}), Verdict::Sufficient) << "slow";
+}
+
 TEST(FilterTest, ThetaMinGrowsWithTheFirstViolation) {
   Filter filter;
   const Merit from{1e-3, 1.0};
