@@ -40,7 +40,7 @@ std::optional<double> Filter::demanded(const Merit& from, double slope, double a
 }
 
 double Filter::most_increase(const Merit& from) const {
-  if (!limits_increase_) return std::numeric_limits<double>::infinity();
+  if (!minimizes_) return std::numeric_limits<double>::infinity();
   return parameter::kMostIncrease * std::max(10.0, std::abs(from.phi));
 }
 
@@ -50,10 +50,10 @@ Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, cons
   const auto change = demanded(from, slope, alpha, to.theta);
   if (change && !at_most(to.phi - from.phi, *change, from.phi)) return Verdict::Reject;
   if (!acceptable(to)) return Verdict::Dominated;
-  // Whatever theta_min, [WB, eq. (22)] leaves the filter alone where (19) and (20) hold.
-  const bool falls = switches(from, slope, alpha) &&
+  // [WB, eq. (22)]: whatever theta_min, the filter is left alone where (19) and (20) hold.
+  const bool falls = minimizes_ && switches(from, slope, alpha) &&
                      at_most(to.phi - from.phi, parameter::kEtaPhi * alpha * slope, from.phi);
-  return falls ? Verdict::Armijo : Verdict::Sufficient;
+  return falls || is_armijo(from, slope, alpha) ? Verdict::Armijo : Verdict::Sufficient;
 }
 
 double Filter::largest_acceptable(const Merit& from, double slope, double alpha,

@@ -98,6 +98,7 @@ TEST(QuasiNewton, FollowsACurvedValley) {
     WithoutHessian problem(model);
     SolverOptions options = limited_memory();
     options.max_iter = 2000;
+    options.acceptable_iter = 0;
     const Result result = solve(problem, options);
     EXPECT_EQ(result.status, Status::Solved) << n << ' ' << result.message;
     EXPECT_LT(result.error.total, 1e-8);
