@@ -37,13 +37,16 @@ struct PrimalDualPoint {
 };
 
 /// The C model as an Ipopt model.
-class CallbackTNLP : public MinMaxTNLP, public OptionalPlayers {
+class CallbackTNLP : public MinMaxTNLP, public OptionalPlayers, public ModelOverBoxes {
  public:
   explicit CallbackTNLP(CallbackDefinition definition) : d_(std::move(definition)) {}
 
   [[nodiscard]] const CallbackDefinition& definition() const { return d_; }
   [[nodiscard]] CallbackDefinition& definition() { return d_; }
 
+  [[nodiscard]] const BoxFunctions* over_boxes() override { return boxes; }
+
+  const BoxFunctions* boxes = nullptr;  ///< the functions over boxes, where they are known
   IpminmaxIntermediate_CB intermediate = nullptr;
   bool needs_hessian = true;  ///< whether an eval_h must know its structure
   double objective_scaling = 1.0;

@@ -89,6 +89,11 @@ SplitTNLP::SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
   if (Ipopt::IsNull(model_)) throw std::invalid_argument("SplitTNLP: the model is null");
 }
 
+const BoxFunctions* SplitTNLP::over_boxes() {
+  auto* model = dynamic_cast<ModelOverBoxes*>(Ipopt::GetRawPtr(model_));
+  return model != nullptr ? model->over_boxes() : nullptr;
+}
+
 bool SplitTNLP::get_variable_players(Ipopt::Index n, Player* players) {
   give({"max_variables", "variable", max_variables_, Player::Max}, n, first_place_, players);
   return true;

@@ -62,9 +62,17 @@ class MinMaxTNLP : public ObservableTNLP {
   virtual bool get_constraint_players(Ipopt::Index m, Player* players);
 };
 
+/// What an Ipopt model derives from, too, whose functions are known over boxes of its variables:
+/// for minmax_worst_case_proof.
+class ModelOverBoxes {
+ public:
+  virtual ~ModelOverBoxes() = default;
+  [[nodiscard]] virtual const BoxFunctions* over_boxes() = 0;
+};
+
 /// Any unmodified Ipopt model, split from outside. Every call is passed on to the model. An index
 /// that is out of range or given twice stops the solve with Invalid_Problem_Definition.
-class SplitTNLP : public MinMaxTNLP {
+class SplitTNLP : public MinMaxTNLP, public ModelOverBoxes {
  public:
   /// max_variables: 0-based indices of the variables that the maximizer chooses.
   /// max_constraints: 0-based constraints given to Max besides the implied ones.
@@ -81,6 +89,7 @@ class SplitTNLP : public MinMaxTNLP {
   /// The model that is split.
   [[nodiscard]] Ipopt::SmartPtr<Ipopt::TNLP> model() const { return model_; }
 
+  [[nodiscard]] const BoxFunctions* over_boxes() override;  // the model's
   bool get_variable_players(Ipopt::Index n, Player* players) override;
   bool get_constraint_players(Ipopt::Index m, Player* players) override;
 

@@ -33,10 +33,11 @@ struct IpoptAnswer {
 
 /// A Problem as Ipopt's model, which minimizes over the variables of both players; what
 /// TnlpProblem does the other way round. Keeps Ipopt's answer.
-class ProblemTnlp : public Ipopt::TNLP {
+class ProblemTnlp : public Ipopt::TNLP, public ModelOverBoxes {
  public:
   /// The problem has to outlive the model, and its structure has to be valid (see solve).
   explicit ProblemTnlp(Problem& problem) : problem_(problem) {}
+  [[nodiscard]] const BoxFunctions* over_boxes() override { return problem_.over_boxes(); }
 
   /// Filled by finalize_solution, except status, iterations, seconds and factorizations.
   [[nodiscard]] const IpoptAnswer& answer() const { return answer_; }

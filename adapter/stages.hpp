@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "../core/autodiff.hpp"
+#include "../core/interval.hpp"
 #include "../core/options.hpp"
 #include "../core/problem.hpp"
 #include "../core/robust.hpp"
@@ -125,7 +126,7 @@ struct StageAnswer {
 /// Variables: s_0, u_0, w_0, s_1, ..., s_T, parameters, gains, memory, duration. Constraints: stage
 /// by stage the dynamics and the limits; the terminal limits.
 template <class Model>
-class StageGame final : public Problem {
+class StageGame : public Problem {
  public:
   static constexpr std::size_t nx = Model::states, nu = Model::controls, nw = Model::disturbances;
   static constexpr std::size_t np = [] {
@@ -246,7 +247,7 @@ class StageGame final : public Problem {
     for (std::size_t k = 0; k <= h_.stages; ++k) {
       answer.states.push_back(cut(k * kBlock, nx));
       if (k == h_.stages) break;
-      gather(v, k, std::span(local));
+      gather<double>(v, k, local);
       const auto u = applied_control<double>(local);
       answer.controls.emplace_back(u.begin(), u.end());
       answer.disturbances.push_back(cut(k * kBlock + nx + nu, nw));
@@ -352,7 +353,7 @@ class StageGame final : public Problem {
     return all_finite(to);
   }
 
- private:
+ protected:
   /// Whether the model's functions take a StagePoint.
   static constexpr bool kTakesPoints =
       !requires(const Model& m, std::span<const Plain> in, std::span<Plain> out) {
@@ -549,12 +550,13 @@ class StageGame final : public Problem {
     return k >= h_.memory || (global(k, static_cast<std::size_t>(entry.row)) >= 0 &&
                               global(k, static_cast<std::size_t>(entry.col)) >= 0);
   }
-  void gather(std::span<const double> v, std::size_t k, std::span<double> local) const {
+  template <class T>
+  void gather(std::span<const T> v, std::size_t k, std::span<T> local) const {
     const auto own = v.subspan(k * kBlock, kBlock + nx), shared = v.subspan(tail(), shared_);
     std::ranges::copy(shared, std::ranges::copy(own, local.begin()).out);
     for (std::size_t i = kBlock + nx + shared_; i < locals_; ++i) {
       const Index at = global(k, i);
-      local[i] = at < 0 ? 0.0 : v[static_cast<std::size_t>(at)];
+      local[i] = at < 0 ? T(0.0) : v[static_cast<std::size_t>(at)];
     }
   }
 
@@ -721,6 +723,30 @@ class StageGame final : public Problem {
     }
   }
 
+  /// States s_1, ..., s_T of v set to those that follow by an explicit rule; the constraints are set
+  /// to their values, the objective is returned.
+  template <class T>
+  [[nodiscard]] T roll_out(std::span<T> v, std::span<T> rows) const {
+    std::vector<T> local(locals_);
+    std::array<T, kRows + 1> out{};
+    T total = 0.0;
+    for (std::size_t k = 0; k < h_.stages; ++k) {
+      gather<T>(v, k, local);
+      const auto next = std::span(local).subspan(kBlock, nx);
+      std::ranges::fill(next, T(0.0));
+      run_stage<T>(k, local, out);
+      for (std::size_t i = 0; i < nx; ++i) next[i] = v[(k + 1) * kBlock + i] = -out[i];
+      run_stage<T>(k, local, out);
+      std::ranges::fill(std::span(out).first(nx), T(0.0));
+      std::copy_n(out.begin(), kRows, rows.begin() + static_cast<std::ptrdiff_t>(k * kRows));
+      total += out[kRows];
+    }
+    std::array<T, nt + 1> last{};
+    run_end<T>(v.subspan(h_.stages * kBlock), last);
+    std::copy_n(last.begin(), nt, rows.begin() + static_cast<std::ptrdiff_t>(h_.stages * kRows));
+    return total + last[nt];
+  }
+
   /// Derivatives of several stages at a time. False: they have to be taken one by one, as stages
   /// differ (functions of the stage's number, the first ones with memory, branches) or are few.
   [[nodiscard]] bool record_wide(std::span<const double> v, std::size_t k) {
@@ -728,7 +754,7 @@ class StageGame final : public Problem {
     local_.resize(locals_);
     wide_local_.resize(locals_);
     for (std::size_t l = 0; l < kLanes; ++l) {
-      gather(v, k + l, local_);
+      gather<double>(v, k + l, local_);
       for (std::size_t i = 0; i < locals_; ++i) wide_local_[i][l] = local_[i];
     }
     using Wide = autodiff::TapedLanes<kLanes>;
@@ -741,7 +767,7 @@ class StageGame final : public Problem {
   }
   void record_stage(std::span<const double> v, std::size_t k) {
     local_.resize(locals_);
-    gather(v, k, local_);
+    gather<double>(v, k, local_);
     stage_tape_->record(local_, [&](std::span<const Taped> in, std::span<Taped> out) {
       run_stage<Taped>(k, in, out);
     });
@@ -760,7 +786,7 @@ class StageGame final : public Problem {
     std::array<Plain, kRows + 1> out{};
     objective_ = 0.0;
     for (std::size_t k = 0; k < h_.stages; ++k) {
-      gather(v, k, local_);
+      gather<double>(v, k, local_);
       plain_.assign(local_.begin(), local_.end());
       run_stage<Plain>(k, plain_, out);
       for (std::size_t j = 0; j < kRows; ++j) rows_[k * kRows + j] = out[j].value();
@@ -847,6 +873,50 @@ class StageGame final : public Problem {
   std::vector<double> local_, weights_, stage_values_;
   std::vector<autodiff::Lanes<kLanes>> wide_local_, wide_weights_, wide_values_;
   std::vector<Plain> plain_;
+};
+
+/// A game whose worst cases can be proved (docs/proof.md): its Model's functions take intervals, too,
+/// and its rule is explicit (Discrete, Euler, RungeKutta4), so that states follow from s_0 and the
+/// disturbances.
+template <class Model>
+class ProvableStageGame final : public StageGame<Model>, public BoxFunctions {
+ public:
+  using Game = StageGame<Model>;
+  /// std::invalid_argument as for StageGame, and for an implicit rule.
+  ProvableStageGame(Model model, Horizon horizon) : Game(std::move(model), std::move(horizon)) {
+    const Discretization rule = this->horizon().discretization;
+    if (rule == Discretization::ImplicitMidpoint || rule == Discretization::HermiteSimpson) {
+      throw std::invalid_argument("a provable game of stages needs an explicit discretization");
+    }
+  }
+
+  [[nodiscard]] const BoxFunctions* over_boxes() const override { return this; }
+  [[nodiscard]] IntervalJet objective_over(std::span<const IntervalJet> v) const override {
+    std::vector<IntervalJet> own(v.begin(), v.end()), g(rows());
+    return this->template roll_out<IntervalJet>(own, g);
+  }
+  void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
+    std::vector<IntervalJet> own(v.begin(), v.end());
+    static_cast<void>(this->template roll_out<IntervalJet>(own, g));
+  }
+  [[nodiscard]] Determined determined() const override {
+    Determined found;
+    for (std::size_t k = 0; k < this->horizon().stages; ++k) {
+      for (std::size_t i = 0; i < Game::nx; ++i) {
+        found.variables.push_back(this->state(k + 1, i));
+        found.constraints.push_back(static_cast<Index>(k * Game::kRows + i));
+      }
+    }
+    return found;
+  }
+  void determine(std::span<double> v) const override {
+    std::vector<Plain> own(v.begin(), v.end()), g(rows());
+    static_cast<void>(this->template roll_out<Plain>(own, g));
+    std::ranges::transform(own, v.begin(), [](const Plain& value) { return value.value(); });
+  }
+
+ private:
+  [[nodiscard]] std::size_t rows() const { return this->structure().constraint_players.size(); }
 };
 
 }  // namespace ipminmax

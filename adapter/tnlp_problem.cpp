@@ -346,6 +346,11 @@ bool TnlpProblem::hessian(std::span<const double> v, bool new_v, double sigma,
                         hessian_entries_, nullptr, nullptr, address(values));
 }
 
+const BoxFunctions* TnlpProblem::over_boxes() const {
+  auto* model = dynamic_cast<ModelOverBoxes*>(Ipopt::GetRawPtr(model_));
+  return model != nullptr ? model->over_boxes() : nullptr;
+}
+
 bool TnlpProblem::report(const IterationInfo& info) {
   return model_->intermediate_callback(
       info.restoration ? Ipopt::RestorationPhaseMode : Ipopt::RegularMode, info.iteration,

@@ -64,6 +64,7 @@ class TnlpProblem : public Problem {
   [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
                              std::span<const double> lambda, bool new_lambda,
                              std::span<double> values) override;
+  [[nodiscard]] const BoxFunctions* over_boxes() const override;
 
  private:
   struct Metadata {

@@ -4,10 +4,13 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 /// @file
 /// Numbers that enclose: formulas written once for any number type (autodiff_problem.hpp) are
@@ -398,6 +401,26 @@ class IntervalJet {
   std::size_t directions_ = 0;
   std::array<Interval, kMostDirections> gradient_{};
   std::array<Interval, kMostDirections*(kMostDirections + 1) / 2> hessian_{};
+};
+
+/// A model's functions over boxes of its variables, for proofs. Both throw std::domain_error where
+/// the formulas cannot be enclosed: UndecidedComparison where they branch within the box.
+class BoxFunctions {
+ public:
+  virtual ~BoxFunctions() = default;
+  /// f. v: n
+  [[nodiscard]] virtual IntervalJet objective_over(std::span<const IntervalJet> v) const = 0;
+  /// v: n, g: m
+  virtual void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const = 0;
+
+  /// Variables of Max's that the functions compute from the others, and the constraints that they
+  /// meet by that: states that follow from disturbances. The functions do not read these.
+  struct Determined {
+    std::vector<std::int32_t> variables{}, constraints{};
+  };
+  [[nodiscard]] virtual Determined determined() const { return {}; }
+  /// Sets them. v: n
+  virtual void determine(std::span<double> /*v*/) const {}
 };
 
 }  // namespace ipminmax

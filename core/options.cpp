@@ -384,6 +384,12 @@ Rows multistart_options() {
        "to "
        "100 where they end at different maxima and one more could violate it.",
        at_least(&O::minmax_worst_case_starts, -1)},
+      {"minmax_worst_case_proof", category,
+       "Whether it is proved, by branch and bound over y with bounds rounded outward, how large f "
+       "and each robust constraint can become at the answer's x: a worse y that the proof finds is "
+       "another worst case, and an answer without a complete proof is no success. For models whose "
+       "formulas are known, with at most 8 free Max variables, all with two bounds.",
+       flag(&O::minmax_worst_case_proof)},
       {"minmax_concave_in_y", category,
        "Whether f is concave in y and Y(x) convex, as the model knows: a maximum over y is then "
        "the worst case over all of y, and one maximization is enough of a check.",

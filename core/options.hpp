@@ -159,6 +159,7 @@ struct SolverOptions {
   double minmax_start_radius = 10.0;
   double minmax_distinct_tol = 1e-4;
   int minmax_worst_case_starts = -1;
+  bool minmax_worst_case_proof = false;
   bool minmax_concave_in_y = false;
 
   // Robust constraints, see robust.hpp

@@ -62,6 +62,8 @@ struct UserScaling {
   std::vector<double> constraints;  ///< m, or empty: none
 };
 
+class BoxFunctions;
+
 /// A model: min over x, max over y of f(v) subject to bounds on v and g(v).
 ///
 /// Evaluations return false when the function is undefined at v; the solver then shortens its step.
@@ -98,6 +100,8 @@ class Problem {
                                             std::span<double> /*row_errors*/) {
     return false;
   }
+  /// The functions over boxes (proof.hpp), with the model's own numbers; null: there are none.
+  [[nodiscard]] virtual const BoxFunctions* over_boxes() const { return nullptr; }
 };
 
 }  // namespace ipminmax

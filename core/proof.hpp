@@ -1,11 +1,6 @@
 #pragma once
 
-#include <limits>
-#include <optional>
 #include <span>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "autodiff_problem.hpp"
 #include "interval.hpp"
@@ -16,22 +11,12 @@
 
 namespace IPMINMAX_API ipminmax {
 
-/// A model's functions over boxes of its variables, for proofs. A problem that has them derives
-/// from this, too. Both throw UndecidedComparison where the formulas branch within the box.
-class BoxFunctions {
- public:
-  virtual ~BoxFunctions() = default;
-  /// f. v: n
-  [[nodiscard]] virtual IntervalJet objective_over(std::span<const IntervalJet> v) const = 0;
-  /// v: n, g: m
-  virtual void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const = 0;
-};
-
 /// The model of AutodiffProblem, with its formulas over boxes.
 template <class Functions>
 class ProvableProblem final : public AutodiffProblem<Functions>, public BoxFunctions {
  public:
   using AutodiffProblem<Functions>::AutodiffProblem;
+  [[nodiscard]] const BoxFunctions* over_boxes() const override { return this; }
   [[nodiscard]] IntervalJet objective_over(std::span<const IntervalJet> v) const override {
     return this->functions().template objective<IntervalJet>(v);
   }
@@ -54,21 +39,6 @@ struct ProofRequest {
   Index most_boxes = 1'000'000;  ///< looked at
 };
 
-/// The largest value over all y in Y(x) of f or a constraint, at one x, enclosed: no y gives more
-/// than `proved`, and one that gives `seen` is known. For the least value both are turned round.
-struct WorstCaseProof {
-  double seen = std::numeric_limits<double>::quiet_NaN();    ///< NaN: no point of Y(x) was found
-  double proved = std::numeric_limits<double>::quiet_NaN();  ///< infinite: no bound was found
-  bool complete = false;  ///< the gap is within the tolerance, or Y(x) is proved to be empty
-  bool empty = false;     ///< Y(x) is proved to be empty
-  std::vector<double> v;  ///< n: x and the y that was seen; empty: none
-  Index boxes = 0;        ///< looked at
-  Index left = 0;         ///< not decided
-  double seconds = 0.0;
-  std::optional<Status> interrupted;
-  std::string message;  ///< one sentence
-};
-
 /// Proves how large f or a robust constraint can become over all of y at the x of v: branch and bound
 /// over Max's free variables, at most IntervalJet::kMostDirections, all with two bounds. Boxes are
 /// bounded by interval arithmetic with outward rounding (interval.hpp): the formulas themselves,
@@ -80,9 +50,13 @@ struct WorstCaseProof {
 /// What is proved is the claim about the formulas; what is trusted is the model's code, the compiler
 /// and the C library's accuracy.
 ///
-/// The problem has to be a BoxFunctions, too (ProvableProblem), else std::invalid_argument, as for v
-/// (n finite values) and request. Limits of time and the observer, who hears of the maximizations
+/// std::invalid_argument: the problem has no functions over boxes, v is not n finite values, or the
+/// request is wrong. Variables that cannot be cut leave the proof incomplete, unless the formulas
+/// over all of y at once are tight. Limits of time and the observer, who hears of the maximizations
 /// and of every thousandth box, end the proof with what is proved so far.
+///
+/// Option minmax_worst_case_proof does the same for f and every robust constraint at the answer of
+/// a solve (Result::over_y.proofs).
 [[nodiscard]] WorstCaseProof prove_worst_case(Problem& problem, std::span<const double> v,
                                               const SolverOptions& options,
                                               const ProofRequest& request = {},

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -240,13 +241,30 @@ struct RobustWorstCase {
   bool active = false;      ///< its multiplier exceeds its distance to the bound: x rests on it
 };
 
+/// The largest value over all y in Y(x) of f or a constraint, at one x, enclosed: no y gives more
+/// than `proved`, and one that gives `seen` is known. For the least value both are turned round.
+struct WorstCaseProof {
+  Index constraint = -1;  ///< of Min's that reads Max variables; -1: the objective
+  bool least = false;     ///< of the least value, which counts where there is a lower bound
+  double seen = std::numeric_limits<double>::quiet_NaN();    ///< NaN: no point of Y(x) was found
+  double proved = std::numeric_limits<double>::quiet_NaN();  ///< infinite: no bound was found
+  bool complete = false;  ///< the gap is within the tolerance, or Y(x) is proved to be empty
+  bool empty = false;     ///< Y(x) is proved to be empty
+  std::vector<double> v;  ///< n: x and the y that was seen; empty: none
+  Index boxes = 0;        ///< looked at
+  Index left = 0;         ///< not decided
+  double seconds = 0.0;
+  std::optional<Status> interrupted;
+  std::string message;  ///< one sentence
+};
+
 /// What was looked at over all of y, beyond the y that the certificate is about. A function is f,
 /// or a bounded side of a robust constraint.
 struct SearchOverY {
   Index asked = 0;            ///< starts of y for each function; 0: other y were not looked at
   Index functions = 0;        ///< maximized at the returned x
   Index maximizations = 0;    ///< made, at all x
-  bool finished = true;       ///< false: cut short, or a function could not be maximized
+  bool finished = true;       ///< false: cut short, or a function not maximized or proved as asked
   bool better_known = false;  ///< a y at which f is clearly higher or a robust constraint violated
   /// Of robust constraints at the returned x, over all y looked at; NaN: none was.
   double largest_violation = std::numeric_limits<double>::quiet_NaN();
@@ -254,6 +272,8 @@ struct SearchOverY {
   /// certificate, x minimizes the largest of so many local worst cases. 0: f is that of one y.
   Index branches = 0;
   Index solves = 0;  ///< with other worst cases each
+  /// Of each function at the returned x, with minmax_worst_case_proof.
+  std::vector<WorstCaseProof> proofs{};
 };
 
 /// What was looked at over x.

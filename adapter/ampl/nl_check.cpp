@@ -18,6 +18,8 @@
 #include <utility>
 #include <vector>
 
+#include "nl_formulas.hpp"
+
 namespace ipminmax {
 namespace {
 
@@ -179,7 +181,9 @@ Form form_of(int operation) {
 
 class Checker {
  public:
-  Checker(const std::string& text, const std::string& name) : cursor_(text, name), name_(name) {}
+  /// record: given the formulas, or null.
+  Checker(const std::string& text, const std::string& name, NlFormulas* record)
+      : cursor_(text, name), name_(name), record_(record) {}
   [[nodiscard]] NlFacts check() {
     header();
     while (const auto key = cursor_.key()) {
@@ -209,7 +213,7 @@ class Checker {
   void column_counts(bool cumulative);
   void jacobian_row();
   void gradient();
-  void expression();
+  void expression(NlFormulas::Formula* formula);
   void operand(Operand kind, std::vector<Operand>& pending);
   void operation(std::vector<Operand>& pending);
   void pieces(std::vector<Operand>& pending);
@@ -246,8 +250,21 @@ class Checker {
   }
   static Marks marks(int size) { return Marks(static_cast<std::size_t>(size), 0); }
 
+  using Node = NlFormulas::Node;
+  void record(int operation, int operands, double number = 0.0) {
+    if (record_ != nullptr) record_->nodes.push_back({operation, operands, number});
+  }
+  void record_linear(NlFormulas::Formula* formula, int variable, double factor) {
+    if (formula != nullptr && factor != 0.0) formula->linear.emplace_back(variable, factor);
+  }
+  [[nodiscard]] NlFormulas::Formula* recorded(std::vector<NlFormulas::Formula> NlFormulas::*which,
+                                              int i) {
+    return record_ != nullptr ? &(record_->*which)[static_cast<std::size_t>(i)] : nullptr;
+  }
+
   Cursor cursor_;
   const std::string& name_;
+  NlFormulas* record_;
   NlFacts facts_;
   int n_ = 0, m_ = 0, objectives_ = 0, defined_ = 0, functions_ = 0;
   int jacobian_entries_ = 0, gradient_entries_ = 0;  ///< the header's
@@ -317,6 +334,10 @@ void Checker::header() {
   defined_seen_ = marks(defined_);
   function_seen_ = marks(functions_);
   place_seen_ = marks(jacobian_entries_);
+  if (record_ != nullptr) {
+    record_->constraints.resize(static_cast<std::size_t>(m_));
+    record_->objectives.resize(static_cast<std::size_t>(objectives_));
+  }
   column_.assign(static_cast<std::size_t>(n_), 0);
   column_read_ = column_;
   listed_in_ = column_;
@@ -324,10 +345,11 @@ void Checker::header() {
 
 void Checker::segment(char key) {
   const auto formula = [&](Marks& seen, int size, const char* what) {
-    mark(seen, index(size, what), what);
+    const int i = index(size, what);
+    mark(seen, i, what);
     if (key == 'O') static_cast<void>(cursor_.integer());
     cursor_.end_line();
-    expression();
+    expression(recorded(key == 'O' ? &NlFormulas::objectives : &NlFormulas::constraints, i));
   };
   switch (key) {
     case 'C':
@@ -369,12 +391,14 @@ void Checker::defined_variable() {
   const int linear = count(0, n_, "linear terms");
   static_cast<void>(cursor_.integer());
   cursor_.end_line();
+  NlFormulas::Formula formula;
   for (int i = 0; i < linear; ++i) {
-    static_cast<void>(index(n_, "variable"));
-    static_cast<void>(cursor_.number());
+    const int read = index(n_, "variable");
+    record_linear(&formula, read, cursor_.number());
     cursor_.end_line();
   }
-  expression();
+  expression(&formula);
+  if (record_ != nullptr) record_->defined.emplace_back(variable, std::move(formula));
   mark(defined_seen_, variable - n_, "defined variable");
 }
 
@@ -461,7 +485,8 @@ void Checker::jacobian_row() {
   for (int i = 0; i < entries; ++i) {
     const auto variable = static_cast<std::size_t>(index(n_, "variable"));
     if (!has_columns_) mark(place_seen_, index(jacobian_entries_, "place"), "place");
-    static_cast<void>(cursor_.number());
+    record_linear(recorded(&NlFormulas::constraints, row), static_cast<int>(variable),
+                  cursor_.number());
     if (std::exchange(listed_in_[variable], lists_) == lists_)
       cursor_.fail("variable " + std::to_string(variable) + " twice in a row");
     if (++column_read_[variable] > column_[variable] && has_columns_)
@@ -473,13 +498,15 @@ void Checker::jacobian_row() {
 }
 
 void Checker::gradient() {
-  mark(gradient_seen_, index(objectives_, "objective"), "gradient");
+  const int objective = index(objectives_, "objective");
+  mark(gradient_seen_, objective, "gradient");
   const int entries = count(1, n_, "entries in a gradient");
   cursor_.end_line();
   ++lists_;
   for (int i = 0; i < entries; ++i) {
     const auto variable = static_cast<std::size_t>(index(n_, "variable"));
-    static_cast<void>(cursor_.number());
+    record_linear(recorded(&NlFormulas::objectives, objective), static_cast<int>(variable),
+                  cursor_.number());
     if (std::exchange(listed_in_[variable], lists_) == lists_)
       cursor_.fail("variable " + std::to_string(variable) + " twice in a gradient");
     cursor_.end_line();
@@ -488,13 +515,15 @@ void Checker::gradient() {
 }
 
 /// A tree in prefix order, without recursion: trees may be deep.
-void Checker::expression() {
+void Checker::expression(NlFormulas::Formula* formula) {
   std::vector<Operand> pending = {Operand::Value};  // the next one last
+  if (record_ != nullptr) formula->begin = record_->nodes.size();
   while (!pending.empty()) {
     const Operand kind = pending.back();
     pending.pop_back();
     operand(kind, pending);
   }
+  if (record_ != nullptr) formula->end = record_->nodes.size();
 }
 
 void Checker::operand(Operand kind, std::vector<Operand>& pending) {
@@ -502,29 +531,32 @@ void Checker::operand(Operand kind, std::vector<Operand>& pending) {
   if (kind == Operand::Reference && key != 'v') cursor_.fail("a variable is missing");
   switch (key) {
     case 'n':
-      static_cast<void>(cursor_.number());
+      record(Node::kNumber, 0, cursor_.number());
       return cursor_.end_line();
     case 'l':
-      static_cast<void>(cursor_.integer());
+      record(Node::kNumber, 0, cursor_.integer());
       return cursor_.end_line();
     case 's':
       if (!cursor_.binary()) break;
-      static_cast<void>(cursor_.short_integer());
+      record(Node::kNumber, 0, cursor_.short_integer());
       return;
     case 'v': {
       const int variable = index(n_ + defined_, "variable");
       if (variable >= n_ && defined_seen_[static_cast<std::size_t>(variable - n_)] == 0)
         cursor_.fail("variable " + std::to_string(variable) + " before its definition");
+      record(Node::kVariable, variable);
       return cursor_.end_line();
     }
     case 'h':
       if (kind != Operand::ValueOrString) cursor_.fail("a string where a number is expected");
+      record(Node::kFunction, 0);
       return cursor_.skip_string();
     case 'f': {
       const int function = index(functions_, "function");
       if (function_seen_[static_cast<std::size_t>(function)] == 0)
         cursor_.fail("function " + std::to_string(function) + " before its declaration");
       const int arguments = count(0, 1 << 30, "arguments of a function");
+      record(Node::kFunction, arguments);
       pending.insert(pending.end(), static_cast<std::size_t>(arguments), Operand::ValueOrString);
       return cursor_.end_line();
     }
@@ -544,28 +576,28 @@ void Checker::operation(std::vector<Operand>& pending) {
     cursor_.end_line();
     return static_cast<std::size_t>(operands);
   };
+  const auto take = [&](std::size_t operands, Operand kind) {
+    record(number, static_cast<int>(operands));
+    pending.insert(pending.end(), operands, kind);
+  };
   switch (form_of(number)) {
     case Form::Unary:
-      return pending.push_back(Operand::Value);
+      return take(1, Operand::Value);
     case Form::Binary:
-      pending.insert(pending.end(), 2, Operand::Value);
-      return;
+      return take(2, Operand::Value);
     case Form::List: {
       constexpr int kNumberOfStrings = 61;
-      pending.insert(pending.end(), list(1),
-                     number == kNumberOfStrings ? Operand::ValueOrString : Operand::Value);
-      return;
+      return take(list(1), number == kNumberOfStrings ? Operand::ValueOrString : Operand::Value);
     }
     case Form::LongList:
-      pending.insert(pending.end(), list(3), Operand::Value);
-      return;
+      return take(list(3), Operand::Value);
     case Form::Pieces:
+      record(number, 1);
       return pieces(pending);
     case Form::If:
-      pending.insert(pending.end(), 3, Operand::Value);
-      return;
+      return take(3, Operand::Value);
     case Form::IfSymbolic:
-      pending.insert(pending.end(), 2, Operand::ValueOrString);
+      take(2, Operand::ValueOrString);
       return pending.push_back(Operand::Value);
     case Form::None:
       break;
@@ -611,18 +643,27 @@ void Checker::require_complete() {
                  " nonzeros of the objectives, the file holds " + std::to_string(gradient_read_));
 }
 
+std::string content_of(const std::string& file) {
+  std::ifstream input(file, std::ios::binary);
+  if (!input) throw std::runtime_error("cannot open " + file + ": " + std::strerror(errno));
+  std::string text{std::istreambuf_iterator<char>(input), {}};
+  if (input.bad()) throw std::runtime_error("cannot read " + file);
+  return text;
+}
+
 }  // namespace
 
 NlFacts check_nl_text(const std::string& text, const std::string& name) {
-  return Checker(text, name).check();
+  return Checker(text, name, nullptr).check();
 }
 
-NlFacts check_nl_file(const std::string& file) {
-  std::ifstream input(file, std::ios::binary);
-  if (!input) throw std::runtime_error("cannot open " + file + ": " + std::strerror(errno));
-  const std::string text{std::istreambuf_iterator<char>(input), {}};
-  if (input.bad()) throw std::runtime_error("cannot read " + file);
-  return check_nl_text(text, file);
+NlFacts check_nl_file(const std::string& file) { return check_nl_text(content_of(file), file); }
+
+NlFormulas read_nl_formulas(const std::string& file) {
+  NlFormulas formulas;
+  const std::string text = content_of(file);
+  static_cast<void>(Checker(text, file, &formulas).check());
+  return formulas;
 }
 
 std::string with_a_fixed_variable(const std::string& file, const NlFacts& facts) {

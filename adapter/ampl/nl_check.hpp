@@ -6,6 +6,8 @@
 
 namespace ipminmax {
 
+struct NlFormulas;
+
 /// What AMPL's library does not tell of a file.
 struct NlFacts {
   int variables = 0;
@@ -31,6 +33,9 @@ NlFacts check_nl_file(const std::string& file);
 
 /// The same for the content of a file that is called name in messages.
 NlFacts check_nl_text(const std::string& text, const std::string& name);
+
+/// The formulas of a file that passes.
+[[nodiscard]] NlFormulas read_nl_formulas(const std::string& file);
 
 /// The file with one more variable, fixed at 0, in place of none, which AMPL's library does not
 /// read.

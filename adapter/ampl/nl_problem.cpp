@@ -12,6 +12,7 @@
 #include "adapter/spelling.hpp"
 #include "checked_file.hpp"
 #include "child_process.hpp"
+#include "nl_formulas.hpp"
 
 #include <asl_pfgh.h>
 #include <getstub.h>
@@ -236,6 +237,13 @@ void NlProblem::read_robust() {
                                ": suffix robust gives it to player 0, suffix player to player 1");
     robust_constraints_.push_back(i);
   }
+}
+
+const BoxFunctions* NlProblem::over_boxes() {
+  if (!boxes_) {
+    boxes_ = std::make_unique<NlBoxes>(read_nl_formulas(file_), variables(), objective_, sign_);
+  }
+  return boxes_.get();
 }
 
 int NlProblem::variables() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <csignal>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -15,12 +16,14 @@ struct ASL;
 
 namespace ipminmax {
 
+class NlBoxes;
+
 /// A model in AMPL's .nl format. Integer suffix `player` (0 or 1) carries the split: with a
 /// `minimize` objective 0 is Min and 1 is Max. A `maximize` objective f is solved as -f: its player
 /// 0 maximizes f, 1 minimizes it, and objective and gradients here are those of -f. A constraint
 /// that reads variables of player 1 and is listed with 0, or has suffix `robust` 1, must hold for
 /// all of their values.
-class NlProblem : public MinMaxTNLP, public OptionalPlayers {
+class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBoxes {
  public:
   /// Reads stub.nl (stub with or without its ending). objective: 1-based, 0 for none; -1 takes the
   /// first when there is one. Checks the file's form, then reads it and makes every call of a solve
@@ -61,6 +64,8 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers {
   /// Max variables that a constraint reads; all where it is constraints(), which stands for f.
   [[nodiscard]] std::vector<int> max_variables_of(int constraint) const;
 
+  /// Reads the formulas from the file at the first call.
+  [[nodiscard]] const BoxFunctions* over_boxes() override;
   bool get_variable_players(Ipopt::Index n, Player* players) override;
   bool get_constraint_players(Ipopt::Index m, Player* players) override;
   bool get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& variable_strings,
@@ -115,6 +120,7 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers {
 
   std::string file_, read_from_;  ///< not the same where a variable had to be added
   NlFacts facts_;
+  std::unique_ptr<NlBoxes> boxes_;
   ASL* asl_ = nullptr;
   int objective_ = -1;  ///< 0-based, -1 for none
   double sign_ = 1.0;   ///< -1: the model maximizes

@@ -9,7 +9,6 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
-#include <unistd.h>
 
 #include <IpJournalist.hpp>
 #include <algorithm>
@@ -29,10 +28,18 @@
 #include "adapter/c_problem.hpp"
 #include "adapter/status.hpp"
 #include "core/answer.hpp"
+#include "interpreter.hpp"
+#include "over_boxes.hpp"
 
 namespace py = pybind11;
 
 namespace {
+
+using ipminmax::python::call;
+using ipminmax::python::Locked;
+using ipminmax::python::sleep_until_the_end;
+using ipminmax::python::unless_the_interpreter_ends;
+using ipminmax::python::Unlocked;
 
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using IntArray = py::array_t<int, py::array::c_style | py::array::forcecast>;
@@ -45,74 +52,6 @@ struct ModelStopped : std::exception {
 /// Raised by a model's function to say that it is undefined at this point
 /// (ipminmax.EvaluationError), and by one that found the time limit passed (LimitReached).
 py::handle evaluation_error, limit_reached;
-
-// --- The interpreter's lock when the interpreter ends ---------------------------------------------
-//
-// An interpreter that ends lets no other thread have its lock again: it calls pthread_exit in it,
-// which unwinds the stack through the solver and through destructors that would need the lock. Such
-// a thread sleeps instead until the process is gone.
-
-[[noreturn]] void sleep_until_the_end() {
-  for (;;) pause();
-}
-
-bool interpreter_ends() {
-#if PY_VERSION_HEX >= 0x030D0000
-  return Py_IsFinalizing() != 0;
-#else
-  return _Py_IsFinalizing() != 0;
-#endif
-}
-
-/// What call returns; it may need the lock.
-template <class Call>
-auto unless_the_interpreter_ends(Call call) {
-  if (interpreter_ends()) sleep_until_the_end();
-  try {
-    return call();
-  } catch (abi::__forced_unwind&) {
-    sleep_until_the_end();
-  }
-}
-
-/// Has the lock.
-class Locked {
- public:
-  Locked() : state_(unless_the_interpreter_ends([] { return PyGILState_Ensure(); })) {}
-  ~Locked() { PyGILState_Release(state_); }
-  Locked(const Locked&) = delete;
-  Locked& operator=(const Locked&) = delete;
-
- private:
-  PyGILState_STATE state_;
-};
-
-/// Gives the lock away.
-class Unlocked {
- public:
-  Unlocked() : state_(PyEval_SaveThread()) {}
-  ~Unlocked() {
-    unless_the_interpreter_ends([this] {
-      PyEval_RestoreThread(state_);
-      return 0;
-    });
-  }
-  Unlocked(const Unlocked&) = delete;
-  Unlocked& operator=(const Unlocked&) = delete;
-
- private:
-  PyThreadState* state_;
-};
-
-/// function(arguments...), the lock held.
-template <class... Arguments>
-py::object call(const py::object& function, Arguments&&... arguments) {
-  const py::tuple tuple = py::make_tuple(std::forward<Arguments>(arguments)...);
-  PyObject* result = unless_the_interpreter_ends(
-      [&] { return PyObject_Call(function.ptr(), tuple.ptr(), nullptr); });
-  if (result == nullptr) throw py::error_already_set();
-  return py::reinterpret_steal<py::object>(result);
-}
 
 // --- The log --------------------------------------------------------------------------------------
 
@@ -240,8 +179,15 @@ class Problem {
   [[nodiscard]] int constraints() const { return m_; }
 
   /// For the garbage collector: functions of the model that hold this problem make a cycle.
-  [[nodiscard]] std::array<py::object*, 6> functions() {
-    return {&objective_, &gradient_, &constraints_, &jacobian_, &hessian_, &intermediate_};
+  [[nodiscard]] std::array<py::object*, 8> functions() {
+    return {&objective_, &gradient_,     &constraints_,       &jacobian_,
+            &hessian_,   &intermediate_, &boxes_.objective(), &boxes_.constraints()};
+  }
+
+  /// The same functions for arrays of Interval objects.
+  void set_over_boxes(py::object objective, py::object constraints) {
+    boxes_.set(std::move(objective), std::move(constraints));
+    problem_->model->boxes = &boxes_;
   }
 
   void add_option(const std::string& name, const py::object& value) {
@@ -340,6 +286,25 @@ class Problem {
       one["multiplier"] = from.multiplier;
       one["active"] = from.active;
       one["x"] = to_array(from.v);
+      result.append(one);
+    }
+    return result;
+  }
+
+  /// Of f (constraint -1) and robust constraints, with minmax_worst_case_proof.
+  [[nodiscard]] py::list proofs() const {
+    py::list result;
+    if (cut_ || !problem_->answered) return result;
+    for (const auto& from : problem_->application->LastResult().over_y.proofs) {
+      py::dict one;
+      one["constraint"] = from.constraint;
+      one["least"] = from.least;
+      one["seen"] = from.seen;
+      one["proved"] = from.proved;
+      one["complete"] = from.complete;
+      one["boxes"] = from.boxes;
+      one["x"] = from.v.empty() ? py::object(py::none()) : py::object(to_array(from.v));
+      one["message"] = from.message;
       result.append(one);
     }
     return result;
@@ -797,6 +762,7 @@ class Problem {
   int n_, m_;
   std::vector<int> jac_rows_, jac_cols_, hess_rows_, hess_cols_;
   py::object objective_, gradient_, constraints_, jacobian_, hessian_, intermediate_;
+  ipminmax::python::PythonBoxes boxes_;
   IpminmaxProblem problem_ = nullptr;
   Ipopt::SmartPtr<PythonConsole> console_;
   Last f_, g_;
@@ -847,6 +813,7 @@ PYBIND11_MODULE(_core, module) {
     evaluation_error = undefined.release();  // as long as the interpreter
     limit_reached = late.release();
   });
+  ipminmax::python::add_interval(module);
   py::class_<Problem>(module, "Problem", py::custom_type_setup(collect_cycles))
       .def(py::init<int, int, py::dict, const Array&, const Array&, const Array&, const Array&,
                     const IntArray&, const py::object&, const IntArray&, const IntArray&,
@@ -857,10 +824,12 @@ PYBIND11_MODULE(_core, module) {
       .def("add_option", &Problem::add_option)
       .def("set_scaling", &Problem::set_scaling)
       .def("set_bounds", &Problem::set_bounds)
+      .def("set_over_boxes", &Problem::set_over_boxes)
       .def("open_output_file", &Problem::open_output_file)
       .def("solve", &Problem::solve)
       .def("limit_passed", &Problem::limit_passed)
       .def("worst_cases", &Problem::worst_cases)
+      .def("proofs", &Problem::proofs)
       .def("points", &Problem::points)
       .def("statements", &Problem::statements)
       .def("certificate", &Problem::certificate)

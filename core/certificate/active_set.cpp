@@ -47,11 +47,14 @@ void ActiveSetSystem::assemble(Doubtful fixed, const Eigen::VectorXd& error, dou
     }
   }
   const auto slack_of = canonical_.slack_of_constraint();
-  for (Index j = 0; j < canonical_.constraints(); ++j) {
+  const bool any = !classes_.redundant.empty() || !classes_.held_rows.empty();
+  arrays_.left_out.assign(any ? at(canonical_.constraints()) : 0, true);
+  for (Index j = 0; any && j < canonical_.constraints(); ++j) {
     const Index slack = slack_of[at(j)];
-    if (slack >= 0 && classes_.is_redundant(j)) curvature[slack] = 1.0;
+    arrays_.left_out[at(j)] = classes_.is_left_out(j);
+    if (slack >= 0 && classes_.is_left_out(j)) curvature[slack] = 1.0;
   }
-  kkt_.assemble(arrays_.reduced, curvature, classes_.redundant);
+  kkt_.assemble(arrays_.reduced, curvature, arrays_.left_out);
 }
 
 }  // namespace ipminmax

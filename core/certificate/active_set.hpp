@@ -15,6 +15,7 @@ namespace ipminmax {
 struct ActiveSetArrays {
   Evaluation scaled, reduced;
   std::vector<bool> fixed;
+  std::vector<bool> left_out;  ///< rows, or empty
   Eigen::VectorXd curvature;
   NewtonResidual rhs;  ///< of whoever solves with the system
   Step step;
@@ -54,6 +55,8 @@ class ActiveSetSystem {
   [[nodiscard]] const Units& units() const { return units_; }
   /// The matrices' derivatives of the last assemble.
   [[nodiscard]] const Evaluation& assembled() const { return arrays_.reduced; }
+  /// Rows that are left out, or empty.
+  [[nodiscard]] const std::vector<bool>& left_out() const { return arrays_.left_out; }
   /// Derivatives in units, nothing taken out.
   [[nodiscard]] const Evaluation& derivatives() const { return arrays_.scaled; }
   /// A right-hand side and solution for the next solve with the system, of any values.
@@ -72,9 +75,9 @@ class ActiveSetSystem {
   [[nodiscard]] bool is_free(Index variable) const {
     return !is_fixed(variable) && !is_slack(variable);
   }
-  /// Whether a constraint is an equality or an inequality counted as active, and not redundant.
+  /// Whether a constraint is an equality or an inequality counted as active, and not left out.
   [[nodiscard]] bool counts(Index constraint) const {
-    if (classes_.is_redundant(constraint)) return false;
+    if (classes_.is_left_out(constraint)) return false;
     const Index slack = canonical_.slack_of_constraint()[static_cast<std::size_t>(constraint)];
     return slack < 0 || is_fixed(slack);
   }

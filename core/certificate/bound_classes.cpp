@@ -19,6 +19,7 @@ namespace {
 void set_none(const CanonicalProblem& canonical, BoundClasses& classes) {
   classes.weak_min = classes.weak_max = 0;
   classes.redundant.clear();
+  classes.held_rows.clear();
   classes.dropped.clear();
   classes.of.assign(at(canonical.variables()), BoundClass::Inactive);
   classes.side.assign(at(canonical.variables()), 0);

@@ -32,12 +32,20 @@ struct BoundClasses {
   /// Per canonical constraint, or empty: rows that say nothing beside others, whose multipliers are
   /// kept as they are.
   std::vector<bool> redundant;
+  /// The same of Max's rows on copies that are held; their multipliers vanish.
+  std::vector<bool> held_rows;
   std::vector<DroppedBound> dropped;
 
   [[nodiscard]] bool is_redundant(Index constraint) const {
     return !redundant.empty() && redundant[static_cast<std::size_t>(constraint)];
   }
 
+  [[nodiscard]] bool is_held(Index constraint) const {
+    return !held_rows.empty() && held_rows[static_cast<std::size_t>(constraint)];
+  }
+  [[nodiscard]] bool is_left_out(Index constraint) const {
+    return is_redundant(constraint) || is_held(constraint);
+  }
   /// Holds a variable where it is, at a bound or not.
   void hold(Index i);
   /// What a bound may be violated by.

@@ -74,7 +74,8 @@ Eigen::VectorXd without_inactive(const CanonicalProblem& canonical, const BoundC
   const auto slack_of = canonical.slack_of_constraint();
   for (Index j = 0; j < canonical.constraints(); ++j) {
     const Index slack = slack_of[at(j)];
-    if (slack >= 0 && classes[slack] <= BoundClass::Inactive) lambda[j] = 0.0;
+    const bool inactive = slack >= 0 && classes[slack] <= BoundClass::Inactive;
+    if (inactive || classes.is_held(j)) lambda[j] = 0.0;
   }
   return lambda;
 }

@@ -101,9 +101,26 @@ Look first_look(TestContext& c, const Point& point) {
   return Look::Right;
 }
 
+/// With the curvature that idle copies have in the limit: else what is left of it by the barrier
+/// would give them lengths.
+Point without_idle(TestContext& c, const Point& given) {
+  Point point = given;
+  Eigen::VectorXd& lambda = point.iterate.lambda;
+  for (const Index i : c.idle.variables) {
+    lambda[c.canonical.constraint_of_slack(c.canonical.served_slack(i))] = 0.0;
+  }
+  for (Index j = 0; j < lambda.size(); ++j) {
+    if (c.idle.rows[static_cast<std::size_t>(j)]) lambda[j] = 0.0;
+  }
+  const bool known = c.canonical.second_derivatives(point.iterate.v, lambda, point.evaluation) ==
+                     EvaluationStatus::Ok;
+  return known ? point : given;
+}
+
 SecondOrder judge(TestContext& c, const Point& given) {
-  c.idle = idle_copies(c.canonical, given.iterate, given.evaluation);
-  const Look look = first_look(c, given);
+  c.idle = idle_copies(c.canonical, given.iterate);
+  const Look look =
+      c.idle.variables.empty() ? first_look(c, given) : first_look(c, without_idle(c, given));
   if (look == Look::Wrong) return SecondOrder::Violated;
   SecondOrder verdict = SecondOrder::Satisfied;
   if (look == Look::Unclear) {
@@ -116,8 +133,8 @@ SecondOrder judge(TestContext& c, const Point& given) {
   }
   if (verdict != SecondOrder::Satisfied) return verdict;
   const Point& judged = c.moved ? *c.moved : given;
-  verdict =
-      test_robust_rows(c.canonical, c.kkt, judged.iterate, judged.evaluation, c.idle, c.proximal);
+  verdict = test_robust_rows(c.canonical, c.kkt, judged, c.arrays.classes, c.idle.variables,
+                             c.proximal);
   if (verdict != SecondOrder::Satisfied) {
     c.certificate.answer = InnerAnswer::Unknown;
     c.reasons.add(Kind::RobustRow, Player::Max,

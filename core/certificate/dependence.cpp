@@ -7,6 +7,7 @@
 #include "core/certificate/parameters.hpp"
 #include "core/model/products.hpp"
 #include "core/model/relaxation.hpp"
+#include "core/point/residual.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -24,11 +25,12 @@ class DependenceSearch {
   Dependences run();
 
  private:
+  void take_gradients();
   void normalize();
   [[nodiscard]] bool factorize();
   [[nodiscard]] bool next_null_vector(int number, Eigen::VectorXd& w);
   [[nodiscard]] std::vector<Dependence> reduce();
-  [[nodiscard]] bool is_combination(const Eigen::VectorXd& w) const;
+  [[nodiscard]] double length_of(const Eigen::VectorXd& w) const;
   void examine(Dependence& dependence);
   [[nodiscard]] bool consistent(const Eigen::VectorXd& weights, double& value) const;
   [[nodiscard]] bool constant(const Eigen::VectorXd& weights, double value, bool x_moves,
@@ -43,19 +45,35 @@ class DependenceSearch {
   ActiveSetSystem& system_;
   const Point& point_;
   const SolverOptions& options_;
-  Evaluation rows_;         ///< gradients of length one in the owner's free variables
-  Eigen::VectorXd factor_;  ///< of each row, to the canonical constraint
+  Evaluation rows_;             ///< gradients of length one in the owner's free variables
+  std::vector<bool> vanishes_;  ///< of each row, in all its owner's variables
+  Eigen::VectorXd factor_;      ///< of each row, to the canonical constraint
   std::vector<Eigen::VectorXd> null_;
 };
 
-void DependenceSearch::normalize() {
+/// In units. Of a robust constraint the gradient of its own maximum: x moves a trajectory through
+/// Max's equations.
+void DependenceSearch::take_gradients() {
   rows_ = system_.derivatives();
   std::ranges::fill(rows_.hessian, 0.0);
+  if (!canonical_.has_copies()) return;
+  row_jacobian(canonical_, point_.iterate, point_.evaluation, rows_.jacobian);
+  const Units& units = system_.units();
+  for (std::size_t k = 0; k < rows_.jacobian.size(); ++k) {
+    const auto [row, col] = canonical_.jacobian()[k];
+    rows_.jacobian[k] *= units.constraint[row] * units.variable[col];
+  }
+}
+
+void DependenceSearch::normalize() {
+  take_gradients();
+  vanishes_.assign(at(canonical_.constraints()), true);
   Eigen::VectorXd free = Eigen::VectorXd::Zero(canonical_.constraints()), all = free;
   for (std::size_t k = 0; k < rows_.jacobian.size(); ++k) {
     const auto [row, col] = canonical_.jacobian()[k];
     double& value = rows_.jacobian[k];
     if (!system_.counts(row) || !same_owner(row, col)) value = 0.0;
+    if (std::abs(value) > parameter::kZero) vanishes_[at(row)] = false;
     all[row] += value * value;
     if (system_.is_fixed(col)) value = 0.0;
     free[row] += value * value;
@@ -82,7 +100,7 @@ bool DependenceSearch::factorize() {
     if (slack_of[at(j)] >= 0 && system_.counts(j)) curvature[slack_of[at(j)]] = parameter::kRigid;
   }
   KktSystem& kkt = system_.kkt();
-  kkt.assemble(rows_, curvature, system_.classes().redundant);
+  kkt.assemble(rows_, curvature, system_.left_out());
   const Regularization relaxed{.lambda_x = parameter::kRelaxation,
                                .lambda_y = parameter::kRelaxation};
   return kkt.factorize_for_solutions(relaxed).status == FactorizationStatus::Ok;
@@ -100,7 +118,7 @@ bool DependenceSearch::next_null_vector(int number, Eigen::VectorXd& w) {
     for (const Eigen::VectorXd& other : null_) w -= other.dot(w) * other;
   };
   orthogonalize();
-  for (int k = 0; k < 2; ++k) {
+  for (int k = 0; k < 2 || (k < parameter::kSteps && length_of(w) > parameter::kDependent); ++k) {
     const double before = w.norm();
     if (!(before > 0.0)) return false;
     rhs.lambda = w;
@@ -116,13 +134,16 @@ bool DependenceSearch::next_null_vector(int number, Eigen::VectorXd& w) {
       return false;
     w /= norm;
   }
-  return true;
+  // Short but not zero, as the states of long or unstable trajectories make it: each step has made
+  // what is dependent grow beside it.
+  return length_of(w) < parameter::kClearlyIndependent;
 }
 
-bool DependenceSearch::is_combination(const Eigen::VectorXd& w) const {
+/// Length of the combination of gradients of a vector of length one.
+double DependenceSearch::length_of(const Eigen::VectorXd& w) const {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(canonical_.variables());
   add_transposed_product(canonical_, rows_, w, sum);
-  return sum.norm() <= parameter::kDependent * w.norm();
+  return sum.norm();
 }
 
 /// Each null vector gets a row of its own: Gauss and Jordan with the largest pivots.
@@ -233,14 +254,7 @@ void DependenceSearch::examine(Dependence& dependence) {
   for (double& weight : weights) {
     if (std::abs(weight) < parameter::kConstant * largest) weight = 0.0;
   }
-  double gradient = 0.0;
-  for (std::size_t k = 0; k < point_.evaluation.jacobian.size(); ++k) {
-    const auto [row, col] = canonical_.jacobian()[k];
-    if (row == dependence.row && same_owner(row, col)) {
-      gradient = std::max(gradient, std::abs(system_.derivatives().jacobian[k]));
-    }
-  }
-  dependence.vanishing = gradient <= parameter::kZero;
+  dependence.vanishing = vanishes_[at(dependence.row)];
   double value = 0.0;
   if (!consistent(weights, value)) return;
   const bool of_max = canonical_.max_constraints().contains(dependence.row);
@@ -263,7 +277,7 @@ Dependences DependenceSearch::run() {
   Eigen::VectorXd w;
   while (next_null_vector(static_cast<int>(null_.size()), w)) {
     answer.too_many = static_cast<int>(null_.size()) == parameter::kMostFound;
-    answer.complete = !answer.too_many && is_combination(w);
+    answer.complete = !answer.too_many && length_of(w) <= parameter::kDependent;
     if (!answer.complete) break;
     null_.push_back(w);
   }

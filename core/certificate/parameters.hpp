@@ -81,7 +81,9 @@ constexpr double kSmall = 1e-2, kSmallStationary = 1e-8, kNegligible = 1e-6;
 
 // --- Gradients that depend on each other, cones, robust rows -------------------------------------
 
-constexpr double kDependent = 1e-7;    ///< a combination of rows of length one that is zero
+constexpr double kDependent = 1e-7;  ///< a combination of rows of length one that is zero
+/// The same after kSteps of inverse iteration that is none: 3 times the square root of kRelaxation.
+constexpr double kClearlyIndependent = 3e-5;
 constexpr double kNothingLeft = 1e-4;  ///< of a vector in the null space: no more is there
 constexpr int kMostFound = 16, kMovedPoints = 3;
 constexpr unsigned kMostChoices = 4;       ///< of multipliers

@@ -203,6 +203,7 @@ bool begin(TestContext& c, const Point& given, const BoundClasses& guess, bool f
         static_cast<int>(c.last_factorization - c.kkt.factorizations() - 2 * parameter::kToConfirm);
     candidate.classes = follow_barrier(c.canonical, c.kkt, c.options, candidate.units, guess, most,
                                        candidate.point, c.mu);
+    c.idle = idle_copies(c.canonical, candidate.point.iterate);
     c.hold_idle(candidate.classes);
     c.moved = candidate.point;
   }
@@ -349,6 +350,7 @@ SecondOrder certified(TestContext& c, const Candidate& found, const Point& given
         "the solution near by is farther than the point's accuracy allows, most in ");
     return SecondOrder::Undecided;
   }
+  c.arrays.classes = found.classes;
   c.certificate.margin = c.margin(1.0);
   c.certificate.weakly_active_max = found.classes.weak_max;
   c.certificate.answer = found.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;

@@ -12,21 +12,20 @@ namespace parameter = parameters::certificate;
 
 namespace {
 
-/// Barrier curvatures at which active bounds hold firmly and others not at all.
-Eigen::VectorXd firm_curvature(const CanonicalProblem& canonical, const Iterate& iterate) {
+/// Barrier curvatures at which active bounds hold firmly and others not at all. classes: of bounds
+/// that hold however small their multipliers are; null: not known.
+Eigen::VectorXd firm_curvature(const CanonicalProblem& canonical, const Iterate& iterate,
+                               const BoundClasses* classes) {
   Eigen::VectorXd curvature = Eigen::VectorXd::Zero(canonical.variables());
   for (const IndexRange slacks : {canonical.x_slacks(), canonical.y_slacks()}) {
     for (Index i = slacks.begin; i < slacks.end; ++i) curvature[i] = parameter::kConstant;
   }
-  const auto add = [&](Index i, double ratio) {
-    if (ratio > 1.0) curvature[i] += parameter::kFirm * ratio;
-  };
-  for (const Index i : canonical.lower_bounded()) {
-    add(i, iterate.z_lower[i] / canonical.above_lower(i, iterate.v[i]));
-  }
-  for (const Index i : canonical.upper_bounded()) {
-    add(i, iterate.z_upper[i] / canonical.below_upper(i, iterate.v[i]));
-  }
+  for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
+    const double ratio = multiplier_of(iterate, i, side) / distance;
+    const bool holds = classes != nullptr && (*classes)[i] == BoundClass::Active &&
+                       classes->side[static_cast<std::size_t>(i)] == side;
+    if (ratio > 1.0 || holds) curvature[i] += parameter::kFirm * std::max(ratio, 1.0);
+  });
   return curvature;
 }
 
@@ -39,18 +38,20 @@ std::vector<ActiveRow> active_rows(const CanonicalProblem& canonical, const Eige
   std::vector<ActiveRow> rows;
   for (const Index j : canonical.robust_constraints()) {
     const Index slack = canonical.slack_of_constraint()[static_cast<std::size_t>(j)];
-    if (firm[slack] > parameter::kFirm) rows.push_back({j, parameter::kFirm / firm[slack]});
+    if (firm[slack] >= parameter::kFirm) rows.push_back({j, parameter::kFirm / firm[slack]});
   }
   return rows;
 }
 
 }  // namespace
 
-SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt,
-                             const Iterate& iterate, const Evaluation& evaluation,
-                             const std::vector<Index>& idle, const Eigen::VectorXd& proximal) {
+SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
+                             const BoundClasses& classes, const std::vector<Index>& idle,
+                             const Eigen::VectorXd& proximal) {
   if (canonical.robust_constraints().empty()) return SecondOrder::Satisfied;
-  Eigen::VectorXd firm = firm_curvature(canonical, iterate);
+  const Iterate& iterate = point.iterate;
+  const Evaluation& evaluation = point.evaluation;
+  Eigen::VectorXd firm = firm_curvature(canonical, iterate, &classes);
   for (const Index i : idle) firm[i] += parameter::kFirm;
   const std::vector<ActiveRow> rows = active_rows(canonical, firm);
   if (rows.empty()) return SecondOrder::Satisfied;
@@ -101,43 +102,25 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt,
   return violated ? SecondOrder::Violated : SecondOrder::Undecided;
 }
 
-std::vector<Index> idle_copies(CanonicalProblem& canonical, const Iterate& iterate,
-                               const Evaluation& evaluation) {
-  if (canonical.robust_constraints().empty()) return {};
-  Eigen::VectorXd lambda = iterate.lambda;
-  std::vector<bool> inactive(static_cast<std::size_t>(canonical.constraints()), false);
-  for (const Index j : canonical.robust_constraints()) inactive[static_cast<std::size_t>(j)] = true;
-  for (const ActiveRow& row : active_rows(canonical, firm_curvature(canonical, iterate))) {
-    inactive[static_cast<std::size_t>(row.constraint)] = false;
+IdleCopies idle_copies(const CanonicalProblem& canonical, const Iterate& iterate) {
+  if (!canonical.has_copies()) return {};
+  std::vector<bool> active(static_cast<std::size_t>(canonical.variables()), false);
+  for (const ActiveRow& row : active_rows(canonical, firm_curvature(canonical, iterate, nullptr))) {
+    const Index slack = canonical.slack_of_constraint()[static_cast<std::size_t>(row.constraint)];
+    active[static_cast<std::size_t>(slack)] = true;
   }
-  for (const Index j : canonical.robust_constraints()) {
-    if (inactive[static_cast<std::size_t>(j)]) lambda[j] = 0.0;
-  }
-  Evaluation without = evaluation;
-  if (canonical.second_derivatives(iterate.v, lambda, without) != EvaluationStatus::Ok) return {};
-
-  std::vector<bool> idle(static_cast<std::size_t>(canonical.variables()), false);
-  const auto jacobian = canonical.jacobian();
-  for (const auto [row, col] : jacobian) {
-    if (canonical.owned_by_max(col) && inactive[static_cast<std::size_t>(row)]) {
-      idle[static_cast<std::size_t>(col)] = evaluation.gradient[col] == 0.0;
-    }
-  }
-  for (const auto [row, col] : jacobian) {
-    const bool other_min_row =
-        canonical.min_constraints().contains(row) && !inactive[static_cast<std::size_t>(row)];
-    if (other_min_row) idle[static_cast<std::size_t>(col)] = false;
-  }
-  for (std::size_t k = 0; k < without.hessian.size(); ++k) {
-    if (without.hessian[k] == 0.0) continue;
-    const auto [row, col] = canonical.hessian()[k];
-    idle[static_cast<std::size_t>(row)] = idle[static_cast<std::size_t>(col)] = false;
-  }
-  std::vector<Index> variables;
+  const auto serves_inactive = [&](Index slack) {
+    return slack >= 0 && !active[static_cast<std::size_t>(slack)];
+  };
+  IdleCopies idle;
   for (Index i = canonical.y().begin; i < canonical.y().end; ++i) {
-    if (idle[static_cast<std::size_t>(i)]) variables.push_back(i);
+    if (serves_inactive(canonical.served_slack(i))) idle.variables.push_back(i);
   }
-  return variables;
+  if (idle.variables.empty()) return {};
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    idle.rows.push_back(serves_inactive(canonical.slack_served_by_constraint(j)));
+  }
+  return idle;
 }
 
 }  // namespace ipminmax

@@ -36,12 +36,13 @@ bool TestContext::may_factorize(Index more) {
 }
 
 void TestContext::hold_idle(BoundClasses& classes) const {
-  for (const Index i : idle) {
+  for (const Index i : idle.variables) {
     if (classes[i] == BoundClass::Doubtful) {
       --(canonical.owned_by_max(i) ? classes.weak_max : classes.weak_min);
     }
     classes.hold(i);
   }
+  classes.held_rows = idle.rows;
 }
 
 void TestContext::guess(const Iterate& iterate, double strict_ratio, BoundClasses& classes) const {

@@ -8,6 +8,7 @@
 #include "core/certificate/newton_test.hpp"
 #include "core/certificate/parameters.hpp"
 #include "core/certificate/reasons.hpp"
+#include "core/certificate/robust_rows.hpp"
 #include "core/certificate/second_order.hpp"
 #include "core/model/directional_check.hpp"
 
@@ -23,9 +24,9 @@ struct TestContext {
   KktSystem& kkt;
   const SolverOptions& options;
   CertificateArrays& arrays;
-  double mu;                  ///< of the point, or of the one that it moved to
-  Index last_factorization;   ///< that an undecided point may cost, as counted by kkt
-  std::vector<Index> idle{};  ///< copies of y whose robust constraint is inactive
+  double mu;                 ///< of the point, or of the one that it moved to
+  Index last_factorization;  ///< that an undecided point may cost, as counted by kkt
+  IdleCopies idle{};         ///< copies of y whose robust constraint is inactive
   std::optional<Eigen::VectorXd> hessian_error{};  ///< of differences, canonical units
 
   Reasons reasons;

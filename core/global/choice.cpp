@@ -159,6 +159,8 @@ std::string incomplete(const Result& result) {
     return result.worst_case.higher ? describe_worst_case(result)
                                     : "a robust constraint is violated there";
   }
+  const auto open = std::ranges::find(y.proofs, false, &WorstCaseProof::complete);
+  if (open != y.proofs.end()) return open->message;
   if (!y.finished) return "the search over y was not finished";
   const SearchOverX& x = result.over_x;
   return std::to_string(x.made) + " of " + std::to_string(x.asked) + " starts were made";

@@ -24,6 +24,7 @@ Epigraph::Epigraph(Problem& model, const std::vector<bool>& reads_y)
   structure_.jacobian.push_back({m_, n_});
   structure_.nonlinear_variables.reset();
   gradient_.resize(size(n_));
+  if (const BoxFunctions* functions = model.over_boxes()) boxes_.emplace(*functions);
 }
 
 bool Epigraph::starting_point(StartingPoint& start) {

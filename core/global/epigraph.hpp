@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "core/interval.hpp"
 #include "core/problem.hpp"
 
 namespace ipminmax {
@@ -30,8 +32,30 @@ class Epigraph final : public Problem {
   [[nodiscard]] bool hessian_errors(std::span<const double> v, double,
                                     std::span<const double> lambda,
                                     std::span<double> row_errors) override;
+  [[nodiscard]] const BoxFunctions* over_boxes() const override {
+    return boxes_ ? &*boxes_ : nullptr;
+  }
 
  private:
+  /// t, and the model's constraints with f - t.
+  class Boxes final : public BoxFunctions {
+   public:
+    explicit Boxes(const BoxFunctions& model) : model_(model) {}
+    [[nodiscard]] IntervalJet objective_over(std::span<const IntervalJet> v) const override {
+      return v.back();
+    }
+    void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
+      const auto own = v.first(v.size() - 1);
+      model_.constraints_over(own, g.first(g.size() - 1));
+      g.back() = model_.objective_over(own) - v.back();
+    }
+    [[nodiscard]] Determined determined() const override { return model_.determined(); }
+    void determine(std::span<double> v) const override { model_.determine(v.first(v.size() - 1)); }
+
+   private:
+    const BoxFunctions& model_;
+  };
+
   static std::size_t size(Index i) { return static_cast<std::size_t>(i); }
 
   Problem& model_;
@@ -41,6 +65,7 @@ class Epigraph final : public Problem {
   std::vector<Index> read_, unread_;  ///< variables that the row f - t has entries of, and others
   std::vector<double> gradient_;
   bool reads_more_ = false;
+  std::optional<Boxes> boxes_;
 };
 
 }  // namespace ipminmax

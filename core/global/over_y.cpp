@@ -9,6 +9,7 @@
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/row_over_y.hpp"
+#include "core/proof/enclosure.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/search/restart.hpp"
@@ -21,6 +22,8 @@ namespace {
 constexpr Index kStartsOfRows = 8;
 /// Most of them where they end at different maxima and one more could violate the constraint.
 constexpr Index kMostStartsOfRows = 100;
+/// Boxes of a proof between two words to the listener.
+constexpr Index kBoxesOfAWord = 1000;
 /// Most variables of a box whose corners are all looked at.
 constexpr std::size_t kMostOfCorners = 8;
 /// The maximizer's problem at fixed x: Min variables are fixed, Min constraints absent.
@@ -118,6 +121,7 @@ class MaximizationOverY {
       static_cast<void>(maximize_from({}, options_.minmax_max_restarts));
     }
     std::ranges::stable_sort(found_.maxima, std::greater{}, &WorstCaseMaximum::value);
+    if (wants_proof() && !is_above_limit()) prove();
     found_.single_branch = found_.single_branch && found_.maxima.size() == 1 && any_certified();
     return std::move(found_);
   }
@@ -127,7 +131,10 @@ class MaximizationOverY {
   /// - 2) more are to be expected (Boender and Rinnooy Kan 1987): half a one is not. Nor does one
   /// count that would have to be higher than the highest by more than the known ones differ.
   [[nodiscard]] bool may_be_higher(Index made) const {
-    if (!limit_ || made >= kMostStartsOfRows || options_.minmax_concave_in_y) return false;
+    if (!limit_ || options_.minmax_worst_case_starts >= 0 || made >= kMostStartsOfRows ||
+        options_.minmax_concave_in_y) {
+      return false;
+    }
     Index distinct = 0;
     double highest = -kInfinity, lowest = kInfinity;
     for (const WorstCaseMaximum& maximum : found_.maxima) {
@@ -139,6 +146,54 @@ class MaximizationOverY {
     const bool violated = highest - *limit_ > options_.minmax_worst_case_tol * found_.range();
     const bool may_violate = highest + (highest - lowest) > *limit_;
     return !violated && may_violate && made <= 2 * distinct * distinct + 3 * distinct + 2;
+  }
+
+  [[nodiscard]] bool wants_proof() const {
+    return context_.proof != nullptr || options_.minmax_worst_case_proof;
+  }
+  /// Of sorted maxima.
+  [[nodiscard]] bool is_above_limit() const {
+    return limit_ && !found_.maxima.empty() &&
+           found_.maxima.front().value - *limit_ > options_.minmax_worst_case_tol * found_.range();
+  }
+
+  /// How large the function can become over all y; a higher one that shows is a maximum, too.
+  void prove() {
+    const ProofRequest request = context_.proof != nullptr ? *context_.proof : ProofRequest{};
+    const std::vector<double> seen =
+        found_.maxima.empty() ? std::vector<double>{} : found_.maxima.front().v;
+    Index words = 0;
+    const auto go_on = [&](Index boxes, double bound) {
+      if (context_.budget.interrupted()) return false;
+      if (boxes >= words * kBoxesOfAWord && !tell_of_proof(words++, seen, bound)) return false;
+      return boxes < request.most_boxes;
+    };
+    const double before = context_.budget.stopwatch().wall();
+    WorstCaseProof proof =
+        enclose_maximum(inner_, options_, seen, {request.tolerance, request.most_boxes, go_on});
+    proof.seconds = context_.budget.stopwatch().wall() - before;
+    proof.interrupted = context_.budget.interrupted();
+    found_.finished = found_.finished && !proof.interrupted;
+    const double highest = found_.maxima.empty() ? -kInfinity : found_.maxima.front().value;
+    const double clearly = request.tolerance * std::max(1.0, std::abs(highest));
+    if (!proof.v.empty() && (found_.maxima.empty() || proof.seen - highest > clearly)) {
+      found_.maxima.insert(found_.maxima.begin(), {proof.v, proof.seen, false, 0});
+      found_.least = std::min(found_.least, proof.seen);
+      found_.most = std::max(found_.most, proof.seen);
+    }
+    found_.maximized = found_.maximized || proof.complete;
+    found_.proof = std::move(proof);
+  }
+
+  [[nodiscard]] bool tell_of_proof(Index word, const std::vector<double>& seen, double bound) {
+    IterationInfo info;
+    info.iteration = word;
+    info.over_y = true;
+    info.objective = bound;
+    info.v = std::span(seen).first(std::min(seen.size(), context_.told.variable_players.size()));
+    info.result = [this] { return context_.work; };
+    info.scaling = [](UserScaling&) {};
+    return context_.budget.tell(context_.start, info);
   }
 
   /// False: nothing more can be done.
@@ -246,10 +301,13 @@ void cut(std::size_t n, std::size_t m, Result& result) {
 }
 
 Index starts_over_y_of_rows(const SolverOptions& options) {
-  return options.minmax_worst_case_starts < 0 ? kStartsOfRows : options.minmax_worst_case_starts;
+  const Index asked = options.minmax_worst_case_starts;
+  if (asked < 0) return kStartsOfRows;
+  return options.minmax_worst_case_proof ? std::max<Index>(1, asked) : asked;
 }
 
 Index starts_over_y_of_objective(const SolverOptions& options) {
+  if (options.minmax_worst_case_proof) return starts_over_y_of_rows(options);
   return std::max(0, options.minmax_worst_case_starts);
 }
 
@@ -297,12 +355,13 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
     scan.settled = false;
     if (context.budget.used_up()) return scan;
     RowOverY problem(model, row, side, x);
-    const bool as_it_takes = context.options.minmax_worst_case_starts < 0 && starts > 0;
     MaximaOverY found = maximize_over_y(problem, starts, given, context,
-                                        as_it_takes ? std::optional(scan.accepted) : std::nullopt);
+                                        starts > 0 ? std::optional(scan.accepted) : std::nullopt);
     scan.settled = found.finished && found.maximized;
     scan.scale = std::max(found.range(), std::abs(scan.bound));
     scan.starts = std::move(found.starts);
+    scan.proof = std::move(found.proof);
+    if (scan.proof) describe(row, side, *scan.proof);
     for (WorstCaseMaximum& maximum : found.maxima) {
       scan.values.push_back(maximum.value);
       scan.maxima.push_back({row, std::move(maximum.v), true, false, side > 0.0 ? 1 : -1});
@@ -319,6 +378,10 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
     }
   }
   context.looked.functions = static_cast<Index>(scans.size());
+  context.looked.proofs.clear();
+  for (const SideScan& scan : scans) {
+    if (scan.proof) context.looked.proofs.push_back(*scan.proof);
+  }
   return scans;
 }
 

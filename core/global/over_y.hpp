@@ -9,6 +9,7 @@
 #include "core/model/robust_copies.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
+#include "core/proof.hpp"
 #include "core/result.hpp"
 #include "core/worst_case.hpp"
 
@@ -27,6 +28,8 @@ struct MaximizationContext {
   const ProblemStructure& told;  ///< the model that he knows: what stands behind it is cut
   Result& work;                  ///< counts, iterations, factorizations and times are added
   SearchOverY& looked;           ///< maximizations are added
+  /// What is to be proved, too; null: what minmax_worst_case_proof asks for.
+  const ProofRequest* proof = nullptr;
 };
 
 /// What maximizing one function over y at one x has found.
@@ -41,14 +44,17 @@ struct MaximaOverY {
   bool unbounded = false;     ///< one ran to infinity
   bool single_branch = true;  ///< all at one maximum, K_yy right at every iterate
   bool finished = true;       ///< false: the budget was used up
+  /// Of the largest value, where it was asked for and no maximum was above the limit. A higher y
+  /// that it has seen is one of the maxima.
+  std::optional<WorstCaseProof> proof;
 
   [[nodiscard]] double range() const { return std::max(most - least, 0.0); }
 };
 
 /// Maximizes a problem whose Min variables are fixed from its own start, the best corner of a box of
 /// few variables, the given points (n values each) and random ones, `starts` in all or, if more, one
-/// for each that is given. limit: more random ones while they find other maxima and none is above
-/// it, but one could be.
+/// for each that is given. limit: more random ones, unless their number is an option's, while they
+/// find other maxima and none is above it, but one could be.
 [[nodiscard]] MaximaOverY maximize_over_y(Problem& inner, Index starts,
                                           const std::vector<std::vector<double>>& given,
                                           const MaximizationContext& context,
@@ -79,6 +85,7 @@ struct SideScan {
   std::vector<RobustCopies::WorstCase> maxima;  ///< distinct, the largest value first
   std::vector<double> values;                   ///< theirs, side times the constraint
   std::vector<std::vector<double>> starts;      ///< where the maximizations began
+  std::optional<WorstCaseProof> proof;
 
   /// Excess over the bound, or over what a solve accepts, relative to the scale; negative: the
   /// constraint holds.
@@ -98,7 +105,8 @@ struct KnownWorstCase {
   double gap = 0.0;
 };
 
-/// Maximizes each bounded side of each robust constraint over all of y at the x of a point.
+/// Maximizes each bounded side of each robust constraint over all of y at the x of a point. Of
+/// context.looked the functions and proofs are those of this x.
 [[nodiscard]] std::vector<SideScan> scan_robust_constraints(
     Problem& model, const std::vector<double>& x, Index starts,
     const std::vector<KnownWorstCase>& known, const MaximizationContext& context);

@@ -45,7 +45,7 @@ class Refinement {
 [[nodiscard]] bool has_rows_for_every_y(const ProblemStructure& structure,
                                         const SolverOptions& options);
 
-/// Why f cannot be treated as a robust constraint as asked; empty: it can.
-[[nodiscard]] std::string epigraph_error(Problem& model, const SolverOptions& options);
+/// Why f cannot be treated as a robust constraint, or nothing be proved, as asked; empty: it can.
+[[nodiscard]] std::string error_over_y(Problem& model, const SolverOptions& options);
 
 }  // namespace ipminmax

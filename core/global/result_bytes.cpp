@@ -92,10 +92,18 @@ void walk(Visit& visit, R& r) {
   walk_certificate(visit, r.certificate);
   each(visit, r.message, r.v, r.lambda, r.z_lower, r.z_upper, r.constraints, r.objective,
        r.objective_scale, r.fixed_variables_relaxed, r.error, r.mu, r.iterations, r.factorizations,
-       r.seconds, r.cpu_seconds, r.counts, r.timing, r.over_y, r.over_x);
+       r.seconds, r.cpu_seconds, r.counts, r.timing, r.over_x);
   auto& worst = r.worst_case;
   each(visit, worst.starts, worst.maxima, worst.competing, worst.value, worst.v, worst.y,
        worst.branches, worst.higher, worst.unbounded, worst.single_branch, worst.stated_concave);
+  auto& y = r.over_y;
+  each(visit, y.asked, y.functions, y.maximizations, y.finished, y.better_known,
+       y.largest_violation, y.branches, y.solves);
+  walk_size(visit, y.proofs);
+  for (auto& p : y.proofs) {
+    each(visit, p.constraint, p.least, p.seen, p.proved, p.complete, p.empty, p.v, p.boxes, p.left,
+         p.seconds, p.interrupted, p.message);
+  }
   walk_size(visit, r.worst_cases);
   for (auto& found : r.worst_cases) {
     each(visit, found.constraint, found.v, found.value, found.multiplier, found.active);

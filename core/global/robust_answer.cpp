@@ -4,8 +4,10 @@
 #include <utility>
 
 #include "core/global/robust_search.hpp"
+#include "core/interval.hpp"
 #include "core/model/norms.hpp"
 #include "core/multistart.hpp"
+#include "core/proof/enclosure.hpp"
 #include "linalg/numbers.hpp"
 
 // The answer of a search for worst cases, in the shape of the model.
@@ -30,6 +32,20 @@ void name_originals(const RobustCopies& copies, Index n, Index m, Certificate& c
   }
   Index& least = certificate.least_curvature_variable;
   if (least >= 0) least = variable(least) < n ? variable(least) : -1;
+}
+
+/// A proof of f - t, where f is treated as a robust constraint, becomes one of f.
+void turn_to_objective(double t, WorstCaseProof& proof) {
+  proof.constraint = -1;
+  if (!proof.v.empty()) proof.v.pop_back();
+  if (!proof.complete || proof.empty) {
+    proof.message = "of f less its worst case " + proof.message;
+    return;
+  }
+  const Interval shifted = Interval(proof.seen, proof.proved) + Interval(t);
+  proof.seen = shifted.lower();
+  proof.proved = shifted.upper();
+  describe(-1, 1.0, proof);
 }
 
 }  // namespace
@@ -74,9 +90,10 @@ Result RobustSearch::in_asked_shape(const RobustCopies& copies, const Result& re
     const double weight = k == of_objective ? kInfinity : std::abs(multiplier);
     for (std::size_t i = 0; i < n; ++i) {
       const auto copy = at(copies.variable(k, static_cast<Index>(i)));
-      const bool unread =
-          copies.structure().variable_lower[i] == copies.structure().variable_upper[i];
-      if (copy == i || !unread || !(weight > largest[i])) continue;
+      const bool free =
+          copies.structure().variable_lower[i] == copies.structure().variable_upper[i] ||
+          k == of_objective;  // read by nothing, or by a lower branch of f
+      if (copy == i || !free || !(weight > largest[i])) continue;
       largest[i] = weight;
       own.v[i] = result.v[copy];
       own.z_lower[i] = result.z_lower[copy];
@@ -130,10 +147,19 @@ std::vector<RobustWorstCase> RobustSearch::list_worst_cases(const RobustCopies& 
 void RobustSearch::report(const RobustCopies& copies, const Result& result) {
   answer_ = in_asked_shape(copies, result);
   answer_.worst_cases = list_worst_cases(copies, result);
-  answer_.over_y = {.asked = starts_,
-                    .functions = work_.over_y.functions,
-                    .finished = starts_ == 0 || verified_,
-                    .largest_violation = violation_};
+  std::vector<WorstCaseProof> proofs = work_.over_y.proofs;
+  for (WorstCaseProof& proof : proofs) {
+    if (at(proof.constraint) == asked_.structure().constraint_players.size()) {
+      turn_to_objective(place_.v.back(), proof);
+    }
+  }
+  answer_.over_y = {
+      .asked = starts_,
+      .functions = work_.over_y.functions,
+      .finished =
+          starts_ == 0 || (verified_ && std::ranges::all_of(proofs, &WorstCaseProof::complete)),
+      .largest_violation = violation_,
+      .proofs = std::move(proofs)};
 }
 
 /// With the work of all solves and maximizations.

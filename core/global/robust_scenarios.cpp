@@ -70,7 +70,7 @@ void RobustSearch::take_scenarios() {
   const std::vector<SideScan> scans = scan(without_values(place_.worst_cases));
   place_.worst_cases.clear();
   for (const SideScan& side : scans) {
-    const RobustScope scope = robust_scope(s, side.constraint);
+    const RobustScope scope = scopes_.of(side.constraint);
     const bool held = !moves_with_x(s, scope);
     if (scope.constraints.empty()) {
       for (const auto& v : side.starts) {

@@ -72,6 +72,7 @@ RobustSearch::RobustSearch(RobustForm form, const SolverOptions& options, Index 
       budget_(budget),
       start_(start),
       observer_(budget.observer_of(start)),
+      scopes_(form.solved.structure()),
       violation_(kNaN) {}
 
 Result RobustSearch::run(std::vector<double> start) {
@@ -141,6 +142,7 @@ bool RobustSearch::solve_rounds() {
   for (Index round = 0;; ++round) {
     violation_ = kNaN;  // of the next x nothing is known yet
     work_.over_y.functions = 0;
+    work_.over_y.proofs.clear();
     Solved solved = solve_worst_cases();
     hold_idle(solved);
     if (!is_success(solved.result.status)) {
@@ -165,24 +167,36 @@ RobustSearch::Solved RobustSearch::solve_worst_cases() {
   return {std::move(copies), std::move(result)};
 }
 
-/// At the maximum of g + mu sum ln(distances) g is below its own by mu for each of them (exactly
-/// so where it is linear in y).
-std::size_t RobustSearch::bounds_over_y(const RobustCopies::WorstCase& worst_case) const {
-  const ProblemStructure& s = model_.structure();
-  const RobustScope scope = robust_scope(s, worst_case.constraint);
-  const auto finite = [&](double lower, double upper) {
-    return lower < upper ? std::size_t{lower > options_.nlp_lower_bound_inf} +
-                               std::size_t{upper < options_.nlp_upper_bound_inf}
-                         : 0;
+/// At the maximum of g + mu sum ln(distances) g is below its own by mu for each of them (exactly so
+/// where it is linear in y). mu is that of the row's units, however the solve scales it: a distance
+/// times its multiplier, over the row's.
+double RobustSearch::gap(const RobustCopies& copies, const Result& result, std::size_t k) const {
+  const double weight = std::abs(result.lambda[at(copies.row(k))]);
+  if (!(weight > 0.0) || place_.worst_cases[k].held) return 0.0;
+  const ProblemStructure& s = copies.structure();
+  double sum = 0.0;
+  const auto add = [&](double distance, double bound, double multiplier) {
+    const double relaxed = std::min(options_.constr_viol_tol,
+                                    options_.bound_relax_factor * std::max(1.0, std::abs(bound)));
+    if (multiplier != 0.0) sum += std::max(distance + relaxed, 0.0) * std::abs(multiplier);
   };
-  std::size_t bounds = 0;
-  for (const Index i : scope.variables) {
-    bounds += finite(s.variable_lower[at(i)], s.variable_upper[at(i)]);
+  const RobustScope scope = scopes_.of(place_.worst_cases[k].constraint);
+  for (const Index model_variable : scope.variables) {
+    const std::size_t i = at(copies.variable(k, model_variable));
+    if (s.variable_lower[i] == s.variable_upper[i]) continue;
+    add(result.v[i] - s.variable_lower[i], s.variable_lower[i], result.z_lower[i]);
+    add(s.variable_upper[i] - result.v[i], s.variable_upper[i], result.z_upper[i]);
   }
-  for (const Index j : scope.constraints) {
-    bounds += finite(s.constraint_lower[at(j)], s.constraint_upper[at(j)]);
+  for (const Index model_row : scope.constraints) {
+    const std::size_t j = at(copies.row_on_copy(k, model_row));
+    const double below = result.constraints[j] - s.constraint_lower[j];
+    const double above = s.constraint_upper[j] - result.constraints[j];
+    if (s.constraint_lower[j] == s.constraint_upper[j]) continue;
+    const bool upper = above < below;
+    add(upper ? above : below, upper ? s.constraint_upper[j] : s.constraint_lower[j],
+        result.lambda[j]);
   }
-  return bounds;
+  return sum / weight;
 }
 
 /// Checks a success over all of y. Whether another solve is to follow.
@@ -190,9 +204,9 @@ bool RobustSearch::look_further(const RobustCopies& copies, const Result& result
   std::vector<KnownWorstCase> known;
   for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
     const auto row = at(copies.row(k));
-    known.push_back({place_.worst_cases[k],
-                     row < result.constraints.size() ? result.constraints[row] : kNaN,
-                     result.mu * static_cast<double>(bounds_over_y(place_.worst_cases[k]))});
+    const bool defined = row < result.constraints.size();
+    known.push_back({place_.worst_cases[k], defined ? result.constraints[row] : kNaN,
+                     defined ? gap(copies, result, k) : 0.0});
   }
   const std::vector<SideScan> scans = scan(known);
   const std::vector<RobustCopies::WorstCase> solved = place_.worst_cases;
@@ -220,10 +234,10 @@ void RobustSearch::choose_copies() {
   std::vector<Index> readers(place_.v.size(), 0);
   const std::vector<Index> rows = robust_constraints(s);
   for (const Index row : rows) {
-    for (const Index i : robust_scope(s, row).variables) ++readers[at(i)];
+    for (const Index i : scopes_.of(row).variables) ++readers[at(i)];
   }
   for (const Index row : rows) {
-    const RobustScope scope = robust_scope(s, row);
+    const RobustScope scope = scopes_.of(row);
     const bool shared = std::ranges::any_of(
         scope.variables, [&](Index i) { return reads_y_[at(i)] || readers[at(i)] > 1; });
     const bool copied = shared && options_.minmax_robust_copies;
@@ -278,8 +292,7 @@ void RobustSearch::keep_point(const RobustCopies& copies, const Result& result) 
 bool RobustSearch::add_violated(const std::vector<SideScan>& scans, double tolerance, bool held) {
   bool any = false;
   for (const SideScan& side : scans) {
-    const bool fixed = held && !moves_with_x(model_.structure(),
-                                             robust_scope(model_.structure(), side.constraint));
+    const bool fixed = held && !moves_with_x(model_.structure(), scopes_.of(side.constraint));
     for (std::size_t k = 0; k < side.maxima.size() && (k == 0 || held); ++k) {
       if (!(side.excess(k) > tolerance)) break;
       const bool known = std::ranges::any_of(place_.worst_cases, [&](const auto& other) {

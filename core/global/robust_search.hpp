@@ -56,7 +56,7 @@ class RobustSearch {
   [[nodiscard]] Result solve_once(RobustCopies& copies);
   void keep_point(const RobustCopies& copies, const Result& result);
   [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
-  [[nodiscard]] std::size_t bounds_over_y(const RobustCopies::WorstCase& worst_case) const;
+  [[nodiscard]] double gap(const RobustCopies& copies, const Result& result, std::size_t k) const;
   [[nodiscard]] bool add_violated(const std::vector<SideScan>& scans, double tolerance, bool held);
   [[nodiscard]] bool drop_inactive(const RobustCopies& copies, const Result& result);
   [[nodiscard]] std::vector<SideScan> scan(const std::vector<KnownWorstCase>& known);
@@ -95,6 +95,7 @@ class RobustSearch {
   Budget& budget_;
   Index start_;
   SolveObserver observer_;
+  RobustScopes scopes_;
   Place place_;
   std::vector<bool> reads_y_;
   bool names_infeasible_ = true;

@@ -22,8 +22,8 @@ void set_seconds(const Budget& budget, Result& result) {
 /// One solve is all that is asked for.
 bool is_plain(const ProblemStructure& structure, const SolverOptions& options) {
   return options.minmax_starts <= 1 && options.minmax_worst_case_starts <= 0 &&
-         !options.minmax_epigraph && !options.minmax_epigraph_at_kinks &&
-         !has_rows_for_every_y(structure, options);
+         !options.minmax_worst_case_proof && !options.minmax_epigraph &&
+         !options.minmax_epigraph_at_kinks && !has_rows_for_every_y(structure, options);
 }
 
 /// Quasi-Newton matrices are for minimizations that were given as such, not for parts of a game.
@@ -38,7 +38,7 @@ SolverOptions for_all_parts(const ProblemStructure& structure, SolverOptions opt
 /// What is wrong with what was asked for; empty: nothing that the door sees.
 std::string error_of(Problem& problem, const SolverOptions& options) {
   if (auto error = check(options); !error.empty()) return error;
-  return epigraph_error(problem, options);
+  return error_over_y(problem, options);
 }
 
 Answer refused(std::string error) {

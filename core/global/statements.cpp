@@ -111,6 +111,10 @@ std::string looked_over_y(const Result& result) {
            number(y.largest_violation);
   }
   if (!of_objective.empty()) text += (text.empty() ? "" : "; ") + of_objective;
+  for (const WorstCaseProof& proof : y.proofs) {
+    text += "; " + (proof.constraint < 0 ? "f" : "constraint " + std::to_string(proof.constraint)) +
+            (proof.least ? ", its least value, " : " ") + proof.message;
+  }
   return text + (y.finished ? "" : "; cut short, or a function could not be maximized");
 }
 

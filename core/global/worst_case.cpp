@@ -10,6 +10,7 @@
 #include "core/global/over_y.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
+#include "core/proof/enclosure.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -72,13 +73,17 @@ WorstCase summary(Problem& problem, const std::vector<double>& v, double here,
 void look_for_worst_case(Problem& problem, Index starts,
                          const std::vector<std::vector<double>>& given,
                          const MaximizationContext& context, Result& result) {
-  const MaximaOverY maxima = maximize_objective(problem, result.v, starts, given, context);
+  MaximaOverY maxima = maximize_objective(problem, result.v, starts, given, context);
   result.worst_case = summary(problem, result.v, result.objective, maxima, context.options);
   SearchOverY& y = result.over_y;
   y.asked = starts;
   y.functions += 1;
   y.finished = y.finished && maxima.finished && maxima.maximized;
   y.better_known = y.better_known || result.worst_case.higher;
+  if (!maxima.proof) return;
+  describe(-1, 1.0, *maxima.proof);
+  y.finished = y.finished && maxima.proof->complete;
+  y.proofs.push_back(std::move(*maxima.proof));
 }
 
 WorstCaseCheck check_worst_case(Problem& problem, std::span<const double> v,

@@ -43,6 +43,7 @@ class ForwardingProblem : public Problem {
                                     std::span<double> row_errors) override {
     return model_.hessian_errors(v, sigma, lambda, row_errors);
   }
+  [[nodiscard]] const BoxFunctions* over_boxes() const override { return model_.over_boxes(); }
 
  protected:
   [[nodiscard]] Problem& model() const { return model_; }

@@ -23,66 +23,6 @@ Label label_of_copy(const std::vector<std::string>& names, const std::vector<Ind
 
 }  // namespace
 
-bool has_valid_indices(const ProblemStructure& s) {
-  const std::size_t n = s.variable_players.size();
-  const std::size_t m = s.constraint_players.size();
-  const auto inside = [](Index i, std::size_t size) {
-    return i >= 0 && static_cast<std::size_t>(i) < size;
-  };
-  return s.variable_lower.size() == n && s.variable_upper.size() == n &&
-         s.constraint_lower.size() == m && s.constraint_upper.size() == m &&
-         std::ranges::all_of(s.jacobian,
-                             [&](Triplet t) { return inside(t.row, m) && inside(t.col, n); }) &&
-         std::ranges::all_of(s.hessian,
-                             [&](Triplet t) { return inside(t.row, n) && inside(t.col, n); });
-}
-
-std::vector<Index> robust_constraints(const ProblemStructure& s) {
-  if (!has_valid_indices(s)) return {};
-  std::vector<Index> rows;
-  for (const auto [row, col] : s.jacobian) {
-    if (s.constraint_players[at(row)] == Player::Min &&
-        s.variable_players[at(col)] == Player::Max) {
-      rows.push_back(row);
-    }
-  }
-  std::ranges::sort(rows);
-  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-  return rows;
-}
-
-RobustScope robust_scope(const ProblemStructure& s, Index constraint) {
-  const auto is_max = [&](Index i) { return s.variable_players[at(i)] == Player::Max; };
-  std::vector<bool> in(s.variable_players.size(), false);
-  std::vector<bool> row_in(s.constraint_players.size(), false);
-  for (const auto [row, col] : s.jacobian) {
-    if (row == constraint && is_max(col)) in[at(col)] = true;
-  }
-  for (bool grown = true; grown;) {
-    grown = false;
-    for (const auto [row, col] : s.jacobian) {
-      if (s.constraint_players[at(row)] != Player::Max || !is_max(col)) continue;
-      if (in[at(col)] && !row_in[at(row)]) row_in[at(row)] = grown = true;
-      if (row_in[at(row)] && !in[at(col)]) in[at(col)] = grown = true;
-    }
-  }
-  RobustScope scope;
-  for (std::size_t i = 0; i < in.size(); ++i) {
-    if (in[i]) scope.variables.push_back(static_cast<Index>(i));
-  }
-  for (std::size_t j = 0; j < row_in.size(); ++j) {
-    if (row_in[j]) scope.constraints.push_back(static_cast<Index>(j));
-  }
-  return scope;
-}
-
-bool moves_with_x(const ProblemStructure& s, const RobustScope& scope) {
-  return std::ranges::any_of(s.jacobian, [&](Triplet entry) {
-    return s.variable_players[at(entry.col)] == Player::Min &&
-           std::ranges::binary_search(scope.constraints, entry.row);
-  });
-}
-
 RobustCopies::RobustCopies(Problem& model, std::vector<WorstCase> worst_cases,
                            const std::vector<bool>& reads_y, Budget& budget)
     : model_(model),
@@ -95,12 +35,16 @@ RobustCopies::RobustCopies(Problem& model, std::vector<WorstCase> worst_cases,
       jacobian_(structure_.jacobian.size()),
       hessian_(structure_.hessian.size()) {
   structure_.nonlinear_variables.reset();
+  const RobustScopes scopes(model.structure());
+  for (const WorstCase& worst_case : worst_cases_) {
+    scopes_.push_back(scopes.of(worst_case.constraint));
+  }
   model_variable_.resize(v_.size());
   std::iota(model_variable_.begin(), model_variable_.end(), 0);
   model_row_.resize(g_.size());
   std::iota(model_row_.begin(), model_row_.end(), 0);
   add_base(reads_y);
-  for (const WorstCase& worst_case : worst_cases_) add_worst_case(worst_case);
+  for (std::size_t k = 0; k < worst_cases_.size(); ++k) add_worst_case(k);
   serve_rows(reads_y);
   add_entries();
 }
@@ -121,23 +65,19 @@ void RobustCopies::add_base(const std::vector<bool>& reads_y) {
   // Of Max's variables count those that f reads or that a robust constraint has to itself, and
   // whatever is tied to them.
   std::vector<bool> read = reads_y;
-  for (const WorstCase& worst_case : worst_cases_) {
-    if (worst_case.copied) continue;
-    for (const Index i : robust_scope(s, worst_case.constraint).variables) read[at(i)] = true;
+  for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
+    if (worst_cases_[k].copied) continue;
+    for (const Index i : scopes_[k].variables) read[at(i)] = true;
   }
   drop_unread(read);
 }
 
 void RobustCopies::drop_unread(const std::vector<bool>& read) {
-  const ProblemStructure& s = model_.structure();
   for (std::size_t r = 0; r < worst_cases_.size(); ++r) {
     if (!worst_cases_[r].copied) continue;
-    const RobustScope scope = robust_scope(s, worst_cases_[r].constraint);
+    const RobustScope& scope = scopes_[r];
     if (std::ranges::any_of(scope.variables, [&](Index i) { return read[at(i)]; })) continue;
-    for (const Index i : scope.variables) {
-      structure_.variable_lower[at(i)] = structure_.variable_upper[at(i)] =
-          worst_cases_[r].v[at(i)];
-    }
+    hold(scope.variables, worst_cases_[r]);
     for (const Index j : scope.constraints) {
       structure_.constraint_lower[at(j)] = -kInfinity;
       structure_.constraint_upper[at(j)] = kInfinity;
@@ -145,12 +85,20 @@ void RobustCopies::drop_unread(const std::vector<bool>& read) {
   }
 }
 
-Index RobustCopies::copy_variable(Index i, std::size_t copy, const WorstCase& worst_case) {
+/// The model's own variables at their values in a worst case.
+void RobustCopies::hold(const std::vector<Index>& variables, const WorstCase& worst_case) {
+  for (const Index i : variables) {
+    structure_.variable_lower[at(i)] = structure_.variable_upper[at(i)] = worst_case.v[at(i)];
+  }
+}
+
+Index RobustCopies::copy_variable(Index i, std::size_t copy, const WorstCase& worst_case,
+                                  bool held) {
   const ProblemStructure& s = model_.structure();
   const double value = worst_case.v[at(i)];
   model_variable_.push_back(i);
-  return add_variable(structure_, Player::Max, worst_case.held ? value : s.variable_lower[at(i)],
-                      worst_case.held ? value : s.variable_upper[at(i)],
+  return add_variable(structure_, Player::Max, held ? value : s.variable_lower[at(i)],
+                      held ? value : s.variable_upper[at(i)],
                       label_of_copy(s.variable_names, s.variable_numbers, i, copy));
 }
 
@@ -162,7 +110,8 @@ Index RobustCopies::copy_row(Index j, std::size_t copy) {
                         label_of_copy(s.constraint_names, s.constraint_numbers, j, copy));
 }
 
-void RobustCopies::add_worst_case(const WorstCase& worst_case) {
+void RobustCopies::add_worst_case(std::size_t k) {
+  const WorstCase& worst_case = worst_cases_[k];
   const std::size_t copy = parts_.size();
   const auto same_row = [&](const Part& part) { return part.row == worst_case.constraint; };
   Part part;
@@ -175,9 +124,10 @@ void RobustCopies::add_worst_case(const WorstCase& worst_case) {
   if (worst_case.side > 0) structure_.constraint_lower[at(part.row)] = -kInfinity;
   if (worst_case.side < 0) structure_.constraint_upper[at(part.row)] = kInfinity;
   if (worst_case.copied) {
-    const RobustScope scope = robust_scope(model_.structure(), worst_case.constraint);
+    const RobustScope& scope = scopes_[k];
     for (const Index i : scope.variables) {
-      part.column[at(i)] = copy_variable(i, copy, worst_case);
+      const bool idle = std::ranges::binary_search(scope.idle, i);
+      part.column[at(i)] = copy_variable(i, copy, worst_case, worst_case.held || idle);
     }
     if (!worst_case.held) {
       for (const Index j : scope.constraints) part.row_of[at(j)] = copy_row(j, copy);
@@ -188,21 +138,24 @@ void RobustCopies::add_worst_case(const WorstCase& worst_case) {
 
 /// Copies, and variables of the model that nothing else reads, serve the row of their worst case.
 void RobustCopies::serve_rows(const std::vector<bool>& reads_y) {
-  const ProblemStructure& s = model_.structure();
   std::vector<Index>& served = structure_.served_constraint;
   served.assign(structure_.variable_players.size(), -1);
   std::vector<Index> readers(v_.size(), 0);
-  for (const Index row : robust_constraints(s)) {
-    for (const Index i : robust_scope(s, row).variables) ++readers[at(i)];
+  for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
+    const auto first =
+        std::ranges::find(worst_cases_, worst_cases_[k].constraint, &WorstCase::constraint);
+    if (first != worst_cases_.begin() + static_cast<std::ptrdiff_t>(k)) continue;
+    for (const Index i : scopes_[k].variables) ++readers[at(i)];
   }
   for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
     const WorstCase& worst_case = worst_cases_[k];
     const Index own = row(k);
-    const RobustScope scope = robust_scope(s, worst_case.constraint);
+    const RobustScope& scope = scopes_[k];
     const bool shared = !worst_case.copied && std::ranges::any_of(scope.variables, [&](Index i) {
       return reads_y[at(i)] || readers[at(i)] > 1;
     });
     if (shared || worst_case.held) continue;
+    if (!worst_case.copied) hold(scope.idle, worst_case);
     for (const Index i : scope.variables) served[at(variable(k, i))] = own;
     parts_[k + 1].serving = scope.constraints;
   }

@@ -5,27 +5,11 @@
 #include <vector>
 
 #include "core/model/budget.hpp"
+#include "core/model/robust_scope.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
 
 namespace ipminmax {
-
-/// Whether indices can be followed; a solve says what is wrong with others.
-[[nodiscard]] bool has_valid_indices(const ProblemStructure& structure);
-
-/// The robust constraints of a model, ascending; none where indices cannot be followed.
-[[nodiscard]] std::vector<Index> robust_constraints(const ProblemStructure& structure);
-
-/// What of Max a robust constraint involves: the Max variables that it reads, those tied to them by
-/// Max constraints, and these constraints.
-struct RobustScope {
-  std::vector<Index> variables;
-  std::vector<Index> constraints;
-};
-[[nodiscard]] RobustScope robust_scope(const ProblemStructure& structure, Index constraint);
-/// Whether Y, as far as a robust constraint's scope goes, depends on x: then no fixed y is in it
-/// for every x.
-[[nodiscard]] bool moves_with_x(const ProblemStructure& structure, const RobustScope& scope);
 
 /// The model with copies of y for worst cases of robust constraints:
 ///
@@ -83,6 +67,11 @@ class RobustCopies final : public Problem {
   [[nodiscard]] Index variable(std::size_t k, Index model_variable) const {
     return parts_[k + 1].column[static_cast<std::size_t>(model_variable)];
   }
+  /// Row, of a result, that stands for a Max constraint of the k-th worst case's scope.
+  [[nodiscard]] Index row_on_copy(std::size_t k, Index model_row) const {
+    const Index own = parts_[k + 1].row_of[static_cast<std::size_t>(model_row)];
+    return own < 0 ? model_row : own;
+  }
   /// Whether the row of the k-th worst case holds x where it is: its multiplier exceeds its
   /// distance to the bound.
   [[nodiscard]] bool is_active(const Result& result, std::size_t k) const;
@@ -99,12 +88,13 @@ class RobustCopies final : public Problem {
     std::size_t zeros = 0;              ///< entries behind the others
   };
   void add_base(const std::vector<bool>& reads_y);
-  void add_worst_case(const WorstCase& worst_case);
+  void add_worst_case(std::size_t k);
   [[nodiscard]] Index copy_variable(Index model_variable, std::size_t copy,
-                                    const WorstCase& worst_case);
+                                    const WorstCase& worst_case, bool held);
   [[nodiscard]] Index copy_row(Index model_row, std::size_t copy);
   void drop_unread(const std::vector<bool>& read);
   void serve_rows(const std::vector<bool>& reads_y);
+  void hold(const std::vector<Index>& variables, const WorstCase& worst_case);
   void add_entries();
   [[nodiscard]] bool load(std::span<const double> v, const Part& part);
   void load_multipliers(std::span<const double> lambda, const Part& part);
@@ -112,7 +102,8 @@ class RobustCopies final : public Problem {
   Problem& model_;
   Budget& budget_;
   std::vector<WorstCase> worst_cases_;
-  std::vector<double> start_;  ///< empty: the model's
+  std::vector<RobustScope> scopes_;  ///< of each worst case
+  std::vector<double> start_;        ///< empty: the model's
   ProblemStructure structure_;
   std::vector<Part> parts_;                        ///< the model's own y, then the worst cases
   std::vector<Index> model_variable_, model_row_;  ///< of each variable and row

@@ -25,11 +25,15 @@ RowOverY::RowOverY(Problem& model, Index constraint, double side, std::vector<do
     structure_.variable_lower[at(i)] = s.variable_lower[at(i)];
     structure_.variable_upper[at(i)] = s.variable_upper[at(i)];
   }
+  for (const Index i : scope.idle) {
+    structure_.variable_lower[at(i)] = structure_.variable_upper[at(i)] = start_[at(i)];
+  }
   for (const Index j : scope.constraints) {
     structure_.constraint_lower[at(j)] = s.constraint_lower[at(j)];
     structure_.constraint_upper[at(j)] = s.constraint_upper[at(j)];
   }
   structure_.nonlinear_variables.reset();
+  if (const BoxFunctions* functions = model.over_boxes()) boxes_.emplace(*functions, *this);
 }
 
 bool RowOverY::starting_point(StartingPoint& start) {
@@ -67,6 +71,12 @@ bool RowOverY::hessian(std::span<const double> v, bool new_v, double sigma,
 bool RowOverY::hessian_errors(std::span<const double> v, double sigma,
                               std::span<const double> lambda, std::span<double> row_errors) {
   return model().hessian_errors(v, 0.0, weights(sigma, lambda), row_errors);
+}
+
+IntervalJet RowOverY::Boxes::objective_over(std::span<const IntervalJet> v) const {
+  std::vector<IntervalJet> g(row_.g_.size());
+  functions_.constraints_over(v, g);
+  return IntervalJet(row_.side_) * g[at(row_.constraint_)];
 }
 
 std::span<const double> RowOverY::weights(double sigma, std::span<const double> lambda) {

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "core/interval.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/robust_copies.hpp"
 
@@ -28,8 +30,27 @@ class RowOverY final : public ForwardingProblem {
   [[nodiscard]] bool hessian_errors(std::span<const double> v, double sigma,
                                     std::span<const double> lambda,
                                     std::span<double> row_errors) override;
+  [[nodiscard]] const BoxFunctions* over_boxes() const override {
+    return boxes_ ? &*boxes_ : nullptr;
+  }
 
  private:
+  /// side * g as an objective over boxes.
+  class Boxes final : public BoxFunctions {
+   public:
+    Boxes(const BoxFunctions& functions, const RowOverY& row) : functions_(functions), row_(row) {}
+    [[nodiscard]] IntervalJet objective_over(std::span<const IntervalJet> v) const override;
+    void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
+      functions_.constraints_over(v, g);
+    }
+    [[nodiscard]] Determined determined() const override { return functions_.determined(); }
+    void determine(std::span<double> v) const override { functions_.determine(v); }
+
+   private:
+    const BoxFunctions& functions_;
+    const RowOverY& row_;
+  };
+
   [[nodiscard]] std::span<const double> weights(double sigma, std::span<const double> lambda);
 
   ProblemStructure structure_;
@@ -37,6 +58,7 @@ class RowOverY final : public ForwardingProblem {
   double side_;
   std::vector<double> start_;
   std::vector<double> g_, lambda_, jacobian_;
+  std::optional<Boxes> boxes_;
 };
 
 }  // namespace ipminmax

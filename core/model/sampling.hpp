@@ -11,16 +11,16 @@ namespace ipminmax {
 }
 
 /// Where a variable is sampled.
-struct Interval {
+struct SampledRange {
   double lower, upper;
 
   /// What lies within the reach of a center, which is moved inside first.
-  [[nodiscard]] Interval around(double center, double reach) const {
+  [[nodiscard]] SampledRange around(double center, double reach) const {
     const double inside = std::clamp(center, lower, upper);
     return {std::max(lower, inside - reach), std::min(upper, inside + reach)};
   }
   /// Without that share at either end.
-  [[nodiscard]] Interval without_ends(double share) const {
+  [[nodiscard]] SampledRange without_ends(double share) const {
     const double margin = share * (upper - lower);
     return {lower + margin, upper - margin};
   }

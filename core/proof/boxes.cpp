@@ -300,11 +300,9 @@ class BranchAndBound {
 }  // namespace
 
 FunctionOfBoxes::FunctionOfBoxes(const BoxFunctions& functions, std::span<const double> v,
-                                 std::size_t constraints, Index constraint, double sign,
-                                 std::vector<Index> variables, std::vector<Row> rows)
+                                 std::size_t constraints, std::vector<Index> variables,
+                                 std::vector<Row> rows)
     : functions_(functions),
-      constraint_(constraint),
-      sign_(sign),
       variables_(std::move(variables)),
       rows_(std::move(rows)),
       v_(v.begin(), v.end()),
@@ -312,15 +310,20 @@ FunctionOfBoxes::FunctionOfBoxes(const BoxFunctions& functions, std::span<const 
 
 void FunctionOfBoxes::look(std::span<const Interval> y, Look& look) {
   for (std::size_t k = 0; k < variables_.size(); ++k) {
-    v_[static_cast<std::size_t>(variables_[k])] = {y[k], k, variables_.size()};
+    v_[at(variables_[k])] = {y[k], k, variables_.size()};
   }
-  if (constraint_ >= 0 || !rows_.empty()) functions_.constraints_over(v_, g_);
-  look.value = IntervalJet(sign_) * (constraint_ < 0 ? functions_.objective_over(v_)
-                                                     : g_[static_cast<std::size_t>(constraint_)]);
+  look.value = functions_.objective_over(v_);
   look.rows.clear();
-  for (const Row& row : rows_) {
-    look.rows.push_back(g_[static_cast<std::size_t>(row.constraint)]);
+  if (rows_.empty()) return;
+  functions_.constraints_over(v_, g_);
+  for (const Row& row : rows_) look.rows.push_back(g_[at(row.constraint)]);
+}
+
+Interval FunctionOfBoxes::value_over(std::span<const Interval> y) {
+  for (std::size_t k = 0; k < variables_.size(); ++k) {
+    v_[at(variables_[k])] = IntervalJet(y[k]);
   }
+  return functions_.objective_over(v_).value();
 }
 
 BoxBound bound_over_boxes(FunctionOfBoxes& function, const std::vector<Interval>& domain,

@@ -9,11 +9,11 @@
 
 namespace ipminmax {
 
-/// sign times f or a constraint as a function of Max's free variables y, x held, and the constraints
-/// that y has to meet.
+/// The objective of a problem as a function of its free variables y, the others held, and the
+/// constraints that y has to meet.
 class FunctionOfBoxes {
  public:
-  /// A constraint of Max's with its bounds, infinite where it has none.
+  /// A constraint with its bounds, infinite where it has none.
   struct Row {
     Index constraint;
     double lower, upper;
@@ -24,20 +24,18 @@ class FunctionOfBoxes {
     std::vector<IntervalJet> rows;  ///< in the order of rows()
   };
 
-  /// constraint: -1 for f. variables, rows: Max's that count. v: n. The functions outlive this.
+  /// v: n. constraints: m, of which rows count. The functions outlive this.
   FunctionOfBoxes(const BoxFunctions& functions, std::span<const double> v, std::size_t constraints,
-                  Index constraint, double sign, std::vector<Index> variables,
-                  std::vector<Row> rows);
+                  std::vector<Index> variables, std::vector<Row> rows);
 
-  [[nodiscard]] std::size_t dimension() const { return variables_.size(); }
   [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
   /// y: as many as variables.
   void look(std::span<const Interval> y, Look& look);
+  /// By the formulas alone, for any number of variables.
+  [[nodiscard]] Interval value_over(std::span<const Interval> y);
 
  private:
   const BoxFunctions& functions_;
-  Index constraint_;
-  double sign_;
   std::vector<Index> variables_;
   std::vector<Row> rows_;
   std::vector<IntervalJet> v_, g_;

@@ -32,8 +32,8 @@ std::vector<double> random_start(const ProblemStructure& structure,
   for (std::size_t i = 0; i < v.size(); ++i) {
     const bool has_lower = structure.variable_lower[i] > options.nlp_lower_bound_inf;
     const bool has_upper = structure.variable_upper[i] < options.nlp_upper_bound_inf;
-    Interval box{has_lower ? structure.variable_lower[i] : -kInfinity,
-                 has_upper ? structure.variable_upper[i] : kInfinity};
+    SampledRange box{has_lower ? structure.variable_lower[i] : -kInfinity,
+                     has_upper ? structure.variable_upper[i] : kInfinity};
     if (!(has_lower && has_upper)) {
       const double s = std::clamp(center[i], box.lower, box.upper);
       box = box.around(s, radius * std::max(1.0, std::abs(s)));

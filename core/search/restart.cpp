@@ -49,7 +49,7 @@ Iterate restart_point(const CanonicalProblem& canonical, const Iterate& start, I
   for (const IndexRange range : {canonical.x(), canonical.y()}) {
     for (Index i = range.begin; i < range.end; ++i) {
       const double reach = factor * std::max(1.0, std::abs(start.v[i]));
-      Interval box{canonical.lower()[i], canonical.upper()[i]};
+      SampledRange box{canonical.lower()[i], canonical.upper()[i]};
       if (!(box.upper - box.lower <= parameter::kWideInterval * reach)) {
         box = box.around(number % 2 != 0 ? start.v[i] : 0.0, reach);
       }

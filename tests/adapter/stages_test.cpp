@@ -237,6 +237,56 @@ struct Wall {
   void limits_of(auto s, auto, auto g) const { g[0] = s[0] - 1.0; }
 };
 
+/// The speed of a van der Pol oscillator, limited at the end of every stage.
+struct SlowVanDerPol {
+  static constexpr std::size_t states = 2, controls = 1, disturbances = 1, limits = 1;
+  double limit = 0.4;
+  void dynamics(auto s, auto u, auto w, auto rate) const {
+    rate[0] = s[1];
+    rate[1] = (1.0 - s[0] * s[0]) * s[1] - s[0] + u[0] + w[0];
+  }
+  auto cost(auto s, auto u, auto w) const {
+    return s[0] * s[0] + s[1] * s[1] + u[0] * u[0] - 12.0 * w[0] * w[0];
+  }
+  void limits_of(auto s, auto, auto g) const { g[0] = -s[1] - limit; }
+  static Horizon horizon(std::size_t stages) {
+    return {.stages = stages,
+            .step = 2.0 / static_cast<double>(stages),
+            .discretization = Discretization::HermiteSimpson,
+            .initial = {1.0, 0.0},
+            .control_lower = {-2.0},
+            .control_upper = {2.0},
+            .disturbance_lower = {-0.1},
+            .disturbance_upper = {0.1}};
+  }
+};
+
+// The worst case of a stage's limit does not depend on the disturbances behind that stage: if they
+// were free in it, its y would not be unique, and nothing certified where several limits are active.
+TEST(Stages, LimitsOfTheStateInEveryStageAreCertified) {
+  SolverOptions options;
+  options.minmax_worst_case_starts = 0;
+  for (const double limit : {0.38, 0.42, 0.46}) {
+    SCOPED_TRACE(limit);
+    StageGame game(SlowVanDerPol{limit}, SlowVanDerPol::horizon(20));
+    const StageAnswer plan = game.solve(options);
+    EXPECT_TRUE(plan.certified()) << plan.result.message;
+    const auto active = std::ranges::count_if(plan.worst_cases, &RobustWorstCase::active);
+    EXPECT_GE(active, 3);
+    for (const RobustWorstCase& worst : plan.worst_cases) {
+      if (!worst.active) continue;
+      // Its trajectory is one: v holds all of it.
+      std::vector<double> rows(game.structure().constraint_players.size());
+      ASSERT_TRUE(game.constraints(worst.v, true, rows));
+      EXPECT_NEAR(rows[static_cast<std::size_t>(worst.constraint)], 0.0, 1e-6);
+      for (std::size_t j = 0; j < rows.size(); ++j) {
+        const bool of_max = game.structure().constraint_players[j] == Player::Max;
+        EXPECT_NEAR(of_max ? rows[j] : 0.0, 0.0, 1e-8);
+      }
+    }
+  }
+}
+
 TEST(Stages, LimitsHoldForEveryDisturbance) {
   StageGame game(Wall{}, {.stages = 4,
                           .step = 0.25,
@@ -347,6 +397,69 @@ TEST(Stages, BadInputIsNamed) {
   StageGame game(Unstable{}, {.initial = {1.0}});
   EXPECT_THROW(game.set_initial(std::vector<double>{1.0, 2.0}), std::invalid_argument);
   EXPECT_THROW(game.set_start({}), std::invalid_argument);
+}
+
+/// A pendulum whose first state is known within bounds, against a limit of its angle at every stage.
+struct UncertainPendulum {
+  static constexpr std::size_t states = 2, controls = 1, disturbances = 1, limits = 1;
+  double bound = 1.0;
+  void dynamics(auto s, auto u, auto w, auto rate) const {
+    rate[0] = s[1];
+    rate[1] = -1.0 * sin(s[0]) - 0.5 * s[1] + u[0] + 0.0 * w[0];
+  }
+  auto cost(auto s, auto u, auto w) const {
+    return s[0] * s[0] + 0.1 * s[1] * s[1] + 0.1 * u[0] * u[0] - w[0] * w[0];
+  }
+  void limits_of(auto s, auto, auto g) const { g[0] = s[0] - bound; }
+};
+
+TEST(ProvableStageGame, StatesFollowFromWhatIsUncertain) {
+  for (const Discretization how : {Discretization::Euler, Discretization::RungeKutta4}) {
+    const double bound = how == Discretization::Euler ? 1.045 : 1.02;
+    ProvableStageGame game(UncertainPendulum{bound}, {.stages = 8,
+                                                      .step = 0.1,
+                                                      .discretization = how,
+                                                      .initial = {0.9, 0.3},
+                                                      .initial_spread = {0.1, 0.1},
+                                                      .disturbance_lower = {0.0},
+                                                      .disturbance_upper = {0.0}});
+    SolverOptions options;
+    options.minmax_worst_case_proof = true;
+    const StageAnswer plan = game.solve(options);
+    ASSERT_TRUE(plan.certified()) << plan.result.message;
+    ASSERT_EQ(plan.result.over_y.proofs.size(), 9U);  // f, and the limit at the end of each stage
+    double highest = -1.0;
+    for (const WorstCaseProof& proof : plan.result.over_y.proofs) {
+      EXPECT_TRUE(proof.complete) << proof.message;
+      if (proof.constraint >= 0) highest = std::max(highest, proof.proved);
+    }
+    EXPECT_NEAR(highest, 0.0, 1e-5);  // x rests on a limit
+    double most = -1.0;
+    for (int i = 0; i <= 20; ++i) {
+      for (int j = 0; j <= 20; ++j) {
+        std::vector<double> s = {0.8 + 0.01 * i, 0.2 + 0.01 * j};
+        for (std::size_t k = 0; k < 8; ++k) {
+          if (how == Discretization::RungeKutta4) break;  // simulate() takes smaller steps
+          s = game.simulate(s, plan.controls[k], std::vector<double>{0.0}, {}, k);
+          most = std::max(most, s[0] - bound);
+        }
+      }
+    }
+    EXPECT_LE(most, highest + 1e-12);
+    // At the worst case that was seen the states are those that follow.
+    for (const WorstCaseProof& proof : plan.result.over_y.proofs) {
+      std::vector<double> g(game.structure().constraint_players.size());
+      ASSERT_TRUE(game.constraints(proof.v, true, g));
+      for (std::size_t j = 0; j < g.size(); ++j) {
+        if (game.structure().constraint_players[j] != Player::Max) continue;
+        EXPECT_NEAR(g[j], 0.0, 1e-12);
+      }
+    }
+  }
+  EXPECT_THROW(
+      ProvableStageGame(UncertainPendulum{},
+                        {.discretization = Discretization::HermiteSimpson, .initial = {0.0, 0.0}}),
+      std::invalid_argument);
 }
 
 }  // namespace

@@ -8,7 +8,9 @@
 
 #include <gtest/gtest.h>
 
+#include "core/answer.hpp"
 #include "core/proof.hpp"
+#include "core/solver.hpp"
 
 namespace ipminmax {
 namespace {
@@ -221,7 +223,9 @@ TEST(Proof, BadRequestsAreNamed) {
   const auto has = [](const std::string& text, const char* part) {
     return text.find(part) != std::string::npos;
   };
-  EXPECT_TRUE(has(error(v, {}), "variable 2 is Max's and has not two bounds")) << error(v, {});
+  const WorstCaseProof uncut = prove_worst_case(problem, v, {});
+  EXPECT_FALSE(uncut.complete);
+  EXPECT_TRUE(has(uncut.message, "variable 2 is Max's and has not two bounds")) << uncut.message;
   EXPECT_TRUE(has(error(std::vector<double>{1.0}, {}), "1 values for 3"));
   EXPECT_TRUE(has(error(std::vector<double>{1.0, NAN, 0.0}, {}), "not finite"));
   EXPECT_TRUE(has(error(v, {.constraint = 3}), "no constraint 3"));
@@ -300,6 +304,100 @@ TEST(Proof, RandomWavesAreEnclosed) {
     EXPECT_LE(proof.seen, proof.proved) << trial;
     EXPECT_LE(proof.proved - most, (n == 1 ? 1e-4 : n == 2 ? 2e-2 : 0.3)) << trial;
   }
+}
+
+/// The design that eight starts call safe, with the proof in the solve: the peak that it finds is a
+/// worst case of the next one.
+TEST(ProofOfASolve, DesignsWithTheWorstCaseThatTheProofFinds) {
+  auto problem = over_box(Resonance{}, {-3.0}, {3.0},
+                          {.players = {},
+                           .start = {},
+                           .constraint_lower = {-kNone},
+                           .constraint_upper = {1.0},
+                           .constraint_players = {kMin}});
+  const Result unsafe = solve(problem, {});
+  EXPECT_TRUE(is_success(unsafe.status));
+  EXPECT_NEAR(unsafe.v[0], 1.0, 1e-6);
+  EXPECT_TRUE(unsafe.over_y.proofs.empty());
+
+  SolverOptions options;
+  options.minmax_worst_case_proof = true;
+  const Result safe = solve(problem, options);
+  EXPECT_TRUE(is_success(safe.status)) << safe.message;
+  EXPECT_EQ(safe.certificate.kind, PointKind::LocalMinmax);
+  EXPECT_NEAR(safe.v[0], 1.0 / (2.5 + 0.1 * std::cos(0.7316)), 1e-6);
+  ASSERT_EQ(safe.over_y.proofs.size(), 2U);  // of the constraint, and of f, which reads no y
+  for (const WorstCaseProof& proof : safe.over_y.proofs) {
+    EXPECT_TRUE(proof.complete) << proof.message;
+    EXPECT_NEAR(proof.proved, proof.constraint < 0 ? safe.objective : 1.0, 1e-5);
+  }
+  EXPECT_NE(statements(safe)[2].find("proved over all y"), std::string::npos)
+      << statements(safe)[2];
+}
+
+/// x against a peak of height 2 - x at y = -2.2137, 3e-4 wide, which one start does not see.
+struct Peak {
+  template <class T>
+  T objective(std::span<const T> v) const {
+    const T& y = v[1];
+    return square(v[0]) + 0.3 * cos(y) + (2.0 - v[0]) / (1.0 + 1e7 * square(y + 2.2137));
+  }
+};
+
+TEST(ProofOfASolve, TheObjectivesPeakIsAnotherStart) {
+  auto problem = over_box(Peak{}, {-3.0}, {3.0});
+  SolverOptions options;
+  options.minmax_worst_case_starts = 1;
+  const Result unsafe = solve(problem, options);
+  EXPECT_NEAR(unsafe.v[0], 0.0, 1e-6);
+
+  options.minmax_worst_case_proof = true;
+  const Result safe = solve(problem, options);
+  EXPECT_TRUE(is_success(safe.status)) << safe.message;
+  EXPECT_NEAR(safe.v[0], 0.5, 1e-3);
+  EXPECT_NEAR(safe.v[1], -2.2137, 1e-3);
+  ASSERT_EQ(safe.over_y.proofs.size(), 1U);
+  EXPECT_GE(safe.over_y.proofs[0].proved, safe.objective - 1e-9);
+
+  options.minmax_epigraph = true;
+  const Result branches = solve(problem, options);
+  EXPECT_TRUE(is_success(branches.status)) << branches.message;
+  EXPECT_NEAR(branches.objective, safe.objective, 1e-6);
+  ASSERT_EQ(branches.over_y.proofs.size(), 1U);
+  EXPECT_EQ(branches.over_y.proofs[0].constraint, -1);
+  EXPECT_NEAR(branches.over_y.proofs[0].proved, branches.objective, 1e-5);
+}
+
+/// What is not proved is no success.
+TEST(ProofOfASolve, AnIncompleteProofIsNoSuccess) {
+  auto branching = over_box(Branches{}, {0.0}, {1.0});
+  SolverOptions options;
+  options.minmax_worst_case_proof = true;
+  options.minmax_max_restarts = 0;
+  const Result undecided = solve(branching, options);
+  EXPECT_FALSE(is_success(undecided.status));
+  EXPECT_NE(undecided.certificate.kind, PointKind::LocalMinmax);
+
+  auto unbounded = over_box(Camel{}, {-3.0, -2.0}, {3.0, kNone});
+  const Result uncut = solve(unbounded, options);
+  EXPECT_FALSE(is_success(uncut.status));
+
+  AutodiffProblem foreign(Camel{}, {.players = {kMin, kMax, kMax},
+                                    .start = {0.0, 0.0, 0.0},
+                                    .lower = {-1.0, -1.0, -1.0},
+                                    .upper = {1.0, 1.0, 1.0}});
+  const Result refused = solve(foreign, options);
+  EXPECT_EQ(refused.status, Status::InvalidOption);
+  EXPECT_NE(refused.message.find("minmax_worst_case_proof"), std::string::npos);
+
+  auto dear = over_box(Rastrigin{}, std::vector<double>(5, -4.1), std::vector<double>(5, 5.2));
+  int words = 0;
+  const Result stopped = solve(dear, options, [&](const IterationInfo& info) {
+    words += info.over_y && info.error.total == 0.0 ? 1 : 0;
+    return words < 3;
+  });
+  EXPECT_EQ(stopped.status, Status::UserStop) << stopped.message;
+  EXPECT_NE(stopped.certificate.kind, PointKind::LocalMinmax);
 }
 
 }  // namespace

@@ -267,6 +267,33 @@ TEST_P(InactiveRow, IsMaximizedWhateverItsMultiplier) {
 INSTANTIATE_TEST_SUITE_P(Disturbances, InactiveRow,
                          ::testing::Values(1, 2, 5, 10, 20, 50, 200, 1000));
 
+// The solve scales the row by 1e-3, so that its barrier leaves the row 1e3 times as far below its
+// maximum: no violation, and no other worst case.
+TEST(RobustConstraint, WhatTheBarrierLeavesIsMeasuredInTheUnitsOfTheRow) {
+  constexpr int kSize = 40;
+  Model model;
+  const Expression x = model.variable(Player::Min, "x");
+  Expression mean = 0.0;
+  for (int i = 0; i < kSize; ++i) {
+    mean = mean + model.variable(Player::Max, "y", -1.0, 1.0) * (1.0 / kSize);
+  }
+  model.objective(50.0 * square(x - 1.0));
+  model.constraint(1e5 * x + 0.001 * mean, -kNoBound, 0.0, Player::Min);
+  AutodiffProblem problem(model, std::vector<double>(kSize + 1, 0.0));
+  for (const auto effort : {CertificateEffort::Full, CertificateEffort::Quick}) {
+    SolverOptions options;
+    options.minmax_certificate = effort;
+    const RobustResult answer = solve_robust(problem, options);
+    EXPECT_TRUE(is_success(answer.result.status)) << answer.result.message;
+    // Bounds with small multipliers, from which y is far, are active all the same.
+    EXPECT_EQ(answer.result.certificate.kind == PointKind::LocalMinmax,
+              effort == CertificateEffort::Full);
+    EXPECT_NEAR(answer.result.v[0], -1e-8, 1e-9);
+    EXPECT_EQ(answer.worst_cases.size(), 1U);
+    EXPECT_EQ(answer.solves, 1);
+  }
+}
+
 TEST(RobustConstraint, BothBoundsAreKept) {
   // |x mean(y)| <= c for every y in [-1, 1]^N, the worst case of either bound is inactive first.
   Model model;

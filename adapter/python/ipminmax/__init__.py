@@ -14,7 +14,7 @@ from .constraints import Constraint, LinearConstraint
 from .differences import DerivativeWarning, EvaluationError
 from .minimize import minimize_minmax
 from .problem import MAX, MIN, Problem
-from .result import MinmaxResult, Point, WorstCase
+from .result import MinmaxResult, Point, Proof, WorstCase
 from .sensitivity import ActiveSetChange, NoSensitivity, Sensitivity
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "Point",
     "PointKind",
     "Problem",
+    "Proof",
     "SecondOrder",
     "Sensitivity",
     "WorstCase",

@@ -15,7 +15,7 @@ from .constraints import Row, derivative_argument, read_bounds, read_constraint
 from .differences import Box, Derivative, DerivativeWarning, LimitReached, Vector, check_given
 from .pattern import ConstantPattern, Pattern, joined, lower_triangle
 from .problem import MAX, MIN, Problem, refute, to_floats
-from .result import MinmaxResult, Point, WorstCase
+from .result import MinmaxResult, Point, Proof, WorstCase
 
 
 class _Clock:
@@ -89,6 +89,10 @@ class _Game:
 
     def objective(self, v: Vector) -> float:
         return _number(self.value_of_pair(v) if self.jac_in_fun else self.value(v), "fun")
+
+    def objective_over(self, v: Any) -> Any:
+        """Of an array of Interval objects."""
+        return self.value_of_pair(v) if self.jac_in_fun else self.value(v)
 
     def gradient(self, v: Vector) -> Vector:
         assert self.jac is not None
@@ -174,6 +178,11 @@ class _Game:
 
     def constraints(self, v: Vector) -> Vector:
         return np.concatenate([self.real_row_values(row, v) for row in self.rows])
+
+    def constraints_over(self, v: Any) -> Any:
+        """Of an array of Interval objects."""
+        return np.concatenate([np.ravel(np.asarray(self.row_values(row, v), dtype=object))
+                               for row in self.rows])
 
     def jacobianstructure(self) -> Tuple[Any, Any]:
         offsets = np.cumsum([0] + [row.size for row in self.rows])
@@ -294,6 +303,7 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
     functions = types.SimpleNamespace(
         objective=game.objective, gradient=game.gradient, constraints=game.constraints,
         jacobian=game.jacobian, jacobianstructure=game.jacobianstructure,
+        objective_over=game.objective_over, constraints_over=game.constraints_over,
         **game.set_hessian(hess, hess_pattern))
     sides = [row.bounds(row.size) for row in game.rows]
     if callback is not None:
@@ -337,7 +347,7 @@ def _late(game: _Game, v0: Vector) -> Tuple[Vector, Dict[str, Any]]:
                 "status": _core.STATUS_OF_TIME_LIMIT, "status_name": "max wall time",
                 "status_msg": message, "interrupted": False,
                 "certificate": Certificate.nothing(message), "worst_case": None, "worst_cases": [],
-                "points": [], "statements": [message],
+                "proofs": [], "points": [], "statements": [message],
                 "history": np.zeros((0, 5)), "statistics": {"iterations": 0}, "derivative_error": None}
 
 
@@ -375,13 +385,19 @@ def _checked(game: _Game, problem: Problem, v0: Vector, check: bool) -> Tuple[Ve
 def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, Any]) -> MinmaxResult:
     at = np.cumsum([0] + [row.size for row in game.rows])
 
-    def worst_case(found: Dict[str, Any]) -> WorstCase:
-        index = int(found["constraint"])
+    def place(index: int) -> Tuple[Optional[int], int]:
+        if not 0 <= index < at[-1]:
+            return None, 0  # fun
         number = int(np.searchsorted(at, index, side="right")) - 1
-        of_fun = index >= at[-1]
-        return WorstCase(None if of_fun else number, 0 if of_fun else index - int(at[number]),
-                         found["value"], found["multiplier"], found["active"],
-                         *game.split(found["x"]))
+        return number, index - int(at[number])
+
+    def worst_case(found: Dict[str, Any]) -> WorstCase:
+        return WorstCase(*place(found["constraint"]), found["value"], found["multiplier"],
+                         found["active"], *game.split(found["x"]))
+
+    def proof(found: Dict[str, Any]) -> Proof:
+        return Proof(*place(found["constraint"]), found["least"], found["seen"], found["proved"],
+                     found["complete"], found["boxes"], found["message"])
 
     worst = info["worst_case"]
     higher = worst is not None and worst["higher"]
@@ -395,6 +411,7 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
         success=info["status"] in (0, 1) and not higher, status=info["status"],
         message="; ".join(message + game.notes), certificate=info["certificate"], worst_case=worst,
         worst_cases=[worst_case(found) for found in info["worst_cases"]],
+        proofs=[proof(found) for found in info["proofs"]],
         points=[Point(*game.split(p["x"]), p["value"], p["found"], p["first_start"], p["margin"])
                 for p in info["points"]],
         nit=statistics["iterations"], nfev=game.nfev,

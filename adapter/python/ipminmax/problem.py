@@ -148,6 +148,10 @@ class Problem:
     constraint_players: m of them, or None: a constraint with an entry in a Max variable is Max's; one
     that is given to Min nevertheless is robust, it holds for every y.
 
+    With the option minmax_worst_case_proof objective and constraints are called with arrays of
+    Interval objects, too, on which NumPy's operations work; objective_over and constraints_over,
+    where there are such methods, take their place.
+
     Exceptions of these methods are raised by solve; EvaluationError says that a function is undefined
     at a point. Ctrl-C (KeyboardInterrupt) ends the solve before the next call of a method, at the
     last iterate, which solve returns, with info["interrupted"] True; so do max_wall_time and
@@ -209,6 +213,8 @@ class Problem:
             self._pattern_only)
         if self._pattern_only:
             self._solver.add_option("hessian_approximation", "finite-difference-values")
+        self._solver.set_over_boxes(*[getattr(functions, name + "_over", methods.get(name))
+                                      for name in ("objective", "constraints")])
 
     @property
     def _core(self) -> "_core.Problem":
@@ -265,6 +271,9 @@ class Problem:
                                     where nobody looked (minmax_worst_case_starts, minmax_starts)
         worst_cases                 list of dicts of constraint (m: the objective), value, multiplier,
                                     active, x with that y: of robust constraints and minmax_epigraph
+        proofs                      list of dicts of constraint (-1: the objective), least, seen,
+                                    proved, complete, boxes, x with the worst y seen, message: with
+                                    minmax_worst_case_proof
         points                      list of dicts of x, value, found, first_start, margin: certified
                                     points of a multistart (minmax_starts), the best first
         statements                  sentences: why the solve stopped, what the point is locally, what
@@ -306,6 +315,7 @@ class Problem:
                                Certificate.nothing(info["status_msg"]))
         info["worst_case"] = core.worst_case()
         info["worst_cases"] = core.worst_cases()
+        info["proofs"] = core.proofs()
         info["points"] = core.points()
         info["statements"] = core.statements() or [info["status_msg"]]
         info["statistics"] = core.statistics() or {"iterations": info["iterations"]}

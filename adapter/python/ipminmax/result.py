@@ -22,6 +22,19 @@ class WorstCase(NamedTuple):
     y: Vector
 
 
+class Proof(NamedTuple):
+    """What option minmax_worst_case_proof proves of fun or a robust constraint over all y."""
+
+    constraint: Optional[int]  #: number in the list of constraints; None: fun
+    row: int  #: which of its values
+    least: bool  #: of its least value, for a lower bound
+    seen: float  #: a value that some y gives
+    proved: float  #: no y gives more (less, where least)
+    complete: bool  #: the gap is within the tolerance
+    boxes: int  #: looked at
+    message: str
+
+
 class Point(NamedTuple):
     """A certified local minmax that starts of a multistart led to."""
 
@@ -50,6 +63,7 @@ class MinmaxResult:
     #: Over all of y, where minmax_worst_case_starts or minmax_starts looked; see Problem.solve.
     worst_case: Optional[Dict[str, Any]]
     worst_cases: List[WorstCase]  #: of robust constraints, and of fun with minmax_epigraph
+    proofs: List[Proof]  #: over all y, with minmax_worst_case_proof
     points: List[Point]  #: certified points of a multistart (minmax_starts), the best first
     nit: int
     nfev: int  #: calls of fun, those for differences and checks included

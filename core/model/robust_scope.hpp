@@ -1,0 +1,54 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "core/problem.hpp"
+
+namespace ipminmax {
+
+/// Whether indices can be followed; a solve says what is wrong with others.
+[[nodiscard]] bool has_valid_indices(const ProblemStructure& structure);
+
+/// The robust constraints of a model, ascending; none where indices cannot be followed.
+[[nodiscard]] std::vector<Index> robust_constraints(const ProblemStructure& structure);
+
+/// What of Max a robust constraint involves: the Max variables that it reads, those tied to them by
+/// Max constraints, and these constraints. Ascending.
+struct RobustScope {
+  std::vector<Index> variables;
+  std::vector<Index> constraints;
+  /// Of these variables those that move only others which Max's equations determine and which the
+  /// constraint does not depend on: of a trajectory the disturbances behind the constraint's stage.
+  std::vector<Index> idle;
+};
+
+/// The scopes of a structure's robust constraints. A scope takes time linear in its entries.
+class RobustScopes {
+ public:
+  explicit RobustScopes(const ProblemStructure& structure);
+  [[nodiscard]] RobustScope of(Index constraint) const;
+
+ private:
+  using Marks = std::vector<bool>;
+  void match();
+  void match_from(Index row);
+  void tie(Index constraint, Marks& variables, Marks& rows) const;
+  void depend(const std::vector<Index>& seeds, Marks& variables) const;
+  [[nodiscard]] std::vector<Index> idle(Index constraint, const RobustScope& scope) const;
+
+  const ProblemStructure& structure_;
+  std::vector<std::vector<Index>> columns_;  ///< of each constraint, Max's
+  std::vector<std::vector<Index>> rows_;     ///< of each variable, Max's
+  std::vector<Index> determines_;            ///< of each constraint a variable, or -1
+  std::vector<Index> determined_by_;         ///< of each variable a constraint, or -1
+};
+
+/// One of them.
+[[nodiscard]] RobustScope robust_scope(const ProblemStructure& structure, Index constraint);
+
+/// Whether Y, as far as a robust constraint's scope goes, depends on x: then no fixed y is in it
+/// for every x.
+[[nodiscard]] bool moves_with_x(const ProblemStructure& structure, const RobustScope& scope);
+
+}  // namespace ipminmax

@@ -1,0 +1,83 @@
+"""Bounds over all of y that are proved, for functions written with NumPy's operations."""
+
+import unittest
+
+import numpy as np
+
+from ipminmax import Constraint, Problem, minimize_minmax
+from ipminmax._core import Interval
+
+PROOF = {"minmax_worst_case_proof": True}
+
+
+def resonance(x, y):  # eight starts see nothing of its peak at .7316
+    return x[0] * (0.5 + 0.1 * np.cos(y[0]) + 2.0 / (1.0 + 1e8 * np.square(y[0] - 0.7316)))
+
+
+class Intervals(unittest.TestCase):
+    def test_operations_of_numpy(self):
+        a = np.array([Interval(0.5), Interval(-2.0)], dtype=object)
+        for function in (np.sin, np.cos, np.exp, np.tanh, np.arctan, np.abs, np.square, np.sum,
+                         lambda v: v @ v, lambda v: np.array([[1.0, 2.0], [0.5, 3.0]]) @ v,
+                         lambda v: 2.0 * v - v / 3.0 + 1, lambda v: v ** 2 + v ** 3, np.expm1,
+                         lambda v: np.float64(2.0) * v[0] - np.float64(1.0) / v[1],
+                         lambda v: np.arctan2(v[0], 2.0 + v[1] * v[1]), np.negative):
+            numbers = np.ravel(function(np.array([0.5, -2.0])))
+            for box, number in zip(np.ravel(function(a)), numbers):
+                self.assertLessEqual(box.lower, number + 1e-15 * abs(number))
+                self.assertGreaterEqual(box.upper, number - 1e-15 * abs(number))
+                self.assertLess(box.upper - box.lower, 1e-13)
+
+
+class OverAllOfY(unittest.TestCase):
+    def test_the_design_that_starts_call_safe(self):
+        def design(options):
+            return minimize_minmax(lambda x, y: -x[0], [0.1], [0.0], bounds_x=(0, 10),
+                                   bounds_y=(-3, 3), options=options,
+                                   constraints=Constraint(resonance, ub=1.0, player="min"))
+        self.assertAlmostEqual(design({}).x[0], 1.0 / 0.6, places=5)
+        result = design(PROOF)
+        self.assertTrue(result.success, result.message)
+        self.assertTrue(result.certificate.is_local_minmax)
+        self.assertAlmostEqual(result.x[0], 1.0 / (2.5 + 0.1 * np.cos(0.7316)), places=6)
+        proof = [p for p in result.proofs if p.constraint == 0][0]
+        self.assertTrue(proof.complete)
+        self.assertAlmostEqual(proof.proved, 1.0, places=5)
+        self.assertGreaterEqual(proof.proved, proof.seen)
+        self.assertIn("proved over all y", result.statements[2])
+
+    def test_of_the_objective_by_the_class_problem(self):
+        class Game(Problem):
+            def objective(self, v):
+                return v[0] ** 2 + v[0] * v[1] - v[1] ** 2 + 0.5 * np.sin(3.0 * v[1])
+
+            def gradient(self, v):
+                return [2 * v[0] + v[1], v[0] - 2 * v[1] + 1.5 * np.cos(3.0 * v[1])]
+
+        game = Game(2, 0, lb=[-1, -1], ub=[1, 1], players=["min", "max"])
+        game.add_option("print_level", 0)
+        game.add_option("minmax_worst_case_proof", True)
+        v, info = game.solve([0.5, 0.1])
+        self.assertEqual(info["status"], 0, info["status_msg"])
+        y = np.linspace(-1, 1, 20001)
+        worst = np.max(v[0] ** 2 + v[0] * y - y ** 2 + 0.5 * np.sin(3.0 * y))
+        self.assertGreaterEqual(info["proofs"][0]["proved"], worst)
+        self.assertLess(info["proofs"][0]["proved"], worst + 1e-5)
+
+    def test_what_cannot_be_enclosed_is_said(self):
+        def branches(x, y):
+            return x[0] ** 2 + (y[0] if y[0] < 0.25 else y[0] ** 2)
+
+        def foreign(x, y):
+            return x[0] ** 2 - float(y[0]) ** 2
+
+        for fun, word in ((branches, "order differs"), (foreign, "float")):
+            with self.subTest(fun.__name__):
+                result = minimize_minmax(fun, [0.5], [0.5], bounds_y=(0, 1), options=PROOF)
+                self.assertFalse(result.success)
+                self.assertFalse(result.certificate.is_local_minmax)
+                self.assertIn(word, " ".join([result.message, *result.statements]))
+
+
+if __name__ == "__main__":
+    unittest.main()
