@@ -98,7 +98,8 @@ struct CertificateReason {
     Differences,        ///< second derivatives from differences are too uncertain
     WrongHessian,       ///< the model's second derivatives disagree with its gradient
     Effort,             ///< minmax_certificate quick, or the budget is used up
-    Search              ///< the point passed the test, the search that it belongs to did not
+    Search,             ///< the point passed the test, the search that it belongs to did not
+    Relaxed  ///< a remark: bound_relax_factor moved an active bound by much beside its size
   };
   Kind kind = Kind::Effort;
   Player player = Player::Min;     ///< whose

@@ -133,8 +133,8 @@ SecondOrder judge(TestContext& c, const Point& given) {
   }
   if (verdict != SecondOrder::Satisfied) return verdict;
   const Point& judged = c.moved ? *c.moved : given;
-  verdict = test_robust_rows(c.canonical, c.kkt, judged, c.arrays.classes, c.idle.variables,
-                             c.proximal);
+  verdict =
+      test_robust_rows(c.canonical, c.kkt, judged, c.arrays.classes, c.idle.variables, c.proximal);
   if (verdict != SecondOrder::Satisfied) {
     c.certificate.answer = InnerAnswer::Unknown;
     c.reasons.add(Kind::RobustRow, Player::Max,
@@ -184,6 +184,10 @@ Finding run(TestContext& c, const Point& given) {
   if (c.wrong) {
     c.reasons.add_direction(Kind::WrongCurvature, c.wrong->owner, c.wrong->direction,
                             c.wrong->owner == Player::Min ? "Min gains along" : "Max gains along");
+  }
+  if (c.certificate.second_order == SecondOrder::Satisfied && c.options.mu_target == 0.0) {
+    const Point& certified = c.moved ? *c.moved : given;
+    c.reasons.add_relaxed(certified.iterate, c.arrays.units.units, c.options);
   }
   c.certificate.reasons = c.reasons.take();
   c.certificate.kind = c.certificate.second_order == SecondOrder::Satisfied

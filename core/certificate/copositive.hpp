@@ -13,8 +13,8 @@ struct Copositivity {
 };
 
 /// Strictly: t'Ct > 0 for all t >= 0, t != 0, with a margin relative to the diagonal. By all faces
-/// of the cone: the least value over |t| = 1 is attained inside one of them, at an eigenvector of its
-/// principal submatrix [Kaplan 2000]. Beyond 10 rows these are too many: Unknown.
+/// of the cone: the least value over |t| = 1 is attained inside one of them, at an eigenvector of
+/// its principal submatrix [Kaplan 2000]. Beyond 10 rows these are too many: Unknown.
 [[nodiscard]] Copositivity copositivity(const Eigen::MatrixXd& matrix);
 
 }  // namespace ipminmax

@@ -256,7 +256,8 @@ void FlatSearch::look_for_descent(const Eigen::VectorXd& step, double length, do
     return;
   }
   const auto falls = [&](const FeasibleArc::End& e) {
-    return e.reached && e.change < -parameter::kClearGain * (1.0 + std::abs(point.evaluation.f));
+    const double value = std::abs(point.evaluation.f) + length * length;
+    return e.reached && e.change < -parameter::kClearGain * value;
   };
   if (falls(end)) {
     descent_ = length * step;

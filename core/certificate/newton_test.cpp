@@ -47,6 +47,7 @@ class ActiveSetNewton {
   [[nodiscard]] bool compare_hessian(double times_trial, double times_step, NewtonTest& test);
   void measure_error(NewtonTest& test) const;
   void look_at_inequalities(const Eigen::VectorXd& c, NewtonTest& test);
+  [[nodiscard]] double share_of_trial() const;
   void measure_turn(NewtonTest& test);
   [[nodiscard]] const Eigen::VectorXd& forces();
   void place_end(Iterate& z);
@@ -263,8 +264,8 @@ bool ActiveSetNewton::is_there() const {
   return false;
 }
 
-/// Whether the trial point is so much farther than the end of the step that W there need not tell of
-/// W at the end, and the end is not next to the start.
+/// Whether the trial point is so much farther than the end of the step that W there need not tell
+/// of W at the end, and the end is not next to the start.
 bool ActiveSetNewton::is_far_beyond() const {
   for (Index i = 0; i < work_.trial.size(); ++i) {
     if (!system_.is_free(i)) continue;
@@ -328,16 +329,32 @@ void ActiveSetNewton::look_at_inequalities(const Eigen::VectorXd& c, NewtonTest&
   });
 }
 
+/// The Newton step, with its rounding, over the step that is tried.
+double ActiveSetNewton::share_of_trial() const {
+  double share = 0.0;
+  for (Index i = 0; i < work_.trial.size(); ++i) {
+    if (!system_.is_free(i) || work_.trial[i] == 0.0) continue;
+    const double step = std::abs(work_.dv[i]) + parameter::kRounding * std::abs(iterate_.v[i]);
+    share = std::max(share, step / std::abs(work_.trial[i]));
+  }
+  return std::min(share, 1.0);
+}
+
+/// Equations turn over the step alone, for they have second derivatives; what bounds are relaxed by
+/// moves inequalities about as far as the trial point.
 void ActiveSetNewton::measure_turn(NewtonTest& test) {
   const Evaluation& there = work_.there;
   const Units& units = system_.units();
+  const double share = share_of_trial();
+  const auto slack_of = canonical_.slack_of_constraint();
   Eigen::VectorXd &all = work_.turns, &inner = work_.inner_turns;
   all.setZero(canonical_.constraints());
   inner.setZero(canonical_.constraints());
   for (std::size_t k = 0; k < there.jacobian.size(); ++k) {
     const auto [row, col] = canonical_.jacobian()[k];
     if (!system_.counts(row) || system_.is_fixed(col)) continue;
-    const double change = units.constraint[row] * units.variable[col] *
+    const double change = (slack_of[at(row)] < 0 ? share : 1.0) * units.constraint[row] *
+                          units.variable[col] *
                           std::abs(there.jacobian[k] - evaluation_.jacobian[k]);
     all[row] += change;
     const bool is_inner =

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/certificate/parameters.hpp"
+#include "core/model/relaxation.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -105,6 +106,26 @@ void Reasons::add_dependences(const Dependences& dependences) {
   if (!dependences.complete) {
     add(Kind::Dependent, Player::Min, "more active constraints have (nearly) dependent gradients");
   }
+}
+
+void Reasons::add_relaxed(const Iterate& iterate, const Units& units,
+                          const SolverOptions& options) {
+  // Not beside the start, which was pushed off its bounds.
+  const double others = std::max(longest(canonical_, iterate.v, units), 1.0);
+  double most = parameters::certificate::kTrace;
+  Index variable = -1;
+  for_each_bound(canonical_, iterate.v, [&](Index i, int side, double distance) {
+    const double relaxed = relaxation_of(canonical_, i, side, options);
+    if (!(relaxed > 0.0) || distance > 2.0 * relaxed) return;
+    double size = std::abs(side < 0 ? canonical_.lower()[i] : canonical_.upper()[i]);
+    if (size <= 2.0 * relaxed) size = units.variable[i] * others;
+    if (relaxed > most * size) most = relaxed / size, variable = i;
+  });
+  if (variable < 0) return;
+  char by[32];
+  std::snprintf(by, sizeof by, "%.2g", most);
+  add_about(Kind::Relaxed, variable, "relaxed: bounds were moved by bound_relax_factor, that of ",
+            std::string(" by ") + by + " of its size");
 }
 
 void Reasons::add_direction(Kind kind, Player player, const Eigen::VectorXd& step,

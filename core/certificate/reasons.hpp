@@ -25,6 +25,9 @@ class Reasons {
   /// One for each doubtful bound or inequality.
   void add_weakly_active(const BoundClasses& classes);
   void add_dependences(const Dependences& dependences);
+  /// The bound near the point that was relaxed by most beside what it bounds, if that is much:
+  /// bound_relax_factor means the same in no other units.
+  void add_relaxed(const Iterate& iterate, const Units& units, const SolverOptions& options);
   /// A step of canonical variables; before and after the names of its largest entries.
   void add_direction(Kind kind, Player player, const Eigen::VectorXd& step, const char* before);
 

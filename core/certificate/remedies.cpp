@@ -124,6 +124,15 @@ bool ends_here(const TestContext& c, const Candidate& candidate) {
          max_norm(end.lambda - here.lambda) <= parameter::kRounding * (1.0 + max_norm(here.lambda));
 }
 
+std::optional<Candidate> at_end_of_step(TestContext& c, const Candidate& here) {
+  Candidate next = here;
+  ++next.steps;
+  next.point.iterate = here.newton.end.iterate;
+  if (!evaluate(c.canonical, next.point)) return {};
+  next.units = certain_units(c.canonical, next);
+  return next;
+}
+
 /// The end of the Newton step, where W changes by less on the rest of the way.
 std::optional<Candidate> take_newton_step(TestContext& c, const Candidate& here) {
   if (!here.newton.done || !here.newton.classes_hold) return {};
@@ -135,13 +144,11 @@ std::optional<Candidate> take_newton_step(TestContext& c, const Candidate& here)
                       c.kkt.layout().dimension() <= parameter::kLargeSystem;
   const int most = creeps ? parameter::kMostSteps : parameter::kSteps;
   if (there || here.steps >= most || (here.steps > 0 && ends_here(c, here))) return {};
-  Candidate next = here;
-  next.creeps = creeps;
-  next.crept = here.crept || here.steps >= parameter::kSteps;
-  ++next.steps;
-  next.point.iterate = here.newton.end.iterate;
-  if (!evaluate(c.canonical, next.point)) return {};
-  next.units = certain_units(c.canonical, next);
+  auto next = at_end_of_step(c, here);
+  if (next) {
+    next->creeps = creeps;
+    next->crept = here.crept || here.steps >= parameter::kSteps;
+  }
   return next;
 }
 
@@ -337,14 +344,25 @@ std::optional<Candidate> with_basic_multipliers(TestContext& c, const Candidate&
   return {};
 }
 
-SecondOrder certified(TestContext& c, const Candidate& found, const Point& given) {
-  const bool reported = reports_solution(c, found, given);
+SecondOrder certified(TestContext& c, Candidate found, const Point& given) {
+  bool reported = reports_solution(c, found, given);
+  // The solution cannot be returned yet: nearer to it.
+  while (!reported && found.proximal == 0.0 && found.steps < parameter::kSteps) {
+    auto next = at_end_of_step(c, found);
+    if (!next || !passes(c, *next)) break;
+    found = std::move(*next);
+    reported = reports_solution(c, found, given);
+  }
   if (reported && !c.moved) report_end(c, given, found.newton);
   if (!reported || (c.moved && !evaluate_objective(c.canonical, *c.moved))) {
     const Iterate& returned = c.moved ? c.moved->iterate : given.iterate;
     Index most = 0;
-    const Eigen::VectorXd way = found.newton.end.iterate.v - returned.v;
-    way.cwiseQuotient(found.units.variable).cwiseAbs().maxCoeff(&most);
+    Eigen::VectorXd way = found.newton.end.iterate.v - returned.v;
+    way = way.cwiseQuotient(found.units.variable).cwiseAbs();
+    for (const IndexRange slacks : {c.canonical.x_slacks(), c.canonical.y_slacks()}) {
+      way.segment(slacks.begin, slacks.size()).setZero();
+    }
+    way.maxCoeff(&most);
     c.reasons.add_about(
         Kind::NotIsolated, most,
         "the solution near by is farther than the point's accuracy allows, most in ");

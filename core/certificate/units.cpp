@@ -91,12 +91,14 @@ void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& eval
     }
     if (!found) break;
   }
-  // Nothing but products: x_1 x_2.
-  for (const auto& [i, j, size] : arrays.own) {
-    if (d[i] != kUnknown && d[j] != kUnknown) continue;
-    const double half = inverse(std::sqrt(size));
-    for (const Index m : {i, j}) {
-      if (d[m] == kUnknown) d[m] = half;
+  // Nothing but products, x_1 x_2: in proportion to their sizes.
+  for (const auto& [i, j, entry] : arrays.own) {
+    if (d[i] == kUnknown && d[j] == kUnknown) {
+      const double both = inverse(std::sqrt(entry * arrays.size_of(i) * arrays.size_of(j)));
+      d[i] = arrays.size_of(i) * both;
+      d[j] = arrays.size_of(j) * both;
+    } else if (d[i] == kUnknown || d[j] == kUnknown) {
+      (d[i] == kUnknown ? d[i] : d[j]) = inverse(entry * std::max(d[i], d[j]));
     }
   }
   for (int sweep = 0; sweep < parameter::kSteps; ++sweep) {
@@ -114,7 +116,6 @@ void measure_by_coupling(const CanonicalProblem& canonical, const Evaluation& ev
   Eigen::VectorXd &known = arrays.norms, &unknown = arrays.coupling;
   known.setZero(d.size());
   unknown.setZero(d.size());
-  const auto size = [&](Index i) { return arrays.size[i] > 0.0 ? arrays.size[i] : 1.0; };
   for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
     const auto [i, j] = canonical.hessian()[k];
     if (canonical.owned_by_max(i) == canonical.owned_by_max(j)) continue;
@@ -122,12 +123,13 @@ void measure_by_coupling(const CanonicalProblem& canonical, const Evaluation& ev
     for (const auto& [row, col] : {std::pair{i, j}, std::pair{j, i}}) {
       if (d[row] != kUnknown) continue;
       if (d[col] != kUnknown) known[row] = std::max(known[row], entry * d[col]);
-      if (d[col] == kUnknown) unknown[row] = std::max(unknown[row], entry * size(i) * size(j));
+      if (d[col] == kUnknown)
+        unknown[row] = std::max(unknown[row], entry * arrays.size_of(i) * arrays.size_of(j));
     }
   }
   for (Index i = 0; i < d.size(); ++i) {
     if (d[i] != kUnknown) continue;
-    d[i] = known[i] > 0.0 ? inverse(known[i]) : size(i) * inverse(std::sqrt(unknown[i]));
+    d[i] = known[i] > 0.0 ? inverse(known[i]) : arrays.size_of(i) * inverse(std::sqrt(unknown[i]));
   }
 }
 

@@ -17,8 +17,8 @@ struct Units {
 };
 
 struct LengthRules {
-  /// Min's variables are measured by W_xx alone, then Max's by W_yy and W_xy, too: a coupling with a
-  /// y that constraints hold is no curvature of x.
+  /// Min's variables are measured by W_xx alone, then Max's by W_yy and W_xy, too: a coupling with
+  /// a y that constraints hold is no curvature of x.
   bool min_first = false;
   /// Variables without curvature of their own get lengths from what couples them to the other
   /// player's.
@@ -42,6 +42,9 @@ struct UnitsArrays {
     double size;
   };
   std::vector<Entry> own, mixed;  ///< entries of W, mixed ones by the player's row
+
+  /// One where nothing shows it.
+  [[nodiscard]] double size_of(Index i) const { return size[i] > 0.0 ? size[i] : 1.0; }
 };
 
 /// Diagonal entries first, then rows without one by what couples them, then variables without

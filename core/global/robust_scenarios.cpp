@@ -6,6 +6,7 @@
 #include "core/global/robust_search.hpp"
 #include "core/model/norms.hpp"
 #include "core/multistart.hpp"
+#include "core/search/random_starts.hpp"
 #include "linalg/numbers.hpp"
 
 // Scenarios: y that are held, added where they violate a robust constraint, until x stands up to
@@ -15,6 +16,8 @@ namespace {
 
 /// Rounds of solving and looking for scenarios.
 constexpr Index kMostRounds = 30;
+/// Scenarios of a row that begin, for each x and at most, or the starts if they are more.
+constexpr Index kScenarios = 4, kMostScenarios = 100;
 /// Excess over its bound, relative to its range, from which a constraint asks for another scenario.
 constexpr double kScenarioTol = 1e-3;
 /// Distance to its bound, on that scale, within which a maximum becomes a worst case of its own.
@@ -63,18 +66,23 @@ std::vector<RobustCopies::WorstCase> RobustSearch::active_scenarios(const Robust
   return active;
 }
 
-/// The y where maximizations at this x begin and end. One that Max constraints restrain begins
-/// anywhere.
+/// The y where maximizations at this x begin and end, and random ones: fewer than there are x would
+/// leave x unbounded. One that Max constraints restrain begins anywhere.
 void RobustSearch::take_scenarios() {
   const ProblemStructure& s = model_.structure();
   const std::vector<SideScan> scans = scan(without_values(place_.worst_cases));
   place_.worst_cases.clear();
+  const auto of_min = static_cast<Index>(std::ranges::count(s.variable_players, Player::Min));
   for (const SideScan& side : scans) {
     const RobustScope scope = scopes_.of(side.constraint);
     const bool held = !moves_with_x(s, scope);
     if (scope.constraints.empty()) {
       for (const auto& v : side.starts) {
         place_.worst_cases.push_back({side.constraint, v, true, true});
+      }
+      for (Index start = starts_; start < std::min(kScenarios * of_min, kMostScenarios); ++start) {
+        place_.worst_cases.push_back(
+            {side.constraint, random_start(s, place_.v, start, options_), true, true});
       }
     }
     for (const auto& found : side.maxima) {

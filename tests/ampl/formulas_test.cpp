@@ -13,9 +13,13 @@
 #include <ampl/ampl_fixture.hpp>
 #include <nl_formulas.hpp>
 #include <nl_problem.hpp>
+#include <problems/semi_infinite_programs.hpp>
 #include <problems/small_problems.hpp>
 #include <regression/hock_schittkowski.hpp>
 #include <support/nl_writer.hpp>
+
+#include "adapter/tnlp_problem.hpp"
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {
@@ -140,6 +144,52 @@ TEST_F(AmplFormulas, WhatCannotBeEnclosedIsNamed) {
   static_cast<void>(run("model.nl -s minmax_worst_case_proof=yes minmax_max_restarts=0"));
   EXPECT_EQ(out_.find("certified local minmax"), std::string::npos) << out_;
   EXPECT_NE(out_.find("operation o13 of the file cannot be enclosed"), std::string::npos) << out_;
+}
+
+/// Published programs as .nl files: solved by default, and their rows proved for every t.
+TEST_F(AmplFormulas, SemiInfiniteProgramsAreProved) {
+  int solved = 0, proved = 0;
+  for (const SemiInfinite& program : semi_infinite_programs()) {
+    SCOPED_TRACE(program.name);
+    const Model model = model_of(program);
+    const std::vector<double> start = start_of(program);
+    using Format = NlWriter::Format;
+    put("model.nl", NlWriter(model, start, Format::Text).write());
+    Ipopt::SmartPtr<NlProblem> file = new NlProblem(path("model.nl"), -1);
+    std::string rows;
+    for (std::size_t j = 0; j < program.rows.size(); ++j) rows += std::to_string(j) + " ";
+    file->set_players({"", "", rows});
+    TnlpProblem problem(Ipopt::SmartPtr<Ipopt::TNLP>(Ipopt::GetRawPtr(file)));
+    ASSERT_EQ(problem.load(), "");
+    SolverOptions options;
+    options.minmax_worst_case_proof = true;
+    options.max_wall_time = 60.0;
+    const Result result = solve(problem, options);
+    SemiInfiniteRows values(program);
+    bool all = !result.over_y.proofs.empty();
+    int boxes = 0;
+    for (const WorstCaseProof& proof : result.over_y.proofs) {
+      all = all && proof.complete;
+      boxes += proof.boxes;
+      if (proof.constraint < 0) continue;
+      const double largest =
+          values.largest(result.v, static_cast<std::size_t>(proof.constraint)).first;
+      EXPECT_GE(proof.proved, largest - 1e-9 * std::max(1.0, std::abs(largest))) << proof.message;
+    }
+    std::printf("%-24s f = %.9f, %d boxes, %s\n", program.name.c_str(), result.objective, boxes,
+                is_success(result.status) ? "solved and proved" : result.message.c_str());
+    if (is_success(result.status)) {
+      EXPECT_TRUE(all);
+      ++solved;
+      if (!std::isnan(program.optimum)) {
+        const double size = std::max(1.0, std::abs(program.optimum));
+        EXPECT_NEAR(result.objective, program.optimum, std::max(1e-5, program.tolerance) * size);
+      }
+    }
+    proved += all ? 1 : 0;
+  }
+  EXPECT_GE(solved, 21);
+  EXPECT_GE(proved, 21);
 }
 
 }  // namespace

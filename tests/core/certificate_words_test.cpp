@@ -9,6 +9,7 @@
 
 #include <support/autodiff_problem.hpp>
 #include <support/certified_point.hpp>
+#include <support/units_problem.hpp>
 
 #include "core/certificate/copositive.hpp"
 #include "core/global/result_bytes.hpp"
@@ -438,6 +439,23 @@ Result fitted(int variables, int times, const std::function<double(int)>& time,
 
 // PBC3, EVD61, OET6 and EXP of Luksan and Vlcek's collection (2000), with its optima; their parameters are linear
 // in part.
+TEST(Lengths, OfVariablesThatOnlyProductsCoupleAreTheSameInAnyUnits) {
+  Model model;
+  const Expression a = model.variable(kMin, "a"), b = model.variable(kMin, "b");
+  const Expression c = model.variable(kMin, "c");
+  model.objective(-(a * b * c));
+  model.constraint(a + 2.0 * b + 2.0 * c, 2.0, 2.0);
+  AutodiffProblem problem(model, {0.6, 0.3, 0.4});
+  const double least = solve(problem, {}).certificate.least_curvature;
+  EXPECT_GT(least, 0.1);
+  for (const double unit : {1e-6, 1e-3, 1e3, 1e6}) {
+    UnitsProblem other(problem, {unit, 1.0, 1.0 / unit}, {1.0});
+    const Certificate found = solve(other, {}).certificate;
+    EXPECT_EQ(found.second_order, SecondOrder::Satisfied) << unit;
+    EXPECT_NEAR(found.least_curvature, least, 0.1 * least) << unit;
+  }
+}
+
 TEST(Lengths, OfFitsOfTheLiterature) {
   using List = std::vector<Expression>;
   const Result pbc3 = fitted(
@@ -557,6 +575,23 @@ TEST(Flat, HigherPowersAreNot) {
   }
 }
 
+TEST(Flat, AStationaryPointOfOddOrderIsLeft) {
+  // Hock and Schittkowski's problem 47: Newton's method creeps to (1, 1, 1, 1, 1), where the value
+  // is t^3 along the one direction without curvature.
+  Model model;
+  std::vector<Expression> x;
+  for (int i = 0; i < 5; ++i) x.push_back(model.variable(kMin, "x"));
+  model.objective(square(x[0] - x[1]) + pow(x[1] - x[2], 3.0) + pow(x[2] - x[3], 4.0) +
+                  pow(x[3] - x[4], 4.0));
+  model.constraint(x[0] + square(x[1]) + pow(x[2], 3.0), 3.0, 3.0);
+  model.constraint(x[1] - square(x[2]) + x[3], 1.0, 1.0);
+  model.constraint(x[0] * x[4], 1.0, 1.0);
+  AutodiffProblem problem(model, {2.0, std::sqrt(2.0), -1.0, 2.0 - std::sqrt(2.0), 0.5});
+  const Result result = solve(problem, {});
+  EXPECT_EQ(result.certificate.second_order, SecondOrder::Satisfied);
+  EXPECT_LT(result.objective, -0.02);
+}
+
 TEST(Flat, MaximizersHaveRidges) {
   Model model;
   const Expression a = model.variable(kMax, "a"), b = model.variable(kMax, "b");
@@ -649,6 +684,17 @@ TEST(Effort, NoneTestsNothingAndIsForMinimizations) {
   const Result refused = solve(both, none);
   EXPECT_EQ(refused.status, Status::InvalidOption);
   EXPECT_NE(refused.message.find("minmax_certificate"), std::string::npos);
+}
+
+TEST(Reasons, SayWhereRelaxedBoundsMatter) {
+  for (const double unit : {1.0, 1e-6}) {
+    Model model;
+    const Expression x = model.variable(kMin, "speed", unit, kNoBound);
+    model.objective(square(x / unit));
+    const Certificate found = solved(model, {2.0 * unit});
+    EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
+    EXPECT_EQ(names(find(found, Kind::Relaxed), "speed"), unit < 1.0);
+  }
 }
 
 TEST(Reasons, SurviveTheWayBetweenRanks) {

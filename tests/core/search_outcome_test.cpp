@@ -42,7 +42,19 @@ TEST(ResultBytes, KeepWhatTheOtherNumbersMean) {
   Result sent;
   sent.objective_scale = -2.0;
   sent.fixed_variables_relaxed = true;
+  sent.over_y.largest_violation = 0.5;
+  sent.over_y.proofs.resize(2);
+  sent.over_y.proofs[1].proved = 3.0;
+  sent.over_y.proofs[1].v = {1.0, 2.0};
+  sent.over_y.proofs[1].interrupted = Status::MaxWallTime;
+  sent.over_y.proofs[1].message = "not proved";
   const Result received = result_from(to_bytes(sent));
+  EXPECT_EQ(received.over_y.largest_violation, 0.5);
+  ASSERT_EQ(received.over_y.proofs.size(), 2U);
+  EXPECT_EQ(received.over_y.proofs[1].proved, 3.0);
+  EXPECT_EQ(received.over_y.proofs[1].v, sent.over_y.proofs[1].v);
+  EXPECT_EQ(received.over_y.proofs[1].interrupted, Status::MaxWallTime);
+  EXPECT_EQ(received.over_y.proofs[1].message, "not proved");
   EXPECT_EQ(received.objective_scale, -2.0);
   EXPECT_TRUE(received.fixed_variables_relaxed);
 }

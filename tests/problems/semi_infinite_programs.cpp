@@ -127,6 +127,80 @@ SemiInfinite controller() {
   return p;
 }
 
+/// Of Watson (1983) and Coope and Watson (1985), with the values published there.
+void add_watson(std::vector<SemiInfinite>& list) {
+  list.push_back(
+      {"watson_1", {0.8, 0.9}, [](X x) { return 1.21 * exp(x[0]) + exp(x[1]); }, {[](X x, X t) {
+         return t[0] - exp(x[0] + x[1]);
+       }}});
+  list.back().optimum = 2.2;
+  list.push_back({"tangent_by_six_terms", {2.0, 0.0, 0.0, 0.0, 0.0, 0.0}, integral, {[](X x, X t) {
+                    return sin(t[0]) / cos(t[0]) - polynomial(x, t[0]);
+                  }}});
+  list.back().optimum = 0.616085;
+  list.push_back({"watson_7",
+                  {1.0, 1.0, 1.0},
+                  [](X x) { return square(x[0]) + square(x[1]) + square(x[2]); },
+                  {[](X x, X t) {
+                    return x[0] * (t[0] + square(t[1]) + 1.0) +
+                           x[1] * (t[0] * t[1] - square(t[1])) +
+                           x[2] * (t[0] * t[1] + square(t[1]) + t[1]) + 1.0;
+                  }}});
+  list.back().lower = {0.0, 0.0};
+  list.back().upper = {1.0, 1.0};
+  list.back().optimum = 1.0;
+  list.push_back({"watson_9",
+                  {-1.0, 0.0, 0.0, 0.0, 0.0, 0.0},
+                  [](X x) { return -4.0 * x[0] - (2.0 / 3.0) * (x[3] + x[5]); },
+                  {[](X x, X t) {
+                    return x[0] + x[1] * t[0] + x[2] * t[1] + x[3] * square(t[0]) +
+                           x[4] * t[0] * t[1] + x[5] * square(t[1]) - 3.0 -
+                           square(t[0] - t[1]) * square(t[0] + t[1]);
+                  }}});
+  list.back().lower = {-1.0, -1.0};
+  list.back().upper = {1.0, 1.0};
+  list.back().optimum = -12.0;
+  list.back().open = true;  // all t with |t_0| = |t_1| are worst ones
+}
+
+/// min x_n with |error(x, t)| <= x_n for every t in an interval; published values.
+SemiInfinite least_error(std::string name, Point start,
+                         Expression (*error)(const std::vector<Expression>& x, const Expression& t),
+                         Point interval, double published) {
+  SemiInfinite p;
+  p.name = std::move(name);
+  p.start = std::move(start);
+  p.objective = [](X x) { return 1.0 * x.back(); };
+  p.rows = {[=](X x, X t) { return error(x, t[0]) - x.back(); },
+            [=](X x, X t) { return -error(x, t[0]) - x.back(); }};
+  p.lower = {interval[0]};
+  p.upper = {interval[1]};
+  p.optimum = published;
+  return p;
+}
+
+/// Oettershagen's approximations and Powell's linear program over a circle.
+void add_oettershagen(std::vector<SemiInfinite>& list) {
+  list.push_back(least_error(
+      "oet_1", {0.0, 0.0, 5.0},
+      [](X x, const Expression& t) { return square(t) - x[0] * t - x[1] * exp(t); }, {0.0, 2.0},
+      0.538243));
+  list.back().tolerance = 1e-5;  // of the published digits
+  list.push_back(least_error(
+      "oet_2", {1.0, -1.0, 2.0},
+      [](X x, const Expression& t) { return 1.0 / (1.0 + t) - x[0] * exp(x[1] * t); }, {-0.5, 0.5},
+      0.0871597));
+  list.push_back(least_error(
+      "oet_3", {0.0, 0.0, 0.0, 2.0},
+      [](X x, const Expression& t) { return sin(t) - polynomial(x, t, 3); }, {0.0, 1.0},
+      0.00450532));
+  list.push_back({"powell_circle", {0.8, 0.5}, [](X x) { return 1.0 * x[1]; }, {[](X x, X t) {
+                    return -1.0 - x[0] * cos(t[0]) - x[1] * sin(t[0]);
+                  }}});
+  list.back().upper = {2.0 * std::numbers::pi};
+  list.back().optimum = -1.0;
+}
+
 }  // namespace
 
 std::vector<SemiInfinite> semi_infinite_programs() {
@@ -247,6 +321,8 @@ std::vector<SemiInfinite> semi_infinite_programs() {
   list.push_back(chebyshev("chebyshev_reciprocal", 3, reciprocal, {-1.0, 1.0}, 0.25 / 0.5625));
   list.push_back(
       chebyshev("chebyshev_reciprocal_cubic", 4, reciprocal, {-1.0, 1.0}, 0.125 / 0.5625));
+  add_watson(list);
+  add_oettershagen(list);
   list.push_back(low_pass_filter(6));
   list.push_back(controller());
   return list;
