@@ -52,36 +52,28 @@ Integer at_least(int SolverOptions::*member, int lower, int upper = kIntMax) {
 }
 Flag flag(bool SolverOptions::*member) { return {member, SolverOptions{}.*member}; }
 
-/// An enumeration whose values are 0, 1, ... in the order of the names.
+/// An enumeration whose values are 0, 1, ... in the order of the names; Unset, the next one, shows
+/// as the name number unset.
 template <class Enum>
 Choice choice(Enum SolverOptions::*member, std::vector<std::string_view> names,
-              std::vector<std::string_view> texts) {
+              std::vector<std::string_view> texts, std::size_t unset) {
+  const std::size_t size = names.size();
+  const auto shown = [=](const SolverOptions& options) {
+    const auto value = static_cast<std::size_t>(options.*member);
+    return value == size ? unset : value;
+  };
   return {
       std::move(names), std::move(texts),
       [member](SolverOptions& options, std::size_t i) { options.*member = static_cast<Enum>(i); },
-      [member](const SolverOptions& options) { return static_cast<std::size_t>(options.*member); },
-      static_cast<std::size_t>(SolverOptions{}.*member)};
+      shown, shown({})};
 }
 
-Choice hessian_choice() {
-  using H = HessianApproximation;
-  static constexpr std::array kValues{H::LimitedMemory, H::Exact, H::FiniteDifferenceValues};
-  static constexpr std::size_t kExact = 1;
-  return {
-      {"limited-memory", "exact", "finite-difference-values"},
-      {"of a minimization limited-memory BFGS, as Ipopt's, which has no inertia to certify with: "
-       "nothing is certified; with Max variables as finite-difference-values; the model's "
-       "Hessian is never asked for",
-       "second derivatives of the model",
-       "differences of gradient and Jacobian; also chosen when the option is not set and the "
-       "model has no second derivatives"},
-      [](SolverOptions& options, std::size_t i) { options.hessian_approximation = kValues[i]; },
-      [](const SolverOptions& options) {
-        if (options.hessian_approximation == H::Unset) return kExact;
-        return static_cast<std::size_t>(std::ranges::find(kValues, options.hessian_approximation) -
-                                        kValues.begin());
-      },
-      kExact};
+/// Without Unset.
+template <class Enum>
+Choice choice(Enum SolverOptions::*member, std::vector<std::string_view> names,
+              std::vector<std::string_view> texts) {
+  const std::size_t size = names.size();
+  return choice(member, std::move(names), std::move(texts), size);
 }
 
 using O = SolverOptions;
@@ -167,7 +159,15 @@ Rows model_options() {
        "docs/statuses.md.",
        within(&O::obj_scaling_factor, -kLargestScaling, false, kLargestScaling, false)},
       {"hessian_approximation", category, "Where the Hessian of the Lagrangian comes from.",
-       hessian_choice()},
+       choice(
+           &O::hessian_approximation, {"limited-memory", "exact", "finite-difference-values"},
+           {"of a minimization limited-memory BFGS, as Ipopt's, which has no inertia to certify "
+            "with: nothing is certified; with Max variables as finite-difference-values; the "
+            "model's Hessian is never asked for",
+            "second derivatives of the model",
+            "differences of gradient and Jacobian; also chosen when the option is not set and the "
+            "model has no second derivatives"},
+           1)},
       {"minmax_difference_step", category,
        "Step of the differences that replace second derivatives, times max(1, |v|).",
        open(&O::minmax_difference_step, 0.0, 1.0)},
@@ -276,7 +276,9 @@ Rows barrier_strategy_options() {
        choice(&O::mu_strategy, {"monotone", "adaptive"},
               {"as minmax_barrier_rule says",
                "chosen anew in every iteration by mu_oracle; monotone by Ipopt's rule while "
-               "adaptive_mu_globalization sees no progress"})},
+               "adaptive_mu_globalization sees no progress; as in Ipopt also where the option is "
+               "not set and a minimization's hessian_approximation is limited-memory"},
+              0)},
       {"mu_oracle", category, "How the adaptive strategy chooses mu.",
        choice(&O::mu_oracle, {"quality-function", "probing", "loqo"},
               {"least residual predicted by the linear model of the step; one more factorization",

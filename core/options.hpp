@@ -20,7 +20,11 @@ enum class BarrierRule : std::uint8_t {
   Ipopt,  ///< mu <- max(tol/10, min(kappa_mu mu, mu^theta_mu)) while E_mu <= kappa_eps mu
   Paper   ///< b <- sigma b when |g(z,b)| <= b
 };
-enum class BarrierStrategy : std::uint8_t { Monotone, Adaptive };
+enum class BarrierStrategy : std::uint8_t {
+  Monotone,
+  Adaptive,
+  Unset  ///< Monotone; Adaptive where a minimization's Hessian is LimitedMemory, as in Ipopt
+};
 enum class BarrierOracle : std::uint8_t { QualityFunction, Probing, Loqo };
 /// Whether K is factorized by way of K_yy and its dense complement.
 enum class SchurComplementUse : std::uint8_t { Auto, Yes, No };
@@ -32,10 +36,10 @@ enum class AdaptiveGlobalization : std::uint8_t {
 };
 enum class Scaling : std::uint8_t { None, GradientBased, User };
 enum class HessianApproximation : std::uint8_t {
-  Unset,                   ///< exact, or differences where the model has no second derivatives
+  LimitedMemory,           ///< BFGS of a minimization; else as FiniteDifferenceValues
   Exact,                   ///< the model's second derivatives
   FiniteDifferenceValues,  ///< differences of the model's first derivatives
-  LimitedMemory            ///< Ipopt's; here as FiniteDifferenceValues
+  Unset                    ///< Exact, or differences where the model has no second derivatives
 };
 enum class DerivativeTest : std::uint8_t { None, FirstOrder, SecondOrder, OnlySecondOrder };
 enum class FixedVariableTreatment : std::uint8_t {
@@ -126,7 +130,7 @@ struct SolverOptions {
   double kappa_sigma = 1e10;
   double kappa_d = 1e-5;
   BarrierRule minmax_barrier_rule = BarrierRule::Ipopt;
-  BarrierStrategy mu_strategy = BarrierStrategy::Monotone;
+  BarrierStrategy mu_strategy = BarrierStrategy::Unset;
   BarrierOracle mu_oracle = BarrierOracle::QualityFunction;
   AdaptiveGlobalization adaptive_mu_globalization = AdaptiveGlobalization::KktError;
   double mu_max = 0.0;

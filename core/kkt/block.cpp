@@ -290,9 +290,10 @@ void KktBlock::shift_by(const Regularization& shift) {
   }
   for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
     const Index row = pattern_->row_of_constraint[at(j)];
+    double diagonal = arrays_.diagonal[at(row)];  // of Min -1 / Sigma of the slack, or 0
+    if (shift.slacks > 0.0 && diagonal < 0.0) diagonal /= 1.0 - shift.slacks * diagonal;
     values[at(arrays_.matrix.diagonal_position(row))] =
-        arrays_.diagonal[at(row)] +
-        (canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x);
+        diagonal + (canonical_.max_constraints().contains(j) ? shift.lambda_y : -shift.lambda_x);
   }
 }
 

@@ -128,13 +128,15 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
       dependent_x_ += f.inertia.zero > 0 ? 1 : 0;
       continue;
     }
-    shift.x = shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, last_.x);
-    if (shift.x > options_.max_hessian_perturbation) {
-      if (shift.lambda_x == 0.0 || shift.lambda_x >= multiplier_shift(mu)) return false;
-      shift.lambda_x = multiplier_shift(mu);
+    if (raises >= kRaisesBeforeMultiplierShift && shift.lambda_x > 0.0 &&
+        shift.lambda_x < multiplier_shift(mu)) {
+      shift.lambda_x = multiplier_shift(mu);  // the share is too small for these rows
       stuck_.small_share = false;
-      shift.x = first_shift(last_.x);
+      shift.x = 0.0;
+      continue;
     }
+    shift.x = shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, last_.x);
+    if (shift.x > options_.max_hessian_perturbation) return false;
   }
   last_.first_x_failed = shift.x > first;
   if (sparing && last_.x == 0.0 && shift.x > first) {

@@ -59,8 +59,13 @@ class InertiaCorrection {
   [[nodiscard]] const ShiftFindings& findings() const { return findings_; }
 
  private:
-  [[nodiscard]] KktFactors factorize(const Regularization& shift) {
+  [[nodiscard]] KktFactors factorize(Regularization shift) {
+    if (shifts_slacks()) shift.slacks = shift.x;
     return kkt_.factorize(shift, certainty_);
+  }
+  /// Those of a minimization are, as in Ipopt; else, as in the paper, x alone.
+  [[nodiscard]] bool shifts_slacks() const {
+    return kkt_.layout().y.size() == 0 && options_.minmax_globalization == Globalization::Filter;
   }
   [[nodiscard]] KktFactors factorize_inner(const Regularization& shift) {
     return kkt_.factorize_inner(shift, certainty_);

@@ -13,7 +13,7 @@ bool KktSystem::solve_projection(const NewtonResidual& rhs, Step& step) {
     {
       const ScopedTimer timer(timing_.solves);
       ++counts_.solves;
-      if (solve_reduced(full_, rhs, step, true)) return true;
+      if (solve_reduced(full_, {}, rhs, step, true)) return true;
     }
     if (!increase_quality()) return false;
   }

@@ -13,6 +13,7 @@ struct Regularization {
   double y = 0.0;
   double lambda_x = 0.0;
   double lambda_y = 0.0;
+  double slacks = 0.0;  ///< of Min's slacks
   friend bool operator==(const Regularization&, const Regularization&) = default;
 };
 

@@ -20,6 +20,9 @@ constexpr Index kManyRefinements = 4;
 /// Residual over right-hand side that a row may keep, and over the scale of the system.
 constexpr double kForcing = 1e-2;
 constexpr double kRounding = 1e-15;
+/// Residual ratio of a minimization: Ipopt refines once whatever residual_ratio_max allows, and
+/// beside long steps of the multipliers 1e-10 leaves the other rows inaccurate.
+constexpr double kRatioOfMinimizations = 1e-13;
 /// Size of a solution over that of its right-hand side up to which it counts in the scale.
 constexpr double kLongestSolution = 1e6;
 
@@ -158,8 +161,8 @@ bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
   }
 }
 
-bool KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& step,
-                              bool refined) {
+bool KktSystem::solve_reduced(KktBlock& block, const Regularization& shift,
+                              const NewtonResidual& rhs, Step& step, bool refined) {
   // Bound multipliers: S dz_l + z_l dv = r, S dz_u - z_u dv = r, so that the variables' rows read
   //   (W + sign Sigma) dv + J' dlambda = r_v + sign (r_zl / S_l - r_zu / S_u) =: t.
   const BarrierTerms& at_point = block.barrier_terms();
@@ -181,11 +184,14 @@ bool KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& 
   }
   // Slack s of constraint j: sign Sigma_s ds - dlambda_j = t_s, eliminated.
   const auto slack_of = canonical_.slack_of_constraint();
+  const auto signed_curvature = [&](Index slack) {
+    const double sign = canonical_.sign(slack);
+    return sign * at_point.curvature[slack] + (sign > 0.0 ? shift.slacks : 0.0);
+  };
   const IndexRange constraints = block.constraints();
   for (Index j = constraints.begin; j < constraints.end; ++j) {
     if (const Index slack = slack_of[at(j)]; slack >= 0) {
-      reduced[at(block.row_of_constraint(j))] +=
-          canonical_.sign(slack) * t[slack] / at_point.curvature[slack];
+      reduced[at(block.row_of_constraint(j))] += t[slack] / signed_curvature(slack);
     }
   }
   const bool measured = block.measures_copies();
@@ -208,8 +214,7 @@ bool KktSystem::solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& 
   }
   for (Index j = constraints.begin; j < constraints.end; ++j) {
     if (const Index slack = slack_of[at(j)]; slack >= 0) {
-      step.v[slack] =
-          canonical_.sign(slack) * (t[slack] + step.lambda[j]) / at_point.curvature[slack];
+      step.v[slack] = (t[slack] + step.lambda[j]) / signed_curvature(slack);
     }
   }
   step.z_lower.tail(variables.size()).setZero();
@@ -263,6 +268,7 @@ void KktSystem::subtract_product(const KktBlock& block, const Regularization& sh
     if (const Index slack = slack_of[at(j)]; slack >= 0) {
       residual.lambda[j] += step.v[slack];
       residual.v[slack] += step.lambda[j];
+      if (canonical_.sign(slack) > 0.0) residual.v[slack] -= shift.slacks * step.v[slack];
     }
   }
 }
@@ -274,7 +280,7 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
   const OwnPart own(block);
   own.clear_rest(step);
   own.clear_rest(arrays_.correction);
-  solve_reduced(block, rhs, step);
+  solve_reduced(block, shift, rhs, step);
   if (accuracy.ratio >= 1.0) return true;
   const Sizes of_rhs = own.sizes(rhs);
   Sizes of_residual;
@@ -286,7 +292,9 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
     scale = std::min(own.sizes(step).all(), kLongestSolution * of_rhs.all()) + of_rhs.all();
     return scale > 0.0 ? of_residual.all() / scale : 0.0;
   };
-  const double enough = std::max(options_.residual_ratio_max, accuracy.ratio);
+  const double asked = inner_.empty() ? std::min(options_.residual_ratio_max, kRatioOfMinimizations)
+                                      : options_.residual_ratio_max;
+  const double enough = std::max(asked, accuracy.ratio);
   const auto is_enough = [&](double ratio) {
     return (ratio <= enough || of_residual.all() <= accuracy.residual) &&
            (!accuracy.by_rows || rows_are_small(of_residual, of_rhs, scale));
@@ -311,7 +319,7 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
     }
     last_ratio = ratio;
     own.copy_equations(arrays_.residual, arrays_.last_residual);
-    solve_reduced(block, arrays_.residual, arrays_.correction);
+    solve_reduced(block, shift, arrays_.residual, arrays_.correction);
     own.add(1.0, arrays_.correction, step);
   }
 }

@@ -225,7 +225,8 @@ class KktSystem {
   void decide_on_schur_complement(const Analysis& full);
   /// A right-hand side or solution restricted to a block: reduced, solved, expanded.
   /// Not refined: once with the factors. Refined: false when no small residual was reached.
-  bool solve_reduced(KktBlock& block, const NewtonResidual& rhs, Step& step, bool refined = false);
+  bool solve_reduced(KktBlock& block, const Regularization& shift, const NewtonResidual& rhs,
+                     Step& step, bool refined = false);
   void solve_with_factors(KktBlock& block, std::span<double> reduced);
   void add_low_rank(KktBlock& block, std::span<double> solution);
   /// Against the assembled matrix.

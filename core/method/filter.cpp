@@ -22,11 +22,14 @@ void Filter::set_scale(double first_theta) {
   theta_max_ = parameter::kThetaMax * std::max(1.0, first_theta);
 }
 
+bool Filter::switches(const Merit& from, double slope, double alpha) {
+  // Eq. (19).
+  return slope < 0.0 && alpha * std::pow(-slope, parameter::kPhiPower) >
+                            parameter::kDelta * std::pow(from.theta, parameter::kThetaPower);
+}
+
 bool Filter::is_armijo(const Merit& from, double slope, double alpha) const {
-  // Switching condition, eq. (19).
-  return from.theta <= theta_min_ && slope < 0.0 &&
-         alpha * std::pow(-slope, parameter::kPhiPower) >
-             parameter::kDelta * std::pow(from.theta, parameter::kThetaPower);
+  return from.theta <= theta_min_ && switches(from, slope, alpha);
 }
 
 std::optional<double> Filter::demanded(const Merit& from, double slope, double alpha,
@@ -37,7 +40,7 @@ std::optional<double> Filter::demanded(const Merit& from, double slope, double a
 }
 
 double Filter::most_increase(const Merit& from) const {
-  if (!limits_increase_) return std::numeric_limits<double>::infinity();
+  if (!minimizes_) return std::numeric_limits<double>::infinity();
   return parameter::kMostIncrease * std::max(10.0, std::abs(from.phi));
 }
 
@@ -47,7 +50,10 @@ Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, cons
   const auto change = demanded(from, slope, alpha, to.theta);
   if (change && !at_most(to.phi - from.phi, *change, from.phi)) return Verdict::Reject;
   if (!acceptable(to)) return Verdict::Dominated;
-  return is_armijo(from, slope, alpha) ? Verdict::Armijo : Verdict::Sufficient;
+  // [WB, eq. (22)]: whatever theta_min, the filter is left alone where (19) and (20) hold.
+  const bool falls = minimizes_ && switches(from, slope, alpha) &&
+                     at_most(to.phi - from.phi, parameter::kEtaPhi * alpha * slope, from.phi);
+  return falls || is_armijo(from, slope, alpha) ? Verdict::Armijo : Verdict::Sufficient;
 }
 
 double Filter::largest_acceptable(const Merit& from, double slope, double alpha,

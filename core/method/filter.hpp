@@ -24,15 +24,16 @@ class Filter {
   /// Forgets all pairs. The first violation of a solve fixes theta_min and theta_max.
   void reset() { entries_.clear(); }
   void set_scale(double first_theta);
-  /// From now on no step is accepted that raises phi by orders of magnitude, however theta falls.
-  void limit_increase() { limits_increase_ = true; }
+  /// From now on, as in Ipopt, no step is accepted that raises phi by orders of magnitude, however
+  /// theta falls, and a step that phi falls by enters no pair above theta_min either.
+  void minimize() { minimizes_ = true; }
   /// As a new filter, with room for that many pairs.
   void begin_anew(std::size_t pairs) {
     entries_.clear();
     entries_.reserve(pairs);
     theta_min_ = kFirstThetaMin;
     theta_max_ = kFirstThetaMax;
-    limits_increase_ = false;
+    minimizes_ = false;
   }
 
   /// Whether a step of length alpha from one point to another is acceptable; slope is the
@@ -56,7 +57,9 @@ class Filter {
   struct Entry {
     double theta, phi;
   };
-  /// Whether the step is one on phi.
+  /// Whether phi falls so fast along the step that theta need not.
+  [[nodiscard]] static bool switches(const Merit& from, double slope, double alpha);
+  /// Whether the step is one on phi alone.
   [[nodiscard]] bool is_armijo(const Merit& from, double slope, double alpha) const;
   /// By which phi may rise.
   [[nodiscard]] double most_increase(const Merit& from) const;
@@ -69,7 +72,7 @@ class Filter {
   std::vector<Entry> entries_;
   double theta_min_ = kFirstThetaMin;
   double theta_max_ = kFirstThetaMax;
-  bool limits_increase_ = false;
+  bool minimizes_ = false;
 };
 
 }  // namespace ipminmax

@@ -36,19 +36,20 @@ struct SearchEnd {
 };
 
 /// Second-order correction against the Maratos effect, [WB, 2.4]: same matrix, c_soc = alpha c +
-/// c(trial). first: theta of the trial point rejected, alpha long.
-template <class Block>
-Filter::Verdict correct_to_second_order(Block& block, const Filter& filter, const SearchLine& line,
-                                        double alpha, double first, SearchEnd& end) {
+/// c(trial). first: theta of the trial point rejected, alpha long. test: the filter's verdict on a
+/// trial's merit.
+template <class Block, class Test>
+Filter::Verdict correct_to_second_order(Block& block, const Test& test, double slope, double alpha,
+                                        double first, SearchEnd& end) {
   Eigen::VectorXd& c = block.corrected_c();
   c = alpha * block.from().evaluation.c + block.trial().evaluation.c;
   double last_theta = first;
   for (int k = 0; k < parameters::outer::kSecondOrderSteps; ++k) {
     const std::optional<StepLength> corrected = block.correct(c);
     if (!corrected) break;
-    const Trial trial = block.evaluate_corrected(line.slope, alpha);
+    const Trial trial = block.evaluate_corrected(slope, alpha);
     if (!trial.usable) break;
-    const auto verdict = filter.test(line.from, line.slope, alpha, trial.merit);
+    const auto verdict = test(trial.merit);
     if (Filter::accepted(verdict)) {
       end.alpha = *corrected;
       end.corrected = true;
@@ -68,8 +69,8 @@ Filter::Verdict correct_to_second_order(Block& block, const Filter& filter, cons
 ///   correct(c)                    moves trial() along a corrected step: its lengths
 ///   evaluate_corrected(slope, a)  the merit there
 ///   corrects(from, to)            whether such violations are worth a correction
-///   passed(dominated)             told of a trial point accepted at once, and whether the filter
-///                                 alone rejected the one before
+///   passed(dominated)             told of a trial point accepted, and whether the filter alone
+///                                 rejected the one before
 ///   complete()                    derivatives at the trial point; false: undefined
 template <class Block>
 SearchEnd filter_search(Block& block, Filter& filter, const SearchLine& line, TimeLimit& limit) {
@@ -81,15 +82,19 @@ SearchEnd filter_search(Block& block, Filter& filter, const SearchLine& line, Ti
     if (end.cuts == 0 && line.first_fails) continue;
     end.alpha = alpha;
     end.corrected = false;
+    const auto test = [&](const Merit& to) {
+      const auto verdict = filter.test(line.from, line.slope, alpha.primal, to);
+      if (Filter::accepted(verdict)) block.passed(dominated);
+      dominated = verdict == Filter::Verdict::Dominated;
+      return verdict;
+    };
     const Trial trial = block.evaluate(line.slope, alpha);
     auto verdict = Filter::Verdict::Reject;
     if (trial.usable) {
-      verdict = filter.test(line.from, line.slope, alpha.primal, trial.merit);
-      if (Filter::accepted(verdict)) block.passed(dominated);
-      dominated = verdict == Filter::Verdict::Dominated;
+      verdict = test(trial.merit);
       if (!Filter::accepted(verdict) && end.cuts == 0 && block.corrects(line.from, trial.merit)) {
         verdict =
-            correct_to_second_order(block, filter, line, alpha.primal, trial.merit.theta, end);
+            correct_to_second_order(block, test, line.slope, alpha.primal, trial.merit.theta, end);
       }
     }
     if (!Filter::accepted(verdict) || !block.complete()) continue;

@@ -27,7 +27,7 @@ GlobalizedMethod::GlobalizedMethod(const MethodContext& context, Restorer restor
   arrays_.filter.begin_anew(
       static_cast<std::size_t>(std::min(options_.max_iter, parameters::outer::kFilterPairs)));
   arrays_.filter.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
-  if (!has_max()) arrays_.filter.limit_increase();
+  if (!has_max()) arrays_.filter.minimize();
 }
 
 void GlobalizedMethod::barrier_changed() {

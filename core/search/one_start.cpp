@@ -120,6 +120,10 @@ class WithoutHessian final : public ForwardingProblem {
 Result solve_by_quasi_newton(Problem& problem, SolverOptions options, Budget& budget,
                              const SolveObserver& observer, KeptWork* kept) {
   options.minmax_certificate = CertificateEffort::None;
+  if (options.mu_strategy == BarrierStrategy::Unset &&
+      options.minmax_barrier_rule == BarrierRule::Ipopt) {
+    options.mu_strategy = BarrierStrategy::Adaptive;
+  }
   WithoutHessian model(problem);
   Result result = solve_as_given(model, options, budget, observer, kept);
   if (is_success(result.status) && result.message == name_of(result.status))

@@ -35,7 +35,7 @@ TEST(FilterTest, LimitsHowFarPhiRisesWhereAsked) {
   const Merit from{6.0, 3e3}, above{1e-3, 3.1e8}, below{1e-3, 2.9e8};
   Filter filter;
   EXPECT_EQ(filter.test(from, -1.0, 1.0, above), Verdict::Sufficient);
-  filter.limit_increase();
+  filter.minimize();
   EXPECT_EQ(filter.test(from, -1.0, 1.0, above), Verdict::Reject);
   EXPECT_EQ(filter.test(from, -1.0, 1.0, below), Verdict::Sufficient);
   EXPECT_NEAR(filter.largest_acceptable(from, -1.0, 1.0, above.theta), 1e5 * from.phi + from.phi,
@@ -114,6 +114,16 @@ TEST(FilterTest, AboveThetaMinEitherDecreaseSuffices) {
   EXPECT_EQ(filter.test(from, slope, 1.0, {5.0, 1.0 - 2e-8}), Verdict::Sufficient);
   EXPECT_EQ(filter.test(from, slope, 1.0, {1.0 - 0.5e-5, 1.0 - 0.5e-8}), Verdict::Reject);
   EXPECT_EQ(filter.test(from, slope, 1.0, {2.0, 2.0}), Verdict::Reject);
+}
+
+TEST(FilterTest, StepsThatPhiFallsByEnterNoPairsWhateverThetaMin) {
+  Filter filter;
+  const Merit from{2e-4, 1.0};  // above theta_min
+  EXPECT_EQ(filter.test(from, -10.0, 1.0, {3e3, -5.0}), Verdict::Sufficient) << "a game";
+  filter.minimize();
+  EXPECT_EQ(filter.test(from, -10.0, 1.0, {3e3, -5.0}), Verdict::Armijo);
+  EXPECT_EQ(filter.test(from, -10.0, 1.0, {1e-4, 1.5}), Verdict::Sufficient) << "phi rises";
+  EXPECT_EQ(filter.test(from, -1e-4, 1.0, {1e-4, 0.5}), Verdict::Sufficient) << "slow";
 }
 
 TEST(FilterTest, ThetaMinGrowsWithTheFirstViolation) {

@@ -176,6 +176,7 @@ class RandomSystem {
     for (Index i = 0; i < n; ++i) {
       if (barrier) k(i, i) += sign(i) * sigma[i];
       if (canonical.x().contains(i)) k(i, i) += shift.x;
+      if (canonical.x_slacks().contains(i)) k(i, i) += shift.slacks;
       if (canonical.y().contains(i)) k(i, i) -= shift.y;
     }
     for (Index j = 0; j < m; ++j) {
@@ -351,6 +352,7 @@ TEST_P(KktBySolver, InertiasAreThoseOfTheDenseMatrices) {
     for (const Regularization& shift :
          {Regularization{}, Regularization{.x = 0.7, .y = 1.3},
           Regularization{.x = 0.2, .y = 0.4, .lambda_x = 0.3, .lambda_y = 0.6},
+          Regularization{.x = 0.7, .y = 1.3, .lambda_x = 0.3, .slacks = 0.9},
           Regularization{.x = 20.0, .y = 20.0}}) {
       const Factorization full = s.kkt->factorize(shift);
       const Factorization inner = s.kkt->factorize_inner(shift);
@@ -369,7 +371,8 @@ TEST_P(KktBySolver, SolvesTheUnreducedNewtonEquations) {
     RandomSystem s(random_shape(seed), seed, GetParam());
     for (const Regularization& shift :
          {Regularization{}, Regularization{.x = 0.7, .y = 1.3},
-          Regularization{.x = 0.2, .y = 0.4, .lambda_x = 0.3, .lambda_y = 0.6}}) {
+          Regularization{.x = 0.2, .y = 0.4, .lambda_x = 0.3, .lambda_y = 0.6},
+          Regularization{.x = 0.7, .y = 1.3, .lambda_x = 0.3, .slacks = 0.9}}) {
       if (s.canonical.variables() == 0) continue;
       ASSERT_EQ(s.kkt->factorize(shift).status, FactorizationStatus::Ok) << seed;
       const NewtonResidual rhs = s.random_residual();

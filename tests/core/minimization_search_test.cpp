@@ -150,6 +150,40 @@ TEST(MinimizationSearch, ALimitOfFactorizationsIsNamedOnlyWhereThereIsOne) {
   }
 }
 
+/// A chain of springs whose ends are held twice: dependent rows in all of many steps.
+AutodiffProblem chain_held_twice() {
+  Model model;
+  std::vector<Expression> x;
+  for (int i = 0; i < 12; ++i) x.push_back(model.variable(kMin, "x", -10.0, 10.0));
+  Expression energy = 0.0 * x[0];
+  for (std::size_t i = 0; i + 1 < x.size(); ++i) energy = energy + square(square(x[i + 1] - x[i]));
+  model.objective(energy);
+  const auto equal = [&](const Expression& row, double value) {
+    model.constraint(row, value, value);
+  };
+  equal(0.7 * x[0] + 0.1 * x[11], 0.8);
+  equal(1.3 * x[0] - 0.3 * x[11], 1.0);
+  equal((0.7 + 1.3) * x[0] - 0.2 * x[11], 1.8);
+  for (std::size_t i = 1; i < 4; ++i) equal(x[i] * x[11] - x[i] * x[0], 0.0);
+  std::vector<double> start(12, 0.0);
+  for (std::size_t i = 0; i < start.size(); ++i) start[i] = std::sin(3.0 * static_cast<double>(i));
+  return AutodiffProblem(model, start);
+}
+
+TEST(MinimizationSearch, DependentRowsOfAConvexModelNeedNoShiftOfTheHessian) {
+  for (const LinearSolver solver : {LinearSolver::Mumps, LinearSolver::Auto}) {
+    AutodiffProblem problem = chain_held_twice();
+    SolverOptions options;
+    options.linear_solver = solver;
+    const Result result = solve(problem, options, [](const IterationInfo& info) {
+      EXPECT_EQ(info.delta_x, 0.0) << info.iteration;
+      return true;
+    });
+    EXPECT_TRUE(is_success(result.status)) << result.message;
+    EXPECT_GT(result.iterations, 12);
+  }
+}
+
 /// A bilevel linear program by its optimality conditions: products of slacks and multipliers that
 /// vanish, so that no feasible point has independent gradients.
 AutodiffProblem bilevel_program() {

@@ -68,6 +68,28 @@ TEST(QuasiNewton, SolvesWithoutSecondDerivativesAndCertifiesNothing) {
   }
 }
 
+TEST(QuasiNewton, TakesTheAdaptiveBarrierUnlessToldOtherwise) {
+  AutodiffProblem exact(hs071(), {1.0, 5.0, 5.0, 1.0});
+  WithoutHessian problem(exact);
+  const auto barriers = [&](BarrierStrategy strategy, BarrierRule rule = BarrierRule::Ipopt) {
+    SolverOptions options = limited_memory();
+    options.mu_strategy = strategy;
+    options.minmax_barrier_rule = rule;
+    std::vector<double> mus;
+    const Result result = solve(problem, options, [&](const IterationInfo& info) {
+      mus.push_back(info.mu);
+      return true;
+    });
+    EXPECT_EQ(result.status, Status::Solved) << result.message;
+    return mus;
+  };
+  const auto unset = barriers(BarrierStrategy::Unset);
+  EXPECT_EQ(unset, barriers(BarrierStrategy::Adaptive));
+  EXPECT_NE(unset, barriers(BarrierStrategy::Monotone));
+  EXPECT_EQ(barriers(BarrierStrategy::Unset, BarrierRule::Paper),
+            barriers(BarrierStrategy::Monotone, BarrierRule::Paper));
+}
+
 TEST(QuasiNewton, FollowsACurvedValley) {
   for (const int n : {2, 10, 60}) {
     const AutodiffProblem exact(rosenbrock(n),
@@ -76,6 +98,7 @@ TEST(QuasiNewton, FollowsACurvedValley) {
     WithoutHessian problem(model);
     SolverOptions options = limited_memory();
     options.max_iter = 2000;
+    options.acceptable_iter = 0;
     const Result result = solve(problem, options);
     EXPECT_EQ(result.status, Status::Solved) << n << ' ' << result.message;
     EXPECT_LT(result.error.total, 1e-8);
