@@ -23,6 +23,7 @@ import chebyshev  # noqa: E402
 import generator_and_critic  # noqa: E402
 import h_infinity  # noqa: E402
 import matrix_game  # noqa: E402
+import proved_design  # noqa: E402
 import robust_polynomial  # noqa: E402
 import robust_portfolio  # noqa: E402
 import robust_regression  # noqa: E402
@@ -45,6 +46,18 @@ class ClosedForms(unittest.TestCase):
                 near /= near.sum()
             self.assertGreater(game.closed_form(near), result.fun - tolerance)
         return result
+
+    def test_proved_design(self):
+        w = proved_design.SECOND + np.linspace(-1e-3, 1e-3, 200001)
+        peak = np.max(proved_design.response(w))  # higher than that of the first mode
+        seen, proved = proved_design.solve(False), proved_design.solve(True)
+        self.assertGreater(seen.x[0] ** 2 * peak, 2.0)  # called safe
+        self.assertTrue(proved.success and proved.certificate.is_local_minmax)
+        self.assertAlmostEqual(proved.x[0], 1.0 / np.sqrt(peak), delta=1e-6)
+        bound = [p for p in proved.proofs if p.constraint == 0][0]
+        self.assertTrue(bound.complete)
+        self.assertGreaterEqual(bound.proved, proved.x[0] ** 2 * peak - 1e-12)
+        self.assertLess(bound.proved, 1.0 + 1e-5)
 
     def test_robust_regression(self):
         self.check(robust_regression)
