@@ -104,7 +104,9 @@ void RobustSearch::name_infeasible(std::vector<double> start) {
   start.resize(asked_.structure().variable_players.size());
   if (!all_finite(start)) return;
   start.push_back(1.0);
-  RobustSearch search({problem, asked_}, options_, starts_, budget_, start_);
+  SolverOptions options = options_;
+  options.minmax_worst_case_proof = false;  // what is seen is enough
+  RobustSearch search({problem, asked_}, options, starts_, budget_, start_);
   search.names_infeasible_ = false;
   Result least = search.run(std::move(start));
   work_.over_y.solves += least.over_y.solves;

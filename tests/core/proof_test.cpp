@@ -400,5 +400,33 @@ TEST(ProofOfASolve, AnIncompleteProofIsNoSuccess) {
   EXPECT_NE(stopped.certificate.kind, PointKind::LocalMinmax);
 }
 
+/// x + y + sin(x y) <= 1/2 for every y in [0, 1] holds for no x >= 0.
+struct Unmeetable {
+  template <class T>
+  T objective(std::span<const T> v) const {
+    return square(v[0]);
+  }
+  template <class T>
+  void constraints(std::span<const T> v, std::span<T> g) const {
+    g[0] = v[0] + v[1] + sin(v[0] * v[1]);
+  }
+};
+
+TEST(ProofOfASolve, RowsThatCannotBeMetAreNamedAsWithoutIt) {
+  ProvableProblem problem(Unmeetable{}, {.players = {kMin, kMax},
+                                         .start = {0.5, 0.2},
+                                         .lower = {0.0, 0.0},
+                                         .upper = {1.0, 1.0},
+                                         .constraint_lower = {-kNone},
+                                         .constraint_upper = {0.5},
+                                         .constraint_players = {kMin}});
+  SolverOptions options;
+  options.minmax_worst_case_proof = true;
+  const Result result = solve(problem, options);
+  EXPECT_EQ(result.status, Status::LocallyInfeasible);
+  EXPECT_NE(result.message.find("the least worst-case violation is 0.5"), std::string::npos)
+      << result.message;
+}
+
 }  // namespace
 }  // namespace ipminmax
