@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "../linalg/api.hpp"
+
 /// @file
 /// Numbers that enclose: formulas written once for any number type (autodiff_problem.hpp) are
 /// bounded over whole boxes, for proofs (proof.hpp). Every operation rounds outward, whatever the
@@ -402,6 +404,10 @@ class IntervalJet {
   std::array<Interval, kMostDirections> gradient_{};
   std::array<Interval, kMostDirections*(kMostDirections + 1) / 2> hessian_{};
 };
+
+}  // namespace ipminmax
+
+namespace IPMINMAX_API ipminmax {
 
 /// A model's functions over boxes of its variables, for proofs. Both throw std::domain_error where
 /// the formulas cannot be enclosed: UndecidedComparison where they branch within the box.
