@@ -25,9 +25,9 @@ struct Scope {
 
 Scope scope_of(const ProblemStructure& s, const SolverOptions& options,
                const BoxFunctions::Determined& determined) {
-  const auto follows = [](const std::vector<Index>& those, std::size_t i) {
-    return std::ranges::find(those, static_cast<Index>(i)) != those.end();
-  };
+  std::vector<bool> follows(s.variable_lower.size()), defines(s.constraint_lower.size());
+  for (const Index i : determined.variables) follows[at(i)] = true;
+  for (const Index j : determined.constraints) defines[at(j)] = true;
   Scope scope{.v = s.variable_lower, .variables = {}, .domain = {}, .rows = {}, .uncut = {}};
   const auto bounds = [&](double lower, double upper) {
     return std::pair(lower <= options.nlp_lower_bound_inf ? -kInfinity : lower,
@@ -35,7 +35,7 @@ Scope scope_of(const ProblemStructure& s, const SolverOptions& options,
   };
   for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
     const auto [lower, upper] = bounds(s.variable_lower[i], s.variable_upper[i]);
-    if (lower == upper || follows(determined.variables, i)) continue;
+    if (lower == upper || follows[i]) continue;
     scope.variables.push_back(static_cast<Index>(i));
     scope.domain.emplace_back(lower, upper);
     if ((std::isfinite(lower) && std::isfinite(upper)) || !scope.uncut.empty()) continue;
@@ -47,8 +47,7 @@ Scope scope_of(const ProblemStructure& s, const SolverOptions& options,
   }
   for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
     const auto [lower, upper] = bounds(s.constraint_lower[j], s.constraint_upper[j]);
-    if (lower == -kInfinity && upper == kInfinity) continue;
-    if (follows(determined.constraints, j)) continue;
+    if ((lower == -kInfinity && upper == kInfinity) || defines[j]) continue;
     scope.rows.push_back({static_cast<Index>(j), lower, upper});
   }
   return scope;
@@ -107,7 +106,6 @@ WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
       proof.left = bound.left;
       proof.proved = bound.proved;
       proof.empty = bound.proved == -kInfinity;
-      proof.seen = best.y.empty() ? kNaN : best.value;
       proof.message = "too many boxes";
     }
   } catch (const std::domain_error& error) {

@@ -136,13 +136,17 @@ struct Resonance {
   }
 };
 
+ProvableProblem<Resonance> resonance() {
+  return over_box(Resonance{}, {-3.0}, {3.0},
+                  {.players = {},
+                   .start = {},
+                   .constraint_lower = {-kNone},
+                   .constraint_upper = {1.0},
+                   .constraint_players = {kMin}});
+}
+
 TEST(Proof, ANarrowPeakIsFound) {
-  auto problem = over_box(Resonance{}, {-3.0}, {3.0},
-                          {.players = {},
-                           .start = {},
-                           .constraint_lower = {-kNone},
-                           .constraint_upper = {1.0},
-                           .constraint_players = {kMin}});
+  ProvableProblem<Resonance> problem = resonance();
   const std::vector<double> v = {1.0, 0.0};
   ProofRequest request;
   request.constraint = 0;
@@ -309,12 +313,7 @@ TEST(Proof, RandomWavesAreEnclosed) {
 /// The design that eight starts call safe, with the proof in the solve: the peak that it finds is a
 /// worst case of the next one.
 TEST(ProofOfASolve, DesignsWithTheWorstCaseThatTheProofFinds) {
-  auto problem = over_box(Resonance{}, {-3.0}, {3.0},
-                          {.players = {},
-                           .start = {},
-                           .constraint_lower = {-kNone},
-                           .constraint_upper = {1.0},
-                           .constraint_players = {kMin}});
+  ProvableProblem<Resonance> problem = resonance();
   const Result unsafe = solve(problem, {});
   EXPECT_TRUE(is_success(unsafe.status));
   EXPECT_NEAR(unsafe.v[0], 1.0, 1e-6);
