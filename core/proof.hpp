@@ -11,7 +11,8 @@
 
 namespace IPMINMAX_API ipminmax {
 
-/// The model of AutodiffProblem, with its formulas over boxes.
+/// The model of AutodiffProblem, with its formulas over boxes. With minmax_threads above 1 several
+/// threads evaluate them.
 template <class Functions>
 class ProvableProblem final : public AutodiffProblem<Functions>, public BoxFunctions {
  public:
@@ -25,6 +26,7 @@ class ProvableProblem final : public AutodiffProblem<Functions>, public BoxFunct
       this->functions().template constraints<IntervalJet>(v, g);
     }
   }
+  [[nodiscard]] bool is_concurrent() const override { return true; }
 };
 template <class Functions>
 ProvableProblem(Functions, ModelData) -> ProvableProblem<Functions>;

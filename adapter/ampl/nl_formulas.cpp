@@ -144,14 +144,19 @@ NlBoxes::Jets NlBoxes::with_defined(std::span<const IntervalJet> v) const {
 }
 
 IntervalJet NlBoxes::objective_over(std::span<const IntervalJet> v) const {
-  if (objective_ < 0) return {0.0};
-  return IntervalJet(sign_) *
-         value(formulas_.objectives[static_cast<std::size_t>(objective_)], with_defined(v));
+  return all_over(v, {});
 }
 
 void NlBoxes::constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const {
+  static_cast<void>(all_over(v, g));
+}
+
+IntervalJet NlBoxes::all_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const {
   const Jets all = with_defined(v);
   for (std::size_t j = 0; j < g.size(); ++j) g[j] = value(formulas_.constraints[j], all);
+  if (objective_ < 0) return {0.0};
+  return IntervalJet(sign_) *
+         value(formulas_.objectives[static_cast<std::size_t>(objective_)], all);
 }
 
 }  // namespace ipminmax

@@ -81,7 +81,7 @@ void walk_certificate(Visit& visit, C& c) {
   each(visit, c.kind, c.second_order, c.inner, c.inner_expected, c.full, c.full_expected, c.margin,
        c.licq_min, c.licq_max, c.weakly_active_min, c.weakly_active_max, c.finite_differences,
        c.hessian_error, c.hessian_disagrees, c.least_curvature, c.least_curvature_variable,
-       c.answer);
+       c.answer, c.proved, c.proved_within, c.proof);
   walk_size(visit, c.reasons);
   for (auto& r : c.reasons) each(visit, r.kind, r.player, r.text, r.variables, r.constraints);
 }

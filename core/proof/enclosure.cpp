@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/model/structure_check.hpp"
-#include "core/proof/boxes.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -78,7 +77,7 @@ BestSeen rate(FunctionOfBoxes& function, const Scope& scope, const std::vector<d
 }  // namespace
 
 WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
-                               const std::vector<double>& seen, const ProofEffort& effort) {
+                               const std::vector<double>& seen, const BoxEffort& effort) {
   WorstCaseProof proof;
   proof.proved = kInfinity;
   const BoxFunctions* functions = inner.over_boxes();
@@ -100,8 +99,7 @@ WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
       proof.message = scope.uncut;
     } else {
       best = rate(function, scope, seen, options.constr_viol_tol);
-      const BoxBound bound =
-          bound_over_boxes(function, scope.domain, effort.tolerance, best, effort.go_on);
+      const BoxBound bound = bound_over_boxes(function, scope.domain, effort, best);
       proof.boxes = bound.boxes;
       proof.left = bound.left;
       proof.proved = bound.proved;

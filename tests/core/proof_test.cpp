@@ -310,6 +310,24 @@ TEST(Proof, RandomWavesAreEnclosed) {
   }
 }
 
+/// Boxes are cut in the same order by any number of threads.
+TEST(Proof, ThreadsFindTheSame) {
+  auto waves = over_box(Camel{}, {-3.0, -2.0}, {3.0, 2.0});
+  const std::vector<double> v = {2.0, 0.1, 0.1};
+  SolverOptions options;
+  const WorstCaseProof one = prove_worst_case(waves, v, options);
+  EXPECT_TRUE(one.complete) << one.message;
+  EXPECT_GT(one.boxes, 100);
+  for (const int threads : {2, 3, 7}) {
+    options.minmax_threads = threads;
+    const WorstCaseProof more = prove_worst_case(waves, v, options);
+    EXPECT_EQ(more.boxes, one.boxes);
+    EXPECT_EQ(more.proved, one.proved);
+    EXPECT_EQ(more.seen, one.seen);
+    EXPECT_EQ(more.v, one.v);
+  }
+}
+
 /// The design that eight starts call safe, with the proof in the solve: the peak that it finds is a
 /// worst case of the next one.
 TEST(ProofOfASolve, DesignsWithTheWorstCaseThatTheProofFinds) {
