@@ -24,6 +24,9 @@ cmake --build "$work/cmake"
 "$work/cmake/consumer"
 "$work/cmake/c_consumer"
 
+library=$(find "$prefix" -name libipminmax.so)
+if [ -n "$library" ] && env -u LD_LIBRARY_PATH ldd "$library" | grep "not found"; then exit 1; fi  # an Ipopt of one's own
+
 if [ -x "$prefix/bin/ipminmax" ]; then  # not built without the AMPL solver library
   echo "== ipminmax saddle.nl"
   cp "$source_dir/saddle.nl" "$work"

@@ -16,7 +16,7 @@ mkdir -p "$work"
 work=$(cd "$work" && pwd)
 root=$work/root
 case $architecture in
-  arm64) triplet=aarch64-linux-gnu compiler=$triplet processor=aarch64 flags=-Wno-psabi ;;
+  arm64) triplet=aarch64-linux-gnu compiler=$triplet processor=aarch64 flags="" ;;
   i386) triplet=i386-linux-gnu compiler=i686-linux-gnu processor=i386 flags="-msse2 -mfpmath=sse" ;;
   *) echo "arm64 or i386" >&2; exit 2 ;;
 esac
@@ -52,7 +52,7 @@ END
 export PKG_CONFIG_SYSROOT_DIR=$root PKG_CONFIG_LIBDIR=$root/usr/lib/$triplet/pkgconfig:$root/usr/lib/pkgconfig:$root/usr/share/pkgconfig
 
 cmake -S "$source" -B "$work/build" -DCMAKE_TOOLCHAIN_FILE="$work/toolchain.cmake" -DCMAKE_BUILD_TYPE=Release \
-  "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG $flags" -DIPMINMAX_PRECOMPILE=ON -DIPMINMAX_BUILD_PYTHON=OFF -DIPMINMAX_BUILD_CASADI=OFF \
+  "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG${flags:+ $flags}" -DIPMINMAX_PRECOMPILE=ON -DIPMINMAX_BUILD_PYTHON=OFF -DIPMINMAX_BUILD_CASADI=OFF \
   -DIPMINMAX_BUILD_EXAMPLES=OFF -DIPMINMAX_MPI=OFF
 mapfile -t programs < <(cd "$source/tests/linalg" && ls -- *_test.cpp | sed 's/\(.*\)\.cpp/linalg_\1/')
 cmake --build "$work/build" -j "$(nproc)" --target "${programs[@]}" core_quick_tests verdicts

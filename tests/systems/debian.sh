@@ -23,8 +23,8 @@ mkdir "$work/source"
 git archive HEAD | tar x -C "$work/source"
 build() { (cd "$work/source" && dpkg-buildpackage -us -uc -b) >"$work/build.log" 2>&1 || { tail -30 "$work/build.log"; exit 1; }; }
 step "dpkg-buildpackage" build
-rm -f "$work"/*-dbgsym_*.deb
 step "lintian" lintian --fail-on error --allow-root "$work"/*.changes
+rm -f "$work"/*-dbgsym_*.deb
 du -k "$work"/*.deb | sed "s#$work/##"
 
 if [ ! -e "$work/clean/usr" ]; then
