@@ -64,4 +64,17 @@ struct ProofRequest {
                                               const ProofRequest& request = {},
                                               const MultistartObserver& observer = {});
 
+/// The same by all ranks of an MPI program that call this with equal arguments: each searches its
+/// share of 64 parts of the domain, most_boxes / 64 boxes in each at most. All get the same answer,
+/// with the same bits for any number of ranks. The model is called in another thread than the
+/// calling one, which is the one that calls MPI.
+///
+/// Throws as prove_worst_case, SolverUnavailable as multistart_over_ranks does, and
+/// std::runtime_error where another rank's model threw or a rank has died.
+[[nodiscard]] WorstCaseProof prove_worst_case_over_ranks(Problem& problem,
+                                                         std::span<const double> v,
+                                                         const SolverOptions& options,
+                                                         const ProofRequest& request = {},
+                                                         const MultistartObserver& observer = {});
+
 }  // namespace ipminmax

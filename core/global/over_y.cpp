@@ -171,8 +171,9 @@ class MaximizationOverY {
       return boxes < request.most_boxes;
     };
     const double before = context_.budget.stopwatch().wall();
-    WorstCaseProof proof = enclose_maximum(inner_, options_, seen,
-                                           {request.tolerance, go_on, options_.minmax_threads});
+    WorstCaseProof proof =
+        enclose_maximum(inner_, options_, seen, {request.tolerance, go_on, options_.minmax_threads},
+                        context_.share);
     proof.seconds = context_.budget.stopwatch().wall() - before;
     proof.interrupted = context_.budget.interrupted();
     found_.finished = found_.finished && !proof.interrupted;

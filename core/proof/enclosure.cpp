@@ -74,10 +74,57 @@ BestSeen rate(FunctionOfBoxes& function, const Scope& scope, const std::vector<d
   return std::isfinite(best.value) ? best : none;
 }
 
+/// Of a domain, by halving the sides in turn, the longest part of a side first.
+std::vector<std::vector<Interval>> parts_of(const std::vector<Interval>& domain, ProofShare share) {
+  std::vector<std::vector<Interval>> parts = {domain};
+  if (share.processes == 0) return parts;
+  const Index parts_wanted = domain.empty() ? 1 : kPartsOfAProof;
+  for (std::size_t side = 0; static_cast<Index>(parts.size()) < parts_wanted;
+       side = (side + 1) % domain.size()) {
+    std::vector<std::vector<Interval>> halves;
+    for (const std::vector<Interval>& part : parts) {
+      const double middle = part[side].middle();
+      for (const Interval& half :
+           {Interval(part[side].lower(), middle), Interval(middle, part[side].upper())}) {
+        halves.push_back(part);
+        halves.back()[side] = half;
+      }
+    }
+    parts = std::move(halves);
+  }
+  std::vector<std::vector<Interval>> own;
+  for (std::size_t k = at(share.process); k < parts.size(); k += at(share.processes)) {
+    own.push_back(std::move(parts[k]));
+  }
+  return own;
+}
+
+/// Whether it is complete, of what is known.
+void conclude(double tolerance, WorstCaseProof& proof) {
+  const double enough = tolerance * std::max(1.0, std::abs(proof.seen)) * (1.0 + 1e-12);
+  proof.complete =
+      proof.empty || (std::isfinite(proof.seen) && proof.proved - proof.seen <= enough);
+}
+
 }  // namespace
 
+void add_share(WorstCaseProof&& other, double tolerance, WorstCaseProof& proof) {
+  proof.boxes += other.boxes;
+  proof.left += other.left;
+  // Of NaN and a number the number.
+  proof.proved = std::fmax(proof.proved, other.proved);
+  proof.empty = proof.empty && other.empty;
+  if (!proof.interrupted) proof.interrupted = other.interrupted;
+  if (!(proof.seen >= other.seen) && !std::isnan(other.seen)) {
+    proof.seen = other.seen;
+    proof.v = std::move(other.v);
+  }
+  conclude(tolerance, proof);
+}
+
 WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
-                               const std::vector<double>& seen, const BoxEffort& effort) {
+                               const std::vector<double>& seen, const BoxEffort& effort,
+                               ProofShare share) {
   WorstCaseProof proof;
   proof.proved = kInfinity;
   const BoxFunctions* functions = inner.over_boxes();
@@ -99,11 +146,18 @@ WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
       proof.message = scope.uncut;
     } else {
       best = rate(function, scope, seen, options.constr_viol_tol);
-      const BoxBound bound = bound_over_boxes(function, scope.domain, effort, best);
-      proof.boxes = bound.boxes;
-      proof.left = bound.left;
-      proof.proved = bound.proved;
-      proof.empty = bound.proved == -kInfinity;
+      double proved = -kInfinity;
+      const BestSeen known = best;
+      for (const std::vector<Interval>& part : parts_of(scope.domain, share)) {
+        BestSeen seen_there = known;
+        const BoxBound bound = bound_over_boxes(function, part, effort, seen_there);
+        proof.boxes += bound.boxes;
+        proof.left += bound.left;
+        proved = std::max(proved, bound.proved);
+        if (seen_there.value > best.value) best = std::move(seen_there);
+      }
+      proof.proved = proved;  // of all parts: until then nothing is
+      proof.empty = proved == -kInfinity;
       proof.message = "too many boxes";
     }
   } catch (const std::domain_error& error) {
@@ -115,10 +169,7 @@ WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
     for (std::size_t k = 0; k < best.y.size(); ++k) proof.v[at(scope.variables[k])] = best.y[k];
     functions->determine(proof.v);
   }
-  const double enough = effort.tolerance * std::max(1.0, std::abs(proof.seen)) * (1.0 + 1e-12);
-  proof.complete =
-      proof.empty || (std::isfinite(proof.seen) && proof.proved - proof.seen <= enough);
-  if (proof.complete) proof.left = 0;
+  conclude(effort.tolerance, proof);
   return proof;
 }
 
