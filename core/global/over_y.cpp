@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/global/choice.hpp"
+#include "core/global/places_over_y.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/row_over_y.hpp"
@@ -24,8 +25,9 @@ constexpr Index kStartsOfRows = 8;
 constexpr Index kMostStartsOfRows = 100;
 /// Boxes of a proof between two words to the listener.
 constexpr Index kBoxesOfAWord = 1000;
-/// Most variables of a box whose corners are all looked at.
-constexpr std::size_t kMostOfCorners = 8;
+/// Barrier parameters from which a random start, and one beside a maximum, is not forgotten.
+constexpr double kMuWithin = 1e-2;
+constexpr double kMuBeside = 1e-4;
 /// The maximizer's problem at fixed x: Min variables are fixed, Min constraints absent.
 class HeldMin final : public ForwardingProblem {
  public:
@@ -53,42 +55,6 @@ class HeldMin final : public ForwardingProblem {
   std::vector<double> v_;
 };
 
-/// The corner of the box of y with the largest value; empty: y is no box, or of too many variables.
-std::optional<std::vector<double>> best_corner(Problem& inner, const SolverOptions& options) {
-  const ProblemStructure& s = inner.structure();
-  std::vector<std::size_t> free;
-  for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
-    if (s.variable_lower[i] < s.variable_upper[i]) free.push_back(i);
-  }
-  const auto has_bound = [&](std::size_t i) {
-    return s.variable_lower[i] > options.nlp_lower_bound_inf &&
-           s.variable_upper[i] < options.nlp_upper_bound_inf;
-  };
-  if (free.empty() || free.size() > kMostOfCorners || !std::ranges::all_of(free, has_bound)) {
-    return std::nullopt;
-  }
-  for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
-    if (s.constraint_lower[j] > options.nlp_lower_bound_inf ||
-        s.constraint_upper[j] < options.nlp_upper_bound_inf) {
-      return std::nullopt;
-    }
-  }
-  std::optional<std::vector<double>> best;
-  std::vector<double> v = starting_values(inner);
-  double highest = -kInfinity;
-  for (std::size_t corner = 0; !v.empty() && corner < (std::size_t{1} << free.size()); ++corner) {
-    for (std::size_t k = 0; k < free.size(); ++k) {
-      const bool upper = (corner >> k & 1U) != 0;
-      v[free[k]] = upper ? s.variable_upper[free[k]] : s.variable_lower[free[k]];
-    }
-    double f = 0.0;
-    if (!inner.objective(v, true, f) || !(f > highest)) continue;
-    highest = f;
-    best = v;
-  }
-  return best;
-}
-
 /// The maximizations over y of one function at one x.
 class MaximizationOverY {
  public:
@@ -109,16 +75,24 @@ class MaximizationOverY {
     add_work_of_detection();
     for (Index start = 0; start < count || may_be_higher(start); ++start) {
       std::vector<double> v;
+      SolverOptions options = options_;
+      if (count > 1) options.minmax_max_restarts = 0;
       if (start > 0) {
         if (own.empty()) break;
         v = at(start) <= given.size() ? given[at(start) - 1]
                                       : random_start(inner_.structure(), own, start, options_);
+        // Every other one near where it begins.
+        if (at(start) > given.size() && start % 2 == 0 && limit_ && !found_.maxima.empty()) {
+          v = start_within(inner_, options_, center(), std::move(v), start);
+          options = staying_near(options, kMuWithin);
+        }
       }
-      if (!maximize_from(std::move(v), count > 1 ? 0 : options_.minmax_max_restarts)) break;
+      if (!maximize_from(std::move(v), options)) break;
+      if (start + 1 >= count && limit_ && !climb()) break;
     }
     // As a single solve does, which is not to find more than many starts.
     if (found_.finished && count > 1 && !any_certified() && makes_new_starts(options_)) {
-      static_cast<void>(maximize_from({}, options_.minmax_max_restarts));
+      static_cast<void>(maximize_from({}, options_));
     }
     std::ranges::stable_sort(found_.maxima, std::greater{}, &WorstCaseMaximum::value);
     if (wants_proof() && !is_above_limit()) prove();
@@ -196,14 +170,42 @@ class MaximizationOverY {
     return context_.budget.tell(context_.start, info);
   }
 
+  /// Of the maxima found: a point of a convex Y.
+  [[nodiscard]] std::vector<double> center() const {
+    std::vector<double> mean(found_.maxima.front().v.size(), 0.0);
+    const double share = 1.0 / static_cast<double>(found_.maxima.size());
+    for (const WorstCaseMaximum& maximum : found_.maxima) {
+      for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += share * maximum.v[i];
+    }
+    return mean;
+  }
+
+  /// From the highest maximum, as long as single variables show a higher one. False: nothing more
+  /// can be done.
+  [[nodiscard]] bool climb() {
+    while (!found_.maxima.empty() && !options_.minmax_concave_in_y) {
+      const auto highest = std::ranges::max_element(found_.maxima, {}, &WorstCaseMaximum::value);
+      const bool violated =
+          highest->value - *limit_ > options_.minmax_worst_case_tol * found_.range();
+      if (violated || !(highest->value > climbed_)) return true;
+      climbed_ = highest->value;
+      std::vector<double> v =
+          moved_to_bounds(inner_, options_, highest->v, multipliers_of_highest_,
+                          options_.minmax_worst_case_tol * found_.range(), context_.work.counts);
+      if (v.empty()) return true;
+      SolverOptions options = staying_near(options_, kMuBeside);
+      options.minmax_max_restarts = 0;
+      if (!maximize_from(std::move(v), options)) return false;
+    }
+    return true;
+  }
+
   /// False: nothing more can be done.
-  [[nodiscard]] bool maximize_from(std::vector<double> v, int restarts) {
+  [[nodiscard]] bool maximize_from(std::vector<double> v, const SolverOptions& options) {
     if (context_.budget.used_up()) {
       found_.finished = false;
       return false;
     }
-    SolverOptions options = options_;
-    options.minmax_max_restarts = restarts;
     Restarted restarted(inner_, std::move(v));
     const Result result = structure_.solve(restarted, options, context_.budget, observer());
     add_work(result, context_.work);
@@ -267,6 +269,10 @@ class MaximizationOverY {
       return;
     }
     const bool certified = result.certificate.kind == PointKind::LocalMinmax;
+    const auto lower = [&](const WorstCaseMaximum& known) {
+      return known.value < result.objective;
+    };
+    if (std::ranges::all_of(found_.maxima, lower)) multipliers_of_highest_ = result.lambda;
     for (WorstCaseMaximum& known : found_.maxima) {
       if (!same_point(result.v, known.v, options_.minmax_distinct_tol)) continue;
       ++known.found;
@@ -287,6 +293,8 @@ class MaximizationOverY {
   std::optional<double> limit_;
   SearchStructure structure_;
   MaximaOverY found_;
+  std::vector<double> multipliers_of_highest_;
+  double climbed_ = -kInfinity;  ///< from a maximum of this value
 };
 
 }  // namespace

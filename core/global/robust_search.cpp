@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "core/global/places_over_y.hpp"
 #include "core/global/robust_search.hpp"
 #include "core/model/model_start.hpp"
 #include "core/model/norms.hpp"
@@ -28,18 +29,6 @@ constexpr double kVanishing = 1e-5;
 /// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a
 /// large one maxima at different bounds are one.
 constexpr double kMuNear = 1e-4;
-
-/// Options of a solve that begins near its solution.
-SolverOptions near_solution(const SolverOptions& options) {
-  SolverOptions near = options;
-  near.mu_init = std::min(options.mu_init, kMuNear);
-  for (double* push :
-       {&near.bound_push, &near.bound_frac, &near.slack_bound_push, &near.slack_bound_frac}) {
-    *push = std::min(*push, kMuNear);
-  }
-  near.bound_mult_init_method = BoundMultiplierInit::MuBased;
-  return near;
-}
 
 }  // namespace
 
@@ -271,7 +260,7 @@ Result RobustSearch::solve_once(RobustCopies& copies) {
     return result;
   };
   if (place_.near) {
-    Result result = solve_with(near_solution(options));
+    Result result = solve_with(staying_near(options, kMuNear));
     if (is_success(result.status) || budget_.used_up()) return result;
   }
   return solve_with(options);
