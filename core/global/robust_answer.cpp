@@ -157,7 +157,7 @@ void RobustSearch::report(const RobustCopies& copies, const Result& result) {
       .asked = starts_,
       .functions = work_.over_y.functions,
       .finished =
-          starts_ == 0 || (verified_ && std::ranges::all_of(proofs, &WorstCaseProof::complete)),
+          starts_ == 0 || (!verified_.empty() && std::ranges::all_of(proofs, &WorstCaseProof::complete)),
       .largest_violation = violation_,
       .proofs = std::move(proofs)};
 }

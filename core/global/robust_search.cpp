@@ -127,7 +127,7 @@ Result RobustSearch::run_from_maxima(std::vector<double> start) {
 /// Solves with the worst cases at hand and adds violated ones until there are none. Whether the
 /// answer, that of the last solve or of the last that was checked over y, is a success.
 bool RobustSearch::solve_rounds() {
-  verified_ = false;
+  verified_.clear();
   for (Index round = 0;; ++round) {
     violation_ = kNaN;  // of the next x nothing is known yet
     work_.over_y.functions = 0;
@@ -135,8 +135,8 @@ bool RobustSearch::solve_rounds() {
     Solved solved = solve_worst_cases();
     hold_idle(solved);
     if (!is_success(solved.result.status)) {
-      if (!verified_) report(*solved.copies, solved.result);
-      return verified_;
+      if (verified_.empty()) report(*solved.copies, solved.result);
+      return !verified_.empty();
     }
     keep_point(*solved.copies, solved.result);
     const auto& [copies, result] = solved;
@@ -144,7 +144,7 @@ bool RobustSearch::solve_rounds() {
       report(*copies, result);
       return true;
     }
-    if (!look_further(*copies, result, round)) return verified_;
+    if (!look_further(*copies, result, round)) return !verified_.empty();
   }
 }
 
@@ -198,23 +198,51 @@ bool RobustSearch::look_further(const RobustCopies& copies, const Result& result
                      defined ? gap(copies, result, k) : 0.0});
   }
   const std::vector<SideScan> scans = scan(known);
+  if (!verified_.empty() && refutes_verified(scans)) verified_.clear();
   const std::vector<RobustCopies::WorstCase> solved = place_.worst_cases;
   if (add_violated(scans, options_.minmax_worst_case_tol, false)) {
     if (round < kMostRounds && !budget_.used_up()) return true;
-    if (verified_) return false;
+    if (!verified_.empty()) return false;
     place_.worst_cases = solved;
     report(copies, result);
     answer_.over_y.better_known = true;
     return false;
   }
   if (budget_.interrupted() || !std::ranges::all_of(scans, &SideScan::settled)) {
-    if (!verified_) report(copies, result);
+    if (verified_.empty()) report(copies, result);
     return false;
   }
-  const bool first = !std::exchange(verified_, true);
-  if (first || better(result, answer_)) report(copies, result);
+  const bool first = verified_.empty();
+  if (first || better(result, answer_)) {
+    verified_ = place_.v;
+    report(copies, result);
+  }
   // Checked over all of y, worst cases far from active only blur the certificate.
   return first && !budget_.used_up() && drop_inactive(copies, result);
+}
+
+/// Whether a y that was found later violates the answer that was checked before.
+bool RobustSearch::refutes_verified(const std::vector<SideScan>& scans) {
+  const ProblemStructure& s = model_.structure();
+  std::vector<double> v, g(s.constraint_players.size());
+  const auto holds = [&](Index j) {
+    return g[at(j)] >= s.constraint_lower[at(j)] - options_.constr_viol_tol &&
+           g[at(j)] <= s.constraint_upper[at(j)] + options_.constr_viol_tol;
+  };
+  for (SideScan side : scans) {
+    const RobustScope scope = scopes_.of(side.constraint);
+    for (std::size_t k = 0; k < side.maxima.size(); ++k) {
+      v = verified_;
+      for (const Index i : scope.variables) v[at(i)] = side.maxima[k].v[at(i)];
+      ++work_.counts.constraints;
+      if (!model_.constraints(v, true, g) || !std::ranges::all_of(scope.constraints, holds)) {
+        continue;
+      }
+      side.values[k] = side.maxima[k].side * g[at(side.constraint)];
+      if (side.excess(k) > options_.minmax_worst_case_tol) return true;
+    }
+  }
+  return false;
 }
 
 void RobustSearch::choose_copies() {
