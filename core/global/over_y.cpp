@@ -73,7 +73,8 @@ class MaximizationOverY {
     const Index count = std::max(starts, static_cast<Index>(given.size()) + 1);
     const std::vector<double> own = starting_values(inner_);
     add_work_of_detection();
-    for (Index start = 0; start < count || may_be_higher(start); ++start) {
+    Index start = 0;
+    for (; start < count || (start < kMostStartsOfRows && may_be_higher(start)); ++start) {
       std::vector<double> v;
       SolverOptions options = options_;
       if (count > 1) options.minmax_max_restarts = 0;
@@ -90,6 +91,7 @@ class MaximizationOverY {
       if (!maximize_from(std::move(v), options)) break;
       if (start + 1 >= count && limit_ && !climb()) break;
     }
+    found_.settled = start < kMostStartsOfRows || !may_be_higher(start);
     // As a single solve does, which is not to find more than many starts.
     if (found_.finished && count > 1 && !any_certified() && makes_new_starts(options_)) {
       static_cast<void>(maximize_from({}, options_));
@@ -105,8 +107,7 @@ class MaximizationOverY {
   /// - 2) more are to be expected (Boender and Rinnooy Kan 1987): half a one is not. Nor does one
   /// count that would have to be higher than the highest by more than the known ones differ.
   [[nodiscard]] bool may_be_higher(Index made) const {
-    if (!limit_ || options_.minmax_worst_case_starts >= 0 || made >= kMostStartsOfRows ||
-        options_.minmax_concave_in_y) {
+    if (!limit_ || options_.minmax_worst_case_starts >= 0 || options_.minmax_concave_in_y) {
       return false;
     }
     Index distinct = 0;
@@ -345,6 +346,7 @@ const SideScan* worst_side(const std::vector<SideScan>& scans, Index constraint)
 std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<double>& x,
                                               Index starts,
                                               const std::vector<KnownWorstCase>& known,
+                                              const RobustScopes& scopes,
                                               const MaximizationContext& context) {
   const ProblemStructure& s = model.structure();
   const auto scan_side = [&](Index row, double side) {
@@ -362,10 +364,11 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
     }
     scan.settled = false;
     if (context.budget.used_up()) return scan;
-    RowOverY problem(model, row, side, x);
+    RowOverY problem(model, row, side, x, scopes.of(row));
     MaximaOverY found = maximize_over_y(problem, starts, given, context,
                                         starts > 0 ? std::optional(scan.accepted) : std::nullopt);
     scan.settled = found.finished && found.maximized;
+    scan.may_be_higher = !found.settled && !(found.proof && found.proof->complete);
     scan.scale = std::max(found.range(), std::abs(scan.bound));
     scan.starts = std::move(found.starts);
     scan.proof = std::move(found.proof);

@@ -216,6 +216,7 @@ bool RobustSearch::look_further(const RobustCopies& copies, const Result& result
   if (first || better(result, answer_)) {
     verified_ = place_.v;
     report(copies, result);
+    leave_undecided(scans);
   }
   // Checked over all of y, worst cases far from active only blur the certificate.
   return first && !budget_.used_up() && drop_inactive(copies, result);
@@ -361,7 +362,7 @@ std::vector<KnownWorstCase> RobustSearch::without_values(
 /// At the x of place_.v; maximizations begin at the known worst cases, too.
 std::vector<SideScan> RobustSearch::scan(const std::vector<KnownWorstCase>& known) {
   std::vector<SideScan> scans =
-      scan_robust_constraints(model_, place_.v, starts_, known,
+      scan_robust_constraints(model_, place_.v, starts_, known, scopes_,
                               {options_, budget_, start_, asked_.structure(), work_, work_.over_y});
   violation_ = 0.0;
   for (const SideScan& side : scans) {

@@ -82,6 +82,7 @@ class RobustSearch {
 
   // The answer; robust_answer.cpp.
   void report(const RobustCopies& copies, const Result& result);
+  void leave_undecided(const std::vector<SideScan>& scans);
   [[nodiscard]] std::optional<std::size_t> highest_branch(const RobustCopies& copies,
                                                           const Result& result) const;
   [[nodiscard]] Result in_asked_shape(const RobustCopies& copies, const Result& result) const;
