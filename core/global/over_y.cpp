@@ -23,6 +23,9 @@ namespace {
 constexpr Index kStartsOfRows = 8;
 /// Most of them where they end at different maxima and one more could violate the constraint.
 constexpr Index kMostStartsOfRows = 100;
+/// Of so many starts that found the highest maximum, a higher one to which half as many lead would
+/// have been missed once in exp(10 / 2) = 150 times.
+constexpr Index kOften = 10;
 /// Boxes of a proof between two words to the listener.
 constexpr Index kBoxesOfAWord = 1000;
 /// Barrier parameters from which a random start, and one beside a maximum, is not forgotten.
@@ -91,7 +94,7 @@ class MaximizationOverY {
       if (!maximize_from(std::move(v), options)) break;
       if (start + 1 >= count && limit_ && !climb()) break;
     }
-    found_.settled = start < kMostStartsOfRows || !may_be_higher(start);
+    found_.settled = start < kMostStartsOfRows || !may_be_higher(start) || is_found_often();
     // As a single solve does, which is not to find more than many starts.
     if (found_.finished && count > 1 && !any_certified() && makes_new_starts(options_)) {
       static_cast<void>(maximize_from({}, options_));
@@ -121,6 +124,20 @@ class MaximizationOverY {
     const bool violated = highest - *limit_ > options_.minmax_worst_case_tol * found_.range();
     const bool may_violate = highest + (highest - lowest) > *limit_;
     return !violated && may_violate && made <= 2 * distinct * distinct + 3 * distinct + 2;
+  }
+
+  /// Whether many starts found the highest value.
+  [[nodiscard]] bool is_found_often() const {
+    double highest = -kInfinity;
+    for (const WorstCaseMaximum& maximum : found_.maxima) {
+      highest = std::max(highest, maximum.value);
+    }
+    Index often = 0;
+    for (const WorstCaseMaximum& maximum : found_.maxima) {
+      const double below = highest - maximum.value;
+      if (below <= options_.minmax_worst_case_tol * found_.range()) often += maximum.found;
+    }
+    return often >= kOften;
   }
 
   [[nodiscard]] bool wants_proof() const {
