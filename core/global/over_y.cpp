@@ -9,6 +9,7 @@
 #include "core/global/places_over_y.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/relaxation.hpp"
 #include "core/model/row_over_y.hpp"
 #include "core/proof/enclosure.hpp"
 #include "core/search/one_start.hpp"
@@ -100,7 +101,8 @@ class MaximizationOverY {
       static_cast<void>(maximize_from({}, options_));
     }
     std::ranges::stable_sort(found_.maxima, std::greater{}, &WorstCaseMaximum::value);
-    if (wants_proof() && !is_above_limit()) prove();
+    const double highest = found_.maxima.empty() ? -kInfinity : found_.maxima.front().value;
+    if (wants_proof() && !is_above_limit(highest)) prove(highest);
     found_.single_branch = found_.single_branch && found_.maxima.size() == 1 && any_certified();
     return std::move(found_);
   }
@@ -121,9 +123,9 @@ class MaximizationOverY {
       lowest = std::min(lowest, maximum.value);
       ++distinct;
     }
-    const bool violated = highest - *limit_ > options_.minmax_worst_case_tol * found_.range();
     const bool may_violate = highest + (highest - lowest) > *limit_;
-    return !violated && may_violate && made <= 2 * distinct * distinct + 3 * distinct + 2;
+    return !is_above_limit(highest) && may_violate &&
+           made <= 2 * distinct * distinct + 3 * distinct + 2;
   }
 
   /// Whether many starts found the highest value.
@@ -143,14 +145,13 @@ class MaximizationOverY {
   [[nodiscard]] bool wants_proof() const {
     return context_.proof != nullptr || options_.minmax_worst_case_proof;
   }
-  /// Of sorted maxima.
-  [[nodiscard]] bool is_above_limit() const {
-    return limit_ && !found_.maxima.empty() &&
-           found_.maxima.front().value - *limit_ > options_.minmax_worst_case_tol * found_.range();
+  [[nodiscard]] bool is_above_limit(double highest) const {
+    return limit_ && highest - *limit_ > options_.minmax_worst_case_tol * found_.range();
   }
 
-  /// How large the function can become over all y; a higher one that shows is a maximum, too.
-  void prove() {
+  /// How large the function can become over all y; a value that shows above the highest of the
+  /// sorted maxima is one, too.
+  void prove(double highest) {
     const ProofRequest request = context_.proof != nullptr ? *context_.proof : ProofRequest{};
     const std::vector<double> seen =
         found_.maxima.empty() ? std::vector<double>{} : found_.maxima.front().v;
@@ -162,11 +163,11 @@ class MaximizationOverY {
     };
     const double before = context_.budget.stopwatch().wall();
     WorstCaseProof proof =
-        enclose_maximum(inner_, options_, seen, {request.tolerance, request.most_boxes, go_on});
+        enclose_maximum(inner_, options_, seen, {request.tolerance, go_on, options_.minmax_threads},
+                        context_.share);
     proof.seconds = context_.budget.stopwatch().wall() - before;
     proof.interrupted = context_.budget.interrupted();
     found_.finished = found_.finished && !proof.interrupted;
-    const double highest = found_.maxima.empty() ? -kInfinity : found_.maxima.front().value;
     const double clearly = request.tolerance * std::max(1.0, std::abs(highest));
     if (!proof.v.empty() && (found_.maxima.empty() || proof.seen - highest > clearly)) {
       found_.maxima.insert(found_.maxima.begin(), {proof.v, proof.seen, false, 0});
@@ -203,9 +204,7 @@ class MaximizationOverY {
   [[nodiscard]] bool climb() {
     while (!found_.maxima.empty() && !options_.minmax_concave_in_y) {
       const auto highest = std::ranges::max_element(found_.maxima, {}, &WorstCaseMaximum::value);
-      const bool violated =
-          highest->value - *limit_ > options_.minmax_worst_case_tol * found_.range();
-      if (violated || !(highest->value > climbed_)) return true;
+      if (is_above_limit(highest->value) || !(highest->value > climbed_)) return true;
       climbed_ = highest->value;
       std::vector<double> v =
           moved_to_bounds(inner_, options_, highest->v, multipliers_of_highest_,
@@ -370,9 +369,7 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
     SideScan scan;
     scan.constraint = row;
     scan.bound = side > 0.0 ? s.constraint_upper[at(row)] : -s.constraint_lower[at(row)];
-    scan.accepted = scan.bound + std::min(context.options.constr_viol_tol,
-                                          context.options.bound_relax_factor *
-                                              std::max(1.0, std::abs(scan.bound)));
+    scan.accepted = scan.bound + relaxation(scan.bound, context.options);
     std::vector<std::vector<double>> given;
     for (const auto& [other, value, gap] : known) {
       if (other.constraint != row || other.side * side < 0.0) continue;

@@ -10,6 +10,7 @@
 #include "core/options.hpp"
 #include "core/problem.hpp"
 #include "core/proof.hpp"
+#include "core/proof/enclosure.hpp"
 #include "core/result.hpp"
 #include "core/worst_case.hpp"
 
@@ -30,6 +31,7 @@ struct MaximizationContext {
   SearchOverY& looked;           ///< maximizations are added
   /// What is to be proved, too; null: what minmax_worst_case_proof asks for.
   const ProofRequest* proof = nullptr;
+  ProofShare share{};  ///< of that
 };
 
 /// What maximizing one function over y at one x has found.

@@ -9,6 +9,7 @@
 #include "core/global/robust_search.hpp"
 #include "core/model/model_start.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/relaxation.hpp"
 #include "core/model/sampling.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
@@ -165,9 +166,8 @@ double RobustSearch::gap(const RobustCopies& copies, const Result& result, std::
   const ProblemStructure& s = copies.structure();
   double sum = 0.0;
   const auto add = [&](double distance, double bound, double multiplier) {
-    const double relaxed = std::min(options_.constr_viol_tol,
-                                    options_.bound_relax_factor * std::max(1.0, std::abs(bound)));
-    if (multiplier != 0.0) sum += std::max(distance + relaxed, 0.0) * std::abs(multiplier);
+    if (multiplier == 0.0) return;
+    sum += std::max(distance + relaxation(bound, options_), 0.0) * std::abs(multiplier);
   };
   const RobustScope scope = scopes_.of(place_.worst_cases[k].constraint);
   for (const Index model_variable : scope.variables) {

@@ -79,6 +79,11 @@ bool RowOverY::hessian_errors(std::span<const double> v, double sigma,
 
 IntervalJet RowOverY::Boxes::objective_over(std::span<const IntervalJet> v) const {
   std::vector<IntervalJet> g(row_.g_.size());
+  return all_over(v, g);
+}
+
+IntervalJet RowOverY::Boxes::all_over(std::span<const IntervalJet> v,
+                                      std::span<IntervalJet> g) const {
   functions_.constraints_over(v, g);
   return IntervalJet(row_.side_) * g[at(row_.constraint_)];
 }

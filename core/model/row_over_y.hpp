@@ -46,6 +46,9 @@ class RowOverY final : public ForwardingProblem {
     void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
       functions_.constraints_over(v, g);
     }
+    [[nodiscard]] IntervalJet all_over(std::span<const IntervalJet> v,
+                                       std::span<IntervalJet> g) const override;
+    [[nodiscard]] bool is_concurrent() const override { return functions_.is_concurrent(); }
     [[nodiscard]] Determined determined() const override { return functions_.determined(); }
     void determine(std::span<double> v) const override { functions_.determine(v); }
 

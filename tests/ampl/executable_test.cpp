@@ -402,8 +402,7 @@ TEST_F(AmplExecutable, ConstraintsOfMinThatReadMaxHoldForEveryY) {
   };
   for (const char* suffixes : {"S1 1 player\n0 0\n", "S1 1 robust\n0 1\n"}) {
     put("model.nl", limit_for_every_y(suffixes));
-    for (const char* arguments : {"", "minmax_worst_case_starts=5", "minmax_robust_copies=no"})
-      expect_robust(arguments);
+    for (const char* arguments : {"", "minmax_worst_case_starts=5"}) expect_robust(arguments);
   }
   EXPECT_EQ(run("model.nl minmax_max_constraints=limit"), 2);
   EXPECT_NE(err_.find("gives constraint 0 (limit) to Max, the suffix player or robust gives it to "
