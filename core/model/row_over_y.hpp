@@ -17,6 +17,9 @@ class RowOverY final : public ForwardingProblem {
  public:
   /// v: n, x and where y starts.
   RowOverY(Problem& model, Index constraint, double side, std::vector<double> v);
+  /// The same; scope: of the constraint.
+  RowOverY(Problem& model, Index constraint, double side, std::vector<double> v,
+           const RobustScope& scope);
 
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstring>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -563,6 +564,25 @@ TEST_F(AmplExecutable, OptionsOfIpoptsExecutable) {
   EXPECT_EQ(solve(undefined, "halt_on_ampl_error=yes"), 1);
   EXPECT_NE(err_.find("can't evaluate sqrt'(0)"), std::string::npos) << err_;
   EXPECT_EQ(solve(undefined, "halt_on_ampl_error=no"), 0);
+}
+
+// The second-order test tries points beside a solution, where Ipopt evaluates nothing.
+TEST_F(AmplExecutable, WhatIsUndefinedHaltsAtTheNextIteration) {
+  put("model.nl", minimize(kLog).text());
+  NlProblem problem(path("model.nl"), -1);
+  const double outside = -1.0, further = -2.0, inside = 2.0;
+  double value = 0.0;
+  const auto iterate = [&] {
+    return problem.intermediate_callback(Ipopt::RegularMode, 1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+                                         0.0, 0, nullptr, nullptr);
+  };
+  EXPECT_FALSE(problem.eval_f(1, &outside, true, value));
+  EXPECT_TRUE(iterate());
+  problem.halt_on_error();
+  EXPECT_FALSE(problem.eval_f(1, &further, true, value));
+  EXPECT_TRUE(problem.eval_f(1, &inside, true, value));
+  EXPECT_THROW(iterate(), std::runtime_error);
+  EXPECT_THROW(problem.halt_where_undefined(), std::runtime_error);
 }
 
 TEST_F(AmplExecutable, TheModelIsNotOverwritten) {

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <problems/random_game.hpp>
 #include <regression/hock_schittkowski.hpp>
 #include <support/extended_optimality.hpp>
 #include <support/tape_over_boxes.hpp>
@@ -27,10 +28,10 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 }
 
 void judge(const std::string& name, const Model& model, const std::vector<double>& start,
-           Tally& tally) {
+           Tally& tally, const SolverOptions& options = {}) {
   ProvableModel problem(model, start);
   const auto begin = std::chrono::steady_clock::now();
-  Result result = solve(problem, SolverOptions{});
+  Result result = solve(problem, options);
   const double solve_seconds = seconds_since(begin);
   if (result.certificate.kind != PointKind::LocalMinmax) return;
   const auto middle = std::chrono::steady_clock::now();
@@ -52,7 +53,7 @@ void judge(const std::string& name, const Model& model, const std::vector<double
   tally.false_proofs += proved && truth.verdict == ExtendedVerdict::Wrong;
   if (proved) {
     tally.farthest = std::max(tally.farthest, result.certificate.proved_within);
-  } else {
+  } else if (!name.empty()) {
     std::printf("  %-28s %s (check: %s, weak %d%s)\n", name.c_str(),
                 result.certificate.proof.c_str(), std::string(name_of(truth.verdict)).c_str(),
                 truth.weak, truth.independent ? "" : ", dependent");
@@ -71,6 +72,29 @@ Model twin(const Model& model, Player owner, const std::vector<double>& v) {
   return game;
 }
 
+void print(const Tally& tally) {
+  std::printf(
+      "certified %d, strict %d, regular %d, proved %d (%d of the regular ones), false %d; "
+      "farthest %.1e; "
+      "seconds: solves %.2f, proofs %.2f\n",
+      tally.certified, tally.strict, tally.regular, tally.proved, tally.regular_proved,
+      tally.false_proofs, tally.farthest, tally.seconds_solve, tally.seconds_proof);
+}
+
+/// Random formulas and options, tame games and wild ones in turns.
+TEST(ProvedCertificates, OfRandomGames) {
+  Tally tally;
+  for (std::uint64_t seed = 20261123; seed < 20261123 + 3000; ++seed) {
+    const RandomGame game = seed % 2 == 0 ? tame_game(seed) : random_game(seed);
+    SolverOptions options = game.options;
+    options.max_cpu_time = SolverOptions{}.max_cpu_time;
+    judge("", game.model, game.start, tally, options);
+  }
+  print(tally);
+  EXPECT_EQ(tally.false_proofs, 0);
+  EXPECT_GT(tally.proved, 0.5 * tally.regular);
+}
+
 TEST(ProvedCertificates, OfHockAndSchittkowskiAndTheirTwins) {
   Tally tally;
   for (const MinimizationProblem& known : hock_schittkowski()) {
@@ -83,12 +107,7 @@ TEST(ProvedCertificates, OfHockAndSchittkowskiAndTheirTwins) {
     judge(known.name + " twin of Min", twin(known.model, Player::Min, result.v), start, tally);
     judge(known.name + " twin of Max", twin(known.model, Player::Max, result.v), start, tally);
   }
-  std::printf(
-      "certified %d, strict %d, regular %d, proved %d (%d of the regular ones), false %d; "
-      "farthest %.1e; "
-      "seconds: solves %.2f, proofs %.2f\n",
-      tally.certified, tally.strict, tally.regular, tally.proved, tally.regular_proved,
-      tally.false_proofs, tally.farthest, tally.seconds_solve, tally.seconds_proof);
+  print(tally);
   EXPECT_EQ(tally.false_proofs, 0);
   EXPECT_GE(tally.proved, 0.9 * tally.strict);
 }
