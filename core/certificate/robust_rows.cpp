@@ -21,10 +21,12 @@ Eigen::VectorXd firm_curvature(const CanonicalProblem& canonical, const Iterate&
     for (Index i = slacks.begin; i < slacks.end; ++i) curvature[i] = parameter::kConstant;
   }
   for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
-    const double ratio = multiplier_of(iterate, i, side) / distance;
+    const double multiplier = multiplier_of(iterate, i, side);
     const bool holds = classes != nullptr && (*classes)[i] == BoundClass::Active &&
                        classes->side[static_cast<std::size_t>(i)] == side;
-    if (ratio > 1.0 || holds) curvature[i] += parameter::kFirm * std::max(ratio, 1.0);
+    if (holds || class_of(multiplier, distance, 1.0) == BoundClass::Active) {
+      curvature[i] += parameter::kFirm * std::max(multiplier / distance, 1.0);
+    }
   });
   return curvature;
 }
@@ -98,7 +100,7 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, 
     gain = std::max(gain, 0.5 * std::abs(iterate.lambda[row.constraint]) * row.compliance *
                               (1.0 - right(r, r)));
   }
-  const bool violated = least < -1.0 && gain > parameter::kClearGain;
+  const bool violated = least < -1.0 && gain > parameter::kHardly;
   return violated ? SecondOrder::Violated : SecondOrder::Undecided;
 }
 
