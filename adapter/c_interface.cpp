@@ -11,6 +11,7 @@
 
 #include "adapter/application_options.hpp"
 #include "adapter/c_problem.hpp"
+#include "adapter/ipopt_library.hpp"
 #include "adapter/point_arrays.hpp"
 #include "core/version.h"
 
@@ -320,7 +321,8 @@ IpminmaxProblem IpminmaxCreate(int n, const double* x_L, const double* x_U, int 
     d.eval_grad_f = eval_grad_f;
     d.eval_jac_g = eval_jac_g;
     d.eval_h = eval_h;
-    std::string error = error_of(d, index_style, variable_players);
+    std::string error = ipopt_library_error();
+    if (error.empty()) error = error_of(d, index_style, variable_players);
     d.index_style =
         index_style == IPMINMAX_C_STYLE ? Ipopt::TNLP::C_STYLE : Ipopt::TNLP::FORTRAN_STYLE;
     d.x_lower = read_array(x_L, n, "x_L", error);

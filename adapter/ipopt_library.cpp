@@ -8,6 +8,8 @@
 #include <optional>
 #include <string_view>
 
+#include <IpUtils.hpp>
+
 #include "adapter/ipopt_library.hpp"
 #include "adapter/minmax_tnlp.hpp"
 
@@ -21,12 +23,15 @@ std::string real_path(const char* name) {
   return realpath(name, path.data()) != nullptr ? path.data() : name;
 }
 
+bool is_ipopt_library(std::string_view path) {
+  return path.substr(path.rfind('/') + 1).starts_with("libipopt.");
+}
+
 std::vector<std::string> loaded_ipopt_libraries() {
   std::vector<std::string> paths;
   dl_iterate_phdr(
       [](dl_phdr_info* info, std::size_t, void* data) {
-        const std::string_view name = info->dlpi_name;
-        if (name.substr(name.rfind('/') + 1).starts_with("libipopt.")) {
+        if (is_ipopt_library(info->dlpi_name)) {
           static_cast<std::vector<std::string>*>(data)->push_back(real_path(info->dlpi_name));
         }
         return 0;
@@ -87,6 +92,13 @@ std::string ipopt_library_error(const std::vector<std::string>& paths,
            ", and Ipminmax was built with Ipopt " + built;
   }
   return {};
+}
+
+std::string ipopt_library_error() {
+  Dl_info found{};
+  const bool is_shared = dladdr(reinterpret_cast<void*>(&Ipopt::CpuTime), &found) != 0 &&
+                         found.dli_fname != nullptr && is_ipopt_library(found.dli_fname);
+  return is_shared ? ipopt_library_error({real_path(found.dli_fname)}, is_from_3_14_on) : "";
 }
 
 std::string ipopt_library_error(const Ipopt::TNLP& model) {

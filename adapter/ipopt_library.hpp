@@ -16,6 +16,10 @@ inline namespace IPMINMAX_IPOPT_ABI {
 /// class of this library was linked against it and fits. Calls nothing of the model.
 [[nodiscard]] std::string ipopt_library_error(const Ipopt::TNLP& model);
 
+/// Why none of Ipopt's own classes must be used: a library preloaded into a program that is linked
+/// with another version of Ipopt finds that one's. Empty where nothing is seen.
+[[nodiscard]] std::string ipopt_library_error();
+
 /// The same from the paths of the Ipopt libraries that are loaded; has_iterate_queries: whether
 /// one, by its path, has the functions that came with 3.14.
 [[nodiscard]] std::string ipopt_library_error(const std::vector<std::string>& paths,

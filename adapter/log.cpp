@@ -122,6 +122,9 @@ std::string certificate_report(const Certificate& certificate, const ProblemStru
       certificate.answer == InnerAnswer::BestNotUnique) {
     text += "Answer of the maximizer.: " + std::string(name_of(certificate.answer)) + "\n";
   }
+  if (!certificate.proof.empty()) {
+    text += "Solution near the point.: " + certificate.proof + "\n";
+  }
   for (const CertificateReason& reason : certificate.reasons) {
     text += "Reason..................: " + reason.text + "\n";
   }

@@ -784,6 +784,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::solve(TnlpProblem& pr
       room.give_to(result);
       solver.solve(problem, options, audience.observer(), result);
     }
+    if (!model_is_known) check_first_derivatives(problem, options, result);
     if (result.over_y.functions > 0 || result.over_x.made > 1) factors_known = false;
   } catch (...) {
     const ApplicationReturnStatus status = report_exception();

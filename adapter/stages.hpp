@@ -892,13 +892,18 @@ class ProvableStageGame final : public StageGame<Model>, public BoxFunctions {
 
   [[nodiscard]] const BoxFunctions* over_boxes() const override { return this; }
   [[nodiscard]] IntervalJet objective_over(std::span<const IntervalJet> v) const override {
-    std::vector<IntervalJet> own(v.begin(), v.end()), g(rows());
-    return this->template roll_out<IntervalJet>(own, g);
+    std::vector<IntervalJet> g(rows());
+    return all_over(v, g);
   }
   void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
-    std::vector<IntervalJet> own(v.begin(), v.end());
-    static_cast<void>(this->template roll_out<IntervalJet>(own, g));
+    static_cast<void>(all_over(v, g));
   }
+  [[nodiscard]] IntervalJet all_over(std::span<const IntervalJet> v,
+                                     std::span<IntervalJet> g) const override {
+    std::vector<IntervalJet> own(v.begin(), v.end());
+    return this->template roll_out<IntervalJet>(own, g);
+  }
+  [[nodiscard]] bool is_concurrent() const override { return true; }
   [[nodiscard]] Determined determined() const override {
     Determined found;
     for (std::size_t k = 0; k < this->horizon().stages; ++k) {

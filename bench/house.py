@@ -53,7 +53,7 @@ def measure(sources):
         rows[f"{name}: constants"] = sum(len(CONSTANT.findall(t)) for t in inside.values())
     options = sources.get("core/options.cpp", "")
     rows["options"] = len(re.findall(r'^\s*\{"[a-z_]+",', options, re.M))
-    rows["options of our own"] = len(set(re.findall(r'\{"(minmax_[a-z_]+)"', options)))
+    rows["options of our own"] = len(set(re.findall(r'\{"(minmax_[a-z_]+)"', options.split("Rows study_options")[0])))
     lengths = [length for t in of("core/").values() for length in longest_functions(t)]
     rows["longest function of core"] = max(lengths)
     rows["functions of core above 60 lines"] = sum(length > 60 for length in lengths)

@@ -418,6 +418,14 @@ class BoxFunctions {
   [[nodiscard]] virtual IntervalJet objective_over(std::span<const IntervalJet> v) const = 0;
   /// v: n, g: m
   virtual void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const = 0;
+  /// f, and the constraints into g.
+  [[nodiscard]] virtual IntervalJet all_over(std::span<const IntervalJet> v,
+                                             std::span<IntervalJet> g) const {
+    constraints_over(v, g);
+    return objective_over(v);
+  }
+  /// Whether several threads may call them at once.
+  [[nodiscard]] virtual bool is_concurrent() const { return false; }
 
   /// Variables of Max's that the functions compute from the others, and the constraints that they
   /// meet by that: states that follow from disturbances. The functions do not read these.

@@ -168,9 +168,6 @@ Rows model_options() {
             "differences of gradient and Jacobian; also chosen when the option is not set and the "
             "model has no second derivatives"},
            1)},
-      {"minmax_difference_step", category,
-       "Step of the differences that replace second derivatives, times max(1, |v|).",
-       open(&O::minmax_difference_step, 0.0, 1.0)},
   };
 }
 
@@ -321,33 +318,14 @@ Rows method_options() {
        "Whether line 7 of Algorithm 1 keeps first-order points from attracting when K has the "
        "right inertia and K_yy has not.",
        flag(&O::minmax_instability)},
-      {"minmax_instability_shift", category, "How far line 7 raises delta_x.",
-       choice(&O::minmax_instability_shift, {"growth", "smallest"},
-              {"by perturb_inc_fact until K + mu E has a wrong inertia at one mu, known for free",
-               "to the least value, within a percent, at which K + mu E has a wrong inertia for "
-               "some mu in (0,1): dozens of factorizations"})},
       {"minmax_warm_start_shifts", category,
        "Whether shifts start from those of the last iteration (Ipopt's rule) or from zero as in "
        "the paper.",
        flag(&O::minmax_warm_start_shifts)},
-      {"minmax_freeze_tol", category,
-       "delta_epsilon of Algorithm 1: shifts are kept while |g(z,mu)| is at most this. Above 0 the "
-       "method may be attracted by points that are no local minmax (a message says so).",
-       nonnegative(&O::minmax_freeze_tol)},
-      {"minmax_residual_watchdog", category,
-       "Algorithm 1 halves its steps while the residual exceeds the largest of the last ten.",
-       flag(&O::minmax_residual_watchdog)},
       {"minmax_pure_newton", category,
        "No shifts and no globalization: Newton's method, attracted by every first-order point (for "
        "comparison).",
        flag(&O::minmax_pure_newton)},
-      {"minmax_prescribed_delta_x", category,
-       "Shift of the Min variables (the paper's epsilon_x) in every step of minmax_globalization "
-       "none; negative: chosen by the inertias. Goes with minmax_prescribed_delta_y.",
-       from(&O::minmax_prescribed_delta_x, -1.0)},
-      {"minmax_prescribed_delta_y", category,
-       "Shift of the Max variables (the paper's epsilon_y), alike.",
-       from(&O::minmax_prescribed_delta_y, -1.0)},
       {"minmax_max_restarts", category,
        "Other starting points tried, the random ones of minmax_starts, when the search from the "
        "model's finds no local minmax or the model is undefined there; 0 for none. A minimization "
@@ -374,9 +352,6 @@ Rows multistart_options() {
        "without two bounds start, r / 10 and r / 100 in turn; those with two bounds start anywhere "
        "between them.",
        positive(&O::minmax_start_radius)},
-      {"minmax_distinct_tol", category,
-       "Distance, relative to max(1, |v|), up to which two certified points are the same.",
-       positive(&O::minmax_distinct_tol)},
       {"minmax_worst_case_starts", category,
        "Maximizations over y, x held, from as many starts of f and of each robust constraint: a y "
        "above the answer's is another worst case, from which the solve goes on, and an answer that "
@@ -400,10 +375,6 @@ Rows multistart_options() {
 Rows robust_options() {
   const std::string_view category = "Robust Constraints";
   return {
-      {"minmax_robust_copies", category,
-       "Whether each robust constraint gets copies of its own of the Max variables that it shares "
-       "with f or with other constraints.",
-       flag(&O::minmax_robust_copies)},
       {"minmax_epigraph", category,
        "Whether f is treated as a robust constraint too, min t with f(x, y) <= t for every y: the "
        "answer minimizes the largest of the local worst cases met, kinks included.",
@@ -412,11 +383,6 @@ Rows robust_options() {
        "Whether a search that ends without a local minmax goes on as with minmax_epigraph, from "
        "where it ended, over the branches of y found there.",
        flag(&O::minmax_epigraph_at_kinks)},
-      {"minmax_worst_case_tol", category,
-       "Violation of a robust constraint, relative to the range of values that it was seen to "
-       "take, from which a maximum over y becomes another worst case (with "
-       "minmax_worst_case_starts).",
-       positive(&O::minmax_worst_case_tol)},
   };
 }
 
@@ -466,22 +432,12 @@ Rows linear_solver_options() {
        choice(&O::minmax_schur_complement, {"auto", "yes", "no"},
               {"where fewer operations are predicted", "always, with Max variables",
                "never: K and K_yy are factorized one by one"})},
-      {"minmax_mpi_halves", category,
-       "Whether linear_solver mumps_mpi factorizes K_yy and K at the same time where both are "
-       "needed, each on one half of the ranks.",
-       choice(&O::minmax_mpi_halves, {"auto", "yes", "no"},
-              {"for matrices too small to gain from all ranks", "always, on two ranks or more",
-               "never: one after the other on all ranks"})},
       {"minmax_threads", category,
        "Threads for one factorization by LDL', at most: where it takes longer than about a "
        "millisecond, by its counted operations, and the elimination tree divides well, subtrees "
        "are eliminated side by side. Results have the bits of one thread. 1 starts no threads; "
        "others wait in the solver between factorizations.",
        at_least(&O::minmax_threads, 1)},
-      {"minmax_ldlt_gamma", category,
-       "Signed regularization of linear_solver ldlt (the paper's Gamma); up to 1000 times that "
-       "where the Jacobian's entries are larger than 1, as their square.",
-       nonnegative(&O::minmax_ldlt_gamma)},
   };
 }
 
@@ -513,18 +469,71 @@ Rows certificate_options() {
   return {
       {"minmax_certificate", category,
        "How much the second-order test at a first-order point may cost.",
-       choice(&O::minmax_certificate, {"full", "quick", "none"},
-              {"until the point is certified or refuted; points that stay undecided cost at most a "
-               "fifth of the solve's factorizations or 20 (40 where the matrices are small)",
-               "one factorization of K_yy and of K: only points with clear curvature and clear "
-               "active bounds are certified, clearly wrong ones refuted",
-               "no test, for minimizations at Ipopt's cost: the second-order test says \"not "
-               "tested\", and a saddle is not told from a minimum. Refused with Max variables"})},
+       choice(
+           &O::minmax_certificate, {"full", "quick", "none", "proved"},
+           {"until the point is certified or refuted; points that stay undecided cost at most a "
+            "fifth of the solve's factorizations or 20 (40 where the matrices are small)",
+            "one factorization of K_yy and of K: only points with clear curvature and clear "
+            "active bounds are certified, clearly wrong ones refuted",
+            "no test, for minimizations at Ipopt's cost: the second-order test says \"not "
+            "tested\", and a saddle is not told from a minimum. Refused with Max variables",
+            "as full; then interval arithmetic proves that a strict local minmax of the formulas "
+            "lies near a certified answer, for models whose formulas are known"})},
       {"minmax_curvature_tol", category,
        "Curvature below which the second-order test calls an eigenvalue zero, relative to what "
        "each variable has: variables are measured in lengths in which the entries of the Hessian "
        "are at most 1, so that no units of the model matter.",
        positive(&O::minmax_curvature_tol)},
+  };
+}
+
+Rows study_options() {
+  const std::string_view category = "Study";
+  return {
+      {"minmax_instability_shift", category, "How far line 7 raises delta_x.",
+       choice(&O::minmax_instability_shift, {"growth", "smallest"},
+              {"by perturb_inc_fact until K + mu E has a wrong inertia at one mu, known for free",
+               "to the least value, within a percent, at which K + mu E has a wrong inertia for "
+               "some mu in (0,1): dozens of factorizations"})},
+      {"minmax_freeze_tol", category,
+       "delta_epsilon of Algorithm 1: shifts are kept while |g(z,mu)| is at most this. Above 0 the "
+       "method may be attracted by points that are no local minmax (a message says so).",
+       nonnegative(&O::minmax_freeze_tol)},
+      {"minmax_residual_watchdog", category,
+       "Algorithm 1 halves its steps while the residual exceeds the largest of the last ten.",
+       flag(&O::minmax_residual_watchdog)},
+      {"minmax_prescribed_delta_x", category,
+       "Shift of the Min variables (the paper's epsilon_x) in every step of minmax_globalization "
+       "none; negative: chosen by the inertias. Goes with minmax_prescribed_delta_y.",
+       from(&O::minmax_prescribed_delta_x, -1.0)},
+      {"minmax_prescribed_delta_y", category,
+       "Shift of the Max variables (the paper's epsilon_y), alike.",
+       from(&O::minmax_prescribed_delta_y, -1.0)},
+      {"minmax_mpi_halves", category,
+       "Whether linear_solver mumps_mpi factorizes K_yy and K at the same time where both are "
+       "needed, each on one half of the ranks.",
+       choice(&O::minmax_mpi_halves, {"auto", "yes", "no"},
+              {"for matrices too small to gain from all ranks", "always, on two ranks or more",
+               "never: one after the other on all ranks"})},
+      {"minmax_ldlt_gamma", category,
+       "Signed regularization of linear_solver ldlt (the paper's Gamma); up to 1000 times that "
+       "where the Jacobian's entries are larger than 1, as their square.",
+       nonnegative(&O::minmax_ldlt_gamma)},
+      {"minmax_difference_step", category,
+       "Step of the differences that replace second derivatives, times max(1, |v|).",
+       open(&O::minmax_difference_step, 0.0, 1.0)},
+      {"minmax_distinct_tol", category,
+       "Distance, relative to max(1, |v|), up to which two certified points are the same.",
+       positive(&O::minmax_distinct_tol)},
+      {"minmax_worst_case_tol", category,
+       "Violation of a robust constraint, relative to the range of values that it was seen to "
+       "take, from which a maximum over y becomes another worst case (with "
+       "minmax_worst_case_starts).",
+       positive(&O::minmax_worst_case_tol)},
+      {"minmax_robust_copies", category,
+       "Whether each robust constraint gets copies of its own of the Max variables that it shares "
+       "with f or with other constraints.",
+       flag(&O::minmax_robust_copies)},
   };
 }
 
@@ -537,6 +546,16 @@ Rows make_table() {
     std::ranges::move(rows(), std::back_inserter(table));
   }
   return table;
+}
+
+/// By name, then those of SolverOptions alone.
+struct Tables {
+  Rows registered = make_table();
+  Rows unregistered = study_options();
+};
+const Tables& tables() {
+  static const Tables made;
+  return made;
 }
 
 template <class T>
@@ -572,10 +591,8 @@ std::string check(const OptionInfo& info, const SolverOptions& options) {
 
 }  // namespace
 
-std::span<const OptionInfo> option_table() {
-  static const std::vector<OptionInfo> table = make_table();
-  return table;
-}
+std::span<const OptionInfo> option_table() { return tables().registered; }
+std::span<const OptionInfo> unregistered_settings() { return tables().unregistered; }
 
 SolverOptions as_printed(SolverOptions options) {
   options.minmax_globalization = Globalization::None;
@@ -595,8 +612,10 @@ SolverOptions as_printed(SolverOptions options) {
 }
 
 std::string check(const SolverOptions& options) {
-  for (const OptionInfo& info : option_table()) {
-    if (auto error = check(info, options); !error.empty()) return error;
+  for (const auto rows : {option_table(), unregistered_settings()}) {
+    for (const OptionInfo& info : rows) {
+      if (auto error = check(info, options); !error.empty()) return error;
+    }
   }
   if (!(options.nlp_lower_bound_inf < options.nlp_upper_bound_inf)) {
     return "nlp_lower_bound_inf is not below nlp_upper_bound_inf";

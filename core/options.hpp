@@ -59,11 +59,13 @@ enum class InstabilityShift : std::uint8_t {
 enum class CertificateEffort : std::uint8_t {
   Full,   ///< until the point is certified, refuted or its budget of factorizations is used up
   Quick,  ///< one factorization of K_yy and of K, and those for a witness where clearly wrong
-  None    ///< no test; for minimizations
+  None,   ///< no test; for minimizations
+  Proved  ///< as Full, and the solution's existence is proved with interval arithmetic
 };
 
 /// All settings of a solve. Names, defaults and meanings are Ipopt's unless a name begins with
-/// minmax_. option_table() lists them with bounds and texts.
+/// minmax_. option_table() lists them with bounds and texts, unregistered_settings() those that have
+/// no name for users.
 struct SolverOptions {
   // Termination
   double tol = 1e-8;
@@ -242,6 +244,8 @@ struct OptionInfo {
 /// Every option of the solver, in the order of SolverOptions, with a member of it. The defaults are
 /// those of a value-initialized SolverOptions.
 [[nodiscard]] std::span<const OptionInfo> option_table();
+/// Settings for studies of the method, which C++ programs alone can change: no front end knows them.
+[[nodiscard]] std::span<const OptionInfo> unregistered_settings();
 
 /// The options with which minmax_globalization none is the paper's Algorithm 1 as printed: shifts
 /// that start at zero in every iteration and grow tenfold from 1e-4, b <- sigma b after a step with

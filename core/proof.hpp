@@ -11,7 +11,8 @@
 
 namespace IPMINMAX_API ipminmax {
 
-/// The model of AutodiffProblem, with its formulas over boxes.
+/// The model of AutodiffProblem, with its formulas over boxes. With minmax_threads above 1 several
+/// threads evaluate them.
 template <class Functions>
 class ProvableProblem final : public AutodiffProblem<Functions>, public BoxFunctions {
  public:
@@ -25,6 +26,7 @@ class ProvableProblem final : public AutodiffProblem<Functions>, public BoxFunct
       this->functions().template constraints<IntervalJet>(v, g);
     }
   }
+  [[nodiscard]] bool is_concurrent() const override { return true; }
 };
 template <class Functions>
 ProvableProblem(Functions, ModelData) -> ProvableProblem<Functions>;
@@ -61,5 +63,18 @@ struct ProofRequest {
                                               const SolverOptions& options,
                                               const ProofRequest& request = {},
                                               const MultistartObserver& observer = {});
+
+/// The same by all ranks of an MPI program that call this with equal arguments: each searches its
+/// share of 64 parts of the domain, most_boxes / 64 boxes in each at most. All get the same answer,
+/// with the same bits for any number of ranks. The model is called in another thread than the
+/// calling one, which is the one that calls MPI.
+///
+/// Throws as prove_worst_case, SolverUnavailable as multistart_over_ranks does, and
+/// std::runtime_error where another rank's model threw or a rank has died.
+[[nodiscard]] WorstCaseProof prove_worst_case_over_ranks(Problem& problem,
+                                                         std::span<const double> v,
+                                                         const SolverOptions& options,
+                                                         const ProofRequest& request = {},
+                                                         const MultistartObserver& observer = {});
 
 }  // namespace ipminmax

@@ -96,7 +96,7 @@ struct CertificateReason {
     Unsteady,           ///< second derivatives change by more than the curvature on the way to it
     RobustRow,          ///< a robust constraint's worst case is not settled
     Differences,        ///< second derivatives from differences are too uncertain
-    WrongHessian,       ///< the model's second derivatives disagree with its gradient
+    WrongHessian,       ///< second derivatives disagree with gradients, or these with values
     Effort,             ///< minmax_certificate quick, or the budget is used up
     Search,             ///< the point passed the test, the search that it belongs to did not
     Relaxed  ///< a remark: bound_relax_factor moved an active bound by much beside its size
@@ -137,6 +137,12 @@ struct Certificate {
   bool hessian_disagrees =
       false;  ///< the model's second derivatives are not those of its gradients:
               ///< a difference along little curvature shows it, so Undecided
+  /// With minmax_certificate proved: exactly one strict local minmax of the formulas lies in a ball
+  /// around the point, all of which is at most proved_within from it in every variable (infinite:
+  /// not proved).
+  bool proved = false;
+  double proved_within = std::numeric_limits<double>::infinity();
+  std::string proof;  ///< one sentence, or why not; empty: not asked for
 };
 
 /// Errors of the first-order conditions. Infinity norms, NaN where the model's functions are

@@ -153,6 +153,12 @@ void AutoSolver::make_pivoting(Index dimension, std::vector<Index> metis_order) 
     mumps->know_metis_order(std::move(metis_order));
     pivoting_ = std::move(mumps);
   }
+  pivoting_->stop_when(stop_);
+}
+
+void AutoSolver::stop_when(std::function<bool()> stop) {
+  stop_ = std::move(stop);
+  if (pivoting_) pivoting_->stop_when(stop_);
 }
 
 bool AutoSolver::prepare_ldlt(const Analysis& analysis) {

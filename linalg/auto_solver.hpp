@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -33,6 +34,7 @@ class AutoSolver final : public SymmetricSolver {
                                         Certainty certainty = Certainty::Certain) override;
   [[nodiscard]] Factorization make_certain(const SymmetricMatrix& matrix,
                                            const Factorization& last) override;
+  void stop_when(std::function<bool()> stop) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
 
   void inverse_product(const SparseColumns& b, std::span<double> product) override;
@@ -108,6 +110,7 @@ class AutoSolver final : public SymmetricSolver {
   LdltSolver ldlt_;
   std::unique_ptr<PairedLdltSolver> paired_;  // null before its first use
   std::unique_ptr<SymmetricSolver> pivoting_;
+  std::function<bool()> stop_;
   Inertia expected_;               // by the signs
   std::int64_t ldlt_entries_ = 0;  // of its factor
   bool pivoting_analyzed_ = false;

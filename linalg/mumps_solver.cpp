@@ -33,6 +33,7 @@ std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
 enum Job { kInitialize = -1, kTerminate = -2, kAnalyze = 1, kFactorize = 2, kSolve = 3 };
 constexpr int kSingular = -10;
 constexpr int kOutOfMemory = -13;
+constexpr int kStopped = -1000;  // ours: no more attempts
 /// ICNTL(14) of the analysis, on which its estimates rest, and the least of a factorization.
 constexpr Index kLeastPercent = 20;
 /// Where less is needed (bytes) no limit is asked for: MUMPS calls are as short as the question.
@@ -298,7 +299,7 @@ int MumpsSolver::compare_with_others(const SymmetricMatrix& matrix, int status) 
     int other = status;
     if (differs) {
       other = factorize_with_enough_memory([&] { return status < 0 && has_many_delays(matrix); });
-      if (does_better(other)) return other;
+      if (other == kStopped || does_better(other)) return other;
     }
     if (status < 0 && wants_more_workspace(other)) {
       instance_->icntl(8) = last_scaling;
@@ -306,7 +307,7 @@ int MumpsSolver::compare_with_others(const SymmetricMatrix& matrix, int status) 
       metis_order_ = {};
       by_values_ = false;
       if (analysis_.ok) other = factorize_with_enough_memory();
-      if (analysis_.ok && does_better(other)) return other;
+      if (other == kStopped || (analysis_.ok && does_better(other))) return other;
     }
   }
   instance_->icntl(8) = last_scaling;
@@ -452,7 +453,7 @@ void MumpsSolver::prepare_factorize(const SymmetricMatrix& matrix) {
 }
 
 /// INFOG(1) of the factorization. Retries with more workspace when that was too small, where
-/// gives_up(INFOG(1)) does not end it, and once with little when the generous default could not be
+/// gives_up() does not end it, and once with little when the generous default could not be
 /// allocated.
 int MumpsSolver::factorize_with_enough_memory(const std::function<bool()>& gives_up) {
   constexpr Index kMaxPercent = 1'000'000;
@@ -463,14 +464,16 @@ int MumpsSolver::factorize_with_enough_memory(const std::function<bool()>& gives
     const bool begun = std::exchange(begun_, false);
     if (fits && !begun) instance_->begin(kFactorize);
     const int status = fits || begun ? instance_->end() : kOutOfMemory;
-    if (status == kOutOfMemory && economize) {
+    const bool frugally = status == kOutOfMemory && economize;
+    const bool generously = wants_more_workspace(status) && memory_percent_ < kMaxPercent;
+    if (!frugally && !generously) return status;
+    if (is_stopped()) return kStopped;
+    if (frugally) {
       economize = false;
       memory_percent_ = fits ? kLeastPercent : affordable_percent();
-    } else if (wants_more_workspace(status) && memory_percent_ < kMaxPercent) {
+    } else {
       if (gives_up && gives_up()) return status;
       memory_percent_ = std::max(kLeastPercent, 2 * memory_percent_);
-    } else {
-      return status;
     }
   }
 }
@@ -493,7 +496,13 @@ Factorization MumpsSolver::factorize(const SymmetricMatrix& matrix, Certainty) {
   int status = factorize_with_enough_memory([&] { return has_many_delays(matrix); });
   // Null pivots are delayed to the root in any order.
   const bool complete = status >= 0 ? instance_->infog(28) == 0 : wants_more_workspace(status);
-  if (complete && has_many_delays(matrix)) status = compare_with_others(matrix, status);
+  if (complete && has_many_delays(matrix)) {
+    if (!is_stopped()) {
+      status = compare_with_others(matrix, status);
+    } else if (status < 0) {
+      status = kStopped;
+    }
+  }
   if (wants_more_workspace(status) || status == kOutOfMemory) {
     result.status = FactorizationStatus::OutOfMemory;
     return result;

@@ -32,6 +32,7 @@ class MumpsSolver final : public SymmetricSolver {
       const SymmetricMatrix& matrix, std::span<const std::int8_t> signs) const override;
   [[nodiscard]] Factorization factorize(const SymmetricMatrix& matrix,
                                         Certainty certainty = Certainty::Certain) override;
+  void stop_when(std::function<bool()> stop) override { stop_ = std::move(stop); }
   [[nodiscard]] bool move_to(RankPart part, double flops_beside) override;
   void begin_factorize(const SymmetricMatrix& matrix) override;
   void solve_in_place(std::span<double> rhs, Index columns = 1) override;
@@ -56,6 +57,7 @@ class MumpsSolver final : public SymmetricSolver {
   Analysis analyze_given(Ordering name, std::vector<Index> order);
   Analysis best_analysis(const SymmetricMatrix& matrix);
   [[nodiscard]] int factorize_with_enough_memory(const std::function<bool()>& gives_up = {});
+  [[nodiscard]] bool is_stopped() const { return stop_ && stop_(); }
   [[nodiscard]] double factorization_bytes(Index percent) const;
   [[nodiscard]] bool has_memory_for(double bytes) const;
   [[nodiscard]] Index affordable_percent() const;
@@ -79,6 +81,7 @@ class MumpsSolver final : public SymmetricSolver {
   bool has_seen_values_ = false;  // ... or was found better without
   int comparisons_ = 0;           // of that analysis with the other
   double expected_flops_ = 0.0;   // of a factorization, with delayed pivots; 0 before one had many
+  std::function<bool()> stop_;
   bool factorized_ = false;
   bool begun_ = false;  ///< a factorization that another half of the ranks makes
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -90,6 +91,10 @@ class SymmetricSolver {
                                                    const Factorization& last) {
     return last;
   }
+
+  /// Asked before a factorize begins another attempt with more workspace or another ordering, each as
+  /// long as the first; true: it returns Failed. Stays until another is set; empty: never asked.
+  virtual void stop_when(std::function<bool()> /*stop*/) {}
 
   /// After analyze: moves to a part of the ranks, without factors, so that another solver can
   /// factorize on the other part at the same time, which takes so many operations. False: it cannot

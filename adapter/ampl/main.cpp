@@ -277,6 +277,8 @@ int solve(Command command) {
                                                    ? application->OptimizeTNLP(model)
                                                    : application->OptimizeTNLPOverRanks(model);
   if (ended == Ipopt::Invalid_Option) return 2;
+  if (ended != Ipopt::Solve_Succeeded && ended != Ipopt::Solved_To_Acceptable_Level)
+    problem->halt_where_undefined();
   if (silent) return 0;
   const ipminmax::Result& result = application->LastResult();
   const std::string message = ipminmax::message_of(result, application->LastWorstCases(), *problem);

@@ -7,6 +7,11 @@
 namespace ipminmax {
 namespace {
 
+[[noreturn]] void refuse(int operation) {
+  throw std::domain_error("operation o" + std::to_string(operation) +
+                          " of the file cannot be enclosed");
+}
+
 /// max(a, b); by its formula it has no second derivatives where the order is open.
 IntervalJet larger(const IntervalJet& a, const IntervalJet& b) {
   return IntervalJet(0.5) * (a + b + abs(a - b));
@@ -53,10 +58,8 @@ IntervalJet unary(int operation, const IntervalJet& a) {
     case 53:
       return acos(a);
     default:
-      break;
+      refuse(operation);
   }
-  throw std::domain_error("operation o" + std::to_string(operation) +
-                          " of the file cannot be enclosed");
 }
 
 IntervalJet binary(int operation, const IntervalJet& a, const IntervalJet& b) {
@@ -76,30 +79,29 @@ IntervalJet binary(int operation, const IntervalJet& a, const IntervalJet& b) {
     case 48:
       return atan2(a, b);
     default:
-      break;
+      refuse(operation);
   }
-  return unary(operation, a);  // which names it
+}
+
+constexpr int kLeast = 11, kLargest = 12, kSum = 54;
+bool is_list(int operation) {
+  return operation == kLeast || operation == kLargest || operation == kSum;
 }
 
 /// operands: the first one last.
 IntervalJet list(int operation, std::span<const IntervalJet> operands) {
-  constexpr int kLeast = 11, kLargest = 12, kSum = 54;
   IntervalJet result = operands.back();
   for (std::size_t k = operands.size() - 1; k-- > 0;) {
     if (operation == kSum) {
       result += operands[k];
     } else if (operation == kLargest) {
       result = larger(result, operands[k]);
-    } else if (operation == kLeast) {
-      result = -larger(-result, -operands[k]);
     } else {
-      return unary(operation, result);  // which names it
+      result = -larger(-result, -operands[k]);
     }
   }
   return result;
 }
-
-bool is_list(int operation) { return operation == 11 || operation == 12 || operation == 54; }
 
 }  // namespace
 
@@ -142,14 +144,19 @@ NlBoxes::Jets NlBoxes::with_defined(std::span<const IntervalJet> v) const {
 }
 
 IntervalJet NlBoxes::objective_over(std::span<const IntervalJet> v) const {
-  if (objective_ < 0) return {0.0};
-  return IntervalJet(sign_) *
-         value(formulas_.objectives[static_cast<std::size_t>(objective_)], with_defined(v));
+  return all_over(v, {});
 }
 
 void NlBoxes::constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const {
+  static_cast<void>(all_over(v, g));
+}
+
+IntervalJet NlBoxes::all_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const {
   const Jets all = with_defined(v);
   for (std::size_t j = 0; j < g.size(); ++j) g[j] = value(formulas_.constraints[j], all);
+  if (objective_ < 0) return {0.0};
+  return IntervalJet(sign_) *
+         value(formulas_.objectives[static_cast<std::size_t>(objective_)], all);
 }
 
 }  // namespace ipminmax

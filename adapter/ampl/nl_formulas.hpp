@@ -37,9 +37,12 @@ class NlBoxes final : public BoxFunctions {
         objective_(objective),
         sign_(sign) {}
 
-  /// Both throw std::domain_error where an operation cannot be enclosed.
+  /// All throw std::domain_error where an operation cannot be enclosed.
   [[nodiscard]] IntervalJet objective_over(std::span<const IntervalJet> v) const override;
   void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override;
+  [[nodiscard]] IntervalJet all_over(std::span<const IntervalJet> v,
+                                     std::span<IntervalJet> g) const override;
+  [[nodiscard]] bool is_concurrent() const override { return true; }
 
  private:
   using Jets = std::vector<IntervalJet>;

@@ -510,22 +510,30 @@ bool NlProblem::evaluate(const double* x) {
   f_ = objective_ >= 0 ? sign_ * objval(objective_, x_.data(), &error) : 0.0;
   fint constraint_error = 0;
   if (n_con > 0) conval(x_.data(), g_.data(), &constraint_error);
-  if (error != 0) halt([&](fint* none) { objval(objective_, x_.data(), none); });
-  if (constraint_error != 0) halt([&](fint* none) { conval(x_.data(), g_.data(), none); });
-  defined_ = error == 0 && constraint_error == 0;
+  defined_ = is_defined(error != 0 || constraint_error != 0);
   return defined_;
 }
 
-/// evaluate is what has failed: without a place for its error ASL says on standard error what is
-/// undefined.
-template <class Evaluate>
-void NlProblem::halt(Evaluate&& evaluate) {
-  if (!halt_on_error_) return;
+/// failed: what ASL says of an evaluation at x_.
+bool NlProblem::is_defined(bool failed) {
+  if (failed && halt_on_error_) undefined_at_ = x_;
+  return !failed;
+}
+
+/// Without a place for its error ASL says on standard error what is undefined.
+void NlProblem::halt_where_undefined() {
+  if (undefined_at_.empty()) return;
   ASL* asl = asl_;
+  std::vector<double> gradient(undefined_at_.size()), jacobian(static_cast<std::size_t>(nzc));
   Jmp_buf jump;
   err_jmp = nullptr;  // what has failed leaves it pointing into its ended frame
   err_jmp1 = &jump;   // ASL ends the process else
-  if (setjmp(jump.jb) == 0) evaluate(nullptr);
+  if (setjmp(jump.jb) == 0) {
+    if (objective_ >= 0) objval(objective_, undefined_at_.data(), nullptr);
+    if (n_con > 0) conval(undefined_at_.data(), g_.data(), nullptr);
+    if (objective_ >= 0) objgrd(objective_, undefined_at_.data(), gradient.data(), nullptr);
+    if (n_con > 0) jacval(undefined_at_.data(), jacobian.data(), nullptr);
+  }
   err_jmp1 = nullptr;
   throw std::runtime_error("a function of " + file_ +
                            " is undefined at a point of the solve (halt_on_ampl_error)");
@@ -545,8 +553,7 @@ bool NlProblem::eval_grad_f(Ipopt::Index n, const double* x, bool, double* gradi
   fint error = 0;
   objgrd(objective_, x_.data(), gradient, &error);
   for (int i = 0; i < n; ++i) gradient[i] *= sign_;
-  if (error != 0) halt([&](fint* none) { objgrd(objective_, x_.data(), gradient, none); });
-  return error == 0;
+  return is_defined(error != 0);
 }
 
 bool NlProblem::eval_g(Ipopt::Index, const double* x, bool, Ipopt::Index, double* g) {
@@ -569,8 +576,7 @@ bool NlProblem::eval_jac_g(Ipopt::Index, const double* x, bool, Ipopt::Index m, 
   if (!evaluate(x)) return false;
   fint error = 0;
   if (m > 0) jacval(x_.data(), values, &error);
-  if (error != 0) halt([&](fint* none) { jacval(x_.data(), values, none); });
-  return error == 0;
+  return is_defined(error != 0);
 }
 
 bool NlProblem::eval_h(Ipopt::Index n, const double* x, bool, double sigma, Ipopt::Index m,

@@ -47,9 +47,11 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
 
   /// The solve stops at the next iteration once stop is not 0.
   void stop_when(const volatile std::sig_atomic_t& stop) { stop_ = &stop; }
-  /// Evaluations of functions and first derivatives that fail throw std::runtime_error instead of
-  /// returning false; what is undefined is said on standard error.
+  /// Functions and first derivatives that are undefined at a point end the solve at its next
+  /// iteration. Not at once: what the second-order test tries beside a solution is no part of it.
   void halt_on_error() { halt_on_error_ = true; }
+  /// Throws std::runtime_error then, and says on standard error what is undefined.
+  void halt_where_undefined();
 
   [[nodiscard]] bool maximizes() const { return sign_ < 0.0; }
   [[nodiscard]] bool has_player(Player player) const;
@@ -90,6 +92,7 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   bool intermediate_callback(Ipopt::AlgorithmMode, Ipopt::Index, double, double, double, double,
                              double, double, double, double, Ipopt::Index, const Ipopt::IpoptData*,
                              Ipopt::IpoptCalculatedQuantities*) override {
+    halt_where_undefined();
     return !stop_ || *stop_ == 0;
   }
   void finalize_solution(Ipopt::SolverReturn, Ipopt::Index, const double*, const double*,
@@ -115,8 +118,7 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   [[nodiscard]] bool is_linear(const std::vector<double>& from, int first, int last);
   /// Values of f and g at x, which ASL's derivatives build on. False where one is undefined.
   bool evaluate(const double* x);
-  template <class Evaluate>
-  void halt(Evaluate&& evaluate);
+  [[nodiscard]] bool is_defined(bool failed);
 
   std::string file_, read_from_;  ///< not the same where a variable had to be added
   NlFacts facts_;
@@ -127,7 +129,7 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   int hessian_entries_ = 0;
   std::vector<Player> variable_players_;
   std::vector<int> max_constraints_, robust_constraints_;
-  std::vector<double> x_, g_;
+  std::vector<double> x_, g_, undefined_at_;
   double f_ = 0.0;
   bool defined_ = false;
   bool has_player_suffix_ = false;

@@ -358,6 +358,10 @@ class Problem {
     result["hessian_disagrees"] = c.hessian_disagrees != 0;
     result["least_curvature"] = c.least_curvature;
     result["least_curvature_variable"] = c.least_curvature_variable;
+    const auto& found = problem_->application->LastResult().certificate;
+    result["proved"] = found.proved;
+    result["proved_within"] = found.proved_within;
+    result["proof"] = found.proof;
     return result;
   }
 

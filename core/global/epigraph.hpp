@@ -45,10 +45,9 @@ class Epigraph final : public Problem {
       return v.back();
     }
     void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
-      const auto own = v.first(v.size() - 1);
-      model_.constraints_over(own, g.first(g.size() - 1));
-      g.back() = model_.objective_over(own) - v.back();
+      g.back() = model_.all_over(v.first(v.size() - 1), g.first(g.size() - 1)) - v.back();
     }
+    [[nodiscard]] bool is_concurrent() const override { return model_.is_concurrent(); }
     [[nodiscard]] Determined determined() const override { return model_.determined(); }
     void determine(std::span<double> v) const override { model_.determine(v.first(v.size() - 1)); }
 

@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "core/global/choice.hpp"
+#include "core/global/places_over_y.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/relaxation.hpp"
 #include "core/model/row_over_y.hpp"
 #include "core/proof/enclosure.hpp"
 #include "core/search/one_start.hpp"
@@ -22,10 +24,14 @@ namespace {
 constexpr Index kStartsOfRows = 8;
 /// Most of them where they end at different maxima and one more could violate the constraint.
 constexpr Index kMostStartsOfRows = 100;
+/// Of so many starts that found the highest maximum, a higher one to which half as many lead would
+/// have been missed once in exp(10 / 2) = 150 times.
+constexpr Index kOften = 10;
 /// Boxes of a proof between two words to the listener.
 constexpr Index kBoxesOfAWord = 1000;
-/// Most variables of a box whose corners are all looked at.
-constexpr std::size_t kMostOfCorners = 8;
+/// Barrier parameters from which a random start, and one beside a maximum, is not forgotten.
+constexpr double kMuWithin = 1e-2;
+constexpr double kMuBeside = 1e-4;
 /// The maximizer's problem at fixed x: Min variables are fixed, Min constraints absent.
 class HeldMin final : public ForwardingProblem {
  public:
@@ -53,42 +59,6 @@ class HeldMin final : public ForwardingProblem {
   std::vector<double> v_;
 };
 
-/// The corner of the box of y with the largest value; empty: y is no box, or of too many variables.
-std::optional<std::vector<double>> best_corner(Problem& inner, const SolverOptions& options) {
-  const ProblemStructure& s = inner.structure();
-  std::vector<std::size_t> free;
-  for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
-    if (s.variable_lower[i] < s.variable_upper[i]) free.push_back(i);
-  }
-  const auto has_bound = [&](std::size_t i) {
-    return s.variable_lower[i] > options.nlp_lower_bound_inf &&
-           s.variable_upper[i] < options.nlp_upper_bound_inf;
-  };
-  if (free.empty() || free.size() > kMostOfCorners || !std::ranges::all_of(free, has_bound)) {
-    return std::nullopt;
-  }
-  for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
-    if (s.constraint_lower[j] > options.nlp_lower_bound_inf ||
-        s.constraint_upper[j] < options.nlp_upper_bound_inf) {
-      return std::nullopt;
-    }
-  }
-  std::optional<std::vector<double>> best;
-  std::vector<double> v = starting_values(inner);
-  double highest = -kInfinity;
-  for (std::size_t corner = 0; !v.empty() && corner < (std::size_t{1} << free.size()); ++corner) {
-    for (std::size_t k = 0; k < free.size(); ++k) {
-      const bool upper = (corner >> k & 1U) != 0;
-      v[free[k]] = upper ? s.variable_upper[free[k]] : s.variable_lower[free[k]];
-    }
-    double f = 0.0;
-    if (!inner.objective(v, true, f) || !(f > highest)) continue;
-    highest = f;
-    best = v;
-  }
-  return best;
-}
-
 /// The maximizations over y of one function at one x.
 class MaximizationOverY {
  public:
@@ -107,21 +77,32 @@ class MaximizationOverY {
     const Index count = std::max(starts, static_cast<Index>(given.size()) + 1);
     const std::vector<double> own = starting_values(inner_);
     add_work_of_detection();
-    for (Index start = 0; start < count || may_be_higher(start); ++start) {
+    Index start = 0;
+    for (; start < count || (start < kMostStartsOfRows && may_be_higher(start)); ++start) {
       std::vector<double> v;
+      SolverOptions options = options_;
+      if (count > 1) options.minmax_max_restarts = 0;
       if (start > 0) {
         if (own.empty()) break;
         v = at(start) <= given.size() ? given[at(start) - 1]
                                       : random_start(inner_.structure(), own, start, options_);
+        // Every other one near where it begins.
+        if (at(start) > given.size() && start % 2 == 0 && limit_ && !found_.maxima.empty()) {
+          v = start_within(inner_, options_, center(), std::move(v), start);
+          options = staying_near(options, kMuWithin);
+        }
       }
-      if (!maximize_from(std::move(v), count > 1 ? 0 : options_.minmax_max_restarts)) break;
+      if (!maximize_from(std::move(v), options)) break;
+      if (start + 1 >= count && limit_ && !climb()) break;
     }
+    found_.settled = start < kMostStartsOfRows || !may_be_higher(start) || is_found_often();
     // As a single solve does, which is not to find more than many starts.
     if (found_.finished && count > 1 && !any_certified() && makes_new_starts(options_)) {
-      static_cast<void>(maximize_from({}, options_.minmax_max_restarts));
+      static_cast<void>(maximize_from({}, options_));
     }
     std::ranges::stable_sort(found_.maxima, std::greater{}, &WorstCaseMaximum::value);
-    if (wants_proof() && !is_above_limit()) prove();
+    const double highest = found_.maxima.empty() ? -kInfinity : found_.maxima.front().value;
+    if (wants_proof() && !is_above_limit(highest)) prove(highest);
     found_.single_branch = found_.single_branch && found_.maxima.size() == 1 && any_certified();
     return std::move(found_);
   }
@@ -131,8 +112,7 @@ class MaximizationOverY {
   /// - 2) more are to be expected (Boender and Rinnooy Kan 1987): half a one is not. Nor does one
   /// count that would have to be higher than the highest by more than the known ones differ.
   [[nodiscard]] bool may_be_higher(Index made) const {
-    if (!limit_ || options_.minmax_worst_case_starts >= 0 || made >= kMostStartsOfRows ||
-        options_.minmax_concave_in_y) {
+    if (!limit_ || options_.minmax_worst_case_starts >= 0 || options_.minmax_concave_in_y) {
       return false;
     }
     Index distinct = 0;
@@ -143,22 +123,35 @@ class MaximizationOverY {
       lowest = std::min(lowest, maximum.value);
       ++distinct;
     }
-    const bool violated = highest - *limit_ > options_.minmax_worst_case_tol * found_.range();
     const bool may_violate = highest + (highest - lowest) > *limit_;
-    return !violated && may_violate && made <= 2 * distinct * distinct + 3 * distinct + 2;
+    return !is_above_limit(highest) && may_violate &&
+           made <= 2 * distinct * distinct + 3 * distinct + 2;
+  }
+
+  /// Whether many starts found the highest value.
+  [[nodiscard]] bool is_found_often() const {
+    double highest = -kInfinity;
+    for (const WorstCaseMaximum& maximum : found_.maxima) {
+      highest = std::max(highest, maximum.value);
+    }
+    Index often = 0;
+    for (const WorstCaseMaximum& maximum : found_.maxima) {
+      const double below = highest - maximum.value;
+      if (below <= options_.minmax_worst_case_tol * found_.range()) often += maximum.found;
+    }
+    return often >= kOften;
   }
 
   [[nodiscard]] bool wants_proof() const {
     return context_.proof != nullptr || options_.minmax_worst_case_proof;
   }
-  /// Of sorted maxima.
-  [[nodiscard]] bool is_above_limit() const {
-    return limit_ && !found_.maxima.empty() &&
-           found_.maxima.front().value - *limit_ > options_.minmax_worst_case_tol * found_.range();
+  [[nodiscard]] bool is_above_limit(double highest) const {
+    return limit_ && highest - *limit_ > options_.minmax_worst_case_tol * found_.range();
   }
 
-  /// How large the function can become over all y; a higher one that shows is a maximum, too.
-  void prove() {
+  /// How large the function can become over all y; a value that shows above the highest of the
+  /// sorted maxima is one, too.
+  void prove(double highest) {
     const ProofRequest request = context_.proof != nullptr ? *context_.proof : ProofRequest{};
     const std::vector<double> seen =
         found_.maxima.empty() ? std::vector<double>{} : found_.maxima.front().v;
@@ -170,11 +163,11 @@ class MaximizationOverY {
     };
     const double before = context_.budget.stopwatch().wall();
     WorstCaseProof proof =
-        enclose_maximum(inner_, options_, seen, {request.tolerance, request.most_boxes, go_on});
+        enclose_maximum(inner_, options_, seen, {request.tolerance, go_on, options_.minmax_threads},
+                        context_.share);
     proof.seconds = context_.budget.stopwatch().wall() - before;
     proof.interrupted = context_.budget.interrupted();
     found_.finished = found_.finished && !proof.interrupted;
-    const double highest = found_.maxima.empty() ? -kInfinity : found_.maxima.front().value;
     const double clearly = request.tolerance * std::max(1.0, std::abs(highest));
     if (!proof.v.empty() && (found_.maxima.empty() || proof.seen - highest > clearly)) {
       found_.maxima.insert(found_.maxima.begin(), {proof.v, proof.seen, false, 0});
@@ -196,14 +189,40 @@ class MaximizationOverY {
     return context_.budget.tell(context_.start, info);
   }
 
+  /// Of the maxima found: a point of a convex Y.
+  [[nodiscard]] std::vector<double> center() const {
+    std::vector<double> mean(found_.maxima.front().v.size(), 0.0);
+    const double share = 1.0 / static_cast<double>(found_.maxima.size());
+    for (const WorstCaseMaximum& maximum : found_.maxima) {
+      for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += share * maximum.v[i];
+    }
+    return mean;
+  }
+
+  /// From the highest maximum, as long as single variables show a higher one. False: nothing more
+  /// can be done.
+  [[nodiscard]] bool climb() {
+    while (!found_.maxima.empty() && !options_.minmax_concave_in_y) {
+      const auto highest = std::ranges::max_element(found_.maxima, {}, &WorstCaseMaximum::value);
+      if (is_above_limit(highest->value) || !(highest->value > climbed_)) return true;
+      climbed_ = highest->value;
+      std::vector<double> v =
+          moved_to_bounds(inner_, options_, highest->v, multipliers_of_highest_,
+                          options_.minmax_worst_case_tol * found_.range(), context_.work.counts);
+      if (v.empty()) return true;
+      SolverOptions options = staying_near(options_, kMuBeside);
+      options.minmax_max_restarts = 0;
+      if (!maximize_from(std::move(v), options)) return false;
+    }
+    return true;
+  }
+
   /// False: nothing more can be done.
-  [[nodiscard]] bool maximize_from(std::vector<double> v, int restarts) {
+  [[nodiscard]] bool maximize_from(std::vector<double> v, const SolverOptions& options) {
     if (context_.budget.used_up()) {
       found_.finished = false;
       return false;
     }
-    SolverOptions options = options_;
-    options.minmax_max_restarts = restarts;
     Restarted restarted(inner_, std::move(v));
     const Result result = structure_.solve(restarted, options, context_.budget, observer());
     add_work(result, context_.work);
@@ -267,6 +286,10 @@ class MaximizationOverY {
       return;
     }
     const bool certified = result.certificate.kind == PointKind::LocalMinmax;
+    const auto lower = [&](const WorstCaseMaximum& known) {
+      return known.value < result.objective;
+    };
+    if (std::ranges::all_of(found_.maxima, lower)) multipliers_of_highest_ = result.lambda;
     for (WorstCaseMaximum& known : found_.maxima) {
       if (!same_point(result.v, known.v, options_.minmax_distinct_tol)) continue;
       ++known.found;
@@ -287,6 +310,8 @@ class MaximizationOverY {
   std::optional<double> limit_;
   SearchStructure structure_;
   MaximaOverY found_;
+  std::vector<double> multipliers_of_highest_;
+  double climbed_ = -kInfinity;  ///< from a maximum of this value
 };
 
 }  // namespace
@@ -337,15 +362,14 @@ const SideScan* worst_side(const std::vector<SideScan>& scans, Index constraint)
 std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<double>& x,
                                               Index starts,
                                               const std::vector<KnownWorstCase>& known,
+                                              const RobustScopes& scopes,
                                               const MaximizationContext& context) {
   const ProblemStructure& s = model.structure();
   const auto scan_side = [&](Index row, double side) {
     SideScan scan;
     scan.constraint = row;
     scan.bound = side > 0.0 ? s.constraint_upper[at(row)] : -s.constraint_lower[at(row)];
-    scan.accepted = scan.bound + std::min(context.options.constr_viol_tol,
-                                          context.options.bound_relax_factor *
-                                              std::max(1.0, std::abs(scan.bound)));
+    scan.accepted = scan.bound + relaxation(scan.bound, context.options);
     std::vector<std::vector<double>> given;
     for (const auto& [other, value, gap] : known) {
       if (other.constraint != row || other.side * side < 0.0) continue;
@@ -354,10 +378,11 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
     }
     scan.settled = false;
     if (context.budget.used_up()) return scan;
-    RowOverY problem(model, row, side, x);
+    RowOverY problem(model, row, side, x, scopes.of(row));
     MaximaOverY found = maximize_over_y(problem, starts, given, context,
                                         starts > 0 ? std::optional(scan.accepted) : std::nullopt);
     scan.settled = found.finished && found.maximized;
+    scan.may_be_higher = !found.settled && !(found.proof && found.proof->complete);
     scan.scale = std::max(found.range(), std::abs(scan.bound));
     scan.starts = std::move(found.starts);
     scan.proof = std::move(found.proof);

@@ -10,6 +10,7 @@
 #include "core/options.hpp"
 #include "core/problem.hpp"
 #include "core/proof.hpp"
+#include "core/proof/enclosure.hpp"
 #include "core/result.hpp"
 #include "core/worst_case.hpp"
 
@@ -30,6 +31,7 @@ struct MaximizationContext {
   SearchOverY& looked;           ///< maximizations are added
   /// What is to be proved, too; null: what minmax_worst_case_proof asks for.
   const ProofRequest* proof = nullptr;
+  ProofShare share{};  ///< of that
 };
 
 /// What maximizing one function over y at one x has found.
@@ -44,6 +46,7 @@ struct MaximaOverY {
   bool unbounded = false;     ///< one ran to infinity
   bool single_branch = true;  ///< all at one maximum, K_yy right at every iterate
   bool finished = true;       ///< false: the budget was used up
+  bool settled = true;        ///< false: after the most starts a higher maximum is to be expected
   /// Of the largest value, where it was asked for and no maximum was above the limit. A higher y
   /// that it has seen is one of the maxima.
   std::optional<WorstCaseProof> proof;
@@ -82,6 +85,7 @@ struct SideScan {
   double accepted = 0.0;                        ///< the bound, or a value that a solve let pass
   double scale = 0.0;                           ///< range of its values seen
   bool settled = true;                          ///< maximized, as often as was asked for
+  bool may_be_higher = false;                   ///< after the most starts, and no proof says other
   std::vector<RobustCopies::WorstCase> maxima;  ///< distinct, the largest value first
   std::vector<double> values;                   ///< theirs, side times the constraint
   std::vector<std::vector<double>> starts;      ///< where the maximizations began
@@ -105,10 +109,12 @@ struct KnownWorstCase {
   double gap = 0.0;
 };
 
-/// Maximizes each bounded side of each robust constraint over all of y at the x of a point. Of
+/// Maximizes each bounded side of each robust constraint over all of y at the x of a point. scopes:
+/// of the model. Of
 /// context.looked the functions and proofs are those of this x.
 [[nodiscard]] std::vector<SideScan> scan_robust_constraints(
     Problem& model, const std::vector<double>& x, Index starts,
-    const std::vector<KnownWorstCase>& known, const MaximizationContext& context);
+    const std::vector<KnownWorstCase>& known, const RobustScopes& scopes,
+    const MaximizationContext& context);
 
 }  // namespace ipminmax

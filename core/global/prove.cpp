@@ -1,8 +1,16 @@
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "core/global/joined_thread.hpp"
 #include "core/global/over_y.hpp"
+#include "core/global/ranks.hpp"
+#include "core/global/result_bytes.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/row_over_y.hpp"
 #include "core/model/structure_check.hpp"
@@ -16,6 +24,8 @@ namespace {
 void refuse(bool wrong, const std::string& what) {
   if (wrong) throw std::invalid_argument("a proof over y: " + what);
 }
+
+double sign_of(const ProofRequest& request) { return request.least ? -1.0 : 1.0; }
 
 void check(Problem& problem, std::span<const double> v, const ProofRequest& request) {
   const ProblemStructure& s = problem.structure();
@@ -37,6 +47,129 @@ void check(Problem& problem, std::span<const double> v, const ProofRequest& requ
          constraint_name(s, request.constraint) + " is Max's, and no constraint on all y");
 }
 
+/// Of sign times the function, without a description.
+WorstCaseProof find(Problem& problem, std::span<const double> v, const SolverOptions& options,
+                    const ProofRequest& request, Budget& budget, ProofShare share) {
+  Result work;
+  const MaximizationContext context{options, budget,      0,        problem.structure(),
+                                    work,    work.over_y, &request, share};
+  MaximaOverY found;
+  if (request.constraint < 0) {
+    found = maximize_objective(problem, v, request.starts, {}, context);
+  } else {
+    RowOverY row(problem, request.constraint, sign_of(request), {v.begin(), v.end()});
+    found = maximize_over_y(row, request.starts, {}, context);
+  }
+  return std::move(*found.proof);
+}
+
+/// One rank's part in a proof: it searches in another thread and exchanges messages in this one.
+class RankOfAProof {
+ public:
+  RankOfAProof(Ranks& ranks, Budget& budget, double tolerance)
+      : ranks_(ranks), budget_(budget), tolerance_(tolerance), others_(at(ranks.size())) {}
+
+  template <class Search>
+  WorstCaseProof run(Search search) {
+    std::atomic<bool> done = false;
+    {
+      const JoinedThread work([&] {
+        try {
+          own_ = search();
+        } catch (...) {
+          failure_ = std::current_exception();
+        }
+        done = true;
+      });
+      while (!done) exchange();
+    }
+    return ranks_.rank() == 0 ? gather() : hand_in();
+  }
+
+ private:
+  void exchange() {
+    ranks_.beat();
+    if (ranks_.stop_requested()) budget_.stop(Status::UserStop);
+    while (auto message = ranks_.receive()) {
+      if (message->kind == Ranks::Kind::Stop) budget_.stop(Status::UserStop);
+      if (message->kind != Ranks::Kind::Stop) others_[at(message->rank)] = std::move(message);
+    }
+    ranks_.pause();
+  }
+  [[nodiscard]] bool is_lost(int rank) const {
+    return ranks_.gone(rank) || ranks_.silence(rank) > kDeadAfter;
+  }
+  void wait_for(int rank) {
+    while (!others_[at(rank)] && !is_lost(rank) && !ranks_.stop_requested()) exchange();
+  }
+
+  /// Of rank 0: puts the shares together, in the order of the ranks, and tells all.
+  WorstCaseProof gather() {
+    std::string error = failure_ ? what_of(failure_) : "";
+    for (int rank = 1; rank < ranks_.size(); ++rank) {
+      if (!error.empty()) ranks_.send(rank, Ranks::Kind::Stop);
+    }
+    for (int rank = 1; rank < ranks_.size(); ++rank) {
+      wait_for(rank);
+      const auto& message = others_[at(rank)];
+      if (message && message->kind == Ranks::Kind::Result) {
+        add_share(proof_from(message->bytes), tolerance_, own_);
+      } else if (error.empty()) {
+        error = message ? std::string(message->bytes.begin(), message->bytes.end())
+                        : "rank " + std::to_string(rank) + " of the proof does not answer any more";
+      }
+      if (!message) ranks_.forget(rank);
+    }
+    const auto kind = error.empty() ? Ranks::Kind::Final : Ranks::Kind::Failure;
+    const std::vector<char> bytes =
+        error.empty() ? to_bytes(own_) : std::vector<char>(error.begin(), error.end());
+    for (int rank = 1; rank < ranks_.size(); ++rank) ranks_.send(rank, kind, 0, bytes);
+    if (failure_) std::rethrow_exception(failure_);
+    if (!error.empty()) throw std::runtime_error(error);
+    return std::move(own_);
+  }
+
+  WorstCaseProof hand_in() {
+    if (failure_) {
+      const std::string error = what_of(failure_);
+      ranks_.send(0, Ranks::Kind::Failure, 0, error);
+    } else {
+      ranks_.send(0, Ranks::Kind::Result, 0, to_bytes(own_));
+    }
+    wait_for(0);
+    if (failure_) std::rethrow_exception(failure_);
+    if (!others_[0]) {
+      ranks_.forget(0);
+      throw std::runtime_error("rank 0 of the proof does not answer any more");
+    }
+    const std::vector<char>& bytes = others_[0]->bytes;
+    if (others_[0]->kind == Ranks::Kind::Failure) {
+      throw std::runtime_error(std::string(bytes.begin(), bytes.end()));
+    }
+    return proof_from(bytes);
+  }
+
+  static std::string what_of(const std::exception_ptr& exception) {
+    try {
+      std::rethrow_exception(exception);
+    } catch (const std::exception& error) {
+      return error.what();
+    } catch (...) {
+      return "unknown exception";
+    }
+  }
+
+  /// Seconds of silence; beats come once a second.
+  static constexpr double kDeadAfter = 60.0;
+
+  Ranks& ranks_;
+  Budget& budget_;
+  double tolerance_;
+  WorstCaseProof own_;
+  std::exception_ptr failure_;
+  std::vector<std::optional<Ranks::Message>> others_;  ///< the word of each
+};
+
 }  // namespace
 
 WorstCaseProof prove_worst_case(Problem& problem, std::span<const double> v,
@@ -44,20 +177,26 @@ WorstCaseProof prove_worst_case(Problem& problem, std::span<const double> v,
                                 const MultistartObserver& observer) {
   check(problem, v, request);
   Budget budget(options, observer);
-  Result work;
-  const MaximizationContext context{options, budget,      0,       problem.structure(),
-                                    work,    work.over_y, &request};
-  const double sign = request.least ? -1.0 : 1.0;
-  MaximaOverY found;
-  if (request.constraint < 0) {
-    found = maximize_objective(problem, v, request.starts, {}, context);
-  } else {
-    RowOverY row(problem, request.constraint, sign, {v.begin(), v.end()});
-    found = maximize_over_y(row, request.starts, {}, context);
-  }
-  WorstCaseProof proof = std::move(*found.proof);
+  WorstCaseProof proof = find(problem, v, options, request, budget, {});
   proof.seconds = budget.stopwatch().wall();
-  describe(request.constraint, sign, proof);
+  describe(request.constraint, sign_of(request), proof);
+  return proof;
+}
+
+WorstCaseProof prove_worst_case_over_ranks(Problem& problem, std::span<const double> v,
+                                           const SolverOptions& options,
+                                           const ProofRequest& request,
+                                           const MultistartObserver& observer) {
+  check(problem, v, request);
+  Ranks ranks;
+  Budget budget(options, observer);
+  ProofRequest each = request;
+  each.most_boxes = std::max<Index>(request.most_boxes / kPartsOfAProof, 1);
+  WorstCaseProof proof = RankOfAProof(ranks, budget, request.tolerance).run([&] {
+    return find(problem, v, options, each, budget, {ranks.rank(), ranks.size()});
+  });
+  proof.seconds = budget.stopwatch().wall();
+  describe(request.constraint, sign_of(request), proof);
   return proof;
 }
 

@@ -81,9 +81,15 @@ void walk_certificate(Visit& visit, C& c) {
   each(visit, c.kind, c.second_order, c.inner, c.inner_expected, c.full, c.full_expected, c.margin,
        c.licq_min, c.licq_max, c.weakly_active_min, c.weakly_active_max, c.finite_differences,
        c.hessian_error, c.hessian_disagrees, c.least_curvature, c.least_curvature_variable,
-       c.answer);
+       c.answer, c.proved, c.proved_within, c.proof);
   walk_size(visit, c.reasons);
   for (auto& r : c.reasons) each(visit, r.kind, r.player, r.text, r.variables, r.constraints);
+}
+
+template <class Visit, class P>
+void walk_proof(Visit& visit, P& p) {
+  each(visit, p.constraint, p.least, p.seen, p.proved, p.complete, p.empty, p.v, p.boxes, p.left,
+       p.seconds, p.interrupted, p.message);
 }
 
 template <class Visit, class R>
@@ -100,10 +106,7 @@ void walk(Visit& visit, R& r) {
   each(visit, y.asked, y.functions, y.maximizations, y.finished, y.better_known,
        y.largest_violation, y.branches, y.solves);
   walk_size(visit, y.proofs);
-  for (auto& p : y.proofs) {
-    each(visit, p.constraint, p.least, p.seen, p.proved, p.complete, p.empty, p.v, p.boxes, p.left,
-         p.seconds, p.interrupted, p.message);
-  }
+  for (auto& p : y.proofs) walk_proof(visit, p);
   walk_size(visit, r.worst_cases);
   for (auto& found : r.worst_cases) {
     each(visit, found.constraint, found.v, found.value, found.multiplier, found.active);
@@ -136,6 +139,19 @@ Result result_from(std::span<const char> bytes) {
   Result result;
   walk(read, result);
   return result;
+}
+
+std::vector<char> to_bytes(const WorstCaseProof& proof) {
+  Writer write;
+  walk_proof(write, proof);
+  return std::move(write.bytes);
+}
+
+WorstCaseProof proof_from(std::span<const char> bytes) {
+  Reader read(bytes);
+  WorstCaseProof proof;
+  walk_proof(read, proof);
+  return proof;
 }
 
 std::vector<char> to_bytes(const MultistartResult& answer) {

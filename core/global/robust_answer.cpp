@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "core/global/robust_search.hpp"
 #include "core/interval.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/multistart.hpp"
 #include "core/proof/enclosure.hpp"
 #include "linalg/numbers.hpp"
@@ -156,10 +158,36 @@ void RobustSearch::report(const RobustCopies& copies, const Result& result) {
   answer_.over_y = {
       .asked = starts_,
       .functions = work_.over_y.functions,
-      .finished =
-          starts_ == 0 || (verified_ && std::ranges::all_of(proofs, &WorstCaseProof::complete)),
+      .finished = starts_ == 0 ||
+                  (!verified_.empty() && std::ranges::all_of(proofs, &WorstCaseProof::complete)),
       .largest_violation = violation_,
       .proofs = std::move(proofs)};
+}
+
+/// Where a scan was ended while it still found other maxima, a higher one may violate the answer:
+/// that is no certificate.
+void RobustSearch::leave_undecided(const std::vector<SideScan>& scans) {
+  const auto open = std::ranges::find_if(scans, &SideScan::may_be_higher);
+  Certificate& certificate = answer_.certificate;
+  if (open == scans.end() || certificate.kind != PointKind::LocalMinmax) return;
+  certificate.kind = PointKind::FirstOrderPoint;
+  certificate.second_order = SecondOrder::Undecided;
+  const auto j = at(open->constraint);
+  const ProblemStructure& s = asked_.structure();
+  const bool of_objective = j == s.constraint_players.size();
+  const std::string row = of_objective ? "f" : constraint_name(s, open->constraint);
+  certificate.reasons.insert(
+      certificate.reasons.begin(),
+      {.kind = CertificateReason::Kind::RobustRow,
+       .player = Player::Max,
+       .text = row + " has many maxima over y: " + std::to_string(open->maxima.size()) +
+               " found, a higher one is to be expected",
+       .variables = {},
+       .constraints = {}});
+  if (!of_objective) certificate.reasons.front().constraints.push_back(open->constraint);
+  if (answer_.status != Status::Solved) return;
+  answer_.status = Status::SolvedDegenerate;
+  answer_.message = "solved, " + certificate.reasons.front().text;
 }
 
 /// With the work of all solves and maximizations.

@@ -5,9 +5,11 @@
 #include <string>
 #include <utility>
 
+#include "core/global/places_over_y.hpp"
 #include "core/global/robust_search.hpp"
 #include "core/model/model_start.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/relaxation.hpp"
 #include "core/model/sampling.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
@@ -28,18 +30,6 @@ constexpr double kVanishing = 1e-5;
 /// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a
 /// large one maxima at different bounds are one.
 constexpr double kMuNear = 1e-4;
-
-/// Options of a solve that begins near its solution.
-SolverOptions near_solution(const SolverOptions& options) {
-  SolverOptions near = options;
-  near.mu_init = std::min(options.mu_init, kMuNear);
-  for (double* push :
-       {&near.bound_push, &near.bound_frac, &near.slack_bound_push, &near.slack_bound_frac}) {
-    *push = std::min(*push, kMuNear);
-  }
-  near.bound_mult_init_method = BoundMultiplierInit::MuBased;
-  return near;
-}
 
 }  // namespace
 
@@ -138,7 +128,7 @@ Result RobustSearch::run_from_maxima(std::vector<double> start) {
 /// Solves with the worst cases at hand and adds violated ones until there are none. Whether the
 /// answer, that of the last solve or of the last that was checked over y, is a success.
 bool RobustSearch::solve_rounds() {
-  verified_ = false;
+  verified_.clear();
   for (Index round = 0;; ++round) {
     violation_ = kNaN;  // of the next x nothing is known yet
     work_.over_y.functions = 0;
@@ -146,8 +136,8 @@ bool RobustSearch::solve_rounds() {
     Solved solved = solve_worst_cases();
     hold_idle(solved);
     if (!is_success(solved.result.status)) {
-      if (!verified_) report(*solved.copies, solved.result);
-      return verified_;
+      if (verified_.empty()) report(*solved.copies, solved.result);
+      return !verified_.empty();
     }
     keep_point(*solved.copies, solved.result);
     const auto& [copies, result] = solved;
@@ -155,7 +145,7 @@ bool RobustSearch::solve_rounds() {
       report(*copies, result);
       return true;
     }
-    if (!look_further(*copies, result, round)) return verified_;
+    if (!look_further(*copies, result, round)) return !verified_.empty();
   }
 }
 
@@ -176,9 +166,8 @@ double RobustSearch::gap(const RobustCopies& copies, const Result& result, std::
   const ProblemStructure& s = copies.structure();
   double sum = 0.0;
   const auto add = [&](double distance, double bound, double multiplier) {
-    const double relaxed = std::min(options_.constr_viol_tol,
-                                    options_.bound_relax_factor * std::max(1.0, std::abs(bound)));
-    if (multiplier != 0.0) sum += std::max(distance + relaxed, 0.0) * std::abs(multiplier);
+    if (multiplier == 0.0) return;
+    sum += std::max(distance + relaxation(bound, options_), 0.0) * std::abs(multiplier);
   };
   const RobustScope scope = scopes_.of(place_.worst_cases[k].constraint);
   for (const Index model_variable : scope.variables) {
@@ -209,23 +198,52 @@ bool RobustSearch::look_further(const RobustCopies& copies, const Result& result
                      defined ? gap(copies, result, k) : 0.0});
   }
   const std::vector<SideScan> scans = scan(known);
+  if (!verified_.empty() && refutes_verified(scans)) verified_.clear();
   const std::vector<RobustCopies::WorstCase> solved = place_.worst_cases;
   if (add_violated(scans, options_.minmax_worst_case_tol, false)) {
     if (round < kMostRounds && !budget_.used_up()) return true;
-    if (verified_) return false;
+    if (!verified_.empty()) return false;
     place_.worst_cases = solved;
     report(copies, result);
     answer_.over_y.better_known = true;
     return false;
   }
   if (budget_.interrupted() || !std::ranges::all_of(scans, &SideScan::settled)) {
-    if (!verified_) report(copies, result);
+    if (verified_.empty()) report(copies, result);
     return false;
   }
-  const bool first = !std::exchange(verified_, true);
-  if (first || better(result, answer_)) report(copies, result);
+  const bool first = verified_.empty();
+  if (first || better(result, answer_)) {
+    verified_ = place_.v;
+    report(copies, result);
+    leave_undecided(scans);
+  }
   // Checked over all of y, worst cases far from active only blur the certificate.
   return first && !budget_.used_up() && drop_inactive(copies, result);
+}
+
+/// Whether a y that was found later violates the answer that was checked before.
+bool RobustSearch::refutes_verified(const std::vector<SideScan>& scans) {
+  const ProblemStructure& s = model_.structure();
+  std::vector<double> v, g(s.constraint_players.size());
+  const auto holds = [&](Index j) {
+    return g[at(j)] >= s.constraint_lower[at(j)] - options_.constr_viol_tol &&
+           g[at(j)] <= s.constraint_upper[at(j)] + options_.constr_viol_tol;
+  };
+  for (SideScan side : scans) {
+    const RobustScope scope = scopes_.of(side.constraint);
+    for (std::size_t k = 0; k < side.maxima.size(); ++k) {
+      v = verified_;
+      for (const Index i : scope.variables) v[at(i)] = side.maxima[k].v[at(i)];
+      ++work_.counts.constraints;
+      if (!model_.constraints(v, true, g) || !std::ranges::all_of(scope.constraints, holds)) {
+        continue;
+      }
+      side.values[k] = side.maxima[k].side * g[at(side.constraint)];
+      if (side.excess(k) > options_.minmax_worst_case_tol) return true;
+    }
+  }
+  return false;
 }
 
 void RobustSearch::choose_copies() {
@@ -271,7 +289,7 @@ Result RobustSearch::solve_once(RobustCopies& copies) {
     return result;
   };
   if (place_.near) {
-    Result result = solve_with(near_solution(options));
+    Result result = solve_with(staying_near(options, kMuNear));
     if (is_success(result.status) || budget_.used_up()) return result;
   }
   return solve_with(options);
@@ -344,7 +362,7 @@ std::vector<KnownWorstCase> RobustSearch::without_values(
 /// At the x of place_.v; maximizations begin at the known worst cases, too.
 std::vector<SideScan> RobustSearch::scan(const std::vector<KnownWorstCase>& known) {
   std::vector<SideScan> scans =
-      scan_robust_constraints(model_, place_.v, starts_, known,
+      scan_robust_constraints(model_, place_.v, starts_, known, scopes_,
                               {options_, budget_, start_, asked_.structure(), work_, work_.over_y});
   violation_ = 0.0;
   for (const SideScan& side : scans) {

@@ -58,6 +58,7 @@ class RobustSearch {
   [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
   [[nodiscard]] double gap(const RobustCopies& copies, const Result& result, std::size_t k) const;
   [[nodiscard]] bool add_violated(const std::vector<SideScan>& scans, double tolerance, bool held);
+  [[nodiscard]] bool refutes_verified(const std::vector<SideScan>& scans);
   [[nodiscard]] bool drop_inactive(const RobustCopies& copies, const Result& result);
   [[nodiscard]] std::vector<SideScan> scan(const std::vector<KnownWorstCase>& known);
   [[nodiscard]] static std::vector<KnownWorstCase> without_values(
@@ -81,6 +82,7 @@ class RobustSearch {
 
   // The answer; robust_answer.cpp.
   void report(const RobustCopies& copies, const Result& result);
+  void leave_undecided(const std::vector<SideScan>& scans);
   [[nodiscard]] std::optional<std::size_t> highest_branch(const RobustCopies& copies,
                                                           const Result& result) const;
   [[nodiscard]] Result in_asked_shape(const RobustCopies& copies, const Result& result) const;
@@ -100,7 +102,7 @@ class RobustSearch {
   std::vector<bool> reads_y_;
   bool names_infeasible_ = true;
   bool restarts_ = false;  ///< searches that fail begin anew
-  bool verified_ = false;  ///< the answer was checked over all of y
+  std::vector<double> verified_;  ///< where the answer was checked over all of y; empty: was not
   double violation_;       ///< largest of the last scan; NaN: none was made
   Result answer_;
   Result work_;  ///< of all solves and maximizations

@@ -6,6 +6,7 @@
 #include "core/global/refinement.hpp"
 #include "core/global/starts.hpp"
 #include "core/model/structure_check.hpp"
+#include "core/proof/local_minmax.hpp"
 #include "core/robust.hpp"
 #include "core/search/kept_work.hpp"
 #include "core/solver.hpp"
@@ -22,7 +23,8 @@ void set_seconds(const Budget& budget, Result& result) {
 /// One solve is all that is asked for.
 bool is_plain(const ProblemStructure& structure, const SolverOptions& options) {
   return options.minmax_starts <= 1 && options.minmax_worst_case_starts <= 0 &&
-         !options.minmax_worst_case_proof && !options.minmax_epigraph &&
+         !options.minmax_worst_case_proof &&
+         options.minmax_certificate != CertificateEffort::Proved && !options.minmax_epigraph &&
          !options.minmax_epigraph_at_kinks && !has_rows_for_every_y(structure, options);
 }
 
@@ -38,6 +40,9 @@ SolverOptions for_all_parts(const ProblemStructure& structure, SolverOptions opt
 /// What is wrong with what was asked for; empty: nothing that the door sees.
 std::string error_of(Problem& problem, const SolverOptions& options) {
   if (auto error = check(options); !error.empty()) return error;
+  if (options.minmax_certificate == CertificateEffort::Proved && problem.over_boxes() == nullptr) {
+    return "minmax_certificate proved needs a model whose formulas are known (docs/proof.md)";
+  }
   return error_over_y(problem, options);
 }
 
@@ -71,6 +76,10 @@ Answer run_on(const std::vector<std::unique_ptr<Problem>>& owned, Problem* own, 
   Budget budget(options, observer);
   Starts starts(models, options, budget, given);
   Answer answer = ranks != nullptr ? starts.run(*ranks) : starts.run();
+  if (options.minmax_certificate == CertificateEffort::Proved) {
+    prove_local_minmax(
+        *models.front(), options, [&] { return !budget.interrupted(); }, answer.best);
+  }
   set_seconds(budget, answer.best);
   return answer;
 }

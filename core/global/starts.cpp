@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <stdexcept>
 #include <system_error>
-#include <thread>
 #include <tuple>
 
+#include "core/global/joined_thread.hpp"
 #include "core/global/refinement.hpp"
 #include "core/global/result_bytes.hpp"
 #include "core/model/structure_check.hpp"
@@ -81,7 +81,7 @@ void Starts::start_after_the_first() {
   // Factorizations are counted when a solve has ended: only one at a time keeps to their number.
   const std::size_t most = budget_.factorizations_left() ? 1 : workers_.size();
   {
-    std::vector<std::jthread> threads;  // joined when they go out of scope
+    std::vector<JoinedThread> threads;  // joined when they go out of scope
     for (std::size_t t = 1; t < most && static_cast<Index>(t) < last_; ++t) {
       try {
         threads.emplace_back([this, t] { work(workers_[t]); });

@@ -3,10 +3,10 @@
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
+#include "core/global/joined_thread.hpp"
 #include "core/global/ranks.hpp"
 #include "core/global/result_bytes.hpp"
 #include "core/global/starts.hpp"
@@ -70,7 +70,7 @@ Answer Starts::run_as_first(Ranks& ranks) {
   others_ended_ = ranks.size() == 1;
   Others others(ranks.size());
   {
-    const std::jthread search([&] {
+    const JoinedThread search([&] {
       try {
         answer = run();
       } catch (...) {
@@ -231,7 +231,7 @@ Answer Starts::run_as_other(Ranks& ranks) {
   prepare();
   read_model_start();
   std::atomic<std::size_t> running = 0;
-  std::vector<std::jthread> threads;
+  std::vector<JoinedThread> threads;
   for (Worker& worker : workers_) {
     ++running;
     threads.emplace_back([this, &worker, &running] {

@@ -93,6 +93,7 @@ std::string what_it_is(const Result& result) {
   if (result.over_y.branches > 1 && c.kind == PointKind::LocalMinmax) {
     text += ": x minimizes the largest of " + count(result.over_y.branches, "local worst case");
   }
+  if (!c.proof.empty()) text += "; " + c.proof;
   return text;
 }
 

@@ -1,3 +1,4 @@
+#include <functional>
 #include <utility>
 
 #include "core/kkt/system.hpp"
@@ -41,6 +42,17 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
 }
 
 bool KktSystem::analyze(const std::optional<KktAnalysis>& kept) {
+  if (!analyze_or_adopt(kept)) return false;
+  std::function<bool()> stop;
+  if (limit_ != nullptr) stop = [limit = limit_] { return limit->expired(); };
+  for (const KktBlock* block : {&full_, &inner_}) {
+    if (!block->empty()) block->solver()->stop_when(stop);
+  }
+  if (schur_) schur_->second(inner_)->stop_when(stop);
+  return true;
+}
+
+bool KktSystem::analyze_or_adopt(const std::optional<KktAnalysis>& kept) {
   if (kept && kept->linear_solver == options_.linear_solver &&
       kept->schur_option == options_.minmax_schur_complement &&
       kept->options == solver_options(options_)) {

@@ -222,6 +222,7 @@ class KktSystem {
   const KktFactors& hold(KktFactors& at_hand, const Factorization& result, bool kept);
   void release_full();
   [[nodiscard]] bool leave_schur_complement();
+  [[nodiscard]] bool analyze_or_adopt(const std::optional<KktAnalysis>& kept);
   void decide_on_schur_complement(const Analysis& full);
   /// A right-hand side or solution restricted to a block: reduced, solved, expanded.
   /// Not refined: once with the factors. Refined: false when no small residual was reached.

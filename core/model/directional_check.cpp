@@ -210,4 +210,17 @@ Eigen::VectorXd generic_step(const CanonicalProblem& canonical, const Eigen::Vec
   return step;
 }
 
+Eigen::VectorXd aside(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+                      double relative) {
+  constexpr double kShare = 0.5;
+  Eigen::VectorXd up = relative * v.cwiseAbs().cwiseMax(1.0);
+  for (Index i = 0; i < v.size(); ++i) {
+    if (is_slack(canonical, i)) up[i] = 0.0;
+  }
+  Eigen::VectorXd down = -up;
+  keep_within_bounds(canonical, v, kShare, up);
+  keep_within_bounds(canonical, v, kShare, down);
+  return v + (up.cwiseAbs().array() >= down.cwiseAbs().array()).select(up, down);
+}
+
 }  // namespace ipminmax

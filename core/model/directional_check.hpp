@@ -44,6 +44,11 @@ struct DifferenceArrays {
 [[nodiscard]] Eigen::VectorXd generic_step(const CanonicalProblem& canonical,
                                            const Eigen::VectorXd& v, double relative);
 
+/// v moved by up to that part of its entries' sizes, slacks apart, to where all have room to bounds:
+/// along each the way with more of it.
+[[nodiscard]] Eigen::VectorXd aside(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+                                    double relative);
+
 /// Cuts entries of the step to a share of the distances to bounds.
 void keep_within_bounds(const CanonicalProblem& canonical, const Eigen::VectorXd& v, double share,
                         Eigen::VectorXd& step);

@@ -13,6 +13,7 @@ namespace ipminmax {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
 /// Part of the room to a bound that one of up to four steps takes.
 constexpr double kRoomUsed = 0.2;
 /// Room on both sides, in steps, from which a coin chooses the side.

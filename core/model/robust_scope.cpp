@@ -2,13 +2,13 @@
 
 #include <algorithm>
 
+#include "linalg/numbers.hpp"
+
 namespace ipminmax {
 namespace {
 
 /// From here on bounds are none.
 constexpr double kUnbounded = 1e19;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 std::vector<Index> marked(const std::vector<bool>& marks) {
   std::vector<Index> indices;
@@ -23,9 +23,7 @@ std::vector<Index> marked(const std::vector<bool>& marks) {
 bool has_valid_indices(const ProblemStructure& s) {
   const std::size_t n = s.variable_players.size();
   const std::size_t m = s.constraint_players.size();
-  const auto inside = [](Index i, std::size_t size) {
-    return i >= 0 && static_cast<std::size_t>(i) < size;
-  };
+  const auto inside = [](Index i, std::size_t size) { return i >= 0 && at(i) < size; };
   return s.variable_lower.size() == n && s.variable_upper.size() == n &&
          s.constraint_lower.size() == m && s.constraint_upper.size() == m &&
          std::ranges::all_of(s.jacobian,

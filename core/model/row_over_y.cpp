@@ -8,6 +8,11 @@
 namespace ipminmax {
 
 RowOverY::RowOverY(Problem& model, Index constraint, double side, std::vector<double> v)
+    : RowOverY(model, constraint, side, std::move(v), robust_scope(model.structure(), constraint)) {
+}
+
+RowOverY::RowOverY(Problem& model, Index constraint, double side, std::vector<double> v,
+                   const RobustScope& scope)
     : ForwardingProblem(model),
       structure_(model.structure()),
       constraint_(constraint),
@@ -20,7 +25,6 @@ RowOverY::RowOverY(Problem& model, Index constraint, double side, std::vector<do
   structure_.variable_lower = structure_.variable_upper = start_;
   std::ranges::fill(structure_.constraint_lower, -kInfinity);
   std::ranges::fill(structure_.constraint_upper, kInfinity);
-  const RobustScope scope = robust_scope(s, constraint);
   for (const Index i : scope.variables) {
     structure_.variable_lower[at(i)] = s.variable_lower[at(i)];
     structure_.variable_upper[at(i)] = s.variable_upper[at(i)];
@@ -75,6 +79,11 @@ bool RowOverY::hessian_errors(std::span<const double> v, double sigma,
 
 IntervalJet RowOverY::Boxes::objective_over(std::span<const IntervalJet> v) const {
   std::vector<IntervalJet> g(row_.g_.size());
+  return all_over(v, g);
+}
+
+IntervalJet RowOverY::Boxes::all_over(std::span<const IntervalJet> v,
+                                      std::span<IntervalJet> g) const {
   functions_.constraints_over(v, g);
   return IntervalJet(row_.side_) * g[at(row_.constraint_)];
 }

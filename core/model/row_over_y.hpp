@@ -17,6 +17,9 @@ class RowOverY final : public ForwardingProblem {
  public:
   /// v: n, x and where y starts.
   RowOverY(Problem& model, Index constraint, double side, std::vector<double> v);
+  /// The same; scope: of the constraint.
+  RowOverY(Problem& model, Index constraint, double side, std::vector<double> v,
+           const RobustScope& scope);
 
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override;
@@ -43,6 +46,9 @@ class RowOverY final : public ForwardingProblem {
     void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
       functions_.constraints_over(v, g);
     }
+    [[nodiscard]] IntervalJet all_over(std::span<const IntervalJet> v,
+                                       std::span<IntervalJet> g) const override;
+    [[nodiscard]] bool is_concurrent() const override { return functions_.is_concurrent(); }
     [[nodiscard]] Determined determined() const override { return functions_.determined(); }
     void determine(std::span<double> v) const override { functions_.determine(v); }
 

@@ -1,8 +1,10 @@
 #include "core/proof/boxes.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <exception>
 #include <limits>
 #include <optional>
 #include <queue>
@@ -11,6 +13,7 @@
 #include <Eigen/Dense>
 
 #include "linalg/numbers.hpp"
+#include "linalg/workers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -19,13 +22,15 @@ namespace {
 constexpr double kActive = 1e-6;
 /// A side that is this much longer, over the domain's, than that which promises most is cut first.
 constexpr double kLongest = 8.0;
+/// Boxes cut at a time: enough for some threads; more are cut in vain where bounds improve.
+constexpr std::size_t kBatch = 16;
 
 using Box = std::vector<Interval>;
 
 struct Waiting {
   Box box;
   double bound;
-  std::size_t side;      ///< to cut; the dimension: none
+  std::size_t side;      ///< to cut
   std::uint64_t number;  ///< the earlier first among equals
   friend bool operator<(const Waiting& a, const Waiting& b) {
     return a.bound != b.bound ? a.bound < b.bound : a.number > b.number;
@@ -137,56 +142,44 @@ class Multipliers {
   std::vector<double> lambda_;
 };
 
-class BranchAndBound {
+/// What is known when a batch of boxes begins.
+struct Known {
+  const Box& domain;
+  double tolerance;
+  double value;  ///< largest seen
+  std::optional<Multipliers> multipliers;
+};
+
+/// A part of a box that waits; none has more than `bound`.
+struct Part {
+  Box box;
+  double bound;
+};
+
+/// What was found in one part.
+struct Finding {
+  std::optional<Waiting> rest;  ///< what may hold more
+  double settled = -kInfinity;  ///< bound of what was left alone
+  BestSeen best{.y = {}, .value = -kInfinity};
+  Index boxes = 0;
+  std::exception_ptr error;
+};
+
+double good_enough(double value, double tolerance) {
+  if (value == -kInfinity) return -kInfinity;
+  return value + tolerance * std::max(1.0, std::abs(value));
+}
+
+/// Looks at one part at a time, for one thread.
+class Examiner {
  public:
-  BranchAndBound(FunctionOfBoxes& function, const Box& domain, double tolerance, BestSeen& best)
-      : function_(function), domain_(domain), tolerance_(tolerance), best_(best) {
-    if (!best.y.empty()) multipliers_.emplace(function, domain, best.y);
-  }
+  explicit Examiner(const FunctionOfBoxes& function) : function_(function) {}
 
-  BoxBound run(const std::function<bool(Index, double)>& go_on) {
-    BoxBound result{.proved = kInfinity};
-    put(domain_);
-    while (!waiting_.empty()) {
-      const double bound = waiting_.top().bound;
-      if (bound <= good_enough() || !go_on(boxes_, bound)) break;
-      const Waiting next = waiting_.top();
-      waiting_.pop();
-      cut(next);
-    }
-    result.boxes = boxes_;
-    if (!waiting_.empty()) {
-      settled_ = std::max(settled_, waiting_.top().bound);
-      if (waiting_.top().bound > good_enough()) result.left = static_cast<Index>(waiting_.size());
-    }
-    result.proved = std::max(settled_, best_.value);
-    return result;
-  }
-
- private:
-  [[nodiscard]] double good_enough() const {
-    if (best_.value == -kInfinity) return -kInfinity;
-    return best_.value + tolerance_ * std::max(1.0, std::abs(best_.value));
-  }
-
-  void cut(const Waiting& parent) {
-    const std::size_t i = parent.side;
-    if (i == parent.box.size()) {  // nothing between the numbers that it holds
-      settled_ = std::max(settled_, parent.bound);
-      return;
-    }
-    const double middle = parent.box[i].middle();
-    for (const bool upper : {false, true}) {
-      Box child = parent.box;
-      child[i] = upper ? Interval(middle, child[i].upper()) : Interval(child[i].lower(), middle);
-      put(std::move(child), parent.bound);
-    }
-  }
-
-  /// Looks at a box that is a part of one with that bound; what may hold more waits.
-  void put(Box box, double bound = kInfinity) {
+  [[nodiscard]] Finding examine(Part part, const Known& known) {
+    Finding finding;
+    Box& box = part.box;
     for (;;) {
-      ++boxes_;
+      ++finding.boxes;
       const Box center = center_of(box);
       function_.look(box, over_);
       function_.look(center, at_);
@@ -194,63 +187,70 @@ class BranchAndBound {
       for (std::size_t k = 0; k < function_.rows().size(); ++k) {
         const Interval g = enclosure(over_.rows[k], at_.rows[k], box, center);
         const auto& [constraint, lower, upper] = function_.rows()[k];
-        if (g.lower() > upper || g.upper() < lower) return;
+        if (g.lower() > upper || g.upper() < lower) return finding;
         feasible = feasible && g.lower() >= lower && g.upper() <= upper;
       }
-      bound = std::min(bound, enclosure(over_.value, at_.value, box, center).upper());
-      if (multipliers_ && multipliers_->any()) {
-        bound = std::min(bound, enclosure(multipliers_->lagrangian(function_, over_),
-                                          multipliers_->lagrangian(function_, at_), box, center)
-                                    .upper());
-      }
-      see(center);
-      if (bound <= good_enough()) {
-        settled_ = std::max(settled_, bound);
-        return;
+      bound_value(box, center, known, part.bound);
+      see(center, std::max(known.value, finding.best.value), finding.best);
+      if (part.bound <= good_enough(std::max(known.value, finding.best.value), known.tolerance)) {
+        finding.settled = part.bound;
+        return finding;
       }
       if (!feasible) break;
-      const std::optional<bool> smaller = leave_what_is_no_maximum(box);
-      if (!smaller) return;
+      const std::optional<bool> smaller = leave_what_is_no_maximum(box, known.domain);
+      if (!smaller) return finding;
       if (!*smaller) break;
     }
-    const std::size_t side = side_to_cut(box);
-    waiting_.push({std::move(box), bound, side, ++number_});
+    const std::size_t side = side_to_cut(box, known);
+    if (side == box.size()) {  // nothing between the numbers that it holds
+      finding.settled = part.bound;
+    } else {
+      finding.rest = Waiting{std::move(box), part.bound, side, 0};
+    }
+    return finding;
   }
 
-  /// A point where all constraints hold for certain.
-  void see(const Box& center) {
+ private:
+  void bound_value(const Box& box, const Box& center, const Known& known, double& bound) const {
+    bound = std::min(bound, enclosure(over_.value, at_.value, box, center).upper());
+    if (!known.multipliers || !known.multipliers->any()) return;
+    bound = std::min(bound, enclosure(known.multipliers->lagrangian(function_, over_),
+                                      known.multipliers->lagrangian(function_, at_), box, center)
+                                .upper());
+  }
+
+  /// A point where all constraints hold for certain, if it has more than that.
+  void see(const Box& center, double highest, BestSeen& best) const {
     for (std::size_t k = 0; k < function_.rows().size(); ++k) {
       const Interval& g = at_.rows[k].value();
       if (g.lower() < function_.rows()[k].lower || g.upper() > function_.rows()[k].upper) return;
     }
-    if (!(at_.value.value().lower() > best_.value)) return;
-    const bool clearly = at_.value.value().lower() > good_enough();
-    best_.value = at_.value.value().lower();
-    best_.y.clear();
-    for (const Interval& side : center) best_.y.push_back(side.lower());
-    if (clearly) multipliers_.emplace(function_, domain_, best_.y);
+    if (!(at_.value.value().lower() > highest)) return;
+    best.value = at_.value.value().lower();
+    best.y.clear();
+    for (const Interval& side : center) best.y.push_back(side.lower());
   }
 
   /// Of a box where all constraints hold: none, it has no maximum but those of its neighbours; true:
   /// its maxima are in what is left of it. At a maximum the slope along a variable between its
   /// domain's ends is zero and the curvature is not positive, if one can go on either way: over a
   /// face the neighbour decides, which is either kept or such a box, too.
-  std::optional<bool> leave_what_is_no_maximum(Box& box) const {
+  std::optional<bool> leave_what_is_no_maximum(Box& box, const Box& domain) const {
     for (std::size_t i = 0; i < box.size(); ++i) {
       if (box[i].lower() == box[i].upper()) continue;
       const Interval& slope = over_.value.gradient(i);
-      const bool at_lower = box[i].lower() == domain_[i].lower();
-      const bool at_upper = box[i].upper() == domain_[i].upper();
+      const bool at_lower = box[i].lower() == domain[i].lower();
+      const bool at_upper = box[i].upper() == domain[i].upper();
       const bool rises = slope.lower() > 0.0, falls = slope.upper() < 0.0;
       if (rises || falls) {
         if (!(rises ? at_upper : at_lower)) return std::nullopt;
-        box[i] = rises ? domain_[i].upper() : domain_[i].lower();
+        box[i] = rises ? domain[i].upper() : domain[i].lower();
         return true;
       }
       if (over_.value.hessian(i, i).lower() > 0.0) {
         if (!at_lower && !at_upper) return std::nullopt;
         if (at_lower && at_upper) continue;  // both ends: cutting comes to it
-        box[i] = at_lower ? domain_[i].lower() : domain_[i].upper();
+        box[i] = at_lower ? domain[i].lower() : domain[i].upper();
         return true;
       }
     }
@@ -259,13 +259,14 @@ class BranchAndBound {
 
   /// Of the box looked at last: along which the bound has most to gain; the dimension: none can be
   /// cut.
-  [[nodiscard]] std::size_t side_to_cut(const Box& box) const {
+  [[nodiscard]] std::size_t side_to_cut(const Box& box, const Known& known) const {
     const IntervalJet gained =
-        multipliers_ ? multipliers_->lagrangian(function_, over_) : over_.value;
+        known.multipliers ? known.multipliers->lagrangian(function_, over_) : over_.value;
     std::size_t best = box.size(), longest = box.size();
     double most = -1.0, length = 0.0;
     const auto share = [&](std::size_t i) {
-      return (box[i].upper() - box[i].lower()) / (domain_[i].upper() - domain_[i].lower());
+      return (box[i].upper() - box[i].lower()) /
+             (known.domain[i].upper() - known.domain[i].lower());
     };
     for (std::size_t i = 0; i < box.size(); ++i) {
       const double middle = box[i].middle();
@@ -285,16 +286,100 @@ class BranchAndBound {
     return best < box.size() && length > kLongest * share(best) ? longest : best;
   }
 
-  FunctionOfBoxes& function_;
-  const Box& domain_;
-  double tolerance_;
+  FunctionOfBoxes function_;
+  FunctionOfBoxes::Look over_, at_;
+};
+
+/// Boxes that promise most are cut in batches, whose parts threads share; what they find is put
+/// together in their order, so that it is the same for any number of threads.
+class BranchAndBound {
+ public:
+  BranchAndBound(const FunctionOfBoxes& function, const Box& domain, const BoxEffort& effort,
+                 BestSeen& best)
+      : effort_(effort),
+        best_(best),
+        function_(function),
+        known_{domain, effort.tolerance, best.value, {}},
+        examiners_(function.is_concurrent() ? at(std::max<Index>(effort.threads, 1)) : 1,
+                   Examiner(function)) {
+    if (!best.y.empty()) known_.multipliers.emplace(function_, domain, best.y);
+  }
+
+  BoxBound run() {
+    parts_ = {{known_.domain, kInfinity}};
+    examine_parts();
+    while (!waiting_.empty() && waiting_.top().bound > enough() &&
+           effort_.go_on(boxes_, waiting_.top().bound)) {
+      parts_.clear();
+      while (parts_.size() < 2 * kBatch && !waiting_.empty() && waiting_.top().bound > enough()) {
+        cut(waiting_.top());
+        waiting_.pop();
+      }
+      examine_parts();
+    }
+    BoxBound result{.proved = kInfinity, .boxes = boxes_};
+    if (!waiting_.empty()) {
+      settled_ = std::max(settled_, waiting_.top().bound);
+      if (waiting_.top().bound > enough()) result.left = static_cast<Index>(waiting_.size());
+    }
+    result.proved = std::max(settled_, best_.value);
+    return result;
+  }
+
+ private:
+  [[nodiscard]] double enough() const { return good_enough(best_.value, effort_.tolerance); }
+
+  void cut(const Waiting& parent) {
+    const Interval& side = parent.box[parent.side];
+    const double middle = side.middle();
+    for (const Interval& half : {Interval(side.lower(), middle), Interval(middle, side.upper())}) {
+      parts_.push_back({parent.box, parent.bound});
+      parts_.back().box[parent.side] = half;
+    }
+  }
+
+  void examine_parts() {
+    known_.value = best_.value;
+    std::vector<Finding> findings(parts_.size());
+    std::atomic<std::size_t> next = 0;
+    const auto share = [&](int thread) {
+      for (std::size_t k = next++; k < parts_.size(); k = next++) {
+        try {
+          findings[k] = examiners_[at(thread)].examine(std::move(parts_[k]), known_);
+        } catch (...) {
+          findings[k].error = std::current_exception();
+        }
+      }
+    };
+    workers_.run(static_cast<int>(std::min(examiners_.size(), parts_.size())), share);
+    for (Finding& finding : findings) take(finding);
+  }
+
+  void take(Finding& finding) {
+    if (finding.error) std::rethrow_exception(finding.error);
+    boxes_ += finding.boxes;
+    settled_ = std::max(settled_, finding.settled);
+    if (finding.best.value > best_.value) {
+      const bool clearly = finding.best.value > enough();
+      best_ = std::move(finding.best);
+      if (clearly) known_.multipliers.emplace(function_, known_.domain, best_.y);
+    }
+    if (!finding.rest) return;
+    finding.rest->number = ++number_;
+    waiting_.push(std::move(*finding.rest));
+  }
+
+  const BoxEffort& effort_;
   BestSeen& best_;
-  std::optional<Multipliers> multipliers_;
+  FunctionOfBoxes function_;
+  Known known_;
+  std::vector<Examiner> examiners_;  ///< one for each thread
+  Workers workers_;
+  std::vector<Part> parts_;
   std::priority_queue<Waiting> waiting_;
   double settled_ = -kInfinity;  ///< largest bound of what was left alone
   Index boxes_ = 0;
   std::uint64_t number_ = 0;
-  FunctionOfBoxes::Look over_, at_;
 };
 
 }  // namespace
@@ -312,10 +397,12 @@ void FunctionOfBoxes::look(std::span<const Interval> y, Look& look) {
   for (std::size_t k = 0; k < variables_.size(); ++k) {
     v_[at(variables_[k])] = {y[k], k, variables_.size()};
   }
-  look.value = functions_.objective_over(v_);
   look.rows.clear();
-  if (rows_.empty()) return;
-  functions_.constraints_over(v_, g_);
+  if (rows_.empty()) {
+    look.value = functions_.objective_over(v_);
+    return;
+  }
+  look.value = functions_.all_over(v_, g_);
   for (const Row& row : rows_) look.rows.push_back(g_[at(row.constraint)]);
 }
 
@@ -326,10 +413,9 @@ Interval FunctionOfBoxes::value_over(std::span<const Interval> y) {
   return functions_.objective_over(v_).value();
 }
 
-BoxBound bound_over_boxes(FunctionOfBoxes& function, const std::vector<Interval>& domain,
-                          double tolerance, BestSeen& best,
-                          const std::function<bool(Index, double)>& go_on) {
-  return BranchAndBound(function, domain, tolerance, best).run(go_on);
+BoxBound bound_over_boxes(const FunctionOfBoxes& function, const std::vector<Interval>& domain,
+                          const BoxEffort& effort, BestSeen& best) {
+  return BranchAndBound(function, domain, effort, best).run();
 }
 
 }  // namespace ipminmax

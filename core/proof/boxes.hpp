@@ -29,6 +29,7 @@ class FunctionOfBoxes {
                   std::vector<Index> variables, std::vector<Row> rows);
 
   [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
+  [[nodiscard]] bool is_concurrent() const { return functions_.is_concurrent(); }
   /// y: as many as variables.
   void look(std::span<const Interval> y, Look& look);
   /// By the formulas alone, for any number of variables.
@@ -52,11 +53,18 @@ struct BoxBound {
   Index boxes = 0, left = 0;
 };
 
-/// Branch and bound over a domain, best bound first. best: improved on the way. tolerance: relative
-/// gap at which a box is left alone. go_on(boxes, bound): false ends it.
-[[nodiscard]] BoxBound bound_over_boxes(FunctionOfBoxes& function,
-                                        const std::vector<Interval>& domain, double tolerance,
-                                        BestSeen& best,
-                                        const std::function<bool(Index, double)>& go_on);
+/// When branch and bound ends, and by how many threads.
+struct BoxEffort {
+  double tolerance;  ///< gap over max(1, |value|) at which a box is left alone
+  /// Asked with the boxes looked at and the bound: false ends it.
+  std::function<bool(Index, double)> go_on;
+  int threads = 1;  ///< where the functions can be called by several
+};
+
+/// Branch and bound over a domain, best bound first. best: improved on the way. The same for any
+/// number of threads.
+[[nodiscard]] BoxBound bound_over_boxes(const FunctionOfBoxes& function,
+                                        const std::vector<Interval>& domain,
+                                        const BoxEffort& effort, BestSeen& best);
 
 }  // namespace ipminmax

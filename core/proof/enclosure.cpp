@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/model/structure_check.hpp"
-#include "core/proof/boxes.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -25,9 +24,9 @@ struct Scope {
 
 Scope scope_of(const ProblemStructure& s, const SolverOptions& options,
                const BoxFunctions::Determined& determined) {
-  const auto follows = [](const std::vector<Index>& those, std::size_t i) {
-    return std::ranges::find(those, static_cast<Index>(i)) != those.end();
-  };
+  std::vector<bool> follows(s.variable_lower.size()), defines(s.constraint_lower.size());
+  for (const Index i : determined.variables) follows[at(i)] = true;
+  for (const Index j : determined.constraints) defines[at(j)] = true;
   Scope scope{.v = s.variable_lower, .variables = {}, .domain = {}, .rows = {}, .uncut = {}};
   const auto bounds = [&](double lower, double upper) {
     return std::pair(lower <= options.nlp_lower_bound_inf ? -kInfinity : lower,
@@ -35,7 +34,7 @@ Scope scope_of(const ProblemStructure& s, const SolverOptions& options,
   };
   for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
     const auto [lower, upper] = bounds(s.variable_lower[i], s.variable_upper[i]);
-    if (lower == upper || follows(determined.variables, i)) continue;
+    if (lower == upper || follows[i]) continue;
     scope.variables.push_back(static_cast<Index>(i));
     scope.domain.emplace_back(lower, upper);
     if ((std::isfinite(lower) && std::isfinite(upper)) || !scope.uncut.empty()) continue;
@@ -47,8 +46,7 @@ Scope scope_of(const ProblemStructure& s, const SolverOptions& options,
   }
   for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
     const auto [lower, upper] = bounds(s.constraint_lower[j], s.constraint_upper[j]);
-    if (lower == -kInfinity && upper == kInfinity) continue;
-    if (follows(determined.constraints, j)) continue;
+    if ((lower == -kInfinity && upper == kInfinity) || defines[j]) continue;
     scope.rows.push_back({static_cast<Index>(j), lower, upper});
   }
   return scope;
@@ -76,10 +74,57 @@ BestSeen rate(FunctionOfBoxes& function, const Scope& scope, const std::vector<d
   return std::isfinite(best.value) ? best : none;
 }
 
+/// Of a domain, by halving the sides in turn, the longest part of a side first.
+std::vector<std::vector<Interval>> parts_of(const std::vector<Interval>& domain, ProofShare share) {
+  std::vector<std::vector<Interval>> parts = {domain};
+  if (share.processes == 0) return parts;
+  const Index parts_wanted = domain.empty() ? 1 : kPartsOfAProof;
+  for (std::size_t side = 0; static_cast<Index>(parts.size()) < parts_wanted;
+       side = (side + 1) % domain.size()) {
+    std::vector<std::vector<Interval>> halves;
+    for (const std::vector<Interval>& part : parts) {
+      const double middle = part[side].middle();
+      for (const Interval& half :
+           {Interval(part[side].lower(), middle), Interval(middle, part[side].upper())}) {
+        halves.push_back(part);
+        halves.back()[side] = half;
+      }
+    }
+    parts = std::move(halves);
+  }
+  std::vector<std::vector<Interval>> own;
+  for (std::size_t k = at(share.process); k < parts.size(); k += at(share.processes)) {
+    own.push_back(std::move(parts[k]));
+  }
+  return own;
+}
+
+/// Whether it is complete, of what is known.
+void conclude(double tolerance, WorstCaseProof& proof) {
+  const double enough = tolerance * std::max(1.0, std::abs(proof.seen)) * (1.0 + 1e-12);
+  proof.complete =
+      proof.empty || (std::isfinite(proof.seen) && proof.proved - proof.seen <= enough);
+}
+
 }  // namespace
 
+void add_share(WorstCaseProof&& other, double tolerance, WorstCaseProof& proof) {
+  proof.boxes += other.boxes;
+  proof.left += other.left;
+  // Of NaN and a number the number.
+  proof.proved = std::fmax(proof.proved, other.proved);
+  proof.empty = proof.empty && other.empty;
+  if (!proof.interrupted) proof.interrupted = other.interrupted;
+  if (!(proof.seen >= other.seen) && !std::isnan(other.seen)) {
+    proof.seen = other.seen;
+    proof.v = std::move(other.v);
+  }
+  conclude(tolerance, proof);
+}
+
 WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
-                               const std::vector<double>& seen, const ProofEffort& effort) {
+                               const std::vector<double>& seen, const BoxEffort& effort,
+                               ProofShare share) {
   WorstCaseProof proof;
   proof.proved = kInfinity;
   const BoxFunctions* functions = inner.over_boxes();
@@ -101,13 +146,18 @@ WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
       proof.message = scope.uncut;
     } else {
       best = rate(function, scope, seen, options.constr_viol_tol);
-      const BoxBound bound =
-          bound_over_boxes(function, scope.domain, effort.tolerance, best, effort.go_on);
-      proof.boxes = bound.boxes;
-      proof.left = bound.left;
-      proof.proved = bound.proved;
-      proof.empty = bound.proved == -kInfinity;
-      proof.seen = best.y.empty() ? kNaN : best.value;
+      double proved = -kInfinity;
+      const BestSeen known = best;
+      for (const std::vector<Interval>& part : parts_of(scope.domain, share)) {
+        BestSeen seen_there = known;
+        const BoxBound bound = bound_over_boxes(function, part, effort, seen_there);
+        proof.boxes += bound.boxes;
+        proof.left += bound.left;
+        proved = std::max(proved, bound.proved);
+        if (seen_there.value > best.value) best = std::move(seen_there);
+      }
+      proof.proved = proved;  // of all parts: until then nothing is
+      proof.empty = proved == -kInfinity;
       proof.message = "too many boxes";
     }
   } catch (const std::domain_error& error) {
@@ -119,10 +169,7 @@ WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
     for (std::size_t k = 0; k < best.y.size(); ++k) proof.v[at(scope.variables[k])] = best.y[k];
     functions->determine(proof.v);
   }
-  const double enough = effort.tolerance * std::max(1.0, std::abs(proof.seen)) * (1.0 + 1e-12);
-  proof.complete =
-      proof.empty || (std::isfinite(proof.seen) && proof.proved - proof.seen <= enough);
-  if (proof.complete) proof.left = 0;
+  conclude(effort.tolerance, proof);
   return proof;
 }
 

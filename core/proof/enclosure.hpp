@@ -1,21 +1,21 @@
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "core/options.hpp"
 #include "core/problem.hpp"
+#include "core/proof/boxes.hpp"
 #include "core/result.hpp"
 
 namespace ipminmax {
 
-/// When a proof ends.
-struct ProofEffort {
-  double tolerance;  ///< gap over max(1, |value|)
-  Index most_boxes;
-  /// Asked with the boxes looked at and the bound: false ends it.
-  std::function<bool(Index, double)> go_on;
+/// The share of one process in a proof that several make, each of every so many parts of the domain.
+struct ProofShare {
+  Index process = 0;
+  Index processes = 0;  ///< 0: the domain is one part, and this process's
 };
+/// Parts, the same for any number of processes.
+inline constexpr Index kPartsOfAProof = 64;
 
 /// Encloses the largest value of the objective of `inner` over its free variables (those between
 /// different bounds, the others held there), which have to meet its constraints. seen: the n values
@@ -26,7 +26,10 @@ struct ProofEffort {
 /// once do not tell.
 [[nodiscard]] WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
                                              const std::vector<double>& seen,
-                                             const ProofEffort& effort);
+                                             const BoxEffort& effort, ProofShare share = {});
+
+/// Adds what another process has proved of its parts of the domain.
+void add_share(WorstCaseProof&& other, double tolerance, WorstCaseProof& proof);
 
 /// As what an enclosed maximum of `sign` times f (constraint -1) or a constraint says of it.
 void describe(Index constraint, double sign, WorstCaseProof& proof);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/certificate/units.hpp"
+#include "core/derivative_test.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/directional_check.hpp"
 #include "core/model/forwarding_problem.hpp"
@@ -21,6 +22,8 @@ namespace {
 /// need longer ones than differences of gradients.
 constexpr double kStepOfValues = 1e-5;
 constexpr double kStepOfGradients = 1e-6;
+/// How far beside the answer of a game its gradients are looked at.
+constexpr double kAside = 1e-3;
 /// Error of W, in units in which none of its entries exceeds 1, that counts.
 constexpr double kWrongCurvature = 1e-3;
 
@@ -84,20 +87,33 @@ std::string beside(const Deviation& found) {
   return text;
 }
 
-std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian) {
-  const Eigen::VectorXd v = canonical.starting_point().v;
-  const Eigen::VectorXd lambda = canonical.starting_point().lambda;
+Evaluation room_for(const CanonicalProblem& canonical) {
   Evaluation here;
   here.c.setZero(canonical.constraints());
   here.gradient.setZero(canonical.variables());
   here.jacobian.assign(canonical.jacobian().size(), 0.0);
   here.hessian.assign(canonical.hessian().size(), 0.0);
+  return here;
+}
+
+/// here: first derivatives at v.
+std::string find_wrong_gradient(CanonicalProblem& canonical, const Eigen::VectorXd& v,
+                                const Evaluation& here, const char* where) {
+  const auto wrong =
+      compare_first_derivatives(canonical, v, here, generic_step(canonical, v, kStepOfValues));
+  if (!wrong) return {};
+  const std::string of = wrong->index < 0 ? "the objective" : canonical.row_name(wrong->index);
+  return "the gradient of " + of + " looks wrong " + where + beside(*wrong) +
+         ": try derivative_test first-order";
+}
+
+std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian) {
+  const Eigen::VectorXd v = canonical.starting_point().v;
+  const Eigen::VectorXd lambda = canonical.starting_point().lambda;
+  Evaluation here = room_for(canonical);
   if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return {};
-  if (const auto wrong = compare_first_derivatives(canonical, v, here,
-                                                   generic_step(canonical, v, kStepOfValues))) {
-    const std::string of = wrong->index < 0 ? "the objective" : canonical.row_name(wrong->index);
-    return "the gradient of " + of + " looks wrong at the last point" + beside(*wrong) +
-           ": try derivative_test first-order";
+  if (auto wrong = find_wrong_gradient(canonical, v, here, "at the last point"); !wrong.empty()) {
+    return wrong;
   }
   if (!has_hessian || canonical.second_derivatives(v, lambda, here) != EvaluationStatus::Ok) {
     return {};
@@ -156,6 +172,42 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
     if (result.message.empty()) result.message = std::string(name_of(result.status));
     result.message += "; " + text;
   }
+}
+
+namespace {
+
+void withdraw(const std::string& why, Result& result) {
+  Certificate& c = result.certificate;
+  c.kind = PointKind::FirstOrderPoint;
+  c.second_order = SecondOrder::Undecided;
+  c.answer = InnerAnswer::Unknown;
+  c.margin = c.least_curvature = 0.0;
+  c.least_curvature_variable = -1;
+  c.reasons.insert(c.reasons.begin(), {.kind = CertificateReason::Kind::WrongHessian,
+                                       .player = Player::Max,
+                                       .text = why,
+                                       .variables = {},
+                                       .constraints = {}});
+  if (result.status == Status::Solved) result.status = Status::SolvedDegenerate;
+  result.message += "; " + why;
+}
+
+}  // namespace
+
+void check_first_derivatives(Problem& problem, const SolverOptions& options, Result& result) {
+  if (result.certificate.kind != PointKind::LocalMinmax ||
+      !has_max_variables(problem.structure()) || !is_finite(result)) {
+    return;
+  }
+  AtResult at(problem, result);
+  const SolverOptions own = unscaled_at_the_point(options);
+  CanonicalProblem canonical(at, own, result.counts, result.timing);
+  if (!canonical.build().empty()) return;
+  const Eigen::VectorXd v = aside(canonical, canonical.starting_point().v, kAside);
+  Evaluation here = room_for(canonical);
+  if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return;
+  const std::string wrong = find_wrong_gradient(canonical, v, here, "beside the answer");
+  if (!wrong.empty()) withdraw(wrong, result);
 }
 
 }  // namespace ipminmax

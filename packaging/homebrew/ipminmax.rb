@@ -1,5 +1,5 @@
-# brew install --build-from-source packaging/homebrew/ipminmax.rb, after cmake --build build/release --target dist. A tap
-# has the URL and sha256 of a release.
+# brew install --build-from-source packaging/homebrew/ipminmax.rb, after cmake --build build/release --target dist.
+# A tap has the URL and sha256 of a release.
 class Ipminmax < Formula
   desc "Interior-point solver for constrained nonconvex-nonconcave minmax problems"
   homepage "https://example.org/ipminmax"

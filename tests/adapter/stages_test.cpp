@@ -238,26 +238,15 @@ struct Wall {
 };
 
 /// The speed of a van der Pol oscillator, limited at the end of every stage.
-struct SlowVanDerPol {
-  static constexpr std::size_t states = 2, controls = 1, disturbances = 1, limits = 1;
+struct SlowVanDerPol : stage_models::VanDerPol {
+  static constexpr std::size_t limits = 1;
   double limit = 0.4;
-  void dynamics(auto s, auto u, auto w, auto rate) const {
-    rate[0] = s[1];
-    rate[1] = (1.0 - s[0] * s[0]) * s[1] - s[0] + u[0] + w[0];
-  }
-  auto cost(auto s, auto u, auto w) const {
-    return s[0] * s[0] + s[1] * s[1] + u[0] * u[0] - 12.0 * w[0] * w[0];
-  }
   void limits_of(auto s, auto, auto g) const { g[0] = -s[1] - limit; }
   static Horizon horizon(std::size_t stages) {
-    return {.stages = stages,
-            .step = 2.0 / static_cast<double>(stages),
-            .discretization = Discretization::HermiteSimpson,
-            .initial = {1.0, 0.0},
-            .control_lower = {-2.0},
-            .control_upper = {2.0},
-            .disturbance_lower = {-0.1},
-            .disturbance_upper = {0.1}};
+    Horizon calm = VanDerPol::horizon(stages);
+    calm.disturbance_lower = {-0.1};
+    calm.disturbance_upper = {0.1};
+    return calm;
   }
 };
 
@@ -268,7 +257,7 @@ TEST(Stages, LimitsOfTheStateInEveryStageAreCertified) {
   options.minmax_worst_case_starts = 0;
   for (const double limit : {0.38, 0.42, 0.46}) {
     SCOPED_TRACE(limit);
-    StageGame game(SlowVanDerPol{limit}, SlowVanDerPol::horizon(20));
+    StageGame game(SlowVanDerPol{{}, limit}, SlowVanDerPol::horizon(20));
     const StageAnswer plan = game.solve(options);
     EXPECT_TRUE(plan.certified()) << plan.result.message;
     const auto active = std::ranges::count_if(plan.worst_cases, &RobustWorstCase::active);

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstring>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -402,8 +403,7 @@ TEST_F(AmplExecutable, ConstraintsOfMinThatReadMaxHoldForEveryY) {
   };
   for (const char* suffixes : {"S1 1 player\n0 0\n", "S1 1 robust\n0 1\n"}) {
     put("model.nl", limit_for_every_y(suffixes));
-    for (const char* arguments : {"", "minmax_worst_case_starts=5", "minmax_robust_copies=no"})
-      expect_robust(arguments);
+    for (const char* arguments : {"", "minmax_worst_case_starts=5"}) expect_robust(arguments);
   }
   EXPECT_EQ(run("model.nl minmax_max_constraints=limit"), 2);
   EXPECT_NE(err_.find("gives constraint 0 (limit) to Max, the suffix player or robust gives it to "
@@ -564,6 +564,25 @@ TEST_F(AmplExecutable, OptionsOfIpoptsExecutable) {
   EXPECT_EQ(solve(undefined, "halt_on_ampl_error=yes"), 1);
   EXPECT_NE(err_.find("can't evaluate sqrt'(0)"), std::string::npos) << err_;
   EXPECT_EQ(solve(undefined, "halt_on_ampl_error=no"), 0);
+}
+
+// The second-order test tries points beside a solution, where Ipopt evaluates nothing.
+TEST_F(AmplExecutable, WhatIsUndefinedHaltsAtTheNextIteration) {
+  put("model.nl", minimize(kLog).text());
+  NlProblem problem(path("model.nl"), -1);
+  const double outside = -1.0, further = -2.0, inside = 2.0;
+  double value = 0.0;
+  const auto iterate = [&] {
+    return problem.intermediate_callback(Ipopt::RegularMode, 1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+                                         0.0, 0, nullptr, nullptr);
+  };
+  EXPECT_FALSE(problem.eval_f(1, &outside, true, value));
+  EXPECT_TRUE(iterate());
+  problem.halt_on_error();
+  EXPECT_FALSE(problem.eval_f(1, &further, true, value));
+  EXPECT_TRUE(problem.eval_f(1, &inside, true, value));
+  EXPECT_THROW(iterate(), std::runtime_error);
+  EXPECT_THROW(problem.halt_where_undefined(), std::runtime_error);
 }
 
 TEST_F(AmplExecutable, TheModelIsNotOverwritten) {

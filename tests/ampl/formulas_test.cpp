@@ -136,6 +136,18 @@ TEST_F(AmplFormulas, ADesignIsProvedOverAllY) {
   EXPECT_NE(out_.find("objective -0.38"), std::string::npos) << out_;
 }
 
+TEST_F(AmplFormulas, ALocalMinmaxIsProvedNearThePoint) {
+  const auto& known = small_problem("paper_f3");
+  put("model.nl",
+      NlWriter(known.model, known.starts.front(), NlWriter::Format::Text, NlWriter::Sense::Minimize)
+          .write());
+  ASSERT_EQ(run("model.nl -s minmax_certificate=proved"), 0) << err_;
+  EXPECT_NE(out_.find(": proved: a strict local minmax"), std::string::npos) << out_;
+  put_resonance();
+  ASSERT_EQ(run("model.nl -s minmax_certificate=proved"), 0) << err_;
+  EXPECT_NE(out_.find("not proved: "), std::string::npos) << out_;
+}
+
 TEST_F(AmplFormulas, WhatCannotBeEnclosedIsNamed) {
   put_resonance();
   std::string text = get("model.nl");

@@ -13,6 +13,7 @@
 
 #include "core/kkt/layout.hpp"
 #include "core/kkt/system.hpp"
+#include "core/model/budget.hpp"
 #include "core/model/canonical_problem.hpp"
 
 // K and K_yy are compared with dense matrices that keep the slack rows and are built here from the
@@ -807,6 +808,49 @@ TEST(KktFactorizations, AreNotRepeatedForTheSameValuesAndShifts) {
   EXPECT_EQ(counts.factorizations_full, 5);
   static_cast<void>(kkt.factorize({.x = 1.5, .y = 2.0}, Certainty::Usual));
   EXPECT_EQ(counts.factorizations_full, 5);
+}
+
+// Nearly no diagonal: pivots are delayed, and MUMPS needs more workspace than it expects, several times.
+TEST(KktFactorizations, AskForNoMoreWorkspaceWhenTimeIsUp) {
+  constexpr Index kVariables = 1500;
+  std::mt19937 random(3);
+  RandomModel model({kVariables, 0, 0, 0, 0, 0}, random);
+  model.shape.variable_lower.assign(RandomModel::at(kVariables), -kInf);
+  model.shape.variable_upper.assign(RandomModel::at(kVariables), kInf);
+  model.hessian_matrix.diagonal().setConstant(1e-9);
+  model.shape.hessian.clear();
+  for (Index i = 0; i < kVariables; ++i) {
+    model.shape.hessian.push_back({i, i});
+    for (int k = 0; k < 3 && i > 0; ++k) {
+      model.shape.hessian.push_back({i, static_cast<Index>(random() % static_cast<unsigned>(i))});
+    }
+  }
+  SolverOptions options;
+  options.nlp_scaling_method = Scaling::None;
+  options.linear_solver = LinearSolver::Mumps;
+  options.minmax_ordering = Ordering::Amd;
+  options.mumps_mem_percent = 0;
+  Counts counts;
+  Timing timing;
+  CanonicalProblem canonical(model, options, counts, timing);
+  ASSERT_EQ(canonical.build(), "");
+  Iterate iterate;
+  iterate.v = iterate.z_lower = iterate.z_upper = VectorXd::Zero(canonical.variables());
+  Evaluation evaluation;
+  evaluation.gradient.setZero(canonical.variables());
+  evaluation.hessian.assign(canonical.hessian().size(), 0.0);
+  ASSERT_EQ(canonical.second_derivatives(iterate.v, iterate.lambda, evaluation),
+            EvaluationStatus::Ok);
+  Budget budget(options);
+  for (const bool expired : {false, true}) {
+    TimeLimit limit(budget);
+    if (expired) limit.exceed(Status::MaxCpuTime);
+    KktSystem kkt(canonical, options, counts, timing, &limit);
+    ASSERT_TRUE(kkt.analyze());
+    kkt.assemble(iterate, evaluation);
+    EXPECT_EQ(kkt.factorize({}).status,
+              expired ? FactorizationStatus::Failed : FactorizationStatus::Ok);
+  }
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -24,6 +25,13 @@ const OptionInfo& row(std::string_view name) {
     if (info.name == name) return info;
   }
   throw std::out_of_range("no option " + std::string(name));
+}
+
+/// Those of users and those for studies.
+std::vector<OptionInfo> every_setting() {
+  std::vector<OptionInfo> all(option_table().begin(), option_table().end());
+  all.insert(all.end(), unregistered_settings().begin(), unregistered_settings().end());
+  return all;
 }
 
 /// Number of members of an aggregate: the most initializers it takes.
@@ -88,13 +96,20 @@ TEST(OptionTable, NamesAreUniqueAndPlain) {
 }
 
 TEST(OptionTable, HasEveryMemberOnce) {
-  EXPECT_EQ(option_table().size(), member_count<SolverOptions>());
+  EXPECT_EQ(every_setting().size(), member_count<SolverOptions>());
   std::set<std::ptrdiff_t> places;
-  for (const OptionInfo& info : option_table()) {
+  for (const OptionInfo& info : every_setting()) {
     const std::ptrdiff_t where = place(info);
     EXPECT_GE(where, 0) << info.name;
     EXPECT_TRUE(places.insert(where).second) << info.name;
   }
+}
+
+/// What users have to read about: settings for studies are none of it.
+TEST(OptionTable, HasFewOptionsOfItsOwn) {
+  const auto own = std::ranges::count_if(
+      option_table(), [](const OptionInfo& info) { return info.name.starts_with("minmax_"); });
+  EXPECT_LE(own, 22);
 }
 
 TEST(OptionTable, FollowsTheOrderOfTheStruct) {
@@ -107,7 +122,7 @@ TEST(OptionTable, FollowsTheOrderOfTheStruct) {
 }
 
 TEST(OptionTable, ChangedValuesOfEveryOptionAreAllowed) {
-  for (const OptionInfo& info : option_table()) {
+  for (const OptionInfo& info : every_setting()) {
     SolverOptions options;
     change(info, options);
     if (info.name.starts_with("minmax_prescribed_delta")) {  // the two go together
@@ -120,7 +135,7 @@ TEST(OptionTable, ChangedValuesOfEveryOptionAreAllowed) {
 
 TEST(OptionTable, ChoicesGiveBackWhatWasSet) {
   int choices = 0;
-  for (const OptionInfo& info : option_table()) {
+  for (const OptionInfo& info : every_setting()) {
     const auto* choice = std::get_if<OptionInfo::Choice>(&info.kind);
     if (choice == nullptr) continue;
     ++choices;
@@ -264,7 +279,7 @@ TEST(Check, NamesTheOptionTheValueAndTheInterval) {
 }
 
 TEST(Check, RefusesNaNOfEveryNumber) {
-  for (const OptionInfo& info : option_table()) {
+  for (const OptionInfo& info : every_setting()) {
     const auto* number = std::get_if<OptionInfo::Number>(&info.kind);
     if (number == nullptr) continue;
     SolverOptions options;
@@ -274,7 +289,7 @@ TEST(Check, RefusesNaNOfEveryNumber) {
 }
 
 TEST(Check, AllowsExactlyTheIntervalOfEveryNumber) {
-  for (const OptionInfo& info : option_table()) {
+  for (const OptionInfo& info : every_setting()) {
     const auto* number = std::get_if<OptionInfo::Number>(&info.kind);
     // The two bounds have to stay in order; their interplay is tested below.
     if (number == nullptr || info.name.ends_with("_bound_inf")) continue;

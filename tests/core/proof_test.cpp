@@ -136,13 +136,17 @@ struct Resonance {
   }
 };
 
+ProvableProblem<Resonance> resonance() {
+  return over_box(Resonance{}, {-3.0}, {3.0},
+                  {.players = {},
+                   .start = {},
+                   .constraint_lower = {-kNone},
+                   .constraint_upper = {1.0},
+                   .constraint_players = {kMin}});
+}
+
 TEST(Proof, ANarrowPeakIsFound) {
-  auto problem = over_box(Resonance{}, {-3.0}, {3.0},
-                          {.players = {},
-                           .start = {},
-                           .constraint_lower = {-kNone},
-                           .constraint_upper = {1.0},
-                           .constraint_players = {kMin}});
+  ProvableProblem<Resonance> problem = resonance();
   const std::vector<double> v = {1.0, 0.0};
   ProofRequest request;
   request.constraint = 0;
@@ -306,15 +310,28 @@ TEST(Proof, RandomWavesAreEnclosed) {
   }
 }
 
+/// Boxes are cut in the same order by any number of threads.
+TEST(Proof, ThreadsFindTheSame) {
+  auto waves = over_box(Camel{}, {-3.0, -2.0}, {3.0, 2.0});
+  const std::vector<double> v = {2.0, 0.1, 0.1};
+  SolverOptions options;
+  const WorstCaseProof one = prove_worst_case(waves, v, options);
+  EXPECT_TRUE(one.complete) << one.message;
+  EXPECT_GT(one.boxes, 100);
+  for (const int threads : {2, 3, 7}) {
+    options.minmax_threads = threads;
+    const WorstCaseProof more = prove_worst_case(waves, v, options);
+    EXPECT_EQ(more.boxes, one.boxes);
+    EXPECT_EQ(more.proved, one.proved);
+    EXPECT_EQ(more.seen, one.seen);
+    EXPECT_EQ(more.v, one.v);
+  }
+}
+
 /// The design that eight starts call safe, with the proof in the solve: the peak that it finds is a
 /// worst case of the next one.
 TEST(ProofOfASolve, DesignsWithTheWorstCaseThatTheProofFinds) {
-  auto problem = over_box(Resonance{}, {-3.0}, {3.0},
-                          {.players = {},
-                           .start = {},
-                           .constraint_lower = {-kNone},
-                           .constraint_upper = {1.0},
-                           .constraint_players = {kMin}});
+  ProvableProblem<Resonance> problem = resonance();
   const Result unsafe = solve(problem, {});
   EXPECT_TRUE(is_success(unsafe.status));
   EXPECT_NEAR(unsafe.v[0], 1.0, 1e-6);

@@ -71,6 +71,41 @@ TEST(RobustConstraint, LowerBoundHoldsForTheLeastValue) {
   EXPECT_NEAR(result.v[1], -0.5, 1e-5);
 }
 
+/// x + sum 3 y_i^2 + slope_i y_i <= 2 over a box: a maximum at each corner, the highest at the
+/// signs of the slopes; y starts at the lowest one.
+Result below_a_convex_row(std::size_t variables) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  model.objective(-x);
+  Expression row = x;
+  std::vector<double> start{0.0};
+  for (std::size_t i = 0; i < variables; ++i) {
+    const Expression y = model.variable(kMax, "y" + std::to_string(i), -1.0, 1.0);
+    const double slope = (i % 2 == 0 ? 0.01 : -0.01) * static_cast<double>(1 + i);
+    row += 3.0 * square(y) + slope * y;
+    start.push_back(slope > 0.0 ? -0.9 : 0.9);
+  }
+  model.constraint(row, -kNoBound, 2.0, kMin);
+  AutodiffProblem problem(model, start);
+  return solve(problem, {});
+}
+
+TEST(RobustConstraint, OneVariableAtATimeFindsTheHighestCorner) {
+  const Result result = below_a_convex_row(14);
+  EXPECT_TRUE(is_success(result.status)) << result.message;
+  EXPECT_NEAR(result.v[0], 2.0 - 14 * 3.0 - 0.01 * 14 * 15 / 2, 1e-6);
+}
+
+TEST(RobustConstraint, IsNotCertifiedWhileStartsFindOtherMaxima) {
+  // Few of the starts find the highest of 2^14 maxima: that there is none above is not known.
+  const Result result = below_a_convex_row(14);
+  EXPECT_TRUE(is_success(result.status)) << result.message;
+  EXPECT_NE(result.certificate.kind, PointKind::LocalMinmax);
+  ASSERT_FALSE(result.certificate.reasons.empty());
+  EXPECT_EQ(result.certificate.reasons.front().kind, CertificateReason::Kind::RobustRow);
+  EXPECT_EQ(result.certificate.reasons.front().constraints, std::vector<Index>{0});
+}
+
 TEST(RobustConstraint, KinkOfTwoBranchesIsSolvedWithACopyOfYEach) {
   // phi(x) = max_y -(y^2 - 1)^2 + x y + .1 x^2 + .3 x^3 = |x| + ..., least at the kink x = 0.
   Model model;

@@ -13,6 +13,7 @@
 #include <fstream>
 #include <limits>
 #include <optional>
+#include <random>
 #include <string>
 #include <thread>
 
@@ -22,6 +23,7 @@
 #include "linalg/library_lock.hpp"
 #include "linalg/memory_limit.hpp"
 #include "linalg/mumps_solver.hpp"
+#include "linalg/symmetric_solver.hpp"
 #include "test_matrices.hpp"
 
 namespace ipminmax {
@@ -53,6 +55,21 @@ SymmetricMatrix cube(Index side) {
         if (j > 0) builder.add(at(i, j, k), at(i, j - 1, k), -1.0);
         if (k > 0) builder.add(at(i, j, k), at(i, j, k - 1), -1.0);
       }
+    }
+  }
+  return builder.build();
+}
+
+/// Random sparse, with a diagonal that makes no pivots and is not zero.
+SymmetricMatrix delaying() {
+  constexpr Index kDimension = 1500;
+  std::mt19937 random(3);
+  test::MatrixBuilder builder(kDimension);
+  for (Index i = 0; i < kDimension; ++i) {
+    builder.add(i, i, 1e-9);
+    for (int k = 0; k < 3 && i > 0; ++k) {
+      builder.add(i, static_cast<Index>(random() % static_cast<unsigned>(i)),
+                  1.0 + 0.1 * static_cast<double>(random() % 10));
     }
   }
   return builder.build();
@@ -168,6 +185,25 @@ TEST(MemoryLimit, OfTheOptionIsKeptByMumps) {
   EXPECT_EQ(factorize(matrix, 1e26), FactorizationStatus::Ok);
   EXPECT_EQ(factorize(matrix, 2e6), FactorizationStatus::OutOfMemory);
   EXPECT_EQ(factorize(cube(3), 2e6), FactorizationStatus::Ok);  // nothing to speak of
+}
+
+/// With a diagonal of nearly zero many pivots are delayed: the workspace of the estimate is too
+/// small, several times. Whoever has no time left is asked before each further attempt.
+TEST(MemoryLimit, FurtherAttemptsOfMumpsCanBeStopped) {
+  for (const LinearSolver kind : {LinearSolver::Mumps, LinearSolver::Auto}) {
+    SymmetricSolverOptions options;
+    options.ordering = Ordering::Amd;
+    options.mumps_memory_percent = 0;
+    const auto solver = make_symmetric_solver(kind, options);
+    const SymmetricMatrix matrix = delaying();
+    ASSERT_TRUE(solver->analyze(matrix, {}).ok);
+    int asked = 0;
+    solver->stop_when([&] { return ++asked == 2; });
+    EXPECT_EQ(solver->factorize(matrix).status, FactorizationStatus::Failed);
+    EXPECT_EQ(asked, 2);
+    solver->stop_when({});
+    EXPECT_EQ(solver->factorize(matrix).status, FactorizationStatus::Ok);
+  }
 }
 
 /// Without the estimate MUMPS ends the process.

@@ -152,13 +152,13 @@ starts_rank_killed)
   [ "$code" -ne 0 ] || fail "exit code 0"
   ;;
 starts_taken_over)
-  begin "under way" "$MPIEXEC" --enable-recovery -n 3 "$PROGRAM" slow_starts 80
+  begin "under way" "$MPIEXEC" --enable-recovery -n 3 "$PROGRAM" slow_starts 160
   for pid in $(left_running); do
     if tr '\0' '\n' <"/proc/$pid/environ" | grep -qx OMPI_COMM_WORLD_RANK=2; then
       kill -KILL "$pid"
     fi
   done
-  expect_end 90 "^80 starts"
+  expect_end 90 "^160 starts"
   grep -q "rank 2 does not answer any more" "$log" || fail "the death was not noticed"
   ;;
 starts_interrupted)

@@ -6,6 +6,8 @@
 //   program starts FILE THREADS STARTS   starts on all ranks; what was found goes to FILE
 //   program one_process FILE THREADS STARTS   the same without MPI
 //   program slow_starts STARTS      starts that take 0.15 s each
+//   program proofs FILE             proofs over y on all ranks; what they say goes to FILE
+//   program proof_that_throws       one whose model throws on the last rank
 // Compiled with IPMINMAX_TEST_CALLS_MPI it is a program that calls MPI itself: its first argument
 // is the thread level, 0 to 3.
 #ifdef IPMINMAX_TEST_CALLS_MPI
@@ -21,8 +23,11 @@
 #include <functional>
 #include <ios>
 #include <memory>
+#include <span>
+#include <stdexcept>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -33,12 +38,14 @@
 #include "../../examples/chauffeur_tnlp.hpp"
 #include "adapter/tnlp_problem.hpp"
 #include "core/multistart.hpp"
+#include "core/proof.hpp"
 #include "core/solver.hpp"
 
 namespace {
 
 using namespace ipminmax;
 using namespace ipminmax::testing;
+using ipminmax::testing::AutodiffProblem;
 
 SolverOptions on_ranks() {
   SolverOptions options;
@@ -268,6 +275,67 @@ int share_slow_starts(int starts) {
   return found.starts == starts ? 0 : 4;
 }
 
+// --- Proofs --------------------------------------------------------------------------------------
+
+/// The six-hump camel, in a disc.
+struct Camel {
+  bool throws = false;  ///< over boxes
+  template <class T>
+  T objective(std::span<const T> v) const {
+    if (std::is_same_v<T, IntervalJet> && throws) throw std::runtime_error("the model throws");
+    const T a = square(v[1]), b = square(v[2]);
+    return v[0] - (a * (4.0 - 2.1 * a + square(a) / 3.0) + v[1] * v[2] + b * (4.0 * b - 4.0));
+  }
+  template <class T>
+  void constraints(std::span<const T> v, std::span<T> g) const {
+    g[0] = square(v[1]) + square(v[2]);
+  }
+};
+
+ProvableProblem<Camel> camel(double radius, bool throws) {
+  return {Camel{throws},
+          {.players = {Player::Min, Player::Max, Player::Max},
+           .start = {0.5, 0.0, 0.0},
+           .lower = {0.0, -3.0, -2.0},
+           .upper = {1.0, 3.0, 2.0},
+           .constraint_lower = {-2e19},
+           .constraint_upper = {radius * radius}}};
+}
+
+int share_proofs(const char* file_name) {
+  std::ofstream file(file_name);
+  file << std::hexfloat;
+  const std::vector<double> v = {0.5, 0.0, 0.0};
+  for (const double radius : {10.0, 0.5}) {
+    for (const Index most_boxes : {1'000'000, 640}) {
+      auto problem = camel(radius, false);
+      ProofRequest request;
+      request.tolerance = 1e-8;
+      request.most_boxes = most_boxes;
+      const WorstCaseProof proof = prove_worst_case_over_ranks(problem, v, {}, request);
+      file << proof.seen << ' ' << proof.proved << ' ' << proof.boxes << ' ' << proof.complete
+           << ' ' << proof.left << " | " << proof.message;
+      for (const double value : proof.v) file << ' ' << value;
+      file << '\n';
+    }
+  }
+  return file ? 0 : 1;
+}
+
+int throw_in_a_proof() {
+  const auto [rank, size] = join_ranks_for_starts();
+  auto problem = camel(1.0, rank == size - 1);
+  try {
+    const std::vector<double> v = {0.5, 0.0, 0.0};
+    static_cast<void>(prove_worst_case_over_ranks(problem, v, {}));
+  } catch (const std::runtime_error& error) {
+    std::puts(error.what());
+    std::fflush(stdout);
+    return 0;
+  }
+  return 5;
+}
+
 int run(int argc, char** argv) {
   const std::string task = argc > 1 ? argv[1] : "";
   if (task == "solve") return solve_once(argc > 2);
@@ -278,6 +346,8 @@ int run(int argc, char** argv) {
     return share_starts(argv[2], std::atoi(argv[3]), std::atoi(argv[4]), task == "starts");
   }
   if (task == "slow_starts" && argc > 2) return share_slow_starts(std::atoi(argv[2]));
+  if (task == "proofs" && argc > 2) return share_proofs(argv[2]);
+  if (task == "proof_that_throws") return throw_in_a_proof();
   std::fputs("unknown task\n", stderr);
   return 2;
 }

@@ -29,6 +29,22 @@ class Intervals(unittest.TestCase):
                 self.assertLess(box.upper - box.lower, 1e-13)
 
 
+class NearThePoint(unittest.TestCase):
+    def test_a_strict_local_minmax_is_proved(self):
+        result = minimize_minmax(lambda x, y: np.exp(x[0]) - x[1] * y[0] + x[1] ** 2 - np.sin(y[0]) ** 2,
+                                 [0.5, 0.3], [0.2], bounds_x=(-1, 2),
+                                 options={"minmax_certificate": "proved"})
+        self.assertTrue(result.certificate.proved, result.certificate.proof)
+        self.assertLess(result.certificate.proved_within, 1e-6)
+        self.assertIn("proved: a strict local minmax", result.statements[1])
+
+    def test_what_is_not_proved_says_why(self):
+        result = minimize_minmax(lambda x, y: x[0] ** 4 + float(x[0]) ** 2 - y[0] ** 2, [0.5], [0.5],
+                                 options={"minmax_certificate": "proved"})
+        self.assertFalse(result.certificate.proved)
+        self.assertIn("not proved", result.certificate.proof)
+
+
 class OverAllOfY(unittest.TestCase):
     def test_the_design_that_starts_call_safe(self):
         def design(options):

@@ -185,6 +185,8 @@ class Model {
     return copy;
   }
   [[nodiscard]] const Expression& objective() const { return objective_; }
+  [[nodiscard]] const std::vector<Expression>& constraints() const { return constraints_; }
+  [[nodiscard]] const Tape& tape() const { return *tape_; }
   /// The variable that was made as number i.
   [[nodiscard]] Expression variable(std::size_t i) const {
     for (std::size_t k = 0; k < tape_->size(); ++k) {

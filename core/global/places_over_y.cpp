@@ -1,0 +1,150 @@
+#include "core/global/places_over_y.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "core/model/norms.hpp"
+#include "core/model/sampling.hpp"
+#include "core/search/random_starts.hpp"
+#include "linalg/numbers.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// Most variables of a box whose corners are all looked at.
+constexpr std::size_t kMostOfCorners = 8;
+/// A start that leaves Y is drawn back so often, by this factor.
+constexpr int kMostDrawnBack = 10;
+constexpr double kDrawnBack = 0.8;
+/// Of the box: from here on a variable is at its bound.
+constexpr double kAtBound = 1e-3;
+
+/// Whether a variable is free and has two bounds.
+bool is_boxed(const ProblemStructure& s, const SolverOptions& options, std::size_t i) {
+  return s.variable_lower[i] < s.variable_upper[i] &&
+         s.variable_lower[i] > options.nlp_lower_bound_inf &&
+         s.variable_upper[i] < options.nlp_upper_bound_inf;
+}
+
+/// Whether the constraints hold; false where they are undefined.
+bool is_feasible(Problem& inner, const SolverOptions& options, std::span<const double> v,
+                 std::vector<double>& g) {
+  const ProblemStructure& s = inner.structure();
+  if (!inner.constraints(v, true, g)) return false;
+  for (std::size_t j = 0; j < g.size(); ++j) {
+    if (!(g[j] >= s.constraint_lower[j] - options.constr_viol_tol) ||
+        !(g[j] <= s.constraint_upper[j] + options.constr_viol_tol)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+SolverOptions staying_near(const SolverOptions& options, double mu) {
+  SolverOptions near = options;
+  near.mu_init = std::min(options.mu_init, mu);
+  for (double* push :
+       {&near.bound_push, &near.bound_frac, &near.slack_bound_push, &near.slack_bound_frac}) {
+    *push = std::min(*push, mu);
+  }
+  near.bound_mult_init_method = BoundMultiplierInit::MuBased;
+  return near;
+}
+
+std::optional<std::vector<double>> best_corner(Problem& inner, const SolverOptions& options) {
+  const ProblemStructure& s = inner.structure();
+  std::vector<std::size_t> free;
+  for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
+    if (s.variable_lower[i] < s.variable_upper[i]) free.push_back(i);
+  }
+  const auto boxed = [&](std::size_t i) { return is_boxed(s, options, i); };
+  if (free.empty() || free.size() > kMostOfCorners || !std::ranges::all_of(free, boxed)) {
+    return std::nullopt;
+  }
+  for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
+    if (s.constraint_lower[j] > options.nlp_lower_bound_inf ||
+        s.constraint_upper[j] < options.nlp_upper_bound_inf) {
+      return std::nullopt;
+    }
+  }
+  std::optional<std::vector<double>> best;
+  std::vector<double> v = starting_values(inner);
+  double highest = -kInfinity;
+  for (std::size_t corner = 0; !v.empty() && corner < (std::size_t{1} << free.size()); ++corner) {
+    for (std::size_t k = 0; k < free.size(); ++k) {
+      const bool upper = (corner >> k & 1U) != 0;
+      v[free[k]] = upper ? s.variable_upper[free[k]] : s.variable_lower[free[k]];
+    }
+    double f = 0.0;
+    if (!inner.objective(v, true, f) || !(f > highest)) continue;
+    highest = f;
+    best = v;
+  }
+  return best;
+}
+
+std::vector<double> start_within(Problem& inner, const SolverOptions& options,
+                                 std::span<const double> center, std::vector<double> random,
+                                 Index start) {
+  const ProblemStructure& s = inner.structure();
+  std::mt19937_64 generator(at(start));
+  double share = uniform(generator);
+  for (std::size_t i = 0; i < random.size(); ++i) {
+    if (!is_boxed(s, options, i)) continue;
+    const double middle = 0.5 * (s.variable_lower[i] + s.variable_upper[i]);
+    random[i] = random[i] > middle ? s.variable_upper[i] : s.variable_lower[i];
+  }
+  std::vector<double> v(random.size()), g(s.constraint_lower.size());
+  for (int drawn_back = 0; drawn_back <= kMostDrawnBack; ++drawn_back, share *= kDrawnBack) {
+    for (std::size_t i = 0; i < v.size(); ++i) v[i] = center[i] + share * (random[i] - center[i]);
+    if (is_feasible(inner, options, v, g)) break;
+  }
+  return v;
+}
+
+std::vector<double> moved_to_bounds(Problem& inner, const SolverOptions& options,
+                                    std::vector<double> v, const std::vector<double>& lambda,
+                                    double clearly, Counts& counts) {
+  const ProblemStructure& s = inner.structure();
+  std::vector<double> g(lambda.size());
+  const auto lagrangian = [&] {
+    double sum = 0.0;
+    ++counts.objective;
+    if (!inner.objective(v, true, sum)) return -kInfinity;
+    if (std::ranges::all_of(lambda, [](double factor) { return factor == 0.0; })) return sum;
+    ++counts.constraints;
+    if (!inner.constraints(v, false, g)) return -kInfinity;
+    for (std::size_t j = 0; j < g.size(); ++j) {
+      if (lambda[j] != 0.0) sum += lambda[j] * g[j];
+    }
+    return sum;
+  };
+  double highest = lagrangian();
+  bool moved = false;
+  for (bool gained = true; gained;) {
+    gained = false;
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      if (!is_boxed(s, options, i)) continue;
+      for (const double bound : {s.variable_lower[i], s.variable_upper[i]}) {
+        const double before = v[i];
+        if (std::abs(bound - before) < kAtBound * (s.variable_upper[i] - s.variable_lower[i])) {
+          continue;
+        }
+        v[i] = bound;
+        const double value = lagrangian();
+        if (value > highest + clearly) {
+          highest = value;
+          gained = moved = true;
+        } else {
+          v[i] = before;
+        }
+      }
+    }
+  }
+  return moved ? v : std::vector<double>{};
+}
+
+}  // namespace ipminmax

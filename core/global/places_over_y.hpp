@@ -1,0 +1,36 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/options.hpp"
+#include "core/problem.hpp"
+#include "core/result.hpp"
+
+// Where maximizations over y begin. y are the variables of a problem that are not fixed.
+namespace ipminmax {
+
+/// Options of a solve that is not to forget where it begins: from a large barrier parameter the
+/// central path leads to the same maxima whatever the start.
+[[nodiscard]] SolverOptions staying_near(const SolverOptions& options, double mu);
+
+/// The corner of the box of y with the largest value; empty: y is no box, or of too many variables.
+[[nodiscard]] std::optional<std::vector<double>> best_corner(Problem& inner,
+                                                             const SolverOptions& options);
+
+/// From a point of a convex Y towards the corner next to a random one, as far as Max's constraints
+/// hold: below a convex function the start decides which of many vertices is reached, and random
+/// ones of a box of many variables are far outside of the half spaces that cut it.
+[[nodiscard]] std::vector<double> start_within(Problem& inner, const SolverOptions& options,
+                                               std::span<const double> center,
+                                               std::vector<double> random, Index start);
+
+/// Moves single variables of a maximum to bounds, as long as f + lambda'g gains by more than
+/// `clearly`: above every y of Y that is better, and above few others. Empty: none does.
+[[nodiscard]] std::vector<double> moved_to_bounds(Problem& inner, const SolverOptions& options,
+                                                  std::vector<double> v,
+                                                  const std::vector<double>& lambda, double clearly,
+                                                  Counts& counts);
+
+}  // namespace ipminmax
