@@ -70,7 +70,8 @@ struct Settings {
 };
 
 /// The library of a solver that is loaded. Ipopt's users have linear_solver ma57 in their files:
-/// where nobody names a library and there is none, it means auto; one that is named has to be there.
+/// where nobody names a library and there is none, it means auto; one that is named has to be
+/// there.
 void choose_solver_library(const Ipopt::OptionsList& list, Settings& settings) {
   LinearSolver& solver = settings.solver.linear_solver;
   if (solver != LinearSolver::Ma57 && solver != LinearSolver::Spral) return;

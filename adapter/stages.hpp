@@ -22,8 +22,8 @@
 #include "horizon_shift.hpp"
 
 /// @file
-/// Control against disturbance in stages: dynamics and costs are written once, derivatives, sparsity
-/// and players follow.
+/// Control against disturbance in stages: dynamics and costs are written once, derivatives,
+/// sparsity and players follow.
 ///
 ///     min over u   max over w, s   sum over stages of cost(s, u, w) + terminal_cost(s_T)
 ///     subject to   s_0 given,  s_{k+1} = s_k + step dynamics(s, u_k, w_k)   (discretized)
@@ -120,8 +120,8 @@ struct StageAnswer {
 ///   void limits_of(auto s, auto u, auto g) const;                  // or (auto at, auto g)
 ///   static constexpr std::size_t terminal_limits;                  // rows of
 ///   void terminal_limits_of(auto s, auto g) const;                 // or (auto at, auto g)
-/// `at` is a StagePoint; all functions take it, or none. Limits are g <= 0 for every disturbance, of the state at the end of each
-/// stage and the stage's control; terminal ones of the last state.
+/// `at` is a StagePoint; all functions take it, or none. Limits are g <= 0 for every disturbance, of
+/// the state at the end of each stage and the stage's control; terminal ones of the last state.
 ///
 /// Variables: s_0, u_0, w_0, s_1, ..., s_T, parameters, gains, memory, duration. Constraints: stage
 /// by stage the dynamics and the limits; the terminal limits.
@@ -723,8 +723,8 @@ class StageGame : public Problem {
     }
   }
 
-  /// States s_1, ..., s_T of v set to those that follow by an explicit rule; the constraints are set
-  /// to their values, the objective is returned.
+  /// States s_1, ..., s_T of v set to those that follow by an explicit rule; the constraints are
+  /// set to their values, the objective is returned.
   template <class T>
   [[nodiscard]] T roll_out(std::span<T> v, std::span<T> rows) const {
     std::vector<T> local(locals_);
@@ -875,8 +875,8 @@ class StageGame : public Problem {
   std::vector<Plain> plain_;
 };
 
-/// A game whose worst cases can be proved (docs/proof.md): its Model's functions take intervals, too,
-/// and its rule is explicit (Discrete, Euler, RungeKutta4), so that states follow from s_0 and the
+/// A game whose worst cases can be proved (docs/proof.md): its Model's functions take intervals,
+/// too, and its rule is explicit (Discrete, Euler, RungeKutta4), so that states follow from s_0 and the
 /// disturbances.
 template <class Model>
 class ProvableStageGame final : public StageGame<Model>, public BoxFunctions {

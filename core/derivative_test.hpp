@@ -56,12 +56,12 @@ struct DerivativeReport {
 /// derivatives of f and of every g_k are tested one by one.
 [[nodiscard]] DerivativeReport test_derivatives(Problem& problem, const SolverOptions& options);
 
-/// Whether the functions of a certified game change beside the answer as the first derivatives there
-/// say, along one generic direction: a wrong sign of a slope over y, shared by second derivatives,
-/// makes a minimum over y look like a maximum, and at the stationary answer itself nothing shows it.
-/// Where they disagree the certificate is withdrawn, with a reason and in the message. For the first
-/// solve of a model, as front ends make it: five values and one gradient of all functions, counted
-/// in the result. Exceptions of the model pass through.
+/// Whether the functions of a certified game change beside the answer as the first derivatives
+/// there say, along one generic direction: a wrong sign of a slope over y, shared by second
+/// derivatives, makes a minimum over y look like a maximum, and at the stationary answer itself
+/// nothing shows it. Where they disagree the certificate is withdrawn, with a reason and in the
+/// message. For the first solve of a model, as front ends make it: five values and one gradient of
+/// all functions, counted in the result. Exceptions of the model pass through.
 void check_first_derivatives(Problem& problem, const SolverOptions& options, Result& result);
 
 /// "Jacobian of constraint 0 (balance) of Min in variable 2 (y) of Max"; names where there are

@@ -71,18 +71,6 @@ class Writer {
   std::ostream& file_;
 };
 
-/// The other player pulls at the sum of all variables, around a solution v.
-Model twin(const Model& model, Player owner, const std::vector<double>& v) {
-  Model game = model.owned_by(owner);
-  const double sign = owner == Player::Min ? 1.0 : -1.0;
-  Expression sum = 0.0;
-  for (std::size_t i = 0; i < v.size(); ++i) sum += game.variable(i) - v[i];
-  const Expression other =
-      game.variable(owner == Player::Min ? Player::Max : Player::Min, "other", -10.0, 10.0);
-  game.objective(sign * game.objective() + other * sum - sign * 0.5 * square(other));
-  return game;
-}
-
 /// With units of 10^-3 to 10^3, and of 10^-6 to 10^6.
 void write_in_units(Writer& writer, const std::string& name, Problem& problem, std::uint64_t seed) {
   for (const int digits : {3, 6}) {

@@ -53,7 +53,7 @@ struct ModelStopped : std::exception {
 /// (ipminmax.EvaluationError), and by one that found the time limit passed (LimitReached).
 py::handle evaluation_error, limit_reached;
 
-// --- The log --------------------------------------------------------------------------------------
+// --- The log ------------------------------------------------------------------------------------
 
 /// The console: sys.stdout, which a notebook or a test redirects, line by line; the terminal's
 /// standard output where sys.stdout is that, so that a line of progress can be refreshed.
@@ -96,7 +96,7 @@ class PythonConsole : public Ipopt::Journal {
   }
 };
 
-// --- Values ---------------------------------------------------------------------------------------
+// --- Values -------------------------------------------------------------------------------------
 
 py::array_t<double> to_array(const double* values, int count) {
   return py::array_t<double>(count, values);

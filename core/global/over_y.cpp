@@ -101,42 +101,45 @@ class MaximizationOverY {
       static_cast<void>(maximize_from({}, options_));
     }
     std::ranges::stable_sort(found_.maxima, std::greater{}, &WorstCaseMaximum::value);
-    const double highest = found_.maxima.empty() ? -kInfinity : found_.maxima.front().value;
-    if (wants_proof() && !is_above_limit(highest)) prove(highest);
+    if (wants_proof() && !is_above_limit(highest())) prove();
     found_.single_branch = found_.single_branch && found_.maxima.size() == 1 && any_certified();
     return std::move(found_);
   }
 
  private:
-  /// Whether another start is worth its cost. Where n random ones found w maxima, w (w + 1) / (n - w
-  /// - 2) more are to be expected (Boender and Rinnooy Kan 1987): half a one is not. Nor does one
-  /// count that would have to be higher than the highest by more than the known ones differ.
+  /// Whether another start is worth its cost. Where n random ones found w maxima,
+  /// w (w + 1) / (n - w - 2) more are to be expected (Boender and Rinnooy Kan 1987): half a one is
+  /// not. Nor does one count that would have to be higher than the highest by more than the known
+  /// ones differ.
   [[nodiscard]] bool may_be_higher(Index made) const {
     if (!limit_ || options_.minmax_worst_case_starts >= 0 || options_.minmax_concave_in_y) {
       return false;
     }
     Index distinct = 0;
-    double highest = -kInfinity, lowest = kInfinity;
+    double lowest = kInfinity;
     for (const WorstCaseMaximum& maximum : found_.maxima) {
-      highest = std::max(highest, maximum.value);
       if (!maximum.certified) continue;
       lowest = std::min(lowest, maximum.value);
       ++distinct;
     }
-    const bool may_violate = highest + (highest - lowest) > *limit_;
-    return !is_above_limit(highest) && may_violate &&
+    const double most = highest();
+    return !is_above_limit(most) && most + (most - lowest) > *limit_ &&
            made <= 2 * distinct * distinct + 3 * distinct + 2;
+  }
+
+  /// Value of the maxima found; -infinity: there is none.
+  [[nodiscard]] double highest() const {
+    double value = -kInfinity;
+    for (const WorstCaseMaximum& maximum : found_.maxima) value = std::max(value, maximum.value);
+    return value;
   }
 
   /// Whether many starts found the highest value.
   [[nodiscard]] bool is_found_often() const {
-    double highest = -kInfinity;
-    for (const WorstCaseMaximum& maximum : found_.maxima) {
-      highest = std::max(highest, maximum.value);
-    }
+    const double most = highest();
     Index often = 0;
     for (const WorstCaseMaximum& maximum : found_.maxima) {
-      const double below = highest - maximum.value;
+      const double below = most - maximum.value;
       if (below <= options_.minmax_worst_case_tol * found_.range()) often += maximum.found;
     }
     return often >= kOften;
@@ -145,13 +148,14 @@ class MaximizationOverY {
   [[nodiscard]] bool wants_proof() const {
     return context_.proof != nullptr || options_.minmax_worst_case_proof;
   }
-  [[nodiscard]] bool is_above_limit(double highest) const {
-    return limit_ && highest - *limit_ > options_.minmax_worst_case_tol * found_.range();
+  [[nodiscard]] bool is_above_limit(double value) const {
+    return limit_ && value - *limit_ > options_.minmax_worst_case_tol * found_.range();
   }
 
   /// How large the function can become over all y; a value that shows above the highest of the
   /// sorted maxima is one, too.
-  void prove(double highest) {
+  void prove() {
+    const double known = highest();
     const ProofRequest request = context_.proof != nullptr ? *context_.proof : ProofRequest{};
     const std::vector<double> seen =
         found_.maxima.empty() ? std::vector<double>{} : found_.maxima.front().v;
@@ -168,8 +172,8 @@ class MaximizationOverY {
     proof.seconds = context_.budget.stopwatch().wall() - before;
     proof.interrupted = context_.budget.interrupted();
     found_.finished = found_.finished && !proof.interrupted;
-    const double clearly = request.tolerance * std::max(1.0, std::abs(highest));
-    if (!proof.v.empty() && (found_.maxima.empty() || proof.seen - highest > clearly)) {
+    const double clearly = request.tolerance * std::max(1.0, std::abs(known));
+    if (!proof.v.empty() && (found_.maxima.empty() || proof.seen - known > clearly)) {
       found_.maxima.insert(found_.maxima.begin(), {proof.v, proof.seen, false, 0});
       found_.least = std::min(found_.least, proof.seen);
       found_.most = std::max(found_.most, proof.seen);
@@ -203,11 +207,11 @@ class MaximizationOverY {
   /// can be done.
   [[nodiscard]] bool climb() {
     while (!found_.maxima.empty() && !options_.minmax_concave_in_y) {
-      const auto highest = std::ranges::max_element(found_.maxima, {}, &WorstCaseMaximum::value);
-      if (is_above_limit(highest->value) || !(highest->value > climbed_)) return true;
-      climbed_ = highest->value;
+      const auto top = std::ranges::max_element(found_.maxima, {}, &WorstCaseMaximum::value);
+      if (is_above_limit(top->value) || !(top->value > climbed_)) return true;
+      climbed_ = top->value;
       std::vector<double> v =
-          moved_to_bounds(inner_, options_, highest->v, multipliers_of_highest_,
+          moved_to_bounds(inner_, options_, top->v, multipliers_of_highest_,
                           options_.minmax_worst_case_tol * found_.range(), context_.work.counts);
       if (v.empty()) return true;
       SolverOptions options = staying_near(options_, kMuBeside);

@@ -54,10 +54,10 @@ struct MaximaOverY {
   [[nodiscard]] double range() const { return std::max(most - least, 0.0); }
 };
 
-/// Maximizes a problem whose Min variables are fixed from its own start, the best corner of a box of
-/// few variables, the given points (n values each) and random ones, `starts` in all or, if more, one
-/// for each that is given. limit: more random ones, unless their number is an option's, while they
-/// find other maxima and none is above it, but one could be.
+/// Maximizes a problem whose Min variables are fixed from its own start, the best corner of a box
+/// of few variables, the given points (n values each) and random ones, `starts` in all or, if more,
+/// one for each that is given. limit: more random ones, unless their number is an option's, while
+/// they find other maxima and none is above it, but one could be.
 [[nodiscard]] MaximaOverY maximize_over_y(Problem& inner, Index starts,
                                           const std::vector<std::vector<double>>& given,
                                           const MaximizationContext& context,
@@ -110,8 +110,7 @@ struct KnownWorstCase {
 };
 
 /// Maximizes each bounded side of each robust constraint over all of y at the x of a point. scopes:
-/// of the model. Of
-/// context.looked the functions and proofs are those of this x.
+/// of the model. Of context.looked the functions and proofs are those of this x.
 [[nodiscard]] std::vector<SideScan> scan_robust_constraints(
     Problem& model, const std::vector<double>& x, Index starts,
     const std::vector<KnownWorstCase>& known, const RobustScopes& scopes,

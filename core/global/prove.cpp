@@ -149,16 +149,6 @@ class RankOfAProof {
     return proof_from(bytes);
   }
 
-  static std::string what_of(const std::exception_ptr& exception) {
-    try {
-      std::rethrow_exception(exception);
-    } catch (const std::exception& error) {
-      return error.what();
-    } catch (...) {
-      return "unknown exception";
-    }
-  }
-
   /// Seconds of silence; beats come once a second.
   static constexpr double kDeadAfter = 60.0;
 

@@ -44,6 +44,16 @@ const mpi::Plugin& joined() {
 
 }  // namespace
 
+std::string what_of(const std::exception_ptr& exception) {
+  try {
+    std::rethrow_exception(exception);
+  } catch (const std::exception& error) {
+    return error.what();
+  } catch (...) {
+    return "unknown exception";
+  }
+}
+
 Ranks::Ranks()
     : plugin_(joined()),
       serial_(next_serial()),

@@ -3,14 +3,19 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <exception>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "linalg/inertia.hpp"
 #include "linalg/mpi/interface.hpp"
 
 namespace ipminmax {
+
+/// What an exception says, for ranks that cannot be given it.
+[[nodiscard]] std::string what_of(const std::exception_ptr& exception);
 
 /// Messages between the ranks of one multistart, which all have made this object. One thread only.
 class Ranks {

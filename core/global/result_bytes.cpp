@@ -126,45 +126,44 @@ void walk_answer(Visit& visit, M& answer) {
   for (auto& [status, count] : answer.statuses) each(visit, status, count);
 }
 
+template <class Walk>
+std::vector<char> written(Walk walk) {
+  Writer write;
+  walk(write);
+  return std::move(write.bytes);
+}
+
+template <class T, class Walk>
+T read_from(std::span<const char> bytes, Walk walk) {
+  Reader read(bytes);
+  T value;
+  walk(read, value);
+  return value;
+}
+
 }  // namespace
 
 std::vector<char> to_bytes(const Result& result) {
-  Writer write;
-  walk(write, result);
-  return std::move(write.bytes);
+  return written([&](Writer& write) { walk(write, result); });
 }
-
 Result result_from(std::span<const char> bytes) {
-  Reader read(bytes);
-  Result result;
-  walk(read, result);
-  return result;
+  return read_from<Result>(bytes, [](Reader& read, Result& result) { walk(read, result); });
 }
 
 std::vector<char> to_bytes(const WorstCaseProof& proof) {
-  Writer write;
-  walk_proof(write, proof);
-  return std::move(write.bytes);
+  return written([&](Writer& write) { walk_proof(write, proof); });
 }
-
 WorstCaseProof proof_from(std::span<const char> bytes) {
-  Reader read(bytes);
-  WorstCaseProof proof;
-  walk_proof(read, proof);
-  return proof;
+  return read_from<WorstCaseProof>(
+      bytes, [](Reader& read, WorstCaseProof& proof) { walk_proof(read, proof); });
 }
 
 std::vector<char> to_bytes(const MultistartResult& answer) {
-  Writer write;
-  walk_answer(write, answer);
-  return std::move(write.bytes);
+  return written([&](Writer& write) { walk_answer(write, answer); });
 }
-
 MultistartResult multistart_result_from(std::span<const char> bytes) {
-  Reader read(bytes);
-  MultistartResult answer;
-  walk_answer(read, answer);
-  return answer;
+  return read_from<MultistartResult>(
+      bytes, [](Reader& read, MultistartResult& answer) { walk_answer(read, answer); });
 }
 
 }  // namespace ipminmax

@@ -101,9 +101,9 @@ class RobustSearch {
   Place place_;
   std::vector<bool> reads_y_;
   bool names_infeasible_ = true;
-  bool restarts_ = false;  ///< searches that fail begin anew
+  bool restarts_ = false;         ///< searches that fail begin anew
   std::vector<double> verified_;  ///< where the answer was checked over all of y; empty: was not
-  double violation_;       ///< largest of the last scan; NaN: none was made
+  double violation_;              ///< largest of the last scan; NaN: none was made
   Result answer_;
   Result work_;  ///< of all solves and maximizations
 };

@@ -31,16 +31,6 @@ constexpr double kTimeToEnd = 3.0;
 
 std::vector<char> text_bytes(const std::string& text) { return {text.begin(), text.end()}; }
 
-std::string what_of(const std::exception_ptr& exception) {
-  try {
-    std::rethrow_exception(exception);
-  } catch (const std::exception& error) {
-    return error.what();
-  } catch (...) {
-    return "unknown exception";
-  }
-}
-
 }  // namespace
 
 /// What rank 0 knows of the other ranks.

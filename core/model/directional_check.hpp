@@ -44,8 +44,8 @@ struct DifferenceArrays {
 [[nodiscard]] Eigen::VectorXd generic_step(const CanonicalProblem& canonical,
                                            const Eigen::VectorXd& v, double relative);
 
-/// v moved by up to that part of its entries' sizes, slacks apart, to where all have room to bounds:
-/// along each the way with more of it.
+/// v moved by up to that part of its entries' sizes, slacks apart, to where all have room to
+/// bounds: along each the way with more of it.
 [[nodiscard]] Eigen::VectorXd aside(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
                                     double relative);
 

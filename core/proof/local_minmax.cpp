@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -474,6 +475,8 @@ void prove_local_minmax(Problem& problem, const SolverOptions& options,
     certificate.proof = text;
   } catch (const std::domain_error& error) {
     certificate.proof = std::string("not proved: ") + error.what();
+  } catch (const std::bad_alloc&) {  // the result stands without it
+    certificate.proof = "not proved: out of memory";
   }
 }
 

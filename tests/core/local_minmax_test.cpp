@@ -1,6 +1,7 @@
 // Proofs that a certified answer is near an exact local minmax (minmax_certificate proved).
 
 #include <cmath>
+#include <new>
 #include <random>
 #include <string>
 #include <vector>
@@ -142,6 +143,23 @@ TEST(ProvedCertificate, AsksForFormulas) {
   const Result refused = solve(plain, proving());
   EXPECT_EQ(refused.status, Status::InvalidOption);
   EXPECT_NE(refused.message.find("minmax_certificate"), std::string::npos);
+}
+
+/// A certificate that stands is not lost with the proof.
+TEST(ProvedCertificate, MayEndForWantOfTimeOrMemory) {
+  using E = const Expression&;
+  ProvableModel game(of_two([](E x, E y) { return square(x) + x * y - square(y); }), {1.0, 1.0});
+  const Result certified = solve(game, {});
+  Result result = certified;
+  prove_local_minmax(
+      game, {}, [] { return false; }, result);
+  EXPECT_EQ(result.certificate.proof, "not proved: cut short");
+  prove_local_minmax(
+      game, {}, []() -> bool { throw std::bad_alloc(); }, result);
+  EXPECT_EQ(result.certificate.proof, "not proved: out of memory");
+  EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax);
+  EXPECT_FALSE(result.certificate.proved);
+  EXPECT_EQ(result.v, certified.v);
 }
 
 TEST(ProvedCertificate, SaysWhatItDoesNotCover) {

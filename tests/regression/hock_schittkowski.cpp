@@ -43,4 +43,15 @@ std::vector<double> perturbed_start(const MinimizationProblem& problem, unsigned
   return v;
 }
 
+Model twin(const Model& model, Player owner, const std::vector<double>& v) {
+  Model game = model.owned_by(owner);
+  const double sign = owner == Player::Min ? 1.0 : -1.0;
+  Expression sum = 0.0;
+  for (std::size_t i = 0; i < v.size(); ++i) sum += game.variable(i) - v[i];
+  const Expression other =
+      game.variable(owner == Player::Min ? Player::Max : Player::Min, "other", -10.0, 10.0);
+  game.objective(sign * game.objective() + other * sum - sign * 0.5 * square(other));
+  return game;
+}
+
 }  // namespace ipminmax::testing

@@ -35,4 +35,7 @@ struct MinimizationProblem {
 [[nodiscard]] std::vector<double> perturbed_start(const MinimizationProblem& problem,
                                                   unsigned draw);
 
+/// The other player pulls at the sum of all variables, around a solution v.
+[[nodiscard]] Model twin(const Model& model, Player owner, const std::vector<double>& v);
+
 }  // namespace ipminmax::testing

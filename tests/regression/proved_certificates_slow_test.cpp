@@ -60,18 +60,6 @@ void judge(const std::string& name, const Model& model, const std::vector<double
   }
 }
 
-/// The other player pulls at the sum of all variables, around a solution v.
-Model twin(const Model& model, Player owner, const std::vector<double>& v) {
-  Model game = model.owned_by(owner);
-  const double sign = owner == Player::Min ? 1.0 : -1.0;
-  Expression sum = 0.0;
-  for (std::size_t i = 0; i < v.size(); ++i) sum += game.variable(i) - v[i];
-  const Expression other =
-      game.variable(owner == Player::Min ? Player::Max : Player::Min, "other", -10.0, 10.0);
-  game.objective(sign * game.objective() + other * sum - sign * 0.5 * square(other));
-  return game;
-}
-
 void print(const Tally& tally) {
   std::printf(
       "certified %d, strict %d, regular %d, proved %d (%d of the regular ones), false %d; "
