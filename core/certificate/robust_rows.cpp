@@ -63,7 +63,12 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, 
 
   const auto size = static_cast<Eigen::Index>(rows.size());
   const auto jacobian = canonical.jacobian();
-  // J_r over y, one column per row; rows of K_yy are found by the step's v.
+  // J_r over y, one column per row; rows of K_yy are found by the step's v. A copy maximizes its own
+  // row: what the row still changes along it is the barrier's.
+  const auto counts = [&](Index row, Index col) {
+    const Index slack = canonical.slack_of_constraint()[static_cast<std::size_t>(row)];
+    return canonical.owned_by_max(col) && canonical.served_slack(col) != slack;
+  };
   std::vector<Eigen::Index> column_of(static_cast<std::size_t>(canonical.constraints()), -1);
   for (std::size_t r = 0; r < rows.size(); ++r) {
     column_of[static_cast<std::size_t>(rows[r].constraint)] = static_cast<Eigen::Index>(r);
@@ -75,7 +80,7 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, 
     rhs.v.setZero();
     for (std::size_t k = 0; k < jacobian.size(); ++k) {
       const auto [row, col] = jacobian[k];
-      if (canonical.owned_by_max(col) && column_of[static_cast<std::size_t>(row)] == r) {
+      if (column_of[static_cast<std::size_t>(row)] == r && counts(row, col)) {
         rhs.v[col] += evaluation.jacobian[k];
       }
     }
@@ -83,7 +88,7 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, 
     for (std::size_t k = 0; k < jacobian.size(); ++k) {
       const auto [row, col] = jacobian[k];
       const Eigen::Index s = column_of[static_cast<std::size_t>(row)];
-      if (s < 0 || !canonical.owned_by_max(col)) continue;
+      if (s < 0 || !counts(row, col)) continue;
       const double scale = std::sqrt(rows[static_cast<std::size_t>(r)].compliance *
                                      rows[static_cast<std::size_t>(s)].compliance);
       right(s, r) += evaluation.jacobian[k] * step.v[col] / scale;
