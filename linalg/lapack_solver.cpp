@@ -27,8 +27,6 @@ namespace {
 /// Rows up to which calls of BLAS take longer than its work.
 constexpr Index kTiny = 24;
 
-std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
-
 /// The power of two next to 1 / sqrt(norm); 1 for an empty row.
 double equilibrating_factor(double norm) {
   if (norm >= 0.5 && norm < 4.0) return 1.0;
@@ -72,7 +70,7 @@ Analysis LapackSolver::analyze(const SymmetricMatrix& matrix, std::span<const st
   const double n = dimension_;
   Analysis analysis{false, Ordering::Amd, static_cast<std::int64_t>(n * (n + 1.0) / 2.0),
                     operations()};
-  const auto size = as_size(dimension_);
+  const auto size = at(dimension_);
   if (!blas_has_memory()) return analysis;
   try {
     dense_.resize(size * size);
@@ -118,8 +116,8 @@ void LapackSolver::equilibrate(const SymmetricMatrix& matrix) {
     for (std::size_t j = 0; j < scale_.size(); ++j) {
       const double scale = scale_[j];
       double largest = row_norms_[j];
-      for (auto p = as_size(starts[j]); p < as_size(starts[j + 1]); ++p) {
-        const auto i = as_size(rows[p]);
+      for (auto p = at(starts[j]); p < at(starts[j + 1]); ++p) {
+        const auto i = at(rows[p]);
         const double magnitude = std::abs(values[p]) * scale_[i] * scale;
         row_norms_[i] = std::max(row_norms_[i], magnitude);
         largest = std::max(largest, magnitude);
@@ -146,8 +144,8 @@ void LapackSolver::load_values(const SymmetricMatrix& matrix) {
   for (std::size_t j = 0; j < n; ++j) {
     double* column = dense_.data() + j * n;
     const double scale = scale_[j];
-    for (auto p = as_size(starts[j]); p < as_size(starts[j + 1]); ++p) {
-      const auto i = as_size(rows[p]);
+    for (auto p = at(starts[j]); p < at(starts[j + 1]); ++p) {
+      const auto i = at(rows[p]);
       column[i] = values[p] * scale_[i] * scale;
     }
   }
@@ -167,12 +165,12 @@ Factorization LapackSolver::count_pivots() {
   for (std::size_t k = 0; k < n;) {
     const auto d = [&](std::size_t i, std::size_t j) { return dense_[i + j * n]; };
     if (interchanges_[k] > 0) {
-      std::swap(scale[k], scale[as_size(interchanges_[k] - 1)]);
+      std::swap(scale[k], scale[at(interchanges_[k] - 1)]);
       counter.count(d(k, k), d(k, k) / (scale[k] * scale[k]));
       k += 1;
     } else {
-      std::swap(scale[k], scale[as_size(-interchanges_[k] - 1)]);
-      std::swap(scale[k + 1], scale[as_size(-interchanges_[k + 1] - 1)]);
+      std::swap(scale[k], scale[at(-interchanges_[k] - 1)]);
+      std::swap(scale[k + 1], scale[at(-interchanges_[k + 1] - 1)]);
       const double s = scale[k];
       const double t = scale[k + 1];
       const auto scaled = eigenvalues(d(k, k), d(k + 1, k), d(k + 1, k + 1));
@@ -300,7 +298,7 @@ void LapackSolver::solve_tiny(double* b) const {
   const std::size_t n = scale_.size();
   const auto column = [&](std::size_t k) { return dense_.data() + k * n; };
   const auto interchange = [&](std::size_t k) {
-    std::swap(b[k], b[as_size(std::abs(interchanges_[k]) - 1)]);
+    std::swap(b[k], b[at(std::abs(interchanges_[k]) - 1)]);
   };
   for (std::size_t k = 0; k < n;) {
     const double* l = column(k);
