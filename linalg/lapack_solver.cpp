@@ -102,13 +102,15 @@ std::unique_ptr<SymmetricSolver> LapackSolver::same_analysis(
   return other->analyze(matrix, signs).ok ? std::move(other) : nullptr;
 }
 
-/// scale_ so that the largest entry of every row of S A S is about 1 (Ruiz's iteration).
+/// scale_ so that the largest entry of every row of S A S is about 1 (Ruiz's iteration). Not where
+/// the scale of a row would overflow: next to nothing is left of it beside huge rows.
 void LapackSolver::equilibrate(const SymmetricMatrix& matrix) {
   const auto starts = matrix.column_starts();
   const auto rows = matrix.rows();
   const auto values = matrix.values();
   std::fill(scale_.begin(), scale_.end(), 1.0);
   constexpr int kSweeps = 4;
+  constexpr double kLargestScale = 0x1p600;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     std::fill(row_norms_.begin(), row_norms_.end(), 0.0);
     for (std::size_t j = 0; j < scale_.size(); ++j) {
@@ -126,7 +128,7 @@ void LapackSolver::equilibrate(const SymmetricMatrix& matrix) {
     for (std::size_t i = 0; i < scale_.size(); ++i) {
       const double factor = equilibrating_factor(row_norms_[i]);
       changed = changed || factor != 1.0;
-      scale_[i] *= factor;
+      scale_[i] = std::min(scale_[i] * factor, kLargestScale);
     }
     if (!changed) break;
   }
@@ -232,7 +234,7 @@ LapackSolver::RookPivot LapackSolver::find_pivot(std::size_t k) const {
   };
   std::size_t row = k, next = largest_of_row(k);
   double size = next == row ? 0.0 : entry(row, next);
-  if (entry(k, k) >= share * size) return {.step = 1, .first = k, .last = k};
+  if (next == row || entry(k, k) >= share * size) return {.step = 1, .first = k, .last = k};
   for (;;) {
     const std::size_t after = largest_of_row(next);
     const double size_after = entry(next, after);
