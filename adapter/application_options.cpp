@@ -327,6 +327,11 @@ Rows other_rows() {
        "not "
        "found, ma57 means auto.",
        Name{"libhsl.so"}},
+      {"pardisolib", "Linear Solver",
+       "Library of linear_solver pardiso or pardisomkl, loaded at run time, alike; pardisomkl "
+       "takes "
+       "libmkl_rt.so where it is not set.",
+       Name{"libpardiso.so"}},
       {"minmax_spral_library", "Linear Solver",
        "Library of linear_solver spral, loaded at run time, alike; SPRAL needs "
        "OMP_CANCELLATION=TRUE "

@@ -69,15 +69,31 @@ struct Settings {
   std::vector<std::string> ignored;  ///< messages about options without effect
 };
 
+/// The option that names the solver's library; empty: it is built in.
+std::string library_option(LinearSolver solver) {
+  switch (solver) {
+    case LinearSolver::Ma57:
+      return "hsllib";
+    case LinearSolver::Spral:
+      return "minmax_spral_library";
+    case LinearSolver::Pardiso:
+    case LinearSolver::PardisoMkl:
+      return "pardisolib";
+    default:
+      return "";
+  }
+}
+
 /// The library of a solver that is loaded. Ipopt's users have linear_solver ma57 in their files:
 /// where nobody names a library and there is none, it means auto; one that is named has to be
 /// there.
 void choose_solver_library(const Ipopt::OptionsList& list, Settings& settings) {
   LinearSolver& solver = settings.solver.linear_solver;
-  if (solver != LinearSolver::Ma57 && solver != LinearSolver::Spral) return;
-  const std::string option = solver == LinearSolver::Ma57 ? "hsllib" : "minmax_spral_library";
+  const std::string option = library_option(solver);
+  if (option.empty()) return;
   std::string file;
   const bool is_named = list.GetStringValue(option, file, "");
+  if (!is_named && solver == LinearSolver::PardisoMkl) file = "libmkl_rt.so";
   use_solver_library(solver, file);
   const std::string reason = missing_solver_library(solver);
   if (reason.empty()) return;
@@ -85,9 +101,10 @@ void choose_solver_library(const Ipopt::OptionsList& list, Settings& settings) {
     settings.error = option + " = " + file + " cannot be used: " + reason;
     return;
   }
-  settings.ignored.push_back(std::string("linear_solver = ") +
-                             (solver == LinearSolver::Ma57 ? "ma57" : "spral") +
-                             " has no effect: " + reason + "; auto is used, see " + option);
+  std::string name;
+  list.GetStringValue("linear_solver", name, "");
+  settings.ignored.push_back("linear_solver = " + name + " has no effect: " + reason +
+                             "; auto is used, see " + option);
   solver = LinearSolver::Auto;
 }
 
@@ -674,10 +691,7 @@ void MinMaxApplication::Implementation::remark_on_split(const ProblemStructure& 
 /// Not where the solver that was asked for is not built in: programs find out so whether it is.
 void MinMaxApplication::Implementation::print_linear_solver() {
   const std::string name = string_option("linear_solver");
-  const auto others = ipopt_only_linear_solvers();
-  if (std::ranges::find(others, name) != others.end()) return;
-  const bool is_loaded = name == "ma57" || name == "spral";
-  if (is_loaded && current_settings().solver.linear_solver == LinearSolver::Auto) return;
+  if (name != "auto" && current_settings().solver.linear_solver == LinearSolver::Auto) return;
   print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::ipopt_solver_line(name));
 }
 

@@ -20,7 +20,7 @@ class LoadedSolver : public SymmetricSolver {
                                         Certainty certainty = Certainty::Certain) final;
   void solve_in_place(std::span<double> rhs, Index columns = 1) final;
   [[nodiscard]] double predict_inverse_product_flops(const SparseColumns& b) const final;
-  [[nodiscard]] bool increase_quality() final;
+  [[nodiscard]] bool increase_quality() override;
   void reset_quality() final;
 
  protected:

@@ -22,7 +22,9 @@ std::mutex& libraries_mutex() {
 /// By kind; under the mutex.
 Library& library_of(LinearSolver kind) {
   static std::map<LinearSolver, Library> libraries{{LinearSolver::Ma57, {"libhsl.so"}},
-                                                   {LinearSolver::Spral, {"libspral.so"}}};
+                                                   {LinearSolver::Spral, {"libspral.so"}},
+                                                   {LinearSolver::Pardiso, {"libpardiso.so"}},
+                                                   {LinearSolver::PardisoMkl, {"libmkl_rt.so"}}};
   const auto found = libraries.find(kind);
   if (found == libraries.end()) throw SolverUnavailable("this solver has no library of its own");
   return found->second;
@@ -64,6 +66,8 @@ std::string missing_solver_library(LinearSolver kind) {
       static_cast<void>(solver_function(kind, {"ma57bd_", "ma57bd", "MA57BD"}));
     } else if (kind == LinearSolver::Spral) {
       static_cast<void>(solver_function(kind, {"spral_ssids_factor_ptr32"}));
+    } else if (kind == LinearSolver::Pardiso || kind == LinearSolver::PardisoMkl) {
+      static_cast<void>(solver_function(kind, {"pardiso", "pardiso_"}));
     }
   } catch (const SolverUnavailable& error) {
     return error.what();

@@ -6,7 +6,7 @@
 
 namespace ipminmax {
 
-/// Address of a function of the library of a solver (Ma57, Spral), which is loaded at the first call.
+/// Address of a function of the library of a solver that has one, which is loaded at the first call.
 /// names: alternatives, the first that is found. Throws SolverUnavailable with the loader's words.
 [[nodiscard]] void* solver_function(LinearSolver kind, std::initializer_list<const char*> names);
 

@@ -9,9 +9,19 @@
 namespace IPMINMAX_API ipminmax {
 
 /// Direct solver for symmetric indefinite matrices. Auto chooses by the pattern: LAPACK for tiny
-/// matrices, LDL' where the predicted fill is low, MUMPS otherwise. Ma57 (of HSL) and Spral come from
-/// libraries of the user's that are loaded at run time.
-enum class LinearSolver : std::uint8_t { Auto, Mumps, Ldlt, Lapack, MumpsMpi, Ma57, Spral };
+/// matrices, LDL' where the predicted fill is low, MUMPS otherwise. Those from Ma57 on come from
+/// libraries of the user's that are loaded at run time: HSL, SPRAL, the Pardiso project's, MKL.
+enum class LinearSolver : std::uint8_t {
+  Auto,
+  Mumps,
+  Ldlt,
+  Lapack,
+  MumpsMpi,
+  Ma57,
+  Spral,
+  Pardiso,
+  PardisoMkl
+};
 
 /// Fill-reducing ordering.
 enum class Ordering : std::uint8_t { Best, Amd, Pord, Metis };
@@ -37,8 +47,9 @@ struct SymmetricSolverOptions {
   friend bool operator==(const SymmetricSolverOptions&, const SymmetricSolverOptions&) = default;
 };
 
-/// File of the library of Ma57 (libhsl.so unless another is named) or Spral (libspral.so), as dlopen takes it,
-/// for solves that begin later; one for the whole process.
+/// File of the library of Ma57 (libhsl.so unless another is named), Spral (libspral.so), Pardiso
+/// (libpardiso.so) or PardisoMkl (libmkl_rt.so), as dlopen takes it, for solves that begin later;
+/// one of each for the whole process.
 void use_solver_library(LinearSolver kind, const std::string& file);
 /// Why the library of a solver cannot be used; empty: it can, or the solver needs none.
 [[nodiscard]] std::string missing_solver_library(LinearSolver kind);

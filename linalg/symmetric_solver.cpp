@@ -7,6 +7,7 @@
 #include "linalg/ldlt_solver.hpp"
 #include "linalg/ma57_solver.hpp"
 #include "linalg/mumps_solver.hpp"
+#include "linalg/pardiso_solver.hpp"
 #include "linalg/spral_solver.hpp"
 #include "linalg/symmetric_solver.hpp"
 
@@ -73,6 +74,9 @@ std::unique_ptr<SymmetricSolver> make_symmetric_solver(LinearSolver kind,
       return std::make_unique<Ma57Solver>(options);
     case LinearSolver::Spral:
       return std::make_unique<SpralSolver>(options);
+    case LinearSolver::Pardiso:
+    case LinearSolver::PardisoMkl:
+      return std::make_unique<PardisoSolver>(options, kind);
   }
   throw std::invalid_argument("make_symmetric_solver: unknown solver");
 }

@@ -40,9 +40,12 @@ def document():
         packages.append(package(identifier, name, tried, licence, purpose))
         relations.append({"spdxElementId": "SPDXRef-ipminmax", "relationshipType": "DEPENDS_ON",
                           "relatedSpdxElement": f"SPDXRef-{identifier}"})
+    others = sorted({word for each in packages for word in each["licenseDeclared"].split() if word.startswith("LicenseRef-")})
     return {"spdxVersion": "SPDX-2.3", "dataLicense": "CC0-1.0", "SPDXID": "SPDXRef-DOCUMENT", "name": f"ipminmax-{version}",
             "documentNamespace": f"https://spdx.org/spdxdocs/ipminmax-{version}-{sha}",
             "creationInfo": {"created": created.strftime("%Y-%m-%dT%H:%M:%SZ"), "creators": ["Tool: packaging/spdx.py"]},
+            "hasExtractedLicensingInfos": [{"licenseId": name, "extractedText": f"The licence of {name.removeprefix('LicenseRef-')}, "
+                                            "which its owner gives."} for name in others],
             "packages": packages, "relationships": relations}
 
 

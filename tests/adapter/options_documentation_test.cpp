@@ -2,6 +2,7 @@
 //
 // To renew docs/options.md after a change of the tables:
 //     IPMINMAX_WRITE_DOCS=1 build/tests/adapter_options_documentation_test
+#include <array>
 #include <cstdlib>
 #include <fstream>
 #include <set>
@@ -90,7 +91,7 @@ TEST(ListOptions, ShowsTypeRangeAndDefault) {
   EXPECT_EQ(default_of(documented("perturb_dec_fact")), "0.3333333333333333");
   EXPECT_EQ(type_of(documented("sb")), "yes/no");
   EXPECT_EQ(default_of(documented("linear_solver")), "auto");
-  EXPECT_EQ(std::get<OptionInfo::Choice>(documented("linear_solver").kind).names.size(), 7U)
+  EXPECT_EQ(std::get<OptionInfo::Choice>(documented("linear_solver").kind).names.size(), 9U)
       << "without Ipopt's own";
   EXPECT_EQ(default_of(documented("option_file_name")), "ipminmax.opt");
 }
@@ -235,20 +236,30 @@ TEST(IpoptOnlyOptions, KeepIpoptsRangesAndValues) {
     EXPECT_TRUE(contains(result.console, name + " = " + value + " is not ")) << result.console;
   }
   const Solved solver = run({{"linear_solver", "gauss"}});
-  EXPECT_TRUE(contains(
-      solver.console,
-      "linear_solver = gauss is not one of: auto mumps ldlt lapack mumps_mpi ma57 spral\n"))
+  EXPECT_TRUE(contains(solver.console,
+                       "linear_solver = gauss is not one of: auto mumps ldlt lapack mumps_mpi ma57 "
+                       "spral pardiso pardisomkl\n"))
       << solver.console;
   EXPECT_TRUE(contains(run({{"mu_strateggy", "adaptive"}}).console, "unknown option"));
 }
 
-// A library that is named has to be there; where it is, it factorizes (MA57's calling convention by a stand-in).
+// A library that is named has to be there; where it is, it factorizes (calling conventions by stand-ins).
 TEST(LoadedSolvers, FromALibraryThatAnOptionNames) {
-  const Solved solved = run({{"linear_solver", "ma57"}, {"hsllib", IPMINMAX_MA57_STAND_IN}});
-  EXPECT_EQ(solved.status, Ipopt::Solve_Succeeded) << solved.console;
-  EXPECT_FALSE(contains(solved.console, "has no effect")) << solved.console;
-  for (const auto& [solver, option] :
-       Settings{{"ma57", "hsllib"}, {"spral", "minmax_spral_library"}}) {
+  for (const auto& [solver, option, library] :
+       {std::array{"ma57", "hsllib", IPMINMAX_MA57_STAND_IN},
+        std::array{"pardiso", "pardisolib", IPMINMAX_PARDISO_STAND_IN},
+        std::array{"pardisomkl", "pardisolib", IPMINMAX_PARDISO_STAND_IN}}) {
+    const Solved solved =
+        run({{"linear_solver", solver}, {option, library}, {"print_ipopt_log", "yes"}});
+    EXPECT_EQ(solved.status, Ipopt::Solve_Succeeded) << solved.console;
+    EXPECT_FALSE(contains(solved.console, "has no effect")) << solved.console;
+    EXPECT_TRUE(contains(solved.console, std::string("linear solver ") + solver + "."))
+        << solved.console;
+  }
+  for (const auto& [solver, option] : Settings{{"ma57", "hsllib"},
+                                               {"spral", "minmax_spral_library"},
+                                               {"pardiso", "pardisolib"},
+                                               {"pardisomkl", "pardisolib"}}) {
     const Solved refused = run({{"linear_solver", solver}, {option, "/nowhere/lib.so"}});
     EXPECT_EQ(refused.status, Ipopt::Invalid_Option) << refused.console;
     EXPECT_TRUE(contains(refused.console, option + " = /nowhere/lib.so cannot be used"))
@@ -280,7 +291,7 @@ TEST(IpoptOnlyOptions, EveryAdviceIsOnAnOptionThatOnlyIpoptHas) {
   register_ipopt_only_options(*registry);
   // Ipopt 3.14's, which the registry has only where that is built with.
   const std::set<std::string_view> newer = {"gradient_approximation", "spral_*", "hsllib",
-                                            "grad_f_constant"};
+                                            "pardisomkl_*", "grad_f_constant"};
   // Ipopt 3.11's, which 3.14 has no more.
   const std::set<std::string_view> older = {"ma28_*", "print_options_latex_mode"};
   const auto covers = [&](std::string_view pattern) {
