@@ -84,8 +84,7 @@ Units certain_units(CanonicalProblem& canonical, Candidate& candidate) {
   const Point& point = candidate.point;
   Evaluation certain = point.evaluation;
   for (std::size_t k = 0; k < candidate.newton.hessian_change.size(); ++k) {
-    if (std::abs(certain.hessian[k]) <
-        parameter::kLeftOfEntry * candidate.newton.hessian_change[k]) {
+    if (std::abs(certain.hessian[k]) < parameter::kConfirmed * candidate.newton.hessian_change[k]) {
       certain.hessian[k] = 0.0;
     }
   }
@@ -175,11 +174,10 @@ void confirm(TestContext& c, Candidate& candidate, ActiveSetSystem& system) {
   if (candidate.newton.done) candidate.error += candidate.newton.error;
 }
 
-std::vector<bool> droppable(const CanonicalProblem& canonical, const Dependences& dependences,
-                            bool x_held) {
+std::vector<bool> droppable(const CanonicalProblem& canonical, const Dependences& dependences) {
   std::vector<bool> rows(at(canonical.constraints()), false);
   for (const Dependence& dependence : dependences.found) {
-    rows[at(dependence.row)] = x_held ? dependence.identical_in_y : dependence.identical;
+    rows[at(dependence.row)] = dependence.identical;
   }
   return rows;
 }
