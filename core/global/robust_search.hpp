@@ -53,7 +53,8 @@ class RobustSearch {
   void choose_copies();
   [[nodiscard]] bool solve_rounds();
   [[nodiscard]] Solved solve_worst_cases();
-  [[nodiscard]] Result solve_once(RobustCopies& copies);
+  [[nodiscard]] Solved solve_once(bool near);
+  [[nodiscard]] Solved go_alone();
   void keep_point(const RobustCopies& copies, const Result& result);
   [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
   [[nodiscard]] double gap(const RobustCopies& copies, const Result& result, std::size_t k) const;
@@ -102,6 +103,7 @@ class RobustSearch {
   std::vector<bool> reads_y_;
   bool names_infeasible_ = true;
   bool restarts_ = false;         ///< searches that fail begin anew
+  bool infeasible_ = false;       ///< no x near stands up to the worst cases as they are
   std::vector<double> verified_;  ///< where the answer was checked over all of y; empty: was not
   double violation_;              ///< largest of the last scan; NaN: none was made
   Result answer_;

@@ -372,6 +372,27 @@ TEST(RobustConstraint, ThatCannotBeMetIsNamedWithItsViolationAndY) {
   }
 }
 
+TEST(RobustConstraint, WorkBesideAFailedSearchIsCountedOnce) {
+  // x + y <= 0 and y - x <= 0 for y in [-1, 1]: no x.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x));
+  model.constraint(x + y, -kNoBound, 0.0, kMin);
+  model.constraint(y - x, -kNoBound, 0.0, kMin);
+  AutodiffProblem problem(model, {0.3, 0.0});
+  Index over_y = 0, solves = 0;
+  SolveObserver observer;
+  observer.on_iteration = [&](const IterationInfo& info) {
+    if (info.iteration == 0) ++(info.over_y ? over_y : solves);
+    return true;
+  };
+  const RobustResult answer = solve_robust(problem, {}, observer);
+  EXPECT_EQ(answer.result.status, Status::LocallyInfeasible) << answer.result.message;
+  EXPECT_EQ(answer.maximizations, over_y);
+  EXPECT_LE(answer.solves, solves);
+}
+
 /// Leyffer's example with two uncertain parameters: f reads the second one, the row the first.
 Model two_parameters() {
   Model model;
