@@ -112,7 +112,7 @@ Result Refinement::as_asked(Problem& model, const std::vector<double>& v, Index 
                             SearchStructure& structure) const {
   if (has_rows_for_every_y(model.structure(), options_)) {
     return RobustSearch({model, model}, options_, starts_over_y_of_rows(options_), budget_, start)
-        .run(v);
+        .run(v, known_);
   }
   Restarted restarted(model, v);
   return structure.solve(restarted, options_, budget_, budget_.observer_of(start, among_others_));

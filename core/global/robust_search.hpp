@@ -29,8 +29,9 @@ class RobustSearch {
                Index start);
 
   /// start: n values of the solved form; empty: the model's. The y of the start is the first worst
-  /// case.
-  [[nodiscard]] Result run(std::vector<double> start);
+  /// case, unless worst cases of a constraint near this start are known, of the solved form.
+  [[nodiscard]] Result run(std::vector<double> start,
+                           const std::vector<RobustWorstCase>& known = {});
   /// Begins with the maxima over y at the x of start.
   [[nodiscard]] Result run_from_maxima(std::vector<double> start);
 
@@ -51,10 +52,11 @@ class RobustSearch {
   void exchange_from(const Place& first);
   void begin_anew(const Place& first);
   void choose_copies();
+  void start_at_known(const std::vector<RobustWorstCase>& known);
   [[nodiscard]] bool solve_rounds();
   [[nodiscard]] Solved solve_worst_cases();
   [[nodiscard]] Solved solve_once(bool near);
-  [[nodiscard]] Solved go_alone();
+  [[nodiscard]] std::optional<Solved> go_alone();
   void keep_point(const RobustCopies& copies, const Result& result);
   [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
   [[nodiscard]] double gap(const RobustCopies& copies, const Result& result, std::size_t k) const;
