@@ -160,8 +160,8 @@ struct KktError {
   double scaled_complementarity = 0.0;
 
   [[nodiscard]] static KktError unknown() {
-    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-    return {kNaN, kNaN, kNaN, kNaN, kNaN, kNaN, kNaN, kNaN};
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    return {nan, nan, nan, nan, nan, nan, nan, nan};
   }
 };
 

@@ -8,7 +8,9 @@ shift || true
 
 cd "$root"
 cmake/install_dependencies.sh
-cmake --preset release
+# From scratch, but where there is a compiler cache, which cannot keep what this uses.
+precompile=${CMAKE_CXX_COMPILER_LAUNCHER:+OFF}
+cmake --preset release -DIPMINMAX_PRECOMPILE="${precompile:-ON}"
 cmake --build build/release --target "$example" -j "${JOBS:-$(nproc)}"
 export OPENBLAS_NUM_THREADS=${OPENBLAS_NUM_THREADS:-1}
 cd build/release/examples

@@ -10,8 +10,8 @@
 namespace ipminmax {
 namespace {
 
-std::mutex entry;  // held over a fork: no call of BLAS begins
-std::mutex mutex;
+std::mutex blas_entry;  // held over a fork: no call of BLAS begins
+std::mutex blas_mutex;
 int calls = 0;    // under way, under the mutex
 int holders = 0;  // of them: of those that want one thread
 int threads = 1;  // before the first of them
@@ -20,17 +20,17 @@ thread_local int own_calls = 0;
 /// OpenBLAS's threads end before a fork, also in the middle of their work, and a child would find
 /// its lock of buffers as another thread held it. So a fork waits for the calls of other threads.
 void before_fork() {
-  entry.lock();
-  mutex.lock();
+  blas_entry.lock();
+  blas_mutex.lock();
   while (calls > own_calls) {
-    mutex.unlock();
+    blas_mutex.unlock();
     std::this_thread::sleep_for(std::chrono::microseconds(20));
-    mutex.lock();
+    blas_mutex.lock();
   }
 }
 void after_fork() {
-  mutex.unlock();
-  entry.unlock();
+  blas_mutex.unlock();
+  blas_entry.unlock();
 }
 
 /// When the library is loaded, also where nothing makes a LibraryLock.
@@ -44,7 +44,7 @@ struct OpenBlas {
                                                            "openblas_set_num_threads"));
 };
 const OpenBlas& openblas() {
-  const std::lock_guard lock(mutex);  // a child must not find the look-up for ever under way
+  const std::lock_guard lock(blas_mutex);  // a child must not find the look-up for ever under way
   static const OpenBlas functions;
   return functions;
 }
@@ -63,9 +63,9 @@ int blas_threads() {
 SequentialBlas::SequentialBlas(double operations) {
   const OpenBlas& blas = openblas();
   holds_ = operations <= kOperationsWorthThreads && blas.get != nullptr && blas.set != nullptr;
-  std::unique_lock begins(entry, std::defer_lock);
+  std::unique_lock begins(blas_entry, std::defer_lock);
   if (own_calls++ == 0) begins.lock();
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(blas_mutex);
   ++calls;
   if (!holds_ || holders++ > 0) return;
   threads = blas.get();
@@ -74,7 +74,7 @@ SequentialBlas::SequentialBlas(double operations) {
 
 SequentialBlas::~SequentialBlas() {
   const OpenBlas& blas = openblas();
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(blas_mutex);
   --calls;
   --own_calls;
   if (holds_ && --holders == 0 && threads > 1) blas.set(threads);

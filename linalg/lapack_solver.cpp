@@ -27,8 +27,6 @@ namespace {
 /// Rows up to which calls of BLAS take longer than its work.
 constexpr Index kTiny = 24;
 
-std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
-
 /// The power of two next to 1 / sqrt(norm); 1 for an empty row.
 double equilibrating_factor(double norm) {
   if (norm >= 0.5 && norm < 4.0) return 1.0;
@@ -72,7 +70,7 @@ Analysis LapackSolver::analyze(const SymmetricMatrix& matrix, std::span<const st
   const double n = dimension_;
   Analysis analysis{false, Ordering::Amd, static_cast<std::int64_t>(n * (n + 1.0) / 2.0),
                     operations()};
-  const auto size = as_size(dimension_);
+  const auto size = at(dimension_);
   if (!blas_has_memory()) return analysis;
   try {
     dense_.resize(size * size);
@@ -104,20 +102,22 @@ std::unique_ptr<SymmetricSolver> LapackSolver::same_analysis(
   return other->analyze(matrix, signs).ok ? std::move(other) : nullptr;
 }
 
-/// scale_ so that the largest entry of every row of S A S is about 1 (Ruiz's iteration).
+/// scale_ so that the largest entry of every row of S A S is about 1 (Ruiz's iteration). Not where
+/// the scale of a row would overflow: next to nothing is left of it beside huge rows.
 void LapackSolver::equilibrate(const SymmetricMatrix& matrix) {
   const auto starts = matrix.column_starts();
   const auto rows = matrix.rows();
   const auto values = matrix.values();
   std::fill(scale_.begin(), scale_.end(), 1.0);
   constexpr int kSweeps = 4;
+  constexpr double kLargestScale = 0x1p600;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     std::fill(row_norms_.begin(), row_norms_.end(), 0.0);
     for (std::size_t j = 0; j < scale_.size(); ++j) {
       const double scale = scale_[j];
       double largest = row_norms_[j];
-      for (auto p = as_size(starts[j]); p < as_size(starts[j + 1]); ++p) {
-        const auto i = as_size(rows[p]);
+      for (auto p = at(starts[j]); p < at(starts[j + 1]); ++p) {
+        const auto i = at(rows[p]);
         const double magnitude = std::abs(values[p]) * scale_[i] * scale;
         row_norms_[i] = std::max(row_norms_[i], magnitude);
         largest = std::max(largest, magnitude);
@@ -128,7 +128,7 @@ void LapackSolver::equilibrate(const SymmetricMatrix& matrix) {
     for (std::size_t i = 0; i < scale_.size(); ++i) {
       const double factor = equilibrating_factor(row_norms_[i]);
       changed = changed || factor != 1.0;
-      scale_[i] *= factor;
+      scale_[i] = std::min(scale_[i] * factor, kLargestScale);
     }
     if (!changed) break;
   }
@@ -144,8 +144,8 @@ void LapackSolver::load_values(const SymmetricMatrix& matrix) {
   for (std::size_t j = 0; j < n; ++j) {
     double* column = dense_.data() + j * n;
     const double scale = scale_[j];
-    for (auto p = as_size(starts[j]); p < as_size(starts[j + 1]); ++p) {
-      const auto i = as_size(rows[p]);
+    for (auto p = at(starts[j]); p < at(starts[j + 1]); ++p) {
+      const auto i = at(rows[p]);
       column[i] = values[p] * scale_[i] * scale;
     }
   }
@@ -165,12 +165,12 @@ Factorization LapackSolver::count_pivots() {
   for (std::size_t k = 0; k < n;) {
     const auto d = [&](std::size_t i, std::size_t j) { return dense_[i + j * n]; };
     if (interchanges_[k] > 0) {
-      std::swap(scale[k], scale[as_size(interchanges_[k] - 1)]);
+      std::swap(scale[k], scale[at(interchanges_[k] - 1)]);
       counter.count(d(k, k), d(k, k) / (scale[k] * scale[k]));
       k += 1;
     } else {
-      std::swap(scale[k], scale[as_size(-interchanges_[k] - 1)]);
-      std::swap(scale[k + 1], scale[as_size(-interchanges_[k + 1] - 1)]);
+      std::swap(scale[k], scale[at(-interchanges_[k] - 1)]);
+      std::swap(scale[k + 1], scale[at(-interchanges_[k + 1] - 1)]);
       const double s = scale[k];
       const double t = scale[k + 1];
       const auto scaled = eigenvalues(d(k, k), d(k + 1, k), d(k + 1, k + 1));
@@ -234,7 +234,7 @@ LapackSolver::RookPivot LapackSolver::find_pivot(std::size_t k) const {
   };
   std::size_t row = k, next = largest_of_row(k);
   double size = next == row ? 0.0 : entry(row, next);
-  if (entry(k, k) >= share * size) return {.step = 1, .first = k, .last = k};
+  if (next == row || entry(k, k) >= share * size) return {.step = 1, .first = k, .last = k};
   for (;;) {
     const std::size_t after = largest_of_row(next);
     const double size_after = entry(next, after);
@@ -298,7 +298,7 @@ void LapackSolver::solve_tiny(double* b) const {
   const std::size_t n = scale_.size();
   const auto column = [&](std::size_t k) { return dense_.data() + k * n; };
   const auto interchange = [&](std::size_t k) {
-    std::swap(b[k], b[as_size(std::abs(interchanges_[k]) - 1)]);
+    std::swap(b[k], b[at(std::abs(interchanges_[k]) - 1)]);
   };
   for (std::size_t k = 0; k < n;) {
     const double* l = column(k);

@@ -9,11 +9,11 @@
 
 #include "linalg/ldlt_solver.hpp"
 
+#include "linalg/numbers.hpp"
+
 namespace ipminmax {
 
 namespace {
-
-std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
 
 constexpr EliminationCost kCost{.row = 4.0, .entry = 2.0, .update = 0.7};
 
@@ -40,7 +40,7 @@ Analysis LdltSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
 
 Analysis LdltSolver::analyze(const SymmetricMatrix& matrix, std::span<const std::int8_t> signs,
                              const OrderingChoice& ordering) {
-  if (signs.size() != as_size(matrix.dimension())) {
+  if (signs.size() != at(matrix.dimension())) {
     throw std::invalid_argument("LdltSolver: one sign per row is needed");
   }
   factorized_ = false;
@@ -55,7 +55,7 @@ Analysis LdltSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
     tree_ = elimination_tree(lower);
     pattern_ = {};  // before the new one
     pattern_ = factor_pattern(lower, tree_);
-    values_.resize(as_size(tree_.entries()));
+    values_.resize(at(tree_.entries()));
     columns_.resize(new_index_.size());
     row_.assign(new_index_.size(), 0.0);
     parts_ = parts_for_threads(tree_, pattern_, kCost, options_.threads);
@@ -90,33 +90,32 @@ void LdltSolver::build_pattern(const SymmetricMatrix& matrix, std::span<const st
   const auto rows = matrix.rows();
   const auto for_each_entry = [&](auto&& visit) {  // visit(place, row, column), row > column
     for (Index j = 0; j < n; ++j) {
-      for (Index p = starts[as_size(j)] + 1; p < starts[as_size(j) + 1]; ++p) {
-        const auto [column, row] =
-            std::minmax(new_index_[as_size(rows[as_size(p)])], new_index_[as_size(j)]);
+      for (Index p = starts[at(j)] + 1; p < starts[at(j) + 1]; ++p) {
+        const auto [column, row] = std::minmax(new_index_[at(rows[at(p)])], new_index_[at(j)]);
         visit(p, row, column);
       }
     }
   };
-  lower_starts_.assign(as_size(n) + 1, 0);
-  for_each_entry([&](Index, Index row, Index) { ++lower_starts_[as_size(row) + 1]; });
+  lower_starts_.assign(at(n) + 1, 0);
+  for_each_entry([&](Index, Index row, Index) { ++lower_starts_[at(row) + 1]; });
   std::partial_sum(lower_starts_.begin(), lower_starts_.end(), lower_starts_.begin());
   std::vector<Index> next(lower_starts_.begin(), lower_starts_.end() - 1);
-  lower_columns_.resize(as_size(lower_starts_.back()));
+  lower_columns_.resize(at(lower_starts_.back()));
   lower_places_.resize(lower_columns_.size());
   couplings_.clear();
   for_each_entry([&](Index p, Index row, Index column) {
-    const std::size_t place = as_size(next[as_size(row)]++);
+    const std::size_t place = at(next[at(row)]++);
     lower_columns_[place] = column;
     lower_places_[place] = p;
   });
-  diagonal_places_.resize(as_size(n));
-  gamma_weights_.resize(as_size(n));
+  diagonal_places_.resize(at(n));
+  gamma_weights_.resize(at(n));
   for (Index i = 0; i < n; ++i) {
-    const std::size_t k = as_size(new_index_[as_size(i)]);
+    const std::size_t k = at(new_index_[at(i)]);
     diagonal_places_[k] = matrix.diagonal_position(i);
-    gamma_weights_[k] = gamma_weight(as_size(i), signs[as_size(i)]);
-    for (Index p = starts[as_size(i)] + 1; p < starts[as_size(i) + 1]; ++p) {
-      if (signs[as_size(rows[as_size(p)])] != signs[as_size(i)]) couplings_.push_back(p);
+    gamma_weights_[k] = gamma_weight(at(i), signs[at(i)]);
+    for (Index p = starts[at(i)] + 1; p < starts[at(i) + 1]; ++p) {
+      if (signs[at(rows[at(p)])] != signs[at(i)]) couplings_.push_back(p);
     }
   }
 }
@@ -125,7 +124,7 @@ double LdltSolver::suitable_gamma(const SymmetricMatrix& matrix) const {
   constexpr double kLargest = 1e3;  // over the option
   const auto values = matrix.values();
   double coupling = 1.0;
-  for (const Index p : couplings_) coupling = std::max(coupling, std::abs(values[as_size(p)]));
+  for (const Index p : couplings_) coupling = std::max(coupling, std::abs(values[at(p)]));
   return options_.ldlt_gamma * std::min(coupling * coupling, kLargest);
 }
 
@@ -160,16 +159,16 @@ bool LdltSolver::eliminate(std::span<const Index> rows_of_part, std::span<const 
   double* const l = values_.data();
   const Index* const rows = pattern_.rows.data();
   for (const Index row : rows_of_part) {
-    const std::size_t k = as_size(row);
-    const std::size_t lower_end = as_size(lower_starts_[k + 1]);
-    for (std::size_t p = as_size(lower_starts_[k]); p < lower_end; ++p) {
-      y[lower_columns_[p]] += values[as_size(lower_places_[p])];
+    const std::size_t k = at(row);
+    const std::size_t lower_end = at(lower_starts_[k + 1]);
+    for (std::size_t p = at(lower_starts_[k]); p < lower_end; ++p) {
+      y[lower_columns_[p]] += values[at(lower_places_[p])];
     }
-    double pivot = values[as_size(diagonal_places_[k])] + gamma * gamma_weights_[k];
-    const std::size_t row_end = as_size(pattern_.row_starts[k + 1]);
-    for (std::size_t r = as_size(pattern_.row_starts[k]); r < row_end; ++r) {
+    double pivot = values[at(diagonal_places_[k])] + gamma * gamma_weights_[k];
+    const std::size_t row_end = at(pattern_.row_starts[k + 1]);
+    for (std::size_t r = at(pattern_.row_starts[k]); r < row_end; ++r) {
       const Index i = pattern_.columns[r];
-      Column& column = columns_[as_size(i)];
+      Column& column = columns_[at(i)];
       const double y_i = y[i];
       y[i] = 0.0;
       for (Index p = column.begin; p < column.end; ++p) y[rows[p]] -= l[p] * y_i;
@@ -190,10 +189,10 @@ void LdltSolver::solve_in_place(std::span<double> rhs, Index columns) {
   }
   const std::size_t n = new_index_.size();
   std::size_t c = 0;
-  for (; c + kTogether <= as_size(columns); c += kTogether) {
+  for (; c + kTogether <= at(columns); c += kTogether) {
     solve_together(rhs.subspan(c * n, kTogether * n));
   }
-  for (; c < as_size(columns) && n > 0; ++c) {
+  for (; c < at(columns) && n > 0; ++c) {
     solve_one(rhs.subspan(c * n, n));
   }
 }
@@ -224,7 +223,7 @@ void LdltSolver::solve_together(std::span<double> rhs) {
   if (together_.size() != n) together_.resize(n);
   std::vector<Row>& x = together_;
   for (std::size_t c = 0; c < kTogether; ++c) {
-    for (std::size_t i = 0; i < n; ++i) x[as_size(new_index_[i])][c] = rhs[c * n + i];
+    for (std::size_t i = 0; i < n; ++i) x[at(new_index_[i])][c] = rhs[c * n + i];
   }
   for (std::size_t j = 0; j < n; ++j) {
     const Row x_j = x[j];
@@ -241,7 +240,7 @@ void LdltSolver::solve_together(std::span<double> rhs) {
     x[j] = x_j;
   }
   for (std::size_t c = 0; c < kTogether; ++c) {
-    for (std::size_t i = 0; i < n; ++i) rhs[c * n + i] = x[as_size(new_index_[i])][c];
+    for (std::size_t i = 0; i < n; ++i) rhs[c * n + i] = x[at(new_index_[i])][c];
   }
 }
 
@@ -254,8 +253,8 @@ void LdltSolver::ColumnRange::include(ColumnRange other) {
 /// Columns of B with an entry in each row of the elimination order.
 void LdltSolver::find_ranges(const SparseColumns& b, std::vector<ColumnRange>& ranges) const {
   for (Index k = 0; k < b.columns(); ++k) {
-    for (Index p = b.starts[as_size(k)]; p < b.starts[as_size(k) + 1]; ++p) {
-      ranges[as_size(new_index_[as_size(b.rows[as_size(p)])])].include({k, k + 1});
+    for (Index p = b.starts[at(k)]; p < b.starts[at(k) + 1]; ++p) {
+      ranges[at(new_index_[at(b.rows[at(p)])])].include({k, k + 1});
     }
   }
 }
@@ -266,32 +265,32 @@ void LdltSolver::inverse_product(const SparseColumns& b, std::span<double> produ
   std::fill(product.begin(), product.end(),
             factorized_ ? 0.0 : std::numeric_limits<double>::quiet_NaN());
   if (!factorized_) return;
-  const auto columns = as_size(b.columns());
+  const auto columns = at(b.columns());
   const std::size_t n = new_index_.size();
   if (forward_.size() != n * columns) forward_.assign(n * columns, 0.0);
   if (ranges_.size() != n) ranges_.assign(n, {});
   find_ranges(b, ranges_);
   for (std::size_t k = 0; k < columns; ++k) {
     for (Index p = b.starts[k]; p < b.starts[k + 1]; ++p) {
-      const Index row = new_index_[as_size(b.rows[as_size(p)])];
-      forward_[as_size(row) * columns + k] += b.values[as_size(p)];
+      const Index row = new_index_[at(b.rows[at(p)])];
+      forward_[at(row) * columns + k] += b.values[at(p)];
     }
   }
   for (std::size_t j = 0; j < n; ++j) {
     const ColumnRange range = ranges_[j];
     if (range.begin == range.end) continue;
     ranges_[j] = {};
-    const std::size_t width = as_size(range.end - range.begin);
-    double* z_j = &forward_[j * columns + as_size(range.begin)];
+    const std::size_t width = at(range.end - range.begin);
+    double* z_j = &forward_[j * columns + at(range.begin)];
     const double inverse = 1.0 / columns_[j].pivot;
     for (std::size_t a = 0; a < width; ++a) {
       const double factor = z_j[a] * inverse;
-      double* target = &product[(as_size(range.begin) + a) * columns + as_size(range.begin)];
+      double* target = &product[(at(range.begin) + a) * columns + at(range.begin)];
       for (std::size_t i = a; i < width; ++i) target[i] += factor * z_j[i];
     }
     for_each_of_column(j, [&](std::size_t i, double value) {
       ranges_[i].include(range);
-      double* z_i = &forward_[i * columns + as_size(range.begin)];
+      double* z_i = &forward_[i * columns + at(range.begin)];
       for (std::size_t a = 0; a < width; ++a) z_i[a] -= value * z_j[a];
     });
     std::fill(z_j, z_j + width, 0.0);
@@ -307,7 +306,7 @@ double LdltSolver::predict_inverse_product_flops(const SparseColumns& b) const {
     const double entries = tree_.column_starts[j + 1] - tree_.column_starts[j];
     flops += width * (width + 2.0 * entries);
     const Index parent = tree_.parent[j];
-    if (parent >= 0) ranges[as_size(parent)].include(ranges[j]);
+    if (parent >= 0) ranges[at(parent)].include(ranges[j]);
   }
   return flops;
 }

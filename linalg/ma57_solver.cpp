@@ -6,6 +6,7 @@
 
 #include "linalg/blas_threads.hpp"
 #include "linalg/library_lock.hpp"
+#include "linalg/numbers.hpp"
 #include "linalg/solver_library.hpp"
 
 namespace ipminmax {
@@ -14,12 +15,10 @@ namespace {
 constexpr double kNullPivot = 1e-12;  ///< as in MUMPS, rows being scaled
 
 // Values of INFO(1), from MA57's specification.
-constexpr int kNoRealSpace = -3, kNoIntegerSpace = -4, kSingular = 4;
+constexpr int kNoRealSpace = -3, kNoIntegerSpace = -4, kSingularMatrix = 4;
 
 /// Space beyond the forecast, which knows no delayed pivots.
 constexpr double kSpace = 1.2;
-
-std::size_t as_size(int i) { return static_cast<std::size_t>(i); }
 
 /// At least `needed` entries and half as many again as there are. Throws std::bad_alloc, also
 /// beyond what an int counts.
@@ -69,12 +68,11 @@ std::unique_ptr<LoadedSolver> Ma57Solver::another() const {
 
 bool Ma57Solver::analyze_in_order(const SymmetricMatrix& matrix) {
   const int n = dimension(), ne = matrix.nonzeros();
-  std::vector<int> irn(as_size(ne)), jcn(as_size(ne));
+  std::vector<int> irn(at(ne)), jcn(at(ne));
   for (int j = 0; j < n; ++j) {
-    for (int p = matrix.column_starts()[as_size(j)]; p < matrix.column_starts()[as_size(j) + 1];
-         ++p) {
-      irn[as_size(p)] = matrix.rows()[as_size(p)] + 1;
-      jcn[as_size(p)] = j + 1;
+    for (int p = matrix.column_starts()[at(j)]; p < matrix.column_starts()[at(j) + 1]; ++p) {
+      irn[at(p)] = matrix.rows()[at(p)] + 1;
+      jcn[at(p)] = j + 1;
     }
   }
   library_->defaults(cntl_.data(), icntl_.data());
@@ -85,9 +83,9 @@ bool Ma57Solver::analyze_in_order(const SymmetricMatrix& matrix) {
   icntl_[6] = 1;  // threshold pivoting
   icntl_[7] = 1;  // without space: end, do not wait for more
   const int lkeep = 5 * n + ne + std::max(n, ne) + 42;
-  keep_.assign(as_size(lkeep), 0);
+  keep_.assign(at(lkeep), 0);
   std::ranges::transform(order(), keep_.begin(), [](Index place) { return place + 1; });
-  iwork_.resize(5 * as_size(n));
+  iwork_.resize(5 * at(n));
   const LibraryLock lock;
   library_->analyse(&n, &ne, irn.data(), jcn.data(), &lkeep, keep_.data(), iwork_.data(),
                     icntl_.data(), info_.data(), rinfo_.data());
@@ -122,7 +120,7 @@ bool Ma57Solver::factorize_values(const SymmetricMatrix& matrix, Pivots& pivots)
   const LibraryLock lock;
   const SequentialBlas sequential(analysis().flops);
   const int status = factorize_with_enough_space(matrix);
-  pivots = {.negative = info_[23], .rank = status == kSingular ? info_[24] : dimension()};
+  pivots = {.negative = info_[23], .rank = status == kSingularMatrix ? info_[24] : dimension()};
   return status >= 0;
 }
 

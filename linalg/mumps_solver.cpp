@@ -13,6 +13,7 @@
 #include "linalg/memory_limit.hpp"
 #include "linalg/mpi_library.hpp"
 #include "linalg/mumps_solver.hpp"
+#include "linalg/numbers.hpp"
 #include "linalg/ordering.hpp"
 #include "linalg/reproducible_rand.hpp"
 
@@ -26,8 +27,6 @@ double analysis_bytes(const SymmetricMatrix& matrix) {
 }
 
 static_assert(std::is_same_v<MUMPS_INT, Index>, "MUMPS must be built with 32-bit integers");
-
-std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
 
 // Values of JOB and INFOG(1) from the MUMPS users' guide.
 enum Job { kInitialize = -1, kTerminate = -2, kAnalyze = 1, kFactorize = 2, kSolve = 3 };
@@ -88,7 +87,7 @@ bool pord_can_order(const SymmetricMatrix& matrix) {
 bool has_zero_diagonal(const SymmetricMatrix& matrix) {
   const auto values = matrix.values();
   for (Index i = 0; i < matrix.dimension(); ++i) {
-    if (values[as_size(matrix.diagonal_position(i))] == 0.0) return true;
+    if (values[at(matrix.diagonal_position(i))] == 0.0) return true;
   }
   return false;
 }
@@ -187,7 +186,7 @@ void MumpsSolver::take_pattern(const SymmetricMatrix& matrix) {
   rows_.resize(rows.size());
   columns_.resize(rows.size());
   for (Index j = 0; j < dimension_; ++j) {
-    for (auto p = as_size(starts[as_size(j)]); p < as_size(starts[as_size(j) + 1]); ++p) {
+    for (auto p = at(starts[at(j)]); p < at(starts[at(j) + 1]); ++p) {
       rows_[p] = rows[p] + 1;
       columns_[p] = j + 1;
     }

@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "linalg/library_lock.hpp"
+#include "linalg/numbers.hpp"
 #include "linalg/ordering.hpp"
 #include "linalg/reproducible_rand.hpp"
 #include "linalg/tree_parts.hpp"
@@ -20,16 +21,14 @@ namespace {
 
 static_assert(std::is_same_v<idx_t, Index>, "METIS must be built with 32-bit indices");
 
-std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
-
 /// Compressed lists of indices: list k is items[starts[k]], ..., items[starts[k + 1] - 1].
 struct Lists {
   std::vector<Index> starts;
   std::vector<Index> items;
 
   [[nodiscard]] std::span<const Index> operator[](Index k) const {
-    const auto begin = as_size(starts[as_size(k)]);
-    return {items.data() + begin, as_size(starts[as_size(k) + 1]) - begin};
+    const auto begin = at(starts[at(k)]);
+    return {items.data() + begin, at(starts[at(k) + 1]) - begin};
   }
 };
 
@@ -39,8 +38,8 @@ void for_each_off_diagonal(const SymmetricMatrix& matrix, Visitor&& visit) {
   const auto starts = matrix.column_starts();
   const auto rows = matrix.rows();
   for (Index j = 0; j < matrix.dimension(); ++j) {
-    for (Index p = starts[as_size(j)] + 1; p < starts[as_size(j) + 1]; ++p) {
-      visit(rows[as_size(p)], j);
+    for (Index p = starts[at(j)] + 1; p < starts[at(j) + 1]; ++p) {
+      visit(rows[at(p)], j);
     }
   }
 }
@@ -49,12 +48,12 @@ void for_each_off_diagonal(const SymmetricMatrix& matrix, Visitor&& visit) {
 template <class ForEachPair>
 Lists collect(Index count, ForEachPair&& for_each_pair) {
   Lists lists;
-  lists.starts.assign(as_size(count) + 1, 0);
-  for_each_pair([&](Index k, Index) { ++lists.starts[as_size(k) + 1]; });
+  lists.starts.assign(at(count) + 1, 0);
+  for_each_pair([&](Index k, Index) { ++lists.starts[at(k) + 1]; });
   std::partial_sum(lists.starts.begin(), lists.starts.end(), lists.starts.begin());
-  lists.items.resize(as_size(lists.starts.back()));
+  lists.items.resize(at(lists.starts.back()));
   std::vector<Index> next(lists.starts.begin(), lists.starts.end() - 1);
-  for_each_pair([&](Index k, Index item) { lists.items[as_size(next[as_size(k)]++)] = item; });
+  for_each_pair([&](Index k, Index item) { lists.items[at(next[at(k)]++)] = item; });
   return lists;
 }
 
@@ -74,7 +73,7 @@ Lists adjacency(const SymmetricMatrix& matrix, bool with_diagonal) {
 }
 
 std::vector<Index> identity_ordering(Index dimension) {
-  std::vector<Index> new_index(as_size(dimension));
+  std::vector<Index> new_index(at(dimension));
   std::iota(new_index.begin(), new_index.end(), 0);
   return new_index;
 }
@@ -90,8 +89,8 @@ std::vector<Index> amd_ordering(const SymmetricMatrix& matrix) {
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> order;
   Eigen::internal::minimum_degree_ordering(pattern, order);  // order[k]: the row eliminated k-th
 
-  std::vector<Index> new_index(as_size(n));
-  for (Index k = 0; k < n; ++k) new_index[as_size(order.indices()[k])] = k;
+  std::vector<Index> new_index(at(n));
+  for (Index k = 0; k < n; ++k) new_index[at(order.indices()[k])] = k;
   return new_index;
 }
 
@@ -99,8 +98,8 @@ std::vector<Index> metis_ordering(const SymmetricMatrix& matrix) {
   const Index n = matrix.dimension();
   Lists graph = adjacency(matrix, /*with_diagonal=*/false);
   if (graph.items.empty()) return identity_ordering(n);
-  std::vector<Index> order(as_size(n));      // order[k]: the row eliminated k-th
-  std::vector<Index> new_index(as_size(n));  // METIS calls it iperm
+  std::vector<Index> order(at(n));      // order[k]: the row eliminated k-th
+  std::vector<Index> new_index(at(n));  // METIS calls it iperm
   idx_t options[METIS_NOPTIONS];
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 1;
@@ -117,14 +116,14 @@ std::vector<Index> metis_ordering(const SymmetricMatrix& matrix) {
 /// parent[j] of every node in the elimination tree, -1 at roots (Liu, with path compression).
 /// before[k]: the neighbours of k that are eliminated before it.
 std::vector<Index> parents(const Lists& before, Index n) {
-  std::vector<Index> parent(as_size(n), -1);
-  std::vector<Index> ancestor(as_size(n), -1);
+  std::vector<Index> parent(at(n), -1);
+  std::vector<Index> ancestor(at(n), -1);
   for (Index k = 0; k < n; ++k) {
     for (Index i : before[k]) {
       while (i != -1 && i < k) {
-        const Index next = ancestor[as_size(i)];
-        ancestor[as_size(i)] = k;
-        if (next == -1) parent[as_size(i)] = k;
+        const Index next = ancestor[at(i)];
+        ancestor[at(i)] = k;
+        if (next == -1) parent[at(i)] = k;
         i = next;
       }
     }
@@ -142,9 +141,9 @@ std::vector<Index> column_counts(const Lists& after, const std::vector<Index>& p
   std::vector<Index> count(n, 0);
   for (std::size_t k = 0; k < n; ++k) {
     Index j = post[k];
-    count[as_size(j)] = first[as_size(j)] == -1 ? 1 : 0;  // a leaf of the tree
-    for (; j != -1 && first[as_size(j)] == -1; j = parent[as_size(j)]) {
-      first[as_size(j)] = static_cast<Index>(k);
+    count[at(j)] = first[at(j)] == -1 ? 1 : 0;  // a leaf of the tree
+    for (; j != -1 && first[at(j)] == -1; j = parent[at(j)]) {
+      first[at(j)] = static_cast<Index>(k);
     }
   }
 
@@ -153,28 +152,28 @@ std::vector<Index> column_counts(const Lists& after, const std::vector<Index>& p
   std::vector<Index> ancestor(n);           // disjoint sets: root of the part already visited
   std::iota(ancestor.begin(), ancestor.end(), 0);
   for (const Index j : post) {
-    const Index up = parent[as_size(j)];
-    if (up != -1) --count[as_size(up)];
+    const Index up = parent[at(j)];
+    if (up != -1) --count[at(up)];
     for (const Index i : after[j]) {
-      if (first[as_size(j)] <= max_first[as_size(i)]) continue;  // j is no leaf of row subtree i
-      max_first[as_size(i)] = first[as_size(j)];
-      ++count[as_size(j)];
-      const Index leaf = previous_leaf[as_size(i)];
-      previous_leaf[as_size(i)] = j;
+      if (first[at(j)] <= max_first[at(i)]) continue;  // j is no leaf of row subtree i
+      max_first[at(i)] = first[at(j)];
+      ++count[at(j)];
+      const Index leaf = previous_leaf[at(i)];
+      previous_leaf[at(i)] = j;
       if (leaf == -1) continue;
       Index meet = leaf;
-      while (meet != ancestor[as_size(meet)]) meet = ancestor[as_size(meet)];
+      while (meet != ancestor[at(meet)]) meet = ancestor[at(meet)];
       for (Index s = leaf; s != meet;) {
-        const Index next = ancestor[as_size(s)];
-        ancestor[as_size(s)] = meet;
+        const Index next = ancestor[at(s)];
+        ancestor[at(s)] = meet;
         s = next;
       }
-      --count[as_size(meet)];
+      --count[at(meet)];
     }
-    if (up != -1) ancestor[as_size(j)] = up;
+    if (up != -1) ancestor[at(j)] = up;
   }
   for (std::size_t j = 0; j < n; ++j) {  // parent[j] > j
-    if (parent[j] != -1) count[as_size(parent[j])] += count[j];
+    if (parent[j] != -1) count[at(parent[j])] += count[j];
   }
   return count;
 }
@@ -194,7 +193,7 @@ FactorSize predict_factor_size(const SymmetricMatrix& matrix, std::span<const In
   const auto collect_permuted = [&](bool later_neighbours) {
     return collect(n, [&](auto&& add) {
       for_each_off_diagonal(matrix, [&](Index i, Index j) {
-        const auto [early, late] = std::minmax(new_index[as_size(i)], new_index[as_size(j)]);
+        const auto [early, late] = std::minmax(new_index[at(i)], new_index[at(j)]);
         if (later_neighbours) {
           add(early, late);
         } else {
@@ -229,14 +228,13 @@ OrderingChoice divided(const SymmetricMatrix& matrix, OrderingChoice choice) {
   }
   const Lists rows = collect(matrix.dimension(), [&](auto&& add) {
     for_each_off_diagonal(matrix, [&](Index i, Index j) {
-      const auto [early, late] =
-          std::minmax(choice.new_index[as_size(i)], choice.new_index[as_size(j)]);
+      const auto [early, late] = std::minmax(choice.new_index[at(i)], choice.new_index[at(j)]);
       add(late, early);
     });
   });
   const std::vector<Index> place = order_for_two_parts({rows.starts, rows.items});
   if (place.empty()) return choice;
-  for (Index& k : choice.new_index) k = place[as_size(k)];
+  for (Index& k : choice.new_index) k = place[at(k)];
   choice.size = predict_factor_size(matrix, choice.new_index);
   return choice;
 }

@@ -190,7 +190,7 @@ void postpone(std::span<const Triplet> edges, const std::vector<bool>& waits,
   for (std::size_t k = 0; k < order.size(); ++k) position[at(order[k])] = static_cast<Index>(k);
 }
 
-constexpr EliminationCost kCost{.row = 30.0, .entry = 6.0, .update = 2.0};
+constexpr EliminationCost kPairCost{.row = 30.0, .entry = 6.0, .update = 2.0};
 
 /// a b - c d without cancellation of rounding errors (Kahan).
 double difference_of_products(double a, double b, double c, double d) {
@@ -382,7 +382,7 @@ bool PairedLdltSolver::make_room() {
   try {
     blocks_ = {};  // before the new ones
     FactorPattern pattern = factor_pattern({row_starts_, row_columns_}, tree_);
-    parts_ = parts_for_threads(tree_, pattern, kCost, threads_);
+    parts_ = parts_for_threads(tree_, pattern, kPairCost, threads_);
     pivots_.resize(parts_.starts.size());
     blocks_.resize(at(tree_.entries()));
     pattern_ = std::move(pattern);

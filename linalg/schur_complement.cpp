@@ -4,6 +4,8 @@
 
 #include "linalg/schur_complement.hpp"
 
+#include "linalg/numbers.hpp"
+
 namespace ipminmax {
 
 namespace {
@@ -11,11 +13,9 @@ namespace {
 /// Entries of B' C^-1 B over those of K beyond which S has lost too many digits.
 constexpr double kMaxGrowth = 1e8;
 
-std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
-
 SymmetricMatrix full_pattern(Index dimension) {
   std::vector<Triplet> entries;
-  entries.reserve(as_size(dimension) * (as_size(dimension) + 1) / 2);
+  entries.reserve(at(dimension) * (at(dimension) + 1) / 2);
   for (Index j = 0; j < dimension; ++j) {
     for (Index i = j; i < dimension; ++i) entries.push_back({i, j});
   }
@@ -29,10 +29,10 @@ SchurComplement::SchurComplement(const SymmetricMatrix& matrix, std::span<const 
   const auto rows = matrix.rows();
   std::vector<Index> outer_index(inner_row.size(), -1);
   for (Index i = 0; i < matrix.dimension(); ++i) {
-    if (inner_row[as_size(i)] >= 0) {
+    if (inner_row[at(i)] >= 0) {
       inner_.push_back(i);
     } else {
-      outer_index[as_size(i)] = outer_dimension();
+      outer_index[at(i)] = outer_dimension();
       outer_.push_back(i);
     }
   }
@@ -43,39 +43,39 @@ SchurComplement::SchurComplement(const SymmetricMatrix& matrix, std::span<const 
   // Two passes over the entries of B: counts, then places.
   const auto for_each_coupling = [&](auto&& visit) {  // visit(outer column, inner row, position)
     for (Index j = 0; j < matrix.dimension(); ++j) {
-      const Index column = outer_index[as_size(j)];
-      for (Index p = starts[as_size(j)]; p < starts[as_size(j) + 1]; ++p) {
-        const Index i = rows[as_size(p)];
-        const Index row = outer_index[as_size(i)];
-        if (column >= 0 && row < 0) visit(column, inner_row[as_size(i)], p);
-        if (column < 0 && row >= 0) visit(row, inner_row[as_size(j)], p);
+      const Index column = outer_index[at(j)];
+      for (Index p = starts[at(j)]; p < starts[at(j) + 1]; ++p) {
+        const Index i = rows[at(p)];
+        const Index row = outer_index[at(i)];
+        if (column >= 0 && row < 0) visit(column, inner_row[at(i)], p);
+        if (column < 0 && row >= 0) visit(row, inner_row[at(j)], p);
       }
     }
   };
-  coupling_starts_.assign(as_size(outer) + 1, 0);
-  for_each_coupling([&](Index column, Index, Index) { ++coupling_starts_[as_size(column) + 1]; });
-  for (std::size_t k = 0; k < as_size(outer); ++k) coupling_starts_[k + 1] += coupling_starts_[k];
+  coupling_starts_.assign(at(outer) + 1, 0);
+  for_each_coupling([&](Index column, Index, Index) { ++coupling_starts_[at(column) + 1]; });
+  for (std::size_t k = 0; k < at(outer); ++k) coupling_starts_[k + 1] += coupling_starts_[k];
   std::vector<Index> next(coupling_starts_.begin(), coupling_starts_.end() - 1);
-  coupling_rows_.resize(as_size(coupling_starts_.back()));
+  coupling_rows_.resize(at(coupling_starts_.back()));
   coupling_entries_.resize(coupling_rows_.size());
   coupling_.resize(coupling_rows_.size());
   for_each_coupling([&](Index column, Index row, Index p) {
-    const std::size_t place = as_size(next[as_size(column)]++);
+    const std::size_t place = at(next[at(column)]++);
     coupling_rows_[place] = row;
     coupling_entries_[place] = p;
   });
 
   for (Index j = 0; j < matrix.dimension(); ++j) {
-    const Index column = outer_index[as_size(j)];
-    for (Index p = starts[as_size(j)]; p < starts[as_size(j) + 1]; ++p) {
-      const Index row = outer_index[as_size(rows[as_size(p)])];
+    const Index column = outer_index[at(j)];
+    for (Index p = starts[at(j)]; p < starts[at(j) + 1]; ++p) {
+      const Index row = outer_index[at(rows[at(p)])];
       if (column < 0 && row < 0) inner_entries_.push_back(p);
       if (column < 0 || row < 0) continue;
       outer_entries_.push_back(p);
       outer_targets_.push_back(complement_.diagonal_position(column) + row - column);
     }
   }
-  product_.resize(as_size(outer) * as_size(outer));
+  product_.resize(at(outer) * at(outer));
   outer_rhs_.resize(outer_.size());
   inner_rhs_.resize(inner_.size());
 }
@@ -87,20 +87,20 @@ double SchurComplement::predict_flops(const SymmetricSolver& inner) const {
 
 void SchurComplement::extract_inner(const SymmetricMatrix& matrix, std::span<double> values) const {
   for (std::size_t k = 0; k < inner_entries_.size(); ++k) {
-    values[k] = matrix.values()[as_size(inner_entries_[k])];
+    values[k] = matrix.values()[at(inner_entries_[k])];
   }
 }
 
 bool SchurComplement::form(const SymmetricMatrix& matrix, SymmetricSolver& inner) {
   for (std::size_t k = 0; k < coupling_.size(); ++k) {
-    coupling_[k] = matrix.values()[as_size(coupling_entries_[k])];
+    coupling_[k] = matrix.values()[at(coupling_entries_[k])];
   }
   inner.inverse_product(coupling(), product_);
   const double limit = kMaxGrowth * matrix.max_norm();
   for (Index j = 0; j < outer_dimension(); ++j) {
     for (Index i = j; i < outer_dimension(); ++i) {
       // false for NaN, too
-      if (!(std::abs(product_[as_size(i) + as_size(j) * outer_.size()]) <= limit)) return false;
+      if (!(std::abs(product_[at(i) + at(j) * outer_.size()]) <= limit)) return false;
     }
   }
   return true;
@@ -115,32 +115,32 @@ Factorization SchurComplement::factorize(const SymmetricMatrix& matrix) {
     }
   }
   for (std::size_t k = 0; k < outer_entries_.size(); ++k) {
-    values[as_size(outer_targets_[k])] += matrix.values()[as_size(outer_entries_[k])];
+    values[at(outer_targets_[k])] += matrix.values()[at(outer_entries_[k])];
   }
   return dense_.factorize(complement_);
 }
 
 void SchurComplement::solve_in_place(SymmetricSolver& inner, std::span<double> rhs) {
   // S u = r - B' C^-1 s,  C w = s - B u
-  for (std::size_t k = 0; k < inner_.size(); ++k) inner_rhs_[k] = rhs[as_size(inner_[k])];
+  for (std::size_t k = 0; k < inner_.size(); ++k) inner_rhs_[k] = rhs[at(inner_[k])];
   inner.solve_in_place(inner_rhs_);
   for (std::size_t j = 0; j < outer_.size(); ++j) {
-    double sum = rhs[as_size(outer_[j])];
-    for (auto p = as_size(coupling_starts_[j]); p < as_size(coupling_starts_[j + 1]); ++p) {
-      sum -= coupling_[p] * inner_rhs_[as_size(coupling_rows_[p])];
+    double sum = rhs[at(outer_[j])];
+    for (auto p = at(coupling_starts_[j]); p < at(coupling_starts_[j + 1]); ++p) {
+      sum -= coupling_[p] * inner_rhs_[at(coupling_rows_[p])];
     }
     outer_rhs_[j] = sum;
   }
   dense_.solve_in_place(outer_rhs_);
-  for (std::size_t k = 0; k < inner_.size(); ++k) inner_rhs_[k] = rhs[as_size(inner_[k])];
+  for (std::size_t k = 0; k < inner_.size(); ++k) inner_rhs_[k] = rhs[at(inner_[k])];
   for (std::size_t j = 0; j < outer_.size(); ++j) {
-    for (auto p = as_size(coupling_starts_[j]); p < as_size(coupling_starts_[j + 1]); ++p) {
-      inner_rhs_[as_size(coupling_rows_[p])] -= coupling_[p] * outer_rhs_[j];
+    for (auto p = at(coupling_starts_[j]); p < at(coupling_starts_[j + 1]); ++p) {
+      inner_rhs_[at(coupling_rows_[p])] -= coupling_[p] * outer_rhs_[j];
     }
-    rhs[as_size(outer_[j])] = outer_rhs_[j];
+    rhs[at(outer_[j])] = outer_rhs_[j];
   }
   inner.solve_in_place(inner_rhs_);
-  for (std::size_t k = 0; k < inner_.size(); ++k) rhs[as_size(inner_[k])] = inner_rhs_[k];
+  for (std::size_t k = 0; k < inner_.size(); ++k) rhs[at(inner_[k])] = inner_rhs_[k];
 }
 
 }  // namespace ipminmax

@@ -35,7 +35,7 @@ struct Inform {
 };
 
 enum Flag { kAllocation = -50, kNoCancellation = -53 };
-constexpr int kOrderGiven = 0;
+constexpr int kGivenOrder = 0;
 /// Entries of each row and column about 1: a pivot of `small` has a meaning then.
 constexpr int kNormEquilibration = 4;
 constexpr double kSmallPivot = 1e-12;  ///< as the null pivots of MUMPS
@@ -66,7 +66,7 @@ struct SpralSolver::Factors {
     library->default_options(&options);
     options.array_base = 0;
     options.print_level = -1;
-    options.ordering = kOrderGiven;
+    options.ordering = kGivenOrder;
     options.use_gpu = false;
     options.scaling = kNormEquilibration;
     options.action = true;  // a singular matrix is factorized, too

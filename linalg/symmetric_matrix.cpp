@@ -4,19 +4,18 @@
 #include <stdexcept>
 #include <string>
 
+#include "linalg/numbers.hpp"
 #include "linalg/symmetric_matrix.hpp"
 
 namespace ipminmax {
 
 namespace {
 
-std::size_t as_size(Index i) { return static_cast<std::size_t>(i); }
-
 void check_entries(Index dimension, std::span<const Triplet> entries) {
   if (dimension < 0) {
     throw std::invalid_argument("SymmetricMatrix: negative dimension " + std::to_string(dimension));
   }
-  const auto max_entries = as_size(std::numeric_limits<Index>::max() - dimension);
+  const auto max_entries = at(std::numeric_limits<Index>::max() - dimension);
   if (entries.size() > max_entries) {
     throw std::length_error("SymmetricMatrix: more entries than an Index can count");
   }
@@ -39,7 +38,7 @@ void accumulate_counts(std::vector<Index>& starts) {
 SymmetricMatrix::SymmetricMatrix(Index dimension, std::span<const Triplet> entries)
     : dimension_(dimension) {
   check_entries(dimension, entries);
-  const std::size_t n = as_size(dimension);
+  const std::size_t n = at(dimension);
   const std::size_t triplets = entries.size();
 
   // The diagonal is appended as items triplets, ..., triplets + n - 1.
@@ -55,19 +54,19 @@ SymmetricMatrix::SymmetricMatrix(Index dimension, std::span<const Triplet> entri
 
   // Two bucket sorts, by row and then (stably) by column, leave every column's rows ascending.
   std::vector<Index> next(n + 1, 0);
-  for (std::size_t k = 0; k < items; ++k) ++next[as_size(lower_row(k)) + 1];
+  for (std::size_t k = 0; k < items; ++k) ++next[at(lower_row(k)) + 1];
   accumulate_counts(next);
   std::vector<Index> by_row(items);
   for (std::size_t k = 0; k < items; ++k) {
-    by_row[as_size(next[as_size(lower_row(k))]++)] = static_cast<Index>(k);
+    by_row[at(next[at(lower_row(k))]++)] = static_cast<Index>(k);
   }
 
   std::vector<Index> starts(n + 1, 0);
-  for (std::size_t k = 0; k < items; ++k) ++starts[as_size(lower_col(k)) + 1];
+  for (std::size_t k = 0; k < items; ++k) ++starts[at(lower_col(k)) + 1];
   accumulate_counts(starts);
   next = starts;
   std::vector<Index> sorted(items);
-  for (const Index k : by_row) sorted[as_size(next[as_size(lower_col(as_size(k)))]++)] = k;
+  for (const Index k : by_row) sorted[at(next[at(lower_col(at(k)))]++)] = k;
 
   column_starts_.assign(n + 1, 0);
   rows_.reserve(items);
@@ -75,7 +74,7 @@ SymmetricMatrix::SymmetricMatrix(Index dimension, std::span<const Triplet> entri
   for (std::size_t j = 0; j < n; ++j) {
     Index last_row = -1;
     for (Index p = starts[j]; p < starts[j + 1]; ++p) {
-      const std::size_t k = as_size(sorted[as_size(p)]);
+      const std::size_t k = at(sorted[at(p)]);
       const Index row = lower_row(k);
       if (row != last_row) rows_.push_back(row);
       last_row = row;
@@ -91,14 +90,14 @@ void SymmetricMatrix::set_zero() { std::fill(values_.begin(), values_.end(), 0.0
 
 void SymmetricMatrix::multiply(std::span<const double> x, std::span<double> product) const {
   std::fill(product.begin(), product.end(), 0.0);
-  const std::size_t n = as_size(dimension_);
+  const std::size_t n = at(dimension_);
   for (std::size_t j = 0; j < n; ++j) {
-    const std::size_t begin = as_size(column_starts_[j]);
-    const std::size_t end = as_size(column_starts_[j + 1]);
+    const std::size_t begin = at(column_starts_[j]);
+    const std::size_t end = at(column_starts_[j + 1]);
     const double x_j = x[j];
     double sum = values_[begin] * x_j;
     for (std::size_t p = begin + 1; p < end; ++p) {
-      const std::size_t i = as_size(rows_[p]);
+      const std::size_t i = at(rows_[p]);
       product[i] += values_[p] * x_j;
       sum += values_[p] * x[i];
     }

@@ -240,6 +240,8 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
     message << "\nover all " << (problem.maximizes() ? "y, of the negative objective: " : "y: ")
             << over_y << "\nover x: " << over_x;
   }
+  if (const std::string warning = integer_warning(problem); !warning.empty())
+    message << "\nWARNING: " << warning;
   const std::string warning = split_warning(problem);
   if (!warning.empty()) {
     message << "\nWARNING: " << warning;
@@ -260,6 +262,12 @@ std::string one_line(const std::string& message) {
       text += c;
   }
   return text;
+}
+
+std::string integer_warning(const NlProblem& problem) {
+  const std::string name = problem.integer_variable();
+  if (name.empty()) return {};
+  return "variable " + name + " is integer: integer variables are treated as continuous.";
 }
 
 std::string split_warning(const NlProblem& problem) {

@@ -24,6 +24,9 @@ namespace ipminmax {
 /// A message in the lines of Ipopt's .sol files, an empty one and another: some programs count them.
 [[nodiscard]] std::string one_line(const std::string& message);
 
+/// That the model's integer variables are continuous here. Empty where it has none.
+[[nodiscard]] std::string integer_warning(const NlProblem& problem);
+
 /// What is odd about the split: a player without variables where the model or the options speak of
 /// players. Empty when nothing is.
 [[nodiscard]] std::string split_warning(const NlProblem& problem);

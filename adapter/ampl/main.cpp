@@ -239,6 +239,16 @@ void require_another_file(const std::string& solution_file, const std::string& s
   }
 }
 
+/// A minimization with integer variables is relaxed, as Ipopt does; the relaxation of a game bounds
+/// its value from neither side.
+void require_continuous_game(const ipminmax::NlProblem& problem) {
+  const std::string integer = problem.integer_variable();
+  if (!integer.empty() && problem.has_player(ipminmax::Player::Min) &&
+      problem.has_player(ipminmax::Player::Max))
+    throw std::runtime_error("variable " + integer +
+                             " is integer: only continuous variables are supported in games");
+}
+
 int solve(Command command) {
   const std::string solution_file = command.solution_file.empty()
                                         ? ipminmax::solution_file_name(command.stub)
@@ -269,8 +279,11 @@ int solve(Command command) {
     problem->halt_on_error();
     application->RethrowNonIpoptException(true);
   }
-  const std::string warning = ipminmax::split_warning(*problem);
-  if (!warning.empty() && !silent) std::cerr << "ipminmax: WARNING: " << warning << '\n';
+  require_continuous_game(*problem);
+  for (const std::string& warning :
+       {ipminmax::integer_warning(*problem), ipminmax::split_warning(*problem)}) {
+    if (!warning.empty() && !silent) std::cerr << "ipminmax: WARNING: " << warning << '\n';
+  }
   problem->stop_when(stop_requested);
   const Ipopt::SmartPtr<Ipopt::TNLP> model = Ipopt::GetRawPtr(problem);
   const Ipopt::ApplicationReturnStatus ended = sharing == Sharing::Alone

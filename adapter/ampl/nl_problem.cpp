@@ -121,12 +121,6 @@ void NlProblem::read() {
   return_nofile = 1;
   FILE* file = jac0dim(read_from_.data(), static_cast<ftnlen>(read_from_.size()));
   if (!file) throw std::runtime_error("cannot open " + file_);
-  try {
-    refuse_unsupported();
-  } catch (...) {
-    std::fclose(file);
-    throw;
-  }
   suf_declare(suffixes, static_cast<int>(std::size(suffixes)));
   want_xpi0 = 3;
   const int error = pfgh_read(file, ASL_return_read_err | ASL_findgroups);
@@ -174,21 +168,18 @@ void NlProblem::require_valid_hessian() {
                              ": Hessian indices of AMPL's library are wrong");
 }
 
-void NlProblem::refuse_unsupported() {
-  ASL* asl = asl_;
+int NlProblem::first_integer() const {
+  const ASL* asl = asl_;
   // Within each group of nonlinear variables, and at the end, the integer ones come last.
-  int integer = -1;
-  if (nlvbi > 0)
-    integer = nlvb - nlvbi;
-  else if (nlvci > 0)
-    integer = nlvc - nlvci;
-  else if (nlvoi > 0)
-    integer = nlvo - nlvoi;
-  else if (nbv + niv > 0)
-    integer = n_var - nbv - niv;
-  if (integer >= 0)
-    throw std::runtime_error(std::string("variable ") + var_name(integer) +
-                             " is integer: only continuous variables are supported");
+  if (nlvbi > 0) return nlvb - nlvbi;
+  if (nlvci > 0) return nlvc - nlvci;
+  if (nlvoi > 0) return nlvo - nlvoi;
+  return nbv + niv > 0 ? n_var - nbv - niv : -1;
+}
+
+std::string NlProblem::integer_variable() const {
+  const int first = first_integer();
+  return first < 0 ? std::string() : variable_name(first);
 }
 
 void NlProblem::choose_objective(int objective) {

@@ -59,6 +59,8 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   [[nodiscard]] bool has_player_suffix() const { return has_player_suffix_; }
   /// A suffix of variables whose name is nearly that one; empty without.
   [[nodiscard]] std::string misspelt_suffix() const;
+  /// Name of a variable that the model wants integer and that is continuous here; empty without.
+  [[nodiscard]] std::string integer_variable() const;
   [[nodiscard]] std::string variable_name(int i) const;
   [[nodiscard]] std::string constraint_name(int i) const;
   [[nodiscard]] const std::vector<Player>& players() const { return variable_players_; }
@@ -103,7 +105,7 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   void load(int objective);
   void read();
   [[nodiscard]] int variables() const;
-  void refuse_unsupported();
+  [[nodiscard]] int first_integer() const;
   /// Every index that the library hands over lies within its array, places of the Jacobian once.
   void require_valid_structure();
   void require_valid_hessian();

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "core/certificate/bound_classes.hpp"
-#include "core/certificate/generic_vector.hpp"
 #include "core/certificate/units.hpp"
 #include "core/kkt/system.hpp"
 #include "core/point/merit.hpp"
@@ -19,7 +18,6 @@ struct ActiveSetArrays {
   Eigen::VectorXd curvature;
   NewtonResidual rhs;  ///< of whoever solves with the system
   Step step;
-  GenericVectors generic;
 };
 
 /// The KKT system of the active set, in units: fixed variables (at active bounds) and the rows of
@@ -62,7 +60,6 @@ class ActiveSetSystem {
   /// A right-hand side and solution for the next solve with the system, of any values.
   [[nodiscard]] NewtonResidual& rhs() { return arrays_.rhs; }
   [[nodiscard]] Step& step() { return arrays_.step; }
-  [[nodiscard]] GenericVectors& generic() { return arrays_.generic; }
 
   /// With the doubtful bounds as in the last assemble.
   [[nodiscard]] bool is_fixed(Index variable) const {

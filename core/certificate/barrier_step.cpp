@@ -1,5 +1,6 @@
 #include "core/certificate/barrier_step.hpp"
 
+#include "core/certificate/parameters.hpp"
 #include "core/point/residual.hpp"
 
 namespace ipminmax {
@@ -19,8 +20,8 @@ bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const Newton
   }
 }
 
-bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu, double tau,
-                         Point& point, StepLength& alpha, bool& dependent) {
+bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu, Point& point,
+                         StepLength& alpha, bool& dependent) {
   NewtonResidual rhs = zero_step(canonical);
   Step step = zero_step(canonical);
   newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
@@ -33,7 +34,7 @@ bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu,
       return false;
     }
   }
-  alpha = largest_step(canonical, point.iterate, step, tau);
+  alpha = largest_step(canonical, point.iterate, step, parameters::certificate::kTau);
   advance(canonical, step, alpha, point.iterate);
   return canonical.constraints(point.iterate.v, point.evaluation.c) == EvaluationStatus::Ok &&
          evaluate_derivatives(canonical, point) == EvaluationStatus::Ok;

@@ -13,10 +13,9 @@ namespace ipminmax {
                                     const Regularization& shift = {});
 
 /// One Newton step for the equations at mu from a point with all derivatives and dual residual,
-/// which is left at its end, without f; tau: fraction to the boundary; dependent: constraints are,
-/// as is known before or found out. False: it cannot be computed or evaluated.
+/// which is left at its end, without f; dependent: constraints are, as is known before or found
+/// out. False: it cannot be computed or evaluated.
 [[nodiscard]] bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu,
-                                       double tau, Point& point, StepLength& alpha,
-                                       bool& dependent);
+                                       Point& point, StepLength& alpha, bool& dependent);
 
 }  // namespace ipminmax

@@ -1,4 +1,4 @@
-#include "core/certificate/barrier_test.hpp"
+#include "core/certificate/candidate.hpp"
 
 #include <algorithm>
 
@@ -29,12 +29,11 @@ bool barrier_newton_contracts(TestContext& c, const Point& given) {
   StepLength alpha;
   bool dependent = false;
   Eigen::VectorXd before = point.iterate.v;
-  if (!barrier_newton_step(c.canonical, c.kkt, c.mu, parameter::kTau, point, alpha, dependent))
-    return false;
+  if (!barrier_newton_step(c.canonical, c.kkt, c.mu, point, alpha, dependent)) return false;
   const double first = max_norm(point.iterate.v - before);
   if (first <= parameter::kRelaxation * (1.0 + max_norm(before))) return true;
   before = point.iterate.v;
-  return barrier_newton_step(c.canonical, c.kkt, c.mu, parameter::kTau, point, alpha, dependent) &&
+  return barrier_newton_step(c.canonical, c.kkt, c.mu, point, alpha, dependent) &&
          max_norm(point.iterate.v - before) <= parameter::kContraction * first;
 }
 

@@ -189,7 +189,7 @@ std::vector<BasicMultipliers> basic_multipliers(const ActiveSetSystem& system, c
   }
   std::vector<BasicMultipliers> found;
   if (all.empty() || !dependences.complete) return found;
-  const unsigned tries = all.size() == 1 ? 2 : parameter::kMostChoices;
+  const unsigned tries = all.size() == 1 ? 2 : parameter::kFew;
   for (unsigned trial = 0; trial < tries; ++trial) {
     std::vector<NullVector> rest = all;
     BasicSearch search(system, point, options);

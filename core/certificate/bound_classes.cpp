@@ -107,14 +107,12 @@ void guess_classes(const CanonicalProblem& canonical, const SolverOptions& optio
                    BoundClasses& classes) {
   set_none(canonical, classes);
   for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
-    const double ratio =
-        multiplier_of(iterate, i, side) / distance * units.variable[i] * units.variable[i];
-    const bool open =
-        ratio < 1.0 / strict_ratio && !within_relaxation(canonical, i, side, distance, options);
+    const double unit = units.variable[i];
+    const BoundClass found =
+        class_of(multiplier_of(iterate, i, side) * unit * unit, distance, strict_ratio);
+    const bool relaxed = within_relaxation(canonical, i, side, distance, options);
     include(classes, i, side,
-            ratio > strict_ratio ? BoundClass::Active
-            : open               ? BoundClass::Inactive
-                                 : BoundClass::Doubtful);
+            found == BoundClass::Inactive && relaxed ? BoundClass::Doubtful : found);
   });
   count_doubtful(canonical, classes);
 }
@@ -126,7 +124,7 @@ BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
     return kkt_error(canonical, p.iterate, p.evaluation, p.dual, options.s_max).total;
   };
   const double allowed = std::max(error(point), options.tol);
-  const double near = parameter::kHardlyMoved * size_of_problem(canonical, point.iterate, units);
+  const double near = parameter::kHardly * size_of_problem(canonical, point.iterate, units);
   BoundClasses classes = guess;
   Point here = point;  // point: the last one on the path
   double here_mu = mu, next = mu;
@@ -135,7 +133,7 @@ BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
   for (int k = 0, decreases = 0; k < std::min(most_steps, parameter::kMostBarrierSteps); ++k) {
     Point trial = here;
     StepLength alpha;
-    if (!barrier_newton_step(canonical, kkt, next, parameter::kTau, trial, alpha, dependent) ||
+    if (!barrier_newton_step(canonical, kkt, next, trial, alpha, dependent) ||
         !has_digits(canonical, trial.iterate)) {
       break;
     }
@@ -151,9 +149,8 @@ BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
     point = here;
     mu = here_mu;
     next = parameter::kDecrease * mu;
-    const bool settled = decreased && unresolved == 0 && moved <= near;
-    if (settled || next < parameter::kLeastBarrier || ++decreases > parameter::kMostDecreases)
-      break;
+    const bool shown = decreased && unresolved == 0 && moved <= near;
+    if (shown || ++decreases > parameter::kMostDecreases) break;
   }
   return classes;
 }

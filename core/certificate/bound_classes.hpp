@@ -70,6 +70,13 @@ void for_each_bound(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
   return side < 0 ? z.z_lower[i] : z.z_upper[i];
 }
 
+/// The one rule of what is active, by a multiplier and a distance in lengths in which both count the
+/// same: no doubt where one is strict_ratio times the other.
+[[nodiscard]] inline BoundClass class_of(double multiplier, double distance, double strict_ratio) {
+  if (multiplier > strict_ratio * distance) return BoundClass::Active;
+  return strict_ratio * multiplier < distance ? BoundClass::Inactive : BoundClass::Doubtful;
+}
+
 /// By z / s in units: a first guess, which a Newton step has to confirm. A bound no farther than
 /// what it was relaxed by is never inactive. Doubtful where the ratio is no larger than
 /// strict_ratio and no smaller than its inverse.

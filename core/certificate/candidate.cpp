@@ -17,25 +17,57 @@ namespace parameter = parameters::certificate;
 
 namespace {
 
+Eigen::VectorXd sizes_of(const CanonicalProblem& canonical, const Point& point) {
+  return point.iterate.v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
+}
+
+/// What the gradient of L is a sum of, and what variables of these sizes change it by.
+Eigen::VectorXd terms_of_gradient(const CanonicalProblem& canonical, const Point& point,
+                                  const Eigen::VectorXd& size) {
+  const Evaluation& here = point.evaluation;
+  Eigen::VectorXd terms = here.gradient.cwiseAbs();
+  for (std::size_t k = 0; k < here.hessian.size(); ++k) {
+    const auto [i, j] = canonical.hessian()[k];
+    terms[i] += std::abs(here.hessian[k]) * size[j];
+    if (i != j) terms[j] += std::abs(here.hessian[k]) * size[i];
+  }
+  for (std::size_t k = 0; k < here.jacobian.size(); ++k) {
+    const auto [row, col] = canonical.jacobian()[k];
+    terms[col] += std::abs(here.jacobian[k] * point.iterate.lambda[row]);
+  }
+  return terms;
+}
+
+/// Whether the gradient along Max's free variables vanishes at the end of the Newton step: no step
+/// takes the slope away of what f is linear in, and K with it is singular.
+bool is_stationary_at_end(const CanonicalProblem& canonical, const Candidate& candidate) {
+  const Point& point = candidate.point;
+  const Iterate& end = candidate.newton.end.iterate;
+  Eigen::VectorXd left = point.evaluation.gradient;
+  add_hessian_product(canonical, point.evaluation, end.v - point.iterate.v, left);
+  add_transposed_product(canonical, point.evaluation,
+                         without_inactive(canonical, candidate.classes, end.lambda), left);
+  const Eigen::VectorXd terms = terms_of_gradient(canonical, point, sizes_of(canonical, point));
+  for (Index i = canonical.y().begin; i < canonical.y().end; ++i) {
+    const bool is_free = candidate.classes[i] <= BoundClass::Inactive;
+    if (is_free && !(std::abs(left[i]) <= parameter::kHardly * terms[i])) return false;
+  }
+  return true;
+}
+
 /// Multipliers cannot be known better than this: rounding of the variables, relative to their
 /// sizes, over what it changes the gradient by that they balance, and what is left of that.
 Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical,
                                         const Candidate& candidate, const Eigen::VectorXd& size) {
   const Point& point = candidate.point;
   const Evaluation& here = point.evaluation;
-  Eigen::VectorXd terms = here.gradient.cwiseAbs();
+  const Eigen::VectorXd terms = terms_of_gradient(canonical, point, size);
   Eigen::VectorXd left = here.gradient;
   const Eigen::VectorXd counted =
       without_inactive(canonical, candidate.classes, point.iterate.lambda);
-  for (std::size_t k = 0; k < here.hessian.size(); ++k) {
-    const auto [i, j] = canonical.hessian()[k];
-    terms[i] += std::abs(here.hessian[k]) * size[j];
-    if (i != j) terms[j] += std::abs(here.hessian[k]) * size[i];
-  }
   Eigen::VectorXd balanced = Eigen::VectorXd::Zero(canonical.constraints()), length = balanced;
   for (std::size_t k = 0; k < here.jacobian.size(); ++k) {
     const auto [row, col] = canonical.jacobian()[k];
-    terms[col] += std::abs(here.jacobian[k] * point.iterate.lambda[row]);
     left[col] += here.jacobian[k] * counted[row];
     length[row] = std::max(length[row], std::abs(here.jacobian[k]));
   }
@@ -84,13 +116,11 @@ Units certain_units(CanonicalProblem& canonical, Candidate& candidate) {
   const Point& point = candidate.point;
   Evaluation certain = point.evaluation;
   for (std::size_t k = 0; k < candidate.newton.hessian_change.size(); ++k) {
-    if (std::abs(certain.hessian[k]) <
-        parameter::kLeftOfEntry * candidate.newton.hessian_change[k]) {
+    if (std::abs(certain.hessian[k]) < parameter::kConfirmed * candidate.newton.hessian_change[k]) {
       certain.hessian[k] = 0.0;
     }
   }
-  const Eigen::VectorXd size =
-      point.iterate.v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
+  const Eigen::VectorXd size = sizes_of(canonical, point);
   Eigen::VectorXd step = parameter::kRounding * size;
   keep_within_bounds(canonical, point.iterate.v, parameter::kLittle, step);
   const Eigen::VectorXd lambda =
@@ -172,14 +202,16 @@ void confirm(TestContext& c, Candidate& candidate, ActiveSetSystem& system) {
     shift.y = candidate.proximal;
     candidate.converges = converges();
   }
+  if (candidate.proximal > 0.0) {
+    candidate.converges = candidate.converges && is_stationary_at_end(c.canonical, candidate);
+  }
   if (candidate.newton.done) candidate.error += candidate.newton.error;
 }
 
-std::vector<bool> droppable(const CanonicalProblem& canonical, const Dependences& dependences,
-                            bool x_held) {
+std::vector<bool> droppable(const CanonicalProblem& canonical, const Dependences& dependences) {
   std::vector<bool> rows(at(canonical.constraints()), false);
   for (const Dependence& dependence : dependences.found) {
-    rows[at(dependence.row)] = x_held ? dependence.identical_in_y : dependence.identical;
+    rows[at(dependence.row)] = dependence.identical;
   }
   return rows;
 }

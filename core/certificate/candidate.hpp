@@ -25,8 +25,8 @@ struct Candidate {
   Eigen::VectorXd error;   ///< of W in units
   int steps = 0;           ///< of Newton's method that have led here
   bool converges = false;  ///< Newton's method, to a solution with these classes
-  /// After many steps, or ones that changed classes: other solutions may be nearer to where they
-  /// began, so that the certified one has to be returned itself.
+  /// After many steps: other solutions may be nearer to where they began, so that the certified
+  /// one has to be returned itself.
   bool crept = false;
   bool creeps = true;  ///< each of them has contracted, none enough
   std::optional<Dependences> dependences{};
@@ -61,11 +61,39 @@ void confirm(TestContext& c, Candidate& candidate, ActiveSetSystem& system);
                            const Units& units, double share);
 
 /// Constraints that say nothing beside others, so that the model without them is the same model.
-/// x_held: beside others at this x.
 [[nodiscard]] std::vector<bool> droppable(const CanonicalProblem& canonical,
-                                          const Dependences& dependences, bool x_held);
+                                          const Dependences& dependences);
 /// Whether all dependent rows found are left out; of_max: of Max's.
 [[nodiscard]] bool rows_are_left_out(const CanonicalProblem& canonical, const Candidate& candidate,
                                      bool of_max);
+
+// --- The parts that work with candidates, each in a file of its name -----------------------------
+
+/// The second-order test of a point that is not clear: candidates for the solution near by, and
+/// what remedies make of them, in the order of certificate.hpp.
+[[nodiscard]] SecondOrder examine(TestContext& c, const Point& given);
+
+/// Whether y is a best answer to x nearby, maybe one of many, at a point whose K_yy has no
+/// curvature of the wrong sign beyond kProximal. Either by structure: W has no entries between some
+/// of his free variables, Z, and any of them; L is affine in Z then, with slope zero, and constant;
+/// without Z and the rows that read it K_yy is right. Or by values: these are constant along all
+/// directions without curvature. Reasons name such a direction.
+[[nodiscard]] bool maximizes_weakly(TestContext& c, const Candidate& candidate);
+
+/// After Newton steps on the way to the certified solution: whether the point that is returned is
+/// that one, or as near as makes no difference. c.moved and c.mu may move there.
+[[nodiscard]] bool reports_solution(TestContext& c, const Candidate& candidate, const Point& given);
+
+/// Where the objective was scaled down a gradient that meets the tolerances may be large in the
+/// model's units: the end of the Newton step is returned, if it is no worse otherwise.
+void report_end(TestContext& c, const Point& given, const NewtonTest& newton);
+
+/// What is said of a point that gets no certificate: that it is refuted, by a witness; that it is
+/// flat; or why neither is known.
+[[nodiscard]] SecondOrder judge_without_certificate(TestContext& c, Candidate& candidate);
+
+/// At mu_target > 0 the point solves the barrier problem, in which no bound is active and all
+/// curvature counts.
+[[nodiscard]] SecondOrder judge_barrier_problem(TestContext& c, const Point& given);
 
 }  // namespace ipminmax

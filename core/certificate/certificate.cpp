@@ -5,12 +5,8 @@
 #include <cstdio>
 #include <utility>
 
-#include "core/certificate/barrier_test.hpp"
 #include "core/certificate/candidate.hpp"
-#include "core/certificate/direction.hpp"
 #include "core/certificate/parameters.hpp"
-#include "core/certificate/remedies.hpp"
-#include "core/certificate/reported_point.hpp"
 #include "core/certificate/robust_rows.hpp"
 #include "core/certificate/test_context.hpp"
 #include "core/model/norms.hpp"
@@ -24,7 +20,7 @@ namespace {
 
 using Kind = CertificateReason::Kind;
 
-/// A first look at a point.
+/// A first look at a point. Wrong: inertias at clear bounds.
 enum class Look : std::uint8_t { Right, Wrong, Unclear };
 
 std::string percentage(const Deviation& found) {
@@ -33,22 +29,6 @@ std::string percentage(const Deviation& found) {
   char text[32];
   std::snprintf(text, sizeof text, " by %.3g percent", percent);
   return text;
-}
-
-bool refute_clearly(TestContext& c, ActiveSetSystem& system, const Point& point, double error,
-                    Player player) {
-  c.report_inertias(system);
-  NewtonTest newton;
-  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double /*share*/) {
-    return c.kkt.factorize({}).status == FactorizationStatus::Ok &&
-           c.kkt.solve(system.assembled(), rhs, step);
-  };
-  if (!c.newton_confirms(system, point, solve, newton)) return false;
-  const double spare = c.margin(1.0) + 2.0 * (error + max_norm(newton.error));
-  c.wrong = find_refuting_direction(c.canonical, system, point, spare, newton.step, player);
-  if (!c.wrong) return false;
-  c.certificate.licq_min = c.certificate.licq_max = true;
-  return true;
 }
 
 /// At most one factorization of each matrix at a clear point, with the margin in it: right with it
@@ -67,17 +47,7 @@ Look first_look(TestContext& c, const Point& point) {
   if (!test.both()) {
     // Singular beside the margin, it is so without: gradients depend on each other.
     const KktFactors& last = test.inner ? c.kkt.factors() : c.kkt.inner_factors();
-    if (last.status == FactorizationStatus::Singular) return Look::Unclear;
-    // Wrong with the margin for him, too?
-    const bool inner = test.inner;
-    if (error.size() > 0) {
-      system.assemble(ActiveSetSystem::kSufficient, error, 1.0, inner ? -1.0 : 1.0);
-    }
-    const bool open = inner ? c.kkt.has_expected_inertia(c.kkt.factorize({.x = asked, .y = -asked}))
-                            : c.kkt.has_expected_inner_inertia(c.kkt.factorize_inner({.y = asked}));
-    const Player player = inner ? Player::Min : Player::Max;
-    return !open && refute_clearly(c, system, point, max_norm(error), player) ? Look::Wrong
-                                                                              : Look::Unclear;
+    return last.status == FactorizationStatus::Singular ? Look::Unclear : Look::Wrong;
   }
   if (!(std::max(test.inner_response, test.full_response) <= parameter::kIndependent))
     return Look::Unclear;
@@ -121,16 +91,12 @@ SecondOrder judge(TestContext& c, const Point& given) {
   c.idle = idle_copies(c.canonical, given.iterate);
   const Look look =
       c.idle.variables.empty() ? first_look(c, given) : first_look(c, without_idle(c, given));
-  if (look == Look::Wrong) return SecondOrder::Violated;
-  SecondOrder verdict = SecondOrder::Satisfied;
-  if (look == Look::Unclear) {
-    if (c.options.minmax_certificate == CertificateEffort::Quick) {
-      c.reasons.add(Kind::Effort, Player::Min,
-                    "not clear at a quick look (minmax_certificate quick)");
-      return SecondOrder::Undecided;
-    }
-    verdict = examine(c, given);
+  if (look == Look::Unclear && c.options.minmax_certificate == CertificateEffort::Quick) {
+    c.reasons.add(Kind::Effort, Player::Min,
+                  "not clear at a quick look (minmax_certificate quick)");
+    return SecondOrder::Undecided;
   }
+  SecondOrder verdict = look == Look::Right ? SecondOrder::Satisfied : examine(c, given);
   if (verdict != SecondOrder::Satisfied) return verdict;
   const Point& judged = c.moved ? *c.moved : given;
   verdict =

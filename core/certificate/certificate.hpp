@@ -25,21 +25,18 @@
 //     active set (active_set), and the inertias of K_yy and K with the margin taken from both
 //     (second_order). The Newton step to the solution: does it keep the classes, would the next
 //     one be much shorter, what do W and the active gradients change by on the way (newton_test)?
-//     W beside a difference of gradients (hessian_check). All right: certified. Wrong, and steps
-//     along a direction gain (direction, feasible_arc): refuted. minmax_certificate quick ends
-//     here.
+//     W beside a difference of gradients (hessian_check). All right: certified. minmax_certificate
+//     quick ends here, unless the inertias are wrong.
 //
 //  3. examine (remedies): the same at other points, with pivoting. A candidate is a point on its
-//     way to a solution, with classes of its bounds (candidate). Classes that are guessed serve
-//     where all is right with them. Then the first candidate has those by z / s, the second one
-//     those that show themselves while mu falls (bound_classes: follow_barrier, barrier_step). One
-//     that does not pass is handed to remedies, in this order, until none applies:
+//     way to a solution, with classes of its bounds (candidate). The first one has those by z / s,
+//     the second one those that show themselves while mu falls (bound_classes: follow_barrier,
+//     barrier_step). One that does not pass is handed to remedies, in this order, until none
+//     applies:
 //       release_bounds    of Max, that he leaves
 //       leave_out_rows    that say nothing beside others (dependence)
 //       measure_min_first lengths of x without what couples x to y
 //       take_newton_step  towards the solution
-//     Bounds of Min that are weakly active open a cone; W has to be copositive in it
-//     (critical_cone, copositive).
 //
 //  4. with_many_answers (remedies): K_yy is singular, y best but not unique. The same with
 //     curvature taken from Max, and whether y maximizes: by structure, or by values

@@ -1,34 +1,34 @@
 #include "core/certificate/critical_cone.hpp"
 
+#include <Eigen/Dense>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
 #include "core/certificate/parameters.hpp"
 #include "core/model/products.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
-namespace {
 
-std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
+namespace parameter = parameters::certificate;
+
+namespace {
 
 /// Free variables follow the one that leaves its bound by one unit.
 bool follow(ActiveSetSystem& system, Index leaving, bool inner, Eigen::VectorXd& d) {
   const CanonicalProblem& canonical = system.canonical();
-  const Evaluation& all = system.derivatives();
   d.setZero(canonical.variables());
   d[leaving] = -system.classes().side[at(leaving)];
   NewtonResidual rhs = zero_step(canonical);
   Step step = zero_step(canonical);
-  for (std::size_t k = 0; k < all.hessian.size(); ++k) {
-    const auto [i, j] = canonical.hessian()[k];
-    if (i == j) continue;
-    if (!system.is_fixed(i)) rhs.v[i] -= all.hessian[k] * d[j];
-    if (!system.is_fixed(j)) rhs.v[j] -= all.hessian[k] * d[i];
+  add_hessian_product(canonical, system.derivatives(), -d, rhs.v);
+  add_constraint_product(canonical, system.derivatives(), -d, rhs.lambda);
+  for (Index i = 0; i < d.size(); ++i) {
+    if (system.is_fixed(i)) rhs.v[i] = 0.0;
   }
-  for (std::size_t k = 0; k < all.jacobian.size(); ++k) {
-    const auto [row, col] = canonical.jacobian()[k];
-    if (system.counts(row)) rhs.lambda[row] -= all.jacobian[k] * d[col];
-  }
-  const auto slack_of = canonical.slack_of_constraint();
   for (Index j = 0; j < canonical.constraints(); ++j) {
-    if (slack_of[at(j)] == leaving) rhs.lambda[j] += d[leaving];
+    if (!system.counts(j)) rhs.lambda[j] = 0.0;
   }
   const bool solved = inner ? system.kkt().solve_inner(system.assembled(), rhs, step)
                             : system.kkt().solve(system.assembled(), rhs, step);
@@ -41,37 +41,63 @@ bool follow(ActiveSetSystem& system, Index leaving, bool inner, Eigen::VectorXd&
 
 }  // namespace
 
-std::optional<CriticalCone> critical_cone(ActiveSetSystem& system, const Eigen::VectorXd& added,
-                                          Player owner) {
+double least_over_cone(const Eigen::MatrixXd& matrix, Eigen::VectorXd& t) {
+  const Eigen::Index size = matrix.rows();
+  Eigen::VectorXd scale(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    t = Eigen::VectorXd::Unit(size, i);
+    if (matrix(i, i) < -parameter::kZero * matrix.cwiseAbs().maxCoeff()) return -1.0;
+    if (!(matrix(i, i) > 0.0)) return 0.0;
+    scale[i] = 1.0 / std::sqrt(matrix(i, i));
+  }
+  const Eigen::MatrixXd c = scale.asDiagonal() * matrix * scale.asDiagonal();
+  double least = kInfinity;
+  for (std::uint32_t face = 1; face < (1U << size); ++face) {
+    std::vector<Eigen::Index> rows;
+    for (Eigen::Index i = 0; i < size; ++i) {
+      if (face >> i & 1U) rows.push_back(i);
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(c(rows, rows));
+    for (Eigen::Index e = 0; e < eigen.eigenvalues().size(); ++e) {
+      Eigen::VectorXd edge = eigen.eigenvectors().col(e);
+      if (edge.sum() < 0.0) edge = -edge;
+      if (!(eigen.eigenvalues()[e] < least) || edge.minCoeff() < -parameter::kZero) continue;
+      least = eigen.eigenvalues()[e];
+      t.setZero(size);
+      t(rows) = edge.cwiseMax(0.0);
+    }
+  }
+  t = t.cwiseProduct(scale);
+  return least;
+}
+
+std::optional<LeastInCone> least_in_cone(ActiveSetSystem& system, const Eigen::VectorXd& added,
+                                         Player owner) {
   const CanonicalProblem& canonical = system.canonical();
   const bool inner = owner == Player::Max;
-  CriticalCone cone;
   const BoundClasses& classes = system.classes();
-  if ((inner ? classes.weak_max : classes.weak_min) > parameters::certificate::kMostFaces)
-    return {};
-  for (const IndexRange own : {inner ? canonical.y() : canonical.x(),
-                               inner ? canonical.y_slacks() : canonical.x_slacks()}) {
-    for (Index i = own.begin; i < own.end; ++i) {
-      if (system.classes()[i] != BoundClass::Doubtful) continue;
-      cone.directions.emplace_back();
-      if (!follow(system, i, inner, cone.directions.back())) return {};
-    }
-  }
-  const auto size = static_cast<Eigen::Index>(cone.directions.size());
-  cone.curvature.resize(size, size);
-  for (Eigen::Index a = 0; a < size; ++a) {
-    const Eigen::VectorXd& d = cone.directions[at(a)];
+  const Index size = inner ? classes.weak_max : classes.weak_min;
+  if (size == 0 || size > parameter::kMostFaces) return {};
+  Eigen::MatrixXd edges(canonical.variables(), size), products = edges;
+  Index k = 0;
+  for (Index i = 0; i < canonical.variables(); ++i) {
+    if (classes[i] != BoundClass::Doubtful || canonical.owned_by_max(i) != inner) continue;
+    Eigen::VectorXd d;
+    if (!follow(system, i, inner, d)) return {};
     Eigen::VectorXd w = added.cwiseProduct(d);
-    for (Index i = 0; i < w.size(); ++i) {
-      if (system.is_slack(i)) w[i] = 0.0;
+    for (Index other = 0; other < w.size(); ++other) {
+      if (system.is_slack(other)) w[other] = 0.0;
     }
     add_hessian_product(canonical, system.derivatives(), d, w);
-    for (Eigen::Index b = 0; b < size; ++b) {
-      cone.curvature(b, a) = cone.directions[at(b)].dot(w);
-    }
+    edges.col(k) = d;
+    products.col(k++) = w;
   }
-  cone.curvature = ((inner ? -0.5 : 0.5) * (cone.curvature + cone.curvature.transpose())).eval();
-  return cone;
+  const Eigen::MatrixXd curvature = edges.transpose() * products;
+  Eigen::VectorXd t;
+  const double least =
+      least_over_cone((inner ? -0.5 : 0.5) * (curvature + curvature.transpose()), t);
+  if (!std::isfinite(least)) return {};
+  return LeastInCone{.least = least, .direction = edges * t};
 }
 
 }  // namespace ipminmax

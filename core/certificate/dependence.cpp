@@ -33,9 +33,8 @@ class DependenceSearch {
   [[nodiscard]] double length_of(const Eigen::VectorXd& w) const;
   void examine(Dependence& dependence);
   [[nodiscard]] bool consistent(const Eigen::VectorXd& weights, double& value) const;
-  [[nodiscard]] bool constant(const Eigen::VectorXd& weights, double value, bool x_moves,
-                              bool of_max);
-  [[nodiscard]] Eigen::VectorXd moved(int trial, double length, bool x_moves, bool of_max) const;
+  [[nodiscard]] bool constant(const Eigen::VectorXd& weights, double value, bool of_max);
+  [[nodiscard]] Eigen::VectorXd moved(int trial, double length, bool of_max) const;
   [[nodiscard]] double size_of(const Eigen::VectorXd& weights, const Eigen::VectorXd& v) const;
   [[nodiscard]] bool same_owner(Index row, Index col) const {
     return canonical_.owned_by_max(col) == canonical_.max_constraints().contains(row);
@@ -118,7 +117,7 @@ bool DependenceSearch::next_null_vector(int number, Eigen::VectorXd& w) {
     for (const Eigen::VectorXd& other : null_) w -= other.dot(w) * other;
   };
   orthogonalize();
-  for (int k = 0; k < 2 || (k < parameter::kSteps && length_of(w) > parameter::kDependent); ++k) {
+  for (int k = 0; k < 2 || (k < parameter::kFew && length_of(w) > parameter::kDependent); ++k) {
     const double before = w.norm();
     if (!(before > 0.0)) return false;
     rhs.lambda = w;
@@ -209,11 +208,11 @@ bool DependenceSearch::consistent(const Eigen::VectorXd& weights, double& value)
 
 /// Free variables moved inside their bounds; of_max: all x, for Max's rows must agree whatever x
 /// is.
-Eigen::VectorXd DependenceSearch::moved(int trial, double length, bool x_moves, bool of_max) const {
+Eigen::VectorXd DependenceSearch::moved(int trial, double length, bool of_max) const {
   const Units& units = system_.units();
   const double size = std::max(1.0, longest(canonical_, point_.iterate.v, units));
   Eigen::VectorXd v = point_.iterate.v;
-  for (Index i = x_moves ? 0 : canonical_.y().begin; i < canonical_.variables(); ++i) {
+  for (Index i = 0; i < canonical_.variables(); ++i) {
     const bool held = system_.is_fixed(i) && (canonical_.owned_by_max(i) || !of_max);
     if (held || system_.is_slack(i)) continue;
     const double most = 0.05 * std::abs(v[i]) + std::min(0.01 * units.variable[i] * size, 1.0);
@@ -229,17 +228,16 @@ Eigen::VectorXd DependenceSearch::moved(int trial, double length, bool x_moves, 
   return v;
 }
 
-bool DependenceSearch::constant(const Eigen::VectorXd& weights, double value, bool x_moves,
-                                bool of_max) {
+bool DependenceSearch::constant(const Eigen::VectorXd& weights, double value, bool of_max) {
   Eigen::VectorXd c;
-  for (int trial = 0; trial < parameter::kMovedPoints; ++trial) {
+  for (int trial = 0; trial < parameter::kEnough; ++trial) {
     double length = 1.0;
-    Eigen::VectorXd v = moved(trial, length, x_moves, of_max);
+    Eigen::VectorXd v = moved(trial, length, of_max);
     c.setZero(canonical_.constraints());
     for (int k = 0; canonical_.constraints(v, c) != EvaluationStatus::Ok; ++k) {
-      if (k == parameter::kSteps) return false;
+      if (k == parameter::kFew) return false;
       length *= 0.1;
-      v = moved(trial, length, x_moves, of_max);
+      v = moved(trial, length, of_max);
     }
     if (!(std::abs(weights.dot(c) - value) <= parameter::kConstant * size_of(weights, v)))
       return false;
@@ -257,10 +255,8 @@ void DependenceSearch::examine(Dependence& dependence) {
   dependence.vanishing = vanishes_[at(dependence.row)];
   double value = 0.0;
   if (!consistent(weights, value)) return;
-  const bool of_max = canonical_.max_constraints().contains(dependence.row);
-  dependence.identical = constant(weights, value, true, of_max);
-  dependence.identical_in_y =
-      dependence.identical || (of_max && constant(weights, value, false, of_max));
+  dependence.identical =
+      constant(weights, value, canonical_.max_constraints().contains(dependence.row));
 }
 
 Dependences DependenceSearch::run() {
@@ -268,7 +264,7 @@ Dependences DependenceSearch::run() {
   Index rows = 0;
   for (Index j = 0; j < canonical_.constraints(); ++j) rows += system_.counts(j) ? 1 : 0;
   // Rows beyond the number of variables depend on others.
-  answer.too_many = rows - (canonical_.x().size() + canonical_.y().size()) > parameter::kMostFound;
+  answer.too_many = rows - (canonical_.x().size() + canonical_.y().size()) > parameter::kMany;
   normalize();
   if (answer.too_many || !factorize()) {
     answer.complete = false;
@@ -276,7 +272,7 @@ Dependences DependenceSearch::run() {
   }
   Eigen::VectorXd w;
   while (next_null_vector(static_cast<int>(null_.size()), w)) {
-    answer.too_many = static_cast<int>(null_.size()) == parameter::kMostFound;
+    answer.too_many = static_cast<int>(null_.size()) == parameter::kMany;
     answer.complete = !answer.too_many && length_of(w) <= parameter::kDependent;
     if (!answer.complete) break;
     null_.push_back(w);

@@ -19,7 +19,6 @@ struct Dependence {
   /// it was tried, up to rounding and what bounds were relaxed by: the row says nothing beside the
   /// others.
   bool identical = false;
-  bool identical_in_y = false;  ///< the same with x held; Max's rows
 };
 
 struct Dependences {

@@ -67,7 +67,7 @@ std::optional<Eigen::VectorXd> DirectionSearch::least_curvature(
     const double curvature =
         (inner ? 1.0 : -1.0) * curvature_along(canonical, system.assembled(), step.v);
     const bool settled =
-        k > 1 && curvature > 0.0 && std::abs(curvature - last) <= parameter::kSettled * curvature;
+        k > 1 && curvature > 0.0 && std::abs(curvature - last) <= parameter::kSmall * curvature;
     last = curvature;
     return !grew || settled;
   };
@@ -102,7 +102,7 @@ class Refutation : DirectionSearch {
 };
 
 bool Refutation::find_shift(double& shift) const {
-  for (int k = 0; k <= parameter::kMostShifts; ++k, shift *= parameter::kGrowth) {
+  for (int k = 0; k <= parameter::kMany; ++k, shift *= parameter::kGrowth) {
     if (right_with({.x = inner ? 0.0 : shift,
                     .y = inner ? shift : 0.0,
                     .lambda_x = parameter::kRelaxation,
@@ -117,8 +117,7 @@ std::optional<WrongCurvature> Refutation::search(double margin, double distance)
   for (const double first : {1e-2, 1e-4, 1e-6}) {
     double shift = first;
     if (!find_shift(shift)) return {};
-    const auto direction =
-        least_curvature({}, parameter::kLeastGrowth / shift, parameter::kMostSolves);
+    const auto direction = least_curvature({}, parameter::kTrace / shift, parameter::kMany);
     if (direction) {
       const double curvature = curvature_along(canonical, system.assembled(), *direction);
       curvature_ = inner ? curvature : -curvature;
@@ -166,8 +165,8 @@ bool Refutation::gains_beyond_slope(double length) {
 std::optional<WrongCurvature> Refutation::try_steps(double distance, bool one_way) {
   const double size = longest(canonical, point.iterate.v, system.units());
   double length = parameter::kLittle * std::max(1.0, size);
-  const double least = parameter::kBeyond * distance;
-  for (int k = 0; k < parameter::kTrials && length >= least; ++k, length *= parameter::kShorter) {
+  const double least = distance / parameter::kLittle;
+  for (int k = 0; k < parameter::kMany && length >= least; ++k, length *= parameter::kShorter) {
     // In both directions, so that no slope left over counts.
     if (one_way ? gains_beyond_slope(length) : gains(length) && gains(-length)) {
       return WrongCurvature{owner_, step_};
@@ -212,9 +211,9 @@ double FlatSearch::own_curvature(const Eigen::VectorXd& d) const {
 
 /// False: there are more.
 bool FlatSearch::find(double margin) {
-  const double most = parameter::kFlat * margin;
-  while (static_cast<int>(found_.size()) < parameter::kMostDirections) {
-    auto direction = least_curvature(found_, parameter::kLittle / most, parameter::kSteps);
+  const double most = margin / parameter::kLittle;
+  while (static_cast<int>(found_.size()) < parameter::kSeveral) {
+    auto direction = least_curvature(found_, parameter::kLittle / most, parameter::kFew);
     if (!direction || std::abs(curvature(*direction)) > most * direction->squaredNorm()) {
       return true;
     }
@@ -229,7 +228,7 @@ bool FlatSearch::is_flat(const Eigen::VectorXd& direction) {
   const double size = size_of_problem(canonical, point.iterate, system.units());
   double length = parameter::kLittle * std::max(1.0, size);
   int constant = 0;
-  for (int k = 0; k < parameter::kLengths; ++k, length *= parameter::kShorter) {
+  for (int k = 0; k < parameter::kSeveral; ++k, length *= parameter::kShorter) {
     for (const double signed_length : {length, -length}) {
       const FeasibleArc::End end = arc.take(step, signed_length);
       if (!end.reached) continue;
@@ -240,7 +239,7 @@ bool FlatSearch::is_flat(const Eigen::VectorXd& direction) {
         look_for_descent(step, signed_length, curvature(direction), end);
         return false;
       }
-      if (++constant == parameter::kEnoughLengths) return true;
+      if (++constant == parameter::kEnough) return true;
     }
   }
   return false;
@@ -257,7 +256,7 @@ void FlatSearch::look_for_descent(const Eigen::VectorXd& step, double length, do
   }
   const auto falls = [&](const FeasibleArc::End& e) {
     const double value = std::abs(point.evaluation.f) + length * length;
-    return e.reached && e.change < -parameter::kClearGain * value;
+    return e.reached && e.change < -parameter::kHardly * value;
   };
   if (falls(end)) {
     descent_ = length * step;
@@ -283,8 +282,8 @@ FlatDirections FlatSearch::run(double margin) {
   }
   for (const Eigen::VectorXd& direction : tried) {
     const double size = direction.squaredNorm(), bend = curvature(direction);
-    const bool none = std::abs(bend) <= parameter::kNoCurvature * own_curvature(direction) +
-                                            parameter::kRounding * size;
+    const bool none = std::abs(bend) <=
+                      parameter::kHardly * own_curvature(direction) + parameter::kRounding * size;
     if ((none || bend <= margin * size) && is_flat(direction) && none) continue;
     flat.verdict = FlatDirections::Verdict::Neither;
     flat.descent = std::move(descent_);

@@ -47,7 +47,7 @@ struct FlatDirections {
 };
 
 /// At a point that is not refuted, with no doubtful bounds: of Max at this x, of Min with y
-/// answering. Curvature up to kFlat margins counts as little. At most six directions, orthogonal,
+/// answering. Curvature up to ten margins counts as little. At most six directions, orthogonal,
 /// are found by inverse iteration with the matrix helped by the margin.
 [[nodiscard]] FlatDirections find_flat_directions(CanonicalProblem& canonical,
                                                   ActiveSetSystem& system, const Point& point,

@@ -107,9 +107,9 @@ FeasibleArc::End FeasibleArc::take(const Eigen::VectorXd& step, double length) {
   const double scale = stationary_ ? std::abs(length) : length * length;
   const double small = stationary_ ? parameter::kSmallStationary : parameter::kSmall;
   const double negligible =
-      stationary_ ? parameter::kLittle * parameter::kSmallStationary : parameter::kNegligible;
+      stationary_ ? parameter::kLittle * parameter::kSmallStationary : parameter::kHardly;
   double residual = 0.0;
-  for (int k = 0; k < parameter::kCorrections; ++k) {
+  for (int k = 0; k < parameter::kSeveral; ++k) {
     if (!correct(trial, residual)) return end;
     if (residual <= negligible * scale) break;
   }

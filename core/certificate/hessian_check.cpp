@@ -65,9 +65,8 @@ void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
     if (canonical.x().size() > 0) add_little_curvature(canonical, kkt, trial, false, arrays);
     if (canonical.y().size() > 0) add_little_curvature(canonical, kkt, trial, true, arrays);
   }
-  const Eigen::VectorXd& cosines = arrays.generic.cosines(canonical.variables());
   for (Index i = 0; i < canonical.variables(); ++i) {
-    if (!arrays.held[at(i)]) found.direction[i] += cosines[i];
+    if (!arrays.held[at(i)]) found.direction[i] += generic_entry(i);
   }
   if (trial.in_units) found.direction.array() *= trial.units.variable.array();
 }

@@ -4,7 +4,6 @@
 #include <optional>
 #include <vector>
 
-#include "core/certificate/generic_vector.hpp"
 #include "core/certificate/units.hpp"
 #include "core/kkt/system.hpp"
 #include "core/model/directional_check.hpp"
@@ -35,7 +34,6 @@ struct CurvatureArrays {
   Eigen::VectorXd step;
   Eigen::ArrayXd largest;
   std::vector<bool> held;
-  GenericVectors generic;
   DifferenceArrays differences;
 };
 /// In arrays.found.

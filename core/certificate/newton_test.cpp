@@ -150,12 +150,12 @@ const Eigen::VectorXd& ActiveSetNewton::forces() {
   return force;
 }
 
-/// test.unsettled: the first bound whose class the step changes.
+/// test.changing: the first bound whose class the step changes.
 void ActiveSetNewton::look_at_classes(NewtonTest& test) {
   const BoundClasses& classes = system_.classes();
   const Eigen::VectorXd& force = forces();
   const auto expect = [&](Index i, bool holds) {
-    if (!holds && test.unsettled < 0) test.unsettled = i;
+    if (!holds && test.changing < 0) test.changing = i;
   };
   for (Index i = 0; i < canonical_.variables(); ++i) {
     const int side = classes.side[at(i)];
@@ -164,7 +164,6 @@ void ActiveSetNewton::look_at_classes(NewtonTest& test) {
     const double after = -side * canonical_.sign(i) * force[i];
     if (classes[i] == BoundClass::Active) {
       expect(i, std::abs(after - before) <= parameter::kConfirmed * before);
-      if (!(after > 0.0)) test.contradicted.push_back(i);
     } else if (canonical_.owned_by_max(i) && after < -before) {  // else zero, as far as can be told
       test.pulled_off.push_back(i);
       expect(i, false);
@@ -174,7 +173,6 @@ void ActiveSetNewton::look_at_classes(NewtonTest& test) {
     const double towards = side * work_.dv[i];
     if (classes[i] == BoundClass::Inactive) {
       expect(i, towards <= parameter::kConfirmed * distance);
-      if (towards >= distance && classes.side[at(i)] == side) test.contradicted.push_back(i);
     }
     if (classes[i] == BoundClass::Dropped) {
       expect(i,
@@ -325,7 +323,7 @@ void ActiveSetNewton::look_at_inequalities(const Eigen::VectorXd& c, NewtonTest&
     return (classes[i] == BoundClass::Inactive ? parameter::kConfirmed : 2.0) * distance;
   };
   for_each_bound(canonical_, iterate_.v, [&](Index i, int side, double distance) {
-    if (!(side * change[i] <= most(i, distance)) && test.unsettled < 0) test.unsettled = i;
+    if (!(side * change[i] <= most(i, distance)) && test.changing < 0) test.changing = i;
   });
 }
 
@@ -362,7 +360,7 @@ void ActiveSetNewton::measure_turn(NewtonTest& test) {
     if (is_inner) inner[row] += change;
   }
   if (all.size() == 0) return;
-  test.turn = all.maxCoeff();
+  test.turn = all.maxCoeff(&test.turning);
   test.inner_turn = inner.maxCoeff();
 }
 
@@ -394,7 +392,7 @@ void ActiveSetNewton::run(NewtonTest& test) {
   look_at_classes(test);
   choose_trial();
   test.done = compare(test);
-  test.classes_hold = test.done && test.unsettled < 0;
+  test.classes_hold = test.done && test.changing < 0;
   place_end(test.end.iterate);
 }
 
@@ -403,11 +401,10 @@ void ActiveSetNewton::run(NewtonTest& test) {
 void NewtonTest::clear() {
   done = classes_hold = false;
   pulled_off.clear();
-  contradicted.clear();
   hessian_change.clear();
   error.setZero();
   contraction = step = turn = inner_turn = 0.0;
-  unsettled = left_in = -1;
+  changing = left_in = turning = -1;
 }
 
 void test_newton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,

@@ -13,12 +13,10 @@ struct NewtonTest {
   bool classes_hold = false;  ///< multipliers and distances at the end confirm the classes
   std::vector<Index>
       pulled_off;  ///< doubtful bounds of Max that he leaves: their multiplier is negative
-  /// Active bounds whose multiplier is negative at the end, inactive ones that are crossed.
-  std::vector<Index> contradicted;
   /// Step that the curvature of the equations makes necessary at the end, over the step: Newton's
   /// method converges from a point where that is below 1/4 (it is 1/4 for x^3 at 0).
   double contraction = 0.0;
-  Index unsettled = -1;   ///< bound whose class changes, if one does
+  Index changing = -1;    ///< bound whose class changes, if one does
   Index left_in = -1;     ///< variable that the second step moves most
   Eigen::VectorXd error;  ///< per variable, in units: bounds what W changes by on the way, twice
   std::vector<double> hessian_change;  ///< on the way, per triplet, canonical units
@@ -26,6 +24,7 @@ struct NewtonTest {
   /// What the rows of active constraints change by on the way, sum of the entries of the worst one
   /// in units; inner: of Max's rows in his variables.
   double turn = 0.0, inner_turn = 0.0;
+  Index turning = -1;  ///< constraint whose row changes most
   /// Iterate only; on the bounds to 99 percent, inactive multipliers of constraints zero.
   /// Multipliers of active bounds are those that balance the gradient, of others those that keep z
   /// s.

@@ -10,13 +10,18 @@ namespace ipminmax::parameters::certificate {
 
 constexpr double kLittle = 0.1;      ///< of something: little beside it
 constexpr double kConfirmed = 0.5;   ///< of something: a change that leaves it what it is
+constexpr double kSmall = 1e-2;      ///< of something: a residual or change that ends iterations
 constexpr double kTrace = 1e-3;      ///< of something: still named, or kept above zero
+constexpr double kHardly = 1e-6;     ///< of something: none, where rounding is not all there is
 constexpr double kRounding = 1e-13;  ///< of a variable, value or multiplier, relative
 constexpr double kConstant = 1e-12;  ///< change of a value, relative, of one that is constant
 constexpr double kZero = 1e-9;       ///< entries of directions and gradients in units that are none
 constexpr double kRelaxation = 1e-10;  ///< of rows of length one whose gradients may depend
 constexpr double kRigid = 1e20;        ///< curvature of a slack whose inequality is an equation
-constexpr double kClearGain = 1e-6;    ///< change of a value, over its size, that counts
+
+/// Caps of loops that mostly end before: where each turn costs factorizations, an evaluation of the
+/// model, a solve. Trials that have to agree.
+constexpr int kFew = 4, kSeveral = 6, kMany = 16, kEnough = 3;
 
 // --- Which bounds are active ---------------------------------------------------------------------
 
@@ -24,9 +29,7 @@ constexpr double kStrictRatio = 100.0;  ///< z / s in units, or s / z, that is n
 constexpr double kClearTrend = 0.75;    ///< share of what s or z loses with mu that is no doubt
 constexpr double kDecrease = 0.05;      ///< of mu
 constexpr int kMostDecreases = 8, kMostBarrierSteps = 24;
-constexpr double kLeastBarrier = 1e-18;
-constexpr double kTau = 0.995;         ///< fraction to the boundary
-constexpr double kHardlyMoved = 1e-6;  ///< step over the problem's size: mu is small enough
+constexpr double kTau = 0.995;  ///< fraction to the boundary
 
 // --- The Newton step to the solution -------------------------------------------------------------
 
@@ -40,13 +43,12 @@ constexpr double kStepIsRounding = 1e-5;  ///< over the distance over which W is
 /// Change of the active gradients over a step times what the matrices amplify, up to which these
 /// are nonsingular all along it.
 constexpr double kTurn = 0.25;
+constexpr double kResiduals = 10.0;   ///< of a gradient, that its multipliers may be off by
 constexpr double kIndependent = 1e5;  ///< amplification by matrices with independent gradients
 constexpr Index kToConfirm = 3;       ///< factorizations of a step and the test at its end
-constexpr int kSteps = 4, kMostSteps = 16;
-constexpr double kCreeping = 0.4;     ///< contraction of more than kSteps: to a zero of high order
-constexpr Index kLargeSystem = 300;   ///< dimension beyond which that costs too much
-constexpr double kLeftOfEntry = 0.3;  ///< of an entry of W over its change: else it gives no length
-constexpr double kResiduals = 10.0;   ///< of a gradient, that its multipliers may be off by
+/// Contraction of more than kFew steps, to a zero of high order; 1/2 belongs to weakly active bounds.
+constexpr double kCreeping = 0.4;
+constexpr Index kLargeSystem = 300;  ///< dimension beyond which that costs too much
 
 // --- How far a solution may be from the point ----------------------------------------------------
 
@@ -55,41 +57,23 @@ constexpr double kLeastFar = 1e-6, kMostFar = 1e-4;  ///< within these
 constexpr double kNear = 1e-3;           ///< over the problem's size: one that is not returned
 constexpr double kLargeGradient = 1e-4;  ///< in the model's units: its point is not where it says
 
-// --- Lengths -------------------------------------------------------------------------------------
-
-constexpr int kRounds = 16;                ///< in which they spread from variable to variable
-constexpr double kMostCompensated = 10.0;  ///< term of one variable in an equation over the others'
-
 // --- Directions ----------------------------------------------------------------------------------
 
 constexpr double kProximal = 1e-3;     ///< curvature taken from Max where his answers are many
-constexpr double kFlat = 10.0;         ///< curvature of a direction that may be flat, in margins
-constexpr double kNoCurvature = 1e-6;  ///< over that of the variables alone
 constexpr double kClearlyWrong = 2.0;  ///< curvature over error and margin
-constexpr int kMostDirections = 6, kMostSolves = 20;
-constexpr double kSettled = 1e-2;      ///< change of the curvature that ends inverse iteration
-constexpr double kLeastGrowth = 1e-3;  ///< by inverse iteration, over what the shift would do
 constexpr double kGrowth = 16.0;       ///< of the shift
-constexpr int kMostShifts = 12;
-constexpr int kTrials = 12, kLengths = 6, kEnoughLengths = 3;
 constexpr double kShorter = 0.25;
-constexpr double kBeyond = 10.0;  ///< length over the distance to the solution
-constexpr int kCorrections = 6;
-/// Residual at the end of an arc: of the length squared, and where it has to be stationary of the
-/// length; one that needs no correction.
-constexpr double kSmall = 1e-2, kSmallStationary = 1e-8, kNegligible = 1e-6;
+/// Residual at the end of an arc where it has to be stationary, of the length.
+constexpr double kSmallStationary = 1e-8;
 
 // --- Gradients that depend on each other, cones, robust rows -------------------------------------
 
 constexpr double kDependent = 1e-7;  ///< a combination of rows of length one that is zero
-/// The same after kSteps of inverse iteration that is none: 3 times the square root of kRelaxation.
+/// The same after kFew steps of inverse iteration that is none: 3 times the square root of kRelaxation.
 constexpr double kClearlyIndependent = 3e-5;
 constexpr double kNothingLeft = 1e-4;  ///< of a vector in the null space: no more is there
-constexpr int kMostFound = 16, kMovedPoints = 3;
-constexpr unsigned kMostChoices = 4;       ///< of multipliers
-constexpr std::ptrdiff_t kMostFaces = 10;  ///< rows of a matrix whose faces are all looked at
-constexpr double kFirm = 1e6;              ///< growth of barrier curvatures that hold bounds
-constexpr Index kToRefute = 3;             ///< factorizations
+constexpr Index kMostFaces = 10;       ///< rows of a matrix whose faces are all looked at
+constexpr double kFirm = 1e6;          ///< growth of barrier curvatures that hold bounds
 
 // --- W beside differences of gradients -----------------------------------------------------------
 
@@ -97,10 +81,5 @@ constexpr Index kToRefute = 3;             ///< factorizations
 constexpr double kStep = 1e-6, kStepOfSize = 1e-8;
 constexpr double kLeastError = 1e-5,
                  kLargestError = 1e-3;  ///< of W in units, that count
-
-// --- Reasons -------------------------------------------------------------------------------------
-
-constexpr std::ptrdiff_t kMostReasons = 20;  ///< of a kind
-constexpr std::size_t kMostNames = 4;
 
 }  // namespace ipminmax::parameters::certificate

@@ -18,7 +18,7 @@ const char* name_of(Player player) { return player == Player::Min ? "Min" : "Max
 
 void Reasons::add(CertificateReason reason) {
   const auto same = [&](const CertificateReason& other) { return other.kind == reason.kind; };
-  if (std::ranges::count_if(reasons_, same) < parameters::certificate::kMostReasons)
+  if (std::ranges::count_if(reasons_, same) < parameters::certificate::kMany)
     reasons_.push_back(std::move(reason));
 }
 
@@ -36,24 +36,29 @@ std::string Reasons::name_of_row(Index constraint) const {
 }
 
 void Reasons::add_about(Kind kind, Index i, const std::string& before, const std::string& after) {
-  CertificateReason reason{.kind = kind,
-                           .player = canonical_.owned_by_max(i) ? Player::Max : Player::Min,
-                           .text = before,
-                           .variables = {},
-                           .constraints = {}};
   const auto slack_of = canonical_.slack_of_constraint();
   const auto row = std::ranges::find(slack_of, i);
   if (row != slack_of.end()) {
-    const auto j = static_cast<Index>(row - slack_of.begin());
-    reason.text += name_of_row(j);
-    if (canonical_.model_constraint(j) >= 0) {
-      reason.constraints.push_back(canonical_.model_constraint(j));
-    }
-  } else {
-    reason.variables.push_back(canonical_.model_variable(i));
-    reason.text += canonical_.variable_name(reason.variables.front());
+    return add_about_row(kind, static_cast<Index>(row - slack_of.begin()), before, after);
   }
-  reason.text += std::string(" (") + name_of(reason.player) + ")" + after;
+  const Player player = canonical_.owned_by_max(i) ? Player::Max : Player::Min;
+  const Index variable = canonical_.model_variable(i);
+  add({.kind = kind,
+       .player = player,
+       .text = before + canonical_.variable_name(variable) + " (" + name_of(player) + ")" + after,
+       .variables = {variable},
+       .constraints = {}});
+}
+
+void Reasons::add_about_row(Kind kind, Index j, const std::string& before,
+                            const std::string& after) {
+  const Player player = canonical_.max_constraints().contains(j) ? Player::Max : Player::Min;
+  CertificateReason reason{.kind = kind,
+                           .player = player,
+                           .text = before + name_of_row(j) + " (" + name_of(player) + ")" + after,
+                           .variables = {},
+                           .constraints = {}};
+  if (const Index row = canonical_.model_constraint(j); row >= 0) reason.constraints = {row};
   add(std::move(reason));
 }
 
@@ -84,7 +89,7 @@ void Reasons::add_dependences(const Dependences& dependences) {
         reason.constraints.push_back(canonical_.model_constraint(j));
       }
       if (j == dependence.row) continue;
-      if (named < parameters::certificate::kMostNames) {
+      if (named < parameters::certificate::kFew) {
         others += (named++ == 0 ? "" : ", ") + name_of_row(j);
       } else {
         ++more;
@@ -149,7 +154,7 @@ void Reasons::add_direction(Kind kind, Player player, const Eigen::VectorXd& ste
   for (const auto& [value, i] : entries) {
     if (std::abs(value) < parameters::certificate::kTrace * largest) break;
     const Index variable = canonical_.model_variable(i);
-    if (reason.variables.size() < parameters::certificate::kMostNames) {
+    if (reason.variables.size() < parameters::certificate::kFew) {
       char size[32];
       std::snprintf(size, sizeof size, "%s %+.3g ", reason.variables.empty() ? "" : ",",
                     value / largest);

@@ -22,6 +22,8 @@ class Reasons {
   void add(Kind kind, Player player, std::string text);
   /// With the name of a canonical variable, or of a slack's inequality, in the middle.
   void add_about(Kind kind, Index i, const std::string& before, const std::string& after = {});
+  void add_about_row(Kind kind, Index constraint, const std::string& before,
+                     const std::string& after = {});
   /// One for each doubtful bound or inequality.
   void add_weakly_active(const BoundClasses& classes);
   void add_dependences(const Dependences& dependences);

@@ -1,10 +1,8 @@
-#include "core/certificate/refutation.hpp"
+#include "core/certificate/candidate.hpp"
 
 #include <utility>
 #include <vector>
 
-#include "core/certificate/barrier_step.hpp"
-#include "core/certificate/copositive.hpp"
 #include "core/certificate/critical_cone.hpp"
 #include "core/certificate/direction.hpp"
 #include "core/certificate/parameters.hpp"
@@ -50,22 +48,15 @@ bool refute_in_cone(TestContext& c, ActiveSetSystem& system, const Candidate& ca
   Eigen::VectorXd added =
       candidate.error + Eigen::VectorXd::Constant(c.canonical.variables(), c.margin(1.0));
   if (inner) {
-    if (!c.may_factorize(1)) return false;
     system.assemble({.min_fixed = true, .max_fixed = true}, candidate.error, 0.0, 1.0);
     const KktFactors factors = c.kkt.factorize_inner({.y = c.margin(1.0)});
     if (!c.kkt.has_expected_inner_inertia(factors)) return false;
     added = -added;
   }
-  const auto cone = critical_cone(system, added, owner);
-  if (!cone) return false;
-  const Copositivity found = copositivity(cone->curvature);
-  if (found.verdict != Copositivity::Verdict::Not) return false;
-  Eigen::VectorXd direction = Eigen::VectorXd::Zero(c.canonical.variables());
-  for (std::size_t k = 0; k < cone->directions.size(); ++k) {
-    direction += found.direction[static_cast<Eigen::Index>(k)] * cone->directions[k];
-  }
-  c.wrong =
-      refutes_along(c.canonical, system, candidate.point, direction, candidate.newton.step, owner);
+  const auto found = least_in_cone(system, added, owner);
+  if (!found || found->least >= -parameter::kZero) return false;
+  c.wrong = refutes_along(c.canonical, system, candidate.point, found->direction,
+                          candidate.newton.step, owner);
   return c.wrong.has_value();
 }
 
@@ -112,8 +103,8 @@ void explain(TestContext& c, ActiveSetSystem& system, const Candidate& candidate
   if (c.wrong) return;
   const NewtonTest& newton = candidate.newton;
   if (newton.done && !newton.classes_hold) {
-    c.reasons.add_about(Kind::NotIsolated, newton.unsettled,
-                        "which bounds are active is not settled: a Newton step changes that of ");
+    c.reasons.add_about(Kind::NotIsolated, newton.changing,
+                        "which bounds are active is not decided: a Newton step changes that of ");
   } else if (!candidate.converges && newton.left_in >= 0) {
     c.reasons.add_about(Kind::NotIsolated, newton.left_in,
                         "Newton's method does not contract here: no isolated solution is seen, "
@@ -132,8 +123,9 @@ void explain(TestContext& c, ActiveSetSystem& system, const Candidate& candidate
                         "second derivatives change by more than the curvature on the way to the "
                         "solution, most in ");
   } else if (!gradients_hold(newton, candidate.test)) {
-    c.reasons.add(Kind::Unsteady, Player::Min,
-                  "gradients of active constraints turn by too much on the way to the solution");
+    c.reasons.add_about_row(Kind::Unsteady, newton.turning,
+                            "gradients of active constraints turn by too much on the way to the "
+                            "solution, most that of ");
   } else if (c.reasons.empty()) {
     c.reasons.add(Kind::LittleCurvature, candidate.test.inner ? Player::Min : Player::Max,
                   "the curvature is neither clearly right nor clearly wrong");
@@ -145,41 +137,23 @@ void explain(TestContext& c, ActiveSetSystem& system, const Candidate& candidate
 }
 
 /// What is known of y at this x alone.
-InnerAnswer answer_alone(TestContext& c, const Candidate& candidate) {
+InnerAnswer answer_alone(TestContext& c, Candidate alone) {
   if (!c.may_factorize(2)) return InnerAnswer::Unknown;
-  Candidate alone;
-  alone.point = candidate.point;
-  alone.units = candidate.units;
-  alone.classes = candidate.classes;
   for (const IndexRange own : {c.canonical.x(), c.canonical.x_slacks()}) {
-    for (Index i = own.begin; i < own.end; ++i) {
-      if (alone.classes[i] == BoundClass::Doubtful) --alone.classes.weak_min;
-      alone.classes.hold(i);
-    }
+    for (Index i = own.begin; i < own.end; ++i) alone.classes.hold(i);
   }
-  std::vector<bool>& held = alone.classes.redundant;
-  held.assign(at(c.canonical.constraints()), false);
-  bool smooth = true;
-  if (candidate.dependences) {
-    held = droppable(c.canonical, *candidate.dependences, true);
-    smooth = held == droppable(c.canonical, *candidate.dependences, false);
-  }
+  count_doubtful(c.canonical, alone.classes);
+  alone.classes.redundant.resize(at(c.canonical.constraints()), false);
   const IndexRange min_rows = c.canonical.min_constraints();
-  for (Index j = min_rows.begin; j < min_rows.end; ++j) held[at(j)] = true;
+  for (Index j = min_rows.begin; j < min_rows.end; ++j) alone.classes.redundant[at(j)] = true;
   ActiveSetSystem system(c.canonical, c.kkt, alone.classes, alone.units, alone.point.evaluation);
-  system.assemble(ActiveSetSystem::kSufficient);
-  alone.error = error_of(c, alone.point, candidate.classes, alone.units);
-  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double /*share*/) {
-    return solve_accurately(c.kkt, system.assembled(), rhs, step);
-  };
-  if (!c.newton_confirms(system, alone.point, solve, alone.newton)) {
+  confirm(c, alone, system);
+  if (!alone.converges) return InnerAnswer::Unknown;
+  const InertiaTest test = inner_survives(system, alone.error, c.margin(1.0));
+  if (!test.inner || !(test.inner_response <= parameter::kIndependent) ||
+      alone.newton.inner_turn * test.inner_response > parameter::kTurn) {
     return InnerAnswer::Unknown;
   }
-  alone.error += alone.newton.error;
-  const InertiaTest test = inner_survives(system, alone.error, c.margin(1.0));
-  if (alone.newton.inner_turn * test.inner_response > parameter::kTurn) return InnerAnswer::Unknown;
-  if (!test.inner || !(test.inner_response <= parameter::kIndependent)) return InnerAnswer::Unknown;
-  if (!smooth) return InnerAnswer::StrictlyBest;
   return alone.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
 }
 
@@ -199,7 +173,8 @@ SecondOrder judge_without_certificate(TestContext& c, Candidate& candidate) {
     explain(c, system, candidate);
     return verdict;
   }
-  if (c.may_factorize(parameter::kToRefute) && refute(c, system, candidate)) {
+  // What is wrong is left whatever that costs.
+  if (refute(c, system, candidate)) {
     verdict = SecondOrder::Violated;
   } else if (!too_many && c.may_factorize(1) && is_flat(c, system, candidate)) {
     verdict = SecondOrder::Flat;

@@ -1,15 +1,11 @@
-#include "core/certificate/remedies.hpp"
+#include "core/certificate/candidate.hpp"
 
 #include <algorithm>
 #include <utility>
 #include <vector>
 
 #include "core/certificate/basic_multipliers.hpp"
-#include "core/certificate/candidate.hpp"
 #include "core/certificate/parameters.hpp"
-#include "core/certificate/refutation.hpp"
-#include "core/certificate/reported_point.hpp"
-#include "core/certificate/weak_maximum.hpp"
 #include "core/model/norms.hpp"
 
 namespace ipminmax {
@@ -29,19 +25,6 @@ bool reads_both_players(const CanonicalProblem& canonical) {
 
 // --- What a candidate is -------------------------------------------------------------------------
 
-/// The cone of directions into weakly active bounds of Min tells of a solution at these bounds.
-/// False: there are none, or they are farther than what is returned may be from the solution.
-bool weakly_active_are_near(const TestContext& c, const Candidate& here) {
-  const double near =
-      parameter::kNear * size_of_problem(c.canonical, here.point.iterate, here.units);
-  for (Index i = 0; i < c.canonical.variables(); ++i) {
-    if (here.classes[i] != BoundClass::Doubtful || c.canonical.owned_by_max(i)) continue;
-    const double distance = here.classes.distance(c.canonical, here.point.iterate, i);
-    if (distance > near * here.units.variable[i]) return false;
-  }
-  return here.classes.weak_min > 0;
-}
-
 /// Whether the matrices are right for every W within the error, over the whole step.
 bool is_right(TestContext& c, Candidate& here, ActiveSetSystem& system) {
   const auto holds = [&](ActiveSetSystem& tested) {
@@ -56,9 +39,6 @@ bool is_right(TestContext& c, Candidate& here, ActiveSetSystem& system) {
     return holds(narrow);
   }
   here.test = survives(system, here.error, c.margin(1.0), here.proximal);
-  if (!here.test.both() && weakly_active_are_near(c, here) && c.may_factorize(1)) {
-    here.test = survives_in_cone(system, here.error, c.margin(1.0), here.test, here.proximal);
-  }
   return holds(system);
 }
 
@@ -82,7 +62,7 @@ bool independent_or_harmless(TestContext& c, Candidate& here, ActiveSetSystem& s
   look_for_dependences(c, here, system);
   if (c.canonical.max_constraints().size() == 0) return true;
   if (!here.dependences) return false;
-  if (!known) here.classes.redundant = droppable(c.canonical, *here.dependences, !c.has_x());
+  if (!known) here.classes.redundant = droppable(c.canonical, *here.dependences);
   return rows_are_left_out(c.canonical, here, true) || !c.has_x();
 }
 
@@ -107,7 +87,7 @@ std::optional<Candidate> release_bounds(TestContext& c, const Candidate& here) {
 std::optional<Candidate> leave_out_rows(TestContext& c, const Candidate& here) {
   const bool right = here.converges && here.test.both();
   if (right || !here.dependences || !here.classes.redundant.empty()) return {};
-  std::vector<bool> rows = droppable(c.canonical, *here.dependences, !c.has_x());
+  std::vector<bool> rows = droppable(c.canonical, *here.dependences);
   if (std::ranges::find(rows, true) == rows.end()) return {};
   Candidate next = here;
   next.classes.redundant = std::move(rows);
@@ -142,12 +122,12 @@ std::optional<Candidate> take_newton_step(TestContext& c, const Candidate& here)
   const bool creeps = here.creeps && !here.converges &&
                       here.newton.contraction <= parameter::kCreeping &&
                       c.kkt.layout().dimension() <= parameter::kLargeSystem;
-  const int most = creeps ? parameter::kMostSteps : parameter::kSteps;
+  const int most = creeps ? parameter::kMany : parameter::kFew;
   if (there || here.steps >= most || (here.steps > 0 && ends_here(c, here))) return {};
   auto next = at_end_of_step(c, here);
   if (next) {
     next->creeps = creeps;
-    next->crept = here.crept || here.steps >= parameter::kSteps;
+    next->crept = here.crept || here.steps >= parameter::kFew;
   }
   return next;
 }
@@ -225,15 +205,19 @@ bool begin(TestContext& c, const Point& given, const BoundClasses& guess, bool f
 /// leaves the bounds.
 bool change_classes(TestContext& c, Candidate& here) {
   Iterate& end = here.newton.end.iterate;
-  for (const Index i : here.newton.contradicted) {
-    const bool crossed = here.classes[i] == BoundClass::Inactive;
-    const auto at = static_cast<std::size_t>(i);
-    if (crossed) {
-      end.v[i] =
-          here.point.iterate.v[i] + here.classes.side[at] * parameter::kShareOfWay *
-                                        here.classes.distance(c.canonical, here.point.iterate, i);
+  for (Index i = 0; i < c.canonical.variables(); ++i) {
+    const int side = here.classes.side[static_cast<std::size_t>(i)];
+    if (side == 0) continue;
+    const double distance = here.classes.distance(c.canonical, here.point.iterate, i);
+    const double multiplier = here.classes.multiplier(here.point.iterate, i);
+    BoundClass& found = here.classes.of[static_cast<std::size_t>(i)];
+    if (found == BoundClass::Inactive && here.classes.distance(c.canonical, end, i) <= 0.0) {
+      end.v[i] = here.point.iterate.v[i] + side * parameter::kShareOfWay * distance;
+      found = BoundClass::Active;
+    } else if (found == BoundClass::Active &&
+               here.classes.multiplier(end, i) <= parameter::kTrace * multiplier) {
+      found = BoundClass::Inactive;  // a negative one is kept above zero
     }
-    here.classes.of[at] = crossed ? BoundClass::Active : BoundClass::Inactive;
   }
   bool inside = true;
   for_each_bound(c.canonical, end.v,
@@ -288,7 +272,7 @@ std::optional<Candidate> with_guessed_classes(TestContext& c, const Point& given
         reports_solution(c, here, given)) {
       return here;
     }
-    if (!here.newton.done || ++steps > parameter::kSteps || !change_classes(c, here)) break;
+    if (!here.newton.done || ++steps > parameter::kFew || !change_classes(c, here)) break;
   }
   return {};
 }
@@ -318,7 +302,7 @@ std::optional<Candidate> with_basic_multipliers(TestContext& c, const Candidate&
   ActiveSetSystem system(c.canonical, c.kkt, classes, start.units, start.point.evaluation);
   system.assemble({.min_fixed = true, .max_fixed = true});
   const Dependences dependences = find_dependences(c.canonical, system, start.point, c.options);
-  classes.redundant = droppable(c.canonical, dependences, !c.has_x());
+  classes.redundant = droppable(c.canonical, dependences);
   const bool max = !c.has_x() || (c.has_y() && !dependences.independent(c.canonical, true) &&
                                   !reads_both_players(c.canonical));
   for (BasicMultipliers& basic :
@@ -347,7 +331,7 @@ std::optional<Candidate> with_basic_multipliers(TestContext& c, const Candidate&
 SecondOrder certified(TestContext& c, Candidate found, const Point& given) {
   bool reported = reports_solution(c, found, given);
   // The solution cannot be returned yet: nearer to it.
-  while (!reported && found.proximal == 0.0 && found.steps < parameter::kSteps) {
+  while (!reported && found.proximal == 0.0 && found.steps < parameter::kFew) {
     auto next = at_end_of_step(c, found);
     if (!next || !passes(c, *next)) break;
     found = std::move(*next);

@@ -1,4 +1,4 @@
-#include "core/certificate/reported_point.hpp"
+#include "core/certificate/candidate.hpp"
 
 #include <algorithm>
 #include <utility>

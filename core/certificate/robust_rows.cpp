@@ -21,10 +21,12 @@ Eigen::VectorXd firm_curvature(const CanonicalProblem& canonical, const Iterate&
     for (Index i = slacks.begin; i < slacks.end; ++i) curvature[i] = parameter::kConstant;
   }
   for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
-    const double ratio = multiplier_of(iterate, i, side) / distance;
+    const double multiplier = multiplier_of(iterate, i, side);
     const bool holds = classes != nullptr && (*classes)[i] == BoundClass::Active &&
                        classes->side[static_cast<std::size_t>(i)] == side;
-    if (ratio > 1.0 || holds) curvature[i] += parameter::kFirm * std::max(ratio, 1.0);
+    if (holds || class_of(multiplier, distance, 1.0) == BoundClass::Active) {
+      curvature[i] += parameter::kFirm * std::max(multiplier / distance, 1.0);
+    }
   });
   return curvature;
 }
@@ -61,7 +63,12 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, 
 
   const auto size = static_cast<Eigen::Index>(rows.size());
   const auto jacobian = canonical.jacobian();
-  // J_r over y, one column per row; rows of K_yy are found by the step's v.
+  // J_r over y, one column per row; rows of K_yy are found by the step's v. A copy maximizes its own
+  // row: what the row still changes along it is the barrier's.
+  const auto counts = [&](Index row, Index col) {
+    const Index slack = canonical.slack_of_constraint()[static_cast<std::size_t>(row)];
+    return canonical.owned_by_max(col) && canonical.served_slack(col) != slack;
+  };
   std::vector<Eigen::Index> column_of(static_cast<std::size_t>(canonical.constraints()), -1);
   for (std::size_t r = 0; r < rows.size(); ++r) {
     column_of[static_cast<std::size_t>(rows[r].constraint)] = static_cast<Eigen::Index>(r);
@@ -73,7 +80,7 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, 
     rhs.v.setZero();
     for (std::size_t k = 0; k < jacobian.size(); ++k) {
       const auto [row, col] = jacobian[k];
-      if (canonical.owned_by_max(col) && column_of[static_cast<std::size_t>(row)] == r) {
+      if (column_of[static_cast<std::size_t>(row)] == r && counts(row, col)) {
         rhs.v[col] += evaluation.jacobian[k];
       }
     }
@@ -81,7 +88,7 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, 
     for (std::size_t k = 0; k < jacobian.size(); ++k) {
       const auto [row, col] = jacobian[k];
       const Eigen::Index s = column_of[static_cast<std::size_t>(row)];
-      if (s < 0 || !canonical.owned_by_max(col)) continue;
+      if (s < 0 || !counts(row, col)) continue;
       const double scale = std::sqrt(rows[static_cast<std::size_t>(r)].compliance *
                                      rows[static_cast<std::size_t>(s)].compliance);
       right(s, r) += evaluation.jacobian[k] * step.v[col] / scale;
@@ -98,7 +105,7 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, 
     gain = std::max(gain, 0.5 * std::abs(iterate.lambda[row.constraint]) * row.compliance *
                               (1.0 - right(r, r)));
   }
-  const bool violated = least < -1.0 && gain > parameter::kClearGain;
+  const bool violated = least < -1.0 && gain > parameter::kHardly;
   return violated ? SecondOrder::Violated : SecondOrder::Undecided;
 }
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/certificate/copositive.hpp"
-#include "core/certificate/critical_cone.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -14,13 +12,11 @@ const NewtonResidual& generic_right_hand_side(ActiveSetSystem& system) {
   const CanonicalProblem& canonical = system.canonical();
   NewtonResidual& rhs = system.rhs();
   set_zero(canonical, rhs);
-  const Eigen::VectorXd& sines = system.generic().sines(canonical.variables());
   for (Index i = 0; i < canonical.variables(); ++i) {
-    if (system.is_free(i)) rhs.v[i] = sines[i];
+    if (system.is_free(i)) rhs.v[i] = generic_entry(i);
   }
-  const Eigen::VectorXd& cosines = system.generic().cosines(canonical.constraints());
   for (Index j = 0; j < canonical.constraints(); ++j) {
-    if (system.counts(j)) rhs.lambda[j] = cosines[j];
+    if (system.counts(j)) rhs.lambda[j] = generic_entry(canonical.variables() + j);
   }
   return rhs;
 }
@@ -103,24 +99,6 @@ InertiaTest survives_narrowed(ActiveSetSystem& system, ActiveSetSystem& narrow,
   const Taken taken{margin, 0.0};
   InertiaTest test = test_inner(system, error, taken, false);
   if (test.inner) test_full(narrow, error, taken, false, test);
-  return test;
-}
-
-InertiaTest survives_in_cone(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
-                             const InertiaTest& inner, double proximal) {
-  InertiaTest test{.inner = inner.inner, .inner_response = inner.inner_response};
-  if (!test.inner) return test;
-  KktSystem& kkt = system.kkt();
-  system.assemble({.min_fixed = true, .max_fixed = true}, error, -1.0, 1.0);
-  if (!kkt.has_expected_inertia(kkt.factorize(Taken{margin, proximal}.full()))) return test;
-  test.full_response = response(system, false);
-  if (!std::isfinite(test.full_response)) return test;
-  Eigen::VectorXd taken = Eigen::VectorXd::Constant(system.canonical().variables(), -margin);
-  const IndexRange y = system.canonical().y();
-  taken.segment(y.begin, y.size()).array() -= proximal;
-  if (error.size() > 0) taken -= error;
-  const auto cone = critical_cone(system, taken);
-  test.full = cone && copositivity(cone->curvature).verdict == Copositivity::Verdict::Strictly;
   return test;
 }
 

@@ -24,12 +24,6 @@ struct InertiaTest {
 /// give.
 [[nodiscard]] InertiaTest survives_narrowed(ActiveSetSystem& system, ActiveSetSystem& narrow,
                                             const Eigen::VectorXd& error, double margin);
-/// The same where doubtful bounds of Min are exactly active, with multiplier zero or not: his
-/// critical directions lead into them, and the curvature along these has to be right
-/// (copositivity). inner: what survives found of K_yy.
-[[nodiscard]] InertiaTest survives_in_cone(ActiveSetSystem& system, const Eigen::VectorXd& error,
-                                           double margin, const InertiaTest& inner,
-                                           double proximal = 0.0);
 /// K_yy alone.
 [[nodiscard]] InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error,
                                          double margin, double proximal = 0.0);

@@ -8,8 +8,6 @@ namespace ipminmax {
 
 namespace parameter = parameters::certificate;
 
-namespace {}  // namespace
-
 TestContext::TestContext(CanonicalProblem& its_canonical, KktSystem& its_kkt, double its_mu,
                          const SolverOptions& its_options, Index factorizations,
                          CertificateArrays& its_arrays)

@@ -70,27 +70,13 @@ void start_block(const CanonicalProblem& canonical, bool max, bool second, Units
   }
 }
 
-/// The block of one player: diagonal entries first, then rows without one by what couples them.
+/// The block of one player: diagonal entries first, then rows without one.
 void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max,
                        bool second, UnitsArrays& arrays) {
   Eigen::VectorXd& d = arrays.units.variable;
   Eigen::VectorXd& norms = arrays.norms;
   take_entries(canonical, evaluation, max, arrays);
   start_block(canonical, max, second, arrays);
-  const auto is_open = [&](const UnitsArrays::Entry& entry) {
-    return d[entry.row] == kUnknown || d[entry.col] == kUnknown;
-  };
-  for (int round = 0; round < parameter::kRounds && std::ranges::any_of(arrays.own, is_open);
-       ++round) {
-    own_norms(arrays, d, norms);
-    bool found = false;
-    for (Index i = 0; i < d.size(); ++i) {
-      if (d[i] != kUnknown || norms[i] == 0.0) continue;
-      d[i] = inverse(norms[i]);
-      found = true;
-    }
-    if (!found) break;
-  }
   // Nothing but products, x_1 x_2: in proportion to their sizes.
   for (const auto& [i, j, entry] : arrays.own) {
     if (d[i] == kUnknown && d[j] == kUnknown) {
@@ -101,7 +87,7 @@ void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& eval
       (d[i] == kUnknown ? d[i] : d[j]) = inverse(entry * std::max(d[i], d[j]));
     }
   }
-  for (int sweep = 0; sweep < parameter::kSteps; ++sweep) {
+  for (int sweep = 0; sweep < parameter::kFew; ++sweep) {
     own_norms(arrays, d, norms);
     if (!(norms.size() > 0 && norms.maxCoeff() > 1.0)) break;
     d.array() /= norms.array().max(1.0).sqrt();
@@ -152,7 +138,7 @@ void spread_by_constraints(const CanonicalProblem& canonical, const Evaluation& 
   Eigen::VectorXd &rows = arrays.rows, &columns = arrays.columns;
   const auto is_open = [&](const Triplet& entry) { return d[entry.col] == kUnknown; };
   for (int round = 0;
-       round < parameter::kRounds && std::ranges::any_of(canonical.jacobian(), is_open); ++round) {
+       round < parameter::kMany && std::ranges::any_of(canonical.jacobian(), is_open); ++round) {
     constraint_norms(canonical, evaluation, d, rows);
     columns.setZero(d.size());
     for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
@@ -185,7 +171,7 @@ void include(double term, Index variable, UnitsArrays::Terms& terms) {
 /// What cut_by_equations does in one equation. False: nothing.
 bool cut_by_equation(const CanonicalProblem& canonical, Index row, UnitsArrays& arrays) {
   const auto& [largest, second, i] = arrays.terms[at(row)];
-  if (!(second > 0.0) || largest <= parameter::kMostCompensated * second) return false;
+  if (!(second > 0.0) || parameter::kLittle * largest <= second) return false;
   if (canonical.owned_by_max(i) != canonical.max_constraints().contains(row)) return false;
   double& length = arrays.units.variable[i];
   length = std::min(length, std::max(length * second / largest, arrays.size[i]));
@@ -203,7 +189,7 @@ void cut_by_equations(const CanonicalProblem& canonical, const Evaluation& evalu
   arrays.used.assign(at(canonical.constraints()), false);  // inequalities cut nothing
   for (std::size_t j = 0; j < arrays.used.size(); ++j) arrays.used[j] = slack_of[j] >= 0;
   bool any = true;
-  for (int round = 0; any && round < parameter::kRounds; ++round) {
+  for (int round = 0; any && round < parameter::kMany; ++round) {
     arrays.terms.assign(arrays.used.size(), {});
     for (std::size_t k = 0; k < jacobian.size(); ++k) {
       const auto [row, col] = jacobian[k];

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <vector>
 
 #include "core/model/canonical_problem.hpp"
@@ -64,6 +65,12 @@ const Units& units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& 
 /// Of the point or the starting point, whichever is larger.
 [[nodiscard]] double size_of_problem(const CanonicalProblem& canonical, const Iterate& iterate,
                                      const Units& units);
+
+/// Of right-hand sides and directions without the symmetries that a problem may have: in [-1, 1].
+[[nodiscard]] inline double generic_entry(Index i) {
+  const double turns = 0.6180339887498949 * static_cast<double>(i + 1);
+  return 2.0 * (turns - std::floor(turns)) - 1.0;
+}
 
 /// Derivatives in these units, with the values' call numbers forgotten.
 void set_in_units(const CanonicalProblem& canonical, const Evaluation& evaluation,

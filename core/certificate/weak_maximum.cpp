@@ -1,4 +1,4 @@
-#include "core/certificate/weak_maximum.hpp"
+#include "core/certificate/candidate.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -14,8 +14,6 @@
 namespace ipminmax {
 namespace {
 
-/// Rounds of solving and looking for scenarios.
-constexpr Index kMostRounds = 30;
 /// Scenarios of a row that begin, for each x and at most, or the starts if they are more.
 constexpr Index kScenarios = 4, kMostScenarios = 100;
 /// Excess over its bound, relative to its range, from which a constraint asks for another scenario.

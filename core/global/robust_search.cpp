@@ -19,8 +19,6 @@
 namespace ipminmax {
 namespace {
 
-/// Rounds of solving and looking for worst cases.
-constexpr Index kMostRounds = 30;
 /// Points at which the gradient of f tells which Max variables f reads, and how far they lie from
 /// the start, relative to max(1, |v|).
 constexpr int kProbes = 3;

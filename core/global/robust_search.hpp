@@ -36,6 +36,9 @@ class RobustSearch {
   [[nodiscard]] Result run_from_maxima(std::vector<double> start);
 
  private:
+  /// Rounds of solving and looking for worst cases or scenarios.
+  static constexpr Index kMostRounds = 30;
+
   /// Where the next solve begins.
   struct Place {
     std::vector<double> v;

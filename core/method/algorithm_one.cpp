@@ -11,7 +11,7 @@
 namespace ipminmax {
 namespace {
 
-namespace parameter = parameters::algorithm_one;
+namespace algorithm_one = parameters::algorithm_one;
 
 bool is_finite(const Step& step) {
   return step.v.allFinite() && step.lambda.allFinite() && step.z_lower.allFinite() &&
@@ -22,7 +22,7 @@ bool is_finite(const Step& step) {
 
 AlgorithmOne::AlgorithmOne(const MethodContext& context) : context_(context) {
   rhs_ = step_ = zero_step(context.canonical);
-  last_residuals_.reserve(parameter::kWatchedResiduals + 1);
+  last_residuals_.reserve(algorithm_one::kWatchedResiduals + 1);
 }
 
 StepReport AlgorithmOne::step(const Point& from, double mu, Point& to) {
@@ -97,7 +97,7 @@ bool AlgorithmOne::take_step(const Point& from, double longest, double mu, Point
   // One step length for everything, as in Algorithm 1.
   alpha.primal = alpha.dual = std::min({alpha.primal, alpha.dual, longest});
   EvaluationStatus status = EvaluationStatus::Ok;
-  for (report.trials = 1; report.trials <= parameter::kCuts; ++report.trials) {
+  for (report.trials = 1; report.trials <= algorithm_one::kCuts; ++report.trials) {
     to.iterate = from.iterate;
     advance(canonical, step_, alpha, to.iterate);
     status = evaluate_values(canonical, to);
@@ -124,9 +124,9 @@ bool AlgorithmOne::watched_step(const Point& from, double mu, Point& to, StepRep
     const double norm = barrier_error(context_.canonical, to, mu, context_.options.s_max).norm();
     const bool falls =
         last_residuals_.empty() || norm <= *std::ranges::max_element(last_residuals_);
-    if (falls || longest < parameter::kShortestWatchedStep) {
+    if (falls || longest < algorithm_one::kShortestWatchedStep) {
       last_residuals_.push_back(norm);
-      if (last_residuals_.size() > parameter::kWatchedResiduals)
+      if (last_residuals_.size() > algorithm_one::kWatchedResiduals)
         last_residuals_.erase(last_residuals_.begin());
       return true;
     }

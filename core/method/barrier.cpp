@@ -10,7 +10,7 @@
 namespace ipminmax {
 namespace {
 
-namespace parameter = parameters::barrier;
+namespace barrier = parameters::barrier;
 
 /// Calls use(distance * multiplier) for every bound of the iterate moved by steps.
 template <class Use>
@@ -45,7 +45,7 @@ double next_barrier(double mu, double mu_final, const std::function<double(doubl
   // mu <- max(mu_final, min(kappa_mu mu, mu^theta_mu)), Waechter and Biegler 2006, eq. (7)
   // A factor next to 1 leaves the rest to the next iterates; one that rounds to 1 would never end
   // here.
-  for (int k = 0; k < parameter::kMostDecreases && mu > mu_final &&
+  for (int k = 0; k < barrier::kMostDecreases && mu > mu_final &&
                   scaled_error(mu) <= options.barrier_tol_factor * mu;
        ++k) {
     mu = std::max(mu_final,
@@ -74,10 +74,10 @@ Complementarity complementarity_of(const CanonicalProblem& canonical, const Iter
 double loqo_barrier(const Complementarity& products) {
   if (!(products.average > 0.0)) return 0.0;
   const double xi = products.smallest / products.average;
-  const double factor =
-      xi > 0.0 ? std::min(parameter::kLoqoSpread * (1.0 - xi) / xi, parameter::kLoqoMost)
-               : parameter::kLoqoMost;
-  return parameter::kLoqoFactor * std::pow(factor, parameter::kLoqoPower) * products.average;
+  const double factor = xi > 0.0
+                            ? std::min(barrier::kLoqoSpread * (1.0 - xi) / xi, barrier::kLoqoMost)
+                            : barrier::kLoqoMost;
+  return barrier::kLoqoFactor * std::pow(factor, barrier::kLoqoPower) * products.average;
 }
 
 double probing_barrier(const CanonicalProblem& canonical, const Iterate& iterate,
@@ -88,7 +88,7 @@ double probing_barrier(const CanonicalProblem& canonical, const Iterate& iterate
   moved = iterate;
   advance(canonical, affine, largest_step(canonical, iterate, affine, 1.0), moved);
   const double ratio = std::max(0.0, complementarity_of(canonical, moved).average / average);
-  return std::min(std::pow(ratio, parameter::kProbingPower), parameter::kLargestSigma) * average;
+  return std::min(std::pow(ratio, barrier::kProbingPower), barrier::kLargestSigma) * average;
 }
 
 SquaredResidual squared_residual(const CanonicalProblem& canonical, const Iterate& iterate,
@@ -133,15 +133,15 @@ double quality_function_barrier(const CanonicalProblem& canonical, const Iterate
            sum / static_cast<double>(std::max<Index>(bounds, 1));
   };
   // Golden section for log(sigma), on the side of sigma = 1 on which the quality improves.
-  const bool above = quality(1.0 - parameter::kSigmaTolerance) > quality(1.0);
-  double low = above ? 0.0 : std::log(parameter::kSmallestSigma);
-  double high = above ? std::log(parameter::kLargestSigma) : 0.0;
+  const bool above = quality(1.0 - barrier::kSigmaTolerance) > quality(1.0);
+  double low = above ? 0.0 : std::log(barrier::kSmallestSigma);
+  double high = above ? std::log(barrier::kLargestSigma) : 0.0;
   const double golden = (3.0 - std::sqrt(5.0)) / 2.0;
   double left = low + golden * (high - low);
   double right = high - golden * (high - low);
   double left_value = quality(std::exp(left));
   double right_value = quality(std::exp(right));
-  for (int k = 0; k < parameter::kSectionSteps && high - low > parameter::kSigmaTolerance; ++k) {
+  for (int k = 0; k < barrier::kSectionSteps && high - low > barrier::kSigmaTolerance; ++k) {
     if (left_value > right_value) {
       low = std::exchange(left, right);
       left_value = right_value;
@@ -156,7 +156,7 @@ double quality_function_barrier(const CanonicalProblem& canonical, const Iterate
   }
   double best = std::exp(left_value < right_value ? left : right);
   double best_value = std::min(left_value, right_value);
-  for (const double end : {above ? parameter::kLargestSigma : parameter::kSmallestSigma, 1.0}) {
+  for (const double end : {above ? barrier::kLargestSigma : barrier::kSmallestSigma, 1.0}) {
     if (const double value = quality(end); value < best_value) {
       best = end;
       best_value = value;
@@ -201,7 +201,7 @@ bool AdaptiveBarrier::progress(const BarrierState& now) const {
              });
     case AdaptiveGlobalization::ObjectiveFilter: {
       const double margin =
-          parameter::kFilterMargin * std::min(parameter::kLargestFilterMargin, now.barrier_error);
+          barrier::kFilterMargin * std::min(barrier::kLargestFilterMargin, now.barrier_error);
       return std::ranges::all_of(filter_, [&](const Merit& earlier) {
         return now.merit.theta + margin <= earlier.theta || now.merit.phi + margin <= earlier.phi;
       });

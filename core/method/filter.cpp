@@ -8,24 +8,24 @@
 namespace ipminmax {
 namespace {
 
-namespace parameter = parameters::filter;
+namespace filter = parameters::filter;
 
 /// a <= b up to the rounding of values of the given size.
 bool at_most(double a, double b, double size) {
-  return a - b <= parameter::kRounding * std::numeric_limits<double>::epsilon() * std::abs(size);
+  return a - b <= filter::kRounding * std::numeric_limits<double>::epsilon() * std::abs(size);
 }
 
 }  // namespace
 
 void Filter::set_scale(double first_theta) {
-  theta_min_ = parameter::kThetaMin * std::max(1.0, first_theta);
-  theta_max_ = parameter::kThetaMax * std::max(1.0, first_theta);
+  theta_min_ = filter::kThetaMin * std::max(1.0, first_theta);
+  theta_max_ = filter::kThetaMax * std::max(1.0, first_theta);
 }
 
 bool Filter::switches(const Merit& from, double slope, double alpha) {
   // Eq. (19).
-  return slope < 0.0 && alpha * std::pow(-slope, parameter::kPhiPower) >
-                            parameter::kDelta * std::pow(from.theta, parameter::kThetaPower);
+  return slope < 0.0 && alpha * std::pow(-slope, filter::kPhiPower) >
+                            filter::kDelta * std::pow(from.theta, filter::kThetaPower);
 }
 
 bool Filter::is_armijo(const Merit& from, double slope, double alpha) const {
@@ -34,14 +34,14 @@ bool Filter::is_armijo(const Merit& from, double slope, double alpha) const {
 
 std::optional<double> Filter::demanded(const Merit& from, double slope, double alpha,
                                        double theta) const {
-  if (is_armijo(from, slope, alpha)) return parameter::kEtaPhi * alpha * slope;
-  const bool theta_falls = at_most(theta, (1.0 - parameter::kGammaTheta) * from.theta, from.theta);
-  return theta_falls ? std::nullopt : std::optional(-parameter::kGammaPhi * from.theta);
+  if (is_armijo(from, slope, alpha)) return filter::kEtaPhi * alpha * slope;
+  const bool theta_falls = at_most(theta, (1.0 - filter::kGammaTheta) * from.theta, from.theta);
+  return theta_falls ? std::nullopt : std::optional(-filter::kGammaPhi * from.theta);
 }
 
 double Filter::most_increase(const Merit& from) const {
   if (!minimizes_) return std::numeric_limits<double>::infinity();
-  return parameter::kMostIncrease * std::max(10.0, std::abs(from.phi));
+  return filter::kMostIncrease * std::max(10.0, std::abs(from.phi));
 }
 
 Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, const Merit& to) const {
@@ -52,7 +52,7 @@ Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, cons
   if (!acceptable(to)) return Verdict::Dominated;
   // [WB, eq. (22)]: whatever theta_min, the filter is left alone where (19) and (20) hold.
   const bool falls = minimizes_ && switches(from, slope, alpha) &&
-                     at_most(to.phi - from.phi, parameter::kEtaPhi * alpha * slope, from.phi);
+                     at_most(to.phi - from.phi, filter::kEtaPhi * alpha * slope, from.phi);
   return falls || is_armijo(from, slope, alpha) ? Verdict::Armijo : Verdict::Sufficient;
 }
 
@@ -60,7 +60,7 @@ double Filter::largest_acceptable(const Merit& from, double slope, double alpha,
                                   double theta) const {
   if (!(theta <= theta_max_)) return -std::numeric_limits<double>::infinity();
   const auto forgiving = [](double phi, double size) {
-    return phi + parameter::kRounding * std::numeric_limits<double>::epsilon() * std::abs(size);
+    return phi + filter::kRounding * std::numeric_limits<double>::epsilon() * std::abs(size);
   };
   const auto change = demanded(from, slope, alpha, theta);
   double largest =
@@ -82,8 +82,8 @@ bool Filter::acceptable(const Merit& merit) const {
 }
 
 void Filter::add(const Merit& from) {
-  const Entry entry{(1.0 - parameter::kGammaTheta) * from.theta,
-                    from.phi - parameter::kGammaPhi * from.theta};
+  const Entry entry{(1.0 - filter::kGammaTheta) * from.theta,
+                    from.phi - filter::kGammaPhi * from.theta};
   std::erase_if(entries_, [&](const Entry& other) {
     return other.theta >= entry.theta && other.phi >= entry.phi;
   });
@@ -91,13 +91,13 @@ void Filter::add(const Merit& from) {
 }
 
 double Filter::smallest_step(const Merit& from, double slope) const {
-  if (slope >= 0.0) return parameter::kGammaAlpha * parameter::kGammaTheta;
-  double alpha = std::min(parameter::kGammaTheta, parameter::kGammaPhi * from.theta / -slope);
+  if (slope >= 0.0) return filter::kGammaAlpha * filter::kGammaTheta;
+  double alpha = std::min(filter::kGammaTheta, filter::kGammaPhi * from.theta / -slope);
   if (from.theta <= theta_min_) {
-    alpha = std::min(alpha, parameter::kDelta * std::pow(from.theta, parameter::kThetaPower) /
-                                std::pow(-slope, parameter::kPhiPower));
+    alpha = std::min(alpha, filter::kDelta * std::pow(from.theta, filter::kThetaPower) /
+                                std::pow(-slope, filter::kPhiPower));
   }
-  return parameter::kGammaAlpha * alpha;
+  return filter::kGammaAlpha * alpha;
 }
 
 }  // namespace ipminmax

@@ -10,13 +10,13 @@
 
 namespace ipminmax {
 
-namespace parameter = parameters::escape;
+namespace escape = parameters::escape;
 
 StepReport GlobalizedMethod::escape(const Point& from, double mu, const EscapeRequest& request,
                                     Point& to) {
   const KktSystem::Counting counting(kkt_, FactorizationCause::Curvature);
   Run run{.here = &from, .to = to, .mu = mu};
-  if (++escapes_ > parameter::kMost) return {};
+  if (++escapes_ > escape::kMost) return {};
   arrays_.filter.reset();
   run.report.kind = StepKind::Escape;
   const bool inner_wrong = has_max() && request.wrong && request.wrong->owner == Player::Max;
@@ -51,7 +51,7 @@ bool GlobalizedMethod::escape_outer(Run& run, const EscapeRequest& request) {
   } else {
     const InverseIteration how{
         .variables = {0, nx},
-        .iterations = has_max() ? parameter::kOuterIterations : parameter::kIterations};
+        .iterations = has_max() ? escape::kOuterIterations : escape::kIterations};
     if (!turn_to_curvature(how, outer_.rhs, step, [&](const NewtonResidual& rhs, Step& solution) {
           return kkt_.solve(outer_.factors, from.evaluation, rhs, solution);
         })) {
@@ -61,11 +61,11 @@ bool GlobalizedMethod::escape_outer(Run& run, const EscapeRequest& request) {
   if (outer_.slope(from, run.mu) > 0.0) step.v = -step.v;
 
   CurvatureMove move{.from = outer_.estimate(from, run.mu)};
-  move.length = parameter::kLength * (1.0 + max_norm(from.iterate.v));
-  move.shortest = parameter::kShortest * move.length;
-  move.decrease = parameter::kDecrease;
-  move.least_gain = parameter::kLeastGain * (1.0 + std::abs(move.from.phi));
-  if (!has_max()) move.penalty = parameter::kPenalty * max_norm(from.iterate.lambda);
+  move.length = escape::kLength * (1.0 + max_norm(from.iterate.v));
+  move.shortest = escape::kShortest * move.length;
+  move.decrease = escape::kDecrease;
+  move.least_gain = escape::kLeastGain * (1.0 + std::abs(move.from.phi));
+  if (!has_max()) move.penalty = escape::kPenalty * max_norm(from.iterate.lambda);
   Block block{.owner = *this, .run = run};
   if (!move_along_curvature(block, move, step.v, limit_)) return false;
   accept(run);

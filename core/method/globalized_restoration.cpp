@@ -11,11 +11,11 @@
 
 namespace ipminmax {
 
-namespace parameter = parameters::restoration;
+namespace restoration = parameters::restoration;
 
 bool GlobalizedMethod::can_restore(const Point& point) const {
   return restorer_.solve &&
-         max_norm(point.evaluation.c) > parameter::kAlmostFeasible * options_.tol;
+         max_norm(point.evaluation.c) > restoration::kAlmostFeasible * options_.tol;
 }
 
 bool GlobalizedMethod::restore(Run& run) {
@@ -27,7 +27,7 @@ bool GlobalizedMethod::restore(Run& run) {
   arrays_.filter.add(outer_.estimate(from, run.mu));
   const auto acceptable = [&](const Eigen::VectorXd& v, const Eigen::VectorXd& c) {
     const double theta = c.lpNorm<1>();
-    if (theta > parameter::kDecrease * start_theta) return false;
+    if (theta > restoration::kDecrease * start_theta) return false;
     double f = 0.0;
     if (canonical_.objective(v, f) != EvaluationStatus::Ok) return false;
     return has_max() ||
@@ -76,11 +76,11 @@ bool GlobalizedMethod::begin_at_restored(Run& run) {
   Iterate& iterate = restored.iterate;
   for (const Index i : canonical_.lower_bounded()) {
     iterate.z_lower[i] =
-        std::min(parameter::kLargestMultiplier, run.mu / canonical_.above_lower(i, iterate.v[i]));
+        std::min(restoration::kLargestMultiplier, run.mu / canonical_.above_lower(i, iterate.v[i]));
   }
   for (const Index i : canonical_.upper_bounded()) {
     iterate.z_upper[i] =
-        std::min(parameter::kLargestMultiplier, run.mu / canonical_.below_upper(i, iterate.v[i]));
+        std::min(restoration::kLargestMultiplier, run.mu / canonical_.below_upper(i, iterate.v[i]));
   }
   weigh_copies(canonical_, iterate);
   bool defined = evaluate_values(canonical_, restored) == EvaluationStatus::Ok &&

@@ -11,7 +11,7 @@
 
 namespace ipminmax {
 
-namespace parameter = parameters::outer;
+namespace outer = parameters::outer;
 
 bool GlobalizedMethod::find_outer_step(Run& run) {
   Regularization shift;
@@ -47,13 +47,13 @@ bool GlobalizedMethod::outer_step(Run& run) {
     }
     const bool is_watched = !has_max() && (goes_back || arrays_.watchdog.is_due());
     if (is_watched && !goes_back && watched_step(run)) return true;
-    const int trials = !has_max()    ? parameter::kTrials
-                       : inner_exact ? parameter::kExactTrials
-                                     : parameter::kRoughTrials;
+    const int trials = !has_max()    ? outer::kTrials
+                       : inner_exact ? outer::kExactTrials
+                                     : outer::kRoughTrials;
     if (search(run, trials, is_watched)) return true;
     if (limit_.expired()) return fail_by_limit(run);  // no other step in haste
     // Rejections may be the fault of phi's estimate: make it exact and search once more.
-    if (inner_exact || outer_.direction.largest_gain() <= parameter::kExactGain) break;
+    if (inner_exact || outer_.direction.largest_gain() <= outer::kExactGain) break;
     inner_exact = true;
     const double estimate = outer_.merit(*run.here, run.mu).phi;
     if (!exact_inner_maximum(run)) {  // the branch ends before its maximum
@@ -66,7 +66,7 @@ bool GlobalizedMethod::outer_step(Run& run) {
 
 bool GlobalizedMethod::exact_inner_maximum(Run& run) {
   outer_.trial = *run.here;
-  if (outer_.inner.maximize(outer_.trial, run.mu, parameter::kExactGain, parameters::inner::kSteps,
+  if (outer_.inner.maximize(outer_.trial, run.mu, outer::kExactGain, parameters::inner::kSteps,
                             std::numeric_limits<double>::infinity(),
                             outer_.direction) != InnerMaximizer::Outcome::Maximum) {
     return false;
@@ -83,7 +83,7 @@ bool GlobalizedMethod::without_line_search(Run& run) {
   if (has_max()) return leap(run);
   // Points of long ago may be all that rejects.
   arrays_.filter.reset();
-  if (search(run, parameter::kTrials, false)) return true;
+  if (search(run, outer::kTrials, false)) return true;
   const Eigen::VectorXd& c = run.here->evaluation.c;
   const bool exactly_feasible = max_norm(c) <= parameters::restoration::kFeasible * options_.tol;
   if (restorer_.solve && !exactly_feasible) return restore(run);
@@ -101,7 +101,7 @@ bool GlobalizedMethod::search(Run& run, int trials, bool first_fails) {
   last_slope_ = std::abs(line.slope);
   if (has_max()) {
     // phi is known along one branch of inner maxima only: no step far out of its neighbourhood.
-    const double longest = parameter::kLongStep * (1.0 + max_norm(from.iterate.v));
+    const double longest = outer::kLongStep * (1.0 + max_norm(from.iterate.v));
     line.longest.primal =
         std::min(line.longest.primal, longest / std::max(max_norm(outer_.step.v), longest));
   }
@@ -118,9 +118,9 @@ bool GlobalizedMethod::search(Run& run, int trials, bool first_fails) {
 }
 
 void GlobalizedMethod::count_dominated(bool dominated) {
-  if (has_max() || filter_resets_ >= parameter::kFilterResets) return;
+  if (has_max() || filter_resets_ >= outer::kFilterResets) return;
   dominated_steps_ = dominated ? dominated_steps_ + 1 : 0;
-  if (dominated_steps_ < parameter::kDominatedBeforeReset) return;
+  if (dominated_steps_ < outer::kDominatedBeforeReset) return;
   arrays_.filter.reset();
   ++filter_resets_;
   dominated_steps_ = 0;
@@ -150,7 +150,7 @@ bool GlobalizedMethod::watched_step(Run& run) {
   // A full step to where the solve would end as diverging is nothing to wait for.
   const bool may_wait =
       defined && max_norm(outer_.trial.iterate.v) <= options_.diverging_iterates_tol;
-  if (improves || (may_wait && ++watchdog.trials <= parameter::kWatchdogTrials)) {
+  if (improves || (may_wait && ++watchdog.trials <= outer::kWatchdogTrials)) {
     if (improves) {
       if (verdict == Filter::Verdict::Sufficient) arrays_.filter.add(watchdog.from);
       watchdog.end();

@@ -13,7 +13,7 @@
 namespace ipminmax {
 namespace {
 
-namespace parameter = parameters::inner;
+namespace inner = parameters::inner;
 
 double tail_norm(const Eigen::VectorXd& v, Index begin) {
   const auto size = v.size() - begin;
@@ -36,7 +36,7 @@ InnerMaximizer::InnerMaximizer(const MethodContext& context, const Point& first,
   arrays_.gradient = arrays_.start_v = arrays_.rhs.v;
   arrays_.along = arrays_.rhs.v.tail(canonical_.variables() - canonical_.y().begin);
   arrays_.corrected_c = arrays_.rhs.lambda;
-  arrays_.filter.begin_anew(parameter::kFilterPairs);
+  arrays_.filter.begin_anew(inner::kFilterPairs);
   arrays_.robust_entries.clear();
   if (canonical.robust_constraints().empty()) return;
   const auto jacobian = canonical.jacobian();
@@ -225,7 +225,7 @@ bool InnerMaximizer::search(Point& point, double mu, const InnerDirection& direc
   const Step& d = direction.step;
   const double length = tail_norm(d.v, canonical_.y().begin);
   const double longest =
-      parameter::kLongStep * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
+      inner::kLongStep * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
   SearchLine line{
       .from = merit(point, mu),
       .longest = largest_step(canonical_, point.iterate, d, boundary_fraction(mu, options_)),
@@ -234,7 +234,7 @@ bool InnerMaximizer::search(Point& point, double mu, const InnerDirection& direc
   const Index n = canonical_.variables() - canonical_.y().begin;
   line.slope = -arrays_.gradient.tail(n).dot(d.v.tail(n));
   line.smallest =
-      std::max(arrays_.filter.smallest_step(line.from, line.slope), parameter::kShortestStep);
+      std::max(arrays_.filter.smallest_step(line.from, line.slope), inner::kShortestStep);
   arrays_.trial.evaluation = point.evaluation;
   Block block{.owner = *this, .point = point, .mu = mu, .step = d, .factors = direction.factors};
   if (!filter_search(block, arrays_.filter, line, limit_).accepted) return false;
@@ -279,7 +279,7 @@ bool InnerMaximizer::leave(Point& point, double mu, const Eigen::VectorXd& direc
 
 bool InnerMaximizer::feasible(const Point& point, double mu) const {
   return violation(point.evaluation.c, canonical_.max_constraints()) <=
-         parameter::kFeasible * std::max(1.0, mu);
+         inner::kFeasible * std::max(1.0, mu);
 }
 
 InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double target,
@@ -296,7 +296,7 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
     const bool known = k == 0 && out.mu == mu && is_known(out, point);
     if (!known && !direction(point, mu, out)) return Outcome::NotFound;
     const double theta = violation(point.evaluation.c, canonical_.max_constraints());
-    const double feasible_theta = parameter::kFeasible * std::max(1.0, mu);
+    const double feasible_theta = inner::kFeasible * std::max(1.0, mu);
     const bool unshifted = out.shift.y == 0.0;
     if (unshifted && out.largest_gain() <= target && theta <= std::max(feasible_theta, target)) {
       return Outcome::Maximum;
@@ -306,21 +306,21 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
       return Outcome::AboveBound;
     }
     const double moved = (point.iterate.v - arrays_.start_v).tail(n).lpNorm<Eigen::Infinity>();
-    if (!unshifted && moved > parameter::kLongStep * (1.0 + start_norm) &&
-        ++far_shifted_steps > parameter::kFarShiftedSteps) {
+    if (!unshifted && moved > inner::kLongStep * (1.0 + start_norm) &&
+        ++far_shifted_steps > inner::kFarShiftedSteps) {
       return Outcome::Unbounded;
     }
     if (k >= max_steps || limit_.expired()) return Outcome::NotFound;
     const bool stationary =
-        error(point, mu) <= std::max(options_.tol, parameter::kStationary * std::min(1.0, mu));
+        error(point, mu) <= std::max(options_.tol, inner::kStationary * std::min(1.0, mu));
     if (!unshifted && stationary) {
       if (!escape(point, mu, out.factors)) return Outcome::NotFound;
     } else if (!search(point, mu, out)) {
       // Rounding: a step predicted to gain nothing visible ends the search.
       const double here = value(point, mu);
-      const bool rounding =
-          unshifted && out.largest_gain() <= parameter::kInvisibleGain * (1.0 + std::abs(here)) &&
-          theta <= std::max(feasible_theta, target);
+      const bool rounding = unshifted &&
+                            out.largest_gain() <= inner::kInvisibleGain * (1.0 + std::abs(here)) &&
+                            theta <= std::max(feasible_theta, target);
       return rounding ? Outcome::Maximum : Outcome::NotFound;
     }
   }

@@ -8,11 +8,11 @@
 
 namespace ipminmax {
 
-namespace parameter = parameters::patience;
+namespace patience = parameters::patience;
 
 Patience::Patience(Index variables)
-    : allowed_(std::min(parameter::kFewestSetbacks + variables / parameter::kVariablesPerSetback,
-                        parameter::kMostSetbacks)) {}
+    : allowed_(std::min(patience::kFewestSetbacks + variables / patience::kVariablesPerSetback,
+                        patience::kMostSetbacks)) {}
 
 void Patience::barrier_changed() {
   best_ = {kInfinity, kInfinity};
@@ -35,13 +35,13 @@ std::optional<Patience::End> Patience::inner_phase_failed(bool y_ran_away) {
 }
 
 void Patience::watch_branch(double estimate, double found) {
-  jumped_ = jumped_ || found > estimate + parameter::kSmallProgress * (1.0 + std::abs(found));
+  jumped_ = jumped_ || found > estimate + patience::kSmallProgress * (1.0 + std::abs(found));
 }
 
 std::optional<Patience::End> Patience::check_progress(const Merit& now) {
   // To and fro over a kink of phi, where neither branch leads on.
-  const bool better = now.theta < parameter::kProgress * best_.theta ||
-                      now.phi < best_.phi - parameter::kSmallProgress * (1.0 + std::abs(best_.phi));
+  const bool better = now.theta < patience::kProgress * best_.theta ||
+                      now.phi < best_.phi - patience::kSmallProgress * (1.0 + std::abs(best_.phi));
   if (better) {
     best_.theta = std::min(best_.theta, now.theta);
     best_.phi = std::min(best_.phi, now.phi);
@@ -49,7 +49,7 @@ std::optional<Patience::End> Patience::check_progress(const Merit& now) {
     stale_steps_ = 0;
     return std::nullopt;
   }
-  if (++stale_steps_ < parameter::kStaleSteps) return std::nullopt;
+  if (++stale_steps_ < patience::kStaleSteps) return std::nullopt;
   stale_steps_ = 0;
   return set_back(std::exchange(jumped_, false) ? Setback::OtherBranch : Setback::NoProgress);
 }

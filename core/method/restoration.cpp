@@ -12,7 +12,7 @@
 namespace ipminmax {
 namespace {
 
-namespace parameter = parameters::restoration;
+namespace restoration = parameters::restoration;
 /// The restoration problem as a model of its own: variables (v, p, n), all owned by Min.
 class RestorationProblem final : public Problem {
  public:
@@ -57,8 +57,8 @@ class RestorationProblem final : public Problem {
     for (Index j = 0; j < m_; ++j) {
       // Minimizer of rho (p + n) - mu (ln p + ln n) with p - n = c, eq. (33).
       const double c = c_[j];
-      const double half = (mu_ - parameter::kPenalty * c) / (2.0 * parameter::kPenalty);
-      const double n = half + std::sqrt(half * half + mu_ * c / (2.0 * parameter::kPenalty));
+      const double half = (mu_ - restoration::kPenalty * c) / (2.0 * restoration::kPenalty);
+      const double n = half + std::sqrt(half * half + mu_ * c / (2.0 * restoration::kPenalty));
       const double p = c + n;
       start.v[at(n_ + j)] = p;
       start.v[at(n_ + m_ + j)] = n;
@@ -66,8 +66,8 @@ class RestorationProblem final : public Problem {
       start.z_lower[at(n_ + m_ + j)] = mu_ / n;
     }
     for (Index i = 0; i < n_; ++i) {
-      start.z_lower[at(i)] = std::min(parameter::kPenalty, from_.iterate.z_lower[i]);
-      start.z_upper[at(i)] = std::min(parameter::kPenalty, from_.iterate.z_upper[i]);
+      start.z_lower[at(i)] = std::min(restoration::kPenalty, from_.iterate.z_lower[i]);
+      start.z_upper[at(i)] = std::min(restoration::kPenalty, from_.iterate.z_upper[i]);
     }
     return true;
   }
@@ -75,7 +75,7 @@ class RestorationProblem final : public Problem {
   [[nodiscard]] bool objective(std::span<const double> w, bool, double& f) override {
     load(w);
     f = 0.0;
-    for (Index k = n_; k < n_ + 2 * m_; ++k) f += parameter::kPenalty * w[at(k)];
+    for (Index k = n_; k < n_ + 2 * m_; ++k) f += restoration::kPenalty * w[at(k)];
     f += 0.5 * zeta_ * (v_ - from_.iterate.v).cwiseAbs2().dot(weight_);
     return true;
   }
@@ -84,7 +84,7 @@ class RestorationProblem final : public Problem {
     for (Index i = 0; i < n_; ++i) {
       grad[at(i)] = zeta_ * weight_[i] * (v_[i] - from_.iterate.v[i]);
     }
-    std::fill(grad.begin() + n_, grad.end(), parameter::kPenalty);
+    std::fill(grad.begin() + n_, grad.end(), restoration::kPenalty);
     return true;
   }
   [[nodiscard]] bool constraints(std::span<const double> w, bool, std::span<double> g) override {
@@ -120,7 +120,7 @@ class RestorationProblem final : public Problem {
   /// Largest pull of the proximal term at v, over the penalty: v is that far from stationary for the
   /// violation alone.
   [[nodiscard]] double pull(const Eigen::VectorXd& v) const {
-    return zeta_ * max_norm((v - from_.iterate.v).cwiseProduct(weight_)) / parameter::kPenalty;
+    return zeta_ * max_norm((v - from_.iterate.v).cwiseProduct(weight_)) / restoration::kPenalty;
   }
 
   /// Reads v of (v, p, n) and evaluates c there; false when undefined.
@@ -176,7 +176,7 @@ RestorationOutcome restore_feasibility(
     const Restorer& restorer, Point& point, Index& iterations) {
   double start_mu = std::max(mu, max_norm(point.evaluation.c));
   Point from = point;
-  for (int round = 0; round < parameter::kRounds; ++round) {
+  for (int round = 0; round < restoration::kRounds; ++round) {
     RestorationProblem problem(canonical, start_mu, from);
     Eigen::VectorXd v, c;
     bool restored = false;
@@ -202,7 +202,7 @@ RestorationOutcome restore_feasibility(
     if (!problem.read(result.v, v, c) || max_norm(c) <= options.constr_viol_tol) {
       return RestorationOutcome::Failed;
     }
-    if (problem.pull(v) <= parameter::kNegligiblePull) {
+    if (problem.pull(v) <= restoration::kNegligiblePull) {
       const bool pivots = options.linear_solver != LinearSolver::Ldlt;
       if (!pivots && result.certificate.second_order != SecondOrder::Satisfied)
         return RestorationOutcome::Unproved;
@@ -212,7 +212,7 @@ RestorationOutcome restore_feasibility(
     // The proximal term holds v back: on from here with less of it.
     from.iterate.v = v;
     from.evaluation.c = c;
-    start_mu *= parameter::kLessProximity;
+    start_mu *= restoration::kLessProximity;
   }
   return RestorationOutcome::Failed;
 }

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -204,7 +203,6 @@ void CanonicalProblem::list_bounds() {
 }
 
 void CanonicalProblem::keep_distances(const Iterate& iterate, double mu) {
-  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
   const double least = kEpsilon * std::min(1.0, mu);
   const auto keep = [&](double subtracted, double bound, double multiplier, double& room) {
     const double size = std::max(1.0, std::abs(bound));

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <random>
 #include <span>
@@ -15,7 +14,6 @@
 namespace ipminmax {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// Rounding errors of a function's value, in units of kEpsilon times its size.
 constexpr double kRounding = 8.0;
 

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/model/norms.hpp"
 #include "core/model/products.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// Roundings of a derivative, over epsilon and the sum of its terms.
 constexpr double kRoundings = 100.0;
 /// Disagreement of two differences, times this, that may be their error.

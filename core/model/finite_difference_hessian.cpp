@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/model/finite_difference_hessian.hpp"
@@ -11,8 +10,6 @@
 
 namespace ipminmax {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 /// Part of the room to a bound that one of up to four steps takes.
 constexpr double kRoomUsed = 0.2;
@@ -26,7 +23,7 @@ constexpr std::array kShorter{1.0, 0.1, 1e-2, 1e-3};
 constexpr std::array kScales{1.0, 1.0, 0.1, 0.1, 1e-2, 1e-2};
 /// Second derivatives disagree with a slope of first ones beyond so many times the errors that are
 /// seen, this share of their own size, and so many roundings.
-constexpr double kErrors = 10.0, kShare = 1e-7, kRoundings = 20.0;
+constexpr double kErrors = 10.0, kShare = 1e-7, kErrorRoundings = 20.0;
 
 /// Whether sizes and indices allow to look further.
 bool is_well_formed(const ProblemStructure& s) {
@@ -466,7 +463,7 @@ std::optional<std::vector<Index>> FiniteDifferenceHessian::disagreeing_rows(
     const double coarse = second_[i] - 0.25 * third_[i];
     const double slope = (4.0 * fine - coarse) / 3.0;
     const double allowed = kErrors * (std::abs(fine - coarse) + error[i]) + kShare * size[i] +
-                           kRoundings * kEpsilon * magnitude_[i];
+                           kErrorRoundings * kEpsilon * magnitude_[i];
     if (!(std::abs(product[i] - slope) <= allowed)) rows.push_back(static_cast<Index>(i));
   }
   return rows;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -30,7 +29,6 @@ constexpr int kRadii = 4;
 constexpr double kNear = 1e-3;
 /// Of the largest curvature: below, a variable's own is none.
 constexpr double kFlat = 1e-10;
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;

@@ -9,7 +9,7 @@
 namespace ipminmax {
 namespace {
 
-namespace parameter = parameters::restart;
+namespace restart = parameters::restart;
 
 }  // namespace
 
@@ -22,7 +22,7 @@ std::string describe_restarts(Index made, const SolverOptions& options) {
   const std::string points = made == 1 ? " other starting point" : " other starting points";
   const std::string why = made >= options.minmax_max_restarts
                               ? "minmax_max_restarts allows no more"
-                              : "new starts end after " + std::to_string(parameter::kIterations) +
+                              : "new starts end after " + std::to_string(restart::kIterations) +
                                     " iterations in all, minmax_starts makes more";
   return "nor from " + std::to_string(made) + points + ": " + why;
 }
@@ -45,15 +45,15 @@ Iterate restart_point(const CanonicalProblem& canonical, const Iterate& start, I
   point.z_upper.setZero(canonical.variables());
   std::mt19937_64 generator(static_cast<std::uint64_t>(number));
   const auto pair = static_cast<std::size_t>(number - 1) / 2;
-  const double factor = parameter::kReaches[pair % parameter::kReaches.size()];
+  const double factor = restart::kReaches[pair % restart::kReaches.size()];
   for (const IndexRange range : {canonical.x(), canonical.y()}) {
     for (Index i = range.begin; i < range.end; ++i) {
       const double reach = factor * std::max(1.0, std::abs(start.v[i]));
       SampledRange box{canonical.lower()[i], canonical.upper()[i]};
-      if (!(box.upper - box.lower <= parameter::kWideInterval * reach)) {
+      if (!(box.upper - box.lower <= restart::kWideInterval * reach)) {
         box = box.around(number % 2 != 0 ? start.v[i] : 0.0, reach);
       }
-      point.v[i] = box.without_ends(parameter::kMargin).draw(generator);
+      point.v[i] = box.without_ends(restart::kMargin).draw(generator);
     }
   }
   return point;

@@ -9,7 +9,7 @@
 namespace ipminmax {
 namespace {
 
-namespace parameter = parameters::doubtful;
+namespace doubtful = parameters::doubtful;
 
 constexpr const char* kToInfinity = "the iterates run to infinity, where the gradient vanishes";
 
@@ -184,7 +184,7 @@ void Search::drop_idle_multipliers(double tolerance) {
     return;
   }
   Iterate& iterate = arrays_.point.iterate;
-  const double most = parameter::kIdleMultiplier * context_.options.tol;
+  const double most = doubtful::kIdleMultiplier * context_.options.tol;
   iterate.lambda.setZero();
   iterate.z_lower = iterate.z_lower.cwiseMin(most);
   iterate.z_upper = iterate.z_upper.cwiseMin(most);
@@ -246,8 +246,8 @@ bool Search::is_hidden_by_scaling(const Verdict& verdict) {
   const double gradient = std::max(arrays_.point.error.dual_min, arrays_.point.error.dual_max);
   return verdict.status == Status::SolvedDegenerate &&
          !verdict.finding.certificate.hessian_disagrees && context_.canonical.max_size() > 0 &&
-         context_.canonical.objective_scale() < 1.0 && gradient > parameter::kFlatGradient &&
-         ++context_.budget.hidden <= parameter::kHiddenIterations;
+         context_.canonical.objective_scale() < 1.0 && gradient > doubtful::kFlatGradient &&
+         ++context_.budget.hidden <= doubtful::kHiddenIterations;
 }
 
 bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<SearchOutcome>& kept) {
@@ -271,8 +271,7 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
     kept = ended(Verdict{verdict});
     const Index iteration = context_.budget.iteration;
     if (minimization) {
-      deadline_ = {iteration + std::max(parameter::kFewestAfterEscape, iteration),
-                   Status::TinyStep};
+      deadline_ = {iteration + std::max(doubtful::kFewestAfterEscape, iteration), Status::TinyStep};
     }
   }
   step_ = std::move(step);

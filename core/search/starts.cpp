@@ -9,7 +9,7 @@
 namespace ipminmax {
 namespace {
 
-namespace parameter = parameters::restart;
+namespace restart = parameters::restart;
 
 }  // namespace
 
@@ -49,7 +49,7 @@ std::optional<Start> OtherStarts::next() {
   cold.warm_start_init_point = false;
   std::string unused;
   while (drawn_ < context_.options.minmax_max_restarts &&
-         iteration - first_iteration_ < parameter::kIterations) {
+         iteration - first_iteration_ < restart::kIterations) {
     Point point = unevaluated_point(canonical,
                                     restart_point(canonical, canonical.starting_point(), ++drawn_));
     if (evaluate_start(context_, cold, point, unused)) continue;
@@ -58,7 +58,7 @@ std::optional<Start> OtherStarts::next() {
     if (drawn_ % 2 != 0 && is_box(canonical)) {
       start.rule = Start::Rule::AlgorithmOne;
       start.deadline =
-          Deadline{iteration + parameter::kIterationsOfAlgorithmOne, Status::NoLocalMinmaxFound};
+          Deadline{iteration + restart::kIterationsOfAlgorithmOne, Status::NoLocalMinmaxFound};
     }
     return start;
   }

@@ -2,32 +2,11 @@
 
 #include <algorithm>
 
+#include "core/certificate/bound_classes.hpp"
+#include "core/certificate/parameters.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
-namespace {
-
-/// Neither dominates when multiplier and distance differ by less than this factor.
-constexpr double kStrictRatio = 100.0;
-
-struct Side {
-  double distance = 0.0;
-  double multiplier = 0.0;
-};
-
-struct Finding {
-  bool active = false;
-  bool weak = false;
-};
-
-Finding judge(const Side& side, double scale) {
-  const double distance = std::max(side.distance, 0.0);
-  const double multiplier = std::max(side.multiplier, 0.0) / scale;
-  return {.active = multiplier > distance,
-          .weak = multiplier <= kStrictRatio * distance && distance <= kStrictRatio * multiplier};
-}
-
-}  // namespace
 
 Bounds bounds_of(const ProblemStructure& structure, const SolverOptions& options) {
   Bounds bounds{structure.variable_lower, structure.variable_upper, structure.constraint_lower,
@@ -60,13 +39,18 @@ ActiveSet active_set_of(const ProblemStructure& structure, const Bounds& bounds,
   const auto hold = [&](bool of_constraint, std::size_t i, double lower_bound, double upper_bound,
                         double value, double pressure) {
     if (lower_bound == upper_bound) return Hold::Fixed;
-    const Finding lower = judge({value - lower_bound, pressure}, scale);
-    const Finding upper = judge({upper_bound - value, -pressure}, scale);
-    if (lower.weak || upper.weak) {
+    const auto found = [&](double distance, double multiplier, double strict_ratio) {
+      return class_of(std::max(multiplier, 0.0) / scale, std::max(distance, 0.0), strict_ratio);
+    };
+    constexpr double kStrictRatio = parameters::certificate::kStrictRatio;
+    const double above = value - lower_bound, below = upper_bound - value;
+    const bool weak_below = found(above, pressure, kStrictRatio) == BoundClass::Doubtful;
+    if (weak_below || found(below, -pressure, kStrictRatio) == BoundClass::Doubtful) {
       weak.push_back(place_name(structure, of_constraint, static_cast<Index>(i)) + " at its " +
-                     (lower.weak ? "lower" : "upper") + " bound");
+                     (weak_below ? "lower" : "upper") + " bound");
     }
-    return lower.active ? Hold::Lower : upper.active ? Hold::Upper : Hold::Free;
+    if (found(above, pressure, 1.0) == BoundClass::Active) return Hold::Lower;
+    return found(below, -pressure, 1.0) == BoundClass::Active ? Hold::Upper : Hold::Free;
   };
   ActiveSet active;
   for (std::size_t i = 0; i < structure.variable_players.size(); ++i) {

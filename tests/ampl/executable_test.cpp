@@ -115,26 +115,41 @@ TEST_F(AmplExecutable, LinearPartsCount) {
   EXPECT_TRUE(printed("objective -0.8,")) << out_;
 }
 
-TEST_F(AmplExecutable, IntegerVariablesAreRefusedByName) {
+TEST_F(AmplExecutable, IntegerVariablesOfAMinimizationAreContinuousWithAWarning) {
   put("model.col", "machines\n");
-  const std::vector<std::string> words = {"machines", "integer"};
-  Parts both = minimize(kSquare);
-  both.integers = "0 0 1 0 0";
-  EXPECT_TRUE(refused(both, words));
-  Parts constraints = minimize(kSquare);
-  constraints.nonlinear = "1 0 0";
-  constraints.integers = "0 0 0 1 0";
-  EXPECT_TRUE(refused(constraints, words));
-  Parts objective = minimize(kSquare);
-  objective.nonlinear = "0 1 0";
-  objective.integers = "0 0 0 0 1";
-  EXPECT_TRUE(refused(objective, words));
-  Parts linear = minimize("n0\n");
-  linear.nonlinear = "0 0 0";
-  linear.integers = "0 1 0 0 0";
-  EXPECT_TRUE(refused(linear, words));
-  linear.integers = "1 0 0 0 0";
-  EXPECT_TRUE(refused(linear, words));
+  const std::string warning =
+      "WARNING: variable machines is integer: integer variables are treated as continuous.";
+  const auto is_relaxed = [&](const std::string& nonlinear, const std::string& integers) {
+    SCOPED_TRACE(integers);
+    Parts parts = minimize(nonlinear == "0 0 0" ? "n0\n" : "o5\no0\nv0\nn-3.5\nn2\n");
+    parts.nonlinear = nonlinear;
+    parts.integers = integers;
+    ASSERT_EQ(solve(parts), 0) << err_;
+    EXPECT_NE(err_.find(warning), std::string::npos) << err_;
+    EXPECT_TRUE(solution_has(warning));
+    if (nonlinear != "0 0 0") EXPECT_TRUE(solution_has("\n3.5")) << get("model.sol");
+  };
+  is_relaxed("1 1 1", "0 0 1 0 0");
+  is_relaxed("1 0 0", "0 0 0 1 0");
+  is_relaxed("0 1 0", "0 0 0 0 1");
+  is_relaxed("0 0 0", "0 1 0 0 0");
+  is_relaxed("0 0 0", "1 0 0 0 0");
+}
+
+TEST_F(AmplExecutable, IntegerVariablesOfAGameAreRefusedByName) {
+  put("model.col", "x\ny\n");
+  // min over x, max over y of (x - 3)^2 - y, y in [0, 1], an integer
+  const auto game = [](const std::string& integers) {
+    return "g3 1 1 0\n 2 0 1 0 0\n 0 1\n 0 0\n 0 1 0\n 0 0 0 1\n " + integers +
+           "\n 0 2\n 0 0\n 0 0 0 0 0\nS0 1 player\n1 1\nO0 0\n" + kSquare +
+           "b\n3\n0 0 1\nk1\n0\nG0 2\n0 0\n1 -1\n";
+  };
+  put("model.nl", game("0 0 0 0 0"));
+  ASSERT_EQ(run("model.nl -s print_level=0"), 0) << err_;
+  put("model.nl", game("1 0 0 0 0"));
+  EXPECT_EQ(run("model.nl -s print_level=0"), 1);
+  EXPECT_NE(err_.find("variable y is integer"), std::string::npos) << err_;
+  EXPECT_FALSE(std::filesystem::exists(path("model.sol")));
 }
 
 TEST_F(AmplExecutable, UnsupportedModelsAreRefused) {

@@ -81,16 +81,18 @@ TEST(HessianCheck, NamesTheRow) {
   EXPECT_NE(solve(problem, {}).message.find("wind"), std::string::npos);
 }
 
-// A small error matters where the curvature that is certified is small, too.
+// A small error matters where the curvature that is certified is small, too. From the solution: no
+// Newton step goes along it.
 TEST(HessianCheck, LittleCurvatureIsComparedWithItsOwnSize) {
   for (const bool changed : {false, true}) {
     Model model;
     const Expression x = model.variable(kMin, "x"), z = model.variable(kMin, "z");
     const Expression y = model.variable(kMax, "y");
-    model.objective(0.5 * square(x + z) + 5e-4 * square(x - z) + x * y - square(y) + x);
-    AutodiffProblem right(model, {1.0, 2.0, 0.5});
-    // W = (1.001, 0.999; 0.999, 1.001): with the change the curvature along (1, -1) is negative.
-    ChangedProblem wrong = with_entry_times(right, 1, 0, 0.9980);
+    model.objective(0.5 * square(x + z - 2.0) + 5e-5 * square(x - z) +
+                    (x + z - 2.0) * (y - 0.5) - square(y - 0.5));
+    AutodiffProblem right(model, {1.0, 1.0, 0.5});
+    // W = (1.0001, 0.9999; 0.9999, 1.0001): the change more than doubles the curvature along (1, -1).
+    ChangedProblem wrong = with_entry_times(right, 1, 0, 0.9997);
     const Result result = solve(changed ? static_cast<Problem&>(wrong) : right, {});
     EXPECT_EQ(result.certificate.hessian_disagrees, changed) << result.message;
     EXPECT_EQ(result.certificate.kind == PointKind::LocalMinmax, !changed);

@@ -526,7 +526,12 @@ class CertificateJudge {
       const MatrixXd schur = complement(here, max_rows);
       const Places min_rows = rows_of(active, Player::Min, &weak);
       const MatrixXd basis = null_space_of_directions(here.rows(min_rows, x_), independent);
-      outer = std::min(outer, smallest_curvature(schur, basis));
+      // With dependent gradients of the minimizer other multipliers may be right.
+      const double curvature = smallest_curvature(schur, basis);
+      if (!independent && curvature < -kSign) {
+        return doubtful("dependent gradients of the minimizer");
+      }
+      outer = std::min(outer, curvature);
       if (!weak_max) break;
     }
     if (outer < -kSign && is_next_to_a_bound(active, z, here, weak)) {

@@ -436,6 +436,24 @@ TEST(AutoSolver, InDoubtASingularMatrixIsSeenWithoutPivotingWhereSolutionsAreWan
   EXPECT_EQ(counted.inertia.zero, PairsOfEqualRows::kSteps / 2);
 }
 
+// Scales of rows that overflowed made entries that are no numbers, and pivots outside the matrix.
+TEST(LapackSolver, RowsBesideHugeOnesMayVanish) {
+  MatrixBuilder builder(5);
+  builder.add(0, 0, 6e270);
+  builder.add(3, 0, -4e-278);
+  builder.add(1, 1, -2e-3);
+  for (const Index i : {2, 4}) {
+    builder.add(i, 0, -0.02);
+    builder.add(i, i, 1e3);
+  }
+  const SymmetricMatrix matrix = builder.build();
+  LapackSolver solver;
+  ASSERT_TRUE(solver.analyze(matrix, {}).ok);
+  const Factorization result = solver.factorize(matrix);
+  EXPECT_EQ(result.status, FactorizationStatus::Singular);
+  EXPECT_EQ(result.inertia, (Inertia{.positive = 3, .negative = 1, .zero = 1}));
+}
+
 TEST(LapackSolver, TinyAndLargerMatricesAreFactorizedAlike) {
   // Up to 24 rows without LAPACK, whose pivots these are; zeros on the diagonal ask for blocks.
   for (Index n = 1; n <= 26; ++n) {
