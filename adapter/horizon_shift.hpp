@@ -55,6 +55,28 @@ class HorizonShift {
     return point;
   }
 
+  /// The worst cases of robust constraints likewise, for RepeatedSolver::start_at: each becomes that
+  /// of the constraint one stage before, those of stage 0 go; the last stage keeps its own, too.
+  [[nodiscard]] std::vector<RobustWorstCase> worst_cases(const Result& last) const {
+    std::vector<RobustWorstCase> moved;
+    for (const RobustWorstCase& found : last.worst_cases) {
+      RobustWorstCase next = found;
+      shift(variables_, next.v);
+      const auto row = static_cast<std::size_t>(found.constraint);
+      for (const StageBlock& block : constraints_) {
+        if (row < block.begin || row >= block.begin + stages_ * block.size) continue;
+        next.constraint -= static_cast<Index>(block.size);
+        if (row >= block.begin + (stages_ - 1) * block.size) {
+          moved.push_back(next);
+          next.constraint = found.constraint;
+        }
+        if (row < block.begin + block.size) next.constraint = -1;
+      }
+      if (next.constraint >= 0) moved.push_back(std::move(next));
+    }
+    return moved;
+  }
+
  private:
   void shift(const std::vector<StageBlock>& blocks, std::vector<double>& values) const {
     for (const StageBlock& block : blocks) {

@@ -200,20 +200,22 @@ class StageGame : public Problem {
   /// and scaling are kept from solve to solve. With limits as solve_robust.
   [[nodiscard]] StageAnswer solve(const SolverOptions& options = {},
                                   const SolveObserver& observer = {}) {
-    if (has_robust_constraints(structure_)) {
-      RobustResult robust = solve_robust(*this, options, observer);
-      return keep(by_stage(std::move(robust.result)), std::move(robust.worst_cases));
-    }
-    return keep(by_stage(solver_.solve(*this, options, observer)), {});
+    StageAnswer answer = by_stage(solver_.solve(*this, options, observer));
+    last_ = answer.result;
+    answer.worst_cases = answer.result.worst_cases;
+    return answer;
   }
   /// One stage later: from the state that was measured, started at the last answer moved one stage
   /// ahead with barrier parameter mu. As solve where there is no such answer.
   [[nodiscard]] StageAnswer solve_next(std::span<const double> measured, SolverOptions options = {},
                                        double mu = 1e-3, const SolveObserver& observer = {}) {
     const bool warm = last_ && is_success(last_->status);
-    if (warm) set_start(shifted(*last_));
+    if (warm) {
+      set_start(shifted(*last_));
+      solver_.start_at(horizon_shift().worst_cases(*last_));
+      start_warm(options, mu);
+    }
     set_initial(measured);
-    if (warm && !has_robust_constraints(structure_)) start_warm(options, mu);
     return solve(options, observer);
   }
   [[nodiscard]] StageAnswer solve_next(std::initializer_list<double> measured,
@@ -222,7 +224,7 @@ class StageGame : public Problem {
   }
   /// An answer moved one stage ahead.
   [[nodiscard]] PrimalDual shifted(const Result& result) const {
-    return HorizonShift(h_.stages, {{0, kBlock}}, {{0, kRows}}).next(result);
+    return horizon_shift().next(result);
   }
   /// Options for a start close to the solution.
   static void start_warm(SolverOptions& options, double mu) {
@@ -849,10 +851,8 @@ class StageGame : public Problem {
     value_point_.clear();
     derivative_point_.clear();
   }
-  StageAnswer keep(StageAnswer answer, std::vector<RobustWorstCase> worst_cases) {
-    last_ = answer.result;
-    answer.worst_cases = std::move(worst_cases);
-    return answer;
+  [[nodiscard]] HorizonShift horizon_shift() const {
+    return {h_.stages, {{0, kBlock}}, {{0, kRows}}};
   }
 
   Model model_;

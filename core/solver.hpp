@@ -26,7 +26,10 @@ struct KeptWork;
 ///   - the orderings and symbolic factorizations: Counts::analyses of the next Result is 0,
 ///   - the gradient-based scaling,
 ///   - the arrays,
-///   - the shifts last used (unless minmax_warm_start_shifts is off or the last solve failed).
+///   - the shifts last used (unless minmax_warm_start_shifts is off or the last solve failed),
+///   - with robust constraints, none of the above but their worst cases: with warm_start_init_point
+///     the next solve starts at these, and looks at two other y for each constraint instead of at
+///     minmax_worst_case_starts by default.
 /// The structure is compared each time: when players, patterns, or the kinds of bounds and
 /// constraints have changed (absent, one-sided, equal), or an option that one of the three depends
 /// on, what no longer fits is made anew. For one thread at a time.
@@ -44,6 +47,10 @@ class RepeatedSolver {
   /// solve that goes as the one before allocates nothing.
   void solve(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
              Result& result);
+
+  /// Worst cases of robust constraints at which the next solve starts, instead of those of the
+  /// last one, if it is a warm start: as moved one stage ahead.
+  void start_at(std::vector<RobustWorstCase> worst_cases);
 
   /// Forgets what was kept.
   void reset();

@@ -31,13 +31,6 @@ bool may_be_kink(Status status) {
          status == InertiaCorrectionFailed || status == RestorationFailed;
 }
 
-/// Work of what came before the answer.
-void add_before(const Result& before, Result& answer) {
-  add_work(before, answer);
-  answer.over_y.solves += before.over_y.solves;
-  answer.over_y.maximizations += before.over_y.maximizations;
-}
-
 }  // namespace
 
 bool has_robust_constraints(const ProblemStructure& structure) {
@@ -109,7 +102,7 @@ Result Refinement::from_start(Problem& model, const std::vector<double>& v, Inde
                        branches.certificate.kind == PointKind::LocalMinmax &&
                        better(branches, answer);
     Result& chosen = found ? branches : answer;
-    add_before(found ? answer : branches, chosen);
+    add_work(found ? answer : branches, chosen);
     if (found) return branches;
   }
   return answer;
@@ -119,7 +112,7 @@ Result Refinement::as_asked(Problem& model, const std::vector<double>& v, Index 
                             SearchStructure& structure) const {
   if (has_rows_for_every_y(model.structure(), options_)) {
     return RobustSearch({model, model}, options_, starts_over_y_of_rows(options_), budget_, start)
-        .run(v);
+        .run(v, known_);
   }
   Restarted restarted(model, v);
   return structure.solve(restarted, options_, budget_, budget_.observer_of(start, among_others_));
@@ -139,7 +132,7 @@ Result Refinement::over_branches(Problem& model, const std::vector<double>& v, I
   }
   Epigraph all(model, {});
   Result with_all = over_branches(all, model, v, start, at_kink);
-  add_before(answer, with_all);
+  add_work(answer, with_all);
   return with_all;
 }
 

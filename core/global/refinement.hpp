@@ -18,8 +18,10 @@ class Refinement {
  public:
   /// The model's structure is well formed, the options are allowed.
   /// among_others: starts that run beside this one may make it useless.
-  Refinement(const SolverOptions& options, Budget& budget, bool among_others)
-      : options_(options), budget_(budget), among_others_(among_others) {}
+  /// known: worst cases near the start, of a solve before.
+  Refinement(const SolverOptions& options, Budget& budget, bool among_others,
+             const std::vector<RobustWorstCase>& known)
+      : options_(options), budget_(budget), among_others_(among_others), known_(known) {}
 
   /// v: n values to begin at; empty: the model's own start. structure: of the thread on the model.
   /// The result is settled (choice.hpp).
@@ -39,6 +41,7 @@ class Refinement {
   const SolverOptions& options_;
   Budget& budget_;
   bool among_others_;
+  const std::vector<RobustWorstCase>& known_;
 };
 
 /// Whether the model's indices can be followed and it has robust constraints.

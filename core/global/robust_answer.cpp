@@ -10,6 +10,7 @@
 #include "core/model/structure_check.hpp"
 #include "core/multistart.hpp"
 #include "core/proof/enclosure.hpp"
+#include "core/search/diagnosis.hpp"
 #include "linalg/numbers.hpp"
 
 // The answer of a search for worst cases, in the shape of the model.
@@ -164,30 +165,22 @@ void RobustSearch::report(const RobustCopies& copies, const Result& result) {
       .proofs = std::move(proofs)};
 }
 
-/// Where a scan was ended while it still found other maxima, a higher one may violate the answer:
-/// that is no certificate.
+/// Where a scan was ended while it still found other maxima, a higher one may violate the answer.
 void RobustSearch::leave_undecided(const std::vector<SideScan>& scans) {
   const auto open = std::ranges::find_if(scans, &SideScan::may_be_higher);
-  Certificate& certificate = answer_.certificate;
-  if (open == scans.end() || certificate.kind != PointKind::LocalMinmax) return;
-  certificate.kind = PointKind::FirstOrderPoint;
-  certificate.second_order = SecondOrder::Undecided;
-  const auto j = at(open->constraint);
+  if (open == scans.end() || answer_.certificate.kind != PointKind::LocalMinmax) return;
   const ProblemStructure& s = asked_.structure();
-  const bool of_objective = j == s.constraint_players.size();
+  const bool of_objective = at(open->constraint) == s.constraint_players.size();
   const std::string row = of_objective ? "f" : constraint_name(s, open->constraint);
-  certificate.reasons.insert(
-      certificate.reasons.begin(),
-      {.kind = CertificateReason::Kind::RobustRow,
-       .player = Player::Max,
-       .text = row + " has many maxima over y: " + std::to_string(open->maxima.size()) +
-               " found, a higher one is to be expected",
-       .variables = {},
-       .constraints = {}});
-  if (!of_objective) certificate.reasons.front().constraints.push_back(open->constraint);
-  if (answer_.status != Status::Solved) return;
-  answer_.status = Status::SolvedDegenerate;
-  answer_.message = "solved, " + certificate.reasons.front().text;
+  CertificateReason reason{
+      .kind = CertificateReason::Kind::RobustRow,
+      .player = Player::Max,
+      .text = row + " has many maxima over y: " + std::to_string(open->maxima.size()) +
+              " found, a higher one is to be expected",
+      .variables = {},
+      .constraints = {}};
+  if (!of_objective) reason.constraints.push_back(open->constraint);
+  withdraw(std::move(reason), answer_);
 }
 
 /// With the work of all solves and maximizations.

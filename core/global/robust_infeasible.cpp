@@ -109,8 +109,6 @@ void RobustSearch::name_infeasible(std::vector<double> start) {
   RobustSearch search({problem, asked_}, options, starts_, budget_, start_);
   search.names_infeasible_ = false;
   Result least = search.run(std::move(start));
-  work_.over_y.solves += least.over_y.solves;
-  work_.over_y.maximizations += least.over_y.maximizations;
   add_work(least, work_);
   if (!is_success(least.status) || least.over_y.better_known || !least.over_y.finished) return;
   const ProblemStructure& s = asked_.structure();
@@ -136,6 +134,7 @@ void RobustSearch::name_infeasible(std::vector<double> start) {
   least.certificate.kind = PointKind::InfeasiblePoint;
   least.over_y.largest_violation = violation;
   answer_ = std::move(least);
+  infeasible_ = false;  // said, no longer supposed
 }
 
 }  // namespace ipminmax

@@ -25,6 +25,9 @@ constexpr int kProbes = 3;
 constexpr double kProbeRadius = 0.1;
 /// Multiplier, relative to the largest one, below which a worst case is inactive.
 constexpr double kVanishing = 1e-5;
+/// Starts of y for each constraint, unless the option says how many, where a solve before has looked
+/// at many and its worst cases are followed.
+constexpr Index kStartsAgain = 2;
 /// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a
 /// large one maxima at different bounds are one.
 constexpr double kMuNear = 1e-4;
@@ -63,7 +66,7 @@ RobustSearch::RobustSearch(RobustForm form, const SolverOptions& options, Index 
       scopes_(form.solved.structure()),
       violation_(kNaN) {}
 
-Result RobustSearch::run(std::vector<double> start) {
+Result RobustSearch::run(std::vector<double> start, const std::vector<RobustWorstCase>& known) {
   place_.moved = !start.empty();
   place_.v = std::move(start);
   if (!place_.moved) {
@@ -79,14 +82,43 @@ Result RobustSearch::run(std::vector<double> start) {
   }
   const Place first = place_;
   choose_copies();
+  start_at_known(known);
   return solve_from(first);
 }
 
+/// The first worst case of a constraint begins at the first that is known, others that x rests on
+/// become its copies. Two-sided constraints begin as always.
+void RobustSearch::start_at_known(const std::vector<RobustWorstCase>& known) {
+  bool all = !known.empty();
+  std::vector<RobustCopies::WorstCase> chosen;
+  for (const RobustCopies::WorstCase& one : place_.worst_cases) {
+    chosen.push_back(one);
+    bool first = true;
+    for (const RobustWorstCase& other : known) {
+      if (other.constraint != one.constraint || one.side != 0) continue;
+      if (other.v.size() != place_.v.size() || !all_finite(other.v)) continue;
+      if (first) {
+        chosen.back().v = other.v;
+      } else if (other.active && options_.minmax_robust_copies) {
+        chosen.push_back({one.constraint, other.v});
+      }
+      first = false;
+    }
+    all = all && !first;
+  }
+  if (!all) return;
+  place_.worst_cases = std::move(chosen);
+  place_.near = true;
+  if (options_.minmax_worst_case_starts < 0) starts_ = std::min(starts_, kStartsAgain);
+}
+
 Result RobustSearch::solve_from(const Place& first) {
-  if (!solve_rounds() && starts_ > 0 && !budget_.used_up()) exchange_from(first);
+  const bool solved = solve_rounds();
+  if (starts_ > 0) starts_ = std::max(starts_, starts_over_y_of_rows(options_));
+  if (!solved && !infeasible_ && starts_ > 0 && !budget_.used_up()) exchange_from(first);
   if (names_infeasible_) name_infeasible(first.v);
   if (names_infeasible_ && starts_ > 0 && search_failed(answer_.status) &&
-      answer_.status != Status::LocallyInfeasible && !budget_.used_up()) {
+      (infeasible_ || answer_.status != Status::LocallyInfeasible) && !budget_.used_up()) {
     begin_anew(first);
   }
   return finish();
@@ -147,12 +179,41 @@ bool RobustSearch::solve_rounds() {
   }
 }
 
-/// With the worst cases at hand.
+/// With the worst cases at hand, near an answer if there is one. Where x has far to go from it, x
+/// goes alone first: copies would forget where they began, and where no x stands up to all of them
+/// as they are, some would become others.
 RobustSearch::Solved RobustSearch::solve_worst_cases() {
-  auto copies = std::make_unique<RobustCopies>(model_, place_.worst_cases, reads_y_, budget_);
-  if (place_.moved) copies->start_at(place_.v);
-  Result result = solve_once(*copies);
-  return {std::move(copies), std::move(result)};
+  const auto over = [&](const Solved& solved) {
+    return is_success(solved.result.status) || budget_.used_up();
+  };
+  if (place_.near) {
+    Solved solved = solve_once(true);
+    if (over(solved)) return solved;
+    if (auto alone = go_alone()) {
+      infeasible_ = alone->result.status == Status::LocallyInfeasible;
+      if (infeasible_ || budget_.used_up()) return std::move(*alone);
+      if (is_success(alone->result.status)) solved = solve_once(true);
+      if (over(solved)) return solved;
+    }
+  }
+  return solve_once(false);
+}
+
+/// Moves x to where it stands up to the worst cases as they are. Empty: all of them follow x.
+std::optional<RobustSearch::Solved> RobustSearch::go_alone() {
+  const std::vector<RobustCopies::WorstCase> free = place_.worst_cases;
+  for (RobustCopies::WorstCase& one : place_.worst_cases) {
+    const bool follows = moves_with_x(model_.structure(), scopes_.of(one.constraint));
+    if (!follows) one.held = one.copied = true;
+  }
+  if (std::ranges::none_of(place_.worst_cases, &RobustCopies::WorstCase::held)) return {};
+  Solved solved = solve_once(false);
+  if (is_success(solved.result.status)) keep_point(*solved.copies, solved.result);
+  for (std::size_t k = 0; k < free.size(); ++k) {
+    place_.worst_cases[k].held = free[k].held;
+    place_.worst_cases[k].copied = free[k].copied;
+  }
+  return solved;
 }
 
 /// At the maximum of g + mu sum ln(distances) g is below its own by mu for each of them (exactly so
@@ -266,8 +327,11 @@ void RobustSearch::choose_copies() {
   }
 }
 
-Result RobustSearch::solve_once(RobustCopies& copies) {
-  SolverOptions options = options_;
+/// near: the start is not to be forgotten.
+RobustSearch::Solved RobustSearch::solve_once(bool near) {
+  auto copies = std::make_unique<RobustCopies>(model_, place_.worst_cases, reads_y_, budget_);
+  if (place_.moved) copies->start_at(place_.v);
+  SolverOptions options = near ? staying_near(options_, kMuNear) : options_;
   options.warm_start_init_point = false;
   // Where worst cases are looked for, that is where to begin anew.
   if (starts_ > 0 && !restarts_) options.minmax_max_restarts = 0;
@@ -276,21 +340,14 @@ Result RobustSearch::solve_once(RobustCopies& copies) {
     observer.on_iteration = [&](const IterationInfo& info) {
       IterationInfo seen = info;
       seen.v = info.v.first(asked_.structure().variable_players.size());
-      seen.result = [&] { return in_asked_shape(copies, info.result()); };
+      seen.result = [&] { return in_asked_shape(*copies, info.result()); };
       return observer_.on_iteration(seen);
     };
   }
-  const auto solve_with = [&](const SolverOptions& own) {
-    ++work_.over_y.solves;
-    Result result = solve_from_start(copies, own, budget_, observer, nullptr);
-    add_work(result, work_);
-    return result;
-  };
-  if (place_.near) {
-    Result result = solve_with(staying_near(options, kMuNear));
-    if (is_success(result.status) || budget_.used_up()) return result;
-  }
-  return solve_with(options);
+  ++work_.over_y.solves;
+  Result result = solve_from_start(*copies, options, budget_, observer, nullptr);
+  add_work(result, work_);
+  return {std::move(copies), std::move(result)};
 }
 
 /// The next solve goes on from here.

@@ -29,8 +29,9 @@ class RobustSearch {
                Index start);
 
   /// start: n values of the solved form; empty: the model's. The y of the start is the first worst
-  /// case.
-  [[nodiscard]] Result run(std::vector<double> start);
+  /// case, unless worst cases of a constraint near this start are known, of the solved form.
+  [[nodiscard]] Result run(std::vector<double> start,
+                           const std::vector<RobustWorstCase>& known = {});
   /// Begins with the maxima over y at the x of start.
   [[nodiscard]] Result run_from_maxima(std::vector<double> start);
 
@@ -54,9 +55,11 @@ class RobustSearch {
   void exchange_from(const Place& first);
   void begin_anew(const Place& first);
   void choose_copies();
+  void start_at_known(const std::vector<RobustWorstCase>& known);
   [[nodiscard]] bool solve_rounds();
   [[nodiscard]] Solved solve_worst_cases();
-  [[nodiscard]] Result solve_once(RobustCopies& copies);
+  [[nodiscard]] Solved solve_once(bool near);
+  [[nodiscard]] std::optional<Solved> go_alone();
   void keep_point(const RobustCopies& copies, const Result& result);
   [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
   [[nodiscard]] double gap(const RobustCopies& copies, const Result& result, std::size_t k) const;
@@ -105,6 +108,7 @@ class RobustSearch {
   std::vector<bool> reads_y_;
   bool names_infeasible_ = true;
   bool restarts_ = false;         ///< searches that fail begin anew
+  bool infeasible_ = false;       ///< no x near stands up to the worst cases as they are
   std::vector<double> verified_;  ///< where the answer was checked over all of y; empty: was not
   double violation_;              ///< largest of the last scan; NaN: none was made
   Result answer_;

@@ -67,14 +67,15 @@ std::vector<std::unique_ptr<Problem>> make_models(const ProblemFactory& make_pro
 /// ranks: null, or the others that share the starts.
 Answer run_on(const std::vector<std::unique_ptr<Problem>>& owned, Problem* own, Ranks* ranks,
               const SolverOptions& asked, const MultistartObserver& observer,
-              const std::vector<std::vector<double>>& given) {
+              const std::vector<std::vector<double>>& given,
+              const std::vector<RobustWorstCase>& known = {}) {
   std::vector<Problem*> models;
   if (own != nullptr) models.push_back(own);
   for (const auto& model : owned) models.push_back(model.get());
   const SolverOptions options = for_all_parts(models.front()->structure(), asked);
   if (auto error = error_of(*models.front(), options); !error.empty()) return refused(error);
   Budget budget(options, observer);
-  Starts starts(models, options, budget, given);
+  Starts starts(models, options, budget, given, known);
   Answer answer = ranks != nullptr ? starts.run(*ranks) : starts.run();
   if (options.minmax_certificate == CertificateEffort::Proved) {
     prove_local_minmax(
@@ -105,7 +106,14 @@ Answer run_for(Problem& problem, const SolverOptions& options, const SolveObserv
 Result solve_keeping(Problem& problem, const SolverOptions& options, const SolveObserver& observer,
                      KeptWork* kept) {
   if (!is_plain(problem.structure(), options)) {
-    return run_for(problem, options, observer).best;
+    if (kept == nullptr) return run_for(problem, options, observer).best;
+    const std::vector<RobustWorstCase> known = std::move(kept->worst_cases);
+    const bool warm = options.warm_start_init_point;
+    Result result = run_on({}, &problem, nullptr, options, listener_of(observer), {},
+                           warm ? known : std::vector<RobustWorstCase>{})
+                        .best;
+    if (is_success(result.status)) kept->worst_cases = result.worst_cases;
+    return result;
   }
   Budget budget(options, listener_of(observer));
   return solve_from_start(problem, options, budget, budget.observer_of(0), kept);
@@ -147,6 +155,11 @@ void RepeatedSolver::solve(Problem& problem, const SolverOptions& options,
   if (!kept_) kept_ = std::make_unique<KeptWork>();
   kept_->arrays.result.take_from(result);
   result = solve(problem, options, observer);
+}
+
+void RepeatedSolver::start_at(std::vector<RobustWorstCase> worst_cases) {
+  if (!kept_) kept_ = std::make_unique<KeptWork>();
+  kept_->worst_cases = std::move(worst_cases);
 }
 
 void RepeatedSolver::reset() { kept_.reset(); }

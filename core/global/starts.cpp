@@ -31,8 +31,9 @@ bool has_free_min_variable(const ProblemStructure& s) {
 }  // namespace
 
 Starts::Starts(const std::vector<Problem*>& models, const SolverOptions& options, Budget& budget,
-               const std::vector<std::vector<double>>& given)
-    : options_(options), budget_(budget), given_(given) {
+               const std::vector<std::vector<double>>& given,
+               const std::vector<RobustWorstCase>& known)
+    : options_(options), budget_(budget), given_(given), known_(known) {
   for (Problem* model : models) workers_.push_back({model});
 }
 
@@ -140,7 +141,9 @@ void Starts::run_start(Worker& worker, Index start, const std::vector<double>& v
                        const SolverOptions& options) {
   try {
     detect(worker, start);
-    const Refinement refinement(options, budget_, workers_.size() > 1 || !is_first_rank_);
+    static const std::vector<RobustWorstCase> kNone;
+    const Refinement refinement(options, budget_, workers_.size() > 1 || !is_first_rank_,
+                                start == 0 ? known_ : kNone);
     Restarted model(*worker.model, {});  // which keeps its start
     record(start, refinement.from(model, v, start, worker.structure));
     if (start == 0) model_start_ = model.model_start();

@@ -25,8 +25,9 @@ namespace ipminmax {
 class Starts {
  public:
   /// models: one per thread. Structure and options are in order.
+  /// known: worst cases near the model's own start, of a solve before.
   Starts(const std::vector<Problem*>& models, const SolverOptions& options, Budget& budget,
-         const std::vector<std::vector<double>>& given);
+         const std::vector<std::vector<double>>& given, const std::vector<RobustWorstCase>& known);
 
   Answer run();
   /// With the other ranks, which have called this, too; all return the same.
@@ -83,6 +84,7 @@ class Starts {
   const SolverOptions& options_;
   Budget& budget_;
   const std::vector<std::vector<double>>& given_;
+  const std::vector<RobustWorstCase>& known_;
   std::vector<double> model_start_;
   bool maximization_ = false;  ///< no free Min variable: the larger value is the better one
   Index asked_ = 1;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/certificate/units.hpp"
@@ -174,25 +175,17 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
   }
 }
 
-namespace {
-
-void withdraw(const std::string& why, Result& result) {
+void withdraw(CertificateReason reason, Result& result) {
+  if (result.status == Status::Solved) result.status = Status::SolvedDegenerate;
+  result.message += "; " + reason.text;
   Certificate& c = result.certificate;
   c.kind = PointKind::FirstOrderPoint;
   c.second_order = SecondOrder::Undecided;
   c.answer = InnerAnswer::Unknown;
   c.margin = c.least_curvature = 0.0;
   c.least_curvature_variable = -1;
-  c.reasons.insert(c.reasons.begin(), {.kind = CertificateReason::Kind::WrongHessian,
-                                       .player = Player::Max,
-                                       .text = why,
-                                       .variables = {},
-                                       .constraints = {}});
-  if (result.status == Status::Solved) result.status = Status::SolvedDegenerate;
-  result.message += "; " + why;
+  c.reasons.insert(c.reasons.begin(), std::move(reason));
 }
-
-}  // namespace
 
 void check_first_derivatives(Problem& problem, const SolverOptions& options, Result& result) {
   if (result.certificate.kind != PointKind::LocalMinmax ||
@@ -207,7 +200,13 @@ void check_first_derivatives(Problem& problem, const SolverOptions& options, Res
   Evaluation here = room_for(canonical);
   if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return;
   const std::string wrong = find_wrong_gradient(canonical, v, here, "beside the answer");
-  if (!wrong.empty()) withdraw(wrong, result);
+  if (wrong.empty()) return;
+  withdraw({.kind = CertificateReason::Kind::WrongHessian,
+            .player = Player::Max,
+            .text = wrong,
+            .variables = {},
+            .constraints = {}},
+           result);
 }
 
 }  // namespace ipminmax

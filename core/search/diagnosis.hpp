@@ -13,4 +13,7 @@ namespace ipminmax {
 /// exceptions of the model pass through.
 void diagnose_failure(Problem& problem, const SolverOptions& options, Result& result);
 
+/// Takes the certificate of a local minmax back, with the reason.
+void withdraw(CertificateReason reason, Result& result);
+
 }  // namespace ipminmax

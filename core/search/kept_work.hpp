@@ -8,6 +8,7 @@
 #include "core/method/globalized_method.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/model_shape.hpp"
+#include "core/result.hpp"
 #include "core/search/result_arrays.hpp"
 #include "core/search/search.hpp"
 
@@ -29,6 +30,8 @@ struct KeptWork {
   std::optional<GradientScaling> scaling;
   std::optional<KktAnalysis> analysis;
   ShiftMemory shifts;
+  /// Of robust constraints, where the last solve succeeded.
+  std::vector<RobustWorstCase> worst_cases;
   /// For searches that must not depend on those before: shape, analysis and pattern are those of
   /// the first and stay, the rest is not kept.
   bool structure_only = false;

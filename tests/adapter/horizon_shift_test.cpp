@@ -35,6 +35,22 @@ TEST(HorizonShift, MovesEveryBlockOneStageAhead) {
   EXPECT_EQ(HorizonShift(kLargest, {{10, 0}}, {}).next(last).v, last.v);
 }
 
+TEST(HorizonShift, WorstCasesBecomeThoseOfTheStageBefore) {
+  // Three stages of one variable; two constraints per stage, the second one robust, and a terminal
+  // one that is.
+  Result last;
+  last.v.assign(3, 0.0);
+  for (const Index constraint : {1, 5, 6}) {
+    last.worst_cases.push_back({.constraint = constraint, .v = {1.0, 2.0, 3.0}});
+  }
+  const auto moved = HorizonShift(3, {{0, 1}}, {{0, 2}}).worst_cases(last);
+  ASSERT_EQ(moved.size(), 3U);  // of stage 0: gone; of the last one: twice; of the terminal one
+  for (const auto& found : moved) EXPECT_EQ(found.v, (std::vector{2.0, 3.0, 3.0}));
+  EXPECT_EQ(moved[0].constraint, 3);
+  EXPECT_EQ(moved[1].constraint, 5);
+  EXPECT_EQ(moved[2].constraint, 6);
+}
+
 TEST(HorizonShift, OptionsForWarmAndColdStarts) {
   const Ipopt::SmartPtr<MinMaxApplication> application = new MinMaxApplication(false);
   ASSERT_EQ(application->Initialize(""), Ipopt::Solve_Succeeded);

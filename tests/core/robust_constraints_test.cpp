@@ -104,6 +104,8 @@ TEST(RobustConstraint, IsNotCertifiedWhileStartsFindOtherMaxima) {
   ASSERT_FALSE(result.certificate.reasons.empty());
   EXPECT_EQ(result.certificate.reasons.front().kind, CertificateReason::Kind::RobustRow);
   EXPECT_EQ(result.certificate.reasons.front().constraints, std::vector<Index>{0});
+  EXPECT_EQ(result.certificate.margin, 0.0);
+  EXPECT_EQ(result.certificate.least_curvature, 0.0);
 }
 
 TEST(RobustConstraint, KinkOfTwoBranchesIsSolvedWithACopyOfYEach) {
@@ -370,6 +372,72 @@ TEST(RobustConstraint, ThatCannotBeMetIsNamedWithItsViolationAndY) {
     EXPECT_NEAR(answer.result.v[0], 1.0, 1e-3);
     EXPECT_NEAR(answer.largest_violation, 1.0, 1e-5);
   }
+}
+
+TEST(RobustConstraint, WorkBesideAFailedSearchIsCountedOnce) {
+  // x + y <= 0 and y - x <= 0 for y in [-1, 1]: no x.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x));
+  model.constraint(x + y, -kNoBound, 0.0, kMin);
+  model.constraint(y - x, -kNoBound, 0.0, kMin);
+  AutodiffProblem problem(model, {0.3, 0.0});
+  Index over_y = 0, solves = 0;
+  SolveObserver observer;
+  observer.on_iteration = [&](const IterationInfo& info) {
+    if (info.iteration == 0) ++(info.over_y ? over_y : solves);
+    return true;
+  };
+  const RobustResult answer = solve_robust(problem, {}, observer);
+  EXPECT_EQ(answer.result.status, Status::LocallyInfeasible) << answer.result.message;
+  EXPECT_EQ(answer.maximizations, over_y);
+  EXPECT_LE(answer.solves, solves);
+}
+
+/// min |x - (wish, 2)|^2 with x'y + |y|^2 / 4 <= 1.5 for every y in [-1, 1]^2: |x_0| + |x_1| <= 1.
+Result solve_for_wish(double wish, const SolverOptions& options, RepeatedSolver& solver) {
+  Model model;
+  const Expression x0 = model.variable(kMin, "x", -3.0, 3.0);
+  const Expression x1 = model.variable(kMin, "x", -3.0, 3.0);
+  const Expression y0 = model.variable(kMax, "y", -1.0, 1.0);
+  const Expression y1 = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x0 - wish) + square(x1 - 2.0));
+  model.constraint(x0 * y0 + x1 * y1 + 0.25 * (square(y0) + square(y1)), -kNoBound, 1.5, kMin);
+  AutodiffProblem problem(model, {0.3, 0.3, -0.5, 0.1});
+  return solver.solve(problem, options);
+}
+
+TEST(RobustConstraint, WarmStartsFollowTheWorstCases) {
+  SolverOptions options;
+  RepeatedSolver solver;
+  const Result first = solve_for_wish(1.2, options, solver);
+  expect_certified(first);
+  EXPECT_EQ(first.over_y.asked, 8);
+  options.warm_start_init_point = true;
+  const Result next = solve_for_wish(1.21, options, solver);
+  expect_certified(next);
+  EXPECT_NEAR(next.v[0], 0.105, 1e-6);
+  EXPECT_NEAR(next.v[1], 0.895, 1e-6);
+  EXPECT_EQ(next.over_y.asked, 2);
+  EXPECT_LT(next.over_y.maximizations, first.over_y.maximizations / 2);
+  EXPECT_LE(next.over_y.largest_violation, 1e-6);
+  // The option's number holds, and without a warm start nothing of the last answer counts.
+  options.minmax_worst_case_starts = 5;
+  EXPECT_EQ(solve_for_wish(1.22, options, solver).over_y.asked, 5);
+  const Result cold = solve_for_wish(1.01, {}, solver);
+  EXPECT_EQ(cold.over_y.asked, 8);
+}
+
+TEST(RobustConstraint, AWorstCaseThatDoesNotFitIsNoStart) {
+  RepeatedSolver solver;
+  SolverOptions options;
+  options.warm_start_init_point = true;
+  solver.start_at({{.constraint = 7, .v = {1.0}}, {.constraint = 0, .v = {0.0, 0.0}}});
+  const Result result = solve_for_wish(1.2, options, solver);
+  expect_certified(result);
+  EXPECT_EQ(result.over_y.asked, 8);
+  EXPECT_NEAR(result.v[1], 0.9, 1e-6);
 }
 
 /// Leyffer's example with two uncertain parameters: f reads the second one, the row the first.
