@@ -1,40 +1,48 @@
 #!/bin/bash
-# What a tenth and ten times of each number of core/certificate/parameters.hpp (of counts, half and twice)
-# change in the table of verdicts: certificates lost and gained, refutations, false certificates.
+# What a tenth and ten times of each number of core/<ROOM>/parameters.hpp (of counts, a third and three times) change
+# in the table of verdicts: certificates and solves lost and gained, solves that differ at all, factorizations, false
+# certificates.
 #
-#   bench/constants.sh [BUILD [GAMES]]     after building the target verdicts in BUILD (build/release)
+#   bench/constants.sh [ROOM [BUILD [GAMES]]]     after building the target verdicts in BUILD (build/release)
 #
-# One program is built in which the numbers can be changed. GAMES: of each random family (5).
+# ROOM: certificate or method. One program is built in which the numbers can be changed. GAMES: of each random family (5).
 set -euo pipefail
 source=$(cd "$(dirname "$0")/.." && pwd)
-build=${1:-$source/build/release}
-games=${2:-5}
-work=$build/constants
-mkdir -p "$work/core/certificate"
-header=$source/core/certificate/parameters.hpp
-numbers=$(grep -oE '^constexpr [^;]*;' "$header" | grep -oE '\bk[A-Z][A-Za-z]*' | sort -u)
+room=${1:-certificate}
+build=${2:-$source/build/release}
+games=${3:-5}
+work=$build/constants/$room
+mkdir -p "$work/core/$room"
+header=$source/core/$room/parameters.hpp
 {
   sed -E 's/^constexpr /inline /' "$header"
   echo '#include <string>'
   echo '#include <vector>'
-  echo 'namespace ipminmax::parameters::certificate {'
+  echo 'namespace ipminmax::parameters {'
   echo 'struct Number { std::string name; double value; void (*set)(double); };'
   echo 'inline const std::vector<Number> kNumbers = {'
-  for name in $numbers; do
-    echo "{\"$name\", static_cast<double>($name), [](double v) { $name = static_cast<decltype($name)>(v); }},"
-  done
+  awk '/^namespace / { room = $2; sub(/.*::/, "", room) }
+       /^constexpr / {
+         for (i = 2; i < NF; ++i) if ($i ~ /^k/ && $(i + 1) == "=") {
+           n = room "::" $i
+           printf "{\"%s\", static_cast<double>(%s), [](double v) { %s = static_cast<decltype(%s)>(v); }},\n", n, n, n, n
+         }
+       }' "$header"
   echo '};}'
-} >"$work/core/certificate/parameters.hpp"
+} >"$work/core/$room/parameters.hpp"
 flags=(-std=c++20 -O2 -DNDEBUG -I "$work" -I "$source" -I "$source/tests" -I "$build/include"
   -isystem /usr/include/eigen3)
 objects=()
-for file in "$source"/core/certificate/*.cpp; do
-  objects+=("$work/$(basename "$file" .cpp).o")
-  ${CMAKE_CXX_COMPILER_LAUNCHER:-} c++ "${flags[@]}" -c "$file" -o "${objects[-1]}"
+cd "$source"
+for folder in $(grep -rl "core/$room/parameters.hpp" core | xargs dirname | sort -u); do
+  for file in "$folder"/*.cpp; do
+    objects+=("$work/$(basename "$file" .cpp).o")
+    ${CMAKE_CXX_COMPILER_LAUNCHER:-} c++ "${flags[@]}" -c "$file" -o "${objects[-1]}"
+  done
 done
 libraries=$(ninja -C "$build" -t commands verdicts | tail -1 | grep -oE '(/[^ ]*\.so|-l[a-z]+)' | sort -u)
 # shellcheck disable=SC2086
-c++ "${flags[@]}" -DIPMINMAX_CHANGE_NUMBERS "$source/tests/verdicts.cpp" "${objects[@]}" \
+c++ "${flags[@]}" "-DIPMINMAX_CHANGE_NUMBERS=\"core/$room/parameters.hpp\"" "$source/tests/verdicts.cpp" "${objects[@]}" \
   -o "$work/constants" "$build/tests/libipminmax_test_support.a" "$build/libipminmax_core.a" \
   "$build/libipminmax_linalg.a" $libraries
 "$work/constants" --constants "$games"

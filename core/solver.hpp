@@ -28,8 +28,8 @@ struct KeptWork;
 ///   - the arrays,
 ///   - the shifts last used (unless minmax_warm_start_shifts is off or the last solve failed),
 ///   - with robust constraints, none of the above but their worst cases: with warm_start_init_point
-///     the next solve starts at these, and looks at two other y for each constraint instead of at
-///     minmax_worst_case_starts by default.
+///     the next solve starts at these; the check over y looks at minmax_worst_case_starts others as
+///     ever.
 /// The structure is compared each time: when players, patterns, or the kinds of bounds and
 /// constraints have changed (absent, one-sided, equal), or an option that one of the three depends
 /// on, what no longer fits is made anew. For one thread at a time.

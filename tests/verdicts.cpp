@@ -39,7 +39,7 @@
 
 #include "core/solver.hpp"
 #ifdef IPMINMAX_CHANGE_NUMBERS  // by bench/constants.sh
-#include "core/certificate/parameters.hpp"
+#include IPMINMAX_CHANGE_NUMBERS
 #endif
 
 namespace ipminmax::testing {
@@ -251,25 +251,33 @@ std::map<std::string, Verdict> table(std::uint64_t games) {
 
 void change_numbers(std::uint64_t games) {
   const auto before = table(games);
-  std::printf("%zu solves\n%-18s %10s %8s %6s %6s %6s %6s\n", before.size(), "number", "value",
-              "times", "lost", "gained", "others", "false");
-  for (const auto& number : parameters::certificate::kNumbers) {
-    const bool is_count = number.value == std::floor(number.value) && number.value < 100.0;
-    const double factor = is_count ? 2.0 : 10.0;
+  std::printf("%zu solves\n%-32s %8s %8s | %9s | %9s | %6s %14s %5s\n", before.size(), "number",
+              "value", "tried", "certified", "solved", "differ", "factorizations", "false");
+  for (const auto& number : parameters::kNumbers) {
+    const bool is_count =
+        number.value == std::floor(number.value) && number.value > 1.0 && number.value < 1000.0;
+    const double factor = is_count ? 3.0 : 10.0;
     for (const double times : {1.0 / factor, factor}) {
-      number.set(std::ceil(number.value * times) * (is_count ? 1.0 : 0.0) +
-                 number.value * times * (is_count ? 0.0 : 1.0));
-      int lost = 0, gained = 0, others = 0, untrue = 0;
+      const double tried = is_count ? std::ceil(number.value * times) : number.value * times;
+      number.set(tried);
+      std::array<int, 2> certified{}, solved{};  // lost, gained
+      int differ = 0, untrue = 0;
+      long factorizations = 0;
       for (const auto& [name, after] : table(games)) {
-        const std::string& was = before.at(name).second_order;
-        lost += was == "satisfied" && after.second_order != was;
-        gained += after.second_order == "satisfied" && after.second_order != was;
-        others +=
-            was != after.second_order && was != "satisfied" && after.second_order != "satisfied";
+        const Verdict& was = before.at(name);
+        const bool then = was.second_order == "satisfied", now = after.second_order == "satisfied";
+        certified[0] += then && !now;
+        certified[1] += now && !then;
+        solved[0] += was.solved && !after.solved;
+        solved[1] += after.solved && !was.solved;
+        differ +=
+            was.second_order != after.second_order || was.factorizations != after.factorizations;
+        factorizations += after.factorizations - was.factorizations;
         untrue += after.is_false;
       }
-      std::printf("%-18s %10g %8g %6d %6d %6d %6d\n", number.name.c_str(), number.value, times,
-                  lost, gained, others, untrue);
+      std::printf("%-32s %8g %8g | %4d %4d | %4d %4d | %6d %+14ld %5d\n", number.name.c_str(),
+                  number.value, tried, certified[0], certified[1], solved[0], solved[1], differ,
+                  factorizations, untrue);
       std::fflush(stdout);
     }
     number.set(number.value);

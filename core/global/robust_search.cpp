@@ -25,9 +25,6 @@ constexpr int kProbes = 3;
 constexpr double kProbeRadius = 0.1;
 /// Multiplier, relative to the largest one, below which a worst case is inactive.
 constexpr double kVanishing = 1e-5;
-/// Starts of y for each constraint, unless the option says how many, where a solve before has looked
-/// at many and its worst cases are followed.
-constexpr Index kStartsAgain = 2;
 /// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a
 /// large one maxima at different bounds are one.
 constexpr double kMuNear = 1e-4;
@@ -109,12 +106,10 @@ void RobustSearch::start_at_known(const std::vector<RobustWorstCase>& known) {
   if (!all) return;
   place_.worst_cases = std::move(chosen);
   place_.near = true;
-  if (options_.minmax_worst_case_starts < 0) starts_ = std::min(starts_, kStartsAgain);
 }
 
 Result RobustSearch::solve_from(const Place& first) {
   const bool solved = solve_rounds();
-  if (starts_ > 0) starts_ = std::max(starts_, starts_over_y_of_rows(options_));
   if (!solved && !infeasible_ && starts_ > 0 && !budget_.used_up()) exchange_from(first);
   if (names_infeasible_) name_infeasible(first.v);
   if (names_infeasible_ && starts_ > 0 && search_failed(answer_.status) &&

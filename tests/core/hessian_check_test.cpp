@@ -88,8 +88,8 @@ TEST(HessianCheck, LittleCurvatureIsComparedWithItsOwnSize) {
     Model model;
     const Expression x = model.variable(kMin, "x"), z = model.variable(kMin, "z");
     const Expression y = model.variable(kMax, "y");
-    model.objective(0.5 * square(x + z - 2.0) + 5e-5 * square(x - z) +
-                    (x + z - 2.0) * (y - 0.5) - square(y - 0.5));
+    model.objective(0.5 * square(x + z - 2.0) + 5e-5 * square(x - z) + (x + z - 2.0) * (y - 0.5) -
+                    square(y - 0.5));
     AutodiffProblem right(model, {1.0, 1.0, 0.5});
     // W = (1.0001, 0.9999; 0.9999, 1.0001): the change more than doubles the curvature along (1, -1).
     ChangedProblem wrong = with_entry_times(right, 1, 0, 0.9997);
