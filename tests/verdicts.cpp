@@ -196,7 +196,9 @@ void compare(const std::string& first, const std::string& second) {
     std::array<long, 2> factorizations{};
   };
   std::map<std::string, Row> rows;
-  for (const auto& [name, before] : a) {
+  for (const auto& entry : a) {
+    const std::string& name = entry.first;
+    const Verdict& before = entry.second;
     const auto place = b.find(name);
     if (place == b.end()) continue;
     const Verdict& after = place->second;
