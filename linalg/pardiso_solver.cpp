@@ -148,7 +148,7 @@ bool PardisoSolver::factorize_values(const SymmetricMatrix& matrix, Pivots& pivo
   f.values.assign(matrix.values().begin(), matrix.values().end());
   const LibraryLock lock;
   const SequentialBlas sequential(analysis().flops);
-  bool is_fresh = !f.is_analyzed;
+  const bool is_fresh = !f.is_analyzed;
   int error = is_fresh ? f.analyze() : 0;
   if (error == 0) error = f.run(Phase::Factorize, nullptr, nullptr, 1);
   if (!is_fresh && (error != 0 || f.moved() > 0)) {

@@ -63,8 +63,8 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, 
 
   const auto size = static_cast<Eigen::Index>(rows.size());
   const auto jacobian = canonical.jacobian();
-  // J_r over y, one column per row; rows of K_yy are found by the step's v. A copy maximizes its own
-  // row: what the row still changes along it is the barrier's.
+  // J_r over y, one column per row; rows of K_yy are found by the step's v. A copy maximizes its
+  // own row: what the row still changes along it is the barrier's.
   const auto counts = [&](Index row, Index col) {
     const Index slack = canonical.slack_of_constraint()[static_cast<std::size_t>(row)];
     return canonical.owned_by_max(col) && canonical.served_slack(col) != slack;

@@ -109,8 +109,7 @@ void RobustSearch::start_at_known(const std::vector<RobustWorstCase>& known) {
 }
 
 Result RobustSearch::solve_from(const Place& first) {
-  const bool solved = solve_rounds();
-  if (!solved && !infeasible_ && starts_ > 0 && !budget_.used_up()) exchange_from(first);
+  if (!solve_rounds() && !infeasible_ && starts_ > 0 && !budget_.used_up()) exchange_from(first);
   if (names_infeasible_) name_infeasible(first.v);
   if (names_infeasible_ && starts_ > 0 && search_failed(answer_.status) &&
       (infeasible_ || answer_.status != Status::LocallyInfeasible) && !budget_.used_up()) {

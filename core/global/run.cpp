@@ -107,11 +107,9 @@ Result solve_keeping(Problem& problem, const SolverOptions& options, const Solve
                      KeptWork* kept) {
   if (!is_plain(problem.structure(), options)) {
     if (kept == nullptr) return run_for(problem, options, observer).best;
-    const std::vector<RobustWorstCase> known = std::move(kept->worst_cases);
-    const bool warm = options.warm_start_init_point;
-    Result result = run_on({}, &problem, nullptr, options, listener_of(observer), {},
-                           warm ? known : std::vector<RobustWorstCase>{})
-                        .best;
+    std::vector<RobustWorstCase> known = std::exchange(kept->worst_cases, {});
+    if (!options.warm_start_init_point) known.clear();
+    Result result = run_on({}, &problem, nullptr, options, listener_of(observer), {}, known).best;
     if (is_success(result.status)) kept->worst_cases = result.worst_cases;
     return result;
   }
