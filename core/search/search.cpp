@@ -120,7 +120,8 @@ void Search::make_step(StepMethod& method) {
   const double mu = barrier_.mu();
   step_ = method.step(arrays_.point, mu, arrays_.next);
   if (step_.moved) std::swap(arrays_.point, arrays_.next);
-  context_.canonical.keep_distances(arrays_.point.iterate, mu);
+  // Where the search ends the point stays as it was told.
+  if (!step_.failure) context_.canonical.keep_distances(arrays_.point.iterate, mu);
   measure_point();
 }
 
