@@ -1,7 +1,7 @@
 """First derivatives of functions that come without them, and a check of those that are given."""
 
 import warnings
-from typing import Any, Callable, Iterator, Optional, Tuple
+from typing import Any, Callable, Iterator, List, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -192,8 +192,13 @@ class Derivative:
         self._function, self._box = function, box
         self.is_complex = method == "cs" or (method is None and is_analytic(function, v0, box))
         self._may_change = method is None
+        self._calls = 0
+        self.places: List[Vector] = []  #: where complex steps were taken: the first, second, fourth...
 
     def __call__(self, v: Vector) -> Vector:
+        self._calls += 1
+        if self.is_complex and self._calls & (self._calls - 1) == 0:
+            self.places.append(v.copy())
         return complex_step(self._function, v) if self.is_complex else central(
             self._function, v, self._box)
 

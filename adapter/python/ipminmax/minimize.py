@@ -282,6 +282,10 @@ class _Game:
         """Functions whose complex steps are wrong around v; differences are used from now on."""
         return [name for name, found in self.derivatives.items() if not found.holds_at(v)]
 
+    def complex_steps_on_the_way(self) -> List[Vector]:
+        """Some of the points: a solve may fail for wrong derivatives far from where it ends."""
+        return [at for found in self.derivatives.values() for at in found.places]
+
     def describe_derivatives(self) -> str:
         ways = {True: "complex steps", False: "differences"}
         return "; ".join(f"{name}: {ways[found.is_complex]}"
@@ -361,10 +365,13 @@ def _checked(game: _Game, problem: Problem, v0: Vector, check: bool) -> Tuple[Ve
     try:
         if info["interrupted"] or not np.all(np.isfinite(v)):
             return v, info
-        failed = [name for at in [v] + [point["x"] for point in info["points"]]
-                  for name in game.complex_steps_fail(at)]
+        solved = info["status"] in (0, 1)
+        places = [v] + [point["x"] for point in info["points"]] + (
+            [] if solved else game.complex_steps_on_the_way())
+        failed = [name for at in places for name in game.complex_steps_fail(at)]
         if failed:
-            note = (f"complex steps of {', '.join(failed)} are wrong near the answer (np.abs, np.real, "
+            where = "near the answer" if solved else "on the way"
+            note = (f"complex steps of {', '.join(failed)} are wrong {where} (np.abs, np.real, "
                     "np.linalg.norm and the like are not analytic): solved again with differences")
             warnings.warn(note, DerivativeWarning, stacklevel=4)
             game.notes.append(note)
