@@ -5,7 +5,6 @@
 #include "core/method/globalized_method.hpp"
 #include "core/method/parameters.hpp"
 #include "core/model/norms.hpp"
-#include "linalg/numbers.hpp"
 
 // The order of the steps; search, restoration and escape stand in files of their own.
 
@@ -34,7 +33,7 @@ void GlobalizedMethod::barrier_changed() {
   arrays_.filter.reset();
   arrays_.watchdog.end();
   patience_.barrier_changed();
-  barrier_changed_ = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
+  least_residual_ = kInfinity;
   soft_steps_ = 0;
 }
 
@@ -65,8 +64,7 @@ void GlobalizedMethod::accept(Run& run) {
 }
 
 StepReport GlobalizedMethod::step(const Point& from, double mu, Point& to) {
-  Run run{
-      .here = &from, .to = to, .mu = mu, .barrier_changed = std::exchange(barrier_changed_, false)};
+  Run run{.here = &from, .to = to, .mu = mu};
   static_cast<void>(has_max() ? minmax_step(run) : outer_step(run));
   // A step that fails may have come some way.
   run.report.moved = run.here == &to;
@@ -123,6 +121,8 @@ bool GlobalizedMethod::minmax_step(Run& run) {
   }
   if (right && fast_step(run)) return true;
   fast_contraction_ = 0.0;
+  least_residual_ = kInfinity;
+  steps_above_least_ = 0;
   if (!find_direction()) return false;
 
   const double target = inner_target(from, mu);
@@ -159,6 +159,20 @@ Accuracy GlobalizedMethod::forcing(double error) const {
                                parameter::kShareOfTolerance * options_.tol)};
 }
 
+/// Whether a fast step may lead from one residual to another: below the least of this mu, or, where a
+/// barrier bends the way to it, for a few steps above it.
+bool GlobalizedMethod::contracts(double before, double after) {
+  if (least_residual_ == kInfinity) least_residual_ = before;
+  if (after <= parameters::fast::kContraction * least_residual_) {
+    least_residual_ = after;
+    steps_above_least_ = 0;
+    return true;
+  }
+  const bool bends = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
+  return bends && after <= parameters::fast::kGrowth * least_residual_ &&
+         ++steps_above_least_ <= parameters::fast::kStepsAboveLeast;
+}
+
 bool GlobalizedMethod::fast_step(Run& run) {
   // Both inertias right without shifts and the residual contracts: Newton's method.
   namespace parameter = parameters::fast;
@@ -180,15 +194,13 @@ bool GlobalizedMethod::fast_step(Run& run) {
       evaluate_first_derivatives(canonical_, trial) != EvaluationStatus::Ok) {
     return false;
   }
-  const double contraction = outer_.norm_error(trial, mu) / before;
-  // The first step to another mu may leave more: distances and multipliers change by factors. Once,
-  // before it contracts again.
-  const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
-  const bool may_grow = run.barrier_changed && full && fast_contraction_ <= parameter::kContraction;
-  if (!(contraction <= (may_grow ? parameter::kGrowth : parameter::kContraction)) ||
+  const double after = outer_.norm_error(trial, mu);
+  if (!contracts(before, after) ||
       evaluate_second_derivatives(canonical_, trial) != EvaluationStatus::Ok) {
     return false;
   }
+  const double contraction = after / before;
+  const bool full = alpha.primal == 1.0 && alpha.dual == 1.0;
   // In the paper's freeze neighbourhood, where full steps contract faster and faster, K alone is
   // factorized. The certificate tests both matrices.
   const bool frozen =

@@ -9,6 +9,7 @@
 #include "core/method/restoration.hpp"
 #include "core/method/step_method.hpp"
 #include "core/method/watchdog.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -41,7 +42,6 @@ class GlobalizedMethod final : public StepMethod {
     const Point* here;  ///< the point left, or what was reached on the way: then &to
     Point& to;
     double mu;
-    bool barrier_changed = false;
     UnshiftedStep unshifted_step = UnshiftedStep::Unknown;  ///< at here
     StepReport report{};
   };
@@ -50,6 +50,7 @@ class GlobalizedMethod final : public StepMethod {
   // Each either moves, or gives a reason to end the search, or neither (false).
   [[nodiscard]] bool minmax_step(Run& run);
   void renew_multipliers(Point& point);
+  [[nodiscard]] bool contracts(double before, double after);
   [[nodiscard]] Accuracy forcing(double error) const;
   [[nodiscard]] bool fast_step(Run& run);
   [[nodiscard]] bool inner_phase(Run& run, double target);
@@ -95,7 +96,8 @@ class GlobalizedMethod final : public StepMethod {
   /// Second derivatives of the point at which a fast step ended, by their number: K_yy is right
   /// there, or taken to be, in the freeze neighbourhood.
   std::uint64_t inner_right_at_ = 0;
-  bool barrier_changed_ = false;  ///< since the last step
+  double least_residual_ = kInfinity;  ///< of the fast steps in a row since mu changed
+  int steps_above_least_ = 0;          ///< fast ones in a row
   double last_slope_ = 1e20;
   double fast_contraction_ = 0.0;  ///< of the residual by the last step; 0: that was not full, fast
   Index dominated_steps_ = 0;      ///< in a row whose last rejection was the filter's

@@ -14,8 +14,9 @@ namespace ipminmax::parameters {
 
 /// The fast path: Newton's method where both inertias are right.
 namespace fast {
-constexpr double kContraction = 0.9;  ///< kappa_f: of |g(z, mu)|, else the step is no fast one [G]
-constexpr double kGrowth = 1e3;       ///< allowed to a full step after mu changed [H]
+constexpr double kContraction = 0.9;  ///< kappa_f: of the least |g(z, mu)| of fast steps [G]
+constexpr double kGrowth = 1e3;       ///< of it allowed where there are bounds [R]
+constexpr int kStepsAboveLeast = 3;   ///< that may follow each other; 5 and 10 are as good [R]
 constexpr double kFreezeContraction =
     0.25;  ///< of a full step: K_yy is taken to be right [CYH's freeze, H]
 /// Residual that the linear system may leave: a share of what quadratic convergence would, from the

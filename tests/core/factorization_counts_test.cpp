@@ -77,6 +77,11 @@ TEST(FactorizationCauses, AddUpToAllFactorizations) {
   EXPECT_EQ(left.status, Status::Solved);
   EXPECT_GT(left.counts.factorizations_for(FactorizationCause::Curvature).inner, 0);
   add(left.counts);
+  const auto many = random_multimodal(MultimodalKind::Constrained, 2, 20, 38);  // restorations
+  for (const std::vector<double>& start : many.starts) {
+    AutodiffProblem problem(many.model, start);
+    add(solve(problem, SolverOptions{}).counts);
+  }
   for (std::size_t k = 0; k < seen.size(); ++k) {
     EXPECT_GT(seen[k], 0) << name_of(static_cast<FactorizationCause>(k));
   }

@@ -149,6 +149,7 @@ void add_watson(std::vector<SemiInfinite>& list) {
   list.back().lower = {0.0, 0.0};
   list.back().upper = {1.0, 1.0};
   list.back().optimum = 1.0;
+  // All t with |t_0| = |t_1| are worst ones at the only answer, (3, 0, 0, 0, 0, 0).
   list.push_back({"watson_9",
                   {-1.0, 0.0, 0.0, 0.0, 0.0, 0.0},
                   [](X x) { return -4.0 * x[0] - (2.0 / 3.0) * (x[3] + x[5]); },
@@ -160,7 +161,6 @@ void add_watson(std::vector<SemiInfinite>& list) {
   list.back().lower = {-1.0, -1.0};
   list.back().upper = {1.0, 1.0};
   list.back().optimum = -12.0;
-  list.back().open = true;  // all t with |t_0| = |t_1| are worst ones
 }
 
 /// min x_n with |error(x, t)| <= x_n for every t in an interval; published values.

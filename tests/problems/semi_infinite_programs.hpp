@@ -27,8 +27,6 @@ struct SemiInfinite {
   Point x_lower{}, x_upper{};                    ///< empty: free
   /// The worst t stands at a bound without a slope there: no strict complementarity.
   bool weakly_active = false;
-  /// Not solved yet: must be said so.
-  bool open = false;
 };
 
 /// Names a problem in a test's output.
