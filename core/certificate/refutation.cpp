@@ -98,7 +98,6 @@ bool is_unsteady(TestContext& c, ActiveSetSystem& system, const Candidate& candi
 }
 
 void explain(TestContext& c, ActiveSetSystem& system, const Candidate& candidate) {
-  c.reasons.add_weakly_active(candidate.classes);
   if (candidate.dependences) c.reasons.add_dependences(*candidate.dependences);
   if (c.wrong) return;
   const NewtonTest& newton = candidate.newton;
@@ -163,6 +162,7 @@ SecondOrder judge_without_certificate(TestContext& c, Candidate& candidate) {
   ActiveSetSystem system(c.canonical, c.kkt, candidate.classes, candidate.units,
                          candidate.point.evaluation);
   c.report_inertias(system);
+  c.report_weakly_active(candidate.classes);
   if (c.canonical.constraints() == 0) c.certificate.licq_min = c.certificate.licq_max = true;
   // Then K is singular with any help for W.
   const bool too_many = candidate.dependences && candidate.dependences->too_many;
