@@ -125,9 +125,15 @@ void explain(TestContext& c, ActiveSetSystem& system, const Candidate& candidate
     c.reasons.add_about_row(Kind::Unsteady, newton.turning,
                             "gradients of active constraints turn by too much on the way to the "
                             "solution, most that of ");
-  } else if (c.reasons.empty()) {
-    c.reasons.add(Kind::LittleCurvature, candidate.test.inner ? Player::Min : Player::Max,
-                  "the curvature is neither clearly right nor clearly wrong");
+  } else if (!c.reasons.has_obstacle()) {
+    c.report_inertias(system);
+    c.examine_curvature(
+        system, candidate.point,
+        without_inactive(c.canonical, candidate.classes, newton.end.iterate.lambda));
+    const Index least = std::max(c.arrays.curvature.found.variable, 0);
+    c.reasons.add_about(
+        Kind::LittleCurvature, least,
+        "the curvature is neither clearly right nor clearly wrong, least of all in ");
   }
   if (c.stopped) {
     c.reasons.add(Kind::Effort, Player::Min,
