@@ -68,11 +68,16 @@ void DependenceSearch::normalize() {
   take_gradients();
   vanishes_.assign(at(canonical_.constraints()), true);
   Eigen::VectorXd free = Eigen::VectorXd::Zero(canonical_.constraints()), all = free;
+  // Units of a robust constraint may be those of its worst case.
+  Eigen::VectorXd least = Eigen::VectorXd::Ones(canonical_.constraints());
+  for (const auto& [row, col] : canonical_.jacobian()) {
+    if (canonical_.min_constraints().contains(row) && !same_owner(row, col)) least[row] = 0.0;
+  }
   for (std::size_t k = 0; k < rows_.jacobian.size(); ++k) {
     const auto [row, col] = canonical_.jacobian()[k];
     double& value = rows_.jacobian[k];
     if (!system_.counts(row) || !same_owner(row, col)) value = 0.0;
-    if (std::abs(value) > parameter::kZero) vanishes_[at(row)] = false;
+    if (std::abs(value) > parameter::kZero * least[row]) vanishes_[at(row)] = false;
     all[row] += value * value;
     if (system_.is_fixed(col)) value = 0.0;
     free[row] += value * value;
@@ -81,7 +86,7 @@ void DependenceSearch::normalize() {
   for (Index j = 0; j < canonical_.constraints(); ++j) {
     const double length = std::sqrt(free[j]);
     const double full = std::sqrt(all[j]);
-    const bool none = length <= parameter::kDependent * std::max(full, 1.0);
+    const bool none = length <= parameter::kDependent * std::max(full, least[j]);
     factor_[j] = none ? 0.0 : 1.0 / length;
   }
   for (std::size_t k = 0; k < rows_.jacobian.size(); ++k) {

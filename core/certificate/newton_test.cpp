@@ -189,13 +189,16 @@ void ActiveSetNewton::choose_trial() {
     if (system_.is_fixed(i)) {
       work_.trial[i] *= parameter::kShareOfWay;
     } else if (!system_.is_slack(i)) {
+      // Beyond what a contraction leaves of the step: W may jump at the solution itself.
       const double probe = parameter::kProbe * std::abs(iterate_.v[i]) +
-                           parameter::kConstant * units.variable[i] * size;
+                           parameter::kConstant * units.variable[i] * size +
+                           parameter::kContraction * std::abs(work_.dv[i]);
       work_.trial[i] += work_.dv[i] < 0.0 ? -probe : probe;
     }
   }
   for_each_bound(canonical_, iterate_.v, [&](Index i, int side, double distance) {
-    const double most = std::max(parameter::kLittle * distance, side * work_.dv[i]);
+    const double step = side * work_.dv[i], beyond = (1.0 + parameter::kContraction) * step;
+    const double most = std::max(parameter::kLittle * distance, beyond < distance ? beyond : step);
     if (system_.is_free(i) && side * work_.trial[i] > most) work_.trial[i] = side * most;
   });
   work_.trial_v = iterate_.v + work_.trial;
@@ -231,9 +234,11 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
   add_constraint_product(canonical_, evaluation_, work_.back_v, row_c);
   Eigen::VectorXd& second_v = work_.second_v;
   if (!solve_in_units(parameter::kErrorOfStep, second_v, work_.second_lambda)) return false;
-  test.contraction = ratio(length(second_v), length(work_.trial));
   const double beside_sizes = ratio(length_in_sizes(second_v), length_in_sizes(work_.trial));
-  test.contraction = std::min(test.contraction, beside_sizes);  // any norm will do
+  const double in_lengths = ratio(length(second_v), length(work_.trial));
+  // Any norm will do. It grows with the trial step; of rounding nothing is left.
+  test.contraction = std::min(in_lengths, beside_sizes) / (1.0 + parameter::kContraction);
+  if (test.contraction <= parameter::kRounding) test.contraction = 0.0;
   if (second_v.size() > 0) {
     second_v.cwiseQuotient(system_.units().variable).cwiseAbs().maxCoeff(&test.left_in);
   }
@@ -268,7 +273,7 @@ bool ActiveSetNewton::is_far_beyond() const {
   for (Index i = 0; i < work_.trial.size(); ++i) {
     if (!system_.is_free(i)) continue;
     const double step = std::abs(work_.dv[i]), beyond = std::abs(work_.trial[i] - work_.dv[i]);
-    if (beyond > parameter::kLittle * step && step > parameter::kLittle * beyond) return true;
+    if (beyond > 2.0 * parameter::kLittle * step && step > parameter::kLittle * beyond) return true;
   }
   return false;
 }

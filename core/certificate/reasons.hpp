@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,7 +19,11 @@ class Reasons {
 
   using Kind = CertificateReason::Kind;
 
-  [[nodiscard]] bool empty() const { return reasons_.empty(); }
+  /// A weakly active bound alone is none: the test passes with many.
+  [[nodiscard]] bool has_obstacle() const {
+    return std::ranges::any_of(reasons_,
+                               [](const auto& r) { return r.kind != Kind::WeaklyActive; });
+  }
   void add(Kind kind, Player player, std::string text);
   /// With the name of a canonical variable, or of a slack's inequality, in the middle.
   void add_about(Kind kind, Index i, const std::string& before, const std::string& after = {});

@@ -98,7 +98,6 @@ bool is_unsteady(TestContext& c, ActiveSetSystem& system, const Candidate& candi
 }
 
 void explain(TestContext& c, ActiveSetSystem& system, const Candidate& candidate) {
-  c.reasons.add_weakly_active(candidate.classes);
   if (candidate.dependences) c.reasons.add_dependences(*candidate.dependences);
   if (c.wrong) return;
   const NewtonTest& newton = candidate.newton;
@@ -126,9 +125,15 @@ void explain(TestContext& c, ActiveSetSystem& system, const Candidate& candidate
     c.reasons.add_about_row(Kind::Unsteady, newton.turning,
                             "gradients of active constraints turn by too much on the way to the "
                             "solution, most that of ");
-  } else if (c.reasons.empty()) {
-    c.reasons.add(Kind::LittleCurvature, candidate.test.inner ? Player::Min : Player::Max,
-                  "the curvature is neither clearly right nor clearly wrong");
+  } else if (!c.reasons.has_obstacle()) {
+    c.report_inertias(system);
+    c.examine_curvature(
+        system, candidate.point,
+        without_inactive(c.canonical, candidate.classes, newton.end.iterate.lambda));
+    const Index least = std::max(c.arrays.curvature.found.variable, 0);
+    c.reasons.add_about(
+        Kind::LittleCurvature, least,
+        "the curvature is neither clearly right nor clearly wrong, least of all in ");
   }
   if (c.stopped) {
     c.reasons.add(Kind::Effort, Player::Min,
@@ -163,6 +168,7 @@ SecondOrder judge_without_certificate(TestContext& c, Candidate& candidate) {
   ActiveSetSystem system(c.canonical, c.kkt, candidate.classes, candidate.units,
                          candidate.point.evaluation);
   c.report_inertias(system);
+  c.report_weakly_active(candidate.classes);
   if (c.canonical.constraints() == 0) c.certificate.licq_min = c.certificate.licq_max = true;
   // Then K is singular with any help for W.
   const bool too_many = candidate.dependences && candidate.dependences->too_many;

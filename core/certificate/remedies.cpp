@@ -196,8 +196,6 @@ bool begin(TestContext& c, const Point& given, const BoundClasses& guess, bool f
   }
   if (!clean(c.canonical, candidate.classes, candidate.point)) return false;
   candidate.units = certain_units(c.canonical, candidate);
-  c.certificate.weakly_active_min = candidate.classes.weak_min;
-  c.certificate.weakly_active_max = candidate.classes.weak_max;
   return true;
 }
 
@@ -321,8 +319,6 @@ std::optional<Candidate> with_basic_multipliers(TestContext& c, const Candidate&
     if (!passes(c, trial)) continue;
     c.certificate.licq_min = dependences.independent(c.canonical, false);
     c.certificate.licq_max = dependences.independent(c.canonical, true);
-    c.certificate.weakly_active_min = trial.classes.weak_min;
-    c.certificate.weakly_active_max = trial.classes.weak_max;
     return trial;
   }
   return {};
@@ -337,6 +333,7 @@ SecondOrder certified(TestContext& c, Candidate found, const Point& given) {
     found = std::move(*next);
     reported = reports_solution(c, found, given);
   }
+  c.report_weakly_active(found.classes);
   if (reported && !c.moved) report_end(c, given, found.newton);
   if (!reported || (c.moved && !evaluate_objective(c.canonical, *c.moved))) {
     const Iterate& returned = c.moved ? c.moved->iterate : given.iterate;
@@ -354,7 +351,6 @@ SecondOrder certified(TestContext& c, Candidate found, const Point& given) {
   }
   c.arrays.classes = found.classes;
   c.certificate.margin = c.margin(1.0);
-  c.certificate.weakly_active_max = found.classes.weak_max;
   c.certificate.answer = found.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
   if (found.narrow) c.certificate.answer = InnerAnswer::StrictlyBest;
   if (found.proximal > 0.0) {
@@ -368,7 +364,6 @@ SecondOrder certified(TestContext& c, Candidate found, const Point& given) {
     ActiveSetSystem system(c.canonical, c.kkt, found.classes, found.units, found.point.evaluation);
     c.report_inertias(system);
   }
-  c.reasons.add_weakly_active(found.classes);
   if (found.dependences) c.reasons.add_dependences(*found.dependences);
   return SecondOrder::Satisfied;
 }

@@ -89,6 +89,12 @@ void TestContext::examine_curvature(const Point& point, const Evaluation* assemb
                     point, point.iterate.lambda);
 }
 
+void TestContext::report_weakly_active(const BoundClasses& classes) {
+  certificate.weakly_active_min = classes.weak_min;
+  certificate.weakly_active_max = classes.weak_max;
+  reasons.add_weakly_active(classes);
+}
+
 void TestContext::report_inertias(ActiveSetSystem& system) {
   if (!may_factorize(has_x() && has_y() ? 2 : 1)) {
     certificate.inner = certificate.full = {};

@@ -56,6 +56,8 @@ struct TestContext {
   /// Whether a Newton step keeps the classes and the next one would be much shorter.
   [[nodiscard]] bool newton_confirms(ActiveSetSystem& system, const Point& point,
                                      const KktSolve& solve, NewtonTest& newton) const;
+  /// To the certificate and the reasons: the doubtful bounds of the classes that the verdict is of.
+  void report_weakly_active(const BoundClasses& classes);
   /// To the certificate: the matrices' inertias at the point without any margin; all zero where no
   /// factorizations are left.
   void report_inertias(ActiveSetSystem& system);

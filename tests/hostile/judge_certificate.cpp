@@ -690,9 +690,19 @@ class CertificateJudge {
         if (gain <= 0.0) break;
         last = gain;
       }
-      if (better) return false;
+      if (better && !falls_next_to(z, here, step, max ? sigma_ : -sigma_)) return false;
     }
     return true;
+  }
+  /// Where rounding hides values slopes still show, along a step that gets shorter: whether z is better
+  /// than what is next to it, though by less than what is gained beyond.
+  [[nodiscard]] bool falls_next_to(const State& z, const System& here, VectorXd step, double sign) {
+    for (int part = 0; part < 6; ++part, step *= 0.1) {
+      const DenseEvaluation there(problem_, z.v + step);
+      const double noise = 100.0 * kRounding * here.terms.dot(step.cwiseAbs());
+      if (there.ok && sign * there.gradient.dot(step) < -noise) return true;
+    }
+    return false;
   }
   [[nodiscard]] bool is_inside(const VectorXd& v, const VectorXd& g) const {
     return std::ranges::all_of(rows_, [&](const Row& row) {

@@ -45,6 +45,9 @@ TEST_P(SemiInfinitePrograms, AreSolved) {
   if (!p.weakly_active) {
     EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax) << result.message;
   }
+  for (const CertificateReason& reason : result.certificate.reasons) {
+    EXPECT_NE(reason.kind, CertificateReason::Kind::VanishingGradient) << reason.text;
+  }
   EXPECT_LE(answer.largest_violation, 1e-6);
   const double size = std::max(1.0, std::abs(result.objective));
   if (!std::isnan(p.optimum)) {
