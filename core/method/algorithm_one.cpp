@@ -97,7 +97,7 @@ bool AlgorithmOne::take_step(const Point& from, double longest, double mu, Point
   // One step length for everything, as in Algorithm 1.
   alpha.primal = alpha.dual = std::min({alpha.primal, alpha.dual, longest});
   EvaluationStatus status = EvaluationStatus::Ok;
-  for (report.trials = 1; report.trials <= algorithm_one::kCuts; ++report.trials) {
+  for (report.trials = 1; report.trials <= parameters::kHalvings; ++report.trials) {
     to.iterate = from.iterate;
     advance(canonical, step_, alpha, to.iterate);
     status = evaluate_values(canonical, to);
