@@ -3,9 +3,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/method/algorithm_one.hpp"
 #include "core/method/globalized_method.hpp"
 #include "core/method/parameters.hpp"
+#include "core/paper/algorithm_one.hpp"
 #include "core/search/describe.hpp"
 #include "core/search/infeasibility.hpp"
 #include "core/search/restart.hpp"
