@@ -78,7 +78,13 @@ MatrixXd null_space_of_directions(MatrixXd rows, bool& independent) {
 /// without directions.
 double smallest_curvature(const MatrixXd& h, const MatrixXd& basis) {
   if (basis.cols() == 0) return std::numeric_limits<double>::infinity();
-  const MatrixXd reduced = basis.transpose() * h * basis;
+  constexpr double kError = 1e-13;  // of the basis: what it makes of h is zero, in any units
+  const MatrixXd sizes = basis.cwiseAbs().array() + kError;
+  const MatrixXd least = basis.cwiseAbs();
+  const MatrixXd error =
+      sizes.transpose() * h.cwiseAbs() * sizes - least.transpose() * h.cwiseAbs() * least;
+  MatrixXd reduced = basis.transpose() * h * basis;
+  reduced = (reduced.cwiseAbs().array() > error.array()).select(reduced, 0.0);
   const VectorXd d = equilibration(reduced);
   return symmetric_eigenvalues(d.asDiagonal() * reduced * d.asDiagonal())[0];
 }
