@@ -39,8 +39,14 @@ std::optional<double> Filter::demanded(const Merit& from, double slope, double a
   return theta_falls ? std::nullopt : std::optional(-filter::kGammaPhi * from.theta);
 }
 
+double Filter::most_increase(const Merit& from) const {
+  if (!minimizes_) return std::numeric_limits<double>::infinity();
+  return filter::kMostIncrease * std::max(10.0, std::abs(from.phi));
+}
+
 Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, const Merit& to) const {
   if (!std::isfinite(to.phi) || !std::isfinite(to.theta)) return Verdict::Reject;
+  if (to.phi - from.phi > most_increase(from)) return Verdict::Reject;
   const auto change = demanded(from, slope, alpha, to.theta);
   if (change && !at_most(to.phi - from.phi, *change, from.phi)) return Verdict::Reject;
   if (!acceptable(to)) return Verdict::Dominated;
@@ -58,7 +64,7 @@ double Filter::largest_acceptable(const Merit& from, double slope, double alpha,
   };
   const auto change = demanded(from, slope, alpha, theta);
   double largest =
-      change ? forgiving(from.phi + *change, from.phi) : std::numeric_limits<double>::infinity();
+      change ? forgiving(from.phi + *change, from.phi) : from.phi + most_increase(from);
   for (const Entry& entry : entries_) {
     if (!at_most(theta, entry.theta, entry.theta)) {
       largest = std::min(largest, forgiving(entry.phi, entry.phi));

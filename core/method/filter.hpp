@@ -62,6 +62,7 @@ class Filter {
   /// Whether the step is one on phi alone.
   [[nodiscard]] bool is_armijo(const Merit& from, double slope, double alpha) const;
   /// By which phi may rise.
+  [[nodiscard]] double most_increase(const Merit& from) const;
   /// The change of phi that such a step to a point with this theta has to make, eq. (18) or (20);
   /// none: theta falls enough.
   [[nodiscard]] std::optional<double> demanded(const Merit& from, double slope, double alpha,

@@ -31,6 +31,19 @@ TEST(FilterTest, EmptyFilterAcceptsUpToThetaMax) {
   EXPECT_FALSE(filter.acceptable({1.001e4, 0.0}));
 }
 
+TEST(FilterTest, LimitsHowFarPhiRisesWhereAsked) {
+  const Merit from{6.0, 3e3}, above{1e-3, 3.1e8}, below{1e-3, 2.9e8};
+  Filter filter;
+  EXPECT_EQ(filter.test(from, -1.0, 1.0, above), Verdict::Sufficient);
+  filter.minimize();
+  EXPECT_EQ(filter.test(from, -1.0, 1.0, above), Verdict::Reject);
+  EXPECT_EQ(filter.test(from, -1.0, 1.0, below), Verdict::Sufficient);
+  EXPECT_NEAR(filter.largest_acceptable(from, -1.0, 1.0, above.theta), 1e5 * from.phi + from.phi,
+              1.0);
+  EXPECT_EQ(filter.test({6.0, -0.1}, -1.0, 1.0, {1e-3, 0.9e6}), Verdict::Sufficient);
+  EXPECT_EQ(filter.test({6.0, -0.1}, -1.0, 1.0, {1e-3, 1.1e6}), Verdict::Reject);
+}
+
 TEST(FilterTest, EntriesHaveTheMarginsOfThePaper) {
   Filter filter;
   filter.add({2.0, 3.0});  // (1 - 1e-5) 2 and 3 - 1e-8 2
