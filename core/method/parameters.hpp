@@ -133,7 +133,7 @@ constexpr double kThetaMin = 1e-4;     ///< theta_min over max(1, first violatio
 constexpr double kThetaMax = 1e4;      ///< theta_max over it
 constexpr double kRounding = 10.0;     ///< units of rounding that comparisons forgive; [Ipopt]
 constexpr double kMostIncrease = 1e5;  ///< of phi over max(10, |phi|), minimizations; [Ipopt]:
-                                       ///< Luksan's and Vlcek's 8th: 12 iterations for 244
+                                       ///< Luksan's and Vlcek's 8th: 12 iterations for 51
 }  // namespace filter
 
 /// The barrier parameter's oracles, as in [Ipopt]; Nocedal, Waechter, Waltz 2009.
