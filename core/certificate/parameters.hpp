@@ -69,6 +69,9 @@ constexpr double kSmallStationary = 1e-8;
 
 // --- Gradients that depend on each other, cones, robust rows -------------------------------------
 
+/// Of combinations that are looked for, each of which costs two substitutions: vertices of linear
+/// programs have many.
+constexpr Index kDependentEntries = 200000;
 constexpr double kDependent = 1e-7;  ///< a combination of rows of length one that is zero
 /// The same after kFew steps of inverse iteration that is none: 3 times the square root of kRelaxation.
 constexpr double kClearlyIndependent = 3e-5;
