@@ -316,8 +316,7 @@ struct UnknownPendulum {
             .control_lower = {0.0},
             .control_upper = {0.0},
             .gain_lower = {lower[0], lower[1], 0.0, 0.0, 0.0},
-            .gain_upper = {upper[0], upper[1], 0.0, 0.0, 0.0},
-            .feedback_price = 0.0};
+            .gain_upper = {upper[0], upper[1], 0.0, 0.0, 0.0}};
   }
 };
 
@@ -333,7 +332,7 @@ TEST(Stages, GainsAgainstUnknownParametersRestOnTwoCorners) {
   ASSERT_TRUE(plan.certified()) << plan.result.message;
   ASSERT_EQ(plan.worst_cases.size(), 2U);
   EXPECT_NEAR(plan.worst_cases[0].value, plan.worst_cases[1].value, 1e-6);
-  // Whatever the corner.
+  // Whatever the corner, with the price of gains that are chosen.
   const std::array<double, 2> gains = {plan.gains[0], plan.gains[1]};
   double most = 0.0;
   for (int corner = 0; corner < 8; ++corner) {
@@ -342,6 +341,8 @@ TEST(Stages, GainsAgainstUnknownParametersRestOnTwoCorners) {
     one.set_initial(std::array{1.0, 0.0, part(0), part(1), 0.2 * part(2)});
     most = std::max(most, one.solve().result.objective);
   }
+  const double price = game.horizon().feedback_price;
+  for (const double gain : gains) most += price * gain * gain;
   EXPECT_NEAR(most, plan.result.objective, 1e-5);
 }
 
