@@ -37,7 +37,7 @@ struct Ma97Info {
 constexpr int kInOrder = 0;
 /// MC77: entries of each row and column about 1, so that a pivot of `small` has a meaning.
 constexpr int kEquilibration = 2;
-constexpr double kZeroPivot = 1e-12;  ///< as the null pivots of MUMPS
+constexpr double kNullPivotOfMa97 = 1e-12;  ///< as the null pivots of MUMPS
 constexpr int kIndefinite = 4;        ///< real, symmetric
 
 }  // namespace
@@ -70,7 +70,7 @@ struct Ma97Solver::Factors {
     control.ordering = kInOrder;
     control.print_level = -1;
     control.scaling = kEquilibration;
-    control.small = kZeroPivot;
+    control.small = kNullPivotOfMa97;
   }
   ~Factors() { library->free(&analysis, &factors); }
   Factors(const Factors&) = delete;
