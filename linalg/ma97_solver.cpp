@@ -38,7 +38,7 @@ constexpr int kInOrder = 0;
 /// MC77: entries of each row and column about 1, so that a pivot of `small` has a meaning.
 constexpr int kEquilibration = 2;
 constexpr double kNullPivotOfMa97 = 1e-12;  ///< as the null pivots of MUMPS
-constexpr int kIndefinite = 4;        ///< real, symmetric
+constexpr int kIndefinite = 4;              ///< real, symmetric
 
 }  // namespace
 
