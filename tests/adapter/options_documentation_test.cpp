@@ -91,7 +91,7 @@ TEST(ListOptions, ShowsTypeRangeAndDefault) {
   EXPECT_EQ(default_of(documented("perturb_dec_fact")), "0.3333333333333333");
   EXPECT_EQ(type_of(documented("sb")), "yes/no");
   EXPECT_EQ(default_of(documented("linear_solver")), "auto");
-  EXPECT_EQ(std::get<OptionInfo::Choice>(documented("linear_solver").kind).names.size(), 9U)
+  EXPECT_EQ(std::get<OptionInfo::Choice>(documented("linear_solver").kind).names.size(), 10U)
       << "without Ipopt's own";
   EXPECT_EQ(default_of(documented("option_file_name")), "ipminmax.opt");
 }
