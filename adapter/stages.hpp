@@ -287,6 +287,10 @@ class StageGame : public Problem {
     for (const Plain& value : state) result.push_back(value.value());
     return result;
   }
+  [[nodiscard]] std::vector<double> simulate(std::span<const double> s, std::span<const double> u,
+                                             std::initializer_list<double> w) const {
+    return simulate(s, u, std::span(w.begin(), w.size()));
+  }
 
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override {

@@ -29,8 +29,8 @@
 #include <examples/sequential_chauffeur.hpp>
 #include "adapter/tnlp_problem.hpp"
 #include "kkt_matrices.hpp"
+#include "linalg/make_solver.hpp"
 #include "linalg/ordering.hpp"
-#include "linalg/symmetric_solver.hpp"
 #include "planted_problem.hpp"
 #include "program.hpp"
 

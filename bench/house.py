@@ -11,7 +11,7 @@ import re
 import subprocess
 import sys
 
-ROOMS = ["model", "point", "kkt", "method", "certificate", "search", "reduction", "sensitivity", "global"]
+ROOMS = ["model", "differences", "robust", "point", "kkt", "method", "paper", "certificate", "search", "sensitivity", "proof", "global"]
 CONSTANT = re.compile(r"\b(?:constexpr|const)\s+(?:double|float|int|Index|std::size_t|auto|long|std::array<[^>]*>|std::array)\s+"
                       r"k[A-Z]\w*\s*[={][^;]*\d")
 

@@ -19,6 +19,7 @@
 #include "core/solver.hpp"
 #include "factorizations.hpp"
 #include "kkt_matrices.hpp"
+#include "linalg/make_solver.hpp"
 #include "program.hpp"
 
 namespace bench {

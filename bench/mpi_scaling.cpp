@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "core/solver.hpp"
-#include "linalg/symmetric_solver.hpp"
+#include "linalg/make_solver.hpp"
 #include "planted_problem.hpp"
 
 namespace {

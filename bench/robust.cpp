@@ -24,8 +24,8 @@
 
 #include "baselines/game.hpp"
 #include "baselines/ipopt.hpp"
-#include "core/model/robust_copies.hpp"
 #include "core/robust.hpp"
+#include "core/robust/robust_copies.hpp"
 #include "measure.hpp"
 #include "program.hpp"
 

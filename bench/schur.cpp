@@ -13,6 +13,7 @@
 
 #include "core/solver.hpp"
 #include "kkt_matrices.hpp"
+#include "linalg/make_solver.hpp"
 #include "linalg/schur_complement.hpp"
 #include "planted_problem.hpp"
 #include "program.hpp"

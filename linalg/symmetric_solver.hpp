@@ -139,11 +139,4 @@ class SymmetricSolver {
 [[nodiscard]] bool work_at_once(SymmetricSolver& first, double first_flops, SymmetricSolver& second,
                                 double second_flops);
 
-/// A solver of the given kind. MumpsMpi throws SolverUnavailable from the first analyze on where it
-/// cannot be used. Auto chooses at analyze: LAPACK for tiny and dense matrices, LDL' where the
-/// predicted fill is low, MUMPS otherwise; its increase_quality moves from LDL' to a pivoting
-/// solver.
-[[nodiscard]] std::unique_ptr<SymmetricSolver> make_symmetric_solver(
-    LinearSolver kind, const SymmetricSolverOptions& options);
-
 }  // namespace ipminmax

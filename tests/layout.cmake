@@ -1,7 +1,7 @@
 # The rooms of the core follow the data: no room includes one that comes after it, and none below global includes
 # what the door offers (answer.hpp and its other names). Run with -DSOURCE_DIR=...
 cmake_minimum_required(VERSION 3.22)
-set(rooms model point kkt method certificate search sensitivity proof global)
+set(rooms model differences robust point kkt method paper certificate search sensitivity proof global)
 set(door answer multistart robust solver worst_case)
 set(wrong "")
 

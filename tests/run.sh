@@ -5,9 +5,9 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 jobs=${JOBS:-$(nproc)}
 
-# For the tests alone: a decimal comma; ADOL-C; MPI; the Python package, which is left out where it finds nothing.
+# For the tests alone: a decimal comma; ADOL-C; MPI; the Python package, which is left out where it finds nothing, and its wheel.
 cmake/install_dependencies.sh locales libadolc-dev libmumps-dev libopenmpi-dev openmpi-bin \
-  python3-dev python3-numpy python3-scipy pybind11-dev
+  python3-dev python3-numpy python3-scipy pybind11-dev patchelf
 # Precompiled headers, but where there is a compiler cache, which cannot keep what uses them.
 precompile=${CMAKE_CXX_COMPILER_LAUNCHER:+OFF}
 cmake --preset release -DIPMINMAX_PRECOMPILE="${precompile:-ON}"

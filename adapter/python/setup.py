@@ -156,5 +156,7 @@ def missing_tools():
 
 
 if __name__ == "__main__":
-    setup(setup_requires=missing_tools(), ext_modules=[Extension("ipminmax._core", [])],
+    # A source distribution alone is packed, not built.
+    setup(setup_requires=[] if "sdist" in sys.argv else missing_tools(),
+          ext_modules=[Extension("ipminmax._core", [])],
           cmdclass={"build_ext": CMakeBuild, "sdist": SourceDistribution})

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/certificate/units.hpp"
+#include "core/differences/directional_check.hpp"
 #include "core/kkt/system.hpp"
-#include "core/model/directional_check.hpp"
 #include "core/point/merit.hpp"
 
 namespace ipminmax {

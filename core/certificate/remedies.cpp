@@ -371,6 +371,13 @@ SecondOrder certified(TestContext& c, Candidate found, const Point& given) {
 }  // namespace
 
 SecondOrder examine(TestContext& c, const Point& given) {
+  const auto undefined = [&] {
+    c.reasons.add(
+        Kind::NotIsolated, Player::Min,
+        "the model is undefined next to here: where active bounds are held, or at the end "
+        "of a Newton step");
+    return SecondOrder::Undecided;
+  };
   c.kkt.begin_pivoting();
   BoundClasses guess;
   c.guess(given.iterate, parameter::kStrictRatio, guess);
@@ -380,7 +387,7 @@ SecondOrder examine(TestContext& c, const Point& given) {
   const bool bounded = !c.canonical.lower_bounded().empty() || !c.canonical.upper_bounded().empty();
   Candidate start, last;
   for (bool follow = c.is_far || !guess.clear();; follow = true) {
-    if (!begin(c, given, guess, follow, start)) return SecondOrder::Undecided;
+    if (!begin(c, given, guess, follow, start)) return undefined();
     last = start;
     if (passes(c, last)) return certified(c, last, given);
     if (follow || !bounded || (last.newton.done && last.newton.classes_hold) ||
@@ -394,7 +401,7 @@ SecondOrder examine(TestContext& c, const Point& given) {
     if (const auto basic = with_basic_multipliers(c, start)) return certified(c, *basic, given);
   }
   if (last.point.iterate.v != given.iterate.v && !evaluate_objective(c.canonical, last.point)) {
-    return SecondOrder::Undecided;
+    return undefined();
   }
   return judge_without_certificate(c, last);
 }

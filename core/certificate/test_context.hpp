@@ -10,7 +10,7 @@
 #include "core/certificate/reasons.hpp"
 #include "core/certificate/robust_rows.hpp"
 #include "core/certificate/second_order.hpp"
-#include "core/model/directional_check.hpp"
+#include "core/differences/directional_check.hpp"
 
 namespace ipminmax {
 

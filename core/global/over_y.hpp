@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "core/model/budget.hpp"
-#include "core/model/robust_copies.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
 #include "core/proof.hpp"
 #include "core/proof/enclosure.hpp"
 #include "core/result.hpp"
+#include "core/robust/robust_copies.hpp"
 #include "core/worst_case.hpp"
 
 namespace ipminmax {

@@ -12,10 +12,10 @@
 #include "core/global/ranks.hpp"
 #include "core/global/result_bytes.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/row_over_y.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/proof.hpp"
 #include "core/proof/enclosure.hpp"
+#include "core/robust/row_over_y.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

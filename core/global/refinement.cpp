@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "core/global/choice.hpp"
-#include "core/global/epigraph.hpp"
 #include "core/global/robust_search.hpp"
 #include "core/model/model_start.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust.hpp"
+#include "core/robust/epigraph.hpp"
 #include "core/search/random_starts.hpp"
 
 namespace ipminmax {

@@ -1,6 +1,5 @@
 #include "core/global/result_bytes.hpp"
 
-#include <cstdint>
 #include <cstring>
 #include <string>
 #include <type_traits>
@@ -16,7 +15,7 @@ class Writer {
   void operator()(const T& value) { append(&value, sizeof value); }
   template <class T>
   void operator()(const std::vector<T>& values) {
-    (*this)(static_cast<std::uint64_t>(values.size()));
+    (*this)(values.size());
     append(values.data(), values.size() * sizeof(T));
   }
   void operator()(const std::string& text) { (*this)(std::vector<char>(text.begin(), text.end())); }
@@ -39,7 +38,7 @@ class Reader {
   void operator()(T& value) { take(&value, sizeof value); }
   template <class T>
   void operator()(std::vector<T>& values) {
-    std::uint64_t size = 0;
+    std::size_t size = 0;
     (*this)(size);
     values.resize(size);
     take(values.data(), size * sizeof(T));
@@ -62,11 +61,11 @@ class Reader {
 /// The number of values whose members follow.
 template <class T>
 void walk_size(Writer& write, const std::vector<T>& values) {
-  write(static_cast<std::uint64_t>(values.size()));
+  write(values.size());
 }
 template <class T>
 void walk_size(Reader& read, std::vector<T>& values) {
-  std::uint64_t size = 0;
+  std::size_t size = 0;
   read(size);
   values.resize(size);
 }

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "core/global/robust_search.hpp"
-#include "core/model/extended_structure.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
+#include "core/robust/extended_structure.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
 #include "linalg/numbers.hpp"

@@ -6,7 +6,7 @@
 
 #include "core/global/over_y.hpp"
 #include "core/model/budget.hpp"
-#include "core/model/robust_copies.hpp"
+#include "core/robust/robust_copies.hpp"
 
 namespace ipminmax {
 

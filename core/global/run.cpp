@@ -8,6 +8,7 @@
 #include "core/model/structure_check.hpp"
 #include "core/proof/local_minmax.hpp"
 #include "core/robust.hpp"
+#include "core/robust/epigraph.hpp"
 #include "core/search/kept_work.hpp"
 #include "core/solver.hpp"
 
@@ -188,6 +189,10 @@ MultistartResult multistart_over_ranks(const ProblemFactory& make_problem, int t
 StartsRank join_ranks_for_starts() {
   const auto [rank, size] = Ranks::join();
   return {rank, size};
+}
+
+std::unique_ptr<Problem> make_epigraph(Problem& model) {
+  return std::make_unique<Epigraph>(model, std::vector<bool>{});
 }
 
 RobustResult solve_robust(Problem& model, const SolverOptions& options,

@@ -4,6 +4,7 @@
 
 #include "core/kkt/block.hpp"
 #include "core/point/residual.hpp"
+#include "linalg/make_solver.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

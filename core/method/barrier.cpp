@@ -73,11 +73,10 @@ Complementarity complementarity_of(const CanonicalProblem& canonical, const Iter
 
 double loqo_barrier(const Complementarity& products) {
   if (!(products.average > 0.0)) return 0.0;
+  // 0.1 min(0.05 (1 - xi)/xi, 2)^3 times the average
   const double xi = products.smallest / products.average;
-  const double factor = xi > 0.0
-                            ? std::min(barrier::kLoqoSpread * (1.0 - xi) / xi, barrier::kLoqoMost)
-                            : barrier::kLoqoMost;
-  return barrier::kLoqoFactor * std::pow(factor, barrier::kLoqoPower) * products.average;
+  const double factor = xi > 0.0 ? std::min(0.05 * (1.0 - xi) / xi, 2.0) : 2.0;
+  return 0.1 * std::pow(factor, 3.0) * products.average;
 }
 
 double probing_barrier(const CanonicalProblem& canonical, const Iterate& iterate,
@@ -88,7 +87,7 @@ double probing_barrier(const CanonicalProblem& canonical, const Iterate& iterate
   moved = iterate;
   advance(canonical, affine, largest_step(canonical, iterate, affine, 1.0), moved);
   const double ratio = std::max(0.0, complementarity_of(canonical, moved).average / average);
-  return std::min(std::pow(ratio, barrier::kProbingPower), barrier::kLargestSigma) * average;
+  return std::min(std::pow(ratio, 3.0), barrier::kLargestSigma) * average;
 }
 
 SquaredResidual squared_residual(const CanonicalProblem& canonical, const Iterate& iterate,

@@ -16,7 +16,6 @@ StepReport GlobalizedMethod::escape(const Point& from, double mu, const EscapeRe
                                     Point& to) {
   const KktSystem::Counting counting(kkt_, FactorizationCause::Curvature);
   Run run{.here = &from, .to = to, .mu = mu};
-  if (++escapes_ > escape::kMost) return {};
   arrays_.filter.reset();
   run.report.kind = StepKind::Escape;
   const bool inner_wrong = has_max() && request.wrong && request.wrong->owner == Player::Max;
@@ -49,9 +48,7 @@ bool GlobalizedMethod::escape_outer(Run& run, const EscapeRequest& request) {
   if (request.wrong && request.wrong->owner == Player::Min) {
     step.v = request.wrong->direction / request.wrong->direction.head(nx).norm();
   } else {
-    const InverseIteration how{
-        .variables = {0, nx},
-        .iterations = has_max() ? escape::kOuterIterations : escape::kIterations};
+    const InverseIteration how{.variables = {0, nx}, .iterations = escape::kIterations};
     if (!turn_to_curvature(how, outer_.rhs, step, [&](const NewtonResidual& rhs, Step& solution) {
           return kkt_.solve(outer_.factors, from.evaluation, rhs, solution);
         })) {

@@ -19,7 +19,7 @@ GlobalizedMethod::GlobalizedMethod(const MethodContext& context, Restorer restor
       limit_(context.limit),
       budget_(context.budget),
       restorer_(std::move(restorer)),
-      patience_(canonical_.x().size() + canonical_.y().size()),
+      patience_(canonical_.x().size() + canonical_.y().size(), kkt_.layout().dimension()),
       arrays_(arrays),
       outer_(context, first, arrays.outer) {
   arrays_.watchdog.begin_anew();
@@ -251,7 +251,7 @@ bool GlobalizedMethod::leap(Run& run) {
 /// As far along the step as all functions are defined.
 bool GlobalizedMethod::untested_step(Run& run, StepLength alpha) {
   Point& trial = outer_.trial;
-  for (int cuts = 0; cuts < parameters::untested::kCuts; ++cuts, alpha.primal *= 0.5) {
+  for (int cuts = 0; cuts < parameters::kHalvings; ++cuts, alpha.primal *= 0.5) {
     outer_.set_trial(*run.here, outer_.step, alpha, run.mu);
     ++run.report.trials;
     if (evaluate_values(canonical_, trial) != EvaluationStatus::Ok ||

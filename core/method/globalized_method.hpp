@@ -102,7 +102,6 @@ class GlobalizedMethod final : public StepMethod {
   double fast_contraction_ = 0.0;  ///< of the residual by the last step; 0: that was not full, fast
   Index dominated_steps_ = 0;      ///< in a row whose last rejection was the filter's
   Index filter_resets_ = 0;
-  Index escapes_ = 0;
   Index soft_steps_ = 0;
 };
 

@@ -75,12 +75,10 @@ bool GlobalizedMethod::begin_at_restored(Run& run) {
   Point& restored = outer_.trial;
   Iterate& iterate = restored.iterate;
   for (const Index i : canonical_.lower_bounded()) {
-    iterate.z_lower[i] =
-        std::min(restoration::kLargestMultiplier, run.mu / canonical_.above_lower(i, iterate.v[i]));
+    iterate.z_lower[i] = run.mu / canonical_.above_lower(i, iterate.v[i]);
   }
   for (const Index i : canonical_.upper_bounded()) {
-    iterate.z_upper[i] =
-        std::min(restoration::kLargestMultiplier, run.mu / canonical_.below_upper(i, iterate.v[i]));
+    iterate.z_upper[i] = run.mu / canonical_.below_upper(i, iterate.v[i]);
   }
   weigh_copies(canonical_, iterate);
   bool defined = evaluate_values(canonical_, restored) == EvaluationStatus::Ok &&

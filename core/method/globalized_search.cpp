@@ -47,7 +47,7 @@ bool GlobalizedMethod::outer_step(Run& run) {
     }
     const bool is_watched = !has_max() && (goes_back || arrays_.watchdog.is_due());
     if (is_watched && !goes_back && watched_step(run)) return true;
-    const int trials = !has_max()    ? outer::kTrials
+    const int trials = !has_max()    ? parameters::kHalvings
                        : inner_exact ? outer::kExactTrials
                                      : outer::kRoughTrials;
     if (search(run, trials, is_watched)) return true;
@@ -83,7 +83,7 @@ bool GlobalizedMethod::without_line_search(Run& run) {
   if (has_max()) return leap(run);
   // Points of long ago may be all that rejects.
   arrays_.filter.reset();
-  if (search(run, outer::kTrials, false)) return true;
+  if (search(run, parameters::kHalvings, false)) return true;
   const Eigen::VectorXd& c = run.here->evaluation.c;
   const bool exactly_feasible = max_norm(c) <= parameters::restoration::kFeasible * options_.tol;
   if (restorer_.solve && !exactly_feasible) return restore(run);

@@ -245,7 +245,7 @@ bool InnerMaximizer::search(Point& point, double mu, const InnerDirection& direc
 
 bool InnerMaximizer::escape(Point& point, double mu, const KktFactors& factors) {
   const InverseIteration how{.variables = {canonical_.y().begin, canonical_.variables()},
-                             .iterations = parameters::escape::kInnerIterations};
+                             .iterations = parameters::escape::kIterations};
   return turn_to_curvature(how, arrays_.rhs, arrays_.correction_step,
                            [&](const NewtonResidual& rhs, Step& step) {
                              return kkt_.solve_inner(factors, point.evaluation, rhs, step);
@@ -316,12 +316,7 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
     if (!unshifted && stationary) {
       if (!escape(point, mu, out.factors)) return Outcome::NotFound;
     } else if (!search(point, mu, out)) {
-      // Rounding: a step predicted to gain nothing visible ends the search.
-      const double here = value(point, mu);
-      const bool rounding = unshifted &&
-                            out.largest_gain() <= inner::kInvisibleGain * (1.0 + std::abs(here)) &&
-                            theta <= std::max(feasible_theta, target);
-      return rounding ? Outcome::Maximum : Outcome::NotFound;
+      return Outcome::NotFound;
     }
   }
 }

@@ -12,6 +12,9 @@
 /// bench/horizon.cpp, [eps] rounding.
 namespace ipminmax::parameters {
 
+constexpr Index kSmallSystem = 300;  ///< rows of K up to which factors cost less than functions
+constexpr int kHalvings = 60;        ///< of a step, to where the model is defined
+
 /// The fast path: Newton's method where both inertias are right.
 namespace fast {
 constexpr double kContraction = 0.9;  ///< kappa_f: of the least |g(z, mu)| of fast steps [G]
@@ -39,16 +42,13 @@ constexpr double kLongStep =
 constexpr double kFeasible = 1e-6;  ///< violation, over max(1, mu), at which values compare [G]
 constexpr int kFarShiftedSteps =
     3;  ///< allowed once y has left its neighbourhood: it runs away [R]
-constexpr double kStationary = 1e-3;  ///< E_y over min(1, mu) at which a wrong K_yy is left [G]
-constexpr double kInvisibleGain =
-    1e-9;  ///< q over 1 + |value| that a failed search may leave [eps]
+constexpr double kStationary = 1e-3;      ///< E_y over min(1, mu) at which a wrong K_yy is left [G]
 constexpr double kShortestStep = 1e-12;   ///< of the search [eps]
 constexpr std::size_t kFilterPairs = 64;  ///< room; one per step at most
 }  // namespace inner
 
 /// The outer step: filter line search of the minimizer.
 namespace outer {
-constexpr int kTrials = 60;           ///< of a minimization
 constexpr int kRoughTrials = 4;       ///< with an inexact inner maximum [G]
 constexpr int kExactTrials = 10;      ///< with an exact one [G]
 constexpr double kExactGain = 1e-9;   ///< |q| of an exact one [G]
@@ -72,16 +72,14 @@ constexpr double kRenewedDual = 1e-2;
 /// Steps where no merit function helps.
 namespace untested {
 constexpr double kLongestJointStep = 10.0;   ///< over 1 + |v| [G]
-constexpr int kCuts = 60;                    ///< to where the model is defined
 constexpr Index kSoftSteps = 10;             ///< in a row; max_soft_resto_iters of [Ipopt]
 constexpr double kSoftContraction = 0.9999;  ///< soft_resto_pderror_reduction_factor of [Ipopt]
 }  // namespace untested
 
 /// Feasibility restoration.
 namespace restoration {
-constexpr double kDecrease = 0.9;           ///< kappa_resto of [WB, 3.3]
-constexpr double kLargestMultiplier = 1e3;  ///< bound_mult_reset_threshold of [Ipopt]
-constexpr double kPenalty = 1e3;            ///< rho of [WB, 3.3.1]
+constexpr double kDecrease = 0.9;  ///< kappa_resto of [WB, 3.3]
+constexpr double kPenalty = 1e3;   ///< rho of [WB, 3.3.1]
 /// The proximal term falls with mu, as in [Ipopt], from one solve of the restoration problem to the
 /// next, until its pull beside rho is nothing.
 constexpr int kRounds = 8;
@@ -93,11 +91,8 @@ constexpr double kFeasible = 1e-2;       ///< or not even where nothing else is 
 
 /// Leaving first-order points along curvature of a wrong sign.
 namespace escape {
-constexpr Index kMost = 30;          ///< of one search
-constexpr int kInnerIterations = 4;  ///< inverse iterations for y [G]
-constexpr int kOuterIterations = 6;  ///< for x [G]
-constexpr int kIterations = 60;      ///< of a minimization: shifts far too large make them slow
-constexpr double kLength = 0.1;      ///< first length tried, over 1 + |v| [G]
+constexpr int kIterations = 6;             ///< inverse iterations; 4 and 60 find the same
+constexpr double kLength = 0.1;            ///< first length tried, over 1 + |v| [G]
 constexpr double kBoundaryFraction = 0.9;  ///< tau of these moves
 constexpr double kDecrease = 0.5;          ///< of the length
 constexpr double kShortest = 1e-6;         ///< length, over the first
@@ -107,11 +102,13 @@ constexpr double kPenalty = 2.0;  ///< over the largest multiplier: an exact pen
 }  // namespace escape
 
 /// When a search is given up, to begin anew elsewhere: cheap where there are few variables, so soon
-/// [R].
+/// [R]; and soon where factorizations are dear, for what the first setbacks do not lead out of the
+/// next ones rarely do (six games by stages at falling prices of the disturbance).
 namespace patience {
 constexpr Index kFewestSetbacks = 2;
 constexpr Index kMostSetbacks = 15;
 constexpr Index kVariablesPerSetback = 10;
+constexpr Index kSetbacksOfLargeSystems = 5;
 constexpr double kProgress = 0.9;        ///< of the violation
 constexpr double kSmallProgress = 1e-4;  ///< of phi, over 1 + |phi|
 constexpr Index kStaleSteps = 3;         ///< without progress in either: a setback
@@ -119,7 +116,6 @@ constexpr Index kStaleSteps = 3;         ///< without progress in either: a setb
 
 /// Algorithm 1.
 namespace algorithm_one {
-constexpr int kCuts = 40;  ///< halvings of a step whose end point the model cannot evaluate
 constexpr std::size_t kWatchedResiduals = 10;  ///< minmax_residual_watchdog looks back on
 constexpr double kShortestWatchedStep = 1e-3;
 }  // namespace algorithm_one
@@ -136,7 +132,8 @@ constexpr double kGammaAlpha = 0.05;
 constexpr double kThetaMin = 1e-4;     ///< theta_min over max(1, first violation)
 constexpr double kThetaMax = 1e4;      ///< theta_max over it
 constexpr double kRounding = 10.0;     ///< units of rounding that comparisons forgive; [Ipopt]
-constexpr double kMostIncrease = 1e5;  ///< of phi over max(10, |phi|), minimizations; [Ipopt]
+constexpr double kMostIncrease = 1e5;  ///< of phi over max(10, |phi|), minimizations; [Ipopt]:
+                                       ///< Luksan's and Vlcek's 8th: 12 iterations for 51
 }  // namespace filter
 
 /// The barrier parameter's oracles, as in [Ipopt]; Nocedal, Waechter, Waltz 2009.
@@ -148,11 +145,6 @@ constexpr double kSigmaTolerance = 1e-2;      ///< quality_function_section_sigm
 constexpr int kSectionSteps = 8;              ///< quality_function_max_section_steps
 constexpr double kFilterMargin = 1e-5;        ///< filter_margin_fact
 constexpr double kLargestFilterMargin = 1.0;  ///< filter_max_margin
-constexpr double kLoqoFactor = 0.1;
-constexpr double kLoqoSpread = 0.05;
-constexpr double kLoqoMost = 2.0;
-constexpr double kLoqoPower = 3.0;
-constexpr double kProbingPower = 3.0;
 }  // namespace barrier
 
 /// Divergence of a search, and when it ends elsewhere.
@@ -174,23 +166,13 @@ constexpr double kDiedOut = 1e-100;
 constexpr double kFarAway = 10.0;
 }  // namespace divergence
 
-/// First-order points that are not yet the end.
-namespace doubtful {
-/// Unscaled gradient above which a degenerate point is no solution at once where the objective is
-/// scaled down, and the iterations that it may take to do better.
-constexpr double kFlatGradient = 1e-4;
-constexpr Index kHiddenIterations = 50;
 /// Iterations after a minimization has left a point whose curvature decides nothing, or as many as
 /// that took where it is more.
 constexpr Index kFewestAfterEscape = 40;
-/// Bound multipliers, over tol, where the constraints alone decide: the barrier needs some.
-constexpr double kIdleMultiplier = 1e-3;
-}  // namespace doubtful
 
 /// What the second-order tests of a solve may cost, in factorizations.
 namespace test {
-constexpr Index kSmallSystem = 300;     ///< rows of K up to which they cost less than the functions
-constexpr Index kForSmallSystems = 40;  ///< for each test there
+constexpr Index kForSmallSystems = 40;  ///< for each test
 constexpr Index kShareOfTests = 5;      ///< elsewhere one for so many others, all tests together
 constexpr Index kFewestForTests = 12;   ///< but for each test these: with 8 verdicts are lost
 }  // namespace test

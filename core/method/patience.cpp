@@ -10,9 +10,12 @@ namespace ipminmax {
 
 namespace patience = parameters::patience;
 
-Patience::Patience(Index variables)
-    : allowed_(std::min(patience::kFewestSetbacks + variables / patience::kVariablesPerSetback,
-                        patience::kMostSetbacks)) {}
+Patience::Patience(Index variables, Index rows)
+    : allowed_(
+          rows > parameters::kSmallSystem
+              ? patience::kSetbacksOfLargeSystems
+              : std::min(patience::kFewestSetbacks + variables / patience::kVariablesPerSetback,
+                         patience::kMostSetbacks)) {}
 
 void Patience::barrier_changed() {
   best_ = {kInfinity, kInfinity};

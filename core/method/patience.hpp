@@ -11,7 +11,8 @@ namespace ipminmax {
 /// How long a search goes on without success.
 class Patience {
  public:
-  explicit Patience(Index variables);
+  /// rows: of K.
+  Patience(Index variables, Index rows);
 
   /// Why a search is given up.
   struct End {

@@ -59,7 +59,6 @@ struct IterationBudget {
   Index limit = 0;
   Index iteration = 0;    ///< done, of searches
   Index restoration = 0;  ///< done, of restorations
-  Index hidden = 0;       ///< of those, beyond points that meet the tolerances by their scaling
   Index tests = 0;        ///< factorizations of K and K_yy by second-order tests
   Index factorizations = std::numeric_limits<Index>::max();  ///< allowed, restorations included
 

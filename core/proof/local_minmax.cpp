@@ -12,8 +12,8 @@
 #include <Eigen/Dense>
 
 #include "core/interval.hpp"
-#include "core/model/robust_scope.hpp"
 #include "core/model/structure_check.hpp"
+#include "core/robust/robust_scope.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

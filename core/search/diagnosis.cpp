@@ -9,8 +9,8 @@
 
 #include "core/certificate/units.hpp"
 #include "core/derivative_test.hpp"
+#include "core/differences/directional_check.hpp"
 #include "core/model/canonical_problem.hpp"
-#include "core/model/directional_check.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/remarks.hpp"

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/model/finite_difference_hessian.hpp"
+#include "core/differences/finite_difference_hessian.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/search/diagnosis.hpp"

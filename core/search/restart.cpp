@@ -18,15 +18,6 @@ bool makes_new_starts(const SolverOptions& options) {
          options.minmax_max_restarts > 0;
 }
 
-std::string describe_restarts(Index made, const SolverOptions& options) {
-  const std::string points = made == 1 ? " other starting point" : " other starting points";
-  const std::string why = made >= options.minmax_max_restarts
-                              ? "minmax_max_restarts allows no more"
-                              : "new starts end after " + std::to_string(restart::kIterations) +
-                                    " iterations in all, minmax_starts makes more";
-  return "nor from " + std::to_string(made) + points + ": " + why;
-}
-
 bool is_box(const CanonicalProblem& canonical) {
   const auto has_both = [&](IndexRange range) {
     const Index size = range.size();

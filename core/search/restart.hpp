@@ -1,7 +1,5 @@
 #pragma once
 
-#include <string>
-
 #include "core/model/canonical_problem.hpp"
 #include "core/model/iterate.hpp"
 
@@ -20,8 +18,5 @@ namespace ipminmax {
 
 /// Whether every variable of x and y has two bounds.
 [[nodiscard]] bool is_box(const CanonicalProblem& canonical);
-
-/// "nor from 3 other starting points: ... ", with what ended the restarts after `made` of them.
-[[nodiscard]] std::string describe_restarts(Index made, const SolverOptions& options);
 
 }  // namespace ipminmax

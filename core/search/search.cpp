@@ -9,8 +9,6 @@
 namespace ipminmax {
 namespace {
 
-namespace doubtful = parameters::doubtful;
-
 constexpr const char* kToInfinity = "the iterates run to infinity, where the gradient vanishes";
 
 /// Whether K_yy has a wrong sign, although no direction was found that proves it.
@@ -45,12 +43,8 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
     const double objective = context_.canonical.unscaled_objective(arrays_.point.evaluation.f);
     if (const auto claim = test_.claim(arrays_.point.error, objective)) {
       Verdict verdict = judge(*claim);
-      if (is_hidden_by_scaling(verdict)) {
-        return_to_fast_factorizations();
-      } else {
-        escaped = leave(verdict, method, kept);
-        if (!escaped) return ended(std::move(verdict));
-      }
+      escaped = leave(verdict, method, kept);
+      if (!escaped) return ended(std::move(verdict));
     }
     if (const auto status = limit_reached()) {
       if (*status == Status::MaxIterations)
@@ -185,10 +179,9 @@ void Search::drop_idle_multipliers(double tolerance) {
     return;
   }
   Iterate& iterate = arrays_.point.iterate;
-  const double most = doubtful::kIdleMultiplier * context_.options.tol;
   iterate.lambda.setZero();
-  iterate.z_lower = iterate.z_lower.cwiseMin(most);
-  iterate.z_upper = iterate.z_upper.cwiseMin(most);
+  iterate.z_lower = iterate.z_lower.cwiseMin(context_.options.tol);
+  iterate.z_upper = iterate.z_upper.cwiseMin(context_.options.tol);
   static_cast<void>(evaluate_second_derivatives(context_.canonical, arrays_.point));
   measure(context_.canonical, context_.options, arrays_.point);
 }
@@ -233,22 +226,13 @@ Index Search::factorizations_for_test() const {
 }
 
 Index Search::reasonable_factorizations_for_test() const {
-  if (context_.kkt.layout().dimension() <= parameters::test::kSmallSystem)
-    return parameters::test::kForSmallSystems;
+  // Beside copies of y: what they stand for is maximized over all of y, at many times the cost.
+  const bool small = context_.kkt.layout().dimension() <= parameters::kSmallSystem;
+  if (small || context_.canonical.has_copies()) return parameters::test::kForSmallSystems;
   const Index tests = context_.budget.tests;
   const Index others = context_.kkt.factorizations() - tests;
   return std::max(parameters::test::kFewestForTests,
                   others / parameters::test::kShareOfTests - tests);
-}
-
-bool Search::is_hidden_by_scaling(const Verdict& verdict) {
-  // A gradient that was huge at the start scales the objective down so far that any flat place
-  // meets the tolerances: go on for a while. Minimizations end here, as Ipopt's do.
-  const double gradient = std::max(arrays_.point.error.dual_min, arrays_.point.error.dual_max);
-  return verdict.status == Status::SolvedDegenerate &&
-         !verdict.finding.certificate.hessian_disagrees && context_.canonical.max_size() > 0 &&
-         context_.canonical.objective_scale() < 1.0 && gradient > doubtful::kFlatGradient &&
-         ++context_.budget.hidden <= doubtful::kHiddenIterations;
 }
 
 bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<SearchOutcome>& kept) {
@@ -272,7 +256,8 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
     kept = ended(Verdict{verdict});
     const Index iteration = context_.budget.iteration;
     if (minimization) {
-      deadline_ = {iteration + std::max(doubtful::kFewestAfterEscape, iteration), Status::TinyStep};
+      deadline_ = {iteration + std::max(parameters::kFewestAfterEscape, iteration),
+                   Status::TinyStep};
     }
   }
   step_ = std::move(step);

@@ -54,7 +54,6 @@ class Search {
   [[nodiscard]] Index factorizations_for_test() const;
   [[nodiscard]] Index reasonable_factorizations_for_test() const;
   [[nodiscard]] SearchOutcome ended(Verdict&& verdict) const;
-  [[nodiscard]] bool is_hidden_by_scaling(const Verdict& verdict);
   [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method,
                            std::optional<SearchOutcome>& kept);
   [[nodiscard]] std::optional<Status> limit_reached();

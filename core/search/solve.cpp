@@ -3,9 +3,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/method/algorithm_one.hpp"
 #include "core/method/globalized_method.hpp"
 #include "core/method/parameters.hpp"
+#include "core/paper/algorithm_one.hpp"
 #include "core/search/describe.hpp"
 #include "core/search/infeasibility.hpp"
 #include "core/search/restart.hpp"
@@ -205,10 +205,9 @@ SearchOutcome Solve::search_all(Machinery& machinery, Start& start) {
     start = std::move(*next);
   }
   SearchOutcome best = std::move(*machinery.best);
-  const Index drawn = machinery.others.drawn();
-  if (search_failed(best.status) && drawn > 0) {
+  if (search_failed(best.status) && machinery.others.drawn() > 0) {
     if (best.message.empty()) best.message = std::string(name_of(best.status));
-    best.message += " (" + describe_restarts(drawn, options_) + ")";
+    best.message += " (" + machinery.others.describe() + ")";
   }
   return best;
 }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 
 #include "core/method/first_multipliers.hpp"
@@ -42,14 +43,18 @@ std::optional<Status> evaluate_start(const MethodContext& context, const SolverO
 std::optional<Start> OtherStarts::next() {
   const CanonicalProblem& canonical = context_.canonical;
   const Index iteration = context_.budget.iteration;
-  if (drawn_ == 0) first_iteration_ = iteration;
+  if (drawn_ == 0) {
+    first_iteration_ = iteration;
+    const bool small = context_.kkt.layout().dimension() <= parameters::kSmallSystem;
+    most_iterations_ = small ? restart::kIterations : std::max<Index>(1, iteration);
+  }
   context_.correction.remember({});
   context_.kkt.reset_quality();
   SolverOptions cold = context_.options;
   cold.warm_start_init_point = false;
   std::string unused;
   while (drawn_ < context_.options.minmax_max_restarts &&
-         iteration - first_iteration_ < restart::kIterations) {
+         iteration - first_iteration_ < most_iterations_) {
     Point point = unevaluated_point(canonical,
                                     restart_point(canonical, canonical.starting_point(), ++drawn_));
     if (evaluate_start(context_, cold, point, unused)) continue;
@@ -63,6 +68,15 @@ std::optional<Start> OtherStarts::next() {
     return start;
   }
   return std::nullopt;
+}
+
+std::string OtherStarts::describe() const {
+  const std::string points = drawn_ == 1 ? " other starting point" : " other starting points";
+  const std::string why = drawn_ >= context_.options.minmax_max_restarts
+                              ? "minmax_max_restarts allows no more"
+                              : "new starts end after " + std::to_string(most_iterations_) +
+                                    " iterations in all, minmax_starts makes more";
+  return "nor from " + std::to_string(drawn_) + points + ": " + why;
 }
 
 }  // namespace ipminmax

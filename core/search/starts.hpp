@@ -43,11 +43,14 @@ class OtherStarts {
   [[nodiscard]] std::optional<Start> next();
   /// Random points drawn.
   [[nodiscard]] Index drawn() const { return drawn_; }
+  /// "nor from 3 other starting points: why no more".
+  [[nodiscard]] std::string describe() const;
 
  private:
   MethodContext context_;
   Index drawn_ = 0;
   Index first_iteration_ = 0;  ///< at the end of the search from the model's point
+  Index most_iterations_ = 0;  ///< after it, until when searches begin
 };
 
 }  // namespace ipminmax

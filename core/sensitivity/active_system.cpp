@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "linalg/make_solver.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

@@ -7,10 +7,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/model/finite_difference_hessian.hpp"
+#include "core/differences/finite_difference_hessian.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/robust_copies.hpp"
+#include "core/robust/robust_copies.hpp"
 #include "core/sensitivity/active_set.hpp"
 #include "core/sensitivity/active_system.hpp"
 #include "linalg/numbers.hpp"

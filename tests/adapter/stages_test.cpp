@@ -295,7 +295,7 @@ TEST(Stages, LimitsHoldForEveryDisturbance) {
   for (int corner = 0; corner < 16; ++corner) {
     std::vector<double> s{0.0, 1.0};
     for (std::size_t k = 0; k < 4; ++k) {
-      s = game.simulate(s, plan.controls[k], std::array{(corner >> k & 1) != 0 ? 0.5 : -0.5});
+      s = game.simulate(s, plan.controls[k], {(corner >> k & 1) != 0 ? 0.5 : -0.5});
       EXPECT_LE(s[0], 1.0 + 1e-6);
     }
   }

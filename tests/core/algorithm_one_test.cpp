@@ -17,8 +17,8 @@
 #include "core/iteration_map.hpp"
 #include "core/kkt/inertia_correction.hpp"
 #include "core/kkt/system.hpp"
-#include "core/method/algorithm_one.hpp"
 #include "core/model/canonical_problem.hpp"
+#include "core/paper/algorithm_one.hpp"
 #include "core/point/residual.hpp"
 #include "core/solver.hpp"
 

@@ -21,8 +21,8 @@
 #include <support/function_problem.hpp>
 #include <support/without_hessian.hpp>
 
-#include "core/model/finite_difference_hessian.hpp"
-#include "core/model/hessian_coloring.hpp"
+#include "core/differences/finite_difference_hessian.hpp"
+#include "core/differences/hessian_coloring.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax::testing {

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/model/robust_scope.hpp"
+#include "core/robust/robust_scope.hpp"
 
 namespace ipminmax {
 namespace {

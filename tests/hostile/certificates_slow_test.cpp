@@ -273,6 +273,15 @@ TEST(OnceFalse, TrapsAreNoMore) {
   }
 }
 
+// The model is undefined where the test goes on from the point: 1e15 away from zero.
+TEST(OnceWithoutAReason, UndecidedNamesOne) {
+  const RandomGame game = tame_game(640301462);
+  AutodiffProblem model(game.model, game.start);
+  const Certificate certificate = solve(model, game.options).certificate;
+  EXPECT_EQ(certificate.second_order, SecondOrder::Undecided);
+  EXPECT_FALSE(certificate.reasons.empty());
+}
+
 // An acceptable tolerance below tol: the point that the certificate moves to has to meet it, too.
 TEST(OnceFalse, ThePointMeetsTheToleranceOfItsStatus) {
   for (const std::uint64_t seed : {9702251, 9731377, 9771790, 9782052}) {

@@ -75,12 +75,18 @@ MatrixXd null_space_of_directions(MatrixXd rows, bool& independent) {
 }
 
 /// Least eigenvalue of h on the directions of a basis, in units in which it is equilibrated; +infinity
-/// without directions.
+/// without directions. Zero where the sign is that of entries of the basis which may be rounding.
 double smallest_curvature(const MatrixXd& h, const MatrixXd& basis) {
   if (basis.cols() == 0) return std::numeric_limits<double>::infinity();
-  const MatrixXd reduced = basis.transpose() * h * basis;
-  const VectorXd d = equilibration(reduced);
-  return symmetric_eigenvalues(d.asDiagonal() * reduced * d.asDiagonal())[0];
+  const auto smallest = [&](const MatrixXd& directions) {
+    const MatrixXd reduced = directions.transpose() * h * directions;
+    const VectorXd d = equilibration(reduced);
+    return symmetric_eigenvalues(d.asDiagonal() * reduced * d.asDiagonal())[0];
+  };
+  constexpr double kRoundings = 1e-12;  // of a direction of length one
+  const double given = smallest(basis);
+  const double rounded = smallest((basis.cwiseAbs().array() > kRoundings).select(basis, 0.0));
+  return (given < 0.0) == (rounded < 0.0) ? given : 0.0;
 }
 
 class CertificateJudge {

@@ -5,7 +5,7 @@
 
 #include <support/count_allocations.hpp>
 
-#include "linalg/symmetric_solver.hpp"
+#include "linalg/make_solver.hpp"
 #include "test_matrices.hpp"
 
 namespace ipminmax {

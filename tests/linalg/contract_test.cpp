@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "linalg/symmetric_solver.hpp"
+#include "linalg/make_solver.hpp"
 #include "test_matrices.hpp"
 
 namespace ipminmax {

@@ -21,9 +21,9 @@
 
 #include "linalg/lapack_solver.hpp"
 #include "linalg/library_lock.hpp"
+#include "linalg/make_solver.hpp"
 #include "linalg/memory_limit.hpp"
 #include "linalg/mumps_solver.hpp"
-#include "linalg/symmetric_solver.hpp"
 #include "test_matrices.hpp"
 
 namespace ipminmax {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "linalg/lapack_solver.hpp"
+#include "linalg/make_solver.hpp"
 #include "linalg/schur_complement.hpp"
-#include "linalg/symmetric_solver.hpp"
 #include "test_matrices.hpp"
 
 namespace ipminmax {

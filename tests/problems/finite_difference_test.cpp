@@ -16,7 +16,7 @@
 #include <support/judge_result.hpp>
 #include <support/without_hessian.hpp>
 
-#include "core/model/finite_difference_hessian.hpp"
+#include "core/differences/finite_difference_hessian.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax::testing {

@@ -16,7 +16,7 @@ mkdir -p "$work"
 work=$(cd "$work" && pwd)
 root=$work/root
 case $architecture in
-  arm64) triplet=aarch64-linux-gnu compiler=$triplet processor=aarch64 flags="" ;;
+  arm64) triplet=aarch64-linux-gnu compiler=$triplet processor=aarch64 flags="-Wno-psabi" ;;
   i386) triplet=i386-linux-gnu compiler=i686-linux-gnu processor=i386 flags="-msse2 -mfpmath=sse" ;;
   *) echo "arm64 or i386" >&2; exit 2 ;;
 esac

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/model/first_derivatives.hpp"
-#include "core/model/hessian_coloring.hpp"
+#include "core/differences/first_derivatives.hpp"
+#include "core/differences/hessian_coloring.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
 

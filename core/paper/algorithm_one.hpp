@@ -9,6 +9,9 @@
 
 namespace ipminmax {
 
+/// The shifts that do not depend on the matrices: none of pure Newton, or the options'.
+[[nodiscard]] std::optional<Regularization> prescribed_shift(const SolverOptions& options);
+
 /// The paper's Algorithm 1: Newton steps with shifts that give both matrices the expected inertia,
 /// one step length for everything, no line search.
 class AlgorithmOne final : public StepMethod {
@@ -24,8 +27,6 @@ class AlgorithmOne final : public StepMethod {
   [[nodiscard]] bool take_step(const Point& from, double longest, double mu, Point& to,
                                StepReport& report);
   [[nodiscard]] bool watched_step(const Point& from, double mu, Point& to, StepReport& report);
-  /// The shifts that do not depend on the matrices: of pure Newton, or the options'.
-  [[nodiscard]] std::optional<Regularization> prescribed() const;
   [[nodiscard]] bool factorize(bool frozen, double mu, StepReport& report);
   void fail(EvaluationStatus status, std::string_view where, StepReport& report) const;
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "core/model/first_derivatives.hpp"
+#include "core/differences/first_derivatives.hpp"
 #include "core/problem.hpp"
 
 namespace ipminmax {

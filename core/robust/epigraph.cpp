@@ -1,11 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/global/epigraph.hpp"
-#include "core/model/extended_structure.hpp"
 #include "core/model/model_start.hpp"
 #include "core/model/norms.hpp"
-#include "core/robust.hpp"
+#include "core/robust/epigraph.hpp"
+#include "core/robust/extended_structure.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -86,10 +85,6 @@ bool Epigraph::hessian_errors(std::span<const double> v, double, std::span<const
   row_errors.back() = 0.0;
   return model_.hessian_errors(v.first(size(n_)), lambda.back(), lambda.first(size(m_)),
                                row_errors.first(size(n_)));
-}
-
-std::unique_ptr<Problem> make_epigraph(Problem& model) {
-  return std::make_unique<Epigraph>(model, std::vector<bool>{});
 }
 
 }  // namespace ipminmax

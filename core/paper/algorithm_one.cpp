@@ -2,10 +2,10 @@
 #include <cstddef>
 #include <string>
 
-#include "core/method/algorithm_one.hpp"
 #include "core/method/barrier.hpp"
 #include "core/method/parameters.hpp"
 #include "core/model/norms.hpp"
+#include "core/paper/algorithm_one.hpp"
 #include "core/point/residual.hpp"
 
 namespace ipminmax {
@@ -20,6 +20,13 @@ bool is_finite(const Step& step) {
 
 }  // namespace
 
+std::optional<Regularization> prescribed_shift(const SolverOptions& options) {
+  if (options.minmax_pure_newton) return Regularization{};
+  if (options.minmax_prescribed_delta_x < 0.0) return std::nullopt;
+  return Regularization{.x = options.minmax_prescribed_delta_x,
+                        .y = options.minmax_prescribed_delta_y};
+}
+
 AlgorithmOne::AlgorithmOne(const MethodContext& context) : context_(context) {
   rhs_ = step_ = zero_step(context.canonical);
   last_residuals_.reserve(algorithm_one::kWatchedResiduals + 1);
@@ -33,16 +40,8 @@ StepReport AlgorithmOne::step(const Point& from, double mu, Point& to) {
   return report;
 }
 
-std::optional<Regularization> AlgorithmOne::prescribed() const {
-  const SolverOptions& options = context_.options;
-  if (options.minmax_pure_newton) return Regularization{};
-  if (options.minmax_prescribed_delta_x < 0.0) return std::nullopt;
-  return Regularization{.x = options.minmax_prescribed_delta_x,
-                        .y = options.minmax_prescribed_delta_y};
-}
-
 bool AlgorithmOne::factorize(bool frozen, double mu, StepReport& report) {
-  const auto fixed = prescribed();
+  const auto fixed = prescribed_shift(context_.options);
   if (fixed) shift_ = *fixed;
   if (fixed || frozen) {
     const Factorization f = context_.kkt.factorize(shift_, Certainty::Usual);
@@ -97,7 +96,7 @@ bool AlgorithmOne::take_step(const Point& from, double longest, double mu, Point
   // One step length for everything, as in Algorithm 1.
   alpha.primal = alpha.dual = std::min({alpha.primal, alpha.dual, longest});
   EvaluationStatus status = EvaluationStatus::Ok;
-  for (report.trials = 1; report.trials <= algorithm_one::kCuts; ++report.trials) {
+  for (report.trials = 1; report.trials <= parameters::kHalvings; ++report.trials) {
     to.iterate = from.iterate;
     advance(canonical, step_, alpha, to.iterate);
     status = evaluate_values(canonical, to);

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <utility>
 
-#include "core/model/finite_difference_hessian.hpp"
-#include "core/model/hessian_detection.hpp"
+#include "core/differences/finite_difference_hessian.hpp"
+#include "core/differences/hessian_detection.hpp"
 #include "core/model/norms.hpp"
 #include "linalg/numbers.hpp"
 

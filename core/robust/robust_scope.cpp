@@ -1,4 +1,4 @@
-#include "core/model/robust_scope.hpp"
+#include "core/robust/robust_scope.hpp"
 
 #include <algorithm>
 

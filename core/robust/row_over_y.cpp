@@ -1,4 +1,4 @@
-#include "core/model/row_over_y.hpp"
+#include "core/robust/row_over_y.hpp"
 
 #include <algorithm>
 #include <utility>

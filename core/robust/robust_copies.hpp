@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "core/model/budget.hpp"
-#include "core/model/robust_scope.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
+#include "core/robust/robust_scope.hpp"
 
 namespace ipminmax {
 

@@ -11,6 +11,7 @@
 #include "core/model/canonical_problem.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/initial_point.hpp"
+#include "core/paper/algorithm_one.hpp"
 #include "core/point/merit.hpp"
 #include "core/point/residual.hpp"
 
@@ -135,16 +136,12 @@ std::optional<Eigen::MatrixXd> map_matrix(const CanonicalProblem& canonical, Kkt
 
 std::optional<Regularization> choose_shift(KktSystem& kkt, const SolverOptions& options,
                                            Counts& counts, double mu) {
-  if (options.minmax_prescribed_delta_x < 0.0 && !options.minmax_pure_newton) {
+  const auto prescribed = prescribed_shift(options);
+  if (!prescribed) {
     return InertiaCorrection(kkt, options, counts, nullptr, Certainty::Certain).correct(mu);
   }
-  Regularization shift;
-  if (!options.minmax_pure_newton) {
-    shift.x = options.minmax_prescribed_delta_x;
-    shift.y = options.minmax_prescribed_delta_y;
-  }
-  const bool regular = kkt.factorize(shift).status == FactorizationStatus::Ok;
-  return regular ? std::optional(shift) : std::nullopt;
+  const bool regular = kkt.factorize(*prescribed).status == FactorizationStatus::Ok;
+  return regular ? prescribed : std::nullopt;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "core/model/directional_check.hpp"
+#include "core/differences/directional_check.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/derivative_test.hpp"
-#include "core/model/first_derivatives.hpp"
+#include "core/differences/first_derivatives.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "linalg/numbers.hpp"

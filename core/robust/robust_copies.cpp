@@ -5,9 +5,9 @@
 #include <string>
 #include <utility>
 
-#include "core/model/extended_structure.hpp"
 #include "core/model/model_start.hpp"
-#include "core/model/robust_copies.hpp"
+#include "core/robust/extended_structure.hpp"
+#include "core/robust/robust_copies.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

@@ -1,4 +1,4 @@
-#include "core/model/first_derivatives.hpp"
+#include "core/differences/first_derivatives.hpp"
 #include "core/model/norms.hpp"
 
 namespace ipminmax {

@@ -2,7 +2,7 @@
 #include <functional>
 #include <utility>
 
-#include "core/model/hessian_detection.hpp"
+#include "core/differences/hessian_detection.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

@@ -6,7 +6,7 @@
 
 #include "core/interval.hpp"
 #include "core/model/forwarding_problem.hpp"
-#include "core/model/robust_copies.hpp"
+#include "core/robust/robust_copies.hpp"
 
 namespace ipminmax {
 

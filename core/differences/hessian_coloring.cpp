@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "core/model/hessian_coloring.hpp"
+#include "core/differences/hessian_coloring.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
