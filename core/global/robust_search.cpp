@@ -28,7 +28,7 @@ constexpr double kVanishing = 1e-5;
 /// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a
 /// large one maxima at different bounds are one.
 constexpr double kMuNear = 1e-4;
-/// At least as many random starts as a scan makes, even: no scan looks from where another one did.
+/// Random starts of a scan, unless more are asked for: none looks from where another one did.
 constexpr Index kDrawnByScan = 100;
 
 }  // namespace
@@ -412,7 +412,7 @@ std::vector<KnownWorstCase> RobustSearch::without_values(
 /// At the x of place_.v; maximizations begin at the known worst cases, too.
 std::vector<SideScan> RobustSearch::scan(const std::vector<KnownWorstCase>& known) {
   MaximizationContext context{options_, budget_, start_, asked_.structure(), work_, work_.over_y};
-  context.drawn = kDrawnByScan * scans_++;
+  context.drawn = std::max(kDrawnByScan, starts_) * scans_++;
   std::vector<SideScan> scans =
       scan_robust_constraints(model_, place_.v, starts_, known, scopes_, context);
   violation_ = 0.0;
