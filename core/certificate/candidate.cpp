@@ -39,7 +39,8 @@ Eigen::VectorXd terms_of_gradient(const CanonicalProblem& canonical, const Point
 }
 
 /// Whether the gradient along Max's free variables vanishes at the end of the Newton step: no step
-/// takes the slope away of what f is linear in, and K with it is singular.
+/// takes the slope away of what f is linear in, and K with it is singular. Along a face of worst
+/// cases all that it is a sum of is rounding of other terms, over the variable's whole size.
 bool is_stationary_at_end(const CanonicalProblem& canonical, const Candidate& candidate) {
   const Point& point = candidate.point;
   const Iterate& end = candidate.newton.end.iterate;
@@ -47,10 +48,13 @@ bool is_stationary_at_end(const CanonicalProblem& canonical, const Candidate& ca
   add_hessian_product(canonical, point.evaluation, end.v - point.iterate.v, left);
   add_transposed_product(canonical, point.evaluation,
                          without_inactive(canonical, candidate.classes, end.lambda), left);
-  const Eigen::VectorXd terms = terms_of_gradient(canonical, point, sizes_of(canonical, point));
+  const Eigen::VectorXd size = sizes_of(canonical, point);
+  const Eigen::VectorXd terms = terms_of_gradient(canonical, point, size);
+  const double none = parameter::kRounding * terms.cwiseProduct(size).maxCoeff();
   for (Index i = canonical.y().begin; i < canonical.y().end; ++i) {
-    const bool is_free = candidate.classes[i] <= BoundClass::Inactive;
-    if (is_free && !(std::abs(left[i]) <= parameter::kHardly * terms[i])) return false;
+    if (candidate.classes[i] > BoundClass::Inactive) continue;
+    const double slope = std::abs(left[i]);
+    if (!(slope <= parameter::kHardly * terms[i] || slope * size[i] <= none)) return false;
   }
   return true;
 }

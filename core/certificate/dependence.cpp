@@ -269,7 +269,10 @@ Dependences DependenceSearch::run() {
   Index rows = 0;
   for (Index j = 0; j < canonical_.constraints(); ++j) rows += system_.counts(j) ? 1 : 0;
   // Rows beyond the number of variables depend on others.
-  answer.too_many = rows - (canonical_.x().size() + canonical_.y().size()) > parameter::kMany;
+  const Index variables = canonical_.x().size() + canonical_.y().size();
+  const Index most = std::max<Index>(
+      parameter::kMany, parameter::kDependentEntries / (variables + canonical_.constraints()));
+  answer.too_many = rows - variables > most;
   normalize();
   if (answer.too_many || !factorize()) {
     answer.complete = false;
@@ -277,7 +280,7 @@ Dependences DependenceSearch::run() {
   }
   Eigen::VectorXd w;
   while (next_null_vector(static_cast<int>(null_.size()), w)) {
-    answer.too_many = static_cast<int>(null_.size()) == parameter::kMany;
+    answer.too_many = static_cast<Index>(null_.size()) == most;
     answer.complete = !answer.too_many && length_of(w) <= parameter::kDependent;
     if (!answer.complete) break;
     null_.push_back(w);

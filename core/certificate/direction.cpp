@@ -183,14 +183,14 @@ class FlatSearch : DirectionSearch {
              Player owner)
       : DirectionSearch(its_canonical, its_system, its_point, owner, true) {}
 
-  FlatDirections run(double margin);
+  FlatDirections run(double margin, int most_directions);
 
  private:
   [[nodiscard]] double curvature(const Eigen::VectorXd& d) const {
     return curvature_along(canonical, system.assembled(), d);
   }
   [[nodiscard]] double own_curvature(const Eigen::VectorXd& d) const;
-  [[nodiscard]] bool find(double margin);
+  [[nodiscard]] bool find(double margin, int most_directions);
   [[nodiscard]] bool is_flat(const Eigen::VectorXd& direction);
   void look_for_descent(const Eigen::VectorXd& step, double length, double bend,
                         const FeasibleArc::End& end);
@@ -210,9 +210,9 @@ double FlatSearch::own_curvature(const Eigen::VectorXd& d) const {
 }
 
 /// False: there are more.
-bool FlatSearch::find(double margin) {
+bool FlatSearch::find(double margin, int most_directions) {
   const double most = margin / parameter::kLittle;
-  while (static_cast<int>(found_.size()) < parameter::kSeveral) {
+  while (static_cast<int>(found_.size()) < most_directions) {
     auto direction = least_curvature(found_, parameter::kLittle / most, parameter::kFew);
     if (!direction || std::abs(curvature(*direction)) > most * direction->squaredNorm()) {
       return true;
@@ -265,10 +265,10 @@ void FlatSearch::look_for_descent(const Eigen::VectorXd& step, double length, do
   }
 }
 
-FlatDirections FlatSearch::run(double margin) {
+FlatDirections FlatSearch::run(double margin, int most_directions) {
   FlatDirections flat;
   if (!right_with({.x = inner ? 0.0 : margin, .y = inner ? margin : -margin})) return flat;
-  flat.complete = find(margin);
+  flat.complete = find(margin, most_directions);
   if (found_.empty()) return flat;
   arc.set_free_directions(found_);
   flat.verdict = FlatDirections::Verdict::Flat;
@@ -310,9 +310,10 @@ std::optional<WrongCurvature> refutes_along(CanonicalProblem& canonical, ActiveS
 }
 
 FlatDirections find_flat_directions(CanonicalProblem& canonical, ActiveSetSystem& system,
-                                    const Point& point, double margin, Player owner) {
+                                    const Point& point, double margin, Player owner,
+                                    int most_directions) {
   system.assemble({.min_fixed = true, .max_fixed = true});
-  return FlatSearch(canonical, system, point, owner).run(margin);
+  return FlatSearch(canonical, system, point, owner).run(margin, most_directions);
 }
 
 }  // namespace ipminmax

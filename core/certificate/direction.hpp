@@ -47,10 +47,10 @@ struct FlatDirections {
 };
 
 /// At a point that is not refuted, with no doubtful bounds: of Max at this x, of Min with y
-/// answering. Curvature up to ten margins counts as little. At most six directions, orthogonal,
+/// answering. Curvature up to ten margins counts as little. At most so many directions, orthogonal,
 /// are found by inverse iteration with the matrix helped by the margin.
 [[nodiscard]] FlatDirections find_flat_directions(CanonicalProblem& canonical,
                                                   ActiveSetSystem& system, const Point& point,
-                                                  double margin, Player owner);
+                                                  double margin, Player owner, int most_directions);
 
 }  // namespace ipminmax

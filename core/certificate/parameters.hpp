@@ -60,6 +60,7 @@ constexpr double kLargeGradient = 1e-4;  ///< in the model's units: its point is
 // --- Directions ----------------------------------------------------------------------------------
 
 constexpr double kProximal = 1e-3;     ///< curvature taken from Max where his answers are many
+constexpr int kMostFlat = 32;          ///< along which an answer of many is looked at
 constexpr double kClearlyWrong = 2.0;  ///< curvature over error and margin
 constexpr double kGrowth = 16.0;       ///< of the shift
 constexpr double kShorter = 0.25;
@@ -68,6 +69,9 @@ constexpr double kSmallStationary = 1e-8;
 
 // --- Gradients that depend on each other, cones, robust rows -------------------------------------
 
+/// Of combinations that are looked for, each of which costs two substitutions: vertices of linear
+/// programs have many.
+constexpr Index kDependentEntries = 200000;
 constexpr double kDependent = 1e-7;  ///< a combination of rows of length one that is zero
 /// The same after kFew steps of inverse iteration that is none: 3 times the square root of kRelaxation.
 constexpr double kClearlyIndependent = 3e-5;

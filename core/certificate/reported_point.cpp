@@ -16,15 +16,17 @@ namespace {
 Iterate solution_of(const CanonicalProblem& canonical, const Candidate& candidate, Iterate end,
                     double mu) {
   for_each_bound(canonical, end.v, [&](Index i, int side, double distance) {
-    const bool open =
-        candidate.classes[i] <= BoundClass::Inactive || candidate.classes.side[at(i)] != side;
+    // Doubtful ones of Max are in the equations, with multipliers of their own.
+    const bool in_equations =
+        candidate.classes[i] == BoundClass::Active ||
+        (candidate.classes[i] == BoundClass::Doubtful && canonical.owned_by_max(i));
+    const bool open = !in_equations || candidate.classes.side[at(i)] != side;
     if (open && distance > 0.0) (side < 0 ? end.z_lower : end.z_upper)[i] = mu / distance;
   });
   const auto slack_of = canonical.slack_of_constraint();
   for (Index j = 0; j < canonical.constraints(); ++j) {
     const Index slack = slack_of[at(j)];
     if (slack < 0 || candidate.classes[slack] == BoundClass::Active) continue;
-    // Doubtful rows of Max are in the equations, with multipliers of their own.
     if (candidate.classes[slack] == BoundClass::Doubtful && canonical.owned_by_max(slack)) continue;
     end.lambda[j] = canonical.sign(slack) * (end.z_upper[slack] - end.z_lower[slack]);
   }

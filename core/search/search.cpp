@@ -226,8 +226,9 @@ Index Search::factorizations_for_test() const {
 }
 
 Index Search::reasonable_factorizations_for_test() const {
-  if (context_.kkt.layout().dimension() <= parameters::kSmallSystem)
-    return parameters::test::kForSmallSystems;
+  // Beside copies of y: what they stand for is maximized over all of y, at many times the cost.
+  const bool small = context_.kkt.layout().dimension() <= parameters::kSmallSystem;
+  if (small || context_.canonical.has_copies()) return parameters::test::kForSmallSystems;
   const Index tests = context_.budget.tests;
   const Index others = context_.kkt.factorizations() - tests;
   return std::max(parameters::test::kFewestForTests,

@@ -14,6 +14,8 @@
 #include <support/dense_algebra.hpp>
 #include <support/function_problem.hpp>
 
+#include "core/solver.hpp"
+
 namespace ipminmax {
 namespace {
 
@@ -270,6 +272,44 @@ TEST(WeaklyActiveBounds, AreCountedAndHideNoWrongCurvature) {
     EXPECT_EQ(found.weakly_active_min, player == kMin ? 1 : 0);
     EXPECT_EQ(found.weakly_active_max, player == kMin ? 0 : 1);
   }
+}
+
+// Little curvature leaves the barrier far from the bound: the solution is returned, with multipliers
+// that vanish. Hock and Schittkowski 21, modified.
+TEST(WeaklyActiveBounds, OfMinFarFromThePointAreGoneTo) {
+  Model model;
+  const Expression x1 = model.variable(kMin, "x1", 2.0, 50.0);
+  const Expression x2 = model.variable(kMin, "x2", -50.0, 50.0);
+  const Expression x3 = model.variable(kMin, "x3", -kNoBound, 50.0);
+  const Expression x4 = model.variable(kMin, "x4", 2.0), x5 = model.variable(kMin, "x5");
+  const Expression x6 = model.variable(kMin, "x6", -kNoBound, 0.0);
+  const Expression x7 = model.variable(kMin, "x7", 0.0);
+  model.objective(0.01 * (square(x1) + square(x3) + square(x6)) + square(x2) + square(x4) +
+                  square(x5) + square(x7));
+  model.constraint(10.0 * x1 - x2, 10.0, kNoBound);
+  AutodiffProblem problem(model, {-1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0});
+  const Result result = solve(problem, {});
+  EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax) << result.message;
+  EXPECT_EQ(result.certificate.weakly_active_min, 2);
+  EXPECT_NEAR(result.v[5], 0.0, 1e-6);
+}
+
+TEST(DependentRows, OfALinearProgramMayBeMany) {
+  // min t, |x_i| <= t: 2 n active rows meet at zero.
+  Model model;
+  const Expression t = model.variable(kMin, "t");
+  model.objective(t);
+  constexpr int kVariables = 40;
+  for (int i = 0; i < kVariables; ++i) {
+    const Expression x = model.variable(kMin, "x" + std::to_string(i));
+    model.constraint(x - t, -kNoBound, 0.0);
+    model.constraint(-1.0 * x - t, -kNoBound, 0.0);
+  }
+  std::vector<double> start(kVariables + 1, 0.5);
+  start[0] = 2.0;
+  AutodiffProblem problem(model, start);
+  const Result result = solve(problem, {});
+  EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax) << result.message;
 }
 
 TEST(WeaklyActiveBounds, AreHarmlessWhereTheCurvatureIsRightWithoutThem) {

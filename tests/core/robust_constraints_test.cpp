@@ -71,6 +71,34 @@ TEST(RobustConstraint, LowerBoundHoldsForTheLeastValue) {
   EXPECT_NEAR(result.v[1], -0.5, 1e-5);
 }
 
+/// 1 <= x^2 + height^2 for every height that gusts in a box reach, stage by stage: all gusts that
+/// leave the height at zero are worst, and along them nothing changes, the equations of the
+/// stages included.
+TEST(RobustConstraint, WorstDisturbancesAreAFaceOfTheirBox) {
+  constexpr int kStages = 10;
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  Expression height = model.variable(kMax, "height0", 0.0, 0.0), speed = height;
+  std::vector<double> start = {2.0, 0.0};
+  model.objective(square(x - 0.5));
+  for (int k = 0; k < kStages; ++k) {
+    const Expression gust = model.variable(kMax, "gust" + std::to_string(k), -1.0, 1.0);
+    const Expression next_speed = model.variable(kMax, "speed" + std::to_string(k));
+    const Expression next = model.variable(kMax, "height" + std::to_string(k + 1));
+    model.constraint(next_speed - 0.9 * speed - 0.1 * gust, 0.0, 0.0);
+    model.constraint(next - height - 0.1 * speed - 0.005 * gust, 0.0, 0.0);
+    height = next;
+    speed = next_speed;
+    start.insert(start.end(), {0.3 - 0.05 * k, 0.0, 0.0});
+  }
+  model.constraint(1.0 - square(x) - square(height), -kNoBound, 0.0, kMin);
+  AutodiffProblem problem(model, start);
+  const Result result = solve_robust(problem, {}).result;
+  expect_certified(result);
+  EXPECT_EQ(result.certificate.answer, InnerAnswer::BestNotUnique);
+  EXPECT_NEAR(result.v[0], 1.0, 1e-7);
+}
+
 /// x + sum 3 y_i^2 + slope_i y_i <= 2 over a box: a maximum at each corner, the highest at the
 /// signs of the slopes; y starts at the lowest one.
 Result below_a_convex_row(std::size_t variables) {
