@@ -118,7 +118,7 @@ KktError kkt_error(const CanonicalProblem& canonical, const Iterate& iterate,
     double& dual_error = canonical.owned_by_max(i) ? error.dual_max : error.dual_min;
     dual_error = largest(dual_error, value);
   }
-  error.complementarity = complementarity(canonical, iterate, mu) / f_scale;
+  error.complementarity = scaled.complementarity / f_scale;
   return error;
 }
 
