@@ -323,9 +323,8 @@ Rows other_rows() {
        "options where they are not set (as_printed in core/options.hpp).",
        Flag{nullptr, false}},
       {"hsllib", "Linear Solver",
-       "Library of linear_solver ma57, loaded at run time. Where it is not set and libhsl.so is "
-       "not "
-       "found, ma57 means auto.",
+       "Library of linear_solver ma57 or ma97, loaded at run time. Where it is not set and "
+       "libhsl.so is not found, they mean auto.",
        Name{"libhsl.so"}},
       {"pardisolib", "Linear Solver",
        "Library of linear_solver pardiso or pardisomkl, loaded at run time, alike; pardisomkl "

@@ -73,6 +73,7 @@ struct Settings {
 std::string library_option(LinearSolver solver) {
   switch (solver) {
     case LinearSolver::Ma57:
+    case LinearSolver::Ma97:
       return "hsllib";
     case LinearSolver::Spral:
       return "minmax_spral_library";

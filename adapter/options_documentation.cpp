@@ -152,7 +152,7 @@ std::string options_markdown() {
       "ending, and every option that is not listed is of this kind:\n";
   text += advice_table(ignored_ipopt_option_advice());
   text +=
-      "\nA `linear_solver` that only Ipopt has (`ma27`, `ma97`, `wsmp`, ...) is accepted with "
+      "\nA `linear_solver` that only Ipopt has (`ma27`, `ma86`, `wsmp`, ...) is accepted with "
       "a\n"
       "message and means `auto`.\n";
   return text;

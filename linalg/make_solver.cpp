@@ -6,6 +6,7 @@
 #include "linalg/lapack_solver.hpp"
 #include "linalg/ldlt_solver.hpp"
 #include "linalg/ma57_solver.hpp"
+#include "linalg/ma97_solver.hpp"
 #include "linalg/mumps_solver.hpp"
 #include "linalg/pardiso_solver.hpp"
 #include "linalg/spral_solver.hpp"
@@ -27,6 +28,8 @@ std::unique_ptr<SymmetricSolver> make_symmetric_solver(LinearSolver kind,
       return std::make_unique<LapackSolver>();
     case LinearSolver::Ma57:
       return std::make_unique<Ma57Solver>(options);
+    case LinearSolver::Ma97:
+      return std::make_unique<Ma97Solver>(options);
     case LinearSolver::Spral:
       return std::make_unique<SpralSolver>(options);
     case LinearSolver::Pardiso:

@@ -22,6 +22,7 @@ std::mutex& libraries_mutex() {
 /// By kind; under the mutex.
 Library& library_of(LinearSolver kind) {
   static std::map<LinearSolver, Library> libraries{{LinearSolver::Ma57, {"libhsl.so"}},
+                                                   {LinearSolver::Ma97, {"libhsl.so"}},
                                                    {LinearSolver::Spral, {"libspral.so"}},
                                                    {LinearSolver::Pardiso, {"libpardiso.so"}},
                                                    {LinearSolver::PardisoMkl, {"libmkl_rt.so"}}};
@@ -64,6 +65,8 @@ std::string missing_solver_library(LinearSolver kind) {
   try {
     if (kind == LinearSolver::Ma57) {
       static_cast<void>(solver_function(kind, {"ma57bd_", "ma57bd", "MA57BD"}));
+    } else if (kind == LinearSolver::Ma97) {
+      static_cast<void>(solver_function(kind, {"ma97_factor_d"}));
     } else if (kind == LinearSolver::Spral) {
       static_cast<void>(solver_function(kind, {"spral_ssids_factor_ptr32"}));
     } else if (kind == LinearSolver::Pardiso || kind == LinearSolver::PardisoMkl) {

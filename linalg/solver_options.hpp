@@ -20,7 +20,8 @@ enum class LinearSolver : std::uint8_t {
   Ma57,
   Spral,
   Pardiso,
-  PardisoMkl
+  PardisoMkl,
+  Ma97
 };
 
 /// Fill-reducing ordering.
@@ -47,9 +48,9 @@ struct SymmetricSolverOptions {
   friend bool operator==(const SymmetricSolverOptions&, const SymmetricSolverOptions&) = default;
 };
 
-/// File of the library of Ma57 (libhsl.so unless another is named), Spral (libspral.so), Pardiso
-/// (libpardiso.so) or PardisoMkl (libmkl_rt.so), as dlopen takes it, for solves that begin later;
-/// one of each for the whole process.
+/// File of the library of Ma57 or Ma97 (libhsl.so unless another is named), Spral (libspral.so),
+/// Pardiso (libpardiso.so) or PardisoMkl (libmkl_rt.so), as dlopen takes it, for solves that begin
+/// later; one of each for the whole process.
 void use_solver_library(LinearSolver kind, const std::string& file);
 /// Why the library of a solver cannot be used; empty: it can, or the solver needs none.
 [[nodiscard]] std::string missing_solver_library(LinearSolver kind);

@@ -61,9 +61,11 @@ bool independent_or_harmless(TestContext& c, Candidate& here, ActiveSetSystem& s
   const bool known = here.dependences.has_value();
   look_for_dependences(c, here, system);
   if (c.canonical.max_constraints().size() == 0) return true;
-  if (!here.dependences) return false;
+  // K_yy, which amplifies little, says of Max's gradients what K with Min's does not.
+  const bool inner = !here.narrow && here.test.inner_response <= parameter::kIndependent;
+  if (!here.dependences) return inner;
   if (!known) here.classes.redundant = droppable(c.canonical, *here.dependences);
-  return rows_are_left_out(c.canonical, here, true) || !c.has_x();
+  return inner || rows_are_left_out(c.canonical, here, true) || !c.has_x();
 }
 
 // --- Remedies ------------------------------------------------------------------------------------

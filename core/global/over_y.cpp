@@ -84,11 +84,12 @@ class MaximizationOverY {
       if (count > 1) options.minmax_max_restarts = 0;
       if (start > 0) {
         if (own.empty()) break;
+        const Index number = context_.drawn + start;
         v = at(start) <= given.size() ? given[at(start) - 1]
-                                      : random_start(inner_.structure(), own, start, options_);
+                                      : random_start(inner_.structure(), own, number, options_);
         // Every other one near where it begins.
         if (at(start) > given.size() && start % 2 == 0 && limit_ && !found_.maxima.empty()) {
-          v = start_within(inner_, options_, center(), std::move(v), start);
+          v = start_within(inner_, options_, center(), std::move(v), number);
           options = staying_near(options, kMuWithin);
         }
       }

@@ -32,6 +32,7 @@ struct MaximizationContext {
   /// What is to be proved, too; null: what minmax_worst_case_proof asks for.
   const ProofRequest* proof = nullptr;
   ProofShare share{};  ///< of that
+  Index drawn = 0;     ///< random starts that other scans over y have had
 };
 
 /// What maximizing one function over y at one x has found.

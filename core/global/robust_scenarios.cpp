@@ -73,7 +73,7 @@ void RobustSearch::take_scenarios() {
   const auto of_min = static_cast<Index>(std::ranges::count(s.variable_players, Player::Min));
   for (const SideScan& side : scans) {
     const RobustScope scope = scopes_.of(side.constraint);
-    const bool held = !moves_with_x(s, scope);
+    const bool held = can_be_held(s, scope);
     if (scope.constraints.empty()) {
       for (const auto& v : side.starts) {
         place_.worst_cases.push_back({side.constraint, v, true, true});

@@ -28,6 +28,8 @@ constexpr double kVanishing = 1e-5;
 /// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a
 /// large one maxima at different bounds are one.
 constexpr double kMuNear = 1e-4;
+/// At least as many random starts as a scan makes, even: no scan looks from where another one did.
+constexpr Index kDrawnByScan = 100;
 
 }  // namespace
 
@@ -197,8 +199,7 @@ RobustSearch::Solved RobustSearch::solve_worst_cases() {
 std::optional<RobustSearch::Solved> RobustSearch::go_alone() {
   const std::vector<RobustCopies::WorstCase> free = place_.worst_cases;
   for (RobustCopies::WorstCase& one : place_.worst_cases) {
-    const bool follows = moves_with_x(model_.structure(), scopes_.of(one.constraint));
-    if (!follows) one.held = one.copied = true;
+    if (can_be_held(model_.structure(), scopes_.of(one.constraint))) one.held = one.copied = true;
   }
   if (std::ranges::none_of(place_.worst_cases, &RobustCopies::WorstCase::held)) return {};
   Solved solved = solve_once(false);
@@ -359,7 +360,7 @@ void RobustSearch::keep_point(const RobustCopies& copies, const Result& result) 
 bool RobustSearch::add_violated(const std::vector<SideScan>& scans, double tolerance, bool held) {
   bool any = false;
   for (const SideScan& side : scans) {
-    const bool fixed = held && !moves_with_x(model_.structure(), scopes_.of(side.constraint));
+    const bool fixed = held && can_be_held(model_.structure(), scopes_.of(side.constraint));
     for (std::size_t k = 0; k < side.maxima.size() && (k == 0 || held); ++k) {
       if (!(side.excess(k) > tolerance)) break;
       const bool known = std::ranges::any_of(place_.worst_cases, [&](const auto& other) {
@@ -410,9 +411,10 @@ std::vector<KnownWorstCase> RobustSearch::without_values(
 
 /// At the x of place_.v; maximizations begin at the known worst cases, too.
 std::vector<SideScan> RobustSearch::scan(const std::vector<KnownWorstCase>& known) {
+  MaximizationContext context{options_, budget_, start_, asked_.structure(), work_, work_.over_y};
+  context.drawn = kDrawnByScan * scans_++;
   std::vector<SideScan> scans =
-      scan_robust_constraints(model_, place_.v, starts_, known, scopes_,
-                              {options_, budget_, start_, asked_.structure(), work_, work_.over_y});
+      scan_robust_constraints(model_, place_.v, starts_, known, scopes_, context);
   violation_ = 0.0;
   for (const SideScan& side : scans) {
     if (!side.maxima.empty()) violation_ = std::max(violation_, side.values[0] - side.bound);

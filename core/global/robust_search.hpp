@@ -110,6 +110,7 @@ class RobustSearch {
   bool restarts_ = false;         ///< searches that fail begin anew
   bool infeasible_ = false;       ///< no x near stands up to the worst cases as they are
   std::vector<double> verified_;  ///< where the answer was checked over all of y; empty: was not
+  Index scans_ = 0;               ///< made
   double violation_;              ///< largest of the last scan; NaN: none was made
   Result answer_;
   Result work_;  ///< of all solves and maximizations

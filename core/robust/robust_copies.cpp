@@ -127,9 +127,10 @@ void RobustCopies::add_worst_case(std::size_t k) {
     const RobustScope& scope = scopes_[k];
     for (const Index i : scope.variables) {
       const bool idle = std::ranges::binary_search(scope.idle, i);
-      part.column[at(i)] = copy_variable(i, copy, worst_case, worst_case.held || idle);
+      const bool held = worst_case.held && !std::ranges::binary_search(scope.followers, i);
+      part.column[at(i)] = copy_variable(i, copy, worst_case, held || idle);
     }
-    if (!worst_case.held) {
+    if (!worst_case.held || !scope.followers.empty()) {
       for (const Index j : scope.constraints) part.row_of[at(j)] = copy_row(j, copy);
     }
   }

@@ -24,7 +24,7 @@ class RobustCopies final : public Problem {
     Index constraint = 0;   ///< robust
     std::vector<double> v;  ///< n; y in it is the start
     bool copied = true;     ///< false: the model's own y; first worst case of its constraint only
-    bool held = false;      ///< y stays at v: a scenario
+    bool held = false;      ///< y stays at v, what follows from it apart: a scenario
     int side = 0;           ///< 1: of the upper bound alone, -1: of the lower one, 0: of both
     [[nodiscard]] bool is_of_same(const WorstCase& other) const {
       return constraint == other.constraint && side * other.side >= 0;

@@ -163,11 +163,22 @@ std::vector<Index> RobustScopes::idle(Index constraint, const RobustScope& scope
   return idle;
 }
 
+std::vector<Index> RobustScopes::followers(const RobustScope& scope) const {
+  std::vector<Index> found;
+  for (const Index row : scope.constraints) {
+    if (determines_[at(row)] < 0) return {};
+    found.push_back(determines_[at(row)]);
+  }
+  std::ranges::sort(found);
+  return found;
+}
+
 RobustScope RobustScopes::of(Index constraint) const {
   Marks variables(rows_.size(), false), rows(columns_.size(), false);
   tie(constraint, variables, rows);
-  RobustScope scope{marked(variables), marked(rows), {}};
+  RobustScope scope{marked(variables), marked(rows), {}, {}};
   scope.idle = idle(constraint, scope);
+  scope.followers = followers(scope);
   return scope;
 }
 
@@ -175,8 +186,8 @@ RobustScope robust_scope(const ProblemStructure& s, Index constraint) {
   return RobustScopes(s).of(constraint);
 }
 
-bool moves_with_x(const ProblemStructure& s, const RobustScope& scope) {
-  return std::ranges::any_of(s.jacobian, [&](Triplet entry) {
+bool can_be_held(const ProblemStructure& s, const RobustScope& scope) {
+  return !scope.followers.empty() || std::ranges::none_of(s.jacobian, [&](Triplet entry) {
     return s.variable_players[at(entry.col)] == Player::Min &&
            std::ranges::binary_search(scope.constraints, entry.row);
   });

@@ -21,6 +21,9 @@ struct RobustScope {
   /// Of these variables those that move only others which Max's equations determine and which the
   /// constraint does not depend on: of a trajectory the disturbances behind the constraint's stage.
   std::vector<Index> idle;
+  /// Those that Max's equations determine, where these are all of the constraints: of a trajectory
+  /// the states.
+  std::vector<Index> followers;
 };
 
 /// The scopes of a structure's robust constraints. A scope takes time linear in its entries.
@@ -36,6 +39,7 @@ class RobustScopes {
   void tie(Index constraint, Marks& variables, Marks& rows) const;
   void depend(const std::vector<Index>& seeds, Marks& variables) const;
   [[nodiscard]] std::vector<Index> idle(Index constraint, const RobustScope& scope) const;
+  [[nodiscard]] std::vector<Index> followers(const RobustScope& scope) const;
 
   const ProblemStructure& structure_;
   std::vector<std::vector<Index>> columns_;  ///< of each constraint, Max's
@@ -47,8 +51,9 @@ class RobustScopes {
 /// One of them.
 [[nodiscard]] RobustScope robust_scope(const ProblemStructure& structure, Index constraint);
 
-/// Whether Y, as far as a robust constraint's scope goes, depends on x: then no fixed y is in it
-/// for every x.
-[[nodiscard]] bool moves_with_x(const ProblemStructure& structure, const RobustScope& scope);
+/// Whether y can be held, followers apart, as a scenario of a robust constraint: not where Y depends
+/// on x in another way than through equations that determine followers, for then no fixed y is in
+/// it for every x.
+[[nodiscard]] bool can_be_held(const ProblemStructure& structure, const RobustScope& scope);
 
 }  // namespace ipminmax

@@ -91,7 +91,7 @@ TEST(ListOptions, ShowsTypeRangeAndDefault) {
   EXPECT_EQ(default_of(documented("perturb_dec_fact")), "0.3333333333333333");
   EXPECT_EQ(type_of(documented("sb")), "yes/no");
   EXPECT_EQ(default_of(documented("linear_solver")), "auto");
-  EXPECT_EQ(std::get<OptionInfo::Choice>(documented("linear_solver").kind).names.size(), 9U)
+  EXPECT_EQ(std::get<OptionInfo::Choice>(documented("linear_solver").kind).names.size(), 10U)
       << "without Ipopt's own";
   EXPECT_EQ(default_of(documented("option_file_name")), "ipminmax.opt");
 }
@@ -238,7 +238,7 @@ TEST(IpoptOnlyOptions, KeepIpoptsRangesAndValues) {
   const Solved solver = run({{"linear_solver", "gauss"}});
   EXPECT_TRUE(contains(solver.console,
                        "linear_solver = gauss is not one of: auto mumps ldlt lapack mumps_mpi ma57 "
-                       "spral pardiso pardisomkl\n"))
+                       "spral pardiso pardisomkl ma97\n"))
       << solver.console;
   EXPECT_TRUE(contains(run({{"mu_strateggy", "adaptive"}}).console, "unknown option"));
 }
@@ -247,6 +247,7 @@ TEST(IpoptOnlyOptions, KeepIpoptsRangesAndValues) {
 TEST(LoadedSolvers, FromALibraryThatAnOptionNames) {
   for (const auto& [solver, option, library] :
        {std::array{"ma57", "hsllib", IPMINMAX_MA57_STAND_IN},
+        std::array{"ma97", "hsllib", IPMINMAX_MA97_STAND_IN},
         std::array{"pardiso", "pardisolib", IPMINMAX_PARDISO_STAND_IN},
         std::array{"pardisomkl", "pardisolib", IPMINMAX_PARDISO_STAND_IN}}) {
     const Solved solved =
@@ -257,6 +258,7 @@ TEST(LoadedSolvers, FromALibraryThatAnOptionNames) {
         << solved.console;
   }
   for (const auto& [solver, option] : Settings{{"ma57", "hsllib"},
+                                               {"ma97", "hsllib"},
                                                {"spral", "minmax_spral_library"},
                                                {"pardiso", "pardisolib"},
                                                {"pardisomkl", "pardisolib"}}) {

@@ -276,6 +276,75 @@ TEST(Stages, LimitsOfTheStateInEveryStageAreCertified) {
   }
 }
 
+/// The place of a cart, limited at the end of every stage.
+struct WalledCartPole : stage_models::CartPole {
+  static constexpr std::size_t limits = 1;
+  void limits_of(auto s, auto, auto g) const { g[0] = s[0] - 0.3; }
+};
+
+// The gradients of limits of successive stages are nearly one, those of the dynamics are not.
+TEST(Stages, NearlyDependentLimitsAreCertifiedWhereDynamicsDetermineTheStates) {
+  Horizon calm = WalledCartPole::horizon(20);
+  calm.disturbance_lower = {-0.2};
+  calm.disturbance_upper = {0.2};
+  StageGame game(WalledCartPole{}, calm);
+  SolverOptions options;
+  options.minmax_worst_case_starts = 0;
+  const StageAnswer plan = game.solve(options);
+  EXPECT_TRUE(plan.certified()) << plan.result.message;
+  EXPECT_GE(std::ranges::count_if(plan.worst_cases, &RobustWorstCase::active), 8);
+}
+
+/// A pendulum held upright by feedback; mass, length and friction are unknown and do not change.
+struct UnknownPendulum {
+  static constexpr std::size_t states = 5, controls = 1, disturbances = 0;
+  void dynamics(auto s, auto u, auto, auto rate) const {
+    const auto inertia = s[2] * s[3] * s[3];
+    rate[0] = s[1];
+    rate[1] = 9.81 * sin(s[0]) / s[3] + (u[0] - s[4] * s[1]) / inertia;
+    for (std::size_t i = 2; i < states; ++i) rate[i] = 0.0 * s[i];
+  }
+  auto cost(auto s, auto u, auto) const {
+    return s[0] * s[0] + 0.1 * s[1] * s[1] + 0.01 * u[0] * u[0];
+  }
+  static Horizon horizon(std::vector<double> spread, std::array<double, 2> lower,
+                         std::array<double, 2> upper) {
+    return {.stages = 12,
+            .step = 0.25,
+            .initial = {1.0, 0.0, 1.0, 1.0, 0.2},
+            .initial_spread = std::move(spread),
+            .control_lower = {0.0},
+            .control_upper = {0.0},
+            .gain_lower = {lower[0], lower[1], 0.0, 0.0, 0.0},
+            .gain_upper = {upper[0], upper[1], 0.0, 0.0, 0.0},
+            .feedback_price = 0.0};
+  }
+};
+
+// The largest cost has a kink where two corners of the unknowns share it; scenarios, of which the
+// trajectories follow the gains, lead there.
+TEST(Stages, GainsAgainstUnknownParametersRestOnTwoCorners) {
+  StageGame game(UnknownPendulum{}, UnknownPendulum::horizon({0.0, 0.0, 0.3, 0.3, 0.06},
+                                                             {-60.0, -20.0}, {-11.0, -1.0}));
+  SolverOptions options;
+  options.minmax_epigraph = true;
+  options.minmax_worst_case_starts = 8;
+  const StageAnswer plan = game.solve(options);
+  ASSERT_TRUE(plan.certified()) << plan.result.message;
+  ASSERT_EQ(plan.worst_cases.size(), 2U);
+  EXPECT_NEAR(plan.worst_cases[0].value, plan.worst_cases[1].value, 1e-6);
+  // Whatever the corner.
+  const std::array<double, 2> gains = {plan.gains[0], plan.gains[1]};
+  double most = 0.0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto part = [&](int i) { return (corner >> i & 1) != 0 ? 1.3 : 0.7; };
+    StageGame one(UnknownPendulum{}, UnknownPendulum::horizon({}, gains, gains));
+    one.set_initial(std::array{1.0, 0.0, part(0), part(1), 0.2 * part(2)});
+    most = std::max(most, one.solve().result.objective);
+  }
+  EXPECT_NEAR(most, plan.result.objective, 1e-5);
+}
+
 TEST(Stages, LimitsHoldForEveryDisturbance) {
   StageGame game(Wall{}, {.stages = 4,
                           .step = 0.25,

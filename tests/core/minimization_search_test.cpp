@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <hostile/trap_game.hpp>
 #include <support/autodiff_problem.hpp>
 
 #include "core/solver.hpp"
@@ -229,6 +230,24 @@ TEST(MinimizationSearch, OneThatIsStuckBeginsAnewWithTheOtherBarrierRule) {
   // One budget of iterations for both, and the end of the first search where no second one fits.
   options.max_iter = first.iterations + 3;
   EXPECT_EQ(solve(problem, options).iterations, options.max_iter);
+}
+
+// First-order points of a wrong curvature that no move along it leaves: with the other mu_strategy
+// the search from the model's start ends elsewhere.
+TEST(StuckMinimization, AtASaddleBeginsAnew) {
+  for (const std::uint64_t seed : {17055, 18742, 25630, 28483}) {
+    const testing::RandomGame game = testing::trap_game(seed);
+    testing::AutodiffProblem problem(game.model, game.start);
+    bool anew = false;
+    SolveObserver observer;
+    observer.message = [&](std::string_view text) {
+      anew = anew || text.find("anew with mu_strategy") != std::string_view::npos;
+    };
+    const Result result = solve(problem, game.options, observer);
+    EXPECT_TRUE(anew) << "seed " << seed;
+    EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax)
+        << "seed " << seed << ": " << result.message;
+  }
 }
 
 }  // namespace

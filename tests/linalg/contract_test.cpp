@@ -85,7 +85,7 @@ class Contract : public testing::TestWithParam<Backend> {
     options.ordering = GetParam().ordering;
     return make_symmetric_solver(GetParam().kind, options);
   }
-  /// Solvers that are loaded: calling conventions of MA57 and Pardiso by stand-ins, unless
+  /// Solvers that are loaded: calling conventions of MA57, MA97, Pardiso by stand-ins, unless
   /// IPMINMAX_TEST_HSL, IPMINMAX_TEST_PARDISO, IPMINMAX_TEST_MKL name libraries; SPRAL where
   /// IPMINMAX_TEST_SPRAL names it.
   void SetUp() override {
@@ -97,6 +97,9 @@ class Contract : public testing::TestWithParam<Backend> {
 #ifdef IPMINMAX_MA57_STAND_IN
     if (GetParam().kind == LinearSolver::Ma57) {
       use(LinearSolver::Ma57, "IPMINMAX_TEST_HSL", IPMINMAX_MA57_STAND_IN);
+    }
+    if (GetParam().kind == LinearSolver::Ma97) {
+      use(LinearSolver::Ma97, "IPMINMAX_TEST_HSL", IPMINMAX_MA97_STAND_IN);
     }
     if (GetParam().kind == LinearSolver::Spral) {
       use(LinearSolver::Spral, "IPMINMAX_TEST_SPRAL", "libspral.so");
@@ -209,6 +212,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Backend{"mumps_metis", LinearSolver::Mumps, Ordering::Metis},
                     Backend{"ma57", LinearSolver::Ma57},
                     Backend{"ma57_metis", LinearSolver::Ma57, Ordering::Metis},
+                    Backend{"ma97", LinearSolver::Ma97},
+                    Backend{"ma97_metis", LinearSolver::Ma97, Ordering::Metis},
                     Backend{"spral", LinearSolver::Spral},
                     Backend{"spral_metis", LinearSolver::Spral, Ordering::Metis},
                     Backend{"pardiso", LinearSolver::Pardiso},
@@ -476,6 +481,7 @@ TEST_P(Contract, IncreasesQualityFinitelyOften) {
     case LinearSolver::Mumps:
     case LinearSolver::MumpsMpi:
     case LinearSolver::Ma57:
+    case LinearSolver::Ma97:
     case LinearSolver::Spral:
       EXPECT_GT(increases, 2);
       break;  // pivot tolerance 1e-6 to 0.1, 1e-8 to 1e-4

@@ -61,7 +61,7 @@ export OPENBLAS_NUM_THREADS=1
 # breaks down in children of processes with threads.
 skipped='MumpsSolver.NullPivotsThat*:MemoryLimit.OfTheAddressSpace*:*.AreMadeAnewInAForkedChild'
 skipped=$skipped:Workers.LeaveTheWorkToTheCallerWhereThereAreNoThreadsToBeHad
-skipped=$skipped':*/ma57*:*/pardiso*:*/*_amd:*/*_pord:*/*_metis'
+skipped=$skipped':*/ma57*:*/ma97*:*/pardiso*:*/*_amd:*/*_pord:*/*_metis'
 failed=0
 for program in "${programs[@]}" core_quick_tests; do
   "$emulator" -L "$root" "$work/build/tests/$program" --gtest_brief=1 "--gtest_filter=-$skipped" || failed=1
