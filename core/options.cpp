@@ -532,7 +532,8 @@ Rows study_options() {
        positive(&O::minmax_distinct_tol)},
       {"minmax_worst_case_tol", category,
        "Violation of a robust constraint, relative to the range of values that it was seen to "
-       "take, from which a maximum over y becomes another worst case (with "
+       "take, at most to the terms of the highest, from which a maximum over y becomes another "
+       "worst case (with "
        "minmax_worst_case_starts).",
        positive(&O::minmax_worst_case_tol)},
       {"minmax_robust_copies", category,

@@ -294,7 +294,10 @@ class MaximizationOverY {
     const auto lower = [&](const WorstCaseMaximum& known) {
       return known.value < result.objective;
     };
-    if (std::ranges::all_of(found_.maxima, lower)) multipliers_of_highest_ = result.lambda;
+    if (std::ranges::all_of(found_.maxima, lower)) {
+      multipliers_of_highest_ = result.lambda;
+      found_.terms = terms_at(result);
+    }
     for (WorstCaseMaximum& known : found_.maxima) {
       if (!same_point(result.v, known.v, options_.minmax_distinct_tol)) continue;
       ++known.found;
@@ -307,6 +310,18 @@ class MaximizationOverY {
     }
     // A feasible point bounds the maximum from below, whatever ended the search there.
     found_.maxima.push_back({result.v, result.objective, certified, 1});
+  }
+
+  /// |value| and what its slopes make of the variables, 1 at least: infinite where undefined.
+  [[nodiscard]] double terms_at(const Result& result) {
+    std::vector<double> gradient(result.v.size());
+    if (!inner_.gradient(result.v, true, gradient)) return kInfinity;
+    ++context_.work.counts.gradient;
+    double terms = std::abs(result.objective);
+    for (std::size_t i = 0; i < gradient.size(); ++i) {
+      terms += std::abs(gradient[i]) * std::max(1.0, std::abs(result.v[i]));
+    }
+    return std::isfinite(terms) ? terms : kInfinity;
   }
 
   Problem& inner_;

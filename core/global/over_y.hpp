@@ -39,9 +39,11 @@ struct MaximizationContext {
 struct MaximaOverY {
   std::vector<WorstCaseMaximum> maxima;     ///< distinct, the largest value first
   std::vector<std::vector<double>> starts;  ///< where the maximizations began, n values each
-  /// Values seen on the way tell which differences count.
+  /// Values seen on the way tell which differences count, up to the terms of the highest maximum: on
+  /// the way they may be anything.
   double least = std::numeric_limits<double>::infinity();
   double most = -std::numeric_limits<double>::infinity();
+  double terms = std::numeric_limits<double>::infinity();
   Index made = 0;
   bool maximized = false;     ///< at least one ended as a maximum
   bool unbounded = false;     ///< one ran to infinity
@@ -52,7 +54,7 @@ struct MaximaOverY {
   /// that it has seen is one of the maxima.
   std::optional<WorstCaseProof> proof;
 
-  [[nodiscard]] double range() const { return std::max(most - least, 0.0); }
+  [[nodiscard]] double range() const { return std::clamp(most - least, 0.0, terms); }
 };
 
 /// Maximizes a problem whose Min variables are fixed from its own start, the best corner of a box
@@ -84,7 +86,7 @@ struct SideScan {
   Index constraint = 0;
   double bound = 0.0;                           ///< of side times the constraint
   double accepted = 0.0;                        ///< the bound, or a value that a solve let pass
-  double scale = 0.0;                           ///< range of its values seen
+  double scale = 0.0;                           ///< of its values, MaximaOverY::range()
   bool settled = true;                          ///< maximized, as often as was asked for
   bool may_be_higher = false;                   ///< after the most starts, and no proof says other
   std::vector<RobustCopies::WorstCase> maxima;  ///< distinct, the largest value first
