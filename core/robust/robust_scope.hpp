@@ -51,9 +51,9 @@ class RobustScopes {
 /// One of them.
 [[nodiscard]] RobustScope robust_scope(const ProblemStructure& structure, Index constraint);
 
-/// Whether y can be held, followers apart, as a scenario of a robust constraint: not where Y depends
-/// on x in another way than through equations that determine followers, for then no fixed y is in
-/// it for every x.
+/// Whether y can be held, followers apart, as a scenario of a robust constraint: not where Y moves
+/// with x in another way than by equations that determine followers, for then no fixed y is in it
+/// for every x.
 [[nodiscard]] bool can_be_held(const ProblemStructure& structure, const RobustScope& scope);
 
 }  // namespace ipminmax
