@@ -29,6 +29,8 @@ constexpr Index kMostStartsOfRows = 100;
 constexpr Index kOften = 10;
 /// Boxes of a proof between two words to the listener.
 constexpr Index kBoxesOfAWord = 1000;
+/// Most variables that are held at all their corners where others follow them.
+constexpr std::size_t kMostHeld = 3;
 /// Barrier parameters from which a random start, and one beside a maximum, is not forgotten.
 constexpr double kMuWithin = 1e-2;
 constexpr double kMuBeside = 1e-4;
@@ -59,6 +61,27 @@ class HeldMin final : public ForwardingProblem {
   std::vector<double> v_;
 };
 
+/// Some variables held where v has them; it starts at v.
+class HeldAt final : public ForwardingProblem {
+ public:
+  HeldAt(Problem& model, const std::vector<std::size_t>& variables, std::vector<double> v)
+      : ForwardingProblem(model), structure_(model.structure()), v_(std::move(v)) {
+    for (const std::size_t i : variables) {
+      structure_.variable_lower[i] = structure_.variable_upper[i] = v_[i];
+    }
+  }
+
+  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    std::ranges::copy(v_, start.v.begin());
+    return !start.needs_multipliers;
+  }
+
+ private:
+  ProblemStructure structure_;
+  std::vector<double> v_;
+};
+
 /// The maximizations over y of one function at one x.
 class MaximizationOverY {
  public:
@@ -72,7 +95,9 @@ class MaximizationOverY {
 
   [[nodiscard]] MaximaOverY run(Index starts, std::vector<std::vector<double>> given) {
     if (starts > 1 && !options_.minmax_concave_in_y) {
-      if (auto corner = best_corner(inner_, options_)) given.push_back(std::move(*corner));
+      auto corner = best_corner(inner_, options_);
+      if (!corner) corner = best_corner_held();
+      if (corner) given.push_back(std::move(*corner));
     }
     const Index count = std::max(starts, static_cast<Index>(given.size()) + 1);
     const std::vector<double> own = starting_values(inner_);
@@ -96,7 +121,8 @@ class MaximizationOverY {
       if (!maximize_from(std::move(v), options)) break;
       if (start + 1 >= count && limit_ && !climb()) break;
     }
-    found_.settled = start < kMostStartsOfRows || !may_be_higher(start) || is_found_often();
+    found_.settled = found_.corners_known &&
+                     (start < kMostStartsOfRows || !may_be_higher(start) || is_found_often());
     // As a single solve does, which is not to find more than many starts.
     if (found_.finished && count > 1 && !any_certified() && makes_new_starts(options_)) {
       static_cast<void>(maximize_from({}, options_));
@@ -108,6 +134,55 @@ class MaximizationOverY {
   }
 
  private:
+  /// Where few variables have two bounds and others follow them by equations, as states do unknown
+  /// parameters: the corner of these with the largest value, by a solve that holds them there for
+  /// each. One that diverges, as on an unstable trajectory, may be worse than all others.
+  [[nodiscard]] std::optional<std::vector<double>> best_corner_held() {
+    const ProblemStructure& s = inner_.structure();
+    const std::vector<std::size_t> boxed = boxed_variables(s, options_);
+    std::vector<double> v = starting_values(inner_);
+    if (v.empty() || boxed.empty() || boxed.size() > kMostHeld || has_inequality(s)) return {};
+    std::optional<Result> best;
+    for (std::size_t corner = 0; corner < (std::size_t{1} << boxed.size()); ++corner) {
+      if (context_.budget.used_up()) break;
+      for (std::size_t k = 0; k < boxed.size(); ++k) {
+        const bool upper = (corner >> k & 1U) != 0;
+        v[boxed[k]] = upper ? s.variable_upper[boxed[k]] : s.variable_lower[boxed[k]];
+      }
+      Result result = solve_held(HeldAt(inner_, boxed, v));
+      if (!is_success(result.status)) {
+        found_.corners_known = false;
+      } else if (!best || result.objective > best->objective) {
+        best = std::move(result);
+      }
+    }
+    if (!best) return {};
+    best->certificate = {};  // of what is held
+    if (limit_) add(*best);
+    return std::move(best->v);
+  }
+
+  /// Whether the maximizer has constraints other than equations.
+  [[nodiscard]] bool has_inequality(const ProblemStructure& s) const {
+    for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
+      const bool bounded = s.constraint_lower[j] > options_.nlp_lower_bound_inf ||
+                           s.constraint_upper[j] < options_.nlp_upper_bound_inf;
+      if (bounded && s.constraint_lower[j] < s.constraint_upper[j]) return true;
+    }
+    return false;
+  }
+
+  [[nodiscard]] Result solve_held(HeldAt held) {
+    SolverOptions options = options_;
+    options.minmax_max_restarts = 0;
+    // Full steps meet one stage of explicit dynamics after the other, wherever they begin.
+    options.minmax_pure_newton = true;
+    Result result = solve_from_start(held, options, context_.budget, observer(), nullptr);
+    add_work(result, context_.work);
+    ++context_.looked.maximizations;
+    return result;
+  }
+
   /// Whether another start is worth its cost. Where n random ones found w maxima,
   /// w (w + 1) / (n - w - 2) more are to be expected (Boender and Rinnooy Kan 1987): half a one is
   /// not. Nor does one count that would have to be higher than the highest by more than the known
@@ -403,6 +478,7 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
                                         starts > 0 ? std::optional(scan.accepted) : std::nullopt);
     scan.settled = found.finished && found.maximized;
     scan.may_be_higher = !found.settled && !(found.proof && found.proof->complete);
+    scan.corners_known = found.corners_known;
     scan.scale = std::max(found.range(), std::abs(scan.bound));
     scan.starts = std::move(found.starts);
     scan.proof = std::move(found.proof);

@@ -50,6 +50,7 @@ struct MaximaOverY {
   bool single_branch = true;  ///< all at one maximum, K_yy right at every iterate
   bool finished = true;       ///< false: the budget was used up
   bool settled = true;        ///< false: after the most starts a higher maximum is to be expected
+  bool corners_known = true;  ///< false: one of few variables that others follow has no value
   /// Of the largest value, where it was asked for and no maximum was above the limit. A higher y
   /// that it has seen is one of the maxima.
   std::optional<WorstCaseProof> proof;
@@ -89,6 +90,7 @@ struct SideScan {
   double scale = 0.0;                           ///< of its values, MaximaOverY::range()
   bool settled = true;                          ///< maximized, as often as was asked for
   bool may_be_higher = false;                   ///< after the most starts, and no proof says other
+  bool corners_known = true;                    ///< as MaximaOverY's
   std::vector<RobustCopies::WorstCase> maxima;  ///< distinct, the largest value first
   std::vector<double> values;                   ///< theirs, side times the constraint
   std::vector<std::vector<double>> starts;      ///< where the maximizations began

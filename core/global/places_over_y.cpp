@@ -54,16 +54,23 @@ SolverOptions staying_near(const SolverOptions& options, double mu) {
   return near;
 }
 
+std::vector<std::size_t> boxed_variables(const ProblemStructure& structure,
+                                         const SolverOptions& options) {
+  std::vector<std::size_t> boxed;
+  for (std::size_t i = 0; i < structure.variable_lower.size(); ++i) {
+    if (is_boxed(structure, options, i)) boxed.push_back(i);
+  }
+  return boxed;
+}
+
 std::optional<std::vector<double>> best_corner(Problem& inner, const SolverOptions& options) {
   const ProblemStructure& s = inner.structure();
-  std::vector<std::size_t> free;
+  const std::vector<std::size_t> free = boxed_variables(s, options);
+  std::size_t variables = 0;
   for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
-    if (s.variable_lower[i] < s.variable_upper[i]) free.push_back(i);
+    if (s.variable_lower[i] < s.variable_upper[i]) ++variables;
   }
-  const auto boxed = [&](std::size_t i) { return is_boxed(s, options, i); };
-  if (free.empty() || free.size() > kMostOfCorners || !std::ranges::all_of(free, boxed)) {
-    return std::nullopt;
-  }
+  if (free.empty() || free.size() > kMostOfCorners || free.size() < variables) return std::nullopt;
   for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
     if (s.constraint_lower[j] > options.nlp_lower_bound_inf ||
         s.constraint_upper[j] < options.nlp_upper_bound_inf) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
@@ -14,6 +15,10 @@ namespace ipminmax {
 /// Options of a solve that is not to forget where it begins: from a large barrier parameter the
 /// central path leads to the same maxima whatever the start.
 [[nodiscard]] SolverOptions staying_near(const SolverOptions& options, double mu);
+
+/// Free variables with two bounds.
+[[nodiscard]] std::vector<std::size_t> boxed_variables(const ProblemStructure& structure,
+                                                       const SolverOptions& options);
 
 /// The corner of the box of y with the largest value; empty: y is no box, or of too many variables.
 [[nodiscard]] std::optional<std::vector<double>> best_corner(Problem& inner,

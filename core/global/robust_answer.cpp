@@ -165,7 +165,8 @@ void RobustSearch::report(const RobustCopies& copies, const Result& result) {
       .proofs = std::move(proofs)};
 }
 
-/// Where a scan was ended while it still found other maxima, a higher one may violate the answer.
+/// Where a scan was ended while it still found other maxima, or does not know one of few corners, a
+/// higher one may violate the answer.
 void RobustSearch::leave_undecided(const std::vector<SideScan>& scans) {
   const auto open = std::ranges::find_if(scans, &SideScan::may_be_higher);
   if (open == scans.end() || answer_.certificate.kind != PointKind::LocalMinmax) return;
@@ -175,8 +176,10 @@ void RobustSearch::leave_undecided(const std::vector<SideScan>& scans) {
   CertificateReason reason{
       .kind = CertificateReason::Kind::RobustRow,
       .player = Player::Max,
-      .text = row + " has many maxima over y: " + std::to_string(open->maxima.size()) +
-              " found, a higher one is to be expected",
+      .text = row + (open->corners_known
+                         ? " has many maxima over y: " + std::to_string(open->maxima.size()) +
+                               " found, a higher one is to be expected"
+                         : " has no value at a corner of y: what follows y diverges there"),
       .variables = {},
       .constraints = {}};
   if (!of_objective) reason.constraints.push_back(open->constraint);
