@@ -237,8 +237,7 @@ bool Solve::may_change_rule() const {
 std::optional<Start> Solve::start_with_other_rule(Machinery& machinery) {
   const Status status = machinery.best->status;
   const bool stuck = status == Status::TinyStep || status == Status::RestorationFailed ||
-                     status == Status::InertiaCorrectionFailed ||
-                     status == Status::NotLocalMinmax;
+                     status == Status::InertiaCorrectionFailed || status == Status::NotLocalMinmax;
   if (!stuck || machinery.rule_changed || !may_change_rule() || budget_.is_spent()) {
     return std::nullopt;
   }
