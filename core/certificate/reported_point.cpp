@@ -15,19 +15,19 @@ namespace {
 /// s.
 Iterate solution_of(const CanonicalProblem& canonical, const Candidate& candidate, Iterate end,
                     double mu) {
+  // Doubtful ones of Max are in the equations, with multipliers of their own.
+  const auto in_equations = [&](Index i) {
+    return candidate.classes[i] == BoundClass::Active ||
+           (candidate.classes[i] == BoundClass::Doubtful && canonical.owned_by_max(i));
+  };
   for_each_bound(canonical, end.v, [&](Index i, int side, double distance) {
-    // Doubtful ones of Max are in the equations, with multipliers of their own.
-    const bool in_equations =
-        candidate.classes[i] == BoundClass::Active ||
-        (candidate.classes[i] == BoundClass::Doubtful && canonical.owned_by_max(i));
-    const bool open = !in_equations || candidate.classes.side[at(i)] != side;
+    const bool open = !in_equations(i) || candidate.classes.side[at(i)] != side;
     if (open && distance > 0.0) (side < 0 ? end.z_lower : end.z_upper)[i] = mu / distance;
   });
   const auto slack_of = canonical.slack_of_constraint();
   for (Index j = 0; j < canonical.constraints(); ++j) {
     const Index slack = slack_of[at(j)];
-    if (slack < 0 || candidate.classes[slack] == BoundClass::Active) continue;
-    if (candidate.classes[slack] == BoundClass::Doubtful && canonical.owned_by_max(slack)) continue;
+    if (slack < 0 || in_equations(slack)) continue;
     end.lambda[j] = canonical.sign(slack) * (end.z_upper[slack] - end.z_lower[slack]);
   }
   return end;

@@ -34,15 +34,18 @@ constexpr std::size_t kMostHeld = 3;
 /// Barrier parameters from which a random start, and one beside a maximum, is not forgotten.
 constexpr double kMuWithin = 1e-2;
 constexpr double kMuBeside = 1e-4;
-/// The maximizer's problem at fixed x: Min variables are fixed, Min constraints absent.
-class HeldMin final : public ForwardingProblem {
+
+/// Some variables held where v has them; it starts at v.
+class Held final : public ForwardingProblem {
  public:
-  HeldMin(Problem& model, std::span<const double> v)
-      : ForwardingProblem(model), structure_(model.structure()), v_(v.begin(), v.end()) {
-    for (std::size_t i = 0; i < v_.size(); ++i) {
-      if (structure_.variable_players[i] != Player::Min) continue;
+  Held(Problem& model, const std::vector<std::size_t>& variables, std::vector<double> v)
+      : ForwardingProblem(model), structure_(model.structure()), v_(std::move(v)) {
+    for (const std::size_t i : variables) {
       structure_.variable_lower[i] = structure_.variable_upper[i] = v_[i];
     }
+  }
+
+  void drop_constraints_of_min() {
     for (std::size_t j = 0; j < structure_.constraint_players.size(); ++j) {
       if (structure_.constraint_players[j] != Player::Min) continue;
       structure_.constraint_lower[j] = -kInfinity;
@@ -61,26 +64,17 @@ class HeldMin final : public ForwardingProblem {
   std::vector<double> v_;
 };
 
-/// Some variables held where v has them; it starts at v.
-class HeldAt final : public ForwardingProblem {
- public:
-  HeldAt(Problem& model, const std::vector<std::size_t>& variables, std::vector<double> v)
-      : ForwardingProblem(model), structure_(model.structure()), v_(std::move(v)) {
-    for (const std::size_t i : variables) {
-      structure_.variable_lower[i] = structure_.variable_upper[i] = v_[i];
-    }
+/// The maximizer's problem at fixed x: Min variables are fixed, Min constraints absent.
+Held held_min(Problem& model, std::span<const double> v) {
+  const std::vector<Player>& players = model.structure().variable_players;
+  std::vector<std::size_t> of_min;
+  for (std::size_t i = 0; i < players.size(); ++i) {
+    if (players[i] == Player::Min) of_min.push_back(i);
   }
-
-  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
-  [[nodiscard]] bool starting_point(StartingPoint& start) override {
-    std::ranges::copy(v_, start.v.begin());
-    return !start.needs_multipliers;
-  }
-
- private:
-  ProblemStructure structure_;
-  std::vector<double> v_;
-};
+  Held held(model, of_min, {v.begin(), v.end()});
+  held.drop_constraints_of_min();
+  return held;
+}
 
 /// The maximizations over y of one function at one x.
 class MaximizationOverY {
@@ -145,11 +139,8 @@ class MaximizationOverY {
     std::optional<Result> best;
     for (std::size_t corner = 0; corner < (std::size_t{1} << boxed.size()); ++corner) {
       if (context_.budget.used_up()) break;
-      for (std::size_t k = 0; k < boxed.size(); ++k) {
-        const bool upper = (corner >> k & 1U) != 0;
-        v[boxed[k]] = upper ? s.variable_upper[boxed[k]] : s.variable_lower[boxed[k]];
-      }
-      Result result = solve_held(HeldAt(inner_, boxed, v));
+      move_to_corner(s, boxed, corner, v);
+      Result result = solve_held(Held(inner_, boxed, v));
       if (!is_success(result.status)) {
         found_.corners_known = false;
       } else if (!best || result.objective > best->objective) {
@@ -172,7 +163,7 @@ class MaximizationOverY {
     return false;
   }
 
-  [[nodiscard]] Result solve_held(HeldAt held) {
+  [[nodiscard]] Result solve_held(Held held) {
     SolverOptions options = options_;
     options.minmax_max_restarts = 0;
     // Full steps meet one stage of explicit dynamics after the other, wherever they begin.
@@ -387,7 +378,7 @@ class MaximizationOverY {
     found_.maxima.push_back({result.v, result.objective, certified, 1});
   }
 
-  /// |value| and what its slopes make of the variables, 1 at least: infinite where undefined.
+  /// |value| and its slopes times the sizes of the variables, 1 at least; infinite where undefined.
   [[nodiscard]] double terms_at(const Result& result) {
     std::vector<double> gradient(result.v.size());
     if (!inner_.gradient(result.v, true, gradient)) return kInfinity;
@@ -440,7 +431,7 @@ MaximaOverY maximize_over_y(Problem& inner, Index starts,
 MaximaOverY maximize_objective(Problem& model, std::span<const double> v, Index starts,
                                const std::vector<std::vector<double>>& given,
                                const MaximizationContext& context) {
-  HeldMin inner(model, v);
+  Held inner = held_min(model, v);
   if (context.options.minmax_concave_in_y) return maximize_over_y(inner, 1, {}, context);
   return maximize_over_y(inner, starts, given, context);
 }

@@ -63,6 +63,14 @@ std::vector<std::size_t> boxed_variables(const ProblemStructure& structure,
   return boxed;
 }
 
+void move_to_corner(const ProblemStructure& structure, const std::vector<std::size_t>& boxed,
+                    std::size_t corner, std::vector<double>& v) {
+  for (std::size_t k = 0; k < boxed.size(); ++k) {
+    const bool upper = (corner >> k & 1U) != 0;
+    v[boxed[k]] = (upper ? structure.variable_upper : structure.variable_lower)[boxed[k]];
+  }
+}
+
 std::optional<std::vector<double>> best_corner(Problem& inner, const SolverOptions& options) {
   const ProblemStructure& s = inner.structure();
   const std::vector<std::size_t> free = boxed_variables(s, options);
@@ -81,10 +89,7 @@ std::optional<std::vector<double>> best_corner(Problem& inner, const SolverOptio
   std::vector<double> v = starting_values(inner);
   double highest = -kInfinity;
   for (std::size_t corner = 0; !v.empty() && corner < (std::size_t{1} << free.size()); ++corner) {
-    for (std::size_t k = 0; k < free.size(); ++k) {
-      const bool upper = (corner >> k & 1U) != 0;
-      v[free[k]] = upper ? s.variable_upper[free[k]] : s.variable_lower[free[k]];
-    }
+    move_to_corner(s, free, corner, v);
     double f = 0.0;
     if (!inner.objective(v, true, f) || !(f > highest)) continue;
     highest = f;

@@ -20,6 +20,11 @@ namespace ipminmax {
 [[nodiscard]] std::vector<std::size_t> boxed_variables(const ProblemStructure& structure,
                                                        const SolverOptions& options);
 
+/// Puts these at the corner of their box of that number: bit k says whether the k-th is at its upper
+/// bound.
+void move_to_corner(const ProblemStructure& structure, const std::vector<std::size_t>& boxed,
+                    std::size_t corner, std::vector<double>& v);
+
 /// The corner of the box of y with the largest value; empty: y is no box, or of too many variables.
 [[nodiscard]] std::optional<std::vector<double>> best_corner(Problem& inner,
                                                              const SolverOptions& options);
