@@ -52,10 +52,11 @@ struct RobustResult {
 /// maxima, more; a maximum that violates it by more than minmax_worst_case_tol (relative to the
 /// range of its values seen, at most to the terms that it is a sum of there) becomes another worst
 /// case with a copy of y of its own, and the solve goes on from there, until none is found. Where
-/// minmax_epigraph is set, f is treated likewise: then x minimizes the largest of the local worst cases met, kinks included. With
-/// minmax_epigraph_at_kinks that happens only after a search that ended without a local minmax,
-/// from where it ended. Both are refused (InvalidOption) with a negative factor of the objective,
-/// by which y minimizes f, and change nothing without Max variables.
+/// minmax_epigraph is set, f is treated likewise: then x minimizes the largest of the local worst
+/// cases met, kinks included. With minmax_epigraph_at_kinks that happens only after a search that
+/// ended without a local minmax, from where it ended. Both are refused (InvalidOption) with a
+/// negative factor of the objective, by which y minimizes f, and change nothing without Max
+/// variables.
 ///
 /// With minmax_starts N > 1 all of this is done from N starts of x, as in multistart(), and the
 /// best answer is returned.

@@ -39,8 +39,8 @@ struct MaximizationContext {
 struct MaximaOverY {
   std::vector<WorstCaseMaximum> maxima;     ///< distinct, the largest value first
   std::vector<std::vector<double>> starts;  ///< where the maximizations began, n values each
-  /// Values seen on the way tell which differences count, up to the terms of the highest maximum: on
-  /// the way they may be anything.
+  /// Values seen on the way tell which differences count, up to the terms of the highest maximum:
+  /// on the way they may be anything.
   double least = std::numeric_limits<double>::infinity();
   double most = -std::numeric_limits<double>::infinity();
   double terms = std::numeric_limits<double>::infinity();
