@@ -429,11 +429,34 @@ class CertificateJudge {
       if (distance < -moved_by_relaxation(row, z.v)) return wrong("outside of a bound", k);
       return doubtful("outside of a bound by what bounds are relaxed by");
     }
-    const CertificateJudgement found = judge_curvature(active, z, here, weak, weak_max);
+    System certain = here;
+    certain.hessian = certain_entries(active, z, here);
+    const CertificateJudgement found = judge_curvature(active, z, certain, weak, weak_max);
     if (found.verdict == CertificateVerdict::Confirmed || !has_pulling(active, z, here, weak)) {
       return found;
     }
     return weak_signs("a multiplier that is little but not zero: " + found.why);
+  }
+
+  /// Second derivatives without those that rounding of the point and of its multipliers makes.
+  [[nodiscard]] MatrixXd certain_entries(const std::vector<std::size_t>& active, const State& z,
+                                         const System& here) {
+    MatrixXd certain = here.hessian;
+    for (const double sign : {1.0, -1.0}) {
+      State near = z;
+      near.v.array() += sign * kRounding * (z.v.array().abs() + kOrigin);
+      for (Eigen::Index a = 0; a < near.multipliers.size(); ++a) {
+        Eigen::Index most = 0;
+        const double length = here.rows.row(a).cwiseAbs().maxCoeff(&most);
+        const double balanced = length > 0.0 ? here.terms[most] / length : 0.0;
+        near.multipliers[a] += sign * kRounding * (std::abs(z.multipliers[a]) + balanced);
+      }
+      System there;
+      if (!evaluate(active, near, there)) continue;
+      const auto change = (there.hessian - here.hessian).cwiseAbs().array();
+      certain = (change >= certain.cwiseAbs().array()).select(0.0, certain);
+    }
+    return certain;
   }
 
   /// What a row may be violated by at a point that is moved back from relaxed bounds of variables.
