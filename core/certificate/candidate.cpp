@@ -149,7 +149,8 @@ Units certain_units(CanonicalProblem& canonical, Candidate& candidate) {
   return measured();
 }
 
-bool clean(CanonicalProblem& canonical, const BoundClasses& classes, Point& point) {
+bool drop_inactive_multipliers(CanonicalProblem& canonical, const BoundClasses& classes,
+                               Point& point) {
   const Eigen::VectorXd lambda = without_inactive(canonical, classes, point.iterate.lambda);
   if (lambda == point.iterate.lambda) return true;
   return canonical.second_derivatives(point.iterate.v, lambda, point.evaluation) ==

@@ -44,7 +44,8 @@ struct Candidate {
 [[nodiscard]] bool evaluate(CanonicalProblem& canonical, Point& point);
 [[nodiscard]] bool evaluate_objective(CanonicalProblem& canonical, Point& point);
 /// Takes the multipliers of inactive inequalities, which are the barrier's, out of W.
-[[nodiscard]] bool clean(CanonicalProblem& canonical, const BoundClasses& classes, Point& point);
+[[nodiscard]] bool drop_inactive_multipliers(CanonicalProblem& canonical,
+                                             const BoundClasses& classes, Point& point);
 
 /// From entries of W and the Jacobian that neither rounding of the variables and multipliers nor
 /// the last Newton step changes by more than they are: what is left of a cancellation gives no

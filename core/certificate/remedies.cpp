@@ -81,7 +81,7 @@ std::optional<Candidate> release_bounds(TestContext& c, const Candidate& here) {
     next.classes.of[static_cast<std::size_t>(i)] = BoundClass::Inactive;
   }
   next.classes.weak_max -= static_cast<Index>(here.newton.pulled_off.size());
-  if (!clean(c.canonical, next.classes, next.point)) return {};
+  if (!drop_inactive_multipliers(c.canonical, next.classes, next.point)) return {};
   return next;
 }
 
@@ -196,7 +196,7 @@ bool begin(TestContext& c, const Point& given, const BoundClasses& guess, bool f
     c.hold_idle(candidate.classes);
     c.moved = candidate.point;
   }
-  if (!clean(c.canonical, candidate.classes, candidate.point)) return false;
+  if (!drop_inactive_multipliers(c.canonical, candidate.classes, candidate.point)) return false;
   candidate.units = certain_units(c.canonical, candidate);
   return true;
 }
@@ -224,7 +224,7 @@ bool change_classes(TestContext& c, Candidate& here) {
                  [&](Index, int, double distance) { inside = inside && distance > 0.0; });
   here.point.iterate = end;
   if (!inside || !evaluate(c.canonical, here.point) ||
-      !clean(c.canonical, here.classes, here.point)) {
+      !drop_inactive_multipliers(c.canonical, here.classes, here.point)) {
     return false;
   }
   here.units = certain_units(c.canonical, here);
@@ -313,7 +313,8 @@ std::optional<Candidate> with_basic_multipliers(TestContext& c, const Candidate&
     trial.point.iterate = std::move(basic.iterate);
     trial.classes = std::move(basic.classes);
     trial.narrow = std::move(basic.narrow);
-    if (!evaluate(c.canonical, trial.point) || !clean(c.canonical, trial.classes, trial.point)) {
+    if (!evaluate(c.canonical, trial.point) ||
+        !drop_inactive_multipliers(c.canonical, trial.classes, trial.point)) {
       continue;
     }
     trial.units = certain_units(c.canonical, trial);
