@@ -21,7 +21,8 @@ header=$source/core/$room/parameters.hpp
   echo 'namespace ipminmax::parameters {'
   echo 'struct Number { std::string name; double value; void (*set)(double); };'
   echo 'inline const std::vector<Number> kNumbers = {'
-  awk '/^namespace / { room = $2; sub(/.*::/, "", room) }
+  awk '/^namespace / { room = $2; sub(/.*::/, "", room); if (outer == "") outer = room }
+       /^}  \/\/ namespace / { room = outer }
        /^constexpr / {
          for (i = 2; i < NF; ++i) if ($i ~ /^k/ && $(i + 1) == "=") {
            n = room "::" $i

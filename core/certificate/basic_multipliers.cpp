@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -70,7 +69,7 @@ double BasicSearch::allowed_violation(const NullVector& along, Index dropped) co
 
 bool BasicSearch::take(NullVector& along, double direction, std::vector<NullVector>& others) {
   const double largest = along.bounds.lpNorm<Eigen::Infinity>();
-  double length = std::numeric_limits<double>::infinity();
+  double length = kInfinity;
   Index first = -1;
   for (Index i = 0; i < along.bounds.size(); ++i) {
     const double rate = direction * along.bounds[i];

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/certificate/barrier_step.hpp"
@@ -173,8 +172,7 @@ Eigen::VectorXd error_of(TestContext& c, const Point& point, const BoundClasses&
   if (!any) return error;
   Evaluation without = point.evaluation;
   if (c.canonical.second_derivatives(point.iterate.v, lambda, without) != EvaluationStatus::Ok) {
-    return Eigen::VectorXd::Constant(c.canonical.variables(),
-                                     std::numeric_limits<double>::infinity());
+    return Eigen::VectorXd::Constant(c.canonical.variables(), kInfinity);
   }
   for (std::size_t k = 0; k < without.hessian.size(); ++k) {
     without.hessian[k] -= point.evaluation.hessian[k];

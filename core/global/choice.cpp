@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <span>
 #include <string>
 #include <utility>
 
 #include "core/model/norms.hpp"
 #include "core/worst_case.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -28,7 +28,7 @@ double violation_of_max(const ProblemStructure& s, std::span<const double> g) {
   double largest = 0.0;
   for (std::size_t j = 0; j < g.size(); ++j) {
     if (s.constraint_players[j] != Player::Max) continue;
-    if (std::isnan(g[j])) return std::numeric_limits<double>::infinity();
+    if (std::isnan(g[j])) return kInfinity;
     largest = std::max({largest, s.constraint_lower[j] - g[j], g[j] - s.constraint_upper[j]});
   }
   return largest;
@@ -42,9 +42,7 @@ std::vector<double> min_part(const ProblemStructure& structure, const std::vecto
 
 Rank rank_of(const Result& result) {
   // NaN would break the order.
-  const auto number = [](double value) {
-    return std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
-  };
+  const auto number = [](double value) { return std::isnan(value) ? kInfinity : value; };
   const Certificate& found = result.certificate;
   // With a negative factor Min maximizes.
   const double objective = result.objective_scale < 0.0 ? -result.objective : result.objective;
@@ -80,8 +78,7 @@ void add_distinct(const ProblemStructure& structure, bool by_x, double tol, Inde
   ++known->found;
   // The higher of two y at the same x is the worst case there.
   const double f = known->result.objective;
-  constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  if (by_x && result.objective - f > clear_difference(f, result.objective, kUnknown, 0.0)) {
+  if (by_x && result.objective - f > clear_difference(f, result.objective, kInfinity, 0.0)) {
     known->result = std::move(result);
     known->first_start = start;
   }
@@ -139,8 +136,7 @@ void compare_with(const OtherAnswers& others, Problem& problem, Result& result, 
     worst = f;
     found = v;
   }
-  constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  if (!(worst - here > clear_difference(least, most, kUnknown, others.tol))) return;
+  if (!(worst - here > clear_difference(least, most, kInfinity, others.tol))) return;
   counts.gradient += 2;
   if (!(worst - here > uncertain_difference(problem, result.v, found, others.tol))) return;
   result.worst_case = {};

@@ -24,8 +24,8 @@ class LeastViolation final : public Problem {
       : model_(model), structure_(model.structure()), n_(structure_.variable_players.size()) {
     const Index t = add_variable(structure_, Player::Min, 0.0, kInfinity, {-1, "violation"});
     for (const Index row : robust_constraints(model.structure())) {
-      const bool lower = structure_.constraint_lower[at(row)] > -kNoBound;
-      const bool upper = structure_.constraint_upper[at(row)] < kNoBound;
+      const bool lower = structure_.constraint_lower[at(row)] > -kUnbounded;
+      const bool upper = structure_.constraint_upper[at(row)] < kUnbounded;
       if (lower == upper) continue;
       relaxed_.push_back({row, upper ? -1.0 : 1.0});
       structure_.jacobian.push_back({row, t});
@@ -63,7 +63,6 @@ class LeastViolation final : public Problem {
   }
 
  private:
-  static constexpr double kNoBound = 1e19;
   struct Relaxed {
     Index row;
     double sign;  ///< of t in it

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/kkt/system.hpp"
 #include "core/model/norms.hpp"
@@ -146,7 +145,7 @@ bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
   product.resize(size);
   Eigen::Map<Eigen::VectorXd> solution(reduced.data(), size);
   solution.setZero();
-  double last_ratio = std::numeric_limits<double>::infinity();
+  double last_ratio = kInfinity;
   for (Index k = 0;; ++k) {
     const double scale = infinity_norm(rhs) + infinity_norm(solution);
     const double ratio = scale > 0.0 ? infinity_norm(residual) / scale : 0.0;
@@ -300,7 +299,7 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
            (!accuracy.by_rows || rows_are_small(of_residual, of_rhs, scale));
   };
   // Refinement: stops at what is enough, or when the residual no longer falls.
-  double last_ratio = std::numeric_limits<double>::infinity();
+  double last_ratio = kInfinity;
   for (Index k = 0;; ++k) {
     double ratio = residual_ratio();
     if (std::isfinite(ratio) && ratio > kSlow * last_ratio) {

@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/method/barrier.hpp"
 #include "core/method/parameters.hpp"
 #include "core/point/step_length.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -60,7 +60,7 @@ double boundary_fraction(double mu, const SolverOptions& options) {
 
 Complementarity complementarity_of(const CanonicalProblem& canonical, const Iterate& iterate) {
   Complementarity products;
-  products.smallest = std::numeric_limits<double>::infinity();
+  products.smallest = kInfinity;
   for_each_product(canonical, iterate, [&](double product) {
     products.average += product;
     products.smallest = std::min(products.smallest, product);

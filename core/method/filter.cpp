@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/method/filter.hpp"
 #include "core/method/parameters.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -12,7 +12,7 @@ namespace filter = parameters::filter;
 
 /// a <= b up to the rounding of values of the given size.
 bool at_most(double a, double b, double size) {
-  return a - b <= filter::kRounding * std::numeric_limits<double>::epsilon() * std::abs(size);
+  return a - b <= filter::kRounding * kEpsilon * std::abs(size);
 }
 
 }  // namespace
@@ -40,7 +40,7 @@ std::optional<double> Filter::demanded(const Merit& from, double slope, double a
 }
 
 double Filter::most_increase(const Merit& from) const {
-  if (!minimizes_) return std::numeric_limits<double>::infinity();
+  if (!minimizes_) return kInfinity;
   return filter::kMostIncrease * std::max(10.0, std::abs(from.phi));
 }
 
@@ -58,9 +58,9 @@ Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, cons
 
 double Filter::largest_acceptable(const Merit& from, double slope, double alpha,
                                   double theta) const {
-  if (!(theta <= theta_max_)) return -std::numeric_limits<double>::infinity();
+  if (!(theta <= theta_max_)) return -kInfinity;
   const auto forgiving = [](double phi, double size) {
-    return phi + filter::kRounding * std::numeric_limits<double>::epsilon() * std::abs(size);
+    return phi + filter::kRounding * kEpsilon * std::abs(size);
   };
   const auto change = demanded(from, slope, alpha, theta);
   double largest =

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/method/globalized_block.hpp"
 #include "core/method/parameters.hpp"
 #include "core/model/norms.hpp"
+#include "linalg/numbers.hpp"
 
 // Leaving a first-order point that is no solution.
 
@@ -32,9 +32,8 @@ bool GlobalizedMethod::escape_inner(Run& run, const EscapeRequest& request, bool
                       !inner.direction(run.to, run.mu, outer_.direction))) {
     return false;
   }
-  const auto outcome =
-      inner.maximize(run.to, run.mu, inner_target(run.to, run.mu), parameters::inner::kSteps,
-                     std::numeric_limits<double>::infinity(), outer_.direction);
+  const auto outcome = inner.maximize(run.to, run.mu, inner_target(run.to, run.mu),
+                                      parameters::inner::kSteps, kInfinity, outer_.direction);
   return outcome == InnerMaximizer::Outcome::Maximum ||
          outcome == InnerMaximizer::Outcome::NotFound;
 }

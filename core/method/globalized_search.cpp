@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/method/globalized_block.hpp"
 #include "core/method/parameters.hpp"
 #include "core/model/norms.hpp"
+#include "linalg/numbers.hpp"
 
 // The outer step: filter line search along the Newton step of K, and what is done where it fails.
 
@@ -67,8 +67,7 @@ bool GlobalizedMethod::outer_step(Run& run) {
 bool GlobalizedMethod::exact_inner_maximum(Run& run) {
   outer_.trial = *run.here;
   if (outer_.inner.maximize(outer_.trial, run.mu, outer::kExactGain, parameters::inner::kSteps,
-                            std::numeric_limits<double>::infinity(),
-                            outer_.direction) != InnerMaximizer::Outcome::Maximum) {
+                            kInfinity, outer_.direction) != InnerMaximizer::Outcome::Maximum) {
     return false;
   }
   move_to_trial(run);

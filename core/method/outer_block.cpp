@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/method/barrier.hpp"
 #include "core/method/outer_block.hpp"
 #include "core/method/parameters.hpp"
 #include "core/point/residual.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -110,13 +110,13 @@ double tolerated_gain(double share, double phi) {
 }
 
 double OuterBlock::Bound::operator()(double alpha, double theta) const {
-  if (filter_ == nullptr) return std::numeric_limits<double>::infinity();
+  if (filter_ == nullptr) return kInfinity;
   const Merit& from = line_->from;
   // The first trial may be worth a second-order correction.
   const bool correctable = alpha == line_->longest.primal && theta >= from.theta && theta > 0.0;
   if (!correctable) return filter_->largest_acceptable(from, line_->slope, alpha, theta);
   // phi above this cannot be accepted when there is no violation to reduce.
-  return from.theta == 0.0 ? from.phi : std::numeric_limits<double>::infinity();
+  return from.theta == 0.0 ? from.phi : kInfinity;
 }
 
 Trial OuterBlock::evaluate_trial(double mu, double slope, double alpha, const Bound& bound) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/model/structure_check.hpp"
+
 namespace ipminmax {
 namespace {
 
@@ -31,10 +33,9 @@ void Budget::stop(Status why) noexcept {
 
 std::optional<Status> Budget::interrupted() noexcept {
   // Only the clocks with a limit are read.
-  constexpr double kNone = 1e19;
-  if (stopped_ < 0 && max_cpu_ < kNone && cpu_exceeds(stopwatch_, max_cpu_))
+  if (stopped_ < 0 && max_cpu_ < kUnbounded && cpu_exceeds(stopwatch_, max_cpu_))
     stop(Status::MaxCpuTime);
-  if (stopped_ < 0 && max_wall_ < kNone && stopwatch_.wall() > max_wall_) {
+  if (stopped_ < 0 && max_wall_ < kUnbounded && stopwatch_.wall() > max_wall_) {
     stop(Status::MaxWallTime);
   }
   const int why = stopped_;

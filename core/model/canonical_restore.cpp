@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -59,9 +58,8 @@ void CanonicalProblem::write_scaling(UserScaling& factors) const {
 }
 
 void CanonicalProblem::restore_values(bool finite, Result& result) {
-  constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
   bool new_point = true;
-  result.objective = kUndefined;
+  result.objective = kNaN;
   if (result.v == arrays_.objective_point) {
     result.objective = objective_value_;
   } else if (finite) {
@@ -69,17 +67,17 @@ void CanonicalProblem::restore_values(bool finite, Result& result) {
     if (!ask([&] {
           return problem_.objective(result.v, std::exchange(new_point, false), result.objective);
         })) {
-      result.objective = kUndefined;
+      result.objective = kNaN;
     }
   }
-  result.constraints.assign(structure_.constraint_players.size(), kUndefined);
+  result.constraints.assign(structure_.constraint_players.size(), kNaN);
   if (result.constraints.empty()) return;
   if (result.v == arrays_.constraints_point) {
     result.constraints = arrays_.constraint_values;
   } else if (finite) {
     ++counts_.constraints;
     if (!ask([&] { return problem_.constraints(result.v, new_point, result.constraints); })) {
-      std::ranges::fill(result.constraints, kUndefined);
+      std::ranges::fill(result.constraints, kNaN);
     }
   }
   new_point_ = true;

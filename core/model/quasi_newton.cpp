@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/model/canonical_problem.hpp"
 #include "core/model/quasi_newton.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
@@ -61,7 +61,7 @@ void QuasiNewton::take(Pair pair) {
   pair.s /= length;
   pair.y /= length;
   const double curvature = pair.s.dot(pair.y);
-  const double least = std::sqrt(std::numeric_limits<double>::epsilon()) * pair.y.norm();
+  const double least = std::sqrt(kEpsilon) * pair.y.norm();
   if (!(curvature > least) || !std::isfinite(curvature)) {
     if (++skipped_ <= kMostSkipped) return;
     pairs_.clear();

@@ -23,9 +23,6 @@ constexpr double kAtBound = 1e-3;
 /// Equations that read a state at most, those of its own and of neighbouring stages.
 constexpr std::size_t kMostReaders = 100;
 
-/// Bounds from here on are none, as nlp_upper_bound_inf has it by default.
-constexpr double kNoBound = 1e19;
-
 std::size_t player(Player p) { return p == Player::Max ? 1 : 0; }
 
 struct Shares {
@@ -35,7 +32,7 @@ struct Shares {
 };
 
 bool is_open(const ProblemStructure& s, std::size_t i) {
-  return s.variable_lower[i] <= -kNoBound || s.variable_upper[i] >= kNoBound;
+  return s.variable_lower[i] <= -kUnbounded || s.variable_upper[i] >= kUnbounded;
 }
 
 /// Equations without free variables of their owner restrict nobody's choice.

@@ -7,6 +7,9 @@
 
 namespace ipminmax {
 
+/// Bounds from here on are none, as nlp_upper_bound_inf has it by default.
+inline constexpr double kUnbounded = 1e19;
+
 /// Names of a variable and a constraint of the model for messages.
 [[nodiscard]] std::string variable_name(const ProblemStructure& structure, Index i);
 [[nodiscard]] std::string constraint_name(const ProblemStructure& structure, Index i);

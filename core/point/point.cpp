@@ -1,8 +1,8 @@
 #include <algorithm>
-#include <limits>
 
 #include "core/point/point.hpp"
 #include "core/point/residual.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -51,14 +51,13 @@ EvaluationStatus evaluate_derivatives(CanonicalProblem& canonical, Point& point)
 }
 
 void evaluate_where_defined(CanonicalProblem& canonical, Point& point) {
-  constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
   const Eigen::VectorXd& v = point.iterate.v;
   Evaluation& e = point.evaluation;
-  if (canonical.objective(v, e.f) != EvaluationStatus::Ok) e.f = kUndefined;
-  if (canonical.constraints(v, e.c) != EvaluationStatus::Ok) e.c.setConstant(kUndefined);
+  if (canonical.objective(v, e.f) != EvaluationStatus::Ok) e.f = kNaN;
+  if (canonical.constraints(v, e.c) != EvaluationStatus::Ok) e.c.setConstant(kNaN);
   if (canonical.first_derivatives(v, e) != EvaluationStatus::Ok) {
-    e.gradient.setConstant(kUndefined);
-    std::ranges::fill(e.jacobian, kUndefined);
+    e.gradient.setConstant(kNaN);
+    std::ranges::fill(e.jacobian, kNaN);
   }
   dual_residual(canonical, point.iterate, e, point.dual);
 }

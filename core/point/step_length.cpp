@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/point/step_length.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -48,7 +48,7 @@ namespace {
 
 /// Whether some variable changes by more than its rounding, or by what matters beside its bounds.
 bool moves(const CanonicalProblem& canonical, const Iterate& iterate, const Step& step) {
-  constexpr double kRounding = 2.0 * std::numeric_limits<double>::epsilon();
+  constexpr double kRounding = 2.0 * kEpsilon;
   const auto more = [&](Index i, double size) { return std::abs(step.v[i]) > kRounding * size; };
   for (Index i = 0; i < step.v.size(); ++i) {
     if (more(i, std::abs(iterate.v[i]))) return true;
@@ -118,7 +118,7 @@ void advance(const CanonicalProblem& canonical, const Step& step, StepLength alp
 void clip_bound_multipliers(const CanonicalProblem& canonical, double mu, double kappa,
                             Iterate& iterate) {
   // A distance lost in rounding says nothing of its multiplier, see keep_distances.
-  const double least = std::numeric_limits<double>::epsilon() * std::min(1.0, mu);
+  const double least = kEpsilon * std::min(1.0, mu);
   for (const Index i : canonical.lower_bounded()) {
     const double distance = canonical.above_lower(i, iterate.v[i]);
     if (distance < least) continue;

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 
+#include "core/model/structure_check.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
-
-/// From here on bounds are none.
-constexpr double kUnbounded = 1e19;
 
 std::vector<Index> marked(const std::vector<bool>& marks) {
   std::vector<Index> indices;

@@ -1,16 +1,14 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/search/best_point.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
 PointRank rank_of(const CanonicalProblem& canonical, const SolverOptions& options,
                   const Point& point) {
-  const auto or_last = [](double value) {
-    return std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
-  };
+  const auto or_last = [](double value) { return std::isnan(value) ? kInfinity : value; };
   const bool minimization = canonical.max_size() == 0;
   return {.violation = std::max(or_last(point.error.primal), options.constr_viol_tol),
           .value = or_last(minimization ? point.evaluation.f : point.error.total)};

@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
 #include "core/point/residual.hpp"
 #include "core/search/describe.hpp"
 #include "core/search/observation.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -80,9 +80,9 @@ bool Observation::tell_restoration(double mu, const IterationInfo& nested, const
   info.restoration = true;
   info.iteration = context_.budget.iteration + 1;
   info.factorizations_full = info.factorizations_inner = 0;
-  double f = std::numeric_limits<double>::quiet_NaN();
+  double f = kNaN;
   if (canonical.objective(v, f) != EvaluationStatus::Ok) {
-    f = std::numeric_limits<double>::quiet_NaN();
+    f = kNaN;
   }
   info.objective = canonical.unscaled_objective(f);
   info.error.primal = 0.0;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -43,7 +42,7 @@ struct Velocity {
 
 /// The next change of the active set.
 struct Event {
-  double step = std::numeric_limits<double>::infinity();
+  double step = kInfinity;
   bool of_constraint = false;
   std::size_t index = 0;
   Hold to = Hold::Free, from = Hold::Free;
