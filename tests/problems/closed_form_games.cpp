@@ -257,7 +257,7 @@ ClosedForm lagrangian(std::uint64_t seed) {
   };
   game.allowed = [=](const VectorXd& v) { return (a * v - b).norm() <= 1e-9 * (unit + b.norm()); };
   game.suspects = [=](const VectorXd&) { return least_directions(a / unit, q); };
-  game.accuracy = 1e-5;  // y'(Ax - b) of multipliers up to 1e4
+  game.accuracy = 1e-4;  // y'(Ax - b) of multipliers up to 1e5
   return game;
 }
 
