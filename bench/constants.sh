@@ -41,7 +41,12 @@ for folder in $(grep -rl "core/$room/parameters.hpp" core | xargs dirname | sort
     ${CMAKE_CXX_COMPILER_LAUNCHER:-} c++ "${flags[@]}" -c "$file" -o "${objects[-1]}"
   done
 done
-libraries=$(ninja -C "$build" -t commands verdicts | tail -1 | grep -oE '(/[^ ]*\.so|-l[a-z]+)' | sort -u)
+if [ -f "$build/build.ninja" ]; then
+  link=$(ninja -C "$build" -t commands verdicts | tail -1)
+else
+  link=$(cat "$build/tests/CMakeFiles/verdicts.dir/link.txt")
+fi
+libraries=$(grep -oE '(/[^ ]*\.so|-l[a-z]+)' <<<"$link" | sort -u)
 # shellcheck disable=SC2086
 c++ "${flags[@]}" "-DIPMINMAX_CHANGE_NUMBERS=\"core/$room/parameters.hpp\"" "$source/tests/verdicts.cpp" "${objects[@]}" \
   -o "$work/constants" "$build/tests/libipminmax_test_support.a" "$build/libipminmax_core.a" \
