@@ -260,7 +260,9 @@ void change_numbers(std::uint64_t games) {
         number.value == std::floor(number.value) && number.value > 1.0 && number.value < 1000.0;
     const double factor = is_count ? 3.0 : 10.0;
     for (const double times : {1.0 / factor, factor}) {
-      const double tried = is_count ? std::ceil(number.value * times) : number.value * times;
+      double tried = is_count ? std::ceil(number.value * times) : number.value * times;
+      // A share stays one: beyond it loops may not end.
+      if (number.value < 1.0 && tried >= 1.0) tried = 1.0 - 0.1 * (1.0 - number.value);
       number.set(tried);
       std::array<int, 2> certified{}, solved{};  // lost, gained
       int differ = 0, untrue = 0;
