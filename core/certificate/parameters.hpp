@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/method/parameters.hpp"
 #include "core/result.hpp"
 
 /// The numbers of the second-order test that are no options, each with what it decides. What the
@@ -8,11 +9,11 @@ namespace ipminmax::parameters::certificate {
 
 // --- Shares and roundings that several parts have in common --------------------------------------
 
-constexpr double kLittle = 0.1;      ///< of something: little beside it
+using parameters::kHardly;           ///< of something: none, where rounding is not all there is
+using parameters::kLittle;           ///< of something: little beside it
+using parameters::kSmall;            ///< of something: a residual or change that ends iterations
 constexpr double kConfirmed = 0.5;   ///< of something: a change that leaves it what it is
-constexpr double kSmall = 1e-2;      ///< of something: a residual or change that ends iterations
 constexpr double kTrace = 1e-3;      ///< of something: still named, or kept above zero
-constexpr double kHardly = 1e-6;     ///< of something: none, where rounding is not all there is
 constexpr double kRounding = 1e-13;  ///< of a variable, value or multiplier, relative
 constexpr double kConstant = 1e-12;  ///< change of a value, relative, of one that is constant
 constexpr double kZero = 1e-9;       ///< entries of directions and gradients in units that are none

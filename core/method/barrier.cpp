@@ -178,10 +178,10 @@ AdaptiveBarrier::AdaptiveBarrier(const SolverOptions& options, double lowest, do
       largest_(
           std::max({options.mu_max > 0.0 ? options.mu_max : options.mu_max_fact * first_average,
                     lowest, least_free})) {
-  constexpr Index kRoom = 1000;  // that needs no allocation later
-  residuals_.reserve(
-      static_cast<std::size_t>(std::min(options.adaptive_mu_kkterror_red_iters, kRoom)) + 1);
-  filter_.reserve(static_cast<std::size_t>(std::min(options.max_iter, kRoom)));
+  residuals_.reserve(static_cast<std::size_t>(
+                         std::min(options.adaptive_mu_kkterror_red_iters, parameters::kRoom)) +
+                     1);
+  filter_.reserve(static_cast<std::size_t>(std::min(options.max_iter, parameters::kRoom)));
 }
 
 void AdaptiveBarrier::reset() {

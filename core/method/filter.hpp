@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/method/parameters.hpp"
 #include "core/point/merit.hpp"
 
 namespace ipminmax {
@@ -31,8 +32,8 @@ class Filter {
   void begin_anew(std::size_t pairs) {
     entries_.clear();
     entries_.reserve(pairs);
-    theta_min_ = kFirstThetaMin;
-    theta_max_ = kFirstThetaMax;
+    theta_min_ = parameters::filter::kThetaMin;
+    theta_max_ = parameters::filter::kThetaMax;
     minimizes_ = false;
   }
 
@@ -68,10 +69,9 @@ class Filter {
   [[nodiscard]] std::optional<double> demanded(const Merit& from, double slope, double alpha,
                                                double theta) const;
 
-  static constexpr double kFirstThetaMin = 1e-4, kFirstThetaMax = 1e4;
   std::vector<Entry> entries_;
-  double theta_min_ = kFirstThetaMin;
-  double theta_max_ = kFirstThetaMax;
+  double theta_min_ = parameters::filter::kThetaMin;
+  double theta_max_ = parameters::filter::kThetaMax;
   bool minimizes_ = false;
 };
 

@@ -24,7 +24,7 @@ GlobalizedMethod::GlobalizedMethod(const MethodContext& context, Restorer restor
       outer_(context, first, arrays.outer) {
   arrays_.watchdog.begin_anew();
   arrays_.filter.begin_anew(
-      static_cast<std::size_t>(std::min(options_.max_iter, parameters::outer::kFilterPairs)));
+      static_cast<std::size_t>(std::min(options_.max_iter, parameters::kRoom)));
   arrays_.filter.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
   if (!has_max()) arrays_.filter.minimize();
 }
@@ -86,7 +86,7 @@ void GlobalizedMethod::renew_multipliers(Point& point) {
   if (!kkt_.least_squares_multipliers(point.iterate, point.evaluation, lambda)) return;
   std::swap(lambda, point.iterate.lambda);
   dual_residual(canonical_, point.iterate, point.evaluation, point.dual);
-  if (max_norm(point.dual) <= parameter::kRenewedDual * before &&
+  if (max_norm(point.dual) <= parameters::kSmall * before &&
       evaluate_second_derivatives(canonical_, point) == EvaluationStatus::Ok) {
     return;
   }
@@ -151,12 +151,12 @@ bool GlobalizedMethod::inner_phase(Run& run, double target) {
   return false;
 }
 
-/// Of a fast step from a point with this error.
+/// What the linear system of a fast step may leave: a share of what quadratic convergence would, by
+/// the last contraction, or of tol. error: at the point left.
 Accuracy GlobalizedMethod::forcing(double error) const {
-  namespace parameter = parameters::fast;
-  const double last = fast_contraction_ > 0.0 ? fast_contraction_ : parameter::kUnknownContraction;
-  return {.residual = std::max(parameter::kForcing * last * last * error,
-                               parameter::kShareOfTolerance * options_.tol)};
+  const double last = fast_contraction_ > 0.0 ? fast_contraction_ : parameters::kLittle;
+  return {.residual = std::max(parameters::kLittle * last * last * error,
+                               parameters::kSmall * options_.tol)};
 }
 
 /// Whether a fast step may lead from one residual to another: below the least of this mu, or, where a

@@ -84,7 +84,7 @@ bool GlobalizedMethod::without_line_search(Run& run) {
   arrays_.filter.reset();
   if (search(run, parameters::kHalvings, false)) return true;
   const Eigen::VectorXd& c = run.here->evaluation.c;
-  const bool exactly_feasible = max_norm(c) <= parameters::restoration::kFeasible * options_.tol;
+  const bool exactly_feasible = max_norm(c) <= parameters::kSmall * options_.tol;
   if (restorer_.solve && !exactly_feasible) return restore(run);
   return fail(run, Status::TinyStep, "no acceptable step found");
 }

@@ -36,7 +36,7 @@ InnerMaximizer::InnerMaximizer(const MethodContext& context, const Point& first,
   arrays_.gradient = arrays_.start_v = arrays_.rhs.v;
   arrays_.along = arrays_.rhs.v.tail(canonical_.variables() - canonical_.y().begin);
   arrays_.corrected_c = arrays_.rhs.lambda;
-  arrays_.filter.begin_anew(inner::kFilterPairs);
+  arrays_.filter.begin_anew(static_cast<std::size_t>(inner::kSteps));
   arrays_.robust_entries.clear();
   if (canonical.robust_constraints().empty()) return;
   const auto jacobian = canonical.jacobian();
@@ -279,7 +279,7 @@ bool InnerMaximizer::leave(Point& point, double mu, const Eigen::VectorXd& direc
 
 bool InnerMaximizer::feasible(const Point& point, double mu) const {
   return violation(point.evaluation.c, canonical_.max_constraints()) <=
-         inner::kFeasible * std::max(1.0, mu);
+         parameters::kHardly * std::max(1.0, mu);
 }
 
 InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double target,
@@ -296,7 +296,7 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
     const bool known = k == 0 && out.mu == mu && is_known(out, point);
     if (!known && !direction(point, mu, out)) return Outcome::NotFound;
     const double theta = violation(point.evaluation.c, canonical_.max_constraints());
-    const double feasible_theta = inner::kFeasible * std::max(1.0, mu);
+    const double feasible_theta = parameters::kHardly * std::max(1.0, mu);
     const bool unshifted = out.shift.y == 0.0;
     if (unshifted && out.largest_gain() <= target && theta <= std::max(feasible_theta, target)) {
       return Outcome::Maximum;

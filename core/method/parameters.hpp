@@ -14,6 +14,10 @@ namespace ipminmax::parameters {
 
 constexpr Index kSmallSystem = 300;  ///< rows of K up to which factors cost less than functions
 constexpr int kHalvings = 60;        ///< of a step, to where the model is defined
+constexpr Index kRoom = 1000;        ///< of lists that grow with the iterations, set aside at once
+/// Shares of something, and what is small in it, that are not critical: a tenth and ten times of
+/// them change no verdict (bench/constants.sh).
+constexpr double kLittle = 0.1, kSmall = 1e-2, kHardly = 1e-6;
 
 /// The fast path: Newton's method where both inertias are right.
 namespace fast {
@@ -22,11 +26,6 @@ constexpr double kGrowth = 1e3;       ///< of it allowed where there are bounds 
 constexpr int kStepsAboveLeast = 3;   ///< that may follow each other; 5 and 10 are as good [R]
 constexpr double kFreezeContraction =
     0.25;  ///< of a full step: K_yy is taken to be right [CYH's freeze, H]
-/// Residual that the linear system may leave: a share of what quadratic convergence would, from the
-/// last contraction or from this one, or of tol.
-constexpr double kForcing = 0.1;
-constexpr double kUnknownContraction = 0.1;
-constexpr double kShareOfTolerance = 1e-2;
 }  // namespace fast
 
 /// The inner phase: ascent in y alone.
@@ -39,21 +38,18 @@ constexpr int kSteps = 50;                ///< of one maximization [G]
 constexpr int kCorrections = 4;           ///< of a trial point of the minimizer [G]
 constexpr double kLongStep =
     10.0;  ///< a longer step of y, over 1 + |y|, is cut; farther out y is away [G]
-constexpr double kFeasible = 1e-6;  ///< violation, over max(1, mu), at which values compare [G]
 constexpr int kFarShiftedSteps =
     3;  ///< allowed once y has left its neighbourhood: it runs away [R]
-constexpr double kStationary = 1e-3;      ///< E_y over min(1, mu) at which a wrong K_yy is left [G]
-constexpr double kShortestStep = 1e-12;   ///< of the search [eps]
-constexpr std::size_t kFilterPairs = 64;  ///< room; one per step at most
+constexpr double kStationary = 1e-3;     ///< E_y over min(1, mu) at which a wrong K_yy is left [G]
+constexpr double kShortestStep = 1e-12;  ///< of the search [eps]
 }  // namespace inner
 
 /// The outer step: filter line search of the minimizer.
 namespace outer {
-constexpr int kRoughTrials = 4;       ///< with an inexact inner maximum [G]
-constexpr int kExactTrials = 10;      ///< with an exact one [G]
-constexpr double kExactGain = 1e-9;   ///< |q| of an exact one [G]
-constexpr double kLongStep = 4.0;     ///< the longest step with Max variables, over 1 + |v| [G]
-constexpr Index kFilterPairs = 1000;  ///< room
+constexpr int kRoughTrials = 4;      ///< with an inexact inner maximum [G]
+constexpr int kExactTrials = 10;     ///< with an exact one [G]
+constexpr double kExactGain = 1e-9;  ///< |q| of an exact one [G]
+constexpr double kLongStep = 4.0;    ///< the longest step with Max variables, over 1 + |v| [G]
 // Second-order correction, p_max and kappa_soc of [WB, 2.4].
 constexpr int kSecondOrderSteps = 4;
 constexpr double kSecondOrderDecrease = 0.99;
@@ -64,9 +60,8 @@ constexpr Index kWatchdogTrials = 3;
 constexpr Index kDominatedBeforeReset = 5;
 constexpr Index kFilterResets = 5;
 /// Gradient of the Lagrangian over that of f, 1 at least, from which multipliers of a minimization
-/// are renewed, and what least squares have to leave of it.
+/// are renewed.
 constexpr double kRunawayDual = 1e10;
-constexpr double kRenewedDual = 1e-2;
 }  // namespace outer
 
 /// Steps where no merit function helps.
@@ -83,10 +78,7 @@ constexpr double kPenalty = 1e3;   ///< rho of [WB, 3.3.1]
 /// The proximal term falls with mu, as in [Ipopt], from one solve of the restoration problem to the
 /// next, until its pull beside rho is nothing.
 constexpr int kRounds = 8;
-constexpr double kLessProximity = 1e-2;  ///< of mu; zeta is its square root
-constexpr double kNegligiblePull = 1e-6;
 constexpr double kAlmostFeasible = 1e2;  ///< violation over tol below which nothing is restored [R]
-constexpr double kFeasible = 1e-2;       ///< or not even where nothing else is left [eps]
 }  // namespace restoration
 
 /// Leaving first-order points along curvature of a wrong sign.
@@ -106,7 +98,6 @@ constexpr double kPenalty = 2.0;  ///< over the largest multiplier: an exact pen
 /// next ones rarely do (six games by stages at falling prices of the disturbance).
 namespace patience {
 constexpr Index kFewestSetbacks = 2;
-constexpr Index kMostSetbacks = 15;
 constexpr Index kVariablesPerSetback = 10;
 constexpr Index kSetbacksOfLargeSystems = 5;
 constexpr double kProgress = 0.9;        ///< of the violation

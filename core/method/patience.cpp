@@ -11,11 +11,9 @@ namespace ipminmax {
 namespace patience = parameters::patience;
 
 Patience::Patience(Index variables, Index rows)
-    : allowed_(
-          rows > parameters::kSmallSystem
-              ? patience::kSetbacksOfLargeSystems
-              : std::min(patience::kFewestSetbacks + variables / patience::kVariablesPerSetback,
-                         patience::kMostSetbacks)) {}
+    : allowed_(rows > parameters::kSmallSystem
+                   ? patience::kSetbacksOfLargeSystems
+                   : patience::kFewestSetbacks + variables / patience::kVariablesPerSetback) {}
 
 void Patience::barrier_changed() {
   best_ = {kInfinity, kInfinity};

@@ -202,7 +202,7 @@ RestorationOutcome restore_feasibility(
     if (!problem.read(result.v, v, c) || max_norm(c) <= options.constr_viol_tol) {
       return RestorationOutcome::Failed;
     }
-    if (problem.pull(v) <= restoration::kNegligiblePull) {
+    if (problem.pull(v) <= parameters::kHardly) {
       const bool pivots = options.linear_solver != LinearSolver::Ldlt;
       if (!pivots && result.certificate.second_order != SecondOrder::Satisfied)
         return RestorationOutcome::Unproved;
@@ -212,7 +212,7 @@ RestorationOutcome restore_feasibility(
     // The proximal term holds v back: on from here with less of it.
     from.iterate.v = v;
     from.evaluation.c = c;
-    start_mu *= restoration::kLessProximity;
+    start_mu *= parameters::kSmall;
   }
   return RestorationOutcome::Failed;
 }
