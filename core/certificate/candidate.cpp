@@ -198,7 +198,7 @@ void confirm(TestContext& c, Candidate& candidate, ActiveSetSystem& system) {
     return solve_accurately(c.kkt, system.assembled(), rhs, step, shift);
   };
   const auto converges = [&] {
-    return c.newton_confirms(system, candidate.point, solve, candidate.newton);
+    return c.newton_confirms(system, candidate.point, solve, candidate.newton, shift.y > 0.0);
   };
   candidate.converges = converges();
   if (!candidate.converges && candidate.proximal > 0.0) {  // to one of several solutions

@@ -60,8 +60,9 @@ using KktSolve = std::function<bool(const NewtonResidual& rhs, Step& step, doubl
 
 /// W at the end of the step has no lambda of inactive inequalities. The change is measured at least
 /// over a distance that rounding of the derivatives could explain. Of the point: iterate and
-/// evaluation.
+/// evaluation. is_part: solve's matrix is shifted, so that its step is part of the way alone, and W
+/// may jump beyond its end.
 void test_newton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
-                 const KktSolve& solve, NewtonArrays& arrays, NewtonTest& test);
+                 const KktSolve& solve, bool is_part, NewtonArrays& arrays, NewtonTest& test);
 
 }  // namespace ipminmax

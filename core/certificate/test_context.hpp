@@ -53,9 +53,11 @@ struct TestContext {
   /// By z / s in the units of the first look, idle copies held.
   void guess(const Iterate& iterate, double strict_ratio, BoundClasses& classes) const;
   [[nodiscard]] Eigen::VectorXd hessian_error_in(const Units& units) const;
-  /// Whether a Newton step keeps the classes and the next one would be much shorter.
+  /// Whether a Newton step keeps the classes and the next one would be much shorter. is_part: see
+  /// test_newton.
   [[nodiscard]] bool newton_confirms(ActiveSetSystem& system, const Point& point,
-                                     const KktSolve& solve, NewtonTest& newton) const;
+                                     const KktSolve& solve, NewtonTest& newton,
+                                     bool is_part = false) const;
   /// To the certificate and the reasons: the doubtful bounds of the classes that the verdict is of.
   void report_weakly_active(const BoundClasses& classes);
   /// To the certificate: the matrices' inertias at the point without any margin; all zero where no
