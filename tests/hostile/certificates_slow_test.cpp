@@ -259,7 +259,8 @@ TEST(OddModels, AreCertifiedTruly) {
 }
 
 // A jump of W at the solution, short of which a step with curvature from Max ends (the first and the
-// last). The others are true: optima so near to a jump that values do not show them; bounds relaxed by ten times their size.
+// last). The others are true: optima so near to a jump that values do not show them; bounds relaxed by
+// ten times their size.
 TEST(OnceFalse, OddModelsAreNoMore) {
   for (const std::uint64_t seed :
        {620502441, 620101533, 620402181, 620402487, 620602877, 620701893, 1020301241}) {
