@@ -159,8 +159,8 @@ Accuracy GlobalizedMethod::forcing(double error) const {
                                parameters::kSmall * options_.tol)};
 }
 
-/// Whether a fast step may lead from one residual to another: below the least of this mu, or, where a
-/// barrier bends the way to it, for a few steps above it.
+/// Whether a fast step may lead from one residual to another: below the least of this mu, or, where
+/// a barrier bends the way to it, for a few steps above it.
 bool GlobalizedMethod::contracts(double before, double after) {
   if (least_residual_ == kInfinity) least_residual_ = before;
   if (after <= parameters::fast::kContraction * least_residual_) {
