@@ -26,6 +26,8 @@ constexpr Index kStartsOfRows = 8;
 /// lead to such ones.
 constexpr Index kMostStartsOfRows = 100;
 constexpr double kUnseenShare = 0.01;
+/// Of the range of values: what the next maximum may have more where those found are equal.
+constexpr double kMore = 0.01;
 /// Of so many starts that found the highest maximum, a higher one to which half as many lead would
 /// have been missed once in exp(10 / 2) = 150 times.
 constexpr Index kOften = 10;
@@ -218,7 +220,8 @@ class MaximizationOverY {
       ++distinct;
     }
     const double most = highest();
-    return !is_above_limit(most) && most + (most - lowest) > *limit_ &&
+    const double more = std::max(most - lowest, kMore * found_.range());
+    return !is_above_limit(most) && most + more > *limit_ &&
            (made <= 2 * distinct * distinct + 3 * distinct + 2 ||
             distinct * (distinct + 1) > kUnseenShare * made * (made - 1));
   }
