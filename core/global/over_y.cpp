@@ -22,8 +22,12 @@ namespace {
 
 /// Starts of y for each robust constraint unless the option says how many.
 constexpr Index kStartsOfRows = 8;
-/// Most of them where they end at different maxima and one more could violate the constraint.
+/// Most of them where one more maximum could violate the constraint, and the share of starts that may
+/// lead to such ones.
 constexpr Index kMostStartsOfRows = 100;
+constexpr double kUnseenShare = 0.01;
+/// Of the range of values: what the next maximum may have more where those found are equal.
+constexpr double kMore = 0.01;
 /// Of so many starts that found the highest maximum, a higher one to which half as many lead would
 /// have been missed once in exp(10 / 2) = 150 times.
 constexpr Index kOften = 10;
@@ -106,16 +110,21 @@ class MaximizationOverY {
         const Index number = context_.drawn + start;
         v = at(start) <= given.size() ? given[at(start) - 1]
                                       : random_start(inner_.structure(), own, number, options_);
-        // Every other one near where it begins.
-        if (at(start) > given.size() && start % 2 == 0 && limit_ && !found_.maxima.empty()) {
-          v = start_within(inner_, options_, center(), std::move(v), number);
-          options = staying_near(options, kMuWithin);
+        if (at(start) > given.size() && !held_.empty()) v = follow(own, v);
+        if (v.empty()) continue;
+        // Every other one near where it begins, every fourth one below a climb.
+        if (at(start) > given.size() && start % 2 == 0 && is_scattered()) {
+          const bool climbs = start % 4 == 2 && can_climb();
+          v = climbs ? start_above(inner_, options_, center(), std::move(v), number,
+                                   context_.work.counts)
+                     : start_within(inner_, options_, center(), std::move(v), number);
+          options = staying_near(options, climbs ? kMuBeside : kMuWithin);
         }
       }
       if (!maximize_from(std::move(v), options)) break;
       if (start + 1 >= count && limit_ && !climb()) break;
     }
-    found_.settled = found_.corners_known &&
+    found_.settled = found_.valueless_corners.empty() &&
                      (start < kMostStartsOfRows || !may_be_higher(start) || is_found_often());
     // As a single solve does, which is not to find more than many starts.
     if (found_.finished && count > 1 && !any_certified() && makes_new_starts(options_)) {
@@ -136,13 +145,14 @@ class MaximizationOverY {
     const std::vector<std::size_t> boxed = boxed_variables(s, options_);
     std::vector<double> v = starting_values(inner_);
     if (v.empty() || boxed.empty() || boxed.size() > kMostHeld || has_inequality(s)) return {};
+    held_ = boxed;
     std::optional<Result> best;
     for (std::size_t corner = 0; corner < (std::size_t{1} << boxed.size()); ++corner) {
       if (context_.budget.used_up()) break;
       move_to_corner(s, boxed, corner, v);
       Result result = solve_held(Held(inner_, boxed, v));
       if (!is_success(result.status)) {
-        found_.corners_known = false;
+        found_.valueless_corners.push_back(v);
       } else if (!best || result.objective > best->objective) {
         best = std::move(result);
       }
@@ -151,6 +161,26 @@ class MaximizationOverY {
     best->certificate = {};  // of what is held
     if (limit_) add(*best);
     return std::move(best->v);
+  }
+
+  /// Those variables as another point has them, and what follows; empty: it diverges.
+  [[nodiscard]] std::vector<double> follow(std::vector<double> v, const std::vector<double>& from) {
+    for (const std::size_t i : held_) v[i] = from[i];
+    Result result = solve_held(Held(inner_, held_, std::move(v)));
+    return is_success(result.status) ? std::move(result.v) : std::vector<double>{};
+  }
+
+  /// Whether random starts are to begin near points of Y.
+  [[nodiscard]] bool is_scattered() const {
+    return limit_ && held_.empty() && !found_.maxima.empty();
+  }
+  /// Whether single variables lead up: of few all corners are known, and none that others follow.
+  [[nodiscard]] bool can_climb() const {
+    const ProblemStructure& s = inner_.structure();
+    for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
+      if (s.constraint_lower[j] == s.constraint_upper[j]) return false;
+    }
+    return boxed_variables(s, options_).size() > kMostHeld;
   }
 
   /// Whether the maximizer has constraints other than equations.
@@ -175,9 +205,9 @@ class MaximizationOverY {
   }
 
   /// Whether another start is worth its cost. Where n random ones found w maxima,
-  /// w (w + 1) / (n - w - 2) more are to be expected (Boender and Rinnooy Kan 1987): half a one is
-  /// not. Nor does one count that would have to be higher than the highest by more than the known
-  /// ones differ.
+  /// w (w + 1) / (n - w - 2) more are to be expected, to which w (w + 1) / (n (n - 1)) of all starts
+  /// lead (Boender and Rinnooy Kan 1987): half a one is not, nor a rare one. Nor does one count that
+  /// would have to be higher than the highest by more than the known ones differ.
   [[nodiscard]] bool may_be_higher(Index made) const {
     if (!limit_ || options_.minmax_worst_case_starts >= 0 || options_.minmax_concave_in_y) {
       return false;
@@ -190,8 +220,10 @@ class MaximizationOverY {
       ++distinct;
     }
     const double most = highest();
-    return !is_above_limit(most) && most + (most - lowest) > *limit_ &&
-           made <= 2 * distinct * distinct + 3 * distinct + 2;
+    const double more = std::max(most - lowest, kMore * found_.range());
+    return !is_above_limit(most) && most + more > *limit_ &&
+           (made <= 2 * distinct * distinct + 3 * distinct + 2 ||
+            distinct * (distinct + 1) > kUnseenShare * made * (made - 1));
   }
 
   /// Value of the maxima found; -infinity: there is none.
@@ -396,6 +428,7 @@ class MaximizationOverY {
   std::optional<double> limit_;
   SearchStructure structure_;
   MaximaOverY found_;
+  std::vector<std::size_t> held_;  ///< few variables that all others follow; none: empty
   std::vector<double> multipliers_of_highest_;
   double climbed_ = -kInfinity;  ///< from a maximum of this value
 };
@@ -469,15 +502,18 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
                                         starts > 0 ? std::optional(scan.accepted) : std::nullopt);
     scan.settled = found.finished && found.maximized;
     scan.may_be_higher = !found.settled && !(found.proof && found.proof->complete);
-    scan.corners_known = found.corners_known;
     scan.scale = std::max(found.range(), std::abs(scan.bound));
     scan.starts = std::move(found.starts);
     scan.proof = std::move(found.proof);
     if (scan.proof) describe(row, side, *scan.proof);
+    const auto worst_case = [&](std::vector<double>& v) {
+      return RobustCopies::WorstCase{row, std::move(v), true, false, side > 0.0 ? 1 : -1};
+    };
     for (WorstCaseMaximum& maximum : found.maxima) {
       scan.values.push_back(maximum.value);
-      scan.maxima.push_back({row, std::move(maximum.v), true, false, side > 0.0 ? 1 : -1});
+      scan.maxima.push_back(worst_case(maximum.v));
     }
+    for (auto& v : found.valueless_corners) scan.valueless_corners.push_back(worst_case(v));
     return scan;
   };
   std::vector<SideScan> scans;

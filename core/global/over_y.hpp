@@ -50,7 +50,8 @@ struct MaximaOverY {
   bool single_branch = true;  ///< all at one maximum, K_yy right at every iterate
   bool finished = true;       ///< false: the budget was used up
   bool settled = true;        ///< false: after the most starts a higher maximum is to be expected
-  bool corners_known = true;  ///< false: one of few variables that others follow has no value
+  /// Of few variables that others follow: those that have no value, n values each.
+  std::vector<std::vector<double>> valueless_corners;
   /// Of the largest value, where it was asked for and no maximum was above the limit. A higher y
   /// that it has seen is one of the maxima.
   std::optional<WorstCaseProof> proof;
@@ -90,10 +91,10 @@ struct SideScan {
   double scale = 0.0;                           ///< of its values, MaximaOverY::range()
   bool settled = true;                          ///< maximized, as often as was asked for
   bool may_be_higher = false;                   ///< after the most starts, and no proof says other
-  bool corners_known = true;                    ///< as MaximaOverY's
   std::vector<RobustCopies::WorstCase> maxima;  ///< distinct, the largest value first
   std::vector<double> values;                   ///< theirs, side times the constraint
   std::vector<std::vector<double>> starts;      ///< where the maximizations began
+  std::vector<RobustCopies::WorstCase> valueless_corners;  ///< as MaximaOverY's
   std::optional<WorstCaseProof> proof;
 
   /// Excess over the bound, or over what a solve accepts, relative to the scale; negative: the

@@ -41,6 +41,18 @@ bool is_feasible(Problem& inner, const SolverOptions& options, std::span<const d
   return true;
 }
 
+/// From the center that share of the way, or less where Max's constraints do not hold there.
+std::vector<double> drawn_back(Problem& inner, const SolverOptions& options,
+                               std::span<const double> center, const std::vector<double>& from,
+                               double share) {
+  std::vector<double> v(from.size()), g(inner.structure().constraint_lower.size());
+  for (int k = 0; k <= kMostDrawnBack; ++k, share *= kDrawnBack) {
+    for (std::size_t i = 0; i < v.size(); ++i) v[i] = center[i] + share * (from[i] - center[i]);
+    if (is_feasible(inner, options, v, g)) break;
+  }
+  return v;
+}
+
 }  // namespace
 
 SolverOptions staying_near(const SolverOptions& options, double mu) {
@@ -103,18 +115,27 @@ std::vector<double> start_within(Problem& inner, const SolverOptions& options,
                                  Index start) {
   const ProblemStructure& s = inner.structure();
   std::mt19937_64 generator(at(start));
-  double share = uniform(generator);
-  for (std::size_t i = 0; i < random.size(); ++i) {
-    if (!is_boxed(s, options, i)) continue;
+  const double share = uniform(generator);
+  for (const std::size_t i : boxed_variables(s, options)) {
     const double middle = 0.5 * (s.variable_lower[i] + s.variable_upper[i]);
     random[i] = random[i] > middle ? s.variable_upper[i] : s.variable_lower[i];
   }
-  std::vector<double> v(random.size()), g(s.constraint_lower.size());
-  for (int drawn_back = 0; drawn_back <= kMostDrawnBack; ++drawn_back, share *= kDrawnBack) {
-    for (std::size_t i = 0; i < v.size(); ++i) v[i] = center[i] + share * (random[i] - center[i]);
-    if (is_feasible(inner, options, v, g)) break;
+  return drawn_back(inner, options, center, random, share);
+}
+
+std::vector<double> start_above(Problem& inner, const SolverOptions& options,
+                                std::span<const double> center, std::vector<double> random,
+                                Index start, Counts& counts) {
+  const ProblemStructure& s = inner.structure();
+  std::vector<double> middle(center.begin(), center.end()), g(s.constraint_lower.size());
+  for (const std::size_t i : boxed_variables(s, options)) {
+    middle[i] = 0.5 * (s.variable_lower[i] + s.variable_upper[i]);
   }
-  return v;
+  if (is_feasible(inner, options, middle, g)) center = middle;
+  std::vector<double> v = start_within(inner, options, center, std::move(random), start);
+  const std::vector<double> none(g.size(), 0.0);
+  const std::vector<double> above = moved_to_bounds(inner, options, v, none, 0.0, counts);
+  return above.empty() ? v : drawn_back(inner, options, center, above, 1.0);
 }
 
 std::vector<double> moved_to_bounds(Problem& inner, const SolverOptions& options,

@@ -36,6 +36,13 @@ void move_to_corner(const ProblemStructure& structure, const std::vector<std::si
                                                std::span<const double> center,
                                                std::vector<double> random, Index start);
 
+/// Such a point, seen from the middle of the box of y where that is in Y, then along single variables
+/// to bounds while that gains, and back into Y.
+[[nodiscard]] std::vector<double> start_above(Problem& inner, const SolverOptions& options,
+                                              std::span<const double> center,
+                                              std::vector<double> random, Index start,
+                                              Counts& counts);
+
 /// Moves single variables of a maximum to bounds, as long as f + lambda'g gains by more than
 /// `clearly`: above every y of Y that is better, and above few others. Empty: none does.
 [[nodiscard]] std::vector<double> moved_to_bounds(Problem& inner, const SolverOptions& options,

@@ -176,10 +176,12 @@ void RobustSearch::leave_undecided(const std::vector<SideScan>& scans) {
   CertificateReason reason{
       .kind = CertificateReason::Kind::RobustRow,
       .player = Player::Max,
-      .text = row + (open->corners_known
+      .text = row + (open->valueless_corners.empty()
                          ? " has many maxima over y: " + std::to_string(open->maxima.size()) +
                                " found, a higher one is to be expected"
-                         : " has no value at a corner of y: what follows y diverges there"),
+                         : " has no value at a corner of y, what follows diverges: " +
+                               describe_y(model_.structure(), open->constraint,
+                                          open->valueless_corners.front().v)),
       .variables = {},
       .constraints = {}};
   if (!of_objective) reason.constraints.push_back(open->constraint);

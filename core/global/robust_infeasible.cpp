@@ -79,19 +79,23 @@ std::string short_number(double value) {
   return text;
 }
 
-/// "name = value, ..." of the variables that a constraint's worst case is about.
-std::string describe_y(const ProblemStructure& s, const RobustWorstCase& found) {
-  constexpr std::size_t kMost = 6;
-  const std::vector<Index> variables = robust_scope(s, found.constraint).variables;
-  std::string text;
-  for (std::size_t k = 0; k < std::min(kMost, variables.size()); ++k) {
-    text += (k > 0 ? ", " : "") + variable_name(s, variables[k]) + " = " +
-            short_number(found.v[at(variables[k])]);
-  }
-  return text + (variables.size() > kMost ? ", ..." : "");
-}
-
 }  // namespace
+
+std::string describe_y(const ProblemStructure& s, Index constraint, const std::vector<double>& v) {
+  constexpr int kMost = 6;
+  const RobustScope scope = robust_scope(s, constraint);
+  std::string text;
+  int said = 0;
+  for (const Index i : scope.variables) {
+    if (std::ranges::binary_search(scope.followers, i) ||
+        s.variable_lower[at(i)] == s.variable_upper[at(i)]) {
+      continue;
+    }
+    if (said++ == kMost) return text + ", ...";
+    text += (said > 1 ? ", " : "") + variable_name(s, i) + " = " + short_number(v[at(i)]);
+  }
+  return text;
+}
 
 /// After a search that failed: minimizes the largest violation of the robust constraints over y.
 /// Where that stays above the tolerance they cannot be met here.
@@ -127,7 +131,7 @@ void RobustSearch::name_infeasible(std::vector<double> start) {
   least.message =
       "robust constraints cannot be met near this x: the least worst-case violation is " +
       short_number(violation) + ", of " + constraint_name(s, worst->constraint) + " at " +
-      describe_y(s, *worst);
+      describe_y(s, worst->constraint, worst->v);
   least.status = Status::LocallyInfeasible;
   least.certificate = {};
   least.certificate.kind = PointKind::InfeasiblePoint;

@@ -211,6 +211,21 @@ std::optional<RobustSearch::Solved> RobustSearch::go_alone() {
   return solved;
 }
 
+/// Corners of y where what follows y diverges become worst cases, and x moves to where it does not.
+/// Whether there were any and there is such an x.
+bool RobustSearch::go_to_values(const std::vector<SideScan>& scans) {
+  const std::vector<RobustCopies::WorstCase> before = place_.worst_cases;
+  for (const SideScan& side : scans) {
+    place_.worst_cases.insert(place_.worst_cases.end(), side.valueless_corners.begin(),
+                              side.valueless_corners.end());
+  }
+  if (place_.worst_cases.size() == before.size()) return false;
+  const auto alone = go_alone();
+  if (alone && is_success(alone->result.status)) return true;
+  place_.worst_cases = before;
+  return false;
+}
+
 /// At the maximum of g + mu sum ln(distances) g is below its own by mu for each of them (exactly so
 /// where it is linear in y). mu is that of the row's units, however the solve scales it: a distance
 /// times its multiplier, over the row's.
@@ -253,6 +268,7 @@ bool RobustSearch::look_further(const RobustCopies& copies, const Result& result
   }
   const std::vector<SideScan> scans = scan(known);
   if (!verified_.empty() && refutes_verified(scans)) verified_.clear();
+  if (round < kMostRounds && !budget_.used_up() && go_to_values(scans)) return true;
   const std::vector<RobustCopies::WorstCase> solved = place_.worst_cases;
   if (add_violated(scans, options_.minmax_worst_case_tol, false)) {
     if (round < kMostRounds && !budget_.used_up()) return true;

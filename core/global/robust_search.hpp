@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/global/over_y.hpp"
@@ -19,6 +20,10 @@ struct RobustForm {
 
 /// Which Max variables f reads, from its gradient around the start. n.
 [[nodiscard]] std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& start);
+
+/// "name = value, ..." of what a constraint's worst case chooses.
+[[nodiscard]] std::string describe_y(const ProblemStructure& s, Index constraint,
+                                     const std::vector<double>& v);
 
 /// The search for worst cases around a list of solves, from one start of x.
 class RobustSearch {
@@ -60,6 +65,7 @@ class RobustSearch {
   [[nodiscard]] Solved solve_worst_cases();
   [[nodiscard]] Solved solve_once(bool near);
   [[nodiscard]] std::optional<Solved> go_alone();
+  [[nodiscard]] bool go_to_values(const std::vector<SideScan>& scans);
   void keep_point(const RobustCopies& copies, const Result& result);
   [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
   [[nodiscard]] double gap(const RobustCopies& copies, const Result& result, std::size_t k) const;
