@@ -212,16 +212,22 @@ std::optional<RobustSearch::Solved> RobustSearch::go_alone() {
 }
 
 /// Corners of y where what follows y diverges become worst cases, and x moves to where it does not.
-/// Whether there were any and there is such an x.
+/// Whether there were any and there is such an x. More than there are corners of three variables are
+/// the same ones again, which copies have left.
 bool RobustSearch::go_to_values(const std::vector<SideScan>& scans) {
+  constexpr std::size_t kCorners = 8;
   const std::vector<RobustCopies::WorstCase> before = place_.worst_cases;
+  if (corners_added_ >= kCorners) return false;
   for (const SideScan& side : scans) {
     place_.worst_cases.insert(place_.worst_cases.end(), side.valueless_corners.begin(),
                               side.valueless_corners.end());
   }
   if (place_.worst_cases.size() == before.size()) return false;
   const auto alone = go_alone();
-  if (alone && is_success(alone->result.status)) return true;
+  if (alone && is_success(alone->result.status)) {
+    corners_added_ += place_.worst_cases.size() - before.size();
+    return true;
+  }
   place_.worst_cases = before;
   return false;
 }

@@ -111,6 +111,7 @@ class RobustSearch {
   SolveObserver observer_;
   RobustScopes scopes_;
   Place place_;
+  std::size_t corners_added_ = 0;  ///< to the worst cases, by go_to_values
   std::vector<bool> reads_y_;
   bool names_infeasible_ = true;
   bool restarts_ = false;         ///< searches that fail begin anew
