@@ -129,7 +129,7 @@ TEST_F(AmplFormulas, EncloseWhatTheLibraryComputes) {
 
 TEST_F(AmplFormulas, ADesignIsProvedOverAllY) {
   put_resonance();
-  ASSERT_EQ(run("model.nl -s"), 0) << err_;
+  ASSERT_EQ(run("model.nl -s minmax_worst_case_starts=8"), 0) << err_;
   EXPECT_NE(out_.find("objective -1.66666"), std::string::npos) << out_;
   ASSERT_EQ(run("model.nl -s minmax_worst_case_proof=yes"), 0) << err_;
   EXPECT_NE(out_.find("proved over all y"), std::string::npos) << out_;
