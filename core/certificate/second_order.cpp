@@ -8,15 +8,17 @@
 namespace ipminmax {
 namespace {
 
+/// Entries of 1/2 on the average.
 const NewtonResidual& generic_right_hand_side(ActiveSetSystem& system) {
+  constexpr double kHalved = 2.0 / 3.0;
   const CanonicalProblem& canonical = system.canonical();
   NewtonResidual& rhs = system.rhs();
   set_zero(canonical, rhs);
   for (Index i = 0; i < canonical.variables(); ++i) {
-    if (system.is_free(i)) rhs.v[i] = generic_entry(i);
+    if (system.is_free(i)) rhs.v[i] = kHalved * generic_entry(i);
   }
   for (Index j = 0; j < canonical.constraints(); ++j) {
-    if (system.counts(j)) rhs.lambda[j] = generic_entry(canonical.variables() + j);
+    if (system.counts(j)) rhs.lambda[j] = kHalved * generic_entry(canonical.variables() + j);
   }
   return rhs;
 }
