@@ -47,9 +47,9 @@ constexpr double kTurn = 0.25;
 constexpr double kResiduals = 10.0;   ///< of a gradient, that its multipliers may be off by
 constexpr double kIndependent = 1e5;  ///< amplification by matrices with independent gradients
 constexpr Index kToConfirm = 3;       ///< factorizations of a step and the test at its end
-/// Contraction of more than kFew steps, to a zero of high order; 1/2 belongs to weakly active bounds.
+/// Contraction of more than kFew steps of small systems, to a zero of high order; 1/2 belongs to
+/// weakly active bounds.
 constexpr double kCreeping = 0.4;
-constexpr Index kLargeSystem = 300;  ///< dimension beyond which that costs too much
 
 // --- How far a solution may be from the point ----------------------------------------------------
 
@@ -74,7 +74,8 @@ constexpr double kSmallStationary = 1e-8;
 /// programs have many.
 constexpr Index kDependentEntries = 200000;
 constexpr double kDependent = 1e-7;  ///< a combination of rows of length one that is zero
-/// The same after kFew steps of inverse iteration that is none: 3 times the square root of kRelaxation.
+/// The same after kFew steps of inverse iteration that is none: 3 times the square root of
+/// kRelaxation.
 constexpr double kClearlyIndependent = 3e-5;
 constexpr double kNothingLeft = 1e-4;  ///< of a vector in the null space: no more is there
 constexpr Index kMostFaces = 10;       ///< rows of a matrix whose faces are all looked at

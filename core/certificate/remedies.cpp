@@ -123,7 +123,7 @@ std::optional<Candidate> take_newton_step(TestContext& c, const Candidate& here)
   // Newton's method creeps to where derivatives nearly vanish together.
   const bool creeps = here.creeps && !here.converges &&
                       here.newton.contraction <= parameter::kCreeping &&
-                      c.kkt.layout().dimension() <= parameter::kLargeSystem;
+                      c.kkt.layout().dimension() <= parameters::kSmallSystem;
   const int most = creeps ? parameter::kMany : parameter::kFew;
   if (there || here.steps >= most || (here.steps > 0 && ends_here(c, here))) return {};
   auto next = at_end_of_step(c, here);

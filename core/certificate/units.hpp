@@ -66,8 +66,8 @@ const Units& units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& 
 [[nodiscard]] double size_of_problem(const CanonicalProblem& canonical, const Iterate& iterate,
                                      const Units& units);
 
-/// Of right-hand sides and directions without the symmetries that a problem may have: of size 1/2 to
-/// 1, for beside an entry next to zero a large entry of the inverse would not show.
+/// Of right-hand sides and directions without the symmetries that a problem may have: of size 1/2
+/// to 1, for beside an entry next to zero a large entry of the inverse would not show.
 [[nodiscard]] inline double generic_entry(Index i) {
   const double turns = 0.6180339887498949 * static_cast<double>(i + 1);
   const double entry = turns - std::floor(turns) - 0.5;

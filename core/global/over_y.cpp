@@ -22,8 +22,8 @@ namespace {
 
 /// Starts of y for each robust constraint unless the option says how many.
 constexpr Index kStartsOfRows = 8;
-/// Most of them where one more maximum could violate the constraint, and the share of starts that may
-/// lead to such ones.
+/// Most of them where one more maximum could violate the constraint, and the share of starts that
+/// may lead to such ones.
 constexpr Index kMostStartsOfRows = 100;
 constexpr double kUnseenShare = 0.01;
 /// Of the range of values: what the next maximum may have more where those found are equal.
@@ -205,9 +205,9 @@ class MaximizationOverY {
   }
 
   /// Whether another start is worth its cost. Where n random ones found w maxima,
-  /// w (w + 1) / (n - w - 2) more are to be expected, to which w (w + 1) / (n (n - 1)) of all starts
-  /// lead (Boender and Rinnooy Kan 1987): half a one is not, nor a rare one. Nor does one count that
-  /// would have to be higher than the highest by more than the known ones differ.
+  /// w (w + 1) / (n - w - 2) more are to be expected, to which w (w + 1) / (n (n - 1)) of all
+  /// starts lead (Boender and Rinnooy Kan 1987): half a one is not, nor a rare one. Nor does one
+  /// count that would have to be higher than the highest by more than the known ones differ.
   [[nodiscard]] bool may_be_higher(Index made) const {
     if (!limit_ || options_.minmax_worst_case_starts >= 0 || options_.minmax_concave_in_y) {
       return false;

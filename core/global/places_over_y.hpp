@@ -20,8 +20,8 @@ namespace ipminmax {
 [[nodiscard]] std::vector<std::size_t> boxed_variables(const ProblemStructure& structure,
                                                        const SolverOptions& options);
 
-/// Puts these at the corner of their box of that number: bit k says whether the k-th is at its upper
-/// bound.
+/// Puts these at the corner of their box of that number: bit k says whether the k-th is at its
+/// upper bound.
 void move_to_corner(const ProblemStructure& structure, const std::vector<std::size_t>& boxed,
                     std::size_t corner, std::vector<double>& v);
 
@@ -36,8 +36,8 @@ void move_to_corner(const ProblemStructure& structure, const std::vector<std::si
                                                std::span<const double> center,
                                                std::vector<double> random, Index start);
 
-/// Such a point, seen from the middle of the box of y where that is in Y, then along single variables
-/// to bounds while that gains, and back into Y.
+/// Such a point, seen from the middle of the box of y where that is in Y, then along single
+/// variables to bounds while that gains, and back into Y.
 [[nodiscard]] std::vector<double> start_above(Problem& inner, const SolverOptions& options,
                                               std::span<const double> center,
                                               std::vector<double> random, Index start,

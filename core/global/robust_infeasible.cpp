@@ -17,7 +17,8 @@ namespace ipminmax {
 namespace {
 
 /// min t subject to the model's constraints, robust ones relaxed by t >= 0: g - t <= upper for
-/// every y, or g + t >= lower. t is the last variable. Constraints with two bounds stay as they are.
+/// every y, or g + t >= lower. t is the last variable. Constraints with two bounds stay as they
+/// are.
 class LeastViolation final : public Problem {
  public:
   explicit LeastViolation(Problem& model)

@@ -212,8 +212,8 @@ std::optional<RobustSearch::Solved> RobustSearch::go_alone() {
 }
 
 /// Corners of y where what follows y diverges become worst cases, and x moves to where it does not.
-/// Whether there were any and there is such an x. More than there are corners of three variables are
-/// the same ones again, which copies have left.
+/// Whether there were any and there is such an x. More than there are corners of three variables
+/// are the same ones again, which copies have left.
 bool RobustSearch::go_to_values(const std::vector<SideScan>& scans) {
   constexpr std::size_t kCorners = 8;
   const std::vector<RobustCopies::WorstCase> before = place_.worst_cases;

@@ -117,8 +117,8 @@ class RestorationProblem final : public Problem {
     return true;
   }
 
-  /// Largest pull of the proximal term at v, over the penalty: v is that far from stationary for the
-  /// violation alone.
+  /// Largest pull of the proximal term at v, over the penalty: v is that far from stationary for
+  /// the violation alone.
   [[nodiscard]] double pull(const Eigen::VectorXd& v) const {
     return zeta_ * max_norm((v - from_.iterate.v).cwiseProduct(weight_)) / restoration::kPenalty;
   }

@@ -10,8 +10,9 @@
 namespace ipminmax {
 namespace {
 
-/// Whether watch.cpu() is more than so many seconds. That clock takes as long as some factorizations
-/// of a tiny system: it is read once the wall clock on all processors allows for so many.
+/// Whether watch.cpu() is more than so many seconds. That clock takes as long as some
+/// factorizations of a tiny system: it is read once the wall clock on all processors allows for so
+/// many.
 bool cpu_exceeds(const Stopwatch& watch, double seconds) noexcept {
   static const double processors = static_cast<double>(std::max(1L, sysconf(_SC_NPROCESSORS_CONF)));
   constexpr double kTick = 0.1;  // by which the two clocks may differ

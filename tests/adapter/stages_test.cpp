@@ -334,6 +334,23 @@ double largest_over_corners(const std::array<double, 2>& gains, Horizon horizon)
   return most;
 }
 
+/// Gains for the largest cost over the unknowns, of eight starts.
+StageAnswer plan_gains(const Horizon& horizon) {
+  StageGame game(UnknownPendulum{}, horizon);
+  SolverOptions options;
+  options.minmax_epigraph = true;
+  options.minmax_worst_case_starts = 8;
+  return game.solve(options);
+}
+
+/// What they cost at the corners of the unknowns, and themselves.
+double largest_cost(const StageAnswer& plan, const Horizon& horizon) {
+  const std::array<double, 2> gains = {plan.gains[0], plan.gains[1]};
+  double most = largest_over_corners(gains, horizon);
+  for (const double gain : gains) most += horizon.feedback_price * gain * gain;
+  return most;
+}
+
 // On the way the trajectory of a corner of the unknowns diverges, which maximizations from random
 // starts do not find: the gains move to where it does not. Ipopt with the eight corners given finds
 // the same costs.
@@ -344,18 +361,10 @@ TEST(Stages, GainsMoveToWhereNoCornersTrajectoryDiverges) {
         UnknownPendulum::horizon({0.0, 0.0, 0.3, 0.3, 0.06}, {-60.0, -20.0}, {-11.0, -1.0});
     horizon.stages = stages;
     horizon.step = 3.0 / static_cast<double>(stages);
-    StageGame game(UnknownPendulum{}, horizon);
-    SolverOptions options;
-    options.minmax_epigraph = true;
-    options.minmax_worst_case_starts = 8;
-    const StageAnswer plan = game.solve(options);
+    const StageAnswer plan = plan_gains(horizon);
     ASSERT_TRUE(plan.certified()) << plan.result.message;
     EXPECT_NEAR(plan.result.objective, cost, 1e-5);
-    double most = largest_over_corners({plan.gains[0], plan.gains[1]}, horizon);
-    for (std::size_t i = 0; i < 2; ++i) {
-      most += horizon.feedback_price * plan.gains[i] * plan.gains[i];
-    }
-    EXPECT_NEAR(most, cost, 1e-5);
+    EXPECT_NEAR(largest_cost(plan, horizon), cost, 1e-5);
   }
 }
 
@@ -366,11 +375,7 @@ TEST(Stages, CornersWhereTrajectoriesDivergeAreNamed) {
   horizon.stages = 24;
   horizon.step = 3.0 / 24;
   horizon.feedback_price = 0.0;
-  StageGame game(UnknownPendulum{}, horizon);
-  SolverOptions options;
-  options.minmax_epigraph = true;
-  options.minmax_worst_case_starts = 8;
-  const StageAnswer plan = game.solve(options);
+  const StageAnswer plan = plan_gains(horizon);
   EXPECT_FALSE(plan.certified());
   EXPECT_NE(plan.result.message.find("state2[0]) = 0.7"), std::string::npos) << plan.result.message;
 }
@@ -383,18 +388,11 @@ TEST(Stages, GainsAgainstUnknownParametersRestOnTwoCorners) {
       UnknownPendulum::horizon({0.0, 0.0, 0.3, 0.3, 0.06}, {-60.0, -20.0}, {-11.0, -1.0});
   for (const double price : {horizon.feedback_price, 0.0}) {
     horizon.feedback_price = price;
-    StageGame game(UnknownPendulum{}, horizon);
-    SolverOptions options;
-    options.minmax_epigraph = true;
-    options.minmax_worst_case_starts = 8;
-    const StageAnswer plan = game.solve(options);
+    const StageAnswer plan = plan_gains(horizon);
     ASSERT_TRUE(plan.certified()) << plan.result.message;
     ASSERT_EQ(plan.worst_cases.size(), 2U);
     EXPECT_NEAR(plan.worst_cases[0].value, plan.worst_cases[1].value, 1e-6);
-    const std::array<double, 2> gains = {plan.gains[0], plan.gains[1]};
-    double most = largest_over_corners(gains, horizon);
-    for (const double gain : gains) most += price * gain * gain;
-    EXPECT_NEAR(most, plan.result.objective, 1e-5);
+    EXPECT_NEAR(largest_cost(plan, horizon), plan.result.objective, 1e-5);
   }
 }
 

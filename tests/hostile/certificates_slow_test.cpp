@@ -258,9 +258,9 @@ TEST(OddModels, AreCertifiedTruly) {
   EXPECT_GE(10 * confirmed, 9 * judged);
 }
 
-// A jump of W at the solution, short of which a step with curvature from Max ends (the first and the
-// last). The others are true: optima so near to a jump that values do not show them; bounds relaxed by
-// ten times their size.
+// A jump of W at the solution, short of which a step with curvature from Max ends (the first and
+// the last). The others are true: optima so near to a jump that values do not show them; bounds
+// relaxed by ten times their size.
 TEST(OnceFalse, OddModelsAreNoMore) {
   for (const std::uint64_t seed :
        {620502441, 620101533, 620402181, 620402487, 620602877, 620701893, 1020301241}) {
@@ -274,7 +274,7 @@ TEST(OnceFalse, OddModelsAreNoMore) {
 // solution far from the point that was returned, weakly active bounds far from it, a solution beyond
 // a nearer one of the wrong kind, entries so large in long units that rounding decides, curvature that
 // is alike where the Newton step begins and as far beyond its end, a step over a hill, a y in which f is
-// linear with a slope that is little beside the multipliers.
+// linear with a slope that is little beside the multipliers, an equation whose gradient vanishes.
 TEST(OnceFalse, TrapsAreNoMore) {
   for (const std::uint64_t seed :
        {1012110, 1032517, 1034127, 1050867, 1051177, 1054030, 1058769, 7117438, 9005818, 9083497,

@@ -218,8 +218,9 @@ TEST(RandomRobustPrograms, NoneIsCertifiedThatIsViolated) {
   EXPECT_GE(counted.solved, 8 * counted.programs / 10);
 }
 
-// A row over fifteen disturbances, of which no start but one below a climb finds the highest maximum,
-// and one over seven, with two active maxima of one value: that is no reason to look no longer.
+// A row over fifteen disturbances, of which no start but one below a climb finds the highest
+// maximum, and one over seven, with two active maxima of one value: that is no reason to look no
+// longer.
 TEST(RandomRobustPrograms, OnceFalse) {
   for (const std::uint64_t seed : {830000588, 833000733}) {
     EXPECT_EQ(count(1, 200, seed).false_ones, 0) << seed;

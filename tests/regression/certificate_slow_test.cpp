@@ -56,6 +56,12 @@ void expect(const Tally& t, double least_certified) {
   EXPECT_LE(t.undecided, 0.08 * t.solved);
 }
 
+void print_reasons(const Certificate& found) {
+  for (const CertificateReason& reason : found.reasons) {
+    std::printf("      %s\n", reason.text.c_str());
+  }
+}
+
 void judge(const std::string& name, Problem& problem, ExtendedFunctions& functions, Tally& tally) {
   SolveObserver observer;
   Index iterating = 0;
@@ -99,9 +105,7 @@ void judge(const std::string& name, Problem& problem, ExtendedFunctions& functio
     for (const double value : result.v) std::printf(" %.9g", value);
     std::printf("\n");
   }
-  for (const CertificateReason& reason : found.reasons) {
-    std::printf("      %s\n", reason.text.c_str());
-  }
+  print_reasons(found);
 }
 
 void judge(const std::string& name, const Model& model, const std::vector<double>& start,
@@ -169,9 +173,7 @@ TEST(CertificateTable, InOtherUnits) {
       return;
     }
     std::printf("  %s\n", name.c_str());
-    for (const CertificateReason& reason : found.reasons) {
-      std::printf("      %s\n", reason.text.c_str());
-    }
+    print_reasons(found);
   };
   for (const MinimizationProblem& known : hock_schittkowski()) {
     run(known.name, known.model, known.start);
