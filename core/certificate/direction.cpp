@@ -6,6 +6,7 @@
 #include "core/certificate/parameters.hpp"
 #include "core/method/curvature_escape.hpp"
 #include "core/model/products.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -181,20 +182,22 @@ class FlatSearch : DirectionSearch {
  public:
   FlatSearch(CanonicalProblem& its_canonical, ActiveSetSystem& its_system, const Point& its_point,
              Player owner)
-      : DirectionSearch(its_canonical, its_system, its_point, owner, true) {}
+      : DirectionSearch(its_canonical, its_system, its_point, owner, true),
+        rounding_(kEpsilon * point.evaluation.gradient.cwiseProduct(point.iterate.v).lpNorm<1>()) {}
 
-  FlatDirections run(double margin, int most_directions);
+  FlatDirections run(double margin);
 
  private:
   [[nodiscard]] double curvature(const Eigen::VectorXd& d) const {
     return curvature_along(canonical, system.assembled(), d);
   }
   [[nodiscard]] double own_curvature(const Eigen::VectorXd& d) const;
-  [[nodiscard]] bool find(double margin, int most_directions);
+  void find(double margin);
   [[nodiscard]] bool is_flat(const Eigen::VectorXd& direction);
   void look_for_descent(const Eigen::VectorXd& step, double length, double bend,
                         const FeasibleArc::End& end);
 
+  double rounding_;                     ///< of f, by its terms
   std::vector<Eigen::VectorXd> found_;  ///< in units, owned parts orthonormal
   std::optional<Eigen::VectorXd> descent_;
 };
@@ -209,33 +212,30 @@ double FlatSearch::own_curvature(const Eigen::VectorXd& d) const {
   return sum;
 }
 
-/// False: there are more.
-bool FlatSearch::find(double margin, int most_directions) {
+void FlatSearch::find(double margin) {
   const double most = margin / parameter::kLittle;
-  while (static_cast<int>(found_.size()) < most_directions) {
+  for (int k = 0; k < parameter::kSeveral; ++k) {
     auto direction = least_curvature(found_, parameter::kLittle / most, parameter::kFew);
-    if (!direction || std::abs(curvature(*direction)) > most * direction->squaredNorm()) {
-      return true;
-    }
+    if (!direction || std::abs(curvature(*direction)) > most * direction->squaredNorm()) return;
     found_.push_back(std::move(*direction));
   }
-  return false;
 }
 
 bool FlatSearch::is_flat(const Eigen::VectorXd& direction) {
   const Eigen::VectorXd step = arc.step_along(direction);
-  // As far as the start, if that is farther: lengths may be short beside the variables.
+  // As far as the start, if that is farther: lengths may be short beside the variables. Bounds
+  // that are near leave shorter arcs.
   const double size = size_of_problem(canonical, point.iterate, system.units());
-  double length = parameter::kLittle * std::max(1.0, size);
+  const double most = parameter::kLittle * std::max(1.0, size);
   int constant = 0;
-  for (int k = 0; k < parameter::kSeveral; ++k, length *= parameter::kShorter) {
+  for (double length = most; length >= parameter::kLeastFar * most; length *= parameter::kShorter) {
     for (const double signed_length : {length, -length}) {
       const FeasibleArc::End end = arc.take(step, signed_length);
       if (!end.reached) continue;
       const double value = std::abs(point.evaluation.f) + length * length;
       const double extent = longest(canonical, step, system.units()) * length;
       if (end.moved < parameter::kConfirmed * extent) return false;
-      if (!(std::abs(end.change) <= parameter::kConstant * value)) {
+      if (!(std::abs(end.change) <= parameter::kConstant * value + rounding_)) {
         look_for_descent(step, signed_length, curvature(direction), end);
         return false;
       }
@@ -265,10 +265,10 @@ void FlatSearch::look_for_descent(const Eigen::VectorXd& step, double length, do
   }
 }
 
-FlatDirections FlatSearch::run(double margin, int most_directions) {
+FlatDirections FlatSearch::run(double margin) {
   FlatDirections flat;
   if (!right_with({.x = inner ? 0.0 : margin, .y = inner ? margin : -margin})) return flat;
-  flat.complete = find(margin, most_directions);
+  find(margin);
   if (found_.empty()) return flat;
   arc.set_free_directions(found_);
   flat.verdict = FlatDirections::Verdict::Flat;
@@ -282,8 +282,11 @@ FlatDirections FlatSearch::run(double margin, int most_directions) {
   }
   for (const Eigen::VectorXd& direction : tried) {
     const double size = direction.squaredNorm(), bend = curvature(direction);
-    const bool none = std::abs(bend) <=
-                      parameter::kHardly * own_curvature(direction) + parameter::kRounding * size;
+    const double rounding =
+        parameter::kHardly * own_curvature(direction) + parameter::kRounding * size;
+    // Beside x, an answer of Max is as good where it is better than those next to it.
+    const bool none =
+        std::abs(bend) <= rounding || (inner && canonical.x().size() > 0 && bend < 0.0);
     if ((none || bend <= margin * size) && is_flat(direction) && none) continue;
     flat.verdict = FlatDirections::Verdict::Neither;
     flat.descent = std::move(descent_);
@@ -310,10 +313,9 @@ std::optional<WrongCurvature> refutes_along(CanonicalProblem& canonical, ActiveS
 }
 
 FlatDirections find_flat_directions(CanonicalProblem& canonical, ActiveSetSystem& system,
-                                    const Point& point, double margin, Player owner,
-                                    int most_directions) {
+                                    const Point& point, double margin, Player owner) {
   system.assemble({.min_fixed = true, .max_fixed = true});
-  return FlatSearch(canonical, system, point, owner).run(margin, most_directions);
+  return FlatSearch(canonical, system, point, owner).run(margin);
 }
 
 }  // namespace ipminmax

@@ -43,14 +43,14 @@ struct FlatDirections {
   /// A step of Min along which the value falls clearly, although curvature does not say so; only
   /// where there is no y.
   std::optional<Eigen::VectorXd> descent{};
-  bool complete = false;  ///< all directions were found
 };
 
 /// At a point that is not refuted, with no doubtful bounds: of Max at this x, of Min with y
-/// answering. Curvature up to ten margins counts as little. At most so many directions, orthogonal,
-/// are found by inverse iteration with the matrix helped by the margin.
+/// answering. Curvature up to ten margins counts as little. A few directions, orthogonal, are found
+/// by inverse iteration with the matrix helped by the margin: of many flat ones these are general
+/// combinations, along which the value changes if it does along any.
 [[nodiscard]] FlatDirections find_flat_directions(CanonicalProblem& canonical,
                                                   ActiveSetSystem& system, const Point& point,
-                                                  double margin, Player owner, int most_directions);
+                                                  double margin, Player owner);
 
 }  // namespace ipminmax

@@ -60,8 +60,7 @@ constexpr double kLargeGradient = 1e-4;  ///< in the model's units: its point is
 
 // --- Directions ----------------------------------------------------------------------------------
 
-constexpr double kProximal = 1e-3;     ///< curvature taken from Max where his answers are many
-constexpr int kMostFlat = 32;          ///< along which an answer of many is looked at
+constexpr double kProximal = 1e-4;     ///< curvature taken from Max where his answers are many
 constexpr double kClearlyWrong = 2.0;  ///< curvature over error and margin
 constexpr double kGrowth = 16.0;       ///< of the shift
 constexpr double kShorter = 0.25;

@@ -281,6 +281,23 @@ TEST(ManyAnswers, OfAVariableThatNothingReadsAndOfASum) {
               names(find(of_sum, Kind::FlatDirection), "q"));
 }
 
+// As of a vehicle's disturbances, of which the place at the end is one combination.
+TEST(ManyAnswers, OfASumOfManyUnlessItRisesSomewhere) {
+  for (const double power : {0.0, 3.0, 4.0}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    std::vector<Expression> p;
+    for (int i = 0; i < 60; ++i) p.push_back(model.variable(kMax, "p", -1.0, 1.0));
+    Expression y = 0.0;
+    for (const Expression& term : p) y += term;
+    Expression f = square(x) + x * y - square(y);
+    if (power > 0.0) f += 1e-3 * pow(p[7] - p[40], power);
+    model.objective(f);
+    const Certificate found = certify(model, std::vector<double>(61, 0.0));
+    EXPECT_EQ(found.kind == PointKind::LocalMinmax, power == 0.0) << power;
+  }
+}
+
 TEST(ManyAnswers, OfGamesInMixedStrategies) {
   const double payoff[3][3] = {{0, 1, -1}, {-1, 0, 1}, {1, -1, 0}};
   for (const double unit : {1.0, 1e6, 1e-6}) {

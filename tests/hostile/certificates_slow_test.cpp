@@ -109,6 +109,15 @@ TEST(JudgeCertificate, TakesNoRoundingForCurvature) {
   }
 }
 
+// At x = 1e-27 beside a logarithm in a constraint, whose second derivative of 1e46 holds x.
+TEST(JudgeCertificate, DoesNotRefuteBesideAPole) {
+  const RandomGame game = tame_game(1100304761);
+  AutodiffProblem model(game.model, game.start);
+  const Result result = solve(model, game.options);
+  ASSERT_EQ(result.certificate.kind, PointKind::LocalMinmax);
+  EXPECT_NE(judge_certificate(model, game.options, result, 1).verdict, CertificateVerdict::False);
+}
+
 TEST(JudgeCertificate, StepsAreNoLongerThanVariables) {
   // Curvature of 5e-12 makes lengths of 4e5 of a cosine with period 5.
   Model game;

@@ -432,6 +432,11 @@ class CertificateJudge {
     System certain = here;
     certain.hessian = certain_entries(active, z, here);
     const CertificateJudgement found = judge_curvature(active, z, certain, weak, weak_max);
+    // Beside a pole all is uncertain: what was left out may be what holds.
+    if (found.verdict == CertificateVerdict::False &&
+        judge_curvature(active, z, here, weak, weak_max).verdict != CertificateVerdict::False) {
+      return doubtful("with second derivatives that rounding may make: " + found.why);
+    }
     if (found.verdict == CertificateVerdict::Confirmed || !has_pulling(active, z, here, weak)) {
       return found;
     }
