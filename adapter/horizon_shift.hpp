@@ -64,13 +64,15 @@ class HorizonShift {
       shift(variables_, next.v);
       const auto row = static_cast<std::size_t>(found.constraint);
       for (const StageBlock& block : constraints_) {
-        if (row < block.begin || row >= block.begin + stages_ * block.size) continue;
+        if (row < block.begin || block.size == 0) continue;
+        const std::size_t stage = (row - block.begin) / block.size;
+        if (stage >= stages_) continue;
         next.constraint -= static_cast<Index>(block.size);
-        if (row >= block.begin + (stages_ - 1) * block.size) {
+        if (stage + 1 == stages_) {
           moved.push_back(next);
           next.constraint = found.constraint;
         }
-        if (row < block.begin + block.size) next.constraint = -1;
+        if (stage == 0) next.constraint = -1;
       }
       if (next.constraint >= 0) moved.push_back(std::move(next));
     }

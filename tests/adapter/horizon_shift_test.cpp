@@ -49,6 +49,12 @@ TEST(HorizonShift, WorstCasesBecomeThoseOfTheStageBefore) {
   EXPECT_EQ(moved[0].constraint, 3);
   EXPECT_EQ(moved[1].constraint, 5);
   EXPECT_EQ(moved[2].constraint, 6);
+  // Stages without end: products beyond the largest number.
+  constexpr std::size_t kLargest = std::numeric_limits<std::size_t>::max();
+  const auto endless = HorizonShift(kLargest / 2 + 1, {}, {{0, 2}}).worst_cases(last);
+  ASSERT_EQ(endless.size(), 2U);
+  EXPECT_EQ(endless[0].constraint, 3);
+  EXPECT_EQ(endless[1].constraint, 4);
 }
 
 TEST(HorizonShift, OptionsForWarmAndColdStarts) {
