@@ -21,6 +21,8 @@ namespace ipminmax {
 namespace {
 
 constexpr int kRefused = 3, kNoMemory = 4;  ///< exit codes of the child
+/// What a child that waits may take, over its processor time: a machine may be busy.
+constexpr unsigned kWaitOverWork = 10;
 
 void write_text(const char* text) {
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, std::strlen(text));
@@ -29,8 +31,12 @@ void write_text(const char* text) {
 [[noreturn]] void run_child(unsigned seconds, const std::function<void()>& attempt) {
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
-  for (const int number : {SIGALRM, SIGINT, SIGTERM, SIGXFSZ}) signal(number, SIG_DFL);
-  alarm(seconds);
+  for (const int number : {SIGALRM, SIGINT, SIGTERM, SIGXCPU, SIGXFSZ}) signal(number, SIG_DFL);
+  rlimit work{};
+  getrlimit(RLIMIT_CPU, &work);
+  work.rlim_cur = std::min<rlim_t>(work.rlim_cur, seconds);
+  setrlimit(RLIMIT_CPU, &work);
+  alarm(kWaitOverWork * seconds);
   int code = 0;
   try {
     attempt();
@@ -69,7 +75,7 @@ void judge_end(int status, const std::string& file, unsigned seconds, const std:
   std::string reason;
   if (!WIFSIGNALED(status)) {
     reason = "AMPL's library refuses it";
-  } else if (WTERMSIG(status) == SIGALRM) {
+  } else if (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGALRM) {
     reason = "no end after " + std::to_string(seconds) + " seconds";
   } else if (WTERMSIG(status) == SIGKILL) {
     reason = "the process that read it was killed, perhaps for lack of memory";
