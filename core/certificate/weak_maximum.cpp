@@ -47,6 +47,27 @@ bool by_structure(TestContext& c, const Candidate& candidate, ActiveSetSystem& s
   return test.inner && test.inner_response <= parameters::certificate::kIndependent;
 }
 
+/// Whether f bends with one of Max's free variables, which no row that counts reads, and another
+/// one, but not with it alone: a saddle however little that is, which lengths may hide.
+bool is_saddle(const CanonicalProblem& canonical, const ActiveSetSystem& system) {
+  std::vector<bool> bends(at(canonical.variables()), false), coupled = bends;
+  const auto is_free = [&](Index i) { return canonical.y().contains(i) && !system.is_fixed(i); };
+  const std::vector<double>& hessian = system.derivatives().hessian;
+  for (std::size_t k = 0; k < hessian.size(); ++k) {
+    const auto [i, j] = canonical.hessian()[k];
+    if (hessian[k] == 0.0 || !is_free(i) || !is_free(j)) continue;
+    for (const Index v : {i, j}) (i == j ? bends : coupled)[at(v)] = true;
+  }
+  for (const auto& [row, col] : canonical.jacobian()) {
+    if (system.counts(row)) bends[at(col)] = true;
+  }
+  const IndexRange y = canonical.y();
+  for (Index i = y.begin; i < y.end; ++i) {
+    if (coupled[at(i)] && !bends[at(i)]) return true;
+  }
+  return false;
+}
+
 bool maximizes_weakly_at(TestContext& c, Candidate here) {
   if (!c.may_factorize(2) || !evaluate_objective(c.canonical, here.point)) return false;
   ActiveSetSystem system(c.canonical, c.kkt, here.classes, here.units, here.point.evaluation);
@@ -55,7 +76,9 @@ bool maximizes_weakly_at(TestContext& c, Candidate here) {
   const FlatDirections flat =
       find_flat_directions(c.canonical, system, here.point, c.margin(1.0), Player::Max);
   const bool by_values = flat.verdict == FlatDirections::Verdict::Flat;
-  if (!shown && !(by_values && here.classes.weak_max == 0)) return false;
+  if (!shown && (!by_values || here.classes.weak_max > 0 || is_saddle(c.canonical, system))) {
+    return false;
+  }
   if (flat.direction.size() > 0) {
     c.reasons.add_direction(CertificateReason::Kind::FlatDirection, Player::Max, flat.direction,
                             "y is best but not unique: as good along");
