@@ -99,7 +99,6 @@ constexpr double kPenalty = 2.0;  ///< over the largest multiplier: an exact pen
 namespace patience {
 constexpr Index kFewestSetbacks = 2;
 constexpr Index kVariablesPerSetback = 10;
-constexpr Index kSetbacksOfLargeSystems = 5;
 constexpr double kProgress = 0.9;        ///< of the violation
 constexpr double kSmallProgress = 1e-4;  ///< of phi, over 1 + |phi|
 constexpr Index kStaleSteps = 3;         ///< without progress in either: a setback

@@ -11,9 +11,9 @@ namespace ipminmax {
 namespace patience = parameters::patience;
 
 Patience::Patience(Index variables, Index rows)
-    : allowed_(rows > parameters::kSmallSystem
-                   ? patience::kSetbacksOfLargeSystems
-                   : patience::kFewestSetbacks + variables / patience::kVariablesPerSetback) {}
+    : allowed_(patience::kFewestSetbacks +
+               (rows > parameters::kSmallSystem ? 0 : variables / patience::kVariablesPerSetback)) {
+}
 
 void Patience::barrier_changed() {
   best_ = {kInfinity, kInfinity};
