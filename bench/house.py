@@ -29,13 +29,16 @@ def files(commit):
 
 def longest_functions(text):
     """Lengths of definitions at the left margin."""
-    begin = None
+    begin, opened = None, False
     for number, line in enumerate(text.split("\n")):
         if begin is None and re.match(r"[A-Za-z\[]", line) and not re.match(r"(namespace|class|struct|enum|using|extern|template|static_assert)\b", line):
-            begin = number
-        if begin is not None and (line.startswith("}") or line.endswith(";") and "{" not in line and not line.startswith(" ")):
-            if line.startswith("}"):
-                yield number - begin + 1
+            begin, opened = number, False
+        if begin is None:
+            continue
+        opened = opened or "{" in line
+        if line.startswith("}"):
+            yield number - begin + 1
+        if line.startswith("}") or line.endswith(";") and not opened:
             begin = None
 
 

@@ -1,6 +1,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "core/certificate/parameters.hpp"
@@ -45,22 +46,10 @@ std::vector<ActiveRow> active_rows(const CanonicalProblem& canonical, const Eige
   return rows;
 }
 
-}  // namespace
-
-SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
-                             const BoundClasses& classes, const std::vector<Index>& idle,
-                             const Eigen::VectorXd& proximal) {
-  if (canonical.robust_constraints().empty()) return SecondOrder::Satisfied;
-  const Iterate& iterate = point.iterate;
-  const Evaluation& evaluation = point.evaluation;
-  Eigen::VectorXd firm = firm_curvature(canonical, iterate, &classes);
-  for (const Index i : idle) firm[i] += parameter::kFirm;
-  const std::vector<ActiveRow> rows = active_rows(canonical, firm);
-  if (rows.empty()) return SecondOrder::Satisfied;
-  if (proximal.size() > 0) firm += proximal;
-  kkt.assemble(evaluation, firm);
-  if (!kkt.has_expected_inner_inertia(kkt.factorize_inner({}))) return SecondOrder::Undecided;
-
+/// I - D^(-1/2) T D^(-1/2), T_rs = -J_r K_yy^-1 J_s'; empty: no solution. K_yy is factorized.
+std::optional<Eigen::MatrixXd> compliance_left(const CanonicalProblem& canonical, KktSystem& kkt,
+                                               const Evaluation& evaluation,
+                                               const std::vector<ActiveRow>& rows) {
   const auto size = static_cast<Eigen::Index>(rows.size());
   const auto jacobian = canonical.jacobian();
   // J_r over y, one column per row; rows of K_yy are found by the step's v. A copy maximizes its
@@ -84,7 +73,7 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, 
         rhs.v[col] += evaluation.jacobian[k];
       }
     }
-    if (!kkt.solve_inner(evaluation, rhs, step)) return SecondOrder::Undecided;
+    if (!kkt.solve_inner(evaluation, rhs, step)) return std::nullopt;
     for (std::size_t k = 0; k < jacobian.size(); ++k) {
       const auto [row, col] = jacobian[k];
       const Eigen::Index s = column_of[static_cast<std::size_t>(row)];
@@ -94,16 +83,36 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, 
       right(s, r) += evaluation.jacobian[k] * step.v[col] / scale;
     }
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (right + right.transpose()),
-                                                             Eigen::EigenvaluesOnly);
+  return 0.5 * (right + right.transpose());
+}
+
+}  // namespace
+
+SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
+                             const BoundClasses& classes, const std::vector<Index>& idle,
+                             const Eigen::VectorXd& proximal) {
+  if (canonical.robust_constraints().empty()) return SecondOrder::Satisfied;
+  const Iterate& iterate = point.iterate;
+  const Evaluation& evaluation = point.evaluation;
+  Eigen::VectorXd firm = firm_curvature(canonical, iterate, &classes);
+  for (const Index i : idle) firm[i] += parameter::kFirm;
+  const std::vector<ActiveRow> rows = active_rows(canonical, firm);
+  if (rows.empty()) return SecondOrder::Satisfied;
+  if (proximal.size() > 0) firm += proximal;
+  kkt.assemble(evaluation, firm);
+  if (!kkt.has_expected_inner_inertia(kkt.factorize_inner({}))) return SecondOrder::Undecided;
+
+  const auto left = compliance_left(canonical, kkt, evaluation, rows);
+  if (!left) return SecondOrder::Undecided;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(*left, Eigen::EigenvaluesOnly);
   const double least = eigen.eigenvalues()[0];
   if (least > parameter::kConfirmed) return SecondOrder::Satisfied;
   // What Max would gain of a constraint's violation by its Newton step in y.
   double gain = 0.0;
-  for (Eigen::Index r = 0; r < size; ++r) {
+  for (Eigen::Index r = 0; r < left->rows(); ++r) {
     const ActiveRow& row = rows[static_cast<std::size_t>(r)];
     gain = std::max(gain, 0.5 * std::abs(iterate.lambda[row.constraint]) * row.compliance *
-                              (1.0 - right(r, r)));
+                              (1.0 - (*left)(r, r)));
   }
   const bool violated = least < -1.0 && gain > parameter::kHardly;
   return violated ? SecondOrder::Violated : SecondOrder::Undecided;

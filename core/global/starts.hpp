@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <exception>
+#include <functional>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -71,6 +72,7 @@ class Starts {
   // On several ranks; starts_over_ranks.cpp.
   Answer run_as_first(Ranks& ranks);
   Answer run_as_other(Ranks& ranks);
+  std::optional<Answer> read_messages(Ranks& ranks, const std::function<void()>& stop);
   struct Others;
   void take_messages(Ranks& ranks, Others& others);
   void give_back(std::set<Index>& starts);

@@ -216,6 +216,25 @@ Answer stopped() {
 
 }  // namespace
 
+/// Of rank 0. An answer: the last one, of all ranks.
+std::optional<Answer> Starts::read_messages(Ranks& ranks, const std::function<void()>& stop) {
+  while (auto message = ranks.receive()) {
+    if (message->kind == Ranks::Kind::Start) {
+      queue_.put(message->start, message->start);
+    } else if (message->kind == Ranks::Kind::Stop) {
+      stop();
+    } else if (message->kind == Ranks::Kind::Final) {
+      stop();
+      if ((message->start & kRankDead) != 0) ranks.forget(0);  // it does not wait for us either
+      if ((message->start & kException) != 0) {
+        throw std::runtime_error(std::string(message->bytes.begin(), message->bytes.end()));
+      }
+      return multistart_result_from(message->bytes);
+    }
+  }
+  return std::nullopt;
+}
+
 /// This thread exchanges messages, others search.
 Answer Starts::run_as_other(Ranks& ranks) {
   prepare();
@@ -256,20 +275,7 @@ Answer Starts::run_as_other(Ranks& ranks) {
     if (ended && results.empty() && !std::exchange(end_told, true)) {
       ranks.send(0, Ranks::Kind::Ended);
     }
-    while (auto message = ranks.receive()) {
-      if (message->kind == Ranks::Kind::Start) {
-        queue_.put(message->start, message->start);
-      } else if (message->kind == Ranks::Kind::Stop) {
-        stop();
-      } else if (message->kind == Ranks::Kind::Final) {
-        stop();
-        if ((message->start & kRankDead) != 0) ranks.forget(0);  // it does not wait for us either
-        if ((message->start & kException) != 0) {
-          throw std::runtime_error(std::string(message->bytes.begin(), message->bytes.end()));
-        }
-        return multistart_result_from(message->bytes);
-      }
-    }
+    if (auto answer = read_messages(ranks, stop)) return std::move(*answer);
     if (ranks.stop_requested()) stop();
     if (ranks.gone(0) || ranks.silence(0) > kFirstDeadAfter) {
       stop();

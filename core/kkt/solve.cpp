@@ -160,60 +160,55 @@ bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
   }
 }
 
-bool KktSystem::solve_reduced(KktBlock& block, const Regularization& shift,
-                              const NewtonResidual& rhs, Step& step, bool refined) {
-  // Bound multipliers: S dz_l + z_l dv = r, S dz_u - z_u dv = r, so that the variables' rows read
-  //   (W + sign Sigma) dv + J' dlambda = r_v + sign (r_zl / S_l - r_zu / S_u) =: t.
+/// Sign times Sigma of a slack, with the shift of Min's.
+double KktSystem::slack_curvature(const KktBlock& block, const Regularization& shift,
+                                  Index slack) const {
+  const double sign = canonical_.sign(slack);
+  return sign * block.barrier_terms().curvature[slack] + (sign > 0.0 ? shift.slacks : 0.0);
+}
+
+/// Bound multipliers: S dz_l + z_l dv = r, S dz_u - z_u dv = r, so that the variables' rows read
+///   (W + sign Sigma) dv + J' dlambda = r_v + sign (r_zl / S_l - r_zu / S_u) =: t.
+/// Slack s of constraint j: sign Sigma_s ds - dlambda_j = t_s.
+void KktSystem::eliminate(KktBlock& block, const Regularization& shift, const NewtonResidual& rhs) {
   const BarrierTerms& at_point = block.barrier_terms();
   Eigen::VectorXd& t = arrays_.eliminated;
   t.setZero();
   for (const Index i : at_point.lower) t[i] = rhs.z_lower[i] / at_point.distance_lower[i];
   for (const Index i : at_point.upper) t[i] -= rhs.z_upper[i] / at_point.distance_upper[i];
-  const IndexRange variables = block.variables();
+  const IndexRange variables = block.variables(), constraints = block.constraints();
   for (Index i = variables.begin; i < variables.end; ++i) {
     t[i] = rhs.v[i] + canonical_.sign(i) * t[i];
   }
-  const std::span<double> reduced(arrays_.reduced.data(), at(block.dimension()));
-  const auto rows_of = [&](const KktPattern::Run& run) {
-    return Eigen::Map<Eigen::VectorXd>(reduced.data() + run.row, run.size);
-  };
-  for (const auto& run : block.variable_runs()) rows_of(run) = t.segment(run.first, run.size);
-  for (const auto& run : block.constraint_runs()) {
-    rows_of(run) = rhs.lambda.segment(run.first, run.size);
+  Eigen::VectorXd& reduced = arrays_.reduced;
+  for (const auto& run : block.variable_runs()) {
+    reduced.segment(run.row, run.size) = t.segment(run.first, run.size);
   }
-  // Slack s of constraint j: sign Sigma_s ds - dlambda_j = t_s, eliminated.
-  const auto slack_of = canonical_.slack_of_constraint();
-  const auto signed_curvature = [&](Index slack) {
-    const double sign = canonical_.sign(slack);
-    return sign * at_point.curvature[slack] + (sign > 0.0 ? shift.slacks : 0.0);
-  };
-  const IndexRange constraints = block.constraints();
+  for (const auto& run : block.constraint_runs()) {
+    reduced.segment(run.row, run.size) = rhs.lambda.segment(run.first, run.size);
+  }
   for (Index j = constraints.begin; j < constraints.end; ++j) {
-    if (const Index slack = slack_of[at(j)]; slack >= 0) {
-      reduced[at(block.row_of_constraint(j))] += t[slack] / signed_curvature(slack);
+    if (const Index slack = canonical_.slack_of_constraint()[at(j)]; slack >= 0) {
+      reduced[block.row_of_constraint(j)] += t[slack] / slack_curvature(block, shift, slack);
     }
   }
-  const bool measured = block.measures_copies();
-  for (Index row = 0; measured && row < block.dimension(); ++row) {
-    reduced[at(row)] *= block.length(row);
-  }
-  bool ok = true;
-  if (refined) {
-    ok = solve_refined(block, reduced);
-  } else {
-    solve_with_factors(block, reduced);
-  }
-  for (Index row = 0; measured && row < block.dimension(); ++row) {
-    reduced[at(row)] *= block.length(row);
-  }
+}
 
-  for (const auto& run : block.variable_runs()) step.v.segment(run.first, run.size) = rows_of(run);
-  for (const auto& run : block.constraint_runs()) {
-    step.lambda.segment(run.first, run.size) = rows_of(run);
+/// The step of all variables and multipliers from that of the reduced system.
+void KktSystem::expand(KktBlock& block, const Regularization& shift, const NewtonResidual& rhs,
+                       Step& step) const {
+  const BarrierTerms& at_point = block.barrier_terms();
+  for (const auto& run : block.variable_runs()) {
+    step.v.segment(run.first, run.size) = arrays_.reduced.segment(run.row, run.size);
   }
+  for (const auto& run : block.constraint_runs()) {
+    step.lambda.segment(run.first, run.size) = arrays_.reduced.segment(run.row, run.size);
+  }
+  const IndexRange variables = block.variables(), constraints = block.constraints();
   for (Index j = constraints.begin; j < constraints.end; ++j) {
-    if (const Index slack = slack_of[at(j)]; slack >= 0) {
-      step.v[slack] = (t[slack] + step.lambda[j]) / signed_curvature(slack);
+    if (const Index slack = canonical_.slack_of_constraint()[at(j)]; slack >= 0) {
+      step.v[slack] =
+          (arrays_.eliminated[slack] + step.lambda[j]) / slack_curvature(block, shift, slack);
     }
   }
   step.z_lower.tail(variables.size()).setZero();
@@ -226,6 +221,25 @@ bool KktSystem::solve_reduced(KktBlock& block, const Regularization& shift,
     step.z_upper[i] =
         (rhs.z_upper[i] + at_point.z_upper[i] * step.v[i]) / at_point.distance_upper[i];
   }
+}
+
+bool KktSystem::solve_reduced(KktBlock& block, const Regularization& shift,
+                              const NewtonResidual& rhs, Step& step, bool refined) {
+  eliminate(block, shift, rhs);
+  const std::span<double> reduced(arrays_.reduced.data(), at(block.dimension()));
+  const auto in_lengths = [&] {
+    if (!block.measures_copies()) return;
+    for (Index row = 0; row < block.dimension(); ++row) reduced[at(row)] *= block.length(row);
+  };
+  in_lengths();
+  bool ok = true;
+  if (refined) {
+    ok = solve_refined(block, reduced);
+  } else {
+    solve_with_factors(block, reduced);
+  }
+  in_lengths();
+  expand(block, shift, rhs, step);
   return ok;
 }
 

@@ -34,7 +34,7 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
             &arrays_.full),
       inner_(pattern_of(KktPattern::Which::Inner, canonical, layout_, kept.analysis), canonical,
              &arrays_.inner) {
-  arrays_.reduced.assign(at(layout_.dimension()), 0.0);
+  arrays_.reduced.setZero(layout_.dimension());
   arrays_.eliminated.setZero(canonical.variables());
   for (Step* step : {&arrays_.residual, &arrays_.last_residual, &arrays_.correction}) {
     set_zero(canonical, *step);

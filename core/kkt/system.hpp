@@ -36,8 +36,8 @@ struct KktAnalysis {
 /// What a KktSystem works with, kept from one to the next.
 struct KktArrays {
   KktBlockArrays full, inner;
-  std::vector<double> reduced;  ///< right-hand side and solution in the rows of a block
-  Eigen::VectorXd eliminated;   ///< bound multipliers' part of the variables' rows
+  Eigen::VectorXd reduced;     ///< right-hand side and solution in the rows of a block
+  Eigen::VectorXd eliminated;  ///< bound multipliers' part of the variables' rows
   // Refinement
   NewtonResidual residual, last_residual;
   Step correction;
@@ -224,6 +224,11 @@ class KktSystem {
   [[nodiscard]] bool leave_schur_complement();
   [[nodiscard]] bool analyze_or_adopt(const std::optional<KktAnalysis>& kept);
   void decide_on_schur_complement(const Analysis& full);
+  [[nodiscard]] double slack_curvature(const KktBlock& block, const Regularization& shift,
+                                       Index slack) const;
+  void eliminate(KktBlock& block, const Regularization& shift, const NewtonResidual& rhs);
+  void expand(KktBlock& block, const Regularization& shift, const NewtonResidual& rhs,
+              Step& step) const;
   /// A right-hand side or solution restricted to a block: reduced, solved, expanded.
   /// Not refined: once with the factors. Refined: false when no small residual was reached.
   bool solve_reduced(KktBlock& block, const Regularization& shift, const NewtonResidual& rhs,
