@@ -47,23 +47,26 @@ bool by_structure(TestContext& c, const Candidate& candidate, ActiveSetSystem& s
   return test.inner && test.inner_response <= parameters::certificate::kIndependent;
 }
 
-/// Whether f bends with one of Max's free variables, which no row that counts reads, and another
-/// one, but not with it alone: a saddle however little that is, which lengths may hide.
+/// Whether W ties one of Max's free variables, which no row that counts reads, to another one but
+/// not to itself: a saddle however little that is, which lengths may hide.
 bool is_saddle(const CanonicalProblem& canonical, const ActiveSetSystem& system) {
-  std::vector<bool> bends(at(canonical.variables()), false), coupled = bends;
+  std::vector<bool> tied(at(canonical.variables()), false), excused = tied;
   const auto is_free = [&](Index i) { return canonical.y().contains(i) && !system.is_fixed(i); };
   const std::vector<double>& hessian = system.derivatives().hessian;
   for (std::size_t k = 0; k < hessian.size(); ++k) {
     const auto [i, j] = canonical.hessian()[k];
     if (hessian[k] == 0.0 || !is_free(i) || !is_free(j)) continue;
-    for (const Index v : {i, j}) (i == j ? bends : coupled)[at(v)] = true;
+    if (i == j) {
+      excused[at(i)] = true;
+    } else {
+      tied[at(i)] = tied[at(j)] = true;
+    }
   }
   for (const auto& [row, col] : canonical.jacobian()) {
-    if (system.counts(row)) bends[at(col)] = true;
+    if (system.counts(row)) excused[at(col)] = true;
   }
-  const IndexRange y = canonical.y();
-  for (Index i = y.begin; i < y.end; ++i) {
-    if (coupled[at(i)] && !bends[at(i)]) return true;
+  for (std::size_t i = 0; i < tied.size(); ++i) {
+    if (tied[i] && !excused[i]) return true;
   }
   return false;
 }
