@@ -57,7 +57,7 @@ Counted count(int programs, int starts, std::uint64_t seed) {
 }
 
 TEST(RandomRobustPrograms, NoneIsCertifiedThatIsViolated) {
-  const auto programs = static_cast<int>(number_from("IPMINMAX_RUNS", 30));
+  const auto programs = static_cast<int>(number_from("IPMINMAX_RUNS", 20));
   const Counted counted = count(programs, 200, number_from("IPMINMAX_SEED", 20261123));
   EXPECT_EQ(counted.false_ones, 0);
   EXPECT_GE(counted.solved, 8 * counted.programs / 10);
