@@ -11,11 +11,15 @@
 namespace ipminmax {
 namespace {
 
+bool is_free_of_max(const CanonicalProblem& canonical, const ActiveSetSystem& system, Index i) {
+  return canonical.y().contains(i) && !system.is_fixed(i);
+}
+
 /// Max's free variables that no entry of W ties to themselves or each other.
 std::vector<bool> linear_variables(const CanonicalProblem& canonical,
                                    const ActiveSetSystem& system) {
   std::vector<bool> linear(at(canonical.variables()), false);
-  const auto is_free = [&](Index i) { return canonical.y().contains(i) && !system.is_fixed(i); };
+  const auto is_free = [&](Index i) { return is_free_of_max(canonical, system, i); };
   for (Index i = canonical.y().begin; i < canonical.y().end; ++i) linear[at(i)] = is_free(i);
   for (const auto& [i, j] : canonical.hessian()) {
     if (is_free(i) && is_free(j)) linear[at(i)] = linear[at(j)] = false;
@@ -51,7 +55,7 @@ bool by_structure(TestContext& c, const Candidate& candidate, ActiveSetSystem& s
 /// not to itself: a saddle however little that is, which lengths may hide.
 bool is_saddle(const CanonicalProblem& canonical, const ActiveSetSystem& system) {
   std::vector<bool> tied(at(canonical.variables()), false), excused = tied;
-  const auto is_free = [&](Index i) { return canonical.y().contains(i) && !system.is_fixed(i); };
+  const auto is_free = [&](Index i) { return is_free_of_max(canonical, system, i); };
   const std::vector<double>& hessian = system.derivatives().hessian;
   for (std::size_t k = 0; k < hessian.size(); ++k) {
     const auto [i, j] = canonical.hessian()[k];
