@@ -80,12 +80,10 @@ bool maximizes_weakly_at(TestContext& c, Candidate here) {
   ActiveSetSystem system(c.canonical, c.kkt, here.classes, here.units, here.point.evaluation);
   system.assemble({.min_fixed = true, .max_fixed = false});
   const bool shown = by_structure(c, here, system);
+  if (!shown && (here.classes.weak_max > 0 || is_saddle(c.canonical, system))) return false;
   const FlatDirections flat =
       find_flat_directions(c.canonical, system, here.point, c.margin(1.0), Player::Max);
-  const bool by_values = flat.verdict == FlatDirections::Verdict::Flat;
-  if (!shown && (!by_values || here.classes.weak_max > 0 || is_saddle(c.canonical, system))) {
-    return false;
-  }
+  if (!shown && flat.verdict != FlatDirections::Verdict::Flat) return false;
   if (flat.direction.size() > 0) {
     c.reasons.add_direction(CertificateReason::Kind::FlatDirection, Player::Max, flat.direction,
                             "y is best but not unique: as good along");
