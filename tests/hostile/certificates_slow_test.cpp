@@ -319,7 +319,7 @@ TEST(OnceFalse, ThePointMeetsTheToleranceOfItsStatus) {
 
 INSTANTIATE_TEST_SUITE_P(Of, Certificates,
                          ::testing::Values(Kind{"Tame", tame_game, 4000, 1000},
-                                           Kind{"Trap", trap_game, 4000, 1000}),
+                                           Kind{"Trap", trap_game, 2500, 600}),
                          [](const auto& game) { return std::string(game.param.name); });
 
 }  // namespace

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What goes wrong with MPI ends within seconds with a status that names the cause, and nothing is left
-# running. Argument: the fault.
+# What goes wrong with MPI ends within seconds (limits here are of hanging: machines are busy) with a
+# status that names the cause, and nothing is left running. Argument: the fault.
 set -uo pipefail
 work=$(mktemp -d)
 log=$work/log
@@ -51,7 +51,7 @@ expect() {
 
 wait_for() {
   local k
-  for k in $(seq 300); do
+  for k in $(seq 1200); do
     grep -q -s -- "$1" "$log" && return
     sleep 0.1
   done
@@ -87,7 +87,7 @@ worker_killed)
   for pid in $(left_running); do
     if grep -q ipminmax-worker "/proc/$pid/comm"; then kill -KILL "$pid"; break; fi
   done
-  expect_end 20 "linear solver failed: rank [12] on .* has died (killed, or out of memory?)"
+  expect_end 100 "linear solver failed: rank [12] on .* has died (killed, or out of memory?)"
   [ "$code" -ne 0 ] || fail "exit code 0"
   ;;
 no_memory_in_worker)
@@ -100,55 +100,55 @@ no_memory_in_worker)
     fi
   done
   touch "$work/go"
-  expect_end 60 "out of memory in the factorization of a KKT matrix"
+  expect_end 100 "out of memory in the factorization of a KKT matrix"
   ;;
 other_version)
-  expect 20 any "invalid option: rank 1 on .* is of version 0.0.other, rank 0 of version" \
+  expect 100 any "invalid option: rank 1 on .* is of version 0.0.other, rank 0 of version" \
     "$MPIEXEC" -n 1 "$PROGRAM" solve : -n 1 "$OTHER_WORKER"
   ;;
 no_mpi)
   # The plugin is not there; is there without MPI's libraries; and the program goes on without.
-  IPMINMAX_MPI_LIBRARY=$work/absent.so expect 10 3 \
+  IPMINMAX_MPI_LIBRARY=$work/absent.so expect 100 3 \
     "invalid option: MPI cannot be used: .*absent.so: cannot open shared object file" "$PROGRAM" solve
-  IPMINMAX_MPI_LIBRARY=$WITHOUT_MPI expect 10 3 \
+  IPMINMAX_MPI_LIBRARY=$WITHOUT_MPI expect 100 3 \
     "invalid option: MPI cannot be used: libipminmax_test_absent.so: cannot open shared object file" \
     "$PROGRAM" solve
   ;;
 program_calls_mpi)
   for level in 0 1 2 3; do
-    expect 20 0 "^solved: " "$MPIEXEC" -n 1 "$OWN" $level solve : -n 1 "$WORKER"
+    expect 100 0 "^solved: " "$MPIEXEC" -n 1 "$OWN" $level solve : -n 1 "$WORKER"
   done
-  expect 20 0 "^solved: " "$OWN" 0 solve
+  expect 100 0 "^solved: " "$OWN" 0 solve
   # Another thread than the main one calls MPI: with SERIALIZED and more it may.
-  expect 20 0 "^solved: " "$MPIEXEC" -n 1 "$OWN" 2 solve --thread : -n 1 "$WORKER"
-  expect 20 any "for calls of its main thread only" \
+  expect 100 0 "^solved: " "$MPIEXEC" -n 1 "$OWN" 2 solve --thread : -n 1 "$WORKER"
+  expect 100 any "for calls of its main thread only" \
     "$MPIEXEC" -n 1 "$OWN" 1 solve --thread : -n 1 "$WORKER"
   ;;
 not_rank_0)
   # Every rank solves, none is a worker.
-  expect 20 any "mumps_mpi works for rank 0 alone, and this is rank 2 of 3" \
+  expect 100 any "mumps_mpi works for rank 0 alone, and this is rank 2 of 3" \
     "$MPIEXEC" -n 3 "$PROGRAM" solve
   grep -q "invalid option: rank [12] runs a program instead of ipminmax-worker" "$log" ||
     fail "no message of rank 0"
   # A worker is rank 0.
-  expect 20 any "a worker cannot be the only rank or rank 0" \
+  expect 100 any "a worker cannot be the only rank or rank 0" \
     "$MPIEXEC" -n 1 "$WORKER" : -n 1 "$PROGRAM" solve
-  expect 20 1 "a worker cannot be the only rank or rank 0" "$WORKER"
+  expect 100 1 "a worker cannot be the only rank or rank 0" "$WORKER"
   ;;
 interrupted)
   begin "first solve done" "$MPIEXEC" -n 1 "$PROGRAM" loop : -n 2 "$WORKER"
   kill -INT "$running"
-  expect_end 20 "linear solver failed: the launcher ends the program: .*interrupted"
+  expect_end 100 "linear solver failed: the launcher ends the program: .*interrupted"
   [ "$code" -ne 0 ] || fail "exit code 0"
   ;;
 starts_rank_killed)
-  begin "under way" "$MPIEXEC" -n 3 "$PROGRAM" slow_starts 1000
+  begin "under way" "$MPIEXEC" -n 3 "$PROGRAM" slow_starts 10000
   for pid in $(left_running); do
     if tr '\0' '\n' <"/proc/$pid/environ" | grep -qx OMPI_COMM_WORLD_RANK=2; then
       kill -KILL "$pid"
     fi
   done
-  expect_end 20 "starts, .* points, stopped by the launcher"
+  expect_end 100 "starts, .* points, stopped by the launcher"
   [ "$code" -ne 0 ] || fail "exit code 0"
   ;;
 starts_taken_over)
@@ -158,13 +158,13 @@ starts_taken_over)
       kill -KILL "$pid"
     fi
   done
-  expect_end 90 "^160 starts"
+  expect_end 100 "^160 starts"
   grep -q "rank 2 does not answer any more" "$log" || fail "the death was not noticed"
   ;;
 starts_interrupted)
-  begin "under way" "$MPIEXEC" -n 2 "$PROGRAM" slow_starts 1000
+  begin "under way" "$MPIEXEC" -n 2 "$PROGRAM" slow_starts 10000
   kill -INT "$running"
-  expect_end 20 "starts, .* points, stopped by the launcher"
+  expect_end 100 "starts, .* points, stopped by the launcher"
   [ -n "${IPMINMAX:-}" ] || exit 0
   # The executable writes what it has. (It prints past mpirun, which stops reading before it kills.)
   cp "$MODEL" "$work/model.nl"
@@ -174,11 +174,11 @@ starts_interrupted)
   log=$work/out.0
   wait_for "solved$"
   kill -INT "$running"
-  expect_end 20 "stopped by the launcher"
+  expect_end 100 "stopped by the launcher"
   grep -q "stopped by the launcher" "$work/model.sol" || fail "no model.sol"
   ;;
 mixed)
-  expect 20 any "is a worker; to share starts" \
+  expect 100 any "is a worker; to share starts" \
     "$MPIEXEC" -n 1 "$PROGRAM" starts "$work/out" 1 4 : -n 1 "$WORKER"
   ;;
 *)

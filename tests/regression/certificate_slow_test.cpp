@@ -74,7 +74,7 @@ void judge(const std::string& name, Problem& problem, ExtendedFunctions& functio
   const Certificate& found = result.certificate;
   const bool refuted = found.second_order == SecondOrder::Violated;
   if (!is_success(result.status) && !refuted) return;
-  const ExtendedOptimality truth = ExtendedJudge(functions, result).judge();
+  const ExtendedOptimality truth = extended_optimality(functions, result);
   const bool certified = found.kind == PointKind::LocalMinmax;
   const bool strict = truth.verdict == ExtendedVerdict::Strict;
   if (is_success(result.status)) {
@@ -150,7 +150,7 @@ TEST(CertificateTable, InOtherUnits) {
     const bool refuted = found.second_order == SecondOrder::Violated;
     if (!is_success(result.status) && !refuted) return;
     ExtendedModel functions(model);
-    const ExtendedOptimality truth = ExtendedJudge(functions, other.original(result)).judge();
+    const ExtendedOptimality truth = extended_optimality(functions, other.original(result));
     const bool strict = truth.verdict == ExtendedVerdict::Strict;
     const std::vector<double> v = other.original(result).v;
     double size = 1.0;

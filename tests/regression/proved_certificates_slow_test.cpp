@@ -40,7 +40,7 @@ void judge(const std::string& name, const Model& model, const std::vector<double
   tally.seconds_proof += seconds_since(middle);
   tally.seconds_solve += solve_seconds;
   ExtendedModel functions(model);
-  const ExtendedOptimality truth = ExtendedJudge(functions, result).judge();
+  const ExtendedOptimality truth = extended_optimality(functions, result);
   const bool strict = truth.verdict == ExtendedVerdict::Strict;
   // Strict complementarity and independent gradients, which the proof needs.
   const bool regular = strict && truth.weak == 0 && truth.independent;
