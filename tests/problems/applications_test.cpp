@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include <support/dense_algebra.hpp>
 #include <support/judge_result.hpp>
@@ -68,7 +68,7 @@ TEST(RobustMpc, LinearQuadraticAgreesWithElimination) {
     const Result result = solve(game, {});
     expect_certified(game, result);
     const Eliminated dense(system);
-    const VectorXd z = dense.h.fullPivLu().solve(-dense.g);
+    const VectorXd z = solve_pivoting(dense.h, -dense.g);
     const double value = dense.c + dense.g.dot(z);
     EXPECT_NEAR(result.objective, value, 1e-7 * (1.0 + std::abs(value)));
     for (Eigen::Index i = 0; i < z.size(); ++i) EXPECT_NEAR(result.v[at(Index(i))], z[i], 1e-6);
@@ -197,7 +197,7 @@ struct Samples {
 
 /// Minimizer of the convex phi(x) by damped Newton; r_i stays away from 0.
 VectorXd minimize_worst_case(const Samples& data, double rho) {
-  VectorXd x = data.a.householderQr().solve(data.b);
+  VectorXd x = least_squares(data.a, data.b);
   const auto phi = [&](const VectorXd& point) {
     return ((data.a * point - data.b).array().abs() + rho * point.norm()).square().sum();
   };
@@ -214,7 +214,7 @@ VectorXd minimize_worst_case(const Samples& data, double rho) {
       hessian += 2.0 * slope * slope.transpose() +
                  2.0 * size * rho / norm * (MatrixXd::Identity(2, 2) - unit * unit.transpose());
     }
-    const VectorXd step = -hessian.ldlt().solve(gradient);
+    const VectorXd step = -solve_dense(hessian, gradient);
     double alpha = 1.0;
     while (alpha > 1e-10 && phi(x + alpha * step) > phi(x)) alpha *= 0.5;
     x += alpha * step;
@@ -234,7 +234,7 @@ TEST(RobustRegressionApplication, AgreesWithTheClosedFormOfTheWorstCase) {
     EXPECT_LT((x - known).lpNorm<Eigen::Infinity>(), 1e-5) << rho;
     EXPECT_NEAR(result.objective, problem.worst_case(known), 1e-5) << rho;
     EXPECT_NEAR(result.objective, problem.worst_case(x), 1e-5) << rho;
-    EXPECT_GT((x - data.a.householderQr().solve(data.b)).norm(), 1e-3);
+    EXPECT_GT((x - least_squares(data.a, data.b)).norm(), 1e-3);
   }
 }
 

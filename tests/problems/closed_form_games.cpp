@@ -4,10 +4,11 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include <problems/quadratic_problem.hpp>
 #include <support/autodiff_problem.hpp>
+#include <support/dense_algebra.hpp>
 #include <support/dice.hpp>
 
 #include "core/solver.hpp"
@@ -42,17 +43,11 @@ std::vector<Expression> variables(Model& model, Player player, const char* name,
 
 /// Null spaces of rows of phi that are level, and the least eigenvalue of h on them.
 MatrixXd least_directions(const MatrixXd& rows, const MatrixXd& h) {
-  const Eigen::Index n = h.rows();
-  MatrixXd basis = MatrixXd::Identity(n, n);
-  if (rows.rows() > 0) {
-    const Eigen::FullPivLU<MatrixXd> lu(rows);
-    if (lu.dimensionOfKernel() == 0) return MatrixXd(n, 0);
-    basis = lu.kernel();
-    basis =
-        Eigen::HouseholderQR<MatrixXd>(basis).householderQ() * MatrixXd::Identity(n, basis.cols());
-  }
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(basis.transpose() * h * basis);
-  return basis * eigen.eigenvectors();
+  bool independent = true;
+  const MatrixXd basis =
+      rows.rows() > 0 ? null_space(rows, independent) : MatrixXd::Identity(h.rows(), h.rows());
+  if (basis.cols() == 0) return basis;
+  return basis * symmetric_eigenvectors(basis.transpose() * h * basis);
 }
 
 }  // namespace
@@ -218,9 +213,8 @@ ClosedForm matrix_game(std::uint64_t seed) {
       }
     }
     if (alike.size() == 0) return pairs;
-    const Eigen::FullPivLU<MatrixXd> lu(alike);
-    if (lu.dimensionOfKernel() == 0) return pairs;
-    const MatrixXd kernel = lu.kernel();
+    bool independent = true;
+    const MatrixXd kernel = null_space(alike, independent);
     MatrixXd all = MatrixXd::Zero(rows, pairs.cols() + kernel.cols());
     all.leftCols(pairs.cols()) = pairs;
     for (std::size_t k = 0; k < used.size(); ++k) {

@@ -10,6 +10,7 @@
 #include <Eigen/SparseLU>
 
 #include <problems/quadratic_problem.hpp>
+#include <support/dense_algebra.hpp>
 
 namespace ipminmax::testing {
 namespace {
@@ -461,7 +462,7 @@ VectorXd minimize_robust_residual(const Eigen::MatrixXd& a, const VectorXd& b, d
     const Eigen::MatrixXd hessian =
         (a.transpose() * a - ar * ar.transpose()) / length +
         rho / s * (Eigen::MatrixXd::Identity(x.size(), x.size()) - x * x.transpose() / (s * s));
-    const VectorXd step = -hessian.ldlt().solve(gradient);
+    const VectorXd step = -solve_dense(hessian, gradient);
     double alpha = 1.0;
     while (alpha > 1e-3 && value(x + alpha * step) > value(x)) alpha /= 2.0;
     x += alpha * step;

@@ -9,11 +9,12 @@
 #include <utility>
 
 #include <gtest/gtest.h>
-#include <Eigen/QR>
+#include <Eigen/Core>
 
 #include <regression/element_problem.hpp>
 #include <regression/problem_tnlp.hpp>
 #include <regression/scalable_nlp.hpp>
+#include <support/dense_algebra.hpp>
 #include <support/dense_optimality.hpp>
 
 #include "core/solver.hpp"
@@ -118,8 +119,7 @@ TEST(ScalableMultipliers, FirstOnesAreTheLeastSquaresOnes) {
     }
     const auto problem = family.make(100);
     const DenseEvaluation here(*problem, start_of(*problem));
-    const Eigen::VectorXd expected =
-        here.jacobian.transpose().colPivHouseholderQr().solve(-here.gradient);
+    const Eigen::VectorXd expected = least_squares(here.jacobian.transpose(), -here.gradient);
     for (const LinearSolver solver :
          {LinearSolver::Auto, LinearSolver::Ldlt, LinearSolver::Mumps, LinearSolver::Lapack}) {
       SolverOptions options;

@@ -9,6 +9,9 @@ namespace ipminmax::testing {
 /// In ascending order; the lower triangle of the matrix is read.
 [[nodiscard]] Eigen::VectorXd symmetric_eigenvalues(const Eigen::MatrixXd& matrix);
 
+/// Orthonormal columns in the same order.
+[[nodiscard]] Eigen::MatrixXd symmetric_eigenvectors(const Eigen::MatrixXd& matrix);
+
 /// Of any square matrix.
 [[nodiscard]] Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& matrix);
 /// Their largest modulus.
