@@ -810,7 +810,8 @@ TEST(KktFactorizations, AreNotRepeatedForTheSameValuesAndShifts) {
   EXPECT_EQ(counts.factorizations_full, 5);
 }
 
-// Nearly no diagonal: pivots are delayed, and MUMPS needs more workspace than it expects, several times.
+// Nearly no diagonal: pivots are delayed, and MUMPS needs more workspace than it expects, several
+// times.
 TEST(KktFactorizations, AskForNoMoreWorkspaceWhenTimeIsUp) {
   constexpr Index kVariables = 1500;
   std::mt19937 random(3);

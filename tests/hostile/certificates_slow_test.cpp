@@ -280,11 +280,12 @@ TEST(OnceFalse, OddModelsAreNoMore) {
 }
 
 // Gradients that turn on the way to the solution, inequalities open by their gradients alone, a
-// solution far from the point that was returned, weakly active bounds far from it, a solution beyond
-// a nearer one of the wrong kind, entries so large in long units that rounding decides, curvature that
-// is alike where the Newton step begins and as far beyond its end, a step over a hill, a y in which f is
-// linear with a slope that is little beside the multipliers, an equation whose gradient vanishes, a
-// saddle of a y without curvature of its own and another one of 1e-20 in its lengths.
+// solution far from the point that was returned, weakly active bounds far from it, a solution
+// beyond a nearer one of the wrong kind, entries so large in long units that rounding decides,
+// curvature that is alike where the Newton step begins and as far beyond its end, a step over a
+// hill, a y in which f is linear with a slope that is little beside the multipliers, an equation
+// whose gradient vanishes, a saddle of a y without curvature of its own and another one of 1e-20 in
+// its lengths.
 TEST(OnceFalse, TrapsAreNoMore) {
   for (const std::uint64_t seed :
        {1012110, 1032517, 1034127, 1050867, 1051177, 1054030, 1058769, 7117438, 9005818, 9083497,

@@ -43,9 +43,7 @@ std::vector<Expression> variables(Model& model, Player player, const char* name,
 
 /// Null spaces of rows of phi that are level, and the least eigenvalue of h on them.
 MatrixXd least_directions(const MatrixXd& rows, const MatrixXd& h) {
-  bool independent = true;
-  const MatrixXd basis =
-      rows.rows() > 0 ? null_space(rows, independent) : MatrixXd::Identity(h.rows(), h.rows());
+  const MatrixXd basis = null_space(rows);
   if (basis.cols() == 0) return basis;
   return basis * symmetric_eigenvectors(basis.transpose() * h * basis);
 }
@@ -213,8 +211,7 @@ ClosedForm matrix_game(std::uint64_t seed) {
       }
     }
     if (alike.size() == 0) return pairs;
-    bool independent = true;
-    const MatrixXd kernel = null_space(alike, independent);
+    const MatrixXd kernel = null_space(alike);
     MatrixXd all = MatrixXd::Zero(rows, pairs.cols() + kernel.cols());
     all.leftCols(pairs.cols()) = pairs;
     for (std::size_t k = 0; k < used.size(); ++k) {

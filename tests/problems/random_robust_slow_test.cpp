@@ -1,5 +1,5 @@
-// Random robust programs: what is certified is judged by maximizations of every row over y that share
-// nothing with the solver.
+// Random robust programs: what is certified is judged by maximizations of every row over y that
+// share nothing with the solver.
 //
 // By hand, any number of programs from any seed:
 //   IPMINMAX_RUNS=1000 IPMINMAX_SEED=7 problems_random_robust_slow_test --gtest_filter='*Violated'

@@ -46,4 +46,9 @@ Eigen::MatrixXd null_space(const Eigen::MatrixXd& rows, bool& independent) {
   return Eigen::MatrixXd(qr.householderQ()).rightCols(rows.cols() - qr.rank());
 }
 
+Eigen::MatrixXd null_space(const Eigen::MatrixXd& rows) {
+  bool independent = true;
+  return null_space(rows, independent);
+}
+
 }  // namespace ipminmax::testing

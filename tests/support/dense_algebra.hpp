@@ -27,5 +27,6 @@ namespace ipminmax::testing {
 /// Orthonormal columns that span {d : rows d = 0}; independent: whether the rows are, pivots of
 /// 1e-9 of the largest apart.
 [[nodiscard]] Eigen::MatrixXd null_space(const Eigen::MatrixXd& rows, bool& independent);
+[[nodiscard]] Eigen::MatrixXd null_space(const Eigen::MatrixXd& rows);
 
 }  // namespace ipminmax::testing
