@@ -89,7 +89,7 @@ TEST(BranchingFamilies, ResponsesToAnUncertainY) {
 }
 
 TEST(BranchingFamilies, Networks) {
-  expect_nearly_as_good_as_all(BranchingFamily::Network, 2001, 14, 2);
+  expect_nearly_as_good_as_all(BranchingFamily::Network, 2001, 10, 2);
 }
 
 }  // namespace
