@@ -18,6 +18,8 @@ namespace {
 constexpr Index kDenseDimension = 24;
 // Where pivoting is needed, LAPACK takes 0.03 ms at 100 rows, MUMPS 0.1 ms; level at 200 to 300:
 constexpr Index kDensePivotingDimension = 100;
+// In doubt, where a few matrices are factorized and MUMPS's start and end, a millisecond each, count:
+constexpr Index kDenseDoubtDimension = 300;
 // Microseconds that factorizations take, those of dense matrices of 50 to 600 rows: LAPACK per n^2
 // (loading and scaling) and n^3, LDL' per flop.
 constexpr double kLapackPerSquare = 5e-3, kLapackPerCube = 7e-6;
@@ -101,6 +103,7 @@ Analysis AutoSolver::analyze(const SymmetricMatrix& matrix, std::span<const std:
   factors_ = Factors::Pivoting;
   pairs_ = Pairs::Unmade;
   paired_ = nullptr;
+  dense_ = nullptr;
   expected_ = {};
   for (const std::int8_t sign : signs) ++(sign > 0 ? expected_.positive : expected_.negative);
   make_pivoting(n);
@@ -218,6 +221,15 @@ bool AutoSolver::inertia_is_certain(SymmetricSolver& solver, const SymmetricMatr
 
 Factorization AutoSolver::factorize_pivoting(const SymmetricMatrix& matrix) {
   factors_ = Factors::Pivoting;
+  if (in_doubt_ && ldlt_analyzed_ && matrix.dimension() > kDensePivotingDimension &&
+      matrix.dimension() <= kDenseDoubtDimension) {
+    if (!dense_) {
+      auto dense = std::make_unique<LapackSolver>();
+      if (!dense->analyze(matrix, {}).ok) return {.status = FactorizationStatus::OutOfMemory};
+      dense_ = std::move(dense);
+    }
+    return dense_->factorize(matrix);
+  }
   if (!pivoting_analyzed_) {
     if (!pivoting_->analyze(matrix, {}).ok) return {.status = FactorizationStatus::OutOfMemory};
     pivoting_analyzed_ = true;
@@ -379,6 +391,8 @@ Factorization AutoSolver::checked(const SymmetricMatrix& matrix, const Factoriza
   return factorize_without_ldlt(matrix, Certainty::Certain);
 }
 
+SymmetricSolver& AutoSolver::pivoting() const { return in_doubt_ && dense_ ? *dense_ : *pivoting_; }
+
 SymmetricSolver& AutoSolver::current() {
   switch (factors_) {
     case Factors::Ldlt:
@@ -389,7 +403,7 @@ SymmetricSolver& AutoSolver::current() {
     case Factors::Pivoting:
       break;
   }
-  return *pivoting_;
+  return pivoting();
 }
 
 void AutoSolver::solve_in_place(std::span<double> rhs, Index columns) {
@@ -402,7 +416,7 @@ void AutoSolver::inverse_product(const SparseColumns& b, std::span<double> produ
 
 double AutoSolver::predict_inverse_product_flops(const SparseColumns& b) const {
   return factors_ == Factors::Ldlt ? ldlt_.predict_inverse_product_flops(b)
-                                   : pivoting_->predict_inverse_product_flops(b);
+                                   : pivoting().predict_inverse_product_flops(b);
 }
 
 bool AutoSolver::increase_quality() {
@@ -413,7 +427,7 @@ bool AutoSolver::increase_quality() {
     return true;
   }
   next_ = Next::Pivoting;
-  return last != Factors::Pivoting || pivoting_->increase_quality();
+  return last != Factors::Pivoting || pivoting().increase_quality();
 }
 
 bool AutoSolver::begin_pivoting() {

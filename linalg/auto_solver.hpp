@@ -58,6 +58,7 @@ class AutoSolver final : public SymmetricSolver {
   void begin_at_ldlt();
   [[nodiscard]] bool inertia_is_certain(SymmetricSolver& solver, const SymmetricMatrix& matrix,
                                         double gamma, double most_error, double& smaller_gamma);
+  [[nodiscard]] SymmetricSolver& pivoting() const;
   [[nodiscard]] SymmetricSolver& current();
   [[nodiscard]] bool has_pairs(const SymmetricMatrix& matrix);
   [[nodiscard]] bool pairs_are_enough(const SymmetricMatrix& matrix, const Factorization& result,
@@ -110,6 +111,7 @@ class AutoSolver final : public SymmetricSolver {
   LdltSolver ldlt_;
   std::unique_ptr<PairedLdltSolver> paired_;  // null before its first use
   std::unique_ptr<SymmetricSolver> pivoting_;
+  std::unique_ptr<SymmetricSolver> dense_;  // in place of it in doubt, where small; null before
   std::function<bool()> stop_;
   Inertia expected_;               // by the signs
   std::int64_t ldlt_entries_ = 0;  // of its factor
