@@ -107,19 +107,8 @@ class MaximizationOverY {
       if (count > 1) options.minmax_max_restarts = 0;
       if (start > 0) {
         if (own.empty()) break;
-        const Index number = context_.drawn + start;
-        v = at(start) <= given.size() ? given[at(start) - 1]
-                                      : random_start(inner_.structure(), own, number, options_);
-        if (at(start) > given.size() && !held_.empty()) v = follow(own, v);
+        v = at(start) <= given.size() ? given[at(start) - 1] : drawn(own, start, options);
         if (v.empty()) continue;
-        // Every other one near where it begins, every fourth one below a climb.
-        if (at(start) > given.size() && start % 2 == 0 && is_scattered()) {
-          const bool climbs = start % 4 == 2 && can_climb();
-          v = climbs ? start_above(inner_, options_, center(), std::move(v), number,
-                                   context_.work.counts)
-                     : start_within(inner_, options_, center(), std::move(v), number);
-          options = staying_near(options, climbs ? kMuBeside : kMuWithin);
-        }
       }
       if (!maximize_from(std::move(v), options)) break;
       if (start + 1 >= count && limit_ && !climb()) break;
@@ -170,17 +159,32 @@ class MaximizationOverY {
     return is_success(result.status) ? std::move(result.v) : std::vector<double>{};
   }
 
-  /// Whether random starts are to begin near points of Y.
-  [[nodiscard]] bool is_scattered() const {
-    return limit_ && held_.empty() && !found_.maxima.empty();
+  /// A random start; every other one where trajectories are at their worst, else near where it
+  /// begins, of these every other one below a climb.
+  [[nodiscard]] std::vector<double> drawn(const std::vector<double>& own, Index start,
+                                          SolverOptions& options) {
+    const Index number = context_.drawn + start;
+    std::vector<double> v = random_start(inner_.structure(), own, number, options_);
+    if (!held_.empty()) return follow(own, v);
+    if (start % 2 == 1) return v;
+    if (auto corner = corner_in_step(inner_.structure(), options_, own, ++corners_)) {
+      options = staying_near(options, kMuBeside);
+      return std::move(*corner);
+    }
+    if (!is_scattered()) return v;
+    const bool climbs = start % 4 == 2 && can_climb();
+    options = staying_near(options, climbs ? kMuBeside : kMuWithin);
+    return climbs
+               ? start_above(inner_, options_, center(), std::move(v), number, context_.work.counts)
+               : start_within(inner_, options_, center(), std::move(v), number);
   }
+
+  /// Whether random starts are to begin near points of Y.
+  [[nodiscard]] bool is_scattered() const { return limit_ && !found_.maxima.empty(); }
   /// Whether single variables lead up: of few all corners are known, and none that others follow.
   [[nodiscard]] bool can_climb() const {
     const ProblemStructure& s = inner_.structure();
-    for (std::size_t j = 0; j < s.constraint_lower.size(); ++j) {
-      if (s.constraint_lower[j] == s.constraint_upper[j]) return false;
-    }
-    return boxed_variables(s, options_).size() > kMostHeld;
+    return !has_equation(s) && boxed_variables(s, options_).size() > kMostHeld;
   }
 
   /// Whether the maximizer has constraints other than equations.
@@ -430,6 +434,7 @@ class MaximizationOverY {
   MaximaOverY found_;
   std::vector<std::size_t> held_;  ///< few variables that all others follow; none: empty
   std::vector<double> multipliers_of_highest_;
+  Index corners_ = 0;            ///< that starts have had
   double climbed_ = -kInfinity;  ///< from a maximum of this value
 };
 

@@ -75,6 +75,27 @@ std::vector<std::size_t> boxed_variables(const ProblemStructure& structure,
   return boxed;
 }
 
+bool has_equation(const ProblemStructure& structure) {
+  for (std::size_t j = 0; j < structure.constraint_lower.size(); ++j) {
+    if (structure.constraint_lower[j] == structure.constraint_upper[j]) return true;
+  }
+  return false;
+}
+
+std::optional<std::vector<double>> corner_in_step(const ProblemStructure& structure,
+                                                  const SolverOptions& options,
+                                                  std::vector<double> v, Index number) {
+  constexpr Index kCorners = 4;
+  const std::vector<std::size_t> boxed = boxed_variables(structure, options);
+  if (number < 1 || number > kCorners || boxed.empty() || !has_equation(structure)) return {};
+  const std::size_t step = number > 2 ? 1 : 0;
+  for (std::size_t k = 0; k < boxed.size(); ++k) {
+    const bool upper = (at(number - 1) + k * step) % 2 == 1;
+    v[boxed[k]] = (upper ? structure.variable_upper : structure.variable_lower)[boxed[k]];
+  }
+  return v;
+}
+
 void move_to_corner(const ProblemStructure& structure, const std::vector<std::size_t>& boxed,
                     std::size_t corner, std::vector<double>& v) {
   for (std::size_t k = 0; k < boxed.size(); ++k) {

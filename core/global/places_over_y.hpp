@@ -20,6 +20,17 @@ namespace ipminmax {
 [[nodiscard]] std::vector<std::size_t> boxed_variables(const ProblemStructure& structure,
                                                        const SolverOptions& options);
 
+/// Whether variables follow others by equations, as states do disturbances.
+[[nodiscard]] bool has_equation(const ProblemStructure& structure);
+
+/// Where variables follow others by equations: v with these all at their lower bounds, all at their
+/// upper ones, and in turn, as number is 1 to 4. Along a trajectory random disturbances cancel;
+/// what is worst mostly pushes one way. Empty: no such number, no equation, no bounds.
+[[nodiscard]] std::optional<std::vector<double>> corner_in_step(const ProblemStructure& structure,
+                                                                const SolverOptions& options,
+                                                                std::vector<double> v,
+                                                                Index number);
+
 /// Puts these at the corner of their box of that number: bit k says whether the k-th is at its
 /// upper bound.
 void move_to_corner(const ProblemStructure& structure, const std::vector<std::size_t>& boxed,

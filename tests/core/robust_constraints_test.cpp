@@ -124,6 +124,32 @@ TEST(RobustConstraint, OneVariableAtATimeFindsTheHighestCorner) {
   EXPECT_NEAR(result.v[0], 2.0 - 14 * 3.0 - 0.01 * 14 * 15 / 2, 1e-6);
 }
 
+TEST(RobustConstraint, DisturbancesThatPushOneWayAlongATrajectoryAreTried) {
+  // z is the mean of 20 disturbances, and z + exp(-6 (z + 0.7)) is 1 at z = 1, but exp(1.8) - 1 at
+  // z = -1, behind a valley at -0.4 that hardly a random trajectory crosses.
+  for (const double sign : {1.0, -1.0}) {
+    constexpr int kSteps = 20;
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    std::vector<Expression> w, z;
+    for (int k = 0; k < kSteps; ++k) {
+      w.push_back(model.variable(kMax, "w" + std::to_string(k), -1.0, 1.0));
+      z.push_back(model.variable(kMax, "z" + std::to_string(k)));
+    }
+    model.objective(x);
+    for (std::size_t k = 0; k < kSteps; ++k) {
+      const Expression step = z[k] - w[k] / kSteps;
+      model.constraint(k == 0 ? step : step - z[k - 1], 0.0, 0.0, kMax);
+    }
+    const Expression end = sign * z.back();
+    model.constraint(end + exp(-6.0 * (end + 0.7)) - x, -kNoBound, 0.0, kMin);
+    AutodiffProblem problem(model, std::vector<double>(2 * kSteps + 1, 0.0));
+    const Result result = solve_robust(problem, {}).result;
+    expect_certified(result);
+    EXPECT_NEAR(result.v[0], std::exp(1.8) - 1.0, 1e-6) << sign;
+  }
+}
+
 TEST(RobustConstraint, IsNotCertifiedWhileStartsFindOtherMaxima) {
   // Few of the starts find the highest of 4^6 maxima: that there is none above is not known.
   constexpr int kVariables = 6;
