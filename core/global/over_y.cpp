@@ -159,19 +159,18 @@ class MaximizationOverY {
     return is_success(result.status) ? std::move(result.v) : std::vector<double>{};
   }
 
-  /// A random start; every other one where trajectories are at their worst, else near where it
+  /// First where trajectories are at their worst; then a random one, every other one near where it
   /// begins, of these every other one below a climb.
   [[nodiscard]] std::vector<double> drawn(const std::vector<double>& own, Index start,
                                           SolverOptions& options) {
     const Index number = context_.drawn + start;
     std::vector<double> v = random_start(inner_.structure(), own, number, options_);
     if (!held_.empty()) return follow(own, v);
-    if (start % 2 == 1) return v;
     if (auto corner = corner_in_step(inner_.structure(), options_, own, ++corners_)) {
       options = staying_near(options, kMuBeside);
       return std::move(*corner);
     }
-    if (!is_scattered()) return v;
+    if (start % 2 == 1 || !is_scattered()) return v;
     const bool climbs = start % 4 == 2 && can_climb();
     options = staying_near(options, climbs ? kMuBeside : kMuWithin);
     return climbs
@@ -179,12 +178,13 @@ class MaximizationOverY {
                : start_within(inner_, options_, center(), std::move(v), number);
   }
 
-  /// Whether random starts are to begin near points of Y.
-  [[nodiscard]] bool is_scattered() const { return limit_ && !found_.maxima.empty(); }
-  /// Whether single variables lead up: of few all corners are known, and none that others follow.
+  /// Whether random starts are to begin near points of Y, which equations leave at once.
+  [[nodiscard]] bool is_scattered() const {
+    return limit_ && !found_.maxima.empty() && !has_equation(inner_.structure());
+  }
+  /// Whether single variables lead up: of few all corners are known.
   [[nodiscard]] bool can_climb() const {
-    const ProblemStructure& s = inner_.structure();
-    return !has_equation(s) && boxed_variables(s, options_).size() > kMostHeld;
+    return boxed_variables(inner_.structure(), options_).size() > kMostHeld;
   }
 
   /// Whether the maximizer has constraints other than equations.
