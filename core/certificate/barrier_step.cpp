@@ -5,10 +5,6 @@
 
 namespace ipminmax {
 
-namespace {
-constexpr double kRelaxed = 1e-8;  // as jacobian_regularization_value
-}
-
 bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const NewtonResidual& rhs,
                       Step& step, const Regularization& shift) {
   for (;;) {
@@ -28,7 +24,8 @@ bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu,
   kkt.assemble(point.iterate, point.evaluation);
   dependent = dependent || !solve_accurately(kkt, point.evaluation, rhs, step);
   if (dependent) {  // their equations agree, any of the multipliers will do
-    const Regularization relaxed{.lambda_x = kRelaxed, .lambda_y = kRelaxed};
+    const Regularization relaxed{.lambda_x = parameters::certificate::kRootOfRounding,
+                                 .lambda_y = parameters::certificate::kRootOfRounding};
     if (kkt.factorize_for_solutions(relaxed, Certainty::Usual).status != FactorizationStatus::Ok ||
         !kkt.solve_unshifted(point.evaluation, rhs, step)) {
       return false;

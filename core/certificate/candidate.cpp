@@ -238,9 +238,9 @@ bool is_near(const TestContext& c, const Iterate& from, const Eigen::VectorXd& t
       const double length = std::abs(to[i] - from.v[i]);
       if (!(length <= share * size * units.variable[i])) return false;
       const double own_size = std::max(std::abs(from.v[i]), std::abs(start[i]));
-      const bool within_size = length <= parameter::kNear * own_size;
+      const bool within_size = length <= parameter::kTrace * own_size;
       const bool within_one =
-          length <= parameter::kNear && length <= c.far() * size * units.variable[i];
+          length <= parameter::kTrace && length <= c.far() * size * units.variable[i];
       if (!within_size && !within_one) return false;
     }
   }

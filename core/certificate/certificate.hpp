@@ -10,6 +10,7 @@
 #include "core/kkt/system.hpp"
 #include "core/method/wrong_curvature.hpp"
 #include "core/model/canonical_problem.hpp"
+#include "core/model/parameters.hpp"
 #include "core/options.hpp"
 #include "core/point/merit.hpp"
 #include "core/result.hpp"
@@ -81,8 +82,6 @@ struct CertificateArrays {
   CurvatureArrays curvature;
 };
 
-inline constexpr Index kGenerousFactorizations = 100;
-
 /// Second-order test at a first-order point: the paper's Proposition "Second order sufficient
 /// conditions for constrained minmax", all regularization off. The claim, its hypotheses and what
 /// of them is proved, checked or trusted: docs/algorithm.md, "Second-order test".
@@ -96,6 +95,6 @@ inline constexpr Index kGenerousFactorizations = 100;
 /// The same with arrays of its own.
 [[nodiscard]] Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
                               double mu, const SolverOptions& options,
-                              Index factorizations = kGenerousFactorizations);
+                              Index factorizations = parameters::kPlenty);
 
 }  // namespace ipminmax

@@ -134,7 +134,7 @@ bool DependenceSearch::next_null_vector(int number, Eigen::VectorXd& w) {
     }
     orthogonalize();
     const double norm = w.norm();
-    if (!std::isfinite(norm) || norm * parameter::kRelaxation < parameter::kNothingLeft * before)
+    if (!std::isfinite(norm) || norm * parameter::kRelaxation < parameter::kSlight * before)
       return false;
     w /= norm;
   }

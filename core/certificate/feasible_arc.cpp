@@ -105,9 +105,9 @@ FeasibleArc::End FeasibleArc::take(const Eigen::VectorXd& step, double length) {
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(canonical_.constraints());
   if (!is_inside(trial.v, none) || !evaluate(trial)) return end;  // corrections are small
   const double scale = stationary_ ? std::abs(length) : length * length;
-  const double small = stationary_ ? parameter::kSmallStationary : parameter::kSmall;
+  const double small = stationary_ ? parameter::kRootOfRounding : parameter::kSmall;
   const double negligible =
-      stationary_ ? parameter::kLittle * parameter::kSmallStationary : parameter::kHardly;
+      stationary_ ? parameter::kLittle * parameter::kRootOfRounding : parameter::kHardly;
   double residual = 0.0;
   for (int k = 0; k < parameter::kSeveral; ++k) {
     if (!correct(trial, residual)) return end;

@@ -79,7 +79,7 @@ std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical, const Point
   if (!(longest > 0.0)) return std::nullopt;
   const double size = ipminmax::longest(canonical, point.iterate.v, units);
   Eigen::VectorXd& step = arrays.step;
-  step = (parameter::kStep + parameter::kStepOfSize * size) / longest * curvature.direction;
+  step = (parameter::kHardly + parameter::kRootOfRounding * size) / longest * curvature.direction;
   arrays.largest = parameter::kMostFar * point.iterate.v.array().abs().max(1.0);
   step.array() = step.array().max(-arrays.largest).min(arrays.largest);
   keep_within_bounds(canonical, point.iterate.v, parameter::kLittle, step);

@@ -121,7 +121,7 @@ bool ActiveSetNewton::first_step() {
   add_hessian_product(canonical_, evaluation_, fixed, row_v);
   row_c = evaluation_.c;
   add_constraint_product(canonical_, evaluation_, fixed, row_c);
-  if (!solve_in_units(parameter::kErrorOfStep, work_.dv, work_.dlambda)) return false;
+  if (!solve_in_units(parameter::kSlight, work_.dv, work_.dlambda)) return false;
   work_.dv += fixed;
   place_slacks();
   add_hessian_product(canonical_, evaluation_, work_.dv, work_.gradient);
@@ -192,7 +192,7 @@ void ActiveSetNewton::choose_trial() {
       work_.trial[i] *= parameter::kShareOfWay;
     } else if (!system_.is_slack(i)) {
       // Beyond what a contraction leaves of the step: W may jump at the solution itself.
-      const double probe = parameter::kProbe * std::abs(iterate_.v[i]) +
+      const double probe = parameter::kRootOfRounding * std::abs(iterate_.v[i]) +
                            parameter::kConstant * units.variable[i] * size +
                            parameter::kContraction * std::abs(work_.dv[i]);
       work_.trial[i] += work_.dv[i] < 0.0 ? -probe : probe;
@@ -235,7 +235,7 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
   row_c = there.c - evaluation_.c;
   add_constraint_product(canonical_, evaluation_, work_.back_v, row_c);
   Eigen::VectorXd& second_v = work_.second_v;
-  if (!solve_in_units(parameter::kErrorOfStep, second_v, work_.second_lambda)) return false;
+  if (!solve_in_units(parameter::kSlight, second_v, work_.second_lambda)) return false;
   const double beside_sizes = ratio(length_in_sizes(second_v), length_in_sizes(work_.trial));
   const double in_lengths = ratio(length(second_v), length(work_.trial));
   // Any norm will do. It grows with the trial step; of rounding nothing is left.

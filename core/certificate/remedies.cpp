@@ -6,6 +6,7 @@
 
 #include "core/certificate/basic_multipliers.hpp"
 #include "core/certificate/parameters.hpp"
+#include "core/method/parameters.hpp"
 #include "core/model/norms.hpp"
 
 namespace ipminmax {
@@ -283,7 +284,7 @@ std::optional<Candidate> with_guessed_classes(TestContext& c, const Point& given
 std::optional<Candidate> with_many_answers(TestContext& c, const Candidate& start) {
   if (!c.has_x() || !c.has_y() || !c.may_factorize(2 + parameter::kToConfirm)) return {};
   Candidate trial = start;
-  trial.proximal = parameter::kProximal;
+  trial.proximal = parameter::kSlight;
   trial.units = certain_units(c.canonical, trial);
   ActiveSetSystem system(c.canonical, c.kkt, trial.classes, trial.units, trial.point.evaluation);
   if (inner_survives(system, {}, c.margin(1.0)).inner ||

@@ -37,8 +37,7 @@ Iterate solution_of(const CanonicalProblem& canonical, const Candidate& candidat
 
 void report_end(TestContext& c, const Point& given, const NewtonTest& newton) {
   const double scale = std::abs(c.canonical.objective_scale());
-  if (max_norm(given.dual) <= parameters::certificate::kLargeGradient * std::min(scale, 1.0))
-    return;
+  if (max_norm(given.dual) <= parameters::certificate::kSlight * std::min(scale, 1.0)) return;
   Point end = given;
   end.iterate = newton.end.iterate;
   if (!evaluate(c.canonical, end) || !evaluate_objective(c.canonical, end)) return;
@@ -55,7 +54,7 @@ bool reports_solution(TestContext& c, const Candidate& candidate, const Point& g
   const Iterate& last = candidate.newton.end.iterate;
   const Eigen::VectorXd step = last.v - candidate.point.iterate.v;
   const bool ends = is_near(c, candidate.point.iterate, candidate.point.iterate.v + step,
-                            candidate.units, parameters::certificate::kNear);
+                            candidate.units, parameters::certificate::kTrace);
   if (ends && candidate.point.iterate.v == reported.iterate.v) return true;
   const auto error = [&](const Point& p) {
     return kkt_error(c.canonical, p.iterate, p.evaluation, p.dual, c.options.s_max).total;
@@ -80,11 +79,11 @@ bool reports_solution(TestContext& c, const Candidate& candidate, const Point& g
   };
   if (ends && moves_to(candidate.point.iterate, c.mu)) return true;
   const bool near = !candidate.crept && is_near(c, reported.iterate, last.v, candidate.units,
-                                                parameters::certificate::kNear);
+                                                parameters::certificate::kTrace);
   if (near) return true;
   // The last step has not been taken yet; then multipliers mu / s may be what is left.
   const bool next_is_near = is_near(c, last, last.v + candidate.newton.contraction * step,
-                                    candidate.units, parameters::certificate::kNear);
+                                    candidate.units, parameters::certificate::kTrace);
   return next_is_near &&
          (moves_to(last, c.mu) ||
           (left > 0.0 && moves_to(last, parameters::certificate::kLittle * allowed / left * c.mu)));

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/model/norms.hpp"
+#include "core/model/parameters.hpp"
 #include "core/model/products.hpp"
 #include "linalg/numbers.hpp"
 
@@ -14,16 +15,10 @@ namespace {
 constexpr double kRoundings = 100.0;
 /// Disagreement of two differences, times this, that may be their error.
 constexpr double kDoubt = 10.0;
-/// Of a deviation, that rounding over a shorter step may make.
-constexpr double kRoundingShare = 0.1;
-/// Relative error of a slope that is called wrong, as derivative_test_tol.
-constexpr double kWrongSlope = 1e-4;
 /// Shorter steps that have to confirm a wrong slope, over the first, and how far, relatively, what
 /// they say may deviate from what that says.
 constexpr double kShorterSteps[] = {1e-1, 1e-2};
 constexpr double kSameSlope = 0.2;
-/// Share of the distance to a bound that a generic step may take.
-constexpr double kShareOfDistance = 0.1;
 
 bool is_slack(const CanonicalProblem& canonical, Index i) {
   return canonical.x_slacks().contains(i) || canonical.y_slacks().contains(i);
@@ -89,7 +84,7 @@ std::optional<Deviation> compare_second_derivatives(
   // shorter ones tell, as long as they exceed rounding.
   for (const double share : {1e-2, 1e-4}) {
     const double rounding = kRoundings * kEpsilon * arrays.here_size[row] / share;
-    if (!(rounding <= kRoundingShare * std::abs(better[row] - exact[row]))) break;
+    if (!(rounding <= parameters::kLittle * std::abs(better[row] - exact[row]))) break;
     Eigen::VectorXd first, second;
     if (!difference(share * sign, first) || !difference(2.0 * share * sign, second)) break;
     const double closer = 2.0 * first[row] - second[row];
@@ -155,7 +150,7 @@ std::optional<Deviation> compare_first_derivatives(CanonicalProblem& canonical,
   const auto measured = measure_slopes(canonical, v, step, 1.0);
   if (!measured) return std::nullopt;
   const auto deviates = [&](const MeasuredSlopes& by, Index row) {
-    const double allowed = kWrongSlope * std::max(size[row], std::abs(by.better[row])) +
+    const double allowed = parameters::kSlight * std::max(size[row], std::abs(by.better[row])) +
                            kDoubt * by.doubt[row] + by.rounding[row];
     return std::abs(by.better[row] - slope[row]) / allowed;
   };
@@ -173,7 +168,7 @@ std::optional<Deviation> compare_first_derivatives(CanonicalProblem& canonical,
   const double better = measured->better[worst], deviation = std::abs(better - slope[worst]);
   for (const double share : kShorterSteps) {
     const auto closer = measure_slopes(canonical, v, step, share);
-    if (!closer || !(closer->rounding[worst] <= kRoundingShare * deviation)) continue;
+    if (!closer || !(closer->rounding[worst] <= parameters::kLittle * deviation)) continue;
     const double other = closer->better[worst];
     const double same = kSameSlope * std::max(std::abs(better), std::abs(other)) +
                         closer->rounding[worst] + measured->rounding[worst];
@@ -203,22 +198,21 @@ Eigen::VectorXd generic_step(const CanonicalProblem& canonical, const Eigen::Vec
     step[i] = (i % 2 == 0 ? size : -size) * (0.6 + 0.4 * std::sin(1.0 + i));
   }
   // Steps are made in both directions.
-  keep_within_bounds(canonical, v, kShareOfDistance, step);
+  keep_within_bounds(canonical, v, parameters::kLittle, step);
   step = -step;
-  keep_within_bounds(canonical, v, kShareOfDistance, step);
+  keep_within_bounds(canonical, v, parameters::kLittle, step);
   return step;
 }
 
 Eigen::VectorXd aside(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
                       double relative) {
-  constexpr double kShare = 0.5;
   Eigen::VectorXd up = relative * v.cwiseAbs().cwiseMax(1.0);
   for (Index i = 0; i < v.size(); ++i) {
     if (is_slack(canonical, i)) up[i] = 0.0;
   }
   Eigen::VectorXd down = -up;
-  keep_within_bounds(canonical, v, kShare, up);
-  keep_within_bounds(canonical, v, kShare, down);
+  keep_within_bounds(canonical, v, 0.5, up);
+  keep_within_bounds(canonical, v, 0.5, down);
   return v + (up.cwiseAbs().array() >= down.cwiseAbs().array()).select(up, down);
 }
 

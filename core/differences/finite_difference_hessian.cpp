@@ -6,6 +6,7 @@
 #include "core/differences/finite_difference_hessian.hpp"
 #include "core/differences/hessian_detection.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/parameters.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -13,8 +14,6 @@ namespace {
 
 /// Part of the room to a bound that one of up to four steps takes.
 constexpr double kRoomUsed = 0.2;
-/// Room on both sides, in steps, from which a coin chooses the side.
-constexpr double kRoomy = 5.0;
 /// Evaluations of a detection: these and one for so many variables.
 constexpr Index kFewestEvaluations = 50, kVariablesPerEvaluation = 8;
 /// Shares of the step tried where the model is undefined, and each twice where it is to be
@@ -138,12 +137,11 @@ void FiniteDifferenceHessian::set_pattern(std::vector<Triplet> pattern) {
 void FiniteDifferenceHessian::verify_detection(std::span<const double> start, Index most) {
   // Each round ends with a pattern that has passed at fresh points, or one that has grown; rows
   // that disagree with nothing left to fill are not a matter of sparsity.
-  constexpr int kPoints = 3;
   PointSampler sampler(structure_, start);
   std::uniform_real_distribution<double> multiplier(0.5, 1.5);
   std::vector<double> point, values, errors;
   FirstDerivatives unused;
-  for (int passed = 0; passed < kPoints;) {
+  for (int passed = 0; passed < parameters::kEnough;) {
     constexpr Index kPerGroup = 4;  // two lengths, to both sides
     if (source_.gradients() + kPerGroup * groups() > most) return;
     if (!sampler.sample_defined(source_, point, unused)) return;
@@ -414,7 +412,8 @@ std::vector<double> FiniteDifferenceHessian::random_direction(std::span<const do
     const double reach = step_ * scale * std::max(1.0, std::abs(v[i]));
     const double up = std::max(structure_.variable_upper[i] - v[i], 0.0);
     const double down = std::max(v[i] - structure_.variable_lower[i], 0.0);
-    const bool upwards = std::min(up, down) >= kRoomy * reach ? coin : up >= down;
+    const bool roomy = kRoomUsed * std::min(up, down) >= reach;  // on both sides
+    const bool upwards = roomy ? coin : up >= down;
     const double step = part * std::min(reach, kRoomUsed * (upwards ? up : down));
     direction[i] = upwards ? step : -step;
   }

@@ -3,13 +3,12 @@
 #include <utility>
 
 #include "core/differences/hessian_detection.hpp"
+#include "core/model/parameters.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
 namespace {
 
-/// Constraints nonlinear in at most this many variables contribute all their pairs.
-constexpr std::size_t kNarrow = 16;
 /// Base points of the search.
 constexpr int kRounds = 2;
 
@@ -67,7 +66,7 @@ class Detector {
       if (varies && wanted_[at(col)]) nonlinear[at(row)].push_back(col);
     }
     for (std::size_t row = 0; row < nonlinear.size(); ++row) {
-      wide_[row] = nonlinear[row].size() > kNarrow;
+      wide_[row] = nonlinear[row].size() > parameters::kMany;
       if (wide_[row]) continue;
       for (const Index i : nonlinear[row]) {
         for (const Index j : nonlinear[row]) {
@@ -240,8 +239,8 @@ class Detector {
   Index last_gradient_;  ///< evaluations, of all that the source has made
   PointSampler& sampler_;
   std::span<const Index> variables_;
-  std::vector<bool> wanted_;                  ///< n, whether in variables_
-  std::vector<bool> wide_;                    ///< m, nonlinear in more than kNarrow variables
+  std::vector<bool> wanted_;  ///< n, whether in variables_
+  std::vector<bool> wide_;    ///< m, nonlinear in more than parameters::kMany variables
   std::vector<std::vector<Index>> pairs_of_;  ///< smaller partners of each variable
   Point base_;
   std::vector<double> other_, trial_;
@@ -272,9 +271,8 @@ std::vector<double> PointSampler::sample(double radius) {
 
 bool PointSampler::sample_defined(FirstDerivativeSource& source, std::vector<double>& point,
                                   FirstDerivatives& derivatives) {
-  constexpr int kHalvings = 24;
   double radius = 0.5;
-  for (int k = 0; k < kHalvings; ++k, radius *= 0.5) {
+  for (int k = 0; k < parameters::kHalvings; ++k, radius *= 0.5) {
     point = sample(radius);
     if (source.evaluate(point, derivatives)) return true;
   }

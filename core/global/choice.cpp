@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/model/norms.hpp"
+#include "core/model/parameters.hpp"
 #include "core/worst_case.hpp"
 #include "linalg/numbers.hpp"
 
@@ -85,9 +86,8 @@ void add_distinct(const ProblemStructure& structure, bool by_x, double tol, Inde
 }
 
 double clear_difference(double least, double largest, double seen, double tol) {
-  constexpr double kShare = 1e-6;
   const double size = std::max(1.0, std::abs(largest));
-  return std::max(kShare, tol) * std::max(largest - least, std::min(seen, size));
+  return std::max(parameters::kHardly, tol) * std::max(largest - least, std::min(seen, size));
 }
 
 double uncertain_difference(Problem& problem, const std::vector<double>& a,

@@ -9,6 +9,7 @@
 #include "core/global/places_over_y.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/parameters.hpp"
 #include "core/model/relaxation.hpp"
 #include "core/proof/enclosure.hpp"
 #include "core/robust/row_over_y.hpp"
@@ -22,22 +23,8 @@ namespace {
 
 /// Starts of y for each robust constraint unless the option says how many.
 constexpr Index kStartsOfRows = 8;
-/// Most of them where one more maximum could violate the constraint, and the share of starts that
-/// may lead to such ones.
-constexpr Index kMostStartsOfRows = 100;
-constexpr double kUnseenShare = 0.01;
-/// Of the range of values: what the next maximum may have more where those found are equal.
-constexpr double kMore = 0.01;
-/// Of so many starts that found the highest maximum, a higher one to which half as many lead would
-/// have been missed once in exp(10 / 2) = 150 times.
-constexpr Index kOften = 10;
 /// Boxes of a proof between two words to the listener.
 constexpr Index kBoxesOfAWord = 1000;
-/// Most variables that are held at all their corners where others follow them.
-constexpr std::size_t kMostHeld = 3;
-/// Barrier parameters from which a random start, and one beside a maximum, is not forgotten.
-constexpr double kMuWithin = 1e-2;
-constexpr double kMuBeside = 1e-4;
 
 /// Some variables held where v has them; it starts at v.
 class Held final : public ForwardingProblem {
@@ -101,7 +88,7 @@ class MaximizationOverY {
     const std::vector<double> own = starting_values(inner_);
     add_work_of_detection();
     Index start = 0;
-    for (; start < count || (start < kMostStartsOfRows && may_be_higher(start)); ++start) {
+    for (; start < count || (start < parameters::kPlenty && may_be_higher(start)); ++start) {
       std::vector<double> v;
       SolverOptions options = options_;
       if (count > 1) options.minmax_max_restarts = 0;
@@ -114,7 +101,7 @@ class MaximizationOverY {
       if (start + 1 >= count && limit_ && !climb()) break;
     }
     found_.settled = found_.valueless_corners.empty() &&
-                     (start < kMostStartsOfRows || !may_be_higher(start) || is_found_often());
+                     (start < parameters::kPlenty || !may_be_higher(start) || is_found_often());
     // As a single solve does, which is not to find more than many starts.
     if (found_.finished && count > 1 && !any_certified() && makes_new_starts(options_)) {
       static_cast<void>(maximize_from({}, options_));
@@ -167,12 +154,12 @@ class MaximizationOverY {
     std::vector<double> v = random_start(inner_.structure(), own, number, options_);
     if (!held_.empty()) return follow(own, v);
     if (auto corner = corner_in_step(inner_.structure(), options_, own, ++corners_)) {
-      options = staying_near(options, kMuBeside);
+      options = staying_near(options, parameters::kSlight);
       return std::move(*corner);
     }
     if (start % 2 == 1 || !is_scattered()) return v;
     const bool climbs = start % 4 == 2 && can_climb();
-    options = staying_near(options, climbs ? kMuBeside : kMuWithin);
+    options = staying_near(options, climbs ? parameters::kSlight : parameters::kSmall);
     return climbs
                ? start_above(inner_, options_, center(), std::move(v), number, context_.work.counts)
                : start_within(inner_, options_, center(), std::move(v), number);
@@ -224,10 +211,11 @@ class MaximizationOverY {
       ++distinct;
     }
     const double most = highest();
-    const double more = std::max(most - lowest, kMore * found_.range());
+    // What the next maximum may have more, of the range of values where those found are equal.
+    const double more = std::max(most - lowest, parameters::kSmall * found_.range());
     return !is_above_limit(most) && most + more > *limit_ &&
            (made <= 2 * distinct * distinct + 3 * distinct + 2 ||
-            distinct * (distinct + 1) > kUnseenShare * made * (made - 1));
+            distinct * (distinct + 1) > parameters::kSmall * made * (made - 1));
   }
 
   /// Value of the maxima found; -infinity: there is none.
@@ -245,7 +233,9 @@ class MaximizationOverY {
       const double below = most - maximum.value;
       if (below <= options_.minmax_worst_case_tol * found_.range()) often += maximum.found;
     }
-    return often >= kOften;
+    // Of ten starts that found the highest maximum, a higher one to which half as many lead would
+    // have been missed once in exp(10 / 2) = 150 times.
+    return often >= parameters::kPatience;
   }
 
   [[nodiscard]] bool wants_proof() const {
@@ -317,7 +307,7 @@ class MaximizationOverY {
           moved_to_bounds(inner_, options_, top->v, multipliers_of_highest_,
                           options_.minmax_worst_case_tol * found_.range(), context_.work.counts);
       if (v.empty()) return true;
-      SolverOptions options = staying_near(options_, kMuBeside);
+      SolverOptions options = staying_near(options_, parameters::kSlight);
       options.minmax_max_restarts = 0;
       if (!maximize_from(std::move(v), options)) return false;
     }

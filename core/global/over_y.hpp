@@ -21,6 +21,9 @@ namespace ipminmax {
 [[nodiscard]] Index starts_over_y_of_rows(const SolverOptions& options);
 [[nodiscard]] Index starts_over_y_of_objective(const SolverOptions& options);
 
+/// Most variables that are held at all their corners where others follow them.
+inline constexpr std::size_t kMostHeld = 3;
+
 /// Who maximizes over y, and where the work goes.
 struct MaximizationContext {
   const SolverOptions& options;

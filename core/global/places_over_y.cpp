@@ -5,6 +5,7 @@
 #include <random>
 
 #include "core/model/norms.hpp"
+#include "core/model/parameters.hpp"
 #include "core/model/sampling.hpp"
 #include "core/search/random_starts.hpp"
 #include "linalg/numbers.hpp"
@@ -14,11 +15,8 @@ namespace {
 
 /// Most variables of a box whose corners are all looked at.
 constexpr std::size_t kMostOfCorners = 8;
-/// A start that leaves Y is drawn back so often, by this factor.
-constexpr int kMostDrawnBack = 10;
+/// By which a start that leaves Y is drawn back, again and again.
 constexpr double kDrawnBack = 0.8;
-/// Of the box: from here on a variable is at its bound.
-constexpr double kAtBound = 1e-3;
 
 /// Whether a variable is free and has two bounds.
 bool is_boxed(const ProblemStructure& s, const SolverOptions& options, std::size_t i) {
@@ -46,7 +44,7 @@ std::vector<double> drawn_back(Problem& inner, const SolverOptions& options,
                                std::span<const double> center, const std::vector<double>& from,
                                double share) {
   std::vector<double> v(from.size()), g(inner.structure().constraint_lower.size());
-  for (int k = 0; k <= kMostDrawnBack; ++k, share *= kDrawnBack) {
+  for (int k = 0; k <= parameters::kPatience; ++k, share *= kDrawnBack) {
     for (std::size_t i = 0; i < v.size(); ++i) v[i] = center[i] + share * (from[i] - center[i]);
     if (is_feasible(inner, options, v, g)) break;
   }
@@ -184,7 +182,8 @@ std::vector<double> moved_to_bounds(Problem& inner, const SolverOptions& options
       if (!is_boxed(s, options, i)) continue;
       for (const double bound : {s.variable_lower[i], s.variable_upper[i]}) {
         const double before = v[i];
-        if (std::abs(bound - before) < kAtBound * (s.variable_upper[i] - s.variable_lower[i])) {
+        if (std::abs(bound - before) <
+            parameters::kTrace * (s.variable_upper[i] - s.variable_lower[i])) {
           continue;
         }
         v[i] = bound;

@@ -97,7 +97,7 @@ class RankOfAProof {
     ranks_.pause();
   }
   [[nodiscard]] bool is_lost(int rank) const {
-    return ranks_.gone(rank) || ranks_.silence(rank) > kDeadAfter;
+    return ranks_.gone(rank) || ranks_.silence(rank) > Ranks::kDeadAfter;
   }
   void wait_for(int rank) {
     while (!others_[at(rank)] && !is_lost(rank) && !ranks_.stop_requested()) exchange();
@@ -148,9 +148,6 @@ class RankOfAProof {
     }
     return proof_from(bytes);
   }
-
-  /// Seconds of silence; beats come once a second.
-  static constexpr double kDeadAfter = 60.0;
 
   Ranks& ranks_;
   Budget& budget_;

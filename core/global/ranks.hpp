@@ -38,6 +38,9 @@ class Ranks {
     std::vector<char> bytes;
   };
 
+  /// Seconds of silence after which a rank counts as dead.
+  static constexpr double kDeadAfter = 60.0;
+
   struct Place {
     int rank, size;
   };

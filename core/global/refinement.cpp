@@ -11,6 +11,7 @@
 #include "core/global/robust_search.hpp"
 #include "core/model/model_start.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust.hpp"
 #include "core/robust/epigraph.hpp"
@@ -18,10 +19,6 @@
 
 namespace ipminmax {
 namespace {
-
-/// Maximizations over y that look for the branches that meet at a kink, unless
-/// minmax_worst_case_starts says more.
-constexpr Index kBranchSearches = 10;
 
 /// Whether a search may have ended where branches of inner maxima meet.
 bool may_be_kink(Status status) {
@@ -138,9 +135,9 @@ Result Refinement::over_branches(Problem& model, const std::vector<double>& v, I
 
 Result Refinement::over_branches(Problem& epigraph, Problem& model, const std::vector<double>& v,
                                  Index start, bool at_kink) const {
-  const Index starts = options_.minmax_epigraph
-                           ? starts_over_y_of_objective(options_)
-                           : std::max(kBranchSearches, starts_over_y_of_objective(options_));
+  const Index starts = options_.minmax_epigraph ? starts_over_y_of_objective(options_)
+                                                : std::max(Index{parameters::kPatience},
+                                                           starts_over_y_of_objective(options_));
   std::vector<double> own = v;
   if (!own.empty()) {
     double f = 0.0;

@@ -7,6 +7,7 @@
 #include "core/global/robust_search.hpp"
 #include "core/interval.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/multistart.hpp"
 #include "core/proof/enclosure.hpp"
@@ -57,7 +58,6 @@ void turn_to_objective(double t, WorstCaseProof& proof) {
 /// that with the largest multiplier: its y is the answer to x. Empty: f is not.
 std::optional<std::size_t> RobustSearch::highest_branch(const RobustCopies& copies,
                                                         const Result& result) const {
-  constexpr double kEqual = 1e-9;
   const auto row_of_f = static_cast<Index>(asked_.structure().constraint_players.size());
   std::optional<std::size_t> best;
   double highest = -kInfinity, multiplier = 0.0;
@@ -65,7 +65,8 @@ std::optional<std::size_t> RobustSearch::highest_branch(const RobustCopies& copi
     const auto row = at(copies.row(k));
     if (place_.worst_cases[k].constraint != row_of_f || row >= result.constraints.size()) continue;
     const double f = result.constraints[row];  // f - t
-    const double margin = kEqual * std::max(1.0, std::abs(f + result.v[place_.v.size() - 1]));
+    const double margin =
+        parameters::kZero * std::max(1.0, std::abs(f + result.v[place_.v.size() - 1]));
     const double own = std::abs(result.lambda[row]);
     if (f > highest + margin || (f > highest - margin && own > multiplier)) {
       best = k;

@@ -6,6 +6,7 @@
 
 #include "core/global/robust_search.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust/extended_structure.hpp"
 #include "core/search/outcome.hpp"
@@ -83,7 +84,6 @@ std::string short_number(double value) {
 }  // namespace
 
 std::string describe_y(const ProblemStructure& s, Index constraint, const std::vector<double>& v) {
-  constexpr int kMost = 6;
   const RobustScope scope = robust_scope(s, constraint);
   std::string text;
   int said = 0;
@@ -92,7 +92,7 @@ std::string describe_y(const ProblemStructure& s, Index constraint, const std::v
         s.variable_lower[at(i)] == s.variable_upper[at(i)]) {
       continue;
     }
-    if (said++ == kMost) return text + ", ...";
+    if (said++ == parameters::kSeveral) return text + ", ...";
     text += (said > 1 ? ", " : "") + variable_name(s, i) + " = " + short_number(v[at(i)]);
   }
   return text;

@@ -5,6 +5,7 @@
 
 #include "core/global/robust_search.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/parameters.hpp"
 #include "core/multistart.hpp"
 #include "core/search/random_starts.hpp"
 #include "linalg/numbers.hpp"
@@ -14,14 +15,6 @@
 namespace ipminmax {
 namespace {
 
-/// Scenarios of a row that begin, for each x and at most, or the starts if they are more.
-constexpr Index kScenarios = 4, kMostScenarios = 100;
-/// Excess over its bound, relative to its range, from which a constraint asks for another scenario.
-constexpr double kScenarioTol = 1e-3;
-/// Distance to its bound, on that scale, within which a maximum becomes a worst case of its own.
-constexpr double kNearlyActive = 1e-2;
-/// Multiplier, relative to the largest one, of a scenario from which maximizations begin.
-constexpr double kActiveScenario = 1e-3;
 /// Distance, relative to max(1, |v|), up to which a maximum is that of a scenario.
 constexpr double kSameBranch = 0.05;
 
@@ -39,7 +32,7 @@ bool RobustSearch::exchange() {
     const std::vector<RobustCopies::WorstCase> active = active_scenarios(*copies, result);
     const std::vector<SideScan> scans = scan(without_values(active));
     if (budget_.used_up()) return false;
-    if (!add_violated(scans, kScenarioTol, true)) {
+    if (!add_violated(scans, parameters::kTrace, true)) {
       release(scans);
       add_missed(active, scans);
       return true;
@@ -57,7 +50,7 @@ std::vector<RobustCopies::WorstCase> RobustSearch::active_scenarios(const Robust
   }
   std::vector<RobustCopies::WorstCase> active;
   for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
-    if (std::abs(result.lambda[at(copies.row(k))]) > kActiveScenario * largest) {
+    if (std::abs(result.lambda[at(copies.row(k))]) > parameters::kTrace * largest) {
       active.push_back(place_.worst_cases[k]);
     }
   }
@@ -78,7 +71,8 @@ void RobustSearch::take_scenarios() {
       for (const auto& v : side.starts) {
         place_.worst_cases.push_back({side.constraint, v, true, true});
       }
-      for (Index start = starts_; start < std::min(kScenarios * of_min, kMostScenarios); ++start) {
+      for (Index start = starts_;
+           start < std::min<Index>(parameters::kFew * of_min, parameters::kPlenty); ++start) {
         place_.worst_cases.push_back(
             {side.constraint, random_start(s, place_.v, start, options_), true, true});
       }
@@ -94,7 +88,8 @@ void RobustSearch::release(const std::vector<SideScan>& scans) {
   place_.worst_cases.clear();
   for (const SideScan& side : scans) {
     for (std::size_t k = 0; k < side.maxima.size(); ++k) {
-      if (k == 0 || side.excess(k) > -kNearlyActive) place_.worst_cases.push_back(side.maxima[k]);
+      if (k == 0 || side.excess(k) > -parameters::kSmall)
+        place_.worst_cases.push_back(side.maxima[k]);
     }
   }
 }
@@ -117,7 +112,6 @@ void RobustSearch::add_missed(const std::vector<RobustCopies::WorstCase>& active
 bool RobustSearch::leads_to(const RobustCopies::WorstCase& from, const RobustCopies::WorstCase& to,
                             const std::vector<SideScan>& scans) {
   constexpr int kPoints = 20;
-  constexpr double kDip = 1e-3;  // relative to the range of values seen
   const SideScan* side = worst_side(scans, from.constraint);
   if (side == nullptr) return false;
   const ProblemStructure& s = model_.structure();
@@ -131,7 +125,7 @@ bool RobustSearch::leads_to(const RobustCopies::WorstCase& from, const RobustCop
     }
     if (!model_.constraints(v, true, g)) return false;
     const double value = sign * g[at(from.constraint)];
-    if (!(value >= highest - kDip * side->scale)) return false;
+    if (!(value >= highest - parameters::kTrace * side->scale)) return false;
     highest = std::max(highest, value);
   }
   return true;

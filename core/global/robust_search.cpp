@@ -9,6 +9,7 @@
 #include "core/global/robust_search.hpp"
 #include "core/model/model_start.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/parameters.hpp"
 #include "core/model/relaxation.hpp"
 #include "core/model/sampling.hpp"
 #include "core/search/one_start.hpp"
@@ -19,17 +20,8 @@
 namespace ipminmax {
 namespace {
 
-/// Points at which the gradient of f tells which Max variables f reads, and how far they lie from
-/// the start, relative to max(1, |v|).
-constexpr int kProbes = 3;
-constexpr double kProbeRadius = 0.1;
 /// Multiplier, relative to the largest one, below which a worst case is inactive.
 constexpr double kVanishing = 1e-5;
-/// First barrier parameter, and distance to bounds, of a solve that goes on from an answer: with a
-/// large one maxima at different bounds are one.
-constexpr double kMuNear = 1e-4;
-/// Random starts of a scan, unless more are asked for: none looks from where another one did.
-constexpr Index kDrawnByScan = 100;
 
 }  // namespace
 
@@ -38,10 +30,10 @@ std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& s
   std::vector<bool> reads(start.size(), false);
   std::vector<double> v = start, gradient(start.size());
   std::mt19937_64 random(20220411);
-  for (int probe = 0; probe < kProbes; ++probe) {
+  for (int probe = 0; probe < parameters::kEnough; ++probe) {
     for (std::size_t i = 0; probe > 0 && i < v.size(); ++i) {
       const double t = 2.0 * uniform(random) - 1.0;
-      v[i] = std::clamp(start[i] + kProbeRadius * t * std::max(1.0, std::abs(start[i])),
+      v[i] = std::clamp(start[i] + parameters::kLittle * t * std::max(1.0, std::abs(start[i])),
                         std::min(s.variable_lower[i], start[i]),
                         std::max(s.variable_upper[i], start[i]));
     }
@@ -215,9 +207,8 @@ std::optional<RobustSearch::Solved> RobustSearch::go_alone() {
 /// Whether there were any and there is such an x. More than there are corners of three variables
 /// are the same ones again, which copies have left.
 bool RobustSearch::go_to_values(const std::vector<SideScan>& scans) {
-  constexpr std::size_t kCorners = 8;
   const std::vector<RobustCopies::WorstCase> before = place_.worst_cases;
-  if (corners_added_ >= kCorners) return false;
+  if (corners_added_ >= (1U << kMostHeld)) return false;
   for (const SideScan& side : scans) {
     place_.worst_cases.insert(place_.worst_cases.end(), side.valueless_corners.begin(),
                               side.valueless_corners.end());
@@ -348,7 +339,8 @@ void RobustSearch::choose_copies() {
 RobustSearch::Solved RobustSearch::solve_once(bool near) {
   auto copies = std::make_unique<RobustCopies>(model_, place_.worst_cases, reads_y_, budget_);
   if (place_.moved) copies->start_at(place_.v);
-  SolverOptions options = near ? staying_near(options_, kMuNear) : options_;
+  // With a large mu maxima at different bounds are one.
+  SolverOptions options = near ? staying_near(options_, parameters::kSlight) : options_;
   options.warm_start_init_point = false;
   // Where worst cases are looked for, that is where to begin anew.
   if (starts_ > 0 && !restarts_) options.minmax_max_restarts = 0;
@@ -434,7 +426,8 @@ std::vector<KnownWorstCase> RobustSearch::without_values(
 /// At the x of place_.v; maximizations begin at the known worst cases, too.
 std::vector<SideScan> RobustSearch::scan(const std::vector<KnownWorstCase>& known) {
   MaximizationContext context{options_, budget_, start_, asked_.structure(), work_, work_.over_y};
-  context.drawn = std::max(kDrawnByScan, starts_) * scans_++;
+  // None looks from where a scan before it did.
+  context.drawn = std::max(Index{parameters::kPlenty}, starts_) * scans_++;
   std::vector<SideScan> scans =
       scan_robust_constraints(model_, place_.v, starts_, known, scopes_, context);
   violation_ = 0.0;

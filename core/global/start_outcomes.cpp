@@ -1,14 +1,11 @@
 #include "core/global/start_outcomes.hpp"
 
 #include "core/model/norms.hpp"
+#include "core/model/parameters.hpp"
 #include "core/search/random_starts.hpp"
 
 namespace ipminmax {
-namespace {
-
-constexpr Index kKeptUncertified = 1000;
-
-}  // namespace
+namespace {}  // namespace
 
 void StartOutcomes::add(Index start, Result&& result) {
   ++statuses_[result.status];
@@ -17,7 +14,7 @@ void StartOutcomes::add(Index start, Result&& result) {
     certified_.emplace(start, std::move(result));
     return;
   }
-  if (start < kKeptUncertified && !result.v.empty() && all_finite(result.v)) {
+  if (start < parameters::kRoom && !result.v.empty() && all_finite(result.v)) {
     uncertified_.emplace(start, Uncertified{result.v, result.objective});
   }
   // Equal ranks go to the earlier start, in whatever order they end.

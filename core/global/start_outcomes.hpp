@@ -25,7 +25,7 @@ class StartOutcomes {
   void add_work(const Counts& part);
 
   [[nodiscard]] bool has_certified() const { return !certified_.empty(); }
-  /// By their starts. Of at most kKeptUncertified of them, whose y may be worse elsewhere.
+  /// By their starts. Of the first kRoom starts, whose y may be worse elsewhere.
   [[nodiscard]] const std::map<Index, Uncertified>& uncertified() const { return uncertified_; }
   /// Certified results in the order of their starts, those to full tolerance first: they stand for
   /// others to the acceptable level. The list has them no more.

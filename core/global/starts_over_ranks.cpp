@@ -18,8 +18,7 @@ namespace {
 
 /// Seconds of silence after which a rank on another machine counts as dead; beats come once a
 /// second. On this one its process is looked at.
-constexpr double kDeadAfter = 15.0;
-constexpr double kFirstDeadAfter = 60.0;
+constexpr double kWorkerDeadAfter = 15.0;
 constexpr const char* kStopped =
     "stopped by the launcher, because a rank has died or it was interrupted; best of the "
     "starts made so far";
@@ -159,7 +158,7 @@ void Starts::look_after(Ranks& ranks, Others& others) {
   ranks.beat();
   for (int r = 1; r < ranks.size(); ++r) {
     Others::Rank& rank = others.ranks[static_cast<std::size_t>(r)];
-    if (rank.dead || !(ranks.gone(r) || ranks.silence(r) > kDeadAfter)) continue;
+    if (rank.dead || !(ranks.gone(r) || ranks.silence(r) > kWorkerDeadAfter)) continue;
     rank.dead = true;
     give_back(rank.starts);
     budget_.say(0, "rank " + std::to_string(r) +
@@ -277,7 +276,7 @@ Answer Starts::run_as_other(Ranks& ranks) {
     }
     if (auto answer = read_messages(ranks, stop)) return std::move(*answer);
     if (ranks.stop_requested()) stop();
-    if (ranks.gone(0) || ranks.silence(0) > kFirstDeadAfter) {
+    if (ranks.gone(0) || ranks.silence(0) > Ranks::kDeadAfter) {
       stop();
       ranks.forget(0);
       if (ranks.stop_requested()) return stopped();

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/answer.hpp"
+#include "core/model/parameters.hpp"
 #include "core/worst_case.hpp"
 
 // What a result says, in words: written here alone.
@@ -34,13 +35,12 @@ std::string list(const std::vector<double>& values, std::size_t most) {
 }  // namespace
 
 std::string describe_worst_case(const Result& result) {
-  constexpr std::size_t kMostEntries = 6;
   const WorstCase& found = result.worst_case;
   if (found.starts == 0 && !found.higher) return {};
   if (found.starts == 0) {
     return "value " + number(result.objective) +
            " is a local worst case only: the y of another start, y = " +
-           list(found.y, kMostEntries) + ", gives " + number(found.value) +
+           list(found.y, parameters::kSeveral) + ", gives " + number(found.value) +
            " at this x; minmax_worst_case_starts N maximizes over y" + kOverBranches;
   }
   const std::string searched = " in " + std::to_string(found.starts) + " maximization" +
@@ -50,7 +50,7 @@ std::string describe_worst_case(const Result& result) {
     text = "at this x the maximization over y is unbounded, seen" + searched;
   } else if (found.higher) {
     text = "value " + number(result.objective) +
-           " is a local worst case only: another y, y = " + list(found.y, kMostEntries) +
+           " is a local worst case only: another y, y = " + list(found.y, parameters::kSeveral) +
            ", gives " + number(found.value) + " at this x (largest" + searched + ")";
   } else if (found.stated_concave) {
     text = found.v.empty() ? "no maximum over y was found at this x"
@@ -66,7 +66,7 @@ std::string describe_worst_case(const Result& result) {
   }
   if (found.unbounded) return text;
   if (found.branches.size() > 1) {
-    text += "; values at the maxima: " + list(found.branches, kMostEntries);
+    text += "; values at the maxima: " + list(found.branches, parameters::kSeveral);
   }
   if (found.competing > 1) {
     text += "; " + std::to_string(found.competing) +

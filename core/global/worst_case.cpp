@@ -1,4 +1,5 @@
 #include "core/worst_case.hpp"
+#include "core/model/parameters.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +33,6 @@ void check_point(const ProblemStructure& structure, std::span<const double> v) {
 /// What the maximizations say of f at a point with the value `here`.
 WorstCase summary(Problem& problem, const std::vector<double>& v, double here,
                   const MaximaOverY& maxima, const SolverOptions& options) {
-  constexpr std::size_t kMostBranches = 10;
   WorstCase found;
   found.starts = maxima.made;
   found.unbounded = maxima.unbounded;
@@ -50,7 +50,8 @@ WorstCase summary(Problem& problem, const std::vector<double>& v, double here,
   for (std::size_t i = 0; i < found.v.size(); ++i) {
     if (structure.variable_players[i] == Player::Max) found.y.push_back(found.v[i]);
   }
-  for (std::size_t k = 0; k < std::min(kMostBranches, maxima.maxima.size()); ++k) {
+  for (std::size_t k = 0; k < std::min<std::size_t>(parameters::kPatience, maxima.maxima.size());
+       ++k) {
     found.branches.push_back(maxima.maxima[k].value);
   }
   // Of values at maxima; on the way, far from Y, f may be larger by far.

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/model/parameters.hpp"
+
 #include "core/kkt/inertia_correction.hpp"
 
 namespace ipminmax {
@@ -8,25 +10,11 @@ namespace {
 
 /// Curvature below which K_yy counts as merely singular: line 7's theorem does not apply there.
 constexpr double kSingularShift = 1e-7;
-/// Cap of line 7, so that rounding cannot make the loop endless.
-constexpr double kInstabilityCap = 1e10;
-/// Raises of the Hessian shift before a rank-deficient Jacobian is suspected as well.
-constexpr int kRaisesBeforeMultiplierShift = 4;
 /// A minimization whose corrections in a row at one mu all shift the multipliers' rows, this many
 /// [R], goes on with a share of that shift, and back. Where s / z of inequalities that leave each
 /// other no room is smaller than all of it, it keeps their multipliers from moving; a share may be
 /// too small for the accuracy of a Jacobian that has dependent rows.
 constexpr Index kStuckCorrections = 12;
-constexpr double kSmallShare = 1e-4;
-/// Corrections in a row that found dependent constraints before it is known that they are, as in
-/// Ipopt.
-constexpr Index kTimesUntilKnown = 3;
-/// minmax_instability_shift smallest: mus tried, how far the best of them is refined, and the
-/// relative accuracy of delta_x.
-constexpr int kInstabilityMus = 16;
-constexpr double kFinestMu = 1e-3;
-constexpr double kInstabilityAccuracy = 1e-2;
-constexpr int kInstabilityBisections = 60;
 /// Zero does not grow when multiplied, and a denormal number may not. Objectives may be scaled by
 /// 1e-20: what is far less than the rounding of curvature then is no shift, and takes as long to
 /// grow.
@@ -69,12 +57,13 @@ double InertiaCorrection::outer_multiplier_shift(double mu) {
   if (++stuck_.corrections > kStuckCorrections) {
     stuck_ = {.mu = mu, .corrections = 1, .small_share = !stuck_.small_share};
   }
-  return (stuck_.small_share ? kSmallShare : 1.0) * multiplier_shift(mu);
+  return (stuck_.small_share ? parameters::kSlight : 1.0) * multiplier_shift(mu);
 }
 
 bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
   failed_y_ = 0.0;
-  if (economical() && dependent_y_ >= kTimesUntilKnown) shift.lambda_y = multiplier_shift(mu);
+  // They are known to depend on each other then, as in Ipopt.
+  if (economical() && dependent_y_ >= parameters::kEnough) shift.lambda_y = multiplier_shift(mu);
   std::optional<KktSystem::Counting> search;
   for (int raises = 0;; ++raises) {
     const Factorization f = factorize_inner(shift);
@@ -84,8 +73,8 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
     if (raises == 0) search.emplace(kkt_, FactorizationCause::Shifts);
     // Zero eigenvalues, or positive ones missing whatever the shift: J_yy may be rank-deficient.
     const bool dependent =
-        f.inertia.zero > 0 || (raises >= kRaisesBeforeMultiplierShift &&
-                               f.inertia.positive < kkt_.layout().lambda_y.size());
+        f.inertia.zero > 0 ||
+        (raises >= parameters::kFew && f.inertia.positive < kkt_.layout().lambda_y.size());
     if (dependent && shift.lambda_y == 0.0 && multiplier_shift(mu) > 0.0 &&
         kkt_.layout().lambda_y.size() > 0) {
       shift.lambda_y = multiplier_shift(mu);
@@ -107,7 +96,8 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
   const double first = first_shift(last_.x);
   const bool sparing = economical() && kkt_.layout().y.size() > 0;
   if (zero_fails || (sparing && last_.first_x_failed && shift.x == 0.0)) shift.x = first;
-  if (economical() && dependent_x_ >= kTimesUntilKnown) shift.lambda_x = outer_multiplier_shift(mu);
+  if (economical() && dependent_x_ >= parameters::kEnough)
+    shift.lambda_x = outer_multiplier_shift(mu);
   std::optional<KktSystem::Counting> search;
   for (int raises = 0;; ++raises) {
     Factorization f = factorize(shift);
@@ -120,15 +110,15 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
     if (f.status == FactorizationStatus::OutOfMemory || out_of_time()) return false;
     if (raises == 0) search.emplace(kkt_, FactorizationCause::Shifts);
     const bool dependent =
-        f.inertia.zero > 0 || (raises >= kRaisesBeforeMultiplierShift &&
-                               f.inertia.negative < kkt_.layout().expected().negative);
+        f.inertia.zero > 0 ||
+        (raises >= parameters::kFew && f.inertia.negative < kkt_.layout().expected().negative);
     if (dependent && shift.lambda_x == 0.0 && multiplier_shift(mu) > 0.0 &&
         kkt_.layout().lambda_x.size() > 0) {
       shift.lambda_x = outer_multiplier_shift(mu);
       dependent_x_ += f.inertia.zero > 0 ? 1 : 0;
       continue;
     }
-    if (raises >= kRaisesBeforeMultiplierShift && shift.lambda_x > 0.0 &&
+    if (raises >= parameters::kFew && shift.lambda_x > 0.0 &&
         shift.lambda_x < multiplier_shift(mu)) {
       shift.lambda_x = multiplier_shift(mu);  // the share is too small for these rows
       stuck_.small_share = false;
@@ -204,7 +194,7 @@ void InertiaCorrection::grow_until_wrong(double fraction, Regularization& shift)
     const double raised = std::max(
         shift.x == 0.0 ? first_shift(last_.x) : next_shift(shift.x, 1.0),
         options_.minmax_warm_start_shifts ? options_.perturb_dec_fact * last_.raised_x : 0.0);
-    if (raised > kInstabilityCap) break;
+    if (raised > parameters::kRunaway) break;  // by rounding
     shift.x = raised;
   }
 }
@@ -219,20 +209,20 @@ void InertiaCorrection::reduce_to_smallest(double accepted_x, double fraction,
   // At a given mu, In(K + mu E) = In(R(mu)) + In(K_yy(mu)) stays wrong as delta_x grows. shift.x is
   // wrong at the best mu; another mu replaces it where it allows a smaller one.
   const auto try_mu = [&](double mu) {
-    const double hoped = std::max(accepted_x, (1.0 - kInstabilityAccuracy) * shift.x);
+    const double hoped = std::max(accepted_x, (1.0 - parameters::kSmall) * shift.x);
     if (out_of_time() || !wrong(hoped, mu)) return;
     double right = accepted_x;
     shift.x = hoped;
     findings_.line7_mu = mu;
-    for (int k = 0; k < kInstabilityBisections && !out_of_time(); ++k) {
-      if (shift.x - right <= kInstabilityAccuracy * shift.x) return;
+    for (int k = 0; k < parameters::kHalvings && !out_of_time(); ++k) {
+      if (shift.x - right <= parameters::kSmall * shift.x) return;
       const double middle = 0.5 * (right + shift.x);
       (wrong(middle, mu) ? shift.x : right) = middle;
     }
   };
   try_mu(fraction);
-  for (int k = 1; k < kInstabilityMus; ++k) try_mu(static_cast<double>(k) / kInstabilityMus);
-  for (double stride = 0.5 / kInstabilityMus; stride > kFinestMu; stride *= 0.5) {
+  for (int k = 1; k < parameters::kMany; ++k) try_mu(static_cast<double>(k) / parameters::kMany);
+  for (double stride = 0.5 / parameters::kMany; stride > parameters::kTrace; stride *= 0.5) {
     const double best = findings_.line7_mu;
     for (const double mu : {best - stride, best + stride}) {
       if (mu > 0.0 && mu < 1.0) try_mu(mu);

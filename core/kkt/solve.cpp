@@ -3,6 +3,7 @@
 
 #include "core/kkt/system.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/parameters.hpp"
 #include "core/model/timer.hpp"
 #include "linalg/numbers.hpp"
 
@@ -11,17 +12,8 @@
 namespace ipminmax {
 namespace {
 
-/// Least fall of the residual that counts as progress, and the one that leaves nothing to gain.
-constexpr double kProgress = 0.9;
-constexpr double kSlow = 0.1;
-/// Refinements of one solution that cost as much as more accurate factors.
-constexpr Index kManyRefinements = 4;
-/// Residual over right-hand side that a row may keep, and over the scale of the system.
-constexpr double kForcing = 1e-2;
-constexpr double kRounding = 1e-15;
-/// Residual ratio of a minimization: Ipopt refines once whatever residual_ratio_max allows, and
-/// beside long steps of the multipliers 1e-10 leaves the other rows inaccurate.
-constexpr double kRatioOfMinimizations = 1e-13;
+/// Residual over the scale of the system that a row may keep.
+constexpr double kRoundingOfRow = 1e-15;
 /// Size of a solution over that of its right-hand side up to which it counts in the scale.
 constexpr double kLongestSolution = 1e6;
 
@@ -93,9 +85,9 @@ class OwnPart {
 
 /// Beside long steps of the multipliers small rows are overlooked, which Newton's method needs.
 bool rows_are_small(const Sizes& residual, const Sizes& rhs, double scale) {
-  const double rounding = kRounding * scale;
-  return residual.v <= kForcing * rhs.v + rounding &&
-         residual.lambda <= kForcing * rhs.lambda + rounding;
+  const double rounding = kRoundingOfRow * scale;
+  return residual.v <= parameters::kSmall * rhs.v + rounding &&
+         residual.lambda <= parameters::kSmall * rhs.lambda + rounding;
 }
 
 }  // namespace
@@ -151,7 +143,8 @@ bool KktSystem::solve_refined(KktBlock& block, std::span<double> reduced) {
     const double ratio = scale > 0.0 ? infinity_norm(residual) / scale : 0.0;
     if (ratio <= options_.residual_ratio_max) return true;
     // An overflow is no progress either.
-    if (k > options_.max_refinement_steps || !(ratio <= kProgress * last_ratio)) return false;
+    if (k > options_.max_refinement_steps || !(ratio <= parameters::kProgress * last_ratio))
+      return false;
     last_ratio = ratio;
     solve_with_factors(block, {residual.data(), reduced.size()});
     solution += residual;
@@ -305,7 +298,9 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
     scale = std::min(own.sizes(step).all(), kLongestSolution * of_rhs.all()) + of_rhs.all();
     return scale > 0.0 ? of_residual.all() / scale : 0.0;
   };
-  const double asked = inner_.empty() ? std::min(options_.residual_ratio_max, kRatioOfMinimizations)
+  // Of minimizations: Ipopt refines once whatever residual_ratio_max allows, and beside long steps
+  // of the multipliers 1e-10 leaves the other rows inaccurate.
+  const double asked = inner_.empty() ? std::min(options_.residual_ratio_max, parameters::kRounding)
                                       : options_.residual_ratio_max;
   const double enough = std::max(asked, accuracy.ratio);
   const auto is_enough = [&](double ratio) {
@@ -316,7 +311,7 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
   double last_ratio = kInfinity;
   for (Index k = 0;; ++k) {
     double ratio = residual_ratio();
-    if (std::isfinite(ratio) && ratio > kSlow * last_ratio) {
+    if (std::isfinite(ratio) && ratio > parameters::kLittle * last_ratio) {
       const double more = own.best_multiple(arrays_.residual, arrays_.last_residual);
       if (std::isfinite(more)) {
         own.add(more, arrays_.correction, step);
@@ -324,10 +319,11 @@ bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evalua
       }
     }
     if (!std::isfinite(ratio)) return false;
-    // Gamma beside large multipliers, of no minimization: steps with pairs led some astray.
-    if (k == kManyRefinements && !inner_.empty()) block.refine_less();
+    // So many cost as much as more accurate factors: Gamma beside large multipliers, of no
+    // minimization, where steps with pairs led some astray.
+    if (k == parameters::kFew && !inner_.empty()) block.refine_less();
     if (is_enough(ratio)) return true;
-    if (k == options_.max_refinement_steps || ratio > kProgress * last_ratio) {
+    if (k == options_.max_refinement_steps || ratio > parameters::kProgress * last_ratio) {
       return std::min(ratio, last_ratio) <= options_.residual_ratio_singular;
     }
     last_ratio = ratio;

@@ -45,7 +45,7 @@ double next_barrier(double mu, double mu_final, const std::function<double(doubl
   // mu <- max(mu_final, min(kappa_mu mu, mu^theta_mu)), Waechter and Biegler 2006, eq. (7)
   // A factor next to 1 leaves the rest to the next iterates; one that rounds to 1 would never end
   // here.
-  for (int k = 0; k < barrier::kMostDecreases && mu > mu_final &&
+  for (int k = 0; k < parameters::kRoom && mu > mu_final &&
                   scaled_error(mu) <= options.barrier_tol_factor * mu;
        ++k) {
     mu = std::max(mu_final,
@@ -132,7 +132,8 @@ double quality_function_barrier(const CanonicalProblem& canonical, const Iterate
            sum / static_cast<double>(std::max<Index>(bounds, 1));
   };
   // Golden section for log(sigma), on the side of sigma = 1 on which the quality improves.
-  const bool above = quality(1.0 - barrier::kSigmaTolerance) > quality(1.0);
+  // quality_function_section_sigma_tol: 1e-2
+  const bool above = quality(1.0 - parameters::kSmall) > quality(1.0);
   double low = above ? 0.0 : std::log(barrier::kSmallestSigma);
   double high = above ? std::log(barrier::kLargestSigma) : 0.0;
   const double golden = (3.0 - std::sqrt(5.0)) / 2.0;
@@ -140,7 +141,7 @@ double quality_function_barrier(const CanonicalProblem& canonical, const Iterate
   double right = high - golden * (high - low);
   double left_value = quality(std::exp(left));
   double right_value = quality(std::exp(right));
-  for (int k = 0; k < barrier::kSectionSteps && high - low > barrier::kSigmaTolerance; ++k) {
+  for (int k = 0; k < barrier::kSectionSteps && high - low > parameters::kSmall; ++k) {
     if (left_value > right_value) {
       low = std::exchange(left, right);
       left_value = right_value;
@@ -199,8 +200,7 @@ bool AdaptiveBarrier::progress(const BarrierState& now) const {
                return now.residual <= options_.adaptive_mu_kkterror_red_fact * earlier;
              });
     case AdaptiveGlobalization::ObjectiveFilter: {
-      const double margin =
-          barrier::kFilterMargin * std::min(barrier::kLargestFilterMargin, now.barrier_error);
+      const double margin = parameters::filter::kGammaTheta * std::min(1.0, now.barrier_error);
       return std::ranges::all_of(filter_, [&](const Merit& earlier) {
         return now.merit.theta + margin <= earlier.theta || now.merit.phi + margin <= earlier.phi;
       });

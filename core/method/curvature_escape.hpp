@@ -10,8 +10,8 @@ namespace ipminmax {
 /// Inverse iteration on the variables of one player's block.
 struct InverseIteration {
   IndexRange variables{};
-  int iterations = 0;
-  int number = 0;  ///< of the generic vector that it begins with
+  int iterations = parameters::kSeveral;  ///< 4 and 60 find the same directions
+  int number = 0;                         ///< of the generic vector that it begins with
 };
 
 /// Turns the step to the direction of the curvature with the wrong sign, or of the least, by inverse
@@ -48,11 +48,8 @@ bool turn_to_curvature(const InverseIteration& how, NewtonResidual& rhs, Step& s
 /// A move along a curvature, to both sides.
 struct CurvatureMove {
   Merit from{};
-  double length = 0.0;  ///< first one tried
-  double shortest = 0.0;
-  double decrease = 0.0;    ///< of the length
-  double least_gain = 0.0;  ///< of phi
-  double penalty = 0.0;     ///< of the violation against phi
+  double size = 0.0;     ///< of the variables: lengths from a tenth of it down are tried [G]
+  double penalty = 0.0;  ///< of the violation against phi
 };
 
 /// Moves a block's trial point along the direction, whose first sense is the better one, until the
@@ -68,9 +65,11 @@ bool move_along_curvature(Block& block, const CurvatureMove& move, const Eigen::
     // A violation left over may not pay for the decrease.
     const double change =
         trial.merit.phi - move.from.phi + move.penalty * (trial.merit.theta - move.from.theta);
-    return trial.usable && change < -move.least_gain;
+    return trial.usable &&
+           change < -parameters::escape::kLeastGain * (1.0 + std::abs(move.from.phi));
   };
-  for (double t = move.length; t > move.shortest && !limit.expired(); t *= move.decrease) {
+  const double first = parameters::kLittle * move.size;
+  for (double t = first; t > parameters::kHardly * first && !limit.expired(); t *= 0.5) {
     for (const double sign : {1.0, -1.0}) {
       block.set_trial(direction, sign * t);
       const Trial trial = block.improve(block.evaluate_move(t));

@@ -24,8 +24,8 @@ void Filter::set_scale(double first_theta) {
 
 bool Filter::switches(const Merit& from, double slope, double alpha) {
   // Eq. (19).
-  return slope < 0.0 && alpha * std::pow(-slope, filter::kPhiPower) >
-                            filter::kDelta * std::pow(from.theta, filter::kThetaPower);
+  return slope < 0.0 &&
+         alpha * std::pow(-slope, filter::kPhiPower) > std::pow(from.theta, filter::kThetaPower);
 }
 
 bool Filter::is_armijo(const Merit& from, double slope, double alpha) const {
@@ -34,7 +34,7 @@ bool Filter::is_armijo(const Merit& from, double slope, double alpha) const {
 
 std::optional<double> Filter::demanded(const Merit& from, double slope, double alpha,
                                        double theta) const {
-  if (is_armijo(from, slope, alpha)) return filter::kEtaPhi * alpha * slope;
+  if (is_armijo(from, slope, alpha)) return filter::kGammaPhi * alpha * slope;
   const bool theta_falls = at_most(theta, (1.0 - filter::kGammaTheta) * from.theta, from.theta);
   return theta_falls ? std::nullopt : std::optional(-filter::kGammaPhi * from.theta);
 }
@@ -52,7 +52,7 @@ Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, cons
   if (!acceptable(to)) return Verdict::Dominated;
   // [WB, eq. (22)]: whatever theta_min, the filter is left alone where (19) and (20) hold.
   const bool falls = minimizes_ && switches(from, slope, alpha) &&
-                     at_most(to.phi - from.phi, filter::kEtaPhi * alpha * slope, from.phi);
+                     at_most(to.phi - from.phi, filter::kGammaPhi * alpha * slope, from.phi);
   return falls || is_armijo(from, slope, alpha) ? Verdict::Armijo : Verdict::Sufficient;
 }
 
@@ -94,8 +94,8 @@ double Filter::smallest_step(const Merit& from, double slope) const {
   if (slope >= 0.0) return filter::kGammaAlpha * filter::kGammaTheta;
   double alpha = std::min(filter::kGammaTheta, filter::kGammaPhi * from.theta / -slope);
   if (from.theta <= theta_min_) {
-    alpha = std::min(alpha, filter::kDelta * std::pow(from.theta, filter::kThetaPower) /
-                                std::pow(-slope, filter::kPhiPower));
+    alpha = std::min(
+        alpha, std::pow(from.theta, filter::kThetaPower) / std::pow(-slope, filter::kPhiPower));
   }
   return filter::kGammaAlpha * alpha;
 }

@@ -47,8 +47,8 @@ struct GlobalizedMethod::Block {
     Step& along = owner.outer_.corrected;
     set_zero(along);
     along.v = length * direction;
-    const StepLength alpha = largest_step(owner.canonical_, from().iterate, along,
-                                          parameters::escape::kBoundaryFraction);
+    const StepLength alpha =
+        largest_step(owner.canonical_, from().iterate, along, parameters::kProgress);
     alpha_primal = alpha.primal;
     owner.outer_.set_trial(from(), along, alpha, run.mu);
     ++run.report.trials;

@@ -47,7 +47,7 @@ bool GlobalizedMethod::escape_outer(Run& run, const EscapeRequest& request) {
   if (request.wrong && request.wrong->owner == Player::Min) {
     step.v = request.wrong->direction / request.wrong->direction.head(nx).norm();
   } else {
-    const InverseIteration how{.variables = {0, nx}, .iterations = escape::kIterations};
+    const InverseIteration how{.variables = {0, nx}};
     if (!turn_to_curvature(how, outer_.rhs, step, [&](const NewtonResidual& rhs, Step& solution) {
           return kkt_.solve(outer_.factors, from.evaluation, rhs, solution);
         })) {
@@ -56,12 +56,9 @@ bool GlobalizedMethod::escape_outer(Run& run, const EscapeRequest& request) {
   }
   if (outer_.slope(from, run.mu) > 0.0) step.v = -step.v;
 
-  CurvatureMove move{.from = outer_.estimate(from, run.mu)};
-  move.length = escape::kLength * (1.0 + max_norm(from.iterate.v));
-  move.shortest = escape::kShortest * move.length;
-  move.decrease = escape::kDecrease;
-  move.least_gain = escape::kLeastGain * (1.0 + std::abs(move.from.phi));
-  if (!has_max()) move.penalty = escape::kPenalty * max_norm(from.iterate.lambda);
+  CurvatureMove move{.from = outer_.estimate(from, run.mu), .size = 1.0 + max_norm(from.iterate.v)};
+  // Above the largest multiplier: an exact penalty of |c|_1.
+  if (!has_max()) move.penalty = 2.0 * max_norm(from.iterate.lambda);
   Block block{.owner = *this, .run = run};
   if (!move_along_curvature(block, move, step.v, limit_)) return false;
   accept(run);

@@ -79,7 +79,7 @@ void GlobalizedMethod::renew_multipliers(Point& point) {
   namespace parameter = parameters::outer;
   const double before = max_norm(point.dual);
   if (canonical_.constraints() == 0 ||
-      !(before > parameter::kRunawayDual * std::max(1.0, max_norm(point.evaluation.gradient)))) {
+      !(before > parameters::kRunaway * std::max(1.0, max_norm(point.evaluation.gradient)))) {
     return;
   }
   Eigen::VectorXd lambda = point.iterate.lambda;
@@ -95,7 +95,7 @@ void GlobalizedMethod::renew_multipliers(Point& point) {
 }
 
 double GlobalizedMethod::inner_target(const Point& point, double mu) const {
-  const double share = canonical_.has_max_bounds() ? parameters::inner::kBarrierShare * mu
+  const double share = canonical_.has_max_bounds() ? parameters::kSmall * mu
                                                    : parameters::inner::kSlopeShare * last_slope_;
   return tolerated_gain(share, outer_.merit(point, mu).phi);
 }
@@ -163,14 +163,15 @@ Accuracy GlobalizedMethod::forcing(double error) const {
 /// a barrier bends the way to it, for a few steps above it.
 bool GlobalizedMethod::contracts(double before, double after) {
   if (least_residual_ == kInfinity) least_residual_ = before;
-  if (after <= parameters::fast::kContraction * least_residual_) {
+  // kappa_f of the least residual of fast steps [G]
+  if (after <= parameters::kProgress * least_residual_) {
     least_residual_ = after;
     steps_above_least_ = 0;
     return true;
   }
   const bool bends = !canonical_.lower_bounded().empty() || !canonical_.upper_bounded().empty();
   return bends && after <= parameters::fast::kGrowth * least_residual_ &&
-         ++steps_above_least_ <= parameters::fast::kStepsAboveLeast;
+         ++steps_above_least_ <= parameters::kEnough;
 }
 
 bool GlobalizedMethod::fast_step(Run& run) {
@@ -228,7 +229,7 @@ bool GlobalizedMethod::joint_step(Run& run) {
                 "no shift of the Hessian gives the KKT matrix the expected inertia");
   }
   StepLength alpha = outer_.longest_step(from, run.mu);
-  const double longest = parameters::untested::kLongestJointStep * (1.0 + max_norm(from.iterate.v));
+  const double longest = parameters::kLongStep * (1.0 + max_norm(from.iterate.v));
   const double length = max_norm(outer_.step.v);
   if (length > longest) alpha.primal = std::min(alpha.primal, longest / length);
   if (!untested_step(run, alpha)) return false;
@@ -273,7 +274,8 @@ bool GlobalizedMethod::untested_step(Run& run, StepLength alpha) {
 
 bool GlobalizedMethod::soft_step(Run& run) {
   // Near rounding no merit function sees the progress that the residual still makes.
-  if (soft_steps_ >= parameters::untested::kSoftSteps) return false;
+  // max_soft_resto_iters of [Ipopt]
+  if (soft_steps_ >= parameters::kPatience) return false;
   const Point& from = *run.here;
   const StepLength alpha = outer_.longest_step(from, run.mu);
   const double both = std::min(alpha.primal, alpha.dual);

@@ -14,8 +14,7 @@ namespace ipminmax {
 namespace restoration = parameters::restoration;
 
 bool GlobalizedMethod::can_restore(const Point& point) const {
-  return restorer_.solve &&
-         max_norm(point.evaluation.c) > restoration::kAlmostFeasible * options_.tol;
+  return restorer_.solve && max_norm(point.evaluation.c) > parameters::kPlenty * options_.tol;
 }
 
 bool GlobalizedMethod::restore(Run& run) {
@@ -27,7 +26,8 @@ bool GlobalizedMethod::restore(Run& run) {
   arrays_.filter.add(outer_.estimate(from, run.mu));
   const auto acceptable = [&](const Eigen::VectorXd& v, const Eigen::VectorXd& c) {
     const double theta = c.lpNorm<1>();
-    if (theta > restoration::kDecrease * start_theta) return false;
+    // kappa_resto of [WB, 3.3]
+    if (theta > parameters::kProgress * start_theta) return false;
     double f = 0.0;
     if (canonical_.objective(v, f) != EvaluationStatus::Ok) return false;
     return has_max() ||

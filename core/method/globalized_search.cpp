@@ -48,12 +48,12 @@ bool GlobalizedMethod::outer_step(Run& run) {
     const bool is_watched = !has_max() && (goes_back || arrays_.watchdog.is_due());
     if (is_watched && !goes_back && watched_step(run)) return true;
     const int trials = !has_max()    ? parameters::kHalvings
-                       : inner_exact ? outer::kExactTrials
-                                     : outer::kRoughTrials;
+                       : inner_exact ? parameters::kPatience
+                                     : parameters::kFew;
     if (search(run, trials, is_watched)) return true;
     if (limit_.expired()) return fail_by_limit(run);  // no other step in haste
     // Rejections may be the fault of phi's estimate: make it exact and search once more.
-    if (inner_exact || outer_.direction.largest_gain() <= outer::kExactGain) break;
+    if (inner_exact || outer_.direction.largest_gain() <= parameters::kZero) break;
     inner_exact = true;
     const double estimate = outer_.merit(*run.here, run.mu).phi;
     if (!exact_inner_maximum(run)) {  // the branch ends before its maximum
@@ -66,7 +66,7 @@ bool GlobalizedMethod::outer_step(Run& run) {
 
 bool GlobalizedMethod::exact_inner_maximum(Run& run) {
   outer_.trial = *run.here;
-  if (outer_.inner.maximize(outer_.trial, run.mu, outer::kExactGain, parameters::inner::kSteps,
+  if (outer_.inner.maximize(outer_.trial, run.mu, parameters::kZero, parameters::inner::kSteps,
                             kInfinity, outer_.direction) != InnerMaximizer::Outcome::Maximum) {
     return false;
   }
@@ -119,7 +119,7 @@ bool GlobalizedMethod::search(Run& run, int trials, bool first_fails) {
 void GlobalizedMethod::count_dominated(bool dominated) {
   if (has_max() || filter_resets_ >= outer::kFilterResets) return;
   dominated_steps_ = dominated ? dominated_steps_ + 1 : 0;
-  if (dominated_steps_ < outer::kDominatedBeforeReset) return;
+  if (dominated_steps_ < outer::kFilterResets) return;
   arrays_.filter.reset();
   ++filter_resets_;
   dominated_steps_ = 0;
@@ -149,7 +149,8 @@ bool GlobalizedMethod::watched_step(Run& run) {
   // A full step to where the solve would end as diverging is nothing to wait for.
   const bool may_wait =
       defined && max_norm(outer_.trial.iterate.v) <= options_.diverging_iterates_tol;
-  if (improves || (may_wait && ++watchdog.trials <= outer::kWatchdogTrials)) {
+  // watchdog_trial_iter_max of [Ipopt]
+  if (improves || (may_wait && ++watchdog.trials <= parameters::kEnough)) {
     if (improves) {
       if (verdict == Filter::Verdict::Sufficient) arrays_.filter.add(watchdog.from);
       watchdog.end();

@@ -208,10 +208,8 @@ struct InnerMaximizer::Block {
     Step& d = owner.arrays_.correction_step;
     set_zero(d);
     d.v.tail(along.size()) = length * along;
-    owner.move(
-        point, d,
-        largest_step(owner.canonical_, point.iterate, d, parameters::escape::kBoundaryFraction), mu,
-        trial());
+    owner.move(point, d, largest_step(owner.canonical_, point.iterate, d, parameters::kProgress),
+               mu, trial());
   }
   [[nodiscard]] Trial evaluate_move(double /*length*/) const { return merit(); }
   [[nodiscard]] static Trial improve(const Trial& trial) { return trial; }
@@ -225,7 +223,7 @@ bool InnerMaximizer::search(Point& point, double mu, const InnerDirection& direc
   const Step& d = direction.step;
   const double length = tail_norm(d.v, canonical_.y().begin);
   const double longest =
-      inner::kLongStep * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
+      parameters::kLongStep * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
   SearchLine line{
       .from = merit(point, mu),
       .longest = largest_step(canonical_, point.iterate, d, boundary_fraction(mu, options_)),
@@ -234,7 +232,7 @@ bool InnerMaximizer::search(Point& point, double mu, const InnerDirection& direc
   const Index n = canonical_.variables() - canonical_.y().begin;
   line.slope = -arrays_.gradient.tail(n).dot(d.v.tail(n));
   line.smallest =
-      std::max(arrays_.filter.smallest_step(line.from, line.slope), inner::kShortestStep);
+      std::max(arrays_.filter.smallest_step(line.from, line.slope), parameters::kConstant);
   arrays_.trial.evaluation = point.evaluation;
   Block block{.owner = *this, .point = point, .mu = mu, .step = d, .factors = direction.factors};
   if (!filter_search(block, arrays_.filter, line, limit_).accepted) return false;
@@ -244,8 +242,7 @@ bool InnerMaximizer::search(Point& point, double mu, const InnerDirection& direc
 }
 
 bool InnerMaximizer::escape(Point& point, double mu, const KktFactors& factors) {
-  const InverseIteration how{.variables = {canonical_.y().begin, canonical_.variables()},
-                             .iterations = parameters::escape::kIterations};
+  const InverseIteration how{.variables = {canonical_.y().begin, canonical_.variables()}};
   return turn_to_curvature(how, arrays_.rhs, arrays_.correction_step,
                            [&](const NewtonResidual& rhs, Step& step) {
                              return kkt_.solve_inner(factors, point.evaluation, rhs, step);
@@ -259,12 +256,8 @@ bool InnerMaximizer::leave(Point& point, double mu, const Eigen::VectorXd& direc
   arrays_.along.normalize();
   value_gradient(point, mu);
   if (arrays_.gradient.tail(n).dot(arrays_.along) < 0.0) arrays_.along = -arrays_.along;
-  CurvatureMove move{.from = merit(point, mu)};
-  move.length =
-      parameters::escape::kLength * (1.0 + tail_norm(point.iterate.v, canonical_.y().begin));
-  move.shortest = parameters::escape::kShortest * move.length;
-  move.decrease = parameters::escape::kDecrease;
-  move.least_gain = parameters::escape::kLeastGain * (1.0 + std::abs(move.from.phi));
+  const CurvatureMove move{.from = merit(point, mu),
+                           .size = 1.0 + tail_norm(point.iterate.v, canonical_.y().begin)};
   arrays_.trial.evaluation = point.evaluation;
   Block block{.owner = *this,
               .point = point,
@@ -306,13 +299,13 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
       return Outcome::AboveBound;
     }
     const double moved = (point.iterate.v - arrays_.start_v).tail(n).lpNorm<Eigen::Infinity>();
-    if (!unshifted && moved > inner::kLongStep * (1.0 + start_norm) &&
-        ++far_shifted_steps > inner::kFarShiftedSteps) {
+    if (!unshifted && moved > parameters::kLongStep * (1.0 + start_norm) &&
+        ++far_shifted_steps > parameters::kEnough) {
       return Outcome::Unbounded;
     }
     if (k >= max_steps || limit_.expired()) return Outcome::NotFound;
     const bool stationary =
-        error(point, mu) <= std::max(options_.tol, inner::kStationary * std::min(1.0, mu));
+        error(point, mu) <= std::max(options_.tol, parameters::kTrace * std::min(1.0, mu));
     if (!unshifted && stationary) {
       if (!escape(point, mu, out.factors)) return Outcome::NotFound;
     } else if (!search(point, mu, out)) {

@@ -106,7 +106,7 @@ void OuterBlock::set_trial(const Point& from, const Step& along, StepLength alph
 double tolerated_gain(double share, double phi) {
   namespace parameter = parameters::inner;
   const double size = 1.0 + std::abs(phi);
-  return std::max(std::min(share, parameter::kValueShare * size), parameter::kRoundingShare * size);
+  return std::max(std::min(share, parameters::kLittle * size), parameter::kRoundingShare * size);
 }
 
 double OuterBlock::Bound::operator()(double alpha, double theta) const {
@@ -133,8 +133,8 @@ Trial OuterBlock::evaluate_trial(double mu, double slope, double alpha, const Bo
     const double allowed = tolerated_gain(parameters::inner::kSlopeShare * alpha * std::abs(slope),
                                           merit(trial, mu).phi);
     if (trial_direction.largest_gain() > allowed &&
-        inner.maximize(trial, mu, allowed, parameters::inner::kCorrections, upper_bound,
-                       trial_direction) != InnerMaximizer::Outcome::Maximum) {
+        inner.maximize(trial, mu, allowed, parameters::kFew, upper_bound, trial_direction) !=
+            InnerMaximizer::Outcome::Maximum) {
       return result;
     }
   }
@@ -169,9 +169,8 @@ Trial OuterBlock::return_to_constraints(const Point& from, double mu, Trial reac
     back.z_lower.setZero();
     back.z_upper.setZero();
     arrays_.before = trial;
-    const double alpha = largest_step(canonical_, arrays_.before.iterate, back,
-                                      parameters::escape::kBoundaryFraction)
-                             .primal;
+    const double alpha =
+        largest_step(canonical_, arrays_.before.iterate, back, parameters::kProgress).primal;
     set_trial(arrays_.before, back, {.primal = alpha, .dual = 0.0}, mu);
     const Trial next = evaluate_trial(mu, 1.0, 1.0, {});
     if (!next.usable || !(next.merit.theta < reached.merit.theta)) break;

@@ -12,8 +12,7 @@ namespace patience = parameters::patience;
 
 Patience::Patience(Index variables, Index rows)
     : allowed_(patience::kFewestSetbacks +
-               (rows > parameters::kSmallSystem ? 0 : variables / patience::kVariablesPerSetback)) {
-}
+               (rows > parameters::kSmallSystem ? 0 : variables / parameters::kPatience)) {}
 
 void Patience::barrier_changed() {
   best_ = {kInfinity, kInfinity};
@@ -36,13 +35,13 @@ std::optional<Patience::End> Patience::inner_phase_failed(bool y_ran_away) {
 }
 
 void Patience::watch_branch(double estimate, double found) {
-  jumped_ = jumped_ || found > estimate + patience::kSmallProgress * (1.0 + std::abs(found));
+  jumped_ = jumped_ || found > estimate + parameters::kSlight * (1.0 + std::abs(found));
 }
 
 std::optional<Patience::End> Patience::check_progress(const Merit& now) {
   // To and fro over a kink of phi, where neither branch leads on.
-  const bool better = now.theta < patience::kProgress * best_.theta ||
-                      now.phi < best_.phi - patience::kSmallProgress * (1.0 + std::abs(best_.phi));
+  const bool better = now.theta < parameters::kProgress * best_.theta ||
+                      now.phi < best_.phi - parameters::kSlight * (1.0 + std::abs(best_.phi));
   if (better) {
     best_.theta = std::min(best_.theta, now.theta);
     best_.phi = std::min(best_.phi, now.phi);
@@ -50,7 +49,7 @@ std::optional<Patience::End> Patience::check_progress(const Merit& now) {
     stale_steps_ = 0;
     return std::nullopt;
   }
-  if (++stale_steps_ < patience::kStaleSteps) return std::nullopt;
+  if (++stale_steps_ < parameters::kEnough) return std::nullopt;
   stale_steps_ = 0;
   return set_back(std::exchange(jumped_, false) ? Setback::OtherBranch : Setback::NoProgress);
 }

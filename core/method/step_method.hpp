@@ -13,6 +13,7 @@
 #include "core/method/wrong_curvature.hpp"
 #include "core/model/budget.hpp"
 #include "core/model/canonical_problem.hpp"
+#include "core/model/parameters.hpp"
 #include "core/options.hpp"
 #include "core/point/point.hpp"
 #include "core/result.hpp"
@@ -62,11 +63,10 @@ struct IterationBudget {
   Index tests = 0;        ///< factorizations of K and K_yy by second-order tests
   Index factorizations = std::numeric_limits<Index>::max();  ///< allowed, restorations included
 
-  /// What steps may spend of them: two are kept for the second-order test.
+  /// What steps may spend of them: some are kept for the second-order test.
   [[nodiscard]] Index factorizations_of_steps() const {
-    constexpr Index kForTest = 2;
     const bool limited = factorizations < std::numeric_limits<Index>::max();
-    return limited ? std::max<Index>(0, factorizations - kForTest) : factorizations;
+    return limited ? std::max<Index>(0, factorizations - parameters::kKeptForTest) : factorizations;
   }
   [[nodiscard]] Index factorizations_with_test() const { return factorizations; }
 

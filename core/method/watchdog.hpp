@@ -21,9 +21,8 @@ struct Watchdog {
   double alpha = 1.0;
   StepReport report;
 
-  [[nodiscard]] bool is_due() const {
-    return active || shortened_steps >= parameters::outer::kShortenedBeforeWatchdog;
-  }
+  // watchdog_shortened_iter_trigger of [Ipopt]
+  [[nodiscard]] bool is_due() const { return active || shortened_steps >= parameters::kPatience; }
   void count(bool shortened) { shortened_steps = shortened ? shortened_steps + 1 : 0; }
   /// As a new one; arrays keep their room.
   void begin_anew() {

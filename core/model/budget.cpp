@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 
 namespace ipminmax {
@@ -45,9 +46,8 @@ std::optional<Status> Budget::interrupted() noexcept {
 
 std::optional<Status> Budget::used_up() noexcept {
   if (const auto why = interrupted()) return why;
-  // A solve keeps two factorizations for its test: with fewer it makes no step.
-  constexpr Index kFewest = 3;
-  if (allowed_ > 0 && allowed_ - spent_ < kFewest) stop(Status::MaxIterations);
+  // With no more than a solve keeps for its test it makes no step.
+  if (allowed_ > 0 && allowed_ - spent_ <= parameters::kKeptForTest) stop(Status::MaxIterations);
   return interrupted();
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/model/iterate.hpp"
+#include "core/model/parameters.hpp"
 #include "core/model/quasi_newton.hpp"
 #include "core/model/variable_map.hpp"
 #include "core/options.hpp"
@@ -261,10 +262,9 @@ class CanonicalProblem {
   /// slack_move of Ipopt, over max(1, |bound|).
   static constexpr double kSlackMove = 1.8189894035458565e-12;  // epsilon^(3/4)
   [[nodiscard]] static double safe_distance(double distance, double bound) {
-    constexpr double kLeast = 1e-100;  // its logarithm and its inverse are harmless
-    const bool rounded =
-        distance < kLeast && -distance <= kSlackMove * std::max(1.0, std::abs(bound));
-    return rounded ? kLeast : distance;
+    const bool rounded = distance < parameters::kVanished &&
+                         -distance <= kSlackMove * std::max(1.0, std::abs(bound));
+    return rounded ? parameters::kVanished : distance;
   }
   void make_buffers();
   [[nodiscard]] std::string read_start();

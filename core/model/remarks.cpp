@@ -1,4 +1,5 @@
 #include "core/model/remarks.hpp"
+#include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 
 #include <algorithm>
@@ -12,16 +13,6 @@
 
 namespace ipminmax {
 namespace {
-
-/// Share of the way from the middle of an interval to its ends up to which a variable stays away
-/// from both.
-constexpr double kFarFromBounds = 0.1;
-
-/// Share of an interval's length within which a variable is at its end.
-constexpr double kAtBound = 1e-3;
-
-/// Equations that read a state at most, those of its own and of neighbouring stages.
-constexpr std::size_t kMostReaders = 100;
 
 std::size_t player(Player p) { return p == Player::Max ? 1 : 0; }
 
@@ -88,7 +79,7 @@ struct Divided {
 
 /// Whether each list, ascending, has what the other has not.
 bool each_has_more(const std::vector<Index>& a, const std::vector<Index>& b) {
-  return std::max(a.size(), b.size()) <= kMostReaders && !std::ranges::includes(a, b) &&
+  return std::max(a.size(), b.size()) <= parameters::kPlenty && !std::ranges::includes(a, b) &&
          !std::ranges::includes(b, a);
 }
 
@@ -204,7 +195,7 @@ std::string remedies(const ProblemStructure& s, const SolverOptions& options,
       continue;
     }
     ++bounded;
-    const double near = kAtBound * (upper - lower);
+    const double near = parameters::kTrace * (upper - lower);
     at_bound += result.v[i] - lower <= near || upper - result.v[i] <= near ? 1 : 0;
   }
   if (runs_away && largest >= 0) {
@@ -245,7 +236,7 @@ std::vector<std::string> idle_bound_remarks(const ProblemStructure& structure,
   }
   std::vector<std::string> remarks;
   for (const auto& [name, group] : groups) {
-    if (group.nearest >= kFarFromBounds) continue;
+    if (group.nearest >= parameters::kLittle) continue;
     remarks.push_back("Max's bounded variables" + (name.empty() ? "" : " " + name) + " (" +
                       std::to_string(group.variables) + ") use " + percent(group.nearest) +
                       " of their range: the objective, not the bounds, holds them back. Is their "

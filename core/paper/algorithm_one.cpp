@@ -11,8 +11,6 @@
 namespace ipminmax {
 namespace {
 
-namespace algorithm_one = parameters::algorithm_one;
-
 bool is_finite(const Step& step) {
   return step.v.allFinite() && step.lambda.allFinite() && step.z_lower.allFinite() &&
          step.z_upper.allFinite();
@@ -29,7 +27,7 @@ std::optional<Regularization> prescribed_shift(const SolverOptions& options) {
 
 AlgorithmOne::AlgorithmOne(const MethodContext& context) : context_(context) {
   rhs_ = step_ = zero_step(context.canonical);
-  last_residuals_.reserve(algorithm_one::kWatchedResiduals + 1);
+  last_residuals_.reserve(parameters::kPatience + 1);
 }
 
 StepReport AlgorithmOne::step(const Point& from, double mu, Point& to) {
@@ -123,9 +121,9 @@ bool AlgorithmOne::watched_step(const Point& from, double mu, Point& to, StepRep
     const double norm = barrier_error(context_.canonical, to, mu, context_.options.s_max).norm();
     const bool falls =
         last_residuals_.empty() || norm <= *std::ranges::max_element(last_residuals_);
-    if (falls || longest < algorithm_one::kShortestWatchedStep) {
+    if (falls || longest < parameters::kTrace) {
       last_residuals_.push_back(norm);
-      if (last_residuals_.size() > algorithm_one::kWatchedResiduals)
+      if (last_residuals_.size() > parameters::kPatience)
         last_residuals_.erase(last_residuals_.begin());
       return true;
     }

@@ -12,18 +12,15 @@
 
 #include <Eigen/Dense>
 
+#include "core/model/parameters.hpp"
 #include "linalg/numbers.hpp"
 #include "linalg/workers.hpp"
 
 namespace ipminmax {
 namespace {
 
-/// Within which, relative to max(1, |bound|), a constraint or bound may have a multiplier.
-constexpr double kActive = 1e-6;
 /// A side that is this much longer, over the domain's, than that which promises most is cut first.
 constexpr double kLongest = 8.0;
-/// Boxes cut at a time: enough for some threads; more are cut in vain where bounds improve.
-constexpr std::size_t kBatch = 16;
 
 using Box = std::vector<Interval>;
 
@@ -72,7 +69,7 @@ class Multipliers {
     function.look(point, here);
     std::vector<std::size_t> between, active;
     for (std::size_t i = 0; i < y.size(); ++i) {
-      const double margin = kActive * std::max(1.0, std::abs(y[i]));
+      const double margin = parameters::kHardly * std::max(1.0, std::abs(y[i]));
       if (y[i] > domain[i].lower() + margin && y[i] < domain[i].upper() - margin) {
         between.push_back(i);
       }
@@ -135,8 +132,8 @@ class Multipliers {
  private:
   /// 1: the upper bound is active, -1: the lower one, 0: none.
   static int side(const FunctionOfBoxes::Row& row, double g) {
-    if (row.upper - g <= kActive * std::max(1.0, std::abs(row.upper))) return 1;
-    return g - row.lower <= kActive * std::max(1.0, std::abs(row.lower)) ? -1 : 0;
+    if (row.upper - g <= parameters::kHardly * std::max(1.0, std::abs(row.upper))) return 1;
+    return g - row.lower <= parameters::kHardly * std::max(1.0, std::abs(row.lower)) ? -1 : 0;
   }
 
   std::vector<double> lambda_;
@@ -311,7 +308,9 @@ class BranchAndBound {
     while (!waiting_.empty() && waiting_.top().bound > enough() &&
            effort_.go_on(boxes_, waiting_.top().bound)) {
       parts_.clear();
-      while (parts_.size() < 2 * kBatch && !waiting_.empty() && waiting_.top().bound > enough()) {
+      // Enough for some threads; more are cut in vain where bounds improve.
+      while (parts_.size() < 2 * parameters::kMany && !waiting_.empty() &&
+             waiting_.top().bound > enough()) {
         cut(waiting_.top());
         waiting_.pop();
       }

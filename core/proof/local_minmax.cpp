@@ -12,6 +12,7 @@
 #include <Eigen/Dense>
 
 #include "core/interval.hpp"
+#include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust/robust_scope.hpp"
 #include "linalg/numbers.hpp"
@@ -21,12 +22,6 @@ namespace {
 
 /// Free and bounded variables that a proof is tried for: its cost grows with their cube.
 constexpr std::size_t kMostVariables = 200;
-/// From a certified point, whose error is about tol, to rounding.
-constexpr int kNewtonSteps = 8;
-/// Radii tried: more than one only where |E| is between 1/2 and 1.
-constexpr int kRadii = 4;
-/// Of a variable's size: a solution farther away is not the point's.
-constexpr double kNear = 1e-3;
 /// Of the largest curvature: below, a variable's own is none.
 constexpr double kFlat = 1e-10;
 
@@ -219,7 +214,8 @@ class LocalProof {
     const double residual = full.size_of(at_point.f);
     if (!std::isfinite(residual)) fail("the formulas are not finite at the point");
     double tau = std::max(2.0 * residual, 1e-200);
-    for (int k = 0; k < kRadii; ++k) {
+    // More than one radius only where |E| is between 1/2 and 1.
+    for (int k = 0; k < parameters::kFew; ++k) {
       const std::vector<Interval> ball = around(w, full.q, tau);
       const Equations::Values over = equations_.look(ball);
       const double error = full.error(over.k);
@@ -332,7 +328,7 @@ class LocalProof {
   std::vector<double> newton() {
     std::vector<Interval> w = returned();
     double last = kInfinity;
-    for (int step = 0; step < kNewtonSteps; ++step) {
+    for (int step = 0; step < parameters::kPatience; ++step) {
       const Equations::Values here = equations_.look(w);
       const VectorXd d = here.k.middle.partialPivLu().solve(here.f.middle.col(0));
       double size = 0.0;
@@ -396,7 +392,8 @@ class LocalProof {
     double distance = farthest_;
     const auto go_far = [&](std::size_t i, const Interval& value) {
       const double far = (value - Interval(result_.v[i])).magnitude();
-      if (!(far <= kNear * std::max(1.0, std::abs(result_.v[i])))) {
+      // A solution farther away is not the point's.
+      if (!(far <= parameters::kTrace * std::max(1.0, std::abs(result_.v[i])))) {
         fail("the solution's " + variable_name(s_, static_cast<Index>(i)) + " may be " +
              number_text(far) + " away");
       }

@@ -13,20 +13,15 @@
 #include "core/model/canonical_problem.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/parameters.hpp"
 #include "core/model/remarks.hpp"
 #include "core/model/structure_check.hpp"
 
 namespace ipminmax {
 namespace {
 
-/// Longest entries of the steps, over the size of the variables: second differences of values would
-/// need longer ones than differences of gradients.
+/// Longest entry of a step, over the size of the variables, for central differences of values.
 constexpr double kStepOfValues = 1e-5;
-constexpr double kStepOfGradients = 1e-6;
-/// How far beside the answer of a game its gradients are looked at.
-constexpr double kAside = 1e-3;
-/// Error of W, in units in which none of its entries exceeds 1, that counts.
-constexpr double kWrongCurvature = 1e-3;
 
 bool may_be_due_to_derivatives(Status status) {
   using enum Status;
@@ -67,11 +62,10 @@ class AtResult final : public ForwardingProblem {
 };
 
 SolverOptions unscaled_at_the_point(SolverOptions options) {
-  constexpr double kHardly = 1e-12;
   options.nlp_scaling_method = Scaling::None;
   options.warm_start_init_point = true;
-  options.warm_start_bound_push = options.warm_start_bound_frac = kHardly;
-  options.warm_start_slack_bound_push = options.warm_start_slack_bound_frac = kHardly;
+  options.warm_start_bound_push = options.warm_start_bound_frac = parameters::kConstant;
+  options.warm_start_slack_bound_push = options.warm_start_slack_bound_frac = parameters::kConstant;
   options.warm_start_mult_init_max = 1e20;
   return options;
 }
@@ -122,8 +116,8 @@ std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian)
   const Units units = units_of(canonical, v, here);
   DifferenceArrays arrays;
   if (const auto wrong = compare_second_derivatives(canonical, v, lambda, here,
-                                                    generic_step(canonical, v, kStepOfGradients),
-                                                    units.variable, kWrongCurvature, arrays)) {
+                                                    generic_step(canonical, v, parameters::kHardly),
+                                                    units.variable, parameters::kTrace, arrays)) {
     return "the second derivatives in " + canonical.column_name(wrong->index) +
            " look wrong at the last point" + beside(*wrong) + ": try derivative_test second-order";
   }
@@ -196,7 +190,7 @@ void check_first_derivatives(Problem& problem, const SolverOptions& options, Res
   const SolverOptions own = unscaled_at_the_point(options);
   CanonicalProblem canonical(at, own, result.counts, result.timing);
   if (!canonical.build().empty()) return;
-  const Eigen::VectorXd v = aside(canonical, canonical.starting_point().v, kAside);
+  const Eigen::VectorXd v = aside(canonical, canonical.starting_point().v, parameters::kTrace);
   Evaluation here = room_for(canonical);
   if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return;
   const std::string wrong = find_wrong_gradient(canonical, v, here, "beside the answer");

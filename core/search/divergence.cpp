@@ -30,7 +30,7 @@ bool can_be_divergence(Status status) {
 
 bool is_farther(const CanonicalProblem& canonical, const Point& point) {
   return max_norm(point.iterate.v) >
-         divergence::kFarAway * (1.0 + max_norm(canonical.starting_point().v));
+         parameters::kLongStep * (1.0 + max_norm(canonical.starting_point().v));
 }
 
 /// Constraints alone, whose multipliers are zero where they hold, have a Hessian of zeros anywhere.
@@ -41,7 +41,7 @@ bool has_died_out(const CanonicalProblem& canonical, const Point& point) {
     return false;
   }
   return !hessian.empty() && std::ranges::all_of(hessian, [](double value) {
-    return std::abs(value) < divergence::kDiedOut;
+    return std::abs(value) < parameters::kVanished;
   }) && is_farther(canonical, point);
 }
 
@@ -78,7 +78,7 @@ bool step_into_valley(const MethodContext& context, double mu, const FirstOrderT
   NewtonResidual rhs = zero_step(context.canonical);
   Step step = rhs;
   const Regularization shift{.x = context.options.first_hessian_perturbation};
-  for (int k = 0; k < divergence::kStepsIntoValley && !test.is_met(point.error); ++k)
+  for (int k = 0; k < parameters::kPatience && !test.is_met(point.error); ++k)
     if (!shifted_step(context, shift, mu, point, rhs, step)) return false;
   return test.is_met(point.error) &&
          context.canonical.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok;
@@ -91,7 +91,7 @@ bool has_run_away(const CanonicalProblem& canonical, const Point& point, IndexRa
     for (const double bound : {canonical.lower()[i], canonical.upper()[i]}) {
       if (std::isfinite(bound)) reference = std::max(reference, std::abs(bound));
     }
-    if (std::abs(point.iterate.v[i]) >= divergence::kRunaway * reference) return true;
+    if (std::abs(point.iterate.v[i]) >= parameters::kRunaway * reference) return true;
   }
   return false;
 }
@@ -122,7 +122,7 @@ bool valley_leads_to_infinity(const MethodContext& context, const Point& bottom,
   NewtonResidual rhs = zero_step(context.canonical);
   Step step = rhs;
   Point point = bottom;
-  for (int k = 0; k < divergence::kOutwardSteps; ++k) {
+  for (int k = 0; k < parameters::kEnough; ++k) {
     const double norm = max_norm(point.iterate.v), f = point.evaluation.f;
     if (!shifted_step(context, {}, mu, point, rhs, step) ||
         !step_into_valley(context, mu, test, point) || !(point.evaluation.f < f) ||
@@ -141,7 +141,7 @@ bool runs_to_infinity(const MethodContext& context, const Point& from, double mu
   NewtonResidual rhs = zero_step(canonical);
   Step step = rhs;
   double last_growth = 0.0;
-  for (int k = 0; k < divergence::kOutwardSteps; ++k) {
+  for (int k = 0; k < parameters::kEnough; ++k) {
     const double norm = max_norm(point.iterate.v);
     if (!shifted_step(context, {}, mu, point, rhs, step)) return false;
     const double growth = max_norm(point.iterate.v) - norm;

@@ -7,6 +7,7 @@
 
 #include "core/differences/finite_difference_hessian.hpp"
 #include "core/model/forwarding_problem.hpp"
+#include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/search/diagnosis.hpp"
 #include "core/search/one_start.hpp"
@@ -71,7 +72,6 @@ Result solve_as_given(Problem& problem, const SolverOptions& options, Budget& bu
 Result solve_with_differences(Problem& problem, SolverOptions options, Budget& budget,
                               const SolveObserver& observer, KeptWork* kept) {
   options.hessian_approximation = HessianApproximation::FiniteDifferenceValues;
-  constexpr int kRestarts = 5;
   const Stopwatch stopwatch;
   const auto say = [&](const std::string& text) {
     if (observer.message) observer.message(text);
@@ -85,7 +85,7 @@ Result solve_with_differences(Problem& problem, SolverOptions options, Budget& b
         std::to_string(model.structure().hessian.size()) + " entries by " +
         std::to_string(model.groups()) + " groups of variables.");
     result = solve_as_given(model, options, budget, observer, kept);
-    if (restarts == kRestarts || stopped_from_outside(result.status)) break;
+    if (restarts == parameters::kSeveral || stopped_from_outside(result.status)) break;
     // The certificate has looked at points that it tested; elsewhere a wrong Hessian may be why
     // the solve failed.
     if (result.certificate.second_order == SecondOrder::NotTested && !result.v.empty()) {

@@ -41,10 +41,10 @@ Iterate restart_point(const CanonicalProblem& canonical, const Iterate& start, I
     for (Index i = range.begin; i < range.end; ++i) {
       const double reach = factor * std::max(1.0, std::abs(start.v[i]));
       SampledRange box{canonical.lower()[i], canonical.upper()[i]};
-      if (!(box.upper - box.lower <= restart::kWideInterval * reach)) {
+      if (!(box.upper - box.lower <= parameters::kPlenty * reach)) {
         box = box.around(number % 2 != 0 ? start.v[i] : 0.0, reach);
       }
-      point.v[i] = box.without_ends(restart::kMargin).draw(generator);
+      point.v[i] = box.without_ends(parameters::kSmall).draw(generator);
     }
   }
   return point;

@@ -142,8 +142,7 @@ std::optional<Status> Search::limit_reached() {
   const bool far = canonical.max_size() == 0 &&
                    has_run_away(canonical, arrays_.point, {0, canonical.variables()});
   runaway_iterations_ = far ? runaway_iterations_ + 1 : 0;
-  if (runaway_iterations_ > parameters::divergence::kRunawayIterations)
-    return Status::OuterUnbounded;
+  if (runaway_iterations_ > parameters::kPlenty) return Status::OuterUnbounded;
   if (context_.limit.expired()) return context_.limit.exceeded();
   return std::nullopt;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/model/parameters.hpp"
 #include "linalg/make_solver.hpp"
 #include "linalg/numbers.hpp"
 
@@ -82,7 +83,6 @@ void ActiveSystem::assemble(const ActiveSet& active) {
 
 /// Rows and columns are divided by the square roots of their largest entries, a few times.
 void ActiveSystem::equilibrate() {
-  constexpr int kRounds = 3;
   std::ranges::fill(scale_, 1.0);
   std::vector<double> largest(scale_.size());
   const auto starts = matrix_.column_starts();
@@ -95,7 +95,7 @@ void ActiveSystem::equilibrate() {
       }
     }
   };
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < parameters::kEnough; ++round) {
     std::ranges::fill(largest, 0.0);
     visit([&](std::size_t row, std::size_t col, double value) {
       const double size = std::abs(value) * scale_[row] * scale_[col];
@@ -144,16 +144,13 @@ ActiveSystem::Outcome ActiveSystem::factorize(const ActiveSet& active) {
 }
 
 bool ActiveSystem::solve_refined(std::span<const double> rhs, std::span<double> solution) {
-  constexpr int kSteps = 10;
-  constexpr double kAccurate = 1e-13;  // residual over right-hand side and |A| |x|
-  constexpr double kAcceptable = 1e-9;
   std::vector<double> residual(rhs.size()), product(rhs.size());
   for (;;) {
     std::ranges::fill(solution, 0.0);
     std::copy(rhs.begin(), rhs.end(), residual.begin());
     const double norm = max_norm(rhs);
-    double relative = 1.0;
-    for (int step = 0; step < kSteps && relative > kAccurate; ++step) {
+    double relative = 1.0;  // residual over right-hand side and |A| |x|
+    for (int step = 0; step < parameters::kPatience && relative > parameters::kRounding; ++step) {
       const double last = relative;
       solver_->solve_in_place(residual);
       for (std::size_t i = 0; i < rhs.size(); ++i) solution[i] += residual[i];
@@ -163,7 +160,7 @@ bool ActiveSystem::solve_refined(std::span<const double> rhs, std::span<double> 
       relative = size > 0.0 ? max_norm(residual) / size : 0.0;
       if (!(relative < 0.5 * last)) break;
     }
-    if (relative <= kAcceptable) return true;
+    if (relative <= parameters::kZero) return true;
     if (!solver_->increase_quality()) return false;
     ++factorizations_;
     if (solver_->factorize(matrix_).status != FactorizationStatus::Ok) return false;

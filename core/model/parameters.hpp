@@ -1,0 +1,35 @@
+#pragma once
+
+/// Numbers that the rooms have in common and that nothing hangs on: shares and counts of which a
+/// tenth and ten times (a third and three times) change hardly a verdict (bench/constants.sh model).
+/// What has a symbol or a source stands in parameters.hpp of its room, or beside its use.
+namespace ipminmax::parameters {
+
+// Shares of something, and lengths or changes over the size of what they are of.
+constexpr double kLittle = 0.1;  ///< little beside it; a safety factor
+constexpr double kSmall = 1e-2;  ///< small beside it; a change that ends iterations
+constexpr double kTrace = 1e-3;  ///< still seen: counts, is named, kept above zero
+constexpr double kSlight = 1e-4;
+constexpr double kHardly = 1e-6;     ///< none, where rounding is not all there is
+constexpr double kZero = 1e-9;       ///< none: rounding of long sums
+constexpr double kConstant = 1e-12;  ///< a change of what is constant
+constexpr double kRounding = 1e-13;  ///< of a variable, value or multiplier
+constexpr double kVanished =
+    1e-100;  ///< whatever the scale; its logarithm and inverse are harmless
+
+/// Of a residual or violation, or of the way to a bound: what leaves more is no progress.
+constexpr double kProgress = 0.9;
+constexpr double kRunaway = 1e10;  ///< over the size that was expected: it grows without bound
+
+constexpr int kEnough = 3;   ///< trials that agree, or fail; steps in a row that show what they do
+constexpr int kFew = 4;      ///< turns of a loop that mostly ends before, that cost factorizations
+constexpr int kSeveral = 6;  ///< that cost substitutions or evaluations; names in a sentence
+constexpr int kMany = 16;    ///< that cost little
+constexpr int kPatience = 10;  ///< in a row, or in all, before something else is done
+constexpr int kPlenty = 100;   ///< of whatever cannot be told in advance: there are no more
+constexpr int kHalvings = 60;  ///< of a step to where the model is defined, to rounding
+constexpr int kRoom = 1000;    ///< of lists that grow with the iterations, set aside at once
+
+constexpr int kKeptForTest = 2;  ///< factorizations, of K and K_yy, where these are limited
+
+}  // namespace ipminmax::parameters
