@@ -6,7 +6,7 @@
 #include "core/certificate/bound_classes.hpp"
 #include "core/certificate/units.hpp"
 #include "core/kkt/system.hpp"
-#include "core/point/merit.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 

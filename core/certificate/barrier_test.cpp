@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/certificate/barrier_step.hpp"
+#include "core/certificate/bound_classes.hpp"
 #include "core/certificate/parameters.hpp"
 #include "core/model/norms.hpp"
 

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "core/certificate/parameters.hpp"
-#include "core/model/relaxation.hpp"
+#include "core/model/canonical_problem.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

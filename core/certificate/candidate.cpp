@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
-#include "core/certificate/barrier_step.hpp"
+#include "core/certificate/bound_classes.hpp"
 #include "core/certificate/parameters.hpp"
 #include "core/model/products.hpp"
 #include "core/point/step_length.hpp"

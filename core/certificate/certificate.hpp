@@ -8,11 +8,11 @@
 #include "core/certificate/newton_test.hpp"
 #include "core/certificate/units.hpp"
 #include "core/kkt/system.hpp"
-#include "core/method/wrong_curvature.hpp"
+#include "core/method/step_method.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/parameters.hpp"
 #include "core/options.hpp"
-#include "core/point/merit.hpp"
+#include "core/point/point.hpp"
 #include "core/result.hpp"
 
 // The second-order test, in the order in which it looks. Each part has a file of its name.

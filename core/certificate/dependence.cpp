@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "core/certificate/parameters.hpp"
+#include "core/model/canonical_problem.hpp"
 #include "core/model/products.hpp"
-#include "core/model/relaxation.hpp"
 #include "core/point/residual.hpp"
 #include "linalg/numbers.hpp"
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "core/certificate/active_set.hpp"
-#include "core/point/merit.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 

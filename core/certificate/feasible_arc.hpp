@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "core/certificate/active_set.hpp"
-#include "core/method/wrong_curvature.hpp"
-#include "core/point/merit.hpp"
+#include "core/method/step_method.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 

@@ -1,7 +1,6 @@
 #include "core/certificate/hessian_check.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/certificate/parameters.hpp"
 #include "core/method/curvature_escape.hpp"

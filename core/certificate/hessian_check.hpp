@@ -7,7 +7,7 @@
 #include "core/certificate/units.hpp"
 #include "core/differences/directional_check.hpp"
 #include "core/kkt/system.hpp"
-#include "core/point/merit.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "core/certificate/parameters.hpp"
 #include "core/model/products.hpp"

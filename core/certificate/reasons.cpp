@@ -1,12 +1,9 @@
 #include "core/certificate/reasons.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <utility>
 
 #include "core/certificate/parameters.hpp"
-#include "core/model/relaxation.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

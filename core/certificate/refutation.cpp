@@ -1,11 +1,10 @@
 #include "core/certificate/candidate.hpp"
 
 #include <utility>
-#include <vector>
 
-#include "core/certificate/critical_cone.hpp"
 #include "core/certificate/direction.hpp"
 #include "core/certificate/parameters.hpp"
+#include "core/certificate/second_order.hpp"
 #include "core/model/norms.hpp"
 #include "linalg/numbers.hpp"
 

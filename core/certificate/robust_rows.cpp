@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <vector>
 
 #include "core/certificate/parameters.hpp"
 #include "core/certificate/robust_rows.hpp"

@@ -6,7 +6,7 @@
 #include "core/kkt/system.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/iterate.hpp"
-#include "core/point/merit.hpp"
+#include "core/point/point.hpp"
 #include "core/result.hpp"
 
 namespace ipminmax {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <optional>
-#include <vector>
 
 #include "core/certificate/active_set.hpp"
 #include "core/certificate/certificate.hpp"

@@ -1,7 +1,6 @@
 #include "core/certificate/units.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "core/certificate/parameters.hpp"

@@ -1,7 +1,6 @@
 #include "core/certificate/candidate.hpp"
 
 #include <algorithm>
-#include <utility>
 #include <vector>
 
 #include "core/certificate/direction.hpp"

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "core/differences/finite_difference_hessian.hpp"
-#include "core/differences/hessian_detection.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
 #include "linalg/numbers.hpp"

@@ -3,11 +3,10 @@
 #include <optional>
 #include <random>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "core/differences/first_derivatives.hpp"
-#include "core/differences/hessian_coloring.hpp"
+#include "core/differences/hessian_detection.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
 

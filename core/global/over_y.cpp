@@ -2,20 +2,17 @@
 
 #include <cmath>
 #include <functional>
-#include <optional>
 #include <utility>
 
 #include "core/global/choice.hpp"
 #include "core/global/places_over_y.hpp"
+#include "core/model/canonical_problem.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
-#include "core/model/relaxation.hpp"
-#include "core/proof/enclosure.hpp"
 #include "core/robust/row_over_y.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/random_starts.hpp"
-#include "core/search/restart.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <new>
 #include <optional>
 #include <utility>
 
 #include "core/global/choice.hpp"
 #include "core/global/robust_search.hpp"
-#include "core/model/model_start.hpp"
+#include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"

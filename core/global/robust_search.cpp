@@ -1,16 +1,14 @@
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <random>
-#include <string>
 #include <utility>
 
 #include "core/global/places_over_y.hpp"
 #include "core/global/robust_search.hpp"
-#include "core/model/model_start.hpp"
+#include "core/model/canonical_problem.hpp"
+#include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
-#include "core/model/relaxation.hpp"
 #include "core/model/sampling.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <exception>
 #include <functional>
 #include <limits>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -14,12 +17,100 @@
 #include "core/answer.hpp"
 #include "core/global/choice.hpp"
 #include "core/global/ranks.hpp"
-#include "core/global/start_outcomes.hpp"
-#include "core/global/start_queue.hpp"
 #include "core/model/budget.hpp"
+#include "core/multistart.hpp"
 #include "core/search/one_start.hpp"
+#include "linalg/inertia.hpp"
 
 namespace ipminmax {
+
+/// What the starts of a multistart left, in whatever order they ended; the answer is the best of
+/// this list.
+class StartOutcomes {
+ public:
+  /// A start that no certified point came of.
+  struct Uncertified {
+    std::vector<double> v;
+    double objective;
+  };
+
+  /// Each start once.
+  void add(Index start, Result&& result);
+  /// Work that is no start's.
+  void add_work(const Result& part);
+  void add_work(const Counts& part);
+
+  [[nodiscard]] bool has_certified() const { return !certified_.empty(); }
+  /// By their starts. Of the first kRoom starts, whose y may be worse elsewhere.
+  [[nodiscard]] const std::map<Index, Uncertified>& uncertified() const { return uncertified_; }
+  /// Certified results in the order of their starts, those to full tolerance first: they stand for
+  /// others to the acceptable level. The list has them no more.
+  [[nodiscard]] std::vector<std::pair<Index, Result>> take_certified();
+  /// Of results without certificate, the earlier start's among equals; start -1: there is none.
+  [[nodiscard]] std::pair<Index, Result> take_best_uncertified();
+  [[nodiscard]] const std::map<Status, Index>& statuses() const { return statuses_; }
+  /// Iterations, factorizations, counts and times of all.
+  [[nodiscard]] const Result& work() const { return work_; }
+
+ private:
+  std::map<Index, Result> certified_;
+  std::map<Index, Uncertified> uncertified_;
+  std::pair<Index, Result> best_uncertified_{-1, {}};
+  std::map<Status, Index> statuses_;
+  Result work_;
+};
+
+/// Numbers of starts to be made, handed out in ascending order to any number of threads.
+class StartQueue {
+ public:
+  void put(Index first, Index last) {
+    const std::lock_guard lock(mutex_);
+    if (last < first) return;
+    // Ranges that overlap become one.
+    for (auto range = waiting_.begin(); range != waiting_.end();) {
+      if (range->second < first || range->first > last) {
+        ++range;
+        continue;
+      }
+      first = std::min(first, range->first);
+      last = std::max(last, range->second);
+      range = waiting_.erase(range);
+    }
+    waiting_.emplace(first, last);
+    changed_.notify_all();
+  }
+  /// Nothing is handed out any more.
+  void close() {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+    changed_.notify_all();
+  }
+  /// Waits for one; none: closed.
+  [[nodiscard]] std::optional<Index> take() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return closed_ || !waiting_.empty(); });
+    return first();
+  }
+  [[nodiscard]] std::optional<Index> take_if_any() {
+    const std::lock_guard lock(mutex_);
+    return first();
+  }
+
+ private:
+  std::optional<Index> first() {
+    if (closed_ || waiting_.empty()) return std::nullopt;
+    const auto [start, last] = *waiting_.begin();
+    waiting_.erase(waiting_.begin());
+    if (start < last) waiting_.emplace(start + 1, last);
+    return start;
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::map<Index, Index>
+      waiting_;  ///< last of each range by its first, however many starts there are
+  bool closed_ = false;
+};
 
 /// A list of starts of x, each refined over y, and the choice of the best: in threads of this
 /// process, and on other ranks where there are.

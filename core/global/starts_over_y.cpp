@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <new>
-#include <string>
 #include <utility>
 #include <vector>
 

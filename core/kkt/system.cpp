@@ -1,5 +1,4 @@
 #include <functional>
-#include <utility>
 
 #include "core/kkt/system.hpp"
 #include "core/model/timer.hpp"

@@ -11,7 +11,6 @@
 
 #include "core/kkt/block.hpp"
 #include "core/kkt/layout.hpp"
-#include "core/kkt/regularization.hpp"
 #include "core/kkt/schur.hpp"
 #include "core/model/budget.hpp"
 #include "core/model/canonical_problem.hpp"

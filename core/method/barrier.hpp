@@ -7,7 +7,7 @@
 #include "core/model/canonical_problem.hpp"
 #include "core/model/iterate.hpp"
 #include "core/options.hpp"
-#include "core/point/merit.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 

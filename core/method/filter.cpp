@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "core/method/filter.hpp"
-#include "core/method/parameters.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

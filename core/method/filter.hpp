@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/method/parameters.hpp"
-#include "core/point/merit.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 

@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <cmath>
-
 #include "core/method/globalized_block.hpp"
 #include "core/method/parameters.hpp"
 #include "core/model/norms.hpp"
@@ -9,8 +6,6 @@
 // Leaving a first-order point that is no solution.
 
 namespace ipminmax {
-
-namespace escape = parameters::escape;
 
 StepReport GlobalizedMethod::escape(const Point& from, double mu, const EscapeRequest& request,
                                     Point& to) {

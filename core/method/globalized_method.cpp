@@ -1,9 +1,7 @@
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "core/method/globalized_method.hpp"
-#include "core/method/parameters.hpp"
 #include "core/model/norms.hpp"
 
 // The order of the steps; search, restoration and escape stand in files of their own.
@@ -76,7 +74,6 @@ StepReport GlobalizedMethod::step(const Point& from, double mu, Point& to) {
 /// shift that this takes, and with that the next step of the multipliers: least squares bring them
 /// back.
 void GlobalizedMethod::renew_multipliers(Point& point) {
-  namespace parameter = parameters::outer;
   const double before = max_norm(point.dual);
   if (canonical_.constraints() == 0 ||
       !(before > parameters::kRunaway * std::max(1.0, max_norm(point.evaluation.gradient)))) {
@@ -287,7 +284,7 @@ bool GlobalizedMethod::soft_step(Run& run) {
     return false;
   }
   if (!(outer_.norm_error(trial, run.mu) <=
-        parameters::untested::kSoftContraction * outer_.norm_error(from, run.mu))) {
+        parameters::kSoftContraction * outer_.norm_error(from, run.mu))) {
     return false;
   }
   if (evaluate_second_derivatives(canonical_, trial) != EvaluationStatus::Ok) return false;

@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <utility>
-
 #include "core/method/first_multipliers.hpp"
 #include "core/method/globalized_method.hpp"
 #include "core/method/parameters.hpp"
@@ -10,8 +7,6 @@
 // Feasibility restoration as a step.
 
 namespace ipminmax {
-
-namespace restoration = parameters::restoration;
 
 bool GlobalizedMethod::can_restore(const Point& point) const {
   return restorer_.solve && max_norm(point.evaluation.c) > parameters::kPlenty * options_.tol;

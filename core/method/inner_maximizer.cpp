@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "core/method/barrier.hpp"
@@ -8,7 +6,6 @@
 #include "core/method/inner_maximizer.hpp"
 #include "core/method/parameters.hpp"
 #include "core/point/residual.hpp"
-#include "core/point/step_length.hpp"
 
 namespace ipminmax {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "core/method/filter.hpp"
 #include "core/method/step_method.hpp"
-#include "core/point/merit.hpp"
+#include "core/point/point.hpp"
 #include "core/point/step_length.hpp"
 
 namespace ipminmax {

@@ -5,7 +5,7 @@
 #include "core/method/filter_search.hpp"
 #include "core/method/inner_maximizer.hpp"
 #include "core/method/step_method.hpp"
-#include "core/point/merit.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 

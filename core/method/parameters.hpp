@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 
 #include "core/model/parameters.hpp"
 #include "core/result.hpp"
@@ -40,10 +39,7 @@ constexpr double kSecondOrderDecrease = 0.99;  ///< kappa_soc of [WB, 2.4]
 constexpr Index kFilterResets = 5;  ///< filter_reset_trigger and max_filter_resets of [Ipopt]
 }  // namespace outer
 
-/// Steps where no merit function helps.
-namespace untested {
 constexpr double kSoftContraction = 0.9999;  ///< soft_resto_pderror_reduction_factor of [Ipopt]
-}  // namespace untested
 
 /// Feasibility restoration.
 namespace restoration {
@@ -62,9 +58,7 @@ constexpr int kConstraintSteps = 8;   ///< back to the constraints
 /// When a search is given up, to begin anew elsewhere: cheap where there are few variables, so soon
 /// [R]; and soon where factorizations are dear, for what the first setbacks do not lead out of the
 /// next ones rarely do (six games by stages at falling prices of the disturbance).
-namespace patience {
 constexpr Index kFewestSetbacks = 2;
-}  // namespace patience
 
 /// The filter, [WB, 2.3]; names there.
 namespace filter {

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <vector>
 
 #include "core/method/parameters.hpp"
 #include "core/method/restoration.hpp"

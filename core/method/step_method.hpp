@@ -1,24 +1,31 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include <Eigen/Core>
+
 #include "core/iteration.hpp"
 #include "core/kkt/inertia_correction.hpp"
 #include "core/kkt/system.hpp"
-#include "core/method/wrong_curvature.hpp"
 #include "core/model/budget.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/parameters.hpp"
 #include "core/options.hpp"
 #include "core/point/point.hpp"
+#include "core/problem.hpp"
 #include "core/result.hpp"
 
 namespace ipminmax {
+
+/// A direction from a first-order point along which its owner gains to second order: both signs do.
+struct WrongCurvature {
+  Player owner = Player::Min;
+  Eigen::VectorXd direction;  ///< canonical variables, slacks included; for Max zero in x
+};
 
 /// What led to a point. The values are the letters of the log, docs/algorithm.md.
 enum class StepKind : char {

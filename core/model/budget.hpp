@@ -1,7 +1,6 @@
 #pragma once
 
 #include <atomic>
-#include <functional>
 #include <limits>
 #include <mutex>
 #include <optional>

@@ -1,12 +1,7 @@
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "core/model/canonical_problem.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/relaxation.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/model/timer.hpp"
 #include "linalg/numbers.hpp"

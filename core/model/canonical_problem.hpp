@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -8,6 +7,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "core/model/iterate.hpp"
 #include "core/model/parameters.hpp"
@@ -339,5 +340,19 @@ class CanonicalProblem {
   std::uint64_t derivative_calls_ = 0;       ///< of Jacobian and Hessian
   EvaluationFailure evaluation_failure_;
 };
+
+/// What a bound is relaxed by, in the model's units: Ipopt's rule.
+[[nodiscard]] inline double relaxation(double bound, const SolverOptions& options) {
+  return std::min(options.bound_relax_factor * std::max(1.0, std::abs(bound)),
+                  options.constr_viol_tol);
+}
+
+/// The same in canonical units. side: -1 of the lower bound, +1 of the upper one.
+[[nodiscard]] inline double relaxation_of(const CanonicalProblem& canonical, Index i, int side,
+                                          const SolverOptions& options) {
+  const double scale = canonical.variable_scale(i);
+  const double bound = side < 0 ? canonical.lower()[i] : canonical.upper()[i];
+  return scale * relaxation(bound / scale, options);
+}
 
 }  // namespace ipminmax

@@ -1,10 +1,17 @@
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "core/model/canonical_problem.hpp"
 #include "core/model/iterate.hpp"
 #include "core/options.hpp"
+#include "core/problem.hpp"
 
 namespace ipminmax {
+
+/// The variables of the model's starting point, which may not be finite; none: it gives none.
+[[nodiscard]] std::optional<std::vector<double>> model_start(Problem& model);
 
 /// First bound multipliers: bound_mult_init_val, or mu_init over the distance to the bound; of a
 /// warm start those given, at least warm_start_mult_bound_push.

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "core/model/iterate.hpp"

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "core/options.hpp"
 #include "core/problem.hpp"
@@ -24,5 +26,21 @@ inline constexpr double kUnbounded = 1e19;
 /// empty: nothing.
 [[nodiscard]] std::string check_structure(const ProblemStructure& structure,
                                           const SolverOptions& options);
+
+/// All that the canonical problem's order and the patterns of the KKT matrices depend on: who owns
+/// what, which bounds there are, what is fixed or an equality, and the patterns of the model. The
+/// values of bounds do not enter.
+struct ModelShape {
+  std::vector<std::uint8_t> variables;    ///< n: player and kind of bounds
+  std::vector<std::uint8_t> constraints;  ///< m: the same
+  std::vector<Triplet> jacobian, hessian;
+  FixedVariableTreatment fixed_variable_treatment{};
+  friend bool operator==(const ModelShape&, const ModelShape&) = default;
+};
+
+/// The structure's arrays must have one entry per variable or constraint.
+[[nodiscard]] bool has_shape(const ProblemStructure& structure, const SolverOptions& options,
+                             const ModelShape& shape);
+[[nodiscard]] ModelShape shape_of(const ProblemStructure& structure, const SolverOptions& options);
 
 }  // namespace ipminmax

@@ -12,7 +12,7 @@
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/paper/algorithm_one.hpp"
-#include "core/point/merit.hpp"
+#include "core/point/point.hpp"
 #include "core/point/residual.hpp"
 
 namespace ipminmax {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/model/model_start.hpp"
+#include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
 #include "core/robust/epigraph.hpp"
 #include "core/robust/extended_structure.hpp"

@@ -3,9 +3,8 @@
 #include <numeric>
 #include <optional>
 #include <string>
-#include <utility>
 
-#include "core/model/model_start.hpp"
+#include "core/model/initial_point.hpp"
 #include "core/robust/extended_structure.hpp"
 #include "core/robust/robust_copies.hpp"
 #include "linalg/numbers.hpp"

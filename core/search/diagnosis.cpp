@@ -1,7 +1,6 @@
 #include "core/search/diagnosis.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <string>
 #include <utility>

@@ -7,7 +7,7 @@
 #include "core/kkt/system.hpp"
 #include "core/method/globalized_method.hpp"
 #include "core/model/canonical_problem.hpp"
-#include "core/model/model_shape.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/result.hpp"
 #include "core/search/result_arrays.hpp"
 #include "core/search/search.hpp"

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "core/point/residual.hpp"
-#include "core/search/describe.hpp"
 #include "core/search/observation.hpp"
+#include "core/search/outcome.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {

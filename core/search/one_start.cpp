@@ -1,7 +1,5 @@
 #include <Eigen/Core>
-#include <algorithm>
 #include <new>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -13,7 +11,6 @@
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
-#include "core/search/restart.hpp"
 #include "core/search/solve.hpp"
 
 namespace ipminmax {

@@ -1,7 +1,12 @@
+#include "core/search/outcome.hpp"
+
+#include <array>
+#include <cmath>
+#include <string_view>
 #include <utility>
 
+#include "core/model/norms.hpp"
 #include "core/model/status_table.hpp"
-#include "core/search/outcome.hpp"
 
 namespace ipminmax {
 
@@ -16,6 +21,59 @@ SearchOutcome better(SearchOutcome earlier, SearchOutcome later) {
   if (is_success(later.status) || later.status == Status::UserStop) return later;
   return is_success(earlier.status) || search_failed(later.status) ? std::move(earlier)
                                                                    : std::move(later);
+}
+
+namespace {
+
+/// What is NaN or infinite in a result, empty: nothing.
+std::string_view not_finite_part(const Result& result) {
+  if (!all_finite(result.v)) return "a variable";
+  if (!std::isfinite(result.objective)) return "the objective";
+  if (!all_finite(result.constraints)) return "a constraint";
+  if (!all_finite(result.lambda)) return "a multiplier of a constraint";
+  if (!all_finite(result.z_lower) || !all_finite(result.z_upper)) return "a multiplier of a bound";
+  const KktError& e = result.error;
+  const std::array errors{e.primal, e.dual_min, e.dual_max, e.complementarity, e.total};
+  if (!all_finite(errors)) return "an error";
+  return {};
+}
+
+PointKind kind_without_test(double primal, double tolerance) {
+  if (std::isnan(primal)) return PointKind::Unknown;
+  return primal <= tolerance ? PointKind::FeasiblePoint : PointKind::InfeasiblePoint;
+}
+
+}  // namespace
+
+void describe(CanonicalProblem& canonical, const SolverOptions& options, const Point& point,
+              Result& result) {
+  canonical.restore(point.iterate, result);
+  result.error = point.error;
+  const double violation = canonical.violation(result);
+  result.error.primal =
+      options.honor_original_bounds ? violation : largest(result.error.primal, violation);
+  result.objective_scale = canonical.objective_scale();
+  const bool stationary = result.certificate.kind == PointKind::FirstOrderPoint;
+  if (result.certificate.second_order == SecondOrder::NotTested && !stationary) {
+    result.certificate.kind = kind_without_test(result.error.primal, options.constr_viol_tol);
+  }
+}
+
+void describe(CanonicalProblem& canonical, const SolverOptions& options,
+              const SearchOutcome& outcome, Result& result) {
+  result.status = outcome.status;
+  result.message = outcome.message;
+  result.certificate = outcome.certificate;
+  result.mu = outcome.mu;
+  result.iterations = outcome.iterations;
+  describe(canonical, options, outcome.point, result);
+  const std::string_view what = not_finite_part(result);
+  if (is_success(result.status) && !what.empty()) {
+    result.status = Status::InvalidNumber;
+    result.message = std::string(what) + " is NaN or infinite at the last point";
+    result.certificate = {};
+    describe(canonical, options, outcome.point, result);
+  }
 }
 
 }  // namespace ipminmax

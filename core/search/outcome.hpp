@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "core/method/step_method.hpp"
 #include "core/point/point.hpp"
 #include "core/result.hpp"
 
@@ -28,5 +29,14 @@ struct SearchOutcome {
 /// What a solve reports of two outcomes: a solution, where both are none the first failure, unless
 /// the later search was stopped and did not fail.
 [[nodiscard]] SearchOutcome better(SearchOutcome earlier, SearchOutcome later);
+
+/// Objective, constraints, multipliers and errors of a point in the model's units, and what the
+/// certificate, which stays, says of its kind.
+void describe(CanonicalProblem& canonical, const SolverOptions& options, const Point& point,
+              Result& result);
+
+/// What the outcome of a search is to the caller. A success is finite.
+void describe(CanonicalProblem& canonical, const SolverOptions& options,
+              const SearchOutcome& outcome, Result& result);
 
 }  // namespace ipminmax

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <new>
 #include <stdexcept>
 #include <utility>
@@ -6,9 +5,9 @@
 #include "core/method/globalized_method.hpp"
 #include "core/method/parameters.hpp"
 #include "core/paper/algorithm_one.hpp"
-#include "core/search/describe.hpp"
-#include "core/search/infeasibility.hpp"
-#include "core/search/restart.hpp"
+#include "core/search/divergence.hpp"
+#include "core/search/outcome.hpp"
+#include "core/search/random_starts.hpp"
 #include "core/search/solve.hpp"
 #include "linalg/solver_lost.hpp"
 

@@ -4,7 +4,7 @@
 #include "core/method/first_multipliers.hpp"
 #include "core/method/parameters.hpp"
 #include "core/model/initial_point.hpp"
-#include "core/search/restart.hpp"
+#include "core/search/random_starts.hpp"
 #include "core/search/starts.hpp"
 
 namespace ipminmax {

@@ -10,7 +10,6 @@
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
 #include "core/robust/robust_copies.hpp"
-#include "core/sensitivity/active_set.hpp"
 #include "core/sensitivity/active_system.hpp"
 #include "linalg/numbers.hpp"
 

@@ -22,7 +22,7 @@
 #include <support/without_hessian.hpp>
 
 #include "core/differences/finite_difference_hessian.hpp"
-#include "core/differences/hessian_coloring.hpp"
+#include "core/differences/hessian_detection.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax::testing {

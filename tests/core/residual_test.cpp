@@ -10,7 +10,7 @@
 #include <support/autodiff_problem.hpp>
 
 #include "core/model/canonical_problem.hpp"
-#include "core/point/merit.hpp"
+#include "core/point/point.hpp"
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
 
