@@ -46,11 +46,10 @@ void ActiveSetSystem::assemble(Doubtful fixed, const Eigen::VectorXd& error, dou
       curvature[i] = (canonical_.owned_by_max(i) ? max_times : min_times) * error[i];
     }
   }
-  const auto slack_of = canonical_.slack_of_constraint();
   const bool any = !classes_.redundant.empty() || !classes_.held_rows.empty();
   arrays_.left_out.assign(any ? at(canonical_.constraints()) : 0, true);
   for (Index j = 0; any && j < canonical_.constraints(); ++j) {
-    const Index slack = slack_of[at(j)];
+    const Index slack = canonical_.slack_of(j);
     arrays_.left_out[at(j)] = classes_.is_left_out(j);
     if (slack >= 0 && classes_.is_left_out(j)) curvature[slack] = 1.0;
   }

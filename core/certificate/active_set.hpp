@@ -75,7 +75,7 @@ class ActiveSetSystem {
   /// Whether a constraint is an equality or an inequality counted as active, and not left out.
   [[nodiscard]] bool counts(Index constraint) const {
     if (classes_.is_left_out(constraint)) return false;
-    const Index slack = canonical_.slack_of_constraint()[static_cast<std::size_t>(constraint)];
+    const Index slack = canonical_.slack_of(constraint);
     return slack < 0 || is_fixed(slack);
   }
 

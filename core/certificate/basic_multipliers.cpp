@@ -133,9 +133,8 @@ std::optional<NullVector> null_vector(const ActiveSetSystem& system, const Point
     if (classes.side[at(i)] == 0) return std::nullopt;
     t.bounds[i] = -classes.side[at(i)] * canonical.sign(i) * sum[i];
   }
-  const auto slack_of = canonical.slack_of_constraint();
   for (Index j = 0; j < t.rows.size(); ++j) {
-    const Index slack = slack_of[at(j)];
+    const Index slack = canonical.slack_of(j);
     if (slack < 0 || t.rows[j] == 0.0) continue;
     if (classes.side[at(slack)] == 0) return std::nullopt;
     t.bounds[slack] = classes.side[at(slack)] * canonical.sign(slack) * t.rows[j];

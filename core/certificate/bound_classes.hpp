@@ -72,16 +72,6 @@ struct BoundClasses {
 /// weak_min, weak_max
 void count_doubtful(const CanonicalProblem& canonical, BoundClasses& classes);
 
-/// visit(variable, side, distance) for every bound: all lower ones, then the upper ones.
-template <class Visit>
-void for_each_bound(const CanonicalProblem& canonical, const Eigen::VectorXd& v, Visit&& visit) {
-  for (const Index i : canonical.lower_bounded()) visit(i, -1, canonical.above_lower(i, v[i]));
-  for (const Index i : canonical.upper_bounded()) visit(i, 1, canonical.below_upper(i, v[i]));
-}
-[[nodiscard]] inline double multiplier_of(const Iterate& z, Index i, int side) {
-  return side < 0 ? z.z_lower[i] : z.z_upper[i];
-}
-
 /// The one rule of what is active, by a multiplier and a distance in lengths in which both count the
 /// same: no doubt where one is strict_ratio times the other.
 [[nodiscard]] inline BoundClass class_of(double multiplier, double distance, double strict_ratio) {

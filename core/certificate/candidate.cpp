@@ -105,9 +105,8 @@ const Evaluation* rounded_derivatives(CanonicalProblem& canonical, Candidate& ca
 
 Eigen::VectorXd without_inactive(const CanonicalProblem& canonical, const BoundClasses& classes,
                                  Eigen::VectorXd lambda) {
-  const auto slack_of = canonical.slack_of_constraint();
   for (Index j = 0; j < canonical.constraints(); ++j) {
-    const Index slack = slack_of[at(j)];
+    const Index slack = canonical.slack_of(j);
     const bool inactive = slack >= 0 && classes[slack] <= BoundClass::Inactive;
     if (inactive || classes.is_held(j)) lambda[j] = 0.0;
   }
@@ -159,10 +158,9 @@ Eigen::VectorXd error_of(TestContext& c, const Point& point, const BoundClasses&
                          const Units& units) {
   Eigen::VectorXd error = c.hessian_error_in(units);
   Eigen::VectorXd lambda = point.iterate.lambda;
-  const auto slack_of = c.canonical.slack_of_constraint();
   bool any = false;
   for (Index j = 0; j < c.canonical.constraints(); ++j) {
-    const Index slack = slack_of[at(j)];
+    const Index slack = c.canonical.slack_of(j);
     if (slack < 0 || classes[slack] == BoundClass::Active) continue;
     any = any || classes[slack] == BoundClass::Doubtful;
     lambda[j] = 0.0;

@@ -99,9 +99,9 @@ void DependenceSearch::normalize() {
 
 bool DependenceSearch::factorize() {
   Eigen::VectorXd curvature = Eigen::VectorXd::Constant(canonical_.variables(), 1.0);
-  const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = 0; j < canonical_.constraints(); ++j) {
-    if (slack_of[at(j)] >= 0 && system_.counts(j)) curvature[slack_of[at(j)]] = parameter::kRigid;
+    if (canonical_.slack_of(j) >= 0 && system_.counts(j))
+      curvature[canonical_.slack_of(j)] = parameter::kRigid;
   }
   KktSystem& kkt = system_.kkt();
   kkt.assemble(rows_, curvature, system_.left_out());
@@ -194,9 +194,8 @@ double DependenceSearch::size_of(const Eigen::VectorXd& weights, const Eigen::Ve
 bool DependenceSearch::consistent(const Eigen::VectorXd& weights, double& value) const {
   Eigen::VectorXd slope = Eigen::VectorXd::Zero(canonical_.variables());
   add_transposed_product(canonical_, point_.evaluation, weights, slope);
-  const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = 0; j < weights.size(); ++j) {
-    if (slack_of[at(j)] >= 0) slope[slack_of[at(j)]] -= weights[j];
+    if (canonical_.slack_of(j) >= 0) slope[canonical_.slack_of(j)] -= weights[j];
   }
   value = weights.dot(point_.evaluation.c);
   const BoundClasses& classes = system_.classes();

@@ -12,10 +12,9 @@ namespace parameter = parameters::certificate;
 
 Eigen::VectorXd FeasibleArc::step_along(const Eigen::VectorXd& direction) const {
   Eigen::VectorXd step = direction.cwiseProduct(system_.units().variable);
-  const auto slack_of = canonical_.slack_of_constraint();
   for (std::size_t k = 0; k < point_.evaluation.jacobian.size(); ++k) {
     const auto [row, col] = canonical_.jacobian()[k];
-    const Index slack = slack_of[static_cast<std::size_t>(row)];
+    const Index slack = canonical_.slack_of(row);
     if (slack >= 0 && !system_.is_fixed(slack)) {
       step[slack] += point_.evaluation.jacobian[k] * step[col];
     }
@@ -26,9 +25,8 @@ Eigen::VectorXd FeasibleArc::step_along(const Eigen::VectorXd& direction) const 
 /// Bounds and open inequalities, of which c tells by how much their slack is off.
 bool FeasibleArc::is_inside(const Eigen::VectorXd& v, const Eigen::VectorXd& c) const {
   Eigen::VectorXd at_end = v;
-  const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = 0; j < c.size(); ++j) {
-    const Index slack = slack_of[static_cast<std::size_t>(j)];
+    const Index slack = canonical_.slack_of(j);
     if (slack >= 0 && !system_.is_fixed(slack)) at_end[slack] += c[j];
   }
   bool inside = true;

@@ -133,10 +133,9 @@ void ActiveSetNewton::place_slacks() {
   Eigen::VectorXd& change = work_.change_c;
   change = evaluation_.c;
   add_constraint_product(canonical_, evaluation_, work_.dv, change);
-  const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = 0; j < canonical_.constraints(); ++j) {
-    if (slack_of[at(j)] >= 0 && !system_.is_fixed(slack_of[at(j)]))
-      work_.dv[slack_of[at(j)]] = change[j];
+    if (canonical_.slack_of(j) >= 0 && !system_.is_fixed(canonical_.slack_of(j)))
+      work_.dv[canonical_.slack_of(j)] = change[j];
   }
 }
 
@@ -144,9 +143,9 @@ void ActiveSetNewton::place_slacks() {
 const Eigen::VectorXd& ActiveSetNewton::forces() {
   Eigen::VectorXd& force = work_.force;
   force = work_.gradient;
-  const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = 0; j < canonical_.constraints(); ++j) {
-    if (slack_of[at(j)] >= 0) force[slack_of[at(j)]] = -(work_.lambda[j] + work_.dlambda[j]);
+    if (canonical_.slack_of(j) >= 0)
+      force[canonical_.slack_of(j)] = -(work_.lambda[j] + work_.dlambda[j]);
   }
   return force;
 }
@@ -314,11 +313,10 @@ void ActiveSetNewton::measure_error(NewtonTest& test) const {
 /// Their values at the trial point, where they are not what their gradients predict. A doubtful one
 /// is violated by no more than it is satisfied now.
 void ActiveSetNewton::look_at_inequalities(const Eigen::VectorXd& c, NewtonTest& test) {
-  const auto slack_of = canonical_.slack_of_constraint();
   Eigen::VectorXd& change = work_.change_v;
   change.setZero(canonical_.variables());
   for (Index j = 0; j < c.size(); ++j) {
-    const Index slack = slack_of[at(j)];
+    const Index slack = canonical_.slack_of(j);
     if (slack < 0 || system_.is_fixed(slack)) continue;
     change[slack] = work_.trial[slack] + c[j];
   }
@@ -351,14 +349,13 @@ void ActiveSetNewton::measure_turn(NewtonTest& test) {
   const Evaluation& there = work_.there;
   const Units& units = system_.units();
   const double share = share_of_trial();
-  const auto slack_of = canonical_.slack_of_constraint();
   Eigen::VectorXd &all = work_.turns, &inner = work_.inner_turns;
   all.setZero(canonical_.constraints());
   inner.setZero(canonical_.constraints());
   for (std::size_t k = 0; k < there.jacobian.size(); ++k) {
     const auto [row, col] = canonical_.jacobian()[k];
     if (!system_.counts(row) || system_.is_fixed(col)) continue;
-    const double change = (slack_of[at(row)] < 0 ? share : 1.0) * units.constraint[row] *
+    const double change = (canonical_.slack_of(row) < 0 ? share : 1.0) * units.constraint[row] *
                           units.variable[col] *
                           std::abs(there.jacobian[k] - evaluation_.jacobian[k]);
     all[row] += change;

@@ -24,9 +24,8 @@ Iterate solution_of(const CanonicalProblem& canonical, const Candidate& candidat
     const bool open = !in_equations(i) || candidate.classes.side[at(i)] != side;
     if (open && distance > 0.0) (side < 0 ? end.z_lower : end.z_upper)[i] = mu / distance;
   });
-  const auto slack_of = canonical.slack_of_constraint();
   for (Index j = 0; j < canonical.constraints(); ++j) {
-    const Index slack = slack_of[at(j)];
+    const Index slack = canonical.slack_of(j);
     if (slack < 0 || in_equations(slack)) continue;
     end.lambda[j] = canonical.sign(slack) * (end.z_upper[slack] - end.z_lower[slack]);
   }

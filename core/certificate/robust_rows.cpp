@@ -39,7 +39,7 @@ struct ActiveRow {
 std::vector<ActiveRow> active_rows(const CanonicalProblem& canonical, const Eigen::VectorXd& firm) {
   std::vector<ActiveRow> rows;
   for (const Index j : canonical.robust_constraints()) {
-    const Index slack = canonical.slack_of_constraint()[static_cast<std::size_t>(j)];
+    const Index slack = canonical.slack_of(j);
     if (firm[slack] >= parameter::kFirm) rows.push_back({j, parameter::kFirm / firm[slack]});
   }
   return rows;
@@ -54,7 +54,7 @@ std::optional<Eigen::MatrixXd> compliance_left(const CanonicalProblem& canonical
   // J_r over y, one column per row; rows of K_yy are found by the step's v. A copy maximizes its
   // own row: what the row still changes along it is the barrier's.
   const auto counts = [&](Index row, Index col) {
-    const Index slack = canonical.slack_of_constraint()[static_cast<std::size_t>(row)];
+    const Index slack = canonical.slack_of(row);
     return canonical.owned_by_max(col) && canonical.served_slack(col) != slack;
   };
   std::vector<Eigen::Index> column_of(static_cast<std::size_t>(canonical.constraints()), -1);
@@ -121,7 +121,7 @@ IdleCopies idle_copies(const CanonicalProblem& canonical, const Iterate& iterate
   if (!canonical.has_copies()) return {};
   std::vector<bool> active(static_cast<std::size_t>(canonical.variables()), false);
   for (const ActiveRow& row : active_rows(canonical, firm_curvature(canonical, iterate, nullptr))) {
-    const Index slack = canonical.slack_of_constraint()[static_cast<std::size_t>(row.constraint)];
+    const Index slack = canonical.slack_of(row.constraint);
     active[static_cast<std::size_t>(slack)] = true;
   }
   const auto serves_inactive = [&](Index slack) {

@@ -184,9 +184,10 @@ bool cut_by_equation(const CanonicalProblem& canonical, Index row, UnitsArrays& 
 void cut_by_equations(const CanonicalProblem& canonical, const Evaluation& evaluation,
                       UnitsArrays& arrays) {
   const auto jacobian = canonical.jacobian();
-  const auto slack_of = canonical.slack_of_constraint();
   arrays.used.assign(at(canonical.constraints()), false);  // inequalities cut nothing
-  for (std::size_t j = 0; j < arrays.used.size(); ++j) arrays.used[j] = slack_of[j] >= 0;
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    arrays.used[at(j)] = canonical.slack_of(j) >= 0;
+  }
   bool any = true;
   for (int round = 0; any && round < parameter::kMany; ++round) {
     arrays.terms.assign(arrays.used.size(), {});
@@ -206,11 +207,11 @@ void cut_by_equations(const CanonicalProblem& canonical, const Evaluation& evalu
 void measure_rows(const CanonicalProblem& canonical, const Evaluation& evaluation, Units& units,
                   Eigen::VectorXd& norms) {
   constraint_norms(canonical, evaluation, units.variable, norms);
-  const auto slack_of = canonical.slack_of_constraint();
   for (Index j = 0; j < canonical.constraints(); ++j) {
     const double unit = inverse(norms[j]);
     units.constraint[j] = unit == kUnknown ? 1.0 : unit;
-    if (slack_of[at(j)] >= 0) units.variable[slack_of[at(j)]] = 1.0 / units.constraint[j];
+    if (canonical.slack_of(j) >= 0)
+      units.variable[canonical.slack_of(j)] = 1.0 / units.constraint[j];
   }
 }
 

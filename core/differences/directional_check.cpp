@@ -181,12 +181,10 @@ std::optional<Deviation> compare_first_derivatives(CanonicalProblem& canonical,
 
 void keep_within_bounds(const CanonicalProblem& canonical, const Eigen::VectorXd& v, double share,
                         Eigen::VectorXd& step) {
-  for (const Index i : canonical.lower_bounded()) {
-    step[i] = std::max(step[i], -share * std::max(canonical.above_lower(i, v[i]), 0.0));
-  }
-  for (const Index i : canonical.upper_bounded()) {
-    step[i] = std::min(step[i], share * std::max(canonical.below_upper(i, v[i]), 0.0));
-  }
+  for_each_bound(canonical, v, [&](Index i, int side, double distance) {
+    const double room = share * std::max(distance, 0.0);
+    step[i] = side < 0 ? std::max(step[i], -room) : std::min(step[i], room);
+  });
 }
 
 Eigen::VectorXd generic_step(const CanonicalProblem& canonical, const Eigen::VectorXd& v,

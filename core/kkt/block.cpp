@@ -223,9 +223,8 @@ void KktBlock::assemble(const Evaluation& evaluation, std::span<const double> ja
   }
   if (low_rank_ && low_rank_->diagonal.size() > 0)
     hessian_norm_ = std::max(hessian_norm_, low_rank_->diagonal.maxCoeff());
-  const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
-    const Index slack = slack_of[at(j)];
+    const Index slack = canonical_.slack_of(j);
     arrays_.diagonal[at(pattern_->row_of_constraint[at(j)])] =
         slack < 0 ? 0.0 : -canonical_.sign(slack) / arrays_.terms.curvature[slack];
   }

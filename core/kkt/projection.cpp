@@ -29,7 +29,7 @@ bool KktSystem::least_squares_multipliers(const Iterate& iterate, const Evaluati
   Eigen::VectorXd& diagonal = arrays_.multiplier_diagonal;
   diagonal.setZero(canonical_.constraints());
   for (Index j = 0; j < canonical_.constraints(); ++j) {
-    if (const Index slack = canonical_.slack_of_constraint()[at(j)]; slack >= 0) {
+    if (const Index slack = canonical_.slack_of(j); slack >= 0) {
       diagonal[j] = -canonical_.sign(slack);
     }
   }

@@ -181,7 +181,7 @@ void KktSystem::eliminate(KktBlock& block, const Regularization& shift, const Ne
     reduced.segment(run.row, run.size) = rhs.lambda.segment(run.first, run.size);
   }
   for (Index j = constraints.begin; j < constraints.end; ++j) {
-    if (const Index slack = canonical_.slack_of_constraint()[at(j)]; slack >= 0) {
+    if (const Index slack = canonical_.slack_of(j); slack >= 0) {
       reduced[block.row_of_constraint(j)] += t[slack] / slack_curvature(block, shift, slack);
     }
   }
@@ -199,7 +199,7 @@ void KktSystem::expand(KktBlock& block, const Regularization& shift, const Newto
   }
   const IndexRange variables = block.variables(), constraints = block.constraints();
   for (Index j = constraints.begin; j < constraints.end; ++j) {
-    if (const Index slack = canonical_.slack_of_constraint()[at(j)]; slack >= 0) {
+    if (const Index slack = canonical_.slack_of(j); slack >= 0) {
       step.v[slack] =
           (arrays_.eliminated[slack] + step.lambda[j]) / slack_curvature(block, shift, slack);
     }
@@ -263,7 +263,6 @@ void KktSystem::subtract_product(const KktBlock& block, const Regularization& sh
     }
     residual.v[i] -= product;
   }
-  const auto slack_of = canonical_.slack_of_constraint();
   for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
     if (shifted) {
       const double delta =
@@ -271,7 +270,7 @@ void KktSystem::subtract_product(const KktBlock& block, const Regularization& sh
       const double length = block.length(block.row_of_constraint(j));
       residual.lambda[j] -= delta / (length * length) * step.lambda[j];
     }
-    if (const Index slack = slack_of[at(j)]; slack >= 0) {
+    if (const Index slack = canonical_.slack_of(j); slack >= 0) {
       residual.lambda[j] += step.v[slack];
       residual.v[slack] += step.lambda[j];
       if (canonical_.sign(slack) > 0.0) residual.v[slack] -= shift.slacks * step.v[slack];

@@ -15,12 +15,9 @@ namespace barrier = parameters::barrier;
 /// Calls use(distance * multiplier) for every bound of the iterate moved by steps.
 template <class Use>
 void for_each_product(const CanonicalProblem& canonical, const Iterate& iterate, Use use) {
-  for (const Index i : canonical.lower_bounded()) {
-    use(canonical.above_lower(i, iterate.v[i]) * iterate.z_lower[i] / canonical.weight(i, iterate));
-  }
-  for (const Index i : canonical.upper_bounded()) {
-    use(canonical.below_upper(i, iterate.v[i]) * iterate.z_upper[i] / canonical.weight(i, iterate));
-  }
+  for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
+    use(distance * multiplier_of(iterate, i, side) / canonical.weight(i, iterate));
+  });
 }
 
 double mean_square(const Eigen::VectorXd& v) {

@@ -69,12 +69,9 @@ bool GlobalizedMethod::begin_at_restored(Run& run) {
   // Multipliers start anew: bounds at mu / s, constraints by least squares.
   Point& restored = outer_.trial;
   Iterate& iterate = restored.iterate;
-  for (const Index i : canonical_.lower_bounded()) {
-    iterate.z_lower[i] = run.mu / canonical_.above_lower(i, iterate.v[i]);
-  }
-  for (const Index i : canonical_.upper_bounded()) {
-    iterate.z_upper[i] = run.mu / canonical_.below_upper(i, iterate.v[i]);
-  }
+  for_each_bound(canonical_, iterate.v, [&](Index i, int side, double distance) {
+    multiplier_of(iterate, i, side) = run.mu / distance;
+  });
   weigh_copies(canonical_, iterate);
   bool defined = evaluate_values(canonical_, restored) == EvaluationStatus::Ok &&
                  evaluate_first_derivatives(canonical_, restored) == EvaluationStatus::Ok;

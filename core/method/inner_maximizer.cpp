@@ -48,7 +48,7 @@ InnerMaximizer::InnerMaximizer(const MethodContext& context, const Point& first,
 /// Of a robust constraint that copies serve; 1 for others.
 double InnerMaximizer::own_weight(Index robust, const Iterate& iterate) const {
   if (!canonical_.has_copies()) return 1.0;
-  const Index slack = canonical_.slack_of_constraint()[static_cast<std::size_t>(robust)];
+  const Index slack = canonical_.slack_of(robust);
   return canonical_.owners().is_served[static_cast<std::size_t>(slack)]
              ? CanonicalProblem::weight_by(slack, iterate)
              : 1.0;
@@ -131,16 +131,11 @@ double InnerMaximizer::error(const Point& point, double mu) const {
   const Iterate& z = point.iterate;
   double error = std::max(max_error(canonical_, z, point.dual),
                           tail_norm(point.evaluation.c, canonical_.max_constraints().begin));
-  for (const Index i : canonical_.lower_bounded()) {
-    if (!canonical_.owned_by_max(i)) continue;
-    const double own = z.z_lower[i] / canonical_.weight(i, z);
-    error = std::max(error, std::abs(canonical_.above_lower(i, z.v[i]) * own - mu));
-  }
-  for (const Index i : canonical_.upper_bounded()) {
-    if (!canonical_.owned_by_max(i)) continue;
-    const double own = z.z_upper[i] / canonical_.weight(i, z);
-    error = std::max(error, std::abs(canonical_.below_upper(i, z.v[i]) * own - mu));
-  }
+  for_each_bound(canonical_, z.v, [&](Index i, int side, double distance) {
+    if (!canonical_.owned_by_max(i)) return;
+    const double own = multiplier_of(z, i, side) / canonical_.weight(i, z);
+    error = std::max(error, std::abs(distance * own - mu));
+  });
   return error;
 }
 

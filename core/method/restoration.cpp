@@ -38,7 +38,7 @@ class RestorationProblem final : public Problem {
     structure_.constraint_upper.assign(at(m_), 0.0);
     for (const Triplet& entry : canonical.jacobian()) structure_.jacobian.push_back(entry);
     for (Index j = 0; j < m_; ++j) {
-      const Index slack = canonical.slack_of_constraint()[at(j)];
+      const Index slack = canonical.slack_of(j);
       if (slack >= 0) structure_.jacobian.push_back({j, slack});
       structure_.jacobian.push_back({j, n_ + j});
       structure_.jacobian.push_back({j, n_ + m_ + j});
@@ -97,7 +97,7 @@ class RestorationProblem final : public Problem {
     if (canonical_.first_derivatives(v_, evaluation_) != EvaluationStatus::Ok) return false;
     auto out = std::copy(evaluation_.jacobian.begin(), evaluation_.jacobian.end(), values.begin());
     for (Index j = 0; j < m_; ++j) {
-      if (canonical_.slack_of_constraint()[at(j)] >= 0) *out++ = -1.0;
+      if (canonical_.slack_of(j) >= 0) *out++ = -1.0;
       *out++ = -1.0;
       *out++ = 1.0;
     }

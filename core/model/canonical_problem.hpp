@@ -125,7 +125,10 @@ class CanonicalProblem {
   /// sign kappa_d for a lower bound alone, -sign kappa_d for an upper one [WB, 3.7]; zero for
   /// Algorithm 1.
   [[nodiscard]] const Eigen::VectorXd& damping() const { return arrays_.damping; }
-  /// Slack variable of each constraint, -1 for an equality.
+  /// Slack variable of a constraint, -1 for an equality; the same of all.
+  [[nodiscard]] Index slack_of(Index constraint) const {
+    return arrays_.map.slack_of_constraint[static_cast<std::size_t>(constraint)];
+  }
   [[nodiscard]] std::span<const Index> slack_of_constraint() const {
     return arrays_.map.slack_of_constraint;
   }
@@ -340,6 +343,19 @@ class CanonicalProblem {
   std::uint64_t derivative_calls_ = 0;       ///< of Jacobian and Hessian
   EvaluationFailure evaluation_failure_;
 };
+
+/// visit(variable, side, distance) for every bound: all lower ones (side -1), then the upper ones
+/// (side +1).
+template <class Visit>
+void for_each_bound(const CanonicalProblem& canonical, const Eigen::VectorXd& v, Visit&& visit) {
+  for (const Index i : canonical.lower_bounded()) visit(i, -1, canonical.above_lower(i, v[i]));
+  for (const Index i : canonical.upper_bounded()) visit(i, 1, canonical.below_upper(i, v[i]));
+}
+/// The bound's multiplier in an iterate, or its entry of a step.
+template <class Multipliers>
+[[nodiscard]] auto& multiplier_of(Multipliers& z, Index i, int side) {
+  return side < 0 ? z.z_lower[i] : z.z_upper[i];
+}
 
 /// What a bound is relaxed by, in the model's units: Ipopt's rule.
 [[nodiscard]] inline double relaxation(double bound, const SolverOptions& options) {

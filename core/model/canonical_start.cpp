@@ -104,18 +104,15 @@ void CanonicalProblem::push_start() {
 void CanonicalProblem::start_multipliers() {
   // Signs of Result, so those of a Max variable's bounds are <= 0.
   const double largest = options_.warm_start_mult_init_max;
-  for (const Index i : arrays_.lower_bounded) {
-    if (const Index model = arrays_.map.model_variable[at(i)]; model >= 0) {
-      arrays_.start.z_lower[i] = arrays_.model_start.z_lower[at(model)] * sign(i) *
-                                 objective_scale_ / arrays_.col_scale[at(i)];
+  const auto take = [&](const auto& bounded, const std::vector<double>& given, Eigen::VectorXd& z) {
+    for (const Index i : bounded) {
+      const Index model = arrays_.map.model_variable[at(i)];
+      if (model >= 0)
+        z[i] = given[at(model)] * sign(i) * objective_scale_ / arrays_.col_scale[at(i)];
     }
-  }
-  for (const Index i : arrays_.upper_bounded) {
-    if (const Index model = arrays_.map.model_variable[at(i)]; model >= 0) {
-      arrays_.start.z_upper[i] = arrays_.model_start.z_upper[at(model)] * sign(i) *
-                                 objective_scale_ / arrays_.col_scale[at(i)];
-    }
-  }
+  };
+  take(arrays_.lower_bounded, arrays_.model_start.z_lower, arrays_.start.z_lower);
+  take(arrays_.upper_bounded, arrays_.model_start.z_upper, arrays_.start.z_upper);
   for (Index j = 0; j < constraints(); ++j) {
     const Index model = arrays_.map.model_constraint[at(j)];
     double value = 0.0;

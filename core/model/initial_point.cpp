@@ -27,12 +27,9 @@ void start_bound_multipliers(const CanonicalProblem& canonical, const SolverOpti
                ? options.mu_init / distance
                : options.bound_mult_init_val;
   };
-  for (const Index i : canonical.lower_bounded()) {
-    start.z_lower[i] = first(start.z_lower[i], canonical.above_lower(i, start.v[i]));
-  }
-  for (const Index i : canonical.upper_bounded()) {
-    start.z_upper[i] = first(start.z_upper[i], canonical.below_upper(i, start.v[i]));
-  }
+  for_each_bound(canonical, start.v, [&](Index i, int side, double distance) {
+    multiplier_of(start, i, side) = first(multiplier_of(start, i, side), distance);
+  });
   if (!options.warm_start_init_point) weigh_copies(canonical, start);
 }
 
@@ -47,7 +44,7 @@ void weigh_copies(const CanonicalProblem& canonical, Iterate& start) {
 
 void start_robust_multipliers(const CanonicalProblem& canonical, Iterate& start) {
   for (const Index j : canonical.robust_constraints()) {
-    const Index slack = canonical.slack_of_constraint()[static_cast<std::size_t>(j)];
+    const Index slack = canonical.slack_of(j);
     start.lambda[j] = start.z_upper[slack] - start.z_lower[slack];
   }
 }
@@ -57,7 +54,7 @@ void start_constraint_multipliers(const CanonicalProblem& canonical, const Solve
   start.lambda.setZero(canonical.constraints());
   if (options.bound_mult_init_method != BoundMultiplierInit::MuBased) return;
   for (Index j = 0; j < canonical.constraints(); ++j) {
-    const Index slack = canonical.slack_of_constraint()[static_cast<std::size_t>(j)];
+    const Index slack = canonical.slack_of(j);
     if (slack < 0) continue;
     start.lambda[j] = canonical.sign(slack) * (start.z_upper[slack] - start.z_lower[slack]);
   }

@@ -37,9 +37,8 @@ void add_constraint_product(const CanonicalProblem& canonical, const Evaluation&
     const auto [row, col] = canonical.jacobian()[k];
     product[row] += evaluation.jacobian[k] * d[col];
   }
-  const auto slack_of = canonical.slack_of_constraint();
   for (Index j = 0; j < product.size(); ++j) {
-    if (const Index s = slack_of[static_cast<std::size_t>(j)]; s >= 0) product[j] -= d[s];
+    if (const Index s = canonical.slack_of(j); s >= 0) product[j] -= d[s];
   }
 }
 

@@ -75,14 +75,10 @@ namespace {
 /// Sum of the logarithms of distances with the signs of their players, of copies or of the others.
 double logs(const CanonicalProblem& canonical, const Eigen::VectorXd& v, bool of_copies) {
   double sum = 0.0;
-  for (const Index i : canonical.lower_bounded()) {
-    if ((canonical.served_slack(i) >= 0) != of_copies) continue;
-    sum += canonical.sign(i) * std::log(canonical.above_lower(i, v[i]));
-  }
-  for (const Index i : canonical.upper_bounded()) {
-    if ((canonical.served_slack(i) >= 0) != of_copies) continue;
-    sum += canonical.sign(i) * std::log(canonical.below_upper(i, v[i]));
-  }
+  for_each_bound(canonical, v, [&](Index i, int, double distance) {
+    if ((canonical.served_slack(i) >= 0) != of_copies) return;
+    sum += canonical.sign(i) * std::log(distance);
+  });
   return sum;
 }
 
@@ -100,13 +96,9 @@ double barrier_of_copies(const CanonicalProblem& canonical, const Eigen::VectorX
 void barrier_gradient(const CanonicalProblem& canonical, const Point& point, double mu,
                       Eigen::VectorXd& gradient) {
   gradient = point.evaluation.gradient + mu * canonical.damping();
-  const Eigen::VectorXd& v = point.iterate.v;
-  for (const Index i : canonical.lower_bounded()) {
-    gradient[i] -= canonical.sign(i) * mu / canonical.above_lower(i, v[i]);
-  }
-  for (const Index i : canonical.upper_bounded()) {
-    gradient[i] += canonical.sign(i) * mu / canonical.below_upper(i, v[i]);
-  }
+  for_each_bound(canonical, point.iterate.v, [&](Index i, int side, double distance) {
+    gradient[i] += side * canonical.sign(i) * mu / distance;
+  });
 }
 
 double violation(const Eigen::VectorXd& c, IndexRange constraints) {

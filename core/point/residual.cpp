@@ -10,14 +10,10 @@ namespace {
 /// max |S z / weight - mu| over the bounds.
 double complementarity(const CanonicalProblem& canonical, const Iterate& iterate, double mu) {
   double error = 0.0;
-  for (const Index i : canonical.lower_bounded()) {
-    const double z = iterate.z_lower[i] / canonical.weight(i, iterate);
-    error = largest(error, std::abs(canonical.above_lower(i, iterate.v[i]) * z - mu));
-  }
-  for (const Index i : canonical.upper_bounded()) {
-    const double z = iterate.z_upper[i] / canonical.weight(i, iterate);
-    error = largest(error, std::abs(canonical.below_upper(i, iterate.v[i]) * z - mu));
-  }
+  for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
+    const double z = multiplier_of(iterate, i, side) / canonical.weight(i, iterate);
+    error = largest(error, std::abs(distance * z - mu));
+  });
   return error;
 }
 
@@ -45,18 +41,14 @@ void dual_residual(const CanonicalProblem& canonical, const Iterate& iterate,
   for (std::size_t k = 0; k < jacobian.size(); ++k) {
     residual[jacobian[k].col] += evaluation.jacobian[k] * iterate.lambda[jacobian[k].row];
   }
-  const auto slack_of = canonical.slack_of_constraint();
   for (Index j = 0; j < canonical.constraints(); ++j) {
-    if (const Index slack = slack_of[static_cast<std::size_t>(j)]; slack >= 0) {
+    if (const Index slack = canonical.slack_of(j); slack >= 0) {
       residual[slack] -= iterate.lambda[j];
     }
   }
-  for (const Index i : canonical.lower_bounded()) {
-    residual[i] -= canonical.sign(i) * iterate.z_lower[i];
-  }
-  for (const Index i : canonical.upper_bounded()) {
-    residual[i] += canonical.sign(i) * iterate.z_upper[i];
-  }
+  for_each_bound(canonical, iterate.v, [&](Index i, int side, double) {
+    residual[i] += side * canonical.sign(i) * multiplier_of(iterate, i, side);
+  });
 }
 
 ErrorParts error_parts(const CanonicalProblem& canonical, const Iterate& iterate,
@@ -127,14 +119,10 @@ void newton_residual(const CanonicalProblem& canonical, const Iterate& iterate,
                      NewtonResidual& rhs) {
   rhs.v = -dual - mu * canonical.damping();
   rhs.lambda = -evaluation.c;
-  for (const Index i : canonical.lower_bounded()) {
-    rhs.z_lower[i] = mu * canonical.weight(i, iterate) -
-                     canonical.above_lower(i, iterate.v[i]) * iterate.z_lower[i];
-  }
-  for (const Index i : canonical.upper_bounded()) {
-    rhs.z_upper[i] = mu * canonical.weight(i, iterate) -
-                     canonical.below_upper(i, iterate.v[i]) * iterate.z_upper[i];
-  }
+  for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
+    multiplier_of(rhs, i, side) =
+        mu * canonical.weight(i, iterate) - distance * multiplier_of(iterate, i, side);
+  });
   if (!canonical.has_copies()) return;
   for (Index i = canonical.y().begin; i < canonical.variables(); ++i) {
     rhs.v[i] += mu * (1.0 - canonical.weight(i, iterate)) * canonical.damping()[i];

@@ -33,14 +33,10 @@ StepLength largest_step(const CanonicalProblem& canonical, const Iterate& iterat
   const auto limit = [tau](double& alpha_i, double value, double change) {
     if (alpha_i * change < -tau * value) alpha_i = -tau * value / change;
   };
-  for (const Index i : canonical.lower_bounded()) {
-    limit(alpha.primal, canonical.above_lower(i, iterate.v[i]), step.v[i]);
-    limit(alpha.dual, iterate.z_lower[i], step.z_lower[i]);
-  }
-  for (const Index i : canonical.upper_bounded()) {
-    limit(alpha.primal, canonical.below_upper(i, iterate.v[i]), -step.v[i]);
-    limit(alpha.dual, iterate.z_upper[i], step.z_upper[i]);
-  }
+  for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
+    limit(alpha.primal, distance, -side * step.v[i]);
+    limit(alpha.dual, multiplier_of(iterate, i, side), multiplier_of(step, i, side));
+  });
   return alpha;
 }
 
@@ -73,7 +69,7 @@ void advance_multipliers(const CanonicalProblem& canonical, const Step& step, St
                            CanonicalProblem::weight_by(slack, iterate);
   };
   for (Index j = canonical.constraints() - 1; j >= 0; --j) {
-    const bool is_equality = canonical.slack_of_constraint()[static_cast<std::size_t>(j)] < 0;
+    const bool is_equality = canonical.slack_of(j) < 0;
     const bool is_primal = is_equality || inequalities == InequalityLength::Primal;
     const double length = is_primal ? alpha.primal : alpha.dual;
     const double factor = 1.0 + alpha.dual * change(canonical.slack_served_by_constraint(j));
@@ -105,9 +101,8 @@ void advance(const CanonicalProblem& canonical, const Step& step, StepLength alp
   if (inequalities == InequalityLength::Primal || alpha.primal == alpha.dual) {
     iterate.lambda += alpha.primal * step.lambda;
   } else {
-    const auto slack_of = canonical.slack_of_constraint();
     for (Index j = 0; j < step.lambda.size(); ++j) {
-      const bool has_slack = slack_of[static_cast<std::size_t>(j)] >= 0;
+      const bool has_slack = canonical.slack_of(j) >= 0;
       iterate.lambda[j] += (has_slack ? alpha.dual : alpha.primal) * step.lambda[j];
     }
   }
@@ -119,18 +114,12 @@ void clip_bound_multipliers(const CanonicalProblem& canonical, double mu, double
                             Iterate& iterate) {
   // A distance lost in rounding says nothing of its multiplier, see keep_distances.
   const double least = kEpsilon * std::min(1.0, mu);
-  for (const Index i : canonical.lower_bounded()) {
-    const double distance = canonical.above_lower(i, iterate.v[i]);
-    if (distance < least) continue;
+  for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
+    if (distance < least) return;
     const double central = mu * canonical.weight(i, iterate) / distance;
-    iterate.z_lower[i] = std::clamp(iterate.z_lower[i], central / kappa, kappa * central);
-  }
-  for (const Index i : canonical.upper_bounded()) {
-    const double distance = canonical.below_upper(i, iterate.v[i]);
-    if (distance < least) continue;
-    const double central = mu * canonical.weight(i, iterate) / distance;
-    iterate.z_upper[i] = std::clamp(iterate.z_upper[i], central / kappa, kappa * central);
-  }
+    double& z = multiplier_of(iterate, i, side);
+    z = std::clamp(z, central / kappa, kappa * central);
+  });
 }
 
 }  // namespace ipminmax

@@ -25,7 +25,7 @@ std::optional<Status> evaluate_start(const MethodContext& context, const SolverO
   if (status != EvaluationStatus::Ok) return undefined(status);
   canonical.start_slacks(point.iterate, point.evaluation.c);
   for (Index j = 0; j < canonical.constraints(); ++j) {
-    if (const Index s = canonical.slack_of_constraint()[static_cast<std::size_t>(j)]; s >= 0) {
+    if (const Index s = canonical.slack_of(j); s >= 0) {
       point.evaluation.c[j] -= point.iterate.v[s];
     }
   }
