@@ -27,30 +27,15 @@ void check(const PriceSearch& s) {
   need(s.tolerance > 0.0 && s.mu > 0.0, "tolerance and mu above 0");
 }
 
-/// The problem, started at a result where one is set.
-class From final : public ForwardingProblem {
- public:
-  using ForwardingProblem::ForwardingProblem;
-  void set(const Result* start) { start_ = start; }
-  [[nodiscard]] bool starting_point(StartingPoint& start) override {
-    if (start_ == nullptr) return model().starting_point(start);
-    std::ranges::copy(start_->v, start.v.begin());
-    if (!start.needs_multipliers) return true;
-    std::ranges::copy(start_->lambda, start.lambda.begin());
-    std::ranges::copy(start_->z_lower, start.z_lower.begin());
-    std::ranges::copy(start_->z_upper, start.z_upper.begin());
-    return true;
-  }
-
- private:
-  const Result* start_ = nullptr;
-};
-
 class Continuation {
  public:
   Continuation(Problem& problem, const std::function<void(double)>& set_price,
                const PriceSearch& search, const SolverOptions& options)
-      : problem_(problem), from_(problem), set_price_(set_price), search_(search), cold_(options) {
+      : problem_(problem),
+        from_(problem, nullptr),
+        set_price_(set_price),
+        search_(search),
+        cold_(options) {
     cold_.minmax_max_restarts = 0;
     warm_ = cold_;
     warm_.warm_start_init_point = true;
@@ -140,7 +125,7 @@ class Continuation {
   }
 
   Problem& problem_;
-  From from_;
+  AtResult from_;
   const std::function<void(double)>& set_price_;
   const PriceSearch& search_;
   SolverOptions cold_, warm_;

@@ -207,12 +207,6 @@ double bound_violation(const ProblemStructure& structure, const std::vector<doub
   return largest;
 }
 
-/// The same model for a multistart, which owns its models.
-class SameProblem final : public ForwardingProblem {
- public:
-  using ForwardingProblem::ForwardingProblem;
-};
-
 /// Whether the standard output is shown on a terminal. mpirun gives each rank a terminal of its own
 /// and passes on what is written there: its own output counts.
 bool stdout_is_terminal(bool over_ranks) {
@@ -608,10 +602,10 @@ Result MinMaxApplication::Implementation::solve_for_points(TnlpProblem& problem,
   observer.message = [this](Index, std::string_view text) {
     print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
   };
-  Answer found = over_ranks
-                     ? multistart_over_ranks([&] { return std::make_unique<SameProblem>(problem); },
-                                             1, options, observer)
-                     : ipminmax::run(problem, options, observer);
+  Answer found = over_ranks ? multistart_over_ranks(
+                                  [&] { return std::make_unique<ForwardingProblem>(problem); }, 1,
+                                  options, observer)
+                            : ipminmax::run(problem, options, observer);
   write_points(found);
   if (many && has_iterate(found.best.status) && !as_ipopt) {
     print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::multistart_summary(found));

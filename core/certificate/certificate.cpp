@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "core/certificate/candidate.hpp"
@@ -10,6 +9,7 @@
 #include "core/certificate/robust_rows.hpp"
 #include "core/certificate/test_context.hpp"
 #include "core/model/norms.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/point/residual.hpp"
 
 namespace ipminmax {
@@ -26,9 +26,7 @@ enum class Look : std::uint8_t { Right, Wrong, Unclear };
 std::string percentage(const Deviation& found) {
   const double size = std::max(std::abs(found.exact), std::abs(found.difference));
   const double percent = 100.0 * std::abs(found.exact - found.difference) / size;
-  char text[32];
-  std::snprintf(text, sizeof text, " by %.3g percent", percent);
-  return text;
+  return " by " + number_text(percent, 3) + " percent";
 }
 
 /// At most one factorization of each matrix at a clear point, with the margin in it: right with it

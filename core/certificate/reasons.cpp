@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "core/certificate/parameters.hpp"
+#include "core/model/structure_check.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -124,10 +125,8 @@ void Reasons::add_relaxed(const Iterate& iterate, const Units& units,
     if (relaxed > most * size) most = relaxed / size, variable = i;
   });
   if (variable < 0) return;
-  char by[32];
-  std::snprintf(by, sizeof by, "%.2g", most);
   add_about(Kind::Relaxed, variable, "relaxed: bounds were moved by bound_relax_factor, that of ",
-            std::string(" by ") + by + " of its size");
+            " by " + number_text(most, 2) + " of its size");
 }
 
 void Reasons::add_direction(Kind kind, Player player, const Eigen::VectorXd& step,

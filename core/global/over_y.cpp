@@ -24,31 +24,29 @@ constexpr Index kStartsOfRows = 8;
 constexpr Index kBoxesOfAWord = 1000;
 
 /// Some variables held where v has them; it starts at v.
-class Held final : public ForwardingProblem {
+class Held final : public Restructured {
  public:
   Held(Problem& model, const std::vector<std::size_t>& variables, std::vector<double> v)
-      : ForwardingProblem(model), structure_(model.structure()), v_(std::move(v)) {
+      : Restructured(model), v_(std::move(v)) {
     for (const std::size_t i : variables) {
-      structure_.variable_lower[i] = structure_.variable_upper[i] = v_[i];
+      changed.variable_lower[i] = changed.variable_upper[i] = v_[i];
     }
   }
 
   void drop_constraints_of_min() {
-    for (std::size_t j = 0; j < structure_.constraint_players.size(); ++j) {
-      if (structure_.constraint_players[j] != Player::Min) continue;
-      structure_.constraint_lower[j] = -kInfinity;
-      structure_.constraint_upper[j] = kInfinity;
+    for (std::size_t j = 0; j < changed.constraint_players.size(); ++j) {
+      if (changed.constraint_players[j] != Player::Min) continue;
+      changed.constraint_lower[j] = -kInfinity;
+      changed.constraint_upper[j] = kInfinity;
     }
   }
 
-  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
     std::ranges::copy(v_, start.v.begin());
     return !start.needs_multipliers;
   }
 
  private:
-  ProblemStructure structure_;
   std::vector<double> v_;
 };
 

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cstdio>
 #include <string>
 #include <utility>
 
@@ -74,12 +73,6 @@ class LeastViolation final : public Problem {
   std::vector<Relaxed> relaxed_;
 };
 
-std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
 }  // namespace
 
 std::string describe_y(const ProblemStructure& s, Index constraint, const std::vector<double>& v) {
@@ -92,7 +85,7 @@ std::string describe_y(const ProblemStructure& s, Index constraint, const std::v
       continue;
     }
     if (said++ == parameters::kSeveral) return text + ", ...";
-    text += (said > 1 ? ", " : "") + variable_name(s, i) + " = " + short_number(v[at(i)]);
+    text += (said > 1 ? ", " : "") + variable_name(s, i) + " = " + number_text(v[at(i)], 6);
   }
   return text;
 }
@@ -130,7 +123,7 @@ void RobustSearch::name_infeasible(std::vector<double> start) {
   if (worst == nullptr || !(violation > 10.0 * options_.constr_viol_tol)) return;
   least.message =
       "robust constraints cannot be met near this x: the least worst-case violation is " +
-      short_number(violation) + ", of " + constraint_name(s, worst->constraint) + " at " +
+      number_text(violation, 6) + ", of " + constraint_name(s, worst->constraint) + " at " +
       describe_y(s, worst->constraint, worst->v);
   least.status = Status::LocallyInfeasible;
   least.certificate = {};

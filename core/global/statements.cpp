@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <iomanip>
 #include <limits>
 #include <sstream>
@@ -8,17 +7,14 @@
 
 #include "core/answer.hpp"
 #include "core/model/parameters.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/worst_case.hpp"
 
 // What a result says, in words: written here alone.
 namespace ipminmax {
 namespace {
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.8g", value);
-  return text;
-}
+std::string number(double value) { return number_text(value, 8); }
 
 constexpr const char* kOverBranches =
     "; minmax_epigraph yes, with minmax_worst_case_starts, minimizes over the branches of y";

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 #include <utility>
 
 #include "core/method/parameters.hpp"
+#include "core/model/structure_check.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -32,9 +32,8 @@ std::string Setbacks::describe(const CanonicalProblem& canonical, const Eigen::V
   }
   const IndexRange x = canonical.x();
   for (Index i = x.begin; i < std::min(x.end, x.begin + kShown); ++i) {
-    char value[32];
-    std::snprintf(value, sizeof value, "%.4g", v[i] / canonical.variable_scale(i));
-    text += (i == x.begin ? ", last at " : ", ") + canonical.column_name(i) + " = " + value;
+    text += (i == x.begin ? ", last at " : ", ") + canonical.column_name(i) + " = " +
+            number_text(v[i] / canonical.variable_scale(i), 4);
   }
   return text + (x.size() > kShown ? ", ..." : "");
 }

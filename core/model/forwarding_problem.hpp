@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <span>
 
 #include "core/problem.hpp"
+#include "core/result.hpp"
 
 namespace ipminmax {
 
@@ -50,6 +52,34 @@ class ForwardingProblem : public Problem {
 
  private:
   Problem& model_;
+};
+
+/// A model of which the structure is changed, not its size.
+class Restructured : public ForwardingProblem {
+ public:
+  explicit Restructured(Problem& model) : ForwardingProblem(model), changed(model.structure()) {}
+  [[nodiscard]] const ProblemStructure& structure() const override { return changed; }
+
+  ProblemStructure changed;
+};
+
+/// A model with a result as its starting point; null: its own.
+class AtResult final : public ForwardingProblem {
+ public:
+  AtResult(Problem& model, const Result* result) : ForwardingProblem(model), result_(result) {}
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    if (result_ == nullptr) return model().starting_point(start);
+    std::ranges::copy(result_->v, start.v.begin());
+    if (!start.needs_multipliers) return true;
+    std::ranges::copy(result_->lambda, start.lambda.begin());
+    std::ranges::copy(result_->z_lower, start.z_lower.begin());
+    std::ranges::copy(result_->z_upper, start.z_upper.begin());
+    return true;
+  }
+  void set(const Result* result) { result_ = result; }
+
+ private:
+  const Result* result_;
 };
 
 }  // namespace ipminmax

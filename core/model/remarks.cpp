@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <utility>
 
@@ -123,11 +122,7 @@ Divided find_divided(const ProblemStructure& s) {
   return {};
 }
 
-std::string percent(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g %%", 100.0 * share);
-  return text;
-}
+std::string percent(double share) { return number_text(100.0 * share, 2) + " %"; }
 
 }  // namespace
 

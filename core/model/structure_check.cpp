@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <sstream>
 #include <string_view>
 
@@ -68,11 +69,10 @@ std::string constraint_name(const ProblemStructure& structure, Index i) {
   return named("constraint", structure.constraint_names, structure.constraint_numbers, i);
 }
 
-std::string number_text(double value) {
-  std::ostringstream text;
-  text.precision(17);
-  text << value;
-  return text.str();
+std::string number_text(double value, int digits) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
 }
 
 bool has_max_variables(const ProblemStructure& structure) {

@@ -17,7 +17,7 @@ inline constexpr double kUnbounded = 1e19;
 [[nodiscard]] std::string constraint_name(const ProblemStructure& structure, Index i);
 [[nodiscard]] bool has_max_variables(const ProblemStructure& structure);
 /// A number with all its digits.
-[[nodiscard]] std::string number_text(double value);
+[[nodiscard]] std::string number_text(double value, int digits = 17);
 
 /// What is wrong with the sizes of bounds and the indices of patterns; empty: nothing.
 [[nodiscard]] std::string check_indices(const ProblemStructure& structure);

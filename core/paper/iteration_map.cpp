@@ -18,23 +18,6 @@
 namespace ipminmax {
 namespace {
 
-/// A problem that starts at a result, multipliers included.
-class StartedAt final : public ForwardingProblem {
- public:
-  StartedAt(Problem& problem, const Result& at) : ForwardingProblem(problem), at_(at) {}
-
-  [[nodiscard]] bool starting_point(StartingPoint& start) override {
-    std::ranges::copy(at_.v, start.v.begin());
-    std::ranges::copy(at_.lambda, start.lambda.begin());
-    std::ranges::copy(at_.z_lower, start.z_lower.begin());
-    std::ranges::copy(at_.z_upper, start.z_upper.begin());
-    return true;
-  }
-
- private:
-  const Result& at_;
-};
-
 bool fits(const Problem& problem, const Result& at) {
   const std::size_t n = problem.structure().variable_players.size();
   const std::size_t m = problem.structure().constraint_lower.size();
@@ -156,7 +139,7 @@ IterationMap iteration_map(Problem& problem, const Result& at, const SolverOptio
   }
   Counts counts;
   Timing timing;
-  StartedAt started(problem, at);
+  AtResult started(problem, &at);
   CanonicalProblem canonical(started, options, counts, timing);
   if (map.error = canonical.build(); !map.error.empty()) return map;
   KktSystem kkt(canonical, options, counts, timing);

@@ -13,30 +13,29 @@ RowOverY::RowOverY(Problem& model, Index constraint, double side, std::vector<do
 
 RowOverY::RowOverY(Problem& model, Index constraint, double side, std::vector<double> v,
                    const RobustScope& scope)
-    : ForwardingProblem(model),
-      structure_(model.structure()),
+    : Restructured(model),
       constraint_(constraint),
       side_(side),
       start_(std::move(v)),
-      g_(structure_.constraint_players.size()),
+      g_(changed.constraint_players.size()),
       lambda_(g_.size()),
-      jacobian_(structure_.jacobian.size()) {
+      jacobian_(changed.jacobian.size()) {
   const ProblemStructure& s = model.structure();
-  structure_.variable_lower = structure_.variable_upper = start_;
-  std::ranges::fill(structure_.constraint_lower, -kInfinity);
-  std::ranges::fill(structure_.constraint_upper, kInfinity);
+  changed.variable_lower = changed.variable_upper = start_;
+  std::ranges::fill(changed.constraint_lower, -kInfinity);
+  std::ranges::fill(changed.constraint_upper, kInfinity);
   for (const Index i : scope.variables) {
-    structure_.variable_lower[at(i)] = s.variable_lower[at(i)];
-    structure_.variable_upper[at(i)] = s.variable_upper[at(i)];
+    changed.variable_lower[at(i)] = s.variable_lower[at(i)];
+    changed.variable_upper[at(i)] = s.variable_upper[at(i)];
   }
   for (const Index i : scope.idle) {
-    structure_.variable_lower[at(i)] = structure_.variable_upper[at(i)] = start_[at(i)];
+    changed.variable_lower[at(i)] = changed.variable_upper[at(i)] = start_[at(i)];
   }
   for (const Index j : scope.constraints) {
-    structure_.constraint_lower[at(j)] = s.constraint_lower[at(j)];
-    structure_.constraint_upper[at(j)] = s.constraint_upper[at(j)];
+    changed.constraint_lower[at(j)] = s.constraint_lower[at(j)];
+    changed.constraint_upper[at(j)] = s.constraint_upper[at(j)];
   }
-  structure_.nonlinear_variables.reset();
+  changed.nonlinear_variables.reset();
   if (const BoxFunctions* functions = model.over_boxes()) boxes_.emplace(*functions, *this);
 }
 
@@ -61,7 +60,7 @@ bool RowOverY::gradient(std::span<const double> v, bool new_v, std::span<double>
   if (!model().jacobian(v, new_v, jacobian_)) return false;
   std::ranges::fill(grad, 0.0);
   for (std::size_t k = 0; k < jacobian_.size(); ++k) {
-    const auto [row, col] = structure_.jacobian[k];
+    const auto [row, col] = changed.jacobian[k];
     if (row == constraint_) grad[at(col)] += side_ * jacobian_[k];
   }
   return true;

@@ -13,7 +13,7 @@ namespace ipminmax {
 /// max over y of side * g(x, y) for one robust constraint g of the model, y in Y(x), x held; side
 /// -1 is for its lower bound. Variables and constraints are the model's: those that the row does
 /// not involve are fixed and absent.
-class RowOverY final : public ForwardingProblem {
+class RowOverY final : public Restructured {
  public:
   /// v: n, x and where y starts.
   RowOverY(Problem& model, Index constraint, double side, std::vector<double> v);
@@ -21,7 +21,6 @@ class RowOverY final : public ForwardingProblem {
   RowOverY(Problem& model, Index constraint, double side, std::vector<double> v,
            const RobustScope& scope);
 
-  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override;
   [[nodiscard]] bool user_scaling(UserScaling& scaling) override;
   [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override;
@@ -59,7 +58,6 @@ class RowOverY final : public ForwardingProblem {
 
   [[nodiscard]] std::span<const double> weights(double sigma, std::span<const double> lambda);
 
-  ProblemStructure structure_;
   Index constraint_;
   double side_;
   std::vector<double> start_;

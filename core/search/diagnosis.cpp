@@ -1,6 +1,5 @@
 #include "core/search/diagnosis.hpp"
 
-#include <algorithm>
 #include <cstdio>
 #include <string>
 #include <utility>
@@ -42,23 +41,6 @@ bool may_be_due_to_derivatives(Status status) {
       return false;
   }
 }
-
-/// The model with a result as its starting point.
-class AtResult final : public ForwardingProblem {
- public:
-  AtResult(Problem& model, const Result& result) : ForwardingProblem(model), result_(result) {}
-  [[nodiscard]] bool starting_point(StartingPoint& start) override {
-    std::ranges::copy(result_.v, start.v.begin());
-    if (!start.needs_multipliers) return true;
-    std::ranges::copy(result_.lambda, start.lambda.begin());
-    std::ranges::copy(result_.z_lower, start.z_lower.begin());
-    std::ranges::copy(result_.z_upper, start.z_upper.begin());
-    return true;
-  }
-
- private:
-  const Result& result_;
-};
 
 SolverOptions unscaled_at_the_point(SolverOptions options) {
   options.nlp_scaling_method = Scaling::None;
@@ -156,7 +138,7 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
                            (options.hessian_approximation == HessianApproximation::Unset ||
                             options.hessian_approximation == HessianApproximation::Exact);
   const std::string help = remedies(problem.structure(), options, result);
-  AtResult at(problem, result);
+  AtResult at(problem, &result);
   const SolverOptions own = unscaled_at_the_point(options);
   CanonicalProblem canonical(at, own, result.counts, result.timing);
   const std::string verdict =
@@ -185,7 +167,7 @@ void check_first_derivatives(Problem& problem, const SolverOptions& options, Res
       !has_max_variables(problem.structure()) || !is_finite(result)) {
     return;
   }
-  AtResult at(problem, result);
+  AtResult at(problem, &result);
   const SolverOptions own = unscaled_at_the_point(options);
   CanonicalProblem canonical(at, own, result.counts, result.timing);
   if (!canonical.build().empty()) return;

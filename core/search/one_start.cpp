@@ -99,20 +99,6 @@ Result solve_with_differences(Problem& problem, SolverOptions options, Budget& b
   return result;
 }
 
-/// A model without its second derivatives.
-class WithoutHessian final : public ForwardingProblem {
- public:
-  explicit WithoutHessian(Problem& model)
-      : ForwardingProblem(model), structure_(model.structure()) {
-    structure_.has_hessian = false;
-    structure_.hessian.clear();
-  }
-  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
-
- private:
-  ProblemStructure structure_;
-};
-
 /// With quasi-Newton matrices, of a minimization: they have no inertia to certify with.
 Result solve_by_quasi_newton(Problem& problem, SolverOptions options, Budget& budget,
                              const SolveObserver& observer, KeptWork* kept) {
@@ -121,7 +107,9 @@ Result solve_by_quasi_newton(Problem& problem, SolverOptions options, Budget& bu
       options.minmax_barrier_rule == BarrierRule::Ipopt) {
     options.mu_strategy = BarrierStrategy::Adaptive;
   }
-  WithoutHessian model(problem);
+  Restructured model(problem);
+  model.changed.has_hessian = false;
+  model.changed.hessian.clear();
   Result result = solve_as_given(model, options, budget, observer, kept);
   if (is_success(result.status) && result.message == name_of(result.status))
     result.message += "; limited-memory Hessian: nothing is certified";

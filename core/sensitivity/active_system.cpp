@@ -6,6 +6,7 @@
 
 #include "core/certificate/bound_classes.hpp"
 #include "core/certificate/parameters.hpp"
+#include "core/kkt/block.hpp"
 #include "core/model/parameters.hpp"
 #include "linalg/make_solver.hpp"
 #include "linalg/numbers.hpp"
@@ -78,17 +79,6 @@ double max_norm(std::span<const double> values) {
   return norm;
 }
 
-SymmetricSolverOptions solver_options_of(const SolverOptions& options) {
-  SymmetricSolverOptions result;
-  result.ordering = options.minmax_ordering;
-  result.ldlt_gamma = options.minmax_ldlt_gamma;
-  result.mumps_pivot_tolerance = options.mumps_pivtol;
-  result.mumps_pivot_tolerance_max = options.mumps_pivtolmax;
-  result.mumps_memory_percent = options.mumps_mem_percent;
-  result.threads = options.minmax_threads;
-  return result;
-}
-
 }  // namespace
 
 ActiveSystem::ActiveSystem(const ProblemStructure& structure, const SolverOptions& options)
@@ -96,7 +86,7 @@ ActiveSystem::ActiveSystem(const ProblemStructure& structure, const SolverOption
       constraint_players_(structure.constraint_players),
       hessian_pattern_(structure.hessian),
       jacobian_pattern_(structure.jacobian),
-      solver_(make_symmetric_solver(options.linear_solver, solver_options_of(options))) {
+      solver_(make_symmetric_solver(options.linear_solver, solver_options(options))) {
   const auto n = static_cast<Index>(variable_players_.size());
   std::vector<Triplet> entries = hessian_pattern_;
   for (const auto& [row, col] : jacobian_pattern_) entries.push_back({n + row, col});

@@ -70,21 +70,16 @@ void split_multiplier(Hold hold, double sign, double reduced, double& lower, dou
 
 /// The model with fixed variables free to move: their values are parameters, and the differences
 /// that make its Hessian leave out what is fixed.
-class UnfixedProblem final : public ForwardingProblem {
- public:
-  explicit UnfixedProblem(Problem& model)
-      : ForwardingProblem(model), structure_(model.structure()) {
-    for (std::size_t i = 0; i < structure_.variable_lower.size(); ++i) {
-      if (structure_.variable_lower[i] < structure_.variable_upper[i]) continue;
-      structure_.variable_lower[i] = -kInfinity;
-      structure_.variable_upper[i] = kInfinity;
-    }
+Restructured unfixed(Problem& problem) {
+  Restructured model(problem);
+  ProblemStructure& s = model.changed;
+  for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
+    if (s.variable_lower[i] < s.variable_upper[i]) continue;
+    s.variable_lower[i] = -kInfinity;
+    s.variable_upper[i] = kInfinity;
   }
-  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
-
- private:
-  ProblemStructure structure_;
-};
+  return model;
+}
 
 std::string text_of(ActiveSystem::Outcome outcome) {
   switch (outcome) {
@@ -138,9 +133,9 @@ std::string Sensitivity::State::read(Problem& problem, const Result& result,
   const bool differences =
       options.hessian_approximation == HessianApproximation::FiniteDifferenceValues ||
       !problem.structure().has_hessian;
-  std::optional<UnfixedProblem> unfixed;
+  std::optional<Restructured> free;
   std::optional<FiniteDifferenceHessian> wrapped;
-  if (differences) wrapped.emplace(unfixed.emplace(problem), options);
+  if (differences) wrapped.emplace(free.emplace(unfixed(problem)), options);
   Problem& model = wrapped ? *wrapped : problem;
   structure = problem.structure();
   structure.hessian = model.structure().hessian;
