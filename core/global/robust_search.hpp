@@ -76,7 +76,7 @@ class RobustSearch {
   [[nodiscard]] static std::vector<KnownWorstCase> without_values(
       const std::vector<RobustCopies::WorstCase>& worst_cases);
 
-  void hold_idle(Solved& solved);  // copies on which x does not rest; robust_idle.cpp
+  void hold_idle(Solved& solved);  // copies on which x does not rest; robust_answer.cpp
 
   // Scenarios; robust_scenarios.cpp.
   [[nodiscard]] bool exchange();
