@@ -1,15 +1,16 @@
 #pragma once
 
-/// Numbers that the rooms have in common and that nothing hangs on: shares and counts of which a
-/// tenth and ten times (a third and three times) change hardly a verdict (bench/constants.sh model).
-/// What has a symbol or a source stands in parameters.hpp of its room, or beside its use.
+/// Shares, counts and roundings that the rooms have in common, each of which says no more than its
+/// name: those of the method and the certificate were changed to a tenth and ten times one by one,
+/// and few verdicts depend on them (bench/README.md). What has a symbol or a source of its own
+/// stands in parameters.hpp of its room, or beside its use.
 namespace ipminmax::parameters {
 
 // Shares of something, and lengths or changes over the size of what they are of.
-constexpr double kLittle = 0.1;  ///< little beside it; a safety factor
-constexpr double kSmall = 1e-2;  ///< small beside it; a change that ends iterations
-constexpr double kTrace = 1e-3;  ///< still seen: counts, is named, kept above zero
-constexpr double kSlight = 1e-4;
+constexpr double kLittle = 0.1;      ///< little beside it; a safety factor
+constexpr double kSmall = 1e-2;      ///< small beside it; a change that ends iterations
+constexpr double kTrace = 1e-3;      ///< still seen: counts, is named, kept above zero
+constexpr double kSlight = 1e-4;     ///< of a value or slope: no progress, no error
 constexpr double kHardly = 1e-6;     ///< none, where rounding is not all there is
 constexpr double kZero = 1e-9;       ///< none: rounding of long sums
 constexpr double kConstant = 1e-12;  ///< a change of what is constant
@@ -26,7 +27,8 @@ constexpr int kFew = 4;      ///< turns of a loop that mostly ends before, that 
 constexpr int kSeveral = 6;  ///< that cost substitutions or evaluations; names in a sentence
 constexpr int kMany = 16;    ///< that cost little
 constexpr int kPatience = 10;  ///< in a row, or in all, before something else is done
-constexpr int kPlenty = 100;   ///< of whatever cannot be told in advance: there are no more
+/// Of whatever has no limit of its own; a size over another one that is out of all proportion.
+constexpr int kPlenty = 100;
 constexpr int kHalvings = 60;  ///< of a step to where the model is defined, to rounding
 constexpr int kRoom = 1000;    ///< of lists that grow with the iterations, set aside at once
 
