@@ -36,9 +36,10 @@ def longest_functions(text):
         if begin is None:
             continue
         opened = opened or "{" in line
-        if line.startswith("}"):
+        ends = line.startswith("}") or number == begin and line.endswith("}")
+        if ends:
             yield number - begin + 1
-        if line.startswith("}") or line.endswith(";") and not opened:
+        if ends or line.endswith(";") and not opened:
             begin = None
 
 
