@@ -20,6 +20,18 @@ namespace {
 
 /// Starts of y for each robust constraint unless the option says how many.
 constexpr Index kStartsOfRows = 8;
+/// Most of them where one more maximum could violate the constraint, and the share of starts that
+/// may lead to such ones.
+constexpr Index kMostStartsOfRows = parameters::kPlenty;
+constexpr double kUnseenShare = parameters::kSmall;
+/// Of the range of values: what the next maximum may have more where those found are equal.
+constexpr double kMore = parameters::kSmall;
+/// Of so many starts that found the highest maximum, a higher one to which half as many lead would
+/// have been missed once in exp(10 / 2) = 150 times.
+constexpr Index kOften = parameters::kPatience;
+/// Barrier parameters from which a random start, and one beside a maximum, is not forgotten.
+constexpr double kMuWithin = parameters::kSmall;
+constexpr double kMuBeside = parameters::kSlight;
 /// Boxes of a proof between two words to the listener.
 constexpr Index kBoxesOfAWord = 1000;
 
@@ -83,7 +95,7 @@ class MaximizationOverY {
     const std::vector<double> own = starting_values(inner_);
     add_work_of_detection();
     Index start = 0;
-    for (; start < count || (start < parameters::kPlenty && may_be_higher(start)); ++start) {
+    for (; start < count || (start < kMostStartsOfRows && may_be_higher(start)); ++start) {
       std::vector<double> v;
       SolverOptions options = options_;
       if (count > 1) options.minmax_max_restarts = 0;
@@ -96,7 +108,7 @@ class MaximizationOverY {
       if (start + 1 >= count && limit_ && !climb()) break;
     }
     found_.settled = found_.valueless_corners.empty() &&
-                     (start < parameters::kPlenty || !may_be_higher(start) || is_found_often());
+                     (start < kMostStartsOfRows || !may_be_higher(start) || is_found_often());
     // As a single solve does, which is not to find more than many starts.
     if (found_.finished && count > 1 && !any_certified() && makes_new_starts(options_)) {
       static_cast<void>(maximize_from({}, options_));
@@ -149,12 +161,12 @@ class MaximizationOverY {
     std::vector<double> v = random_start(inner_.structure(), own, number, options_);
     if (!held_.empty()) return follow(own, v);
     if (auto corner = corner_in_step(inner_.structure(), options_, own, ++corners_)) {
-      options = staying_near(options, parameters::kSlight);
+      options = staying_near(options, kMuBeside);
       return std::move(*corner);
     }
     if (start % 2 == 1 || !is_scattered()) return v;
     const bool climbs = start % 4 == 2 && can_climb();
-    options = staying_near(options, climbs ? parameters::kSlight : parameters::kSmall);
+    options = staying_near(options, climbs ? kMuBeside : kMuWithin);
     return climbs
                ? start_above(inner_, options_, center(), std::move(v), number, context_.work.counts)
                : start_within(inner_, options_, center(), std::move(v), number);
@@ -207,10 +219,10 @@ class MaximizationOverY {
     }
     const double most = highest();
     // What the next maximum may have more, of the range of values where those found are equal.
-    const double more = std::max(most - lowest, parameters::kSmall * found_.range());
+    const double more = std::max(most - lowest, kMore * found_.range());
     return !is_above_limit(most) && most + more > *limit_ &&
            (made <= 2 * distinct * distinct + 3 * distinct + 2 ||
-            distinct * (distinct + 1) > parameters::kSmall * made * (made - 1));
+            distinct * (distinct + 1) > kUnseenShare * made * (made - 1));
   }
 
   /// Value of the maxima found; -infinity: there is none.
@@ -230,7 +242,7 @@ class MaximizationOverY {
     }
     // Of ten starts that found the highest maximum, a higher one to which half as many lead would
     // have been missed once in exp(10 / 2) = 150 times.
-    return often >= parameters::kPatience;
+    return often >= kOften;
   }
 
   [[nodiscard]] bool wants_proof() const {
@@ -302,7 +314,7 @@ class MaximizationOverY {
           moved_to_bounds(inner_, options_, top->v, multipliers_of_highest_,
                           options_.minmax_worst_case_tol * found_.range(), context_.work.counts);
       if (v.empty()) return true;
-      SolverOptions options = staying_near(options_, parameters::kSlight);
+      SolverOptions options = staying_near(options_, kMuBeside);
       options.minmax_max_restarts = 0;
       if (!maximize_from(std::move(v), options)) return false;
     }

@@ -13,6 +13,7 @@
 #include <problems/quadratic_problem.hpp>
 #include <support/autodiff_problem.hpp>
 
+#include "core/sensitivity.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {
@@ -817,6 +818,12 @@ TEST(Limits, OfMemoryAreSaidBeforeTheyAreReached) {
   EXPECT_EQ(refused.status, Status::OutOfMemory) << name_of(refused.status);
   EXPECT_TRUE(refused.message.starts_with("out of memory")) << refused.message;
   EXPECT_EQ(refused.iterations, 0);
+
+  options.max_memory = SolverOptions{}.max_memory;
+  const Result solved = solve(problem, options);
+  ASSERT_EQ(solved.status, Status::Solved) << solved.message;
+  options.max_memory = 1.0;
+  EXPECT_EQ(Sensitivity().update(problem, solved, options), "out of memory");
 }
 
 TEST(Callback, AStopReturnsTheCurrentPointIntact) {
