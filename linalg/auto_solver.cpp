@@ -18,7 +18,7 @@ namespace {
 constexpr Index kDenseDimension = 24;
 // Where pivoting is needed, LAPACK takes 0.03 ms at 100 rows, MUMPS 0.1 ms; level at 200 to 300:
 constexpr Index kDensePivotingDimension = 100;
-// In doubt, where a few matrices are factorized and MUMPS's start and end, a millisecond each, count:
+// In doubt, where a few matrices are factorized and MUMPS's start and end, 1 ms each, count:
 constexpr Index kDenseDoubtDimension = 300;
 // Microseconds that factorizations take, those of dense matrices of 50 to 600 rows: LAPACK per n^2
 // (loading and scaling) and n^3, LDL' per flop.

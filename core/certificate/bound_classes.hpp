@@ -72,8 +72,8 @@ struct BoundClasses {
 /// weak_min, weak_max
 void count_doubtful(const CanonicalProblem& canonical, BoundClasses& classes);
 
-/// The one rule of what is active, by a multiplier and a distance in lengths in which both count the
-/// same: no doubt where one is strict_ratio times the other.
+/// The one rule of what is active, by a multiplier and a distance in lengths in which both count
+/// the same: no doubt where one is strict_ratio times the other.
 [[nodiscard]] inline BoundClass class_of(double multiplier, double distance, double strict_ratio) {
   if (multiplier > strict_ratio * distance) return BoundClass::Active;
   return strict_ratio * multiplier < distance ? BoundClass::Inactive : BoundClass::Doubtful;

@@ -157,13 +157,15 @@ class MaximizationOverY {
   /// begins, of these every other one below a climb.
   [[nodiscard]] std::vector<double> drawn(const std::vector<double>& own, Index start,
                                           SolverOptions& options) {
+    if (held_.empty()) {
+      if (auto corner = corner_in_step(inner_.structure(), options_, own, ++corners_)) {
+        options = staying_near(options, kMuBeside);
+        return std::move(*corner);
+      }
+    }
     const Index number = context_.drawn + start;
     std::vector<double> v = random_start(inner_.structure(), own, number, options_);
     if (!held_.empty()) return follow(own, v);
-    if (auto corner = corner_in_step(inner_.structure(), options_, own, ++corners_)) {
-      options = staying_near(options, kMuBeside);
-      return std::move(*corner);
-    }
     if (start % 2 == 1 || !is_scattered()) return v;
     const bool climbs = start % 4 == 2 && can_climb();
     options = staying_near(options, climbs ? kMuBeside : kMuWithin);
@@ -218,7 +220,6 @@ class MaximizationOverY {
       ++distinct;
     }
     const double most = highest();
-    // What the next maximum may have more, of the range of values where those found are equal.
     const double more = std::max(most - lowest, kMore * found_.range());
     return !is_above_limit(most) && most + more > *limit_ &&
            (made <= 2 * distinct * distinct + 3 * distinct + 2 ||
@@ -240,8 +241,6 @@ class MaximizationOverY {
       const double below = most - maximum.value;
       if (below <= options_.minmax_worst_case_tol * found_.range()) often += maximum.found;
     }
-    // Of ten starts that found the highest maximum, a higher one to which half as many lead would
-    // have been missed once in exp(10 / 2) = 150 times.
     return often >= kOften;
   }
 

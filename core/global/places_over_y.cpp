@@ -85,7 +85,7 @@ std::optional<std::vector<double>> corner_in_step(const ProblemStructure& struct
                                                   std::vector<double> v, Index number) {
   constexpr Index kCorners = 4;
   const std::vector<std::size_t> boxed = boxed_variables(structure, options);
-  if (number < 1 || number > kCorners || boxed.empty() || !has_equation(structure)) return {};
+  if (number > kCorners || boxed.empty() || !has_equation(structure)) return {};
   const std::size_t step = number > 2 ? 1 : 0;
   for (std::size_t k = 0; k < boxed.size(); ++k) {
     const bool upper = (at(number - 1) + k * step) % 2 == 1;

@@ -26,8 +26,8 @@ bool Starts::may_look_over_y(const Result& result) const {
          has_max_variables(workers_.front().model->structure());
 }
 
-/// The best answer, certified if any is, is maximized over y. One that does not hold is no answer, and
-/// its higher y is one more start.
+/// The best answer, certified if any is, is maximized over y. One that does not hold is no answer,
+/// and its higher y is one more start.
 void Starts::choose_over_y(Answer& answer) {
   const Index starts = starts_over_y_of_objective(options_);
   for (Index more_starts = asked_;;) {

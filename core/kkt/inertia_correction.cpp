@@ -1,9 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/model/parameters.hpp"
-
 #include "core/kkt/inertia_correction.hpp"
+#include "core/model/parameters.hpp"
 
 namespace ipminmax {
 namespace {

@@ -14,8 +14,8 @@ namespace ipminmax::parameters {
 
 constexpr Index kSmallSystem = 300;  ///< rows of K up to which factors cost less than functions
 
-/// Length of a step over 1 + |v| (of an ascent, |y|) beyond which it is cut or shows that y, or all,
-/// runs away [G].
+/// Length of a step over 1 + |v| (of an ascent, |y|) beyond which it is cut or shows that y, or
+/// all, runs away [G].
 constexpr double kLongStep = 10.0;
 
 /// The fast path: Newton's method where both inertias are right.

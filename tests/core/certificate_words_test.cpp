@@ -1,5 +1,5 @@
-// Dependent rows, weakly active bounds, flat directions, what is known of y, reasons by name, and what it
-// costs.
+// Dependent rows, weakly active bounds, flat directions, what is known of y, reasons by name, and
+// what it costs.
 #include <cmath>
 #include <functional>
 #include <string>
@@ -107,8 +107,8 @@ TEST(DependentRows, OnesThatTouchAtThePointAloneAreNotTrusted) {
   }
 }
 
-/// min height over the greater of 0 and a curve, and of b^2: at 0 both gradients are the same, and so they are
-/// with a maximizer who answers to a.
+/// min height over the greater of 0 and a curve, and of b^2: at 0 both gradients are the same, and so
+/// they are with a maximizer who answers to a.
 Certificate above_curve(double slope, double square_part, double cubic_part, bool game) {
   Model model;
   const Expression a = model.variable(kMin, "a"), h = model.variable(kMin, "h", 0.0);
@@ -176,7 +176,7 @@ TEST(DependentRows, OfMaxThatPinchYAtABoundOfXAreNotCertified) {
   EXPECT_EQ(found.answer, InnerAnswer::Unknown);
 }
 
-/// max over (h, a) of -h - inner a^2 + 2 x a on h >= 0 and h >= a^2: at 0 both gradients are the same.
+/// max over (h, a) of -h - inner a^2 + 2 x a on h >= 0 and h >= a^2: at 0 both gradients are alike.
 /// phi(x) = x^2 / (1 + inner) + outer x^2, without the row it would be x^2 / inner + outer x^2.
 Model below_curve(double inner, double outer) {
   Model model;
@@ -454,8 +454,8 @@ Result fitted(int variables, int times, const std::function<double(int)>& time,
   return result;
 }
 
-// PBC3, EVD61, OET6 and EXP of Luksan and Vlcek's collection (2000), with its optima; their parameters are linear
-// in part.
+// PBC3, EVD61, OET6 and EXP of Luksan and Vlcek's collection (2000), with its optima; their parameters are
+// linear in part.
 TEST(Lengths, OfVariablesThatOnlyProductsCoupleAreTheSameInAnyUnits) {
   Model model;
   const Expression a = model.variable(kMin, "a"), b = model.variable(kMin, "b");

@@ -239,8 +239,8 @@ TEST(RunsToInfinity, AreNoFeasiblePointsFarFromTheStart) {
 }
 
 TEST(RunsToInfinity, AreNoFullStepsOfTheWatchdog) {
-  // Newton's method for sqrt(1 + t^2) goes from t to -t^3. The line search shortens its steps, until
-  // full ones are tried: 5 would become 1e2, 1e6 and 1e19.
+  // Newton's method for sqrt(1 + t^2) goes from t to -t^3. The line search shortens its steps,
+  // until full ones are tried: 5 would become 1e2, 1e6 and 1e19.
   Model model;
   std::vector<double> start;
   std::vector<Expression> terms;
