@@ -107,8 +107,8 @@ TEST(DependentRows, OnesThatTouchAtThePointAloneAreNotTrusted) {
   }
 }
 
-/// min height over the greater of 0 and a curve, and of b^2: at 0 both gradients are the same, and so
-/// they are with a maximizer who answers to a.
+/// min height over the greater of 0 and a curve, and of b^2: at 0 both gradients are the same, and
+/// so they are with a maximizer who answers to a.
 Certificate above_curve(double slope, double square_part, double cubic_part, bool game) {
   Model model;
   const Expression a = model.variable(kMin, "a"), h = model.variable(kMin, "h", 0.0);
@@ -454,8 +454,8 @@ Result fitted(int variables, int times, const std::function<double(int)>& time,
   return result;
 }
 
-// PBC3, EVD61, OET6 and EXP of Luksan and Vlcek's collection (2000), with its optima; their parameters are
-// linear in part.
+// PBC3, EVD61, OET6 and EXP of Luksan and Vlcek's collection (2000), with its optima; their
+// parameters are linear in part.
 TEST(Lengths, OfVariablesThatOnlyProductsCoupleAreTheSameInAnyUnits) {
   Model model;
   const Expression a = model.variable(kMin, "a"), b = model.variable(kMin, "b");

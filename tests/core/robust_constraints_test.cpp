@@ -251,8 +251,8 @@ TEST(RobustConstraint, MayBeForbidden) {
   EXPECT_NE(result.message.find("belongs to the Min player but depends on"), std::string::npos);
 }
 
-/// f reads y, so the row has a copy of it, whose upper bound is weakly active: -(y - 1)^2 is largest
-/// there, with slope zero.
+/// f reads y, so the row has a copy of it, whose upper bound is weakly active: -(y - 1)^2 is
+/// largest there, with slope zero.
 RobustResult with_weakly_active_copy(bool named) {
   Model model;
   const Expression x = model.variable(kMin, named ? "x" : "");
