@@ -230,7 +230,7 @@ class Examiner {
 
   /// Of a box where all constraints hold: none, it has no maximum but those of its neighbours;
   /// true: its maxima are in what is left of it. At a maximum the slope along a variable between
-  /// its domain's ends is zero and the curvature is not positive, if one can go on either way: over a
+  /// its domain's ends is zero and the curvature not positive, if one can go on either way: over a
   /// face the neighbour decides, which is either kept or such a box, too.
   std::optional<bool> leave_what_is_no_maximum(Box& box, const Box& domain) const {
     for (std::size_t i = 0; i < box.size(); ++i) {
