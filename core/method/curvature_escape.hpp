@@ -16,8 +16,8 @@ struct InverseIteration {
 
 /// Turns the step to the direction of the curvature with the wrong sign, or of the least, by
 /// inverse iteration with the block's matrix, solve(rhs, step). A shift far above what the matrix
-/// needs makes it slow. prepare(v) takes out of a vector what it must not have; stop(k, growth) ends
-/// it after solution k, whose part in the block is growth long. The step has length one in the block.
+/// needs makes it slow. prepare(v) takes out of v what it must not have; stop(k, growth) ends
+/// it after solution k, whose part in the block is growth long. The step has length one there.
 /// False: no direction.
 template <class Solve, class Prepare, class Stop>
 bool turn_to_curvature(const InverseIteration& how, NewtonResidual& rhs, Step& step, Solve solve,
