@@ -533,10 +533,13 @@ class Program {
 
  private:
   static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-  /// to += a b in each lane.
+  /// to += a b in each lane. They may be the same for all that a compiler knows: it takes lanes
+  /// together where the sum has its own place.
   template <std::size_t L>
   static void add(Lanes<L>& to, const Lanes<L>& a, const Lanes<L>& b) {
-    for (std::size_t l = 0; l < L; ++l) to[l] += a[l] * b[l];
+    Lanes<L> sum;
+    for (std::size_t l = 0; l < L; ++l) sum[l] = to[l] + a[l] * b[l];
+    to = sum;
   }
   template <std::size_t L>
   static void add(Lanes<L>& to, double a, const Lanes<L>& b) {
