@@ -29,6 +29,8 @@ constexpr double kMore = parameters::kSmall;
 /// Of so many starts that found the highest maximum, a higher one to which half as many lead would
 /// have been missed once in exp(10 / 2) = 150 times.
 constexpr Index kOften = parameters::kPatience;
+/// Searches that begin beside a maximum.
+constexpr std::size_t kBeside = parameters::kFew;
 /// Barrier parameters from which a random start, and one beside a maximum, is not forgotten.
 constexpr double kMuWithin = parameters::kSmall;
 constexpr double kMuBeside = parameters::kSlight;
@@ -73,6 +75,12 @@ Held held_min(Problem& model, std::span<const double> v) {
   held.drop_constraints_of_min();
   return held;
 }
+
+/// From a maximum: its multipliers, and whether it was made.
+struct Climb {
+  std::vector<double> lambda;
+  bool made = false;
+};
 
 /// The maximizations over y of one function at one x.
 class MaximizationOverY {
@@ -302,22 +310,41 @@ class MaximizationOverY {
     return mean;
   }
 
-  /// From the highest maximum, as long as single variables show a higher one. False: nothing more
-  /// can be done.
+  /// From the highest maximum, as long as single variables show a higher one; where little more
+  /// would violate the constraint, from all that are as high, and beside them, too. False: nothing
+  /// more can be done.
   [[nodiscard]] bool climb() {
-    while (!found_.maxima.empty() && !options_.minmax_concave_in_y) {
-      const auto top = std::ranges::max_element(found_.maxima, {}, &WorstCaseMaximum::value);
-      if (is_above_limit(top->value) || !(top->value > climbed_)) return true;
-      climbed_ = top->value;
-      std::vector<double> v =
-          moved_to_bounds(inner_, options_, top->v, multipliers_of_highest_,
-                          options_.minmax_worst_case_tol * found_.range(), context_.work.counts);
-      if (v.empty()) return true;
-      SolverOptions options = staying_near(options_, kMuBeside);
-      options.minmax_max_restarts = 0;
-      if (!maximize_from(std::move(v), options)) return false;
+    SolverOptions options = staying_near(options_, kMuBeside);
+    options.minmax_max_restarts = 0;
+    while (!options_.minmax_concave_in_y && found_.made < kMostStartsOfRows) {
+      const double most = highest();
+      std::optional<std::size_t> from;
+      for (std::size_t k = 0; k < found_.maxima.size(); ++k) {
+        const double value = found_.maxima[k].value;
+        const bool high = value == most || may_violate_beside(value);
+        if (high && !climbs_[k].made && (!from || value > found_.maxima[*from].value)) from = k;
+      }
+      if (!from || is_above_limit(most)) return true;
+      climbs_[*from].made = true;
+      for (std::vector<double>& place : places_from(*from)) {
+        if (!maximize_from(std::move(place), options)) return false;
+      }
     }
     return true;
+  }
+
+  [[nodiscard]] bool may_violate_beside(double value) const {
+    return value + kMore * found_.range() > *limit_;
+  }
+
+  /// Beside a maximum; where none can violate, only what is above it.
+  [[nodiscard]] std::vector<std::vector<double>> places_from(std::size_t k) {
+    const WorstCaseMaximum& maximum = found_.maxima[k];
+    const double gain = may_violate_beside(maximum.value)
+                            ? -kInfinity
+                            : options_.minmax_worst_case_tol * found_.range();
+    return next_to(inner_, options_, maximum.v, climbs_[k].lambda, gain, kBeside,
+                   context_.work.counts);
   }
 
   /// False: nothing more can be done.
@@ -393,7 +420,6 @@ class MaximizationOverY {
       return known.value < result.objective;
     };
     if (std::ranges::all_of(found_.maxima, lower)) {
-      multipliers_of_highest_ = result.lambda;
       found_.terms = terms_at(result);
     }
     for (WorstCaseMaximum& known : found_.maxima) {
@@ -408,6 +434,7 @@ class MaximizationOverY {
     }
     // A feasible point bounds the maximum from below, whatever ended the search there.
     found_.maxima.push_back({result.v, result.objective, certified, 1});
+    climbs_.push_back({result.lambda, false});
   }
 
   /// |value| and its slopes times the sizes of the variables, 1 at least; infinite where undefined.
@@ -429,9 +456,8 @@ class MaximizationOverY {
   SearchStructure structure_;
   MaximaOverY found_;
   std::vector<std::size_t> held_;  ///< few variables that all others follow; none: empty
-  std::vector<double> multipliers_of_highest_;
-  Index corners_ = 0;            ///< that starts have had
-  double climbed_ = -kInfinity;  ///< from a maximum of this value
+  std::vector<Climb> climbs_;      ///< from each of the maxima
+  Index corners_ = 0;              ///< that starts have had
 };
 
 }  // namespace

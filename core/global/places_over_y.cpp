@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <random>
+#include <utility>
 
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
@@ -49,6 +51,57 @@ std::vector<double> drawn_back(Problem& inner, const SolverOptions& options,
     if (is_feasible(inner, options, v, g)) break;
   }
   return v;
+}
+
+/// f + sum lambda_j g_j at v; -infinity where it is undefined.
+double lagrangian(Problem& inner, const std::vector<double>& v, const std::vector<double>& lambda,
+                  Counts& counts) {
+  double sum = 0.0;
+  ++counts.objective;
+  if (!inner.objective(v, true, sum)) return -kInfinity;
+  if (std::ranges::all_of(lambda, [](double factor) { return factor == 0.0; })) return sum;
+  ++counts.constraints;
+  std::vector<double> g(lambda.size());
+  if (!inner.constraints(v, false, g)) return -kInfinity;
+  for (std::size_t j = 0; j < g.size(); ++j) {
+    if (lambda[j] != 0.0) sum += lambda[j] * g[j];
+  }
+  return sum;
+}
+
+/// The bounds of a boxed variable at which it is not.
+std::vector<double> other_bounds(const ProblemStructure& s, const std::vector<double>& v,
+                                 std::size_t i) {
+  const double least = parameters::kTrace * (s.variable_upper[i] - s.variable_lower[i]);
+  std::vector<double> bounds;
+  for (const double bound : {s.variable_lower[i], s.variable_upper[i]}) {
+    if (std::abs(bound - v[i]) >= least) bounds.push_back(bound);
+  }
+  return bounds;
+}
+
+/// Single variables moved to bounds as long as f grows; empty: it does not.
+std::vector<double> moved_to_bounds(Problem& inner, const SolverOptions& options,
+                                    std::vector<double> v, Counts& counts) {
+  const std::vector<std::size_t> boxed = boxed_variables(inner.structure(), options);
+  double highest = lagrangian(inner, v, {}, counts);
+  bool moved = false;
+  for (bool gained = true; gained;) {
+    gained = false;
+    for (const std::size_t i : boxed) {
+      for (const double bound : other_bounds(inner.structure(), v, i)) {
+        const double before = std::exchange(v[i], bound);
+        const double value = lagrangian(inner, v, {}, counts);
+        if (value > highest) {
+          highest = value;
+          gained = moved = true;
+        } else {
+          v[i] = before;
+        }
+      }
+    }
+  }
+  return moved ? v : std::vector<double>{};
 }
 
 }  // namespace
@@ -152,52 +205,29 @@ std::vector<double> start_above(Problem& inner, const SolverOptions& options,
   }
   if (is_feasible(inner, options, middle, g)) center = middle;
   std::vector<double> v = start_within(inner, options, center, std::move(random), start);
-  const std::vector<double> none(g.size(), 0.0);
-  const std::vector<double> above = moved_to_bounds(inner, options, v, none, 0.0, counts);
+  const std::vector<double> above = moved_to_bounds(inner, options, v, counts);
   return above.empty() ? v : drawn_back(inner, options, center, above, 1.0);
 }
 
-std::vector<double> moved_to_bounds(Problem& inner, const SolverOptions& options,
-                                    std::vector<double> v, const std::vector<double>& lambda,
-                                    double clearly, Counts& counts) {
-  const ProblemStructure& s = inner.structure();
-  std::vector<double> g(lambda.size());
-  const auto lagrangian = [&] {
-    double sum = 0.0;
-    ++counts.objective;
-    if (!inner.objective(v, true, sum)) return -kInfinity;
-    if (std::ranges::all_of(lambda, [](double factor) { return factor == 0.0; })) return sum;
-    ++counts.constraints;
-    if (!inner.constraints(v, false, g)) return -kInfinity;
-    for (std::size_t j = 0; j < g.size(); ++j) {
-      if (lambda[j] != 0.0) sum += lambda[j] * g[j];
-    }
-    return sum;
-  };
-  double highest = lagrangian();
-  bool moved = false;
-  for (bool gained = true; gained;) {
-    gained = false;
-    for (std::size_t i = 0; i < v.size(); ++i) {
-      if (!is_boxed(s, options, i)) continue;
-      for (const double bound : {s.variable_lower[i], s.variable_upper[i]}) {
-        const double before = v[i];
-        if (std::abs(bound - before) <
-            parameters::kTrace * (s.variable_upper[i] - s.variable_lower[i])) {
-          continue;
-        }
-        v[i] = bound;
-        const double value = lagrangian();
-        if (value > highest + clearly) {
-          highest = value;
-          gained = moved = true;
-        } else {
-          v[i] = before;
-        }
-      }
+std::vector<std::vector<double>> next_to(Problem& inner, const SolverOptions& options,
+                                         std::vector<double> v, const std::vector<double>& lambda,
+                                         double gain, std::size_t most, Counts& counts) {
+  const double least = lagrangian(inner, v, lambda, counts) + gain;
+  std::vector<std::pair<double, std::vector<double>>> moves;
+  for (const std::size_t i : boxed_variables(inner.structure(), options)) {
+    const double before = v[i];
+    for (const double bound : other_bounds(inner.structure(), v, i)) {
+      v[i] = bound;
+      const double value = lagrangian(inner, v, lambda, counts);
+      if (value > least) moves.emplace_back(value, v);
+      std::ranges::stable_sort(moves, std::greater{}, [](const auto& move) { return move.first; });
+      if (moves.size() > most) moves.pop_back();
+      v[i] = before;
     }
   }
-  return moved ? v : std::vector<double>{};
+  std::vector<std::vector<double>> places;
+  for (auto& [value, place] : moves) places.push_back(std::move(place));
+  return places;
 }
 
 }  // namespace ipminmax

@@ -54,11 +54,13 @@ void move_to_corner(const ProblemStructure& structure, const std::vector<std::si
                                               std::vector<double> random, Index start,
                                               Counts& counts);
 
-/// Moves single variables of a maximum to bounds, as long as f + lambda'g gains by more than
-/// `clearly`: above every y of Y that is better, and above few others. Empty: none does.
-[[nodiscard]] std::vector<double> moved_to_bounds(Problem& inner, const SolverOptions& options,
-                                                  std::vector<double> v,
-                                                  const std::vector<double>& lambda, double clearly,
-                                                  Counts& counts);
+/// Beside a maximum: one variable of it moved to a bound, where f + lambda'g gains more than
+/// `gain` (-infinity: or loses; what follows the move may make up for it), `most` places at most,
+/// the highest first.
+[[nodiscard]] std::vector<std::vector<double>> next_to(Problem& inner, const SolverOptions& options,
+                                                       std::vector<double> v,
+                                                       const std::vector<double>& lambda,
+                                                       double gain, std::size_t most,
+                                                       Counts& counts);
 
 }  // namespace ipminmax
