@@ -103,7 +103,7 @@ class MaximizationOverY {
     const std::vector<double> own = starting_values(inner_);
     add_work_of_detection();
     Index start = 0;
-    for (; start < count || (start < kMostStartsOfRows && may_be_higher(start)); ++start) {
+    for (; start < count || may_go_on(start); ++start) {
       std::vector<double> v;
       SolverOptions options = options_;
       if (count > 1) options.minmax_max_restarts = 0;
@@ -115,8 +115,9 @@ class MaximizationOverY {
       if (!maximize_from(std::move(v), options)) break;
       if (start + 1 >= count && limit_ && !climb()) break;
     }
-    found_.settled = found_.valueless_corners.empty() &&
-                     (start < kMostStartsOfRows || !may_be_higher(start) || is_found_often());
+    found_.settled =
+        found_.valueless_corners.empty() &&
+        (start < kMostStartsOfRows || !may_be_higher(start, false) || is_found_often());
     // As a single solve does, which is not to find more than many starts.
     if (found_.finished && count > 1 && !any_certified() && makes_new_starts(options_)) {
       static_cast<void>(maximize_from({}, options_));
@@ -212,11 +213,16 @@ class MaximizationOverY {
     return result;
   }
 
+  [[nodiscard]] bool may_go_on(Index made) const {
+    return made < kMostStartsOfRows && may_be_higher(made, context_.before != nullptr);
+  }
+
   /// Whether another start is worth its cost. Where n random ones found w maxima,
   /// w (w + 1) / (n - w - 2) more are to be expected, to which w (w + 1) / (n (n - 1)) of all
   /// starts lead (Boender and Rinnooy Kan 1987): half a one is not, nor a rare one. Nor does one
-  /// count that would have to be higher than the highest by more than the known ones differ.
-  [[nodiscard]] bool may_be_higher(Index made) const {
+  /// count that would have to be higher than the highest by more than the known ones differ, at the
+  /// last look (`thorough`) by more than all values seen.
+  [[nodiscard]] bool may_be_higher(Index made, bool thorough) const {
     if (!limit_ || options_.minmax_worst_case_starts >= 0 || options_.minmax_concave_in_y) {
       return false;
     }
@@ -228,7 +234,7 @@ class MaximizationOverY {
       ++distinct;
     }
     const double most = highest();
-    const double more = std::max(most - lowest, kMore * found_.range());
+    const double more = thorough ? found_.range() : std::max(most - lowest, kMore * found_.range());
     return !is_above_limit(most) && most + more > *limit_ &&
            (made <= 2 * distinct * distinct + 3 * distinct + 2 ||
             distinct * (distinct + 1) > kUnseenShare * made * (made - 1));
@@ -511,6 +517,7 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
                                               const RobustScopes& scopes,
                                               const MaximizationContext& context) {
   const ProblemStructure& s = model.structure();
+  std::vector<SideScan> scans;
   const auto scan_side = [&](Index row, double side) {
     SideScan scan;
     scan.constraint = row;
@@ -525,6 +532,12 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
     scan.settled = false;
     if (context.budget.used_up()) return scan;
     RowOverY problem(model, row, side, x, scopes.of(row));
+    if (context.before != nullptr) {
+      const SideScan& before = (*context.before)[scans.size()];
+      if (has_equation(problem.structure())) return before;
+      given.clear();
+      for (const auto& maximum : before.maxima) given.push_back(maximum.v);
+    }
     MaximaOverY found = maximize_over_y(problem, starts, given, context,
                                         starts > 0 ? std::optional(scan.accepted) : std::nullopt);
     scan.settled = found.finished && found.maximized;
@@ -543,7 +556,6 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
     for (auto& v : found.valueless_corners) scan.valueless_corners.push_back(worst_case(v));
     return scan;
   };
-  std::vector<SideScan> scans;
   for (const Index row : robust_constraints(s)) {
     if (s.constraint_upper[at(row)] < context.options.nlp_upper_bound_inf) {
       scans.push_back(scan_side(row, 1.0));

@@ -24,6 +24,8 @@ namespace ipminmax {
 /// Most variables that are held at all their corners where others follow them.
 inline constexpr std::size_t kMostHeld = 3;
 
+struct SideScan;
+
 /// Who maximizes over y, and where the work goes.
 struct MaximizationContext {
   const SolverOptions& options;
@@ -36,6 +38,9 @@ struct MaximizationContext {
   const ProofRequest* proof = nullptr;
   ProofShare share{};  ///< of that
   Index drawn = 0;     ///< random starts that other scans over y have had
+  /// What a scan at the same x has found, where this is the last look; null: it is not. Where y
+  /// follows equations, the first starts see most, and it is left as it is.
+  const std::vector<SideScan>* before = nullptr;
 };
 
 /// What maximizing one function over y at one x has found.

@@ -261,7 +261,8 @@ bool RobustSearch::look_further(const RobustCopies& copies, const Result& result
     known.push_back({place_.worst_cases[k], defined ? result.constraints[row] : kNaN,
                      defined ? gap(copies, result, k) : 0.0});
   }
-  const std::vector<SideScan> scans = scan(known);
+  std::vector<SideScan> scans = scan(known);
+  if (wants_last_look(scans)) scans = scan(known, &scans);
   if (!verified_.empty() && refutes_verified(scans)) verified_.clear();
   if (round < kMostRounds && !budget_.used_up() && go_to_values(scans)) return true;
   const std::vector<RobustCopies::WorstCase> solved = place_.worst_cases;
@@ -285,6 +286,18 @@ bool RobustSearch::look_further(const RobustCopies& copies, const Result& result
   }
   // Checked over all of y, worst cases far from active only blur the certificate.
   return first && !budget_.used_up() && drop_inactive(copies, result);
+}
+
+/// Where nothing violates an answer that was not checked before, unless starts are counted or a
+/// proof follows.
+bool RobustSearch::wants_last_look(const std::vector<SideScan>& scans) const {
+  const auto holds = [&](const SideScan& side) {
+    return side.settled &&
+           (side.maxima.empty() || !(side.excess(0) > options_.minmax_worst_case_tol));
+  };
+  return starts_ > 0 && options_.minmax_worst_case_starts < 0 && !options_.minmax_concave_in_y &&
+         !options_.minmax_worst_case_proof && verified_.empty() && !budget_.used_up() &&
+         std::ranges::all_of(scans, holds);
 }
 
 /// Whether a y that was found later violates the answer that was checked before.
@@ -421,9 +434,12 @@ std::vector<KnownWorstCase> RobustSearch::without_values(
   return known;
 }
 
-/// At the x of place_.v; maximizations begin at the known worst cases, too.
-std::vector<SideScan> RobustSearch::scan(const std::vector<KnownWorstCase>& known) {
+/// At the x of place_.v; maximizations begin at the known worst cases, too. before: of this x, for
+/// the last look.
+std::vector<SideScan> RobustSearch::scan(const std::vector<KnownWorstCase>& known,
+                                         const std::vector<SideScan>* before) {
   MaximizationContext context{options_, budget_, start_, asked_.structure(), work_, work_.over_y};
+  context.before = before;
   // None looks from where a scan before it did.
   context.drawn = std::max(Index{parameters::kPlenty}, starts_) * scans_++;
   std::vector<SideScan> scans =

@@ -72,7 +72,9 @@ class RobustSearch {
   [[nodiscard]] bool add_violated(const std::vector<SideScan>& scans, double tolerance, bool held);
   [[nodiscard]] bool refutes_verified(const std::vector<SideScan>& scans);
   [[nodiscard]] bool drop_inactive(const RobustCopies& copies, const Result& result);
-  [[nodiscard]] std::vector<SideScan> scan(const std::vector<KnownWorstCase>& known);
+  [[nodiscard]] std::vector<SideScan> scan(const std::vector<KnownWorstCase>& known,
+                                           const std::vector<SideScan>* before = nullptr);
+  [[nodiscard]] bool wants_last_look(const std::vector<SideScan>& scans) const;
   [[nodiscard]] static std::vector<KnownWorstCase> without_values(
       const std::vector<RobustCopies::WorstCase>& worst_cases);
 
