@@ -280,11 +280,10 @@ void KktSystem::subtract_product(const KktBlock& block, const Regularization& sh
 
 bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evaluation& evaluation,
                       const NewtonResidual& rhs, Step& step, const Accuracy& accuracy) {
-  const ScopedTimer timer(timing_.solves);
+  const ScopedTimer timer(timed(timing_.solves));
   ++counts_.solves;
   const OwnPart own(block);
   own.clear_rest(step);
-  own.clear_rest(arrays_.correction);
   solve_reduced(block, shift, rhs, step);
   if (accuracy.ratio >= 1.0) return true;
   const Sizes of_rhs = own.sizes(rhs);
