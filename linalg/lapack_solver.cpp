@@ -77,13 +77,14 @@ Analysis LapackSolver::analyze(const SymmetricMatrix& matrix, std::span<const st
     scale_.resize(size);
     row_norms_.resize(size);
     interchanges_.resize(size);
-    int info = 0;
-    const int query = -1;
-    const int leading = std::max(1, dimension_);
-    double work_size = 1.0;
-    dsytrf_rook_("L", &dimension_, dense_.data(), &leading, interchanges_.data(), &work_size,
-                 &query, &info, 1);
-    work_.resize(std::max<std::size_t>(1, static_cast<std::size_t>(work_size)));
+    if (dimension_ > kTiny) {
+      int info = 0;
+      const int query = -1;
+      double work_size = 1.0;
+      dsytrf_rook_("L", &dimension_, dense_.data(), &dimension_, interchanges_.data(), &work_size,
+                   &query, &info, 1);
+      work_.resize(std::max<std::size_t>(1, static_cast<std::size_t>(work_size)));
+    }
   } catch (const std::bad_alloc&) {
     return analysis;
   }

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "adapter/log.hpp"
+#include "adapter/status.hpp"
 #include "core/answer.hpp"
 #include "core/model/status_table.hpp"
 
@@ -30,51 +31,40 @@ struct IpoptEnd {
 };
 
 IpoptEnd ipopt_end(Status status) {
-  switch (status) {
-    case Status::Solved:
-    case Status::SolvedDegenerate:
+  // Ipopt 3.11 has no code of its own for it.
+  if (status == Status::MaxWallTime) return {402, "Maximum Wallclock Time Exceeded"};
+  switch (application_status(status)) {
+    case Ipopt::Solve_Succeeded:
       return {0, "Optimal Solution Found"};
-    case Status::SolvedToAcceptableLevel:
+    case Ipopt::Solved_To_Acceptable_Level:
       return {1, "Solved To Acceptable Level"};
-    case Status::LocallyInfeasible:
-    case Status::InnerInfeasible:
+    case Ipopt::Infeasible_Problem_Detected:
       return {200, "Converged to a locally infeasible point. Problem may be infeasible"};
-    case Status::InnerUnbounded:
-    case Status::OuterUnbounded:
-    case Status::DivergingIterates:
+    case Ipopt::Diverging_Iterates:
       return {300, "Iterates diverging; problem might be unbounded"};
-    case Status::MaxIterations:
+    case Ipopt::Maximum_Iterations_Exceeded:
       return {400, "Maximum Number of Iterations Exceeded"};
-    case Status::MaxCpuTime:
+    case Ipopt::Maximum_CpuTime_Exceeded:
       return {401, "Maximum CPU Time Exceeded"};
-    case Status::MaxWallTime:
-      return {402, "Maximum Wallclock Time Exceeded"};
-    case Status::UserStop:
+    case Ipopt::User_Requested_Stop:
       return {403, "User requested stop"};
-    case Status::NotLocalMinmax:
-    case Status::NoLocalMinmaxFound:
-    case Status::WorstCaseNotMet:
-    case Status::TinyStep:
+    case Ipopt::Search_Direction_Becomes_Too_Small:
       return {500, "Search Direction becomes Too Small"};
-    case Status::RestorationFailed:
+    case Ipopt::Restoration_Failed:
       return {501, "Restoration Phase Failed"};
-    case Status::InertiaCorrectionFailed:
-    case Status::LinearSolverFailed:
+    case Ipopt::Error_In_Step_Computation:
       return {502, "Error in step computation"};
-    case Status::EvaluationFailed:
-    case Status::InvalidNumber:
+    case Ipopt::Invalid_Number_Detected:
       return {550, "Invalid number in NLP function or derivative detected"};
-    case Status::TooFewDegreesOfFreedom:
+    case Ipopt::Not_Enough_Degrees_Of_Freedom:
       return {551, "NLP has too few degrees of freedom"};
-    case Status::InvalidOption:
+    case Ipopt::Invalid_Option:
       return {552, "Invalid option setting"};
-    case Status::OutOfMemory:
+    case Ipopt::Insufficient_Memory:
       return {553, "Out of memory"};
-    case Status::InvalidProblem:
-    case Status::InternalError:
-      break;
+    default:
+      return {554, "Internal error"};
   }
-  return {554, "Internal error"};
 }
 
 /// Statuses that core names from the side of the minimizer of -f, in the words of a model that

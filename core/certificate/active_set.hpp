@@ -13,7 +13,7 @@ namespace ipminmax {
 /// What an ActiveSetSystem works with, kept from one to the next.
 struct ActiveSetArrays {
   Evaluation scaled, reduced;
-  std::vector<bool> fixed;
+  std::vector<char> fixed;     ///< as bool, read often
   std::vector<bool> left_out;  ///< rows, or empty
   Eigen::VectorXd curvature;
   NewtonResidual rhs;  ///< of whoever solves with the system
@@ -63,7 +63,7 @@ class ActiveSetSystem {
 
   /// With the doubtful bounds as in the last assemble.
   [[nodiscard]] bool is_fixed(Index variable) const {
-    return arrays_.fixed[static_cast<std::size_t>(variable)];
+    return arrays_.fixed[static_cast<std::size_t>(variable)] != 0;
   }
   [[nodiscard]] bool is_slack(Index variable) const {
     return canonical_.x_slacks().contains(variable) || canonical_.y_slacks().contains(variable);

@@ -134,16 +134,24 @@ void spread_by_constraints(const CanonicalProblem& canonical, const Evaluation& 
                            UnitsArrays& arrays) {
   Eigen::VectorXd& d = arrays.units.variable;
   const Eigen::VectorXd& size = arrays.size;
+  const auto jacobian = canonical.jacobian();
   Eigen::VectorXd &rows = arrays.rows, &columns = arrays.columns;
-  const auto is_open = [&](const Triplet& entry) { return d[entry.col] == kUnknown; };
-  for (int round = 0;
-       round < parameter::kMany && std::ranges::any_of(canonical.jacobian(), is_open); ++round) {
-    constraint_norms(canonical, evaluation, d, rows);
+  rows.setZero(canonical.constraints());
+  // An entry counts in the norm of its row once its column is known.
+  const auto is_counted = [&](const UnitsArrays::Entry& entry) {
+    rows[entry.row] = std::max(rows[entry.row], entry.size * d[entry.col]);
+    return d[entry.col] != kUnknown;
+  };
+  arrays.open.clear();
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    const auto [row, col] = jacobian[k];
+    const UnitsArrays::Entry entry{row, col, std::abs(evaluation.jacobian[k])};
+    if (!is_counted(entry)) arrays.open.push_back(entry);
+  }
+  for (int round = 0; round < parameter::kMany && !arrays.open.empty(); ++round) {
     columns.setZero(d.size());
-    for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
-      const auto [row, col] = canonical.jacobian()[k];
-      if (d[col] != kUnknown || rows[row] == 0.0) continue;
-      columns[col] = std::max(columns[col], std::abs(evaluation.jacobian[k]) / rows[row]);
+    for (const auto& [row, col, entry] : arrays.open) {
+      if (rows[row] > 0.0) columns[col] = std::max(columns[col], entry / rows[row]);
     }
     bool found = false;
     for (Index i = 0; i < d.size(); ++i) {
@@ -153,6 +161,7 @@ void spread_by_constraints(const CanonicalProblem& canonical, const Evaluation& 
       if (d[i] != kUnknown) d[i] = std::max(d[i], size[i]);
     }
     if (!found) break;
+    std::erase_if(arrays.open, is_counted);
   }
   for (double& value : d) {
     if (value == kUnknown) value = 1.0;
@@ -167,14 +176,14 @@ void include(double term, Index variable, UnitsArrays::Terms& terms) {
   }
 }
 
-/// What cut_by_equations does in one equation. False: nothing.
+/// What cut_by_equations does in one equation, which then has no terms any more. False: nothing.
 bool cut_by_equation(const CanonicalProblem& canonical, Index row, UnitsArrays& arrays) {
-  const auto& [largest, second, i] = arrays.terms[at(row)];
+  const auto [largest, second, i] = arrays.terms[at(row)];
   if (!(second > 0.0) || parameter::kLittle * largest <= second) return false;
   if (canonical.owned_by_max(i) != canonical.max_constraints().contains(row)) return false;
   double& length = arrays.units.variable[i];
   length = std::min(length, std::max(length * second / largest, arrays.size[i]));
-  arrays.used[at(row)] = true;
+  arrays.terms[at(row)] = {};
   return true;
 }
 
@@ -184,22 +193,26 @@ bool cut_by_equation(const CanonicalProblem& canonical, Index row, UnitsArrays& 
 void cut_by_equations(const CanonicalProblem& canonical, const Evaluation& evaluation,
                       UnitsArrays& arrays) {
   const auto jacobian = canonical.jacobian();
-  arrays.used.assign(at(canonical.constraints()), false);  // inequalities cut nothing
-  for (Index j = 0; j < canonical.constraints(); ++j) {
-    arrays.used[at(j)] = canonical.slack_of(j) >= 0;
+  arrays.open.clear();
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {  // inequalities cut nothing
+    const auto [row, col] = jacobian[k];
+    if (canonical.slack_of(row) < 0)
+      arrays.open.push_back({row, col, std::abs(evaluation.jacobian[k])});
   }
   bool any = true;
   for (int round = 0; any && round < parameter::kMany; ++round) {
-    arrays.terms.assign(arrays.used.size(), {});
-    for (std::size_t k = 0; k < jacobian.size(); ++k) {
-      const auto [row, col] = jacobian[k];
-      const double term = std::abs(evaluation.jacobian[k]) * arrays.units.variable[col];
-      if (!arrays.used[at(row)]) include(term, col, arrays.terms[at(row)]);
+    arrays.terms.assign(at(canonical.constraints()), {});
+    for (const auto& [row, col, size] : arrays.open) {
+      include(size * arrays.units.variable[col], col, arrays.terms[at(row)]);
     }
     any = false;
     for (Index j = 0; j < canonical.constraints(); ++j) {
-      if (!arrays.used[at(j)]) any = cut_by_equation(canonical, j, arrays) || any;
+      any = cut_by_equation(canonical, j, arrays) || any;
     }
+    // Of those that have cut, and of rows without terms
+    std::erase_if(arrays.open, [&](const UnitsArrays::Entry& entry) {
+      return arrays.terms[at(entry.row)].variable < 0;
+    });
   }
 }
 

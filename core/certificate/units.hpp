@@ -37,12 +37,12 @@ struct UnitsArrays {
     Index variable = -1;  ///< of the largest
   };
   std::vector<Terms> terms;  ///< of equations
-  std::vector<bool> used;    ///< equations that have cut a length
   struct Entry {
     Index row, col;
     double size;
   };
   std::vector<Entry> own, mixed;  ///< entries of W, mixed ones by the player's row
+  std::vector<Entry> open;        ///< of the Jacobian: those that are still looked at
 
   /// One where nothing shows it.
   [[nodiscard]] double size_of(Index i) const { return size[i] > 0.0 ? size[i] : 1.0; }

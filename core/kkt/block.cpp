@@ -97,6 +97,9 @@ KktPattern::KktPattern(Which which, const CanonicalProblem& canonical, const Kkt
   number(row_of_constraint, constraint_runs, canonical.max_constraints(), lambda_y_offset);
 
   std::vector<Triplet> entries;
+  entries.reserve(canonical.hessian().size() + canonical.jacobian().size());
+  hessian_entries.reserve(canonical.hessian().size());
+  jacobian_entries.reserve(canonical.jacobian().size());
   for (std::size_t k = 0; k < canonical.hessian().size(); ++k) {
     const Index row = row_of_variable[at(canonical.hessian()[k].row)];
     const Index col = row_of_variable[at(canonical.hessian()[k].col)];

@@ -11,7 +11,7 @@ bool KktSystem::solve_projection(const NewtonResidual& rhs, Step& step) {
     if (factorize_for_solutions({}, needed(Certainty::Usual)).status != FactorizationStatus::Ok)
       return false;
     {
-      const ScopedTimer timer(timing_.solves);
+      const ScopedTimer timer(timed(timing_.solves));
       ++counts_.solves;
       if (solve_reduced(full_, {}, rhs, step, true)) return true;
     }

@@ -170,9 +170,9 @@ void KktSystem::eliminate(KktBlock& block, const Regularization& shift, const Ne
   for (const Index i : at_point.lower) t[i] = rhs.z_lower[i] / at_point.distance_lower[i];
   for (const Index i : at_point.upper) t[i] -= rhs.z_upper[i] / at_point.distance_upper[i];
   const IndexRange variables = block.variables(), constraints = block.constraints();
-  for (Index i = variables.begin; i < variables.end; ++i) {
-    t[i] = rhs.v[i] + canonical_.sign(i) * t[i];
-  }
+  const Index of_min = canonical_.y().begin - variables.begin, of_max = variables.size() - of_min;
+  t.segment(variables.begin, of_min) += rhs.v.segment(variables.begin, of_min);
+  t.tail(of_max) = rhs.v.tail(of_max) - t.tail(of_max);
   Eigen::VectorXd& reduced = arrays_.reduced;
   for (const auto& run : block.variable_runs()) {
     reduced.segment(run.row, run.size) = t.segment(run.first, run.size);
@@ -254,15 +254,16 @@ void KktSystem::subtract_product(const KktBlock& block, const Regularization& sh
         at_point.distance_upper[i] * step.z_upper[i] - at_point.z_upper[i] * step.v[i];
   }
   const bool shifted = shift != Regularization{};
-  for (Index i = block.variables().begin; i < block.variables().end; ++i) {
-    const double sign = canonical_.sign(i);
-    double product = sign * dz[i];
-    if (const Index row = block.row_of_variable(i); shifted && row >= 0) {
-      const double length = block.length(row);
-      product += (sign > 0.0 ? shift.x : -shift.y) / (length * length) * step.v[i];
-    }
-    residual.v[i] -= product;
+  const IndexRange variables = block.variables();
+  const Index of_max = canonical_.variables() - canonical_.y().begin;
+  dz.tail(of_max) = -dz.tail(of_max);
+  for (Index i = variables.begin; shifted && i < variables.end; ++i) {
+    const Index row = block.row_of_variable(i);
+    if (row < 0) continue;
+    const double length = block.length(row);
+    dz[i] += (canonical_.owned_by_max(i) ? -shift.y : shift.x) / (length * length) * step.v[i];
   }
+  residual.v.tail(variables.size()) -= dz.tail(variables.size());
   for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {
     if (shifted) {
       const double delta =
@@ -280,11 +281,10 @@ void KktSystem::subtract_product(const KktBlock& block, const Regularization& sh
 
 bool KktSystem::solve(KktBlock& block, const Regularization& shift, const Evaluation& evaluation,
                       const NewtonResidual& rhs, Step& step, const Accuracy& accuracy) {
-  const ScopedTimer timer(timing_.solves);
+  const ScopedTimer timer(timed(timing_.solves));
   ++counts_.solves;
   const OwnPart own(block);
   own.clear_rest(step);
-  own.clear_rest(arrays_.correction);
   solve_reduced(block, shift, rhs, step);
   if (accuracy.ratio >= 1.0) return true;
   const Sizes of_rhs = own.sizes(rhs);

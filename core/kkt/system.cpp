@@ -108,20 +108,20 @@ void KktSystem::release_full() {
 }
 
 void KktSystem::assemble(const Iterate& iterate, const Evaluation& evaluation) {
-  const ScopedTimer timer(timing_.assembly);
+  const ScopedTimer timer(timed(timing_.assembly));
   release_full();
   full_.assemble(iterate, evaluation);
   inner_.assemble(iterate, evaluation);
 }
 
 void KktSystem::assemble_inner(const Iterate& iterate, const Evaluation& evaluation) {
-  const ScopedTimer timer(timing_.assembly);
+  const ScopedTimer timer(timed(timing_.assembly));
   inner_.assemble(iterate, evaluation);
 }
 
 void KktSystem::assemble(const Evaluation& evaluation, const Eigen::VectorXd& barrier_curvature,
                          const std::vector<bool>& decoupled) {
-  const ScopedTimer timer(timing_.assembly);
+  const ScopedTimer timer(timed(timing_.assembly));
   release_full();
   full_.assemble(evaluation, barrier_curvature);
   inner_.assemble(evaluation, barrier_curvature);
@@ -146,7 +146,7 @@ Factorization KktSystem::factorize(KktBlock& block, const Regularization& shift,
                                    Certainty certainty) {
   if (block.is_factorized(shift, certainty)) return block.factorize(shift, certainty);
   if (!may_factorize()) return {};
-  const ScopedTimer timer(timing_.factorization);
+  const ScopedTimer timer(timed(timing_.factorization));
   const bool full = &block == &full_;
   count_factorizations(full ? 1 : 0, full ? 0 : 1);
   return block.factorize(shift, certainty);
@@ -154,7 +154,7 @@ Factorization KktSystem::factorize(KktBlock& block, const Regularization& shift,
 
 Factorization KktSystem::inner_by_schur_complement(Certainty certainty) {
   if (!may_factorize()) return {};
-  const ScopedTimer timer(timing_.factorization);
+  const ScopedTimer timer(timed(timing_.factorization));
   Index factorized = 0;
   const Factorization result = schur_->factorize_inner(inner_, certainty, factorized);
   count_factorizations(0, factorized);
@@ -163,7 +163,7 @@ Factorization KktSystem::inner_by_schur_complement(Certainty certainty) {
 
 std::optional<Factorization> KktSystem::full_by_schur_complement(Certainty certainty) {
   if (!may_factorize()) return Factorization{};
-  const ScopedTimer timer(timing_.factorization);
+  const ScopedTimer timer(timed(timing_.factorization));
   Index factorized = 0;
   auto result = schur_->factorize(full_, certainty, factorized, counts_.factorizations_complement);
   count_factorizations(0, factorized);
@@ -233,7 +233,7 @@ KktFactors KktSystem::make_certain() {
   if (full_factors_.by_schur_complement) {
     static_cast<void>(factorize_full(shift, full_factors_.certainty, false));
   }
-  const ScopedTimer timer(timing_.factorization);
+  const ScopedTimer timer(timed(timing_.factorization));
   Factorization result = full_.make_certain(shift);
   result.inertia = layout_.with_slacks(result.inertia);
   return hold(full_factors_, result, false);
@@ -245,7 +245,7 @@ void KktSystem::factorize_ahead(const Regularization& inner, const Regularizatio
     return;
   }
   {
-    const ScopedTimer timer(timing_.factorization);
+    const ScopedTimer timer(timed(timing_.factorization));
     inner_.begin_factorize(inner);
   }
   static_cast<void>(factorize(full, certainty));

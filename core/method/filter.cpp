@@ -31,9 +31,9 @@ bool Filter::is_armijo(const Merit& from, double slope, double alpha) const {
   return from.theta <= theta_min_ && switches(from, slope, alpha);
 }
 
-std::optional<double> Filter::demanded(const Merit& from, double slope, double alpha,
-                                       double theta) const {
-  if (is_armijo(from, slope, alpha)) return filter::kGammaPhi * alpha * slope;
+std::optional<double> Filter::demanded(bool armijo, const Merit& from, double slope, double alpha,
+                                       double theta) {
+  if (armijo) return filter::kGammaPhi * alpha * slope;
   const bool theta_falls = at_most(theta, (1.0 - filter::kGammaTheta) * from.theta, from.theta);
   return theta_falls ? std::nullopt : std::optional(-filter::kGammaPhi * from.theta);
 }
@@ -46,13 +46,14 @@ double Filter::most_increase(const Merit& from) const {
 Filter::Verdict Filter::test(const Merit& from, double slope, double alpha, const Merit& to) const {
   if (!std::isfinite(to.phi) || !std::isfinite(to.theta)) return Verdict::Reject;
   if (to.phi - from.phi > most_increase(from)) return Verdict::Reject;
-  const auto change = demanded(from, slope, alpha, to.theta);
+  const bool armijo = is_armijo(from, slope, alpha);
+  const auto change = demanded(armijo, from, slope, alpha, to.theta);
   if (change && !at_most(to.phi - from.phi, *change, from.phi)) return Verdict::Reject;
   if (!acceptable(to)) return Verdict::Dominated;
   // [WB, eq. (22)]: whatever theta_min, the filter is left alone where (19) and (20) hold.
   const bool falls = minimizes_ && switches(from, slope, alpha) &&
                      at_most(to.phi - from.phi, filter::kGammaPhi * alpha * slope, from.phi);
-  return falls || is_armijo(from, slope, alpha) ? Verdict::Armijo : Verdict::Sufficient;
+  return falls || armijo ? Verdict::Armijo : Verdict::Sufficient;
 }
 
 double Filter::largest_acceptable(const Merit& from, double slope, double alpha,
@@ -61,7 +62,7 @@ double Filter::largest_acceptable(const Merit& from, double slope, double alpha,
   const auto forgiving = [](double phi, double size) {
     return phi + filter::kRounding * kEpsilon * std::abs(size);
   };
-  const auto change = demanded(from, slope, alpha, theta);
+  const auto change = demanded(is_armijo(from, slope, alpha), from, slope, alpha, theta);
   double largest =
       change ? forgiving(from.phi + *change, from.phi) : from.phi + most_increase(from);
   for (const Entry& entry : entries_) {

@@ -66,8 +66,8 @@ class Filter {
   [[nodiscard]] double most_increase(const Merit& from) const;
   /// The change of phi that such a step to a point with this theta has to make, eq. (18) or (20);
   /// none: theta falls enough.
-  [[nodiscard]] std::optional<double> demanded(const Merit& from, double slope, double alpha,
-                                               double theta) const;
+  [[nodiscard]] static std::optional<double> demanded(bool armijo, const Merit& from, double slope,
+                                                      double alpha, double theta);
 
   std::vector<Entry> entries_;
   double theta_min_ = parameters::filter::kThetaMin;

@@ -22,7 +22,7 @@ GlobalizedMethod::GlobalizedMethod(const MethodContext& context, Restorer restor
       outer_(context, first, arrays.outer) {
   arrays_.watchdog.begin_anew();
   arrays_.filter.begin_anew(
-      static_cast<std::size_t>(std::min(options_.max_iter, parameters::kRoom)));
+      static_cast<std::size_t>(std::min(options_.max_iter, parameters::kPlenty)));
   arrays_.filter.set_scale(violation(first.evaluation.c, canonical_.min_constraints()));
   if (!has_max()) arrays_.filter.minimize();
 }

@@ -24,7 +24,7 @@ OuterBlock::OuterBlock(const MethodContext& context, const Point& first, OuterAr
       correction_(context.correction),
       options_(context.options),
       arrays_(arrays) {
-  trial = arrays_.before = arrays_.best = first;
+  trial = first;
   for (Step* zero : {&rhs, &step, &corrected}) set_zero(canonical_, *zero);
   direction.clear(canonical_);
   trial_direction.clear(canonical_);

@@ -5,17 +5,22 @@
 
 namespace ipminmax {
 
-/// Adds the wall time of its life to a total.
+/// Adds the wall time of its life to a total; null: reads no clock.
 class ScopedTimer {
  public:
-  explicit ScopedTimer(double& total) : total_(total), start_(Clock::now()) {}
-  ~ScopedTimer() { total_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+  explicit ScopedTimer(double& total) : ScopedTimer(&total) {}
+  explicit ScopedTimer(double* total) : total_(total) {
+    if (total_ != nullptr) start_ = Clock::now();
+  }
+  ~ScopedTimer() {
+    if (total_ != nullptr) *total_ += std::chrono::duration<double>(Clock::now() - start_).count();
+  }
   ScopedTimer(const ScopedTimer&) = delete;
   ScopedTimer& operator=(const ScopedTimer&) = delete;
 
  private:
   using Clock = std::chrono::steady_clock;
-  double& total_;
+  double* total_;
   Clock::time_point start_;
 };
 

@@ -64,7 +64,6 @@ void evaluate_where_defined(CanonicalProblem& canonical, Point& point) {
 }
 
 void measure(const CanonicalProblem& canonical, const SolverOptions& options, Point& point) {
-  dual_residual(canonical, point.iterate, point.evaluation, point.dual);
   point.parts = error_parts(canonical, point.iterate, point.evaluation, point.dual, options.s_max);
   point.error = kkt_error(canonical, point.iterate, point.evaluation, point.dual, point.parts,
                           options.mu_target);

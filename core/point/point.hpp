@@ -35,7 +35,7 @@ void begin_at(const CanonicalProblem& canonical, const Iterate& iterate, Point& 
 /// Values and first derivatives at the point, and dual with them; NaN what is undefined there.
 void evaluate_where_defined(CanonicalProblem& canonical, Point& point);
 
-/// Renews dual and error from the functions at the point.
+/// Renews error from the functions at the point and its dual.
 void measure(const CanonicalProblem& canonical, const SolverOptions& options, Point& point);
 
 /// Of a point that has its dual residual, see residual.hpp.

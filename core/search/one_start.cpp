@@ -118,25 +118,24 @@ Result solve_by_quasi_newton(Problem& problem, SolverOptions options, Budget& bu
 
 Result solve_once(Problem& problem, const SolverOptions& options, Budget& budget,
                   const SolveObserver& observer, KeptWork* kept) {
+  using enum HessianApproximation;
   const bool has_hessian = problem.structure().has_hessian;
   const auto approximation = options.hessian_approximation;
-  if (check(options).empty()) {
-    if (approximation == HessianApproximation::Exact && !has_hessian) {
-      return without_point(
-          Status::InvalidOption,
-          "hessian_approximation = exact needs second derivatives, and the model has none; "
-          "finite-difference-values takes differences of first derivatives");
-    }
-    if (approximation == HessianApproximation::LimitedMemory &&
-        !has_max_variables(problem.structure())) {
-      return solve_by_quasi_newton(problem, options, budget, observer, kept);
-    }
-    if (approximation == HessianApproximation::FiniteDifferenceValues ||
-        approximation == HessianApproximation::LimitedMemory || !has_hessian) {
-      return solve_with_differences(problem, options, budget, observer, kept);
-    }
+  const bool asks_model =
+      has_hessian && approximation != LimitedMemory && approximation != FiniteDifferenceValues;
+  if (asks_model || !check(options).empty()) {
+    return solve_as_given(problem, options, budget, observer, kept);
   }
-  return solve_as_given(problem, options, budget, observer, kept);
+  if (approximation == Exact) {
+    return without_point(
+        Status::InvalidOption,
+        "hessian_approximation = exact needs second derivatives, and the model has none; "
+        "finite-difference-values takes differences of first derivatives");
+  }
+  if (approximation == LimitedMemory && !has_max_variables(problem.structure())) {
+    return solve_by_quasi_newton(problem, options, budget, observer, kept);
+  }
+  return solve_with_differences(problem, options, budget, observer, kept);
 }
 
 /// A function was evaluated, in vain: the numbers of the start itself are in order.
