@@ -25,7 +25,7 @@ def solve(proof):
     return minimize_minmax(
         lambda x, w: -x[0], [0.1], [1.5], bounds_x=(0.0, 10.0), bounds_y=(0.0, 3.0),
         constraints=Constraint(lambda x, w: x[0]**2 * response(w[0]), ub=1.0, player="min"),
-        options={"minmax_worst_case_proof": proof})
+        options={"minmax_worst_case_starts": 8, "minmax_worst_case_proof": proof})
 
 
 def draw(seen, proved):
