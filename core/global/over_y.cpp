@@ -534,7 +534,9 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
     RowOverY problem(model, row, side, x, scopes.of(row));
     if (context.before != nullptr) {
       const SideScan& before = (*context.before)[scans.size()];
-      if (has_equation(problem.structure())) return before;
+      if (has_equation(problem.structure()) || before.starts.size() >= kMostStartsOfRows) {
+        return before;
+      }
       given.clear();
       for (const auto& maximum : before.maxima) given.push_back(maximum.v);
     }

@@ -31,7 +31,7 @@ Counted count(int programs, int starts, std::uint64_t seed) {
     const RobustProgram p = RobustProgram::random(random);
     RobustProgramModel problem(p);
     SolverOptions options;
-    options.minmax_max_factorizations = 20000;
+    options.minmax_max_factorizations = 50000;
     const Result result = solve_robust(problem, options).result;
     ++counted.programs;
     if (!is_success(result.status)) continue;
