@@ -931,8 +931,8 @@ class TapeOf {
     current_ = programs_.empty() ? nullptr : programs_.front().get();
   }
 
-  /// Rows first, ..., last - 1 of the Jacobian into values, which is as long as the pattern and zero
-  /// where the run has no entries.
+  /// Rows first, ..., last - 1 of the Jacobian into values, which is as long as the pattern and
+  /// zero where the run has no entries.
   void jacobian_at(std::size_t first, std::size_t last, std::span<Lanes<L>> values) {
     current_->template jacobian<L>(run_, results_, first, last, work_, values);
   }

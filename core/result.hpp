@@ -292,9 +292,9 @@ struct SearchOverX {
 /// Answer of a solve, in the units of the model. It makes four statements: why it stopped (status,
 /// message), what the point is locally (certificate), what was looked at over all of y (over_y) and
 /// over x (over_x). kind is LocalMinmax only together with a success, and there is none where a
-/// better y is known that was asked for, or where what was asked for was not finished. Multipliers satisfy
-/// grad f + J' lambda - z_lower + z_upper = 0 for every variable, so those of a Max variable's
-/// bounds are <= 0.
+/// better y is known that was asked for, or where what was asked for was not finished. Multipliers
+/// satisfy grad f + J' lambda - z_lower + z_upper = 0 for every variable, so those of a Max
+/// variable's bounds are <= 0.
 ///
 /// Objective, constraints, error and certificate are those of v and of the multipliers, whatever
 /// the status. Only the moves of honor_original_bounds (by bound_relax_factor) come after the dual

@@ -5,8 +5,8 @@
 //   |G(w)|^2 = 1 / ((1 - w^2)^2 + (0.3 w)^2) + a / ((p^2 - w^2)^2 + (2 z p w)^2)
 //
 // Its second mode, at p = 2.41, is damped so little (z = 1e-4) that a search from eight starts sees
-// nothing of its peak, which is 0.0005 wide. The design that it calls safe is refuted by a proof over
-// all w; designed anew with the frequency that the proof has found, it is proved.
+// nothing of its peak, which is 0.0005 wide. The design that it calls safe is refuted by a proof
+// over all w; designed anew with the frequency that the proof has found, it is proved.
 
 #include <cmath>
 #include <cstdio>

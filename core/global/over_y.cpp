@@ -223,9 +223,7 @@ class MaximizationOverY {
   /// count that would have to be higher than the highest by more than the known ones differ, at the
   /// last look (`thorough`) by more than all values seen.
   [[nodiscard]] bool may_be_higher(Index made, bool thorough) const {
-    if (!limit_ || options_.minmax_worst_case_starts >= 0 || options_.minmax_concave_in_y) {
-      return false;
-    }
+    if (!limit_ || !may_look_longer(options_)) return false;
     Index distinct = 0;
     double lowest = kInfinity;
     for (const WorstCaseMaximum& maximum : found_.maxima) {

@@ -21,6 +21,11 @@ namespace ipminmax {
 [[nodiscard]] Index starts_over_y_of_rows(const SolverOptions& options);
 [[nodiscard]] Index starts_over_y_of_objective(const SolverOptions& options);
 
+/// Whether there may be more starts than these, where more maxima are to be expected.
+[[nodiscard]] inline bool may_look_longer(const SolverOptions& options) {
+  return options.minmax_worst_case_starts < 0 && !options.minmax_concave_in_y;
+}
+
 /// Most variables that are held at all their corners where others follow them.
 inline constexpr std::size_t kMostHeld = 3;
 

@@ -213,20 +213,25 @@ std::vector<std::vector<double>> next_to(Problem& inner, const SolverOptions& op
                                          std::vector<double> v, const std::vector<double>& lambda,
                                          double gain, std::size_t most, Counts& counts) {
   const double least = lagrangian(inner, v, lambda, counts) + gain;
-  std::vector<std::pair<double, std::vector<double>>> moves;
+  struct Move {
+    std::size_t variable;
+    double bound, value;
+  };
+  std::vector<Move> moves;
   for (const std::size_t i : boxed_variables(inner.structure(), options)) {
-    const double before = v[i];
     for (const double bound : other_bounds(inner.structure(), v, i)) {
-      v[i] = bound;
+      const double before = std::exchange(v[i], bound);
       const double value = lagrangian(inner, v, lambda, counts);
-      if (value > least) moves.emplace_back(value, v);
-      std::ranges::stable_sort(moves, std::greater{}, [](const auto& move) { return move.first; });
-      if (moves.size() > most) moves.pop_back();
+      if (value > least) moves.push_back({i, bound, value});
       v[i] = before;
     }
   }
+  std::ranges::stable_sort(moves, std::greater{}, &Move::value);
   std::vector<std::vector<double>> places;
-  for (auto& [value, place] : moves) places.push_back(std::move(place));
+  for (std::size_t k = 0; k < std::min(most, moves.size()); ++k) {
+    places.push_back(v);
+    places.back()[moves[k].variable] = moves[k].bound;
+  }
   return places;
 }
 

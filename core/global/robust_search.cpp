@@ -295,9 +295,8 @@ bool RobustSearch::wants_last_look(const std::vector<SideScan>& scans) const {
     return side.settled &&
            (side.maxima.empty() || !(side.excess(0) > options_.minmax_worst_case_tol));
   };
-  return starts_ > 0 && options_.minmax_worst_case_starts < 0 && !options_.minmax_concave_in_y &&
-         !options_.minmax_worst_case_proof && verified_.empty() && !budget_.used_up() &&
-         std::ranges::all_of(scans, holds);
+  return starts_ > 0 && may_look_longer(options_) && !options_.minmax_worst_case_proof &&
+         verified_.empty() && !budget_.used_up() && std::ranges::all_of(scans, holds);
 }
 
 /// Whether a y that was found later violates the answer that was checked before.

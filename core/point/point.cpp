@@ -69,6 +69,11 @@ void measure(const CanonicalProblem& canonical, const SolverOptions& options, Po
                           options.mu_target);
 }
 
+void measure_anew(const CanonicalProblem& canonical, const SolverOptions& options, Point& point) {
+  dual_residual(canonical, point.iterate, point.evaluation, point.dual);
+  measure(canonical, options, point);
+}
+
 namespace {
 
 /// Sum of the logarithms of distances with the signs of their players, of copies or of the others.

@@ -38,6 +38,9 @@ void evaluate_where_defined(CanonicalProblem& canonical, Point& point);
 /// Renews error from the functions at the point and its dual.
 void measure(const CanonicalProblem& canonical, const SolverOptions& options, Point& point);
 
+/// Renews dual first, where multipliers are not those that it was made of.
+void measure_anew(const CanonicalProblem& canonical, const SolverOptions& options, Point& point);
+
 /// Of a point that has its dual residual, see residual.hpp.
 [[nodiscard]] inline BarrierError barrier_error(const CanonicalProblem& canonical,
                                                 const Point& point, double mu, double s_max) {

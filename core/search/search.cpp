@@ -94,9 +94,7 @@ SearchOutcome Search::ended(Verdict&& verdict) const {
   if (verdict.finding.point) {
     outcome.point = std::move(*verdict.finding.point);
     outcome.mu = verdict.finding.mu;
-    dual_residual(context_.canonical, outcome.point.iterate, outcome.point.evaluation,
-                  outcome.point.dual);
-    measure(context_.canonical, context_.options, outcome.point);
+    measure_anew(context_.canonical, context_.options, outcome.point);
   }
   return outcome;
 }
@@ -184,8 +182,7 @@ void Search::drop_idle_multipliers(double tolerance) {
   iterate.z_lower = iterate.z_lower.cwiseMin(context_.options.tol);
   iterate.z_upper = iterate.z_upper.cwiseMin(context_.options.tol);
   static_cast<void>(evaluate_second_derivatives(context_.canonical, arrays_.point));
-  dual_residual(context_.canonical, iterate, arrays_.point.evaluation, arrays_.point.dual);
-  measure(context_.canonical, context_.options, arrays_.point);
+  measure_anew(context_.canonical, context_.options, arrays_.point);
 }
 
 Search::Verdict Search::judge(Status claim) {

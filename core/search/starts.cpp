@@ -36,8 +36,7 @@ std::optional<Status> evaluate_start(const MethodContext& context, const SolverO
   if (!options.warm_start_init_point) start_multipliers(canonical, context.kkt, options, point);
   status = evaluate_second_derivatives(canonical, point);
   if (status != EvaluationStatus::Ok) return undefined(status);
-  dual_residual(canonical, point.iterate, point.evaluation, point.dual);
-  measure(canonical, options, point);
+  measure_anew(canonical, options, point);
   return std::nullopt;
 }
 
