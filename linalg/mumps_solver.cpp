@@ -463,7 +463,10 @@ int MumpsSolver::factorize_with_enough_memory(const std::function<bool()>& gives
     const bool begun = std::exchange(begun_, false);
     if (fits && !begun) instance_->begin(kFactorize);
     const int status = fits || begun ? instance_->end() : kOutOfMemory;
-    const bool frugally = status == kOutOfMemory && economize;
+    // With little workspace ranks allocate while they factorize: where that fails on one of them
+    // MUMPS's others wait for ever.
+    const bool may_wait = fits && instance_->mpi;
+    const bool frugally = status == kOutOfMemory && economize && !may_wait;
     const bool generously = wants_more_workspace(status) && memory_percent_ < kMaxPercent;
     if (!frugally && !generously) return status;
     if (is_stopped()) return kStopped;

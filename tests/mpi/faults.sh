@@ -91,12 +91,13 @@ worker_killed)
   [ "$code" -ne 0 ] || fail "exit code 0"
   ;;
 no_memory_in_worker)
-  # From now on the worker gets 8 MB more.
+  # From now on the worker gets 24 MB more: too little for the workspace, enough for the least of it,
+  # with which MUMPS's ranks would wait for each other when memory ends during the factorization.
   begin "first solve done" "$MPIEXEC" -n 1 "$PROGRAM" large "$work/go" : -n 1 "$WORKER"
   for pid in $(left_running); do
     if grep -q ipminmax-worker "/proc/$pid/comm"; then
       size=$(sed -n 's/^VmSize:[^0-9]*\([0-9]*\) kB$/\1/p' "/proc/$pid/status")
-      prlimit --pid "$pid" --as=$(((size + 8192) * 1024))
+      prlimit --pid "$pid" --as=$(((size + 24576) * 1024))
     fi
   done
   touch "$work/go"
