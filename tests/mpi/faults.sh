@@ -91,8 +91,8 @@ worker_killed)
   [ "$code" -ne 0 ] || fail "exit code 0"
   ;;
 no_memory_in_worker)
-  # From now on the worker gets 24 MB more: too little for the workspace, enough for the least of it,
-  # with which MUMPS's ranks would wait for each other when memory ends during the factorization.
+  # From now on the worker gets 24 MB more: too little for the workspace, enough for the least of
+  # it, with which MUMPS's ranks would wait for each other once memory ends.
   begin "first solve done" "$MPIEXEC" -n 1 "$PROGRAM" large "$work/go" : -n 1 "$WORKER"
   for pid in $(left_running); do
     if grep -q ipminmax-worker "/proc/$pid/comm"; then
