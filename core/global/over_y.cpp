@@ -259,8 +259,11 @@ class MaximizationOverY {
   [[nodiscard]] bool wants_proof() const {
     return context_.proof != nullptr || options_.minmax_worst_case_proof;
   }
+  [[nodiscard]] bool is_higher(double value, double other) const {
+    return value - other > options_.minmax_worst_case_tol * found_.range();
+  }
   [[nodiscard]] bool is_above_limit(double value) const {
-    return limit_ && value - *limit_ > options_.minmax_worst_case_tol * found_.range();
+    return limit_ && is_higher(value, *limit_);
   }
 
   /// How large the function can become over all y; a value that shows above the highest of the
@@ -321,14 +324,18 @@ class MaximizationOverY {
     SolverOptions options = staying_near(options_, kMuBeside);
     options.minmax_max_restarts = 0;
     while (!options_.minmax_concave_in_y && found_.made < kMostStartsOfRows) {
-      const double most = highest();
+      double climbed = -kInfinity;
+      for (std::size_t k = 0; k < found_.maxima.size(); ++k) {
+        if (climbs_[k].made) climbed = std::max(climbed, found_.maxima[k].value);
+      }
       std::optional<std::size_t> from;
       for (std::size_t k = 0; k < found_.maxima.size(); ++k) {
-        const double value = found_.maxima[k].value;
-        const bool high = value == most || may_violate_beside(value);
-        if (high && !climbs_[k].made && (!from || value > found_.maxima[*from].value)) from = k;
+        const auto& [v, value, certified, found] = found_.maxima[k];
+        // Beside the maxima of a face, which are not certified, stand more of them.
+        const bool wanted = is_higher(value, climbed) || (certified && may_violate_beside(value));
+        if (wanted && !climbs_[k].made && (!from || value > found_.maxima[*from].value)) from = k;
       }
-      if (!from || is_above_limit(most)) return true;
+      if (!from || is_above_limit(highest())) return true;
       climbs_[*from].made = true;
       for (std::vector<double>& place : places_from(*from)) {
         if (!maximize_from(std::move(place), options)) return false;

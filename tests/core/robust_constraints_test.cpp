@@ -118,6 +118,23 @@ Result below_a_convex_row(std::size_t variables) {
   return solve(problem, {});
 }
 
+TEST(RobustConstraint, AFaceOfWorstCasesIsNotSearchedFromEachOfThem) {
+  // x - (sum of y)^2 <= 1 for y in [-1, 1]^10: x = 1, whatever y sums to zero.
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  Expression sum = model.variable(kMax, "y", -1.0, 1.0);
+  for (int k = 1; k < 10; ++k) sum = sum + model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x - 2.0));
+  model.constraint(x - square(sum), -kNoBound, 1.0, kMin);
+  std::vector<double> start(11, 0.3);
+  AutodiffProblem problem(model, start);
+  const RobustResult answer = solve_robust(problem, {});
+  expect_certified(answer.result);
+  EXPECT_NEAR(answer.result.v[0], 1.0, 1e-6);
+  // Eight starts, fifteen in the last look, and four beside the highest maximum.
+  EXPECT_LT(answer.maximizations, 40);
+}
+
 TEST(RobustConstraint, OneVariableAtATimeFindsTheHighestCorner) {
   const Result result = below_a_convex_row(14);
   EXPECT_TRUE(is_success(result.status)) << result.message;
