@@ -43,15 +43,42 @@ std::unique_ptr<PlantedProblem> quartic_graph(Index count, ForEachEdge&& for_eac
   return p;
 }
 
+/// Edges of a square or, in three dimensions, a cube.
 template <class Visit>
-void for_each_grid_edge(Index side, Visit&& visit) {
-  for (Index row = 0; row < side; ++row) {
-    for (Index col = 0; col < side; ++col) {
-      const Index node = row * side + col;
-      if (col > 0) visit(node, node - 1);
-      if (row > 0) visit(node, node - side);
-    }
+void for_each_grid_edge(int dimensions, Index side, Visit&& visit) {
+  const Index layers = dimensions == 3 ? side : 1;
+  for (Index node = 0; node < layers * side * side; ++node) {
+    if (node % side > 0) visit(node, node - 1);
+    if (node / side % side > 0) visit(node, node - side);
+    if (node / (side * side) > 0) visit(node, node - side * side);
   }
+}
+
+/// The game of elliptic_grid, elliptic_cube.
+std::unique_ptr<PlantedProblem> elliptic_game(int dimensions, Index side) {
+  const Index count = (dimensions == 3 ? side : 1) * side * side;
+  auto p = std::make_unique<PlantedProblem>();
+  for (Index i = 0; i < count; ++i) (void)add_boxed(*p, i, 0.5);
+  for (Index i = 0; i < count; ++i) p->add_variable(Player::Max, std::cos(5.0 * i), -0.1);
+  for (Index i = 0; i < count; ++i) p->add_variable(Player::Max, std::sin(3.0 * i));
+  const auto u = [](Index i) { return i; };
+  const auto w = [count](Index i) { return count + i; };
+  const auto z = [count](Index i) { return 2 * count + i; };
+  for (Index i = 0; i < count; ++i) {
+    p->add_curvature(u(i), u(i), 0.1);
+    p->add_curvature(w(i), w(i), -2.0);
+    p->add_curvature(z(i), z(i), 1.0);
+    const Index row = p->add_equality(std::sin(11.0 * i));
+    p->add_coefficient(row, z(i), 1.0 + 2.0 * dimensions);
+    p->add_coefficient(row, u(i), -1.0);
+    p->add_coefficient(row, w(i), -1.0);
+  }
+  for_each_grid_edge(dimensions, side, [&](Index i, Index j) {
+    p->add_coefficient(i, z(j), -1.0);
+    p->add_coefficient(j, z(i), -1.0);
+  });
+  p->finish(kStartDistance);
+  return p;
 }
 
 }  // namespace
@@ -170,33 +197,10 @@ std::unique_ptr<PlantedProblem> quartic_chain(Index nodes) {
 }
 
 std::unique_ptr<PlantedProblem> quartic_grid(Index side) {
-  return quartic_graph(side * side, [side](auto&& visit) { for_each_grid_edge(side, visit); });
+  return quartic_graph(side * side, [side](auto&& visit) { for_each_grid_edge(2, side, visit); });
 }
 
-std::unique_ptr<PlantedProblem> elliptic_grid(Index side) {
-  const Index count = side * side;
-  auto p = std::make_unique<PlantedProblem>();
-  for (Index i = 0; i < count; ++i) (void)add_boxed(*p, i, 0.5);
-  for (Index i = 0; i < count; ++i) p->add_variable(Player::Max, std::cos(5.0 * i), -0.1);
-  for (Index i = 0; i < count; ++i) p->add_variable(Player::Max, std::sin(3.0 * i));
-  const auto u = [](Index i) { return i; };
-  const auto w = [count](Index i) { return count + i; };
-  const auto z = [count](Index i) { return 2 * count + i; };
-  for (Index i = 0; i < count; ++i) {
-    p->add_curvature(u(i), u(i), 0.1);
-    p->add_curvature(w(i), w(i), -2.0);
-    p->add_curvature(z(i), z(i), 1.0);
-    const Index row = p->add_equality(std::sin(11.0 * i));
-    p->add_coefficient(row, z(i), 5.0);
-    p->add_coefficient(row, u(i), -1.0);
-    p->add_coefficient(row, w(i), -1.0);
-  }
-  for_each_grid_edge(side, [&](Index i, Index j) {
-    p->add_coefficient(i, z(j), -1.0);
-    p->add_coefficient(j, z(i), -1.0);
-  });
-  p->finish(kStartDistance);
-  return p;
-}
+std::unique_ptr<PlantedProblem> elliptic_grid(Index side) { return elliptic_game(2, side); }
+std::unique_ptr<PlantedProblem> elliptic_cube(Index side) { return elliptic_game(3, side); }
 
 }  // namespace bench

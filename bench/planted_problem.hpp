@@ -56,7 +56,7 @@ class PlantedProblem final : public ipminmax::Problem {
 [[nodiscard]] std::unique_ptr<PlantedProblem> quartic_grid(ipminmax::Index side);
 
 /// Control u of Min against a source w of Max; the state z is Max's: K z = u + w on a grid, K = I +
-/// five-point Laplacian,
+/// five-point Laplacian (seven-point in a cube),
 ///
 ///   f = |dz|^2/2 + |du|^2/20 - |dw|^2 + sum du^4/8 - dw^4/40 + s'd,   |u| <= 1, a quarter of it
 ///   active.
@@ -64,5 +64,6 @@ class PlantedProblem final : public ipminmax::Problem {
 /// Given u, f is strictly concave in w, because |K^-1| <= 1 < 2; given w it is convex in u. So v*
 /// is the only local minmax.
 [[nodiscard]] std::unique_ptr<PlantedProblem> elliptic_grid(ipminmax::Index side);
+[[nodiscard]] std::unique_ptr<PlantedProblem> elliptic_cube(ipminmax::Index side);
 
 }  // namespace bench

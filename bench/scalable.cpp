@@ -32,14 +32,16 @@ struct Family {
   std::unique_ptr<PlantedProblem> (*make)(Index unknowns);
 };
 
-Index side_of(Index nodes) {
-  return std::max<Index>(2, static_cast<Index>(std::lround(std::sqrt(nodes))));
+Index side_of(Index nodes, int dimensions = 2) {
+  const double side = std::pow(nodes, 1.0 / dimensions);
+  return std::max<Index>(2, static_cast<Index>(std::lround(side)));
 }
 
 constexpr Family kFamilies[] = {
     {"quartic_chain", [](Index unknowns) { return quartic_chain(unknowns / 2); }},
     {"quartic_grid", [](Index unknowns) { return quartic_grid(side_of(unknowns / 2)); }},
     {"elliptic_grid", [](Index unknowns) { return elliptic_grid(side_of(unknowns / 4)); }},
+    {"elliptic_cube", [](Index unknowns) { return elliptic_cube(side_of(unknowns / 4, 3)); }},
 };
 
 const Family& family_named(const std::string& name) {
@@ -292,7 +294,8 @@ int main(int argc, char** argv) {
   int unknowns = 1000000;
   double limit = 0.0;
   CommandLine command_line("scalable: time and memory of sparse minmax problems of any size");
-  command_line.add("--family", family, "only this one: quartic_chain, quartic_grid, elliptic_grid");
+  command_line.add("--family", family,
+                   "only this one: quartic_chain, quartic_grid, elliptic_grid, elliptic_cube");
   command_line.add("--unknowns", unknowns, "largest number, variables and multipliers (1000000)");
   command_line.add("--limit", limit, "seconds for one solve (6 x --seconds)");
   command_line.add("--child-solve", solver, "auto or mumps: one solve, for the parent process");
