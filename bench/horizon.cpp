@@ -121,7 +121,7 @@ void run(const Settings& settings, int largest, int threads) {
     return growths.emplace_back(name, Growth{}).second;
   };
 
-  const std::vector<int> horizons = {10, 30, 100, 300, 1000, 3000, 10000};
+  const std::vector<int> horizons = {10, 30, 100, 300, 1000, 3000, 10000, 100000, 1000000};
   for (const int horizon : horizons) {
     if (horizon > largest) break;
     std::vector<Run> runs;
