@@ -324,19 +324,16 @@ class MaximizationOverY {
     SolverOptions options = staying_near(options_, kMuBeside);
     options.minmax_max_restarts = 0;
     while (!options_.minmax_concave_in_y && found_.made < kMostStartsOfRows) {
-      double climbed = -kInfinity;
-      for (std::size_t k = 0; k < found_.maxima.size(); ++k) {
-        if (climbs_[k].made) climbed = std::max(climbed, found_.maxima[k].value);
-      }
       std::optional<std::size_t> from;
       for (std::size_t k = 0; k < found_.maxima.size(); ++k) {
         const auto& [v, value, certified, found] = found_.maxima[k];
         // Beside the maxima of a face, which are not certified, stand more of them.
-        const bool wanted = is_higher(value, climbed) || (certified && may_violate_beside(value));
+        const bool wanted = is_higher(value, climbed_) || (certified && may_violate_beside(value));
         if (wanted && !climbs_[k].made && (!from || value > found_.maxima[*from].value)) from = k;
       }
       if (!from || is_above_limit(highest())) return true;
       climbs_[*from].made = true;
+      climbed_ = std::max(climbed_, found_.maxima[*from].value);
       for (std::vector<double>& place : places_from(*from)) {
         if (!maximize_from(std::move(place), options)) return false;
       }
@@ -468,6 +465,7 @@ class MaximizationOverY {
   MaximaOverY found_;
   std::vector<std::size_t> held_;  ///< few variables that all others follow; none: empty
   std::vector<Climb> climbs_;      ///< from each of the maxima
+  double climbed_ = -kInfinity;    ///< highest of those that one was made from
   Index corners_ = 0;              ///< that starts have had
 };
 
