@@ -126,8 +126,8 @@ bool DependenceSearch::next_null_vector(int number, Eigen::VectorXd& w) {
     const double before = w.norm();
     if (!(before > 0.0)) return false;
     rhs.lambda = w;
-    // Not refined: its accuracy is that of the null vector, which is tested.
-    static_cast<void>(system_.kkt().solve(rows_, rhs, step, {.ratio = 1.0}));
+    // Its accuracy is that of the null vector, which is tested.
+    static_cast<void>(system_.kkt().solve(rows_, rhs, step, kUnrefined));
     w = step.lambda;
     for (Index j = 0; j < w.size(); ++j) {
       if (!system_.counts(j)) w[j] = 0.0;

@@ -13,10 +13,6 @@ namespace parameter = parameters::certificate;
 
 namespace {
 
-/// Of the solutions of inverse iteration only the size and the direction matter, and the factors
-/// have been tested.
-constexpr Accuracy kRough{.ratio = 1.0};
-
 /// Adds a direction of little curvature of one player to the one found, the other one answering.
 void add_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
                           const CurvatureTrial& trial, bool inner, CurvatureArrays& arrays) {
@@ -24,9 +20,10 @@ void add_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
   const IndexRange own = inner ? canonical.y() : canonical.x();
   set_zero(canonical, arrays.rhs);
   set_zero(canonical, arrays.solution);
+  // Of these solutions only the size and the direction matter, and the factors have been tested.
   const auto solve = [&](const NewtonResidual& rhs, Step& step) {
-    return inner ? kkt.solve_inner(*trial.assembled, rhs, step, kRough)
-                 : kkt.solve(*trial.assembled, rhs, step, kRough);
+    return inner ? kkt.solve_inner(*trial.assembled, rhs, step, kUnrefined)
+                 : kkt.solve(*trial.assembled, rhs, step, kUnrefined);
   };
   const auto prepare = [&](Eigen::VectorXd& d) {
     for (Index i = 0; i < d.size(); ++i) {

@@ -250,8 +250,7 @@ class MaximizationOverY {
     const double most = highest();
     Index often = 0;
     for (const WorstCaseMaximum& maximum : found_.maxima) {
-      const double below = most - maximum.value;
-      if (below <= options_.minmax_worst_case_tol * found_.range()) often += maximum.found;
+      if (!is_higher(most, maximum.value)) often += maximum.found;
     }
     return often >= kOften;
   }
@@ -318,8 +317,8 @@ class MaximizationOverY {
   }
 
   /// From the highest maximum, as long as single variables show a higher one; where little more
-  /// would violate the constraint, from all that are as high, and beside them, too. False: nothing
-  /// more can be done.
+  /// would violate the constraint, from all strict ones that are as high, and beside them, too.
+  /// False: nothing more can be done.
   [[nodiscard]] bool climb() {
     SolverOptions options = staying_near(options_, kMuBeside);
     options.minmax_max_restarts = 0;

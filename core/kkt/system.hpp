@@ -51,11 +51,12 @@ struct KktArrays {
 /// What of a solution is accurate enough for its use, where the options' residual_ratio_max asks
 /// for more than that: either of the two.
 struct Accuracy {
-  double ratio = 0.0;  ///< of the residual to right-hand side and solution; 1: as factors give it
+  double ratio = 0.0;     ///< of the residual to right-hand side and solution
   double residual = 0.0;  ///< itself
   /// And the rows of variables and constraints, each beside its own right-hand side.
   bool by_rows = true;
 };
+inline constexpr Accuracy kUnrefined{.ratio = 1.0};  ///< as the factors give it
 
 /// What a KktSystem may take over of earlier ones.
 struct KeptKkt {
