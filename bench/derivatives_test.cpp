@@ -56,9 +56,11 @@ constexpr double kTolerance = 1e-6;
 constexpr std::size_t kLargest = 200;  // variables; differences of more take long
 
 TEST(Derivatives, SequentialChauffeur) {
-  chauffeur::SequentialChauffeur problem(chauffeur::refined(7), {},
-                                         std::vector<chauffeur::Control>(7, {0.1, 0.02, -0.01}));
-  EXPECT_LE(derivative_error(problem), kTolerance);
+  for (const auto& parameters : {chauffeur::refined(7), chauffeur::refined_in_rates(7)}) {
+    chauffeur::SequentialChauffeur problem(parameters, {},
+                                           std::vector<chauffeur::Control>(7, {0.1, 0.02, -0.01}));
+    EXPECT_LE(derivative_error(problem), kTolerance);
+  }
 }
 
 TEST(Derivatives, PlantedProblems) {

@@ -21,9 +21,8 @@ namespace {
 using ipminmax::Result;
 using ipminmax::SolverOptions;
 
-/// The same motion for every horizon, inside the players' bounds. Not symmetric: the iterates would
-/// stay on the line through both players.
-chauffeur::Control guess(int horizon) { return {0.2 / horizon, 0.04 / horizon, 0.02 / horizon}; }
+/// Inside the players' bounds. Not symmetric: the iterates would stay on the line through both.
+constexpr chauffeur::Control kGuess{0.2, 0.04, 0.02};
 
 /// One contestant: a formulation solved by a method.
 struct Run {
@@ -50,15 +49,15 @@ struct Run {
 
 std::unique_ptr<ipminmax::Problem> simultaneous(int horizon) {
   auto problem = std::make_unique<ipminmax::TnlpProblem>(
-      new chauffeur::ChauffeurTNLP(chauffeur::refined(horizon), {}, guess(horizon)));
+      new chauffeur::ChauffeurTNLP(chauffeur::refined_in_rates(horizon), {}, kGuess));
   if (const std::string error = problem->load(); !error.empty()) throw std::runtime_error(error);
   return problem;
 }
 
 std::unique_ptr<ipminmax::Problem> sequential(int horizon) {
   return std::make_unique<chauffeur::SequentialChauffeur>(
-      chauffeur::refined(horizon), chauffeur::State{},
-      std::vector<chauffeur::Control>(static_cast<std::size_t>(horizon), guess(horizon)));
+      chauffeur::refined_in_rates(horizon), chauffeur::State{},
+      std::vector<chauffeur::Control>(static_cast<std::size_t>(horizon), kGuess));
 }
 
 SolverOptions method(ipminmax::Globalization globalization, int threads) {

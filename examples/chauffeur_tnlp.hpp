@@ -17,14 +17,16 @@
 /// A pursuer p drives a car (Dubins' vehicle: constant speed v, steering u) and wants to run over a
 /// pedestrian e who walks with velocity d:
 ///
-///   p+ = phi_p(p, u) = (p1 + v cos p3, p2 + v sin p3, p3 + u)      e+ = e + d
+///   p+ = phi_p(p, u) = (p1 + v cos p3, p2 + v sin p3, p3 + h u)      e+ = e + h d
 ///
 /// From the present states p_0 and e_0 the two look T stages ahead:
 ///
 ///   min over u_i, p_{i+1}   max over d_i, e_{i+1}
 ///     scale * sum_{i<T} |p_{i+1}^(1,2) - e_{i+1}|^2 + gamma_u u_i^2 - gamma_d |d_i|^2
 ///   subject to   p_{i+1} = phi_p(p_i, u_i),  u_i^2 <= u_max^2        (the pursuer's)
-///                e_{i+1} = e_i + d_i,      |d_i|^2 <= d_max^2        (the evader's)
+///                e_{i+1} = e_i + h d_i,    |d_i|^2 <= d_max^2        (the evader's)
+///
+/// Controls are per step (h = 1) or per unit of time (h is the time of a step).
 ///
 /// This is the simultaneous formulation: the states are variables and the dynamics are constraints.
 /// All derivatives are exact; everything is ordered stage by stage, so the matrices are banded and
@@ -37,11 +39,12 @@ using Ipopt::Number;
 struct Parameters {
   Index horizon = 20;        ///< T
   Number speed = 0.1;        ///< v of the pursuer, per step
-  Number u_max = 0.5;        ///< largest steering angle, per step
-  Number d_max = 0.06;       ///< largest speed of the evader, per step
+  Number u_max = 0.5;        ///< largest steering angle, per h
+  Number d_max = 0.06;       ///< largest speed of the evader, per h
   Number gamma_u = 80.0;     ///< price of steering
   Number gamma_d = 1000.0;   ///< price of walking
   Number scale = 1.0 / 400;  ///< factor of the objective
+  Number step = 1.0;         ///< h
 };
 
 /// One pursuit of fixed length and duration, cut into ever smaller steps: the same
@@ -49,6 +52,19 @@ struct Parameters {
 inline Parameters refined(Index horizon) {
   const Number T = horizon;
   return {horizon, 2.0 / T, 10.0 / T, 1.2 / T, 0.2 * T * T, 0.25 * T * T, 1.0 / T};
+}
+
+/// The same pursuit with controls per unit of time and costs summed: neither bounds nor their
+/// multipliers become as small as tolerances where T is large.
+inline Parameters refined_in_rates(Index horizon) {
+  const Number T = horizon;
+  return {.horizon = horizon,
+          .speed = 2.0 / T,
+          .u_max = 10.0,
+          .d_max = 1.2,
+          .gamma_u = 0.2,
+          .gamma_d = 0.25,
+          .step = 1.0 / T};
 }
 
 struct State {
@@ -62,9 +78,9 @@ struct Control {
 };
 
 /// Both dynamics, one step.
-inline State advance(const State& s, const Control& c, Number speed) {
-  return {s.px + speed * std::cos(s.heading), s.py + speed * std::sin(s.heading), s.heading + c.u,
-          s.ex + c.dx, s.ey + c.dy};
+inline State advance(const State& s, const Control& c, Number speed, Number step = 1.0) {
+  return {s.px + speed * std::cos(s.heading), s.py + speed * std::sin(s.heading),
+          s.heading + step * c.u, s.ex + step * c.dx, s.ey + step * c.dy};
 }
 
 /// The control as an actuator applies it: cut to what the player is able to do.
@@ -190,7 +206,7 @@ class ChauffeurTNLP : public ipminmax::MinMaxTNLP {
     State s = state_;
     for (Index i = 0; i < horizon(); ++i) {
       const Control& c = controls_[static_cast<std::size_t>(i)];
-      s = advance(s, c, parameters_.speed);
+      s = advance(s, c, parameters_.speed, parameters_.step);
       Number* stage = x + variable(i, 0);
       stage[kU] = c.u;
       stage[kPx] = s.px;
@@ -238,7 +254,7 @@ class ChauffeurTNLP : public ipminmax::MinMaxTNLP {
     for (Index i = 0; i < horizon(); ++i) {
       const Number* stage = x + variable(i, 0);
       const Control c{stage[kU], stage[kDx], stage[kDy]};
-      const State next = advance(now, c, parameters_.speed);
+      const State next = advance(now, c, parameters_.speed, parameters_.step);
       now = {stage[kPx], stage[kPy], stage[kHeading], stage[kEx], stage[kEy]};
       Number* r = g + constraint(i, 0);
       r[kPxStep] = now.px - next.px;
@@ -313,12 +329,12 @@ class ChauffeurTNLP : public ipminmax::MinMaxTNLP {
       entry(c(kPxStep), next(kPx), 1.0);
       entry(c(kPyStep), next(kPy), 1.0);
       entry(c(kHeadingStep), next(kHeading), 1.0);
-      entry(c(kHeadingStep), next(kU), -1.0);
+      entry(c(kHeadingStep), next(kU), -parameters_.step);
       entry(c(kSteering), next(kU), x ? 2.0 * x[next(kU)] : 0.0);
       entry(c(kExStep), next(kEx), 1.0);
-      entry(c(kExStep), next(kDx), -1.0);
+      entry(c(kExStep), next(kDx), -parameters_.step);
       entry(c(kEyStep), next(kEy), 1.0);
-      entry(c(kEyStep), next(kDy), -1.0);
+      entry(c(kEyStep), next(kDy), -parameters_.step);
       entry(c(kWalking), next(kDx), x ? 2.0 * x[next(kDx)] : 0.0);
       entry(c(kWalking), next(kDy), x ? 2.0 * x[next(kDy)] : 0.0);
       if (i == 0) continue;  // p_0 and e_0 are given

@@ -91,11 +91,11 @@ class SequentialChauffeur final : public ipminmax::Problem {
     double suffix = 0.0;  // sum over k > j of df/dh_k
     for (Index j = T_ - 1; j >= 0; --j) {
       const std::size_t k = size(j);
-      grad[k] = suffix + two * p_.gamma_u * v[k];
+      grad[k] = p_.step * suffix + two * p_.gamma_u * v[k];
       suffix += two * p_.speed * (cos_[k] * Ry_[k] - sin_[k] * Rx_[k]);
       const std::size_t dk = size(d(j));
-      grad[dk] = -two * (Rx_[k] + p_.gamma_d * v[dk]);
-      grad[dk + 1] = -two * (Ry_[k] + p_.gamma_d * v[dk + 1]);
+      grad[dk] = -two * (p_.step * Rx_[k] + p_.gamma_d * v[dk]);
+      grad[dk + 1] = -two * (p_.step * Ry_[k] + p_.gamma_d * v[dk + 1]);
     }
     return true;
   }
@@ -120,7 +120,7 @@ class SequentialChauffeur final : public ipminmax::Problem {
                              std::span<const double> lambda, bool,
                              std::span<double> values) override {
     simulate(v);
-    const double two = 2.0 * sigma * p_.scale;
+    const double two = 2.0 * sigma * p_.scale, h2 = p_.step * p_.step;
     double* next = values.data();
     const auto left = [&](Index k, Index l) { return static_cast<double>(T_ - std::max(k, l)); };
 
@@ -141,7 +141,7 @@ class SequentialChauffeur final : public ipminmax::Problem {
       }
     }
     for (Index row = 0; row < T_; ++row) {
-      for (Index col = 0; col <= row; ++col) *next++ = two * row_sum(row + 1, col + 1);
+      for (Index col = 0; col <= row; ++col) *next++ = two * h2 * row_sum(row + 1, col + 1);
       next[-1] += two * p_.gamma_u + 2.0 * lambda[size(row)];
     }
     for (Index j = 0; j < T_; ++j) {
@@ -153,8 +153,8 @@ class SequentialChauffeur final : public ipminmax::Problem {
           sums_[size(m)] = suffix;
           suffix += sign * p_.speed * left(m, j) * t[size(m)];
         }
-        for (Index m = 0; m < T_; ++m) *next++ = two * sums_[size(m)];
-        for (Index l = 0; l <= j; ++l) *next++ = two * left(j, l);
+        for (Index m = 0; m < T_; ++m) *next++ = two * h2 * sums_[size(m)];
+        for (Index l = 0; l <= j; ++l) *next++ = two * h2 * left(j, l);
         next[-1] += 2.0 * lambda[size(T_ + j)] - two * p_.gamma_d;
       }
     }
@@ -174,8 +174,8 @@ class SequentialChauffeur final : public ipminmax::Problem {
       const Control c{v[k], v[size(d(i))], v[size(d(i)) + 1]};
       cos_[k] = std::cos(s.heading);
       sin_[k] = std::sin(s.heading);
-      s = {s.px + p_.speed * cos_[k], s.py + p_.speed * sin_[k], s.heading + c.u, s.ex + c.dx,
-           s.ey + c.dy};
+      s = {s.px + p_.speed * cos_[k], s.py + p_.speed * sin_[k], s.heading + p_.step * c.u,
+           s.ex + p_.step * c.dx, s.ey + p_.step * c.dy};
       Rx_[k] = s.px - s.ex;
       Ry_[k] = s.py - s.ey;
       f += Rx_[k] * Rx_[k] + Ry_[k] * Ry_[k] + p_.gamma_u * c.u * c.u -
