@@ -74,7 +74,7 @@ double norm(std::span<const double> v) {
 
 /// Whether A u is what rounding may leave of A's entries times those of u. product: workspace.
 bool vanishes(const SymmetricMatrix& matrix, std::span<const double> u, std::span<double> product) {
-  constexpr double kRounding = 1e-13;  // MUMPS takes pivots for zero up to 1e-12
+  constexpr double kRounding = 1e-14;
   matrix.multiply(u, product);
   const double left = norm(product);
   const auto at = [](Index i) { return static_cast<std::size_t>(i); };

@@ -428,6 +428,28 @@ TEST(AutoSolver, ASingularMatrixIsSeenWithoutPivoting) {
   EXPECT_FALSE(seen.trust.pivoted);
 }
 
+/// Rows of equations that are solved one after the other, each step larger than the one before: no
+/// pivot is small, one eigenvalue is. A multiplier shift here would cost Newton's method its digits.
+TEST(AutoSolver, AnAlmostSingularMatrixIsNotASingularOne) {
+  constexpr Index kSteps = 300;
+  for (const double growth : {1.07, 1.09, 1.12}) {
+    MatrixBuilder builder(2 * kSteps);
+    std::vector<std::int8_t> signs(2 * kSteps, 1);
+    for (Index i = 0; i < kSteps; ++i) {
+      builder.add(i, i, 1e-4);
+      builder.add(kSteps + i, i, 1.0);
+      if (i > 0) builder.add(kSteps + i, i - 1, -growth);
+      signs[static_cast<std::size_t>(kSteps + i)] = -1;
+    }
+    const SymmetricMatrix matrix = builder.build();
+    AutoSolver solver({});
+    ASSERT_TRUE(solver.analyze(matrix, signs).ok);
+    const Factorization result = solver.factorize(matrix);
+    EXPECT_EQ(result.status, FactorizationStatus::Ok) << growth;
+    EXPECT_EQ(result.inertia, (Inertia{kSteps, kSteps, 0})) << growth;
+  }
+}
+
 TEST(AutoSolver, InDoubtASingularMatrixIsSeenWithoutPivotingWhereSolutionsAreWanted) {
   const PairsOfEqualRows kkt;
   AutoSolver solver({.ldlt_gamma = 1e-11});
