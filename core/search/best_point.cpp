@@ -11,7 +11,8 @@ PointRank rank_of(const CanonicalProblem& canonical, const SolverOptions& option
   const auto or_last = [](double value) { return std::isnan(value) ? kInfinity : value; };
   const bool minimization = canonical.max_size() == 0;
   return {.violation = std::max(or_last(point.error.primal), options.constr_viol_tol),
-          .value = or_last(minimization ? point.evaluation.f : point.error.total)};
+          .value = or_last(minimization ? point.evaluation.f : point.error.total),
+          .error = or_last(point.error.total)};
 }
 
 void BestPoint::see(const PointRank& rank, const Point& point, double mu, Index iteration) {

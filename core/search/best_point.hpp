@@ -12,6 +12,7 @@ namespace ipminmax {
 struct PointRank {
   double violation = 0.0;  ///< of the model's constraints, at least constr_viol_tol
   double value = 0.0;      ///< of a minimization the objective, else the first-order error
+  double error = 0.0;      ///< of first order
 
   auto operator<=>(const PointRank&) const = default;
 };

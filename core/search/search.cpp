@@ -122,14 +122,18 @@ void Search::make_step(StepMethod& method) {
 SearchOutcome Search::after_failed_step() {
   // Whatever failed past the time limit was cut short.
   if (const auto exceeded = context_.limit.exceeded()) return ended(*exceeded);
-  // As in Ipopt: where no better point can be reached, the acceptable tolerances are enough.
+  // As in Ipopt: where no better point can be reached, the acceptable tolerances are enough, at the
+  // best point if not where the last restoration ended.
   const bool stuck =
       step_.failure == Status::TinyStep || step_.failure == Status::RestorationFailed;
-  if (stuck) drop_idle_multipliers(context_.options.acceptable_tol);
-  if (stuck && context_.canonical.max_size() == 0 && purpose_ == Purpose::Solution &&
-      test_.is_acceptable(arrays_.point.error)) {
-    return ended(judge(Status::SolvedToAcceptableLevel));
+  const bool enough = stuck && context_.canonical.max_size() == 0 && purpose_ == Purpose::Solution;
+  if (enough && !test_.is_acceptable(arrays_.point.error) &&
+      test_.is_acceptable(arrays_.best.point().error)) {
+    arrays_.point = arrays_.best.point();
   }
+  if (stuck) drop_idle_multipliers(context_.options.acceptable_tol);
+  if (enough && test_.is_acceptable(arrays_.point.error))
+    return ended(judge(Status::SolvedToAcceptableLevel));
   return ended(*step_.failure, step_.message);
 }
 

@@ -392,6 +392,31 @@ TEST(SolveStatus, ALooseToleranceStopsAtTheAcceptableLevel) {
   EXPECT_GT(result.error.total, options.tol);
 }
 
+/// Bratu's equations just beyond their turning point have no solution. Newton's steps come within
+/// the acceptable tolerances of one, and the restoration that fails in the end leads away from it.
+TEST(SolveStatus, WhereARestorationFailsTheAcceptablePointBeforeItIsTheAnswer) {
+  constexpr int kSide = 3;
+  constexpr double kStep = 1.0 / (kSide + 1);
+  Model model;
+  std::vector<Expression> u;
+  for (int k = 0; k < kSide * kSide; ++k) {
+    u.push_back(model.variable(kMin, "u" + std::to_string(k)));
+  }
+  for (int k = 0; k < kSide * kSide; ++k) {
+    const int i = k / kSide, j = k % kSide;
+    Expression left = 4.0 * u[k] - kStep * kStep * 6.69050983 * exp(u[k]);
+    if (i > 0) left = left - u[k - kSide];
+    if (i + 1 < kSide) left = left - u[k + kSide];
+    if (j > 0) left = left - u[k - 1];
+    if (j + 1 < kSide) left = left - u[k + 1];
+    model.constraint(left, 0.0, 0.0);
+  }
+  AutodiffProblem problem(model, std::vector<double>(kSide * kSide, 0.0));
+  const Result result = solve(problem, {});
+  EXPECT_EQ(result.status, Status::SolvedToAcceptableLevel);
+  EXPECT_LE(result.error.total, 1e-6);
+}
+
 TEST(SolveStatus, EveryStatusHasItsOwnName) {
   std::vector<std::string_view> names;
   for (int s = 0; s <= static_cast<int>(Status::OutOfMemory); ++s) {
