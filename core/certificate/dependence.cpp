@@ -122,7 +122,8 @@ bool DependenceSearch::next_null_vector(int number, Eigen::VectorXd& w) {
     for (const Eigen::VectorXd& other : null_) w -= other.dot(w) * other;
   };
   orthogonalize();
-  for (int k = 0; k < 2 || (k < parameter::kFew && length_of(w) > parameter::kDependent); ++k) {
+  // To rounding: constraints that follow from others are known by a sum that stays what it is.
+  for (int k = 0; k < 2 || (k < parameter::kFew && length_of(w) > parameter::kRounding); ++k) {
     const double before = w.norm();
     if (!(before > 0.0)) return false;
     rhs.lambda = w;

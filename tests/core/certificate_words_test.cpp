@@ -79,6 +79,32 @@ TEST(DependentRows, ABoundRepeatedAsARowIsNoObstacle) {
   }
 }
 
+TEST(DependentRows, BalancesOfNearlySeparateCirclesAreOneTooMany) {
+  // Flows around two circles of nodes, and a thousandth of one from one to the other: balances of
+  // each circle alone nearly follow from each other, those of both do.
+  constexpr std::size_t kNodes = 6;
+  Model model;
+  const Expression between = model.variable(kMin, "t");
+  Expression cost = square(between - 1.0);
+  std::vector<Expression> flow;
+  for (std::size_t k = 0; k < 2 * kNodes; ++k) {
+    flow.push_back(model.variable(kMin, "q" + std::to_string(k)));
+    cost = cost + square(flow[k] - std::cos(static_cast<double>(k)));
+  }
+  model.objective(cost);
+  for (std::size_t circle = 0; circle < 2; ++circle) {
+    for (std::size_t i = 0; i < kNodes; ++i) {
+      const std::size_t first = circle * kNodes;
+      const Expression sum = flow[first + i] - flow[first + (i + kNodes - 1) % kNodes];
+      const double share = i > 0 ? 0.0 : circle == 0 ? 1e-3 : -1e-3;
+      model.constraint(sum + share * between, 0.0, 0.0);
+    }
+  }
+  const Certificate found = solved(model, std::vector<double>(2 * kNodes + 1, 10.0));
+  EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
+  EXPECT_TRUE(names(find(found, Kind::Dependent), "redundant"));
+}
+
 TEST(DependentRows, AVertexMayHaveMoreActiveRowsThanVariables) {
   // Bounds and two rows meet in (0, 0); the equation follows from the bounds.
   Model model;
