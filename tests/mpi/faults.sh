@@ -13,6 +13,9 @@ fail() {
   exit 1
 }
 
+# Whether a process has VARIABLE=VALUE. (Not by a pipe: where grep -q ends first it fails.)
+started_with() { grep -zqxs -- "$1" "/proc/$2/environ"; }
+
 # Processes of this script that run one of the programs.
 left_running() {
   local process name
@@ -22,9 +25,7 @@ left_running() {
     ipminmax | ipminmax-worker | mpi_*) ;;
     *) continue ;;
     esac
-    if tr '\0' '\n' 2>/dev/null <"$process/environ" | grep -qx "TMPDIR=$work"; then
-      echo "${process#/proc/}"
-    fi
+    started_with "TMPDIR=$work" "${process#/proc/}" && echo "${process#/proc/}"
   done
 }
 
@@ -145,9 +146,7 @@ interrupted)
 starts_rank_killed)
   begin "under way" "$MPIEXEC" -n 3 "$PROGRAM" slow_starts 10000
   for pid in $(left_running); do
-    if tr '\0' '\n' <"/proc/$pid/environ" | grep -qx OMPI_COMM_WORLD_RANK=2; then
-      kill -KILL "$pid"
-    fi
+    started_with OMPI_COMM_WORLD_RANK=2 "$pid" && kill -KILL "$pid"
   done
   expect_end 100 "starts, .* points, stopped by the launcher"
   [ "$code" -ne 0 ] || fail "exit code 0"
@@ -155,9 +154,7 @@ starts_rank_killed)
 starts_taken_over)
   begin "under way" "$MPIEXEC" --enable-recovery -n 3 "$PROGRAM" slow_starts 160
   for pid in $(left_running); do
-    if tr '\0' '\n' <"/proc/$pid/environ" | grep -qx OMPI_COMM_WORLD_RANK=2; then
-      kill -KILL "$pid"
-    fi
+    started_with OMPI_COMM_WORLD_RANK=2 "$pid" && kill -KILL "$pid"
   done
   expect_end 100 "^160 starts"
   grep -q "rank 2 does not answer any more" "$log" || fail "the death was not noticed"

@@ -105,7 +105,7 @@ find "$prefix/include/ipminmax" -name '*.h*' -print0 |
 
 echo "== the shared library exports the public names and no others"
 shared=$build_dir/libipminmax.so
-readelf -d "$shared" | grep -q "SONAME.*libipminmax.so.$(pkg-config --modversion ipminmax | cut -d. -f1,2)\]"
+readelf -d "$shared" | grep "SONAME.*libipminmax.so.$(pkg-config --modversion ipminmax | cut -d. -f1,2)\]" >/dev/null
 nm -D --defined-only -C "$shared" | sed -n 's/^[0-9a-f]* [TDBR] //p' >"$work/exported"
 grep -q '^ipminmax::solve(' "$work/exported"
 grep -q '^IpminmaxSolve$' "$work/exported"
