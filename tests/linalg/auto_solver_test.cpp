@@ -428,8 +428,8 @@ TEST(AutoSolver, ASingularMatrixIsSeenWithoutPivoting) {
   EXPECT_FALSE(seen.trust.pivoted);
 }
 
-/// Rows of equations that are solved one after the other, each step larger than the one before: no
-/// pivot is small, one eigenvalue is. A multiplier shift here would cost Newton's method its digits.
+/// Equations that are solved one after the other, each step larger than the one before: no pivot is
+/// small, one eigenvalue is. A shift of the multipliers would cost Newton's method its digits.
 TEST(AutoSolver, AnAlmostSingularMatrixIsNotASingularOne) {
   constexpr Index kSteps = 300;
   for (const double growth : {1.07, 1.09, 1.12}) {
