@@ -1,0 +1,92 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "core/problem.hpp"
+
+/// The only comparisons of points and of values, besides those that Ipopt's tolerances define: a
+/// difference counts beside the range of what is compared, so that the same model in other units
+/// gives the same answer.
+namespace ipminmax {
+
+/// The values seen of one function at points that are compared.
+struct ValueRange {
+  double least = std::numeric_limits<double>::infinity();
+  double most = -std::numeric_limits<double>::infinity();
+  /// Sum of the absolute terms of a value: a value is known to a few units of rounding of them.
+  double terms = 0.0;
+
+  void see(double value) {
+    if (!std::isfinite(value)) return;
+    least = std::min(least, value);
+    most = std::max(most, value);
+    terms = std::max(terms, std::abs(value));
+  }
+  [[nodiscard]] double size() const { return most > least ? most - least : 0.0; }
+  /// The smallest difference that counts: `tol` of the range, and more than rounding explains.
+  [[nodiscard]] double resolution(double tol) const {
+    constexpr double kUnitsOfRounding = 64.0;  // of a function of some tens of operations
+    return std::max(tol * size(),
+                    kUnitsOfRounding * std::numeric_limits<double>::epsilon() * terms);
+  }
+};
+
+/// Whether a exceeds b by a difference that counts. False where one of them is NaN.
+[[nodiscard]] inline bool clearly_greater(double a, double b, const ValueRange& range, double tol) {
+  return a - b > range.resolution(tol) || (a > b && std::isinf(a - b));
+}
+
+/// Whether lower <= value <= upper up to a difference that counts. False where it is NaN.
+[[nodiscard]] inline bool is_met(double value, double lower, double upper, const ValueRange& range,
+                                 double tol) {
+  return !std::isnan(value) && !clearly_greater(value, upper, range, tol) &&
+         !clearly_greater(lower, value, range, tol);
+}
+
+/// In what differences of each variable are measured: the width of its box, or, without two finite
+/// bounds, the spread of the values seen, or, where one alone was seen, its size.
+class VariableRanges {
+ public:
+  explicit VariableRanges(const ProblemStructure& structure)
+      : box_(structure.variable_players.size()),
+        least_(box_.size(), std::numeric_limits<double>::infinity()),
+        most_(box_.size(), -std::numeric_limits<double>::infinity()) {
+    for (std::size_t i = 0; i < box_.size(); ++i)
+      box_[i] = structure.variable_upper[i] - structure.variable_lower[i];
+  }
+  /// v: n values.
+  void see(std::span<const double> v) {
+    for (std::size_t i = 0; i < box_.size() && i < v.size(); ++i) {
+      least_[i] = std::min(least_[i], v[i]);
+      most_[i] = std::max(most_[i], v[i]);
+    }
+  }
+  [[nodiscard]] double of(std::size_t i) const {
+    constexpr double kNoBound = 1e19;  // nlp_upper_bound_inf
+    if (box_[i] < kNoBound) return box_[i];
+    if (most_[i] > least_[i]) return most_[i] - least_[i];
+    return std::max(std::abs(least_[i]), std::abs(most_[i]));
+  }
+
+ private:
+  std::vector<double> box_, least_, most_;
+};
+
+/// Whether two points agree in the given variables, each to tol of its range.
+/// variables: indices; of others nothing is asked.
+template <class Indices>
+[[nodiscard]] bool same_point(std::span<const double> a, std::span<const double> b,
+                              const VariableRanges& ranges, const Indices& variables, double tol) {
+  constexpr double kRounding = 4.0 * std::numeric_limits<double>::epsilon();
+  return std::ranges::all_of(variables, [&](auto index) {
+    const auto i = static_cast<std::size_t>(index);
+    const double size = std::max(std::abs(a[i]), std::abs(b[i]));
+    return std::abs(a[i] - b[i]) <= std::max(tol * ranges.of(i), kRounding * size);
+  });
+}
+
+}  // namespace ipminmax
