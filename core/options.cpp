@@ -528,12 +528,12 @@ Rows study_options() {
        "Step of the differences that replace second derivatives, times max(1, |v|).",
        open(&O::minmax_difference_step, 0.0, 1.0)},
       {"minmax_distinct_tol", category,
-       "Distance, relative to max(1, |v|), up to which two certified points are the same.",
+       "Distance up to which two certified points, and two maxima over y, are the same: in each "
+       "variable, relative to its box or, without two bounds, to the spread of its values.",
        positive(&O::minmax_distinct_tol)},
       {"minmax_worst_case_tol", category,
-       "Violation of a robust constraint, relative to the range of values that it was seen to "
-       "take, at most to the terms of the highest, from which a maximum over y becomes another "
-       "worst case (with "
+       "Violation of a robust constraint, relative to the range of the values that it was seen to "
+       "take over y, from which a maximum over y becomes another worst case (with "
        "minmax_worst_case_starts).",
        positive(&O::minmax_worst_case_tol)},
       {"minmax_robust_copies", category,

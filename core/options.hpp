@@ -168,7 +168,7 @@ struct SolverOptions {
   bool minmax_robust_copies = true;
   bool minmax_epigraph = false;
   bool minmax_epigraph_at_kinks = false;
-  double minmax_worst_case_tol = 1e-7;
+  double minmax_worst_case_tol = 1e-6;
 
   // Hessian and Jacobian shifts
   double first_hessian_perturbation = 1e-4;

@@ -281,6 +281,9 @@ struct SearchOverY {
   Index solves = 0;  ///< with other worst cases each
   /// Of each function at the returned x, with minmax_worst_case_proof.
   std::vector<WorstCaseProof> proofs{};
+  /// Why a higher maximum than those found is to be expected; empty: it is not.
+  std::string open{};
+  Index open_constraint = -1;  ///< that this is about; -1: f
 };
 
 /// What was looked at over x.

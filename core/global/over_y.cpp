@@ -4,7 +4,6 @@
 #include <functional>
 #include <utility>
 
-#include "core/global/choice.hpp"
 #include "core/global/places_over_y.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/forwarding_problem.hpp"
@@ -88,7 +87,15 @@ class MaximizationOverY {
   /// limit: from which value, and by how much of the range, a maximum is one too many; without it
   /// there are as many starts as are asked for.
   MaximizationOverY(Problem& inner, const MaximizationContext& context, std::optional<double> limit)
-      : inner_(inner), context_(context), options_(context.options), limit_(limit) {
+      : inner_(inner),
+        context_(context),
+        options_(context.options),
+        limit_(limit),
+        ranges_(inner.structure()) {
+    const ProblemStructure& s = inner.structure();
+    for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
+      if (s.variable_lower[i] < s.variable_upper[i]) free_.push_back(i);
+    }
     options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
     options_.warm_start_init_point = false;
   }
@@ -122,6 +129,7 @@ class MaximizationOverY {
     if (found_.finished && count > 1 && !any_certified() && makes_new_starts(options_)) {
       static_cast<void>(maximize_from({}, options_));
     }
+    widen_range();
     std::ranges::stable_sort(found_.maxima, std::greater{}, &WorstCaseMaximum::value);
     if (wants_proof() && !is_above_limit(highest())) prove();
     found_.single_branch = found_.single_branch && found_.maxima.size() == 1 && any_certified();
@@ -232,7 +240,8 @@ class MaximizationOverY {
       ++distinct;
     }
     const double most = highest();
-    const double more = thorough ? found_.range() : std::max(most - lowest, kMore * found_.range());
+    const double more =
+        thorough ? found_.range.size() : std::max(most - lowest, kMore * found_.range.size());
     return !is_above_limit(most) && most + more > *limit_ &&
            (made <= 2 * distinct * distinct + 3 * distinct + 2 ||
             distinct * (distinct + 1) > kUnseenShare * made * (made - 1));
@@ -259,7 +268,7 @@ class MaximizationOverY {
     return context_.proof != nullptr || options_.minmax_worst_case_proof;
   }
   [[nodiscard]] bool is_higher(double value, double other) const {
-    return value - other > options_.minmax_worst_case_tol * found_.range();
+    return clearly_greater(value, other, found_.range, options_.minmax_worst_case_tol);
   }
   [[nodiscard]] bool is_above_limit(double value) const {
     return limit_ && is_higher(value, *limit_);
@@ -288,8 +297,7 @@ class MaximizationOverY {
     const double clearly = request.tolerance * std::max(1.0, std::abs(known));
     if (!proof.v.empty() && (found_.maxima.empty() || proof.seen - known > clearly)) {
       found_.maxima.insert(found_.maxima.begin(), {proof.v, proof.seen, false, 0});
-      found_.least = std::min(found_.least, proof.seen);
-      found_.most = std::max(found_.most, proof.seen);
+      found_.range.see(proof.seen);
     }
     found_.maximized = found_.maximized || proof.complete;
     found_.proof = std::move(proof);
@@ -341,7 +349,7 @@ class MaximizationOverY {
   }
 
   [[nodiscard]] bool may_violate_beside(double value) const {
-    return value + kMore * found_.range() > *limit_;
+    return value + kMore * found_.range.size() > *limit_;
   }
 
   /// Beside a maximum; where none can violate, only what is above it.
@@ -349,9 +357,16 @@ class MaximizationOverY {
     const WorstCaseMaximum& maximum = found_.maxima[k];
     const double gain = may_violate_beside(maximum.value)
                             ? -kInfinity
-                            : options_.minmax_worst_case_tol * found_.range();
+                            : found_.range.resolution(options_.minmax_worst_case_tol);
     return next_to(inner_, options_, maximum.v, climbs_[k].lambda, gain, kBeside,
                    context_.work.counts);
+  }
+
+  /// By values at infeasible points, up to the size of the function.
+  void widen_range() {
+    const double width = std::min(on_the_way_.size(), context_.size);
+    if (width > found_.range.size()) found_.range.see(found_.range.most - width);
+    found_.range.terms = std::max(found_.range.terms, context_.size);
   }
 
   /// False: nothing more can be done.
@@ -374,10 +389,10 @@ class MaximizationOverY {
     SolveObserver observer;
     observer.on_iteration = [this](const IterationInfo& info) {
       if (info.iteration == 0) found_.starts.emplace_back(info.v.begin(), info.v.end());
-      if (std::isfinite(info.objective)) {
-        found_.least = std::min(found_.least, info.objective);
-        found_.most = std::max(found_.most, info.objective);
-      }
+      // Where Max's constraints do not hold the function may be anything.
+      const bool feasible = !info.restoration && info.error.primal <= options_.constr_viol_tol;
+      (feasible ? found_.range : on_the_way_).see(info.objective);
+      if (info.iteration == 0 && context_.witnesses != nullptr) context_.witnesses->add(info.v);
       found_.single_branch = found_.single_branch && info.delta_y == 0.0;
       IterationInfo told = info;
       told.over_y = true;
@@ -414,8 +429,8 @@ class MaximizationOverY {
     found_.single_branch = found_.single_branch && maximum;
     if (runs_away) {
       // Far away and infeasible, nothing is seen of f.
-      double size = 1.0;
-      for (const double value : result.v) size = std::max(size, std::abs(value));
+      double size = 0.0;
+      for (const std::size_t i : free_) size = std::max(size, std::abs(result.v[i]));
       if (result.error.primal <= options_.constr_viol_tol * size) found_.unbounded = true;
     }
     if (result.v.empty() || !std::isfinite(result.objective) ||
@@ -423,14 +438,14 @@ class MaximizationOverY {
       return;
     }
     const bool certified = result.certificate.kind == PointKind::LocalMinmax;
-    const auto lower = [&](const WorstCaseMaximum& known) {
-      return known.value < result.objective;
-    };
-    if (std::ranges::all_of(found_.maxima, lower)) {
-      found_.terms = terms_at(result);
-    }
+    found_.range.see(result.objective);
+    if (context_.witnesses != nullptr) context_.witnesses->add(result.v);
+    ranges_.see(result.v);
     for (WorstCaseMaximum& known : found_.maxima) {
-      if (!same_point(result.v, known.v, options_.minmax_distinct_tol)) continue;
+      if (!same_point(result.v, known.v, ranges_, free_, options_.minmax_distinct_tol) ||
+          is_higher(result.objective, known.value) || is_higher(known.value, result.objective)) {
+        continue;
+      }
       ++known.found;
       known.certified = known.certified || certified;
       if (result.objective > known.value) {
@@ -444,24 +459,15 @@ class MaximizationOverY {
     climbs_.push_back({result.lambda, false});
   }
 
-  /// |value| and its slopes times the sizes of the variables, 1 at least; infinite where undefined.
-  [[nodiscard]] double terms_at(const Result& result) {
-    std::vector<double> gradient(result.v.size());
-    if (!inner_.gradient(result.v, true, gradient)) return kInfinity;
-    ++context_.work.counts.gradient;
-    double terms = std::abs(result.objective);
-    for (std::size_t i = 0; i < gradient.size(); ++i) {
-      terms += std::abs(gradient[i]) * std::max(1.0, std::abs(result.v[i]));
-    }
-    return std::isfinite(terms) ? terms : kInfinity;
-  }
-
   Problem& inner_;
   const MaximizationContext& context_;
   SolverOptions options_;
   std::optional<double> limit_;
+  VariableRanges ranges_;
+  std::vector<std::size_t> free_;  ///< variables that are not held
   SearchStructure structure_;
   MaximaOverY found_;
+  ValueRange on_the_way_;          ///< of values at infeasible points
   std::vector<std::size_t> held_;  ///< few variables that all others follow; none: empty
   std::vector<Climb> climbs_;      ///< from each of the maxima
   double climbed_ = -kInfinity;    ///< highest of those that one was made from
@@ -486,7 +492,8 @@ Index starts_over_y_of_rows(const SolverOptions& options) {
 }
 
 Index starts_over_y_of_objective(const SolverOptions& options) {
-  if (options.minmax_worst_case_proof) return starts_over_y_of_rows(options);
+  if (options.minmax_worst_case_proof || options.minmax_epigraph)
+    return starts_over_y_of_rows(options);
   return std::max(0, options.minmax_worst_case_starts);
 }
 
@@ -515,8 +522,8 @@ const SideScan* worst_side(const std::vector<SideScan>& scans, Index constraint)
 
 std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<double>& x,
                                               Index starts,
-                                              const std::vector<KnownWorstCase>& known,
-                                              const RobustScopes& scopes,
+                                              const std::vector<RobustCopies::WorstCase>& known,
+                                              const RobustScopes& scopes, const RowUnits& units,
                                               const MaximizationContext& context) {
   const ProblemStructure& s = model.structure();
   std::vector<SideScan> scans;
@@ -526,10 +533,8 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
     scan.bound = side > 0.0 ? s.constraint_upper[at(row)] : -s.constraint_lower[at(row)];
     scan.accepted = scan.bound + relaxation(scan.bound, context.options);
     std::vector<std::vector<double>> given;
-    for (const auto& [other, value, gap] : known) {
-      if (other.constraint != row || other.side * side < 0.0) continue;
-      given.push_back(other.v);
-      if (std::isfinite(value)) scan.accepted = std::max(scan.accepted, side * value + gap);
+    for (const RobustCopies::WorstCase& other : known) {
+      if (other.constraint == row && other.side * side >= 0.0) given.push_back(other.v);
     }
     scan.settled = false;
     if (context.budget.used_up()) return scan;
@@ -542,14 +547,20 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
       given.clear();
       for (const auto& maximum : before.maxima) given.push_back(maximum.v);
     }
-    MaximaOverY found = maximize_over_y(problem, starts, given, context,
+    MaximizationContext sized = context;
+    sized.size = units.size[at(row)];
+    MaximaOverY found = maximize_over_y(problem, starts, given, sized,
                                         starts > 0 ? std::optional(scan.accepted) : std::nullopt);
     scan.settled = found.finished && found.maximized;
     scan.may_be_higher = !found.settled && !(found.proof && found.proof->complete);
-    scan.scale = std::max(found.range(), std::abs(scan.bound));
+    scan.range = found.range;
     scan.starts = std::move(found.starts);
     scan.proof = std::move(found.proof);
-    if (scan.proof) describe(row, side, *scan.proof);
+    if (scan.proof) {
+      scan.proof->seen = units.value(at(row), side, scan.proof->seen);
+      scan.proof->proved = units.value(at(row), side, scan.proof->proved);
+      describe(row, side, *scan.proof);
+    }
     const auto worst_case = [&](std::vector<double>& v) {
       return RobustCopies::WorstCase{row, std::move(v), true, false, side > 0.0 ? 1 : -1};
     };

@@ -5,13 +5,16 @@
 #include <optional>
 #include <vector>
 
+#include "core/global/audit.hpp"
 #include "core/model/budget.hpp"
+#include "core/model/compare.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
 #include "core/proof.hpp"
 #include "core/proof/enclosure.hpp"
 #include "core/result.hpp"
 #include "core/robust/robust_copies.hpp"
+#include "core/robust/row_units.hpp"
 #include "core/worst_case.hpp"
 
 namespace ipminmax {
@@ -46,17 +49,18 @@ struct MaximizationContext {
   /// What a scan at the same x has found, where this is the last look; null: it is not. Where y
   /// follows equations, the first starts see most, and it is left as it is.
   const std::vector<SideScan>* before = nullptr;
+  Witnesses* witnesses = nullptr;  ///< to which starts and maxima are added
+  /// Size of the function where that is known: values at infeasible points show its range up to
+  /// that.
+  double size = 0.0;
 };
 
 /// What maximizing one function over y at one x has found.
 struct MaximaOverY {
   std::vector<WorstCaseMaximum> maxima;     ///< distinct, the largest value first
   std::vector<std::vector<double>> starts;  ///< where the maximizations began, n values each
-  /// Values seen on the way tell which differences count, up to the terms of the highest maximum:
-  /// on the way they may be anything.
-  double least = std::numeric_limits<double>::infinity();
-  double most = -std::numeric_limits<double>::infinity();
-  double terms = std::numeric_limits<double>::infinity();
+  /// Of the values at the feasible points that the maximizations went through.
+  ValueRange range;
   Index made = 0;
   bool maximized = false;     ///< at least one ended as a maximum
   bool unbounded = false;     ///< one ran to infinity
@@ -68,8 +72,6 @@ struct MaximaOverY {
   /// Of the largest value, where it was asked for and no maximum was above the limit. A higher y
   /// that it has seen is one of the maxima.
   std::optional<WorstCaseProof> proof;
-
-  [[nodiscard]] double range() const { return std::clamp(most - least, 0.0, terms); }
 };
 
 /// Maximizes a problem whose Min variables are fixed from its own start, the best corner of a box
@@ -100,8 +102,8 @@ void cut(std::size_t n, std::size_t m, Result& result);
 struct SideScan {
   Index constraint = 0;
   double bound = 0.0;                           ///< of side times the constraint
-  double accepted = 0.0;                        ///< the bound, or a value that a solve let pass
-  double scale = 0.0;                           ///< of its values, MaximaOverY::range()
+  double accepted = 0.0;                        ///< the bound, relaxed
+  ValueRange range;                             ///< of its values
   bool settled = true;                          ///< maximized, as often as was asked for
   bool may_be_higher = false;                   ///< after the most starts, and no proof says other
   std::vector<RobustCopies::WorstCase> maxima;  ///< distinct, the largest value first
@@ -110,29 +112,25 @@ struct SideScan {
   std::vector<RobustCopies::WorstCase> valueless_corners;  ///< as MaximaOverY's
   std::optional<WorstCaseProof> proof;
 
-  /// Excess over the bound, or over what a solve accepts, relative to the scale; negative: the
-  /// constraint holds.
+  /// Whether the k-th maximum exceeds the bound by more than tol of the range.
+  [[nodiscard]] bool violates(std::size_t k, double tol) const {
+    return clearly_greater(values[k], accepted, range, tol);
+  }
+  /// Excess over the bound beside the range; negative: the constraint holds.
   [[nodiscard]] double excess(std::size_t k) const {
-    return (values[k] - accepted) / std::max(scale, std::numeric_limits<double>::min());
+    return (values[k] - accepted) / std::max(range.size(), std::numeric_limits<double>::min());
   }
 };
 
 /// The side of a constraint that is violated most, or nearest to it; null: no maximum was found.
 [[nodiscard]] const SideScan* worst_side(const std::vector<SideScan>& scans, Index constraint);
 
-/// A worst case that maximizations begin from, too, the value of its constraint in the solve, and
-/// how far below the maximum the barrier leaves it.
-struct KnownWorstCase {
-  RobustCopies::WorstCase worst_case;
-  double value = std::numeric_limits<double>::quiet_NaN();
-  double gap = 0.0;
-};
-
-/// Maximizes each bounded side of each robust constraint over all of y at the x of a point. scopes:
-/// of the model. Of context.looked the functions and proofs are those of this x.
+/// Maximizes each bounded side of each robust constraint over all of y at the x of a point, from
+/// the known worst cases and others. scopes: of the model. units: of its rows, for what is said of
+/// proofs. Of context.looked the functions and proofs are those of this x.
 [[nodiscard]] std::vector<SideScan> scan_robust_constraints(
     Problem& model, const std::vector<double>& x, Index starts,
-    const std::vector<KnownWorstCase>& known, const RobustScopes& scopes,
-    const MaximizationContext& context);
+    const std::vector<RobustCopies::WorstCase>& known, const RobustScopes& scopes,
+    const RowUnits& units, const MaximizationContext& context);
 
 }  // namespace ipminmax

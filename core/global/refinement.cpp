@@ -68,7 +68,7 @@ Result Refinement::from(Problem& model, const std::vector<double>& v, Index star
     budget_.stop(Status::OutOfMemory);
     result = without_point(Status::OutOfMemory, "out of memory");
   }
-  settle(budget_.interrupted(), result);
+  witnesses_.add(result);
   return result;
 }
 
@@ -94,8 +94,7 @@ Result Refinement::from_start(Problem& model, const std::vector<double>& v, Inde
         anew ? over_branches(model, v, start, false) : over_branches(model, answer.v, start, true);
     // The errors of a search over branches are those of its copies of y: only a certified answer is
     // one.
-    const bool found = branches.over_y.finished && !branches.over_y.better_known &&
-                       branches.certificate.kind == PointKind::LocalMinmax &&
+    const bool found = stands(branches) && branches.certificate.kind == PointKind::LocalMinmax &&
                        better(branches, answer);
     Result& chosen = found ? branches : answer;
     add_work(found ? answer : branches, chosen);
@@ -107,8 +106,13 @@ Result Refinement::from_start(Problem& model, const std::vector<double>& v, Inde
 Result Refinement::as_asked(Problem& model, const std::vector<double>& v, Index start,
                             SearchStructure& structure) const {
   if (has_rows_for_every_y(model.structure(), options_)) {
-    return RobustSearch({model, model}, options_, starts_over_y_of_rows(options_), budget_, start)
-        .run(v, known_);
+    const auto from = v.empty() ? model_start(model) : std::optional(v);
+    InRowUnits rows(model, from ? units_of_rows(model, *from)
+                                : own_units(model.structure().constraint_players.size()));
+    const bool own = rows.units().are_own();
+    RobustSearch search({own ? model : rows, model, rows.units(), witnesses_}, options_,
+                        starts_over_y_of_rows(options_), budget_, start);
+    return search.run(v, known_);
   }
   Restarted restarted(model, v);
   return structure.solve(restarted, options_, budget_, budget_.observer_of(start, among_others_));
@@ -142,7 +146,13 @@ Result Refinement::over_branches(Problem& epigraph, Problem& model, const std::v
     double f = 0.0;
     own.push_back(model.objective(v, true, f) && std::isfinite(f) ? f : 0.0);
   }
-  RobustSearch search({epigraph, model}, options_, starts, budget_, start);
+  const auto from = own.empty() ? model_start(epigraph) : std::optional(own);
+  const Index row_of_f = static_cast<Index>(model.structure().constraint_players.size());
+  InRowUnits rows(epigraph, from ? units_of_rows(epigraph, *from, row_of_f)
+                                 : own_units(static_cast<std::size_t>(row_of_f) + 1));
+  const bool ordinary = rows.units().are_own();
+  RobustSearch search({ordinary ? epigraph : rows, model, rows.units(), witnesses_}, options_,
+                      starts, budget_, start);
   Result answer = at_kink ? search.run_from_maxima(std::move(own)) : search.run(std::move(own));
   const auto m = static_cast<Index>(model.structure().constraint_players.size());
   answer.over_y.branches = static_cast<Index>(std::ranges::count_if(

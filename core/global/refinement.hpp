@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "core/global/audit.hpp"
 #include "core/model/budget.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
@@ -19,12 +20,17 @@ class Refinement {
   /// The model's structure is well formed, the options are allowed.
   /// among_others: starts that run beside this one may make it useless.
   /// known: worst cases near the start, of a solve before.
+  /// witnesses: to which the y that are met are added.
   Refinement(const SolverOptions& options, Budget& budget, bool among_others,
-             const std::vector<RobustWorstCase>& known)
-      : options_(options), budget_(budget), among_others_(among_others), known_(known) {}
+             const std::vector<RobustWorstCase>& known, Witnesses& witnesses)
+      : options_(options),
+        budget_(budget),
+        among_others_(among_others),
+        known_(known),
+        witnesses_(witnesses) {}
 
   /// v: n values to begin at; empty: the model's own start. structure: of the thread on the model.
-  /// The result is settled (choice.hpp).
+  /// What is known against the result is in its statements; it has not been audited.
   [[nodiscard]] Result from(Problem& model, const std::vector<double>& v, Index start,
                             SearchStructure& structure) const;
 
@@ -42,6 +48,7 @@ class Refinement {
   Budget& budget_;
   bool among_others_;
   const std::vector<RobustWorstCase>& known_;
+  Witnesses& witnesses_;
 };
 
 /// Whether the model's indices can be followed and it has robust constraints.

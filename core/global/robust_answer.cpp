@@ -7,12 +7,11 @@
 #include <utility>
 
 #include "core/interval.hpp"
+#include "core/model/compare.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/multistart.hpp"
 #include "core/proof/enclosure.hpp"
-#include "core/search/diagnosis.hpp"
 #include "linalg/numbers.hpp"
 
 // The answer of a search for worst cases, in the shape of the model.
@@ -42,6 +41,9 @@ void name_originals(const RobustCopies& copies, Index n, Index m, Certificate& c
   if (least >= 0) least = variable(least) < n ? variable(least) : -1;
 }
 
+/// Worst cases of f whose values differ by less, beside the range of f, are as high.
+constexpr double kSameHeight = 1e-9;
+
 /// A proof of f - t, where f is treated as a robust constraint, becomes one of f.
 void turn_to_objective(double t, WorstCaseProof& proof) {
   proof.constraint = -1;
@@ -68,11 +70,9 @@ std::optional<std::size_t> RobustSearch::highest_branch(const RobustCopies& copi
   for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
     const auto row = at(copies.row(k));
     if (place_.worst_cases[k].constraint != row_of_f || row >= result.constraints.size()) continue;
-    const double f = result.constraints[row];  // f - t
-    const double margin =
-        parameters::kZero * std::max(1.0, std::abs(f + result.v[place_.v.size() - 1]));
+    const double f = result.constraints[row];  // f - t, in units in which its range is about 1
     const double own = std::abs(result.lambda[row]);
-    if (f > highest + margin || (f > highest - margin && own > multiplier)) {
+    if (f > highest + kSameHeight || (f > highest - kSameHeight && own > multiplier)) {
       best = k;
       highest = f;
       multiplier = own;
@@ -108,6 +108,7 @@ Result RobustSearch::in_asked_shape(const RobustCopies& copies, const Result& re
       own.z_upper[i] = result.z_upper[copy];
     }
   }
+  take_units_back(own);
   cut(asked_.structure().variable_players.size(), asked_.structure().constraint_players.size(),
       own);
   std::ranges::fill(own.constraints, kNaN);
@@ -118,6 +119,20 @@ Result RobustSearch::in_asked_shape(const RobustCopies& copies, const Result& re
     static_cast<void>(asked_.constraints(own.v, false, own.constraints));
   }
   return own;
+}
+
+/// Multipliers and errors in the units of the model.
+void RobustSearch::take_units_back(Result& result) const {
+  if (units_.are_own()) return;
+  for (std::size_t j = 0; j < result.lambda.size(); ++j)
+    result.lambda[j] = units_.multiplier(j, result.lambda[j]);
+  for (auto* z : {&result.z_lower, &result.z_upper}) {
+    for (double& value : *z) value /= units_.objective;
+  }
+  for (double* error :
+       {&result.error.dual_min, &result.error.dual_max, &result.error.complementarity}) {
+    *error /= units_.objective;
+  }
 }
 
 std::vector<RobustWorstCase> RobustSearch::list_worst_cases(const RobustCopies& copies,
@@ -131,14 +146,18 @@ std::vector<RobustWorstCase> RobustSearch::list_worst_cases(const RobustCopies& 
     const bool defined = row < result.constraints.size();
     RobustWorstCase found{.constraint = place_.worst_cases[k].constraint,
                           .v = copies.model_point(result.v, k),
-                          .value = defined ? result.constraints[row] : kNaN,
+                          .value = kNaN,
                           .multiplier = result.lambda[row],
                           .active = defined && copies.is_active(result, k)};
-    if (at(found.constraint) == m) found.value += found.v.back();  // f - t
+    const std::size_t constraint = at(found.constraint);
+    found.multiplier = units_.multiplier(constraint, found.multiplier);
+    if (defined) found.value = units_.value(constraint, 1.0, result.constraints[row]);
+    if (constraint == m) found.value += found.v.back();  // f - t
+    const std::vector<Index> variables = scopes_.of(found.constraint).variables;
     found.v.resize(n);
     const auto known = std::ranges::find_if(list, [&](const RobustWorstCase& other) {
       return other.constraint == found.constraint &&
-             same_point(found.v, other.v, options_.minmax_distinct_tol);
+             same_point(found.v, other.v, ranges_, variables, options_.minmax_distinct_tol);
     });
     if (known == list.end()) {
       list.push_back(std::move(found));
@@ -172,25 +191,20 @@ void RobustSearch::report(const RobustCopies& copies, const Result& result) {
 
 /// Where a scan was ended while it still found other maxima, or does not know one of few corners, a
 /// higher one may violate the answer.
-void RobustSearch::leave_undecided(const std::vector<SideScan>& scans) {
+void RobustSearch::tell_what_is_open(const std::vector<SideScan>& scans) {
   const auto open = std::ranges::find_if(scans, &SideScan::may_be_higher);
-  if (open == scans.end() || answer_.certificate.kind != PointKind::LocalMinmax) return;
+  if (open == scans.end()) return;
   const ProblemStructure& s = asked_.structure();
   const bool of_objective = at(open->constraint) == s.constraint_players.size();
   const std::string row = of_objective ? "f" : constraint_name(s, open->constraint);
-  CertificateReason reason{
-      .kind = CertificateReason::Kind::RobustRow,
-      .player = Player::Max,
-      .text = row + (open->valueless_corners.empty()
-                         ? " has many maxima over y: " + std::to_string(open->maxima.size()) +
-                               " found, a higher one is to be expected"
-                         : " has no value at a corner of y, what follows diverges: " +
-                               describe_y(model_.structure(), open->constraint,
-                                          open->valueless_corners.front().v)),
-      .variables = {},
-      .constraints = {}};
-  if (!of_objective) reason.constraints.push_back(open->constraint);
-  withdraw(std::move(reason), answer_);
+  answer_.over_y.open =
+      row + (open->valueless_corners.empty()
+                 ? " has many maxima over y: " + std::to_string(open->maxima.size()) +
+                       " found, a higher one is to be expected"
+                 : " has no value at a corner of y, what follows diverges: " +
+                       describe_y(model_.structure(), open->constraint,
+                                  open->valueless_corners.front().v));
+  if (!of_objective) answer_.over_y.open_constraint = open->constraint;
 }
 
 /// With the work of all solves and maximizations.

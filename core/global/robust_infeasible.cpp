@@ -4,7 +4,6 @@
 
 #include "core/global/robust_search.hpp"
 #include "core/model/norms.hpp"
-#include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust/extended_structure.hpp"
 #include "core/search/outcome.hpp"
@@ -14,6 +13,9 @@
 // Robust constraints that cannot be met: which, by how much, and by which y.
 namespace ipminmax {
 namespace {
+
+/// Times constr_viol_tol, in the units of the rows: a least violation that is none of rounding.
+constexpr double kClearViolation = 10.0;
 
 /// min t subject to the model's constraints, robust ones relaxed by t >= 0: g - t <= upper for
 /// every y, or g + t >= lower. t is the last variable. Constraints with two bounds stay as they
@@ -75,40 +77,29 @@ class LeastViolation final : public Problem {
 
 }  // namespace
 
-std::string describe_y(const ProblemStructure& s, Index constraint, const std::vector<double>& v) {
-  const RobustScope scope = robust_scope(s, constraint);
-  std::string text;
-  int said = 0;
-  for (const Index i : scope.variables) {
-    if (std::ranges::binary_search(scope.followers, i) ||
-        s.variable_lower[at(i)] == s.variable_upper[at(i)]) {
-      continue;
-    }
-    if (said++ == parameters::kSeveral) return text + ", ...";
-    text += (said > 1 ? ", " : "") + variable_name(s, i) + " = " + number_text(v[at(i)], 6);
-  }
-  return text;
-}
-
 /// After a search that failed: minimizes the largest violation of the robust constraints over y.
 /// Where that stays above the tolerance they cannot be met here.
 void RobustSearch::name_infeasible(std::vector<double> start) {
   const bool failed = search_failed(answer_.status) || answer_.over_y.better_known;
-  LeastViolation problem(asked_);
-  if (!failed || !problem.relaxes_any() || budget_.used_up()) return;
+  if (!failed || budget_.used_up()) return;
   if (!answer_.v.empty() && all_finite(answer_.v)) start = answer_.v;
   start.resize(asked_.structure().variable_players.size());
   if (!all_finite(start)) return;
+  InRowUnits rows(asked_, units_of_rows(asked_, start));
+  LeastViolation problem(rows);
+  if (!problem.relaxes_any()) return;
   start.push_back(1.0);
   SolverOptions options = options_;
   options.minmax_worst_case_proof = false;  // what is seen is enough
-  RobustSearch search({problem, asked_}, options, starts_, budget_, start_);
+  RowUnits units = rows.units();
+  RobustSearch search({problem, asked_, std::move(units), witnesses_}, options, starts_, budget_,
+                      start_);
   search.names_infeasible_ = false;
   Result least = search.run(std::move(start));
   add_work(least, work_);
   if (!is_success(least.status) || least.over_y.better_known || !least.over_y.finished) return;
   const ProblemStructure& s = asked_.structure();
-  double violation = 0.0;
+  double largest = 0.0, violation = 0.0;
   const RobustWorstCase* worst = nullptr;
   for (const RobustWorstCase& found : least.worst_cases) {
     std::vector<double> g(s.constraint_players.size());
@@ -116,11 +107,13 @@ void RobustSearch::name_infeasible(std::vector<double> start) {
     const auto row = at(found.constraint);
     const double excess =
         std::max(g[row] - s.constraint_upper[row], s.constraint_lower[row] - g[row]);
-    if (excess <= violation) continue;
+    const double beside = excess * rows.units().factor[row];
+    if (beside <= largest) continue;
+    largest = beside;
     violation = excess;
     worst = &found;
   }
-  if (worst == nullptr || !(violation > 10.0 * options_.constr_viol_tol)) return;
+  if (worst == nullptr || !(largest > kClearViolation * options_.constr_viol_tol)) return;
   least.message =
       "robust constraints cannot be met near this x: the least worst-case violation is " +
       number_text(violation, 6) + ", of " + constraint_name(s, worst->constraint) + " at " +

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "core/global/robust_search.hpp"
-#include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
 #include "core/multistart.hpp"
 #include "core/search/random_starts.hpp"
@@ -15,30 +14,55 @@
 namespace ipminmax {
 namespace {
 
-/// Distance, relative to max(1, |v|), up to which a maximum is that of a scenario.
-constexpr double kSameBranch = 0.05;
+/// Distance to the bound, beside the range of a row, up to which a maximum is active where scenarios
+/// have come to rest.
+constexpr double kActive = 1e-5;
 
 }  // namespace
 
-/// Solves with scenarios of y, the worst of them added in each round, until none violates much.
-bool RobustSearch::exchange() {
+/// One branch of y alone may leave x unbounded, or end: x first against scenarios, then the worst
+/// cases at the x that these give move with it. Where they do not come to rest, scenarios alone
+/// decide: x is a local minimum of fewer constraints than there are, and meets all of them.
+void RobustSearch::exchange_from(const Place& first) {
+  place_ = {first.v, std::move(place_.worst_cases), first.moved, false};
   take_scenarios();
+  for (const double tolerance : {kCoarse, options_.minmax_worst_case_tol}) {
+    const bool is_last = tolerance < kCoarse;
+    const auto scans = exchange(tolerance, is_last);
+    if (!scans) return;
+    const Place scenarios = place_;
+    const Result fixed = answer_;
+    release(*scans, is_last ? kActive : kNearlyActive);
+    if (!is_last) add_missed(active_, *scans);
+    const bool moved = solve_rounds() && (!is_last || !better(fixed, answer_));
+    if (!moved && is_last) answer_ = fixed;
+    if (moved || budget_.used_up()) return;
+    place_ = scenarios;
+  }
+}
+
+/// Solves with scenarios of y, the worst of them added in each round, until none violates a row by
+/// more than tolerance of its range. reports: the answer is then that of the last solve. Returns
+/// the maxima at its x, or nothing where a solve failed.
+std::optional<std::vector<SideScan>> RobustSearch::exchange(double tolerance, bool reports) {
   for (Index round = 0; round < kMostRounds; ++round) {
     Solved solved = solve_worst_cases();
-    if (budget_.used_up()) return false;
+    if (budget_.used_up()) return {};
     const auto& [copies, result] = solved;
-    if (!is_success(result.status)) return false;
+    if (!is_success(result.status)) return {};
     keep_point(*copies, result);
-    const std::vector<RobustCopies::WorstCase> active = active_scenarios(*copies, result);
-    const std::vector<SideScan> scans = scan(without_values(active));
-    if (budget_.used_up()) return false;
-    if (!add_violated(scans, parameters::kTrace, true)) {
-      release(scans);
-      add_missed(active, scans);
-      return true;
+    active_ = active_scenarios(*copies, result);
+    std::vector<SideScan> scans = scan(active_);
+    if (budget_.used_up()) return {};
+    if (add_violated(scans, tolerance, true)) continue;
+    if (reports && std::ranges::all_of(scans, &SideScan::settled)) {
+      verified_ = place_.v;
+      report(*copies, result);
+      tell_what_is_open(scans);
     }
+    return scans;
   }
-  return false;
+  return {};
 }
 
 /// The scenarios that hold x where it is: local maxima are near them.
@@ -61,7 +85,7 @@ std::vector<RobustCopies::WorstCase> RobustSearch::active_scenarios(const Robust
 /// leave x unbounded. One that Max constraints restrain begins anywhere.
 void RobustSearch::take_scenarios() {
   const ProblemStructure& s = model_.structure();
-  const std::vector<SideScan> scans = scan(without_values(place_.worst_cases));
+  const std::vector<SideScan> scans = scan(place_.worst_cases);
   place_.worst_cases.clear();
   const auto of_min = static_cast<Index>(std::ranges::count(s.variable_players, Player::Min));
   for (const SideScan& side : scans) {
@@ -84,12 +108,11 @@ void RobustSearch::take_scenarios() {
 }
 
 /// The worst cases that are active or nearly so at this x, with y free again.
-void RobustSearch::release(const std::vector<SideScan>& scans) {
+void RobustSearch::release(const std::vector<SideScan>& scans, double nearly) {
   place_.worst_cases.clear();
   for (const SideScan& side : scans) {
     for (std::size_t k = 0; k < side.maxima.size(); ++k) {
-      if (k == 0 || side.excess(k) > -parameters::kSmall)
-        place_.worst_cases.push_back(side.maxima[k]);
+      if (k == 0 || side.excess(k) > -nearly) place_.worst_cases.push_back(side.maxima[k]);
     }
   }
 }
@@ -101,7 +124,7 @@ void RobustSearch::add_missed(const std::vector<RobustCopies::WorstCase>& active
     scenario.held = false;
     const bool met = std::ranges::any_of(place_.worst_cases, [&](const auto& other) {
       return other.constraint == scenario.constraint &&
-             (same_point(scenario.v, other.v, kSameBranch) || leads_to(scenario, other, scans));
+             (is_same(scenario, other, kSameBranch) || leads_to(scenario, other, scans));
     });
     if (!met) place_.worst_cases.push_back(std::move(scenario));
   }
@@ -125,7 +148,7 @@ bool RobustSearch::leads_to(const RobustCopies::WorstCase& from, const RobustCop
     }
     if (!model_.constraints(v, true, g)) return false;
     const double value = sign * g[at(from.constraint)];
-    if (!(value >= highest - parameters::kTrace * side->scale)) return false;
+    if (!(value >= highest - parameters::kTrace * side->range.size())) return false;
     highest = std::max(highest, value);
   }
   return true;

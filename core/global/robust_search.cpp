@@ -6,6 +6,7 @@
 #include "core/global/places_over_y.hpp"
 #include "core/global/robust_search.hpp"
 #include "core/model/canonical_problem.hpp"
+#include "core/model/compare.hpp"
 #include "core/model/initial_point.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
@@ -47,6 +48,9 @@ RobustSearch::RobustSearch(RobustForm form, const SolverOptions& options, Index 
                            Budget& budget, Index start)
     : model_(form.solved),
       asked_(form.asked),
+      units_(std::move(form.units)),
+      witnesses_(form.witnesses),
+      ranges_(form.solved.structure()),
       options_(options),
       starts_(starts),
       budget_(budget),
@@ -110,13 +114,6 @@ Result RobustSearch::solve_from(const Place& first) {
   return finish();
 }
 
-/// One branch of y alone may leave x unbounded, or end: scenarios from the first place, then the
-/// worst cases at the x that they give.
-void RobustSearch::exchange_from(const Place& first) {
-  place_ = {first.v, std::move(place_.worst_cases), first.moved, false};
-  if (exchange()) static_cast<void>(solve_rounds());
-}
-
 /// Last: from random starts, as a single solve does.
 void RobustSearch::begin_anew(const Place& first) {
   place_ = {first.v, {}, first.moved, false};
@@ -131,7 +128,7 @@ Result RobustSearch::run_from_maxima(std::vector<double> start) {
   const Place first = place_;
   choose_copies();
   std::vector<RobustCopies::WorstCase> own = std::move(place_.worst_cases);
-  release(scan(without_values(own)));
+  release(scan(own), kNearlyActive);
   for (const auto& one : own) {
     if (std::ranges::find(place_.worst_cases, one.constraint,
                           &RobustCopies::WorstCase::constraint) == place_.worst_cases.end()) {
@@ -221,49 +218,11 @@ bool RobustSearch::go_to_values(const std::vector<SideScan>& scans) {
   return false;
 }
 
-/// At the maximum of g + mu sum ln(distances) g is below its own by mu for each of them (exactly so
-/// where it is linear in y). mu is that of the row's units, however the solve scales it: a distance
-/// times its multiplier, over the row's.
-double RobustSearch::gap(const RobustCopies& copies, const Result& result, std::size_t k) const {
-  const double weight = std::abs(result.lambda[at(copies.row(k))]);
-  if (!(weight > 0.0) || place_.worst_cases[k].held) return 0.0;
-  const ProblemStructure& s = copies.structure();
-  double sum = 0.0;
-  const auto add = [&](double distance, double bound, double multiplier) {
-    if (multiplier == 0.0) return;
-    sum += std::max(distance + relaxation(bound, options_), 0.0) * std::abs(multiplier);
-  };
-  const RobustScope scope = scopes_.of(place_.worst_cases[k].constraint);
-  for (const Index model_variable : scope.variables) {
-    const std::size_t i = at(copies.variable(k, model_variable));
-    if (s.variable_lower[i] == s.variable_upper[i]) continue;
-    add(result.v[i] - s.variable_lower[i], s.variable_lower[i], result.z_lower[i]);
-    add(s.variable_upper[i] - result.v[i], s.variable_upper[i], result.z_upper[i]);
-  }
-  for (const Index model_row : scope.constraints) {
-    const std::size_t j = at(copies.row_on_copy(k, model_row));
-    const double below = result.constraints[j] - s.constraint_lower[j];
-    const double above = s.constraint_upper[j] - result.constraints[j];
-    if (s.constraint_lower[j] == s.constraint_upper[j]) continue;
-    const bool upper = above < below;
-    add(upper ? above : below, upper ? s.constraint_upper[j] : s.constraint_lower[j],
-        result.lambda[j]);
-  }
-  return sum / weight;
-}
-
 /// Checks a success over all of y. Whether another solve is to follow.
 bool RobustSearch::look_further(const RobustCopies& copies, const Result& result, Index round) {
-  std::vector<KnownWorstCase> known;
-  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
-    const auto row = at(copies.row(k));
-    const bool defined = row < result.constraints.size();
-    known.push_back({place_.worst_cases[k], defined ? result.constraints[row] : kNaN,
-                     defined ? gap(copies, result, k) : 0.0});
-  }
+  const std::vector<RobustCopies::WorstCase> known = place_.worst_cases;
   std::vector<SideScan> scans = scan(known);
   if (wants_last_look(scans)) scans = scan(known, &scans);
-  if (!verified_.empty() && refutes_verified(scans)) verified_.clear();
   if (round < kMostRounds && !budget_.used_up() && go_to_values(scans)) return true;
   const std::vector<RobustCopies::WorstCase> solved = place_.worst_cases;
   if (add_violated(scans, options_.minmax_worst_case_tol, false)) {
@@ -282,7 +241,7 @@ bool RobustSearch::look_further(const RobustCopies& copies, const Result& result
   if (first || better(result, answer_)) {
     verified_ = place_.v;
     report(copies, result);
-    leave_undecided(scans);
+    tell_what_is_open(scans);
   }
   // Checked over all of y, worst cases far from active only blur the certificate.
   return first && !budget_.used_up() && drop_inactive(copies, result);
@@ -293,34 +252,10 @@ bool RobustSearch::look_further(const RobustCopies& copies, const Result& result
 bool RobustSearch::wants_last_look(const std::vector<SideScan>& scans) const {
   const auto holds = [&](const SideScan& side) {
     return side.settled &&
-           (side.maxima.empty() || !(side.excess(0) > options_.minmax_worst_case_tol));
+           (side.maxima.empty() || !side.violates(0, options_.minmax_worst_case_tol));
   };
   return starts_ > 0 && may_look_longer(options_) && !options_.minmax_worst_case_proof &&
          verified_.empty() && !budget_.used_up() && std::ranges::all_of(scans, holds);
-}
-
-/// Whether a y that was found later violates the answer that was checked before.
-bool RobustSearch::refutes_verified(const std::vector<SideScan>& scans) {
-  const ProblemStructure& s = model_.structure();
-  std::vector<double> v, g(s.constraint_players.size());
-  const auto holds = [&](Index j) {
-    return g[at(j)] >= s.constraint_lower[at(j)] - options_.constr_viol_tol &&
-           g[at(j)] <= s.constraint_upper[at(j)] + options_.constr_viol_tol;
-  };
-  for (SideScan side : scans) {
-    const RobustScope scope = scopes_.of(side.constraint);
-    for (std::size_t k = 0; k < side.maxima.size(); ++k) {
-      v = verified_;
-      for (const Index i : scope.variables) v[at(i)] = side.maxima[k].v[at(i)];
-      ++work_.counts.constraints;
-      if (!model_.constraints(v, true, g) || !std::ranges::all_of(scope.constraints, holds)) {
-        continue;
-      }
-      side.values[k] = side.maxima[k].side * g[at(side.constraint)];
-      if (side.excess(k) > options_.minmax_worst_case_tol) return true;
-    }
-  }
-  return false;
 }
 
 void RobustSearch::choose_copies() {
@@ -379,25 +314,34 @@ void RobustSearch::keep_point(const RobustCopies& copies, const Result& result) 
   }
 }
 
-/// One more worst case of each side whose largest maximum exceeds the bound, unless it is known;
-/// scenarios (held): one of each maximum that does. Whether there were any.
+/// One more worst case of each side whose largest maximum exceeds the bound; scenarios (held): one
+/// of each maximum that does. One that a copy has left to its barrier, or that violates the row
+/// slightly, is held where it is: y's own error is of second order there. Whether there were any.
 bool RobustSearch::add_violated(const std::vector<SideScan>& scans, double tolerance, bool held) {
   bool any = false;
   for (const SideScan& side : scans) {
-    const bool fixed = held && can_be_held(model_.structure(), scopes_.of(side.constraint));
+    const bool can_hold = can_be_held(model_.structure(), scopes_.of(side.constraint));
     for (std::size_t k = 0; k < side.maxima.size() && (k == 0 || held); ++k) {
-      if (!(side.excess(k) > tolerance)) break;
-      const bool known = std::ranges::any_of(place_.worst_cases, [&](const auto& other) {
-        return other.is_of_same(side.maxima[k]) &&
-               same_point(side.maxima[k].v, other.v, options_.minmax_distinct_tol);
-      });
-      if (known) continue;
+      if (!side.violates(k, tolerance)) break;
+      const auto is_known = [&](const RobustCopies::WorstCase& other) {
+        return other.is_of_same(side.maxima[k]) && (!held || other.held) &&
+               is_same(other, side.maxima[k], held ? options_.minmax_distinct_tol : kSameBranch);
+      };
+      const bool known = std::ranges::any_of(place_.worst_cases, is_known);
+      if (known && (held || !can_hold)) continue;
       place_.worst_cases.push_back(side.maxima[k]);
-      place_.worst_cases.back().held = fixed;
+      const bool slightly = side.excess(k) < kCoarse;
+      place_.worst_cases.back().held = can_hold && (held || known || slightly);
       any = true;
     }
   }
   return any;
+}
+
+/// Whether two worst cases of one constraint have the same y, each variable to tol of its range.
+bool RobustSearch::is_same(const RobustCopies::WorstCase& a, const RobustCopies::WorstCase& b,
+                           double tol) const {
+  return same_point(a.v, b.v, ranges_, scopes_.of(a.constraint).variables, tol);
 }
 
 /// Drops worst cases whose multiplier vanishes or that have met another one; each constraint keeps
@@ -413,7 +357,7 @@ bool RobustSearch::drop_inactive(const RobustCopies& copies, const Result& resul
     const bool active = std::abs(result.lambda[at(copies.row(k))]) > kVanishing * largest;
     const bool met = std::ranges::any_of(kept, [&](const auto& other) {
       return other.is_of_same(worst_case) &&
-             same_point(worst_case.v, other.v, options_.minmax_distinct_tol);
+             is_same(worst_case, other, options_.minmax_distinct_tol);
     });
     if ((active && !met) || !worst_case.copied) kept.push_back(worst_case);
   }
@@ -426,26 +370,23 @@ bool RobustSearch::drop_inactive(const RobustCopies& copies, const Result& resul
   return fewer;
 }
 
-std::vector<KnownWorstCase> RobustSearch::without_values(
-    const std::vector<RobustCopies::WorstCase>& worst_cases) {
-  std::vector<KnownWorstCase> known;
-  for (const auto& worst_case : worst_cases) known.push_back({worst_case});
-  return known;
-}
-
 /// At the x of place_.v; maximizations begin at the known worst cases, too. before: of this x, for
 /// the last look.
-std::vector<SideScan> RobustSearch::scan(const std::vector<KnownWorstCase>& known,
+std::vector<SideScan> RobustSearch::scan(const std::vector<RobustCopies::WorstCase>& known,
                                          const std::vector<SideScan>* before) {
   MaximizationContext context{options_, budget_, start_, asked_.structure(), work_, work_.over_y};
   context.before = before;
+  context.witnesses = &witnesses_;
   // None looks from where a scan before it did.
   context.drawn = std::max(Index{parameters::kPlenty}, starts_) * scans_++;
   std::vector<SideScan> scans =
-      scan_robust_constraints(model_, place_.v, starts_, known, scopes_, context);
+      scan_robust_constraints(model_, place_.v, starts_, known, scopes_, units_, context);
   violation_ = 0.0;
   for (const SideScan& side : scans) {
-    if (!side.maxima.empty()) violation_ = std::max(violation_, side.values[0] - side.bound);
+    for (const RobustCopies::WorstCase& maximum : side.maxima) ranges_.see(maximum.v);
+    if (side.maxima.empty()) continue;
+    violation_ =
+        std::max(violation_, (side.values[0] - side.bound) / units_.factor[at(side.constraint)]);
   }
   return scans;
 }

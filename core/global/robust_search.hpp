@@ -11,19 +11,18 @@
 
 namespace ipminmax {
 
-/// A model in the form in which it is solved and as it was asked for: the same, or its epigraph
-/// form, which has one more variable and one more row, both last.
+/// A model in the form in which it is solved and as it was asked for: the same, its epigraph form,
+/// which has one more variable and one more row, both last, or one of them with its rows in other
+/// units.
 struct RobustForm {
   Problem& solved;
   Problem& asked;
+  RowUnits units;        ///< of solved
+  Witnesses& witnesses;  ///< to which maxima over y are added
 };
 
 /// Which Max variables f reads, from its gradient around the start. n.
 [[nodiscard]] std::vector<bool> read_by_objective(Problem& model, const std::vector<double>& start);
-
-/// "name = value, ..." of what a constraint's worst case chooses.
-[[nodiscard]] std::string describe_y(const ProblemStructure& s, Index constraint,
-                                     const std::vector<double>& v);
 
 /// The search for worst cases around a list of solves, from one start of x.
 class RobustSearch {
@@ -43,6 +42,13 @@ class RobustSearch {
  private:
   /// Rounds of solving and looking for worst cases or scenarios.
   static constexpr Index kMostRounds = 30;
+  /// Violation, beside the range of a row, up to which scenarios alone are exchanged first.
+  static constexpr double kCoarse = 1e-3;
+  /// Distance to the bound, beside the range of a row, up to which a maximum gets a copy.
+  static constexpr double kNearlyActive = 1e-2;
+  /// Distance, beside the range of each variable, up to which a maximum is that of a copy or of a
+  /// scenario, which has moved or been left behind.
+  static constexpr double kSameBranch = 0.05;
 
   /// Where the next solve begins.
   struct Place {
@@ -68,24 +74,22 @@ class RobustSearch {
   [[nodiscard]] bool go_to_values(const std::vector<SideScan>& scans);
   void keep_point(const RobustCopies& copies, const Result& result);
   [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
-  [[nodiscard]] double gap(const RobustCopies& copies, const Result& result, std::size_t k) const;
   [[nodiscard]] bool add_violated(const std::vector<SideScan>& scans, double tolerance, bool held);
-  [[nodiscard]] bool refutes_verified(const std::vector<SideScan>& scans);
   [[nodiscard]] bool drop_inactive(const RobustCopies& copies, const Result& result);
-  [[nodiscard]] std::vector<SideScan> scan(const std::vector<KnownWorstCase>& known,
+  [[nodiscard]] std::vector<SideScan> scan(const std::vector<RobustCopies::WorstCase>& known,
                                            const std::vector<SideScan>* before = nullptr);
   [[nodiscard]] bool wants_last_look(const std::vector<SideScan>& scans) const;
-  [[nodiscard]] static std::vector<KnownWorstCase> without_values(
-      const std::vector<RobustCopies::WorstCase>& worst_cases);
+  [[nodiscard]] bool is_same(const RobustCopies::WorstCase& a, const RobustCopies::WorstCase& b,
+                             double tol) const;
 
   void hold_idle(Solved& solved);  // copies on which x does not rest; robust_answer.cpp
 
   // Scenarios; robust_scenarios.cpp.
-  [[nodiscard]] bool exchange();
+  [[nodiscard]] std::optional<std::vector<SideScan>> exchange(double tolerance, bool reports);
   void take_scenarios();
   [[nodiscard]] std::vector<RobustCopies::WorstCase> active_scenarios(const RobustCopies& copies,
                                                                       const Result& result) const;
-  void release(const std::vector<SideScan>& scans);
+  void release(const std::vector<SideScan>& scans, double nearly);
   void add_missed(const std::vector<RobustCopies::WorstCase>& active,
                   const std::vector<SideScan>& scans);
   [[nodiscard]] bool leads_to(const RobustCopies::WorstCase& from,
@@ -96,16 +100,20 @@ class RobustSearch {
 
   // The answer; robust_answer.cpp.
   void report(const RobustCopies& copies, const Result& result);
-  void leave_undecided(const std::vector<SideScan>& scans);
+  void tell_what_is_open(const std::vector<SideScan>& scans);
   [[nodiscard]] std::optional<std::size_t> highest_branch(const RobustCopies& copies,
                                                           const Result& result) const;
   [[nodiscard]] Result in_asked_shape(const RobustCopies& copies, const Result& result) const;
+  void take_units_back(Result& result) const;
   [[nodiscard]] std::vector<RobustWorstCase> list_worst_cases(const RobustCopies& copies,
                                                               const Result& result) const;
   [[nodiscard]] Result finish();
 
   Problem& model_;  ///< in the form that is solved
   Problem& asked_;
+  RowUnits units_;
+  Witnesses& witnesses_;
+  VariableRanges ranges_;
   const SolverOptions& options_;
   Index starts_;
   Budget& budget_;
@@ -113,9 +121,11 @@ class RobustSearch {
   SolveObserver observer_;
   RobustScopes scopes_;
   Place place_;
-  std::size_t corners_added_ = 0;  ///< to the worst cases, by go_to_values
+  std::size_t corners_added_ = 0;                ///< to the worst cases, by go_to_values
+  std::vector<RobustCopies::WorstCase> active_;  ///< scenarios that hold x, of the last exchange
   std::vector<bool> reads_y_;
   bool names_infeasible_ = true;
+  bool measures_units_ = true;    ///< where x has come to rest
   bool restarts_ = false;         ///< searches that fail begin anew
   bool infeasible_ = false;       ///< no x near stands up to the worst cases as they are
   std::vector<double> verified_;  ///< where the answer was checked over all of y; empty: was not

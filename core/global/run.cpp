@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/answer.hpp"
+#include "core/global/audit.hpp"
 #include "core/global/refinement.hpp"
 #include "core/global/starts.hpp"
 #include "core/model/structure_check.hpp"
@@ -115,7 +116,10 @@ Result solve_keeping(Problem& problem, const SolverOptions& options, const Solve
     return result;
   }
   Budget budget(options, listener_of(observer));
-  return solve_from_start(problem, options, budget, budget.observer_of(0), kept);
+  Result result = solve_from_start(problem, options, budget, budget.observer_of(0), kept);
+  audit(problem, options, Witnesses(problem.structure()), budget.interrupted(), result,
+        result.counts);
+  return result;
 }
 
 }  // namespace

@@ -1,10 +1,12 @@
 #include "core/global/starts.hpp"
 
+#include <new>
 #include <stdexcept>
 #include <system_error>
 #include <tuple>
 
 #include "core/global/joined_thread.hpp"
+#include "core/global/over_y.hpp"
 #include "core/global/refinement.hpp"
 #include "core/global/result_bytes.hpp"
 #include "core/model/norms.hpp"
@@ -12,11 +14,10 @@
 #include "core/model/structure_check.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
+#include "core/worst_case.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
-
-namespace {}  // namespace
 
 void StartOutcomes::add(Index start, Result&& result) {
   ++statuses_[result.status];
@@ -76,7 +77,11 @@ bool has_free_min_variable(const ProblemStructure& s) {
 Starts::Starts(const std::vector<Problem*>& models, const SolverOptions& options, Budget& budget,
                const std::vector<std::vector<double>>& given,
                const std::vector<RobustWorstCase>& known)
-    : options_(options), budget_(budget), given_(given), known_(known) {
+    : options_(options),
+      budget_(budget),
+      given_(given),
+      known_(known),
+      witnesses_(models.front()->structure()) {
   for (Problem* model : models) workers_.push_back({model});
 }
 
@@ -184,14 +189,36 @@ void Starts::run_start(Worker& worker, Index start, const std::vector<double>& v
                        const SolverOptions& options) {
   try {
     detect(worker, start);
-    static const std::vector<RobustWorstCase> kNone;
-    const Refinement refinement(options, budget_, workers_.size() > 1 || !is_first_rank_,
-                                start == 0 ? known_ : kNone);
     Restarted model(*worker.model, {});  // which keeps its start
-    record(start, refinement.from(model, v, start, worker.structure));
+    record(start, refine(worker, model, start, v, options));
     if (start == 0) model_start_ = model.model_start();
   } catch (...) {
     note_exception(start, std::current_exception());
+  }
+}
+
+/// One start, audited with the y that it has met itself, so that it does not depend on others. A
+/// robust constraint that one of these violates is solved again with it.
+Result Starts::refine(Worker& worker, Problem& model, Index start, const std::vector<double>& v,
+                      const SolverOptions& options) {
+  constexpr int kMostRefuted = 2;
+  const bool among_others = workers_.size() > 1 || !is_first_rank_;
+  std::vector<RobustWorstCase> known;
+  if (start == 0) known = known_;
+  Witnesses met(model.structure());
+  std::vector<double> from = v;
+  std::optional<Result> refuted;
+  for (int round = 0;; ++round) {
+    const Refinement refinement(options, budget_, among_others, known, met);
+    Result result = refinement.from(model, from, start, worker.structure);
+    if (refuted) add_work(*refuted, result);
+    audit(model, options, met, budget_.interrupted(), result, result.counts);
+    const bool by_row = result.over_y.better_known && !result.worst_case.higher &&
+                        !result.worst_cases.empty() && !options.minmax_epigraph;
+    if (!by_row || round == kMostRefuted || budget_.used_up()) return result;
+    from = result.v;
+    known = result.worst_cases;
+    refuted = std::move(result);
   }
 }
 
@@ -225,6 +252,7 @@ void Starts::record(Index start, Result&& result) {
   if (start < asked_ && !cut) ++ended_;
   if (static_cast<Index>(recorded_.size()) > last_) queue_.close();
   budget_.tell(start, result);
+  witnesses_.add(result);
   outcomes_.add(start, std::move(result));
 }
 
@@ -245,35 +273,44 @@ void Starts::add_certified(std::vector<DistinctPoint>& points) {
   const ProblemStructure& structure = workers_.front().model->structure();
   const bool by_x =
       (with_branches() || has_rows_for_every_y(structure, options_)) && !maximization_;
-  for (auto& [start, result] : outcomes_.take_certified()) {
-    add_distinct(structure, by_x, options_.minmax_distinct_tol, start, std::move(result), points);
+  VariableRanges ranges(structure);
+  ranges.see(model_start_);
+  for (const DistinctPoint& point : points) ranges.see(point.result.v);
+  for (const auto& [start, point] : outcomes_.uncertified()) ranges.see(point.v);
+  auto certified = outcomes_.take_certified();
+  for (const auto& [start, result] : certified) ranges.see(result.v);
+  for (auto& [start, result] : certified) {
+    add_distinct(structure, ranges, by_x, options_.minmax_distinct_tol, start, std::move(result),
+                 points);
   }
 }
 
 void Starts::choose_best(Answer& answer) {
-  std::vector<DistinctPoint>& points = answer.points;
+  for (const auto& [status, count] : outcomes_.statuses()) {
+    answer.statuses.emplace_back(status, count);
+    answer.starts += count;
+  }
   const auto rank = [this](const DistinctPoint& point) {
     Rank own = rank_of(point.result);
     if (maximization_ && std::get<0>(own) == 1) std::get<2>(own) *= -1.0;
     return std::tuple(own, point.first_start);
   };
-  std::ranges::sort(points, {}, rank);
-  for (const auto& [status, count] : outcomes_.statuses()) {
-    answer.statuses.emplace_back(status, count);
-    answer.starts += count;
-  }
-  if (!points.empty()) {
-    answer.best_start = points.front().first_start;
-    answer.best = points.front().result;
-  }
+  std::vector<DistinctPoint>& points = answer.points;
+  std::set<Index> audited;
+  do {
+    std::ranges::sort(points, {}, rank);
+    if (!points.empty()) {
+      answer.best_start = points.front().first_start;
+      answer.best = points.front().result;
+    }
+    audit_best(answer.best);
+    // One that is refuted makes room for the next.
+    if (!points.empty() && answer.best.over_y.better_known) points.front().result = answer.best;
+  } while (answer.best.over_y.better_known && audited.insert(answer.best_start).second &&
+           audited.size() < points.size());
   Result& best = answer.best;
-  best.over_x = {.asked = asked_, .made = std::min(asked_, ended_)};
-  look_for_worse(answer);
   const auto why = budget_.interrupted();
   if (why && (best.over_x.made < asked_ || *why == Status::UserStop)) answer.interrupted = why;
-  // The start that was to meet it was cut short.
-  if (why && best.status == Status::WorstCaseNotMet) best.over_y.finished = false;
-  settle(why, best);
   if (why && !interrupted_by_.empty()) best.message = interrupted_by_;
   best.iterations = outcomes_.work().iterations;
   best.factorizations = outcomes_.work().factorizations;
@@ -281,6 +318,33 @@ void Starts::choose_best(Answer& answer) {
   best.timing = outcomes_.work().timing;
   best.over_y.solves = outcomes_.work().over_y.solves;
   best.over_y.maximizations = outcomes_.work().over_y.maximizations;
+}
+
+/// With the y of all starts.
+void Starts::audit_best(Result& best) {
+  best.over_x = {.asked = asked_, .made = std::min(asked_, ended_)};
+  const auto why = budget_.interrupted();
+  const bool looks = may_look_over_y(best) && has_value(best.status);
+  const Index starts = starts_over_y_of_objective(options_);
+  if (looks && starts > 0 && best.worst_case.starts == 0) {  // the budget was used up
+    best.over_y.asked = starts;
+    best.over_y.finished = false;
+  }
+  // The start that was to meet it was cut short.
+  if (why && best.status == Status::WorstCaseNotMet) best.over_y.finished = false;
+  Result work;
+  try {
+    audit(*workers_.front().model, options_, witnesses_, why, best, work.counts);
+  } catch (const std::bad_alloc&) {
+    budget_.stop(Status::OutOfMemory);
+  }
+  outcomes_.add_work(work);
+  if (!looks) return;
+  if (best.worst_case.higher && best.status != Status::WorstCaseNotMet) {
+    best.message += "; " + describe_worst_case(best);
+  } else if (best.status == Status::NoLocalMinmaxFound && !with_branches()) {
+    best.message += "; minmax_epigraph_at_kinks yes goes on over the branches of y";
+  }
 }
 
 }  // namespace ipminmax

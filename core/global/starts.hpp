@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "core/answer.hpp"
+#include "core/global/audit.hpp"
 #include "core/global/choice.hpp"
 #include "core/global/ranks.hpp"
 #include "core/model/budget.hpp"
@@ -138,6 +139,8 @@ class Starts {
   void run_start(Worker& worker, Index start);
   void run_start(Worker& worker, Index start, const std::vector<double>& v,
                  const SolverOptions& options);
+  [[nodiscard]] Result refine(Worker& worker, Problem& model, Index start,
+                              const std::vector<double>& v, const SolverOptions& options);
   [[nodiscard]] SolverOptions one_cold_search() const;
   void begin_anew_if_uncertified();
   void detect(Worker& worker, Index start);
@@ -147,18 +150,18 @@ class Starts {
   [[nodiscard]] Answer collect();
   void add_certified(std::vector<DistinctPoint>& points);
   void choose_best(Answer& answer);
+  void audit_best(Result& best);
   void read_model_start();
   [[nodiscard]] bool with_branches() const;
 
   // Other y of the points; starts_over_y.cpp.
+  [[nodiscard]] static bool has_value(Status status);
   [[nodiscard]] bool may_look_over_y(const Result& result) const;
   void choose_over_y(Answer& answer);
   [[nodiscard]] std::pair<Result*, Index> best_so_far(Answer& answer);
   [[nodiscard]] std::vector<std::vector<double>> others_than(
       const Result& best, const std::vector<DistinctPoint>& points, Index most) const;
   void check_worst_case(Result& result, Index start, const std::vector<std::vector<double>>& given);
-  void look_for_worse(Answer& answer);
-  void compare_with_others(const Answer& answer, Result& best);
 
   // On several ranks; starts_over_ranks.cpp.
   Answer run_as_first(Ranks& ranks);
@@ -192,6 +195,7 @@ class Starts {
   std::string interrupted_by_;                           ///< what the launcher did, empty: nothing
   StartOutcomes outcomes_;
 
+  Witnesses witnesses_;
   bool is_first_rank_ = true;
   std::vector<Ranks::Message> outbox_;     ///< of another rank
   std::atomic<bool> others_ended_ = true;  ///< nothing more comes from other ranks

@@ -11,12 +11,10 @@
 
 // Other y of the points that the starts found.
 namespace ipminmax {
-namespace {
-
 /// f is that of an inner maximum, as far as the search tells.
-bool has_value(Status status) { return is_success(status) || status == Status::NoLocalMinmaxFound; }
-
-}  // namespace
+bool Starts::has_value(Status status) {
+  return is_success(status) || status == Status::NoLocalMinmaxFound;
+}
 
 /// Over f, at a point; where f is treated as a robust constraint that was done already, and with a
 /// negative factor of the objective the inner player minimizes.
@@ -40,7 +38,9 @@ void Starts::choose_over_y(Answer& answer) {
     const WorstCase worst = best->worst_case;
     const bool goes_on = worst.higher && !worst.unbounded && more_starts-- > 0;
     if (goes_on && budget_.used_up()) best->over_y.finished = false;
-    settle(budget_.interrupted(), *best);
+    Result work;
+    audit(*workers_.front().model, options_, Witnesses(workers_.front().model->structure()),
+          budget_.interrupted(), *best, work.counts);
     if (!goes_on) continue;
     if (budget_.interrupted()) return;
     run_start(workers_.front(), ++last_, worst.v, one_cold_search());
@@ -89,44 +89,6 @@ void Starts::check_worst_case(Result& result, Index start,
   } catch (const std::bad_alloc&) {  // between two maximizations
     budget_.stop(Status::OutOfMemory);
     result.over_y.finished = false;
-  }
-  outcomes_.add_work(work);
-}
-
-/// The best point may stand over a weak branch of y, which the y of other starts may show.
-void Starts::look_for_worse(Answer& answer) {
-  Result& best = answer.best;
-  if (!has_value(best.status) || !may_look_over_y(best)) return;
-  if (starts_over_y_of_objective(options_) == 0) {
-    compare_with_others(answer, best);
-  } else if (best.worst_case.starts == 0) {  // the budget was used up
-    best.over_y.asked = starts_over_y_of_objective(options_);
-    best.over_y.finished = false;
-  }
-  if (best.worst_case.higher && best.status != Status::WorstCaseNotMet) {
-    best.message += "; " + describe_worst_case(best);
-  } else if (best.status == Status::NoLocalMinmaxFound && !with_branches()) {
-    best.message += "; minmax_epigraph_at_kinks yes goes on over the branches of y";
-  }
-}
-
-/// At the cost of an evaluation each.
-void Starts::compare_with_others(const Answer& answer, Result& best) {
-  if (budget_.interrupted()) return;
-  OtherAnswers others{.points = {},
-                      .objectives = {},
-                      .tol = options_.tol,
-                      .constr_viol_tol = options_.constr_viol_tol};
-  for (const DistinctPoint& point : answer.points) {
-    others.add(point.result.v, point.result.objective);
-  }
-  for (const auto& [start, point] : outcomes_.uncertified()) others.add(point.v, point.objective);
-  if (others.points.size() < 2) return;  // its own
-  Result work;
-  try {
-    compare_with(others, *workers_.front().model, best, work.counts);
-  } catch (const std::bad_alloc&) {
-    budget_.stop(Status::OutOfMemory);
   }
   outcomes_.add_work(work);
 }

@@ -7,8 +7,9 @@
 #include <string>
 #include <utility>
 
-#include "core/global/choice.hpp"
+#include "core/global/audit.hpp"
 #include "core/global/over_y.hpp"
+#include "core/model/compare.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/proof/enclosure.hpp"
@@ -29,6 +30,9 @@ void check_point(const ProblemStructure& structure, std::span<const double> v) {
                                 " of a worst-case check's point is not finite");
   }
 }
+
+/// Of the range of f over y: maxima whose values differ by less are as high.
+constexpr double kValuesAgree = 1e-6;
 
 /// What the maximizations say of f at a point with the value `here`.
 WorstCase summary(Problem& problem, const std::vector<double>& v, double here,
@@ -54,18 +58,18 @@ WorstCase summary(Problem& problem, const std::vector<double>& v, double here,
        ++k) {
     found.branches.push_back(maxima.maxima[k].value);
   }
-  // Of values at maxima; on the way, far from Y, f may be larger by far.
-  const double last = maxima.maxima.back().value;
-  double clear = clear_difference(std::isfinite(here) ? std::min(last, here) : last, found.value,
-                                  maxima.range(), options.tol);
-  if (found.value - here > clear && std::isfinite(here)) {
-    clear = std::max(clear, uncertain_difference(problem, v, found.v, options.tol));
-  }
+  // Both values are of the same branch where they differ by no more than a maximization is exact.
+  ValueRange range = maxima.range;
+  range.see(here);
+  const double tol = std::max(options.tol, kValuesAgree);
+  double clear = range.resolution(tol);
+  if (found.value - here > clear && std::isfinite(here))
+    clear = std::max(clear, change_with_x(problem, v, found.v, options.tol));
   found.higher = found.unbounded || found.value - here > clear;
   for (const WorstCaseMaximum& maximum : maxima.maxima) {
     if (found.value - maximum.value <= clear) ++found.competing;
   }
-  if (maxima.range() == 0.0) found.competing = 1;  // f does not vary with y
+  if (maxima.range.size() == 0.0) found.competing = 1;  // f does not vary with y
   return found;
 }
 
@@ -120,7 +124,8 @@ void add_worst_case(Problem& problem, const SolverOptions& options, Result& resu
   look_for_worst_case(problem, starts, {},
                       {options, budget, 0, problem.structure(), work, work.over_y}, result);
   result.over_y.maximizations += work.over_y.maximizations;
-  settle(budget.interrupted(), result);
+  audit(problem, options, Witnesses(problem.structure()), budget.interrupted(), result,
+        result.counts);
 }
 
 }  // namespace ipminmax

@@ -48,7 +48,7 @@ struct ValueRange {
 }
 
 /// In what differences of each variable are measured: the width of its box, or, without two finite
-/// bounds, the spread of the values seen, or, where one alone was seen, its size.
+/// bounds, the spread of the values seen, or, where these are one, its size.
 class VariableRanges {
  public:
   explicit VariableRanges(const ProblemStructure& structure)
@@ -67,9 +67,11 @@ class VariableRanges {
   }
   [[nodiscard]] double of(std::size_t i) const {
     constexpr double kNoBound = 1e19;  // nlp_upper_bound_inf
+    constexpr double kSpread = 1e-6;  // of the size: less is that of one value
     if (box_[i] < kNoBound) return box_[i];
-    if (most_[i] > least_[i]) return most_[i] - least_[i];
-    return std::max(std::abs(least_[i]), std::abs(most_[i]));
+    const double spread = most_[i] - least_[i];
+    const double size = std::max(std::abs(least_[i]), std::abs(most_[i]));
+    return spread > kSpread * size ? spread : size;
   }
 
  private:

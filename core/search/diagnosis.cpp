@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/certificate/units.hpp"
-#include "core/derivative_test.hpp"
 #include "core/differences/directional_check.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/forwarding_problem.hpp"
@@ -150,38 +149,16 @@ void diagnose_failure(Problem& problem, const SolverOptions& options, Result& re
   }
 }
 
-void withdraw(CertificateReason reason, Result& result) {
-  if (result.status == Status::Solved) result.status = Status::SolvedDegenerate;
-  result.message += "; " + reason.text;
-  Certificate& c = result.certificate;
-  c.kind = PointKind::FirstOrderPoint;
-  c.second_order = SecondOrder::Undecided;
-  c.answer = InnerAnswer::Unknown;
-  c.margin = c.least_curvature = 0.0;
-  c.least_curvature_variable = -1;
-  c.reasons.insert(c.reasons.begin(), std::move(reason));
-}
-
-void check_first_derivatives(Problem& problem, const SolverOptions& options, Result& result) {
-  if (result.certificate.kind != PointKind::LocalMinmax ||
-      !has_max_variables(problem.structure()) || !is_finite(result)) {
-    return;
-  }
+std::string wrong_gradient_beside(Problem& problem, const SolverOptions& options, Result& result) {
+  if (!is_finite(result)) return {};
   AtResult at(problem, &result);
   const SolverOptions own = unscaled_at_the_point(options);
   CanonicalProblem canonical(at, own, result.counts, result.timing);
-  if (!canonical.build().empty()) return;
+  if (!canonical.build().empty()) return {};
   const Eigen::VectorXd v = aside(canonical, canonical.starting_point().v, parameters::kTrace);
   Evaluation here = room_for(canonical);
-  if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return;
-  const std::string wrong = find_wrong_gradient(canonical, v, here, "beside the answer");
-  if (wrong.empty()) return;
-  withdraw({.kind = CertificateReason::Kind::WrongHessian,
-            .player = Player::Max,
-            .text = wrong,
-            .variables = {},
-            .constraints = {}},
-           result);
+  if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return {};
+  return find_wrong_gradient(canonical, v, here, "beside the answer");
 }
 
 }  // namespace ipminmax

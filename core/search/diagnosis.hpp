@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "core/options.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
@@ -13,7 +15,10 @@ namespace ipminmax {
 /// exceptions of the model pass through.
 void diagnose_failure(Problem& problem, const SolverOptions& options, Result& result);
 
-/// Takes the certificate of a local minmax back, with the reason.
-void withdraw(CertificateReason reason, Result& result);
+/// Compares values of the functions a small step beside a result with the first derivatives there.
+/// Returns which gradient looks wrong, or nothing. Five values and one gradient of all functions,
+/// counted in the result.
+[[nodiscard]] std::string wrong_gradient_beside(Problem& problem, const SolverOptions& options,
+                                                Result& result);
 
 }  // namespace ipminmax

@@ -386,8 +386,8 @@ TEST_P(InactiveRow, IsMaximizedWhateverItsMultiplier) {
 INSTANTIATE_TEST_SUITE_P(Disturbances, InactiveRow,
                          ::testing::Values(1, 2, 5, 10, 20, 50, 200, 1000));
 
-// The solve scales the row by 1e-3, so that its barrier leaves the row 1e3 times as far below its
-// maximum: no violation, and no other worst case.
+// The row changes by 1e-3 with y and by 1e5 with x, so that the barrier leaves y a share of the row
+// below its maximum: the row is solved again with that y fixed.
 TEST(RobustConstraint, WhatTheBarrierLeavesIsMeasuredInTheUnitsOfTheRow) {
   constexpr int kSize = 40;
   Model model;
@@ -407,9 +407,9 @@ TEST(RobustConstraint, WhatTheBarrierLeavesIsMeasuredInTheUnitsOfTheRow) {
     // Bounds with small multipliers, from which y is far, are active all the same.
     EXPECT_EQ(answer.result.certificate.kind == PointKind::LocalMinmax,
               effort == CertificateEffort::Full);
-    EXPECT_NEAR(answer.result.v[0], -1e-8, 1e-9);
-    EXPECT_EQ(answer.worst_cases.size(), 1U);
-    EXPECT_EQ(answer.solves, 1);
+    EXPECT_NEAR(answer.result.v[0], -1e-8, 1e-11);
+    EXPECT_LE(answer.worst_cases.size(), 2U);
+    EXPECT_LE(answer.solves, 4);
   }
 }
 

@@ -12,7 +12,7 @@
 
 #include <support/autodiff_problem.hpp>
 
-#include "core/global/choice.hpp"
+#include "core/global/audit.hpp"
 #include "core/multistart.hpp"
 #include "core/solver.hpp"
 #include "core/worst_case.hpp"
@@ -78,18 +78,19 @@ TEST(WorstCase, HigherBranchOfYIsFound) {
   EXPECT_NE(describe_worst_case(result).find("is a local worst case only"), std::string::npos);
 }
 
-// Where nothing is known of f but a few values, a millionth of max(1, |f|) counts, or tol.
-TEST(WorstCase, TheYOfOtherStartsCountsFromAMillionthOn) {
-  for (const double unit : {1.0, 1e-3, 1e-7}) {  // the branches differ by 0.8 of it
+TEST(WorstCase, TheYOfOtherStartsCountsInAnyUnits) {
+  for (const double unit : {1.0, 1e-3, 1e-7, 1e7}) {  // the branches differ by 0.8 of it
     AutodiffProblem problem(two_branches(0.3, unit), {1.0, -1.0});
     Result result;
+    result.status = Status::Solved;
     result.v = {1.0, -1.0};
     ASSERT_TRUE(problem.objective(result.v, true, result.objective));
-    const OtherAnswers others{
-        .points = {{1.0, 1.0}}, .objectives = {}, .tol = 1e-8, .constr_viol_tol = 1e-4};
+    Witnesses witnesses(problem.structure());
+    witnesses.add(std::vector{1.0, 1.0});
     Counts counts;
-    compare_with(others, problem, result, counts);
-    EXPECT_EQ(result.worst_case.higher, unit > 1e-6) << unit;
+    audit(problem, {}, witnesses, {}, result, counts);
+    EXPECT_TRUE(result.worst_case.higher) << unit;
+    EXPECT_EQ(result.worst_case.y, std::vector{1.0});
   }
 }
 

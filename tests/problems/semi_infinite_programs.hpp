@@ -25,7 +25,8 @@ struct SemiInfinite {
       std::numeric_limits<double>::quiet_NaN();  ///< as published or exact, to tolerance
   double tolerance = 1e-6;                       ///< relative to max(1, |optimum|)
   Point x_lower{}, x_upper{};                    ///< empty: free
-  /// The worst t stands at a bound without a slope there: no strict complementarity.
+  /// The worst t stands at a bound without a slope there, or is nearly equalled by others: nothing
+  /// strict is shown.
   bool weakly_active = false;
 };
 

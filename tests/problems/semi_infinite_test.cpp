@@ -70,7 +70,8 @@ TEST_P(SemiInfinitePrograms, AreSolved) {
   }
   EXPECT_LE(worst, 1e-6);
   for (const RobustWorstCase& found : answer.worst_cases) {
-    EXPECT_LE(found.multiplier > 1e-4 ? std::abs(found.value) : 0.0, 1e-6)
+    // Fixed worst cases may lie beside the maximum that they stand for.
+    EXPECT_LE(found.multiplier > 1e-4 ? std::abs(found.value) : 0.0, p.weakly_active ? 1e-5 : 1e-6)
         << "an active worst case";
   }
 }

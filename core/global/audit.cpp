@@ -1,0 +1,380 @@
+#include "core/global/audit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <utility>
+
+#include "core/derivative_test.hpp"
+#include "core/global/over_y.hpp"
+#include "core/model/compare.hpp"
+#include "core/model/norms.hpp"
+#include "core/model/sampling.hpp"
+#include "core/model/structure_check.hpp"
+#include "core/robust/robust_scope.hpp"
+#include "core/search/diagnosis.hpp"
+#include "core/worst_case.hpp"
+#include "linalg/numbers.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// Numbers that witnesses may take: 80 MB.
+constexpr std::size_t kMostKeptNumbers = 10'000'000;
+/// Points of y's box that show the range of a function beside the witnesses.
+constexpr int kSamples = 4;
+/// Units of bound_relax_factor, beside the range of a robust row, that its solve may use: rows are
+/// solved in units in which their bounds are no larger than that (row_units.hpp).
+constexpr double kRelaxations = 16.0;
+
+bool is_certified(const Result& result) {
+  return result.certificate.kind == PointKind::LocalMinmax;
+}
+
+/// f and the constraints at the answer's x with one y.
+struct Look {
+  std::vector<double> v, g;
+  double f = kNaN;
+};
+
+/// What the witnesses say of the functions at one x.
+class Hearing {
+ public:
+  Hearing(Problem& model, const SolverOptions& options, const Result& result, Counts& counts)
+      : model_(model),
+        s_(model.structure()),
+        options_(options),
+        result_(result),
+        counts_(counts),
+        ranges_(s_.constraint_players.size()) {
+    see({result.v, result.constraints, result.objective});
+  }
+
+  void hear(const std::vector<std::vector<double>>& witnesses) {
+    std::mt19937_64 random(20220411);
+    for (int k = 0; k < kSamples; ++k) static_cast<void>(look(sample(random)));
+    for (const std::vector<double>& y : witnesses) {
+      if (auto seen = look(y)) looks_.push_back(std::move(*seen));
+    }
+    std::erase_if(looks_, [&](const Look& seen) { return !max_may_choose(seen); });
+  }
+
+  /// The y with the largest f, where that clearly exceeds the answer's; null: there is none.
+  [[nodiscard]] const Look* higher() {
+    const Look* worst = nullptr;
+    for (const Look& seen : looks_) {
+      if (std::isfinite(seen.f) && (worst == nullptr || seen.f > worst->f)) worst = &seen;
+    }
+    const double here = result_.objective;
+    const double tol = std::max(options_.tol, options_.minmax_worst_case_tol);
+    if (worst == nullptr || !clearly_greater(worst->f, here, range_of_f_, tol)) return nullptr;
+    counts_.gradient += 2;
+    return worst->f - here > change_with_x(model_, result_.v, worst->v, options_.tol) ? worst
+                                                                                      : nullptr;
+  }
+
+  /// The y that violates a robust constraint most, beside its range.
+  [[nodiscard]] std::optional<RobustWorstCase> violated() const {
+    const double tol = options_.minmax_worst_case_tol + kRelaxations * options_.bound_relax_factor;
+    std::optional<RobustWorstCase> worst;
+    double largest = 0.0;
+    for (const Index row : robust_constraints(s_)) {
+      const std::size_t j = at(row);
+      for (const Look& seen : looks_) {
+        if (is_met(seen.g[j], s_.constraint_lower[j], s_.constraint_upper[j], ranges_[j], tol))
+          continue;
+        const double excess =
+            std::max(seen.g[j] - s_.constraint_upper[j], s_.constraint_lower[j] - seen.g[j]);
+        const double beside = excess / std::max(ranges_[j].size(), kVanishingRange);
+        if (beside > largest)
+          worst = {.constraint = row, .v = seen.v, .value = seen.g[j], .active = true};
+        largest = std::max(largest, beside);
+      }
+    }
+    return worst;
+  }
+
+ private:
+  static constexpr double kVanishingRange = 1e-300;
+
+  /// y: Max's variables; the bounds cut it.
+  [[nodiscard]] std::optional<Look> look(const std::vector<double>& y) {
+    Look seen{.v = result_.v, .g = std::vector<double>(s_.constraint_players.size())};
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < seen.v.size(); ++i) {
+      if (s_.variable_players[i] != Player::Max) continue;
+      if (k == y.size()) return {};
+      seen.v[i] = std::clamp(y[k++], s_.variable_lower[i], s_.variable_upper[i]);
+    }
+    if (seen.v == result_.v || !all_finite(seen.v)) return {};
+    ++counts_.objective;
+    if (!model_.objective(seen.v, true, seen.f)) seen.f = kNaN;
+    if (!seen.g.empty()) {
+      ++counts_.constraints;
+      if (!model_.constraints(seen.v, false, seen.g)) return {};
+    }
+    see(seen);
+    return seen;
+  }
+
+  /// A random point of y's box; of variables without one the answer's value.
+  [[nodiscard]] std::vector<double> sample(std::mt19937_64& random) const {
+    std::vector<double> y;
+    for (std::size_t i = 0; i < s_.variable_players.size(); ++i) {
+      if (s_.variable_players[i] != Player::Max) continue;
+      const double lower = s_.variable_lower[i], upper = s_.variable_upper[i];
+      const bool boxed =
+          lower > options_.nlp_lower_bound_inf && upper < options_.nlp_upper_bound_inf;
+      y.push_back(boxed ? SampledRange{lower, upper}.draw(random) : result_.v[i]);
+    }
+    return y;
+  }
+
+  void see(const Look& seen) {
+    range_of_f_.see(seen.f);
+    for (std::size_t j = 0; j < std::min(seen.g.size(), ranges_.size()); ++j)
+      ranges_[j].see(seen.g[j]);
+  }
+
+  /// Whether Max's constraints hold, up to the relaxation that they were solved with.
+  [[nodiscard]] bool max_may_choose(const Look& seen) const {
+    for (std::size_t j = 0; j < seen.g.size(); ++j) {
+      if (s_.constraint_players[j] != Player::Max) continue;
+      const double slack = options_.bound_relax_factor * ranges_[j].size();
+      if (!is_met(seen.g[j], s_.constraint_lower[j] - slack, s_.constraint_upper[j] + slack,
+                  ranges_[j], options_.tol)) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  Problem& model_;
+  const ProblemStructure& s_;
+  const SolverOptions& options_;
+  const Result& result_;
+  Counts& counts_;
+  ValueRange range_of_f_;
+  std::vector<ValueRange> ranges_;  ///< m
+  std::vector<Look> looks_;
+};
+
+/// f may be maximized over other y, which is no question with a negative factor of the objective.
+bool has_worst_case(const ProblemStructure& s, const Result& result) {
+  return !(result.objective_scale < 0.0) && result.over_y.branches == 0 && has_max_variables(s);
+}
+
+void look_at_witnesses(Problem& model, const SolverOptions& options, const Witnesses& witnesses,
+                       Result& result, Counts& counts) {
+  const ProblemStructure& s = model.structure();
+  // f is that of an inner maximum, and may be exceeded, also where no local minmax was found.
+  const bool claims = is_success(result.status) || is_certified(result) ||
+                      result.status == Status::NoLocalMinmaxFound;
+  if (!claims || result.v.size() != s.variable_players.size() || !all_finite(result.v)) return;
+  const std::vector<std::vector<double>> known = witnesses.all();
+  if (known.empty()) return;
+  Hearing hearing(model, options, result, counts);
+  hearing.hear(known);
+  if (options.minmax_robust_constraints) {
+    if (auto violated = hearing.violated()) {
+      result.over_y.better_known = true;
+      result.worst_cases.push_back(std::move(*violated));
+    }
+  }
+  const bool is_known = result.worst_case.higher || !has_worst_case(s, result);
+  const Look* higher = is_known || !std::isfinite(result.objective) ? nullptr : hearing.higher();
+  if (higher == nullptr) return;
+  WorstCase& worst = result.worst_case;
+  worst.value = higher->f;
+  worst.v = higher->v;
+  worst.y.clear();
+  for (std::size_t i = 0; i < worst.v.size(); ++i) {
+    if (s.variable_players[i] == Player::Max) worst.y.push_back(worst.v[i]);
+  }
+  worst.higher = true;
+  result.over_y.better_known =
+      result.over_y.better_known || starts_over_y_of_objective(options) > 0;
+}
+
+/// Whether f clearly rises with a small step of one Max variable: y is no maximum.
+bool rises_beside(Problem& model, const SolverOptions& options, const Result& result,
+                  Counts& counts) {
+  constexpr double kStep = 1e-2;  // of the variable's range
+  constexpr std::size_t kMostSteps = 100;
+  const ProblemStructure& s = model.structure();
+  if (result.v.size() != s.variable_players.size() || result.objective_scale < 0.0) return false;
+  VariableRanges sizes(s);
+  sizes.see(result.v);
+  std::vector<std::vector<double>> beside;
+  for (std::size_t i = 0; i < result.v.size() && beside.size() < kMostSteps; ++i) {
+    if (s.variable_players[i] != Player::Max) continue;
+    for (const double step : {-kStep, kStep}) {
+      std::vector<double> y;
+      for (std::size_t j = 0; j < result.v.size(); ++j) {
+        if (s.variable_players[j] == Player::Max)
+          y.push_back(result.v[j] + (i == j ? step * sizes.of(i) : 0.0));
+      }
+      beside.push_back(std::move(y));
+    }
+  }
+  Hearing hearing(model, options, result, counts);
+  hearing.hear(beside);
+  return hearing.higher() != nullptr;
+}
+
+/// Why a point that passed its own test is no answer to what was asked.
+std::string why_refuted(const ProblemStructure& s, const Result& result) {
+  const SearchOverY& y = result.over_y;
+  if (y.better_known) {
+    if (result.worst_case.higher) return describe_worst_case(result);
+    if (result.worst_cases.empty()) return "a robust constraint is violated there";
+    const RobustWorstCase& worst = result.worst_cases.back();
+    const bool of_objective = at(worst.constraint) >= s.constraint_players.size();
+    return (of_objective ? "f" : constraint_name(s, worst.constraint)) + " is " +
+           number_text(worst.value, 8) +
+           " at another y: " + describe_y(s, worst.constraint, worst.v);
+  }
+  const auto open = std::ranges::find(y.proofs, false, &WorstCaseProof::complete);
+  if (open != y.proofs.end()) return open->message;
+  if (!y.finished) return "the search over y was not finished";
+  const SearchOverX& x = result.over_x;
+  return std::to_string(x.made) + " of " + std::to_string(x.asked) + " starts were made";
+}
+
+void revoke_certificate(CertificateReason reason, Result& result) {
+  Certificate& c = result.certificate;
+  c.kind = PointKind::FirstOrderPoint;
+  c.reasons.insert(c.reasons.begin(), std::move(reason));
+}
+
+/// The second-order test was about a worst case that may not be the highest, or about derivatives
+/// that are wrong.
+void revoke_test(CertificateReason reason, Result& result) {
+  if (result.status == Status::Solved) result.status = Status::SolvedDegenerate;
+  result.message += "; " + reason.text;
+  Certificate& c = result.certificate;
+  c.second_order = SecondOrder::Undecided;
+  c.answer = InnerAnswer::Unknown;
+  c.margin = c.least_curvature = 0.0;
+  c.least_curvature_variable = -1;
+  revoke_certificate(std::move(reason), result);
+}
+
+}  // namespace
+
+void check_first_derivatives(Problem& problem, const SolverOptions& options, Result& result) {
+  if (!is_certified(result) || !has_max_variables(problem.structure())) return;
+  const std::string wrong = wrong_gradient_beside(problem, options, result);
+  if (wrong.empty()) return;
+  revoke_test({.kind = CertificateReason::Kind::WrongHessian,
+               .player = Player::Max,
+               .text = wrong,
+               .variables = {},
+               .constraints = {}},
+              result);
+}
+
+std::string describe_y(const ProblemStructure& s, Index constraint, const std::vector<double>& v) {
+  const RobustScope scope = robust_scope(s, constraint);
+  std::string text;
+  constexpr int kMostNames = 6;
+  int said = 0;
+  for (const Index i : scope.variables) {
+    if (std::ranges::binary_search(scope.followers, i) ||
+        s.variable_lower[at(i)] == s.variable_upper[at(i)]) {
+      continue;
+    }
+    if (said++ == kMostNames) return text + ", ...";
+    text += (said > 1 ? ", " : "") + variable_name(s, i) + " = " + number_text(v[at(i)], 6);
+  }
+  return text;
+}
+
+double change_with_x(Problem& model, const std::vector<double>& v, const std::vector<double>& other,
+                     double tol) {
+  const ProblemStructure& s = model.structure();
+  std::vector<double> at_v(v.size()), at_other(v.size());
+  if (!model.gradient(v, true, at_v) || !model.gradient(other, true, at_other)) return 0.0;
+  VariableRanges sizes(s);
+  sizes.see(v);
+  double change = 0.0;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    if (s.variable_players[i] == Player::Min)
+      change += std::abs(at_v[i] - at_other[i]) * tol * sizes.of(i);
+  }
+  return std::isfinite(change) ? change : 0.0;
+}
+
+Witnesses::Witnesses(const ProblemStructure& structure) {
+  for (std::size_t i = 0; i < structure.variable_players.size(); ++i) {
+    if (structure.variable_players[i] == Player::Max) max_variables_.push_back(i);
+  }
+  most_ = kMostKeptNumbers / std::max<std::size_t>(1, max_variables_.size());
+}
+
+void Witnesses::add(std::span<const double> v) {
+  if (max_variables_.empty() || most_ == 0 || v.size() <= max_variables_.back()) return;
+  std::vector<double> y;
+  y.reserve(max_variables_.size());
+  for (const std::size_t i : max_variables_) y.push_back(v[i]);
+  if (!all_finite(y)) return;
+  const std::lock_guard lock(mutex_);
+  if (kept_.size() < most_) {
+    kept_.push_back(std::move(y));
+  } else {
+    kept_[next_++ % most_] = std::move(y);
+  }
+}
+
+void Witnesses::add(const Result& result) {
+  add(result.v);
+  add(result.worst_case.v);
+  for (const RobustWorstCase& worst : result.worst_cases) add(worst.v);
+}
+
+std::vector<std::vector<double>> Witnesses::all() const {
+  const std::lock_guard lock(mutex_);
+  return kept_;
+}
+
+void audit(Problem& model, const SolverOptions& options, const Witnesses& witnesses,
+           std::optional<Status> cut, Result& result, Counts& counts) {
+  look_at_witnesses(model, options, witnesses, result, counts);
+  const SearchOverY& y = result.over_y;
+  const Certificate& c = result.certificate;
+  const bool seems_wrong =
+      c.second_order != SecondOrder::Satisfied && c.inner.positive > c.inner_expected.positive;
+  if (is_success(result.status) && seems_wrong && rises_beside(model, options, result, counts)) {
+    result.status = Status::NotLocalMinmax;
+    result.message = std::string(name_of(result.status)) +
+                     ": K_yy has an eigenvalue of the wrong sign, y is no maximum";
+  }
+  const bool stopped = cut == Status::UserStop || cut == Status::OutOfMemory;
+  const bool unfinished = !y.finished || result.over_x.made < result.over_x.asked;
+  const bool was_cut = cut && (stopped || unfinished);
+  const bool unmet = is_success(result.status) && (unfinished || y.better_known);
+  if (was_cut ? result.status != *cut : unmet) {
+    result.status = was_cut ? *cut : Status::WorstCaseNotMet;
+    result.message = std::string(name_of(result.status));
+    if (unfinished || unmet) result.message += ": " + why_refuted(model.structure(), result);
+  }
+  if (is_certified(result) && !is_success(result.status)) {
+    revoke_certificate(
+        {.kind = CertificateReason::Kind::Search,
+         .player = y.better_known || !y.finished ? Player::Max : Player::Min,
+         .text = "a strict local minmax by itself, but not the answer: " + result.message,
+         .variables = {},
+         .constraints = {}},
+        result);
+  }
+  if (!is_certified(result) || y.open.empty()) return;
+  CertificateReason open{.kind = CertificateReason::Kind::RobustRow,
+                         .player = Player::Max,
+                         .text = y.open,
+                         .variables = {},
+                         .constraints = {}};
+  if (y.open_constraint >= 0) open.constraints.push_back(y.open_constraint);
+  revoke_test(std::move(open), result);
+}
+
+}  // namespace ipminmax

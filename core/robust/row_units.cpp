@@ -1,0 +1,146 @@
+#include "core/robust/row_units.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <utility>
+
+#include "core/model/compare.hpp"
+#include "core/model/sampling.hpp"
+#include "core/robust/robust_scope.hpp"
+#include "linalg/numbers.hpp"
+
+namespace ipminmax {
+namespace {
+
+/// Sizes of rows beside which tolerances near 1e-8 are small enough, and not too small.
+constexpr double kLeastOrdinarySize = 1.0 / 16;
+constexpr double kMostOrdinarySize = 1024.0;
+/// A bound may be that many times the size of its row: its relaxation is relative to it.
+constexpr double kMostOfBound = 16.0;
+/// Points of y at which a row is looked at, besides the given one.
+constexpr int kSamples = 6;
+
+constexpr double kUnbounded = 1e19;  // nlp_upper_bound_inf
+
+double finite_bound(const ProblemStructure& s, std::size_t j) {
+  if (s.constraint_upper[j] < kUnbounded) return s.constraint_upper[j];
+  return s.constraint_lower[j] > -kUnbounded ? s.constraint_lower[j] : 0.0;
+}
+
+}  // namespace
+
+bool RowUnits::are_own() const {
+  const auto is = [](double number) { return [number](double value) { return value == number; }; };
+  return objective == 1.0 && std::ranges::all_of(factor, is(1.0)) &&
+         std::ranges::all_of(offset, is(0.0));
+}
+
+RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigraph_row) {
+  const ProblemStructure& s = model.structure();
+  const std::size_t m = s.constraint_players.size();
+  RowUnits units = own_units(m);
+  std::vector<ValueRange> seen(m);
+  std::vector<double> point = v, g(m);
+  std::mt19937_64 random(20220411);
+  for (int k = 0; k <= kSamples; ++k) {
+    for (std::size_t i = 0; k > 0 && i < v.size(); ++i) {
+      if (s.variable_players[i] != Player::Max) continue;
+      const double lower = s.variable_lower[i], upper = s.variable_upper[i];
+      const bool boxed = lower > -kUnbounded && upper < kUnbounded;
+      if (boxed) point[i] = SampledRange{lower, upper}.draw(random);
+    }
+    if (!model.constraints(point, true, g)) continue;
+    for (std::size_t j = 0; j < m; ++j) seen[j].see(g[j]);
+    if (k > 0) continue;
+    for (std::size_t j = 0; j < m; ++j) seen[j].see(finite_bound(s, j));
+  }
+  for (const Index row : robust_constraints(s)) {
+    const std::size_t j = at(row);
+    const double size = seen[j].size();
+    if (!(size > 0.0) || !std::isfinite(size)) continue;
+    if (size < kLeastOrdinarySize || size > kMostOrdinarySize)
+      units.factor[j] = std::exp2(-std::round(std::log2(size)));
+    const double bound = finite_bound(s, j);
+    if (std::abs(bound) > kMostOfBound * size) units.offset[j] = bound;
+    units.size[j] = units.factor[j] * size;
+    if (row == epigraph_row) units.objective = units.factor[j];
+  }
+  return units;
+}
+
+InRowUnits::InRowUnits(Problem& model, RowUnits units)
+    : Restructured(model), units_(std::move(units)), lambda_(units_.factor.size()) {
+  for (std::size_t j = 0; j < units_.factor.size(); ++j) {
+    for (auto* bounds : {&changed.constraint_lower, &changed.constraint_upper}) {
+      double& bound = (*bounds)[j];
+      if (std::abs(bound) < kUnbounded) bound = units_.factor[j] * (bound - units_.offset[j]);
+    }
+  }
+  if (const BoxFunctions* functions = model.over_boxes()) boxes_.emplace(*functions, units_);
+}
+
+bool InRowUnits::user_scaling(UserScaling& scaling) {
+  if (!model().user_scaling(scaling)) return false;
+  scaling.objective /= units_.objective;
+  for (std::size_t j = 0; j < scaling.constraints.size(); ++j)
+    scaling.constraints[j] /= units_.factor[j];
+  return true;
+}
+
+bool InRowUnits::objective(std::span<const double> v, bool new_v, double& f) {
+  if (!model().objective(v, new_v, f)) return false;
+  f *= units_.objective;
+  return true;
+}
+
+bool InRowUnits::gradient(std::span<const double> v, bool new_v, std::span<double> grad) {
+  if (!model().gradient(v, new_v, grad)) return false;
+  for (double& value : grad) value *= units_.objective;
+  return true;
+}
+
+bool InRowUnits::constraints(std::span<const double> v, bool new_v, std::span<double> g) {
+  if (!model().constraints(v, new_v, g)) return false;
+  for (std::size_t j = 0; j < g.size(); ++j) g[j] = units_.factor[j] * (g[j] - units_.offset[j]);
+  return true;
+}
+
+bool InRowUnits::jacobian(std::span<const double> v, bool new_v, std::span<double> values) {
+  if (!model().jacobian(v, new_v, values)) return false;
+  for (std::size_t k = 0; k < values.size(); ++k)
+    values[k] *= units_.factor[at(changed.jacobian[k].row)];
+  return true;
+}
+
+bool InRowUnits::hessian(std::span<const double> v, bool new_v, double sigma,
+                         std::span<const double> lambda, bool new_lambda,
+                         std::span<double> values) {
+  return model().hessian(v, new_v, sigma * units_.objective, in_model_units(lambda), new_lambda,
+                         values);
+}
+
+bool InRowUnits::hessian_errors(std::span<const double> v, double sigma,
+                                std::span<const double> lambda, std::span<double> row_errors) {
+  return model().hessian_errors(v, sigma * units_.objective, in_model_units(lambda), row_errors);
+}
+
+std::span<const double> InRowUnits::in_model_units(std::span<const double> lambda) {
+  for (std::size_t j = 0; j < lambda_.size(); ++j) lambda_[j] = lambda[j] * units_.factor[j];
+  return lambda_;
+}
+
+IntervalJet InRowUnits::Boxes::objective_over(std::span<const IntervalJet> v) const {
+  return IntervalJet(units_.objective) * model_.objective_over(v);
+}
+
+void InRowUnits::Boxes::constraints_over(std::span<const IntervalJet> v,
+                                         std::span<IntervalJet> g) const {
+  model_.constraints_over(v, g);
+  for (std::size_t j = 0; j < g.size(); ++j) {
+    if (units_.factor[j] != 1.0 || units_.offset[j] != 0.0)
+      g[j] = IntervalJet(units_.factor[j]) * (g[j] - IntervalJet(units_.offset[j]));
+  }
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,230 @@
+// What a success claims holds for the model as it was given, in whatever units it is written.
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <support/autodiff_problem.hpp>
+
+#include "core/answer.hpp"
+#include "core/robust.hpp"
+#include "core/solver.hpp"
+
+namespace ipminmax {
+namespace {
+
+using testing::AutodiffProblem;
+using testing::Expression;
+using testing::kNoBound;
+using testing::Model;
+
+constexpr Player kMin = Player::Min;
+constexpr Player kMax = Player::Max;
+
+void expect_certified(const Result& result, const std::string& what) {
+  EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax) << what << ": " << result.message;
+  EXPECT_TRUE(is_success(result.status)) << what << ": " << result.message;
+}
+
+enum class Idle { Read, Fixed, Unread };
+
+/// min x1 + (x0 / size - 2)^2 subject to .2 y - (y^2 - 1)^2 <= x1 for |y| <= 2: two maxima over y,
+/// the search begins at the lower one.
+Result two_maxima(double size, Idle idle) {
+  Model model;
+  const Expression x0 =
+      idle == Idle::Fixed ? model.variable(kMin, "x0", size, size) : model.variable(kMin, "x0");
+  const Expression x1 = model.variable(kMin, "x1");
+  const Expression y = model.variable(kMax, "y", -2.0, 2.0);
+  model.objective(idle == Idle::Unread ? x1 + 0.0 * x1 : x1 + square(x0 / size - 2.0));
+  model.constraint(0.2 * y - square(square(y) - 1.0) - x1, -kNoBound, 0.0, kMin);
+  AutodiffProblem problem(model, {size, 0.0, -0.9});
+  return solve(problem, {});
+}
+
+TEST(Audit, AWorstCaseIsNotTakenForAnotherBesideALargeVariable) {
+  for (const double size : {1.0, 1e4, 1e6, 1e9}) {
+    for (const Idle idle : {Idle::Read, Idle::Fixed, Idle::Unread}) {
+      const Result result = two_maxima(size, idle);
+      const std::string what = std::to_string(size) + " " + std::to_string(static_cast<int>(idle));
+      EXPECT_TRUE(is_success(result.status)) << what << ": " << result.message;
+      ASSERT_EQ(result.v.size(), 3U);
+      EXPECT_NEAR(result.v[1], 0.2024404, 1e-6) << what;
+    }
+  }
+}
+
+/// (x1 - 3)^2 + (x2 - 2)^2, x1 (Y^2 + Y)/2 + x2 (Y^2 - Y)/2 <= 1 for Y = (y - center)/size in
+/// [-1, 1].
+Result small_box(double size, double center) {
+  Model model;
+  const Expression x1 = model.variable(kMin, "x1");
+  const Expression x2 = model.variable(kMin, "x2");
+  const Expression y = model.variable(kMax, "y", center - size, center + size);
+  const Expression u = (y - center) / size;
+  model.objective(square(x1 - 3.0) + square(x2 - 2.0));
+  model.constraint(0.5 * x1 * (square(u) + u) + 0.5 * x2 * (square(u) - u), -kNoBound, 1.0, kMin);
+  AutodiffProblem problem(model, {0.0, 0.0, center + 0.5 * size});
+  return solve(problem, {});
+}
+
+TEST(Audit, WorstCasesOfASmallBoxAreTwo) {
+  for (const auto& [size, center] :
+       {std::pair{1.0, 0.0}, {1e-3, 0.0}, {3e-5, 0.0}, {0.01, 300.0}, {1e4, 0.0}}) {
+    const std::string what = std::to_string(size) + " around " + std::to_string(center);
+    const Result result = small_box(size, center);
+    ASSERT_EQ(result.v.size(), 3U);
+    // Within what bound_relax_factor adds to the box, beside its size.
+    const double relaxed = 1e-8 * std::max(1.0, center) / size;
+    EXPECT_TRUE(is_success(result.status)) << what << ": " << result.message;
+    EXPECT_NEAR(result.v[0], 1.0, 1e-6 + 4.0 * relaxed) << what;
+    EXPECT_NEAR(result.v[1], 1.0, 1e-6 + 4.0 * relaxed) << what;
+  }
+}
+
+TEST(Audit, AConstantOnBothSidesOfARowChangesNothing) {
+  // max over y of -(y^2 - 1)^2 + .03 y is .030, near y = 1; the search begins near -1.
+  for (const double shift : {0.0, 1e3, 1e6}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    const Expression y = model.variable(kMax, "y", -2.0, 2.0);
+    model.objective(x);
+    model.constraint(0.03 * y - square(square(y) - 1.0) - x + shift, -kNoBound, shift, kMin);
+    AutodiffProblem problem(model, {0.0, -0.9});
+    const Result result = solve(problem, {});
+    EXPECT_TRUE(is_success(result.status)) << shift << ": " << result.message;
+    EXPECT_NEAR(result.v[0], 0.030056, 1e-5) << shift;
+  }
+}
+
+TEST(Audit, ARowInSmallUnitsHoldsAsClosely) {
+  // max over [0, 3] of y sin(3 y) / 3 is .879636.
+  for (const double unit : {1.0, 1e-3, 1e-6, 1e6}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    const Expression y = model.variable(kMax, "y", 0.0, 3.0);
+    model.objective(x);
+    model.constraint(unit * (y * sin(3.0 * y) / 3.0 - x), -kNoBound, 0.0, kMin);
+    AutodiffProblem problem(model, {0.0, 0.5});
+    const Result result = solve(problem, {});
+    EXPECT_TRUE(is_success(result.status)) << unit << ": " << result.message;
+    EXPECT_NEAR(result.v[0], 0.8796364, 1e-6) << unit;
+  }
+}
+
+TEST(Audit, RobustRowsAreSearchedInEpigraphForm) {
+  // (x - 3)^2 + x y - y^2, x (y^2 + .2 y) <= 1 for |y| <= 1: x = 1 / 1.2.
+  Model model;
+  const Expression x = model.variable(kMin, "x", 0.0, 10.0);
+  const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(square(x - 3.0) + x * y - square(y));
+  model.constraint(x * (square(y) + 0.2 * y), -kNoBound, 1.0, kMin);
+  AutodiffProblem problem(model, {0.5, -0.3});
+  SolverOptions options;
+  options.minmax_epigraph = true;
+  const Result result = solve(problem, options);
+  EXPECT_TRUE(is_success(result.status)) << result.message;
+  EXPECT_NEAR(result.v[0], 1.0 / 1.2, 1e-5);
+}
+
+TEST(Audit, TheEpigraphSearchesOverY) {
+  // (x - y)^2, |y| <= 1: x = 0 with the value 1.
+  for (const int starts : {-1, 0}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+    model.objective(square(x - y));
+    AutodiffProblem problem(model, {0.3, 0.1});
+    SolverOptions options;
+    options.minmax_epigraph = true;
+    options.minmax_worst_case_starts = starts;
+    const Result result = solve(problem, options);
+    if (starts < 0) {
+      EXPECT_TRUE(is_success(result.status)) << result.message;
+      EXPECT_NEAR(result.objective, 1.0, 1e-6);
+      EXPECT_NEAR(result.v[0], 0.0, 1e-6);
+    } else {  // whatever is found, a minimum over y is no success
+      const bool minimum = std::abs(result.v[0] - result.v[1]) < 1e-3;
+      EXPECT_FALSE(minimum && is_success(result.status)) << result.message;
+    }
+  }
+}
+
+/// f = unit * ((x - .3)^2 ... two branches of y with values that differ by .66 unit, + shift.
+AutodiffProblem two_wells(double unit, double shift) {
+  Model model;
+  const Expression x = model.variable(kMin, "x", -1.0, 1.0);
+  const Expression y = model.variable(kMax, "y", -2.0, 2.0);
+  model.objective(unit * (square(x) + 0.33 * y - square(square(y) - 1.0)) + shift);
+  return AutodiffProblem(model, {0.5, -0.9});
+}
+
+TEST(Audit, AWorseYOfAnotherStartCountsInAnyUnits) {
+  for (const auto& [unit, shift] :
+       {std::pair{1.0, 0.0}, {1e-6, 0.0}, {1e6, 0.0}, {1.0, 1e6}, {1e-3, 1.0}}) {
+    for (const bool by_starts : {true, false}) {
+      const std::string what = std::to_string(unit) + " + " + std::to_string(shift);
+      AutodiffProblem problem = two_wells(unit, shift);
+      SolverOptions options;
+      if (by_starts) {
+        options.minmax_starts = 20;
+      } else {
+        options.minmax_worst_case_starts = 10;
+      }
+      const Result result = solve(problem, options);
+      // A search over y was not asked for with the starts of x: they tell, and refute nothing.
+      EXPECT_TRUE(is_success(result.status)) << what << ": " << result.message;
+      EXPECT_TRUE(result.v[1] > 0.9 || (by_starts && result.worst_case.higher)) << what;
+    }
+  }
+}
+
+TEST(Audit, TheSameRowTwiceIsOne) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y", -2.0, 2.0);
+  model.objective(x + 0.1 * square(x));
+  for (int k = 0; k < 2; ++k)
+    model.constraint(0.2 * y - square(square(y) - 1.0) - x, -kNoBound, 0.0, kMin);
+  AutodiffProblem problem(model, {0.0, -0.9});
+  const Result result = solve(problem, {});
+  expect_certified(result, "twice");
+  EXPECT_NEAR(result.v[0], 0.2024404, 1e-6);
+}
+
+TEST(Audit, AnInfeasibleYRefutesNothing) {
+  // Max's row y <= -.5 (times a unit) excludes the worse y that random starts begin at.
+  for (const double unit : {1.0, 1e-5}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x", -1.0, 1.0);
+    const Expression y = model.variable(kMax, "y", -2.0, 2.0);
+    model.objective(square(x) + 0.33 * y - square(square(y) - 1.0));
+    model.constraint(unit * y, -kNoBound, -0.5 * unit, kMax);
+    AutodiffProblem problem(model, {0.5, -0.9});
+    SolverOptions options;
+    options.minmax_starts = 20;
+    const Result result = solve(problem, options);
+    EXPECT_TRUE(is_success(result.status)) << unit << ": " << result.message;
+    EXPECT_FALSE(result.worst_case.higher) << unit << result.message;
+  }
+}
+
+TEST(Audit, RowsThatCannotBeMetAreNamedInAnyUnits) {
+  for (const double unit : {1.0, 1e-3, 1e-6}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x", -1.0, 1.0);
+    const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+    model.objective(x);
+    model.constraint(unit * (square(x) + y + 1.0), -kNoBound, 0.0, kMin);
+    AutodiffProblem problem(model, {0.5, 0.1});
+    const Result result = solve(problem, {});
+    EXPECT_EQ(result.status, Status::LocallyInfeasible) << unit << ": " << result.message;
+    EXPECT_NE(result.message.find("cannot be met"), std::string::npos)
+        << unit << ": " << result.message;
+  }
+}
+
+}  // namespace
+}  // namespace ipminmax
