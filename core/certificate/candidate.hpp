@@ -28,7 +28,8 @@ struct Candidate {
   /// After many steps: other solutions may be nearer to where they began, so that the certified
   /// one has to be returned itself.
   bool crept = false;
-  bool creeps = true;  ///< each of them has contracted, none enough
+  bool relaxed = false;  ///< bounds were released that bound_relax_factor alone made active
+  bool creeps = true;    ///< each of them has contracted, none enough
   std::optional<Dependences> dependences{};
   /// Fewer answers of Max, in which K is tested: where his active gradients depend.
   std::optional<BoundClasses> narrow{};

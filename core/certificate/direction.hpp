@@ -5,6 +5,7 @@
 #include "core/certificate/active_set.hpp"
 #include "core/certificate/feasible_arc.hpp"
 #include "core/method/step_method.hpp"
+#include "core/options.hpp"
 #include "core/point/point.hpp"
 
 namespace ipminmax {
@@ -32,7 +33,9 @@ namespace ipminmax {
 /// Directions without curvature beyond the margin.
 struct FlatDirections {
   enum class Verdict : std::uint8_t {
-    Flat,  ///< the value stays the same along all of them, over lengths up to a tenth of the point
+    /// The value stays the same along all of them, over lengths up to a tenth of the point, to
+    /// rounding and what multipliers of relaxed bounds change it by.
+    Flat,
     Neither,  ///< it changes, or the model could not be followed along them
     None      ///< there are none
   };
@@ -50,6 +53,7 @@ struct FlatDirections {
 /// combinations, along which the value changes if it does along any.
 [[nodiscard]] FlatDirections find_flat_directions(CanonicalProblem& canonical,
                                                   ActiveSetSystem& system, const Point& point,
-                                                  double margin, Player owner);
+                                                  const SolverOptions& options, double margin,
+                                                  Player owner);
 
 }  // namespace ipminmax

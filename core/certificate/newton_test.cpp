@@ -19,9 +19,11 @@ double ratio(double a, double b) { return b > 0.0 ? a / b : 0.0; }
 class ActiveSetNewton {
  public:
   ActiveSetNewton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
-                  const KktSolve& solve, bool is_part, NewtonArrays& arrays)
+                  const KktSolve& solve, bool is_part, const SolverOptions& options,
+                  NewtonArrays& arrays)
       : canonical_(canonical),
         system_(system),
+        options_(options),
         iterate_(point.iterate),
         evaluation_(point.evaluation),
         solve_(solve),
@@ -39,6 +41,7 @@ class ActiveSetNewton {
   [[nodiscard]] bool first_step();
   void place_slacks();
   void look_at_classes(NewtonTest& test);
+  void look_at_relaxed(NewtonTest& test);
   void choose_trial();
   [[nodiscard]] bool evaluate_there();
   [[nodiscard]] bool compare(NewtonTest& test);
@@ -59,6 +62,7 @@ class ActiveSetNewton {
 
   CanonicalProblem& canonical_;
   ActiveSetSystem& system_;
+  const SolverOptions& options_;
   const Iterate& iterate_;
   const Evaluation& evaluation_;
   const KktSolve& solve_;
@@ -165,7 +169,7 @@ void ActiveSetNewton::look_at_classes(NewtonTest& test) {
     if (classes[i] == BoundClass::Active) {
       expect(i, std::abs(after - before) <= parameter::kConfirmed * before);
     } else if (canonical_.owned_by_max(i) && after < -before) {  // else zero, as far as can be told
-      test.pulled_off.push_back(i);
+      test.released.push_back(i);
       expect(i, false);
     }
   }
@@ -181,6 +185,62 @@ void ActiveSetNewton::look_at_classes(NewtonTest& test) {
   });
 }
 
+/// What bounds are relaxed by must not be what decides: with the model's own bounds the multipliers
+/// of active ones and the distances of Max's inactive ones stay what they are to a half. A solve
+/// that is made where one of them is that small.
+void ActiveSetNewton::look_at_relaxed(NewtonTest& test) {
+  const BoundClasses& classes = system_.classes();
+  Eigen::VectorXd &back = work_.fixed, &outside = work_.row_v;
+  back.setZero(canonical_.variables());
+  outside.setZero(canonical_.variables());
+  double relaxed = 0.0, least = kInfinity;
+  for_each_bound(canonical_, iterate_.v, [&](Index i, int side, double distance) {
+    const double own = relaxation_of(canonical_, i, side, options_);
+    const double unit = system_.units().variable[i];
+    if (system_.is_fixed(i) && classes.side[at(i)] == side) {
+      back[i] = -side * own;
+      relaxed += own / unit;
+      least = std::min(least, classes.multiplier(iterate_, i) * unit);
+    } else if (!system_.is_fixed(i)) {
+      if (distance <= 2.0 * own) outside[i] = own;
+      if (canonical_.owned_by_max(i)) least = std::min(least, distance / unit);
+    }
+  });
+  if (!(least <= parameter::kInTols * relaxed)) return;
+  Eigen::VectorXd& moved = work_.change_v;  // of the gradient, by those that no bound holds
+  moved.setZero(canonical_.variables());
+  for (std::size_t k = 0; k < evaluation_.hessian.size(); ++k) {
+    const auto [i, j] = canonical_.hessian()[k];
+    moved[i] += std::abs(evaluation_.hessian[k]) * outside[j];
+    if (i != j) moved[j] += std::abs(evaluation_.hessian[k]) * outside[i];
+  }
+  Eigen::VectorXd &dv = work_.second_v, &dlambda = work_.second_lambda;
+  work_.row_v.setZero(canonical_.variables());
+  work_.row_c.setZero(canonical_.constraints());
+  add_hessian_product(canonical_, evaluation_, back, work_.row_v);
+  add_constraint_product(canonical_, evaluation_, back, work_.row_c);
+  if (!solve_in_units(parameter::kSlight, dv, dlambda)) return;
+  dv += back;
+  Eigen::VectorXd& change = work_.row_v;
+  change.setZero(canonical_.variables());
+  add_hessian_product(canonical_, evaluation_, dv, change);
+  add_transposed_product(canonical_, evaluation_, dlambda, change);
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    if (canonical_.slack_of(j) >= 0) change[canonical_.slack_of(j)] = -dlambda[j];
+  }
+  for_each_bound(canonical_, iterate_.v, [&](Index i, int side, double distance) {
+    const bool active = classes[i] == BoundClass::Active;
+    const bool near = classes[i] == BoundClass::Inactive && canonical_.owned_by_max(i);
+    if (classes.side[at(i)] != side || !(active || near)) return;
+    const double left = active ? classes.multiplier(iterate_, i) : distance;
+    const double lost = active ? side * canonical_.sign(i) * change[i] + moved[i]
+                               : relaxation_of(canonical_, i, side, options_) + side * dv[i];
+    if (lost <= parameter::kConfirmed * left) return;
+    if (active) test.released.push_back(i);
+    if (test.changing < 0) test.changing = i;
+  });
+}
+
 void ActiveSetNewton::choose_trial() {
   const Units& units = system_.units();
   const double size = std::max(length(iterate_.v), parameter::kInTols);
@@ -190,7 +250,9 @@ void ActiveSetNewton::choose_trial() {
       work_.trial[i] *= parameter::kShareOfWay;
     } else if (!system_.is_slack(i)) {
       // Beyond what a contraction leaves of the step: W may jump at the solution itself.
-      const double probe = parameter::kRootOfRounding * std::abs(iterate_.v[i]) +
+      const double own =
+          std::min(std::abs(iterate_.v[i]), own_size(canonical_, iterate_.v[i], i, units));
+      const double probe = parameter::kRootOfRounding * own +
                            parameter::kConstant * units.variable[i] * size +
                            parameter::kContraction * std::abs(work_.dv[i]);
       work_.trial[i] += work_.dv[i] < 0.0 ? -probe : probe;
@@ -394,6 +456,7 @@ void ActiveSetNewton::run(NewtonTest& test) {
   if (!first_step()) return;
   test.step = length(work_.dv);
   look_at_classes(test);
+  look_at_relaxed(test);
   choose_trial();
   test.done = compare(test);
   test.classes_hold = test.done && test.changing < 0;
@@ -404,7 +467,7 @@ void ActiveSetNewton::run(NewtonTest& test) {
 
 void NewtonTest::clear() {
   done = classes_hold = false;
-  pulled_off.clear();
+  released.clear();
   hessian_change.clear();
   error.setZero();
   contraction = step = turn = inner_turn = 0.0;
@@ -412,8 +475,9 @@ void NewtonTest::clear() {
 }
 
 void test_newton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
-                 const KktSolve& solve, bool is_part, NewtonArrays& arrays, NewtonTest& test) {
-  ActiveSetNewton(canonical, system, point, solve, is_part, arrays).run(test);
+                 const KktSolve& solve, bool is_part, const SolverOptions& options,
+                 NewtonArrays& arrays, NewtonTest& test) {
+  ActiveSetNewton(canonical, system, point, solve, is_part, options, arrays).run(test);
 }
 
 }  // namespace ipminmax

@@ -8,6 +8,7 @@
 #include "core/certificate/parameters.hpp"
 #include "core/method/parameters.hpp"
 #include "core/model/norms.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -74,14 +75,17 @@ bool independent_or_harmless(TestContext& c, Candidate& here, ActiveSetSystem& s
 /// From a candidate that does not pass another one that may; empty: it does not apply.
 using Remedy = std::optional<Candidate> (*)(TestContext& c, const Candidate& here);
 
-/// Doubtful bounds that Max leaves are none of his active ones.
+/// A bound of Max that is active only since it was relaxed is weakly active; others are not active.
 std::optional<Candidate> release_bounds(TestContext& c, const Candidate& here) {
-  if (here.newton.pulled_off.empty()) return {};
+  if (here.newton.released.empty()) return {};
   Candidate next = here;
-  for (const Index i : here.newton.pulled_off) {
-    next.classes.of[static_cast<std::size_t>(i)] = BoundClass::Inactive;
+  for (const Index i : here.newton.released) {
+    const bool relaxed = next.classes[i] == BoundClass::Active;
+    next.relaxed = next.relaxed || relaxed;
+    next.classes.of[at(i)] =
+        relaxed && c.canonical.owned_by_max(i) ? BoundClass::Doubtful : BoundClass::Inactive;
   }
-  next.classes.weak_max -= static_cast<Index>(here.newton.pulled_off.size());
+  count_doubtful(c.canonical, next.classes);
   if (!drop_inactive_multipliers(c.canonical, next.classes, next.point)) return {};
   return next;
 }
@@ -159,7 +163,7 @@ bool passes(TestContext& c, Candidate& candidate) {
     ActiveSetSystem system(c.canonical, c.kkt, candidate.classes, candidate.units,
                            candidate.point.evaluation);
     confirm(c, candidate, system);
-    if (candidate.newton.pulled_off.empty()) {
+    if (candidate.newton.released.empty()) {
       if (candidate.converges && is_right(c, candidate, system)) {
         return independent_or_harmless(c, candidate, system);
       }
@@ -193,7 +197,7 @@ bool begin(TestContext& c, const Point& given, const BoundClasses& guess, bool f
         static_cast<int>(c.last_factorization - c.kkt.factorizations() - 2 * parameter::kToConfirm);
     candidate.classes = follow_barrier(c.canonical, c.kkt, c.options, candidate.units, guess, most,
                                        candidate.point, c.mu);
-    c.idle = idle_copies(c.canonical, candidate.point.iterate);
+    c.idle = idle_copies(c.canonical, candidate.point.iterate, candidate.units);
     c.hold_idle(candidate.classes);
     c.moved = candidate.point;
   }
@@ -389,17 +393,25 @@ SecondOrder examine(TestContext& c, const Point& given) {
     if (const auto guessed = with_guessed_classes(c, given)) return certified(c, *guessed, given);
   }
   const bool bounded = !c.canonical.lower_bounded().empty() || !c.canonical.upper_bounded().empty();
-  Candidate start, last;
+  const double mu = c.mu;
+  Candidate start, last, first;
   for (bool follow = c.is_far || !guess.clear();; follow = true) {
     if (!begin(c, given, guess, follow, start)) return undefined();
     last = start;
+    if (!follow) first = start;
     if (passes(c, last)) return certified(c, last, given);
     if (follow || !bounded || (last.newton.done && last.newton.classes_hold) ||
         !c.may_factorize(parameter::kToConfirm + 1)) {
       break;
     }
   }
-  if (const auto many = with_many_answers(c, start)) return certified(c, *many, given);
+  // Smaller barrier parameters go to the end of a face that relaxed bounds prefer.
+  const bool back = last.relaxed && !first.classes.of.empty();
+  auto followed = std::pair{std::optional<Point>(), mu};
+  if (back) std::swap(followed.first, c.moved), std::swap(followed.second, c.mu);
+  if (const auto many = with_many_answers(c, back ? first : start))
+    return certified(c, *many, given);
+  if (back) std::swap(followed.first, c.moved), std::swap(followed.second, c.mu);
   const bool too_many = last.dependences && last.dependences->too_many;
   if (!too_many) {
     if (const auto basic = with_basic_multipliers(c, start)) return certified(c, *basic, given);

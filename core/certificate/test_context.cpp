@@ -50,7 +50,7 @@ void TestContext::guess(const Iterate& iterate, double strict_ratio, BoundClasse
 
 bool TestContext::newton_confirms(ActiveSetSystem& system, const Point& point,
                                   const KktSolve& solve, NewtonTest& newton, bool is_part) const {
-  test_newton(canonical, system, point, solve, is_part, arrays.newton_step, newton);
+  test_newton(canonical, system, point, solve, is_part, options, arrays.newton_step, newton);
   return newton.done && newton.classes_hold && newton.contraction <= parameter::kContraction;
 }
 

@@ -252,6 +252,13 @@ const Units& units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& 
   return units;
 }
 
+double own_size(const CanonicalProblem& canonical, double v, Index i, const Units& units) {
+  const double start = canonical.starting_point().v[i], unit = units.variable[i];
+  const double size = std::max(std::abs(v), std::abs(start));
+  const double width = canonical.upper()[i] - canonical.lower()[i];
+  return std::min({size > 0.0 ? size : unit, width, std::max(std::abs(v - start), unit)});
+}
+
 double longest(const CanonicalProblem& canonical, const Eigen::VectorXd& v, const Units& units) {
   double size = 0.0;
   for (const IndexRange own : {canonical.x(), canonical.y()}) {

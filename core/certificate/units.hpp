@@ -59,6 +59,11 @@ struct UnitsArrays {
 const Units& units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
                       const Evaluation& evaluation, UnitsArrays& arrays, LengthRules rules = {});
 
+/// A variable's own size, which does not grow with a shift of its origin: the least of its values,
+/// the width of its box, and the way from the starting point or its unit, whichever is longer.
+[[nodiscard]] double own_size(const CanonicalProblem& canonical, double v, Index i,
+                              const Units& units);
+
 /// Longest entry of a vector of variables, slacks apart.
 [[nodiscard]] double longest(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
                              const Units& units);
