@@ -11,7 +11,6 @@
 #include <support/certified_point.hpp>
 #include <support/units_problem.hpp>
 
-#include "core/certificate/second_order.hpp"
 #include "core/global/result_bytes.hpp"
 #include "core/solver.hpp"
 
@@ -535,52 +534,6 @@ TEST(Lengths, OfFitsOfTheLiterature) {
       },
       [](double t) { return std::exp(t); }, {1.0, 0.4, -0.6, 0.2, 0.0});
   EXPECT_NEAR(exponential.objective, 0.12237125e-3, 1e-7);
-}
-
-double least_over_cone(const Eigen::MatrixXd& matrix) {
-  Eigen::VectorXd t;
-  return ipminmax::least_over_cone(matrix, t);
-}
-
-TEST(CriticalCone, CopositiveMatricesAreTold) {
-  using Matrix = Eigen::MatrixXd;
-  EXPECT_GT(least_over_cone(Matrix{{1, 2}, {2, 1}}), 0.5);
-  EXPECT_NEAR(least_over_cone(Matrix{{1, -0.9}, {-0.9, 1}}), 0.1, 1e-12);
-  EXPECT_NEAR(least_over_cone(Matrix{{1, -1}, {-1, 1}}), 0.0, 1e-12);
-  EXPECT_NEAR(least_over_cone(Matrix{{1, -2}, {-2, 1}}), -1.0, 1e-12);
-  EXPECT_EQ(least_over_cone(Matrix{{0, 1}, {1, 1}}), 0.0);
-  EXPECT_EQ(least_over_cone(Matrix{{-1, 1}, {1, 1}}), -1.0);
-  // Horn's form: copositive, neither positive semidefinite nor with entries of one sign.
-  const Matrix horn{{1, -1, 1, 1, -1},
-                    {-1, 1, -1, 1, 1},
-                    {1, -1, 1, -1, 1},
-                    {1, 1, -1, 1, -1},
-                    {-1, 1, 1, -1, 1}};
-  EXPECT_GT(least_over_cone(horn + 1e-3 * Matrix::Identity(5, 5)), 1e-4);
-  EXPECT_LT(least_over_cone(horn - 1e-3 * Matrix::Identity(5, 5)), -1e-4);
-}
-
-TEST(CriticalCone, LeastValuesOfRandomMatrices) {
-  // Sampled minima may refute a positive least value, directions prove a negative one.
-  for (int seed = 0; seed < 300; ++seed) {
-    std::srand(static_cast<unsigned>(seed));
-    const int size = 2 + seed % 9;
-    Eigen::MatrixXd c = Eigen::MatrixXd::Random(size, size);
-    c = (c + c.transpose()).eval();
-    c.diagonal() = c.diagonal().cwiseAbs().array() + 0.3 * size * (seed % 3);
-    Eigen::VectorXd least_at;
-    const double least = ipminmax::least_over_cone(c, least_at);
-    EXPECT_NE(least, 0.0);
-    if (least < 0.0) {
-      EXPECT_GE(least_at.minCoeff(), 0.0);
-      EXPECT_LT(least_at.dot(c * least_at), 0.0);
-    } else {
-      for (int k = 0; k < 300; ++k) {
-        const Eigen::VectorXd t = Eigen::VectorXd::Random(size).cwiseMax(0.0);
-        EXPECT_GE(t.dot(c * t), 0.0);
-      }
-    }
-  }
 }
 
 // Flat directions: the value is constant, also where they bend, and not where a higher power rises.
