@@ -129,11 +129,7 @@ Units certain_units(CanonicalProblem& canonical, Candidate& candidate) {
   const Evaluation* there =
       rounded_derivatives(canonical, candidate, point.iterate.v + step,
                           without_inactive(canonical, candidate.classes, lambda));
-  const auto measured = [&] {
-    return units_of(canonical, point.iterate.v, certain,
-                    {.min_first = candidate.min_first, .by_coupling = candidate.proximal > 0.0});
-  };
-  if (there == nullptr) return measured();
+  if (there == nullptr) return units_of(canonical, point.iterate.v, certain);
   const auto keep = [](double changed, double& value) {
     if (!(std::abs(changed - value) <= std::abs(value))) value = 0.0;
   };
@@ -143,7 +139,7 @@ Units certain_units(CanonicalProblem& canonical, Candidate& candidate) {
   for (std::size_t k = 0; k < certain.jacobian.size(); ++k) {
     keep(there->jacobian[k], certain.jacobian[k]);
   }
-  return measured();
+  return units_of(canonical, point.iterate.v, certain);
 }
 
 bool drop_inactive_multipliers(CanonicalProblem& canonical, const BoundClasses& classes,

@@ -18,7 +18,6 @@ struct RoundedDerivatives {
 struct Candidate {
   Point point;
   Units units;
-  bool min_first = false;  ///< rule of the units
   BoundClasses classes;
   NewtonTest newton;
   InertiaTest test;

@@ -36,7 +36,6 @@
 //     applies:
 //       release_bounds    of Max, that he leaves
 //       leave_out_rows    that say nothing beside others (dependence)
-//       measure_min_first lengths of x without what couples x to y
 //       take_newton_step  towards the solution
 //
 //  4. with_many_answers (remedies): K_yy is singular, y best but not unique. The same with

@@ -139,21 +139,7 @@ std::optional<Candidate> take_newton_step(TestContext& c, const Candidate& here)
   return next;
 }
 
-/// Lengths of x are too short where they come from a coupling with a y that its constraints hold.
-/// Not where W is what changes: rounding of large entries would decide in longer ones.
-std::optional<Candidate> measure_min_first(TestContext& c, const Candidate& here) {
-  if (here.min_first || !here.converges || !here.test.inner || here.test.full || !c.has_x() ||
-      !c.has_y() || max_norm(here.error) > parameter::kLittle) {
-    return {};
-  }
-  Candidate next = here;
-  next.min_first = true;
-  next.units = certain_units(c.canonical, next);
-  return next;
-}
-
-constexpr Remedy kRemedies[] = {release_bounds, leave_out_rows, measure_min_first,
-                                take_newton_step};
+constexpr Remedy kRemedies[] = {release_bounds, leave_out_rows, take_newton_step};
 
 /// Whether the sufficient conditions hold at a candidate, or at one that remedies lead to: Newton's
 /// method converges, and W changes by less than its curvature on the way. candidate: the last one.

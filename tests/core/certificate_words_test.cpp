@@ -243,14 +243,8 @@ TEST(Lengths, GrowWhereStiffVariablesFollowAFlatOne) {
   EXPECT_EQ(solved(model, {2.0, 1.5, 0.1}).second_order, SecondOrder::Satisfied);
 }
 
-TEST(LengthsOfX, AreNotThoseOfACouplingWithAYThatCannotMove) {
-  // The equation holds y; its multiplier is all of W_yy.
-  Model model;
-  const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
-  model.objective(0.5 * square(x) + x * (y - 2.0) + 1e-9 * y);
-  model.constraint(square(y), 4.0, 4.0);
-  EXPECT_EQ(solved(model, {0.3, 2.1}).second_order, SecondOrder::Satisfied);
-  // Where x has no curvature of its own a y that cannot move gives it none.
+TEST(LengthsOfX, AreNoCurvatureWhereACouplingIsWithAYThatCannotMove) {
+  // The equation holds w, so that u has no curvature of its own.
   Model flat;
   const Expression u = flat.variable(kMin, "u"), w = flat.variable(kMax, "w");
   flat.objective(u * (w - 2.0) + 1e-9 * w);
