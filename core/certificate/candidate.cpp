@@ -95,9 +95,9 @@ Units certain_units(CanonicalProblem& canonical, Candidate& candidate) {
   const Eigen::VectorXd size = sizes_of(canonical, point);
   Eigen::VectorXd step = parameter::kRounding * size;
   keep_within_bounds(canonical, point.iterate.v, parameter::kLittle, step);
-  const Evaluation* there = rounded_derivatives(
-      canonical, candidate, point.iterate.v + step,
-      without_inactive(canonical, candidate.classes, point.iterate.lambda));
+  const Evaluation* there =
+      rounded_derivatives(canonical, candidate, point.iterate.v + step,
+                          without_inactive(canonical, candidate.classes, point.iterate.lambda));
   if (there == nullptr) return units_of(canonical, point.iterate.v, certain);
   const auto keep = [](double changed, double& value) {
     if (!(std::abs(changed - value) <= std::abs(value))) value = 0.0;

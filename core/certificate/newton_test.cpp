@@ -55,7 +55,6 @@ class ActiveSetNewton {
   [[nodiscard]] const Eigen::VectorXd& forces();
   void place_end(Iterate& z);
   [[nodiscard]] bool solve_in_units(double share, Eigen::VectorXd& v, Eigen::VectorXd& lambda);
-  [[nodiscard]] double length_in_sizes(const Eigen::VectorXd& v) const;
   [[nodiscard]] double length(const Eigen::VectorXd& v) const {
     return longest(canonical_, v, system_.units());
   }
@@ -69,20 +68,6 @@ class ActiveSetNewton {
   bool is_part_;
   NewtonArrays& work_;
 };
-
-/// Longest entry beside the variable's size here or at the start; slacks apart.
-double ActiveSetNewton::length_in_sizes(const Eigen::VectorXd& v) const {
-  const Eigen::VectorXd& start = canonical_.starting_point().v;
-  const double others = size_of_problem(canonical_, iterate_, system_.units());
-  double longest = 0.0;
-  for (Index i = 0; i < v.size(); ++i) {
-    if (system_.is_slack(i)) continue;
-    double size = std::max(std::abs(iterate_.v[i]), std::abs(start[i]));
-    if (size == 0.0) size = system_.units().variable[i] * std::max(others, 1.0);
-    longest = std::max(longest, std::abs(v[i]) / size);
-  }
-  return longest;
-}
 
 /// Right-hand side (-row_v, -row_c) and solution wanted in the canonical problem's lengths.
 bool ActiveSetNewton::solve_in_units(double share, Eigen::VectorXd& v, Eigen::VectorXd& lambda) {
@@ -296,10 +281,8 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
   add_constraint_product(canonical_, evaluation_, work_.back_v, row_c);
   Eigen::VectorXd& second_v = work_.second_v;
   if (!solve_in_units(parameter::kSlight, second_v, work_.second_lambda)) return false;
-  const double beside_sizes = ratio(length_in_sizes(second_v), length_in_sizes(work_.trial));
-  const double in_lengths = ratio(length(second_v), length(work_.trial));
-  // Any norm will do. It grows with the trial step; of rounding nothing is left.
-  test.contraction = std::min(in_lengths, beside_sizes) / (1.0 + parameter::kContraction);
+  // It grows with the trial step; of rounding nothing is left.
+  test.contraction = ratio(length(second_v), length(work_.trial)) / (1.0 + parameter::kContraction);
   if (test.contraction <= parameter::kRounding) test.contraction = 0.0;
   if (second_v.size() > 0) {
     second_v.cwiseQuotient(system_.units().variable).cwiseAbs().maxCoeff(&test.left_in);
