@@ -174,7 +174,7 @@ Finding run(TestContext& c, const Point& given) {
           .point = std::move(c.moved),
           .mu = c.mu,
           .wrong = std::move(c.wrong),
-          .descent = std::move(c.descent),
+          .descent = std::nullopt,
           .remark = std::move(remark)};
 }
 
