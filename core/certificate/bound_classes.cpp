@@ -21,20 +21,12 @@ bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const Newton
 }
 
 bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu, Point& point,
-                         StepLength& alpha, bool& dependent) {
+                         StepLength& alpha) {
   NewtonResidual rhs = zero_step(canonical);
   Step step = zero_step(canonical);
   newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
   kkt.assemble(point.iterate, point.evaluation);
-  dependent = dependent || !solve_accurately(kkt, point.evaluation, rhs, step);
-  if (dependent) {  // their equations agree, any of the multipliers will do
-    const Regularization relaxed{.lambda_x = parameters::certificate::kRootOfRounding,
-                                 .lambda_y = parameters::certificate::kRootOfRounding};
-    if (kkt.factorize_for_solutions(relaxed, Certainty::Usual).status != FactorizationStatus::Ok ||
-        !kkt.solve_unshifted(point.evaluation, rhs, step)) {
-      return false;
-    }
-  }
+  if (!solve_accurately(kkt, point.evaluation, rhs, step)) return false;
   alpha = largest_step(canonical, point.iterate, step, parameters::certificate::kTau);
   advance(canonical, step, alpha, point.iterate);
   return canonical.constraints(point.iterate.v, point.evaluation.c) == EvaluationStatus::Ok &&
@@ -158,11 +150,10 @@ BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
   Point here = point;  // point: the last one on the path
   double here_mu = mu, next = mu;
   Index unresolved = 0;
-  bool dependent = false;
   for (int k = 0, decreases = 0; k < std::min(most_steps, parameter::kMostBarrierSteps); ++k) {
     Point trial = here;
     StepLength alpha;
-    if (!barrier_newton_step(canonical, kkt, next, trial, alpha, dependent) ||
+    if (!barrier_newton_step(canonical, kkt, next, trial, alpha) ||
         !has_digits(canonical, trial.iterate)) {
       break;
     }

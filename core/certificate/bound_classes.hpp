@@ -18,10 +18,9 @@ namespace ipminmax {
                                     const Regularization& shift = {});
 
 /// One Newton step for the equations at mu from a point with all derivatives and dual residual,
-/// which is left at its end, without f; dependent: constraints are, as is known before or found
-/// out. False: it cannot be computed or evaluated.
+/// which is left at its end, without f. False: it cannot be computed or evaluated.
 [[nodiscard]] bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu,
-                                       Point& point, StepLength& alpha, bool& dependent);
+                                       Point& point, StepLength& alpha);
 
 /// What a bound is at the solution nearby. Doubtful: multiplier and distance are both small, there
 /// is no strict complementarity that could be seen. Dropped: its gradient depends on those of

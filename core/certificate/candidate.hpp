@@ -79,7 +79,7 @@ void confirm(TestContext& c, Candidate& candidate, ActiveSetSystem& system);
 /// of his free variables, Z, and any of them; L is affine in Z then, with slope zero, and constant;
 /// without Z and the rows that read it K_yy is right. Or by values: these are constant along all
 /// directions without curvature. Reasons name such a direction.
-[[nodiscard]] bool maximizes_weakly(TestContext& c, const Candidate& candidate);
+[[nodiscard]] bool maximizes_weakly(TestContext& c, Candidate candidate);
 
 /// After Newton steps on the way to the certified solution: whether the point that is returned is
 /// that one, or as near as makes no difference. c.moved and c.mu may move there.

@@ -74,7 +74,9 @@ bool is_saddle(const CanonicalProblem& canonical, const ActiveSetSystem& system)
   return false;
 }
 
-bool maximizes_weakly_at(TestContext& c, Candidate here) {
+}  // namespace
+
+bool maximizes_weakly(TestContext& c, Candidate here) {
   if (!c.may_factorize(2) || !evaluate_objective(c.canonical, here.point)) return false;
   ActiveSetSystem system(c.canonical, c.kkt, here.classes, here.units, here.point.evaluation);
   system.assemble({.min_fixed = true, .max_fixed = false});
@@ -88,16 +90,6 @@ bool maximizes_weakly_at(TestContext& c, Candidate here) {
                             "y is best but not unique: as good along");
   }
   return true;
-}
-
-}  // namespace
-
-bool maximizes_weakly(TestContext& c, const Candidate& candidate) {
-  // Off the solution the value changes along y with x's distance to it.
-  Candidate end = candidate;
-  end.point.iterate = candidate.newton.end.iterate;
-  return (evaluate(c.canonical, end.point) && maximizes_weakly_at(c, end)) ||
-         maximizes_weakly_at(c, candidate);
 }
 
 }  // namespace ipminmax
