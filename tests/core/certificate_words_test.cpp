@@ -212,16 +212,6 @@ Model below_curve(double inner, double outer) {
   return model;
 }
 
-TEST(DependentRows, OfMaxLeaveYStrictlyBestAndXMinimalForTheAnswersThatAreLeft) {
-  for (const double inner : {0.0, 1.0}) {
-    const Certificate found = solved(below_curve(inner, 1.0), {0.4, 0.2, 1.0});
-    EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
-    EXPECT_EQ(found.answer, InnerAnswer::StrictlyBest);
-    EXPECT_FALSE(found.licq_max);
-    EXPECT_TRUE(names(find(found, Kind::Dependent), "g"));
-  }
-}
-
 TEST(DependentRows, OfMaxAreNotDroppedForMin) {
   // Without the row phi would be 0.3 x^2 and more; it is -0.2 x^2.
   const Model game = below_curve(1.0, -0.7);
