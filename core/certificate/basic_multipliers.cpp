@@ -99,8 +99,7 @@ bool BasicSearch::take(NullVector& along, double direction, std::vector<NullVect
 BasicMultipliers BasicSearch::finish() {
   BoundClasses& classes = found_.classes;
   BoundClasses guess;
-  guess_classes(canonical_, options_, found_.iterate, system_.units(),
-                parameters::certificate::kStrictRatio, guess);
+  guess_classes(canonical_, options_, found_.iterate, system_.units(), guess);
   for (const Index i : touched_) {
     const double before = classes.multiplier(given_, i);
     if (classes[i] == BoundClass::Active && multiplier(i) >= parameter::kLittle * before) continue;

@@ -124,13 +124,12 @@ double BoundClasses::multiplier(const Iterate& z, Index i) const {
 }
 
 void guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
-                   const Iterate& iterate, const Units& units, double strict_ratio,
-                   BoundClasses& classes) {
+                   const Iterate& iterate, const Units& units, BoundClasses& classes) {
   set_none(canonical, classes);
   for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
     const double unit = units.variable[i];
     const BoundClass found =
-        class_of(multiplier_of(iterate, i, side) * unit * unit, distance, strict_ratio);
+        class_of(multiplier_of(iterate, i, side) * unit * unit, distance, parameter::kStrictRatio);
     const bool relaxed = within_relaxation(canonical, i, side, distance, options);
     include(classes, i, side,
             found == BoundClass::Inactive && relaxed ? BoundClass::Doubtful : found);

@@ -82,8 +82,7 @@ void count_doubtful(const CanonicalProblem& canonical, BoundClasses& classes);
 /// what it was relaxed by is never inactive. Doubtful where the ratio is no larger than
 /// strict_ratio and no smaller than its inverse.
 void guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
-                   const Iterate& iterate, const Units& units, double strict_ratio,
-                   BoundClasses& classes);
+                   const Iterate& iterate, const Units& units, BoundClasses& classes);
 
 /// Follows the solution to smaller barrier parameters, where the distance of an active bound falls
 /// as mu and its multiplier stays, and the other way round at an inactive one: until every bound

@@ -65,9 +65,9 @@ struct Finding {
   /// it, of which the certificate speaks; empty: of the point that was given.
   std::optional<Point> point;
   double mu = 0.0;
-  std::optional<WrongCurvature> wrong;  ///< why the verdict is Violated
+  std::optional<WrongCurvature> wrong;     ///< why the verdict is Violated
   std::optional<Eigen::VectorXd> descent;  ///< no longer set
-  std::string remark;  ///< where W is wrong, if it is, without line end
+  std::string remark;                      ///< where W is wrong, if it is, without line end
 };
 
 /// What the test of a clear point works with, kept from test to test.

@@ -272,7 +272,7 @@ SecondOrder examine(TestContext& c, const Point& given) {
   };
   c.kkt.begin_pivoting();
   BoundClasses guess;
-  c.guess(given.iterate, parameter::kStrictRatio, guess);
+  c.guess(given.iterate, guess);
   const bool bounded = !c.canonical.lower_bounded().empty() || !c.canonical.upper_bounded().empty();
   const double mu = c.mu;
   Candidate start, last, first;
