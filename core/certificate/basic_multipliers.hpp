@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "core/certificate/active_set.hpp"
@@ -15,7 +14,6 @@ namespace ipminmax {
 struct BasicMultipliers {
   Iterate iterate;
   BoundClasses classes;
-};
 };
 
 /// Where gradients of active constraints and bounds depend on each other the multipliers are a
