@@ -34,19 +34,19 @@
 //     the second one those that show themselves while mu falls (bound_classes: follow_barrier,
 //     barrier_step). One that does not pass is handed to remedies, in this order, until none
 //     applies:
-//       release_bounds    of Max, that he leaves
+//       release_bounds    that Max leaves, and that relaxed bounds alone make active
 //       leave_out_rows    that say nothing beside others (dependence)
 //       take_newton_step  towards the solution
 //
 //  4. with_many_answers (remedies): K_yy is singular, y best but not unique. The same with
-//     curvature taken from Max, and whether y maximizes: by structure, or by values
-//     (weak_maximum).
+//     curvature taken from Max, and whether y maximizes (weak_maximum).
 //
 //  5. with_basic_multipliers (remedies): gradients depend on each other at this point alone. One
 //     choice of multipliers is enough (basic_multipliers).
 //
 //  6. certified (remedies): the point that is returned is the one that is spoken of, or moves
-//     there (reported_point). Robust rows have a condition of their own (robust_rows).
+//     there (reported_point). Robust rows have a condition of their own (robust_rows). Gradients a
+//     small step inside active bounds are what W predicts (corner_check).
 //
 //  7. judge_without_certificate (refutation): refuted, by a direction of wrong curvature, also
 //     into weakly active bounds of either player; flat, one of many equally good points
