@@ -43,7 +43,6 @@ struct FlatDirections {
   /// The first that is not flat, or the first of all; a step of canonical variables.
   Eigen::VectorXd direction;
 };
-};
 
 /// At a point that is not refuted, with no doubtful bounds: of Max at this x, of Min with y
 /// answering. Curvature up to ten margins counts as little. A few directions, orthogonal, are found

@@ -333,6 +333,20 @@ TEST(Shifts, OfSeveralVariablesChangeNothing) {
   }
 }
 
+TEST(RobustRows, ThatAreTheSameRowAgainChangeNothing) {
+  for (const int times : {1, 3}) {
+    Model model;
+    const Expression a = model.variable(kMin, "a", 0.0, 10.0), b = model.variable(kMin, "b");
+    const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+    model.objective(square(a - 3.0) + square(b - 1.0));
+    for (int k = 0; k < times; ++k) model.constraint(a + b * y - square(y), -kNoBound, 1.0, kMin);
+    AutodiffProblem problem(model, {0.5, 0.3, 0.1});
+    const Result result = solve(problem, {});
+    EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax) << times;
+    EXPECT_NEAR(result.v[0], 0.939353, 1e-5) << times;
+  }
+}
+
 /// A strict local minmax with active and inactive bounds and inequalities of both players, in other
 /// units: v_i = unit_i times the variable, constraint j multiplied by weight_j, objective by
 /// weight.
