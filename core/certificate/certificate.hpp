@@ -39,7 +39,8 @@
 //       take_newton_step  towards the solution
 //
 //  4. with_many_answers (remedies): K_yy is singular, y best but not unique. The same with
-//     curvature taken from Max, and whether y maximizes (weak_maximum).
+//     curvature taken from Max, and whether y maximizes: by structure, or by values
+//     (weak_maximum).
 //
 //  5. with_basic_multipliers (remedies): gradients depend on each other at this point alone. One
 //     choice of multipliers is enough (basic_multipliers).

@@ -422,24 +422,6 @@ TEST(WeaklyActiveBounds, OfMaxAreLeftForTheAnswerBeyond) {
   }
 }
 
-TEST(Lengths, AreNotThoseOfCouplingsThatStationarityMakesVanish) {
-  // An exponential is fitted to three points: linear in a, so that W_ab is zero at the solution.
-  Model model;
-  const Expression e = model.variable(kMin, "e"), a = model.variable(kMin, "a");
-  const Expression b = model.variable(kMin, "b");
-  model.objective(1.0 * e);
-  const double times[] = {0.0, 1.0, 2.0}, values[] = {1.0, 0.3, 0.25};
-  for (int k = 0; k < 3; ++k) {
-    const Expression curve = a * exp(times[k] * b);
-    model.constraint(curve - e, -kNoBound, values[k]);
-    model.constraint(curve + e, values[k], kNoBound);
-  }
-  const Certificate found = solved(model, {1.0, 1.0, 0.0});
-  EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
-  EXPECT_TRUE(found.licq_min);
-  EXPECT_EQ(find(found, Kind::Dependent), nullptr);
-}
-
 /// min e, |curve_t(x) - y_t| <= e: the least largest error of a fit.
 Result fitted(int variables, int times, const std::function<double(int)>& time,
               const std::function<Expression(const std::vector<Expression>& x, double t)>& curve,
@@ -456,11 +438,7 @@ Result fitted(int variables, int times, const std::function<double(int)>& time,
   }
   start.insert(start.begin(), 10.0);
   AutodiffProblem problem(model, start);
-  Result result = solve(problem, {});
-  EXPECT_EQ(result.certificate.second_order, SecondOrder::Satisfied);
-  EXPECT_TRUE(result.certificate.licq_min);
-  EXPECT_EQ(find(result.certificate, Kind::Dependent), nullptr);
-  return result;
+  return solve(problem, {});
 }
 
 // PBC3, EVD61, OET6 and EXP of Luksan and Vlcek's collection (2000), with its optima; their
