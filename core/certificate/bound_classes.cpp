@@ -21,20 +21,12 @@ bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const Newton
 }
 
 bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu, Point& point,
-                         StepLength& alpha, bool& dependent) {
+                         StepLength& alpha) {
   NewtonResidual rhs = zero_step(canonical);
   Step step = zero_step(canonical);
   newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
   kkt.assemble(point.iterate, point.evaluation);
-  dependent = dependent || !solve_accurately(kkt, point.evaluation, rhs, step);
-  if (dependent) {  // their equations agree, any of the multipliers will do
-    const Regularization relaxed{.lambda_x = parameters::certificate::kRootOfRounding,
-                                 .lambda_y = parameters::certificate::kRootOfRounding};
-    if (kkt.factorize_for_solutions(relaxed, Certainty::Usual).status != FactorizationStatus::Ok ||
-        !kkt.solve_unshifted(point.evaluation, rhs, step)) {
-      return false;
-    }
-  }
+  if (!solve_accurately(kkt, point.evaluation, rhs, step)) return false;
   alpha = largest_step(canonical, point.iterate, step, parameters::certificate::kTau);
   advance(canonical, step, alpha, point.iterate);
   return canonical.constraints(point.iterate.v, point.evaluation.c) == EvaluationStatus::Ok &&
@@ -132,13 +124,12 @@ double BoundClasses::multiplier(const Iterate& z, Index i) const {
 }
 
 void guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
-                   const Iterate& iterate, const Units& units, double strict_ratio,
-                   BoundClasses& classes) {
+                   const Iterate& iterate, const Units& units, BoundClasses& classes) {
   set_none(canonical, classes);
   for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
     const double unit = units.variable[i];
     const BoundClass found =
-        class_of(multiplier_of(iterate, i, side) * unit * unit, distance, strict_ratio);
+        class_of(multiplier_of(iterate, i, side) * unit * unit, distance, parameter::kStrictRatio);
     const bool relaxed = within_relaxation(canonical, i, side, distance, options);
     include(classes, i, side,
             found == BoundClass::Inactive && relaxed ? BoundClass::Doubtful : found);
@@ -158,11 +149,10 @@ BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
   Point here = point;  // point: the last one on the path
   double here_mu = mu, next = mu;
   Index unresolved = 0;
-  bool dependent = false;
   for (int k = 0, decreases = 0; k < std::min(most_steps, parameter::kMostBarrierSteps); ++k) {
     Point trial = here;
     StepLength alpha;
-    if (!barrier_newton_step(canonical, kkt, next, trial, alpha, dependent) ||
+    if (!barrier_newton_step(canonical, kkt, next, trial, alpha) ||
         !has_digits(canonical, trial.iterate)) {
       break;
     }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/certificate/candidate.hpp"
+#include "core/certificate/corner_check.hpp"
 #include "core/certificate/parameters.hpp"
 #include "core/certificate/robust_rows.hpp"
 #include "core/certificate/test_context.hpp"
@@ -34,7 +35,7 @@ std::string percentage(const Deviation& found) {
 Look first_look(TestContext& c, const Point& point) {
   const Units& units = units_of(c.canonical, point.iterate.v, point.evaluation, c.arrays.units);
   BoundClasses& classes = c.arrays.classes;
-  c.guess(point.iterate, parameter::kStrictRatio, classes);
+  c.guess(point.iterate, classes);
   if (!classes.clear()) return Look::Unclear;
   ActiveSetSystem system(c.canonical, c.kkt, classes, units, point.evaluation, &c.arrays.system);
   const Eigen::VectorXd error = c.hessian_error_in(units);
@@ -86,7 +87,10 @@ Point without_idle(TestContext& c, const Point& given) {
 }
 
 SecondOrder judge(TestContext& c, const Point& given) {
-  c.idle = idle_copies(c.canonical, given.iterate);
+  if (c.canonical.has_copies()) {
+    c.idle = idle_copies(c.canonical, given.iterate,
+                         units_of(c.canonical, given.iterate.v, given.evaluation, c.arrays.units));
+  }
   const Look look =
       c.idle.variables.empty() ? first_look(c, given) : first_look(c, without_idle(c, given));
   if (look == Look::Unclear && c.options.minmax_certificate == CertificateEffort::Quick) {
@@ -97,14 +101,23 @@ SecondOrder judge(TestContext& c, const Point& given) {
   SecondOrder verdict = look == Look::Right ? SecondOrder::Satisfied : examine(c, given);
   if (verdict != SecondOrder::Satisfied) return verdict;
   const Point& judged = c.moved ? *c.moved : given;
-  verdict =
-      test_robust_rows(c.canonical, c.kkt, judged, c.arrays.classes, c.idle.variables, c.proximal);
+  verdict = test_robust_rows(c.canonical, c.kkt, judged, c.arrays.classes, c.arrays.units.units,
+                             c.idle.variables, c.proximal);
   if (verdict != SecondOrder::Satisfied) {
     c.certificate.answer = InnerAnswer::Unknown;
     c.reasons.add(Kind::RobustRow, Player::Max,
                   "a robust constraint's worst case is no strict maximum of it");
+    return verdict;
   }
-  return verdict;
+  const Index lost =
+      multiplier_lost_inside(c.canonical, judged, c.arrays.classes, c.arrays.units.units, c.options,
+                             c.arrays.newton_step.there);
+  if (lost < 0) return verdict;
+  c.certificate.answer = InnerAnswer::Unknown;
+  c.reasons.add_about(Kind::Unsteady, lost,
+                      "first derivatives jump next to active bounds: a small step inside them the "
+                      "gradient has another sign in ");
+  return SecondOrder::Undecided;
 }
 
 Finding run(TestContext& c, const Point& given) {
@@ -161,7 +174,7 @@ Finding run(TestContext& c, const Point& given) {
           .point = std::move(c.moved),
           .mu = c.mu,
           .wrong = std::move(c.wrong),
-          .descent = std::move(c.descent),
+          .descent = std::nullopt,
           .remark = std::move(remark)};
 }
 

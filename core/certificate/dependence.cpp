@@ -35,6 +35,7 @@ class DependenceSearch {
   [[nodiscard]] bool consistent(const Eigen::VectorXd& weights, double& value) const;
   [[nodiscard]] bool constant(const Eigen::VectorXd& weights, double value, bool of_max);
   [[nodiscard]] Eigen::VectorXd moved(int trial, double length, bool of_max) const;
+  void join_copies(Eigen::VectorXd& v) const;
   [[nodiscard]] double size_of(const Eigen::VectorXd& weights, const Eigen::VectorXd& v) const;
   [[nodiscard]] bool same_owner(Index row, Index col) const {
     return canonical_.owned_by_max(col) == canonical_.max_constraints().contains(row);
@@ -230,7 +231,30 @@ Eigen::VectorXd DependenceSearch::moved(int trial, double length, bool of_max) c
     const double way = side * (v[i] - point_.iterate.v[i]);
     if (system_.is_free(i) && way > most) v[i] = point_.iterate.v[i] + side * most;
   });
+  join_copies(v);
   return v;
+}
+
+/// Rows that are the same have copies of y of their own, which stand at one place: they move as one.
+void DependenceSearch::join_copies(Eigen::VectorXd& v) const {
+  if (!canonical_.has_copies()) return;
+  const Eigen::VectorXd& here = point_.iterate.v;
+  std::vector<std::vector<Index>> places;  // copies of each rank among those of their row
+  std::vector<std::size_t> rank(at(canonical_.variables()), 0);
+  for (Index i = canonical_.y().begin; i < canonical_.y().end; ++i) {
+    const Index slack = canonical_.served_slack(i);
+    if (slack < 0) continue;
+    const std::size_t own = rank[at(slack)]++;
+    if (own == places.size()) places.emplace_back();
+    const double near = parameter::kHardly * own_size(canonical_, here[i], i, system_.units());
+    const auto same = std::ranges::find_if(
+        places[own], [&](Index other) { return std::abs(here[i] - here[other]) <= near; });
+    if (same != places[own].end()) {
+      v[i] = v[*same];
+    } else {
+      places[own].push_back(i);
+    }
+  }
 }
 
 bool DependenceSearch::constant(const Eigen::VectorXd& weights, double value, bool of_max) {

@@ -181,8 +181,9 @@ std::optional<WrongCurvature> Refutation::try_steps(double distance, bool one_wa
 class FlatSearch : DirectionSearch {
  public:
   FlatSearch(CanonicalProblem& its_canonical, ActiveSetSystem& its_system, const Point& its_point,
-             Player owner)
+             const SolverOptions& options, Player owner)
       : DirectionSearch(its_canonical, its_system, its_point, owner, true),
+        options_(options),
         rounding_(kEpsilon * point.evaluation.gradient.cwiseProduct(point.iterate.v).lpNorm<1>()) {}
 
   FlatDirections run(double margin);
@@ -193,13 +194,12 @@ class FlatSearch : DirectionSearch {
   }
   [[nodiscard]] double own_curvature(const Eigen::VectorXd& d) const;
   void find(double margin);
+  [[nodiscard]] double change_by_relaxation(const Eigen::VectorXd& step) const;
   [[nodiscard]] bool is_flat(const Eigen::VectorXd& direction);
-  void look_for_descent(const Eigen::VectorXd& step, double length, double bend,
-                        const FeasibleArc::End& end);
 
+  const SolverOptions& options_;
   double rounding_;                     ///< of f, by its terms
   std::vector<Eigen::VectorXd> found_;  ///< in units, owned parts orthonormal
-  std::optional<Eigen::VectorXd> descent_;
 };
 
 /// What the variables alone would have.
@@ -221,12 +221,26 @@ void FlatSearch::find(double margin) {
   }
 }
 
+/// Of the value, over a step of length one: bounds that are relaxed give it multipliers' changes.
+double FlatSearch::change_by_relaxation(const Eigen::VectorXd& step) const {
+  Eigen::VectorXd change = Eigen::VectorXd::Zero(step.size());
+  add_hessian_product(canonical, point.evaluation, step, change);
+  double sum = 0.0;
+  for (Index i = 0; i < step.size(); ++i) {
+    const int side = system.classes().side[at(i)];
+    if (system.is_fixed(i) && side != 0)
+      sum += std::abs(change[i]) * relaxation_of(canonical, i, side, options_);
+  }
+  return sum;
+}
+
 bool FlatSearch::is_flat(const Eigen::VectorXd& direction) {
   const Eigen::VectorXd step = arc.step_along(direction);
   // As far as the start, if that is farther: lengths may be short beside the variables. Bounds
   // that are near leave shorter arcs.
   const double size = size_of_problem(canonical, point.iterate, system.units());
   const double most = parameter::kLittle * std::max(1.0, size);
+  const double relaxed = change_by_relaxation(step);
   int constant = 0;
   for (double length = most; length >= parameter::kLeastFar * most; length *= parameter::kShorter) {
     for (const double signed_length : {length, -length}) {
@@ -235,34 +249,13 @@ bool FlatSearch::is_flat(const Eigen::VectorXd& direction) {
       const double value = std::abs(point.evaluation.f) + length * length;
       const double extent = longest(canonical, step, system.units()) * length;
       if (end.moved < parameter::kConfirmed * extent) return false;
-      if (!(std::abs(end.change) <= parameter::kConstant * value + rounding_)) {
-        look_for_descent(step, signed_length, curvature(direction), end);
+      if (!(std::abs(end.change) <= parameter::kConstant * value + rounding_ + relaxed * length)) {
         return false;
       }
       if (++constant == parameter::kEnough) return true;
     }
   }
   return false;
-}
-
-/// At the end of an arc that does not stay at the same value, or on the other side, unless the
-/// curvature explains most of a rise: then it rises there, too.
-void FlatSearch::look_for_descent(const Eigen::VectorXd& step, double length, double bend,
-                                  const FeasibleArc::End& end) {
-  if (canonical.y().size() > 0) return;
-  const double explained = 0.5 * bend * length * length;
-  if (explained > 0.0 && std::abs(end.change - explained) <= parameter::kConfirmed * explained) {
-    return;
-  }
-  const auto falls = [&](const FeasibleArc::End& e) {
-    const double value = std::abs(point.evaluation.f) + length * length;
-    return e.reached && e.change < -parameter::kHardly * value;
-  };
-  if (falls(end)) {
-    descent_ = length * step;
-  } else if (length > 0.0 && falls(arc.take(step, -length))) {
-    descent_ = -length * step;
-  }
 }
 
 FlatDirections FlatSearch::run(double margin) {
@@ -289,7 +282,6 @@ FlatDirections FlatSearch::run(double margin) {
         std::abs(bend) <= rounding || (inner && canonical.x().size() > 0 && bend < 0.0);
     if ((none || bend <= margin * size) && is_flat(direction) && none) continue;
     flat.verdict = FlatDirections::Verdict::Neither;
-    flat.descent = std::move(descent_);
     flat.direction = arc.step_along(direction);
     break;
   }
@@ -313,9 +305,10 @@ std::optional<WrongCurvature> refutes_along(CanonicalProblem& canonical, ActiveS
 }
 
 FlatDirections find_flat_directions(CanonicalProblem& canonical, ActiveSetSystem& system,
-                                    const Point& point, double margin, Player owner) {
+                                    const Point& point, const SolverOptions& options, double margin,
+                                    Player owner) {
   system.assemble({.min_fixed = true, .max_fixed = true});
-  return FlatSearch(canonical, system, point, owner).run(margin);
+  return FlatSearch(canonical, system, point, options, owner).run(margin);
 }
 
 }  // namespace ipminmax

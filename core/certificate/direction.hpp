@@ -5,6 +5,7 @@
 #include "core/certificate/active_set.hpp"
 #include "core/certificate/feasible_arc.hpp"
 #include "core/method/step_method.hpp"
+#include "core/options.hpp"
 #include "core/point/point.hpp"
 
 namespace ipminmax {
@@ -32,16 +33,15 @@ namespace ipminmax {
 /// Directions without curvature beyond the margin.
 struct FlatDirections {
   enum class Verdict : std::uint8_t {
-    Flat,  ///< the value stays the same along all of them, over lengths up to a tenth of the point
+    /// The value stays the same along all of them, over lengths up to a tenth of the point, to
+    /// rounding and what multipliers of relaxed bounds change it by.
+    Flat,
     Neither,  ///< it changes, or the model could not be followed along them
     None      ///< there are none
   };
   Verdict verdict = Verdict::None;
   /// The first that is not flat, or the first of all; a step of canonical variables.
   Eigen::VectorXd direction;
-  /// A step of Min along which the value falls clearly, although curvature does not say so; only
-  /// where there is no y.
-  std::optional<Eigen::VectorXd> descent{};
 };
 
 /// At a point that is not refuted, with no doubtful bounds: of Max at this x, of Min with y
@@ -50,6 +50,7 @@ struct FlatDirections {
 /// combinations, along which the value changes if it does along any.
 [[nodiscard]] FlatDirections find_flat_directions(CanonicalProblem& canonical,
                                                   ActiveSetSystem& system, const Point& point,
-                                                  double margin, Player owner);
+                                                  const SolverOptions& options, double margin,
+                                                  Player owner);
 
 }  // namespace ipminmax

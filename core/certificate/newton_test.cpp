@@ -19,9 +19,11 @@ double ratio(double a, double b) { return b > 0.0 ? a / b : 0.0; }
 class ActiveSetNewton {
  public:
   ActiveSetNewton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
-                  const KktSolve& solve, bool is_part, NewtonArrays& arrays)
+                  const KktSolve& solve, bool is_part, const SolverOptions& options,
+                  NewtonArrays& arrays)
       : canonical_(canonical),
         system_(system),
+        options_(options),
         iterate_(point.iterate),
         evaluation_(point.evaluation),
         solve_(solve),
@@ -39,6 +41,7 @@ class ActiveSetNewton {
   [[nodiscard]] bool first_step();
   void place_slacks();
   void look_at_classes(NewtonTest& test);
+  void look_at_relaxed(NewtonTest& test);
   void choose_trial();
   [[nodiscard]] bool evaluate_there();
   [[nodiscard]] bool compare(NewtonTest& test);
@@ -52,33 +55,19 @@ class ActiveSetNewton {
   [[nodiscard]] const Eigen::VectorXd& forces();
   void place_end(Iterate& z);
   [[nodiscard]] bool solve_in_units(double share, Eigen::VectorXd& v, Eigen::VectorXd& lambda);
-  [[nodiscard]] double length_in_sizes(const Eigen::VectorXd& v) const;
   [[nodiscard]] double length(const Eigen::VectorXd& v) const {
     return longest(canonical_, v, system_.units());
   }
 
   CanonicalProblem& canonical_;
   ActiveSetSystem& system_;
+  const SolverOptions& options_;
   const Iterate& iterate_;
   const Evaluation& evaluation_;
   const KktSolve& solve_;
   bool is_part_;
   NewtonArrays& work_;
 };
-
-/// Longest entry beside the variable's size here or at the start; slacks apart.
-double ActiveSetNewton::length_in_sizes(const Eigen::VectorXd& v) const {
-  const Eigen::VectorXd& start = canonical_.starting_point().v;
-  const double others = size_of_problem(canonical_, iterate_, system_.units());
-  double longest = 0.0;
-  for (Index i = 0; i < v.size(); ++i) {
-    if (system_.is_slack(i)) continue;
-    double size = std::max(std::abs(iterate_.v[i]), std::abs(start[i]));
-    if (size == 0.0) size = system_.units().variable[i] * std::max(others, 1.0);
-    longest = std::max(longest, std::abs(v[i]) / size);
-  }
-  return longest;
-}
 
 /// Right-hand side (-row_v, -row_c) and solution wanted in the canonical problem's lengths.
 bool ActiveSetNewton::solve_in_units(double share, Eigen::VectorXd& v, Eigen::VectorXd& lambda) {
@@ -165,7 +154,7 @@ void ActiveSetNewton::look_at_classes(NewtonTest& test) {
     if (classes[i] == BoundClass::Active) {
       expect(i, std::abs(after - before) <= parameter::kConfirmed * before);
     } else if (canonical_.owned_by_max(i) && after < -before) {  // else zero, as far as can be told
-      test.pulled_off.push_back(i);
+      test.released.push_back(i);
       expect(i, false);
     }
   }
@@ -181,6 +170,62 @@ void ActiveSetNewton::look_at_classes(NewtonTest& test) {
   });
 }
 
+/// What bounds are relaxed by must not be what decides: with the model's own bounds the multipliers
+/// of active ones and the distances of Max's inactive ones stay what they are to a half. A solve
+/// that is made where one of them is that small.
+void ActiveSetNewton::look_at_relaxed(NewtonTest& test) {
+  const BoundClasses& classes = system_.classes();
+  Eigen::VectorXd &back = work_.fixed, &outside = work_.row_v;
+  back.setZero(canonical_.variables());
+  outside.setZero(canonical_.variables());
+  double relaxed = 0.0, least = kInfinity;
+  for_each_bound(canonical_, iterate_.v, [&](Index i, int side, double distance) {
+    const double own = relaxation_of(canonical_, i, side, options_);
+    const double unit = system_.units().variable[i];
+    if (system_.is_fixed(i) && classes.side[at(i)] == side) {
+      back[i] = -side * own;
+      relaxed += own / unit;
+      least = std::min(least, classes.multiplier(iterate_, i) * unit);
+    } else if (!system_.is_fixed(i)) {
+      if (distance <= 2.0 * own) outside[i] = own;
+      if (canonical_.owned_by_max(i)) least = std::min(least, distance / unit);
+    }
+  });
+  if (!(least <= parameter::kInTols * relaxed)) return;
+  Eigen::VectorXd& moved = work_.change_v;  // of the gradient, by those that no bound holds
+  moved.setZero(canonical_.variables());
+  for (std::size_t k = 0; k < evaluation_.hessian.size(); ++k) {
+    const auto [i, j] = canonical_.hessian()[k];
+    moved[i] += std::abs(evaluation_.hessian[k]) * outside[j];
+    if (i != j) moved[j] += std::abs(evaluation_.hessian[k]) * outside[i];
+  }
+  Eigen::VectorXd &dv = work_.second_v, &dlambda = work_.second_lambda;
+  work_.row_v.setZero(canonical_.variables());
+  work_.row_c.setZero(canonical_.constraints());
+  add_hessian_product(canonical_, evaluation_, back, work_.row_v);
+  add_constraint_product(canonical_, evaluation_, back, work_.row_c);
+  if (!solve_in_units(parameter::kSlight, dv, dlambda)) return;
+  dv += back;
+  Eigen::VectorXd& change = work_.row_v;
+  change.setZero(canonical_.variables());
+  add_hessian_product(canonical_, evaluation_, dv, change);
+  add_transposed_product(canonical_, evaluation_, dlambda, change);
+  for (Index j = 0; j < canonical_.constraints(); ++j) {
+    if (canonical_.slack_of(j) >= 0) change[canonical_.slack_of(j)] = -dlambda[j];
+  }
+  for_each_bound(canonical_, iterate_.v, [&](Index i, int side, double distance) {
+    const bool active = classes[i] == BoundClass::Active;
+    const bool near = classes[i] == BoundClass::Inactive && canonical_.owned_by_max(i);
+    if (classes.side[at(i)] != side || !(active || near)) return;
+    const double left = active ? classes.multiplier(iterate_, i) : distance;
+    const double lost = active ? side * canonical_.sign(i) * change[i] + moved[i]
+                               : relaxation_of(canonical_, i, side, options_) + side * dv[i];
+    if (lost <= parameter::kConfirmed * left) return;
+    if (active) test.released.push_back(i);
+    if (test.changing < 0) test.changing = i;
+  });
+}
+
 void ActiveSetNewton::choose_trial() {
   const Units& units = system_.units();
   const double size = std::max(length(iterate_.v), parameter::kInTols);
@@ -190,7 +235,9 @@ void ActiveSetNewton::choose_trial() {
       work_.trial[i] *= parameter::kShareOfWay;
     } else if (!system_.is_slack(i)) {
       // Beyond what a contraction leaves of the step: W may jump at the solution itself.
-      const double probe = parameter::kRootOfRounding * std::abs(iterate_.v[i]) +
+      const double own =
+          std::min(std::abs(iterate_.v[i]), own_size(canonical_, iterate_.v[i], i, units));
+      const double probe = parameter::kRootOfRounding * own +
                            parameter::kConstant * units.variable[i] * size +
                            parameter::kContraction * std::abs(work_.dv[i]);
       work_.trial[i] += work_.dv[i] < 0.0 ? -probe : probe;
@@ -234,10 +281,8 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
   add_constraint_product(canonical_, evaluation_, work_.back_v, row_c);
   Eigen::VectorXd& second_v = work_.second_v;
   if (!solve_in_units(parameter::kSlight, second_v, work_.second_lambda)) return false;
-  const double beside_sizes = ratio(length_in_sizes(second_v), length_in_sizes(work_.trial));
-  const double in_lengths = ratio(length(second_v), length(work_.trial));
-  // Any norm will do. It grows with the trial step; of rounding nothing is left.
-  test.contraction = std::min(in_lengths, beside_sizes) / (1.0 + parameter::kContraction);
+  // It grows with the trial step; of rounding nothing is left.
+  test.contraction = ratio(length(second_v), length(work_.trial)) / (1.0 + parameter::kContraction);
   if (test.contraction <= parameter::kRounding) test.contraction = 0.0;
   if (second_v.size() > 0) {
     second_v.cwiseQuotient(system_.units().variable).cwiseAbs().maxCoeff(&test.left_in);
@@ -394,6 +439,7 @@ void ActiveSetNewton::run(NewtonTest& test) {
   if (!first_step()) return;
   test.step = length(work_.dv);
   look_at_classes(test);
+  look_at_relaxed(test);
   choose_trial();
   test.done = compare(test);
   test.classes_hold = test.done && test.changing < 0;
@@ -404,7 +450,7 @@ void ActiveSetNewton::run(NewtonTest& test) {
 
 void NewtonTest::clear() {
   done = classes_hold = false;
-  pulled_off.clear();
+  released.clear();
   hessian_change.clear();
   error.setZero();
   contraction = step = turn = inner_turn = 0.0;
@@ -412,8 +458,9 @@ void NewtonTest::clear() {
 }
 
 void test_newton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
-                 const KktSolve& solve, bool is_part, NewtonArrays& arrays, NewtonTest& test) {
-  ActiveSetNewton(canonical, system, point, solve, is_part, arrays).run(test);
+                 const KktSolve& solve, bool is_part, const SolverOptions& options,
+                 NewtonArrays& arrays, NewtonTest& test) {
+  ActiveSetNewton(canonical, system, point, solve, is_part, options, arrays).run(test);
 }
 
 }  // namespace ipminmax

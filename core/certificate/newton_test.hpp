@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "core/certificate/active_set.hpp"
+#include "core/options.hpp"
 
 namespace ipminmax {
 
@@ -10,8 +11,9 @@ namespace ipminmax {
 struct NewtonTest {
   bool done = false;          ///< the steps could be computed and the model evaluated at the end
   bool classes_hold = false;  ///< multipliers and distances at the end confirm the classes
-  std::vector<Index>
-      pulled_off;  ///< doubtful bounds of Max that he leaves: their multiplier is negative
+  /// Bounds that are not active: doubtful ones of Max that he leaves, for their multiplier is
+  /// negative, and those whose multiplier comes from bound_relax_factor.
+  std::vector<Index> released;
   /// Step that the curvature of the equations makes necessary at the end, over the step: Newton's
   /// method converges from a point where that is below 1/4 (it is 1/4 for x^3 at 0).
   double contraction = 0.0;
@@ -62,6 +64,7 @@ using KktSolve = std::function<bool(const NewtonResidual& rhs, Step& step, doubl
 /// evaluation. is_part: solve's matrix is shifted, so that its step is part of the way alone, and W
 /// may jump beyond its end.
 void test_newton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
-                 const KktSolve& solve, bool is_part, NewtonArrays& arrays, NewtonTest& test);
+                 const KktSolve& solve, bool is_part, const SolverOptions& options,
+                 NewtonArrays& arrays, NewtonTest& test);
 
 }  // namespace ipminmax

@@ -52,10 +52,10 @@ bool refute_in_cone(TestContext& c, ActiveSetSystem& system, const Candidate& ca
     if (!c.kkt.has_expected_inner_inertia(factors)) return false;
     added = -added;
   }
-  const auto found = least_in_cone(system, added, owner);
-  if (!found || found->least >= -parameter::kZero) return false;
-  c.wrong = refutes_along(c.canonical, system, candidate.point, found->direction,
-                          candidate.newton.step, owner);
+  const Eigen::VectorXd direction = least_in_cone(system, added, owner);
+  if (direction.size() == 0) return false;
+  c.wrong =
+      refutes_along(c.canonical, system, candidate.point, direction, candidate.newton.step, owner);
   return c.wrong.has_value();
 }
 
@@ -79,8 +79,8 @@ bool is_flat(TestContext& c, ActiveSetSystem& system, const Candidate& candidate
   const Player player = inner ? Player::Max : Player::Min;
   // On the way to where derivatives nearly vanish together curvature is what W changes by.
   const double little = std::max(c.margin(1.0), candidate.crept ? max_norm(candidate.error) : 0.0);
-  FlatDirections found = find_flat_directions(c.canonical, system, candidate.point, little, player);
-  c.descent = std::move(found.descent);
+  const FlatDirections found =
+      find_flat_directions(c.canonical, system, candidate.point, c.options, little, player);
   if (found.verdict == FlatDirections::Verdict::None) return false;
   const bool flat = found.verdict == FlatDirections::Verdict::Flat;
   c.reasons.add_direction(

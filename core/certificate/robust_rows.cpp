@@ -15,17 +15,19 @@ namespace {
 /// Barrier curvatures at which active bounds hold firmly and others not at all. classes: of bounds
 /// that hold however small their multipliers are; null: not known.
 Eigen::VectorXd firm_curvature(const CanonicalProblem& canonical, const Iterate& iterate,
-                               const BoundClasses* classes) {
+                               const BoundClasses* classes, const Units& units) {
   Eigen::VectorXd curvature = Eigen::VectorXd::Zero(canonical.variables());
+  // Of a quadratic term that is one at one unit.
+  const Eigen::VectorXd one = units.variable.cwiseAbs2().cwiseInverse();
   for (const IndexRange slacks : {canonical.x_slacks(), canonical.y_slacks()}) {
-    for (Index i = slacks.begin; i < slacks.end; ++i) curvature[i] = parameter::kConstant;
+    for (Index i = slacks.begin; i < slacks.end; ++i) curvature[i] = parameter::kConstant * one[i];
   }
   for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
     const double multiplier = multiplier_of(iterate, i, side);
     const bool holds = classes != nullptr && (*classes)[i] == BoundClass::Active &&
                        classes->side[static_cast<std::size_t>(i)] == side;
-    if (holds || class_of(multiplier, distance, 1.0) == BoundClass::Active) {
-      curvature[i] += parameter::kFirm * std::max(multiplier / distance, 1.0);
+    if (holds || class_of(multiplier / one[i], distance, 1.0) == BoundClass::Active) {
+      curvature[i] += parameter::kFirm * std::max(multiplier / distance, one[i]);
     }
   });
   return curvature;
@@ -36,11 +38,14 @@ struct ActiveRow {
   double compliance;  ///< D = s / z
 };
 
-std::vector<ActiveRow> active_rows(const CanonicalProblem& canonical, const Eigen::VectorXd& firm) {
+std::vector<ActiveRow> active_rows(const CanonicalProblem& canonical, const Eigen::VectorXd& firm,
+                                   const Units& units) {
   std::vector<ActiveRow> rows;
   for (const Index j : canonical.robust_constraints()) {
     const Index slack = canonical.slack_of(j);
-    if (firm[slack] >= parameter::kFirm) rows.push_back({j, parameter::kFirm / firm[slack]});
+    const double unit = units.variable[slack];
+    if (firm[slack] * unit * unit >= parameter::kFirm)
+      rows.push_back({j, parameter::kFirm / firm[slack]});
   }
   return rows;
 }
@@ -88,14 +93,14 @@ std::optional<Eigen::MatrixXd> compliance_left(const CanonicalProblem& canonical
 }  // namespace
 
 SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
-                             const BoundClasses& classes, const std::vector<Index>& idle,
-                             const Eigen::VectorXd& proximal) {
+                             const BoundClasses& classes, const Units& units,
+                             const std::vector<Index>& idle, const Eigen::VectorXd& proximal) {
   if (canonical.robust_constraints().empty()) return SecondOrder::Satisfied;
   const Iterate& iterate = point.iterate;
   const Evaluation& evaluation = point.evaluation;
-  Eigen::VectorXd firm = firm_curvature(canonical, iterate, &classes);
-  for (const Index i : idle) firm[i] += parameter::kFirm;
-  const std::vector<ActiveRow> rows = active_rows(canonical, firm);
+  Eigen::VectorXd firm = firm_curvature(canonical, iterate, &classes, units);
+  for (const Index i : idle) firm[i] += parameter::kFirm / (units.variable[i] * units.variable[i]);
+  const std::vector<ActiveRow> rows = active_rows(canonical, firm, units);
   if (rows.empty()) return SecondOrder::Satisfied;
   if (proximal.size() > 0) firm += proximal;
   kkt.assemble(evaluation, firm);
@@ -117,10 +122,12 @@ SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, 
   return violated ? SecondOrder::Violated : SecondOrder::Undecided;
 }
 
-IdleCopies idle_copies(const CanonicalProblem& canonical, const Iterate& iterate) {
+IdleCopies idle_copies(const CanonicalProblem& canonical, const Iterate& iterate,
+                       const Units& units) {
   if (!canonical.has_copies()) return {};
   std::vector<bool> active(static_cast<std::size_t>(canonical.variables()), false);
-  for (const ActiveRow& row : active_rows(canonical, firm_curvature(canonical, iterate, nullptr))) {
+  const Eigen::VectorXd firm = firm_curvature(canonical, iterate, nullptr, units);
+  for (const ActiveRow& row : active_rows(canonical, firm, units)) {
     const Index slack = canonical.slack_of(row.constraint);
     active[static_cast<std::size_t>(slack)] = true;
   }

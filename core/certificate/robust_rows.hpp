@@ -18,7 +18,8 @@ struct IdleCopies {
   std::vector<Index> variables;
   std::vector<bool> rows;  ///< per canonical constraint, or empty
 };
-[[nodiscard]] IdleCopies idle_copies(const CanonicalProblem& canonical, const Iterate& iterate);
+[[nodiscard]] IdleCopies idle_copies(const CanonicalProblem& canonical, const Iterate& iterate,
+                                     const Units& units);
 
 /// Second-order test of the robust constraints at a point whose K_yy, over (y, lambda_y), is right:
 /// is K_yy with their rows right too, In = (m_y, n_y + m_r, 0)?
@@ -32,7 +33,7 @@ struct IdleCopies {
 /// left at other values.
 [[nodiscard]] SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt,
                                            const Point& point, const BoundClasses& classes,
-                                           const std::vector<Index>& idle,
+                                           const Units& units, const std::vector<Index>& idle,
                                            const Eigen::VectorXd& proximal = {});
 
 }  // namespace ipminmax

@@ -43,14 +43,14 @@ void TestContext::hold_idle(BoundClasses& classes) const {
   classes.held_rows = idle.rows;
 }
 
-void TestContext::guess(const Iterate& iterate, double strict_ratio, BoundClasses& classes) const {
-  guess_classes(canonical, options, iterate, arrays.units.units, strict_ratio, classes);
+void TestContext::guess(const Iterate& iterate, BoundClasses& classes) const {
+  guess_classes(canonical, options, iterate, arrays.units.units, classes);
   hold_idle(classes);
 }
 
 bool TestContext::newton_confirms(ActiveSetSystem& system, const Point& point,
                                   const KktSolve& solve, NewtonTest& newton, bool is_part) const {
-  test_newton(canonical, system, point, solve, is_part, arrays.newton_step, newton);
+  test_newton(canonical, system, point, solve, is_part, options, arrays.newton_step, newton);
   return newton.done && newton.classes_hold && newton.contraction <= parameter::kContraction;
 }
 

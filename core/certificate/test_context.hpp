@@ -31,7 +31,6 @@ struct TestContext {
   Reasons reasons;
   std::optional<Point> moved{};  ///< nearer to the solution
   std::optional<WrongCurvature> wrong{};
-  std::optional<Eigen::VectorXd> descent{};
   std::optional<Deviation> wrong_row{};  ///< of W
   Eigen::VectorXd proximal{};  ///< curvature that was taken from Max, canonical units; or empty
   bool is_far = false;         ///< the solution is near enough for the test but not for the user
@@ -50,7 +49,7 @@ struct TestContext {
   /// Copies of y whose robust constraint is inactive.
   void hold_idle(BoundClasses& classes) const;
   /// By z / s in the units of the first look, idle copies held.
-  void guess(const Iterate& iterate, double strict_ratio, BoundClasses& classes) const;
+  void guess(const Iterate& iterate, BoundClasses& classes) const;
   [[nodiscard]] Eigen::VectorXd hessian_error_in(const Units& units) const;
   /// Whether a Newton step keeps the classes and the next one would be much shorter. is_part: see
   /// test_newton.

@@ -48,9 +48,9 @@ void own_norms(const UnitsArrays& arrays, const Eigen::VectorXd& d, Eigen::Vecto
   }
 }
 
-/// From diagonal entries, and of the second player from what couples him to the first: the
+/// From diagonal entries, and of Min from what couples him to Max: the
 /// maximizer's answer makes of it W_xy^2 / W_yy, which is curvature of x as well.
-void start_block(const CanonicalProblem& canonical, bool max, bool second, UnitsArrays& arrays) {
+void start_block(const CanonicalProblem& canonical, bool max, UnitsArrays& arrays) {
   Eigen::VectorXd& d = arrays.units.variable;
   Eigen::VectorXd& diagonal = arrays.diagonal;
   diagonal.setZero(d.size());
@@ -59,7 +59,7 @@ void start_block(const CanonicalProblem& canonical, bool max, bool second, Units
   }
   Eigen::VectorXd& coupling = arrays.coupling;
   coupling.setZero(d.size());
-  if (second) {
+  if (!max) {
     for (const auto& [i, j, size] : arrays.mixed) include(i, j, size, d, coupling);
   }
   for (Index i = 0; i < d.size(); ++i) {
@@ -71,11 +71,11 @@ void start_block(const CanonicalProblem& canonical, bool max, bool second, Units
 
 /// The block of one player: diagonal entries first, then rows without one.
 void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max,
-                       bool second, UnitsArrays& arrays) {
+                       UnitsArrays& arrays) {
   Eigen::VectorXd& d = arrays.units.variable;
   Eigen::VectorXd& norms = arrays.norms;
   take_entries(canonical, evaluation, max, arrays);
-  start_block(canonical, max, second, arrays);
+  start_block(canonical, max, arrays);
   // Nothing but products, x_1 x_2: in proportion to their sizes.
   for (const auto& [i, j, entry] : arrays.own) {
     if (d[i] == kUnknown && d[j] == kUnknown) {
@@ -90,31 +90,6 @@ void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& eval
     own_norms(arrays, d, norms);
     if (!(norms.size() > 0 && norms.maxCoeff() > 1.0)) break;
     d.array() /= norms.array().max(1.0).sqrt();
-  }
-}
-
-/// Variables without curvature from the other player's, whose lengths are known; two that are both
-/// without share the coupling in proportion to their sizes.
-void measure_by_coupling(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                         UnitsArrays& arrays) {
-  Eigen::VectorXd& d = arrays.units.variable;
-  Eigen::VectorXd &known = arrays.norms, &unknown = arrays.coupling;
-  known.setZero(d.size());
-  unknown.setZero(d.size());
-  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
-    const auto [i, j] = canonical.hessian()[k];
-    if (canonical.owned_by_max(i) == canonical.owned_by_max(j)) continue;
-    const double entry = std::abs(evaluation.hessian[k]);
-    for (const auto& [row, col] : {std::pair{i, j}, std::pair{j, i}}) {
-      if (d[row] != kUnknown) continue;
-      if (d[col] != kUnknown) known[row] = std::max(known[row], entry * d[col]);
-      if (d[col] == kUnknown)
-        unknown[row] = std::max(unknown[row], entry * arrays.size_of(i) * arrays.size_of(j));
-    }
-  }
-  for (Index i = 0; i < d.size(); ++i) {
-    if (d[i] != kUnknown) continue;
-    d[i] = known[i] > 0.0 ? inverse(known[i]) : arrays.size_of(i) * inverse(std::sqrt(unknown[i]));
   }
 }
 
@@ -231,25 +206,31 @@ void measure_rows(const CanonicalProblem& canonical, const Evaluation& evaluatio
 }  // namespace
 
 Units units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-               const Evaluation& evaluation, LengthRules rules) {
+               const Evaluation& evaluation) {
   UnitsArrays arrays;
-  units_of(canonical, v, evaluation, arrays, rules);
+  units_of(canonical, v, evaluation, arrays);
   return std::move(arrays.units);
 }
 
 const Units& units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-                      const Evaluation& evaluation, UnitsArrays& arrays, LengthRules rules) {
+                      const Evaluation& evaluation, UnitsArrays& arrays) {
   Units& units = arrays.units;
   units.variable.setConstant(canonical.variables(), kUnknown);
   units.constraint.setOnes(canonical.constraints());
   arrays.size = v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
-  equilibrate_block(canonical, evaluation, !rules.min_first, false, arrays);
-  equilibrate_block(canonical, evaluation, rules.min_first, true, arrays);
-  if (rules.by_coupling) measure_by_coupling(canonical, evaluation, arrays);
+  equilibrate_block(canonical, evaluation, true, arrays);
+  equilibrate_block(canonical, evaluation, false, arrays);
   spread_by_constraints(canonical, evaluation, arrays);
   cut_by_equations(canonical, evaluation, arrays);
   measure_rows(canonical, evaluation, units, arrays.rows);
   return units;
+}
+
+double own_size(const CanonicalProblem& canonical, double v, Index i, const Units& units) {
+  const double start = canonical.starting_point().v[i], unit = units.variable[i];
+  const double size = std::max(std::abs(v), std::abs(start));
+  const double width = canonical.upper()[i] - canonical.lower()[i];
+  return std::min({size > 0.0 ? size : unit, width, std::max(std::abs(v - start), unit)});
 }
 
 double longest(const CanonicalProblem& canonical, const Eigen::VectorXd& v, const Units& units) {

@@ -17,15 +17,6 @@ struct Units {
   Eigen::VectorXd constraint;  ///< per canonical constraint
 };
 
-struct LengthRules {
-  /// Min's variables are measured by W_xx alone, then Max's by W_yy and W_xy, too: a coupling with
-  /// a y that constraints hold is no curvature of x.
-  bool min_first = false;
-  /// Variables without curvature of their own get lengths from what couples them to the other
-  /// player's.
-  bool by_coupling = false;
-};
-
 /// Units with what they are found by, kept from call to call.
 struct UnitsArrays {
   Units units;
@@ -54,10 +45,15 @@ struct UnitsArrays {
 /// lengths that an equation does not allow are cut, down to the variable's size at v or at the
 /// start.
 [[nodiscard]] Units units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-                             const Evaluation& evaluation, LengthRules rules = {});
+                             const Evaluation& evaluation);
 /// The same in arrays.
 const Units& units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-                      const Evaluation& evaluation, UnitsArrays& arrays, LengthRules rules = {});
+                      const Evaluation& evaluation, UnitsArrays& arrays);
+
+/// A variable's own size, which does not grow with a shift of its origin: the least of its values,
+/// the width of its box, and the way from the starting point or its unit, whichever is longer.
+[[nodiscard]] double own_size(const CanonicalProblem& canonical, double v, Index i,
+                              const Units& units);
 
 /// Longest entry of a vector of variables, slacks apart.
 [[nodiscard]] double longest(const CanonicalProblem& canonical, const Eigen::VectorXd& v,

@@ -81,7 +81,7 @@ bool maximizes_weakly_at(TestContext& c, Candidate here) {
   const bool shown = by_structure(c, here, system);
   if (!shown && (here.classes.weak_max > 0 || is_saddle(c.canonical, system))) return false;
   const FlatDirections flat =
-      find_flat_directions(c.canonical, system, here.point, c.margin(1.0), Player::Max);
+      find_flat_directions(c.canonical, system, here.point, c.options, c.margin(1.0), Player::Max);
   if (!shown && flat.verdict != FlatDirections::Verdict::Flat) return false;
   if (flat.direction.size() > 0) {
     c.reasons.add_direction(CertificateReason::Kind::FlatDirection, Player::Max, flat.direction,

@@ -257,6 +257,96 @@ TEST(WeaklyActiveBounds, OfTheMaximizerGiveTheMinimizerNothing) {
   expect_not_certified(model, {1e-6, -1e-6});
 }
 
+// What is seen at a vertex, and what bound_relax_factor decides.
+
+TEST(Corners, WithAKinkAreNotCertified) {
+  // |x - y| - x / 2: y = 0 is the worst answer to x = 0. In other units, and with rows as bounds.
+  for (const double unit : {1e-4, 1.0, 1e4}) {
+    for (const bool rows : {false, true}) {
+      Model model;
+      const Expression x = model.variable(kMin, "x", rows ? -kNoBound : 0.0, unit);
+      const Expression y = model.variable(kMax, "y", rows ? -kNoBound : 0.0, unit);
+      model.objective(sqrt(square((x - y) / unit)) - 0.5 / unit * x);
+      if (rows) {
+        model.constraint(x / unit, 0.0, kNoBound, kMin);
+        model.constraint(y / unit, 0.0, kNoBound, kMax);
+      }
+      AutodiffProblem problem(model, {0.5 * unit, 0.1 * unit});
+      EXPECT_NE(solve(problem, {}).certificate.kind, PointKind::LocalMinmax) << unit << rows;
+    }
+  }
+}
+
+TEST(Corners, WhereMultipliersChangeButKeepTheirSignAreCertified) {
+  Model model;
+  const Expression x = model.variable(kMin, "x", 0.0, 1.0);
+  const Expression y = model.variable(kMax, "y", 0.0, 1.0);
+  model.objective(0.3 * sqrt(square(x - y)) + x - y + 4.0 * x * y);
+  AutodiffProblem problem(model, {0.5, 0.1});
+  EXPECT_EQ(solve(problem, {}).certificate.kind, PointKind::LocalMinmax);
+}
+
+/// p'Aq on simplices, A a row after the other.
+Result solve_game(const std::vector<std::vector<double>>& payoff) {
+  Model model;
+  std::vector<Expression> p, q;
+  for (std::size_t i = 0; i < payoff.size(); ++i) {
+    p.push_back(model.variable(kMin, "p" + std::to_string(i), 0.0));
+  }
+  for (std::size_t j = 0; j < payoff[0].size(); ++j) {
+    q.push_back(model.variable(kMax, "q" + std::to_string(j), 0.0));
+  }
+  Expression value = 0.0 * p[0], sum_p = value, sum_q = value;
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    sum_p = sum_p + p[i];
+    for (std::size_t j = 0; j < q.size(); ++j) value = value + payoff[i][j] * p[i] * q[j];
+  }
+  for (const Expression& weight : q) sum_q = sum_q + weight;
+  model.objective(value);
+  model.constraint(sum_p, 1.0, 1.0, kMin);
+  model.constraint(sum_q, 1.0, 1.0, kMax);
+  std::vector<double> start(p.size(), 1.0 / static_cast<double>(p.size()));
+  start.resize(p.size() + q.size(), 1.0 / static_cast<double>(q.size()));
+  AutodiffProblem problem(model, start);
+  return solve(problem, {});
+}
+
+TEST(RelaxedBounds, DoNotDecideBetweenAnswersThatAreAsGood) {
+  // Every p is as good. A bound of q that is relaxed makes one of them better by its own size.
+  EXPECT_NE(solve_game({{2, 0, 2}, {2, -1, 2}}).certificate.kind, PointKind::LocalMinmax);
+  EXPECT_EQ(solve_game({{2, 0}, {2, -1}}).certificate.second_order, SecondOrder::Flat);
+  EXPECT_NE(solve_game({{2, 2, -1}, {-2, 2, -2}}).certificate.kind, PointKind::LocalMinmax);
+  EXPECT_NE(solve_game({{-1, -2, 0}, {1, 1, 0}}).certificate.kind, PointKind::LocalMinmax);
+  // Max's answers tie, p is unique.
+  EXPECT_EQ(solve_game({{0, 1}, {-2, -2}, {0, 0}}).certificate.kind, PointKind::LocalMinmax);
+}
+
+TEST(Shifts, OfSeveralVariablesChangeNothing) {
+  for (const double shift : {0.0, 1e4}) {
+    Model model;
+    const Expression a = model.variable(kMin, "a", shift) - shift;
+    const Expression b = model.variable(kMin, "b", shift) - shift;
+    model.objective(-a);
+    model.constraint(0.125 - pow(a - 1.5, 3.0) - b, 0.0, kNoBound);
+    AutodiffProblem problem(model, {shift + 1.3, shift + 0.2});
+    EXPECT_EQ(solve(problem, {}).certificate.kind, PointKind::LocalMinmax) << shift;
+  }
+}
+
+TEST(RobustRows, ThatAreTheSameRowAgainChangeNothing) {
+  for (const int times : {1, 3}) {
+    Model model;
+    const Expression a = model.variable(kMin, "a", 0.0, 10.0), b = model.variable(kMin, "b");
+    const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+    model.objective(square(a - 3.0) + square(b - 1.0));
+    for (int k = 0; k < times; ++k) model.constraint(a + b * y - square(y), -kNoBound, 1.0, kMin);
+    AutodiffProblem problem(model, {0.5, 0.3, 0.1});
+    const Result result = solve(problem, {});
+    EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax) << times;
+    EXPECT_NEAR(result.v[0], 0.939353, 1e-5) << times;
+  }
+}
+
 /// A strict local minmax with active and inactive bounds and inequalities of both players, in other
 /// units: v_i = unit_i times the variable, constraint j multiplied by weight_j, objective by
 /// weight.

@@ -1,0 +1,169 @@
+#include "core/certificate/corner_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/certificate/parameters.hpp"
+#include "core/model/products.hpp"
+#include "linalg/numbers.hpp"
+
+namespace ipminmax {
+
+namespace parameter = parameters::certificate;
+
+namespace {
+
+class CornerCheck {
+ public:
+  CornerCheck(CanonicalProblem& canonical, const Point& point, const BoundClasses& classes,
+              const Units& units, const SolverOptions& options)
+      : canonical_(canonical),
+        point_(point),
+        classes_(classes),
+        units_(units),
+        options_(options),
+        here_(gradient_of(point.evaluation)) {
+    balance();
+  }
+
+  /// trial: which of the two directions.
+  [[nodiscard]] Index lost_along(bool of_max, int trial, Evaluation& scratch) const;
+
+ private:
+  [[nodiscard]] bool is_active(Index i) const {
+    return classes_[i] == BoundClass::Active && classes_.side[at(i)] != 0;
+  }
+  [[nodiscard]] bool is_active_row(Index row) const {
+    const Index slack = canonical_.slack_of(row);
+    return slack >= 0 && is_active(slack) && !classes_.is_left_out(row);
+  }
+  [[nodiscard]] bool is_slack(Index i) const {
+    return canonical_.x_slacks().contains(i) || canonical_.y_slacks().contains(i);
+  }
+  [[nodiscard]] Eigen::VectorXd gradient_of(const Evaluation& evaluation) const {
+    Eigen::VectorXd gradient = evaluation.gradient;
+    add_transposed_product(canonical_, evaluation, point_.iterate.lambda, gradient);
+    return gradient;
+  }
+  void balance();
+  [[nodiscard]] double size(Index i) const {
+    return own_size(canonical_, point_.iterate.v[i], i, units_);
+  }
+  [[nodiscard]] double reach(Index i) const;
+  [[nodiscard]] Eigen::VectorXd step_inside(bool of_max, int trial) const;
+
+  CanonicalProblem& canonical_;
+  const Point& point_;
+  const BoundClasses& classes_;
+  const Units& units_;
+  const SolverOptions& options_;
+  Eigen::VectorXd here_;      ///< gradient of the Lagrangian
+  double off_ = 0.0;          ///< of active bounds, over the variable's own size
+  Eigen::VectorXd balanced_;  ///< what active bounds and inequalities balance of it; 0: nothing
+};
+
+void CornerCheck::balance() {
+  balanced_.setZero(canonical_.variables());
+  for (std::size_t k = 0; k < point_.evaluation.jacobian.size(); ++k) {
+    const auto [row, col] = canonical_.jacobian()[k];
+    if (!is_active_row(row)) continue;
+    const double part = std::abs(point_.iterate.lambda[row] * point_.evaluation.jacobian[k]);
+    balanced_[col] = std::max(balanced_[col], part);
+  }
+  for (Index i = 0; i < canonical_.variables(); ++i) {
+    if (!is_active(i)) continue;
+    const double off = classes_.distance(canonical_, point_.iterate, i) +
+                       relaxation_of(canonical_, i, classes_.side[at(i)], options_);
+    off_ = std::max(off_, off / size(i));
+    if (!is_slack(i)) balanced_[i] = classes_.multiplier(point_.iterate, i);
+  }
+}
+
+/// Beyond what the point and bound_relax_factor keep from any of the bounds.
+double CornerCheck::reach(Index i) const {
+  constexpr double kBeyond = 10.0;
+  return size(i) * std::min(parameter::kHardly + kBeyond * off_, parameter::kLittle);
+}
+
+/// The first direction goes far in every other variable, the second one in those between.
+Eigen::VectorXd CornerCheck::step_inside(bool of_max, int trial) const {
+  constexpr double kShort = 0.05;
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(canonical_.variables());
+  Eigen::VectorXd longest = Eigen::VectorXd::Zero(canonical_.constraints());
+  int turn = trial;
+  const auto next = [&] { return turn++ % 2 == 0 ? 1.0 : kShort; };
+  for (Index i = 0; i < canonical_.variables(); ++i) {
+    if (!is_active(i) || is_slack(i) || canonical_.owned_by_max(i) != of_max) continue;
+    step[i] = -classes_.side[at(i)] * reach(i) * next();
+  }
+  const auto& jacobian = canonical_.jacobian();
+  const auto counts = [&](std::size_t k) {
+    const auto [row, col] = jacobian[k];
+    return is_active_row(row) && !is_active(col) && canonical_.owned_by_max(col) == of_max &&
+           canonical_.max_constraints().contains(row) == of_max;
+  };
+  const auto slope = [&](std::size_t k) {
+    return point_.evaluation.jacobian[k] * units_.variable[jacobian[k].col];
+  };
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    if (counts(k))
+      longest[jacobian[k].row] = std::max(longest[jacobian[k].row], std::abs(slope(k)));
+  }
+  for (double& length : longest) length = length > 0.0 ? next() / length : 0.0;
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    if (!counts(k)) continue;
+    const auto [row, col] = jacobian[k];
+    const Index slack = canonical_.slack_of(row);
+    step[col] -= classes_.side[at(slack)] * longest[row] * slope(k) * reach(col);
+  }
+  return step;
+}
+
+Index CornerCheck::lost_along(bool of_max, int trial, Evaluation& scratch) const {
+  const Eigen::VectorXd step = step_inside(of_max, trial);
+  if (step.isZero(0.0)) return -1;
+  // Of the answers of Max his own multipliers have to stay, of a step of Min all.
+  const auto is_tested = [&](Index i) {
+    return balanced_[i] > 0.0 && (canonical_.owned_by_max(i) || !of_max);
+  };
+  Eigen::VectorXd predicted = Eigen::VectorXd::Zero(step.size());
+  add_hessian_product(canonical_, point_.evaluation, step, predicted);
+  double shorter = 1.0;
+  for (Index i = 0; i < step.size(); ++i) {
+    const double most = parameter::kLittle * balanced_[i];
+    if (is_tested(i) && std::abs(predicted[i]) > most)
+      shorter = std::min(shorter, most / std::abs(predicted[i]));
+  }
+  scratch = point_.evaluation;
+  if (canonical_.first_derivatives(point_.iterate.v + shorter * step, scratch) !=
+      EvaluationStatus::Ok) {
+    return -1;
+  }
+  const Eigen::VectorXd change = gradient_of(scratch) - here_;
+  for (Index i = 0; i < step.size(); ++i) {
+    if (!is_tested(i)) continue;
+    // Of a bound's multiplier what it gains is no matter.
+    const double lost =
+        is_active(i) ? classes_.side[at(i)] * canonical_.sign(i) * change[i] : std::abs(change[i]);
+    if (!(lost <= (1.0 - parameter::kLittle) * balanced_[i])) return i;
+  }
+  return -1;
+}
+
+}  // namespace
+
+Index multiplier_lost_inside(CanonicalProblem& canonical, const Point& point,
+                             const BoundClasses& classes, const Units& units,
+                             const SolverOptions& options, Evaluation& scratch) {
+  if (std::ranges::find(classes.of, BoundClass::Active) == classes.of.end()) return -1;
+  const CornerCheck check(canonical, point, classes, units, options);
+  for (const bool of_max : {true, false}) {
+    for (const int trial : {0, 1}) {
+      const Index lost = check.lost_along(of_max, trial, scratch);
+      if (lost >= 0) return lost;
+    }
+  }
+  return -1;
+}
+
+}  // namespace ipminmax
