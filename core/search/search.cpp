@@ -24,7 +24,7 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
       purpose_(purpose),
       barrier_(barrier),
       observation_(observation),
-      test_(context.options),
+      test_(context.canonical, context.options),
       arrays_(arrays),
       step_{.kind = start.how},
       deadline_(start.deadline),
@@ -40,17 +40,12 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
     drop_idle_multipliers(context_.options.tol);
 
     bool escaped = false;
-    const double objective = context_.canonical.unscaled_objective(arrays_.point.evaluation.f);
-    if (const auto claim = test_.claim(arrays_.point.error, objective)) {
+    if (const auto claim = test_.claim(arrays_.point)) {
       Verdict verdict = judge(*claim);
       escaped = leave(verdict, method, kept);
       if (!escaped) return ended(std::move(verdict));
     }
-    if (const auto status = limit_reached()) {
-      if (*status == Status::MaxIterations)
-        if (auto outcome = end_at_infinity()) return std::move(*outcome);
-      return ended(*status);
-    }
+    if (const auto status = limit_reached()) return ended(*status);
     if (escaped) continue;
     if (const auto status = deadline_reached()) return ended(*status);
 
@@ -127,18 +122,17 @@ SearchOutcome Search::after_failed_step() {
   const bool stuck =
       step_.failure == Status::TinyStep || step_.failure == Status::RestorationFailed;
   const bool enough = stuck && context_.canonical.max_size() == 0 && purpose_ == Purpose::Solution;
-  if (enough && !test_.is_acceptable(arrays_.point.error) &&
-      test_.is_acceptable(arrays_.best.point().error)) {
+  if (enough && !test_.is_acceptable(arrays_.point) && test_.is_acceptable(arrays_.best.point())) {
     arrays_.point = arrays_.best.point();
   }
   if (stuck) drop_idle_multipliers(context_.options.acceptable_tol);
-  if (enough && test_.is_acceptable(arrays_.point.error))
+  if (enough && test_.is_acceptable(arrays_.point))
     return ended(judge(Status::SolvedToAcceptableLevel));
   return ended(*step_.failure, step_.message);
 }
 
 std::optional<Status> Search::limit_reached() {
-  const CanonicalProblem& canonical = context_.canonical;
+  CanonicalProblem& canonical = context_.canonical;
   if (max_norm(arrays_.point.iterate.v) > context_.options.diverging_iterates_tol) {
     return Status::DivergingIterates;
   }
@@ -149,22 +143,6 @@ std::optional<Status> Search::limit_reached() {
   if (runaway_iterations_ > parameters::kPlenty) return Status::OuterUnbounded;
   if (context_.limit.expired()) return context_.limit.exceeded();
   return std::nullopt;
-}
-
-std::optional<SearchOutcome> Search::end_at_infinity() {
-  // Iterates that zigzag outward along a curved valley do not meet the tolerances, its bottom does.
-  if (purpose_ != Purpose::Solution || !is_far_out(context_.canonical, arrays_.point))
-    return std::nullopt;
-  arrays_.next = arrays_.point;
-  const double mu = barrier_.mu();
-  if (!step_into_valley(context_, mu, test_, arrays_.next) ||
-      !valley_leads_to_infinity(context_, arrays_.next, mu, test_)) {
-    return std::nullopt;
-  }
-  std::swap(arrays_.point, arrays_.next);
-  Verdict verdict{.status = Status::DivergingIterates, .message = kToInfinity, .finding = {}};
-  verdict.finding.certificate.kind = PointKind::FirstOrderPoint;
-  return ended(std::move(verdict));
 }
 
 std::optional<Status> Search::deadline_reached() const {

@@ -59,9 +59,6 @@ class Search {
   [[nodiscard]] std::optional<Status> limit_reached();
   [[nodiscard]] std::optional<Status> deadline_reached() const;
   [[nodiscard]] bool crawls();
-  /// Of a minimization that has no iterations left and was on its way to an infimum at infinity,
-  /// with a first-order point beside that way.
-  [[nodiscard]] std::optional<SearchOutcome> end_at_infinity();
   void make_step(StepMethod& method);
   [[nodiscard]] SearchOutcome after_failed_step();
   void drop_idle_multipliers(double tolerance);
