@@ -93,10 +93,6 @@ constexpr double kOutwardStep = 5e-4;
 constexpr double kOutwardShare = 0.95;
 }  // namespace divergence
 
-/// Iterations after a minimization has left a point whose curvature decides nothing, or as many as
-/// that took where it is more.
-constexpr Index kFewestAfterEscape = 40;
-
 /// What the second-order tests of a solve may cost, in factorizations.
 namespace test {
 constexpr Index kForSmallSystems = 40;  ///< for each test
@@ -111,9 +107,6 @@ namespace restart {
 inline constexpr std::array kReaches{3.0, 1.0, 10.0};
 constexpr Index kIterations = 300;  ///< after the first search, after which none begins
 constexpr Index kIterationsOfAlgorithmOne = 150;  ///< of one search
-/// Steps of a minimization with a shifted Hessian at one mu after which the other mu_strategy is
-/// worth more.
-constexpr Index kShiftedSteps = 200;
 }  // namespace restart
 
 }  // namespace ipminmax::parameters

@@ -14,6 +14,7 @@
 #include "core/model/parameters.hpp"
 #include "core/model/remarks.hpp"
 #include "core/model/structure_check.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 namespace {
@@ -63,15 +64,6 @@ std::string beside(const Deviation& found) {
   return text;
 }
 
-Evaluation room_for(const CanonicalProblem& canonical) {
-  Evaluation here;
-  here.c.setZero(canonical.constraints());
-  here.gradient.setZero(canonical.variables());
-  here.jacobian.assign(canonical.jacobian().size(), 0.0);
-  here.hessian.assign(canonical.hessian().size(), 0.0);
-  return here;
-}
-
 /// here: first derivatives at v.
 std::string find_wrong_gradient(CanonicalProblem& canonical, const Eigen::VectorXd& v,
                                 const Evaluation& here, const char* where) {
@@ -86,7 +78,7 @@ std::string find_wrong_gradient(CanonicalProblem& canonical, const Eigen::Vector
 std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian) {
   const Eigen::VectorXd v = canonical.starting_point().v;
   const Eigen::VectorXd lambda = canonical.starting_point().lambda;
-  Evaluation here = room_for(canonical);
+  Evaluation here = unevaluated_point(canonical, canonical.starting_point()).evaluation;
   if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return {};
   if (auto wrong = find_wrong_gradient(canonical, v, here, "at the last point"); !wrong.empty()) {
     return wrong;
@@ -172,7 +164,7 @@ void check_first_derivatives(Problem& problem, const SolverOptions& options, Res
   CanonicalProblem canonical(at, own, result.counts, result.timing);
   if (!canonical.build().empty()) return;
   const Eigen::VectorXd v = aside(canonical, canonical.starting_point().v, parameters::kTrace);
-  Evaluation here = room_for(canonical);
+  Evaluation here = unevaluated_point(canonical, canonical.starting_point()).evaluation;
   if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return;
   const std::string wrong = find_wrong_gradient(canonical, v, here, "beside the answer");
   if (wrong.empty()) return;

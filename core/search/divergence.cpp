@@ -39,22 +39,22 @@ bool gets_better(CanonicalProblem& canonical, const Point& point, const Eigen::V
                  IndexRange variables) {
   if (variables.size() == 0) return false;
   const Evaluation& here = point.evaluation;
+  const Eigen::VectorXd& v = point.iterate.v;
   const double sign = canonical.sign(variables.begin);
-  Eigen::VectorXd direction = Eigen::VectorXd::Zero(step.size());
-  direction.segment(variables.begin, variables.size()) =
-      step.segment(variables.begin, variables.size());
+  const Eigen::VectorXd slope = here.gradient.cwiseAbs();
   for (const double factor : {10.0, 1000.0}) {
-    const Eigen::VectorXd far = (point.iterate.v + factor * direction)
-                                    .cwiseMax(canonical.lower())
-                                    .cwiseMin(canonical.upper());
+    Eigen::VectorXd far = v;
+    far.segment(variables.begin, variables.size()) +=
+        factor * step.segment(variables.begin, variables.size());
+    far = far.cwiseMax(canonical.lower()).cwiseMin(canonical.upper());
     double f = 0.0;
     if (canonical.objective(far, f) != EvaluationStatus::Ok) return true;
-    // Steps are known to their rounding, so opposite terms of f cancel no better.
-    const Eigen::ArrayXd slope = here.gradient.array().abs();
-    ValueRange range{.least = 0.0,
-                     .most = (slope * (far - point.iterate.v).array().abs()).sum(),
-                     .terms = (slope * point.iterate.v.array().abs()).sum()};
-    range.terms = std::max({range.terms, std::abs(f), std::abs(here.f)});
+    // A step carries the rounding of v and of its linear system, so opposite terms of f cancel no
+    // better.
+    const ValueRange range{
+        .least = 0.0,
+        .most = slope.dot((far - v).cwiseAbs()),
+        .terms = std::max(std::abs(f), std::abs(here.f)) + factor * slope.dot(v.cwiseAbs())};
     if (clearly_greater(sign * here.f, sign * f, range, parameters::kZero)) return true;
   }
   return false;
@@ -124,29 +124,23 @@ bool runs_to_infinity(const MethodContext& context, const Point& from, double mu
   Point point = from;
   NewtonResidual rhs = zero_step(canonical);
   Step step = rhs;
-  const auto unbounded = [&](Index i, double d) {
-    return std::isinf(d > 0.0 ? canonical.upper()[i] : canonical.lower()[i]);
-  };
   // Steps of the variables that have gone on in their direction, the others zero.
-  Eigen::VectorXd drift;
+  Eigen::ArrayXd drift;
   for (int k = 0; k < divergence::kOutwardSteps; ++k) {
-    const Eigen::VectorXd before = point.iterate.v;
+    const Eigen::ArrayXd before = point.iterate.v;
     if (!newton_step(context, mu, point, rhs, step) || !test.is_met(point)) return false;
-    const Eigen::VectorXd moved = point.iterate.v - before;
+    const Eigen::ArrayXd moved = point.iterate.v.array() - before;
     if (k == 0) drift = moved;
-    bool outward = false;
-    for (Index i = 0; i < canonical.variables(); ++i) {
-      const bool goes_on = moved[i] * drift[i] > 0.0 &&
-                           std::abs(moved[i]) >= divergence::kOutwardShare * std::abs(drift[i]);
-      drift[i] = goes_on ? moved[i] : 0.0;
-      outward = outward || (drift[i] * before[i] > 0.0 && unbounded(i, drift[i]) &&
-                            std::abs(drift[i]) > divergence::kOutwardStep * std::abs(before[i]));
-    }
-    if (!outward) return false;
+    const auto goes_on =
+        moved * drift > 0.0 && moved.abs() >= divergence::kOutwardShare * drift.abs();
+    drift = goes_on.select(moved, 0.0).eval();
+    const auto ahead = (drift > 0.0).select(canonical.upper().array(), canonical.lower().array());
+    if (!(ahead.isInf() && drift * before > divergence::kOutwardStep * before.square()).any())
+      return false;
   }
   const Index y = canonical.y().begin;
-  return gets_better(canonical, point, drift, {0, y}) ||
-         gets_better(canonical, point, drift, {y, canonical.variables()});
+  return gets_better(canonical, point, drift.matrix(), {0, y}) ||
+         gets_better(canonical, point, drift.matrix(), {y, canonical.variables()});
 }
 
 namespace {

@@ -43,15 +43,14 @@ bool FirstOrderTest::is_balanced(const Point& point, double tolerance) {
 }
 
 bool FirstOrderTest::has_settled(const Eigen::VectorXd& v) {
-  const Eigen::VectorXd& start = canonical_.starting_point().v;
-  const auto stays = [&](IndexRange variables) {
-    for (Index i = variables.begin; i < variables.end; ++i) {
-      const double size = std::max(std::abs(v[i]), std::abs(start[i]));
-      if (std::abs(v[i] - settled_at_[i]) > parameters::kHardly * size) return false;
-    }
-    return true;
+  const auto moves = [&](IndexRange variables) {
+    const auto part = [&](const Eigen::VectorXd& of) {
+      return of.segment(variables.begin, variables.size()).array();
+    };
+    const auto size = part(v).abs().max(part(canonical_.starting_point().v).abs());
+    return ((part(v) - part(settled_at_)).abs() > parameters::kHardly * size).any();
   };
-  if (settled_ == 0 || !stays(canonical_.x()) || !stays(canonical_.y())) {
+  if (settled_ == 0 || moves(canonical_.x()) || moves(canonical_.y())) {
     settled_at_ = v;
     settled_ = 0;
   }

@@ -27,8 +27,7 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
       test_(context.canonical, context.options),
       arrays_(arrays),
       step_{.kind = start.how},
-      deadline_(start.deadline),
-      shifted_steps_allowed_(start.shifted_steps) {
+      deadline_(start.deadline) {
   arrays_.point = arrays_.next = start.point;
   arrays_.best.see(rank_of(context_.canonical, context_.options, arrays_.point), arrays_.point,
                    barrier_.mu(), context_.budget.iteration);
@@ -47,23 +46,13 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
     }
     if (const auto status = limit_reached()) return ended(*status);
     if (escaped) continue;
-    if (const auto status = deadline_reached()) return ended(*status);
+    if (deadline_ && context_.budget.iteration >= deadline_->iteration)
+      return ended(deadline_->status);
 
-    if (crawls())
-      return ended(Status::TinyStep, "regularized steps at one barrier parameter lead nowhere");
     if (barrier_.update(arrays_.point, step_)) method.barrier_changed();
     make_step(method);
     if (step_.failure) return after_failed_step();
   }
-}
-
-/// Whether regularized steps at one mu are as many as this search may make.
-bool Search::crawls() {
-  if (shifted_steps_allowed_ == 0) return false;
-  if (barrier_.mu() != shifted_at_) shifted_steps_ = 0;
-  shifted_at_ = barrier_.mu();
-  if (step_.delta_x > 0.0) ++shifted_steps_;
-  return shifted_steps_ >= shifted_steps_allowed_;
 }
 
 SearchOutcome Search::ended(Status status, std::string message) const {
@@ -92,11 +81,6 @@ SearchOutcome Search::ended(Verdict&& verdict) const {
     measure_anew(context_.canonical, context_.options, outcome.point);
   }
   return outcome;
-}
-
-void Search::take_next() {
-  std::swap(arrays_.point, arrays_.next);
-  measure_point();
 }
 
 void Search::measure_point() {
@@ -145,11 +129,6 @@ std::optional<Status> Search::limit_reached() {
   return std::nullopt;
 }
 
-std::optional<Status> Search::deadline_reached() const {
-  const bool reached = deadline_ && context_.budget.iteration >= deadline_->iteration;
-  return reached ? std::optional(deadline_->status) : std::nullopt;
-}
-
 void Search::drop_idle_multipliers(double tolerance) {
   // Without a gradient of the objective every feasible point is optimal, with multipliers zero.
   const bool minimization = context_.canonical.max_size() == 0 || context_.canonical.is_constant();
@@ -188,7 +167,8 @@ Search::Verdict Search::judge(Status claim) {
   } else if ((finding.certificate.second_order == SecondOrder::Undecided ||
               finding.certificate.second_order == SecondOrder::Flat) &&
              purpose_ == Purpose::Solution) {
-    return_to_fast_factorizations();
+    // The test of a point that was not certified has gone over to pivoting.
+    context_.kkt.reset_quality();
     if (runs_to_infinity(context_, arrays_.point, barrier_.mu(), test_)) {
       verdict.status = Status::DivergingIterates;
       verdict.message = kToInfinity;
@@ -233,25 +213,14 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
   if (verdict.status != Status::NotLocalMinmax && !degenerate) return false;
   StepReport step = method.escape(arrays_.point, barrier_.mu(), {.wrong = wrong}, arrays_.next);
   if (!step.moved) return false;
-  if (degenerate) {
-    kept = ended(Verdict{verdict});
-    const Index iteration = context_.budget.iteration;
-    if (minimization) {
-      deadline_ = {iteration + std::max(parameters::kFewestAfterEscape, iteration),
-                   Status::TinyStep};
-    }
-  }
+  if (degenerate) kept = ended(Verdict{verdict});
   step_ = std::move(step);
-  take_next();
+  std::swap(arrays_.point, arrays_.next);
+  measure_point();
   test_.begin_anew();
-  return_to_fast_factorizations();
+  context_.kkt.reset_quality();
   barrier_.forget_progress();
   return true;
-}
-
-void Search::return_to_fast_factorizations() const {
-  // The test of a point that was not certified has gone over to pivoting.
-  context_.kkt.reset_quality();
 }
 
 }  // namespace ipminmax
