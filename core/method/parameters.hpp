@@ -85,16 +85,13 @@ constexpr int kSectionSteps = 8;         ///< quality_function_max_section_steps
 namespace divergence {
 constexpr double kLargeMultiplier =
     1e6;  ///< of a Max constraint (scaled): Max has no room left [R]
-// Growth of |v| by a Newton step, over 1 + |v|, that counts as a run to infinity when that many
-// steps in a row pass through first-order points, each of them at least that share of the one
-// before: towards a zero of order p they shrink by (p - 1)/p.
+// Newton steps through first-order points that show a run to infinity: so many, a variable grows in
+// each by this share of its size, and by at least that share of the step before: towards a zero of
+// order p steps shrink by (p - 1)/p.
+constexpr int kOutwardSteps = 3;
 constexpr double kOutwardStep = 5e-4;
 constexpr double kOutwardShare = 0.95;
 }  // namespace divergence
-
-/// Iterations after a minimization has left a point whose curvature decides nothing, or as many as
-/// that took where it is more.
-constexpr Index kFewestAfterEscape = 40;
 
 /// What the second-order tests of a solve may cost, in factorizations.
 namespace test {
@@ -110,9 +107,6 @@ namespace restart {
 inline constexpr std::array kReaches{3.0, 1.0, 10.0};
 constexpr Index kIterations = 300;  ///< after the first search, after which none begins
 constexpr Index kIterationsOfAlgorithmOne = 150;  ///< of one search
-/// Steps of a minimization with a shifted Hessian at one mu after which the other mu_strategy is
-/// worth more.
-constexpr Index kShiftedSteps = 200;
 }  // namespace restart
 
 }  // namespace ipminmax::parameters

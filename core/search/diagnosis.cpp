@@ -13,6 +13,7 @@
 #include "core/model/parameters.hpp"
 #include "core/model/remarks.hpp"
 #include "core/model/structure_check.hpp"
+#include "core/point/point.hpp"
 
 namespace ipminmax {
 namespace {
@@ -62,15 +63,6 @@ std::string beside(const Deviation& found) {
   return text;
 }
 
-Evaluation room_for(const CanonicalProblem& canonical) {
-  Evaluation here;
-  here.c.setZero(canonical.constraints());
-  here.gradient.setZero(canonical.variables());
-  here.jacobian.assign(canonical.jacobian().size(), 0.0);
-  here.hessian.assign(canonical.hessian().size(), 0.0);
-  return here;
-}
-
 /// here: first derivatives at v.
 std::string find_wrong_gradient(CanonicalProblem& canonical, const Eigen::VectorXd& v,
                                 const Evaluation& here, const char* where) {
@@ -85,7 +77,7 @@ std::string find_wrong_gradient(CanonicalProblem& canonical, const Eigen::Vector
 std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian) {
   const Eigen::VectorXd v = canonical.starting_point().v;
   const Eigen::VectorXd lambda = canonical.starting_point().lambda;
-  Evaluation here = room_for(canonical);
+  Evaluation here = unevaluated_point(canonical, canonical.starting_point()).evaluation;
   if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return {};
   if (auto wrong = find_wrong_gradient(canonical, v, here, "at the last point"); !wrong.empty()) {
     return wrong;
@@ -156,7 +148,7 @@ std::string wrong_gradient_beside(Problem& problem, const SolverOptions& options
   CanonicalProblem canonical(at, own, result.counts, result.timing);
   if (!canonical.build().empty()) return {};
   const Eigen::VectorXd v = aside(canonical, canonical.starting_point().v, parameters::kTrace);
-  Evaluation here = room_for(canonical);
+  Evaluation here = unevaluated_point(canonical, canonical.starting_point()).evaluation;
   if (canonical.first_derivatives(v, here) != EvaluationStatus::Ok) return {};
   return find_wrong_gradient(canonical, v, here, "beside the answer");
 }

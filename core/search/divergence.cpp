@@ -6,6 +6,7 @@
 
 #include "core/method/barrier.hpp"
 #include "core/method/parameters.hpp"
+#include "core/model/compare.hpp"
 #include "core/model/norms.hpp"
 #include "core/point/residual.hpp"
 #include "core/point/step_length.hpp"
@@ -31,38 +32,48 @@ bool can_be_divergence(Status status) {
   }
 }
 
-bool is_farther(const CanonicalProblem& canonical, const Point& point) {
-  return max_norm(point.iterate.v) >
-         parameters::kLongStep * (1.0 + max_norm(canonical.starting_point().v));
-}
-
-/// Constraints alone, whose multipliers are zero where they hold, have a Hessian of zeros anywhere.
-bool has_died_out(const CanonicalProblem& canonical, const Point& point) {
-  const auto& hessian = point.evaluation.hessian;
-  if (point.iterate.lambda.size() > 0 && max_norm(point.iterate.lambda) == 0.0 &&
-      max_norm(point.evaluation.gradient) == 0.0) {
-    return false;
+/// Whether f is clearly better for a player whose variables alone, those of the range, go on by 10
+/// or by 1000 times a step, as far as their bounds. A variable that f does not depend on may be
+/// anywhere.
+bool gets_better(CanonicalProblem& canonical, const Point& point, const Eigen::VectorXd& step,
+                 IndexRange variables) {
+  if (variables.size() == 0) return false;
+  const Evaluation& here = point.evaluation;
+  const Eigen::VectorXd& v = point.iterate.v;
+  const double sign = canonical.sign(variables.begin);
+  const Eigen::VectorXd slope = here.gradient.cwiseAbs();
+  for (const double factor : {10.0, 1000.0}) {
+    Eigen::VectorXd far = v;
+    far.segment(variables.begin, variables.size()) +=
+        factor * step.segment(variables.begin, variables.size());
+    far = far.cwiseMax(canonical.lower()).cwiseMin(canonical.upper());
+    double f = 0.0;
+    if (canonical.objective(far, f) != EvaluationStatus::Ok) return true;
+    // A step carries the rounding of v and of its linear system, so opposite terms of f cancel no
+    // better.
+    const ValueRange range{
+        .least = 0.0,
+        .most = slope.dot((far - v).cwiseAbs()),
+        .terms = std::max(std::abs(f), std::abs(here.f)) + factor * slope.dot(v.cwiseAbs())};
+    if (clearly_greater(sign * here.f, sign * f, range, parameters::kZero)) return true;
   }
-  return !hessian.empty() && std::ranges::all_of(hessian, [](double value) {
-    return std::abs(value) < parameters::kVanished;
-  }) && is_farther(canonical, point);
+  return false;
 }
 
-/// A Newton step with this shift, as far as the bounds allow, and the functions but f where it
-/// leads.
-bool shifted_step(const MethodContext& context, const Regularization& shift, double mu,
-                  Point& point, NewtonResidual& rhs, Step& step) {
+/// A Newton step as far as the bounds allow, and the functions where it leads.
+bool newton_step(const MethodContext& context, double mu, Point& point, NewtonResidual& rhs,
+                 Step& step) {
   CanonicalProblem& canonical = context.canonical;
   newton_residual(canonical, point, mu, rhs);
   context.kkt.assemble(point.iterate, point.evaluation);
-  if (context.kkt.factorize(shift, Certainty::Usual).status != FactorizationStatus::Ok ||
+  if (context.kkt.factorize({}, Certainty::Usual).status != FactorizationStatus::Ok ||
       !context.kkt.solve(point.evaluation, rhs, step)) {
     return false;
   }
   advance(canonical, step,
           largest_step(canonical, point.iterate, step, boundary_fraction(mu, context.options)),
           point.iterate);
-  if (canonical.constraints(point.iterate.v, point.evaluation.c) != EvaluationStatus::Ok ||
+  if (evaluate_values(canonical, point) != EvaluationStatus::Ok ||
       evaluate_derivatives(canonical, point) != EvaluationStatus::Ok) {
     return false;
   }
@@ -72,34 +83,21 @@ bool shifted_step(const MethodContext& context, const Regularization& shift, dou
 
 }  // namespace
 
-bool is_far_out(const CanonicalProblem& canonical, const Point& point) {
-  return canonical.max_size() == 0 && is_farther(canonical, point);
-}
-
-bool step_into_valley(const MethodContext& context, double mu, const FirstOrderTest& test,
-                      Point& point) {
-  NewtonResidual rhs = zero_step(context.canonical);
-  Step step = rhs;
-  const Regularization shift{.x = context.options.first_hessian_perturbation};
-  for (int k = 0; k < parameters::kPatience && !test.is_met(point.error); ++k)
-    if (!shifted_step(context, shift, mu, point, rhs, step)) return false;
-  return test.is_met(point.error) &&
-         context.canonical.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok;
-}
-
-bool has_run_away(const CanonicalProblem& canonical, const Point& point, IndexRange variables) {
+bool has_run_away(CanonicalProblem& canonical, const Point& point, IndexRange variables) {
+  const Eigen::VectorXd& v = point.iterate.v;
   const double start = std::max(1.0, max_norm(canonical.starting_point().v));
-  for (Index i = variables.begin; i < variables.end; ++i) {
+  bool far = false;
+  for (Index i = variables.begin; i < variables.end && !far; ++i) {
     double reference = start;
     for (const double bound : {canonical.lower()[i], canonical.upper()[i]}) {
       if (std::isfinite(bound)) reference = std::max(reference, std::abs(bound));
     }
-    if (std::abs(point.iterate.v[i]) >= parameters::kRunaway * reference) return true;
+    far = std::abs(v[i]) >= parameters::kRunaway * reference;
   }
-  return false;
+  return far && gets_better(canonical, point, v, variables);
 }
 
-void name_divergence(const CanonicalProblem& canonical, const Point& point, Status& status,
+void name_divergence(CanonicalProblem& canonical, const Point& point, Status& status,
                      std::string& message) {
   if (!can_be_divergence(status)) return;
   if (has_run_away(canonical, point, {canonical.y().begin, canonical.variables()})) {
@@ -120,42 +118,29 @@ void name_divergence(const CanonicalProblem& canonical, const Point& point, Stat
   }
 }
 
-bool valley_leads_to_infinity(const MethodContext& context, const Point& bottom, double mu,
-                              const FirstOrderTest& test) {
-  NewtonResidual rhs = zero_step(context.canonical);
-  Step step = rhs;
-  Point point = bottom;
-  for (int k = 0; k < parameters::kEnough; ++k) {
-    const double norm = max_norm(point.iterate.v), f = point.evaluation.f;
-    if (!shifted_step(context, {}, mu, point, rhs, step) ||
-        !step_into_valley(context, mu, test, point) || !(point.evaluation.f < f) ||
-        !(max_norm(point.iterate.v) - norm > divergence::kOutwardStep * (1.0 + norm))) {
-      return false;
-    }
-  }
-  return true;
-}
-
 bool runs_to_infinity(const MethodContext& context, const Point& from, double mu,
-                      const FirstOrderTest& test) {
+                      FirstOrderTest& test) {
   CanonicalProblem& canonical = context.canonical;
-  if (has_died_out(canonical, from)) return true;
   Point point = from;
   NewtonResidual rhs = zero_step(canonical);
   Step step = rhs;
-  double last_growth = 0.0;
-  for (int k = 0; k < parameters::kEnough; ++k) {
-    const double norm = max_norm(point.iterate.v);
-    if (!shifted_step(context, {}, mu, point, rhs, step)) return false;
-    const double growth = max_norm(point.iterate.v) - norm;
-    if (!(growth > std::max(divergence::kOutwardStep * (1.0 + norm),
-                            divergence::kOutwardShare * last_growth)) ||
-        !test.is_met(point.error)) {
+  // Steps of the variables that have gone on in their direction, the others zero.
+  Eigen::ArrayXd drift;
+  for (int k = 0; k < divergence::kOutwardSteps; ++k) {
+    const Eigen::ArrayXd before = point.iterate.v;
+    if (!newton_step(context, mu, point, rhs, step) || !test.is_met(point)) return false;
+    const Eigen::ArrayXd moved = point.iterate.v.array() - before;
+    if (k == 0) drift = moved;
+    const auto goes_on =
+        moved * drift > 0.0 && moved.abs() >= divergence::kOutwardShare * drift.abs();
+    drift = goes_on.select(moved, 0.0).eval();
+    const auto ahead = (drift > 0.0).select(canonical.upper().array(), canonical.lower().array());
+    if (!(ahead.isInf() && drift * before > divergence::kOutwardStep * before.square()).any())
       return false;
-    }
-    last_growth = growth;
   }
-  return true;
+  const Index y = canonical.y().begin;
+  return gets_better(canonical, point, drift.matrix(), {0, y}) ||
+         gets_better(canonical, point, drift.matrix(), {y, canonical.variables()});
 }
 
 namespace {

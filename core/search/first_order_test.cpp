@@ -2,29 +2,70 @@
 #include <cmath>
 #include <utility>
 
+#include "core/model/parameters.hpp"
 #include "core/search/first_order_test.hpp"
 
 namespace ipminmax {
 
-bool FirstOrderTest::is_met(const KktError& error) const {
+bool FirstOrderTest::is_within_tolerances(const KktError& error) const {
   return error.total <= options_.tol &&
          std::max(error.dual_min, error.dual_max) <= options_.dual_inf_tol &&
          error.primal <= options_.constr_viol_tol &&
          error.complementarity <= options_.compl_inf_tol;
 }
 
-bool FirstOrderTest::is_acceptable(const KktError& error) const {
+bool FirstOrderTest::is_acceptable(const Point& point) {
+  const KktError& error = point.error;
   return options_.acceptable_iter > 0 && error.total <= options_.acceptable_tol &&
          std::max(error.dual_min, error.dual_max) <= options_.acceptable_dual_inf_tol &&
          error.primal <= options_.acceptable_constr_viol_tol &&
-         error.complementarity <= options_.acceptable_compl_inf_tol;
+         error.complementarity <= options_.acceptable_compl_inf_tol &&
+         is_balanced(point, options_.acceptable_tol);
 }
 
-std::optional<Status> FirstOrderTest::claim(const KktError& error, double objective) {
+bool FirstOrderTest::is_balanced(const Point& point, double tolerance) {
+  if (std::max(point.error.dual_min, point.error.dual_max) <= tolerance) return true;
+  constexpr double kBalanced = 1e-4;  // |sum| over its largest term
+  const Iterate& z = point.iterate;
+  const Evaluation& e = point.evaluation;
+  terms_ = e.gradient.cwiseAbs().cwiseMax(z.z_lower.cwiseAbs()).cwiseMax(z.z_upper.cwiseAbs());
+  const auto add = [&](Index i, double term) { terms_[i] = std::max(terms_[i], std::abs(term)); };
+  const auto jacobian = canonical_.jacobian();
+  for (std::size_t k = 0; k < jacobian.size(); ++k)
+    add(jacobian[k].col, e.jacobian[k] * z.lambda[jacobian[k].row]);
+  const double f_scale = std::abs(canonical_.objective_scale());
+  for (Index i = 0; i < terms_.size(); ++i) {
+    const double own = point.dual[i] / canonical_.weight(i, z);
+    const double error = std::abs(own) * canonical_.variable_scale(i) / f_scale;
+    if (error > tolerance && std::abs(point.dual[i]) > kBalanced * terms_[i]) return false;
+  }
+  return true;
+}
+
+bool FirstOrderTest::has_settled(const Eigen::VectorXd& v) {
+  const auto moves = [&](IndexRange variables) {
+    const auto part = [&](const Eigen::VectorXd& of) {
+      return of.segment(variables.begin, variables.size()).array();
+    };
+    const auto size = part(v).abs().max(part(canonical_.starting_point().v).abs());
+    return ((part(v) - part(settled_at_)).abs() > parameters::kHardly * size).any();
+  };
+  if (settled_ == 0 || moves(canonical_.x()) || moves(canonical_.y())) {
+    settled_at_ = v;
+    settled_ = 0;
+  }
+  return ++settled_ > parameters::kPatience;
+}
+
+std::optional<Status> FirstOrderTest::claim(const Point& point) {
+  const double objective = canonical_.unscaled_objective(point.evaluation.f);
   const double last = std::exchange(last_objective_, objective);
-  if (is_met(error)) return Status::Solved;
+  if (is_within_tolerances(point.error) &&
+      (is_balanced(point, options_.tol) || has_settled(point.iterate.v))) {
+    return Status::Solved;
+  }
   const double change = std::abs(objective - last) / std::max(1.0, std::abs(objective));
-  const bool counts = is_acceptable(error) && change <= options_.acceptable_obj_change_tol;
+  const bool counts = is_acceptable(point) && change <= options_.acceptable_obj_change_tol;
   acceptable_ = counts ? acceptable_ + 1 : 0;
   if (acceptable_ == 0 || acceptable_ < options_.acceptable_iter) return std::nullopt;
   return Status::SolvedToAcceptableLevel;

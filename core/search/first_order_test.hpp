@@ -3,27 +3,43 @@
 #include <optional>
 
 #include "core/options.hpp"
+#include "core/point/point.hpp"
 #include "core/result.hpp"
 
 namespace ipminmax {
 
 /// Whether the iterates meet the tolerances of the first-order conditions, or the acceptable ones
-/// for long enough. As Ipopt's.
+/// for long enough. As Ipopt's, and the gradient of the Lagrangian is small beside its terms: s_d
+/// and the scaling of f can hide any gradient.
 class FirstOrderTest {
  public:
-  explicit FirstOrderTest(const SolverOptions& options) : options_(options) {}
+  FirstOrderTest(const CanonicalProblem& canonical, const SolverOptions& options)
+      : canonical_(canonical), options_(options) {}
 
-  [[nodiscard]] bool is_met(const KktError& error) const;
-  [[nodiscard]] bool is_acceptable(const KktError& error) const;
+  [[nodiscard]] bool is_met(const Point& point) {
+    return is_within_tolerances(point.error) && is_balanced(point, options_.tol);
+  }
+  [[nodiscard]] bool is_acceptable(const Point& point);
 
   /// At each iterate: Solved, SolvedToAcceptableLevel, or nothing yet.
-  [[nodiscard]] std::optional<Status> claim(const KktError& error, double objective);
+  [[nodiscard]] std::optional<Status> claim(const Point& point);
   /// The iterates have moved elsewhere: acceptable ones are counted anew.
-  void begin_anew() { acceptable_ = 0; }
+  void begin_anew() { acceptable_ = settled_ = 0; }
 
  private:
+  [[nodiscard]] bool is_within_tolerances(const KktError& error) const;
+  /// Of the entries that exceed a tolerance in the model's units.
+  [[nodiscard]] bool is_balanced(const Point& point, double tolerance);
+
+  /// Whether the model's variables stay where they are while multipliers grow: there are none.
+  [[nodiscard]] bool has_settled(const Eigen::VectorXd& v);
+
+  const CanonicalProblem& canonical_;
   const SolverOptions& options_;
+  Eigen::VectorXd terms_;
   Index acceptable_ = 0;  ///< iterates in a row
+  Index settled_ = 0;     ///< iterates at settled_at_
+  Eigen::VectorXd settled_at_;
   double last_objective_ = 0.0;
 };
 

@@ -52,11 +52,7 @@ void add_work(const Result& part, Result& total) {
   total.over_y.maximizations += part.over_y.maximizations;
 }
 
-namespace {
-
 namespace restart = parameters::restart;
-
-}  // namespace
 
 bool makes_new_starts(const SolverOptions& options) {
   return options.minmax_globalization == Globalization::Filter && !options.minmax_pure_newton &&

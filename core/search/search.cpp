@@ -24,11 +24,10 @@ Search::Search(const MethodContext& context, Purpose purpose, BarrierUpdate& bar
       purpose_(purpose),
       barrier_(barrier),
       observation_(observation),
-      test_(context.options),
+      test_(context.canonical, context.options),
       arrays_(arrays),
       step_{.kind = start.how},
-      deadline_(start.deadline),
-      shifted_steps_allowed_(start.shifted_steps) {
+      deadline_(start.deadline) {
   arrays_.point = arrays_.next = start.point;
   arrays_.best.see(rank_of(context_.canonical, context_.options, arrays_.point), arrays_.point,
                    barrier_.mu(), context_.budget.iteration);
@@ -40,35 +39,20 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
     drop_idle_multipliers(context_.options.tol);
 
     bool escaped = false;
-    const double objective = context_.canonical.unscaled_objective(arrays_.point.evaluation.f);
-    if (const auto claim = test_.claim(arrays_.point.error, objective)) {
+    if (const auto claim = test_.claim(arrays_.point)) {
       Verdict verdict = judge(*claim);
       escaped = leave(verdict, method, kept);
       if (!escaped) return ended(std::move(verdict));
     }
-    if (const auto status = limit_reached()) {
-      if (*status == Status::MaxIterations)
-        if (auto outcome = end_at_infinity()) return std::move(*outcome);
-      return ended(*status);
-    }
+    if (const auto status = limit_reached()) return ended(*status);
     if (escaped) continue;
-    if (const auto status = deadline_reached()) return ended(*status);
+    if (deadline_ && context_.budget.iteration >= deadline_->iteration)
+      return ended(deadline_->status);
 
-    if (crawls())
-      return ended(Status::TinyStep, "regularized steps at one barrier parameter lead nowhere");
     if (barrier_.update(arrays_.point, step_)) method.barrier_changed();
     make_step(method);
     if (step_.failure) return after_failed_step();
   }
-}
-
-/// Whether regularized steps at one mu are as many as this search may make.
-bool Search::crawls() {
-  if (shifted_steps_allowed_ == 0) return false;
-  if (barrier_.mu() != shifted_at_) shifted_steps_ = 0;
-  shifted_at_ = barrier_.mu();
-  if (step_.delta_x > 0.0) ++shifted_steps_;
-  return shifted_steps_ >= shifted_steps_allowed_;
 }
 
 SearchOutcome Search::ended(Status status, std::string message) const {
@@ -99,11 +83,6 @@ SearchOutcome Search::ended(Verdict&& verdict) const {
   return outcome;
 }
 
-void Search::take_next() {
-  std::swap(arrays_.point, arrays_.next);
-  measure_point();
-}
-
 void Search::measure_point() {
   measure(context_.canonical, context_.options, arrays_.point);
   arrays_.best.see(rank_of(context_.canonical, context_.options, arrays_.point), arrays_.point,
@@ -127,18 +106,17 @@ SearchOutcome Search::after_failed_step() {
   const bool stuck =
       step_.failure == Status::TinyStep || step_.failure == Status::RestorationFailed;
   const bool enough = stuck && context_.canonical.max_size() == 0 && purpose_ == Purpose::Solution;
-  if (enough && !test_.is_acceptable(arrays_.point.error) &&
-      test_.is_acceptable(arrays_.best.point().error)) {
+  if (enough && !test_.is_acceptable(arrays_.point) && test_.is_acceptable(arrays_.best.point())) {
     arrays_.point = arrays_.best.point();
   }
   if (stuck) drop_idle_multipliers(context_.options.acceptable_tol);
-  if (enough && test_.is_acceptable(arrays_.point.error))
+  if (enough && test_.is_acceptable(arrays_.point))
     return ended(judge(Status::SolvedToAcceptableLevel));
   return ended(*step_.failure, step_.message);
 }
 
 std::optional<Status> Search::limit_reached() {
-  const CanonicalProblem& canonical = context_.canonical;
+  CanonicalProblem& canonical = context_.canonical;
   if (max_norm(arrays_.point.iterate.v) > context_.options.diverging_iterates_tol) {
     return Status::DivergingIterates;
   }
@@ -149,27 +127,6 @@ std::optional<Status> Search::limit_reached() {
   if (runaway_iterations_ > parameters::kPlenty) return Status::OuterUnbounded;
   if (context_.limit.expired()) return context_.limit.exceeded();
   return std::nullopt;
-}
-
-std::optional<SearchOutcome> Search::end_at_infinity() {
-  // Iterates that zigzag outward along a curved valley do not meet the tolerances, its bottom does.
-  if (purpose_ != Purpose::Solution || !is_far_out(context_.canonical, arrays_.point))
-    return std::nullopt;
-  arrays_.next = arrays_.point;
-  const double mu = barrier_.mu();
-  if (!step_into_valley(context_, mu, test_, arrays_.next) ||
-      !valley_leads_to_infinity(context_, arrays_.next, mu, test_)) {
-    return std::nullopt;
-  }
-  std::swap(arrays_.point, arrays_.next);
-  Verdict verdict{.status = Status::DivergingIterates, .message = kToInfinity, .finding = {}};
-  verdict.finding.certificate.kind = PointKind::FirstOrderPoint;
-  return ended(std::move(verdict));
-}
-
-std::optional<Status> Search::deadline_reached() const {
-  const bool reached = deadline_ && context_.budget.iteration >= deadline_->iteration;
-  return reached ? std::optional(deadline_->status) : std::nullopt;
 }
 
 void Search::drop_idle_multipliers(double tolerance) {
@@ -210,7 +167,8 @@ Search::Verdict Search::judge(Status claim) {
   } else if ((finding.certificate.second_order == SecondOrder::Undecided ||
               finding.certificate.second_order == SecondOrder::Flat) &&
              purpose_ == Purpose::Solution) {
-    return_to_fast_factorizations();
+    // The test of a point that was not certified has gone over to pivoting.
+    context_.kkt.reset_quality();
     if (runs_to_infinity(context_, arrays_.point, barrier_.mu(), test_)) {
       verdict.status = Status::DivergingIterates;
       verdict.message = kToInfinity;
@@ -255,25 +213,14 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
   if (verdict.status != Status::NotLocalMinmax && !degenerate) return false;
   StepReport step = method.escape(arrays_.point, barrier_.mu(), {.wrong = wrong}, arrays_.next);
   if (!step.moved) return false;
-  if (degenerate) {
-    kept = ended(Verdict{verdict});
-    const Index iteration = context_.budget.iteration;
-    if (minimization) {
-      deadline_ = {iteration + std::max(parameters::kFewestAfterEscape, iteration),
-                   Status::TinyStep};
-    }
-  }
+  if (degenerate) kept = ended(Verdict{verdict});
   step_ = std::move(step);
-  take_next();
+  std::swap(arrays_.point, arrays_.next);
+  measure_point();
   test_.begin_anew();
-  return_to_fast_factorizations();
+  context_.kkt.reset_quality();
   barrier_.forget_progress();
   return true;
-}
-
-void Search::return_to_fast_factorizations() const {
-  // The test of a point that was not certified has gone over to pivoting.
-  context_.kkt.reset_quality();
 }
 
 }  // namespace ipminmax

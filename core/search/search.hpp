@@ -57,16 +57,9 @@ class Search {
   [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method,
                            std::optional<SearchOutcome>& kept);
   [[nodiscard]] std::optional<Status> limit_reached();
-  [[nodiscard]] std::optional<Status> deadline_reached() const;
-  [[nodiscard]] bool crawls();
-  /// Of a minimization that has no iterations left and was on its way to an infimum at infinity,
-  /// with a first-order point beside that way.
-  [[nodiscard]] std::optional<SearchOutcome> end_at_infinity();
   void make_step(StepMethod& method);
   [[nodiscard]] SearchOutcome after_failed_step();
   void drop_idle_multipliers(double tolerance);
-  void return_to_fast_factorizations() const;
-  void take_next();
   void measure_point();
 
   MethodContext context_;
@@ -77,9 +70,6 @@ class Search {
   SearchArrays& arrays_;
   StepReport step_;  ///< that led to arrays_.point, or failed there
   std::optional<Deadline> deadline_;
-  Index shifted_steps_allowed_;  ///< at one mu; 0: any number
-  Index shifted_steps_ = 0;      ///< at shifted_at_
-  double shifted_at_ = 0.0;
   Index runaway_iterations_ = 0;  ///< in a row
 };
 

@@ -160,7 +160,6 @@ Result Solve::search() {
     first.how = StepKind::None;
     first.rule = Start::Rule::Chosen;
     first.deadline.reset();
-    first.shifted_steps = may_change_rule() ? parameters::restart::kShiftedSteps : 0;
     std::string message;
     if (const auto status = evaluate_start(machinery.context, options_, first.point, message)) {
       Result result = without_point(*status, std::move(message));

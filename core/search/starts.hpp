@@ -29,7 +29,6 @@ struct Start {
   StepKind how = StepKind::None;
   Rule rule = Rule::Chosen;
   std::optional<Deadline> deadline{};
-  Index shifted_steps = 0;  ///< with a shifted Hessian at one mu that may be made; 0: any number
 };
 
 /// The starting points of a solve after the model's own: random ones, every other one in a box for

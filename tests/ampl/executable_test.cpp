@@ -341,18 +341,6 @@ TEST_F(AmplExecutable, AnInfimumThatIsNotAttainedHasAResultOfItsOwn) {
   }
 }
 
-// x^2 + (x y - 1)^2: the iterates zigzag outward along x y = 1 until the limit.
-TEST_F(AmplExecutable, AnInfimumAtTheEndOfACurvedValleyHasThatResult) {
-  const std::string file =
-      "g3 1 1 0\n 2 0 1 0 0\n 0 1\n 0 0\n 0 2 0\n 0 0 0 1\n 0 0 0 0 0\n 0 2\n 0 0\n 0 0 0 0 0\n"
-      "O0 0\no0\no5\nv0\nn2\no5\no0\no2\nv0\nv1\nn-1\nn2\nx2\n0 1\n1 1\nb\n3\n3\nk1\n0\nG0 2\n"
-      "0 0\n1 0\n";
-  put("model.nl", file);
-  ASSERT_EQ(run("model.nl -s print_level=0"), 0) << err_;
-  EXPECT_TRUE(solution_has("minmax_result\n0 101\n")) << get("model.sol");
-  EXPECT_TRUE(printed("run to infinity, where the gradient vanishes")) << out_;
-}
-
 // min over x, max over y of x^2 + x y - y^2 with nothing for y to choose.
 TEST_F(AmplExecutable, AnEmptySetOfTheMaximizerIsInfeasible) {
   const std::string x2 = "o5\nv0\nn2\n", y2 = "o5\nv1\nn2\n";

@@ -225,6 +225,33 @@ TEST(RunsToInfinity, AreNotDegenerateSolutions) {
   }
 }
 
+// The barrier pulls t outward, and the value stays.
+TEST(RunsToInfinity, AreNoFlatDirections) {
+  for (const double power : {1.0, 2.0, 4.0}) {
+    for (const bool two : {false, true}) {
+      Model model;
+      const Expression x = model.variable(kMin, "x", 0.0, 1.0);
+      const Expression t = model.variable(kMin, "t", 0.0, kNoBound);
+      const Expression s = two ? model.variable(kMin, "s", 0.0, kNoBound) : Expression(0.0);
+      model.objective(power == 1.0 ? x : pow(x - 0.2, power));
+      model.constraint(t - s - x, 0.0, kNoBound);
+      AutodiffProblem problem(model, two ? std::vector{0.5, 0.5, 0.1} : std::vector{0.5, 0.5});
+      EXPECT_EQ(solve(problem, {}).status, Status::SolvedDegenerate) << power << two;
+    }
+  }
+}
+
+// f falls for ever along t, beside a variable that is at its bound and a constant.
+TEST(RunsToInfinity, AreNamedBesideOtherTerms) {
+  for (const double constant : {0.0, 1.0, 100.0}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x", 0.0, 1.0), t = model.variable(kMin, "t");
+    model.objective(x + exp(-t) + constant);
+    AutodiffProblem problem(model, {0.5, 0.0});
+    EXPECT_EQ(solve(problem, {}).status, Status::DivergingIterates) << constant;
+  }
+}
+
 TEST(RunsToInfinity, AreNoFeasiblePointsFarFromTheStart) {
   // Without objective W is zero at every solution: it has died out nowhere.
   Model model;

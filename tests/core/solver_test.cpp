@@ -281,6 +281,48 @@ INSTANTIATE_TEST_SUITE_P(Globalizations, BothMethods,
                            return instance.param == Globalization::None ? "None" : "Filter";
                          });
 
+// max over |y| = 1 is 1 + |x|: far out the multiplier is 1e10 and divides the gradient in x, 1.
+TEST(SolveStatus, LargeMultipliersDoNotHideAGradient) {
+  for (const double start : {1.0, 0.7}) {
+    Model model;
+    const Expression x1 = model.variable(kMin, "x1"), x2 = model.variable(kMin, "x2");
+    const Expression y1 = model.variable(kMax, "y1"), y2 = model.variable(kMax, "y2");
+    model.objective((1.0 + x1) * square(y1) + 2.0 * x2 * y1 * y2 + (1.0 - x1) * square(y2));
+    model.constraint(square(y1) + square(y2), 1.0, 1.0);
+    AutodiffProblem problem(model, {-3.0, 1.0, start, start == 1.0 ? 0.0 : 0.7});
+    const Result result = solve(problem, {});
+    EXPECT_FALSE(is_success(result.status)) << result.objective;
+  }
+}
+
+// The gradient at the start, 1e12, scales f by 1e-8.
+TEST(SolveStatus, TheScalingOfFDoesNotHideAGradient) {
+  for (const BarrierStrategy strategy : {BarrierStrategy::Monotone, BarrierStrategy::Adaptive}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x", 0.0, kNoBound), y = model.variable(kMin, "y");
+    model.objective(x + 1.0 / x);
+    model.constraint(x + square(y), 2.0, 2.0);
+    AutodiffProblem problem(model, {1e-6, 1.0});
+    SolverOptions options;
+    options.mu_strategy = strategy;
+    const Result result = solve(problem, options);
+    EXPECT_TRUE(is_success(result.status)) << result.message;
+    EXPECT_NEAR(result.objective, 2.0, 1e-6);
+  }
+}
+
+// At x = 0, the only feasible point, no multiplier exists; the iterates stay there.
+TEST(SolveStatus, APointWithoutMultipliersIsASolution) {
+  for (const double unit : {1.0, 1e3}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x"), y = model.variable(kMin, "y");
+    model.objective(x * (1.0 / unit) + square(y));
+    model.constraint(square(x * (1.0 / unit)), 0.0, 0.0);
+    AutodiffProblem problem(model, {unit, 1.0});
+    EXPECT_EQ(solve(problem, {}).status, Status::SolvedDegenerate) << unit;
+  }
+}
+
 TEST(SolveStatus, WithoutShiftsAWrongPointIsNotALocalMinmax) {
   Model model;
   const Expression x = model.variable(kMin, "x");
