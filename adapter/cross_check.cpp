@@ -15,6 +15,7 @@
 #include "adapter/cross_check.hpp"
 #include "adapter/status.hpp"
 #include "adapter/tnlp_problem.hpp"
+#include "core/model/compare.hpp"
 #include "core/solver.hpp"
 #include "linalg/numbers.hpp"
 
@@ -24,7 +25,7 @@ namespace {
 
 /// Error over tol up to which Ipopt's point is put to the second-order test.
 constexpr double kTestableError = 100.0;
-/// Violation up to which a point counts as feasible, over max(1, |bound|).
+/// Violation up to which a point counts as feasible, over the range of the constraint's values.
 constexpr double kFeasible = 1e-8;
 
 /// The same functions with other bounds, another start or the negative objective.
@@ -274,7 +275,12 @@ class InnerMaximization {
       : problem_(problem),
         v_(v),
         settings_(settings),
-        ipopt_options_(ipopt_options_text(settings, true)) {
+        ipopt_options_(ipopt_options_text(settings, true)),
+        start_(v.size(), 0.0),
+        g_(problem.structure().constraint_lower.size()),
+        row_ranges_(g_.size()) {
+    StartingPoint request{start_, false, {}, {}, {}};
+    if (!problem.starting_point(request)) start_.assign(v.size(), 0.0);
     const ProblemStructure& s = problem.structure();
     const auto is_free = [&](std::size_t i) {
       return s.variable_players[i] == Player::Max && s.variable_lower[i] != s.variable_upper[i];
@@ -296,23 +302,40 @@ class InnerMaximization {
     }
     check.best_near = check.best_far = check.objective;
     if (free_.empty()) return check;
-    allowed_violation_ = std::max(violation(v_), kFeasible);
     std::mt19937 random(settings_.seed);
-    const double size = std::max(1.0, std::abs(check.objective));
-    for (int k = 0; k < settings_.near_starts; ++k) {
-      maximize(start(random, k == 0 ? 0.0 : settings_.radius), true, check,
-               check.objective + settings_.gain_tolerance * size);
+    std::vector<std::vector<double>> starts;
+    for (int k = 0; k < settings_.near_starts + settings_.far_starts; ++k) {
+      starts.push_back(start(random, k == 0                      ? 0.0
+                                     : k < settings_.near_starts ? settings_.radius
+                                                                 : 1.0));
+      see(starts.back());
     }
-    for (int k = 0; k < settings_.far_starts; ++k) {
-      maximize(start(random, 1.0), false, check, check.objective + settings_.tolerance * size);
+    see(v_);
+    allowed_violation_ = std::max(violation(v_), 1.0);
+    for (int k = 0; k < settings_.near_starts + settings_.far_starts; ++k) {
+      const bool near = k < settings_.near_starts;
+      maximize(starts[at(k)], near, check,
+               check.objective +
+                   range_.resolution(near ? settings_.gain_tolerance : settings_.tolerance));
     }
     return check;
   }
 
  private:
-  [[nodiscard]] double reach(std::size_t i) const { return 1.0 + std::abs(v_[i]); }
+  [[nodiscard]] double reach(std::size_t i) const {
+    const ProblemStructure& s = problem_.structure();
+    return length_of(v_[i], start_[i], s.variable_lower[i], s.variable_upper[i]);
+  }
 
-  /// v with y moved by up to radius (1 + |y_i|) within its bounds.
+  /// Takes the values at a point into the ranges; the constraints' stay in g_.
+  void see(const std::vector<double>& v) {
+    double f = 0.0;
+    if (problem_.objective(v, true, f)) range_.see(f);
+    if (g_.empty() || !problem_.constraints(v, true, g_)) return;
+    for (std::size_t j = 0; j < g_.size(); ++j) row_ranges_[j].see(g_[j]);
+  }
+
+  /// v with y moved by up to radius times its lengths within its bounds.
   [[nodiscard]] std::vector<double> start(std::mt19937& random, double radius) const {
     const ProblemStructure& s = problem_.structure();
     std::vector<double> v = v_;
@@ -324,19 +347,16 @@ class InnerMaximization {
     return v;
   }
 
-  /// Largest violation of a constraint that depends on y, over max(1, |bound|).
-  [[nodiscard]] double violation(const std::vector<double>& v) const {
+  /// Largest violation of a constraint that depends on y, over the smallest that counts.
+  [[nodiscard]] double violation(const std::vector<double>& v) {
     const ProblemStructure& s = problem_.structure();
-    std::vector<double> g(s.constraint_lower.size());
-    if (g.empty()) return 0.0;
-    if (!problem_.constraints(v, true, g)) return kInfinity;
+    if (g_.empty()) return 0.0;
+    if (!problem_.constraints(v, true, g_)) return kInfinity;
     double worst = 0.0;
-    for (std::size_t j = 0; j < g.size(); ++j) {
-      if (!depends_on_y_[j]) continue;
-      const double lower = s.constraint_lower[j];
-      const double upper = s.constraint_upper[j];
-      worst = std::max(worst, (lower - g[j]) / std::max(1.0, std::abs(lower)));
-      worst = std::max(worst, (g[j] - upper) / std::max(1.0, std::abs(upper)));
+    for (std::size_t j = 0; j < g_.size(); ++j) {
+      const double excess = std::max(s.constraint_lower[j] - g_[j], g_[j] - s.constraint_upper[j]);
+      if (depends_on_y_[j] && excess > 0.0)
+        worst = std::max(worst, excess / row_ranges_[j].resolution(kFeasible));
     }
     return worst;
   }
@@ -389,7 +409,10 @@ class InnerMaximization {
   std::string ipopt_options_;
   std::vector<std::size_t> free_;  ///< Max variables that are not fixed
   std::vector<bool> depends_on_y_;
-  double allowed_violation_ = kFeasible;
+  std::vector<double> start_, g_;
+  ValueRange range_;                    ///< of f at all starts
+  std::vector<ValueRange> row_ranges_;  ///< of constraints there
+  double allowed_violation_ = 1.0;
 };
 
 // --- Report

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/differences/finite_difference_hessian.hpp"
+#include "core/model/compare.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
 #include "linalg/numbers.hpp"
@@ -256,9 +257,14 @@ bool FiniteDifferenceHessian::load_base(std::span<const double> v, const Multipl
   return true;
 }
 
+double FiniteDifferenceHessian::length_at(std::size_t i, double v) const {
+  return length_of(v, start_ ? start_->v[i] : 0.0, structure_.variable_lower[i],
+                   structure_.variable_upper[i]);
+}
+
 FiniteDifferenceHessian::Offsets FiniteDifferenceHessian::offsets(std::size_t i, double v,
                                                                   double scale, Side side) const {
-  const double largest = step_ * std::max(1.0, std::abs(v));
+  const double largest = step_ * length_at(i, v);
   const double up = std::max(structure_.variable_upper[i] - v, 0.0);
   const double down = std::max(v - structure_.variable_lower[i], 0.0);
   double first = largest * scale;
@@ -408,7 +414,7 @@ std::vector<double> FiniteDifferenceHessian::random_direction(std::span<const do
     const bool coin = (random_() & 1U) != 0;
     const double part = length(random_);
     if (!free_[i]) continue;
-    const double reach = step_ * scale * std::max(1.0, std::abs(v[i]));
+    const double reach = step_ * scale * length_at(i, v[i]);
     const double up = std::max(structure_.variable_upper[i] - v[i], 0.0);
     const double down = std::max(v[i] - structure_.variable_lower[i], 0.0);
     const bool roomy = kRoomUsed * std::min(up, down) >= reach;  // on both sides

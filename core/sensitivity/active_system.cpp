@@ -6,7 +6,9 @@
 
 #include "core/certificate/bound_classes.hpp"
 #include "core/certificate/parameters.hpp"
+#include "core/certificate/units.hpp"
 #include "core/kkt/block.hpp"
+#include "core/model/forwarding_problem.hpp"
 #include "core/model/parameters.hpp"
 #include "linalg/make_solver.hpp"
 #include "linalg/numbers.hpp"
@@ -36,16 +38,92 @@ std::string place_name(const ProblemStructure& structure, bool of_constraint, In
   return i < names.size() ? kind + names[i] : kind + std::to_string(index);
 }
 
+namespace {
+
+/// Derivatives that are known at a point, as a model that starts there.
+class KnownDerivatives final : public Restructured {
+ public:
+  KnownDerivatives(Problem& problem, const std::vector<double>& v,
+                   const std::vector<double>& jacobian, const std::vector<double>& hessian)
+      : Restructured(problem), v_(v), jacobian_(jacobian), hessian_(hessian) {}
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    std::ranges::copy(v_, start.v.begin());
+    return true;
+  }
+  [[nodiscard]] bool gradient(std::span<const double>, bool, std::span<double> grad) override {
+    std::ranges::fill(grad, 0.0);  // lengths do not depend on it
+    return true;
+  }
+  [[nodiscard]] bool constraints(std::span<const double>, bool, std::span<double> g) override {
+    std::ranges::fill(g, 0.0);
+    return true;
+  }
+  [[nodiscard]] bool jacobian(std::span<const double>, bool, std::span<double> values) override {
+    std::ranges::copy(jacobian_, values.begin());
+    return true;
+  }
+  [[nodiscard]] bool hessian(std::span<const double>, bool, double, std::span<const double>, bool,
+                             std::span<double> values) override {
+    std::ranges::copy(hessian_, values.begin());
+    return true;
+  }
+
+ private:
+  const std::vector<double>&v_, &jacobian_, &hessian_;
+};
+
+}  // namespace
+
+Lengths lengths_of(Problem& problem, const ProblemStructure& structure,
+                   const SolverOptions& options, const std::vector<double>& v,
+                   const std::vector<double>& jacobian, const std::vector<double>& hessian) {
+  Lengths lengths{std::vector(v.size(), 1.0), std::vector(structure.constraint_lower.size(), 1.0)};
+  SolverOptions unscaled = options;
+  unscaled.nlp_scaling_method = Scaling::None;
+  unscaled.hessian_approximation = HessianApproximation::Exact;
+  unscaled.fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
+  unscaled.warm_start_init_point = false;
+  Counts counts;
+  Timing timing;
+  KnownDerivatives known(problem, v, jacobian, hessian);
+  known.changed = structure;
+  CanonicalProblem canonical(known, unscaled, counts, timing);
+  if (!canonical.build().empty()) return lengths;
+  Evaluation here;
+  here.gradient.setZero(canonical.variables());
+  here.jacobian.resize(canonical.jacobian().size());
+  here.hessian.resize(canonical.hessian().size());
+  Eigen::VectorXd point = canonical.starting_point().v;
+  const auto visit = [&](auto use) {
+    for (const IndexRange own : {canonical.x(), canonical.y()}) {
+      for (Index i = own.begin; i < own.end; ++i) use(i, at(canonical.model_variable(i)));
+    }
+  };
+  visit([&](Index i, std::size_t of_model) { point[i] = v[of_model]; });
+  if (canonical.derivatives(point, Eigen::VectorXd::Zero(canonical.constraints()), here) !=
+      EvaluationStatus::Ok) {
+    return lengths;
+  }
+  const Units units = units_of(canonical, point, here);
+  visit([&](Index i, std::size_t of_model) { lengths.variables[of_model] = units.variable[i]; });
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    if (canonical.model_constraint(j) >= 0)
+      lengths.constraints[at(canonical.model_constraint(j))] = 1.0 / units.constraint[j];
+  }
+  return lengths;
+}
+
 ActiveSet active_set_of(const ProblemStructure& structure, const Bounds& bounds,
                         const Result& result, const std::vector<double>& reduced_gradient,
-                        double gradient_norm, std::vector<std::string>& weak) {
-  const double scale = std::max(1.0, gradient_norm);
+                        const Lengths& lengths, std::vector<std::string>& weak) {
   weak.clear();
   const auto hold = [&](bool of_constraint, std::size_t i, double lower_bound, double upper_bound,
                         double value, double pressure) {
     if (lower_bound == upper_bound) return Hold::Fixed;
+    const double length = (of_constraint ? lengths.constraints : lengths.variables)[i];
     const auto found = [&](double distance, double multiplier, double strict_ratio) {
-      return class_of(std::max(multiplier, 0.0) / scale, std::max(distance, 0.0), strict_ratio);
+      return class_of(std::max(multiplier, 0.0) * length * length, std::max(distance, 0.0),
+                      strict_ratio);
     };
     constexpr double kStrictRatio = parameters::certificate::kStrictRatio;
     const double above = value - lower_bound, below = upper_bound - value;

@@ -40,13 +40,24 @@ struct Bounds {
 /// ones (z_upper, lambda) are >= 0.
 [[nodiscard]] inline double sign_of(Player player) { return player == Player::Min ? 1.0 : -1.0; }
 
-/// The active set of a solution: a bound is active where its multiplier, over max(1, |grad f|),
-/// exceeds the distance to it. weak: names of those where neither dominates.
+/// Lengths over which f bends by about one, as the certificate has them: units_of.
+struct Lengths {
+  std::vector<double> variables;    ///< n; 1 of fixed ones
+  std::vector<double> constraints;  ///< m, of their values; 1 of those without a free variable
+};
+/// jacobian, hessian: of the Lagrangian at the point v, per triplet of the structure.
+[[nodiscard]] Lengths lengths_of(Problem& problem, const ProblemStructure& structure,
+                                 const SolverOptions& options, const std::vector<double>& v,
+                                 const std::vector<double>& jacobian,
+                                 const std::vector<double>& hessian);
+
+/// The active set of a solution: a bound is active where its multiplier, times the square of the
+/// length, exceeds the distance to it. weak: names of those where neither dominates.
 /// reduced_gradient: grad f + J'lambda (n).
 [[nodiscard]] ActiveSet active_set_of(const ProblemStructure& structure, const Bounds& bounds,
                                       const Result& result,
                                       const std::vector<double>& reduced_gradient,
-                                      double gradient_norm, std::vector<std::string>& weak);
+                                      const Lengths& lengths, std::vector<std::string>& weak);
 
 /// "variable 3", or the model's name for it.
 [[nodiscard]] std::string place_name(const ProblemStructure& structure, bool of_constraint,

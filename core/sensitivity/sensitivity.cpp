@@ -106,7 +106,7 @@ struct Sensitivity::State {
 
   [[nodiscard]] std::string read(Problem& problem, const Result& result,
                                  const SolverOptions& options);
-  void read_solution(const Result& result, const SolverOptions& options,
+  void read_solution(const Result& result, const Bounds& bounds, const Lengths& lengths,
                      std::vector<double> gradient, const std::vector<double>& jacobian);
   [[nodiscard]] std::string factorize(const SolverOptions& options, std::vector<double> jacobian,
                                       std::vector<double> hessian);
@@ -160,15 +160,15 @@ std::string Sensitivity::State::read(Problem& problem, const Result& result,
   if (!all_finite(gradient) || !all_finite(jacobian) || !all_finite(hessian)) {
     return "a derivative of the model is not finite at the solution";
   }
-  read_solution(result, options, std::move(gradient), jacobian);
+  read_solution(result, bounds_of(structure, options),
+                lengths_of(problem, structure, options, result.v, jacobian, hessian),
+                std::move(gradient), jacobian);
   return factorize(options, std::move(jacobian), std::move(hessian));
 }
 
-void Sensitivity::State::read_solution(const Result& result, const SolverOptions& options,
-                                       std::vector<double> gradient,
+void Sensitivity::State::read_solution(const Result& result, const Bounds& bounds,
+                                       const Lengths& lengths, std::vector<double> gradient,
                                        const std::vector<double>& jacobian) {
-  double gradient_norm = 0.0;
-  for (const double value : gradient) gradient_norm = std::max(gradient_norm, std::abs(value));
   min_part.assign(gradient.size(), 0.0);
   solution = {};
   solution.reduced = std::move(gradient);
@@ -183,9 +183,8 @@ void Sensitivity::State::read_solution(const Result& result, const SolverOptions
   solution.lambda = result.lambda;
   solution.g = result.constraints;
   solution.objective = result.objective;
-  solution.bounds = bounds_of(structure, options);
-  solution.active =
-      active_set_of(structure, solution.bounds, result, solution.reduced, gradient_norm, weak);
+  solution.bounds = bounds;
+  solution.active = active_set_of(structure, bounds, result, solution.reduced, lengths, weak);
   z_lower = result.z_lower;
   z_upper = result.z_upper;
 }
