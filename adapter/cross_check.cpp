@@ -27,6 +27,8 @@ namespace {
 constexpr double kTestableError = 100.0;
 /// Violation up to which a point counts as feasible, over the range of the constraint's values.
 constexpr double kFeasible = 1e-8;
+/// Range of f, times this, of which gain_tolerance is at most.
+constexpr double kOfRange = 100.0;
 
 /// The same functions with other bounds, another start or the negative objective.
 class ProblemView final : public Problem {
@@ -311,12 +313,16 @@ class InnerMaximization {
       see(starts.back());
     }
     see(v_);
+    see(start_);  // f may be flat in y at the answer's x
     allowed_violation_ = std::max(violation(v_), 1.0);
+    // Both solvers are accurate to tol in the units of f, unless f hardly varies in these.
+    const double size =
+        std::min(std::max(1.0, std::abs(check.objective)), kOfRange * range_.size());
     for (int k = 0; k < settings_.near_starts + settings_.far_starts; ++k) {
       const bool near = k < settings_.near_starts;
+      const double tol = near ? settings_.gain_tolerance : settings_.tolerance;
       maximize(starts[at(k)], near, check,
-               check.objective +
-                   range_.resolution(near ? settings_.gain_tolerance : settings_.tolerance));
+               check.objective + std::max(tol * size, range_.resolution(0.0)));
     }
     return check;
   }
@@ -410,7 +416,7 @@ class InnerMaximization {
   std::vector<std::size_t> free_;  ///< Max variables that are not fixed
   std::vector<bool> depends_on_y_;
   std::vector<double> start_, g_;
-  ValueRange range_;                    ///< of f at all starts
+  ValueRange range_;                    ///< of f at all starts and the problem's
   std::vector<ValueRange> row_ranges_;  ///< of constraints there
   double allowed_violation_ = 1.0;
 };

@@ -37,8 +37,8 @@ struct CrossCheckSettings {
   /// A maximization near y* stays within radius times the length of y_i: its size there or at the
   /// problem's start, at most half of its box.
   double radius = 1e-2;
-  /// Gain, over the range of f at all starts, above which y* is no local maximum; tolerance is that
-  /// of a better maximum elsewhere.
+  /// Gain (relative as tolerance, but to no more than 100 times the range of f at all starts) above
+  /// which y* is no local maximum.
   double gain_tolerance = 1e-7;
   int near_starts = 4;  ///< maximizations near y*, the first from y*, the others from around it
   int far_starts = 2;   ///< maximizations over all y, from up to these lengths away

@@ -77,10 +77,10 @@ class VariableRanges {
 };
 
 /// Of what differences in a variable step by a share, so that units do not matter: its size, at v or
-/// at the start, but no more than half of its box and no less than a thousandth of that, or than 1 in
-/// a wide one. A start of 0 without a box says nothing: then at least 1.
+/// at the start, but no more than half of its box and no less than a tenth of that, or than 1 in a
+/// wide one. A start of 0 without a box says nothing: then at least 1.
 [[nodiscard]] inline double length_of(double v, double start, double lower, double upper) {
-  constexpr double kNoBound = 1e19, kLeastShare = 1e-3;
+  constexpr double kNoBound = 1e19, kLeastShare = 0.1;
   const double half = 0.5 * (upper - lower);
   const bool boxed = half > 0.0 && half < kNoBound;
   double least = std::abs(start);

@@ -48,13 +48,13 @@ def _values(function: Function, v: Vector) -> Optional[Vector]:
 class Box:
     """Bounds of the variables, which nothing that is evaluated for a difference leaves, and their
     lengths, of which differences step by a share, so that the units of the model do not matter: the
-    size at v or at the start v0, but no more than half of the box and no less than a thousandth of
-    that, or than 1 in a wide one. Where v0 is 0 and there is no box, at least 1."""
+    size at v or at the start v0, but no more than half of the box and no less than a tenth of that,
+    or than 1 in a wide one. Where v0 is 0 and there is no box, at least 1."""
 
     def __init__(self, lower: Vector, upper: Vector, v0: Vector) -> None:
         self.lower, self.upper, self._v0 = lower, upper, v0
         half = 0.5 * (upper - lower)
-        self._least = np.maximum(np.abs(v0), np.where(half < 1e19, np.minimum(1e-3 * half, 1.0), 0.0))
+        self._least = np.maximum(np.abs(v0), np.where(half < 1e19, np.minimum(0.1 * half, 1.0), 0.0))
         self._least[self._least == 0.0] = 1.0
         self._half = np.where((0.0 < half) & (half < 1e19), half, np.inf)  # a fixed one may be moved
         self._factors = np.ones(v0.size)  #: of lengths, found by fitted
