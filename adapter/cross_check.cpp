@@ -16,6 +16,7 @@
 #include "adapter/status.hpp"
 #include "adapter/tnlp_problem.hpp"
 #include "core/model/compare.hpp"
+#include "core/model/forwarding_problem.hpp"
 #include "core/solver.hpp"
 #include "linalg/numbers.hpp"
 
@@ -31,19 +32,16 @@ constexpr double kFeasible = 1e-8;
 constexpr double kOfRange = 100.0;
 
 /// The same functions with other bounds, another start or the negative objective.
-class ProblemView final : public Problem {
+class ProblemView final : public Restructured {
  public:
-  explicit ProblemView(Problem& base) : structure_(base.structure()), base_(base) {}
-
-  ProblemStructure& structure_of_view() { return structure_; }
+  using Restructured::Restructured;
   void negate_objective() { sign_ = -1.0; }
   void start_from(std::vector<double> v) { start_.v = std::move(v); }
   /// Signs of Result.
   void start_from(const IpoptAnswer& answer) { start_ = answer; }
 
-  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
-    if (start_.v.empty()) return base_.starting_point(start);
+    if (start_.v.empty()) return Restructured::starting_point(start);
     std::ranges::copy(start_.v, start.v.begin());
     if (start.needs_multipliers) {
       std::ranges::copy(start_.lambda, start.lambda.begin());
@@ -52,42 +50,29 @@ class ProblemView final : public Problem {
     }
     return true;
   }
-  [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
-    return base_.user_scaling(scaling);
-  }
   [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override {
-    const bool ok = base_.objective(v, new_v, f);
+    const bool ok = Restructured::objective(v, new_v, f);
     f *= sign_;
     return ok;
   }
   [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
                               std::span<double> grad) override {
-    const bool ok = base_.gradient(v, new_v, grad);
+    const bool ok = Restructured::gradient(v, new_v, grad);
     for (double& slope : grad) slope *= sign_;
     return ok;
-  }
-  [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
-                                 std::span<double> g) override {
-    return base_.constraints(v, new_v, g);
-  }
-  [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
-                              std::span<double> values) override {
-    return base_.jacobian(v, new_v, values);
   }
   [[nodiscard]] bool hessian_errors(std::span<const double> v, double sigma,
                                     std::span<const double> lambda,
                                     std::span<double> row_errors) override {
-    return base_.hessian_errors(v, sign_ * sigma, lambda, row_errors);
+    return Restructured::hessian_errors(v, sign_ * sigma, lambda, row_errors);
   }
   [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
                              std::span<const double> lambda, bool new_lambda,
                              std::span<double> values) override {
-    return base_.hessian(v, new_v, sign_ * sigma, lambda, new_lambda, values);
+    return Restructured::hessian(v, new_v, sign_ * sigma, lambda, new_lambda, values);
   }
 
  private:
-  ProblemStructure structure_;
-  Problem& base_;
   IpoptAnswer start_;
   double sign_ = 1.0;
 };
@@ -111,15 +96,12 @@ const OptionInfo* find_option(std::string_view name) {
 PlayerOptions take_player_options(std::vector<OptionSetting>& settings) {
   PlayerOptions players;
   std::erase_if(settings, [&](const OptionSetting& setting) {
-    if (setting.first == "minmax_max_variables")
-      return players.max_variables = setting.second, true;
-    if (setting.first == "minmax_max_constraints") {
-      return players.max_constraints = setting.second, true;
-    }
-    if (setting.first == "minmax_min_constraints") {
-      return players.min_constraints = setting.second, true;
-    }
-    return false;
+    auto* to = setting.first == "minmax_max_variables"     ? &players.max_variables
+               : setting.first == "minmax_max_constraints" ? &players.max_constraints
+               : setting.first == "minmax_min_constraints" ? &players.min_constraints
+                                                           : nullptr;
+    if (to != nullptr) *to = setting.second;
+    return to != nullptr;
   });
   return players;
 }
@@ -282,7 +264,7 @@ class InnerMaximization {
         g_(problem.structure().constraint_lower.size()),
         row_ranges_(g_.size()) {
     StartingPoint request{start_, false, {}, {}, {}};
-    if (!problem.starting_point(request)) start_.assign(v.size(), 0.0);
+    if (!problem.starting_point(request)) std::ranges::fill(start_, 0.0);
     const ProblemStructure& s = problem.structure();
     const auto is_free = [&](std::size_t i) {
       return s.variable_players[i] == Player::Max && s.variable_lower[i] != s.variable_upper[i];
@@ -292,8 +274,7 @@ class InnerMaximization {
     }
     depends_on_y_.assign(s.constraint_lower.size(), false);
     for (const auto& [row, col] : s.jacobian) {
-      if (is_free(static_cast<std::size_t>(col)))
-        depends_on_y_[static_cast<std::size_t>(row)] = true;
+      if (is_free(at(col))) depends_on_y_[at(row)] = true;
     }
   }
 
@@ -372,16 +353,13 @@ class InnerMaximization {
   void maximize(std::vector<double> from, bool near, InnerMaximumCheck& check, double threshold) {
     ProblemView view(problem_);
     view.negate_objective();
-    ProblemStructure& s = view.structure_of_view();
-    std::vector<double> lower = v_;
-    std::vector<double> upper = v_;
+    ProblemStructure& s = view.changed;
+    s.variable_lower = s.variable_upper = v_;
     for (const std::size_t i : free_) {
       const double r = near ? settings_.radius * reach(i) : kInfinity;
-      lower[i] = std::max(s.variable_lower[i], v_[i] - r);
-      upper[i] = std::min(s.variable_upper[i], v_[i] + r);
+      s.variable_lower[i] = std::max(problem_.structure().variable_lower[i], v_[i] - r);
+      s.variable_upper[i] = std::min(problem_.structure().variable_upper[i], v_[i] + r);
     }
-    s.variable_lower = std::move(lower);
-    s.variable_upper = std::move(upper);
     for (std::size_t j = 0; j < depends_on_y_.size(); ++j) {
       if (depends_on_y_[j]) continue;
       s.constraint_lower[j] = -kInfinity;
@@ -431,24 +409,20 @@ std::string format(const char* pattern, Arguments... arguments) {
   return line.data();
 }
 
-std::string quoted(std::string_view text) { return std::string(text); }
-
-std::string effort_row(const char* label, double ours, double ipopt) {
-  return format("%-24s %24.10g %24.10g\n", label, ours, ipopt);
-}
-
 std::string comparison_report(const CrossCheck& check) {
   const Result& ours = check.ours;
   const IpoptAnswer& ipopt = check.ipopt;
   std::string text = format("%-24s %24s %24s\n", "", "Ipminmax", "Ipopt");
   const auto row = [&](const char* label, std::string_view a, std::string_view b) {
-    text += format("%-24s %24s %24s\n", label, quoted(a).c_str(), quoted(b).c_str());
+    text += format("%-24s %24s %24s\n", label, std::string(a).c_str(), std::string(b).c_str());
   };
   row("Status", name_of(ours.status), name_of(ipopt.status));
   row("Second-order test", name_of(ours.certificate.second_order),
       name_of(check.ipopt_certificate.second_order));
   text += format("%-24s %24.16e %24.16e\n", "Objective", ours.objective, ipopt.objective);
-  const auto count = [&](const char* label, Index a, Index b) { text += effort_row(label, a, b); };
+  const auto count = [&](const char* label, double a, double b) {
+    text += format("%-24s %24.10g %24.10g\n", label, a, b);
+  };
   count("Iterations", ours.iterations, ipopt.iterations);
   count("Evaluations: objective", ours.counts.objective, ipopt.counts.objective);
   count("             gradient", ours.counts.gradient, ipopt.counts.gradient);
@@ -468,10 +442,10 @@ std::string comparison_report(const CrossCheck& check) {
 
 std::string minmax_report(const CrossCheck& check) {
   const InnerMaximumCheck& inner = check.inner;
-  std::string text =
-      format("Status of Ipminmax...........: %s\n", quoted(name_of(check.ours.status)).c_str());
+  std::string text = format("Status of Ipminmax...........: %s\n",
+                            std::string(name_of(check.ours.status)).c_str());
   text += format("Second-order test............: %s\n",
-                 quoted(name_of(check.ours.certificate.second_order)).c_str());
+                 std::string(name_of(check.ours.certificate.second_order)).c_str());
   text += format("Objective f(x*, y*)..........: %24.16e\n", inner.objective);
   text += format("Ipopt's runs near y*.........: %d, %d of them solved\n", inner.near_runs,
                  inner.near_solved);
@@ -482,33 +456,30 @@ std::string minmax_report(const CrossCheck& check) {
   return text;
 }
 
-std::string_view words_of(CrossCheckVerdict verdict) {
-  using enum CrossCheckVerdict;
-  switch (verdict) {
-    case NotCompared:
-      return "nothing to compare";
-    case SameSolution:
-      return "both solvers find the same solution";
-    case SameObjective:
-      return "both solvers find the same objective, at different points";
-    case OursBetter:
-      return "both solvers succeed, Ipminmax with the better objective";
-    case IpoptBetter:
-      return "both solvers succeed, Ipopt with the better objective";
-    case OnlyOursSolved:
-      return "only Ipminmax succeeds";
-    case OnlyIpoptSolved:
-      return "only Ipopt succeeds";
-    case NeitherSolved:
-      return "neither solver succeeds";
-    case IpoptRefuted:
-      return "Ipopt reports success at a point that the second-order test refutes";
-    case MaximumConfirmed:
-      return "Ipopt finds no better y near y* (the minimizer's side cannot be checked with Ipopt)";
-    case MaximumRefuted:
-      return "Ipopt finds a better y near y*: the point is not a local minmax";
-  }
-  return "unknown";
+/// In the order of CrossCheckVerdict.
+struct VerdictText {
+  std::string_view name, words;
+};
+constexpr std::array kVerdicts{
+    VerdictText{"not compared", "nothing to compare"},
+    VerdictText{"same solution", "both solvers find the same solution"},
+    VerdictText{"same objective", "both solvers find the same objective, at different points"},
+    VerdictText{"Ipminmax better", "both solvers succeed, Ipminmax with the better objective"},
+    VerdictText{"Ipopt better", "both solvers succeed, Ipopt with the better objective"},
+    VerdictText{"only Ipminmax solved", "only Ipminmax succeeds"},
+    VerdictText{"only Ipopt solved", "only Ipopt succeeds"},
+    VerdictText{"neither solved", "neither solver succeeds"},
+    VerdictText{"Ipopt refuted",
+                "Ipopt reports success at a point that the second-order test refutes"},
+    VerdictText{
+        "maximum confirmed",
+        "Ipopt finds no better y near y* (the minimizer's side cannot be checked with Ipopt)"},
+    VerdictText{"maximum refuted",
+                "Ipopt finds a better y near y*: the point is not a local minmax"},
+};
+VerdictText text_of(CrossCheckVerdict verdict) {
+  const auto at = static_cast<std::size_t>(verdict);
+  return at < kVerdicts.size() ? kVerdicts[at] : VerdictText{"unknown", "unknown"};
 }
 
 Index count_of(const std::vector<Player>& players, Player player) {
@@ -517,34 +488,7 @@ Index count_of(const std::vector<Player>& players, Player player) {
 
 }  // namespace
 
-std::string_view name_of(CrossCheckVerdict verdict) {
-  using enum CrossCheckVerdict;
-  switch (verdict) {
-    case NotCompared:
-      return "not compared";
-    case SameSolution:
-      return "same solution";
-    case SameObjective:
-      return "same objective";
-    case OursBetter:
-      return "Ipminmax better";
-    case IpoptBetter:
-      return "Ipopt better";
-    case OnlyOursSolved:
-      return "only Ipminmax solved";
-    case OnlyIpoptSolved:
-      return "only Ipopt solved";
-    case NeitherSolved:
-      return "neither solved";
-    case IpoptRefuted:
-      return "Ipopt refuted";
-    case MaximumConfirmed:
-      return "maximum confirmed";
-    case MaximumRefuted:
-      return "maximum refuted";
-  }
-  return "unknown";
-}
+std::string_view name_of(CrossCheckVerdict verdict) { return text_of(verdict).name; }
 
 std::string CrossCheck::report() const {
   const char* kind = min_variables == variables ? "minimization"
@@ -558,7 +502,7 @@ std::string CrossCheck::report() const {
   const bool minmax = verdict == CrossCheckVerdict::MaximumConfirmed ||
                       verdict == CrossCheckVerdict::MaximumRefuted;
   text += minmax ? minmax_report(*this) : comparison_report(*this);
-  return text + "Verdict: " + std::string(words_of(verdict)) + ".\n";
+  return text + "Verdict: " + std::string(text_of(verdict).words) + ".\n";
 }
 
 CrossCheck cross_check_with_ipopt(Problem& problem, const CrossCheckSettings& settings) {

@@ -53,10 +53,7 @@ void make_unique(std::vector<Triplet>& pattern) {
     if (entry.row < entry.col) std::swap(entry.row, entry.col);
   }
   std::sort(pattern.begin(), pattern.end(), before);
-  const auto same = [](const Triplet& a, const Triplet& b) {
-    return a.row == b.row && a.col == b.col;
-  };
-  pattern.erase(std::unique(pattern.begin(), pattern.end(), same), pattern.end());
+  pattern.erase(std::unique(pattern.begin(), pattern.end()), pattern.end());
 }
 
 }  // namespace

@@ -296,8 +296,13 @@ def check_given(function: Function, derivative: Function, v: Vector, box: Box,
     def along(direction: Vector) -> Vector:
         return np.asarray(matrix @ direction, dtype=float).ravel()
 
-    found = mismatch(function, along, v, random.uniform(0.5, 1.0, v.size)
-                     * random.choice([-1.0, 1.0], v.size), box)
+    direction = random.uniform(0.5, 1.0, v.size) * random.choice([-1.0, 1.0], v.size)
+    if isinstance(matrix, np.ndarray) and matrix.size and np.all(np.isfinite(matrix)):
+        # A variable whose length is far too large must not hide the others.
+        sizes = np.max(np.abs(matrix), axis=0) * box.lengths(v)
+        usual = np.median(sizes[sizes > 0.0]) if np.any(sizes > 0.0) else 1.0
+        direction *= usual / np.maximum(sizes, usual)
+    found = mismatch(function, along, v, direction, box)
     if found is None:
         return None
     row, claimed, slope, _ = found
