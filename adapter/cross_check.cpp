@@ -442,10 +442,10 @@ std::string comparison_report(const CrossCheck& check) {
 
 std::string minmax_report(const CrossCheck& check) {
   const InnerMaximumCheck& inner = check.inner;
-  std::string text = format("Status of Ipminmax...........: %s\n",
-                            std::string(name_of(check.ours.status)).c_str());
-  text += format("Second-order test............: %s\n",
-                 std::string(name_of(check.ours.certificate.second_order)).c_str());
+  std::string text =
+      "Status of Ipminmax...........: " + std::string(name_of(check.ours.status)) + "\n";
+  text += "Second-order test............: ";
+  text += std::string(name_of(check.ours.certificate.second_order)) + "\n";
   text += format("Objective f(x*, y*)..........: %24.16e\n", inner.objective);
   text += format("Ipopt's runs near y*.........: %d, %d of them solved\n", inner.near_runs,
                  inner.near_solved);

@@ -93,7 +93,7 @@ class Box:
             while turn != 1.0 and 1e-13 < factor * turn < 1e13:
                 box._factors[j] = factor * turn
                 error, next_turn = box._error(function, v, j)
-                if not error <= best:
+                if not (error < best or best == np.inf):
                     break
                 factor, best = factor * turn, error
                 turn = 1.0 if turn * next_turn == 1.0 else next_turn
