@@ -15,6 +15,8 @@
 #include "adapter/cross_check.hpp"
 #include "adapter/status.hpp"
 #include "adapter/tnlp_problem.hpp"
+#include "core/model/compare.hpp"
+#include "core/model/forwarding_problem.hpp"
 #include "core/solver.hpp"
 #include "linalg/numbers.hpp"
 
@@ -24,23 +26,22 @@ namespace {
 
 /// Error over tol up to which Ipopt's point is put to the second-order test.
 constexpr double kTestableError = 100.0;
-/// Violation up to which a point counts as feasible, over max(1, |bound|).
+/// Violation up to which a point counts as feasible, over the range of the constraint's values.
 constexpr double kFeasible = 1e-8;
+/// Range of f, times this, of which gain_tolerance is at most.
+constexpr double kOfRange = 100.0;
 
 /// The same functions with other bounds, another start or the negative objective.
-class ProblemView final : public Problem {
+class ProblemView final : public Restructured {
  public:
-  explicit ProblemView(Problem& base) : structure_(base.structure()), base_(base) {}
-
-  ProblemStructure& structure_of_view() { return structure_; }
+  using Restructured::Restructured;
   void negate_objective() { sign_ = -1.0; }
   void start_from(std::vector<double> v) { start_.v = std::move(v); }
   /// Signs of Result.
   void start_from(const IpoptAnswer& answer) { start_ = answer; }
 
-  [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
-    if (start_.v.empty()) return base_.starting_point(start);
+    if (start_.v.empty()) return Restructured::starting_point(start);
     std::ranges::copy(start_.v, start.v.begin());
     if (start.needs_multipliers) {
       std::ranges::copy(start_.lambda, start.lambda.begin());
@@ -49,42 +50,29 @@ class ProblemView final : public Problem {
     }
     return true;
   }
-  [[nodiscard]] bool user_scaling(UserScaling& scaling) override {
-    return base_.user_scaling(scaling);
-  }
   [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override {
-    const bool ok = base_.objective(v, new_v, f);
+    const bool ok = Restructured::objective(v, new_v, f);
     f *= sign_;
     return ok;
   }
   [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
                               std::span<double> grad) override {
-    const bool ok = base_.gradient(v, new_v, grad);
+    const bool ok = Restructured::gradient(v, new_v, grad);
     for (double& slope : grad) slope *= sign_;
     return ok;
-  }
-  [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
-                                 std::span<double> g) override {
-    return base_.constraints(v, new_v, g);
-  }
-  [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
-                              std::span<double> values) override {
-    return base_.jacobian(v, new_v, values);
   }
   [[nodiscard]] bool hessian_errors(std::span<const double> v, double sigma,
                                     std::span<const double> lambda,
                                     std::span<double> row_errors) override {
-    return base_.hessian_errors(v, sign_ * sigma, lambda, row_errors);
+    return Restructured::hessian_errors(v, sign_ * sigma, lambda, row_errors);
   }
   [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
                              std::span<const double> lambda, bool new_lambda,
                              std::span<double> values) override {
-    return base_.hessian(v, new_v, sign_ * sigma, lambda, new_lambda, values);
+    return Restructured::hessian(v, new_v, sign_ * sigma, lambda, new_lambda, values);
   }
 
  private:
-  ProblemStructure structure_;
-  Problem& base_;
   IpoptAnswer start_;
   double sign_ = 1.0;
 };
@@ -108,15 +96,12 @@ const OptionInfo* find_option(std::string_view name) {
 PlayerOptions take_player_options(std::vector<OptionSetting>& settings) {
   PlayerOptions players;
   std::erase_if(settings, [&](const OptionSetting& setting) {
-    if (setting.first == "minmax_max_variables")
-      return players.max_variables = setting.second, true;
-    if (setting.first == "minmax_max_constraints") {
-      return players.max_constraints = setting.second, true;
-    }
-    if (setting.first == "minmax_min_constraints") {
-      return players.min_constraints = setting.second, true;
-    }
-    return false;
+    auto* to = setting.first == "minmax_max_variables"     ? &players.max_variables
+               : setting.first == "minmax_max_constraints" ? &players.max_constraints
+               : setting.first == "minmax_min_constraints" ? &players.min_constraints
+                                                           : nullptr;
+    if (to != nullptr) *to = setting.second;
+    return to != nullptr;
   });
   return players;
 }
@@ -274,7 +259,12 @@ class InnerMaximization {
       : problem_(problem),
         v_(v),
         settings_(settings),
-        ipopt_options_(ipopt_options_text(settings, true)) {
+        ipopt_options_(ipopt_options_text(settings, true)),
+        start_(v.size(), 0.0),
+        g_(problem.structure().constraint_lower.size()),
+        row_ranges_(g_.size()) {
+    StartingPoint request{start_, false, {}, {}, {}};
+    if (!problem.starting_point(request)) std::ranges::fill(start_, 0.0);
     const ProblemStructure& s = problem.structure();
     const auto is_free = [&](std::size_t i) {
       return s.variable_players[i] == Player::Max && s.variable_lower[i] != s.variable_upper[i];
@@ -284,8 +274,7 @@ class InnerMaximization {
     }
     depends_on_y_.assign(s.constraint_lower.size(), false);
     for (const auto& [row, col] : s.jacobian) {
-      if (is_free(static_cast<std::size_t>(col)))
-        depends_on_y_[static_cast<std::size_t>(row)] = true;
+      if (is_free(at(col))) depends_on_y_[at(row)] = true;
     }
   }
 
@@ -296,23 +285,44 @@ class InnerMaximization {
     }
     check.best_near = check.best_far = check.objective;
     if (free_.empty()) return check;
-    allowed_violation_ = std::max(violation(v_), kFeasible);
     std::mt19937 random(settings_.seed);
-    const double size = std::max(1.0, std::abs(check.objective));
-    for (int k = 0; k < settings_.near_starts; ++k) {
-      maximize(start(random, k == 0 ? 0.0 : settings_.radius), true, check,
-               check.objective + settings_.gain_tolerance * size);
+    std::vector<std::vector<double>> starts;
+    for (int k = 0; k < settings_.near_starts + settings_.far_starts; ++k) {
+      starts.push_back(start(random, k == 0                      ? 0.0
+                                     : k < settings_.near_starts ? settings_.radius
+                                                                 : 1.0));
+      see(starts.back());
     }
-    for (int k = 0; k < settings_.far_starts; ++k) {
-      maximize(start(random, 1.0), false, check, check.objective + settings_.tolerance * size);
+    see(v_);
+    see(start_);  // f may be flat in y at the answer's x
+    allowed_violation_ = std::max(violation(v_), 1.0);
+    // Both solvers are accurate to tol in the units of f, unless f hardly varies in these.
+    const double size =
+        std::min(std::max(1.0, std::abs(check.objective)), kOfRange * range_.size());
+    for (int k = 0; k < settings_.near_starts + settings_.far_starts; ++k) {
+      const bool near = k < settings_.near_starts;
+      const double tol = near ? settings_.gain_tolerance : settings_.tolerance;
+      maximize(starts[at(k)], near, check,
+               check.objective + std::max(tol * size, range_.resolution(0.0)));
     }
     return check;
   }
 
  private:
-  [[nodiscard]] double reach(std::size_t i) const { return 1.0 + std::abs(v_[i]); }
+  [[nodiscard]] double reach(std::size_t i) const {
+    const ProblemStructure& s = problem_.structure();
+    return length_of(v_[i], start_[i], s.variable_lower[i], s.variable_upper[i]);
+  }
 
-  /// v with y moved by up to radius (1 + |y_i|) within its bounds.
+  /// Takes the values at a point into the ranges; the constraints' stay in g_.
+  void see(const std::vector<double>& v) {
+    double f = 0.0;
+    if (problem_.objective(v, true, f)) range_.see(f);
+    if (g_.empty() || !problem_.constraints(v, true, g_)) return;
+    for (std::size_t j = 0; j < g_.size(); ++j) row_ranges_[j].see(g_[j]);
+  }
+
+  /// v with y moved by up to radius times its lengths within its bounds.
   [[nodiscard]] std::vector<double> start(std::mt19937& random, double radius) const {
     const ProblemStructure& s = problem_.structure();
     std::vector<double> v = v_;
@@ -324,19 +334,16 @@ class InnerMaximization {
     return v;
   }
 
-  /// Largest violation of a constraint that depends on y, over max(1, |bound|).
-  [[nodiscard]] double violation(const std::vector<double>& v) const {
+  /// Largest violation of a constraint that depends on y, over the smallest that counts.
+  [[nodiscard]] double violation(const std::vector<double>& v) {
     const ProblemStructure& s = problem_.structure();
-    std::vector<double> g(s.constraint_lower.size());
-    if (g.empty()) return 0.0;
-    if (!problem_.constraints(v, true, g)) return kInfinity;
+    if (g_.empty()) return 0.0;
+    if (!problem_.constraints(v, true, g_)) return kInfinity;
     double worst = 0.0;
-    for (std::size_t j = 0; j < g.size(); ++j) {
-      if (!depends_on_y_[j]) continue;
-      const double lower = s.constraint_lower[j];
-      const double upper = s.constraint_upper[j];
-      worst = std::max(worst, (lower - g[j]) / std::max(1.0, std::abs(lower)));
-      worst = std::max(worst, (g[j] - upper) / std::max(1.0, std::abs(upper)));
+    for (std::size_t j = 0; j < g_.size(); ++j) {
+      const double excess = std::max(s.constraint_lower[j] - g_[j], g_[j] - s.constraint_upper[j]);
+      if (depends_on_y_[j] && excess > 0.0)
+        worst = std::max(worst, excess / row_ranges_[j].resolution(kFeasible));
     }
     return worst;
   }
@@ -346,16 +353,13 @@ class InnerMaximization {
   void maximize(std::vector<double> from, bool near, InnerMaximumCheck& check, double threshold) {
     ProblemView view(problem_);
     view.negate_objective();
-    ProblemStructure& s = view.structure_of_view();
-    std::vector<double> lower = v_;
-    std::vector<double> upper = v_;
+    ProblemStructure& s = view.changed;
+    s.variable_lower = s.variable_upper = v_;
     for (const std::size_t i : free_) {
       const double r = near ? settings_.radius * reach(i) : kInfinity;
-      lower[i] = std::max(s.variable_lower[i], v_[i] - r);
-      upper[i] = std::min(s.variable_upper[i], v_[i] + r);
+      s.variable_lower[i] = std::max(problem_.structure().variable_lower[i], v_[i] - r);
+      s.variable_upper[i] = std::min(problem_.structure().variable_upper[i], v_[i] + r);
     }
-    s.variable_lower = std::move(lower);
-    s.variable_upper = std::move(upper);
     for (std::size_t j = 0; j < depends_on_y_.size(); ++j) {
       if (depends_on_y_[j]) continue;
       s.constraint_lower[j] = -kInfinity;
@@ -389,7 +393,10 @@ class InnerMaximization {
   std::string ipopt_options_;
   std::vector<std::size_t> free_;  ///< Max variables that are not fixed
   std::vector<bool> depends_on_y_;
-  double allowed_violation_ = kFeasible;
+  std::vector<double> start_, g_;
+  ValueRange range_;                    ///< of f at all starts and the problem's
+  std::vector<ValueRange> row_ranges_;  ///< of constraints there
+  double allowed_violation_ = 1.0;
 };
 
 // --- Report
@@ -402,24 +409,20 @@ std::string format(const char* pattern, Arguments... arguments) {
   return line.data();
 }
 
-std::string quoted(std::string_view text) { return std::string(text); }
-
-std::string effort_row(const char* label, double ours, double ipopt) {
-  return format("%-24s %24.10g %24.10g\n", label, ours, ipopt);
-}
-
 std::string comparison_report(const CrossCheck& check) {
   const Result& ours = check.ours;
   const IpoptAnswer& ipopt = check.ipopt;
   std::string text = format("%-24s %24s %24s\n", "", "Ipminmax", "Ipopt");
   const auto row = [&](const char* label, std::string_view a, std::string_view b) {
-    text += format("%-24s %24s %24s\n", label, quoted(a).c_str(), quoted(b).c_str());
+    text += format("%-24s %24s %24s\n", label, std::string(a).c_str(), std::string(b).c_str());
   };
   row("Status", name_of(ours.status), name_of(ipopt.status));
   row("Second-order test", name_of(ours.certificate.second_order),
       name_of(check.ipopt_certificate.second_order));
   text += format("%-24s %24.16e %24.16e\n", "Objective", ours.objective, ipopt.objective);
-  const auto count = [&](const char* label, Index a, Index b) { text += effort_row(label, a, b); };
+  const auto count = [&](const char* label, double a, double b) {
+    text += format("%-24s %24.10g %24.10g\n", label, a, b);
+  };
   count("Iterations", ours.iterations, ipopt.iterations);
   count("Evaluations: objective", ours.counts.objective, ipopt.counts.objective);
   count("             gradient", ours.counts.gradient, ipopt.counts.gradient);
@@ -440,9 +443,9 @@ std::string comparison_report(const CrossCheck& check) {
 std::string minmax_report(const CrossCheck& check) {
   const InnerMaximumCheck& inner = check.inner;
   std::string text =
-      format("Status of Ipminmax...........: %s\n", quoted(name_of(check.ours.status)).c_str());
-  text += format("Second-order test............: %s\n",
-                 quoted(name_of(check.ours.certificate.second_order)).c_str());
+      "Status of Ipminmax...........: " + std::string(name_of(check.ours.status)) + "\n";
+  text += "Second-order test............: ";
+  text += std::string(name_of(check.ours.certificate.second_order)) + "\n";
   text += format("Objective f(x*, y*)..........: %24.16e\n", inner.objective);
   text += format("Ipopt's runs near y*.........: %d, %d of them solved\n", inner.near_runs,
                  inner.near_solved);
@@ -453,33 +456,30 @@ std::string minmax_report(const CrossCheck& check) {
   return text;
 }
 
-std::string_view words_of(CrossCheckVerdict verdict) {
-  using enum CrossCheckVerdict;
-  switch (verdict) {
-    case NotCompared:
-      return "nothing to compare";
-    case SameSolution:
-      return "both solvers find the same solution";
-    case SameObjective:
-      return "both solvers find the same objective, at different points";
-    case OursBetter:
-      return "both solvers succeed, Ipminmax with the better objective";
-    case IpoptBetter:
-      return "both solvers succeed, Ipopt with the better objective";
-    case OnlyOursSolved:
-      return "only Ipminmax succeeds";
-    case OnlyIpoptSolved:
-      return "only Ipopt succeeds";
-    case NeitherSolved:
-      return "neither solver succeeds";
-    case IpoptRefuted:
-      return "Ipopt reports success at a point that the second-order test refutes";
-    case MaximumConfirmed:
-      return "Ipopt finds no better y near y* (the minimizer's side cannot be checked with Ipopt)";
-    case MaximumRefuted:
-      return "Ipopt finds a better y near y*: the point is not a local minmax";
-  }
-  return "unknown";
+/// In the order of CrossCheckVerdict.
+struct VerdictText {
+  std::string_view name, words;
+};
+constexpr std::array kVerdicts{
+    VerdictText{"not compared", "nothing to compare"},
+    VerdictText{"same solution", "both solvers find the same solution"},
+    VerdictText{"same objective", "both solvers find the same objective, at different points"},
+    VerdictText{"Ipminmax better", "both solvers succeed, Ipminmax with the better objective"},
+    VerdictText{"Ipopt better", "both solvers succeed, Ipopt with the better objective"},
+    VerdictText{"only Ipminmax solved", "only Ipminmax succeeds"},
+    VerdictText{"only Ipopt solved", "only Ipopt succeeds"},
+    VerdictText{"neither solved", "neither solver succeeds"},
+    VerdictText{"Ipopt refuted",
+                "Ipopt reports success at a point that the second-order test refutes"},
+    VerdictText{
+        "maximum confirmed",
+        "Ipopt finds no better y near y* (the minimizer's side cannot be checked with Ipopt)"},
+    VerdictText{"maximum refuted",
+                "Ipopt finds a better y near y*: the point is not a local minmax"},
+};
+VerdictText text_of(CrossCheckVerdict verdict) {
+  const auto at = static_cast<std::size_t>(verdict);
+  return at < kVerdicts.size() ? kVerdicts[at] : VerdictText{"unknown", "unknown"};
 }
 
 Index count_of(const std::vector<Player>& players, Player player) {
@@ -488,34 +488,7 @@ Index count_of(const std::vector<Player>& players, Player player) {
 
 }  // namespace
 
-std::string_view name_of(CrossCheckVerdict verdict) {
-  using enum CrossCheckVerdict;
-  switch (verdict) {
-    case NotCompared:
-      return "not compared";
-    case SameSolution:
-      return "same solution";
-    case SameObjective:
-      return "same objective";
-    case OursBetter:
-      return "Ipminmax better";
-    case IpoptBetter:
-      return "Ipopt better";
-    case OnlyOursSolved:
-      return "only Ipminmax solved";
-    case OnlyIpoptSolved:
-      return "only Ipopt solved";
-    case NeitherSolved:
-      return "neither solved";
-    case IpoptRefuted:
-      return "Ipopt refuted";
-    case MaximumConfirmed:
-      return "maximum confirmed";
-    case MaximumRefuted:
-      return "maximum refuted";
-  }
-  return "unknown";
-}
+std::string_view name_of(CrossCheckVerdict verdict) { return text_of(verdict).name; }
 
 std::string CrossCheck::report() const {
   const char* kind = min_variables == variables ? "minimization"
@@ -529,7 +502,7 @@ std::string CrossCheck::report() const {
   const bool minmax = verdict == CrossCheckVerdict::MaximumConfirmed ||
                       verdict == CrossCheckVerdict::MaximumRefuted;
   text += minmax ? minmax_report(*this) : comparison_report(*this);
-  return text + "Verdict: " + std::string(words_of(verdict)) + ".\n";
+  return text + "Verdict: " + std::string(text_of(verdict).words) + ".\n";
 }
 
 CrossCheck cross_check_with_ipopt(Problem& problem, const CrossCheckSettings& settings) {

@@ -34,12 +34,14 @@ struct CrossCheckSettings {
   double point_tolerance = 1e-4;
 
   // Minmax problems only.
-  /// A maximization near y* stays within radius (1 + |y_i|) of every y_i*.
+  /// A maximization near y* stays within radius times the length of y_i: its size there or at the
+  /// problem's start, at most half of its box.
   double radius = 1e-2;
-  /// Gain (relative as tolerance) above which y* is no local maximum.
+  /// Gain (relative as tolerance, but to no more than 100 times the range of f at all starts) above
+  /// which y* is no local maximum.
   double gain_tolerance = 1e-7;
   int near_starts = 4;  ///< maximizations near y*, the first from y*, the others from around it
-  int far_starts = 2;   ///< maximizations over all y, from up to 1 + |y_i| away
+  int far_starts = 2;   ///< maximizations over all y, from up to these lengths away
   unsigned seed = 1;    ///< of the starts
 };
 

@@ -525,7 +525,7 @@ Rows study_options() {
        "where the Jacobian's entries are larger than 1, as their square.",
        nonnegative(&O::minmax_ldlt_gamma)},
       {"minmax_difference_step", category,
-       "Step of the differences that replace second derivatives, times max(1, |v|).",
+       "Step of the differences that replace second derivatives, over the variables' lengths.",
        open(&O::minmax_difference_step, 0.0, 1.0)},
       {"minmax_distinct_tol", category,
        "Distance up to which two certified points, and two maxima over y, are the same: in each "

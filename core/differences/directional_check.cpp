@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/model/compare.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/products.hpp"
@@ -20,8 +21,10 @@ constexpr double kDoubt = 10.0;
 constexpr double kShorterSteps[] = {1e-1, 1e-2};
 constexpr double kSameSlope = 0.2;
 
-bool is_slack(const CanonicalProblem& canonical, Index i) {
-  return canonical.x_slacks().contains(i) || canonical.y_slacks().contains(i);
+/// Of steps of differences; 0 of slacks.
+double length(const CanonicalProblem& canonical, const Eigen::VectorXd& v, Index i) {
+  if (canonical.x_slacks().contains(i) || canonical.y_slacks().contains(i)) return 0.0;
+  return length_of(v[i], 0.0, canonical.lower()[i], canonical.upper()[i]);
 }
 
 /// In the variables that are no slacks.
@@ -191,8 +194,7 @@ Eigen::VectorXd generic_step(const CanonicalProblem& canonical, const Eigen::Vec
                              double relative) {
   Eigen::VectorXd step = Eigen::VectorXd::Zero(v.size());
   for (Index i = 0; i < v.size(); ++i) {
-    if (is_slack(canonical, i)) continue;
-    const double size = relative * std::max(1.0, std::abs(v[i]));
+    const double size = relative * length(canonical, v, i);
     step[i] = (i % 2 == 0 ? size : -size) * (0.6 + 0.4 * std::sin(1.0 + i));
   }
   // Steps are made in both directions.
@@ -204,10 +206,8 @@ Eigen::VectorXd generic_step(const CanonicalProblem& canonical, const Eigen::Vec
 
 Eigen::VectorXd aside(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
                       double relative) {
-  Eigen::VectorXd up = relative * v.cwiseAbs().cwiseMax(1.0);
-  for (Index i = 0; i < v.size(); ++i) {
-    if (is_slack(canonical, i)) up[i] = 0.0;
-  }
+  Eigen::VectorXd up(v.size());
+  for (Index i = 0; i < v.size(); ++i) up[i] = relative * length(canonical, v, i);
   Eigen::VectorXd down = -up;
   keep_within_bounds(canonical, v, 0.5, up);
   keep_within_bounds(canonical, v, 0.5, down);

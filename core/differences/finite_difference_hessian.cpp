@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/differences/finite_difference_hessian.hpp"
+#include "core/model/compare.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
 #include "linalg/numbers.hpp"
@@ -15,10 +16,8 @@ namespace {
 constexpr double kRoomUsed = 0.2;
 /// Evaluations of a detection: these and one for so many variables.
 constexpr Index kFewestEvaluations = 50, kVariablesPerEvaluation = 8;
-/// Shares of the step tried where the model is undefined, and each twice where it is to be
-/// compared.
+/// Shares of the step tried where the model is undefined.
 constexpr std::array kShorter{1.0, 0.1, 1e-2, 1e-3};
-constexpr std::array kScales{1.0, 1.0, 0.1, 0.1, 1e-2, 1e-2};
 /// Second derivatives disagree with a slope of first ones beyond so many times the errors that are
 /// seen, this share of their own size, and so many roundings.
 constexpr double kErrors = 10.0, kShare = 1e-7, kErrorRoundings = 20.0;
@@ -54,10 +53,7 @@ void make_unique(std::vector<Triplet>& pattern) {
     if (entry.row < entry.col) std::swap(entry.row, entry.col);
   }
   std::sort(pattern.begin(), pattern.end(), before);
-  const auto same = [](const Triplet& a, const Triplet& b) {
-    return a.row == b.row && a.col == b.col;
-  };
-  pattern.erase(std::unique(pattern.begin(), pattern.end(), same), pattern.end());
+  pattern.erase(std::unique(pattern.begin(), pattern.end()), pattern.end());
 }
 
 }  // namespace
@@ -256,9 +252,14 @@ bool FiniteDifferenceHessian::load_base(std::span<const double> v, const Multipl
   return true;
 }
 
+double FiniteDifferenceHessian::length_at(std::size_t i, double v) const {
+  return length_of(v, start_ ? start_->v[i] : 0.0, structure_.variable_lower[i],
+                   structure_.variable_upper[i]);
+}
+
 FiniteDifferenceHessian::Offsets FiniteDifferenceHessian::offsets(std::size_t i, double v,
                                                                   double scale, Side side) const {
-  const double largest = step_ * std::max(1.0, std::abs(v));
+  const double largest = step_ * length_at(i, v);
   const double up = std::max(structure_.variable_upper[i] - v, 0.0);
   const double down = std::max(v - structure_.variable_lower[i], 0.0);
   double first = largest * scale;
@@ -408,13 +409,11 @@ std::vector<double> FiniteDifferenceHessian::random_direction(std::span<const do
     const bool coin = (random_() & 1U) != 0;
     const double part = length(random_);
     if (!free_[i]) continue;
-    const double reach = step_ * scale * std::max(1.0, std::abs(v[i]));
-    const double up = std::max(structure_.variable_upper[i] - v[i], 0.0);
-    const double down = std::max(v[i] - structure_.variable_lower[i], 0.0);
-    const bool roomy = kRoomUsed * std::min(up, down) >= reach;  // on both sides
+    const double up = structure_.variable_upper[i] - v[i];
+    const double down = v[i] - structure_.variable_lower[i];
+    const bool roomy = kRoomUsed * std::min(up, down) >= step_ * length_at(i, v[i]);
     const bool upwards = roomy ? coin : up >= down;
-    const double step = part * std::min(reach, kRoomUsed * (upwards ? up : down));
-    direction[i] = upwards ? step : -step;
+    direction[i] = part * offsets(i, v[i], scale, upwards ? Side::Up : Side::Down).first;
   }
   return direction;
 }
@@ -425,7 +424,7 @@ std::optional<std::vector<Index>> FiniteDifferenceHessian::disagreeing_rows(
   if (!load_base(v, multipliers)) return std::nullopt;
   std::vector<double> direction;
   bool defined = false;
-  for (const double scale : kScales) {
+  for (const double scale : kShorter) {
     direction = random_direction(v, scale);
     std::fill(magnitude_.begin(), magnitude_.end(), 0.0);
     defined = true;

@@ -21,8 +21,8 @@ namespace ipminmax {
 /// of hessian_errors, which the certificate asks for, so that an entry missed everywhere before
 /// does not pass for a zero.
 ///
-/// Variables are perturbed in groups (color_hessian) by minmax_difference_step max(1, |v|): to both
-/// sides, or twice to one side near a bound, either way with an error of second order in the step.
+/// Variables are perturbed in groups (color_hessian) by minmax_difference_step times their length
+/// (length_of): to both sides, or twice to one side near a bound, either way with an error of second order in the step.
 /// Where a point is undefined, the group's variables are perturbed one by one, to the other side
 /// and with smaller steps; when nothing helps, the Hessian is undefined.
 class FiniteDifferenceHessian final : public Problem {
@@ -89,6 +89,7 @@ class FiniteDifferenceHessian final : public Problem {
   [[nodiscard]] bool load_base(std::span<const double> v, const Multipliers& multipliers);
   [[nodiscard]] bool evaluate(std::span<const double> v, const Multipliers& multipliers,
                               FirstDerivatives& derivatives);
+  [[nodiscard]] double length_at(std::size_t i, double v) const;
   [[nodiscard]] Offsets offsets(std::size_t i, double v, double scale, Side side) const;
   [[nodiscard]] bool differences(std::span<const double> v, const Multipliers& multipliers,
                                  double scale, std::span<double> values,

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/model/compare.hpp"
 #include "core/model/parameters.hpp"
 #include "linalg/numbers.hpp"
 
@@ -333,9 +334,10 @@ std::vector<double> PointSampler::sample(double radius) {
   std::uniform_real_distribution<double> fraction(0.05, 0.95);
   std::vector<double> point = start_;
   for (std::size_t i = 0; i < point.size(); ++i) {
-    const double reach = radius * std::max(1.0, std::abs(start_[i]));
-    const double lower = std::max(structure_.variable_lower[i], start_[i] - reach);
-    const double upper = std::min(structure_.variable_upper[i], start_[i] + reach);
+    double lower = structure_.variable_lower[i], upper = structure_.variable_upper[i];
+    const double reach = radius * length_of(start_[i], start_[i], lower, upper);
+    lower = std::max(lower, start_[i] - reach);
+    upper = std::min(upper, start_[i] + reach);
     const double t = fraction(random_);
     if (lower < upper) point[i] = lower + t * (upper - lower);
   }

@@ -78,6 +78,19 @@ class VariableRanges {
   std::vector<double> box_, least_, most_;
 };
 
+/// Of what differences in a variable step by a share, so that units do not matter: its size, at v or
+/// at the start, but no more than half of its box and no less than a tenth of that, or than 1 in a
+/// wide one. A start of 0 without a box says nothing: then at least 1.
+[[nodiscard]] inline double length_of(double v, double start, double lower, double upper) {
+  constexpr double kNoBound = 1e19, kLeastShare = 0.1;
+  const double half = 0.5 * (upper - lower);
+  const bool boxed = half > 0.0 && half < kNoBound;
+  double least = std::abs(start);
+  if (boxed) least = std::max(least, std::min(kLeastShare * half, 1.0));
+  const double size = std::max(std::abs(v), least > 0.0 ? least : 1.0);
+  return boxed ? std::min(size, half) : size;
+}
+
 /// Whether two points agree in the given variables, each to tol of its range.
 /// variables: indices; of others nothing is asked.
 template <class Indices>

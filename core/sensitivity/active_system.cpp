@@ -6,69 +6,127 @@
 
 #include "core/certificate/bound_classes.hpp"
 #include "core/certificate/parameters.hpp"
+#include "core/certificate/units.hpp"
 #include "core/kkt/block.hpp"
+#include "core/model/forwarding_problem.hpp"
 #include "core/model/parameters.hpp"
+#include "core/point/point.hpp"
 #include "linalg/make_solver.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
+std::vector<double> joined(std::span<const double> variables, std::span<const double> constraints) {
+  std::vector<double> all(variables.begin(), variables.end());
+  all.insert(all.end(), constraints.begin(), constraints.end());
+  return all;
+}
+
 Bounds bounds_of(const ProblemStructure& structure, const SolverOptions& options) {
-  Bounds bounds{structure.variable_lower, structure.variable_upper, structure.constraint_lower,
-                structure.constraint_upper};
-  for (auto* lower : {&bounds.variable_lower, &bounds.constraint_lower}) {
-    for (double& value : *lower) {
-      if (value <= options.nlp_lower_bound_inf) value = -kInfinity;
-    }
+  Bounds bounds{joined(structure.variable_lower, structure.constraint_lower),
+                joined(structure.variable_upper, structure.constraint_upper)};
+  for (double& value : bounds.lower) {
+    if (value <= options.nlp_lower_bound_inf) value = -kInfinity;
   }
-  for (auto* upper : {&bounds.variable_upper, &bounds.constraint_upper}) {
-    for (double& value : *upper) {
-      if (value >= options.nlp_upper_bound_inf) value = kInfinity;
-    }
+  for (double& value : bounds.upper) {
+    if (value >= options.nlp_upper_bound_inf) value = kInfinity;
   }
   return bounds;
 }
 
-std::string place_name(const ProblemStructure& structure, bool of_constraint, Index index) {
-  const auto& names = of_constraint ? structure.constraint_names : structure.variable_names;
-  const std::string kind = of_constraint ? "constraint " : "variable ";
-  const auto i = static_cast<std::size_t>(index);
-  return i < names.size() ? kind + names[i] : kind + std::to_string(index);
+std::vector<double> signs_of(const ProblemStructure& structure) {
+  std::vector<double> signs;
+  for (const auto* players : {&structure.variable_players, &structure.constraint_players}) {
+    for (const Player player : *players) signs.push_back(player == Player::Min ? 1.0 : -1.0);
+  }
+  return signs;
 }
 
-ActiveSet active_set_of(const ProblemStructure& structure, const Bounds& bounds,
-                        const Result& result, const std::vector<double>& reduced_gradient,
-                        double gradient_norm, std::vector<std::string>& weak) {
-  const double scale = std::max(1.0, gradient_norm);
-  weak.clear();
-  const auto hold = [&](bool of_constraint, std::size_t i, double lower_bound, double upper_bound,
-                        double value, double pressure) {
-    if (lower_bound == upper_bound) return Hold::Fixed;
-    const auto found = [&](double distance, double multiplier, double strict_ratio) {
-      return class_of(std::max(multiplier, 0.0) / scale, std::max(distance, 0.0), strict_ratio);
-    };
-    constexpr double kStrictRatio = parameters::certificate::kStrictRatio;
-    const double above = value - lower_bound, below = upper_bound - value;
-    const bool weak_below = found(above, pressure, kStrictRatio) == BoundClass::Doubtful;
-    if (weak_below || found(below, -pressure, kStrictRatio) == BoundClass::Doubtful) {
-      weak.push_back(place_name(structure, of_constraint, static_cast<Index>(i)) + " at its " +
-                     (weak_below ? "lower" : "upper") + " bound");
+std::string place_name(const ProblemStructure& structure, std::size_t place) {
+  const std::size_t n = structure.variable_players.size();
+  const auto& names = place < n ? structure.variable_names : structure.constraint_names;
+  const std::size_t i = place < n ? place : place - n;
+  return (place < n ? "variable " : "constraint ") +
+         (i < names.size() ? names[i] : std::to_string(i));
+}
+
+namespace {
+
+/// Derivatives that are known at a point, as a model that starts there.
+class KnownDerivatives final : public Restructured {
+ public:
+  KnownDerivatives(Problem& problem, const std::vector<double>& v,
+                   const std::vector<double>& jacobian, const std::vector<double>& hessian)
+      : Restructured(problem), v_(v), jacobian_(jacobian), hessian_(hessian) {}
+  [[nodiscard]] bool starting_point(StartingPoint& start) override {
+    std::ranges::copy(v_, start.v.begin());
+    return true;
+  }
+  [[nodiscard]] bool gradient(std::span<const double>, bool, std::span<double> grad) override {
+    std::ranges::fill(grad, 0.0);  // lengths do not depend on it
+    return true;
+  }
+  [[nodiscard]] bool jacobian(std::span<const double>, bool, std::span<double> values) override {
+    std::ranges::copy(jacobian_, values.begin());
+    return true;
+  }
+  [[nodiscard]] bool hessian(std::span<const double>, bool, double, std::span<const double>, bool,
+                             std::span<double> values) override {
+    std::ranges::copy(hessian_, values.begin());
+    return true;
+  }
+
+ private:
+  const std::vector<double>&v_, &jacobian_, &hessian_;
+};
+
+}  // namespace
+
+std::vector<double> lengths_of(Problem& problem, const ProblemStructure& structure,
+                               const SolverOptions& options, const std::vector<double>& v,
+                               const std::vector<double>& jacobian,
+                               const std::vector<double>& hessian) {
+  std::vector<double> lengths(v.size() + structure.constraint_lower.size(), 1.0);
+  SolverOptions unscaled = options;
+  unscaled.nlp_scaling_method = Scaling::None;
+  unscaled.hessian_approximation = HessianApproximation::Exact;
+  unscaled.fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
+  unscaled.warm_start_init_point = false;
+  Counts counts;
+  Timing timing;
+  KnownDerivatives known(problem, v, jacobian, hessian);
+  known.changed = structure;
+  CanonicalProblem canonical(known, unscaled, counts, timing);
+  if (!canonical.build().empty()) return lengths;
+  Point point = unevaluated_point(canonical, canonical.starting_point());
+  const auto visit = [&](auto use) {
+    for (const IndexRange own : {canonical.x(), canonical.y()}) {
+      for (Index i = own.begin; i < own.end; ++i) use(i, at(canonical.model_variable(i)));
     }
-    if (found(above, pressure, 1.0) == BoundClass::Active) return Hold::Lower;
-    return found(below, -pressure, 1.0) == BoundClass::Active ? Hold::Upper : Hold::Free;
   };
-  ActiveSet active;
-  for (std::size_t i = 0; i < structure.variable_players.size(); ++i) {
-    active.variables.push_back(hold(false, i, bounds.variable_lower[i], bounds.variable_upper[i],
-                                    result.v[i],
-                                    sign_of(structure.variable_players[i]) * reduced_gradient[i]));
+  visit([&](Index i, std::size_t place) { point.iterate.v[i] = v[place]; });
+  if (evaluate_derivatives(canonical, point) != EvaluationStatus::Ok) return lengths;
+  const Units units = units_of(canonical, point.iterate.v, point.evaluation);
+  visit([&](Index i, std::size_t place) { lengths[place] = units.variable[i]; });
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    const Index row = canonical.model_constraint(j);
+    if (row >= 0) lengths[v.size() + at(row)] = 1.0 / units.constraint[j];
   }
-  for (std::size_t j = 0; j < structure.constraint_players.size(); ++j) {
-    active.constraints.push_back(
-        hold(true, j, bounds.constraint_lower[j], bounds.constraint_upper[j], result.constraints[j],
-             -sign_of(structure.constraint_players[j]) * result.lambda[j]));
+  return lengths;
+}
+
+Hold hold_of(double value, double lower, double upper, double pressure, double length, int& weak) {
+  weak = 0;
+  if (lower == upper) return Hold::Fixed;
+  const auto found = [&](int side, double strict_ratio) {
+    return class_of(std::max(-side * pressure, 0.0) * length * length,
+                    std::max(side < 0 ? value - lower : upper - value, 0.0), strict_ratio);
+  };
+  for (const int side : {1, -1}) {
+    if (found(side, parameters::certificate::kStrictRatio) == BoundClass::Doubtful) weak = side;
   }
-  return active;
+  if (found(-1, 1.0) == BoundClass::Active) return Hold::Lower;
+  return found(1, 1.0) == BoundClass::Active ? Hold::Upper : Hold::Free;
 }
 
 namespace {
@@ -114,21 +172,20 @@ void ActiveSystem::assemble(const ActiveSet& active) {
   matrix_.set_zero();
   const auto values = matrix_.values();
   const auto positions = matrix_.triplet_positions();
-  const auto is_free = [&](Index variable) { return active.variables[at(variable)] == Hold::Free; };
+  const auto is_free = [&](Index variable) { return active[at(variable)] == Hold::Free; };
   for (std::size_t k = 0; k < hessian_.size(); ++k) {
     const auto [row, col] = hessian_pattern_[k];
     if (is_free(row) && is_free(col)) values[at(positions[k])] += hessian_[k];
   }
   for (std::size_t k = 0; k < jacobian_.size(); ++k) {
     const auto [row, col] = jacobian_pattern_[k];
-    if (active.constraints[at(row)] != Hold::Free && is_free(col)) {
+    if (active[n + at(row)] != Hold::Free && is_free(col)) {
       values[at(positions[hessian_.size() + k])] += jacobian_[k];
     }
   }
   for (std::size_t i = 0; i < signs_.size(); ++i) {
-    const bool out =
-        i < n ? active.variables[i] != Hold::Free : active.constraints[i - n] == Hold::Free;
-    if (out) values[at(matrix_.diagonal_position(static_cast<Index>(i)))] = signs_[i];
+    if ((active[i] == Hold::Free) == (i >= n))
+      values[at(matrix_.diagonal_position(static_cast<Index>(i)))] = signs_[i];
   }
 }
 
@@ -223,25 +280,25 @@ bool ActiveSystem::solve(std::span<double> dv, std::span<const double> dg,
   const std::size_t n = variable_players_.size();
   const std::size_t m = constraint_players_.size();
   for (std::size_t i = 0; i < n; ++i) {
-    if (active_.variables[i] == Hold::Free) dv[i] = 0.0;
+    if (active_[i] == Hold::Free) dv[i] = 0.0;
   }
   std::vector<double> rhs(n + m), solution(n + m), values(m);
   std::ranges::fill(dlambda, 0.0);
   multiply(dv, dlambda, std::span(rhs).first(n), values);
   for (std::size_t i = 0; i < n; ++i) {
-    rhs[i] = active_.variables[i] == Hold::Free ? -rhs[i] : signs_[i] * dv[i];
+    rhs[i] = active_[i] == Hold::Free ? -rhs[i] : signs_[i] * dv[i];
   }
   for (std::size_t j = 0; j < m; ++j) {
-    rhs[n + j] = active_.constraints[j] == Hold::Free ? 0.0 : dg[j] - values[j];
+    rhs[n + j] = active_[n + j] == Hold::Free ? 0.0 : dg[j] - values[j];
   }
   // (S A S) (S^-1 x) = S b
   for (std::size_t i = 0; i < n + m; ++i) rhs[i] *= scale_[i];
   if (n + m > 0 && !solve_refined(rhs, solution)) return false;
   for (std::size_t i = 0; i < n; ++i) {
-    if (active_.variables[i] == Hold::Free) dv[i] = scale_[i] * solution[i];
+    if (active_[i] == Hold::Free) dv[i] = scale_[i] * solution[i];
   }
   for (std::size_t j = 0; j < m; ++j) {
-    if (active_.constraints[j] != Hold::Free) dlambda[j] = scale_[n + j] * solution[n + j];
+    if (active_[n + j] != Hold::Free) dlambda[j] = scale_[n + j] * solution[n + j];
   }
   return true;
 }

@@ -23,34 +23,39 @@ enum class Hold : std::uint8_t {
   Fixed  ///< equal bounds; a variable held from outside
 };
 
-struct ActiveSet {
-  std::vector<Hold> variables;    ///< n
-  std::vector<Hold> constraints;  ///< m
-  friend bool operator==(const ActiveSet&, const ActiveSet&) = default;
-};
+/// Per place: the variables, then the constraints, n + m.
+using ActiveSet = std::vector<Hold>;
 
-/// Bounds with absent ones at infinity.
+/// Per place, absent ones at infinity.
 struct Bounds {
-  std::vector<double> variable_lower, variable_upper;      ///< n
-  std::vector<double> constraint_lower, constraint_upper;  ///< m
+  std::vector<double> lower, upper;
 };
 [[nodiscard]] Bounds bounds_of(const ProblemStructure& structure, const SolverOptions& options);
 
-/// +1 for Min, -1 for Max: times this, multipliers of lower bounds (z_lower, -lambda) and of upper
-/// ones (z_upper, lambda) are >= 0.
-[[nodiscard]] inline double sign_of(Player player) { return player == Player::Min ? 1.0 : -1.0; }
+/// The values of variables and constraints in one vector per place.
+[[nodiscard]] std::vector<double> joined(std::span<const double> variables,
+                                         std::span<const double> constraints);
 
-/// The active set of a solution: a bound is active where its multiplier, over max(1, |grad f|),
-/// exceeds the distance to it. weak: names of those where neither dominates.
-/// reduced_gradient: grad f + J'lambda (n).
-[[nodiscard]] ActiveSet active_set_of(const ProblemStructure& structure, const Bounds& bounds,
-                                      const Result& result,
-                                      const std::vector<double>& reduced_gradient,
-                                      double gradient_norm, std::vector<std::string>& weak);
+/// Per place +1 for Min, -1 for Max: times this, multipliers of lower bounds (z_lower, -lambda) and
+/// of upper ones (z_upper, lambda) are >= 0.
+[[nodiscard]] std::vector<double> signs_of(const ProblemStructure& structure);
+
+/// Per place the length over which f bends by about one, as the certificate has it: units_of; 1 of
+/// what is fixed. jacobian, hessian: at v, per triplet of the structure.
+[[nodiscard]] std::vector<double> lengths_of(Problem& problem, const ProblemStructure& structure,
+                                             const SolverOptions& options,
+                                             const std::vector<double>& v,
+                                             const std::vector<double>& jacobian,
+                                             const std::vector<double>& hessian);
+
+/// What holds a place: a bound whose multiplier, times the square of the length, exceeds the
+/// distance to it. pressure: the multiplier, positive on the lower bound. weak: -1 or +1 where
+/// neither exceeds the other clearly at the lower or the upper bound, else 0.
+[[nodiscard]] Hold hold_of(double value, double lower, double upper, double pressure, double length,
+                           int& weak);
 
 /// "variable 3", or the model's name for it.
-[[nodiscard]] std::string place_name(const ProblemStructure& structure, bool of_constraint,
-                                     Index index);
+[[nodiscard]] std::string place_name(const ProblemStructure& structure, std::size_t place);
 
 /// The equations of a solution with a given active set, linearized, over all variables and
 /// constraints (v, lambda):

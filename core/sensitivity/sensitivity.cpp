@@ -25,25 +25,25 @@ struct Move {
   std::vector<double> held;  ///< n, read at Min's variables when inner
 };
 
-/// A point on the way of a linearized solution.
+/// A point on the way of a linearized solution. Per place: the value of a variable or constraint,
+/// and what balances its bounds, entries of grad f + J'lambda and of -lambda.
 struct Waypoint {
   ActiveSet active;
-  std::vector<double> v, lambda, reduced, g;  ///< reduced: grad f + J'lambda, n
+  std::vector<double> value, multiplier;
   Bounds bounds;
   double objective = 0.0;
 };
 
 /// Derivatives of a Waypoint along a Move.
 struct Velocity {
-  std::vector<double> v, lambda, reduced, g;
-  double slope = 0.0, curvature = 0.0;  ///< of the value
+  std::vector<double> value, multiplier;
+  double slope = 0.0, curvature = 0.0;  ///< of the objective
 };
 
 /// The next change of the active set.
 struct Event {
   double step = kInfinity;
-  bool of_constraint = false;
-  std::size_t index = 0;
+  std::size_t place = 0;
   Hold to = Hold::Free, from = Hold::Free;
 };
 
@@ -59,13 +59,6 @@ std::vector<double> padded(const std::vector<double>& values, std::size_t size, 
 
 void add(double step, const std::vector<double>& direction, std::vector<double>& values) {
   for (std::size_t i = 0; i < values.size(); ++i) values[i] += step * direction[i];
-}
-
-/// Multipliers of a variable's bounds from what has to balance them.
-void split_multiplier(Hold hold, double sign, double reduced, double& lower, double& upper) {
-  lower = upper = 0.0;
-  if (hold == Hold::Lower || (hold == Hold::Fixed && sign * reduced >= 0.0)) lower = reduced;
-  if (hold == Hold::Upper || (hold == Hold::Fixed && sign * reduced < 0.0)) upper = -reduced;
 }
 
 /// The model with fixed variables free to move: their values are parameters, and the differences
@@ -96,6 +89,8 @@ std::string text_of(ActiveSystem::Outcome outcome) {
 
 struct Sensitivity::State {
   ProblemStructure structure;
+  std::size_t n = 0;          ///< variables, which are the first places
+  std::vector<double> signs;  ///< signs_of
   Waypoint solution;
   std::vector<double> min_part;          ///< J'lambda of Min's constraints
   std::vector<double> z_lower, z_upper;  ///< of the result
@@ -106,7 +101,7 @@ struct Sensitivity::State {
 
   [[nodiscard]] std::string read(Problem& problem, const Result& result,
                                  const SolverOptions& options);
-  void read_solution(const Result& result, const SolverOptions& options,
+  void read_solution(const Result& result, const std::vector<double>& lengths,
                      std::vector<double> gradient, const std::vector<double>& jacobian);
   [[nodiscard]] std::string factorize(const SolverOptions& options, std::vector<double> jacobian,
                                       std::vector<double> hessian);
@@ -119,12 +114,13 @@ struct Sensitivity::State {
   [[nodiscard]] ActiveSetChange describe(const Event& event, double share) const;
   [[nodiscard]] SolutionDerivative derivative(const Move& move);
   [[nodiscard]] Prediction predict(const Move& move);
-  void write(const Waypoint& at, const Move& move, Prediction& prediction) const;
-  [[nodiscard]] bool is_min(std::size_t variable) const {
-    return structure.variable_players[variable] == Player::Min;
-  }
-  [[nodiscard]] bool is_min_constraint(std::size_t constraint) const {
-    return structure.constraint_players[constraint] == Player::Min;
+  /// Values or derivatives of v, lambda and the bounds' multipliers.
+  template <class To>
+  void write(const Waypoint& at, const Move& move, const std::vector<double>& value,
+             const std::vector<double>& multiplier, To& to) const;
+  /// Whether it is the minimizer's, who does not react to an inner move.
+  [[nodiscard]] bool is_still(std::size_t place, const Move& move) const {
+    return move.inner && signs[place] > 0.0;
   }
 };
 
@@ -143,7 +139,7 @@ std::string Sensitivity::State::read(Problem& problem, const Result& result,
   if (!robust_constraints(structure).empty()) {
     return "sensitivities of models with robust constraints are not available";
   }
-  const std::size_t n = structure.variable_players.size();
+  n = structure.variable_players.size();
   const std::size_t m = structure.constraint_players.size();
   if (result.v.size() != n || result.lambda.size() != m || result.constraints.size() != m ||
       (result.certificate.kind != PointKind::LocalMinmax &&
@@ -160,32 +156,39 @@ std::string Sensitivity::State::read(Problem& problem, const Result& result,
   if (!all_finite(gradient) || !all_finite(jacobian) || !all_finite(hessian)) {
     return "a derivative of the model is not finite at the solution";
   }
-  read_solution(result, options, std::move(gradient), jacobian);
+  signs = signs_of(structure);
+  solution.bounds = bounds_of(structure, options);
+  read_solution(result, lengths_of(problem, structure, options, result.v, jacobian, hessian),
+                std::move(gradient), jacobian);
   return factorize(options, std::move(jacobian), std::move(hessian));
 }
 
-void Sensitivity::State::read_solution(const Result& result, const SolverOptions& options,
+void Sensitivity::State::read_solution(const Result& result, const std::vector<double>& lengths,
                                        std::vector<double> gradient,
                                        const std::vector<double>& jacobian) {
-  double gradient_norm = 0.0;
-  for (const double value : gradient) gradient_norm = std::max(gradient_norm, std::abs(value));
-  min_part.assign(gradient.size(), 0.0);
-  solution = {};
-  solution.reduced = std::move(gradient);
+  min_part.assign(n, 0.0);
   for (std::size_t k = 0; k < jacobian.size(); ++k) {
     const auto row = static_cast<std::size_t>(structure.jacobian[k].row);
     const auto col = static_cast<std::size_t>(structure.jacobian[k].col);
     const double part = jacobian[k] * result.lambda[row];
-    solution.reduced[col] += part;
-    if (is_min_constraint(row)) min_part[col] += part;
+    gradient[col] += part;
+    if (signs[n + row] > 0.0) min_part[col] += part;
   }
-  solution.v = result.v;
-  solution.lambda = result.lambda;
-  solution.g = result.constraints;
+  solution.value = joined(result.v, result.constraints);
+  solution.multiplier = joined(gradient, result.lambda);
+  for (std::size_t k = n; k < signs.size(); ++k) solution.multiplier[k] *= -1.0;
   solution.objective = result.objective;
-  solution.bounds = bounds_of(structure, options);
-  solution.active =
-      active_set_of(structure, solution.bounds, result, solution.reduced, gradient_norm, weak);
+  solution.active.clear();
+  weak.clear();
+  for (std::size_t k = 0; k < signs.size(); ++k) {
+    int side = 0;
+    solution.active.push_back(hold_of(solution.value[k], solution.bounds.lower[k],
+                                      solution.bounds.upper[k], signs[k] * solution.multiplier[k],
+                                      lengths[k], side));
+    if (side != 0)
+      weak.push_back(place_name(structure, k) + " at its " + (side < 0 ? "lower" : "upper") +
+                     " bound");
+  }
   z_lower = result.z_lower;
   z_upper = result.z_upper;
 }
@@ -207,30 +210,22 @@ std::string Sensitivity::State::factorize(const SolverOptions& options,
 }
 
 Move Sensitivity::State::move_of(const BoundChange& change) const {
-  const std::size_t n = structure.variable_players.size();
-  const std::size_t m = structure.constraint_players.size();
+  const std::size_t m = signs.size() - n;
   Move move;
-  move.bounds = {padded(change.variable_lower, n, "variable_lower"),
-                 padded(change.variable_upper, n, "variable_upper"),
-                 padded(change.constraint_lower, m, "constraint_lower"),
-                 padded(change.constraint_upper, m, "constraint_upper")};
-  const auto check = [&](bool of_constraint, const std::vector<Hold>& holds,
-                         const std::vector<double>& lower, const std::vector<double>& upper) {
-    for (std::size_t i = 0; i < holds.size(); ++i) {
-      if (holds[i] != Hold::Fixed || lower[i] == upper[i]) continue;
-      throw std::invalid_argument("the equal bounds of " +
-                                  place_name(structure, of_constraint, static_cast<Index>(i)) +
+  move.bounds = {joined(padded(change.variable_lower, n, "variable_lower"),
+                        padded(change.constraint_lower, m, "constraint_lower")),
+                 joined(padded(change.variable_upper, n, "variable_upper"),
+                        padded(change.constraint_upper, m, "constraint_upper"))};
+  for (std::size_t k = 0; k < signs.size(); ++k) {
+    if (solution.active[k] == Hold::Fixed && move.bounds.lower[k] != move.bounds.upper[k]) {
+      throw std::invalid_argument("the equal bounds of " + place_name(structure, k) +
                                   " must be moved alike");
     }
-  };
-  check(false, solution.active.variables, move.bounds.variable_lower, move.bounds.variable_upper);
-  check(true, solution.active.constraints, move.bounds.constraint_lower,
-        move.bounds.constraint_upper);
+  }
   return move;
 }
 
 Move Sensitivity::State::move_of(std::span<const double> dx) const {
-  const std::size_t n = structure.variable_players.size();
   Move move = move_of(BoundChange{});
   move.inner = true;
   if (dx.size() != n) {
@@ -239,7 +234,7 @@ Move Sensitivity::State::move_of(std::span<const double> dx) const {
   }
   move.held.assign(dx.begin(), dx.end());
   for (std::size_t i = 0; i < n; ++i) {
-    if (!is_min(i)) move.held[i] = 0.0;
+    if (signs[i] < 0.0) move.held[i] = 0.0;
   }
   if (!all_finite(move.held)) throw std::invalid_argument("dx is not finite");
   return move;
@@ -247,49 +242,31 @@ Move Sensitivity::State::move_of(std::span<const double> dx) const {
 
 Waypoint Sensitivity::State::start(const Move& move) const {
   Waypoint start = solution;
-  if (!move.inner) return start;
-  for (std::size_t i = 0; i < start.v.size(); ++i) {
-    start.reduced[i] -= min_part[i];
-    if (is_min(i)) start.active.variables[i] = Hold::Fixed;
-  }
-  for (std::size_t j = 0; j < start.lambda.size(); ++j) {
-    if (is_min_constraint(j)) start.active.constraints[j] = Hold::Free;
+  for (std::size_t k = 0; k < signs.size(); ++k) {
+    if (move.inner && k < n) start.multiplier[k] -= min_part[k];
+    if (is_still(k, move)) start.active[k] = k < n ? Hold::Fixed : Hold::Free;
   }
   return start;
 }
 
 /// The system must have the factors for the active set. Empty: it cannot be solved accurately.
 std::optional<Velocity> Sensitivity::State::velocity(const Waypoint& at, const Move& move) {
-  const std::size_t n = at.v.size();
-  const std::size_t m = at.lambda.size();
-  Velocity velocity;
-  velocity.v.assign(n, 0.0);
-  velocity.lambda.assign(m, 0.0);
-  velocity.reduced.assign(n, 0.0);
-  velocity.g.assign(m, 0.0);
-  std::vector<double> right_side(m, 0.0);
-  for (std::size_t i = 0; i < n; ++i) {
-    const Hold hold = at.active.variables[i];
-    if (hold == Hold::Upper) velocity.v[i] = move.bounds.variable_upper[i];
-    if (hold == Hold::Lower || hold == Hold::Fixed) velocity.v[i] = move.bounds.variable_lower[i];
-    if (move.inner && is_min(i)) velocity.v[i] = move.held[i];
+  std::vector<double> moved(signs.size(), 0.0);  // of what is held
+  for (std::size_t k = 0; k < moved.size(); ++k) {
+    if (at.active[k] == Hold::Free) continue;
+    moved[k] = at.active[k] == Hold::Upper ? move.bounds.upper[k] : move.bounds.lower[k];
+    if (k < n && is_still(k, move)) moved[k] = move.held[k];
   }
-  for (std::size_t j = 0; j < m; ++j) {
-    const Hold hold = at.active.constraints[j];
-    if (hold == Hold::Upper) right_side[j] = move.bounds.constraint_upper[j];
-    if (hold == Hold::Lower || hold == Hold::Fixed) right_side[j] = move.bounds.constraint_lower[j];
-  }
-  if (!system->solve(velocity.v, right_side, velocity.lambda)) return std::nullopt;
-  system->multiply(velocity.v, velocity.lambda, velocity.reduced, velocity.g);
-  for (std::size_t i = 0; i < n; ++i) {
-    if (at.active.variables[i] == Hold::Free) continue;
-    velocity.slope += at.reduced[i] * velocity.v[i];
-    velocity.curvature += velocity.reduced[i] * velocity.v[i];
-  }
-  for (std::size_t j = 0; j < m; ++j) {
-    if (at.active.constraints[j] == Hold::Free) continue;
-    velocity.slope -= at.lambda[j] * right_side[j];
-    velocity.curvature -= velocity.lambda[j] * right_side[j];
+  Velocity velocity{.value = moved, .multiplier = std::vector(moved.size(), 0.0)};
+  const auto dv = std::span(velocity.value).first(n);
+  std::vector<double> dlambda(moved.size() - n);
+  if (!system->solve(dv, std::span(moved).subspan(n), dlambda)) return std::nullopt;
+  system->multiply(dv, dlambda, std::span(velocity.multiplier).first(n),
+                   std::span(velocity.value).subspan(n));
+  for (std::size_t j = 0; j < dlambda.size(); ++j) velocity.multiplier[n + j] = -dlambda[j];
+  for (std::size_t k = 0; k < moved.size(); ++k) {
+    velocity.slope += at.multiplier[k] * moved[k];
+    velocity.curvature += velocity.multiplier[k] * moved[k];
   }
   return velocity;
 }
@@ -306,36 +283,18 @@ Event Sensitivity::State::next_event(const Waypoint& at, const Velocity& velocit
       next.step = step;
     }
   };
-  for (std::size_t i = 0; i < at.v.size(); ++i) {
-    if (move.inner && is_min(i)) continue;
-    const Hold hold = at.active.variables[i];
-    const double sign = sign_of(structure.variable_players[i]);
+  for (std::size_t k = 0; k < signs.size(); ++k) {
+    if (is_still(k, move)) continue;
+    const Hold hold = at.active[k];
     if (hold == Hold::Free) {
-      watch(at.v[i] - at.bounds.variable_lower[i], velocity.v[i] - move.bounds.variable_lower[i],
-            {.of_constraint = false, .index = i, .to = Hold::Lower});
-      watch(at.bounds.variable_upper[i] - at.v[i], move.bounds.variable_upper[i] - velocity.v[i],
-            {.of_constraint = false, .index = i, .to = Hold::Upper});
+      watch(at.value[k] - at.bounds.lower[k], velocity.value[k] - move.bounds.lower[k],
+            {.place = k, .to = Hold::Lower});
+      watch(at.bounds.upper[k] - at.value[k], move.bounds.upper[k] - velocity.value[k],
+            {.place = k, .to = Hold::Upper});
     } else if (hold != Hold::Fixed) {
-      const double pressure = hold == Hold::Lower ? sign : -sign;
-      watch(pressure * at.reduced[i], pressure * velocity.reduced[i],
-            {.of_constraint = false, .index = i, .to = Hold::Free, .from = hold});
-    }
-  }
-  for (std::size_t j = 0; j < at.g.size(); ++j) {
-    if (move.inner && is_min_constraint(j)) continue;
-    const Hold hold = at.active.constraints[j];
-    const double sign = sign_of(structure.constraint_players[j]);
-    if (hold == Hold::Free) {
-      watch(at.g[j] - at.bounds.constraint_lower[j],
-            velocity.g[j] - move.bounds.constraint_lower[j],
-            {.of_constraint = true, .index = j, .to = Hold::Lower});
-      watch(at.bounds.constraint_upper[j] - at.g[j],
-            move.bounds.constraint_upper[j] - velocity.g[j],
-            {.of_constraint = true, .index = j, .to = Hold::Upper});
-    } else if (hold != Hold::Fixed) {
-      const double pressure = hold == Hold::Upper ? sign : -sign;
-      watch(pressure * at.lambda[j], pressure * velocity.lambda[j],
-            {.of_constraint = true, .index = j, .to = Hold::Free, .from = hold});
+      const double sign = hold == Hold::Lower ? signs[k] : -signs[k];
+      watch(sign * at.multiplier[k], sign * velocity.multiplier[k],
+            {.place = k, .to = Hold::Free, .from = hold});
     }
   }
   return next;
@@ -344,11 +303,11 @@ Event Sensitivity::State::next_event(const Waypoint& at, const Velocity& velocit
 ActiveSetChange Sensitivity::State::describe(const Event& event, double share) const {
   ActiveSetChange change;
   change.share = share;
-  change.of_constraint = event.of_constraint;
-  change.index = static_cast<Index>(event.index);
+  change.of_constraint = event.place >= n;
+  change.index = static_cast<Index>(event.place - (change.of_constraint ? n : 0));
   change.enters = event.to != Hold::Free;
   change.upper = (change.enters ? event.to : event.from) == Hold::Upper;
-  change.text = place_name(structure, event.of_constraint, change.index) +
+  change.text = place_name(structure, event.place) +
                 (change.enters ? " reaches its " : " leaves its ") +
                 (change.upper ? "upper bound" : "lower bound");
   return change;
@@ -361,44 +320,41 @@ SolutionDerivative Sensitivity::State::derivative(const Move& move) {
   }
   std::optional<Velocity> velocity = this->velocity(at, move);
   if (!velocity) throw std::runtime_error(kInaccurate);
-  Velocity& found = *velocity;
   SolutionDerivative result;
-  result.objective = found.slope;
-  result.objective_curvature = found.curvature;
-  result.z_lower.assign(at.v.size(), 0.0);
-  result.z_upper.assign(at.v.size(), 0.0);
-  for (std::size_t i = 0; i < at.v.size(); ++i) {
-    if (move.inner && is_min(i)) continue;
-    const double sign = sign_of(structure.variable_players[i]);
-    const Hold hold = at.active.variables[i];
-    // A fixed variable's multiplier stays on the side where it is.
-    const bool upper = hold == Hold::Upper || (hold == Hold::Fixed && sign * at.reduced[i] < 0.0);
-    if (hold != Hold::Free) {
-      (upper ? result.z_upper : result.z_lower)[i] = upper ? -found.reduced[i] : found.reduced[i];
-    }
-  }
-  result.v = std::move(found.v);
-  result.lambda = std::move(found.lambda);
+  result.objective = velocity->slope;
+  result.objective_curvature = velocity->curvature;
+  result.z_lower.assign(n, 0.0);
+  result.z_upper.assign(n, 0.0);
+  write(at, move, velocity->value, velocity->multiplier, result);
   return result;
 }
 
-void Sensitivity::State::write(const Waypoint& at, const Move& move, Prediction& prediction) const {
-  prediction.v = at.v;
-  prediction.lambda = at.lambda;
-  prediction.objective = at.objective;
-  prediction.z_lower = z_lower;
-  prediction.z_upper = z_upper;
-  for (std::size_t i = 0; i < at.v.size(); ++i) {
-    if (move.inner && is_min(i)) continue;
-    split_multiplier(at.active.variables[i], sign_of(structure.variable_players[i]), at.reduced[i],
-                     prediction.z_lower[i], prediction.z_upper[i]);
+template <class To>
+void Sensitivity::State::write(const Waypoint& at, const Move& move,
+                               const std::vector<double>& value,
+                               const std::vector<double>& multiplier, To& to) const {
+  const auto end = static_cast<std::ptrdiff_t>(n);
+  to.v.assign(value.begin(), value.begin() + end);
+  to.lambda.assign(multiplier.begin() + end, multiplier.end());
+  for (double& lambda : to.lambda) lambda = 0.0 - lambda;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (is_still(i, move)) continue;
+    to.z_lower[i] = to.z_upper[i] = 0.0;
+    const Hold hold = at.active[i];
+    if (hold == Hold::Free) continue;
+    // A fixed variable's multiplier stays on the side where it is.
+    if (hold == Hold::Upper || (hold == Hold::Fixed && signs[i] * at.multiplier[i] < 0.0)) {
+      to.z_upper[i] = -multiplier[i];
+    } else {
+      to.z_lower[i] = multiplier[i];
+    }
   }
 }
 
 Prediction Sensitivity::State::predict(const Move& move) {
   Waypoint at = start(move);
   Prediction prediction;
-  const std::size_t most_changes = 2 * (at.v.size() + at.g.size()) + 10;
+  const std::size_t most_changes = 2 * signs.size() + 10;
   while (prediction.share < 1.0) {
     if (const auto outcome = system->factorize(at.active); outcome != ActiveSystem::Outcome::Ok) {
       prediction.message = text_of(outcome);
@@ -413,14 +369,10 @@ Prediction Sensitivity::State::predict(const Move& move) {
     const Event event = next_event(at, velocity, move);
     const double left = 1.0 - prediction.share;
     const double step = std::min(event.step, left);
-    add(step, velocity.v, at.v);
-    add(step, velocity.lambda, at.lambda);
-    add(step, velocity.reduced, at.reduced);
-    add(step, velocity.g, at.g);
-    add(step, move.bounds.variable_lower, at.bounds.variable_lower);
-    add(step, move.bounds.variable_upper, at.bounds.variable_upper);
-    add(step, move.bounds.constraint_lower, at.bounds.constraint_lower);
-    add(step, move.bounds.constraint_upper, at.bounds.constraint_upper);
+    add(step, velocity.value, at.value);
+    add(step, velocity.multiplier, at.multiplier);
+    add(step, move.bounds.lower, at.bounds.lower);
+    add(step, move.bounds.upper, at.bounds.upper);
     at.objective += step * (velocity.slope + 0.5 * step * velocity.curvature);
     prediction.share = step < left ? prediction.share + step : 1.0;
     if (prediction.share == 1.0) break;
@@ -428,11 +380,14 @@ Prediction Sensitivity::State::predict(const Move& move) {
       prediction.message = "the active set keeps changing";
       break;
     }
-    (event.of_constraint ? at.active.constraints : at.active.variables)[event.index] = event.to;
-    if (event.of_constraint && event.to == Hold::Free) at.lambda[event.index] = 0.0;
+    at.active[event.place] = event.to;
+    if (event.to == Hold::Free) at.multiplier[event.place] = 0.0;
     prediction.changes.push_back(describe(event, prediction.share));
   }
-  write(at, move, prediction);
+  prediction.objective = at.objective;
+  prediction.z_lower = z_lower;
+  prediction.z_upper = z_upper;
+  write(at, move, at.value, at.multiplier, prediction);
   return prediction;
 }
 

@@ -225,6 +225,23 @@ TEST(CrossCheckMinmax, AnAnswerAtAWrongInnerPointIsImprovable) {
   EXPECT_THROW(static_cast<void>(check_inner_maximum(problem, {0.0})), std::invalid_argument);
 }
 
+TEST(CrossCheckMinmax, AWrongInnerPointIsImprovableInOtherUnits) {
+  for (const double unit : {1e-5, 1.0, 1e5}) {
+    for (const double of_f : {1e-8, 1.0, 1e6}) {
+      testing::Model model;
+      const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y", -unit, unit);
+      const Expression s = (1.0 / unit) * y;
+      model.objective(of_f * (square(x) + x * s - square(s)));
+      model.constraint(of_f * square(s), -1e20, 0.5 * of_f);
+      AutodiffProblem problem(model, {0.3, 0.2 * unit});
+      EXPECT_TRUE(check_inner_maximum(problem, {0.0, 0.3 * unit}).improved_near) << unit << of_f;
+      EXPECT_FALSE(check_inner_maximum(problem, {0.0, 0.0}).improved_near) << unit << of_f;
+      EXPECT_FALSE(check_inner_maximum(problem, {2.0, std::sqrt(0.5) * unit}).improved_near)
+          << unit << of_f;
+    }
+  }
+}
+
 TEST(CrossCheckMinmax, FirstOrderPointsWithAWrongInnerCurvatureAreRefuted) {
   int refuted = 0;
   for (const testing::SmallProblem& known : testing::small_problems()) {

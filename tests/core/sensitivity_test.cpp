@@ -9,6 +9,7 @@
 #include <support/autodiff_problem.hpp>
 #include <support/forwarding_problem.hpp>
 #include <support/function_problem.hpp>
+#include <support/units_problem.hpp>
 #include <support/without_hessian.hpp>
 
 #include "core/sensitivity.hpp"
@@ -262,6 +263,106 @@ TEST(Sensitivity, ReactionsOfTheSmallProblemsAreThoseOfDifferences) {
   }
   RecordProperty("compared", compared);
   EXPECT_GE(compared, 50);
+}
+
+/// The same change in other units.
+BoundChange in_units(const testing::UnitsProblem& units, BoundChange change) {
+  for (auto* values : {&change.variable_lower, &change.variable_upper})
+    for (std::size_t i = 0; i < values->size(); ++i) (*values)[i] /= units.unit(i);
+  for (auto* values : {&change.constraint_lower, &change.constraint_upper})
+    for (std::size_t j = 0; j < values->size(); ++j) (*values)[j] *= units.factor(j);
+  return change;
+}
+
+/// A derivative as a result, so that units change it like one.
+Result as_result(const SolutionDerivative& derivative) {
+  Result result;
+  result.v = derivative.v;
+  result.lambda = derivative.lambda;
+  result.z_lower = derivative.z_lower;
+  result.z_upper = derivative.z_upper;
+  result.objective = derivative.objective;
+  return result;
+}
+
+TEST(Sensitivity, IsTheSameInOtherUnits) {
+  testing::Dice dice(11);
+  int compared = 0;
+  for (const auto& small : testing::small_problems()) {
+    if (small.expectation == Expectation::None || small.expectation == Expectation::Degenerate) {
+      continue;
+    }
+    for (const auto& solution : small.solutions) {
+      AutodiffProblem problem(small.model, solution.v);
+      SolverOptions options;
+      options.tol = 1e-10;
+      const Result base = solve(problem, options);
+      Sensitivity own, other;
+      if (!is_certified(base) || !own.update(problem, base, options).empty() ||
+          !own.weakly_active().empty()) {
+        continue;
+      }
+      const auto powers = [&](std::size_t size) {
+        std::vector<double> all(size);
+        for (double& unit : all) unit = std::pow(10.0, dice.below(13) - 6);
+        return all;
+      };
+      for (int trial = 0; trial < 3; ++trial) {
+        testing::UnitsProblem units(problem, powers(base.v.size()), powers(base.lambda.size()),
+                                    powers(1)[0]);
+        const Result there = units.in_units(base);
+        ASSERT_EQ(other.update(units, there, options), "") << small.name;
+        for (const auto& constant : constants_of(problem.structure())) {
+          const std::string where = small.name + ", " + constant.name;
+          const Result expected = as_result(own.derivative(constant.change));
+          const Result found =
+              units.original(as_result(other.derivative(in_units(units, constant.change))));
+          expect_close(found.v, expected.v, where + " v");
+          expect_close(found.lambda, expected.lambda, where + " lambda");
+          expect_close(found.z_lower, expected.z_lower, where + " z_lower");
+          expect_close(found.z_upper, expected.z_upper, where + " z_upper");
+          expect_close({found.objective}, {expected.objective}, where + " objective");
+          ++compared;
+        }
+      }
+    }
+  }
+  RecordProperty("compared", compared);
+  EXPECT_GE(compared, 700);
+}
+
+/// Solved in the units in which the sensitivities are asked for.
+TEST(Sensitivity, BoundsAreActiveInAnyUnits) {
+  for (const double unit : {1e-4, 1.0, 1e4}) {  // y at its bound whatever x is
+    Model model;
+    const auto x = model.variable(Player::Min, "x", -kInf, kInf);
+    const auto y = model.variable(Player::Max, "y", -unit, unit);
+    const auto s = (1.0 / unit) * y;
+    model.objective((x - 1.0) * (x - 1.0) + (x + 3.0) * s - s * s);
+    AutodiffProblem problem(model, {0.0, 0.5 * unit});
+    const Result base = solve(problem, SolverOptions{});
+    ASSERT_TRUE(is_certified(base)) << unit;
+    Sensitivity sensitivity;
+    ASSERT_EQ(sensitivity.update(problem, base, SolverOptions{}), "");
+    EXPECT_EQ(sensitivity.reaction(std::vector<double>{1.0, 0.0}).v[1], 0.0) << unit;
+    EXPECT_TRUE(sensitivity.weakly_active().empty()) << unit;
+  }
+  for (const double factor : {1e-6, 1.0, 1e6}) {  // min x^2 - 2.2 x + y-part, row factor x <= p
+    Model model;
+    const auto x = model.variable(Player::Min, "x", -kInf, kInf);
+    const auto y = model.variable(Player::Max, "y", -kInf, kInf);
+    model.objective(0.1 * x * x - 2.4 * x + x * y - 0.5 * (x - y) * (x - y) - 0.5 * x * x);
+    model.constraint(factor * x, -kInf, factor);
+    AutodiffProblem problem(model, {0.0, 0.0});
+    const Result base = solve(problem, SolverOptions{});
+    ASSERT_EQ(base.status, Status::Solved) << factor;
+    Sensitivity sensitivity;
+    ASSERT_EQ(sensitivity.update(problem, base, SolverOptions{}), "");
+    const auto found = sensitivity.derivative({.constraint_upper = {factor}});
+    EXPECT_NEAR(found.v[0], 1.0, 1e-6) << factor;
+    EXPECT_NEAR(found.objective, base.lambda[0] * -factor, 1e-6) << factor;
+    EXPECT_LT(found.objective, -0.1) << factor;
+  }
 }
 
 /// A game with quadratic objective and linear constraints: its solution is piecewise linear in the

@@ -110,6 +110,43 @@ class ClosedForms(unittest.TestCase):
         self.assertLessEqual(high[0], 1.0 + 1e-7)
         self.assertLessEqual(high[1], 1.0 + 1e-7)
 
+    def test_a_box_of_a_few_micrometers(self):
+        """-sin(|x| / 2e-6) - (y - 1)^2 on [0, 3e-6] is least where the sine turns, at pi 1e-6."""
+        seen = []
+
+        def fun(x, y):
+            seen.append(float(np.real(x[0])))
+            return -np.sin(np.abs(x[0]) / 1.8e-6) - (y[0] - 1.0) ** 2
+
+        result = minimize_minmax(fun, [1e-6], [0.0], bounds_x=(0.0, 3e-6),
+                                 options={"bound_relax_factor": 0.0, "tol": 1e-10})
+        self.assertTrue(result.success)
+        self.assertEqual(result.derivatives, "fun: differences")
+        self.assertAlmostEqual(result.fun, -1.0, places=8)
+        self.assertGreaterEqual(min(seen), 0.0)
+        self.assertLessEqual(max(seen), 3e-6)
+
+    def test_answers_are_the_same_in_other_units(self):
+        """A smooth game in random units, shifted, in and without a box, by values alone."""
+        random = np.random.default_rng(2)
+        at = np.array([0.31, -0.27, 0.45])
+        for _ in range(12):
+            unit, shift = 10.0 ** random.uniform(-6, 6, 3), random.choice([0.0, 300.0], 3)
+
+            def fun(x, y):
+                u = np.array([*map(float, x), *map(float, y)]) / unit - shift - at  # no complex steps
+                return (u[0] ** 2 + u[1] ** 2 + u[0] * u[2] - u[2] ** 2
+                        + 0.1 * np.exp(u[0] + u[1]) - 0.1 * (u[0] + u[1]))
+
+            start = (at + random.uniform(-1.0, 1.0, 3) + shift) * unit
+            bounds = list(zip((shift - 2.0) * unit, (shift + 2.0) * unit))
+            for box in (bounds, [None] * 3):
+                result = minimize_minmax(fun, start[:2], start[2:], bounds_x=box[:2], bounds_y=box[2:])
+                with self.subTest(unit=unit, shift=shift, box=box):
+                    self.assertTrue(result.success)
+                    np.testing.assert_allclose([*result.x, *result.y] / unit - shift - at, 0.0,
+                                               atol=1e-4)
+
     def test_complex_steps_where_the_function_is_defined(self):
         result = minimize_minmax(lambda x, y: x[0] - 2.0 * np.log(x[0]) - (y[0] - x[0]) ** 2, [1e-3],
                                  [0.0], bounds_x=(1e-6, None))
@@ -136,6 +173,15 @@ class WrongDerivatives(unittest.TestCase):
         self.assertFalse(result.certificate.is_local_minmax)
         self.assertIn("jac has the derivative", result.message)
         self.assertIn("y[0]", result.message)
+
+    def test_in_a_box_of_a_few_micrometers(self):
+        """A quarter too large."""
+        def fun(x, y):
+            return np.sin(x[0] / 2e-6) - (y[0] - 1.0) ** 2
+
+        with self.assertWarnsRegex(DerivativeWarning, r"at the start jac has the derivative .* x\[0\]"):
+            minimize_minmax(fun, [1e-6], [0.5], bounds_x=(0.0, 3e-6), options={"max_iter": 5},
+                            jac=lambda x, y: [1.25 * np.cos(x[0] / 2e-6) / 2e-6, 2.0 - 2.0 * y[0]])
 
     def test_of_a_constraint(self):
         with self.assertWarnsRegex(DerivativeWarning, r"value 1 of jac of constraints\[0\]"):

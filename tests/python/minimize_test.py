@@ -96,6 +96,37 @@ class WithoutDerivatives(unittest.TestCase):
         stopped = minimize_minmax(game, [1.0], [0.3], callback=lambda x, y: False)
         self.assertEqual((stopped.status, stopped.nit, stopped.success), (5, 0, False))
 
+    def test_stop_iteration_stops_as_in_scipy(self):
+        def callback(x, y):
+            raise StopIteration
+
+        stopped = minimize_minmax(game, [1.0], [0.3], callback=callback)
+        self.assertEqual((stopped.status, stopped.nit, stopped.success), (5, 0, False))
+
+    def test_tol(self):
+        def quartic(x, y):
+            return (x[0] - 1.0) ** 4 + game(x, y)
+
+        rough, fine, both = (minimize_minmax(quartic, [5.0], [0.3], tol=tol, options=options)
+                             for tol, options in ((1.0, {}), (1e-10, {}), (1.0, {"tol": 1e-10})))
+        self.assertLess(rough.nit, fine.nit)
+        self.assertLessEqual(fine.info["statistics"]["error"], 1e-10)
+        self.assertEqual(both.nit, fine.nit)
+
+    def test_every_call_of_a_function_is_counted(self):
+        calls = [0]
+
+        def counted(function):
+            def call(x, y):
+                calls[0] += 1
+                return function(x, y)
+            return call
+
+        result = minimize_minmax(
+            counted(game), [1.0], [0.3], bounds_y=(-1.0, 1.0),
+            constraints=Constraint(counted(lambda x, y: x[0] + y[0]), ub=9.0, player="min"))
+        self.assertEqual(result.nfev, calls[0])
+
     def test_exceptions_pass_through(self):
         def trouble(x, y):
             raise LookupError("nothing here")

@@ -352,9 +352,10 @@ class Threads(unittest.TestCase):
                 raise RuntimeError(info["status_msg"])
 
         problem = game.problem(Nested())
-        problem.check_derivatives = False
-        with self.assertRaisesRegex(RuntimeError, "being solved"):
-            problem.solve(game.START)
+        for check in (False, True):  # derivatives are checked before the solve begins
+            problem.check_derivatives = check
+            with self.assertRaisesRegex(RuntimeError, "being solved"):
+                problem.solve(game.START)
 
 
 class Memory(unittest.TestCase):

@@ -14,14 +14,17 @@
 
 namespace ipminmax::testing {
 
-/// The same problem in other units: variables u_i = v_i / unit_i, constraints times a factor each.
+/// The same problem in other units: variables u_i = v_i / unit_i, constraints and f times a factor
+/// each.
 class UnitsProblem final : public ForwardingProblem {
  public:
-  UnitsProblem(Problem& problem, std::vector<double> units, std::vector<double> factors)
+  UnitsProblem(Problem& problem, std::vector<double> units, std::vector<double> factors,
+               double of_objective = 1.0)
       : ForwardingProblem(problem),
         structure_(problem.structure()),
         units_(std::move(units)),
         factors_(std::move(factors)),
+        of_objective_(of_objective),
         v_(units_.size()),
         lambda_(factors_.size()) {
     for (std::size_t i = 0; i < units_.size(); ++i) {
@@ -56,13 +59,31 @@ class UnitsProblem final : public ForwardingProblem {
   /// Of a result in these units, that of the problem.
   [[nodiscard]] Result original(Result result) const {
     result.v = original(std::span<const double>(result.v));
-    for (std::size_t j = 0; j < factors_.size(); ++j) result.lambda[j] *= factors_[j];
+    result.objective /= of_objective_;
+    for (std::size_t j = 0; j < factors_.size(); ++j)
+      result.lambda[j] *= factors_[j] / of_objective_;
     for (std::size_t i = 0; i < units_.size(); ++i) {
-      result.z_lower[i] /= units_[i];
-      result.z_upper[i] /= units_[i];
+      result.z_lower[i] /= units_[i] * of_objective_;
+      result.z_upper[i] /= units_[i] * of_objective_;
     }
     return result;
   }
+  /// Of a result of the problem, that in these units.
+  [[nodiscard]] Result in_units(Result result) const {
+    result.objective *= of_objective_;
+    for (std::size_t j = 0; j < factors_.size(); ++j) {
+      result.lambda[j] *= of_objective_ / factors_[j];
+      result.constraints[j] *= factors_[j];
+    }
+    for (std::size_t i = 0; i < units_.size(); ++i) {
+      result.v[i] /= units_[i];
+      result.z_lower[i] *= units_[i] * of_objective_;
+      result.z_upper[i] *= units_[i] * of_objective_;
+    }
+    return result;
+  }
+  [[nodiscard]] double unit(std::size_t variable) const { return units_[variable]; }
+  [[nodiscard]] double factor(std::size_t constraint) const { return factors_[constraint]; }
 
   [[nodiscard]] const ProblemStructure& structure() const override { return structure_; }
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
@@ -71,12 +92,14 @@ class UnitsProblem final : public ForwardingProblem {
     return true;
   }
   [[nodiscard]] bool objective(std::span<const double> u, bool new_v, double& f) override {
-    return ForwardingProblem::objective(at(u), new_v, f);
+    const bool defined = ForwardingProblem::objective(at(u), new_v, f);
+    f *= of_objective_;
+    return defined;
   }
   [[nodiscard]] bool gradient(std::span<const double> u, bool new_v,
                               std::span<double> grad) override {
     if (!ForwardingProblem::gradient(at(u), new_v, grad)) return false;
-    for (std::size_t i = 0; i < units_.size(); ++i) grad[i] *= units_[i];
+    for (std::size_t i = 0; i < units_.size(); ++i) grad[i] *= units_[i] * of_objective_;
     return true;
   }
   [[nodiscard]] bool constraints(std::span<const double> u, bool new_v,
@@ -98,7 +121,8 @@ class UnitsProblem final : public ForwardingProblem {
                              std::span<const double> lambda, bool,
                              std::span<double> values) override {
     for (std::size_t j = 0; j < factors_.size(); ++j) lambda_[j] = factors_[j] * lambda[j];
-    if (!ForwardingProblem::hessian(at(u), new_v, sigma, lambda_, true, values)) return false;
+    if (!ForwardingProblem::hessian(at(u), new_v, of_objective_ * sigma, lambda_, true, values))
+      return false;
     for (std::size_t k = 0; k < values.size(); ++k) {
       const auto [row, col] = structure_.hessian[k];
       values[k] *= units_[static_cast<std::size_t>(row)] * units_[static_cast<std::size_t>(col)];
@@ -116,7 +140,9 @@ class UnitsProblem final : public ForwardingProblem {
   }
 
   ProblemStructure structure_;
-  std::vector<double> units_, factors_, v_, lambda_;
+  std::vector<double> units_, factors_;
+  double of_objective_;
+  std::vector<double> v_, lambda_;
 };
 
 }  // namespace ipminmax::testing

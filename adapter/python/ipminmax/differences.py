@@ -11,12 +11,15 @@ Function = Callable[[Any], Any]
 
 _ComplexWarning = getattr(np, "exceptions", np).ComplexWarning
 
-#: Step of second-order differences, times max(1, |v|): the cube root of rounding.
+#: Step of second-order differences over the length of a variable: the cube root of rounding.
 _STEP = 6e-6
+_EPSILON = np.finfo(float).eps
+#: Over the step, those with which slopes are compared until they are accurate enough to tell.
+_SCALES = (1.0, 1e-2, 1e2, 1e-4)
 #: Directions along which complex steps are compared with differences; beyond so many variables each
 #: direction moves several.
 _DIRECTIONS = 64
-#: Relative sizes of the moves to points at which they are compared.
+#: Moves to points at which they are compared, over the lengths.
 _MOVES = (0.1, 1e-3)
 
 
@@ -43,27 +46,82 @@ def _values(function: Function, v: Vector) -> Optional[Vector]:
 
 
 class Box:
-    """Bounds of the variables; what is evaluated for a difference lies between them."""
+    """Bounds of the variables, which nothing that is evaluated for a difference leaves, and their
+    lengths, of which differences step by a share, so that the units of the model do not matter: the
+    size at v or at the start v0, but no more than half of the box and no less than a tenth of that,
+    or than 1 in a wide one. Where v0 is 0 and there is no box, at least 1."""
 
-    def __init__(self, lower: Vector, upper: Vector) -> None:
-        self.lower, self.upper = lower, upper
+    def __init__(self, lower: Vector, upper: Vector, v0: Vector) -> None:
+        self.lower, self.upper, self._v0 = lower, upper, v0
+        half = 0.5 * (upper - lower)
+        self._least = np.maximum(np.abs(v0), np.where(half < 1e19, np.minimum(0.1 * half, 1.0), 0.0))
+        self._least[self._least == 0.0] = 1.0
+        self._half = np.where((0.0 < half) & (half < 1e19), half, np.inf)  # a fixed one may be moved
+        self._factors = np.ones(v0.size)  #: of lengths, found by fitted
 
-    def inward(self, v: Vector, direction: Vector) -> Vector:
-        """The direction with signs turned away from bounds that are near."""
-        turned = direction.copy()
-        reach = 4.0 * np.abs(direction) * _STEP * np.maximum(1.0, np.abs(v))
-        turned[v + reach > self.upper] = -np.abs(turned[v + reach > self.upper])
-        turned[v - reach < self.lower] = np.abs(turned[v - reach < self.lower])
-        return turned
+    def lengths(self, v: Vector) -> Vector:
+        return np.minimum(self._factors * np.maximum(np.abs(v), self._least), self._half)
+
+    def steps(self, v: Vector) -> Vector:
+        """Of central differences: more than the rounding of v."""
+        return np.minimum(np.maximum(_STEP * self.lengths(v), 64.0 * _EPSILON * np.abs(v)),
+                          0.25 * self._half)
+
+    def inward(self, v: Vector, direction: Vector, scale: float = 1.0) -> Vector:
+        """The direction times the lengths, with signs turned away from bounds that are near."""
+        turned = direction * self.lengths(v)
+        size = np.abs(turned)
+        reach = 4.0 * scale * _STEP * size
+        turned = np.where(v + reach > self.upper, -size, turned)
+        return np.where(v - reach < self.lower, size, turned)
 
     def holds(self, v: Vector) -> bool:
         return bool(np.all((self.lower <= v) & (v <= self.upper)))
 
     def moved(self, v: Vector, random: np.random.Generator, share: float) -> Vector:
-        """A point strictly inside, about the share of max(1, |v|) away from v."""
-        reach = share * np.maximum(1.0, np.abs(v))
+        """A point strictly inside, about the share of the lengths away from v."""
+        reach = share * self.lengths(v)
         low, high = np.maximum(self.lower, v - reach), np.minimum(self.upper, v + reach)
         return np.where(low < high, low + random.uniform(0.1, 0.9, v.size) * (high - low), v)
+
+    def fitted(self, function: Function, v: Vector) -> "Box":
+        """The same with lengths that suit differences of the function around v: four calls for a
+        variable whose length does already, and four for each power of ten."""
+        box = Box(self.lower, self.upper, self._v0)
+        for j in np.flatnonzero(self.lower < self.upper):
+            factor, (best, turn) = 1.0, box._error(function, v, j)
+            while turn != 1.0 and 1e-13 < factor * turn < 1e13:
+                box._factors[j] = factor * turn
+                error, next_turn = box._error(function, v, j)
+                if not (error < best or best == np.inf):
+                    break
+                factor, best = factor * turn, error
+                turn = 1.0 if turn * next_turn == 1.0 else next_turn
+            box._factors[j] = factor if best < np.inf else 1.0
+        return box
+
+    def _error(self, function: Function, v: Vector, j: int) -> Tuple[float, float]:
+        """The error of central differences to variable j over the size of the values, and by what
+        its length is to be multiplied: 1/10 where a third derivative shows, more than 1 where rounding
+        hides the slope. Infinite: undefined, or nothing changes."""
+        step = self.steps(v)[j]
+        moved, values = v.copy(), []
+        middle = min(max(v[j], self.lower[j] + 2.0 * step), self.upper[j] - 2.0 * step)
+        for k in (-2.0, -1.0, 1.0, 2.0):
+            moved[j] = middle + k * step
+            found = _values(function, moved)
+            if found is None:
+                return np.inf, 1.0
+            values.append(found)
+        below_far, below, above, above_far = values
+        rounding = _EPSILON * np.maximum(np.max(np.abs(values), axis=0), 1e-300)
+        third = np.abs(above_far - below_far - 2.0 * (above - below)) / (12.0 * rounding)
+        slope = np.max(np.abs(above_far - below_far) / rounding)
+        bend = np.max(np.abs(above_far + below_far - above - below) / rounding)
+        if slope == bend == 0.0:
+            return np.inf, 1e3
+        turn = 10.0 if slope < 1e7 and bend < 1e4 else 0.1 if np.any(third > 30.0) else 1.0
+        return (float(np.max(third)) + 1.0) / step, turn
 
 
 def complex_step(function: Function, v: Vector) -> Vector:
@@ -81,20 +139,22 @@ def complex_step(function: Function, v: Vector) -> Vector:
 def central(function: Function, v: Vector, box: Box) -> Vector:
     """Differences to both sides, or twice to the side that is inside; error about 1e-10 relative."""
     columns = []
-    for j in range(v.size):
-        step = _STEP * max(1.0, abs(v[j]))
+    for j, step in enumerate(box.steps(v)):
 
-        def at(distance: float, j: int = j) -> Vector:
+        def at(place: float, j: int = j) -> Tuple[Vector, float]:
             moved = v.copy()
-            moved[j] += distance
-            return np.atleast_1d(np.asarray(function(moved), dtype=float)).ravel()
+            moved[j] = place
+            return np.atleast_1d(np.asarray(function(moved), dtype=float)).ravel(), moved[j] - v[j]
 
-        above, below = v[j] + step <= box.upper[j], v[j] - step >= box.lower[j]
-        if above == below:  # a fixed variable has room on neither side, and may be moved
-            columns.append((at(step) - at(-step)) / (2.0 * step))
+        up, down = v[j] + step <= box.upper[j], v[j] - step >= box.lower[j]
+        if up == down:  # a fixed variable has room on neither side, and may be moved
+            (above, a), (below, b) = at(v[j] + step), at(v[j] - step)
+            columns.append((above - below) / (a - b))
         else:
-            one = step if above else -step
-            columns.append((4.0 * at(one) - 3.0 * at(0.0) - at(2.0 * one)) / (2.0 * one))
+            step = step if up else -step
+            (near, a), (far, b) = at(v[j] + step), at(v[j] + 2.0 * step)
+            here = at(v[j])[0]
+            columns.append(((near - here) * b / a - (far - here) * a / b) / (b - a))
     return np.stack(columns, axis=-1)
 
 
@@ -112,32 +172,35 @@ def _slope(function: Function, v: Vector, direction: Vector, step: float
 
 
 def mismatch(function: Function, derivative: Callable[[Vector], Vector], v: Vector, direction: Vector,
-             box: Box) -> Optional[Tuple[int, float, float]]:
+             box: Box) -> Optional[Tuple[int, float, float, Vector]]:
     """Whether derivative(d), the slopes along d that are claimed at v, are not those of the values:
-    (value, claimed, found) of the worst, None where they agree or nothing can be said (undefined, a
+    (value, claimed, found, d) of the worst, None where they agree or nothing can be said (undefined, a
     kink, noise: differences with two steps must agree better with each other than with what is
-    claimed)."""
-    direction = box.inward(v, direction) * np.maximum(1.0, np.abs(v))
-    claimed = derivative(direction)
-    first = _slope(function, v, direction, _STEP)
-    if first is None or first[0].size != claimed.size:
-        return None
-    gap = np.abs(first[0] - claimed)
-    if np.all(gap <= 1e-5 * np.maximum(np.abs(claimed), np.abs(first[0])) + first[1]):
-        return None
-    second = _slope(function, v, direction, 0.1 * _STEP)
-    if second is None:
-        return None
-    settled = np.abs(first[0] - second[0]) <= 0.1 * gap
-    if box.holds(v - 2.0 * _STEP * direction):  # at a kink the other side has another slope
-        other = _slope(function, v, -direction, _STEP)
-        if other is not None:
-            settled &= np.abs(first[0] + other[0]) <= 0.1 * gap
-    wrong = settled & (gap > 1e-4 * np.maximum(np.abs(claimed), np.abs(first[0])) + 10.0 * first[1])
-    if not np.any(wrong):
-        return None
-    worst = int(np.argmax(np.where(wrong, gap, -1.0)))
-    return worst, float(claimed[worst]), float(first[0][worst])
+    claimed). direction: over the lengths."""
+    for scale in _SCALES:
+        along, step = box.inward(v, direction, scale), scale * _STEP
+        claimed, first = derivative(along), _slope(function, v, along, step)
+        if first is None or first[0].size != claimed.size:
+            continue
+        slope, error = first
+        gap, size = np.abs(slope - claimed), np.maximum(np.abs(claimed), np.abs(slope))
+        if np.all(gap <= 1e-5 * size + error):
+            if np.all((gap == 0.0) | (error <= 1e-2 * size)):
+                return None
+            continue
+        second = _slope(function, v, along, 0.1 * step)
+        if second is None:
+            continue
+        settled = np.abs(slope - second[0]) <= 0.1 * gap
+        if box.holds(v - 2.0 * step * along):  # at a kink the other side has another slope
+            other = _slope(function, v, -along, step)
+            if other is not None:
+                settled &= np.abs(slope + other[0]) <= 0.1 * gap
+        wrong = settled & (gap > 1e-4 * size + 10.0 * error)
+        if np.any(wrong):
+            worst = int(np.argmax(np.where(wrong, gap, -1.0)))
+            return worst, float(claimed[worst]), float(slope[worst]), along
+    return None
 
 
 def _directions(size: int, random: np.random.Generator) -> Iterator[Vector]:
@@ -189,7 +252,8 @@ class Derivative:
     agree with differences around v0, else by differences."""
 
     def __init__(self, function: Function, v0: Vector, box: Box, method: Optional[str] = None) -> None:
-        self._function, self._box = function, box
+        self._function, self._box, self._v0 = function, box, v0
+        self._fitted: Optional[Box] = None  # for differences
         self.is_complex = method == "cs" or (method is None and is_analytic(function, v0, box))
         self._may_change = method is None
         self._calls = 0
@@ -199,8 +263,11 @@ class Derivative:
         self._calls += 1
         if self.is_complex and self._calls & (self._calls - 1) == 0:
             self.places.append(v.copy())
-        return complex_step(self._function, v) if self.is_complex else central(
-            self._function, v, self._box)
+        if self.is_complex:
+            return complex_step(self._function, v)
+        if self._fitted is None:
+            self._fitted = self._box.fitted(self._function, self._v0)
+        return central(self._function, v, self._fitted)
 
     def holds_at(self, v: Vector) -> bool:
         """False: complex steps disagree there, and differences are used from now on."""
@@ -229,19 +296,23 @@ def check_given(function: Function, derivative: Function, v: Vector, box: Box,
     def along(direction: Vector) -> Vector:
         return np.asarray(matrix @ direction, dtype=float).ravel()
 
-    found = mismatch(function, along, v, random.uniform(0.5, 1.0, v.size)
-                     * random.choice([-1.0, 1.0], v.size), box)
+    direction = random.uniform(0.5, 1.0, v.size) * random.choice([-1.0, 1.0], v.size)
+    if isinstance(matrix, np.ndarray) and matrix.size and np.all(np.isfinite(matrix)):
+        # A variable whose length is far too large must not hide the others.
+        sizes = np.max(np.abs(matrix), axis=0) * box.lengths(v)
+        usual = np.median(sizes[sizes > 0.0]) if np.any(sizes > 0.0) else 1.0
+        direction *= usual / np.maximum(sizes, usual)
+    found = mismatch(function, along, v, direction, box)
     if found is None:
         return None
-    row, claimed, slope = found
+    row, claimed, slope, _ = found
     for j in random.permutation(v.size)[:1000]:  # which variable it is
         unit = np.zeros(v.size)
         unit[j] = 1.0
         alone = mismatch(function, along, v, unit, box)
         if alone is not None:
-            scale = max(1.0, abs(float(v[j])))
-            sign = 1.0 if box.inward(v, unit)[j] > 0.0 else -1.0
-            return (f"{name(alone[0])} has the derivative {sign * alone[1] / scale:.6g} to "
-                    f"{variable(int(j))}, but differences give {sign * alone[2] / scale:.6g}")
+            row, claimed, slope, along = alone
+            return (f"{name(row)} has the derivative {claimed / along[j]:.6g} to {variable(int(j))}, "
+                    f"but differences give {slope / along[j]:.6g}")
     return (f"{name(row)} has the slope {claimed:.6g} along a direction, but differences give "
             f"{slope:.6g}")

@@ -140,6 +140,7 @@ class _Game:
 
     def row_values(self, row: Row, v: Any) -> Any:
         self.clock.check()
+        self.nfev += row.matrix is None
         return row.fun(*self.split(v))
 
     def real_row_values(self, row: Row, v: Vector) -> Vector:
@@ -315,7 +316,10 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
             raise TypeError(f"callback is {callback!r:.60}, not a function")
         def intermediate(*_: Any) -> bool:
             iterate = of().get_current_iterate()  # type: ignore[union-attr]
-            answer = callback(*game.split(iterate["x"]))  # type: ignore[index]
+            try:
+                answer = callback(*game.split(iterate["x"]))  # type: ignore[index]
+            except StopIteration:
+                return False
             return answer is None or bool(answer)
         functions.intermediate = intermediate
     players = np.repeat(np.array([MIN, MAX], dtype=np.intc), [game.nx, game.n - game.nx])
@@ -432,7 +436,7 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLik
                     bounds_y: Any = None, constraints: Union[Any, Sequence[Any]] = (),
                     callback: Optional[Callable[..., Any]] = None,
                     options: Optional[Dict[str, Any]] = None, *, hess_pattern: Any = None,
-                    check_derivatives: bool = True) -> MinmaxResult:
+                    check_derivatives: bool = True, tol: Optional[float] = None) -> MinmaxResult:
     """min over x, max over y of fun(x, y, *args) subject to bounds and constraints.
 
     fun(x, y, *args)   a number; x (nx) and y (ny) are arrays
@@ -451,11 +455,12 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLik
     constraints        a Constraint, LinearConstraint, LinearConstraint or NonlinearConstraint of
                        scipy.optimize (in (x, y); fun takes x and y), dict of SciPy's kind, or a
                        sequence of them
-    callback           callback(x, y), called at each iterate; False stops
+    callback           callback(x, y), called at each iterate; False or StopIteration stops
     options            those of docs/options.md, and "disp": True for the log, written to sys.stdout
     check_derivatives  whether a jac that is given is compared with differences along one direction,
                        at the start and at the answer: four calls of the function each time. What is
                        wrong is a DerivativeWarning, at the answer it takes success and certificate
+    tol                the option tol, unless options has it
 
     Returns a MinmaxResult. Functions may raise EvaluationError where they are undefined; other
     exceptions pass through. Ctrl-C and the options max_wall_time and max_cpu_time end the solve
@@ -463,14 +468,15 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLik
     """
     if options is not None and not isinstance(options, dict):
         raise TypeError(f"options is {options!r:.60}, not a dict")
-    options = dict(options or {})
+    options = {**({} if tol is None else {"tol": tol}), **(options or {})}
     start_x, start_y = _start(x0, "x0"), _start(y0, "y0")
     v0 = np.concatenate([start_x, start_y])
     if v0.size == 0:
         raise ValueError("x0 and y0 are empty")
     sides = [read_bounds(bounds_x, start_x.size, "bounds_x"),
              read_bounds(bounds_y, start_y.size, "bounds_y")]
-    box = Box(np.concatenate([sides[0][0], sides[1][0]]), np.concatenate([sides[0][1], sides[1][1]]))
+    box = Box(np.concatenate([sides[0][0], sides[1][0]]), np.concatenate([sides[0][1], sides[1][1]]),
+              v0)
     if isinstance(constraints, dict) or hasattr(constraints, "lb"):
         constraints = [constraints]
     try:

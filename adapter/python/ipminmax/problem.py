@@ -3,7 +3,7 @@
 import operator
 import sys
 import warnings
-from typing import Any, Dict, Optional, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -161,6 +161,7 @@ class Problem:
     """
 
     check_derivatives: bool = True
+    _solving = False  #: from the first call of a user's function to the last
 
     def __init__(self, n: int, m: int, problem_obj: Any = None, lb: Any = None, ub: Any = None,
                  cl: Any = None, cu: Any = None, players: Any = None,
@@ -296,13 +297,20 @@ class Problem:
                  ((x, "x"), (lagrange, "lagrange"), (zl, "zl"), (zu, "zu"))]
         if given[0].size != self.n:
             raise ValueError(f"x must have {self.n} entries, not {given[0].size}")
-        if core.solving:
+        if self._solving or core.solving:
             raise RuntimeError("the problem is being solved: no solve inside its own functions")
+        self._solving = True
+        try:
+            return self._solve_from(core, given, again)
+        finally:
+            self._solving = False
+
+    def _solve_from(self, core: Any, given: List[Vector], again: bool) -> Tuple[Vector, Dict[str, Any]]:
         interrupted = False
         try:
-            wrong = self._wrong_derivative(given[0])
+            wrong = self._wrong_derivative(given[0], given[0])
             if wrong is not None:
-                warnings.warn(f"at the start {wrong}", DerivativeWarning, stacklevel=3)
+                warnings.warn(f"at the start {wrong}", DerivativeWarning, stacklevel=4)
         except KeyboardInterrupt:
             interrupted = True
         # A line of progress can be refreshed on a terminal; a notebook's stdout is another object.
@@ -322,18 +330,18 @@ class Problem:
         info["derivative_error"] = None
         if info["status"] in _SUCCESS:
             try:
-                wrong = self._wrong_derivative(info["x"])
+                wrong = self._wrong_derivative(info["x"], given[0])
                 if wrong is not None:
                     refute(info, wrong)
-                    warnings.warn(f"at the answer {wrong}", DerivativeWarning, stacklevel=3)
+                    warnings.warn(f"at the answer {wrong}", DerivativeWarning, stacklevel=4)
             except KeyboardInterrupt:
                 info["interrupted"] = True
         return info["x"], info
 
-    def _wrong_derivative(self, v: Vector) -> Optional[str]:
+    def _wrong_derivative(self, v: Vector, start: Vector) -> Optional[str]:
         if not self.check_derivatives or not np.all(np.isfinite(v)):
             return None
-        box = Box(self._bounds[0], self._bounds[1])
+        box = Box(self._bounds[0], self._bounds[1], start)
         wrong = check_given(lambda at: self._returned("objective", at),
                             lambda at: self._returned("gradient", at), v, box,
                             lambda _: "objective's gradient")

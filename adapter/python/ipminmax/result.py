@@ -66,7 +66,7 @@ class MinmaxResult:
     proofs: List[Proof]  #: over all y, with minmax_worst_case_proof
     points: List[Point]  #: certified points of a multistart (minmax_starts), the best first
     nit: int
-    nfev: int  #: calls of fun, those for differences and checks included
+    nfev: int  #: calls of fun and of constraints' fun, those for differences and checks included
     multipliers: List[Vector] = field(default_factory=list)  #: one array per constraint
     #: Why the solve stopped, what the point is locally, what was looked at over all of y and over x.
     statements: List[str] = field(default_factory=list)
