@@ -10,8 +10,6 @@ namespace {
 /// Curvature below which K_yy counts as merely singular: line 7's theorem does not apply there.
 /// That share of a variable's own curvature is its proximal term.
 constexpr double kSingularShift = 1e-7;
-/// Over the proximal term: a smallest pivot of K_yy that leaves no doubt that it is not singular.
-constexpr double kClearPivot = 1e4;
 /// A minimization whose corrections in a row at one mu all shift the multipliers' rows, this many
 /// [R], goes on with a share of that shift, and back. Where s / z of inequalities that leave each
 /// other no room is smaller than all of it, it keeps their multipliers from moving; a share may be
@@ -71,8 +69,8 @@ KktFactors InertiaCorrection::factorize_unshifted(const Evaluation* at, Regulari
     Regularization tried = shift;
     if (singular) {
       const Eigen::VectorXd curvature = kkt_.proximal_curvature(*at, kSingularShift);
-      // Pivots far above the term are not what makes K_yy wrong.
-      if (plain.smallest_pivot > kClearPivot * curvature.maxCoeff()) break;
+      // Of a K_yy that is singular a pivot vanishes.
+      if (plain.smallest_pivot > curvature.maxCoeff()) break;
       tried.proximal = std::make_shared<const Eigen::VectorXd>(curvature);
     }
     const KktFactors found = factorize_inner(tried);

@@ -29,11 +29,11 @@ Eigen::VectorXd KktSystem::proximal_curvature(const Evaluation& evaluation, doub
     take_all(n, canonical_.jacobian(), evaluation.jacobian);
     size = fill;
   }
-  const double largest = size.head(n).maxCoeff();
+  double largest = 0.0;
+  for (const double entry : evaluation.hessian) largest = std::max(largest, std::abs(entry));
   const auto y = canonical_.y();
   fill.setZero(n);
-  for (Index i = y.begin; i < y.end; ++i)
-    fill[i] = share * (size[i] > 0.0 ? size[i] : largest > 0.0 ? largest : 1.0);
+  for (Index i = y.begin; i < y.end; ++i) fill[i] = share * (size[i] > 0.0 ? size[i] : largest);
   return fill;
 }
 

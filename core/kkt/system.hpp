@@ -194,7 +194,7 @@ class KktSystem {
 
   /// That share of the curvature of each variable of Max; of one without curvature, of that which it
   /// would get by elimination of others: the same in all units of the model. Of one that nothing
-  /// measures the share of the largest.
+  /// measures the share of the largest entry of W.
   [[nodiscard]] Eigen::VectorXd proximal_curvature(const Evaluation& evaluation,
                                                    double share) const;
 

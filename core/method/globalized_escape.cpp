@@ -16,11 +16,9 @@ StepReport GlobalizedMethod::escape(const Point& from, double mu, const EscapeRe
   const bool inner_wrong = has_max() && request.wrong && request.wrong->owner == Player::Max;
   if (has_max() && !outer_.inner.direction(from, mu, outer_.direction)) return {};
   const Regularization& shift = outer_.direction.shift;
-  const bool no_maximum = inner_wrong || shift.y > 0.0;
   // A direction that looks flat may rise all the same.
-  const bool along_y = no_maximum || (shift.proximal && !request.wrong);
-  run.report.moved = (along_y && escape_inner(run, request, inner_wrong)) ||
-                     (!no_maximum && escape_outer(run, request));
+  const bool along_y = inner_wrong || shift.y > 0.0 || (shift.proximal && !request.wrong);
+  run.report.moved = along_y ? escape_inner(run, request, inner_wrong) : escape_outer(run, request);
   return std::move(run.report);
 }
 
