@@ -8,6 +8,7 @@ namespace ipminmax {
 namespace {
 
 /// Curvature below which K_yy counts as merely singular: line 7's theorem does not apply there.
+/// That share of a variable's own curvature is its proximal term.
 constexpr double kSingularShift = 1e-7;
 /// A minimization whose corrections in a row at one mu all shift the multipliers' rows, this many
 /// [R], goes on with a share of that shift, and back. Where s / z of inequalities that leave each
@@ -59,13 +60,38 @@ double InertiaCorrection::outer_multiplier_shift(double mu) {
   return (stuck_.small_share ? parameters::kSlight : 1.0) * multiplier_shift(mu);
 }
 
-bool InertiaCorrection::correct_inner(double mu, Regularization& shift) {
+/// K_yy without shift of y or, where it is right with that alone, with the proximal term; first what
+/// was right last. Where neither is: as it is without.
+KktFactors InertiaCorrection::factorize_unshifted(const Evaluation* at, Regularization& shift) {
+  if (at == nullptr) return factorize_inner(shift);
+  KktFactors plain;
+  for (const bool singular : {last_.singular, !last_.singular}) {
+    Regularization tried = shift;
+    if (singular) {
+      const Eigen::VectorXd curvature = kkt_.proximal_curvature(*at, kSingularShift);
+      // Of a K_yy that is singular a pivot vanishes.
+      if (plain.smallest_pivot > curvature.maxCoeff()) break;
+      tried.proximal = std::make_shared<const Eigen::VectorXd>(curvature);
+    }
+    const KktFactors found = factorize_inner(tried);
+    if (kkt_.has_expected_inner_inertia(found)) {
+      last_.singular = singular;
+      shift = tried;
+      return found;
+    }
+    if (!singular) plain = found;
+  }
+  return plain;
+}
+
+bool InertiaCorrection::correct_inner(double mu, Regularization& shift, const Evaluation* at) {
   failed_y_ = 0.0;
   // They are known to depend on each other then, as in Ipopt.
   if (economical() && dependent_y_ >= parameters::kEnough) shift.lambda_y = multiplier_shift(mu);
   std::optional<KktSystem::Counting> search;
   for (int raises = 0;; ++raises) {
-    const Factorization f = factorize_inner(shift);
+    const Factorization f =
+        shift.y == 0.0 ? factorize_unshifted(at, shift) : factorize_inner(shift);
     if (shift.y == 0.0) findings_.inner_at_zero = inertia_of(f);
     if (kkt_.has_expected_inner_inertia(f)) break;
     if (f.status == FactorizationStatus::OutOfMemory || out_of_time()) return false;

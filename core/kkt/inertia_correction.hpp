@@ -15,6 +15,7 @@ struct ShiftMemory {
   double x = 0.0;
   double raised_x = 0.0;  ///< of line 7; kept apart, it says nothing about K's own need
   double y = 0.0;
+  bool singular = false;  ///< K_yy was right with the proximal term when it was right last
 };
 
 /// Chooses the shifts of the KKT matrices: the paper's (ConsLQAC) and line 7 of Algorithm 1.
@@ -35,8 +36,15 @@ class InertiaCorrection {
   /// up to max_hessian_perturbation gave the inertias, or the time limit is exceeded.
   [[nodiscard]] std::optional<Regularization> correct(double mu);
 
-  /// K_yy alone.
-  [[nodiscard]] bool correct_inner(double mu, Regularization& shift);
+  /// K_yy alone. at: where it was assembled, for shifts to begin with the proximal term; or null.
+  [[nodiscard]] bool correct_inner(double mu, Regularization& shift,
+                                   const Evaluation* at = nullptr);
+  /// Whether K_yy, assembled there, is right, so that an inner maximum may be in sight: without
+  /// shift or, where it is only singular, with the proximal term.
+  [[nodiscard]] bool sees_maximum(const Evaluation& at, Regularization& shift) {
+    shift = {};
+    return kkt_.has_expected_inner_inertia(factorize_unshifted(&at, shift));
+  }
   /// K, given shifts that are right for K_yy.
   /// zero_fails: the inertia without shift is known to be wrong already.
   [[nodiscard]] bool correct_full(double mu, Regularization& shift, bool zero_fails = false);
@@ -53,8 +61,6 @@ class InertiaCorrection {
     stuck_ = {};
   }
 
-  /// Shift of Max at which K_yy still had a wrong inertia in the last correct_inner; 0 if none > 0.
-  [[nodiscard]] double last_failed_y() const { return failed_y_; }
   /// Of the last correct.
   [[nodiscard]] const ShiftFindings& findings() const { return findings_; }
 
@@ -70,6 +76,7 @@ class InertiaCorrection {
   [[nodiscard]] KktFactors factorize_inner(const Regularization& shift) {
     return kkt_.factorize_inner(shift, certainty_);
   }
+  [[nodiscard]] KktFactors factorize_unshifted(const Evaluation* at, Regularization& shift);
   [[nodiscard]] bool out_of_time() const { return limit_ != nullptr && limit_->expired(); }
   [[nodiscard]] bool raise_for_instability(Regularization& shift);
   [[nodiscard]] double failing_inner_shift(const Regularization& shift);

@@ -192,6 +192,12 @@ class KktSystem {
   [[nodiscard]] bool least_squares_multipliers(const Iterate& iterate, const Evaluation& evaluation,
                                                Eigen::VectorXd& lambda);
 
+  /// That share of the curvature of each variable of Max; of one without curvature, of that which it
+  /// would get by elimination of others: the same in all units of the model. Of one that nothing
+  /// measures the share of the largest entry of W.
+  [[nodiscard]] Eigen::VectorXd proximal_curvature(const Evaluation& evaluation,
+                                                   double share) const;
+
   /// From now on factorizations beyond so many of the solve fail, and the limit is exceeded.
   void allow_factorizations(Index most) { allowed_ = most; }
   /// How many more are allowed.

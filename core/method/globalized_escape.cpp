@@ -15,7 +15,9 @@ StepReport GlobalizedMethod::escape(const Point& from, double mu, const EscapeRe
   run.report.kind = StepKind::Escape;
   const bool inner_wrong = has_max() && request.wrong && request.wrong->owner == Player::Max;
   if (has_max() && !outer_.inner.direction(from, mu, outer_.direction)) return {};
-  const bool along_y = inner_wrong || (has_max() && outer_.direction.shift.y > 0.0);
+  const Regularization& shift = outer_.direction.shift;
+  // A direction that looks flat may rise all the same.
+  const bool along_y = inner_wrong || shift.y > 0.0 || (shift.proximal && !request.wrong);
   run.report.moved = along_y ? escape_inner(run, request, inner_wrong) : escape_outer(run, request);
   return std::move(run.report);
 }
@@ -23,9 +25,10 @@ StepReport GlobalizedMethod::escape(const Point& from, double mu, const EscapeRe
 bool GlobalizedMethod::escape_inner(Run& run, const EscapeRequest& request, bool along_given) {
   run.to = *run.here;
   InnerMaximizer& inner = outer_.inner;
-  if (along_given && (!inner.leave(run.to, run.mu, request.wrong->direction) ||
-                      !inner.direction(run.to, run.mu, outer_.direction))) {
-    return false;
+  if (along_given || outer_.direction.shift.proximal) {
+    const bool left = along_given ? inner.leave(run.to, run.mu, request.wrong->direction)
+                                  : inner.escape(run.to, run.mu, outer_.direction.factors);
+    if (!left || !inner.direction(run.to, run.mu, outer_.direction)) return false;
   }
   const auto outcome = inner.maximize(run.to, run.mu, inner_target(run.to, run.mu),
                                       parameters::inner::kSteps, kInfinity, outer_.direction);

@@ -178,7 +178,7 @@ bool GlobalizedMethod::fast_step(Run& run) {
   const double mu = run.mu;
   outer_.assemble(from, mu);
   run.unshifted_step = UnshiftedStep::Wrong;
-  outer_.factors = kkt_.factorize({}, Certainty::Usual);
+  outer_.factors = kkt_.factorize({.proximal = outer_.direction.shift.proximal}, Certainty::Usual);
   const double before = measured_barrier_error(canonical_, from, mu).norm();
   if (!kkt_.has_expected_inertia(outer_.factors) || !outer_.solve(from, forcing(before))) {
     return false;
@@ -203,7 +203,10 @@ bool GlobalizedMethod::fast_step(Run& run) {
   // factorized. The certificate tests both matrices.
   const bool frozen =
       full && contraction <= std::min(parameter::kFreezeContraction, fast_contraction_);
-  if (!frozen && !outer_.has_trial_maximum_in_sight()) return false;
+  if (!frozen) {
+    if (!outer_.has_trial_maximum_in_sight()) return false;
+    outer_.direction.shift = outer_.trial_direction.shift;  // for K there
+  }
   fast_contraction_ = full ? contraction : 0.0;
   run.report.alpha_primal = alpha.primal;
   run.report.alpha_dual = alpha.dual;

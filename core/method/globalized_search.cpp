@@ -20,7 +20,8 @@ bool GlobalizedMethod::find_outer_step(Run& run) {
     shift.x = shift.lambda_x = 0.0;
   }
   // The fast step's solution may be a rough one.
-  const bool at_hand = run.unshifted_step == UnshiftedStep::Right && shift == Regularization{} &&
+  const bool at_hand = run.unshifted_step == UnshiftedStep::Right &&
+                       shift == Regularization{.proximal = shift.proximal} &&
                        outer_.solve(*run.here);
   if (!at_hand &&
       !outer_.find_step(*run.here, run.mu, shift, run.unshifted_step == UnshiftedStep::Wrong)) {

@@ -77,20 +77,19 @@ bool InnerMaximizer::direction(const Point& point, double mu, InnerDirection& ou
   kkt_.assemble_inner(point.iterate, point.evaluation);
   for (;;) {
     out.shift = {};
-    if (!correction_.correct_inner(mu, out.shift)) return false;
+    if (!correction_.correct_inner(mu, out.shift, &point.evaluation)) return false;
     if (solve(point, mu, out)) return true;
     if (!kkt_.increase_quality()) return false;
   }
 }
 
-bool InnerMaximizer::has_maximum_in_sight(const Point& point) {
+bool InnerMaximizer::has_maximum_in_sight(const Point& point, Regularization& shift) {
   kkt_.assemble_inner(point.iterate, point.evaluation);
-  return kkt_.has_expected_inner_inertia(kkt_.factorize_inner({}, Certainty::Usual));
+  return correction_.sees_maximum(point.evaluation, shift);
 }
 
 bool InnerMaximizer::unshifted_direction(const Point& point, double mu, InnerDirection& out) {
-  out.shift = {};
-  return has_maximum_in_sight(point) && solve(point, mu, out);
+  return has_maximum_in_sight(point, out.shift) && solve(point, mu, out);
 }
 
 bool InnerMaximizer::solve(const Point& point, double mu, InnerDirection& out) {
@@ -282,8 +281,8 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
     if (!known && !direction(point, mu, out)) return Outcome::NotFound;
     const double theta = violation(point.evaluation.c, canonical_.max_constraints());
     const double feasible_theta = parameters::kHardly * std::max(1.0, mu);
-    const bool unshifted = out.shift.y == 0.0;
-    if (unshifted && out.largest_gain() <= target && theta <= std::max(feasible_theta, target)) {
+    const bool in_sight = out.shift.y == 0.0;
+    if (in_sight && out.largest_gain() <= target && theta <= std::max(feasible_theta, target)) {
       return Outcome::Maximum;
     }
     if (theta <= feasible_theta &&
@@ -291,14 +290,15 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
       return Outcome::AboveBound;
     }
     const double moved = (point.iterate.v - arrays_.start_v).tail(n).lpNorm<Eigen::Infinity>();
-    if (!unshifted && moved > parameters::kLongStep * (1.0 + start_norm) &&
+    const bool shifted = !in_sight || out.shift.proximal;
+    if (shifted && moved > parameters::kLongStep * (1.0 + start_norm) &&
         ++far_shifted_steps > parameters::kEnough) {
       return Outcome::Unbounded;
     }
     if (k >= max_steps || limit_.expired()) return Outcome::NotFound;
     const bool stationary =
         error(point, mu) <= std::max(options_.tol, parameters::kTrace * std::min(1.0, mu));
-    if (!unshifted && stationary) {
+    if (!in_sight && stationary) {
       if (!escape(point, mu, out.factors)) return Outcome::NotFound;
     } else if (!search(point, mu, out)) {
       return Outcome::NotFound;

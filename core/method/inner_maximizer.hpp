@@ -62,7 +62,7 @@ class InnerMaximizer {
   InnerMaximizer(const MethodContext& context, const Point& first, InnerArrays& arrays);
 
   enum class Outcome : std::uint8_t {
-    Maximum,     ///< K_yy right at zero shift and the gain at most the target
+    Maximum,     ///< in sight, and the gain at most the target
     AboveBound,  ///< feasible with a value above the bound: phi(x) is larger still
     NotFound,    ///< no maximum within the allowed steps or the time limit
     Unbounded    ///< y runs away
@@ -71,10 +71,10 @@ class InnerMaximizer {
   /// Assembles K_yy at the point and factorizes it, shifted as needed, unless that was the last
   /// factorization; false: no shift helps.
   [[nodiscard]] bool direction(const Point& point, double mu, InnerDirection& out);
-  /// The same with zero shift only; false when the inertia is wrong.
+  /// The same where a maximum is in sight; false where none is.
   [[nodiscard]] bool unshifted_direction(const Point& point, double mu, InnerDirection& out);
-  /// Whether K_yy has the expected inertia at the point without shifts.
-  [[nodiscard]] bool has_maximum_in_sight(const Point& point);
+  /// InertiaCorrection::sees_maximum at the point.
+  [[nodiscard]] bool has_maximum_in_sight(const Point& point, Regularization& shift);
 
   /// Moves y, s_y and their multipliers of the point; out is the direction at its end, and is used
   /// at its beginning where it is_known there.
@@ -85,6 +85,8 @@ class InnerMaximizer {
     return direction.is_at(point) && kkt_.are_current_inner(direction.factors);
   }
 
+  /// leave along the direction of the largest curvature, by the factors of K_yy.
+  [[nodiscard]] bool escape(Point& point, double mu, const KktFactors& factors);
   /// Moves y, s_y along a direction (or against it) in which the value rises to second order; x
   /// stays. False: it does not.
   [[nodiscard]] bool leave(Point& point, double mu, const Eigen::VectorXd& direction);
@@ -100,7 +102,6 @@ class InnerMaximizer {
   struct Block;
   [[nodiscard]] Merit merit(const Point& point, double mu) const;
   [[nodiscard]] bool search(Point& point, double mu, const InnerDirection& direction);
-  [[nodiscard]] bool escape(Point& point, double mu, const KktFactors& factors);
   [[nodiscard]] bool evaluate_merit(Point& trial, double mu, Merit& merit);
   [[nodiscard]] double value(const Point& point, double mu) const;
   void value_gradient(const Point& point, double mu);

@@ -56,7 +56,9 @@ bool OuterBlock::find_step(const Point& point, double mu, Regularization& shift,
   assemble(point, mu);
   for (;;) {
     Regularization found = shift;
-    if (!correction_.correct_full(mu, found, zero_fails && shift == Regularization{})) return false;
+    if (!correction_.correct_full(
+            mu, found, zero_fails && shift == Regularization{.proximal = shift.proximal}))
+      return false;
     factors = kkt_.factors();
     if (solve(point)) {
       shift = found;

@@ -67,10 +67,10 @@ class OuterBlock {
   /// Directional derivative of phi along step.
   [[nodiscard]] double slope(const Point& point, double mu);
 
-  /// Whether K_yy is right at the trial point.
+  /// Of the trial point; the shift in trial_direction.
   [[nodiscard]] bool has_trial_maximum_in_sight() {
     const KktSystem::Counting counting(kkt_, FactorizationCause::TrialPoint);
-    return inner.has_maximum_in_sight(trial);
+    return inner.has_maximum_in_sight(trial, trial_direction.shift);
   }
 
   void set_trial(const Point& from, const Step& along, StepLength alpha, double mu);

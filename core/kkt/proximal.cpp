@@ -1,0 +1,40 @@
+#include <cmath>
+
+#include "core/kkt/system.hpp"
+#include "core/model/parameters.hpp"
+#include "linalg/numbers.hpp"
+
+namespace ipminmax {
+
+Eigen::VectorXd KktSystem::proximal_curvature(const Evaluation& evaluation, double share) const {
+  const Index n = canonical_.variables();
+  // Of variables and then of constraints; zero where it is not known.
+  Eigen::VectorXd size = Eigen::VectorXd::Zero(n + canonical_.constraints()), fill;
+  const auto take = [&](Index i, Index j, double entry) {
+    if (entry == 0.0) return;
+    if (i == j) fill[i] = std::abs(entry);
+    if (size[i] > 0.0 || size[j] == 0.0) return;
+    const double found = entry * (entry / size[j]);
+    fill[i] = fill[i] > 0.0 ? std::min(fill[i], found) : found;
+  };
+  const auto take_all = [&](Index first, const auto& entries, const std::vector<double>& values) {
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      take(first + entries[k].row, entries[k].col, values[k]);
+      take(entries[k].col, first + entries[k].row, values[k]);
+    }
+  };
+  for (int sweep = 0; sweep < parameters::kSeveral; ++sweep) {
+    fill = size;
+    take_all(0, canonical_.hessian(), evaluation.hessian);
+    take_all(n, canonical_.jacobian(), evaluation.jacobian);
+    size = fill;
+  }
+  double largest = 0.0;
+  for (const double entry : evaluation.hessian) largest = std::max(largest, std::abs(entry));
+  const auto y = canonical_.y();
+  fill.setZero(n);
+  for (Index i = y.begin; i < y.end; ++i) fill[i] = share * (size[i] > 0.0 ? size[i] : largest);
+  return fill;
+}
+
+}  // namespace ipminmax

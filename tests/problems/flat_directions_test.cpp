@@ -1,0 +1,202 @@
+// Games with variables of Max along which nothing changes, or which enter as a sum: K_yy is singular
+// everywhere, and yet there is an inner maximum. They are solved as they are without.
+
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <problems/small_problems.hpp>
+#include <support/autodiff_problem.hpp>
+#include <support/mapped_problem.hpp>
+
+#include "core/solver.hpp"
+
+namespace ipminmax::testing {
+namespace {
+
+struct Game {
+  std::string name;
+  Model model{};
+  std::vector<double> start{};
+};
+
+Game made(const std::string& name, Expression (*f)(const Expression& x, const Expression& y)) {
+  Game game{.name = name, .start = {0.7, 0.4}};
+  const Expression x = game.model.variable(Player::Min, "x");
+  const Expression y = game.model.variable(Player::Max, "y");
+  game.model.objective(f(x, y));
+  return game;
+}
+
+std::vector<Game> games() {
+  std::vector<Game> all;
+  all.push_back(made("cosine", [](const Expression& x, const Expression& y) {
+    return square(x - 1.0) + 3.0 * x * y - square(y) + 0.2 * cos(3.0 * y);
+  }));
+  all.push_back(made("double_well", [](const Expression& x, const Expression& y) {
+    return square(x) + 0.3 * (sin(3.0 * x) + 1.0) * y - pow(y, 4.0) / 4.0 + square(y) / 2.0;
+  }));
+  all.push_back(made("waves", [](const Expression& x, const Expression& y) {
+    return pow(x, 4.0) / 4.0 + x * y - square(y) + 0.1 * sin(5.0 * x);
+  }));
+  all.push_back(made("exponential", [](const Expression& x, const Expression& y) {
+    return exp(x) - x + x * y - exp(y) / 2.0 + y;
+  }));
+  all.push_back(made("concave_in_x", [](const Expression& x, const Expression& y) {
+    return -0.25 * square(x) + 2.0 * x * y - square(y);
+  }));
+  for (const char* name : {"paper_f1", "paper_f3", "paper_ex3", "tc1", "jin_nash"}) {
+    const SmallProblem& known = small_problem(name);
+    all.push_back({.name = name, .model = known.model, .start = known.starts.front()});
+  }
+  return all;
+}
+
+/// v = A u, with the players and the start of u.
+struct Map {
+  Eigen::MatrixXd matrix;
+  std::vector<Player> players;
+  std::vector<double> start;
+
+  Map(const ProblemStructure& structure, std::vector<double> from)
+      : players(structure.variable_players), start(std::move(from)) {
+    const auto n = static_cast<Eigen::Index>(players.size());
+    matrix = Eigen::MatrixXd::Identity(n, n);
+  }
+  void add(Player player, const Eigen::VectorXd& column, double value) {
+    matrix.conservativeResize(Eigen::NoChange, matrix.cols() + 1);
+    matrix.rightCols(1) = column;
+    players.push_back(player);
+    start.push_back(value);
+  }
+};
+
+struct Change {
+  const char* name;
+  void (*apply)(Map& map);
+};
+void PrintTo(const Change& change, std::ostream* out) { *out << change.name; }
+
+/// The game's y, the last of its variables.
+Eigen::VectorXd of_y(const Map& map, double factor) {
+  Eigen::VectorXd column = Eigen::VectorXd::Zero(map.matrix.rows());
+  column[column.size() - 1] = factor;
+  return column;
+}
+
+void add_unread(Map& map, int variables) {
+  for (int k = 0; k < variables; ++k) map.add(Player::Max, of_y(map, 0.0), 0.5 + k);
+}
+
+const Change kChanges[] = {
+    {"unread", [](Map& map) { add_unread(map, 1); }},
+    {"three_unread", [](Map& map) { add_unread(map, 3); }},
+    {"unread_far", [](Map& map) { map.add(Player::Max, of_y(map, 0.0), 1e6); }},
+    {"sum",
+     [](Map& map) {
+       map.start.back() -= 0.3;
+       map.add(Player::Max, of_y(map, 1.0), 0.3);
+     }},
+    {"sum_in_other_units",
+     [](Map& map) {
+       map.start.back() -= 0.3;
+       map.add(Player::Max, of_y(map, 1e-5), 3e4);
+     }},
+    {"rotated",
+     [](Map& map) {
+       const Eigen::Index y = map.matrix.rows() - 1;
+       const double value = map.start.back();
+       map.matrix(y, y) = std::cos(0.7);
+       map.start.back() = std::cos(0.7) * value;
+       map.add(Player::Max, of_y(map, std::sin(0.7)), std::sin(0.7) * value);
+     }},
+};
+
+Index factorizations(const Result& result) {
+  return result.counts.factorizations_full + result.counts.factorizations_inner;
+}
+
+class FlatDirections : public ::testing::TestWithParam<Change> {};
+
+TEST_P(FlatDirections, AreSolvedAsWithout) {
+  Index with = 0, without = 0;
+  for (const Game& game : games()) {
+    AutodiffProblem plain(game.model, game.start);
+    const Result expected = solve(plain, SolverOptions{});
+    ASSERT_EQ(expected.certificate.kind, PointKind::LocalMinmax) << game.name;
+    Map map(plain.structure(), game.start);
+    GetParam().apply(map);
+    MappedProblem flat(plain, map.matrix, map.players, map.start);
+    const Result result = solve(flat, SolverOptions{});
+    EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax)
+        << game.name << ": " << result.message;
+    EXPECT_EQ(result.certificate.answer, InnerAnswer::BestNotUnique) << game.name;
+    with += factorizations(result);
+    without += factorizations(expected);
+  }
+  std::printf("%s: %d factorizations, %d without\n", GetParam().name, static_cast<int>(with),
+              static_cast<int>(without));
+  EXPECT_LE(with, 2 * without);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, FlatDirections, ::testing::ValuesIn(kChanges),
+                         [](const auto& change) { return std::string(change.param.name); });
+
+TEST(FlatDirections, OfRowsThatDefineAVariable) {
+  // y = p + q as a row of Max, in other units: p and q have no curvature of their own.
+  for (const double unit : {1.0, 1e-3, 1e3}) {
+    Model model;
+    const Expression x = model.variable(Player::Min, "x");
+    const Expression y = model.variable(Player::Max, "y");
+    const Expression p = model.variable(Player::Max, "p");
+    const Expression q = model.variable(Player::Max, "q");
+    model.objective(square(x - 1.0) + 3.0 * x * y - square(y) + 0.2 * cos(3.0 * y));
+    model.constraint(y - unit * p - q, 0.0, 0.0);
+    AutodiffProblem problem(model, {0.7, 0.4, 0.3 / unit, 0.1});
+    const Result result = solve(problem, SolverOptions{});
+    EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax) << unit << ": " << result.message;
+    EXPECT_LT(factorizations(result), 60) << unit;
+  }
+}
+
+TEST(FlatDirections, BilinearGamesTakeFullSteps) {
+  for (const double factor : {1e-6, 1.0, 1e6}) {
+    Model model;
+    const Expression x = model.variable(Player::Min, "x");
+    const Expression y = model.variable(Player::Max, "y");
+    model.objective(factor * x * y);
+    AutodiffProblem problem(model, {1.0, 1.0});
+    const Result result = solve(problem, SolverOptions{});
+    EXPECT_EQ(result.certificate.kind, PointKind::LocalMinmax) << factor << ": " << result.message;
+    EXPECT_LE(result.iterations, 3) << factor;
+  }
+}
+
+/// x^2 + x y - y^2 and what it has of w, a variable of Max.
+Result solve_with(Expression (*of_w)(const Expression& w), double start) {
+  Model model;
+  const Expression x = model.variable(Player::Min, "x");
+  const Expression y = model.variable(Player::Max, "y");
+  const Expression w = model.variable(Player::Max, "w");
+  model.objective(square(x) + x * y - square(y) + of_w(w));
+  AutodiffProblem problem(model, {0.7, 0.4, start});
+  return solve(problem, SolverOptions{});
+}
+
+TEST(FlatDirections, ThatRiseAreNone) {
+  EXPECT_EQ(solve_with([](const Expression& w) { return 1.0 * w; }, 0.5).status,
+            Status::InnerUnbounded);
+  EXPECT_FALSE(
+      is_success(solve_with([](const Expression& w) { return 1e-8 * square(w); }, 0.5).status));
+  const auto quartic = [](const Expression& w) { return pow(w, 4.0); };
+  EXPECT_EQ(solve_with(quartic, 0.5).status, Status::InnerUnbounded);
+  // Where it stands still, too.
+  EXPECT_NE(solve_with(quartic, 0.0).certificate.kind, PointKind::LocalMinmax);
+}
+
+}  // namespace
+}  // namespace ipminmax::testing
