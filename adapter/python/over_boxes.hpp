@@ -18,8 +18,8 @@ class PythonBoxes final : public BoxFunctions {
   explicit PythonBoxes(std::exception_ptr& raised) : raised_(raised) {}
   /// Callables of an array of n that return a number, or m of them.
   void set(pybind11::object objective, pybind11::object constraints) {
-    objective_ = {std::move(objective), {}};
-    constraints_ = {std::move(constraints), {}};
+    objective_ = Function{std::move(objective), pybind11::list()};
+    constraints_ = Function{std::move(constraints), pybind11::list()};
   }
   /// For the garbage collector, and to be cleared.
   [[nodiscard]] pybind11::object& objective() { return objective_.callable; }

@@ -142,7 +142,7 @@ class Sampling {
       look.value = IntervalJet(function_.value_over(std::vector<Interval>(y.begin(), y.end())));
     }
     std::vector<double> v = scope_.v, g(inner_.structure().constraint_lower.size());
-    for (std::size_t k = 0; k < y.size(); ++k) v[at(scope_.variables[k])] = point.y[k];
+    for (std::size_t k = 0; k < point.y.size(); ++k) v[at(scope_.variables[k])] = point.y[k];
     functions_.determine(v);
     double f = 0.0;
     if (!inner_.objective(v, true, f) || !std::isfinite(f)) return;
