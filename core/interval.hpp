@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <limits>
 #include <numbers>
 #include <span>
@@ -68,16 +69,16 @@ class Interval {
   friend Interval operator-(const Interval& a, const Interval& b) { return a + -b; }
   friend Interval operator*(const Interval& a, const Interval& b) {
     if (a.is_zero() || b.is_zero()) return 0.0;
-    const auto [least, most] = std::minmax({times(a.lower_, b.lower_), times(a.lower_, b.upper_),
-                                            times(a.upper_, b.lower_), times(a.upper_, b.upper_)});
-    return {least == 0.0 && a.lower_ >= 0.0 && b.lower_ >= 0.0 ? 0.0 : down(least), up(most)};
+    return hull(a, b,
+                {times(a.lower_, b.lower_), times(a.lower_, b.upper_), times(a.upper_, b.lower_),
+                 times(a.upper_, b.upper_)});
   }
   friend Interval operator/(const Interval& a, const Interval& b) {
     if (b.contains(0.0)) return all();
     if (a.is_zero()) return 0.0;
-    const auto [least, most] = std::minmax(
-        {a.lower_ / b.lower_, a.lower_ / b.upper_, a.upper_ / b.lower_, a.upper_ / b.upper_});
-    return {down(least), up(most)};
+    return hull(a, b,
+                {over(a.lower_, b.lower_), over(a.lower_, b.upper_), over(a.upper_, b.lower_),
+                 over(a.upper_, b.upper_)});
   }
   Interval& operator+=(const Interval& b) { return *this = *this + b; }
   Interval& operator-=(const Interval& b) { return *this = *this - b; }
@@ -186,7 +187,8 @@ class Interval {
   }
   friend Interval pow(const Interval& a, int p) { return pow(a, static_cast<double>(p)); }
   friend Interval pow(const Interval& a, const Interval& p) {
-    return p.lower_ == p.upper_ ? pow(a, p.lower_) : exp(p * log(a));
+    if (p.lower_ == p.upper_) return pow(a, p.lower_);
+    return a.lower_ < 0.0 ? all() : exp(p * log(a));  // of a < 0 where p is whole
   }
   friend Interval atan2(const Interval& y, const Interval& x) {
     if (x.lower_ > 0.0) return atan(y / x);
@@ -213,6 +215,17 @@ class Interval {
   }
   static double wide_up(double x) { return std::isfinite(x) ? up(up(x + margin(x))) : up(x); }
   static double times(double x, double y) { return x == 0.0 || y == 0.0 ? 0.0 : x * y; }
+  /// Of infinite ends the limit, which other ends of theirs enclose.
+  static double over(double x, double y) { return std::isinf(y) ? 0.0 : x / y; }
+  /// Of a product or quotient of a and b, whose signs decide on its own where it underflows.
+  static Interval hull(const Interval& a, const Interval& b, std::initializer_list<double> ends) {
+    const auto [least, most] = std::minmax(ends);
+    const bool same = (a.lower_ >= 0.0 && b.lower_ >= 0.0) || (a.upper_ <= 0.0 && b.upper_ <= 0.0);
+    const bool unlike =
+        (a.lower_ >= 0.0 && b.upper_ <= 0.0) || (a.upper_ <= 0.0 && b.lower_ >= 0.0);
+    return {same ? std::max(0.0, down(least)) : down(least),
+            unlike ? std::min(0.0, up(most)) : up(most)};
+  }
   /// The nearest double is below.
   static Interval pi() { return {std::numbers::pi, up(std::numbers::pi)}; }
 
@@ -220,7 +233,10 @@ class Interval {
 };
 
 /// A value over a box with its first and second derivatives along a few directions there: of
-/// v_i with i a direction, the derivative is 1.
+/// v_i with i a direction, the derivative is 1. Derivatives enclose what they are on both sides of
+/// the box's ends: at a kink, a pole or an end of where the formula is defined, also where the box
+/// only touches it, they hold all one-sided slopes. So a slope with a strict sign has it in the
+/// neighbouring boxes, too, as far as they touch.
 class IntervalJet {
  public:
   /// Directions at most: quantities over which something can be proved in this life.
@@ -262,8 +278,8 @@ class IntervalJet {
     return r;
   }
   friend IntervalJet operator/(const IntervalJet& a, const IntervalJet& b) {
-    const Interval inverse = Interval(1.0) / b.value_, squared = square(inverse);
-    return a * chain(b, inverse, -squared, Interval(2.0) * squared * inverse);
+    const Interval inverse = Interval(1.0) / b.value_, slope = -(inverse * inverse);
+    return a * chain(b, inverse, slope, Interval(-2.0) * slope * inverse);
   }
   IntervalJet& operator+=(const IntervalJet& b) { return *this = *this + b; }
   IntervalJet& operator-=(const IntervalJet& b) { return *this = *this - b; }
@@ -291,7 +307,7 @@ class IntervalJet {
   }
   friend IntervalJet log(const IntervalJet& a) {
     const Interval inverse = Interval(1.0) / a.value_;
-    return chain(a, log(a.value_), inverse, -square(inverse));
+    return chain(a, log(a.value_), inverse, -(inverse * inverse));
   }
   friend IntervalJet sin(const IntervalJet& a) {
     const Interval s = sin(a.value_);
@@ -302,7 +318,7 @@ class IntervalJet {
     return chain(a, c, -sin(a.value_), -c);
   }
   friend IntervalJet tan(const IntervalJet& a) {
-    const Interval t = tan(a.value_), slope = Interval(1.0) + square(t);
+    const Interval t = tan(a.value_), slope = Interval(1.0) / square(cos(a.value_));
     return chain(a, t, slope, Interval(2.0) * t * slope);
   }
   friend IntervalJet asin(const IntervalJet& a) {
@@ -329,11 +345,9 @@ class IntervalJet {
     const Interval t = tanh(a.value_), slope = Interval(1.0) - square(t);
     return chain(a, t, slope, Interval(-2.0) * t * slope);
   }
-  /// Where the argument changes sign: of a number between the one-sided derivatives; no second
-  /// derivative bounds it there.
   friend IntervalJet abs(const IntervalJet& a) {
-    if (a.value_.lower() >= 0.0) return a;
-    if (a.value_.upper() <= 0.0) return -a;
+    if (a.value_.lower() > 0.0) return a;
+    if (a.value_.upper() < 0.0) return -a;
     return chain(a, abs(a.value_), {-1.0, 1.0}, Interval::all());
   }
   friend IntervalJet fabs(const IntervalJet& a) { return abs(a); }
@@ -352,6 +366,7 @@ class IntervalJet {
   friend IntervalJet pow(const IntervalJet& a, int p) { return pow(a, static_cast<double>(p)); }
   friend IntervalJet pow(const IntervalJet& a, const IntervalJet& p) {
     if (p.directions_ == 0 && p.value_.lower() == p.value_.upper()) return pow(a, p.value_.lower());
+    if (a.value_.lower() < 0.0) return unknown(pow(a.value_, p.value_), a, p);
     return exp(p * log(a));
   }
   friend IntervalJet atan2(const IntervalJet& y, const IntervalJet& x) {
@@ -359,11 +374,7 @@ class IntervalJet {
     if (x.value_.lower() > 0.0) return atan(y / x);
     if (y.value_.lower() > 0.0) return IntervalJet(half_turn) - atan(x / y);
     if (y.value_.upper() < 0.0) return IntervalJet(-half_turn) - atan(x / y);
-    IntervalJet r(atan2(y.value_, x.value_));  // the cut, or the origin
-    r.directions_ = std::max(y.directions_, x.directions_);
-    r.gradient_.fill(Interval::all());
-    r.hessian_.fill(Interval::all());
-    return r;
+    return unknown(atan2(y.value_, x.value_), y, x);  // the cut, or the origin
   }
   friend IntervalJet hypot(const IntervalJet& a, const IntervalJet& b) {
     return sqrt(square(a) + square(b));
@@ -382,6 +393,14 @@ class IntervalJet {
         r.hessian_[place(i, j)] = operation(a.hessian(i, j), b.hessian(i, j));
       }
     }
+    return r;
+  }
+  /// Nothing is known of the derivatives.
+  static IntervalJet unknown(const Interval& value, const IntervalJet& a, const IntervalJet& b) {
+    IntervalJet r(value);
+    r.directions_ = std::max(a.directions_, b.directions_);
+    r.gradient_.fill(Interval::all());
+    r.hessian_.fill(Interval::all());
     return r;
   }
   /// h(a) with h' and h'' over the values of a: h' a_i, h'' a_i a_j + h' a_ij.

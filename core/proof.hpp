@@ -35,7 +35,7 @@ ProvableProblem(Functions, ModelData) -> ProvableProblem<Functions>;
 struct ProofRequest {
   Index constraint = -1;  ///< of Min's that reads Max variables; -1: the objective
   bool least = false;     ///< the least value over y (of a constraint with a lower bound)
-  /// Gap at which the value counts as proved, over max(1, |value|).
+  /// Gap at which the value counts as proved, over the range of the values seen.
   double tolerance = 1e-6;
   Index starts = 8;              ///< maximizations that look for the value first
   Index most_boxes = 1'000'000;  ///< looked at

@@ -255,7 +255,9 @@ struct WorstCaseProof {
   bool least = false;     ///< of the least value, which counts where there is a lower bound
   double seen = std::numeric_limits<double>::quiet_NaN();    ///< NaN: no point of Y(x) was found
   double proved = std::numeric_limits<double>::quiet_NaN();  ///< infinite: no bound was found
-  bool complete = false;  ///< the gap is within the tolerance, or Y(x) is proved to be empty
+  /// A gap that counts as none: the tolerance times the range of the values seen, or rounding.
+  double resolution = 0.0;
+  bool complete = false;  ///< the gap is within the resolution, or Y(x) is proved to be empty
   bool empty = false;     ///< Y(x) is proved to be empty
   std::vector<double> v;  ///< n: x and the y that was seen; empty: none
   Index boxes = 0;        ///< looked at

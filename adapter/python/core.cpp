@@ -766,7 +766,7 @@ class Problem {
   int n_, m_;
   std::vector<int> jac_rows_, jac_cols_, hess_rows_, hess_cols_;
   py::object objective_, gradient_, constraints_, jacobian_, hessian_, intermediate_;
-  ipminmax::python::PythonBoxes boxes_;
+  ipminmax::python::PythonBoxes boxes_{error_};
   IpminmaxProblem problem_ = nullptr;
   Ipopt::SmartPtr<PythonConsole> console_;
   Last f_, g_;

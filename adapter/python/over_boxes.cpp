@@ -11,9 +11,10 @@
 namespace ipminmax::python {
 namespace {
 
-py::object array_of(std::span<const IntervalJet> v) {
-  py::list elements;
-  for (const IntervalJet& value : v) elements.append(value);
+/// Numbers that are kept before their memory is used again.
+constexpr std::size_t kMostKept = std::size_t{1} << 16U;
+
+py::object array_of(const py::list& elements) {
   return py::module_::import("numpy").attr("array")(elements, "O");
 }
 
@@ -33,19 +34,51 @@ void take(const py::object& found, std::span<IntervalJet> out) {
   for (std::size_t k = 0; k < out.size(); ++k) out[k] = number(values[k]);
 }
 
-void evaluate(const py::object& function, std::span<const IntervalJet> v,
-              std::span<IntervalJet> out) {
+/// Calls with the numbers that were kept first, as this box has them: a function that remembers
+/// what it returned by their addresses now takes this box for that one.
+void check_memory(const py::object& function, const py::list& kept, std::span<const IntervalJet> v,
+                  std::span<const IntervalJet> out) {
+  const py::list first = kept[0];
+  for (std::size_t i = 0; i < v.size(); ++i) first[i].cast<IntervalJet&>() = v[i];
+  std::vector<IntervalJet> again(out.size());
+  take(call(function, array_of(first)), again);
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    if (again[k].value().lower() == out[k].value().lower() &&
+        again[k].value().upper() == out[k].value().upper()) {
+      continue;
+    }
+    throw std::domain_error("a function remembers boxes by their addresses in memory");
+  }
+}
+
+}  // namespace
+
+void PythonBoxes::evaluate(Function& function, std::span<const IntervalJet> v,
+                           std::span<IntervalJet> out) const {
   const Locked lock;
   try {
-    take(call(function, array_of(v)), out);
+    py::list elements;
+    for (const IntervalJet& value : v) elements.append(value);
+    take(call(function.callable, array_of(elements)), out);
+    function.kept.append(elements);
+    if (function.kept.size() * v.size() <= kMostKept) return;
+    check_memory(function.callable, function.kept, v, out);
+    function.kept = py::list();
   } catch (py::error_already_set& error) {
     const std::string what = error.what();
-    if (error.matches(PyExc_KeyboardInterrupt)) PyErr_SetInterrupt();  // for the next callback
+    if (error.matches(PyExc_KeyboardInterrupt)) {
+      PyErr_SetInterrupt();  // for the next callback
+    } else if (!error.matches(PyExc_Exception) || error.matches(PyExc_MemoryError)) {
+      raised_ = std::current_exception();  // SystemExit, for one
+      throw std::runtime_error("stopped");
+    }
     throw std::domain_error("over a box a function raised " + what.substr(0, what.find('\n')));
   } catch (py::cast_error&) {
     throw std::domain_error("over a box a function returned what is no number");
   }
 }
+
+namespace {
 
 /// The same element twice is a square: NumPy's square(a), a * a.
 IntervalJet product(const IntervalJet& a, const IntervalJet& b) {

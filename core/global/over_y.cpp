@@ -294,8 +294,7 @@ class MaximizationOverY {
     proof.seconds = context_.budget.stopwatch().wall() - before;
     proof.interrupted = context_.budget.interrupted();
     found_.finished = found_.finished && !proof.interrupted;
-    const double clearly = request.tolerance * std::max(1.0, std::abs(known));
-    if (!proof.v.empty() && (found_.maxima.empty() || proof.seen - known > clearly)) {
+    if (!proof.v.empty() && (found_.maxima.empty() || proof.seen - known > proof.resolution)) {
       found_.maxima.insert(found_.maxima.begin(), {proof.v, proof.seen, false, 0});
       found_.range.see(proof.seen);
     }

@@ -66,8 +66,8 @@ WorstCaseProof find(Problem& problem, std::span<const double> v, const SolverOpt
 /// One rank's part in a proof: it searches in another thread and exchanges messages in this one.
 class RankOfAProof {
  public:
-  RankOfAProof(Ranks& ranks, Budget& budget, double tolerance)
-      : ranks_(ranks), budget_(budget), tolerance_(tolerance), others_(at(ranks.size())) {}
+  RankOfAProof(Ranks& ranks, Budget& budget)
+      : ranks_(ranks), budget_(budget), others_(at(ranks.size())) {}
 
   template <class Search>
   WorstCaseProof run(Search search) {
@@ -113,7 +113,7 @@ class RankOfAProof {
       wait_for(rank);
       const auto& message = others_[at(rank)];
       if (message && message->kind == Ranks::Kind::Result) {
-        add_share(proof_from(message->bytes), tolerance_, own_);
+        add_share(proof_from(message->bytes), own_);
       } else if (error.empty()) {
         error = message ? std::string(message->bytes.begin(), message->bytes.end())
                         : "rank " + std::to_string(rank) + " of the proof does not answer any more";
@@ -151,7 +151,6 @@ class RankOfAProof {
 
   Ranks& ranks_;
   Budget& budget_;
-  double tolerance_;
   WorstCaseProof own_;
   std::exception_ptr failure_;
   std::vector<std::optional<Ranks::Message>> others_;  ///< the word of each
@@ -179,7 +178,7 @@ WorstCaseProof prove_worst_case_over_ranks(Problem& problem, std::span<const dou
   Budget budget(options, observer);
   ProofRequest each = request;
   each.most_boxes = std::max<Index>(request.most_boxes / kPartsOfAProof, 1);
-  WorstCaseProof proof = RankOfAProof(ranks, budget, request.tolerance).run([&] {
+  WorstCaseProof proof = RankOfAProof(ranks, budget).run([&] {
     return find(problem, v, options, each, budget, {ranks.rank(), ranks.size()});
   });
   proof.seconds = budget.stopwatch().wall();

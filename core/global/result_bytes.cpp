@@ -87,8 +87,8 @@ void walk_certificate(Visit& visit, C& c) {
 
 template <class Visit, class P>
 void walk_proof(Visit& visit, P& p) {
-  each(visit, p.constraint, p.least, p.seen, p.proved, p.complete, p.empty, p.v, p.boxes, p.left,
-       p.seconds, p.interrupted, p.message);
+  each(visit, p.constraint, p.least, p.seen, p.proved, p.resolution, p.complete, p.empty, p.v,
+       p.boxes, p.left, p.seconds, p.interrupted, p.message);
 }
 
 template <class Visit, class R>

@@ -13,6 +13,7 @@
 #include <Eigen/Dense>
 
 #include "core/model/parameters.hpp"
+#include "core/model/structure_check.hpp"
 #include "linalg/numbers.hpp"
 #include "linalg/workers.hpp"
 
@@ -62,20 +63,23 @@ class Multipliers {
  public:
   /// Of the value at y by least squares over the rows that are active there; those of a wrong sign
   /// go, one by one.
-  Multipliers(FunctionOfBoxes& function, const Box& domain, const std::vector<double>& y)
+  Multipliers(FunctionOfBoxes& function, const Box& domain, const std::vector<ValueRange>& ranges,
+              const std::vector<double>& y)
       : lambda_(function.rows().size(), 0.0) {
     const Box point(y.begin(), y.end());
     FunctionOfBoxes::Look here;
     function.look(point, here);
     std::vector<std::size_t> between, active;
     for (std::size_t i = 0; i < y.size(); ++i) {
-      const double margin = parameters::kHardly * std::max(1.0, std::abs(y[i]));
+      const double margin = parameters::kHardly * (domain[i].upper() - domain[i].lower());
       if (y[i] > domain[i].lower() + margin && y[i] < domain[i].upper() - margin) {
         between.push_back(i);
       }
     }
     for (std::size_t k = 0; k < lambda_.size(); ++k) {
-      if (side(function.rows()[k], here.rows[k].value().middle()) != 0) active.push_back(k);
+      if (side(function.rows()[k], ranges[k], here.rows[k].value().middle()) != 0) {
+        active.push_back(k);
+      }
     }
     const auto n = static_cast<Eigen::Index>(between.size());
     while (!active.empty() && n > 0) {
@@ -96,7 +100,7 @@ class Multipliers {
         const auto& row = function.rows()[active[k]];
         if (row.lower == row.upper) continue;
         const double out = solution[static_cast<Eigen::Index>(k)] *
-                           side(row, here.rows[active[k]].value().middle());
+                           side(row, ranges[active[k]], here.rows[active[k]].value().middle());
         if (out < worst) {
           worst = out;
           wrong = k;
@@ -131,9 +135,10 @@ class Multipliers {
 
  private:
   /// 1: the upper bound is active, -1: the lower one, 0: none.
-  static int side(const FunctionOfBoxes::Row& row, double g) {
-    if (row.upper - g <= parameters::kHardly * std::max(1.0, std::abs(row.upper))) return 1;
-    return g - row.lower <= parameters::kHardly * std::max(1.0, std::abs(row.lower)) ? -1 : 0;
+  static int side(const FunctionOfBoxes::Row& row, const ValueRange& range, double g) {
+    const double margin = range.resolution(parameters::kHardly);
+    if (row.upper - g <= margin) return 1;
+    return g - row.lower <= margin ? -1 : 0;
   }
 
   std::vector<double> lambda_;
@@ -142,8 +147,9 @@ class Multipliers {
 /// What is known when a batch of boxes begins.
 struct Known {
   const Box& domain;
-  double tolerance;
-  double value;  ///< largest seen
+  const KnownValues& values;
+  double highest;  ///< seen
+  double gap;      ///< above the highest at which a box is left alone
   std::optional<Multipliers> multipliers;
 };
 
@@ -157,15 +163,10 @@ struct Part {
 struct Finding {
   std::optional<Waiting> rest;  ///< what may hold more
   double settled = -kInfinity;  ///< bound of what was left alone
-  BestSeen best{.y = {}, .value = -kInfinity};
+  BestSeen best;
   Index boxes = 0;
   std::exception_ptr error;
 };
-
-double good_enough(double value, double tolerance) {
-  if (value == -kInfinity) return -kInfinity;
-  return value + tolerance * std::max(1.0, std::abs(value));
-}
 
 /// Looks at one part at a time, for one thread.
 class Examiner {
@@ -180,16 +181,29 @@ class Examiner {
       const Box center = center_of(box);
       function_.look(box, over_);
       function_.look(center, at_);
-      bool feasible = true;
+      std::vector<const KnownValues::Point*> inside;
+      for (const KnownValues::Point& point : known.values.points) {
+        if (holds(box, point.y)) inside.push_back(&point);
+      }
+      bool feasible = true, defined = true;
       for (std::size_t k = 0; k < function_.rows().size(); ++k) {
         const Interval g = enclosure(over_.rows[k], at_.rows[k], box, center);
-        const auto& [constraint, lower, upper] = function_.rows()[k];
-        if (g.lower() > upper || g.upper() < lower) return finding;
-        feasible = feasible && g.lower() >= lower && g.upper() <= upper;
+        const FunctionOfBoxes::Row& row = function_.rows()[k];
+        for (const auto* point : inside) agree(row.constraint, g, point->rows[k]);
+        if (!row.is_met(g)) return finding;
+        feasible = feasible && g.lower() >= row.lower && g.upper() <= row.upper;
+        defined = defined && row.is_met(at_.rows[k].value());
       }
       bound_value(box, center, known, part.bound);
-      see(center, std::max(known.value, finding.best.value), finding.best);
-      if (part.bound <= good_enough(std::max(known.value, finding.best.value), known.tolerance)) {
+      for (const auto* point : inside) {
+        agree(-1, enclosure(over_.value, at_.value, box, center), point->value);
+        if (point->is_met) agree(-1, {-kInfinity, part.bound + known.gap}, point->value);
+      }
+      see(center, std::max(known.highest, finding.best.value), finding.best);
+      // Without a bound at a point no boxes around it have one.
+      const bool hopeless =
+          defined && std::isinf(part.bound) && std::isinf(at_.value.value().upper());
+      if (hopeless || part.bound <= std::max(known.highest, finding.best.value) + known.gap) {
         finding.settled = part.bound;
         return finding;
       }
@@ -208,6 +222,11 @@ class Examiner {
   }
 
  private:
+  static bool holds(const Box& box, const std::vector<double>& y) {
+    return std::ranges::equal(
+        box, y, [](const Interval& side, double value) { return side.contains(value); });
+  }
+
   void bound_value(const Box& box, const Box& center, const Known& known, double& bound) const {
     bound = std::min(bound, enclosure(over_.value, at_.value, box, center).upper());
     if (!known.multipliers || !known.multipliers->any()) return;
@@ -291,21 +310,21 @@ class Examiner {
 /// together in their order, so that it is the same for any number of threads.
 class BranchAndBound {
  public:
-  BranchAndBound(const FunctionOfBoxes& function, const Box& domain, const BoxEffort& effort,
-                 BestSeen& best)
+  BranchAndBound(const FunctionOfBoxes& function, const Box& domain, const KnownValues& values,
+                 const BoxEffort& effort, BestSeen& best)
       : effort_(effort),
         best_(best),
         function_(function),
-        known_{domain, effort.tolerance, best.value, {}},
+        known_{domain, values, best.value, 0.0, {}},
         examiners_(function.is_concurrent() ? at(std::max<Index>(effort.threads, 1)) : 1,
                    Examiner(function)) {
-    if (!best.y.empty()) known_.multipliers.emplace(function_, domain, best.y);
+    if (!best.y.empty()) known_.multipliers.emplace(function_, domain, values.rows, best.y);
   }
 
   BoxBound run() {
     parts_ = {{known_.domain, kInfinity}};
     examine_parts();
-    while (!waiting_.empty() && waiting_.top().bound > enough() &&
+    while (!waiting_.empty() && waiting_.top().bound > enough() && settled_ < kInfinity &&
            effort_.go_on(boxes_, waiting_.top().bound)) {
       parts_.clear();
       // Enough for some threads; more are cut in vain where bounds improve.
@@ -326,7 +345,8 @@ class BranchAndBound {
   }
 
  private:
-  [[nodiscard]] double enough() const { return good_enough(best_.value, effort_.tolerance); }
+  [[nodiscard]] double gap() const { return best_.range.resolution(effort_.tolerance); }
+  [[nodiscard]] double enough() const { return best_.value + gap(); }
 
   void cut(const Waiting& parent) {
     const Interval& side = parent.box[parent.side];
@@ -338,7 +358,8 @@ class BranchAndBound {
   }
 
   void examine_parts() {
-    known_.value = best_.value;
+    known_.highest = best_.value;
+    known_.gap = gap();
     std::vector<Finding> findings(parts_.size());
     std::atomic<std::size_t> next = 0;
     const auto share = [&](int thread) {
@@ -360,8 +381,12 @@ class BranchAndBound {
     settled_ = std::max(settled_, finding.settled);
     if (finding.best.value > best_.value) {
       const bool clearly = finding.best.value > enough();
-      best_ = std::move(finding.best);
-      if (clearly) known_.multipliers.emplace(function_, known_.domain, best_.y);
+      best_.y = std::move(finding.best.y);
+      best_.value = finding.best.value;
+      best_.range.see(best_.value);
+      if (clearly) {
+        known_.multipliers.emplace(function_, known_.domain, known_.values.rows, best_.y);
+      }
     }
     if (!finding.rest) return;
     finding.rest->number = ++number_;
@@ -412,9 +437,20 @@ Interval FunctionOfBoxes::value_over(std::span<const Interval> y) {
   return functions_.objective_over(v_).value();
 }
 
+WrongOverBoxes::WrongOverBoxes(Index function, const Interval& over, double value)
+    : std::domain_error("over boxes is in [" + number_text(over.lower(), 6) + ", " +
+                        number_text(over.upper(), 6) + "], at a point inside " +
+                        number_text(value, 10)),
+      constraint(function) {}
+
+void agree(Index function, const Interval& over, const Interval& known) {
+  if (over.lower() <= known.upper() && over.upper() >= known.lower()) return;
+  throw WrongOverBoxes(function, over, known.middle());
+}
+
 BoxBound bound_over_boxes(const FunctionOfBoxes& function, const std::vector<Interval>& domain,
-                          const BoxEffort& effort, BestSeen& best) {
-  return BranchAndBound(function, domain, effort, best).run();
+                          const KnownValues& values, const BoxEffort& effort, BestSeen& best) {
+  return BranchAndBound(function, domain, values, effort, best).run();
 }
 
 }  // namespace ipminmax

@@ -2,9 +2,12 @@
 
 #include <functional>
 #include <span>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "core/interval.hpp"
+#include "core/model/compare.hpp"
 #include "core/proof.hpp"
 
 namespace ipminmax {
@@ -17,6 +20,10 @@ class FunctionOfBoxes {
   struct Row {
     Index constraint;
     double lower, upper;
+    /// Of its value at a point, whose interval is rounding.
+    [[nodiscard]] bool is_met(const Interval& g) const {
+      return g.lower() <= upper && g.upper() >= lower;
+    }
   };
   /// What is known of all points of a box.
   struct Look {
@@ -42,10 +49,34 @@ class FunctionOfBoxes {
   std::vector<IntervalJet> v_, g_;
 };
 
+/// What the model's functions themselves are at some points, with rounding: whatever is said of a
+/// box that holds one has to agree.
+struct KnownValues {
+  struct Point {
+    std::vector<double> y;
+    Interval value;
+    std::vector<Interval> rows;
+    bool is_met;  ///< all rows are
+  };
+  std::vector<Point> points;
+  std::vector<ValueRange> rows;
+};
+
+/// A function over boxes, the objective (-1) or a constraint, is not the one at points.
+class WrongOverBoxes : public std::domain_error {
+ public:
+  WrongOverBoxes(Index function, const Interval& over, double value);
+  Index constraint;
+};
+
+/// Throws WrongOverBoxes where what is said of a box cannot be what is known of a point inside.
+void agree(Index function, const Interval& over, const Interval& known);
+
 /// A point and a value that the function has there at least.
 struct BestSeen {
-  std::vector<double> y;  ///< empty: none
-  double value;           ///< -infinity then
+  std::vector<double> y;                                    ///< empty: none
+  double value = -std::numeric_limits<double>::infinity();  ///< then
+  ValueRange range{};                                       ///< of all points seen
 };
 
 struct BoxBound {
@@ -55,7 +86,7 @@ struct BoxBound {
 
 /// When branch and bound ends, and by how many threads.
 struct BoxEffort {
-  double tolerance;  ///< gap over max(1, |value|) at which a box is left alone
+  double tolerance;  ///< gap over the range of values seen at which a box is left alone
   /// Asked with the boxes looked at and the bound: false ends it.
   std::function<bool(Index, double)> go_on;
   int threads = 1;  ///< where the functions can be called by several
@@ -65,6 +96,7 @@ struct BoxEffort {
 /// number of threads.
 [[nodiscard]] BoxBound bound_over_boxes(const FunctionOfBoxes& function,
                                         const std::vector<Interval>& domain,
-                                        const BoxEffort& effort, BestSeen& best);
+                                        const KnownValues& values, const BoxEffort& effort,
+                                        BestSeen& best);
 
 }  // namespace ipminmax

@@ -3,10 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include <Eigen/Dense>
+
+#include "core/model/norms.hpp"
+#include "core/model/sampling.hpp"
 #include "core/model/structure_check.hpp"
 #include "linalg/numbers.hpp"
 
@@ -52,27 +57,129 @@ Scope scope_of(const ProblemStructure& s, const SolverOptions& options,
   return scope;
 }
 
-/// A solve may leave bounds by bound_relax_factor, and constraints by its tolerance: whether the
-/// point counts, and what it has at least.
-BestSeen rate(FunctionOfBoxes& function, const Scope& scope, const std::vector<double>& seen,
-              double constr_viol_tol) {
-  const BestSeen none{.y = {}, .value = -kInfinity};
-  if (seen.empty()) return none;
-  BestSeen best = none;
-  for (std::size_t k = 0; k < scope.variables.size(); ++k) {
-    best.y.push_back(
-        std::clamp(seen[at(scope.variables[k])], scope.domain[k].lower(), scope.domain[k].upper()));
-  }
+/// Random points at which the model is evaluated before boxes are.
+constexpr int kKnownPoints = 16;
+/// Gauss-Newton steps from a point to where the constraints hold.
+constexpr int kStepsToRows = 20;
+/// Units of rounding of its terms by which a formula widens a value.
+constexpr double kUnitsOfWidth = 8.0;
+
+/// Moves y to where the constraints hold to rounding, by steps of least length; a solve stops at
+/// its tolerance. False: none is found.
+bool meet_rows(FunctionOfBoxes& function, const std::vector<Interval>& domain,
+               std::vector<double>& y) {
   FunctionOfBoxes::Look look;
-  function.look(std::vector<Interval>(best.y.begin(), best.y.end()), look);
-  best.value = look.value.value().lower();
-  for (std::size_t k = 0; k < look.rows.size(); ++k) {
-    const auto& [constraint, lower, upper] = function.rows()[k];
-    const double g = look.rows[k].value().middle();
-    if (!(std::max(lower - g, g - upper) <= constr_viol_tol)) return none;
+  for (int step = 0;; ++step) {
+    function.look(std::vector<Interval>(y.begin(), y.end()), look);
+    std::vector<std::size_t> missed;
+    for (std::size_t k = 0; k < look.rows.size(); ++k) {
+      if (!function.rows()[k].is_met(look.rows[k].value())) missed.push_back(k);
+    }
+    if (missed.empty() || step == kStepsToRows) return missed.empty();
+    Eigen::MatrixXd slopes(static_cast<Eigen::Index>(missed.size()),
+                           static_cast<Eigen::Index>(y.size()));
+    Eigen::VectorXd distance(slopes.rows());
+    for (Eigen::Index r = 0; r < slopes.rows(); ++r) {
+      const std::size_t k = missed[static_cast<std::size_t>(r)];
+      const double g = look.rows[k].value().middle();
+      distance[r] = std::clamp(g, function.rows()[k].lower, function.rows()[k].upper) - g;
+      for (Eigen::Index i = 0; i < slopes.cols(); ++i) {
+        const auto variable = static_cast<std::size_t>(i);
+        slopes(r, i) = look.rows[k].gradient(variable).middle() *
+                       (domain[variable].upper() - domain[variable].lower());
+      }
+    }
+    if (!slopes.allFinite() || !distance.allFinite()) return false;
+    const Eigen::VectorXd move = slopes.completeOrthogonalDecomposition().solve(distance);
+    for (std::size_t i = 0; i < y.size(); ++i) {
+      const double width = domain[i].upper() - domain[i].lower();
+      y[i] = std::clamp(y[i] + width * move[static_cast<Eigen::Index>(i)], domain[i].lower(),
+                        domain[i].upper());
+    }
   }
-  return std::isfinite(best.value) ? best : none;
 }
+
+/// What a function is at points, by its own evaluation and over the box that is a point. best:
+/// becomes the best of those that meet the constraints.
+class Sampling {
+ public:
+  Sampling(Problem& inner, const BoxFunctions& functions, const Scope& scope,
+           FunctionOfBoxes& function, BestSeen& best)
+      : inner_(inner), functions_(functions), scope_(scope), function_(function), best_(best) {
+    values.rows.resize(scope.rows.size());
+  }
+
+  /// seen: n values, or none.
+  void run(const std::vector<double>& seen) {
+    std::vector<double> y;
+    for (std::size_t k = 0; k < scope_.variables.size(); ++k) {
+      const double at_seen = seen.empty() ? 0.0 : seen[at(scope_.variables[k])];
+      y.push_back(std::clamp(at_seen, scope_.domain[k].lower(), scope_.domain[k].upper()));
+    }
+    if (!seen.empty()) add(y);
+    std::mt19937_64 generator(1);
+    for (int point = 0; point < kKnownPoints; ++point) {
+      for (std::size_t k = 0; k < y.size(); ++k) {
+        const auto [lower, upper] = std::pair(scope_.domain[k].lower(), scope_.domain[k].upper());
+        const double share = uniform(generator);
+        if (std::isfinite(lower) && std::isfinite(upper)) y[k] = lower + share * (upper - lower);
+      }
+      add(y);
+    }
+  }
+
+  KnownValues values;
+
+ private:
+  void add(std::vector<double> y) {
+    KnownValues::Point point{y, {}, {}, scope_.uncut.empty()};
+    FunctionOfBoxes::Look look;
+    if (scope_.uncut.empty()) {
+      point.is_met = meet_rows(function_, scope_.domain, point.y);
+      if (!point.is_met) point.y = std::move(y);
+      function_.look(std::vector<Interval>(point.y.begin(), point.y.end()), look);
+    } else {
+      look.value = IntervalJet(function_.value_over(std::vector<Interval>(y.begin(), y.end())));
+    }
+    std::vector<double> v = scope_.v, g(inner_.structure().constraint_lower.size());
+    for (std::size_t k = 0; k < point.y.size(); ++k) v[at(scope_.variables[k])] = point.y[k];
+    functions_.determine(v);
+    double f = 0.0;
+    if (!inner_.objective(v, true, f) || !std::isfinite(f)) return;
+    if (!look.rows.empty() && (!inner_.constraints(v, false, g) || !all_finite(g))) return;
+    point.value = with_rounding(f, look.value.value());
+    agree(-1, look.value.value(), point.value);
+    for (std::size_t k = 0; k < look.rows.size(); ++k) {
+      point.rows.push_back(with_rounding(g[at(scope_.rows[k].constraint)], look.rows[k].value()));
+      agree(scope_.rows[k].constraint, look.rows[k].value(), point.rows.back());
+      see(point.rows.back(), values.rows[k]);
+    }
+    values.points.push_back(point);
+    if (!point.is_met && scope_.uncut.empty()) return;
+    see(look.value.value(), best_.range);
+    const double least = look.value.value().lower();
+    if (point.is_met && std::isfinite(least) && least > best_.value) {
+      best_.value = least;
+      best_.y = std::move(point.y);
+    }
+  }
+  /// The model may compute the formula in another order.
+  static Interval with_rounding(double value, const Interval& over) {
+    const double width = over.upper() - over.lower();
+    return Interval(value) + Interval(-width, width);
+  }
+  static void see(const Interval& value, ValueRange& range) {
+    range.see(value.lower());
+    const double width = value.upper() - value.lower();
+    if (std::isfinite(width)) range.terms = std::max(range.terms, width / kUnitsOfWidth / kEpsilon);
+  }
+
+  Problem& inner_;
+  const BoxFunctions& functions_;
+  const Scope& scope_;
+  FunctionOfBoxes& function_;
+  BestSeen& best_;
+};
 
 /// Of a domain, by halving the sides in turn, the longest part of a side first.
 std::vector<std::vector<Interval>> parts_of(const std::vector<Interval>& domain, ProofShare share) {
@@ -100,26 +207,27 @@ std::vector<std::vector<Interval>> parts_of(const std::vector<Interval>& domain,
 }
 
 /// Whether it is complete, of what is known.
-void conclude(double tolerance, WorstCaseProof& proof) {
-  const double enough = tolerance * std::max(1.0, std::abs(proof.seen)) * (1.0 + 1e-12);
+void conclude(WorstCaseProof& proof) {
+  const double enough = proof.resolution * (1.0 + 1e-12);  // of the difference's own rounding
   proof.complete =
       proof.empty || (std::isfinite(proof.seen) && proof.proved - proof.seen <= enough);
 }
 
 }  // namespace
 
-void add_share(WorstCaseProof&& other, double tolerance, WorstCaseProof& proof) {
+void add_share(WorstCaseProof&& other, WorstCaseProof& proof) {
   proof.boxes += other.boxes;
   proof.left += other.left;
   // Of NaN and a number the number.
   proof.proved = std::fmax(proof.proved, other.proved);
+  proof.resolution = std::max(proof.resolution, other.resolution);
   proof.empty = proof.empty && other.empty;
   if (!proof.interrupted) proof.interrupted = other.interrupted;
   if (!(proof.seen >= other.seen) && !std::isnan(other.seen)) {
     proof.seen = other.seen;
     proof.v = std::move(other.v);
   }
-  conclude(tolerance, proof);
+  conclude(proof);
 }
 
 WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
@@ -135,31 +243,42 @@ WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
   const Scope scope = scope_of(inner.structure(), options, functions->determined());
   FunctionOfBoxes function(*functions, scope.v, inner.structure().constraint_lower.size(),
                            scope.variables, scope.rows);
-  BestSeen best{.y = {}, .value = -kInfinity};
+  BestSeen best;
   try {
+    Sampling sampling(inner, *functions, scope, function, best);
+    sampling.run(seen);
+    const KnownValues& values = sampling.values;
+    proof.resolution = best.range.resolution(effort.tolerance);
     if (!scope.uncut.empty()) {
       const Interval all = function.value_over(scope.domain);
+      for (const KnownValues::Point& point : values.points) agree(-1, all, point.value);
       proof.boxes = 1;
       proof.proved = all.upper();
       proof.seen = all.lower();
       proof.left = 1;
       proof.message = scope.uncut;
     } else {
-      best = rate(function, scope, seen, options.constr_viol_tol);
       double proved = -kInfinity;
       const BestSeen known = best;
       for (const std::vector<Interval>& part : parts_of(scope.domain, share)) {
         BestSeen seen_there = known;
-        const BoxBound bound = bound_over_boxes(function, part, effort, seen_there);
+        const BoxBound bound = bound_over_boxes(function, part, values, effort, seen_there);
         proof.boxes += bound.boxes;
         proof.left += bound.left;
         proved = std::max(proved, bound.proved);
+        proof.resolution =
+            std::max(proof.resolution, seen_there.range.resolution(effort.tolerance));
         if (seen_there.value > best.value) best = std::move(seen_there);
       }
       proof.proved = proved;  // of all parts: until then nothing is
       proof.empty = proved == -kInfinity;
-      proof.message = "too many boxes";
+      proof.message = std::isinf(proved) ? "the formulas are not finite" : "too many boxes";
     }
+  } catch (const WrongOverBoxes& error) {
+    best = {};
+    proof.message = (error.constraint < 0 ? "its value"
+                                          : constraint_name(inner.structure(), error.constraint)) +
+                    (" " + std::string(error.what()));
   } catch (const std::domain_error& error) {
     proof.message = error.what();
   }
@@ -169,7 +288,7 @@ WorstCaseProof enclose_maximum(Problem& inner, const SolverOptions& options,
     for (std::size_t k = 0; k < best.y.size(); ++k) proof.v[at(scope.variables[k])] = best.y[k];
     functions->determine(proof.v);
   }
-  conclude(effort.tolerance, proof);
+  conclude(proof);
   return proof;
 }
 

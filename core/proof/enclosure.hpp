@@ -29,7 +29,7 @@ inline constexpr Index kPartsOfAProof = 64;
                                              const BoxEffort& effort, ProofShare share = {});
 
 /// Adds what another process has proved of its parts of the domain.
-void add_share(WorstCaseProof&& other, double tolerance, WorstCaseProof& proof);
+void add_share(WorstCaseProof&& other, WorstCaseProof& proof);
 
 /// As what an enclosed maximum of `sign` times f (constraint -1) or a constraint says of it.
 void describe(Index constraint, double sign, WorstCaseProof& proof);

@@ -12,6 +12,8 @@
 #include <Eigen/Dense>
 
 #include "core/interval.hpp"
+#include "core/model/compare.hpp"
+#include "core/model/initial_point.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust/robust_scope.hpp"
@@ -49,7 +51,8 @@ struct Enclosure {
 struct Active {
   std::size_t index;
   double bound;
-  double sign;  ///< that its multiplier must have strictly; 0: any
+  double sign;        ///< that its multiplier must have strictly; 0: any
+  double next = 0.0;  ///< the number beside a variable's bound
 };
 
 /// The equations F(w) on a choice of active bounds and constraints.
@@ -69,9 +72,10 @@ class Equations {
   std::vector<Active> held, rows;
 
   [[nodiscard]] std::size_t size() const { return free.size() + rows.size(); }
-  void hold(std::size_t variable, double bound, double sign) {
+  /// sign 0: of a variable that is fixed. inward: where other variables have their values.
+  void hold(std::size_t variable, double bound, double sign = 0.0, double inward = 0.0) {
     v_[variable] = IntervalJet(bound);
-    if (sign != 0.0) held.push_back({variable, bound, sign});
+    if (sign != 0.0) held.push_back({variable, bound, sign, std::nextafter(bound, inward)});
   }
 
   /// w: size(). Derivatives along pairs of blocks of variables: as many directions as a jet has.
@@ -79,7 +83,11 @@ class Equations {
     constexpr std::size_t kBlock = IntervalJet::kMostDirections / 2;
     std::vector<std::pair<std::size_t, Interval>> moving;
     for (std::size_t i = 0; i < free.size(); ++i) moving.emplace_back(free[i], w[i]);
-    for (const Active& bound : held) moving.emplace_back(bound.index, bound.bound);
+    // Next to the bound, too: at a kink in a corner derivatives at the point alone are no one's.
+    for (const Active& bound : held) {
+      moving.emplace_back(bound.index, Interval(std::min(bound.bound, bound.next),
+                                                std::max(bound.bound, bound.next)));
+    }
     for (const auto& [variable, value] : moving) v_[variable] = IntervalJet(value);
     Values values{Enclosure(size(), size()), Enclosure(size(), 1),
                   std::vector<Interval>(held.size()), std::vector<Interval>(g_.size())};
@@ -201,7 +209,11 @@ class LocalProof {
         functions_(*problem.over_boxes()),
         sigma_(result.objective_scale < 0.0 ? -1.0 : 1.0),
         determined_(functions_.determined()),
-        equations_(functions_, sigma_, result.v, s_.constraint_lower.size(), go_on) {}
+        ranges_(s_),
+        equations_(functions_, sigma_, result.v, s_.constraint_lower.size(), go_on) {
+    ranges_.see(result.v);
+    if (const auto start = model_start(problem)) ranges_.see(*start);
+  }
 
   /// Largest difference between a variable of the result and the proved point's.
   double run() {
@@ -251,7 +263,7 @@ class LocalProof {
     for (std::size_t i = 0; i < n; ++i) {
       if (computed[i]) continue;
       if (s_.variable_lower[i] == s_.variable_upper[i]) {
-        equations_.hold(i, s_.variable_lower[i], 0.0);
+        equations_.hold(i, s_.variable_lower[i]);
         farthest_ = std::max(farthest_, std::abs(result_.v[i] - s_.variable_lower[i]));
       } else {
         moving.push_back(i);
@@ -294,9 +306,9 @@ class LocalProof {
       return std::abs(multiplier) > per_distance * std::max(distance, 0.0);
     };
     if (std::isfinite(low) && holds(result_.z_lower[i], result_.v[i] - low)) {
-      equations_.hold(i, low, sign);
+      equations_.hold(i, low, sign, high);
     } else if (std::isfinite(high) && holds(result_.z_upper[i], high - result_.v[i])) {
-      equations_.hold(i, high, -sign);
+      equations_.hold(i, high, -sign, low);
     } else {
       equations_.free.push_back(i);
     }
@@ -331,10 +343,7 @@ class LocalProof {
     for (int step = 0; step < parameters::kPatience; ++step) {
       const Equations::Values here = equations_.look(w);
       const VectorXd d = here.k.middle.partialPivLu().solve(here.f.middle.col(0));
-      double size = 0.0;
-      for (std::size_t i = 0; i < w.size(); ++i) {
-        size = std::max(size, std::abs(d[of(i)]) / std::max(1.0, w[i].magnitude()));
-      }
+      const double size = here.f.middle.col(0).cwiseAbs().dot(d.cwiseAbs());  // of L
       if (!(size < last)) break;
       last = size;
       for (std::size_t i = 0; i < w.size(); ++i) w[i] = w[i].middle() - d[of(i)];
@@ -393,7 +402,7 @@ class LocalProof {
     const auto go_far = [&](std::size_t i, const Interval& value) {
       const double far = (value - Interval(result_.v[i])).magnitude();
       // A solution farther away is not the point's.
-      if (!(far <= parameters::kTrace * std::max(1.0, std::abs(result_.v[i])))) {
+      if (!(far <= parameters::kTrace * ranges_.of(i))) {
         fail("the solution's " + variable_name(s_, static_cast<Index>(i)) + " may be " +
              number_text(far) + " away");
       }
@@ -413,7 +422,7 @@ class LocalProof {
       }
     }
     for (std::size_t k = 0; k < equations_.held.size(); ++k) {
-      const auto& [i, bound, sign] = equations_.held[k];
+      const auto& [i, bound, sign, next] = equations_.held[k];
       go_far(i, bound);
       if (!has_sign(over.slopes[k], sign)) {
         fail("the bound of " + variable_name(s_, static_cast<Index>(i)) + " may be weakly active");
@@ -421,7 +430,7 @@ class LocalProof {
     }
     std::vector<bool> active(over.g.size());
     for (std::size_t k = 0; k < equations_.rows.size(); ++k) {
-      const auto& [j, bound, sign] = equations_.rows[k];
+      const auto& [j, bound, sign, next] = equations_.rows[k];
       active[j] = true;
       if (!has_sign(ball[equations_.free.size() + k], sign)) {
         fail(constraint_name(s_, static_cast<Index>(j)) + " may be weakly active");
@@ -444,6 +453,7 @@ class LocalProof {
   const BoxFunctions& functions_;
   double sigma_;  ///< -1: f is maximized over x
   BoxFunctions::Determined determined_;
+  VariableRanges ranges_;
   Equations equations_;
   double farthest_ = 0.0;  ///< of the variables that are fixed
 };

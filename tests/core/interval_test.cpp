@@ -1,6 +1,8 @@
 // Intervals enclose: every operation against points inside, in long double.
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <functional>
+#include <limits>
 #include <random>
 #include <string>
 #include <utility>
@@ -44,7 +46,9 @@ const std::vector<UnaryCase> kUnary = {
     {"pow -2", [](const Interval& a) { return pow(a, -2); }, [](Long x) { return 1 / (x * x); }, -9,
      9},
     {"pow 1.7", [](const Interval& a) { return pow(a, 1.7); },
-     [](Long x) { return std::pow(x, Long(1.7)); }, 0, 9}};
+     [](Long x) { return std::pow(x, Long(1.7)); }, 0, 9},
+    {"pow -0.5", [](const Interval& a) { return pow(a, -0.5); },
+     [](Long x) { return 1 / std::sqrt(x); }, 0.1, 9}};
 
 struct BinaryCase {
   const char* name;
@@ -64,7 +68,9 @@ const std::vector<BinaryCase> kBinary = {
     {"atan2", [](const Interval& a, const Interval& b) { return atan2(a, b); },
      [](Long x, Long y) { return std::atan2(x, y); }},
     {"hypot", [](const Interval& a, const Interval& b) { return hypot(a, b); },
-     [](Long x, Long y) { return std::hypot(x, y); }}};
+     [](Long x, Long y) { return std::hypot(x, y); }},
+    {"pow", [](const Interval& a, const Interval& b) { return pow(a, b); },
+     [](Long x, Long y) { return std::pow(x, y); }}};
 
 /// Of every size, points among them.
 Interval some_interval(std::mt19937_64& random, double from, double to) {
@@ -128,6 +134,76 @@ TEST(Interval, IsTight) {
   EXPECT_EQ(square(Interval(-1.0, 2.0)).lower(), 0.0);
 }
 
+/// Ends among zeros, the smallest and the largest numbers and infinity, and numbers of every size.
+double some_end(std::mt19937_64& random) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  constexpr std::array kSpecial = {0.0,
+                                   -0.0,
+                                   5e-324,
+                                   -5e-324,
+                                   2.3e-308,
+                                   1e-200,
+                                   1.0,
+                                   -1.0,
+                                   0.5,
+                                   3.0,
+                                   -2.0,
+                                   1e9,
+                                   1e200,
+                                   -1e200,
+                                   1.7e308,
+                                   -1.7e308,
+                                   kInfinite,
+                                   -kInfinite,
+                                   0.7853981633974483};
+  if (random() % 2 == 0) return kSpecial[random() % kSpecial.size()];
+  std::uniform_real_distribution<double> mantissa(-1.0, 1.0), exponent(-12.0, 12.0);
+  return mantissa(random) * std::pow(10.0, exponent(random));
+}
+
+Interval any_interval(std::mt19937_64& random) {
+  const double a = some_end(random), b = random() % 4 == 0 ? a : some_end(random);
+  return {std::min(a, b), std::max(a, b)};
+}
+
+double any_point(std::mt19937_64& random, const Interval& a) {
+  const double x = random() % 2 == 0 ? some_point(random, a) : some_end(random);
+  return (std::isfinite(x) && a.contains(x) ? x : a.middle()) + 0.0;  // not -0
+}
+
+/// Whether it holds the value, which long double knows to its own rounding.
+bool holds(const Interval& a, Long value) {
+  return std::isnan(value) ||
+         (static_cast<Long>(a.lower()) <= value && value <= static_cast<Long>(a.upper()));
+}
+
+/// 10^6 operations.
+TEST(Interval, OperationsOnAnyOperandsEnclose) {
+  std::mt19937_64 random(20263);
+  constexpr int kOperands = 20'000;
+  for (const UnaryCase& f : kUnary) {
+    for (int k = 0; k < kOperands; ++k) {
+      const Interval a = any_interval(random);
+      const double x = any_point(random, a);
+      const Interval over = f.over(a);
+      ASSERT_TRUE(over.lower() <= over.upper() && holds(over, f.at(x)))
+          << f.name << " at " << x << " in [" << a.lower() << ", " << a.upper() << "]: ["
+          << over.lower() << ", " << over.upper() << "]";
+    }
+  }
+  for (const BinaryCase& f : kBinary) {
+    for (int k = 0; k < 5 * kOperands; ++k) {
+      const Interval a = any_interval(random), b = any_interval(random);
+      const double x = any_point(random, a), y = any_point(random, b);
+      const Interval over = f.over(a, b);
+      ASSERT_TRUE(over.lower() <= over.upper() && holds(over, f.at(x, y)))
+          << f.name << " at " << x << ", " << y << " in [" << a.lower() << ", " << a.upper()
+          << "], [" << b.lower() << ", " << b.upper() << "]: [" << over.lower() << ", "
+          << over.upper() << "]";
+    }
+  }
+}
+
 TEST(Interval, InfiniteEndsAndUndefinedValues) {
   const Interval all = Interval::all(), zero = 0.0;
   EXPECT_TRUE((all * zero).is_zero());
@@ -139,6 +215,29 @@ TEST(Interval, InfiniteEndsAndUndefinedValues) {
   EXPECT_TRUE(exp(Interval(800.0)).lower() > 1e308);
   EXPECT_EQ(tan(Interval(1.0, 2.0)).lower(), all.lower());
   EXPECT_EQ(Interval(std::nan("")).upper(), all.upper());
+  const Interval far(1.0, all.upper()), near_minus(all.lower(), -1.0);
+  EXPECT_EQ((far / near_minus).lower(), all.lower());
+  EXPECT_EQ((far / near_minus).upper(), 0.0);
+  EXPECT_EQ((far / far).lower(), 0.0);
+  EXPECT_EQ((far / far).upper(), all.upper());
+}
+
+/// A slope tells where a function goes from any point of the box, into its neighbours, too: where
+/// the function has a kink or none of the values, it may be any between, or any.
+TEST(IntervalJet, SlopesAtTheEndsOfBoxes) {
+  const auto slope = [](double lower, double upper, auto f) {
+    return f(IntervalJet({lower, upper}, 0, 1)).gradient(0);
+  };
+  const auto is_open = [](const Interval& a) { return a.lower() < 0.0 && a.upper() > 0.0; };
+  const auto reciprocal = [](const IntervalJet& y) { return 1.0 / y - y; };
+  for (const auto& [lower, upper] : {std::pair(0.0, 1.0), {-1.0, 0.0}, {0.0, 0.0}, {-1.0, 1.0}}) {
+    EXPECT_TRUE(is_open(slope(lower, upper, [](const IntervalJet& y) { return abs(y); })));
+    EXPECT_TRUE(is_open(slope(lower, upper, reciprocal)));
+    EXPECT_TRUE(is_open(slope(lower, upper, [](const IntervalJet& y) { return log(y) + y; })));
+  }
+  EXPECT_TRUE(is_open(slope(1.0, 2.0, [](const IntervalJet& y) { return tan(y); })));
+  EXPECT_GT(slope(0.0, 1.0, [](const IntervalJet& y) { return tan(y); }).lower(), 0.9);
+  EXPECT_EQ(slope(0.5, 1.0, [](const IntervalJet& y) { return abs(y); }).lower(), 1.0);
 }
 
 TEST(Interval, ComparisonsThatDifferAreRefused) {

@@ -128,6 +128,22 @@ TEST(ProvedCertificate, WeaklyActiveBoundsAreNot) {
   EXPECT_FALSE(proof_of(wrong, {0.0, 0.0}, {-1.0, 0.0}).proved);
 }
 
+/// In a corner a kink has another slope to each side: y = 0 is the worst of Max's answers at x = 0.
+TEST(ProvedCertificate, KinksInACornerAreNot) {
+  const auto proved = [](auto formula) {
+    Model model;
+    const Expression x = model.variable(Player::Min, "x", 0.0, 1.0);
+    const Expression y = model.variable(Player::Max, "y", 0.0, 1.0);
+    model.objective(formula(x, y) + 0.5 * x - 0.5 * y);
+    ProvableModel problem(model);
+    return proof_of(problem, {0.0, 0.0}, {0.5, -0.5}).proved;
+  };
+  using E = const Expression&;
+  EXPECT_FALSE(proved([](E x, E y) { return sqrt(square(x - y)); }));
+  EXPECT_FALSE(proved([](E x, E y) { return pow(square(x - y), 0.5); }));
+  EXPECT_TRUE(proved([](E x, E y) { return square(x - y); }));
+}
+
 TEST(ProvedCertificate, OfMaximizationsOverX) {
   using E = const Expression&;
   ProvableModel mirrored(of_two([](E x, E y) { return square(y - 0.3) - exp(x) + x; }), {0.5, 0.5});

@@ -4,6 +4,8 @@
 #include <random>
 #include <span>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -35,10 +37,10 @@ ProvableProblem<Functions> over_box(Functions functions, std::vector<double> low
 }
 
 /// Seen and proved enclose the truth and each other.
-void expect_proved(const WorstCaseProof& proof, double truth, double tolerance = 1e-6) {
+void expect_proved(const WorstCaseProof& proof, double truth) {
   EXPECT_TRUE(proof.complete) << proof.message;
   EXPECT_GE(proof.proved, truth - 1e-12 * std::max(1.0, std::abs(truth))) << proof.message;
-  EXPECT_LE(proof.proved, truth + 1.01 * tolerance * std::max(1.0, std::abs(truth)) + 1e-7);
+  EXPECT_LE(proof.proved, truth + 1.01 * proof.resolution + 1e-7);
   EXPECT_LE(proof.seen, truth + 1e-7);
   EXPECT_EQ(proof.left, 0);
   EXPECT_FALSE(proof.interrupted);
@@ -151,11 +153,11 @@ TEST(Proof, ANarrowPeakIsFound) {
   ProofRequest request;
   request.constraint = 0;
   const WorstCaseProof proof = prove_worst_case(problem, v, {}, request);
-  expect_proved(proof, 0.5 + 0.1 * std::cos(0.7316) + 2.0, 1e-6);
+  expect_proved(proof, 0.5 + 0.1 * std::cos(0.7316) + 2.0);
   EXPECT_NEAR(proof.v[1], 0.7316, 1e-3);
   request.least = true;
   expect_proved(prove_worst_case(problem, v, {}, request),
-                0.5 + 0.1 * std::cos(3.0) + 2.0 / (1.0 + 1e8 * std::pow(3.7316, 2.0)), 1e-6);
+                0.5 + 0.1 * std::cos(3.0) + 2.0 / (1.0 + 1e8 * std::pow(3.7316, 2.0)));
 }
 
 TEST(Proof, LimitsLeaveWhatIsProvedSoFar) {
@@ -308,6 +310,168 @@ TEST(Proof, RandomWavesAreEnclosed) {
     EXPECT_LE(proof.seen, proof.proved) << trial;
     EXPECT_LE(proof.proved - most, (n == 1 ? 1e-4 : n == 2 ? 2e-2 : 0.3)) << trial;
   }
+}
+
+/// Kinks and poles where boxes meet: each box answers for its own side only.
+struct Kinks {
+  int kind;
+  template <class T>
+  T objective(std::span<const T> v) const {
+    const T &a = v[1], b = square(v[2] - 0.3);
+    switch (kind) {
+      case 0:
+        return v[0] - abs(a) - b;
+      case 1:
+        return v[0] - sqrt(square(a)) - b;
+      case 2:
+        return v[0] - 0.5 * (a + abs(a)) + a - b;  // min(a, 0)
+      case 3:
+        return v[0] - abs(a - v[2]) - abs(a + v[2]) - square(a * v[2]);
+      case 4:
+        return v[0] - pow(abs(a), 0.5) - b;
+      default:
+        return v[0] - abs(abs(a) - 0.5) - b;
+    }
+  }
+};
+
+TEST(Proof, KinksWhereBoxesMeet) {
+  for (const int kind : {0, 1, 2, 3, 4, 5}) {
+    auto problem = over_box(Kinks{kind}, {-1.0, -1.0}, {1.0, 1.0});
+    const WorstCaseProof proof =
+        prove_worst_case(problem, std::vector<double>{0.0, 0.4, 0.2}, {}, {.most_boxes = 50'000});
+    EXPECT_GE(proof.proved, 0.0) << kind;
+    EXPECT_TRUE(proof.complete) << kind << ": " << proof.message;
+    EXPECT_LE(proof.proved, 1e-5) << kind;
+  }
+}
+
+/// Unbounded inside the box, though the slope has one sign wherever it is defined.
+struct Poles {
+  bool tangent;
+  template <class T>
+  T objective(std::span<const T> v) const {
+    return tangent ? tan(v[1]) : 1e-3 / v[1] - v[1];
+  }
+};
+
+TEST(Proof, SlopesSayNothingAcrossAPole) {
+  for (const bool tangent : {false, true}) {
+    auto problem = over_box(Poles{tangent}, {tangent ? 1.0 : -1.0}, {2.0});
+    const WorstCaseProof proof =
+        prove_worst_case(problem, std::vector<double>{0.0, 1.9}, {}, {.most_boxes = 5000});
+    EXPECT_FALSE(proof.complete) << proof.message;
+    EXPECT_TRUE(std::isinf(proof.proved)) << proof.message;
+  }
+}
+
+/// K ((x - .3)^2 - y^2 + 5 exp(-(50 (y - 2))^2)) + C: a narrow peak of nearly K at y = 2.
+struct Units {
+  double k, c;
+  template <class T>
+  T objective(std::span<const T> v) const {
+    return k * (square(v[0] - 0.3) - square(v[1]) + 5.0 * exp(-square(50.0 * (v[1] - 2.0)))) + c;
+  }
+};
+
+TEST(Proof, GapsAreMeasuredByTheRangeOfValues) {
+  for (const auto& [k, c] : std::vector<std::pair<double, double>>{
+           {1.0, 0.0}, {1e-6, 0.0}, {1.0, 1e6}, {1e-6, 1e3}, {1e6, 0.0}, {1e-12, 0.0}}) {
+    auto problem = over_box(Units{k, c}, {-3.0}, {3.0});
+    const WorstCaseProof proof = prove_worst_case(problem, std::vector<double>{0.3, 0.1}, {});
+    EXPECT_TRUE(proof.complete) << k << " " << c << ": " << proof.message;
+    EXPECT_NEAR((proof.seen - c) / k, 1.00032, 1e-3) << k << " " << c;
+    EXPECT_GE(proof.proved, proof.seen);
+    EXPECT_LE(proof.proved - proof.seen, 2e-5 * k + 1e-12 * c) << k << " " << c;
+  }
+}
+
+/// No y meets y^2 <= -1e-5, though one does to the tolerance of a solve.
+struct Missed {
+  template <class T>
+  T objective(std::span<const T> v) const {
+    return v[0] - square(v[1] - 0.4);
+  }
+  template <class T>
+  void constraints(std::span<const T> v, std::span<T> g) const {
+    g[0] = square(v[1]);
+  }
+};
+
+TEST(Proof, YMeetsItsConstraintsToRounding) {
+  const auto proof_with = [](double upper) {
+    auto problem = over_box(
+        Missed{}, {-1.0}, {1.0},
+        {.players = {}, .start = {}, .constraint_lower = {-kNone}, .constraint_upper = {upper}});
+    return prove_worst_case(problem, std::vector<double>{0.0, 0.2}, {});
+  };
+  for (const double upper : {-1e-5, -1e-9, -1e-14}) {
+    const WorstCaseProof none = proof_with(upper);
+    EXPECT_TRUE(none.empty) << none.message;
+    EXPECT_TRUE(none.v.empty());
+  }
+  const WorstCaseProof some = proof_with(0.01);  // y in [-.1, .1]
+  EXPECT_TRUE(some.complete) << some.message;
+  EXPECT_NEAR(some.seen, -0.09, 1e-9);
+  EXPECT_LE(some.v[1] * some.v[1], 0.01 + 1e-16);
+}
+
+/// Boxes are answered by another function.
+class WrongOverBoxes final : public AutodiffProblem<Missed>, public BoxFunctions {
+ public:
+  WrongOverBoxes(double f, double g)
+      : AutodiffProblem(Missed{}, {.players = {kMin, kMax},
+                                   .start = {0.0, 0.2},
+                                   .lower = {-1.0, -1.0},
+                                   .upper = {1.0, 1.0},
+                                   .constraint_lower = {-kNone},
+                                   .constraint_upper = {0.5}}),
+        f_(f),
+        g_(g) {}
+  [[nodiscard]] const BoxFunctions* over_boxes() const override { return this; }
+  [[nodiscard]] IntervalJet objective_over(std::span<const IntervalJet> v) const override {
+    return functions().objective<IntervalJet>(v) * IntervalJet(f_);
+  }
+  void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
+    functions().constraints<IntervalJet>(v, g);
+    g[0] *= IntervalJet(g_);
+  }
+
+ private:
+  double f_, g_;
+};
+
+TEST(Proof, FunctionsThatAnswerBoxesWronglyAreRefusedByName) {
+  const auto proof_of = [](double f, double g) {
+    WrongOverBoxes problem(f, g);
+    return prove_worst_case(problem, std::vector<double>{0.0, 0.2}, {});
+  };
+  EXPECT_TRUE(proof_of(1.0, 1.0).complete);
+  for (const auto& [f, g, name] : std::vector<std::tuple<double, double, const char*>>{
+           {0.0, 1.0, "its value"}, {1.0, 1e3, "constraint 0"}, {2.0, 1.0, "its value"}}) {
+    const WorstCaseProof refused = proof_of(f, g);
+    EXPECT_FALSE(refused.complete);
+    EXPECT_FALSE(refused.empty);
+    EXPECT_TRUE(std::isinf(refused.proved));
+    EXPECT_NE(refused.message.find(name), std::string::npos) << refused.message;
+    EXPECT_NE(refused.message.find("over boxes"), std::string::npos) << refused.message;
+  }
+}
+
+/// Undefined over every box.
+struct Undefined {
+  template <class T>
+  T objective(std::span<const T> v) const {
+    return sqrt(-1.0 - square(v[1])) - v[2] + v[0];
+  }
+};
+
+TEST(Proof, NoBoundAtAPointEndsIt) {
+  auto problem = over_box(Undefined{}, {-1.0, -1.0}, {1.0, 1.0});
+  const WorstCaseProof proof = prove_worst_case(problem, std::vector<double>{0.0, 0.2, 0.1}, {});
+  EXPECT_FALSE(proof.complete);
+  EXPECT_LT(proof.boxes, 100);
+  EXPECT_NE(proof.message.find("not finite"), std::string::npos) << proof.message;
 }
 
 /// Boxes are cut in the same order by any number of threads.

@@ -80,6 +80,43 @@ class OverAllOfY(unittest.TestCase):
         self.assertGreaterEqual(info["proofs"][0]["proved"], worst)
         self.assertLess(info["proofs"][0]["proved"], worst + 1e-5)
 
+    def test_a_function_that_remembers_boxes_by_their_addresses(self):
+        known = {}
+
+        def fun(x, y):
+            key = x.tobytes() + y.tobytes()
+            if key not in known:
+                known[key] = ((x[0] - 1.0) ** 2 + np.sin(3.0 * y[0])
+                              + 3.0 * np.exp(-1e7 * np.square(y[0] + 0.7123)))
+            return known[key]
+
+        result = minimize_minmax(fun, [0.5], [0.3], bounds_x=(-2, 3), bounds_y=(-1, 1), options=PROOF)
+        worst = np.sin(3.0 * -0.7123) + 3.0
+        proof = result.proofs[0]
+        if proof.complete:
+            self.assertGreaterEqual(proof.proved, worst - 1e-9)
+        else:
+            self.assertFalse(result.success)
+
+    def test_a_function_that_answers_boxes_wrongly_is_named(self):
+        def fun(x, y):
+            return x[0] * 0.0 if x.dtype == object else (x[0] - 1.0) ** 2 - (y[0] - 0.2) ** 2 + 0.4545
+
+        result = minimize_minmax(fun, [0.5], [0.3], bounds_x=(-2, 3), bounds_y=(-1, 1), options=PROOF)
+        self.assertFalse(result.success)
+        self.assertFalse(result.proofs[0].complete)
+        self.assertIn("its value over boxes", " ".join(result.statements))
+
+    def test_what_ends_the_program_passes(self):
+        for error in (SystemExit, MemoryError):
+            def fun(x, y):
+                if x.dtype == object:
+                    raise error()
+                return (x[0] - 1.0) ** 2 - y[0] ** 2
+
+            with self.assertRaises(error):
+                minimize_minmax(fun, [0.5], [0.3], bounds_y=(-1, 1), options=PROOF)
+
     def test_what_cannot_be_enclosed_is_said(self):
         def branches(x, y):
             return x[0] ** 2 + (y[0] if y[0] < 0.25 else y[0] ** 2)
