@@ -62,6 +62,7 @@ class GridJudge {
     });
     make_grid();
     v_ = into_y(v_);
+    add_freedom_of_y();
   }
 
   Judgement judge() {
@@ -140,6 +141,26 @@ class GridJudge {
       for (Index i = 0; i < n_; ++i)
         bound_tol_[at(i)] += open * std::abs(r_.a(i, static_cast<Index>(k)));
     }
+  }
+  /// Worst cases, each with a y of its own, lie in a relaxed Y, too.
+  void add_freedom_of_y() {
+    if (y_grid_.cols() == 0) return;
+    const std::vector<OverY> over = rows_over_y(v_, true);
+    double freedom = 0.0;  // of the size of Y
+    for (Index i = known_.x; i < n_; ++i)
+      freedom += bound_tol_[at(i)] / (upper_[at(i)] - lower_[at(i)]);
+    for (Index j = 0; j < m_; ++j) {
+      if (s_.constraint_players[at(j)] == Player::Max && over[at(j)].range() > 0.0)
+        freedom += row_tol_[at(j)] / over[at(j)].range();
+    }
+    constexpr double kSteepness = 4.0;
+    double change = std::abs(r_.f_factor) * f_over_y(v_).range();
+    for (std::size_t k = 0; k < r_.rows.size(); ++k) {
+      const Rewriting::Row& row = r_.rows[k];
+      if (row.source < m_ && robust_[at(row.source)])
+        change += std::abs(result_.lambda[k] * row.factor) * over[at(row.source)].range();
+    }
+    value_tol_ += kSteepness * freedom * change;
   }
   /// Gain of value along a step that a dual error of tol hides, and one of complementarity.
   [[nodiscard]] double hidden(const VectorXd& step) const {
@@ -233,13 +254,13 @@ class GridJudge {
       if (is_in_y(v)) each(v);
     }
   }
-  [[nodiscard]] std::vector<OverY> rows_over_y(const VectorXd& v) const {
+  [[nodiscard]] std::vector<OverY> rows_over_y(const VectorXd& v, bool all = false) const {
     std::vector<OverY> over(at(m_));
     const auto see = [&](const VectorXd& w) {
       const VectorXd g = rows(w);
       for (Index j = 0; j < m_; ++j) over[at(j)].see(excess(g, j), w);
     };
-    if (std::ranges::find(robust_, true) == robust_.end()) {
+    if (!all && std::ranges::find(robust_, true) == robust_.end()) {
       if (m_ > 0) see(v);
     } else {
       visit(v, see);
