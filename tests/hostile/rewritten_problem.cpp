@@ -422,25 +422,26 @@ Said exchange(Rewriting& r, Dice&) {
 
 const std::vector<Transformation>& transformations() {
   // First those that read the model's own variables and bounds.
+  using enum Transformation::Kind;
   static const std::vector<Transformation> all = {
       {"y rotated", rotate},
       {"exp(g) <= 1", exponential_row},
-      {"y's box wider", widen, false, true},
-      {"roles exchanged", exchange, true, false},
+      {"y's box wider", widen, Wide},
+      {"roles exchanged", exchange, Saddle},
       {"bound as row", bound_as_row},
       {"split row", split_row},
       {"row twice", row_twice},
       {"redundant row", redundant_row},
       {"unread variable", unread_variable},
       {"fixed variable", fixed_variable},
-      {"one unit", one_unit},
-      {"all units", all_units},
-      {"one shift", one_shift},
-      {"all shifts", all_shifts},
-      {"f scaled", scale_objective},
-      {"f shifted", shift_objective},
-      {"rows scaled", scale_rows},
-      {"rows shifted", shift_rows},
+      {"one unit", one_unit, Units},
+      {"all units", all_units, Units},
+      {"one shift", one_shift, Units},
+      {"all shifts", all_shifts, Units},
+      {"f scaled", scale_objective, Units},
+      {"f shifted", shift_objective, Units},
+      {"rows scaled", scale_rows, Units},
+      {"rows shifted", shift_rows, Units},
       {"permuted", permute},
   };
   return all;

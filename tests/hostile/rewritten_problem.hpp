@@ -74,7 +74,8 @@ class RewrittenProblem final : public Problem {
 struct Transformation {
   std::string name;
   std::optional<std::string> (*apply)(Rewriting&, Dice&);
-  bool needs_saddle = false, needs_wide = false;  ///< true only of some models
+  enum class Kind { Other, Units, Saddle, Wide };
+  Kind kind = Kind::Other;  ///< Saddle, Wide: of models for which it leaves the answer as it is
 };
 /// In the order in which several are applied.
 [[nodiscard]] const std::vector<Transformation>& transformations();
