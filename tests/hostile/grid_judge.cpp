@@ -450,7 +450,8 @@ class GridJudge {
       for (Index k = 0; k < more.cols(); ++k) add(more.col(k));
     }
     Dice dice(7);
-    for (int k = 0; k < (known_.x == 1 ? 1 : 12); ++k)
+    const int many = known_.x == 1 ? 1 : known_.phi ? 40 : 12;
+    for (int k = 0; k < many; ++k)
       add(VectorXd::NullaryExpr(known_.x, [&] { return dice.between(-1.0, 1.0); }));
     return all;
   }

@@ -4,6 +4,7 @@
 // By hand, any number of runs from any seed, each with a seed of its own:
 //   METAMORPHIC_RUNS=10000 METAMORPHIC_SEED=7 hostile_metamorphic_slow_test
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <map>
@@ -21,6 +22,8 @@
 #include <support/dice.hpp>
 
 #include "core/answer.hpp"
+#include "core/derivative_test.hpp"
+#include "core/solver.hpp"
 
 namespace ipminmax::testing {
 namespace {
@@ -214,6 +217,43 @@ TEST(Metamorphic, NoClaimIsFalseHoweverTheModelIsWritten) {
   EXPECT_EQ(all.all().wrong, 0);
   EXPECT_LE(100 * all.all().lost, 8 * all.all().certified);
   EXPECT_LE(100 * all.in_other_units().lost, 6 * all.in_other_units().certified);
+}
+
+TEST(Metamorphic, TheJudgeRefutesAnswersThatAreMoved) {
+  int moved = 0, missed = 0;
+  for (const KnownModel& model : known_models()) {
+    const Result result = solve(*model.problem, {});
+    const Rewriting same = Rewriting::unchanged(*model.problem);
+    if (!is_certified(result) || !judge(model, same, result, {}).wrong.empty()) continue;
+    for (const double step : {0.05, -0.05}) {
+      Result there = result;
+      there.v[0] += step * std::max(1.0, std::abs(there.v[0]));
+      ++moved;
+      if (judge(model, same, there, {}).wrong.empty()) ++missed;
+    }
+  }
+  EXPECT_GT(moved, 60);
+  EXPECT_LE(missed, 1);  // one lies in a valley, lower along few directions
+}
+
+TEST(Metamorphic, DerivativesOfRewrittenModelsAreThoseOfDifferences) {
+  SolverOptions options;
+  options.derivative_test = DerivativeTest::SecondOrder;
+  options.point_perturbation_radius = 0.1;
+  for (const KnownModel& model : known_models()) {
+    for (const Transformation& transformation : transformations()) {
+      if (transformation.kind == Transformation::Kind::Units) continue;
+      Dice dice(1);
+      Rewriting rewriting = Rewriting::unchanged(*model.problem);
+      if (!transformation.apply(rewriting, dice)) continue;
+      RewrittenProblem problem(*model.problem, rewriting);
+      const DerivativeReport report = test_derivatives(problem, options);
+      EXPECT_GT(report.first_tested, 0);
+      EXPECT_EQ(report.failure, "") << model.name << ", " << transformation.name;
+      EXPECT_EQ(report.first_wrong + report.second_wrong, 0)
+          << model.name << ", " << transformation.name;
+    }
+  }
 }
 
 }  // namespace
