@@ -26,7 +26,15 @@ bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu,
   Step step = zero_step(canonical);
   newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
   kkt.assemble(point.iterate, point.evaluation);
-  if (!solve_accurately(kkt, point.evaluation, rhs, step)) return false;
+  if (!solve_accurately(kkt, point.evaluation, rhs, step)) {
+    // Where rows depend on each other their equations agree, any of the multipliers will do.
+    const Regularization relaxed{.lambda_x = parameters::certificate::kRootOfRounding,
+                                 .lambda_y = parameters::certificate::kRootOfRounding};
+    if (kkt.factorize_for_solutions(relaxed, Certainty::Usual).status != FactorizationStatus::Ok ||
+        !kkt.solve_unshifted(point.evaluation, rhs, step)) {
+      return false;
+    }
+  }
   alpha = largest_step(canonical, point.iterate, step, parameters::certificate::kTau);
   advance(canonical, step, alpha, point.iterate);
   return canonical.constraints(point.iterate.v, point.evaluation.c) == EvaluationStatus::Ok &&

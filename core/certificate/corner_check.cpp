@@ -30,27 +30,25 @@ class CornerCheck {
   [[nodiscard]] Index lost_along(bool of_max, int trial, Evaluation& scratch) const;
 
  private:
-  [[nodiscard]] bool is_active(Index i) const {
+  bool is_active(Index i) const {
     return classes_[i] == BoundClass::Active && classes_.side[at(i)] != 0;
   }
-  [[nodiscard]] bool is_active_row(Index row) const {
+  bool is_active_row(Index row) const {
     const Index slack = canonical_.slack_of(row);
     return slack >= 0 && is_active(slack) && !classes_.is_left_out(row);
   }
-  [[nodiscard]] bool is_slack(Index i) const {
+  bool is_slack(Index i) const {
     return canonical_.x_slacks().contains(i) || canonical_.y_slacks().contains(i);
   }
-  [[nodiscard]] Eigen::VectorXd gradient_of(const Evaluation& evaluation) const {
+  Eigen::VectorXd gradient_of(const Evaluation& evaluation) const {
     Eigen::VectorXd gradient = evaluation.gradient;
     add_transposed_product(canonical_, evaluation, point_.iterate.lambda, gradient);
     return gradient;
   }
   void balance();
-  [[nodiscard]] double size(Index i) const {
-    return own_size(canonical_, point_.iterate.v[i], i, units_);
-  }
-  [[nodiscard]] double reach(Index i) const;
-  [[nodiscard]] Eigen::VectorXd step_inside(bool of_max, int trial) const;
+  double size(Index i) const { return own_size(canonical_, point_.iterate.v[i], i, units_); }
+  double reach(Index i) const;
+  Eigen::VectorXd step_inside(bool of_max, int trial) const;
 
   CanonicalProblem& canonical_;
   const Point& point_;

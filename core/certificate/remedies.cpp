@@ -295,11 +295,12 @@ SecondOrder examine(TestContext& c, const Point& given) {
   }
   // Smaller barrier parameters go to the end of a face that relaxed bounds prefer.
   const bool back = last.relaxed && !first.classes.of.empty();
-  auto followed = std::pair{std::optional<Point>(), mu};
-  if (back) std::swap(followed.first, c.moved), std::swap(followed.second, c.mu);
+  if (back) {
+    c.moved.reset();
+    c.mu = mu;
+  }
   if (const auto many = with_many_answers(c, back ? first : start))
     return certified(c, *many, given);
-  if (back) std::swap(followed.first, c.moved), std::swap(followed.second, c.mu);
   const bool too_many = last.dependences && last.dependences->too_many;
   if (!too_many) {
     if (const auto basic = with_basic_multipliers(c, start)) return certified(c, *basic, given);
