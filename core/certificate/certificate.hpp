@@ -66,9 +66,10 @@ struct Finding {
   /// it, of which the certificate speaks; empty: of the point that was given.
   std::optional<Point> point;
   double mu = 0.0;
-  std::optional<WrongCurvature> wrong;     ///< why the verdict is Violated
-  std::optional<Eigen::VectorXd> descent;  ///< no longer set
-  std::string remark;                      ///< where W is wrong, if it is, without line end
+  std::optional<WrongCurvature> wrong;  ///< why the verdict is Violated
+  /// A step of Min to smaller values, although no curvature was found that refutes the point.
+  std::optional<Eigen::VectorXd> descent;
+  std::string remark;  ///< where W is wrong, if it is, without line end
 };
 
 /// What the test of a clear point works with, kept from test to test.

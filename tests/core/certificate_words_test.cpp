@@ -538,6 +538,23 @@ TEST(Flat, HigherPowersAreNot) {
   }
 }
 
+TEST(Flat, AStationaryPointOfOddOrderIsLeft) {
+  // Hock and Schittkowski's problem 47: Newton's method creeps to (1, 1, 1, 1, 1), where the value
+  // is t^3 along the one direction without curvature.
+  Model model;
+  std::vector<Expression> x;
+  for (int i = 0; i < 5; ++i) x.push_back(model.variable(kMin, "x"));
+  model.objective(square(x[0] - x[1]) + pow(x[1] - x[2], 3.0) + pow(x[2] - x[3], 4.0) +
+                  pow(x[3] - x[4], 4.0));
+  model.constraint(x[0] + square(x[1]) + pow(x[2], 3.0), 3.0, 3.0);
+  model.constraint(x[1] - square(x[2]) + x[3], 1.0, 1.0);
+  model.constraint(x[0] * x[4], 1.0, 1.0);
+  AutodiffProblem problem(model, {2.0, std::sqrt(2.0), -1.0, 2.0 - std::sqrt(2.0), 0.5});
+  const Result result = solve(problem, {});
+  EXPECT_EQ(result.certificate.second_order, SecondOrder::Satisfied);
+  EXPECT_LT(result.objective, -0.02);
+}
+
 TEST(Flat, MaximizersHaveRidges) {
   Model model;
   const Expression a = model.variable(kMax, "a"), b = model.variable(kMax, "b");
@@ -546,6 +563,17 @@ TEST(Flat, MaximizersHaveRidges) {
 }
 
 // What it costs.
+
+TEST(Effort, ARiseThatTheCurvatureExplainsIsSeenOnOneSideAlone) {
+  Model model;
+  const Expression a = model.variable(kMin, "a"), b = model.variable(kMin, "b");
+  model.objective(square(a + b) + 1e-9 * square(b));
+  AutodiffProblem problem(model, std::vector<double>{1.0, 2.0});
+  const Result result = solve(problem, SolverOptions{});
+  EXPECT_EQ(result.certificate.second_order, SecondOrder::Undecided);
+  EXPECT_EQ(result.iterations, 1);
+  EXPECT_LE(result.counts.objective, 4);
+}
 
 TEST(Effort, AClearPointCostsOneFactorizationOfEachMatrix) {
   Model model;
