@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/derivative_test.hpp"
+#include "core/global/choice.hpp"
 #include "core/global/over_y.hpp"
 #include "core/model/compare.hpp"
 #include "core/model/norms.hpp"
@@ -26,10 +27,6 @@ constexpr int kSamples = 4;
 /// Units of bound_relax_factor, beside the range of a robust row, that its solve may use: rows are
 /// solved in units in which their bounds are no larger than that (row_units.hpp).
 constexpr double kRelaxations = 16.0;
-
-bool is_certified(const Result& result) {
-  return result.certificate.kind == PointKind::LocalMinmax;
-}
 
 /// f and the constraints at the answer's x with one y.
 struct Look {

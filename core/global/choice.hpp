@@ -14,6 +14,10 @@ using Rank = std::tuple<int, int, double>;
 
 [[nodiscard]] Rank rank_of(const Result& result);
 
+[[nodiscard]] inline bool is_certified(const Result& result) {
+  return result.certificate.kind == PointKind::LocalMinmax;
+}
+
 /// Whether nothing is known that speaks against a result's claim: what was asked for was done, and
 /// no y refutes it.
 [[nodiscard]] bool stands(const Result& result);

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "core/global/choice.hpp"
 #include "core/interval.hpp"
 #include "core/model/compare.hpp"
 #include "core/model/norms.hpp"
@@ -217,14 +218,6 @@ Result RobustSearch::finish() {
   answer_.over_y.solves = work_.over_y.solves;
   return std::move(answer_);
 }
-
-namespace {
-
-bool is_certified(const Result& result) {
-  return result.certificate.kind == PointKind::LocalMinmax;
-}
-
-}  // namespace
 
 /// A copy whose row is inactive stands at a maximum of it, but has a multiplier of zero in the
 /// second-order test, so that neither it nor what Max's rows tie to it has curvature there. Where
