@@ -7,6 +7,7 @@
 
 #include "core/model/compare.hpp"
 #include "core/model/sampling.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/robust/robust_scope.hpp"
 #include "linalg/numbers.hpp"
 
@@ -20,8 +21,6 @@ constexpr double kMostOrdinarySize = 1024.0;
 constexpr double kMostOfBound = 16.0;
 /// Points of y at which a row is looked at, besides the given one.
 constexpr int kSamples = 6;
-
-constexpr double kUnbounded = 1e19;  // nlp_upper_bound_inf
 
 double finite_bound(const ProblemStructure& s, std::size_t j) {
   if (s.constraint_upper[j] < kUnbounded) return s.constraint_upper[j];
