@@ -27,8 +27,8 @@ struct Regularization {
   double lambda_x = 0.0;
   double lambda_y = 0.0;
   double slacks = 0.0;  ///< of Min's slacks
-  /// Curvature taken from Max besides, per canonical variable; null: none.
-  std::shared_ptr<const Eigen::VectorXd> proximal{};
+  /// Curvature taken from Max besides, per canonical variable; null: none. The KktSystem's.
+  const Eigen::VectorXd* proximal = nullptr;
   /// Curvature taken from a variable of Max.
   [[nodiscard]] double of_max(Index i) const { return y + (proximal ? (*proximal)[i] : 0.0); }
   friend bool operator==(const Regularization&, const Regularization&) = default;

@@ -68,10 +68,9 @@ KktFactors InertiaCorrection::factorize_unshifted(const Evaluation* at, Regulari
   for (const bool singular : {last_.singular, !last_.singular}) {
     Regularization tried = shift;
     if (singular) {
-      const Eigen::VectorXd curvature = kkt_.proximal_curvature(*at, kSingularShift);
+      tried.proximal = kkt_.proximal_curvature(*at, kSingularShift);
       // Of a K_yy that is singular a pivot vanishes.
-      if (plain.smallest_pivot > curvature.maxCoeff()) break;
-      tried.proximal = std::make_shared<const Eigen::VectorXd>(curvature);
+      if (plain.smallest_pivot > tried.proximal->maxCoeff()) break;
     }
     const KktFactors found = factorize_inner(tried);
     if (kkt_.has_expected_inner_inertia(found)) {

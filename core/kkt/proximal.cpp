@@ -6,10 +6,11 @@
 
 namespace ipminmax {
 
-Eigen::VectorXd KktSystem::proximal_curvature(const Evaluation& evaluation, double share) const {
+const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluation, double share) {
   const Index n = canonical_.variables();
   // Of variables and then of constraints; zero where it is not known.
-  Eigen::VectorXd size = Eigen::VectorXd::Zero(n + canonical_.constraints()), fill;
+  Eigen::VectorXd &size = arrays_.known, &fill = arrays_.found;
+  size.setZero(n + canonical_.constraints());
   const auto take = [&](Index i, Index j, double entry) {
     if (entry == 0.0) return;
     if (i == j) fill[i] = std::abs(entry);
@@ -32,9 +33,9 @@ Eigen::VectorXd KktSystem::proximal_curvature(const Evaluation& evaluation, doub
   double largest = 0.0;
   for (const double entry : evaluation.hessian) largest = std::max(largest, std::abs(entry));
   const auto y = canonical_.y();
-  fill.setZero(n);
-  for (Index i = y.begin; i < y.end; ++i) fill[i] = share * (size[i] > 0.0 ? size[i] : largest);
-  return fill;
+  for (Index i = y.begin; i < y.end; ++i)
+    arrays_.proximal[i] = share * (size[i] > 0.0 ? size[i] : largest);
+  return &arrays_.proximal;
 }
 
 }  // namespace ipminmax

@@ -35,6 +35,9 @@ KktSystem::KktSystem(const CanonicalProblem& canonical, const SolverOptions& opt
              &arrays_.inner) {
   arrays_.reduced.setZero(layout_.dimension());
   arrays_.eliminated.setZero(canonical.variables());
+  arrays_.proximal = arrays_.eliminated;
+  arrays_.known = arrays_.found =
+      Eigen::VectorXd::Zero(canonical.variables() + canonical.constraints());
   for (Step* step : {&arrays_.residual, &arrays_.last_residual, &arrays_.correction}) {
     set_zero(canonical, *step);
   }

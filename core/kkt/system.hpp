@@ -42,6 +42,7 @@ struct KktArrays {
   Step correction;
   // The same against the assembled matrix, in its rows
   Eigen::VectorXd reduced_rhs, reduced_residual, product;
+  Eigen::VectorXd proximal, known, found;  ///< of proximal_curvature
   // Least-squares multipliers
   Eigen::VectorXd multiplier_diagonal;
   NewtonResidual gradient;
@@ -195,8 +196,9 @@ class KktSystem {
   /// That share of the curvature of each variable of Max; of one without curvature, of that which it
   /// would get by elimination of others: the same in all units of the model. Of one that nothing
   /// measures the share of the largest entry of W.
-  [[nodiscard]] Eigen::VectorXd proximal_curvature(const Evaluation& evaluation,
-                                                   double share) const;
+  /// Valid until the next call.
+  [[nodiscard]] const Eigen::VectorXd* proximal_curvature(const Evaluation& evaluation,
+                                                          double share);
 
   /// From now on factorizations beyond so many of the solve fail, and the limit is exceeded.
   void allow_factorizations(Index most) { allowed_ = most; }
