@@ -80,7 +80,7 @@ void CornerCheck::balance() {
 /// Beyond what the point and bound_relax_factor keep from any of the bounds.
 double CornerCheck::reach(Index i) const {
   constexpr double kBeyond = 10.0;
-  return size(i) * std::min(parameter::kHardly + kBeyond * off_, parameter::kLittle);
+  return size(i) * std::min(parameter::kHardly + kBeyond * off_, parameter::kSmall);
 }
 
 /// The first direction goes far in every other variable, the second one in those between.
