@@ -98,7 +98,8 @@ Units certain_units(CanonicalProblem& canonical, Candidate& candidate) {
   const Evaluation* there =
       rounded_derivatives(canonical, candidate, point.iterate.v + step,
                           without_inactive(canonical, candidate.classes, point.iterate.lambda));
-  if (there == nullptr) return units_of(canonical, point.iterate.v, certain);
+  if (there == nullptr)
+    return units_of(canonical, point.iterate.v, certain, candidate.proximal > 0.0);
   const auto keep = [](double changed, double& value) {
     if (!(std::abs(changed - value) <= std::abs(value))) value = 0.0;
   };
@@ -108,7 +109,7 @@ Units certain_units(CanonicalProblem& canonical, Candidate& candidate) {
   for (std::size_t k = 0; k < certain.jacobian.size(); ++k) {
     keep(there->jacobian[k], certain.jacobian[k]);
   }
-  return units_of(canonical, point.iterate.v, certain);
+  return units_of(canonical, point.iterate.v, certain, candidate.proximal > 0.0);
 }
 
 bool drop_inactive_multipliers(CanonicalProblem& canonical, const BoundClasses& classes,

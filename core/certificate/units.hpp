@@ -43,12 +43,13 @@ struct UnitsArrays {
 /// curvature by the constraints that tie them to others: each step depends on the units of the
 /// model by the factor that it should. Variables that nothing ties keep the model's. At last
 /// lengths that an equation does not allow are cut, down to the variable's size at v or at the
-/// start.
+/// start. by_coupling: variables without curvature of their own first get lengths from what couples
+/// them to the other player's.
 [[nodiscard]] Units units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-                             const Evaluation& evaluation);
+                             const Evaluation& evaluation, bool by_coupling = false);
 /// The same in arrays.
 const Units& units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-                      const Evaluation& evaluation, UnitsArrays& arrays);
+                      const Evaluation& evaluation, UnitsArrays& arrays, bool by_coupling = false);
 
 /// A variable's own size, which does not grow with a shift of its origin: the least of its values,
 /// the width of its box, and the way from the starting point or its unit, whichever is longer.

@@ -168,14 +168,35 @@ std::vector<std::string> split_remarks(const ProblemStructure& s) {
   return remarks;
 }
 
+namespace {
+
+/// Where curvature refutes every point that is stationary, max over y of f may have a kink.
+std::string at_refuted_point(const ProblemStructure& s) {
+  std::string text =
+      "if another y is as good here, max over y of f has a kink: minmax_epigraph yes minimizes "
+      "over "
+      "the branches of y";
+  for (std::size_t j = 0; j < s.constraint_players.size(); ++j) {
+    if (s.constraint_players[j] != Player::Max || s.constraint_lower[j] != s.constraint_upper[j])
+      continue;
+    return text + "; an inequality in place of Max's equation " +
+           constraint_name(s, static_cast<Index>(j)) + " may have no kink";
+  }
+  return text;
+}
+
+}  // namespace
+
 std::string remedies(const ProblemStructure& s, const SolverOptions& options,
                      const Result& result) {
   const std::size_t n = s.variable_players.size();
   const bool kink = result.status == Status::NoLocalMinmaxFound;
   const bool runs_away = result.status == Status::InnerUnbounded;
-  if ((!kink && !runs_away) || result.v.size() != n) return {};
+  const bool refuted = result.status == Status::NotLocalMinmax;
+  if ((!kink && !runs_away && !refuted) || result.v.size() != n) return {};
   const Shares counts = count(s);
   if (counts.free[0] == 0 || counts.free[1] == 0) return {};
+  if (refuted) return at_refuted_point(s);
   std::string text;
   for (const std::string& mistake : split_remarks(s)) text += (text.empty() ? "" : " ") + mistake;
   if (!text.empty()) return text;

@@ -198,5 +198,30 @@ TEST(FlatDirections, ThatRiseAreNone) {
   EXPECT_NE(solve_with(quartic, 0.0).certificate.kind, PointKind::LocalMinmax);
 }
 
+/// x'y + |x|^2 with |y| = 1, or |y| <= 1: max over y is |x| + |x|^2.
+Result on_the_unit_circle(bool with_interior, bool over_branches) {
+  Model model;
+  const Expression x0 = model.variable(Player::Min, "x0"), x1 = model.variable(Player::Min, "x1");
+  const Expression y0 = model.variable(Player::Max, "y0"), y1 = model.variable(Player::Max, "y1");
+  model.objective(x0 * y0 + x1 * y1 + square(x0) + square(x1));
+  model.constraint(square(y0) + square(y1), with_interior ? -kNoBound : 1.0, 1.0);
+  AutodiffProblem problem(model, {0.7, -0.4, 0.6, 0.5});
+  SolverOptions options;
+  options.minmax_epigraph = over_branches;
+  return solve(problem, options);
+}
+
+TEST(FlatDirections, AKinkIsNamedWithWhatGivesTheAnswer) {
+  const Result sphere = on_the_unit_circle(false, false);
+  EXPECT_FALSE(is_success(sphere.status)) << sphere.message;
+  EXPECT_NE(sphere.message.find("kink"), std::string::npos) << sphere.message;
+  EXPECT_NE(sphere.message.find("minmax_epigraph"), std::string::npos) << sphere.message;
+  EXPECT_NE(sphere.message.find("inequality"), std::string::npos) << sphere.message;
+  for (const Result& answer : {on_the_unit_circle(true, false), on_the_unit_circle(false, true)}) {
+    EXPECT_TRUE(is_success(answer.status)) << answer.message;
+    EXPECT_NEAR(answer.objective, 0.0, 1e-6);
+  }
+}
+
 }  // namespace
 }  // namespace ipminmax::testing
