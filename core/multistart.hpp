@@ -70,8 +70,8 @@ using ProblemFactory = std::function<std::unique_ptr<Problem>()>;
 /// no single solve finds more.
 ///
 /// max_iter and tolerances hold for each start, max_cpu_time and max_wall_time for all together.
-/// Two certified points are the same when they differ by at most minmax_distinct_tol max(1, |v|) in
-/// infinity norm.
+/// Two certified points are the same when each variable differs by at most minmax_distinct_tol of
+/// its box or, without two bounds, of the spread of its values.
 ///
 /// Without minmax_worst_case_starts the y of all starts (of at most 1000 uncertified ones) are
 /// tried at the best point's x; where one is worse, best.worst_case.higher and the message say so.

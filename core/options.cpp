@@ -355,9 +355,9 @@ Rows multistart_options() {
       {"minmax_worst_case_starts", category,
        "Maximizations over y, x held, from as many starts of f and of each robust constraint: a y "
        "above the answer's is another worst case, from which the solve goes on, and an answer that "
-       "does not meet one is no success. 0: none; -1: none for f, 8 for each robust constraint, up "
-       "to "
-       "100 where they end at different maxima and one more could violate it.",
+       "does not meet one is no success. 0: none; -1: none for f (as for a robust constraint with "
+       "minmax_epigraph), 8 for each robust constraint, up to 100 where they end at different "
+       "maxima and one more could violate it.",
        at_least(&O::minmax_worst_case_starts, -1)},
       {"minmax_worst_case_proof", category,
        "Whether it is proved, by branch and bound over y with bounds rounded outward, how large f "

@@ -49,9 +49,9 @@ struct RobustResult {
 ///
 /// Unless minmax_worst_case_starts is 0 each robust constraint is then maximized over all of y, at
 /// the x found, from as many starts as it says, by default from 8 and, where these find different
-/// maxima, more; a maximum that violates it by more than minmax_worst_case_tol (relative to the
-/// range of its values seen, at most to the terms that it is a sum of there) becomes another worst
-/// case with a copy of y of its own, and the solve goes on from there, until none is found. Where
+/// maxima, more; a maximum that violates it by more than minmax_worst_case_tol of the range of its
+/// values becomes another worst case with a copy of y of its own, and the solve goes on from there,
+/// until none is found; where copies do not come to rest, fixed worst cases decide. Where
 /// minmax_epigraph is set, f is treated likewise: then x minimizes the largest of the local worst
 /// cases met, kinks included. With minmax_epigraph_at_kinks that happens only after a search that
 /// ended without a local minmax, from where it ended. Both are refused (InvalidOption) with a

@@ -227,8 +227,8 @@ std::string why_refuted(const ProblemStructure& s, const Result& result) {
     if (result.worst_cases.empty()) return "a robust constraint is violated there";
     const RobustWorstCase& worst = result.worst_cases.back();
     const bool of_objective = at(worst.constraint) >= s.constraint_players.size();
-    return (of_objective ? "f" : constraint_name(s, worst.constraint)) + " is " +
-           number_text(worst.value, 8) +
+    if (of_objective) return "f is " + number_text(worst.value, 8) + " at another y";
+    return constraint_name(s, worst.constraint) + " is " + number_text(worst.value, 8) +
            " at another y: " + describe_y(s, worst.constraint, worst.v);
   }
   const auto open = std::ranges::find(y.proofs, false, &WorstCaseProof::complete);
