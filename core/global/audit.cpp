@@ -47,13 +47,17 @@ class Hearing {
     see({result.v, result.constraints, result.objective});
   }
 
-  void hear(const std::vector<std::vector<double>>& witnesses) {
+  /// starts: show the ranges of the functions, and refute nothing.
+  void hear(const std::vector<std::vector<double>>& witnesses,
+            const std::vector<std::vector<double>>& starts) {
     std::mt19937_64 random(20220411);
     for (int k = 0; k < kSamples; ++k) static_cast<void>(look(sample(random)));
+    for (const std::vector<double>& y : starts) static_cast<void>(look(y));
     for (const std::vector<double>& y : witnesses) {
       if (auto seen = look(y)) looks_.push_back(std::move(*seen));
     }
     std::erase_if(looks_, [&](const Look& seen) { return !max_may_choose(seen); });
+    cap_ranges();
   }
 
   /// The y with the largest f, where that clearly exceeds the answer's; null: there is none.
@@ -114,6 +118,40 @@ class Hearing {
     return seen;
   }
 
+  /// To what matters at the answer: what x can change, how witnesses differ, and what a solve
+  /// leaves undecided.
+  void cap_ranges() {
+    VariableRanges sizes(s_);
+    sizes.see(result_.v);
+    std::vector<double> gradient(result_.v.size()), jacobian(s_.jacobian.size());
+    ++counts_.gradient;
+    ++counts_.jacobian;
+    if (!model_.gradient(result_.v, true, gradient) ||
+        !model_.jacobian(result_.v, false, jacobian)) {
+      return;
+    }
+    ValueRange f;
+    f.see(result_.objective);
+    std::vector<ValueRange> g(ranges_.size());
+    for (const Look& seen : looks_) {
+      f.see(seen.f);
+      for (std::size_t j = 0; j < g.size(); ++j) g[j].see(seen.g[j]);
+    }
+    const double least = options_.tol / options_.minmax_worst_case_tol;
+    double change = 0.0;
+    for (std::size_t i = 0; i < gradient.size(); ++i) {
+      if (s_.variable_players[i] == Player::Min) change += std::abs(gradient[i]) * sizes.of(i);
+    }
+    range_of_f_.cap = std::max(change + f.size(), least / std::abs(result_.objective_scale));
+    for (std::size_t j = 0; j < g.size(); ++j) ranges_[j].cap = g[j].size();
+    for (std::size_t k = 0; k < jacobian.size(); ++k) {
+      const auto [row, col] = s_.jacobian[k];
+      if (s_.variable_players[at(col)] == Player::Min)
+        ranges_[at(row)].cap += std::abs(jacobian[k]) * sizes.of(at(col));
+    }
+    for (ValueRange& range : ranges_) range.cap = std::max(range.cap, least);
+  }
+
   /// A random point of y's box; of variables without one the answer's value.
   [[nodiscard]] std::vector<double> sample(std::mt19937_64& random) const {
     std::vector<double> y;
@@ -171,7 +209,7 @@ void look_at_witnesses(Problem& model, const SolverOptions& options, const Witne
   const std::vector<std::vector<double>> known = witnesses.all();
   if (known.empty()) return;
   Hearing hearing(model, options, result, counts);
-  hearing.hear(known);
+  hearing.hear(known, witnesses.starts());
   if (options.minmax_robust_constraints) {
     if (auto violated = hearing.violated()) {
       result.over_y.better_known = true;
@@ -215,7 +253,7 @@ bool rises_beside(Problem& model, const SolverOptions& options, const Result& re
     }
   }
   Hearing hearing(model, options, result, counts);
-  hearing.hear(beside);
+  hearing.hear(beside, {});
   return hearing.higher() != nullptr;
 }
 
@@ -309,19 +347,23 @@ Witnesses::Witnesses(const ProblemStructure& structure) {
   most_ = kMostKeptNumbers / std::max<std::size_t>(1, max_variables_.size());
 }
 
-void Witnesses::add(std::span<const double> v) {
+void Witnesses::add(std::span<const double> v, List& list) {
   if (max_variables_.empty() || most_ == 0 || v.size() <= max_variables_.back()) return;
   std::vector<double> y;
   y.reserve(max_variables_.size());
   for (const std::size_t i : max_variables_) y.push_back(v[i]);
   if (!all_finite(y)) return;
   const std::lock_guard lock(mutex_);
-  if (kept_.size() < most_) {
-    kept_.push_back(std::move(y));
+  if (list.kept.size() < most_) {
+    list.kept.push_back(std::move(y));
   } else {
-    kept_[next_++ % most_] = std::move(y);
+    list.kept[list.next++ % most_] = std::move(y);
   }
 }
+
+void Witnesses::add(std::span<const double> v) { add(v, met_); }
+
+void Witnesses::add_start(std::span<const double> v) { add(v, starts_); }
 
 void Witnesses::add(const Result& result) {
   add(result.v);
@@ -331,7 +373,12 @@ void Witnesses::add(const Result& result) {
 
 std::vector<std::vector<double>> Witnesses::all() const {
   const std::lock_guard lock(mutex_);
-  return kept_;
+  return met_.kept;
+}
+
+std::vector<std::vector<double>> Witnesses::starts() const {
+  const std::lock_guard lock(mutex_);
+  return starts_.kept;
 }
 
 void audit(Problem& model, const SolverOptions& options, const Witnesses& witnesses,

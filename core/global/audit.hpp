@@ -20,15 +20,23 @@ class Witnesses {
   void add(std::span<const double> v);
   /// The y of a result and of its worst cases.
   void add(const Result& result);
+  /// Where a maximization began: it shows the range of a function, and refutes nothing.
+  void add_start(std::span<const double> v);
   /// Of each the values of Max's variables, in their order.
   [[nodiscard]] std::vector<std::vector<double>> all() const;
+  [[nodiscard]] std::vector<std::vector<double>> starts() const;
 
  private:
   std::vector<std::size_t> max_variables_;
   std::size_t most_;  ///< that are kept, the last ones
+  struct List {
+    std::vector<std::vector<double>> kept{};
+    std::size_t next = 0;
+  };
+  void add(std::span<const double> v, List& list);
+
   mutable std::mutex mutex_;
-  std::vector<std::vector<double>> kept_;
-  std::size_t next_ = 0;
+  List met_, starts_;
 };
 
 /// "name = value, ..." of what a constraint's worst case chooses. v: n.

@@ -129,7 +129,7 @@ class MaximizationOverY {
     if (found_.finished && count > 1 && !any_certified() && makes_new_starts(options_)) {
       static_cast<void>(maximize_from({}, options_));
     }
-    widen_range();
+    fit_range();
     std::ranges::stable_sort(found_.maxima, std::greater{}, &WorstCaseMaximum::value);
     if (wants_proof() && !is_above_limit(highest())) prove();
     found_.single_branch = found_.single_branch && found_.maxima.size() == 1 && any_certified();
@@ -361,11 +361,33 @@ class MaximizationOverY {
                    context_.work.counts);
   }
 
-  /// By values at infeasible points, up to the size of the function.
-  void widen_range() {
+  /// By values at infeasible points, up to the size of the function; at most to what matters beside
+  /// the highest maximum: what x can change there, how far other maxima are below, and what a solve
+  /// leaves undecided.
+  void fit_range() {
     const double width = std::min(on_the_way_.size(), context_.size);
     if (width > found_.range.size()) found_.range.see(found_.range.most - width);
     found_.range.terms = std::max(found_.range.terms, context_.size);
+    if (found_.maxima.empty()) return;
+    const auto [lowest, top] =
+        std::ranges::minmax_element(found_.maxima, {}, &WorstCaseMaximum::value);
+    found_.range.cap = std::max(change_by_min(top->v) + top->value - lowest->value,
+                                accuracy_ / options_.minmax_worst_case_tol);
+  }
+
+  /// Of the function as each Min variable, which is held, changes by its size.
+  [[nodiscard]] double change_by_min(const std::vector<double>& v) {
+    const std::vector<Player>& players = inner_.structure().variable_players;
+    std::vector<double> gradient(v.size());
+    ++context_.work.counts.gradient;
+    if (!inner_.gradient(v, true, gradient)) return kInfinity;
+    double change = 0.0;
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      if (players[i] != Player::Min) continue;
+      change += std::abs(gradient[i]) *
+                (context_.sizes != nullptr ? context_.sizes->of(i) : std::abs(v[i]));
+    }
+    return change;
   }
 
   /// False: nothing more can be done.
@@ -391,7 +413,8 @@ class MaximizationOverY {
       // Where Max's constraints do not hold the function may be anything.
       const bool feasible = !info.restoration && info.error.primal <= options_.constr_viol_tol;
       (feasible ? found_.range : on_the_way_).see(info.objective);
-      if (info.iteration == 0 && context_.witnesses != nullptr) context_.witnesses->add(info.v);
+      if (info.iteration == 0 && context_.witnesses != nullptr)
+        context_.witnesses->add_start(info.v);
       found_.single_branch = found_.single_branch && info.delta_y == 0.0;
       IterationInfo told = info;
       told.over_y = true;
@@ -438,6 +461,7 @@ class MaximizationOverY {
     }
     const bool certified = result.certificate.kind == PointKind::LocalMinmax;
     found_.range.see(result.objective);
+    accuracy_ = std::max(accuracy_, options_.tol / std::abs(result.objective_scale));
     if (context_.witnesses != nullptr) context_.witnesses->add(result.v);
     ranges_.see(result.v);
     for (WorstCaseMaximum& known : found_.maxima) {
@@ -467,6 +491,7 @@ class MaximizationOverY {
   SearchStructure structure_;
   MaximaOverY found_;
   ValueRange on_the_way_;          ///< of values at infeasible points
+  double accuracy_ = 0.0;          ///< of the value that a maximization leaves
   std::vector<std::size_t> held_;  ///< few variables that all others follow; none: empty
   std::vector<Climb> climbs_;      ///< from each of the maxima
   double climbed_ = -kInfinity;    ///< highest of those that one was made from

@@ -53,6 +53,7 @@ struct MaximizationContext {
   /// Size of the function where that is known: values at infeasible points show its range up to
   /// that.
   double size = 0.0;
+  const VariableRanges* sizes = nullptr;  ///< of Min's variables; null: their values
 };
 
 /// What maximizing one function over y at one x has found.

@@ -377,6 +377,8 @@ std::vector<SideScan> RobustSearch::scan(const std::vector<RobustCopies::WorstCa
   MaximizationContext context{options_, budget_, start_, asked_.structure(), work_, work_.over_y};
   context.before = before;
   context.witnesses = &witnesses_;
+  ranges_.see(place_.v);
+  context.sizes = &ranges_;
   // None looks from where a scan before it did.
   context.drawn = std::max(Index{parameters::kPlenty}, starts_) * scans_++;
   std::vector<SideScan> scans =

@@ -19,6 +19,9 @@ struct ValueRange {
   double most = -std::numeric_limits<double>::infinity();
   /// Sum of the absolute terms of a value: a value is known to a few units of rounding of them.
   double terms = 0.0;
+  /// What differences can matter where values are large; far from there, as at the ends of a wide
+  /// box, the function may be anything.
+  double cap = std::numeric_limits<double>::infinity();
 
   void see(double value) {
     if (!std::isfinite(value)) return;
@@ -26,7 +29,7 @@ struct ValueRange {
     most = std::max(most, value);
     terms = std::max(terms, std::abs(value));
   }
-  [[nodiscard]] double size() const { return most > least ? most - least : 0.0; }
+  [[nodiscard]] double size() const { return most > least ? std::min(most - least, cap) : 0.0; }
   /// The smallest difference that counts: `tol` of the range, and more than rounding explains.
   [[nodiscard]] double resolution(double tol) const {
     constexpr double kUnitsOfRounding = 64.0;  // of a function of some tens of operations
@@ -67,7 +70,7 @@ class VariableRanges {
   }
   [[nodiscard]] double of(std::size_t i) const {
     constexpr double kNoBound = 1e19;  // nlp_upper_bound_inf
-    constexpr double kSpread = 1e-6;  // of the size: less is that of one value
+    constexpr double kSpread = 1e-6;   // of the size: less is that of one value
     if (box_[i] < kNoBound) return box_[i];
     const double spread = most_[i] - least_[i];
     const double size = std::max(std::abs(least_[i]), std::abs(most_[i]));

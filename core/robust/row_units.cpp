@@ -29,6 +29,28 @@ double finite_bound(const ProblemStructure& s, std::size_t j) {
 
 }  // namespace
 
+namespace {
+
+/// How far each row is from its bound at v, and by how much each Min variable can change it there:
+/// far away in a wide box of y a row may be anything.
+std::vector<double> sizes_near(Problem& model, const std::vector<double>& v) {
+  const ProblemStructure& s = model.structure();
+  std::vector<double> sizes(s.constraint_players.size(), 0.0), g(sizes.size());
+  std::vector<double> jacobian(s.jacobian.size());
+  if (!model.constraints(v, true, g) || !model.jacobian(v, false, jacobian)) return sizes;
+  VariableRanges ranges(s);
+  ranges.see(v);
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    const auto [row, col] = s.jacobian[k];
+    if (s.variable_players[at(col)] == Player::Min)
+      sizes[at(row)] += std::abs(jacobian[k]) * ranges.of(at(col));
+  }
+  for (std::size_t j = 0; j < sizes.size(); ++j) sizes[j] += std::abs(g[j] - finite_bound(s, j));
+  return sizes;
+}
+
+}  // namespace
+
 bool RowUnits::are_own() const {
   const auto is = [](double number) { return [number](double value) { return value == number; }; };
   return objective == 1.0 && std::ranges::all_of(factor, is(1.0)) &&
@@ -41,6 +63,7 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigr
   RowUnits units = own_units(m);
   std::vector<ValueRange> seen(m);
   std::vector<double> point = v, g(m);
+  const std::vector<double> near = sizes_near(model, v);
   std::mt19937_64 random(20220411);
   for (int k = 0; k <= kSamples; ++k) {
     for (std::size_t i = 0; k > 0 && i < v.size(); ++i) {
@@ -52,11 +75,11 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigr
     if (!model.constraints(point, true, g)) continue;
     for (std::size_t j = 0; j < m; ++j) seen[j].see(g[j]);
     if (k > 0) continue;
-    for (std::size_t j = 0; j < m; ++j) seen[j].see(finite_bound(s, j));
+    for (const Index row : robust_constraints(s)) seen[at(row)].see(finite_bound(s, at(row)));
   }
   for (const Index row : robust_constraints(s)) {
     const std::size_t j = at(row);
-    const double size = seen[j].size();
+    const double size = near[j] > 0.0 ? std::min(seen[j].size(), near[j]) : seen[j].size();
     if (!(size > 0.0) || !std::isfinite(size)) continue;
     if (size < kLeastOrdinarySize || size > kMostOrdinarySize)
       units.factor[j] = std::exp2(-std::round(std::log2(size)));

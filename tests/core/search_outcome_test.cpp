@@ -1,11 +1,19 @@
+#include <optional>
+
 #include <gtest/gtest.h>
 
+#include <support/autodiff_problem.hpp>
+
 #include "core/global/result_bytes.hpp"
+#include "core/model/canonical_problem.hpp"
 #include "core/search/first_order_test.hpp"
 #include "core/search/outcome.hpp"
 
 namespace ipminmax {
 namespace {
+
+using testing::AutodiffProblem;
+using testing::Model;
 
 SearchOutcome outcome(Status status, double mu = 1.0) {
   SearchOutcome result;
@@ -67,33 +75,65 @@ KktError error_of(double total) {
           .total = total};
 }
 
-TEST(FirstOrderTestTest, AcceptablePointsCountInARow) {
+/// Points of x^2 with errors of a size.
+class FirstOrderTestTest : public ::testing::Test {
+ protected:
+  [[nodiscard]] static Model model() {
+    Model model;
+    model.objective(square(model.variable(Player::Min, "x")));
+    return model;
+  }
+  [[nodiscard]] const Point& point(double error, double objective = 1.0) {
+    if (!canonical_) {
+      canonical_.emplace(problem_, options, counts_, timing_);
+      EXPECT_EQ(canonical_->build(), "");
+      point_ = unevaluated_point(*canonical_, canonical_->starting_point());
+      point_.dual.setZero(canonical_->variables());
+    }
+    point_.error = error_of(error);
+    point_.evaluation.f = objective;
+    return point_;
+  }
+  [[nodiscard]] const Point& acceptable(double objective = 1.0) {
+    return point(0.5 * options.acceptable_tol, objective);
+  }
+  [[nodiscard]] FirstOrderTest test() {
+    static_cast<void>(point(1.0));
+    return FirstOrderTest(*canonical_, options);
+  }
+
   SolverOptions options;
+
+ private:
+  AutodiffProblem problem_{model(), {1.0}};
+  Counts counts_;
+  Timing timing_;
+  std::optional<CanonicalProblem> canonical_;
+  Point point_;
+};
+
+TEST_F(FirstOrderTestTest, AcceptablePointsCountInARow) {
   options.acceptable_iter = 3;
-  FirstOrderTest test(options);
-  const KktError acceptable = error_of(0.5 * options.acceptable_tol);
-  const KktError large = error_of(1.0);
-  EXPECT_FALSE(test.claim(acceptable, 1.0));
-  EXPECT_FALSE(test.claim(acceptable, 1.0));
-  EXPECT_FALSE(test.claim(large, 1.0));
-  for (int k = 0; k < 2; ++k) EXPECT_FALSE(test.claim(acceptable, 1.0));
-  EXPECT_EQ(test.claim(acceptable, 1.0), Status::SolvedToAcceptableLevel);
-  test.begin_anew();
-  EXPECT_FALSE(test.claim(acceptable, 1.0));
-  EXPECT_EQ(test.claim(error_of(0.5 * options.tol), 1.0), Status::Solved);
+  FirstOrderTest first_order = test();
+  EXPECT_FALSE(first_order.claim(acceptable()));
+  EXPECT_FALSE(first_order.claim(acceptable()));
+  EXPECT_FALSE(first_order.claim(point(1.0)));
+  for (int k = 0; k < 2; ++k) EXPECT_FALSE(first_order.claim(acceptable()));
+  EXPECT_EQ(first_order.claim(acceptable()), Status::SolvedToAcceptableLevel);
+  first_order.begin_anew();
+  EXPECT_FALSE(first_order.claim(acceptable()));
+  EXPECT_EQ(first_order.claim(point(0.5 * options.tol)), Status::Solved);
 }
 
-TEST(FirstOrderTestTest, AcceptablePointsDoNotCountWhileTheObjectiveChanges) {
-  SolverOptions options;
+TEST_F(FirstOrderTestTest, AcceptablePointsDoNotCountWhileTheObjectiveChanges) {
   options.acceptable_iter = 1;
   options.acceptable_obj_change_tol = 1e-3;
-  FirstOrderTest test(options);
-  const KktError acceptable = error_of(0.5 * options.acceptable_tol);
-  EXPECT_FALSE(test.claim(acceptable, 5.0));
-  EXPECT_FALSE(test.claim(acceptable, 6.0));
-  EXPECT_EQ(test.claim(acceptable, 6.0), Status::SolvedToAcceptableLevel);
+  FirstOrderTest first_order = test();
+  EXPECT_FALSE(first_order.claim(acceptable(5.0)));
+  EXPECT_FALSE(first_order.claim(acceptable(6.0)));
+  EXPECT_EQ(first_order.claim(acceptable(6.0)), Status::SolvedToAcceptableLevel);
   options.acceptable_iter = 0;
-  EXPECT_FALSE(FirstOrderTest(options).claim(acceptable, 0.0));
+  EXPECT_FALSE(test().claim(acceptable(0.0)));
 }
 
 }  // namespace

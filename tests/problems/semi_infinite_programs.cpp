@@ -150,6 +150,7 @@ void add_watson(std::vector<SemiInfinite>& list) {
   list.back().lower = {0.0, 0.0};
   list.back().upper = {1.0, 1.0};
   list.back().optimum = 1.0;
+  list.back().weakly_active = true;
   // All t with |t_0| = |t_1| are worst ones at the only answer, (3, 0, 0, 0, 0, 0).
   list.push_back({"watson_9",
                   {-1.0, 0.0, 0.0, 0.0, 0.0, 0.0},
