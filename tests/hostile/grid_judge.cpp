@@ -408,7 +408,7 @@ class GridJudge {
       blame(over.most - here <= tolerances_.hidden(over.v - v_),
             say("y = %.4g gives %.6g, not %.6g", over.v[known_.x], over.most, here));
     f_range_ = over.range();
-    if (!grid_.is_in_y(v_)) return;
+    if (!grid_.is_in_y(v_) || !(certified_ || known_.smooth)) return;
     const VectorXd best = grid_.climb(v_);
     const double gain = grid_.f(best) - here;
     if (gain > 1e-5 * over.range())

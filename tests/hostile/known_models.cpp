@@ -222,6 +222,7 @@ void add_games(std::vector<KnownModel>& all) {
     known.problem = problem;
     known.x = 1;
     known.answer = point({0.5});
+    known.smooth = false;
     known.phi = [slope](const VectorXd& v) { return std::max(v[0], 1.0 - v[0]) - slope * v[0]; };
     all.push_back(known);
   }

@@ -25,6 +25,7 @@ struct KnownModel {
   std::function<bool(const Eigen::VectorXd& x)> allowed{};
   /// Directions of x, as columns, along which phi may fall or stay.
   std::function<Eigen::MatrixXd(const Eigen::VectorXd& x)> directions{};
+  bool smooth = true;   ///< else derivatives do not tell whether y is a maximum
   bool saddle = false;  ///< the answer is the same where the players exchange their roles
   bool wide = false;    ///< the same with y in a box 100 times as wide
 };
