@@ -15,6 +15,7 @@ namespace ipminmax {
 /// The y that any part of a solve has met. Each may refute an answer. Threads may add at once.
 class Witnesses {
  public:
+  Witnesses() = default;  ///< of none
   explicit Witnesses(const ProblemStructure& structure);
   /// v: n values or more, of which Max's are kept.
   void add(std::span<const double> v);
@@ -28,7 +29,7 @@ class Witnesses {
 
  private:
   std::vector<std::size_t> max_variables_;
-  std::size_t most_;  ///< that are kept, the last ones
+  std::size_t most_ = 0;  ///< that are kept, the last ones
   struct List {
     std::vector<std::vector<double>> kept{};
     std::size_t next = 0;
