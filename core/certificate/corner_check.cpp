@@ -148,14 +148,28 @@ Index CornerCheck::lost_along(bool of_max, int trial, Evaluation& scratch) const
   return -1;
 }
 
+/// Whether curvature says something of a player: he has a variable that no active bound holds.
+bool has_free_variable(const CanonicalProblem& canonical, const BoundClasses& classes,
+                       bool of_max) {
+  const IndexRange own = of_max ? canonical.y() : canonical.x();
+  for (Index i = own.begin; i < own.end; ++i) {
+    if (classes[i] != BoundClass::Active) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 Index multiplier_lost_inside(CanonicalProblem& canonical, const Point& point,
                              const BoundClasses& classes, const Units& units,
                              const SolverOptions& options, Evaluation& scratch) {
-  if (std::ranges::find(classes.of, BoundClass::Active) == classes.of.end()) return -1;
+  // A minimization is compared with Ipopt, which looks at no corner.
+  const bool x = !has_free_variable(canonical, classes, false);
+  const bool y = !has_free_variable(canonical, classes, true);
+  if (canonical.max_size() == 0 || (!x && !y)) return -1;
   const CornerCheck check(canonical, point, classes, units, options);
   for (const bool of_max : {true, false}) {
+    if (of_max ? !y : !x) continue;
     for (const int trial : {0, 1}) {
       const Index lost = check.lost_along(of_max, trial, scratch);
       if (lost >= 0) return lost;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <random>
 #include <utility>
 
@@ -252,6 +253,7 @@ void look_at_witnesses(Problem& model, const SolverOptions& options, const Witne
 bool rises_beside(Problem& model, const SolverOptions& options, const Result& result, bool at_once,
                   Counts& counts) {
   constexpr std::size_t kMostVariables = 50;
+  const double accuracy = options.tol / std::abs(result.objective_scale);  // of f
   const std::vector<double> steps =  // of the variable's range
       at_once ? std::vector{1e-4, 1e-3, 1e-2} : std::vector{1e-2};
   const ProblemStructure& s = model.structure();
@@ -270,7 +272,8 @@ bool rises_beside(Problem& model, const SolverOptions& options, const Result& re
         y[k] += sign * step * sizes.of(of_max[k]);
         Hearing hearing(model, options, result, counts);
         hearing.hear({y}, {});
-        return hearing.higher() != nullptr;
+        const auto* higher = hearing.higher();
+        return higher != nullptr && higher->f - result.objective > accuracy;
       });
       if (rises) return true;
     }
@@ -368,7 +371,7 @@ Witnesses::Witnesses(const ProblemStructure& structure) {
   most_ = kMostKeptNumbers / std::max<std::size_t>(1, max_variables_.size());
 }
 
-void Witnesses::add(std::span<const double> v, List& list) {
+void Witnesses::add(std::span<const double> v, List& list) try {
   if (max_variables_.empty() || most_ == 0 || v.size() <= max_variables_.back()) return;
   std::vector<double> y;
   y.reserve(max_variables_.size());
@@ -380,6 +383,7 @@ void Witnesses::add(std::span<const double> v, List& list) {
   } else {
     list.kept[list.next++ % most_] = std::move(y);
   }
+} catch (const std::bad_alloc&) {  // one witness less
 }
 
 void Witnesses::add(std::span<const double> v) { add(v, met_); }
@@ -402,7 +406,9 @@ std::vector<std::vector<double>> Witnesses::starts() const {
   return starts_.kept;
 }
 
-void audit(Problem& model, const SolverOptions& options, const Witnesses& witnesses,
+namespace {
+
+void judge(Problem& model, const SolverOptions& options, const Witnesses& witnesses,
            std::optional<Status> cut, Result& result, Counts& counts) {
   look_at_witnesses(model, options, witnesses, result, counts);
   const SearchOverY& y = result.over_y;
@@ -442,6 +448,19 @@ void audit(Problem& model, const SolverOptions& options, const Witnesses& witnes
                          .constraints = {}};
   if (y.open_constraint >= 0) open.constraints.push_back(y.open_constraint);
   revoke_test(std::move(open), result);
+}
+
+}  // namespace
+
+void audit(Problem& model, const SolverOptions& options, const Witnesses& witnesses,
+           std::optional<Status> cut, Result& result, Counts& counts) {
+  try {
+    judge(model, options, witnesses, cut, result, counts);
+  } catch (const std::bad_alloc&) {  // what was not audited is no success
+    result.status = Status::OutOfMemory;
+    result.message.clear();
+    if (is_certified(result)) result.certificate.kind = PointKind::FirstOrderPoint;
+  }
 }
 
 }  // namespace ipminmax

@@ -17,7 +17,7 @@ class Witnesses {
  public:
   Witnesses() = default;  ///< of none
   explicit Witnesses(const ProblemStructure& structure);
-  /// v: n values or more, of which Max's are kept.
+  /// v: n values or more, of which Max's are kept, if there is memory for them.
   void add(std::span<const double> v);
   /// The y of a result and of its worst cases.
   void add(const Result& result);

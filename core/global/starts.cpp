@@ -12,6 +12,7 @@
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/structure_check.hpp"
+#include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
 #include "core/worst_case.hpp"
@@ -200,7 +201,7 @@ void Starts::run_start(Worker& worker, Index start, const std::vector<double>& v
 /// One start, audited with the y that it has met itself, so that it does not depend on others. A
 /// robust constraint that one of these violates is solved again with it.
 Result Starts::refine(Worker& worker, Problem& model, Index start, const std::vector<double>& v,
-                      const SolverOptions& options) {
+                      const SolverOptions& options) try {
   constexpr int kMostRefuted = 2;
   const bool among_others = workers_.size() > 1 || !is_first_rank_;
   std::vector<RobustWorstCase> known;
@@ -220,6 +221,9 @@ Result Starts::refine(Worker& worker, Problem& model, Index start, const std::ve
     known = result.worst_cases;
     refuted = std::move(result);
   }
+} catch (const std::bad_alloc&) {  // between two solves
+  budget_.stop(Status::OutOfMemory);
+  return without_point(Status::OutOfMemory, "out of memory");
 }
 
 /// The model's calls count once, whatever the number of threads.
