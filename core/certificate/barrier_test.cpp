@@ -27,12 +27,13 @@ bool barrier_problem_refuted(TestContext& c, double spare) {
 bool barrier_newton_contracts(TestContext& c, const Point& given) {
   Point point = given;
   StepLength alpha;
+  bool dependent = false;
   Eigen::VectorXd before = point.iterate.v;
-  if (!barrier_newton_step(c.canonical, c.kkt, c.mu, point, alpha)) return false;
+  if (!barrier_newton_step(c.canonical, c.kkt, c.mu, point, alpha, dependent)) return false;
   const double first = max_norm(point.iterate.v - before);
   if (first <= parameter::kRelaxation * (1.0 + max_norm(before))) return true;
   before = point.iterate.v;
-  return barrier_newton_step(c.canonical, c.kkt, c.mu, point, alpha) &&
+  return barrier_newton_step(c.canonical, c.kkt, c.mu, point, alpha, dependent) &&
          max_norm(point.iterate.v - before) <= parameter::kContraction * first;
 }
 

@@ -99,7 +99,8 @@ bool BasicSearch::take(NullVector& along, double direction, std::vector<NullVect
 BasicMultipliers BasicSearch::finish() {
   BoundClasses& classes = found_.classes;
   BoundClasses guess;
-  guess_classes(canonical_, options_, found_.iterate, system_.units(), guess);
+  guess_classes(canonical_, options_, found_.iterate, system_.units(),
+                parameters::certificate::kStrictRatio, guess);
   for (const Index i : touched_) {
     const double before = classes.multiplier(given_, i);
     if (classes[i] == BoundClass::Active && multiplier(i) >= parameter::kLittle * before) continue;
@@ -148,6 +149,27 @@ bool are_active(const BoundClasses& classes, const NullVector& t) {
   return true;
 }
 
+/// With all variables in the rows of the null vectors held, and these rows left out.
+BoundClasses narrowed(const ActiveSetSystem& system, BoundClasses classes,
+                      const std::vector<NullVector>& all) {
+  const CanonicalProblem& canonical = system.canonical();
+  std::vector<bool>& left_out = classes.redundant;
+  left_out.resize(at(canonical.constraints()), false);
+  for (const NullVector& t : all) {
+    for (Index j = 0; j < t.rows.size(); ++j) {
+      if (t.rows[j] != 0.0) left_out[at(j)] = true;
+    }
+    for (Index i = canonical.y().begin; i < canonical.y().end; ++i) {
+      if (t.bounds[i] != 0.0) classes.hold(i);
+    }
+  }
+  for (const auto& [row, col] : canonical.jacobian()) {
+    if (left_out[at(row)] && canonical.owned_by_max(col)) classes.hold(col);
+  }
+  count_doubtful(canonical, classes);
+  return classes;
+}
+
 }  // namespace
 
 std::vector<BasicMultipliers> basic_multipliers(const ActiveSetSystem& system, const Point& point,
@@ -181,6 +203,7 @@ std::vector<BasicMultipliers> basic_multipliers(const ActiveSetSystem& system, c
     const bool hold = std::ranges::all_of(
         redundant, [&](const NullVector& t) { return are_active(basic.classes, t); });
     if (!hold) continue;
+    if (max && canonical.x().size() > 0) basic.narrow = narrowed(system, basic.classes, all);
     found.push_back(std::move(basic));
   }
   return found;

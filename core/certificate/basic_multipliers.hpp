@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/certificate/active_set.hpp"
@@ -14,13 +15,16 @@ namespace ipminmax {
 struct BasicMultipliers {
   Iterate iterate;
   BoundClasses classes;
+  /// Of Max beside an x: the answers in which the rows of the null vectors are constant, another
+  /// set of active bounds. Holds his variables in these rows and leaves the rows out.
+  std::optional<BoundClasses> narrow{};
 };
 
 /// Where gradients of active constraints and bounds depend on each other the multipliers are a
 /// polyhedron. At its vertices the gradients of those that are not zero are independent
 /// [Caratheodory]. A few of these, each from the multipliers given along every null vector in turn
 /// to where the first inequality's is zero: this one becomes BoundClass::Dropped. Of one player,
-/// max or not.
+/// max or not; of Max beside an x only where no row in the null vectors reads that.
 ///
 /// system: assembled as it was for the dependences. Empty where only equations depend on each
 /// other.

@@ -21,13 +21,13 @@ bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const Newton
 }
 
 bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu, Point& point,
-                         StepLength& alpha) {
+                         StepLength& alpha, bool& dependent) {
   NewtonResidual rhs = zero_step(canonical);
   Step step = zero_step(canonical);
   newton_residual(canonical, point.iterate, point.evaluation, point.dual, mu, rhs);
   kkt.assemble(point.iterate, point.evaluation);
-  if (!solve_accurately(kkt, point.evaluation, rhs, step)) {
-    // Where rows depend on each other their equations agree, any of the multipliers will do.
+  dependent = dependent || !solve_accurately(kkt, point.evaluation, rhs, step);
+  if (dependent) {  // their equations agree, any of the multipliers will do
     const Regularization relaxed{.lambda_x = parameters::certificate::kRootOfRounding,
                                  .lambda_y = parameters::certificate::kRootOfRounding};
     if (kkt.factorize_for_solutions(relaxed, Certainty::Usual).status != FactorizationStatus::Ok ||
@@ -132,12 +132,13 @@ double BoundClasses::multiplier(const Iterate& z, Index i) const {
 }
 
 void guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
-                   const Iterate& iterate, const Units& units, BoundClasses& classes) {
+                   const Iterate& iterate, const Units& units, double strict_ratio,
+                   BoundClasses& classes) {
   set_none(canonical, classes);
   for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
     const double unit = units.variable[i];
     const BoundClass found =
-        class_of(multiplier_of(iterate, i, side) * unit * unit, distance, parameter::kStrictRatio);
+        class_of(multiplier_of(iterate, i, side) * unit * unit, distance, strict_ratio);
     const bool relaxed = within_relaxation(canonical, i, side, distance, options);
     include(classes, i, side,
             found == BoundClass::Inactive && relaxed ? BoundClass::Doubtful : found);
@@ -157,10 +158,11 @@ BoundClasses follow_barrier(CanonicalProblem& canonical, KktSystem& kkt,
   Point here = point;  // point: the last one on the path
   double here_mu = mu, next = mu;
   Index unresolved = 0;
+  bool dependent = false;
   for (int k = 0, decreases = 0; k < std::min(most_steps, parameter::kMostBarrierSteps); ++k) {
     Point trial = here;
     StepLength alpha;
-    if (!barrier_newton_step(canonical, kkt, next, trial, alpha) ||
+    if (!barrier_newton_step(canonical, kkt, next, trial, alpha, dependent) ||
         !has_digits(canonical, trial.iterate)) {
       break;
     }

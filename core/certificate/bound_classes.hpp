@@ -18,9 +18,10 @@ namespace ipminmax {
                                     const Regularization& shift = {});
 
 /// One Newton step for the equations at mu from a point with all derivatives and dual residual,
-/// which is left at its end, without f. False: it cannot be computed or evaluated.
+/// which is left at its end, without f; dependent: constraints are, as is known before or found
+/// out. False: it cannot be computed or evaluated.
 [[nodiscard]] bool barrier_newton_step(CanonicalProblem& canonical, KktSystem& kkt, double mu,
-                                       Point& point, StepLength& alpha);
+                                       Point& point, StepLength& alpha, bool& dependent);
 
 /// What a bound is at the solution nearby. Doubtful: multiplier and distance are both small, there
 /// is no strict complementarity that could be seen. Dropped: its gradient depends on those of
@@ -82,7 +83,8 @@ void count_doubtful(const CanonicalProblem& canonical, BoundClasses& classes);
 /// what it was relaxed by is never inactive. Doubtful where the ratio is no larger than
 /// strict_ratio and no smaller than its inverse.
 void guess_classes(const CanonicalProblem& canonical, const SolverOptions& options,
-                   const Iterate& iterate, const Units& units, BoundClasses& classes);
+                   const Iterate& iterate, const Units& units, double strict_ratio,
+                   BoundClasses& classes);
 
 /// Follows the solution to smaller barrier parameters, where the distance of an active bound falls
 /// as mu and its multiplier stays, and the other way round at an inactive one: until every bound

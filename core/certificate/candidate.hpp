@@ -18,6 +18,7 @@ struct RoundedDerivatives {
 struct Candidate {
   Point point;
   Units units;
+  bool min_first = false;  ///< rule of the units
   BoundClasses classes;
   NewtonTest newton;
   InertiaTest test;
@@ -30,6 +31,8 @@ struct Candidate {
   bool relaxed = false;  ///< bounds were released that bound_relax_factor alone made active
   bool creeps = true;    ///< each of them has contracted, none enough
   std::optional<Dependences> dependences{};
+  /// Fewer answers of Max, in which K is tested: where his active gradients depend.
+  std::optional<BoundClasses> narrow{};
   /// Curvature taken from all of Max's variables, in units, where his best answer is not unique.
   double proximal = 0.0;
   std::optional<RoundedDerivatives> rounded{};  ///< last asked for

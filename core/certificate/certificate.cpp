@@ -35,7 +35,7 @@ std::string percentage(const Deviation& found) {
 Look first_look(TestContext& c, const Point& point) {
   const Units& units = units_of(c.canonical, point.iterate.v, point.evaluation, c.arrays.units);
   BoundClasses& classes = c.arrays.classes;
-  c.guess(point.iterate, classes);
+  c.guess(point.iterate, parameter::kStrictRatio, classes);
   if (!classes.clear()) return Look::Unclear;
   ActiveSetSystem system(c.canonical, c.kkt, classes, units, point.evaluation, &c.arrays.system);
   const Eigen::VectorXd error = c.hessian_error_in(units);

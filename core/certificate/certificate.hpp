@@ -34,8 +34,9 @@
 //     the second one those that show themselves while mu falls (bound_classes: follow_barrier,
 //     barrier_step). One that does not pass is handed to remedies, in this order, until none
 //     applies:
-//       release_bounds    that Max leaves, and that relaxed bounds alone make active
+//       release_bounds    of Max, that he leaves
 //       leave_out_rows    that say nothing beside others (dependence)
+//       measure_min_first lengths of x without what couples x to y
 //       take_newton_step  towards the solution
 //
 //  4. with_many_answers (remedies): K_yy is singular, y best but not unique. The same with
@@ -46,8 +47,7 @@
 //     choice of multipliers is enough (basic_multipliers).
 //
 //  6. certified (remedies): the point that is returned is the one that is spoken of, or moves
-//     there (reported_point). Robust rows have a condition of their own (robust_rows). Gradients a
-//     small step inside active bounds are what W predicts (corner_check).
+//     there (reported_point). Robust rows have a condition of their own (robust_rows).
 //
 //  7. judge_without_certificate (refutation): refuted, by a direction of wrong curvature, also
 //     into weakly active bounds of either player; flat, one of many equally good points

@@ -30,25 +30,27 @@ class CornerCheck {
   [[nodiscard]] Index lost_along(bool of_max, int trial, Evaluation& scratch) const;
 
  private:
-  bool is_active(Index i) const {
+  [[nodiscard]] bool is_active(Index i) const {
     return classes_[i] == BoundClass::Active && classes_.side[at(i)] != 0;
   }
-  bool is_active_row(Index row) const {
+  [[nodiscard]] bool is_active_row(Index row) const {
     const Index slack = canonical_.slack_of(row);
     return slack >= 0 && is_active(slack) && !classes_.is_left_out(row);
   }
-  bool is_slack(Index i) const {
+  [[nodiscard]] bool is_slack(Index i) const {
     return canonical_.x_slacks().contains(i) || canonical_.y_slacks().contains(i);
   }
-  Eigen::VectorXd gradient_of(const Evaluation& evaluation) const {
+  [[nodiscard]] Eigen::VectorXd gradient_of(const Evaluation& evaluation) const {
     Eigen::VectorXd gradient = evaluation.gradient;
     add_transposed_product(canonical_, evaluation, point_.iterate.lambda, gradient);
     return gradient;
   }
   void balance();
-  double size(Index i) const { return own_size(canonical_, point_.iterate.v[i], i, units_); }
-  double reach(Index i) const;
-  Eigen::VectorXd step_inside(bool of_max, int trial) const;
+  [[nodiscard]] double size(Index i) const {
+    return own_size(canonical_, point_.iterate.v[i], i, units_);
+  }
+  [[nodiscard]] double reach(Index i) const;
+  [[nodiscard]] Eigen::VectorXd step_inside(bool of_max, int trial) const;
 
   CanonicalProblem& canonical_;
   const Point& point_;
@@ -148,14 +150,17 @@ Index CornerCheck::lost_along(bool of_max, int trial, Evaluation& scratch) const
   return -1;
 }
 
-/// Whether curvature says something of a player: he has a variable that no active bound holds.
+/// Whether curvature says something of a player: he has more variables than active bounds and rows.
 bool has_free_variable(const CanonicalProblem& canonical, const BoundClasses& classes,
                        bool of_max) {
   const IndexRange own = of_max ? canonical.y() : canonical.x();
-  for (Index i = own.begin; i < own.end; ++i) {
-    if (classes[i] != BoundClass::Active) return true;
+  const IndexRange slacks = of_max ? canonical.y_slacks() : canonical.x_slacks();
+  Index held = 0;
+  for (const IndexRange range : {own, slacks}) {
+    for (Index i = range.begin; i < range.end; ++i)
+      held += classes[i] == BoundClass::Active ? 1 : 0;
   }
-  return false;
+  return held < own.size();
 }
 
 }  // namespace

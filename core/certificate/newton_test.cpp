@@ -55,6 +55,7 @@ class ActiveSetNewton {
   [[nodiscard]] const Eigen::VectorXd& forces();
   void place_end(Iterate& z);
   [[nodiscard]] bool solve_in_units(double share, Eigen::VectorXd& v, Eigen::VectorXd& lambda);
+  [[nodiscard]] double length_in_sizes(const Eigen::VectorXd& v) const;
   [[nodiscard]] double length(const Eigen::VectorXd& v) const {
     return longest(canonical_, v, system_.units());
   }
@@ -68,6 +69,20 @@ class ActiveSetNewton {
   bool is_part_;
   NewtonArrays& work_;
 };
+
+/// Longest entry beside the variable's size here or at the start; slacks apart.
+double ActiveSetNewton::length_in_sizes(const Eigen::VectorXd& v) const {
+  const Eigen::VectorXd& start = canonical_.starting_point().v;
+  const double others = size_of_problem(canonical_, iterate_, system_.units());
+  double longest = 0.0;
+  for (Index i = 0; i < v.size(); ++i) {
+    if (system_.is_slack(i)) continue;
+    double size = std::max(std::abs(iterate_.v[i]), std::abs(start[i]));
+    if (size == 0.0) size = system_.units().variable[i] * std::max(others, 1.0);
+    longest = std::max(longest, std::abs(v[i]) / size);
+  }
+  return longest;
+}
 
 /// Right-hand side (-row_v, -row_c) and solution wanted in the canonical problem's lengths.
 bool ActiveSetNewton::solve_in_units(double share, Eigen::VectorXd& v, Eigen::VectorXd& lambda) {
@@ -179,16 +194,26 @@ void ActiveSetNewton::look_at_relaxed(NewtonTest& test) {
   back.setZero(canonical_.variables());
   outside.setZero(canonical_.variables());
   double relaxed = 0.0, least = kInfinity;
+  // Curvature of its own makes a variable's best value one, whatever its multiplier is.
+  Eigen::VectorXd& curvature = work_.change_v;
+  curvature.setZero(canonical_.variables());
+  for (std::size_t k = 0; k < evaluation_.hessian.size(); ++k) {
+    const auto [i, j] = canonical_.hessian()[k];
+    if (i == j) curvature[i] += evaluation_.hessian[k];
+  }
+  for (const IndexRange slacks : {canonical_.x_slacks(), canonical_.y_slacks()})
+    curvature.segment(slacks.begin, slacks.size()).setOnes();
   for_each_bound(canonical_, iterate_.v, [&](Index i, int side, double distance) {
     const double own = relaxation_of(canonical_, i, side, options_);
     const double unit = system_.units().variable[i];
     if (system_.is_fixed(i) && classes.side[at(i)] == side) {
       back[i] = -side * own;
       relaxed += own / unit;
-      least = std::min(least, classes.multiplier(iterate_, i) * unit);
+      if (curvature[i] == 0.0) least = std::min(least, classes.multiplier(iterate_, i) * unit);
     } else if (!system_.is_fixed(i)) {
       if (distance <= 2.0 * own) outside[i] = own;
-      if (canonical_.owned_by_max(i)) least = std::min(least, distance / unit);
+      if (canonical_.owned_by_max(i) && curvature[i] == 0.0)
+        least = std::min(least, distance / unit);
     }
   });
   if (!(least <= parameter::kInTols * relaxed)) return;
@@ -281,8 +306,10 @@ bool ActiveSetNewton::compare(NewtonTest& test) {
   add_constraint_product(canonical_, evaluation_, work_.back_v, row_c);
   Eigen::VectorXd& second_v = work_.second_v;
   if (!solve_in_units(parameter::kSlight, second_v, work_.second_lambda)) return false;
-  // It grows with the trial step; of rounding nothing is left.
-  test.contraction = ratio(length(second_v), length(work_.trial)) / (1.0 + parameter::kContraction);
+  const double beside_sizes = ratio(length_in_sizes(second_v), length_in_sizes(work_.trial));
+  const double in_lengths = ratio(length(second_v), length(work_.trial));
+  // Any norm will do. It grows with the trial step; of rounding nothing is left.
+  test.contraction = std::min(in_lengths, beside_sizes) / (1.0 + parameter::kContraction);
   if (test.contraction <= parameter::kRounding) test.contraction = 0.0;
   if (second_v.size() > 0) {
     second_v.cwiseQuotient(system_.units().variable).cwiseAbs().maxCoeff(&test.left_in);

@@ -52,10 +52,10 @@ bool refute_in_cone(TestContext& c, ActiveSetSystem& system, const Candidate& ca
     if (!c.kkt.has_expected_inner_inertia(factors)) return false;
     added = -added;
   }
-  const Eigen::VectorXd direction = least_in_cone(system, added, owner);
-  if (direction.size() == 0) return false;
-  c.wrong =
-      refutes_along(c.canonical, system, candidate.point, direction, candidate.newton.step, owner);
+  const auto found = least_in_cone(system, added, owner);
+  if (!found || found->least >= -parameter::kZero) return false;
+  c.wrong = refutes_along(c.canonical, system, candidate.point, found->direction,
+                          candidate.newton.step, owner);
   return c.wrong.has_value();
 }
 

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Dense>
 
 #include "core/certificate/parameters.hpp"
 #include "core/model/products.hpp"
@@ -99,6 +103,14 @@ InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error, doub
   return test;
 }
 
+InertiaTest survives_narrowed(ActiveSetSystem& system, ActiveSetSystem& narrow,
+                              const Eigen::VectorXd& error, double margin) {
+  const Taken taken{margin, 0.0};
+  InertiaTest test = test_inner(system, error, taken, false);
+  if (test.inner) test_full(narrow, error, taken, false, test);
+  return test;
+}
+
 InertiaTest helped(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
                    double multiplier_shift, bool inner_right) {
   KktSystem& kkt = system.kkt();
@@ -147,32 +159,63 @@ bool follow(ActiveSetSystem& system, Index leaving, bool inner, Eigen::VectorXd&
 
 }  // namespace
 
-Eigen::VectorXd least_in_cone(ActiveSetSystem& system, const Eigen::VectorXd& added, Player owner) {
+double least_over_cone(const Eigen::MatrixXd& matrix, Eigen::VectorXd& t) {
+  const Eigen::Index size = matrix.rows();
+  Eigen::VectorXd scale(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    t = Eigen::VectorXd::Unit(size, i);
+    if (matrix(i, i) < -parameter::kZero * matrix.cwiseAbs().maxCoeff()) return -1.0;
+    if (!(matrix(i, i) > 0.0)) return 0.0;
+    scale[i] = 1.0 / std::sqrt(matrix(i, i));
+  }
+  const Eigen::MatrixXd c = scale.asDiagonal() * matrix * scale.asDiagonal();
+  double least = kInfinity;
+  for (std::uint32_t face = 1; face < (1U << size); ++face) {
+    std::vector<Eigen::Index> rows;
+    for (Eigen::Index i = 0; i < size; ++i) {
+      if (face >> i & 1U) rows.push_back(i);
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(c(rows, rows));
+    for (Eigen::Index e = 0; e < eigen.eigenvalues().size(); ++e) {
+      Eigen::VectorXd edge = eigen.eigenvectors().col(e);
+      if (edge.sum() < 0.0) edge = -edge;
+      if (!(eigen.eigenvalues()[e] < least) || edge.minCoeff() < -parameter::kZero) continue;
+      least = eigen.eigenvalues()[e];
+      t.setZero(size);
+      t(rows) = edge.cwiseMax(0.0);
+    }
+  }
+  t = t.cwiseProduct(scale);
+  return least;
+}
+
+std::optional<LeastInCone> least_in_cone(ActiveSetSystem& system, const Eigen::VectorXd& added,
+                                         Player owner) {
   const CanonicalProblem& canonical = system.canonical();
   const bool inner = owner == Player::Max;
-  double least = -parameter::kZero;
-  Eigen::VectorXd best, d, all = Eigen::VectorXd::Zero(canonical.variables());
-  const auto look_along = [&](const Eigen::VectorXd& direction) {
-    Eigen::VectorXd product = added.cwiseProduct(direction);
-    for (Index i = 0; i < product.size(); ++i) {
-      if (system.is_slack(i)) product[i] = 0.0;
-    }
-    add_hessian_product(canonical, system.derivatives(), direction, product);
-    const double curvature = direction.dot(product) / direction.squaredNorm();
-    if (const double own = inner ? -curvature : curvature; own < least) {
-      least = own;
-      best = direction;
-    }
-  };
+  const BoundClasses& classes = system.classes();
+  const Index size = inner ? classes.weak_max : classes.weak_min;
+  if (size == 0 || size > parameter::kMostFaces) return {};
+  Eigen::MatrixXd edges(canonical.variables(), size), products = edges;
+  Index k = 0;
   for (Index i = 0; i < canonical.variables(); ++i) {
-    const bool weak = system.classes()[i] == BoundClass::Doubtful;
-    if (!weak || canonical.owned_by_max(i) != inner) continue;
+    if (classes[i] != BoundClass::Doubtful || canonical.owned_by_max(i) != inner) continue;
+    Eigen::VectorXd d;
     if (!follow(system, i, inner, d)) return {};
-    look_along(d);
-    all += d;
+    Eigen::VectorXd w = added.cwiseProduct(d);
+    for (Index other = 0; other < w.size(); ++other) {
+      if (system.is_slack(other)) w[other] = 0.0;
+    }
+    add_hessian_product(canonical, system.derivatives(), d, w);
+    edges.col(k) = d;
+    products.col(k++) = w;
   }
-  look_along(all);
-  return best;
+  const Eigen::MatrixXd curvature = edges.transpose() * products;
+  Eigen::VectorXd t;
+  const double least =
+      least_over_cone((inner ? -0.5 : 0.5) * (curvature + curvature.transpose()), t);
+  if (!std::isfinite(least)) return {};
+  return LeastInCone{.least = least, .direction = edges * t};
 }
 
 }  // namespace ipminmax

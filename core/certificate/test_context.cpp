@@ -43,8 +43,8 @@ void TestContext::hold_idle(BoundClasses& classes) const {
   classes.held_rows = idle.rows;
 }
 
-void TestContext::guess(const Iterate& iterate, BoundClasses& classes) const {
-  guess_classes(canonical, options, iterate, arrays.units.units, classes);
+void TestContext::guess(const Iterate& iterate, double strict_ratio, BoundClasses& classes) const {
+  guess_classes(canonical, options, iterate, arrays.units.units, strict_ratio, classes);
   hold_idle(classes);
 }
 

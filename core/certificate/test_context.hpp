@@ -50,7 +50,7 @@ struct TestContext {
   /// Copies of y whose robust constraint is inactive.
   void hold_idle(BoundClasses& classes) const;
   /// By z / s in the units of the first look, idle copies held.
-  void guess(const Iterate& iterate, BoundClasses& classes) const;
+  void guess(const Iterate& iterate, double strict_ratio, BoundClasses& classes) const;
   [[nodiscard]] Eigen::VectorXd hessian_error_in(const Units& units) const;
   /// Whether a Newton step keeps the classes and the next one would be much shorter. is_part: see
   /// test_newton.

@@ -48,9 +48,9 @@ void own_norms(const UnitsArrays& arrays, const Eigen::VectorXd& d, Eigen::Vecto
   }
 }
 
-/// From diagonal entries, and of Min from what couples him to Max: the
+/// From diagonal entries, and of the second player from what couples him to the first: the
 /// maximizer's answer makes of it W_xy^2 / W_yy, which is curvature of x as well.
-void start_block(const CanonicalProblem& canonical, bool max, UnitsArrays& arrays) {
+void start_block(const CanonicalProblem& canonical, bool max, bool second, UnitsArrays& arrays) {
   Eigen::VectorXd& d = arrays.units.variable;
   Eigen::VectorXd& diagonal = arrays.diagonal;
   diagonal.setZero(d.size());
@@ -59,7 +59,7 @@ void start_block(const CanonicalProblem& canonical, bool max, UnitsArrays& array
   }
   Eigen::VectorXd& coupling = arrays.coupling;
   coupling.setZero(d.size());
-  if (!max) {
+  if (second) {
     for (const auto& [i, j, size] : arrays.mixed) include(i, j, size, d, coupling);
   }
   for (Index i = 0; i < d.size(); ++i) {
@@ -71,11 +71,11 @@ void start_block(const CanonicalProblem& canonical, bool max, UnitsArrays& array
 
 /// The block of one player: diagonal entries first, then rows without one.
 void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& evaluation, bool max,
-                       UnitsArrays& arrays) {
+                       bool second, UnitsArrays& arrays) {
   Eigen::VectorXd& d = arrays.units.variable;
   Eigen::VectorXd& norms = arrays.norms;
   take_entries(canonical, evaluation, max, arrays);
-  start_block(canonical, max, arrays);
+  start_block(canonical, max, second, arrays);
   // Nothing but products, x_1 x_2: in proportion to their sizes.
   for (const auto& [i, j, entry] : arrays.own) {
     if (d[i] == kUnknown && d[j] == kUnknown) {
@@ -231,21 +231,21 @@ void measure_rows(const CanonicalProblem& canonical, const Evaluation& evaluatio
 }  // namespace
 
 Units units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-               const Evaluation& evaluation, bool by_coupling) {
+               const Evaluation& evaluation, LengthRules rules) {
   UnitsArrays arrays;
-  units_of(canonical, v, evaluation, arrays, by_coupling);
+  units_of(canonical, v, evaluation, arrays, rules);
   return std::move(arrays.units);
 }
 
 const Units& units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-                      const Evaluation& evaluation, UnitsArrays& arrays, bool by_coupling) {
+                      const Evaluation& evaluation, UnitsArrays& arrays, LengthRules rules) {
   Units& units = arrays.units;
   units.variable.setConstant(canonical.variables(), kUnknown);
   units.constraint.setOnes(canonical.constraints());
   arrays.size = v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
-  equilibrate_block(canonical, evaluation, true, arrays);
-  equilibrate_block(canonical, evaluation, false, arrays);
-  if (by_coupling) measure_by_coupling(canonical, evaluation, arrays);
+  equilibrate_block(canonical, evaluation, !rules.min_first, false, arrays);
+  equilibrate_block(canonical, evaluation, rules.min_first, true, arrays);
+  if (rules.by_coupling) measure_by_coupling(canonical, evaluation, arrays);
   spread_by_constraints(canonical, evaluation, arrays);
   cut_by_equations(canonical, evaluation, arrays);
   measure_rows(canonical, evaluation, units, arrays.rows);

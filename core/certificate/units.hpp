@@ -17,6 +17,15 @@ struct Units {
   Eigen::VectorXd constraint;  ///< per canonical constraint
 };
 
+struct LengthRules {
+  /// Min's variables are measured by W_xx alone, then Max's by W_yy and W_xy, too: a coupling with
+  /// a y that constraints hold is no curvature of x.
+  bool min_first = false;
+  /// Variables without curvature of their own get lengths from what couples them to the other
+  /// player's.
+  bool by_coupling = false;
+};
+
 /// Units with what they are found by, kept from call to call.
 struct UnitsArrays {
   Units units;
@@ -43,13 +52,12 @@ struct UnitsArrays {
 /// curvature by the constraints that tie them to others: each step depends on the units of the
 /// model by the factor that it should. Variables that nothing ties keep the model's. At last
 /// lengths that an equation does not allow are cut, down to the variable's size at v or at the
-/// start. by_coupling: variables without curvature of their own first get lengths from what couples
-/// them to the other player's.
+/// start.
 [[nodiscard]] Units units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-                             const Evaluation& evaluation, bool by_coupling = false);
+                             const Evaluation& evaluation, LengthRules rules = {});
 /// The same in arrays.
 const Units& units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-                      const Evaluation& evaluation, UnitsArrays& arrays, bool by_coupling = false);
+                      const Evaluation& evaluation, UnitsArrays& arrays, LengthRules rules = {});
 
 /// A variable's own size, which does not grow with a shift of its origin: the least of its values,
 /// the width of its box, and the way from the starting point or its unit, whichever is longer.

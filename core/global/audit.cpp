@@ -452,13 +452,14 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
 
 }  // namespace
 
-void audit(Problem& model, const SolverOptions& options, const Witnesses& witnesses,
-           std::optional<Status> cut, Result& result, Counts& counts) {
+void audit(Problem& model, const SolverOptions& options, const Witnesses& witnesses, Budget& budget,
+           Result& result, Counts& counts) {
   try {
-    judge(model, options, witnesses, cut, result, counts);
+    judge(model, options, witnesses, budget.interrupted(), result, counts);
   } catch (const std::bad_alloc&) {  // what was not audited is no success
+    budget.stop(Status::OutOfMemory);
     result.status = Status::OutOfMemory;
-    result.message.clear();
+    result.message = "out of memory";
     if (is_certified(result)) result.certificate.kind = PointKind::FirstOrderPoint;
   }
 }

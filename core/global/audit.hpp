@@ -1,11 +1,11 @@
 #pragma once
 
 #include <mutex>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "core/model/budget.hpp"
 #include "core/options.hpp"
 #include "core/problem.hpp"
 #include "core/result.hpp"
@@ -53,13 +53,13 @@ class Witnesses {
 /// grants none. It evaluates the model as the user gave it, at the answer's x with each y of the
 /// witnesses that Max's constraints allow there, and compares in the range of what is compared.
 ///
-/// Taken back is what was cut short (by `cut`, where that is known), what was asked for and not
+/// Taken back is what was cut short (as the budget knows), what was asked for and not
 /// finished, a value that another y exceeds (where other y were asked for), a robust constraint
 /// that a y violates, a K_yy that clearly has a wrong sign, and numbers that are not finite. A y
 /// that refutes the answer is kept: of f in result.worst_case, of a robust constraint as the last
 /// of result.worst_cases.
-/// counts: evaluations are added.
-void audit(Problem& model, const SolverOptions& options, const Witnesses& witnesses,
-           std::optional<Status> cut, Result& result, Counts& counts);
+/// counts: evaluations are added. Without memory the budget is stopped.
+void audit(Problem& model, const SolverOptions& options, const Witnesses& witnesses, Budget& budget,
+           Result& result, Counts& counts);
 
 }  // namespace ipminmax

@@ -117,7 +117,7 @@ Result solve_keeping(Problem& problem, const SolverOptions& options, const Solve
   }
   Budget budget(options, listener_of(observer));
   Result result = solve_from_start(problem, options, budget, budget.observer_of(0), kept);
-  audit(problem, options, Witnesses(), budget.interrupted(), result, result.counts);
+  audit(problem, options, Witnesses(), budget, result, result.counts);
   return result;
 }
 

@@ -213,7 +213,7 @@ Result Starts::refine(Worker& worker, Problem& model, Index start, const std::ve
     const Refinement refinement(options, budget_, among_others, known, met);
     Result result = refinement.from(model, from, start, worker.structure);
     if (refuted) add_work(*refuted, result);
-    audit(model, options, met, budget_.interrupted(), result, result.counts);
+    audit(model, options, met, budget_, result, result.counts);
     const bool by_row = result.over_y.better_known && !result.worst_case.higher &&
                         !result.worst_cases.empty() && !options.minmax_epigraph;
     if (!by_row || round == kMostRefuted || budget_.used_up()) return result;
@@ -337,11 +337,7 @@ void Starts::audit_best(Result& best) {
   // The start that was to meet it was cut short.
   if (why && best.status == Status::WorstCaseNotMet) best.over_y.finished = false;
   Result work;
-  try {
-    audit(*workers_.front().model, options_, witnesses_, why, best, work.counts);
-  } catch (const std::bad_alloc&) {
-    budget_.stop(Status::OutOfMemory);
-  }
+  audit(*workers_.front().model, options_, witnesses_, budget_, best, work.counts);
   outcomes_.add_work(work);
   if (!looks) return;
   if (best.worst_case.higher && best.status != Status::WorstCaseNotMet) {

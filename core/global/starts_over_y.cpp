@@ -39,8 +39,7 @@ void Starts::choose_over_y(Answer& answer) {
     const bool goes_on = worst.higher && !worst.unbounded && more_starts-- > 0;
     if (goes_on && budget_.used_up()) best->over_y.finished = false;
     Result work;
-    audit(*workers_.front().model, options_, Witnesses(), budget_.interrupted(), *best,
-          work.counts);
+    audit(*workers_.front().model, options_, Witnesses(), budget_, *best, work.counts);
     if (!goes_on) continue;
     if (budget_.interrupted()) return;
     run_start(workers_.front(), ++last_, worst.v, one_cold_search());

@@ -124,7 +124,7 @@ void add_worst_case(Problem& problem, const SolverOptions& options, Result& resu
   look_for_worst_case(problem, starts, {},
                       {options, budget, 0, problem.structure(), work, work.over_y}, result);
   result.over_y.maximizations += work.over_y.maximizations;
-  audit(problem, options, Witnesses(), budget.interrupted(), result, result.counts);
+  audit(problem, options, Witnesses(), budget, result, result.counts);
 }
 
 }  // namespace ipminmax

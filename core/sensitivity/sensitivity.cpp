@@ -95,13 +95,14 @@ struct Sensitivity::State {
   std::vector<double> min_part;          ///< J'lambda of Min's constraints
   std::vector<double> z_lower, z_upper;  ///< of the result
   std::optional<ActiveSystem> system;
+  std::vector<double> lengths;  ///< of variables and constraints, in which bounds are active
   std::vector<std::string> weak;
   bool available = false;
   Index lost_factorizations = 0, lost_analyses = 0;  ///< of earlier systems
 
   [[nodiscard]] std::string read(Problem& problem, const Result& result,
                                  const SolverOptions& options);
-  void read_solution(const Result& result, const std::vector<double>& lengths,
+  void read_solution(const Result& result, const SolverOptions& options,
                      std::vector<double> gradient, const std::vector<double>& jacobian);
   [[nodiscard]] std::string factorize(const SolverOptions& options, std::vector<double> jacobian,
                                       std::vector<double> hessian);
@@ -157,15 +158,15 @@ std::string Sensitivity::State::read(Problem& problem, const Result& result,
     return "a derivative of the model is not finite at the solution";
   }
   signs = signs_of(structure);
-  solution.bounds = bounds_of(structure, options);
-  read_solution(result, lengths_of(problem, structure, options, result.v, jacobian, hessian),
-                std::move(gradient), jacobian);
+  lengths = lengths_of(problem, structure, options, result.v, jacobian, hessian);
+  read_solution(result, options, std::move(gradient), jacobian);
   return factorize(options, std::move(jacobian), std::move(hessian));
 }
 
-void Sensitivity::State::read_solution(const Result& result, const std::vector<double>& lengths,
+void Sensitivity::State::read_solution(const Result& result, const SolverOptions& options,
                                        std::vector<double> gradient,
                                        const std::vector<double>& jacobian) {
+  solution.bounds = bounds_of(structure, options);
   min_part.assign(n, 0.0);
   for (std::size_t k = 0; k < jacobian.size(); ++k) {
     const auto row = static_cast<std::size_t>(structure.jacobian[k].row);

@@ -11,6 +11,7 @@
 #include <support/certified_point.hpp>
 #include <support/units_problem.hpp>
 
+#include "core/certificate/second_order.hpp"
 #include "core/global/result_bytes.hpp"
 #include "core/solver.hpp"
 
@@ -212,6 +213,16 @@ Model below_curve(double inner, double outer) {
   return model;
 }
 
+TEST(DependentRows, OfMaxLeaveYStrictlyBestAndXMinimalForTheAnswersThatAreLeft) {
+  for (const double inner : {0.0, 1.0}) {
+    const Certificate found = solved(below_curve(inner, 1.0), {0.4, 0.2, 1.0});
+    EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
+    EXPECT_EQ(found.answer, InnerAnswer::StrictlyBest);
+    EXPECT_FALSE(found.licq_max);
+    EXPECT_TRUE(names(find(found, Kind::Dependent), "g"));
+  }
+}
+
 TEST(DependentRows, OfMaxAreNotDroppedForMin) {
   // Without the row phi would be 0.3 x^2 and more; it is -0.2 x^2.
   const Model game = below_curve(1.0, -0.7);
@@ -233,8 +244,14 @@ TEST(Lengths, GrowWhereStiffVariablesFollowAFlatOne) {
   EXPECT_EQ(solved(model, {2.0, 1.5, 0.1}).second_order, SecondOrder::Satisfied);
 }
 
-TEST(LengthsOfX, AreNoCurvatureWhereACouplingIsWithAYThatCannotMove) {
-  // The equation holds w, so that u has no curvature of its own.
+TEST(LengthsOfX, AreNotThoseOfACouplingWithAYThatCannotMove) {
+  // The equation holds y; its multiplier is all of W_yy.
+  Model model;
+  const Expression x = model.variable(kMin, "x"), y = model.variable(kMax, "y");
+  model.objective(0.5 * square(x) + x * (y - 2.0) + 1e-9 * y);
+  model.constraint(square(y), 4.0, 4.0);
+  EXPECT_EQ(solved(model, {0.3, 2.1}).second_order, SecondOrder::Satisfied);
+  // Where x has no curvature of its own a y that cannot move gives it none.
   Model flat;
   const Expression u = flat.variable(kMin, "u"), w = flat.variable(kMax, "w");
   flat.objective(u * (w - 2.0) + 1e-9 * w);
@@ -422,6 +439,24 @@ TEST(WeaklyActiveBounds, OfMaxAreLeftForTheAnswerBeyond) {
   }
 }
 
+TEST(Lengths, AreNotThoseOfCouplingsThatStationarityMakesVanish) {
+  // An exponential is fitted to three points: linear in a, so that W_ab is zero at the solution.
+  Model model;
+  const Expression e = model.variable(kMin, "e"), a = model.variable(kMin, "a");
+  const Expression b = model.variable(kMin, "b");
+  model.objective(1.0 * e);
+  const double times[] = {0.0, 1.0, 2.0}, values[] = {1.0, 0.3, 0.25};
+  for (int k = 0; k < 3; ++k) {
+    const Expression curve = a * exp(times[k] * b);
+    model.constraint(curve - e, -kNoBound, values[k]);
+    model.constraint(curve + e, values[k], kNoBound);
+  }
+  const Certificate found = solved(model, {1.0, 1.0, 0.0});
+  EXPECT_EQ(found.second_order, SecondOrder::Satisfied);
+  EXPECT_TRUE(found.licq_min);
+  EXPECT_EQ(find(found, Kind::Dependent), nullptr);
+}
+
 /// min e, |curve_t(x) - y_t| <= e: the least largest error of a fit.
 Result fitted(int variables, int times, const std::function<double(int)>& time,
               const std::function<Expression(const std::vector<Expression>& x, double t)>& curve,
@@ -438,7 +473,11 @@ Result fitted(int variables, int times, const std::function<double(int)>& time,
   }
   start.insert(start.begin(), 10.0);
   AutodiffProblem problem(model, start);
-  return solve(problem, {});
+  Result result = solve(problem, {});
+  EXPECT_EQ(result.certificate.second_order, SecondOrder::Satisfied);
+  EXPECT_TRUE(result.certificate.licq_min);
+  EXPECT_EQ(find(result.certificate, Kind::Dependent), nullptr);
+  return result;
 }
 
 // PBC3, EVD61, OET6 and EXP of Luksan and Vlcek's collection (2000), with its optima; their
@@ -496,6 +535,52 @@ TEST(Lengths, OfFitsOfTheLiterature) {
       },
       [](double t) { return std::exp(t); }, {1.0, 0.4, -0.6, 0.2, 0.0});
   EXPECT_NEAR(exponential.objective, 0.12237125e-3, 1e-7);
+}
+
+double least_over_cone(const Eigen::MatrixXd& matrix) {
+  Eigen::VectorXd t;
+  return ipminmax::least_over_cone(matrix, t);
+}
+
+TEST(CriticalCone, CopositiveMatricesAreTold) {
+  using Matrix = Eigen::MatrixXd;
+  EXPECT_GT(least_over_cone(Matrix{{1, 2}, {2, 1}}), 0.5);
+  EXPECT_NEAR(least_over_cone(Matrix{{1, -0.9}, {-0.9, 1}}), 0.1, 1e-12);
+  EXPECT_NEAR(least_over_cone(Matrix{{1, -1}, {-1, 1}}), 0.0, 1e-12);
+  EXPECT_NEAR(least_over_cone(Matrix{{1, -2}, {-2, 1}}), -1.0, 1e-12);
+  EXPECT_EQ(least_over_cone(Matrix{{0, 1}, {1, 1}}), 0.0);
+  EXPECT_EQ(least_over_cone(Matrix{{-1, 1}, {1, 1}}), -1.0);
+  // Horn's form: copositive, neither positive semidefinite nor with entries of one sign.
+  const Matrix horn{{1, -1, 1, 1, -1},
+                    {-1, 1, -1, 1, 1},
+                    {1, -1, 1, -1, 1},
+                    {1, 1, -1, 1, -1},
+                    {-1, 1, 1, -1, 1}};
+  EXPECT_GT(least_over_cone(horn + 1e-3 * Matrix::Identity(5, 5)), 1e-4);
+  EXPECT_LT(least_over_cone(horn - 1e-3 * Matrix::Identity(5, 5)), -1e-4);
+}
+
+TEST(CriticalCone, LeastValuesOfRandomMatrices) {
+  // Sampled minima may refute a positive least value, directions prove a negative one.
+  for (int seed = 0; seed < 300; ++seed) {
+    std::srand(static_cast<unsigned>(seed));
+    const int size = 2 + seed % 9;
+    Eigen::MatrixXd c = Eigen::MatrixXd::Random(size, size);
+    c = (c + c.transpose()).eval();
+    c.diagonal() = c.diagonal().cwiseAbs().array() + 0.3 * size * (seed % 3);
+    Eigen::VectorXd least_at;
+    const double least = ipminmax::least_over_cone(c, least_at);
+    EXPECT_NE(least, 0.0);
+    if (least < 0.0) {
+      EXPECT_GE(least_at.minCoeff(), 0.0);
+      EXPECT_LT(least_at.dot(c * least_at), 0.0);
+    } else {
+      for (int k = 0; k < 300; ++k) {
+        const Eigen::VectorXd t = Eigen::VectorXd::Random(size).cwiseMax(0.0);
+        EXPECT_GE(t.dot(c * t), 0.0);
+      }
+    }
+  }
 }
 
 // Flat directions: the value is constant, also where they bend, and not where a higher power rises.

@@ -88,7 +88,9 @@ TEST(WorstCase, TheYOfOtherStartsCountsInAnyUnits) {
     Witnesses witnesses(problem.structure());
     witnesses.add(std::vector{1.0, 1.0});
     Counts counts;
-    audit(problem, {}, witnesses, {}, result, counts);
+    const SolverOptions options;
+    Budget budget(options, {});
+    audit(problem, options, witnesses, budget, result, counts);
     EXPECT_TRUE(result.worst_case.higher) << unit;
     EXPECT_EQ(result.worst_case.y, std::vector{1.0});
   }
