@@ -418,7 +418,8 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
       c.second_order == SecondOrder::Undecided || c.second_order == SecondOrder::Flat;
   if (is_success(result.status) && undecided && has_max_variables(model.structure()) &&
       rises_beside(model, options, result, !seems_wrong, counts)) {
-    result.status = Status::NotLocalMinmax;
+    // Errors over branches are those of the form that was solved.
+    result.status = result.over_y.branches > 0 ? Status::WorstCaseNotMet : Status::NotLocalMinmax;
     result.message =
         std::string(name_of(result.status)) + ": f rises with y beside the point, y is no maximum";
   }
