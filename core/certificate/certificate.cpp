@@ -111,7 +111,7 @@ SecondOrder judge(TestContext& c, const Point& given) {
   }
   const Index lost =
       multiplier_lost_inside(c.canonical, judged, c.arrays.classes, c.arrays.units.units, c.options,
-                             c.arrays.newton_step.there);
+                             c.arrays.newton_step.there, c.arrays.corner);
   if (lost < 0) return verdict;
   c.certificate.answer = InnerAnswer::Unknown;
   c.reasons.add_about(Kind::Unsteady, lost,

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/certificate/active_set.hpp"
+#include "core/certificate/corner_check.hpp"
 #include "core/certificate/hessian_check.hpp"
 #include "core/certificate/newton_test.hpp"
 #include "core/certificate/units.hpp"
@@ -80,6 +81,7 @@ struct CertificateArrays {
   NewtonTest newton;
   NewtonArrays newton_step;
   CurvatureArrays curvature;
+  CornerArrays corner;
 };
 
 /// Second-order test at a first-order point: the paper's Proposition "Second order sufficient

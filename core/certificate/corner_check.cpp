@@ -16,13 +16,16 @@ namespace {
 class CornerCheck {
  public:
   CornerCheck(CanonicalProblem& canonical, const Point& point, const BoundClasses& classes,
-              const Units& units, const SolverOptions& options)
+              const Units& units, const SolverOptions& options, CornerArrays& arrays)
       : canonical_(canonical),
         point_(point),
         classes_(classes),
         units_(units),
         options_(options),
-        here_(gradient_of(point.evaluation)) {
+        arrays_(arrays),
+        here_(arrays.here),
+        balanced_(arrays.balanced) {
+    take_gradient(point.evaluation, here_);
     balance();
   }
 
@@ -40,26 +43,26 @@ class CornerCheck {
   [[nodiscard]] bool is_slack(Index i) const {
     return canonical_.x_slacks().contains(i) || canonical_.y_slacks().contains(i);
   }
-  [[nodiscard]] Eigen::VectorXd gradient_of(const Evaluation& evaluation) const {
-    Eigen::VectorXd gradient = evaluation.gradient;
+  void take_gradient(const Evaluation& evaluation, Eigen::VectorXd& gradient) const {
+    gradient = evaluation.gradient;
     add_transposed_product(canonical_, evaluation, point_.iterate.lambda, gradient);
-    return gradient;
   }
   void balance();
   [[nodiscard]] double size(Index i) const {
     return own_size(canonical_, point_.iterate.v[i], i, units_);
   }
   [[nodiscard]] double reach(Index i) const;
-  [[nodiscard]] Eigen::VectorXd step_inside(bool of_max, int trial) const;
+  void step_inside(bool of_max, int trial) const;
 
   CanonicalProblem& canonical_;
   const Point& point_;
   const BoundClasses& classes_;
   const Units& units_;
   const SolverOptions& options_;
-  Eigen::VectorXd here_;      ///< gradient of the Lagrangian
-  double off_ = 0.0;          ///< of active bounds, over the variable's own size
-  Eigen::VectorXd balanced_;  ///< what active bounds and inequalities balance of it; 0: nothing
+  CornerArrays& arrays_;
+  Eigen::VectorXd& here_;      ///< gradient of the Lagrangian
+  double off_ = 0.0;           ///< of active bounds, over the variable's own size
+  Eigen::VectorXd& balanced_;  ///< what active bounds and inequalities balance of it; 0: nothing
 };
 
 void CornerCheck::balance() {
@@ -86,10 +89,11 @@ double CornerCheck::reach(Index i) const {
 }
 
 /// The first direction goes far in every other variable, the second one in those between.
-Eigen::VectorXd CornerCheck::step_inside(bool of_max, int trial) const {
+void CornerCheck::step_inside(bool of_max, int trial) const {
   constexpr double kShort = 0.05;
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(canonical_.variables());
-  Eigen::VectorXd longest = Eigen::VectorXd::Zero(canonical_.constraints());
+  Eigen::VectorXd &step = arrays_.step, &longest = arrays_.longest;
+  step.setZero(canonical_.variables());
+  longest.setZero(canonical_.constraints());
   int turn = trial;
   const auto next = [&] { return turn++ % 2 == 0 ? 1.0 : kShort; };
   for (Index i = 0; i < canonical_.variables(); ++i) {
@@ -116,17 +120,18 @@ Eigen::VectorXd CornerCheck::step_inside(bool of_max, int trial) const {
     const Index slack = canonical_.slack_of(row);
     step[col] -= classes_.side[at(slack)] * longest[row] * slope(k) * reach(col);
   }
-  return step;
 }
 
 Index CornerCheck::lost_along(bool of_max, int trial, Evaluation& scratch) const {
-  const Eigen::VectorXd step = step_inside(of_max, trial);
+  step_inside(of_max, trial);
+  const Eigen::VectorXd& step = arrays_.step;
   if (step.isZero(0.0)) return -1;
   // Of the answers of Max his own multipliers have to stay, of a step of Min all.
   const auto is_tested = [&](Index i) {
     return balanced_[i] > 0.0 && (canonical_.owned_by_max(i) || !of_max);
   };
-  Eigen::VectorXd predicted = Eigen::VectorXd::Zero(step.size());
+  Eigen::VectorXd& predicted = arrays_.predicted;
+  predicted.setZero(step.size());
   add_hessian_product(canonical_, point_.evaluation, step, predicted);
   double shorter = 1.0;
   for (Index i = 0; i < step.size(); ++i) {
@@ -135,11 +140,13 @@ Index CornerCheck::lost_along(bool of_max, int trial, Evaluation& scratch) const
       shorter = std::min(shorter, most / std::abs(predicted[i]));
   }
   scratch = point_.evaluation;
-  if (canonical_.first_derivatives(point_.iterate.v + shorter * step, scratch) !=
-      EvaluationStatus::Ok) {
+  arrays_.there = point_.iterate.v + shorter * step;
+  if (canonical_.first_derivatives(arrays_.there, scratch) != EvaluationStatus::Ok) {
     return -1;
   }
-  const Eigen::VectorXd change = gradient_of(scratch) - here_;
+  Eigen::VectorXd& change = arrays_.there;
+  take_gradient(scratch, change);
+  change -= here_;
   for (Index i = 0; i < step.size(); ++i) {
     if (!is_tested(i)) continue;
     // Of a bound's multiplier what it gains is no matter.
@@ -167,12 +174,13 @@ bool has_free_variable(const CanonicalProblem& canonical, const BoundClasses& cl
 
 Index multiplier_lost_inside(CanonicalProblem& canonical, const Point& point,
                              const BoundClasses& classes, const Units& units,
-                             const SolverOptions& options, Evaluation& scratch) {
+                             const SolverOptions& options, Evaluation& scratch,
+                             CornerArrays& arrays) {
   // A minimization is compared with Ipopt, which looks at no corner.
   const bool x = !has_free_variable(canonical, classes, false);
   const bool y = !has_free_variable(canonical, classes, true);
   if (canonical.max_size() == 0 || (!x && !y)) return -1;
-  const CornerCheck check(canonical, point, classes, units, options);
+  const CornerCheck check(canonical, point, classes, units, options, arrays);
   for (const bool of_max : {true, false}) {
     if (of_max ? !y : !x) continue;
     for (const int trial : {0, 1}) {

@@ -416,7 +416,9 @@ void judge(Problem& model, const SolverOptions& options, const Witnesses& witnes
   const bool seems_wrong = c.inner.positive > c.inner_expected.positive;
   const bool undecided =
       c.second_order == SecondOrder::Undecided || c.second_order == SecondOrder::Flat;
-  if (is_success(result.status) && undecided && has_max_variables(model.structure()) &&
+  const bool own_point = result.over_y.branches == 0;  // else f is that of one of several y
+  if (is_success(result.status) && undecided && (own_point || seems_wrong) &&
+      has_max_variables(model.structure()) &&
       rises_beside(model, options, result, !seems_wrong, counts)) {
     // Errors over branches are those of the form that was solved.
     result.status = result.over_y.branches > 0 ? Status::WorstCaseNotMet : Status::NotLocalMinmax;
