@@ -81,6 +81,17 @@ bool newton_step(const MethodContext& context, double mu, Point& point, NewtonRe
   return true;
 }
 
+/// Whether all curvature that there was at the start has vanished, as far out under a Gaussian.
+bool has_died_out(CanonicalProblem& canonical, const Point& point) {
+  const auto vanishes = [](double value) { return std::abs(value) < parameters::kVanished; };
+  const std::vector<double>& here = point.evaluation.hessian;
+  if (here.empty() || !std::ranges::all_of(here, vanishes)) return false;
+  Evaluation at_start = point.evaluation;
+  return canonical.second_derivatives(canonical.starting_point().v, point.iterate.lambda,
+                                      at_start) == EvaluationStatus::Ok &&
+         !std::ranges::all_of(at_start.hessian, vanishes);
+}
+
 }  // namespace
 
 bool has_run_away(CanonicalProblem& canonical, const Point& point, IndexRange variables) {
@@ -121,6 +132,7 @@ void name_divergence(CanonicalProblem& canonical, const Point& point, Status& st
 bool runs_to_infinity(const MethodContext& context, const Point& from, double mu,
                       FirstOrderTest& test) {
   CanonicalProblem& canonical = context.canonical;
+  if (has_died_out(canonical, from)) return true;
   Point point = from;
   NewtonResidual rhs = zero_step(canonical);
   Step step = rhs;

@@ -88,7 +88,7 @@ TEST(Convergence, OfThePapersFunctions) {
         EXPECT_GE(tally.certified, 999) << name << ' ' << box;
         EXPECT_LE(tally.mean(tally.iterations), 9.8) << name << ' ' << box;
       } else if (name == "paper_f2") {
-        EXPECT_GE(tally.certified, box <= 5.0 ? 990 : box <= 10.0 ? 980 : 960) << box;
+        EXPECT_GE(tally.certified, box <= 10.0 ? 990 : 960) << box;
         EXPECT_LE(at_infinity_solved, kStarts / 50) << box;
         if (box <= 5.0) {
           EXPECT_LE(tally.mean(tally.iterations), 9.0) << box;
