@@ -47,13 +47,14 @@ class Hearing {
         counts_(counts),
         ranges_(s_.constraint_players.size()) {
     see({result.v, result.constraints, result.objective});
+    std::mt19937_64 random(20220411);
+    for (int k = 0; k < kSamples; ++k) static_cast<void>(look(sample(random)));
+    measure_changes_by_min();
   }
 
   /// starts: show the ranges of the functions, and refute nothing.
   void hear(const std::vector<std::vector<double>>& witnesses,
             const std::vector<std::vector<double>>& starts) {
-    std::mt19937_64 random(20220411);
-    for (int k = 0; k < kSamples; ++k) static_cast<void>(look(sample(random)));
     for (const std::vector<double>& y : starts) static_cast<void>(look(y));
     for (const std::vector<double>& y : witnesses) {
       if (auto seen = look(y)) looks_.push_back(std::move(*seen));
@@ -135,9 +136,8 @@ class Hearing {
     return seen;
   }
 
-  /// To what matters at the answer: what x can change, how witnesses differ, and what a solve
-  /// leaves undecided.
-  void cap_ranges() {
+  /// What f and the constraints change by at the answer as each Min variable moves by its size.
+  void measure_changes_by_min() {
     VariableRanges sizes(s_);
     sizes.see(result_.v);
     std::vector<double> gradient(result_.v.size()), jacobian(s_.jacobian.size());
@@ -147,6 +147,23 @@ class Hearing {
         !model_.jacobian(result_.v, false, jacobian)) {
       return;
     }
+    changes_are_known_ = true;
+    for (std::size_t i = 0; i < gradient.size(); ++i) {
+      if (s_.variable_players[i] == Player::Min)
+        change_of_f_ += std::abs(gradient[i]) * sizes.of(i);
+    }
+    changes_.assign(ranges_.size(), 0.0);
+    for (std::size_t k = 0; k < jacobian.size(); ++k) {
+      const auto [row, col] = s_.jacobian[k];
+      if (s_.variable_players[at(col)] == Player::Min)
+        changes_[at(row)] += std::abs(jacobian[k]) * sizes.of(at(col));
+    }
+  }
+
+  /// To what matters at the answer: what x can change, how witnesses differ, and what a solve
+  /// leaves undecided.
+  void cap_ranges() {
+    if (!changes_are_known_) return;
     ValueRange f;
     f.see(result_.objective);
     std::vector<ValueRange> g(ranges_.size());
@@ -155,18 +172,9 @@ class Hearing {
       for (std::size_t j = 0; j < g.size(); ++j) g[j].see(seen.g[j]);
     }
     const double least = options_.tol / options_.minmax_worst_case_tol;
-    double change = 0.0;
-    for (std::size_t i = 0; i < gradient.size(); ++i) {
-      if (s_.variable_players[i] == Player::Min) change += std::abs(gradient[i]) * sizes.of(i);
-    }
-    range_of_f_.cap = std::max(change + f.size(), least / std::abs(result_.objective_scale));
-    for (std::size_t j = 0; j < g.size(); ++j) ranges_[j].cap = g[j].size();
-    for (std::size_t k = 0; k < jacobian.size(); ++k) {
-      const auto [row, col] = s_.jacobian[k];
-      if (s_.variable_players[at(col)] == Player::Min)
-        ranges_[at(row)].cap += std::abs(jacobian[k]) * sizes.of(at(col));
-    }
-    for (ValueRange& range : ranges_) range.cap = std::max(range.cap, least);
+    range_of_f_.cap = std::max(change_of_f_ + f.size(), least / std::abs(result_.objective_scale));
+    for (std::size_t j = 0; j < g.size(); ++j)
+      ranges_[j].cap = std::max(g[j].size() + changes_[j], least);
   }
 
   /// A random point of y's box; of variables without one the answer's value.
@@ -208,6 +216,9 @@ class Hearing {
   Counts& counts_;
   ValueRange range_of_f_;
   std::vector<ValueRange> ranges_;  ///< m
+  bool changes_are_known_ = false;
+  double change_of_f_ = 0.0;
+  std::vector<double> changes_;  ///< m
   std::vector<Look> looks_;
 };
 
@@ -264,13 +275,14 @@ bool rises_beside(Problem& model, const SolverOptions& options, const Result& re
   for (std::size_t i = 0; i < result.v.size(); ++i) {
     if (s.variable_players[i] == Player::Max) of_max.push_back(i);
   }
+  const Hearing here(model, options, result, counts);
   for (std::size_t k = 0; k < std::min(of_max.size(), kMostVariables); ++k) {
     for (const double sign : {-1.0, 1.0}) {
       const bool rises = std::ranges::all_of(steps, [&](double step) {
         std::vector<double> y;
         for (const std::size_t i : of_max) y.push_back(result.v[i]);
         y[k] += sign * step * sizes.of(of_max[k]);
-        Hearing hearing(model, options, result, counts);
+        Hearing hearing = here;
         hearing.hear({y}, {});
         const auto* higher = hearing.higher();
         return higher != nullptr && higher->f - result.objective > accuracy;
