@@ -250,10 +250,7 @@ void look_at_witnesses(Problem& model, const SolverOptions& options, const Witne
   WorstCase& worst = result.worst_case;
   worst.value = higher->f;
   worst.v = higher->v;
-  worst.y.clear();
-  for (std::size_t i = 0; i < worst.v.size(); ++i) {
-    if (s.variable_players[i] == Player::Max) worst.y.push_back(worst.v[i]);
-  }
+  worst.y = max_part(s, worst.v);
   worst.higher = true;
   result.over_y.better_known =
       result.over_y.better_known || starts_over_y_of_objective(options) > 0;
@@ -275,12 +272,12 @@ bool rises_beside(Problem& model, const SolverOptions& options, const Result& re
   for (std::size_t i = 0; i < result.v.size(); ++i) {
     if (s.variable_players[i] == Player::Max) of_max.push_back(i);
   }
+  const std::vector<double> own = max_part(s, result.v);
   const Hearing here(model, options, result, counts);
   for (std::size_t k = 0; k < std::min(of_max.size(), kMostVariables); ++k) {
     for (const double sign : {-1.0, 1.0}) {
       const bool rises = std::ranges::all_of(steps, [&](double step) {
-        std::vector<double> y;
-        for (const std::size_t i : of_max) y.push_back(result.v[i]);
+        std::vector<double> y = own;
         y[k] += sign * step * sizes.of(of_max[k]);
         Hearing hearing = here;
         hearing.hear({y}, {});

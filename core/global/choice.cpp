@@ -22,6 +22,14 @@ std::vector<std::size_t> places(const ProblemStructure& structure, bool by_x) {
 
 }  // namespace
 
+std::vector<double> max_part(const ProblemStructure& structure, const std::vector<double>& v) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    if (structure.variable_players[i] == Player::Max) values.push_back(v[i]);
+  }
+  return values;
+}
+
 bool stands(const Result& result) {
   const SearchOverY& y = result.over_y;
   return y.finished && !y.better_known && result.over_x.made >= result.over_x.asked;

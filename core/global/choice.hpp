@@ -18,6 +18,10 @@ using Rank = std::tuple<int, int, double>;
   return result.certificate.kind == PointKind::LocalMinmax;
 }
 
+/// Max's variables of n values, in their order.
+[[nodiscard]] std::vector<double> max_part(const ProblemStructure& structure,
+                                           const std::vector<double>& v);
+
 /// Whether nothing is known that speaks against a result's claim: what was asked for was done, and
 /// no y refutes it.
 [[nodiscard]] bool stands(const Result& result);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/global/audit.hpp"
+#include "core/global/choice.hpp"
 #include "core/global/over_y.hpp"
 #include "core/model/compare.hpp"
 #include "core/model/norms.hpp"
@@ -51,9 +52,7 @@ WorstCase summary(Problem& problem, const std::vector<double>& v, double here,
   const ProblemStructure& structure = problem.structure();
   found.value = maxima.maxima.front().value;
   found.v = maxima.maxima.front().v;
-  for (std::size_t i = 0; i < found.v.size(); ++i) {
-    if (structure.variable_players[i] == Player::Max) found.y.push_back(found.v[i]);
-  }
+  found.y = max_part(structure, found.v);
   for (std::size_t k = 0; k < std::min<std::size_t>(parameters::kPatience, maxima.maxima.size());
        ++k) {
     found.branches.push_back(maxima.maxima[k].value);
