@@ -3,7 +3,7 @@
 class Ipminmax < Formula
   desc "Interior-point solver for constrained nonconvex-nonconcave minmax problems"
   homepage "https://example.org/ipminmax"
-  url "file://#{File.expand_path("../../build/release/ipminmax-0.2.0.tar.gz", __dir__)}"
+  url "file://#{File.expand_path("../../build/release/ipminmax-0.3.0.tar.gz", __dir__)}"
   license "BSD-3-Clause"
 
   depends_on "cmake" => :build

@@ -55,7 +55,7 @@ step "apt install g++ make cmake: compilers for the programs" \
 step "apt install ./*.deb" inside "cd /srv; apt-get install -y -qq --no-install-recommends ./*.deb >/srv/log 2>&1"
 step "programs of the README" inside "bash /srv/t/debian/tests/readme"
 inside "zcat -f /usr/share/man/man1/ipminmax.1* | grep -c . | sed 's/$/ lines of the man page/'" || true
-names="ipminmax libipminmax0.2 libipminmax-dev libipminmax-mpi python3-ipminmax"
+names="ipminmax libipminmax0.3 libipminmax-dev libipminmax-mpi python3-ipminmax"
 step "uninstall" inside "apt-get purge -y -qq $names >/srv/log 2>&1"
 left=$(find "$root" -xdev -iname '*ipminmax*' -not -path "$root/srv/*")
 if [ -n "$left" ]; then echo "left: $left"; exit 1; fi
