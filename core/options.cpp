@@ -132,8 +132,8 @@ Rows model_options() {
       {"nlp_upper_bound_inf", category, "Upper bounds at or above this value are absent.",
        any(&O::nlp_upper_bound_inf)},
       {"bound_relax_factor", category,
-       "Factor by which bounds are relaxed before the solve, times max(1, |bound|); at most by "
-       "constr_viol_tol.",
+       "Factor by which bounds are relaxed before the solve, times max(1, |bound|), at most 100 "
+       "times the distance to the other bound; at most by constr_viol_tol.",
        nonnegative(&O::bound_relax_factor)},
       {"honor_original_bounds", category,
        "Whether the returned point is projected into the original bounds.",

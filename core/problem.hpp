@@ -38,6 +38,9 @@ struct ProblemStructure {
   /// through Max's constraints the variables tied to it; -1: none. Such variables maximize their
   /// constraint however small its multiplier is.
   std::vector<Index> served_constraint{};
+  /// n or empty: units in which a solve measures the variables unless the user scales them; a
+  /// problem that is built from a model sets them.
+  std::vector<double> variable_units{};
 };
 
 /// A constraint with a Jacobian entry in a Max variable belongs to Max, any other to Min.

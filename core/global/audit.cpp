@@ -113,7 +113,7 @@ class Hearing {
     const double excess = std::max(g - upper, lower - g);
     const double bound = g > upper ? upper : lower;
     return excess > kNoTolerance * std::max(ranges_[j].size(), ranges_[j].cap) +
-                        2.0 * relaxation(bound, options_);
+                        2.0 * relaxation(bound, upper - lower, options_);
   }
 
   /// y: Max's variables; the bounds cut it.

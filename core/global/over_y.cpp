@@ -555,7 +555,8 @@ std::vector<SideScan> scan_robust_constraints(Problem& model, const std::vector<
     SideScan scan;
     scan.constraint = row;
     scan.bound = side > 0.0 ? s.constraint_upper[at(row)] : -s.constraint_lower[at(row)];
-    scan.accepted = scan.bound + relaxation(scan.bound, context.options);
+    const double width = s.constraint_upper[at(row)] - s.constraint_lower[at(row)];
+    scan.accepted = scan.bound + relaxation(scan.bound, width, context.options);
     std::vector<std::vector<double>> given;
     for (const RobustCopies::WorstCase& other : known) {
       if (other.constraint == row && other.side * side >= 0.0) given.push_back(other.v);

@@ -75,6 +75,8 @@ void CanonicalProblem::make_buffers() {
 std::string CanonicalProblem::scale(const GradientScaling* kept) {
   if (options_.nlp_scaling_method == Scaling::User) {
     if (auto error = user_scaling(); !error.empty()) return error;
+  } else {
+    scale_variables();
   }
   set_variable_bounds();
   push_start();
@@ -125,7 +127,7 @@ void CanonicalProblem::set_bounds(Index variable, double lower, double upper) {
   const double scale = arrays_.col_scale[at(variable)];
   const auto relaxed = [&](double bound, double outwards) {
     const double most = options_.constr_viol_tol;
-    const double moved = bound + outwards * relaxation(bound, options_);
+    const double moved = bound + outwards * relaxation(bound, upper - lower, options_);
     // Rounding must not exceed it: numbers near 1e12 are 1e-4 apart.
     return std::abs(moved - bound) <= most ? moved : std::nextafter(moved, bound);
   };

@@ -275,6 +275,7 @@ class CanonicalProblem {
   [[nodiscard]] std::string check_start();
   [[nodiscard]] std::string scale(const GradientScaling* kept);
   [[nodiscard]] std::string user_scaling();
+  void scale_variables();
   [[nodiscard]] std::string gradient_based_scaling();
   [[nodiscard]] std::string scale_gradients();
   void set_bounds(Index variable, double lower, double upper);
@@ -357,10 +358,13 @@ template <class Multipliers>
   return side < 0 ? z.z_lower[i] : z.z_upper[i];
 }
 
-/// What a bound is relaxed by, in the model's units: Ipopt's rule.
-[[nodiscard]] inline double relaxation(double bound, const SolverOptions& options) {
-  return std::min(options.bound_relax_factor * std::max(1.0, std::abs(bound)),
-                  options.constr_viol_tol);
+/// What a bound is relaxed by, in the model's units: Ipopt's rule, but that a narrow interval is
+/// not widened by more than 100 bound_relax_factor of its width (infinite: one bound alone).
+[[nodiscard]] inline double relaxation(double bound, double width, const SolverOptions& options) {
+  constexpr double kMostOfWidth = 100.0;
+  double size = std::max(1.0, std::abs(bound));
+  if (width > 0.0) size = std::min(size, kMostOfWidth * width);
+  return std::min(options.bound_relax_factor * size, options.constr_viol_tol);
 }
 
 /// The same in canonical units. side: -1 of the lower bound, +1 of the upper one.
@@ -368,7 +372,8 @@ template <class Multipliers>
                                           const SolverOptions& options) {
   const double scale = canonical.variable_scale(i);
   const double bound = side < 0 ? canonical.lower()[i] : canonical.upper()[i];
-  return scale * relaxation(bound / scale, options);
+  const double width = canonical.upper()[i] - canonical.lower()[i];
+  return scale * relaxation(bound / scale, width / scale, options);
 }
 
 }  // namespace ipminmax

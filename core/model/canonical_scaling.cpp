@@ -57,6 +57,13 @@ std::string CanonicalProblem::user_scaling() {
   return {};
 }
 
+void CanonicalProblem::scale_variables() {
+  for (std::size_t i = 0; i < structure_.variable_units.size(); ++i) {
+    const Index variable = arrays_.map.variable_of_model[i];
+    if (variable >= 0) arrays_.col_scale[at(variable)] = 1.0 / structure_.variable_units[i];
+  }
+}
+
 void CanonicalProblem::scale_entries() {
   arrays_.jacobian_scale.resize(arrays_.map.jacobian.size());
   for (std::size_t k = 0; k < arrays_.map.jacobian.size(); ++k) {
@@ -112,7 +119,8 @@ std::string CanonicalProblem::scale_gradients() {
       return fail(Status::InvalidNumber, "the gradient of the objective in " + variable_name(i) +
                                              " is not finite at the starting point");
     }
-    norm = std::max(norm, std::abs(arrays_.model_gradient[at(i)]));
+    const double scale = arrays_.col_scale[at(arrays_.map.variable_of_model[at(i)])];
+    norm = std::max(norm, std::abs(arrays_.model_gradient[at(i)]) / scale);
   }
   std::vector<double> row_norm(arrays_.row_scale.size(), 0.0);
   if (constraints() > 0 && !arrays_.model_g.empty()) {
@@ -133,7 +141,8 @@ std::string CanonicalProblem::scale_gradients() {
                       " is not finite at the starting point");
     }
     row_norm[at(arrays_.map.jacobian[k].row)] =
-        std::max(row_norm[at(arrays_.map.jacobian[k].row)], std::abs(value));
+        std::max(row_norm[at(arrays_.map.jacobian[k].row)],
+                 std::abs(value) / arrays_.col_scale[at(arrays_.map.jacobian[k].col)]);
   }
   for (double& scale : row_norm) scale = factor(scale);
   gradient_scaling_ = {.objective = factor(norm),

@@ -96,6 +96,7 @@ Index RobustCopies::copy_variable(Index i, std::size_t copy, const WorstCase& wo
   const ProblemStructure& s = model_.structure();
   const double value = worst_case.v[at(i)];
   model_variable_.push_back(i);
+  if (!s.variable_units.empty()) structure_.variable_units.push_back(s.variable_units[at(i)]);
   return add_variable(structure_, Player::Max, held ? value : s.variable_lower[at(i)],
                       held ? value : s.variable_upper[at(i)],
                       label_of_copy(s.variable_names, s.variable_numbers, i, copy));

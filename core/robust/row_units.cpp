@@ -27,10 +27,6 @@ double finite_bound(const ProblemStructure& s, std::size_t j) {
   return s.constraint_lower[j] > -kUnbounded ? s.constraint_lower[j] : 0.0;
 }
 
-}  // namespace
-
-namespace {
-
 /// How far each row is from its bound at v, and by how much each Min variable can change it there:
 /// far away in a wide box of y a row may be anything.
 std::vector<double> sizes_near(Problem& model, const std::vector<double>& v) {
@@ -49,11 +45,38 @@ std::vector<double> sizes_near(Problem& model, const std::vector<double>& v) {
   return sizes;
 }
 
+/// Of variables in a box: its width where that is out of proportion; in a wide one at most what
+/// brings a robust row to its bound.
+std::vector<double> units_of_boxes(Problem& model, const std::vector<double>& v) {
+  const ProblemStructure& s = model.structure();
+  std::vector<double> g(s.constraint_players.size()), jacobian(s.jacobian.size());
+  std::vector<double> reach(v.size(), kUnbounded);
+  if (model.constraints(v, true, g) && model.jacobian(v, false, jacobian)) {
+    for (std::size_t k = 0; k < jacobian.size(); ++k) {
+      const auto [row, col] = s.jacobian[k];
+      if (s.constraint_players[at(row)] == Player::Max) continue;
+      const double distance = std::abs(g[at(row)] - finite_bound(s, at(row)));
+      if (distance > 0.0 && jacobian[k] != 0.0)
+        reach[at(col)] = std::min(reach[at(col)], distance / std::abs(jacobian[k]));
+    }
+  }
+  std::vector<double> units(v.size(), 1.0);
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const double width = s.variable_upper[i] - s.variable_lower[i];
+    if (!(width > 0.0) || width >= kUnbounded) continue;
+    const double size = width < 1.0 ? width : std::min(width, std::max(1.0, reach[i]));
+    if (size < kLeastOrdinarySize || size > kMostOrdinarySize)
+      units[i] = std::exp2(std::round(std::log2(size)));
+  }
+  if (std::ranges::all_of(units, [](double unit) { return unit == 1.0; })) units.clear();
+  return units;
+}
+
 }  // namespace
 
 bool RowUnits::are_own() const {
   const auto is = [](double number) { return [number](double value) { return value == number; }; };
-  return objective == 1.0 && std::ranges::all_of(factor, is(1.0)) &&
+  return objective == 1.0 && variables.empty() && std::ranges::all_of(factor, is(1.0)) &&
          std::ranges::all_of(offset, is(0.0));
 }
 
@@ -88,6 +111,7 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigr
     units.size[j] = units.factor[j] * size;
     if (row == epigraph_row) units.objective = units.factor[j];
   }
+  units.variables = units_of_boxes(model, v);
   return units;
 }
 
@@ -99,6 +123,7 @@ InRowUnits::InRowUnits(Problem& model, RowUnits units)
       if (std::abs(bound) < kUnbounded) bound = units_.factor[j] * (bound - units_.offset[j]);
     }
   }
+  changed.variable_units = units_.variables;
   if (const BoxFunctions* functions = model.over_boxes()) boxes_.emplace(*functions, units_);
 }
 

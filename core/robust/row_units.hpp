@@ -16,6 +16,7 @@ struct RowUnits {
   std::vector<double> factor, offset;  ///< m
   std::vector<double> size;            ///< m: of the rows in these units, where they were measured
   double objective = 1.0;              ///< factor of f
+  std::vector<double> variables{};     ///< n or empty: ProblemStructure::variable_units
 
   [[nodiscard]] bool are_own() const;
   /// A value of side times constraint j in the model's units.

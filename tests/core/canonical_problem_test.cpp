@@ -281,6 +281,16 @@ TEST(CanonicalBounds, AreRelaxedRelativeToTheirSize) {
   EXPECT_EQ(c.problem.lower()[0], -kInf);
 }
 
+TEST(CanonicalBounds, AreRelaxedByALittleOfTheIntervalBetweenThem) {
+  FixedValues model = mixed_model();
+  model.shape.variable_upper[4] = 1e-3;  // 0 below
+  SolverOptions options = plain_options();
+  options.bound_relax_factor = 1e-4;
+  Canonical c(std::move(model), options);
+  EXPECT_DOUBLE_EQ(c.problem.lower()[1], -1e-5);
+  EXPECT_DOUBLE_EQ(c.problem.upper()[1], 1e-3 + 1e-5);
+}
+
 TEST(CanonicalBounds, AreRelaxedByAtMostConstrViolTol) {
   SolverOptions options = plain_options();
   options.bound_relax_factor = 1e-2;

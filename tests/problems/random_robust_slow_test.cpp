@@ -1,7 +1,7 @@
 // Random robust programs: what is certified is judged by maximizations of every row over y that
 // share nothing with the solver.
 //
-// By hand, any number of programs from any seed:
+// By hand, any number of programs from any seed, in units near one or in others:
 //   IPMINMAX_RUNS=1000 IPMINMAX_SEED=7 problems_random_robust_slow_test --gtest_filter='*Violated'
 #include <algorithm>
 #include <cstdint>
@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include <hostile/rewritten_problem.hpp>
 #include <problems/random_robust.hpp>
 #include <support/dice.hpp>
 
@@ -23,13 +24,29 @@ struct Counted {
   int programs = 0, solved = 0, certified = 0, violated = 0, false_ones = 0;
 };
 
-/// Each program has a seed of its own; with this many starts of the judge for each row.
-Counted count(int programs, int starts, std::uint64_t seed) {
+/// Every variable in a unit between 1 / most and most.
+Rewriting in_other_units(Problem& model, double most, std::mt19937_64& random) {
+  Rewriting rewriting = Rewriting::unchanged(model);
+  std::uniform_real_distribution<double> exponent(-std::log(most), std::log(most));
+  for (std::size_t i = 0; i < rewriting.variables.size(); ++i) {
+    const double unit = std::exp(exponent(random));
+    rewriting.a.diagonal()[static_cast<Eigen::Index>(i)] = unit;
+    Rewriting::Variable& variable = rewriting.variables[i];
+    for (double* value : {&variable.lower, &variable.upper, &variable.start}) *value /= unit;
+  }
+  return rewriting;
+}
+
+/// Each program has a seed of its own; with this many starts of the judge for each row, variables
+/// in units between 1 / most_unit and most_unit.
+Counted count(int programs, int starts, std::uint64_t seed, double most_unit = 1.0) {
   Counted counted;
   for (int k = 0; k < programs; ++k) {
     std::mt19937_64 random(seed + static_cast<std::uint64_t>(k));
     const RobustProgram p = RobustProgram::random(random);
-    RobustProgramModel problem(p);
+    RobustProgramModel model(p);
+    const Rewriting units = in_other_units(model, most_unit, random);
+    RewrittenProblem problem(model, units);
     SolverOptions options;
     options.minmax_max_factorizations = 50000;
     const Result result = solve_robust(problem, options).result;
@@ -38,7 +55,7 @@ Counted count(int programs, int starts, std::uint64_t seed) {
     ++counted.solved;
     const bool certified = result.certificate.kind == PointKind::LocalMinmax;
     counted.certified += certified ? 1 : 0;
-    const Eigen::VectorXd x = Eigen::VectorXd::Map(result.v.data(), p.target.size());
+    const Eigen::VectorXd x = units.original(result.v).head(p.target.size());
     double worst = -kInfinity;
     for (const RobustRow& row : p.rows) {
       worst = std::max(worst, p.largest(row, x, starts, random));
@@ -59,6 +76,14 @@ Counted count(int programs, int starts, std::uint64_t seed) {
 TEST(RandomRobustPrograms, NoneIsCertifiedThatIsViolated) {
   const auto programs = static_cast<int>(number_from("IPMINMAX_RUNS", 20));
   const Counted counted = count(programs, 200, number_from("IPMINMAX_SEED", 20261123));
+  EXPECT_EQ(counted.false_ones, 0);
+  EXPECT_GE(counted.solved, 8 * counted.programs / 10);
+}
+
+TEST(RandomRobustPrograms, NoneIsCertifiedThatIsViolatedInOtherUnits) {
+  const auto programs = static_cast<int>(number_from("IPMINMAX_RUNS", 20));
+  const double most_unit = 1e6;
+  const Counted counted = count(programs, 200, number_from("IPMINMAX_SEED", 20261127), most_unit);
   EXPECT_EQ(counted.false_ones, 0);
   EXPECT_GE(counted.solved, 8 * counted.programs / 10);
 }
