@@ -157,17 +157,31 @@ Index CornerCheck::lost_along(bool of_max, int trial, Evaluation& scratch) const
   return -1;
 }
 
-/// Whether curvature says something of a player: he has more variables than active bounds and rows.
+/// Variables that have an entry in W or in the Jacobian here: 1, others 0.
+void mark_read(const CanonicalProblem& canonical, const Evaluation& evaluation,
+               Eigen::VectorXd& read) {
+  read.setZero(canonical.variables());
+  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
+    const auto [row, col] = canonical.hessian()[k];
+    if (evaluation.hessian[k] != 0.0) read[row] = read[col] = 1.0;
+  }
+  for (std::size_t k = 0; k < evaluation.jacobian.size(); ++k) {
+    if (evaluation.jacobian[k] != 0.0) read[canonical.jacobian()[k].col] = 1.0;
+  }
+}
+
+/// Whether curvature says something of a player: he has more variables, but for free ones that
+/// nothing reads, than active bounds and rows.
 bool has_free_variable(const CanonicalProblem& canonical, const BoundClasses& classes,
-                       bool of_max) {
+                       const Eigen::VectorXd& read, bool of_max) {
   const IndexRange own = of_max ? canonical.y() : canonical.x();
   const IndexRange slacks = of_max ? canonical.y_slacks() : canonical.x_slacks();
-  Index held = 0;
-  for (const IndexRange range : {own, slacks}) {
-    for (Index i = range.begin; i < range.end; ++i)
-      held += classes[i] == BoundClass::Active ? 1 : 0;
-  }
-  return held < own.size();
+  Index free = 0;
+  for (Index i = own.begin; i < own.end; ++i)
+    free += classes[i] != BoundClass::Active && read[i] != 0.0 ? 1 : 0;
+  for (Index i = slacks.begin; i < slacks.end; ++i)
+    free -= classes[i] == BoundClass::Active ? 1 : 0;
+  return free > 0;
 }
 
 }  // namespace
@@ -177,9 +191,11 @@ Index multiplier_lost_inside(CanonicalProblem& canonical, const Point& point,
                              const SolverOptions& options, Evaluation& scratch,
                              CornerArrays& arrays) {
   // A minimization is compared with Ipopt, which looks at no corner.
-  const bool x = !has_free_variable(canonical, classes, false);
-  const bool y = !has_free_variable(canonical, classes, true);
-  if (canonical.max_size() == 0 || (!x && !y)) return -1;
+  if (canonical.max_size() == 0) return -1;
+  mark_read(canonical, point.evaluation, arrays.step);
+  const bool x = !has_free_variable(canonical, classes, arrays.step, false);
+  const bool y = !has_free_variable(canonical, classes, arrays.step, true);
+  if (!x && !y) return -1;
   const CornerCheck check(canonical, point, classes, units, options, arrays);
   for (const bool of_max : {true, false}) {
     if (of_max ? !y : !x) continue;

@@ -186,14 +186,13 @@ void ActiveSetNewton::look_at_classes(NewtonTest& test) {
 }
 
 /// What bounds are relaxed by must not be what decides: with the model's own bounds the multipliers
-/// of active ones and the distances of Max's inactive ones stay what they are to a half. A solve
-/// that is made where one of them is that small.
+/// of active ones and the distances of Max's inactive ones stay what they are to a half.
 void ActiveSetNewton::look_at_relaxed(NewtonTest& test) {
   const BoundClasses& classes = system_.classes();
   Eigen::VectorXd &back = work_.fixed, &outside = work_.row_v;
   back.setZero(canonical_.variables());
   outside.setZero(canonical_.variables());
-  double relaxed = 0.0, least = kInfinity;
+  bool decides = false;  // a bound of a variable without curvature
   // Curvature of its own makes a variable's best value one, whatever its multiplier is.
   Eigen::VectorXd& curvature = work_.change_v;
   curvature.setZero(canonical_.variables());
@@ -201,22 +200,21 @@ void ActiveSetNewton::look_at_relaxed(NewtonTest& test) {
     const auto [i, j] = canonical_.hessian()[k];
     if (i == j) curvature[i] += evaluation_.hessian[k];
   }
-  for (const IndexRange slacks : {canonical_.x_slacks(), canonical_.y_slacks()})
-    curvature.segment(slacks.begin, slacks.size()).setOnes();
+  // An inequality between variables without any is as a bound.
+  for (const auto [row, col] : canonical_.jacobian()) {
+    if (const Index slack = canonical_.slack_of(row); slack >= 0)
+      curvature[slack] += std::abs(curvature[col]);
+  }
   for_each_bound(canonical_, iterate_.v, [&](Index i, int side, double distance) {
     const double own = relaxation_of(canonical_, i, side, options_);
-    const double unit = system_.units().variable[i];
     if (system_.is_fixed(i) && classes.side[at(i)] == side) {
       back[i] = -side * own;
-      relaxed += own / unit;
-      if (curvature[i] == 0.0) least = std::min(least, classes.multiplier(iterate_, i) * unit);
+      decides = decides || curvature[i] == 0.0;
     } else if (!system_.is_fixed(i)) {
       if (distance <= 2.0 * own) outside[i] = own;
-      if (canonical_.owned_by_max(i) && curvature[i] == 0.0)
-        least = std::min(least, distance / unit);
     }
   });
-  if (!(least <= parameter::kInTols * relaxed)) return;
+  if (!decides) return;
   Eigen::VectorXd& moved = work_.change_v;  // of the gradient, by those that no bound holds
   moved.setZero(canonical_.variables());
   for (std::size_t k = 0; k < evaluation_.hessian.size(); ++k) {

@@ -14,6 +14,7 @@
 #include <support/function_problem.hpp>
 
 #include "core/model/forwarding_problem.hpp"
+#include "core/robust.hpp"
 #include "core/solver.hpp"
 
 namespace ipminmax {
@@ -277,6 +278,16 @@ TEST(Corners, WithAKinkAreNotCertified) {
   }
 }
 
+TEST(Corners, WithAKinkAreNotCertifiedBesideAVariableThatNothingReads) {
+  Model model;
+  const Expression x = model.variable(kMin, "x", 0.0, 1.0);
+  const Expression y = model.variable(kMax, "y", 0.0, 1.0);
+  model.variable(kMax, "unread", 0.0, 2e6);
+  model.objective(sqrt(square(x - y)) - 0.5 * x);
+  AutodiffProblem problem(model, {0.5, 0.1, 1e6});
+  EXPECT_NE(solve(problem, {}).certificate.kind, PointKind::LocalMinmax);
+}
+
 TEST(Corners, WhereMultipliersChangeButKeepTheirSignAreCertified) {
   Model model;
   const Expression x = model.variable(kMin, "x", 0.0, 1.0);
@@ -286,16 +297,19 @@ TEST(Corners, WhereMultipliersChangeButKeepTheirSignAreCertified) {
   EXPECT_EQ(solve(problem, {}).certificate.kind, PointKind::LocalMinmax);
 }
 
-/// p'Aq on simplices, A a row after the other.
-Result solve_game(const std::vector<std::vector<double>>& payoff) {
+/// p'Aq on simplices, A a row after the other. unit: of the last q. rows: q_j >= 0 as constraints.
+Result solve_game(const std::vector<std::vector<double>>& payoff, double unit = 1.0,
+                  bool rows = false, const SolverOptions& options = {}) {
   Model model;
   std::vector<Expression> p, q;
   for (std::size_t i = 0; i < payoff.size(); ++i) {
     p.push_back(model.variable(kMin, "p" + std::to_string(i), 0.0));
   }
   for (std::size_t j = 0; j < payoff[0].size(); ++j) {
-    q.push_back(model.variable(kMax, "q" + std::to_string(j), 0.0));
+    q.push_back(model.variable(kMax, "q" + std::to_string(j), rows ? -kNoBound : 0.0));
+    if (rows) model.constraint(q.back(), 0.0, kNoBound, kMax);
   }
+  q.back() = unit * q.back();
   Expression value = 0.0 * p[0], sum_p = value, sum_q = value;
   for (std::size_t i = 0; i < p.size(); ++i) {
     sum_p = sum_p + p[i];
@@ -307,8 +321,9 @@ Result solve_game(const std::vector<std::vector<double>>& payoff) {
   model.constraint(sum_q, 1.0, 1.0, kMax);
   std::vector<double> start(p.size(), 1.0 / static_cast<double>(p.size()));
   start.resize(p.size() + q.size(), 1.0 / static_cast<double>(q.size()));
+  start.back() /= unit;
   AutodiffProblem problem(model, start);
-  return solve(problem, {});
+  return solve_robust(problem, options).result;
 }
 
 TEST(RelaxedBounds, DoNotDecideBetweenAnswersThatAreAsGood) {
@@ -317,6 +332,11 @@ TEST(RelaxedBounds, DoNotDecideBetweenAnswersThatAreAsGood) {
   EXPECT_EQ(solve_game({{2, 0}, {2, -1}}).certificate.second_order, SecondOrder::Flat);
   EXPECT_NE(solve_game({{2, 2, -1}, {-2, 2, -2}}).certificate.kind, PointKind::LocalMinmax);
   EXPECT_NE(solve_game({{-1, -2, 0}, {1, 1, 0}}).certificate.kind, PointKind::LocalMinmax);
+  EXPECT_NE(solve_game({{2, 0}, {2, -1}}, 1.0, true).certificate.kind, PointKind::LocalMinmax);
+  SolverOptions epigraph;
+  epigraph.minmax_epigraph = true;
+  EXPECT_NE(solve_game({{2, 0}, {2, -1}}, 1e5, false, epigraph).certificate.kind,
+            PointKind::LocalMinmax);
   // Max's answers tie, p is unique.
   EXPECT_EQ(solve_game({{0, 1}, {-2, -2}, {0, 0}}).certificate.kind, PointKind::LocalMinmax);
 }
