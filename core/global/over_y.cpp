@@ -9,6 +9,7 @@
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
+#include "core/model/sampling.hpp"
 #include "core/robust/row_over_y.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/random_starts.hpp"
@@ -91,7 +92,8 @@ class MaximizationOverY {
         context_(context),
         options_(context.options),
         limit_(limit),
-        ranges_(inner.structure()) {
+        sampled_(with_bounds_of_rows(inner, starting_values(inner), context.work.counts)),
+        ranges_(sampled_) {
     const ProblemStructure& s = inner.structure();
     for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
       if (s.variable_lower[i] < s.variable_upper[i]) free_.push_back(i);
@@ -181,7 +183,7 @@ class MaximizationOverY {
       }
     }
     const Index number = context_.drawn + start;
-    std::vector<double> v = random_start(inner_.structure(), own, number, options_);
+    std::vector<double> v = random_start(sampled_, own, number, options_);
     if (!held_.empty()) return follow(own, v);
     if (start % 2 == 1 || !is_scattered()) return v;
     const bool climbs = start % 4 == 2 && can_climb();
@@ -486,6 +488,7 @@ class MaximizationOverY {
   const MaximizationContext& context_;
   SolverOptions options_;
   std::optional<double> limit_;
+  ProblemStructure sampled_;  ///< inner_'s, with all bounds that are known
   VariableRanges ranges_;
   std::vector<std::size_t> free_;  ///< variables that are not held
   SearchStructure structure_;

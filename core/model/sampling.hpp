@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <random>
+#include <vector>
+
+#include "core/problem.hpp"
+#include "core/result.hpp"
 
 namespace ipminmax {
 
@@ -29,5 +33,10 @@ struct SampledRange {
     return (1.0 - t) * lower + t * upper;
   }
 };
+
+/// The model's structure for those who choose points: a linear constraint on a single variable is a
+/// bound of it, too. v: n values, where the model is evaluated.
+[[nodiscard]] ProblemStructure with_bounds_of_rows(Problem& model, std::vector<double> v,
+                                                   Counts& counts);
 
 }  // namespace ipminmax

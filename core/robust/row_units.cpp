@@ -47,8 +47,8 @@ std::vector<double> sizes_near(Problem& model, const std::vector<double>& v) {
 
 /// Of variables in a box: its width where that is out of proportion; in a wide one at most what
 /// brings a robust row to its bound.
-std::vector<double> units_of_boxes(Problem& model, const std::vector<double>& v) {
-  const ProblemStructure& s = model.structure();
+std::vector<double> units_of_boxes(Problem& model, const std::vector<double>& v,
+                                   const ProblemStructure& s) {
   std::vector<double> g(s.constraint_players.size()), jacobian(s.jacobian.size());
   std::vector<double> reach(v.size(), kUnbounded);
   if (model.constraints(v, true, g) && model.jacobian(v, false, jacobian)) {
@@ -81,7 +81,8 @@ bool RowUnits::are_own() const {
 }
 
 RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigraph_row) {
-  const ProblemStructure& s = model.structure();
+  Counts counts;
+  const ProblemStructure s = with_bounds_of_rows(model, v, counts);
   const std::size_t m = s.constraint_players.size();
   RowUnits units = own_units(m);
   std::vector<ValueRange> seen(m);
@@ -111,7 +112,7 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigr
     units.size[j] = units.factor[j] * size;
     if (row == epigraph_row) units.objective = units.factor[j];
   }
-  units.variables = units_of_boxes(model, v);
+  units.variables = units_of_boxes(model, v, s);
   return units;
 }
 

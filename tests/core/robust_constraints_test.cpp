@@ -141,6 +141,22 @@ TEST(RobustConstraint, OneVariableAtATimeFindsTheHighestCorner) {
   EXPECT_NEAR(result.v[0], 2.0 - 14 * 3.0 - 0.01 * 14 * 15 / 2, 1e-6);
 }
 
+TEST(RobustConstraint, BoundsOfYMayBeConstraints) {
+  // As in below_a_convex_row; one unit of y is a thousandth of its interval.
+  for (const double unit : {1.0, 1e-3}) {
+    Model model;
+    const Expression x = model.variable(kMin, "x");
+    const Expression y = unit * model.variable(kMax, "y");
+    model.objective(-x);
+    model.constraint(x + 3.0 * square(y) + 0.05 * y, -kNoBound, 2.0, kMin);
+    model.constraint(-2.0 * y, -2.0, 2.0, kMax);
+    AutodiffProblem problem(model, {0.0, -0.9 / unit});
+    SolverOptions options;
+    options.minmax_worst_case_starts = 8;
+    EXPECT_NEAR(solve_robust(problem, options).result.v[0], -1.05, 1e-6) << unit;
+  }
+}
+
 TEST(RobustConstraint, DisturbancesThatPushOneWayAlongATrajectoryAreTried) {
   // z is the mean of 20 disturbances, and z + exp(-6 (z + 0.7)) is 1 at z = 1, but exp(1.8) - 1 at
   // z = -1, behind a valley at -0.4 that hardly a random trajectory crosses.
