@@ -123,7 +123,6 @@ void RobustSearch::name_infeasible(std::vector<double> start) {
   least.certificate.kind = PointKind::InfeasiblePoint;
   least.over_y.largest_violation = violation;
   answer_ = std::move(least);
-  infeasible_ = false;  // said, no longer supposed
 }
 
 }  // namespace ipminmax
