@@ -242,15 +242,45 @@ void add_ipopt_only_linear_solvers(OptionInfo& info) {
   choice.texts.resize(choice.names.size(), "Ipopt only; auto is used");
 }
 
+void register_row(Ipopt::RegisteredOptions& registry, OptionInfo info) {
+  if (info.name == "linear_solver") add_ipopt_only_linear_solvers(info);
+  register_option(registry, info);
+}
+
+/// Calls with each table of options until one call returns true.
+template <class Call>
+void for_tables(Call call) {
+  if (!call(option_table()) && !call(application_option_table())) call(ipopt_only_options());
+}
+
 }  // namespace
 
 void register_options(Ipopt::RegisteredOptions& registry) {
-  for (OptionInfo info : option_table()) {
-    if (info.name == "linear_solver") add_ipopt_only_linear_solvers(info);
-    register_option(registry, info);
-  }
-  for (const OptionInfo& info : application_option_table()) register_option(registry, info);
-  register_ipopt_only_options(registry);
+  for_tables([&](const auto& table) {
+    for (const OptionInfo& info : table) register_row(registry, info);
+    return false;
+  });
+}
+
+Ipopt::SmartPtr<const Ipopt::RegisteredOption> OptionRegistry::GetOption(const std::string& name) {
+  const auto known = RegisteredOptions::GetOption(name);
+  if (Ipopt::IsValid(known)) return known;
+  for_tables([&](const auto& table) {  // a prefix ends with a dot
+    const auto found =
+        std::ranges::find(table, name.substr(name.rfind('.') + 1), &OptionInfo::name);
+    if (found != table.end()) register_row(*this, *found);
+    return found != table.end();
+  });
+  return RegisteredOptions::GetOption(name);
+}
+
+const OptionRegistry::RegOptionsList& OptionRegistry::RegisteredOptionsList() const {
+  for_tables([&](const auto& table) {
+    for (const OptionInfo& info : table)
+      static_cast<void>(const_cast<OptionRegistry*>(this)->GetOption(std::string(info.name)));
+    return false;
+  });
+  return RegisteredOptions::RegisteredOptionsList();
 }
 
 namespace {

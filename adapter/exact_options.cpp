@@ -49,7 +49,6 @@ void ExactOptionsList::operator=(const Ipopt::OptionsList& source) {
 void ExactOptionsList::clear() {
   ++changes_;
   touched_.clear();
-  touched_marks_ = 0;
   all_touched_ = false;
   Ipopt::OptionsList::clear();
 }
@@ -83,20 +82,13 @@ void ExactOptionsList::copy(const Ipopt::OptionsList& other) {
   const auto* exact = dynamic_cast<const ExactOptionsList*>(&other);
   exact_ = exact != nullptr ? exact->exact_ : std::map<std::string, Exact>{};
   touched_ = exact != nullptr ? exact->touched_ : std::vector<std::string>{};
-  touched_marks_ = exact != nullptr ? exact->touched_marks_ : 0;
   all_touched_ = exact == nullptr || exact->all_touched_;
 }
 
 void ExactOptionsList::touch(const std::string& tag) {
   ++changes_;
   std::string name = lower_case(tag);
-  if (is_touched(name)) return;
-  touched_marks_ |= mark(name);
-  touched_.push_back(std::move(name));
-}
-
-bool ExactOptionsList::is_touched(std::string_view name) const {
-  return std::ranges::find(touched_, name) != touched_.end();
+  if (std::ranges::find(touched_, name) == touched_.end()) touched_.push_back(std::move(name));
 }
 
 bool ExactOptionsList::GetNumericValue(const std::string& tag, Ipopt::Number& value,
