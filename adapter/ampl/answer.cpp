@@ -58,6 +58,8 @@ IpoptEnd ipopt_end(Status status) {
       return {550, "Invalid number in NLP function or derivative detected"};
     case Ipopt::Not_Enough_Degrees_Of_Freedom:
       return {551, "NLP has too few degrees of freedom"};
+    case Ipopt::Invalid_Problem_Definition:
+      return {554, "Invalid problem definition"};
     case Ipopt::Invalid_Option:
       return {552, "Invalid option setting"};
     case Ipopt::Insufficient_Memory:
@@ -162,11 +164,12 @@ void print_worst_cases(std::ostream& out, const std::vector<RobustWorstCase>& wo
                        const NlProblem& problem) {
   constexpr std::size_t kMost = 20;
   std::size_t active = 0;
+  const ProblemStructure structure = problem.structure();
   for (const RobustWorstCase& found : worst_cases) {
     if (!found.active || ++active > kMost) continue;
     const bool is_f = found.constraint >= problem.constraints();
     std::vector<std::pair<std::string, double>> values;
-    for (const int i : problem.max_variables_of(found.constraint))
+    for (const int i : log::worst_case_variables(structure, found.constraint))
       values.emplace_back(problem.variable_name(i), found.v[static_cast<std::size_t>(i)]);
     out << "\nworst case of "
         << (is_f ? "the objective" : problem.constraint_name(found.constraint)) << ": "
@@ -212,6 +215,11 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
     message << status;
   }
   if (has_details) message << " (" << spoken(result.message) << ")";
+  if (!problem.has_player(Player::Max) && split_warning(problem).empty())
+    message << (problem.maximizes() ? "; no Min variable: a maximization"
+                                    : "; no Max variable: a minimization")
+            << " (neither suffix player nor minmax_max_variables names one; Pyomo: "
+               "Suffix(direction=Suffix.EXPORT))";
   if (!result.v.empty() || problem.players().empty()) {
     message << std::setprecision(10) << "\nobjective "
             << (problem.maximizes() ? -result.objective : result.objective) << ", "
@@ -232,14 +240,8 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
   }
   if (const std::string warning = integer_warning(problem); !warning.empty())
     message << "\nWARNING: " << warning;
-  const std::string warning = split_warning(problem);
-  if (!warning.empty()) {
+  if (const std::string warning = split_warning(problem); !warning.empty())
     message << "\nWARNING: " << warning;
-  } else if (!problem.has_player(Player::Max)) {
-    message << (problem.maximizes() ? "\nno Min variable: a maximization"
-                                    : "\nno Max variable: a minimization")
-            << " (neither suffix player nor minmax_max_variables names one)";
-  }
   return message.str();
 }
 

@@ -23,9 +23,17 @@ namespace {
 
 char player_name[] = "player", robust_name[] = "robust";
 char sosno_name[] = "sosno", sos_name[] = "sos";
+char scaling_name[] = "scaling_factor";
+char lower_name[] = "ipopt_zL_in", upper_name[] = "ipopt_zU_in";
+constexpr int kRealOfVariables = ASL_Sufkind_var | ASL_Sufkind_real;
 SufDecl suffixes[] = {{player_name, nullptr, ASL_Sufkind_var, 0},
                       {player_name, nullptr, ASL_Sufkind_con, 0},
                       {robust_name, nullptr, ASL_Sufkind_con, 0},
+                      {scaling_name, nullptr, kRealOfVariables, 0},
+                      {scaling_name, nullptr, ASL_Sufkind_con | ASL_Sufkind_real, 0},
+                      {scaling_name, nullptr, ASL_Sufkind_obj | ASL_Sufkind_real, 0},
+                      {lower_name, nullptr, kRealOfVariables, 0},
+                      {upper_name, nullptr, kRealOfVariables, 0},
                       {sosno_name, nullptr, ASL_Sufkind_var, 0},
                       {sos_name, nullptr, ASL_Sufkind_var, 0}};
 
@@ -247,18 +255,36 @@ int NlProblem::constraints() const {
   return n_con;
 }
 
-std::vector<int> NlProblem::max_variables_of(int constraint) const {
+ProblemStructure NlProblem::implied_structure() const {
   const ASL* asl = asl_;
-  std::vector<int> found;
-  const auto add = [&](int i) {
-    if (variable_players_[static_cast<std::size_t>(i)] == Player::Max) found.push_back(i);
-  };
-  if (constraint >= n_con) {
-    for (int i = 0; i < variables(); ++i) add(i);
-  } else {
-    for (const cgrad* entry = Cgrad[constraint]; entry; entry = entry->next) add(entry->varno);
+  ProblemStructure s;
+  s.variable_players = variable_players_;
+  for (int i = 0; i < variables(); ++i) {
+    s.variable_lower.push_back(LUv[2 * i]);
+    s.variable_upper.push_back(LUv[2 * i + 1]);
   }
-  return found;
+  s.constraint_players.assign(static_cast<std::size_t>(n_con), Player::Min);
+  for (int i = 0; i < n_con; ++i) {
+    s.constraint_lower.push_back(LUrhs[2 * i]);
+    s.constraint_upper.push_back(LUrhs[2 * i + 1]);
+    for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) {
+      s.jacobian.push_back({i, entry->varno});
+      if (variable_players_[static_cast<std::size_t>(entry->varno)] == Player::Max)
+        s.constraint_players[static_cast<std::size_t>(i)] = Player::Max;
+    }
+  }
+  return s;
+}
+
+ProblemStructure NlProblem::structure() const {
+  ProblemStructure s = implied_structure();
+  give_constraints(s.constraint_players.data());
+  return s;
+}
+
+void NlProblem::give_constraints(Player* players) const {
+  for (const int i : max_constraints_) players[i] = Player::Max;
+  for (const int i : robust_constraints_) players[i] = Player::Min;
 }
 
 /// Calls all that a solve calls, at the start and beside it. Whether the results are defined does
@@ -362,13 +388,6 @@ void NlProblem::require_linear() {
   }
 }
 
-std::vector<Player> NlProblem::implied_constraint_players() const {
-  std::vector<Player> implied;
-  for (int i = 0; i < constraints(); ++i)
-    implied.push_back(max_variables_of(i).empty() ? Player::Min : Player::Max);
-  return implied;
-}
-
 void NlProblem::set_players(const PlayerOptions& options) {
   const auto require = [](const std::string& error) {
     if (!error.empty()) throw std::invalid_argument(error);
@@ -381,7 +400,7 @@ void NlProblem::set_players(const PlayerOptions& options) {
   names.clear();
   for (int i = 0; i < constraints(); ++i) names.push_back(constraint_name(i));
   const ListedItems items{"constraint", constraints(), &names};
-  const std::vector<Player> implied = implied_constraint_players();
+  const std::vector<Player> implied = implied_structure().constraint_players;
   std::vector<Player> players = implied;
   get_constraint_players(constraints(), players.data());
   require(apply_player_option("minmax_max_constraints", options.max_constraints, items,
@@ -445,8 +464,7 @@ bool NlProblem::get_variable_players(Ipopt::Index, Player* players) {
 }
 
 bool NlProblem::get_constraint_players(Ipopt::Index, Player* players) {
-  for (const int i : max_constraints_) players[i] = Player::Max;
-  for (const int i : robust_constraints_) players[i] = Player::Min;
+  give_constraints(players);
   return true;
 }
 
@@ -475,14 +493,34 @@ bool NlProblem::get_bounds_info(Ipopt::Index n, double* x_l, double* x_u, Ipopt:
   return true;
 }
 
+bool NlProblem::get_scaling_parameters(double& of_objective, bool& use_x, Ipopt::Index n, double* x,
+                                       bool& use_g, Ipopt::Index m, double* g) {
+  ASL* asl = asl_;
+  // As Ipopt's executable: what is not listed, or not positive, is 1.
+  const auto read = [&](int kind, Ipopt::Index count, double* to) {
+    const double* factors = suf_get(scaling_name, kind)->u.r;
+    for (int i = 0; i < count; ++i) to[i] = factors && factors[i] > 0.0 ? factors[i] : 1.0;
+    return factors != nullptr;
+  };
+  const double* factors = suf_get(scaling_name, ASL_Sufkind_obj)->u.r;
+  of_objective =
+      factors && objective_ >= 0 && factors[objective_] != 0.0 ? factors[objective_] : 1.0;
+  use_x = read(ASL_Sufkind_var, n, x);
+  use_g = read(ASL_Sufkind_con, m, g);
+  return true;
+}
+
 bool NlProblem::get_starting_point(Ipopt::Index n, bool init_x, double* x, bool init_z, double* z_L,
                                    double* z_U, Ipopt::Index m, bool init_lambda, double* lambda) {
   ASL* asl = asl_;
   for (int i = 0; init_x && i < n; ++i)
     x[i] = X0 ? X0[i] : std::max(LUv[2 * i], std::min(0.0, LUv[2 * i + 1]));
+  const double* lower = suf_get(lower_name, ASL_Sufkind_var)->u.r;
+  const double* upper = suf_get(upper_name, ASL_Sufkind_var)->u.r;
   for (int i = 0; init_z && i < n; ++i) {
     const double side = variable_players_[static_cast<std::size_t>(i)] == Player::Min ? 1.0 : -1.0;
-    z_L[i] = z_U[i] = side;
+    z_L[i] = lower ? sign_ * lower[i] : side;
+    z_U[i] = upper ? -sign_ * upper[i] : side;
   }
   // AMPL: grad f = J' pi; ours: sign grad f + J' lambda = 0.
   for (int i = 0; init_lambda && i < m; ++i) lambda[i] = pi0 ? -sign_ * pi0[i] : 0.0;

@@ -8,6 +8,7 @@
 #include "adapter/minmax_tnlp.hpp"
 #include "adapter/optional_players.hpp"
 #include "adapter/player_lists.hpp"
+#include "core/problem.hpp"
 #include "core/result.hpp"
 #include "nl_check.hpp"
 #include "solution_file.hpp"
@@ -65,8 +66,8 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   [[nodiscard]] std::string constraint_name(int i) const;
   [[nodiscard]] const std::vector<Player>& players() const { return variable_players_; }
   [[nodiscard]] int constraints() const;
-  /// Max variables that a constraint reads; all where it is constraints(), which stands for f.
-  [[nodiscard]] std::vector<int> max_variables_of(int constraint) const;
+  /// Players, bounds and Jacobian; nothing else.
+  [[nodiscard]] ProblemStructure structure() const;
 
   /// Reads the formulas from the file at the first call.
   [[nodiscard]] const BoxFunctions* over_boxes() override;
@@ -80,6 +81,8 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
                     Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) override;
   bool get_bounds_info(Ipopt::Index n, double* x_l, double* x_u, Ipopt::Index m, double* g_l,
                        double* g_u) override;
+  bool get_scaling_parameters(double& of_objective, bool& use_x, Ipopt::Index n, double* x,
+                              bool& use_g, Ipopt::Index m, double* g) override;
   bool get_starting_point(Ipopt::Index n, bool init_x, double* x, bool init_z, double* z_L,
                           double* z_U, Ipopt::Index m, bool init_lambda, double* lambda) override;
   bool eval_f(Ipopt::Index n, const double* x, bool new_x, double& value) override;
@@ -94,6 +97,9 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   bool intermediate_callback(Ipopt::AlgorithmMode, Ipopt::Index, double, double, double, double,
                              double, double, double, double, Ipopt::Index, const Ipopt::IpoptData*,
                              Ipopt::IpoptCalculatedQuantities*) override {
+    return maximization_callback(0, 0.0);
+  }
+  bool maximization_callback(Ipopt::Index, double) override {
     halt_where_undefined();
     return !stop_ || *stop_ == 0;
   }
@@ -112,7 +118,9 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   void choose_objective(int objective);
   void read_players();
   void read_robust();
-  [[nodiscard]] std::vector<Player> implied_constraint_players() const;
+  /// With the constraints' players that follow from the Jacobian.
+  [[nodiscard]] ProblemStructure implied_structure() const;
+  void give_constraints(Player* players) const;
   void call_everything();
   /// ASL leaves variables out of its derivatives that the header counts as linear: throws when a
   /// function is nonlinear in one of them.

@@ -428,6 +428,43 @@ TEST_F(AmplExecutable, ConstraintsOfMinThatReadMaxHoldForEveryY) {
       << err_;
 }
 
+TEST_F(AmplExecutable, ARobustEqualityIsRefusedByName) {
+  std::string model = limit_for_every_y("S1 1 robust\n0 1\n");
+  const std::string upper = "r\n1 4\n";
+  ASSERT_NE(model.find(upper), std::string::npos);
+  model.replace(model.find(upper), upper.size(), "r\n4 4\n");
+  put("model.nl", model);
+  put("model.row", "limit\n");
+  put("model.col", "x\ny\n");
+  ASSERT_EQ(run("model.nl -s print_level=0"), 0) << err_;
+  EXPECT_TRUE(printed("Invalid problem definition")) << out_;
+  EXPECT_TRUE(
+      printed("constraint 0 (limit) belongs to the Min player but depends on the Max "
+              "player's variable 1 (y), and an equality"))
+      << out_;
+}
+
+TEST_F(AmplExecutable, IpoptsSuffixesAreRead) {
+  Parts parts = minimize(kSquare);
+  parts.constraints = {kSquare};
+  parts.rows = "3\n";
+  parts.segments =
+      "S4 1 scaling_factor\n0 2\nS5 1 scaling_factor\n0 0.5\n"
+      "S6 1 scaling_factor\n0 5\nS4 1 ipopt_zL_in\n0 3\nS4 1 ipopt_zU_in\n0 -4\n";
+  for (const bool maximize : {false, true}) {
+    parts.objectives[0].maximize = maximize;
+    NlProblem problem(put("model.nl", parts.text()), -1);
+    double f = 0.0, x = 0.0, g = 0.0, lower = 0.0, upper = 0.0;
+    bool of_x = false, of_g = false;
+    ASSERT_TRUE(problem.get_scaling_parameters(f, of_x, 1, &x, of_g, 1, &g));
+    EXPECT_TRUE(of_x && of_g);
+    EXPECT_EQ(std::vector({f, x, g}), std::vector({5.0, 2.0, 0.5}));
+    ASSERT_TRUE(problem.get_starting_point(1, true, &x, true, &lower, &upper, 1, true, &g));
+    const double sign = maximize ? -1.0 : 1.0;
+    EXPECT_EQ(std::vector({lower, upper}), std::vector({sign * 3.0, sign * 4.0}));
+  }
+}
+
 TEST_F(AmplExecutable, SuffixesOfAConstraintThatContradictAreRefused) {
   put("model.nl", limit_for_every_y("S1 1 player\n0 1\nS1 1 robust\n0 1\n"));
   EXPECT_EQ(run("model.nl"), 1);
