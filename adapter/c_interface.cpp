@@ -136,14 +136,14 @@ int add_option(Problem* problem, const char* keyword, Ipopt::RegisteredOptionTyp
                auto make_text) noexcept {
   return guarded(problem, [&]() -> std::string {
     if (keyword == nullptr) return "the option's name is NULL";
-    const auto registry = problem->application->RegOptions();
-    const SmartPtr<const Ipopt::RegisteredOption> option = registry->GetOption(keyword);
+    OptionRegistry registry;
+    const SmartPtr<const Ipopt::RegisteredOption> option = registry.GetOption(keyword);
     const std::string name(keyword);
-    if (Ipopt::IsNull(option)) return unknown_option(name, *registry);
+    if (Ipopt::IsNull(option)) return unknown_option(name, registry);
     if (option->Type() != type) {
       return name + " is " + name_of(option->Type()) + " option, not " + name_of(type) + " option";
     }
-    return set_option(name, make_text(), *registry, *problem->application->Options(), true);
+    return set_option(name, make_text(), registry, *problem->application->Options(), true);
   });
 }
 
@@ -284,18 +284,16 @@ IpminmaxReturnStatus solve_guarded(Problem* problem, const Output& out, void* us
     say_fixed(problem, "the problem is being solved: no solve inside its own callbacks");
     return IPMINMAX_INVALID_PROBLEM_DEFINITION;
   }
-  problem->solving = true;
-  IpminmaxReturnStatus status = IPMINMAX_INTERNAL_ERROR;
+  const Solving solving(*problem);
   try {
-    status = start(*problem, out, user_data, call);
+    return start(*problem, out, user_data, call);
   } catch (const std::bad_alloc&) {
     say_fixed(problem, "out of memory");
-    status = IPMINMAX_INSUFFICIENT_MEMORY;
+    return IPMINMAX_INSUFFICIENT_MEMORY;
   } catch (...) {
     say_fixed(problem, "internal error: unexpected exception");
+    return IPMINMAX_INTERNAL_ERROR;
   }
-  problem->solving = false;
-  return status;
 }
 
 }  // namespace
@@ -341,7 +339,12 @@ IpminmaxProblem IpminmaxCreate(int n, const double* x_L, const double* x_U, int 
   return nullptr;
 }
 
-void IpminmaxFree(IpminmaxProblem problem) { delete problem; }
+void IpminmaxFree(IpminmaxProblem problem) {
+  if (problem != nullptr && problem->solving) {
+    return say_fixed(problem, "the problem is being solved: it is not freed");
+  }
+  delete problem;
+}
 
 int IpminmaxAddStrOption(IpminmaxProblem problem, const char* keyword, const char* val) {
   if (problem != nullptr && val == nullptr) {

@@ -51,6 +51,7 @@ class CallbackTNLP : public MinMaxTNLP, public OptionalPlayers, public ModelOver
   bool needs_hessian = true;  ///< whether an eval_h must know its structure
   double objective_scaling = 1.0;
   std::vector<double> x_scaling, g_scaling;  ///< n and m, or empty: none
+  std::vector<std::string> variable_names;   ///< n, or empty: none
   void* user_data = nullptr;
   PrimalDualPoint start;   ///< multipliers may be empty unless the start is warm
   PrimalDualPoint answer;  ///< of finalize_solution
@@ -60,6 +61,10 @@ class CallbackTNLP : public MinMaxTNLP, public OptionalPlayers, public ModelOver
 
   bool get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
                     Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) override;
+  bool get_var_con_metadata(Ipopt::Index, StringMetaDataMapType& variable_strings,
+                            IntegerMetaDataMapType&, NumericMetaDataMapType&, Ipopt::Index,
+                            StringMetaDataMapType&, IntegerMetaDataMapType&,
+                            NumericMetaDataMapType&) override;
   bool get_variable_players(Ipopt::Index, Player* players) override;
   bool get_constraint_players(Ipopt::Index, Player* players) override;
   bool get_bounds_info(Ipopt::Index, Ipopt::Number* x_l, Ipopt::Number* x_u, Ipopt::Index,
@@ -87,6 +92,7 @@ class CallbackTNLP : public MinMaxTNLP, public OptionalPlayers, public ModelOver
                              Ipopt::Number d_norm, Ipopt::Number regularization_size,
                              Ipopt::Number alpha_du, Ipopt::Number alpha_pr, Ipopt::Index ls_trials,
                              const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override;
+  bool maximization_callback(Ipopt::Index iter, Ipopt::Number value) override;
   void finalize_solution(Ipopt::SolverReturn, Ipopt::Index n, const Ipopt::Number* x,
                          const Ipopt::Number* z_L, const Ipopt::Number* z_U, Ipopt::Index m,
                          const Ipopt::Number* g_values, const Ipopt::Number* lambda,
@@ -131,6 +137,18 @@ void say(IpminmaxProblemInfo* problem, std::string text) noexcept;
 void say_fixed(IpminmaxProblemInfo* problem, const char* text) noexcept;
 /// Of the last call without a problem.
 [[nodiscard]] const char* message_without_problem() noexcept;
+
+/// A function of the model may be called while this lives.
+class Solving {
+ public:
+  explicit Solving(IpminmaxProblemInfo& problem) : problem_(problem) { problem.solving = true; }
+  ~Solving() { problem_.solving = false; }
+  Solving(const Solving&) = delete;
+  Solving& operator=(const Solving&) = delete;
+
+ private:
+  IpminmaxProblemInfo& problem_;
+};
 
 /// Runs action, which returns an error or nothing; 1 when there is none. No exception leaves.
 template <class Action>

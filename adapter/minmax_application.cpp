@@ -152,11 +152,13 @@ class IterationRows {
         with_info_(settings.with_info),
         as_ipopt_(settings.as_ipopt) {}
 
-  /// Empty when the iteration is not due.
-  [[nodiscard]] std::string text(const IterationInfo& info) {
+  /// Empty when the iteration is not due. told: iterations of the solve before it, which Ipopt's
+  /// log numbers its rows by, restorations included.
+  [[nodiscard]] std::string text(const IterationInfo& info, Index told) {
     constexpr Index kRowsPerHeader = 10;
     const auto now = std::chrono::steady_clock::now();
-    if (info.restoration || info.over_y || info.iteration % every_ != 0) return {};
+    if (info.over_y || (info.restoration && !as_ipopt_)) return {};
+    if ((as_ipopt_ ? told : info.iteration) % every_ != 0) return {};
     if (rows_ > 0 && std::chrono::duration<double>(now - last_).count() < pause_) return {};
     last_ = now;
     std::string text;
@@ -164,8 +166,8 @@ class IterationRows {
       text = (rows_ > 0 ? "\n" : "") +
              (as_ipopt_ ? log::ipopt_iteration_header() : log::iteration_header());
     ++rows_;
-    return text +
-           (as_ipopt_ ? log::ipopt_iteration_row(info) : log::iteration_row(info, with_info_));
+    return text + (as_ipopt_ ? log::ipopt_iteration_row(info, told)
+                             : log::iteration_row(info, with_info_));
   }
 
  private:
@@ -227,7 +229,7 @@ bool has_min_variable(const ProblemStructure& s) {
 struct MinMaxApplication::Implementation {
   MinMaxApplication& application;
   SmartPtr<Ipopt::Journalist> journalist = new Ipopt::Journalist();
-  SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
+  SmartPtr<Ipopt::RegisteredOptions> registry = new OptionRegistry();
   SmartPtr<Ipopt::OptionsList> list = new ExactOptionsList(registry, journalist);
   SmartPtr<Ipopt::TNLP> model;
   std::optional<MinMaxStatistics::Extra> solved;  ///< with result for statistics
@@ -247,6 +249,8 @@ struct MinMaxApplication::Implementation {
   bool rethrow = false;
   bool over_ranks = false;
   bool silent = false;  ///< not the rank that prints
+  bool solving = false;
+  Index told = 0;  ///< iterations of the solve so far, without those of maximizations over y
   struct Audience;
   /// What intermediate_callback and finalize_solution may ask about, while they run.
   struct Current {
@@ -270,6 +274,9 @@ struct MinMaxApplication::Implementation {
   decltype(auto) let_ask(Current about, Call&& call);
   /// The factors of what is current; null where they are not known.
   [[nodiscard]] const UserScaling* current_factors();
+  [[nodiscard]] bool may_ask(bool scaled) {
+    return current && !current->at().v.empty() && (!scaled || current_factors() != nullptr);
+  }
 
   double system_seconds_before = 0.0;
 
@@ -283,6 +290,9 @@ struct MinMaxApplication::Implementation {
   [[nodiscard]] ApplicationReturnStatus set_up_output();
   [[nodiscard]] bool open_output_file(const std::string& file_name, EJournalLevel level,
                                       bool append);
+  /// keep: the work of the last solve.
+  [[nodiscard]] ApplicationReturnStatus optimize(const SmartPtr<Ipopt::TNLP>& of, bool keep,
+                                                 bool by_all_ranks = false);
   [[nodiscard]] ApplicationReturnStatus optimize();
   [[nodiscard]] ApplicationReturnStatus run();
   [[nodiscard]] bool call_back(TnlpProblem& problem, const SolverOptions& options,
@@ -326,7 +336,6 @@ struct MinMaxApplication::Implementation {
 
 MinMaxApplication::Implementation::Implementation(MinMaxApplication& owner, bool create_console_out)
     : application(owner) {
-  register_options(*registry);
   if (create_console_out) {
     journalist->AddFileJournal("console", "stdout", Ipopt::J_ITERSUMMARY);
     set_console_level(level_option("print_level"));
@@ -546,6 +555,7 @@ const UserScaling* MinMaxApplication::Implementation::current_factors() {
 bool MinMaxApplication::Implementation::call_back(TnlpProblem& problem,
                                                   const SolverOptions& options,
                                                   const IterationInfo& info) {
+  if (info.over_y) return problem.report(info);  // not about the point of the solve
   return let_ask({.problem = problem, .options = options, .info = &info},
                  [&] { return problem.report(info); });
 }
@@ -567,7 +577,8 @@ struct MinMaxApplication::Implementation::Audience {
                 }};
   }
   [[nodiscard]] bool tell(const IterationInfo& info, EJournalLevel level = Ipopt::J_ITERSUMMARY) {
-    owner.print_made(level, Ipopt::J_MAIN, [&] { return rows.text(info); });
+    owner.print_made(level, Ipopt::J_MAIN, [&] { return rows.text(info, owner.told); });
+    if (!info.over_y) ++owner.told;
     if (info.iteration == 0 && !info.restoration && !info.over_y && info.scaling) {
       info.scaling(owner.factors);
       owner.factors_known = true;
@@ -640,11 +651,12 @@ void MinMaxApplication::Implementation::show_progress(log::StartsProgress& progr
 void MinMaxApplication::Implementation::write_points(Answer& found) {
   const std::string& name = current_settings().points_file;
   if (name.empty() || silent) return;
-  std::ofstream file(name);
-  file << points_as_csv(found);
-  file.close();
-  if (file) return;
-  const std::string error = "error writing minmax_points_file \"" + name + "\"";
+  OutputFile file(name, Ipopt::J_ITERSUMMARY);
+  std::string error = file.open(name, false);
+  file.Print(Ipopt::J_MAIN, Ipopt::J_ITERSUMMARY, points_as_csv(found).c_str());
+  if (error.empty()) error = file.close();
+  if (error.empty()) return;
+  error.insert(0, kPointsNotWritten);
   found.best.message += "; " + error;  // also where nothing is printed
   print(Ipopt::J_ERROR, Ipopt::J_MAIN, "E" + error.substr(1) + "\n");
 }
@@ -716,7 +728,10 @@ ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& p
   if (!result.worst_cases.empty()) {
     printed(Ipopt::J_SOLUTION, [&] { return log::robust_summary(result, problem.structure()); });
   }
-  printed(Ipopt::J_SOLUTION, [&] { return log::summary(result, &problem.structure()); });
+  printed(Ipopt::J_SOLUTION, [&] {
+    const bool as_ipopt = current_settings().rows.as_ipopt;
+    return log::summary(result, &problem.structure(), as_ipopt ? told - 1 : result.iterations);
+  });
   if (is_success(result.status) && is_printed(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION)) {
     for (const std::string& text : idle_bound_remarks(problem.structure(), options, result)) {
       print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, "Note: " + text + "\n");
@@ -812,6 +827,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
   room.take_from(result);
   points.clear();
   factors_known = false;
+  told = 0;
   solved.reset();
   statistics = nullptr;
   system_seconds_before = system_seconds();
@@ -829,6 +845,29 @@ ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
     status = Ipopt::Insufficient_Memory;
   }
   return status;
+}
+
+/// One solve at a time, and the application lives until it ends, whatever the model releases.
+ApplicationReturnStatus MinMaxApplication::Implementation::optimize(const SmartPtr<Ipopt::TNLP>& of,
+                                                                    bool keep, bool by_all_ranks) {
+  if (solving) {
+    print(Ipopt::J_ERROR, Ipopt::J_MAIN, "A solve inside its own model's functions is refused.\n");
+    return Ipopt::Invalid_Problem_Definition;
+  }
+  const SmartPtr<MinMaxApplication> alive =
+      application.ReferenceCount() > 0 ? &application : nullptr;
+  struct End {
+    Implementation& here;
+    ~End() { here.solving = here.over_ranks = here.silent = false; }
+  } const end{*this};
+  solving = true;
+  model = of;
+  if (!keep) solver.reset();
+  if (by_all_ranks) {
+    if (const auto joined = join_ranks(); joined != Ipopt::Solve_Succeeded) return joined;
+    over_ranks = true;
+  }
+  return optimize();
 }
 
 // --- Public methods
@@ -901,26 +940,17 @@ SmartPtr<const Ipopt::OptionsList> MinMaxApplication::Options() const {
 SmartPtr<Ipopt::Journalist> MinMaxApplication::Jnlst() { return implementation_->journalist; }
 
 SmartPtr<Ipopt::RegisteredOptions> MinMaxApplication::RegOptions() {
+  static_cast<void>(implementation_->registry->RegisteredOptionsList());  // all are in it
   return implementation_->registry;
 }
 
 ApplicationReturnStatus MinMaxApplication::OptimizeTNLP(const SmartPtr<Ipopt::TNLP>& model) {
-  implementation_->model = model;
-  implementation_->solver.reset();
-  return implementation_->optimize();
+  return implementation_->optimize(model, false);
 }
 
 ApplicationReturnStatus MinMaxApplication::OptimizeTNLPOverRanks(
     const SmartPtr<Ipopt::TNLP>& model) {
-  implementation_->model = model;
-  implementation_->solver.reset();
-  if (const auto joined = implementation_->join_ranks(); joined != Ipopt::Solve_Succeeded) {
-    return joined;
-  }
-  implementation_->over_ranks = true;
-  const ApplicationReturnStatus status = implementation_->optimize();
-  implementation_->over_ranks = implementation_->silent = false;
-  return status;
+  return implementation_->optimize(model, false, true);
 }
 
 ApplicationReturnStatus MinMaxApplication::ReOptimizeTNLP(const SmartPtr<Ipopt::TNLP>& model) {
@@ -930,7 +960,7 @@ ApplicationReturnStatus MinMaxApplication::ReOptimizeTNLP(const SmartPtr<Ipopt::
   if (Ipopt::GetRawPtr(model) != Ipopt::GetRawPtr(implementation_->model)) {
     THROW_EXCEPTION(Ipopt::INVALID_WARMSTART, "ReOptimizeTNLP called for different TNLP.");
   }
-  return implementation_->optimize();
+  return implementation_->optimize(model, true);
 }
 
 ApplicationReturnStatus MinMaxApplication::OptimizeNLP(const SmartPtr<Ipopt::NLP>&) {
@@ -953,21 +983,18 @@ ApplicationReturnStatus MinMaxApplication::ReOptimizeNLP(const SmartPtr<Ipopt::N
 
 bool MinMaxApplication::GetCurrentIterate(Result& iterate, bool scaled) const {
   Implementation& here = *implementation_;
-  if (!here.current || here.current->at().v.empty()) return false;
-  const UserScaling* const factors = scaled ? here.current_factors() : nullptr;
-  if (scaled && factors == nullptr) return false;
+  if (!here.may_ask(scaled)) return false;
   iterate = here.current->at();
-  if (scaled) scale(here.current->problem.structure(), *factors, iterate);
+  if (scaled) scale(here.current->problem.structure(), *here.current_factors(), iterate);
   return true;
 }
 
 bool MinMaxApplication::GetCurrentViolations(Violations& violations, bool scaled) const {
   Implementation& here = *implementation_;
-  if (!here.current || here.current->at().v.empty()) return false;
-  const UserScaling* const factors = scaled ? here.current_factors() : nullptr;
-  if (scaled && factors == nullptr) return false;
+  if (!here.may_ask(scaled)) return false;
   Implementation::Current& current = *here.current;
-  auto found = violations_at(current.problem, current.at(), current.options, factors);
+  auto found = violations_at(current.problem, current.at(), current.options,
+                             scaled ? here.current_factors() : nullptr);
   if (!found || !is_finite(*found)) return false;
   violations = std::move(*found);
   return true;

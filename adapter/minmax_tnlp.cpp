@@ -78,6 +78,8 @@ bool ObservableTNLP::get_curr_violations([[maybe_unused]] const Ipopt::IpoptData
 
 bool MinMaxTNLP::get_constraint_players(Ipopt::Index, Player*) { return true; }
 
+bool MinMaxTNLP::maximization_callback(Ipopt::Index, Ipopt::Number) { return true; }
+
 SplitTNLP::SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
                      std::vector<Ipopt::Index> max_variables,
                      std::vector<Ipopt::Index> max_constraints,

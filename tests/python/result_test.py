@@ -51,6 +51,18 @@ class Shape(unittest.TestCase):
             self.assertTrue(statement in repr(result) or statement == "local minmax")
         self.assertEqual(result.certificate.kind, 0)
 
+    def test_reasons_are_a_list_with_the_names_of_variables(self):
+        result = minimize_minmax(lambda x, y: x[0] * y[0], [0.3], [0.2], names_x=["force"],
+                                 names_y=["wind"])
+        self.assertTrue(result.certificate.reasons)
+        for reason in result.certificate.reasons:
+            self.assertIn(reason, str(result))
+        self.assertRegex(" ".join(result.certificate.reasons), "force|wind")
+        self.assertRegex(" ".join(minimize_minmax(lambda x, y: x[0] * y[0], [0.3], [0.2])
+                                  .certificate.reasons), r"x\[0\]|y\[0\]")
+        with self.assertRaisesRegex(ValueError, "names_x"):
+            minimize_minmax(game, [1.0], [0.3], names_x=["a", "b"])
+
     def test_there_is_always_a_certificate(self):
         def undefined(x, y):
             raise ipminmax.EvaluationError("nowhere")

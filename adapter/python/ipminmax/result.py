@@ -105,6 +105,9 @@ class MinmaxResult:
             for name, statement in zip(("over y", "over x"), self.statements[2:]):
                 if statement not in self.message:
                     lines[name] = statement
+            reasons = [r for r in self.certificate.reasons if r not in self.message]
+            if reasons:
+                lines["reasons"] = "; ".join(reasons)
             if self.worst_cases:
                 lines["worst_cases"] = len(self.worst_cases)
             if self.points:
