@@ -1,5 +1,6 @@
 #include <IpJournalist.hpp>
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -247,39 +248,36 @@ void register_row(Ipopt::RegisteredOptions& registry, OptionInfo info) {
   register_option(registry, info);
 }
 
-/// Calls with each table of options until one call returns true.
-template <class Call>
-void for_tables(Call call) {
-  if (!call(option_table()) && !call(application_option_table())) call(ipopt_only_options());
-}
-
 }  // namespace
 
+std::array<std::span<const OptionInfo>, 3> option_tables() {
+  return {option_table(), application_option_table(), ipopt_only_options()};
+}
+
 void register_options(Ipopt::RegisteredOptions& registry) {
-  for_tables([&](const auto& table) {
+  for (const auto table : option_tables()) {
     for (const OptionInfo& info : table) register_row(registry, info);
-    return false;
-  });
+  }
 }
 
 Ipopt::SmartPtr<const Ipopt::RegisteredOption> OptionRegistry::GetOption(const std::string& name) {
   const auto known = RegisteredOptions::GetOption(name);
   if (Ipopt::IsValid(known)) return known;
-  for_tables([&](const auto& table) {  // a prefix ends with a dot
-    const auto found =
-        std::ranges::find(table, name.substr(name.rfind('.') + 1), &OptionInfo::name);
-    if (found != table.end()) register_row(*this, *found);
-    return found != table.end();
-  });
+  const std::string own = name.substr(name.rfind('.') + 1);  // a prefix ends with a dot
+  for (const auto table : option_tables()) {
+    const auto found = std::ranges::find(table, own, &OptionInfo::name);
+    if (found == table.end()) continue;
+    register_row(*this, *found);
+    break;
+  }
   return RegisteredOptions::GetOption(name);
 }
 
 const OptionRegistry::RegOptionsList& OptionRegistry::RegisteredOptionsList() const {
-  for_tables([&](const auto& table) {
+  for (const auto table : option_tables()) {
     for (const OptionInfo& info : table)
       static_cast<void>(const_cast<OptionRegistry*>(this)->GetOption(std::string(info.name)));
-    return false;
-  });
+  }
   return RegisteredOptions::RegisteredOptionsList();
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <iosfwd>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,6 +21,9 @@ inline namespace IPMINMAX_IPOPT_ABI {
 
 /// Begins a message's part where the file of option minmax_points_file was not written.
 inline constexpr const char* kPointsNotWritten = "error writing minmax_points_file: ";
+
+/// The solver's own, those of the application, and those that only Ipopt has.
+[[nodiscard]] std::array<std::span<const OptionInfo>, 3> option_tables();
 
 /// Registers the solver's options from option_table(), those of the application, and those that
 /// only Ipopt has (ipopt_only_options.hpp).

@@ -1,16 +1,48 @@
+#include <algorithm>
+#include <array>
+
 #include "adapter/status.hpp"
 
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
+/// What belongs together.
+struct IpoptStatus {
+  Ipopt::ApplicationReturnStatus status;
+  Ipopt::SolverReturn returned;
+  std::string_view name;
+};
+
+constexpr std::array kIpoptStatuses = std::to_array<IpoptStatus>({
+  {Ipopt::Solve_Succeeded, Ipopt::SUCCESS, "Solve_Succeeded"},
+      {Ipopt::Solved_To_Acceptable_Level, Ipopt::STOP_AT_ACCEPTABLE_POINT,
+       "Solved_To_Acceptable_Level"},
+      {Ipopt::Infeasible_Problem_Detected, Ipopt::LOCAL_INFEASIBILITY,
+       "Infeasible_Problem_Detected"},
+      {Ipopt::Search_Direction_Becomes_Too_Small, Ipopt::STOP_AT_TINY_STEP,
+       "Search_Direction_Becomes_Too_Small"},
+      {Ipopt::Diverging_Iterates, Ipopt::DIVERGING_ITERATES, "Diverging_Iterates"},
+      {Ipopt::User_Requested_Stop, Ipopt::USER_REQUESTED_STOP, "User_Requested_Stop"},
+      {Ipopt::Feasible_Point_Found, Ipopt::FEASIBLE_POINT_FOUND, "Feasible_Point_Found"},
+      {Ipopt::Maximum_Iterations_Exceeded, Ipopt::MAXITER_EXCEEDED, "Maximum_Iterations_Exceeded"},
+      {Ipopt::Restoration_Failed, Ipopt::RESTORATION_FAILURE, "Restoration_Failed"},
+      {Ipopt::Error_In_Step_Computation, Ipopt::ERROR_IN_STEP_COMPUTATION,
+       "Error_In_Step_Computation"},
+      {Ipopt::Maximum_CpuTime_Exceeded, Ipopt::CPUTIME_EXCEEDED, "Maximum_CpuTime_Exceeded"},
 #if IPMINMAX_IPOPT_AT_LEAST(3, 14)
-constexpr auto kWallTimeStatus = Ipopt::Maximum_WallTime_Exceeded;
-constexpr auto kWallTimeReturn = Ipopt::WALLTIME_EXCEEDED;
-#else
-constexpr auto kWallTimeStatus = Ipopt::Maximum_CpuTime_Exceeded;
-constexpr auto kWallTimeReturn = Ipopt::CPUTIME_EXCEEDED;
+      {Ipopt::Maximum_WallTime_Exceeded, Ipopt::WALLTIME_EXCEEDED, "Maximum_WallTime_Exceeded"},
 #endif
+      {Ipopt::Not_Enough_Degrees_Of_Freedom, Ipopt::TOO_FEW_DEGREES_OF_FREEDOM,
+       "Not_Enough_Degrees_Of_Freedom"},
+      {Ipopt::Invalid_Problem_Definition, Ipopt::INTERNAL_ERROR, "Invalid_Problem_Definition"},
+      {Ipopt::Invalid_Option, Ipopt::INVALID_OPTION, "Invalid_Option"},
+      {Ipopt::Invalid_Number_Detected, Ipopt::INVALID_NUMBER_DETECTED, "Invalid_Number_Detected"},
+      {Ipopt::Unrecoverable_Exception, Ipopt::INTERNAL_ERROR, "Unrecoverable_Exception"},
+      {Ipopt::NonIpopt_Exception_Thrown, Ipopt::INTERNAL_ERROR, "NonIpopt_Exception_Thrown"},
+      {Ipopt::Insufficient_Memory, Ipopt::OUT_OF_MEMORY, "Insufficient_Memory"},
+      {Ipopt::Internal_Error, Ipopt::INTERNAL_ERROR, "Internal_Error"},
+});
 
 }  // namespace
 
@@ -38,7 +70,11 @@ Ipopt::ApplicationReturnStatus application_status(Status status) {
     case Status::MaxCpuTime:
       return Ipopt::Maximum_CpuTime_Exceeded;
     case Status::MaxWallTime:
-      return kWallTimeStatus;
+#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
+      return Ipopt::Maximum_WallTime_Exceeded;
+#else
+      return Ipopt::Maximum_CpuTime_Exceeded;
+#endif
     case Status::RestorationFailed:
       return Ipopt::Restoration_Failed;
     case Status::InertiaCorrectionFailed:
@@ -64,100 +100,13 @@ Ipopt::ApplicationReturnStatus application_status(Status status) {
 }
 
 Ipopt::SolverReturn solver_return(Status status) {
-  switch (status) {
-    case Status::Solved:
-    case Status::SolvedDegenerate:
-      return Ipopt::SUCCESS;
-    case Status::SolvedToAcceptableLevel:
-      return Ipopt::STOP_AT_ACCEPTABLE_POINT;
-    case Status::NotLocalMinmax:
-    case Status::NoLocalMinmaxFound:
-    case Status::WorstCaseNotMet:
-    case Status::TinyStep:
-      return Ipopt::STOP_AT_TINY_STEP;
-    case Status::InnerUnbounded:
-    case Status::OuterUnbounded:
-    case Status::DivergingIterates:
-      return Ipopt::DIVERGING_ITERATES;
-    case Status::LocallyInfeasible:
-    case Status::InnerInfeasible:
-      return Ipopt::LOCAL_INFEASIBILITY;
-    case Status::MaxIterations:
-      return Ipopt::MAXITER_EXCEEDED;
-    case Status::MaxCpuTime:
-      return Ipopt::CPUTIME_EXCEEDED;
-    case Status::MaxWallTime:
-      return kWallTimeReturn;
-    case Status::RestorationFailed:
-      return Ipopt::RESTORATION_FAILURE;
-    case Status::InertiaCorrectionFailed:
-    case Status::LinearSolverFailed:
-      return Ipopt::ERROR_IN_STEP_COMPUTATION;
-    case Status::EvaluationFailed:
-    case Status::InvalidNumber:
-      return Ipopt::INVALID_NUMBER_DETECTED;
-    case Status::UserStop:
-      return Ipopt::USER_REQUESTED_STOP;
-    case Status::InvalidOption:
-      return Ipopt::INVALID_OPTION;
-    case Status::TooFewDegreesOfFreedom:
-      return Ipopt::TOO_FEW_DEGREES_OF_FREEDOM;
-    case Status::OutOfMemory:
-      return Ipopt::OUT_OF_MEMORY;
-    case Status::InvalidProblem:
-    case Status::InternalError:
-      return Ipopt::INTERNAL_ERROR;
-  }
-  return Ipopt::INTERNAL_ERROR;
+  return std::ranges::find(kIpoptStatuses, application_status(status), &IpoptStatus::status)
+      ->returned;
 }
 
 std::string_view name_of(Ipopt::ApplicationReturnStatus status) {
-  switch (static_cast<int>(status)) {  // Ipopt 3.11 and 3.14 have different enumerators
-    case Ipopt::Solve_Succeeded:
-      return "Solve_Succeeded";
-    case Ipopt::Solved_To_Acceptable_Level:
-      return "Solved_To_Acceptable_Level";
-    case Ipopt::Infeasible_Problem_Detected:
-      return "Infeasible_Problem_Detected";
-    case Ipopt::Search_Direction_Becomes_Too_Small:
-      return "Search_Direction_Becomes_Too_Small";
-    case Ipopt::Diverging_Iterates:
-      return "Diverging_Iterates";
-    case Ipopt::User_Requested_Stop:
-      return "User_Requested_Stop";
-    case Ipopt::Feasible_Point_Found:
-      return "Feasible_Point_Found";
-    case Ipopt::Maximum_Iterations_Exceeded:
-      return "Maximum_Iterations_Exceeded";
-    case Ipopt::Restoration_Failed:
-      return "Restoration_Failed";
-    case Ipopt::Error_In_Step_Computation:
-      return "Error_In_Step_Computation";
-    case Ipopt::Maximum_CpuTime_Exceeded:
-      return "Maximum_CpuTime_Exceeded";
-#if IPMINMAX_IPOPT_AT_LEAST(3, 14)
-    case Ipopt::Maximum_WallTime_Exceeded:
-      return "Maximum_WallTime_Exceeded";
-#endif
-    case Ipopt::Not_Enough_Degrees_Of_Freedom:
-      return "Not_Enough_Degrees_Of_Freedom";
-    case Ipopt::Invalid_Problem_Definition:
-      return "Invalid_Problem_Definition";
-    case Ipopt::Invalid_Option:
-      return "Invalid_Option";
-    case Ipopt::Invalid_Number_Detected:
-      return "Invalid_Number_Detected";
-    case Ipopt::Unrecoverable_Exception:
-      return "Unrecoverable_Exception";
-    case Ipopt::NonIpopt_Exception_Thrown:
-      return "NonIpopt_Exception_Thrown";
-    case Ipopt::Insufficient_Memory:
-      return "Insufficient_Memory";
-    case Ipopt::Internal_Error:
-      return "Internal_Error";
-    default:
-      return "unknown";
-  }
+  const auto* const found = std::ranges::find(kIpoptStatuses, status, &IpoptStatus::status);
+  return found != kIpoptStatuses.end() ? found->name : "unknown";
 }
 
 bool has_iterate(Status status) {

@@ -17,6 +17,7 @@
 
 #include "adapter/log.hpp"
 #include "adapter/status.hpp"
+#include "adapter/tnlp_problem.hpp"
 #include "core/answer.hpp"
 #include "core/model/status_table.hpp"
 
@@ -161,15 +162,17 @@ std::string mirrored(const std::string& message, const NlProblem& problem) {
 
 /// Lines that say where the robust constraints that x rests on are worst. Of others y is any.
 void print_worst_cases(std::ostream& out, const std::vector<RobustWorstCase>& worst_cases,
-                       const NlProblem& problem) {
+                       NlProblem& problem) {
   constexpr std::size_t kMost = 20;
   std::size_t active = 0;
-  const ProblemStructure structure = problem.structure();
+  if (worst_cases.empty()) return;
+  TnlpProblem loaded(&problem);
+  static_cast<void>(loaded.load());
   for (const RobustWorstCase& found : worst_cases) {
     if (!found.active || ++active > kMost) continue;
     const bool is_f = found.constraint >= problem.constraints();
     std::vector<std::pair<std::string, double>> values;
-    for (const int i : log::worst_case_variables(structure, found.constraint))
+    for (const int i : log::worst_case_variables(loaded.structure(), found.constraint))
       values.emplace_back(problem.variable_name(i), found.v[static_cast<std::size_t>(i)]);
     out << "\nworst case of "
         << (is_f ? "the objective" : problem.constraint_name(found.constraint)) << ": "
@@ -199,7 +202,7 @@ int detailed_result(const Result& result) {
 }
 
 std::string message_of(const Result& result, const std::vector<RobustWorstCase>& worst_cases,
-                       const NlProblem& problem) {
+                       NlProblem& problem) {
   std::ostringstream message;
   const bool game = problem.has_player(Player::Max) && problem.has_player(Player::Min);
   const auto spoken = [&](const std::string& text) {

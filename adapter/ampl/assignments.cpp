@@ -1,6 +1,5 @@
 #include "assignments.hpp"
 
-#include <algorithm>
 #include <cctype>
 #include <cerrno>
 #include <charconv>
@@ -15,9 +14,7 @@
 
 #include "adapter/application_options.hpp"
 #include "adapter/exact_options.hpp"
-#include "adapter/ipopt_only_options.hpp"
 #include "adapter/option_registry.hpp"
-#include "adapter/options_documentation.hpp"
 
 namespace ipminmax {
 namespace {
@@ -150,12 +147,11 @@ void add_file(Ipopt::RegisteredOptions& registry, Assignments& assignments) {
   const std::string error = read_options(file, name, registry, *list);
   if (!error.empty()) throw std::invalid_argument(error);
   assignments.name_file(name);
-  const auto add = [&](const OptionInfo& option) {
-    if (const auto value = value_of(option, *list))
-      assignments.add(std::string(option.name), *value, Source::File);
-  };
-  std::ranges::for_each(list_options(), add);
-  std::ranges::for_each(ipopt_only_options(), add);
+  for (const auto table : option_tables()) {
+    for (const OptionInfo& option : table)
+      if (const auto value = value_of(option, *list))
+        assignments.add(std::string(option.name), *value, Source::File);
+  }
 }
 
 }  // namespace ipminmax

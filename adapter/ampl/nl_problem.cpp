@@ -255,38 +255,6 @@ int NlProblem::constraints() const {
   return n_con;
 }
 
-ProblemStructure NlProblem::implied_structure() const {
-  const ASL* asl = asl_;
-  ProblemStructure s;
-  s.variable_players = variable_players_;
-  for (int i = 0; i < variables(); ++i) {
-    s.variable_lower.push_back(LUv[2 * i]);
-    s.variable_upper.push_back(LUv[2 * i + 1]);
-  }
-  s.constraint_players.assign(static_cast<std::size_t>(n_con), Player::Min);
-  for (int i = 0; i < n_con; ++i) {
-    s.constraint_lower.push_back(LUrhs[2 * i]);
-    s.constraint_upper.push_back(LUrhs[2 * i + 1]);
-    for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) {
-      s.jacobian.push_back({i, entry->varno});
-      if (variable_players_[static_cast<std::size_t>(entry->varno)] == Player::Max)
-        s.constraint_players[static_cast<std::size_t>(i)] = Player::Max;
-    }
-  }
-  return s;
-}
-
-ProblemStructure NlProblem::structure() const {
-  ProblemStructure s = implied_structure();
-  give_constraints(s.constraint_players.data());
-  return s;
-}
-
-void NlProblem::give_constraints(Player* players) const {
-  for (const int i : max_constraints_) players[i] = Player::Max;
-  for (const int i : robust_constraints_) players[i] = Player::Min;
-}
-
 /// Calls all that a solve calls, at the start and beside it. Whether the results are defined does
 /// not matter here: a damaged formula crashes.
 void NlProblem::call_everything() {
@@ -388,6 +356,18 @@ void NlProblem::require_linear() {
   }
 }
 
+std::vector<Player> NlProblem::implied_constraint_players() const {
+  const ASL* asl = asl_;
+  std::vector<Player> implied(static_cast<std::size_t>(n_con), Player::Min);
+  for (std::size_t i = 0; i < implied.size(); ++i) {
+    for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) {
+      if (variable_players_[static_cast<std::size_t>(entry->varno)] == Player::Max)
+        implied[i] = Player::Max;
+    }
+  }
+  return implied;
+}
+
 void NlProblem::set_players(const PlayerOptions& options) {
   const auto require = [](const std::string& error) {
     if (!error.empty()) throw std::invalid_argument(error);
@@ -400,7 +380,7 @@ void NlProblem::set_players(const PlayerOptions& options) {
   names.clear();
   for (int i = 0; i < constraints(); ++i) names.push_back(constraint_name(i));
   const ListedItems items{"constraint", constraints(), &names};
-  const std::vector<Player> implied = implied_structure().constraint_players;
+  const std::vector<Player> implied = implied_constraint_players();
   std::vector<Player> players = implied;
   get_constraint_players(constraints(), players.data());
   require(apply_player_option("minmax_max_constraints", options.max_constraints, items,
@@ -464,7 +444,8 @@ bool NlProblem::get_variable_players(Ipopt::Index, Player* players) {
 }
 
 bool NlProblem::get_constraint_players(Ipopt::Index, Player* players) {
-  give_constraints(players);
+  for (const int i : max_constraints_) players[i] = Player::Max;
+  for (const int i : robust_constraints_) players[i] = Player::Min;
   return true;
 }
 

@@ -8,7 +8,6 @@
 #include "adapter/minmax_tnlp.hpp"
 #include "adapter/optional_players.hpp"
 #include "adapter/player_lists.hpp"
-#include "core/problem.hpp"
 #include "core/result.hpp"
 #include "nl_check.hpp"
 #include "solution_file.hpp"
@@ -66,8 +65,6 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   [[nodiscard]] std::string constraint_name(int i) const;
   [[nodiscard]] const std::vector<Player>& players() const { return variable_players_; }
   [[nodiscard]] int constraints() const;
-  /// Players, bounds and Jacobian; nothing else.
-  [[nodiscard]] ProblemStructure structure() const;
 
   /// Reads the formulas from the file at the first call.
   [[nodiscard]] const BoxFunctions* over_boxes() override;
@@ -118,9 +115,7 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   void choose_objective(int objective);
   void read_players();
   void read_robust();
-  /// With the constraints' players that follow from the Jacobian.
-  [[nodiscard]] ProblemStructure implied_structure() const;
-  void give_constraints(Player* players) const;
+  [[nodiscard]] std::vector<Player> implied_constraint_players() const;
   void call_everything();
   /// ASL leaves variables out of its derivatives that the header counts as linear: throws when a
   /// function is nonlinear in one of them.

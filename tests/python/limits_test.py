@@ -95,7 +95,9 @@ class Limits(unittest.TestCase):
         self.assertFalse(late.success)
         self.assertIn("time limit", late.message)
         self.assertAlmostEqual(late.fun, float(value(late.x, late.y)), delta=1e-12)
-        self.assertEqual(late.certificate.kind, PointKind.LOCAL_MINMAX)
+        self.assertEqual(late.certificate.kind, PointKind.FIRST_ORDER_POINT)
+        self.assertIn("a strict local minmax by itself", late.certificate.reasons[0])
+        self.assertAlmostEqual(late.x[0], 0.0, delta=1e-6)
         self.assertNotIn("xception", log.getvalue())
 
 
