@@ -74,6 +74,12 @@ class MinmaxResult:
     info: Dict[str, Any] = field(default_factory=dict)  #: of Problem.solve
     problem: Optional[Problem] = None  #: for sensitivity() and solve_again()
 
+    def gap(self) -> float:
+        """Problem.gap at (x, y): near 0 a saddle point of a game that is convex in x, concave in y."""
+        if self.problem is None:
+            raise ValueError("a result without its problem has no gap")
+        return self.problem.gap(np.concatenate([self.x, self.y]))
+
     def __getitem__(self, key: str) -> Any:
         if key not in self.keys():
             raise KeyError(key)
