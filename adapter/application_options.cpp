@@ -193,7 +193,7 @@ std::string set_option(const std::string& name, const std::string& text,
     if (!option->IsValidIntegerSetting(*value)) {
       return setting + " is not in " + interval_of(*option);
     }
-    done = is_set_to(*value, [&](Ipopt::Index& v) { return list.GetIntegerValue(name, v, ""); }) ||
+    done = is_set_to(*value, [&](Index& v) { return list.GetIntegerValue(name, v, ""); }) ||
            list.SetIntegerValue(name, *value, allow_clobber);
   } else {
     if (!option->IsValidStringSetting(text)) {
@@ -222,13 +222,13 @@ void copy_option(const OptionInfo& info, const Ipopt::OptionsList& list, SolverO
     double value = 0.0;
     if (list.GetNumericValue(name, value, "")) options.*(number->member) = value;
   } else if (const auto* integer = std::get_if<Integer>(&info.kind)) {
-    Ipopt::Index value = 0;
+    Index value = 0;
     if (list.GetIntegerValue(name, value, "")) options.*(integer->member) = value;
   } else if (const auto* flag = std::get_if<Flag>(&info.kind)) {
     bool value = false;
     if (list.GetBoolValue(name, value, "")) options.*(flag->member) = value;
   } else if (const auto* choice = std::get_if<Choice>(&info.kind)) {
-    Ipopt::Index value = 0;
+    Index value = 0;
     const bool is_set = list.GetEnumValue(name, value, "");
     const auto i = static_cast<std::size_t>(value);
     if (is_set && i < choice->names.size()) choice->set(options, i);  // others: Ipopt's solvers

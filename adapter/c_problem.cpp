@@ -12,7 +12,6 @@ namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
-using Ipopt::Index;
 using Ipopt::Number;
 
 /// Callbacks made for Ipopt 3.14 return bool, of which a caller that reads an int finds only the

@@ -14,7 +14,6 @@ inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 using Problem = ::IpminmaxProblemInfo;
-using Ipopt::Index;
 
 std::size_t size_of(Index n) { return static_cast<std::size_t>(n); }
 

@@ -15,7 +15,6 @@ inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 using Problem = ::IpminmaxProblemInfo;
-using Ipopt::Index;
 
 /// Size of the structure when it was first fixed: that of a caller who does not tell. It stays as
 /// it is when the structure grows.

@@ -65,12 +65,12 @@ bool ExactOptionsList::SetIntegerValue(const std::string& tag, Ipopt::Index valu
   return Ipopt::OptionsList::SetIntegerValue(tag, value, allow_clobber, dont_print);
 }
 
-bool ExactOptionsList::SetNumericValue(const std::string& tag, Ipopt::Number value,
-                                       bool allow_clobber, bool dont_print) {
+bool ExactOptionsList::SetNumericValue(const std::string& tag, double value, bool allow_clobber,
+                                       bool dont_print) {
   touch(tag);
   if (!Ipopt::OptionsList::SetNumericValue(tag, value, allow_clobber, dont_print)) return false;
   // True also where an earlier value that must not be overwritten stays.
-  Ipopt::Number rounded = 0.0;
+  double rounded = 0.0;
   if (Ipopt::OptionsList::GetNumericValue(tag, rounded, "") && rounded == as_listed(value)) {
     exact_[lower_case(tag)] = {value, rounded};
   }
@@ -91,7 +91,7 @@ void ExactOptionsList::touch(const std::string& tag) {
   if (std::ranges::find(touched_, name) == touched_.end()) touched_.push_back(std::move(name));
 }
 
-bool ExactOptionsList::GetNumericValue(const std::string& tag, Ipopt::Number& value,
+bool ExactOptionsList::GetNumericValue(const std::string& tag, double& value,
                                        const std::string& prefix) const {
   if (!Ipopt::OptionsList::GetNumericValue(tag, value, prefix)) return false;
   const auto found = exact_.find(lower_case(prefix + tag));

@@ -14,89 +14,93 @@ struct IpoptStatus {
   std::string_view name;
 };
 
-constexpr std::array kIpoptStatuses = std::to_array<IpoptStatus>({
-  {Ipopt::Solve_Succeeded, Ipopt::SUCCESS, "Solve_Succeeded"},
-      {Ipopt::Solved_To_Acceptable_Level, Ipopt::STOP_AT_ACCEPTABLE_POINT,
-       "Solved_To_Acceptable_Level"},
-      {Ipopt::Infeasible_Problem_Detected, Ipopt::LOCAL_INFEASIBILITY,
-       "Infeasible_Problem_Detected"},
-      {Ipopt::Search_Direction_Becomes_Too_Small, Ipopt::STOP_AT_TINY_STEP,
-       "Search_Direction_Becomes_Too_Small"},
-      {Ipopt::Diverging_Iterates, Ipopt::DIVERGING_ITERATES, "Diverging_Iterates"},
-      {Ipopt::User_Requested_Stop, Ipopt::USER_REQUESTED_STOP, "User_Requested_Stop"},
-      {Ipopt::Feasible_Point_Found, Ipopt::FEASIBLE_POINT_FOUND, "Feasible_Point_Found"},
-      {Ipopt::Maximum_Iterations_Exceeded, Ipopt::MAXITER_EXCEEDED, "Maximum_Iterations_Exceeded"},
-      {Ipopt::Restoration_Failed, Ipopt::RESTORATION_FAILURE, "Restoration_Failed"},
-      {Ipopt::Error_In_Step_Computation, Ipopt::ERROR_IN_STEP_COMPUTATION,
-       "Error_In_Step_Computation"},
-      {Ipopt::Maximum_CpuTime_Exceeded, Ipopt::CPUTIME_EXCEEDED, "Maximum_CpuTime_Exceeded"},
+constexpr auto ipopt_statuses() {
+  using enum Ipopt::ApplicationReturnStatus;
+  using enum Ipopt::SolverReturn;
+  return std::to_array<IpoptStatus>({
+    {Solve_Succeeded, SUCCESS, "Solve_Succeeded"},
+        {Solved_To_Acceptable_Level, STOP_AT_ACCEPTABLE_POINT, "Solved_To_Acceptable_Level"},
+        {Infeasible_Problem_Detected, LOCAL_INFEASIBILITY, "Infeasible_Problem_Detected"},
+        {Search_Direction_Becomes_Too_Small, STOP_AT_TINY_STEP,
+         "Search_Direction_Becomes_Too_Small"},
+        {Diverging_Iterates, DIVERGING_ITERATES, "Diverging_Iterates"},
+        {User_Requested_Stop, USER_REQUESTED_STOP, "User_Requested_Stop"},
+        {Feasible_Point_Found, FEASIBLE_POINT_FOUND, "Feasible_Point_Found"},
+        {Maximum_Iterations_Exceeded, MAXITER_EXCEEDED, "Maximum_Iterations_Exceeded"},
+        {Restoration_Failed, RESTORATION_FAILURE, "Restoration_Failed"},
+        {Error_In_Step_Computation, ERROR_IN_STEP_COMPUTATION, "Error_In_Step_Computation"},
+        {Maximum_CpuTime_Exceeded, CPUTIME_EXCEEDED, "Maximum_CpuTime_Exceeded"},
 #if IPMINMAX_IPOPT_AT_LEAST(3, 14)
-      {Ipopt::Maximum_WallTime_Exceeded, Ipopt::WALLTIME_EXCEEDED, "Maximum_WallTime_Exceeded"},
+        {Maximum_WallTime_Exceeded, WALLTIME_EXCEEDED, "Maximum_WallTime_Exceeded"},
 #endif
-      {Ipopt::Not_Enough_Degrees_Of_Freedom, Ipopt::TOO_FEW_DEGREES_OF_FREEDOM,
-       "Not_Enough_Degrees_Of_Freedom"},
-      {Ipopt::Invalid_Problem_Definition, Ipopt::INTERNAL_ERROR, "Invalid_Problem_Definition"},
-      {Ipopt::Invalid_Option, Ipopt::INVALID_OPTION, "Invalid_Option"},
-      {Ipopt::Invalid_Number_Detected, Ipopt::INVALID_NUMBER_DETECTED, "Invalid_Number_Detected"},
-      {Ipopt::Unrecoverable_Exception, Ipopt::INTERNAL_ERROR, "Unrecoverable_Exception"},
-      {Ipopt::NonIpopt_Exception_Thrown, Ipopt::INTERNAL_ERROR, "NonIpopt_Exception_Thrown"},
-      {Ipopt::Insufficient_Memory, Ipopt::OUT_OF_MEMORY, "Insufficient_Memory"},
-      {Ipopt::Internal_Error, Ipopt::INTERNAL_ERROR, "Internal_Error"},
-});
+        {Not_Enough_Degrees_Of_Freedom, TOO_FEW_DEGREES_OF_FREEDOM,
+         "Not_Enough_Degrees_Of_Freedom"},
+        {Invalid_Problem_Definition, INTERNAL_ERROR, "Invalid_Problem_Definition"},
+        {Invalid_Option, INVALID_OPTION, "Invalid_Option"},
+        {Invalid_Number_Detected, INVALID_NUMBER_DETECTED, "Invalid_Number_Detected"},
+        {Unrecoverable_Exception, INTERNAL_ERROR, "Unrecoverable_Exception"},
+        {NonIpopt_Exception_Thrown, INTERNAL_ERROR, "NonIpopt_Exception_Thrown"},
+        {Insufficient_Memory, OUT_OF_MEMORY, "Insufficient_Memory"},
+        {Internal_Error, INTERNAL_ERROR, "Internal_Error"},
+  });
+}
+
+constexpr std::array kIpoptStatuses = ipopt_statuses();
 
 }  // namespace
 
 Ipopt::ApplicationReturnStatus application_status(Status status) {
+  using enum Ipopt::ApplicationReturnStatus;
   switch (status) {
     case Status::Solved:
     case Status::SolvedDegenerate:
-      return Ipopt::Solve_Succeeded;
+      return Solve_Succeeded;
     case Status::SolvedToAcceptableLevel:
-      return Ipopt::Solved_To_Acceptable_Level;
+      return Solved_To_Acceptable_Level;
     case Status::NotLocalMinmax:
     case Status::NoLocalMinmaxFound:
     case Status::WorstCaseNotMet:
     case Status::TinyStep:
-      return Ipopt::Search_Direction_Becomes_Too_Small;
+      return Search_Direction_Becomes_Too_Small;
     case Status::InnerUnbounded:
     case Status::OuterUnbounded:
     case Status::DivergingIterates:
-      return Ipopt::Diverging_Iterates;
+      return Diverging_Iterates;
     case Status::LocallyInfeasible:
     case Status::InnerInfeasible:
-      return Ipopt::Infeasible_Problem_Detected;
+      return Infeasible_Problem_Detected;
     case Status::MaxIterations:
-      return Ipopt::Maximum_Iterations_Exceeded;
+      return Maximum_Iterations_Exceeded;
     case Status::MaxCpuTime:
-      return Ipopt::Maximum_CpuTime_Exceeded;
+      return Maximum_CpuTime_Exceeded;
     case Status::MaxWallTime:
 #if IPMINMAX_IPOPT_AT_LEAST(3, 14)
-      return Ipopt::Maximum_WallTime_Exceeded;
+      return Maximum_WallTime_Exceeded;
 #else
-      return Ipopt::Maximum_CpuTime_Exceeded;
+      return Maximum_CpuTime_Exceeded;
 #endif
     case Status::RestorationFailed:
-      return Ipopt::Restoration_Failed;
+      return Restoration_Failed;
     case Status::InertiaCorrectionFailed:
     case Status::LinearSolverFailed:
-      return Ipopt::Error_In_Step_Computation;
+      return Error_In_Step_Computation;
     case Status::EvaluationFailed:
     case Status::InvalidNumber:
-      return Ipopt::Invalid_Number_Detected;
+      return Invalid_Number_Detected;
     case Status::UserStop:
-      return Ipopt::User_Requested_Stop;
+      return User_Requested_Stop;
     case Status::InvalidProblem:
-      return Ipopt::Invalid_Problem_Definition;
+      return Invalid_Problem_Definition;
     case Status::InvalidOption:
-      return Ipopt::Invalid_Option;
+      return Invalid_Option;
     case Status::TooFewDegreesOfFreedom:
-      return Ipopt::Not_Enough_Degrees_Of_Freedom;
+      return Not_Enough_Degrees_Of_Freedom;
     case Status::OutOfMemory:
-      return Ipopt::Insufficient_Memory;
+      return Insufficient_Memory;
     case Status::InternalError:
-      return Ipopt::Internal_Error;
+      return Internal_Error;
   }
-  return Ipopt::Internal_Error;
+  return Internal_Error;
 }
 
 Ipopt::SolverReturn solver_return(Status status) {

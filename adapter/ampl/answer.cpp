@@ -32,38 +32,39 @@ struct IpoptEnd {
 };
 
 IpoptEnd ipopt_end(Status status) {
+  using enum Ipopt::ApplicationReturnStatus;
   // Ipopt 3.11 has no code of its own for it.
   if (status == Status::MaxWallTime) return {402, "Maximum Wallclock Time Exceeded"};
   switch (application_status(status)) {
-    case Ipopt::Solve_Succeeded:
+    case Solve_Succeeded:
       return {0, "Optimal Solution Found"};
-    case Ipopt::Solved_To_Acceptable_Level:
+    case Solved_To_Acceptable_Level:
       return {1, "Solved To Acceptable Level"};
-    case Ipopt::Infeasible_Problem_Detected:
+    case Infeasible_Problem_Detected:
       return {200, "Converged to a locally infeasible point. Problem may be infeasible"};
-    case Ipopt::Diverging_Iterates:
+    case Diverging_Iterates:
       return {300, "Iterates diverging; problem might be unbounded"};
-    case Ipopt::Maximum_Iterations_Exceeded:
+    case Maximum_Iterations_Exceeded:
       return {400, "Maximum Number of Iterations Exceeded"};
-    case Ipopt::Maximum_CpuTime_Exceeded:
+    case Maximum_CpuTime_Exceeded:
       return {401, "Maximum CPU Time Exceeded"};
-    case Ipopt::User_Requested_Stop:
+    case User_Requested_Stop:
       return {403, "User requested stop"};
-    case Ipopt::Search_Direction_Becomes_Too_Small:
+    case Search_Direction_Becomes_Too_Small:
       return {500, "Search Direction becomes Too Small"};
-    case Ipopt::Restoration_Failed:
+    case Restoration_Failed:
       return {501, "Restoration Phase Failed"};
-    case Ipopt::Error_In_Step_Computation:
+    case Error_In_Step_Computation:
       return {502, "Error in step computation"};
-    case Ipopt::Invalid_Number_Detected:
+    case Invalid_Number_Detected:
       return {550, "Invalid number in NLP function or derivative detected"};
-    case Ipopt::Not_Enough_Degrees_Of_Freedom:
+    case Not_Enough_Degrees_Of_Freedom:
       return {551, "NLP has too few degrees of freedom"};
-    case Ipopt::Invalid_Problem_Definition:
+    case Invalid_Problem_Definition:
       return {554, "Invalid problem definition"};
-    case Ipopt::Invalid_Option:
+    case Invalid_Option:
       return {552, "Invalid option setting"};
-    case Ipopt::Insufficient_Memory:
+    case Insufficient_Memory:
       return {553, "Out of memory"};
     default:
       return {554, "Internal error"};

@@ -271,6 +271,9 @@ TEST(Work, CountsAndTimes) {
   result.counts.factorizations_for(FactorizationCause::Certificate) = {1, 2};
   EXPECT_EQ(line_with(log::work(result), "K + K_yy for"),
             "  K + K_yy for steps 4 + 3, certificate 1 + 2");
+  result.counts.factorizations_full = 5;
+  result.counts.factorizations_for(FactorizationCause::Restoration) = {7, 0};
+  EXPECT_EQ(last_two(log::work(result), "factorizations of K ").back(), "12");  // the parts add up
   EXPECT_EQ(last_two(log::timing(result.timing), "Everything else").back(), "1.500");
 }
 
