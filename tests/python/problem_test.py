@@ -366,6 +366,7 @@ class Threads(unittest.TestCase):
 
             def gradient(self, v):
                 if self.nested:
+                    self.nested = False
                     problem.solve(game.START)
                 return super().gradient(v)
 
