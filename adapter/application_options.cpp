@@ -1,5 +1,6 @@
 #include <IpJournalist.hpp>
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -192,7 +193,7 @@ std::string set_option(const std::string& name, const std::string& text,
     if (!option->IsValidIntegerSetting(*value)) {
       return setting + " is not in " + interval_of(*option);
     }
-    done = is_set_to(*value, [&](Ipopt::Index& v) { return list.GetIntegerValue(name, v, ""); }) ||
+    done = is_set_to(*value, [&](Index& v) { return list.GetIntegerValue(name, v, ""); }) ||
            list.SetIntegerValue(name, *value, allow_clobber);
   } else {
     if (!option->IsValidStringSetting(text)) {
@@ -221,13 +222,13 @@ void copy_option(const OptionInfo& info, const Ipopt::OptionsList& list, SolverO
     double value = 0.0;
     if (list.GetNumericValue(name, value, "")) options.*(number->member) = value;
   } else if (const auto* integer = std::get_if<Integer>(&info.kind)) {
-    Ipopt::Index value = 0;
+    Index value = 0;
     if (list.GetIntegerValue(name, value, "")) options.*(integer->member) = value;
   } else if (const auto* flag = std::get_if<Flag>(&info.kind)) {
     bool value = false;
     if (list.GetBoolValue(name, value, "")) options.*(flag->member) = value;
   } else if (const auto* choice = std::get_if<Choice>(&info.kind)) {
-    Ipopt::Index value = 0;
+    Index value = 0;
     const bool is_set = list.GetEnumValue(name, value, "");
     const auto i = static_cast<std::size_t>(value);
     if (is_set && i < choice->names.size()) choice->set(options, i);  // others: Ipopt's solvers
@@ -242,15 +243,42 @@ void add_ipopt_only_linear_solvers(OptionInfo& info) {
   choice.texts.resize(choice.names.size(), "Ipopt only; auto is used");
 }
 
+void register_row(Ipopt::RegisteredOptions& registry, OptionInfo info) {
+  if (info.name == "linear_solver") add_ipopt_only_linear_solvers(info);
+  register_option(registry, info);
+}
+
 }  // namespace
 
+std::array<std::span<const OptionInfo>, 3> option_tables() {
+  return {option_table(), application_option_table(), ipopt_only_options()};
+}
+
 void register_options(Ipopt::RegisteredOptions& registry) {
-  for (OptionInfo info : option_table()) {
-    if (info.name == "linear_solver") add_ipopt_only_linear_solvers(info);
-    register_option(registry, info);
+  for (const auto table : option_tables()) {
+    for (const OptionInfo& info : table) register_row(registry, info);
   }
-  for (const OptionInfo& info : application_option_table()) register_option(registry, info);
-  register_ipopt_only_options(registry);
+}
+
+Ipopt::SmartPtr<const Ipopt::RegisteredOption> OptionRegistry::GetOption(const std::string& name) {
+  const auto known = RegisteredOptions::GetOption(name);
+  if (Ipopt::IsValid(known)) return known;
+  const std::string own = name.substr(name.rfind('.') + 1);  // a prefix ends with a dot
+  for (const auto table : option_tables()) {
+    const auto found = std::ranges::find(table, own, &OptionInfo::name);
+    if (found == table.end()) continue;
+    register_row(*this, *found);
+    break;
+  }
+  return RegisteredOptions::GetOption(name);
+}
+
+const OptionRegistry::RegOptionsList& OptionRegistry::RegisteredOptionsList() const {
+  for (const auto table : option_tables()) {
+    for (const OptionInfo& info : table)
+      static_cast<void>(const_cast<OptionRegistry*>(this)->GetOption(std::string(info.name)));
+  }
+  return RegisteredOptions::RegisteredOptionsList();
 }
 
 namespace {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <iosfwd>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,9 +19,24 @@ inline namespace IPMINMAX_IPOPT_ABI {
 /// Ipopt's where Ipopt has them.
 [[nodiscard]] const std::vector<OptionInfo>& application_option_table();
 
+/// Begins a message's part where the file of option minmax_points_file was not written.
+inline constexpr const char* kPointsNotWritten = "error writing minmax_points_file: ";
+
+/// The solver's own, those of the application, and those that only Ipopt has.
+[[nodiscard]] std::array<std::span<const OptionInfo>, 3> option_tables();
+
 /// Registers the solver's options from option_table(), those of the application, and those that
 /// only Ipopt has (ipopt_only_options.hpp).
 void register_options(Ipopt::RegisteredOptions& registry);
+
+/// A registry with the same options, each of which is made when it is first asked for: all of them
+/// take longer than a small solve.
+class OptionRegistry : public Ipopt::RegisteredOptions {
+ public:
+  Ipopt::SmartPtr<const Ipopt::RegisteredOption> GetOption(const std::string& name) override;
+  /// Makes all of them.
+  [[nodiscard]] const RegOptionsList& RegisteredOptionsList() const override;
+};
 
 /// Sets the options of a file in Ipopt's format: name and value separated by blanks or line ends,
 /// # starts a comment, "..." quotes. As in Ipopt they cannot be overwritten by later Set calls

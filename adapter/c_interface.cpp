@@ -1,5 +1,6 @@
 #include <IpOptionsList.hpp>
 #include <IpRegOptions.hpp>
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -22,7 +23,6 @@ inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 using Problem = ::IpminmaxProblemInfo;
-using Ipopt::Index;
 using Ipopt::SmartPtr;
 
 // The header repeats these values, so that it does not need Ipopt's or the core's.
@@ -30,29 +30,34 @@ template <class Ours, class Theirs>
 constexpr bool same(Ours ours, Theirs theirs) {
   return static_cast<int>(ours) == static_cast<int>(theirs);
 }
-static_assert(same(IPMINMAX_SOLVE_SUCCEEDED, Ipopt::Solve_Succeeded));
-static_assert(same(IPMINMAX_SOLVED_TO_ACCEPTABLE_LEVEL, Ipopt::Solved_To_Acceptable_Level));
-static_assert(same(IPMINMAX_INFEASIBLE_PROBLEM_DETECTED, Ipopt::Infeasible_Problem_Detected));
-static_assert(same(IPMINMAX_SEARCH_DIRECTION_BECOMES_TOO_SMALL,
-                   Ipopt::Search_Direction_Becomes_Too_Small));
-static_assert(same(IPMINMAX_DIVERGING_ITERATES, Ipopt::Diverging_Iterates));
-static_assert(same(IPMINMAX_USER_REQUESTED_STOP, Ipopt::User_Requested_Stop));
-static_assert(same(IPMINMAX_FEASIBLE_POINT_FOUND, Ipopt::Feasible_Point_Found));
-static_assert(same(IPMINMAX_MAXIMUM_ITERATIONS_EXCEEDED, Ipopt::Maximum_Iterations_Exceeded));
-static_assert(same(IPMINMAX_RESTORATION_FAILED, Ipopt::Restoration_Failed));
-static_assert(same(IPMINMAX_ERROR_IN_STEP_COMPUTATION, Ipopt::Error_In_Step_Computation));
-static_assert(same(IPMINMAX_MAXIMUM_CPUTIME_EXCEEDED, Ipopt::Maximum_CpuTime_Exceeded));
+static_assert([] {
+  using enum Ipopt::ApplicationReturnStatus;
+  const std::pair<int, int> statuses[] = {
+      {IPMINMAX_SOLVE_SUCCEEDED, Solve_Succeeded},
+      {IPMINMAX_SOLVED_TO_ACCEPTABLE_LEVEL, Solved_To_Acceptable_Level},
+      {IPMINMAX_INFEASIBLE_PROBLEM_DETECTED, Infeasible_Problem_Detected},
+      {IPMINMAX_SEARCH_DIRECTION_BECOMES_TOO_SMALL, Search_Direction_Becomes_Too_Small},
+      {IPMINMAX_DIVERGING_ITERATES, Diverging_Iterates},
+      {IPMINMAX_USER_REQUESTED_STOP, User_Requested_Stop},
+      {IPMINMAX_FEASIBLE_POINT_FOUND, Feasible_Point_Found},
+      {IPMINMAX_MAXIMUM_ITERATIONS_EXCEEDED, Maximum_Iterations_Exceeded},
+      {IPMINMAX_RESTORATION_FAILED, Restoration_Failed},
+      {IPMINMAX_ERROR_IN_STEP_COMPUTATION, Error_In_Step_Computation},
+      {IPMINMAX_MAXIMUM_CPUTIME_EXCEEDED, Maximum_CpuTime_Exceeded},
 #if IPMINMAX_IPOPT_AT_LEAST(3, 14)
-static_assert(same(IPMINMAX_MAXIMUM_WALLTIME_EXCEEDED, Ipopt::Maximum_WallTime_Exceeded));
+      {IPMINMAX_MAXIMUM_WALLTIME_EXCEEDED, Maximum_WallTime_Exceeded},
 #endif
-static_assert(same(IPMINMAX_NOT_ENOUGH_DEGREES_OF_FREEDOM, Ipopt::Not_Enough_Degrees_Of_Freedom));
-static_assert(same(IPMINMAX_INVALID_PROBLEM_DEFINITION, Ipopt::Invalid_Problem_Definition));
-static_assert(same(IPMINMAX_INVALID_OPTION, Ipopt::Invalid_Option));
-static_assert(same(IPMINMAX_INVALID_NUMBER_DETECTED, Ipopt::Invalid_Number_Detected));
-static_assert(same(IPMINMAX_UNRECOVERABLE_EXCEPTION, Ipopt::Unrecoverable_Exception));
-static_assert(same(IPMINMAX_NONIPOPT_EXCEPTION_THROWN, Ipopt::NonIpopt_Exception_Thrown));
-static_assert(same(IPMINMAX_INSUFFICIENT_MEMORY, Ipopt::Insufficient_Memory));
-static_assert(same(IPMINMAX_INTERNAL_ERROR, Ipopt::Internal_Error));
+      {IPMINMAX_NOT_ENOUGH_DEGREES_OF_FREEDOM, Not_Enough_Degrees_Of_Freedom},
+      {IPMINMAX_INVALID_PROBLEM_DEFINITION, Invalid_Problem_Definition},
+      {IPMINMAX_INVALID_OPTION, Invalid_Option},
+      {IPMINMAX_INVALID_NUMBER_DETECTED, Invalid_Number_Detected},
+      {IPMINMAX_UNRECOVERABLE_EXCEPTION, Unrecoverable_Exception},
+      {IPMINMAX_NONIPOPT_EXCEPTION_THROWN, NonIpopt_Exception_Thrown},
+      {IPMINMAX_INSUFFICIENT_MEMORY, Insufficient_Memory},
+      {IPMINMAX_INTERNAL_ERROR, Internal_Error},
+  };
+  return std::ranges::all_of(statuses, [](auto pair) { return pair.first == pair.second; });
+}());
 static_assert(same(IPMINMAX_MIN, Player::Min) && same(IPMINMAX_MAX, Player::Max));
 static_assert(same(IPMINMAX_C_STYLE, Ipopt::TNLP::C_STYLE) &&
               same(IPMINMAX_FORTRAN_STYLE, Ipopt::TNLP::FORTRAN_STYLE));
@@ -136,14 +141,14 @@ int add_option(Problem* problem, const char* keyword, Ipopt::RegisteredOptionTyp
                auto make_text) noexcept {
   return guarded(problem, [&]() -> std::string {
     if (keyword == nullptr) return "the option's name is NULL";
-    const auto registry = problem->application->RegOptions();
-    const SmartPtr<const Ipopt::RegisteredOption> option = registry->GetOption(keyword);
+    OptionRegistry registry;
+    const SmartPtr<const Ipopt::RegisteredOption> option = registry.GetOption(keyword);
     const std::string name(keyword);
-    if (Ipopt::IsNull(option)) return unknown_option(name, *registry);
+    if (Ipopt::IsNull(option)) return unknown_option(name, registry);
     if (option->Type() != type) {
       return name + " is " + name_of(option->Type()) + " option, not " + name_of(type) + " option";
     }
-    return set_option(name, make_text(), *registry, *problem->application->Options(), true);
+    return set_option(name, make_text(), registry, *problem->application->Options(), true);
   });
 }
 
@@ -284,18 +289,16 @@ IpminmaxReturnStatus solve_guarded(Problem* problem, const Output& out, void* us
     say_fixed(problem, "the problem is being solved: no solve inside its own callbacks");
     return IPMINMAX_INVALID_PROBLEM_DEFINITION;
   }
-  problem->solving = true;
-  IpminmaxReturnStatus status = IPMINMAX_INTERNAL_ERROR;
+  const Solving solving(*problem);
   try {
-    status = start(*problem, out, user_data, call);
+    return start(*problem, out, user_data, call);
   } catch (const std::bad_alloc&) {
     say_fixed(problem, "out of memory");
-    status = IPMINMAX_INSUFFICIENT_MEMORY;
+    return IPMINMAX_INSUFFICIENT_MEMORY;
   } catch (...) {
     say_fixed(problem, "internal error: unexpected exception");
+    return IPMINMAX_INTERNAL_ERROR;
   }
-  problem->solving = false;
-  return status;
 }
 
 }  // namespace
@@ -341,7 +344,12 @@ IpminmaxProblem IpminmaxCreate(int n, const double* x_L, const double* x_U, int 
   return nullptr;
 }
 
-void IpminmaxFree(IpminmaxProblem problem) { delete problem; }
+void IpminmaxFree(IpminmaxProblem problem) {
+  if (problem != nullptr && problem->solving) {
+    return say_fixed(problem, "the problem is being solved: it is not freed");
+  }
+  delete problem;
+}
 
 int IpminmaxAddStrOption(IpminmaxProblem problem, const char* keyword, const char* val) {
   if (problem != nullptr && val == nullptr) {

@@ -12,7 +12,6 @@ namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
-using Ipopt::Index;
 using Ipopt::Number;
 
 /// Callbacks made for Ipopt 3.14 return bool, of which a caller that reads an int finds only the
@@ -38,6 +37,14 @@ bool CallbackTNLP::get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz
   nnz_jac_g = d_.nele_jac;
   nnz_h_lag = d_.nele_hess;
   index_style = d_.index_style;
+  return true;
+}
+
+bool CallbackTNLP::get_var_con_metadata(Index, StringMetaDataMapType& variable_strings,
+                                        IntegerMetaDataMapType&, NumericMetaDataMapType&, Index,
+                                        StringMetaDataMapType&, IntegerMetaDataMapType&,
+                                        NumericMetaDataMapType&) {
+  if (!variable_names.empty()) variable_strings["idx_names"] = variable_names;
   return true;
 }
 
@@ -121,6 +128,11 @@ bool CallbackTNLP::intermediate_callback(Ipopt::AlgorithmMode mode, Index iter, 
   return intermediate == nullptr ||
          is_true(intermediate(static_cast<int>(mode), iter, obj_value, inf_pr, inf_du, mu, d_norm,
                               regularization_size, alpha_du, alpha_pr, ls_trials, user_data));
+}
+
+bool CallbackTNLP::maximization_callback(Index iter, Number value) {
+  return intermediate == nullptr ||
+         is_true(intermediate(2, iter, value, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, user_data));
 }
 
 void CallbackTNLP::finalize_solution(Ipopt::SolverReturn, Index n, const Number* x,

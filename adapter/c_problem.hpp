@@ -19,7 +19,7 @@ inline namespace IPMINMAX_IPOPT_ABI {
 
 /// What IpminmaxCreate was given; arrays have n or m entries.
 struct CallbackDefinition {
-  Ipopt::Index n = 0, m = 0, nele_jac = 0, nele_hess = 0;
+  Index n = 0, m = 0, nele_jac = 0, nele_hess = 0;
   Ipopt::TNLP::IndexStyleEnum index_style = Ipopt::TNLP::C_STYLE;
   std::vector<double> x_lower, x_upper, g_lower, g_upper;
   std::vector<int> variable_players;
@@ -51,6 +51,7 @@ class CallbackTNLP : public MinMaxTNLP, public OptionalPlayers, public ModelOver
   bool needs_hessian = true;  ///< whether an eval_h must know its structure
   double objective_scaling = 1.0;
   std::vector<double> x_scaling, g_scaling;  ///< n and m, or empty: none
+  std::vector<std::string> variable_names;   ///< n, or empty: none
   void* user_data = nullptr;
   PrimalDualPoint start;   ///< multipliers may be empty unless the start is warm
   PrimalDualPoint answer;  ///< of finalize_solution
@@ -58,39 +59,35 @@ class CallbackTNLP : public MinMaxTNLP, public OptionalPlayers, public ModelOver
   double objective = 0.0;
   bool finalized = false;  ///< whether the current solve has an answer
 
-  bool get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
-                    Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) override;
-  bool get_variable_players(Ipopt::Index, Player* players) override;
-  bool get_constraint_players(Ipopt::Index, Player* players) override;
-  bool get_bounds_info(Ipopt::Index, Ipopt::Number* x_l, Ipopt::Number* x_u, Ipopt::Index,
-                       Ipopt::Number* g_l, Ipopt::Number* g_u) override;
-  bool get_scaling_parameters(Ipopt::Number& obj_scaling, bool& use_x_scaling, Ipopt::Index,
-                              Ipopt::Number* x_scaling_out, bool& use_g_scaling, Ipopt::Index,
-                              Ipopt::Number* g_scaling_out) override;
-  bool get_starting_point(Ipopt::Index, bool init_x, Ipopt::Number* x, bool init_z,
-                          Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index, bool init_lambda,
-                          Ipopt::Number* lambda) override;
-  bool eval_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
-              Ipopt::Number& obj_value) override;
-  bool eval_grad_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
-                   Ipopt::Number* grad_f) override;
-  bool eval_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
-              Ipopt::Number* values) override;
-  bool eval_jac_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
-                  Ipopt::Index nele_jac, Ipopt::Index* iRow, Ipopt::Index* jCol,
-                  Ipopt::Number* values) override;
-  bool eval_h(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Number obj_factor,
-              Ipopt::Index m, const Ipopt::Number* lambda, bool new_lambda, Ipopt::Index nele_hess,
-              Ipopt::Index* iRow, Ipopt::Index* jCol, Ipopt::Number* values) override;
-  bool intermediate_callback(Ipopt::AlgorithmMode mode, Ipopt::Index iter, Ipopt::Number obj_value,
-                             Ipopt::Number inf_pr, Ipopt::Number inf_du, Ipopt::Number mu,
-                             Ipopt::Number d_norm, Ipopt::Number regularization_size,
-                             Ipopt::Number alpha_du, Ipopt::Number alpha_pr, Ipopt::Index ls_trials,
+  bool get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_lag,
+                    IndexStyleEnum& index_style) override;
+  bool get_var_con_metadata(Index, StringMetaDataMapType& variable_strings, IntegerMetaDataMapType&,
+                            NumericMetaDataMapType&, Index, StringMetaDataMapType&,
+                            IntegerMetaDataMapType&, NumericMetaDataMapType&) override;
+  bool get_variable_players(Index, Player* players) override;
+  bool get_constraint_players(Index, Player* players) override;
+  bool get_bounds_info(Index, double* x_l, double* x_u, Index, double* g_l, double* g_u) override;
+  bool get_scaling_parameters(double& obj_scaling, bool& use_x_scaling, Index,
+                              double* x_scaling_out, bool& use_g_scaling, Index,
+                              double* g_scaling_out) override;
+  bool get_starting_point(Index, bool init_x, double* x, bool init_z, double* z_L, double* z_U,
+                          Index, bool init_lambda, double* lambda) override;
+  bool eval_f(Index n, const double* x, bool new_x, double& obj_value) override;
+  bool eval_grad_f(Index n, const double* x, bool new_x, double* grad_f) override;
+  bool eval_g(Index n, const double* x, bool new_x, Index m, double* values) override;
+  bool eval_jac_g(Index n, const double* x, bool new_x, Index m, Index nele_jac, Index* iRow,
+                  Index* jCol, double* values) override;
+  bool eval_h(Index n, const double* x, bool new_x, double obj_factor, Index m,
+              const double* lambda, bool new_lambda, Index nele_hess, Index* iRow, Index* jCol,
+              double* values) override;
+  bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iter, double obj_value, double inf_pr,
+                             double inf_du, double mu, double d_norm, double regularization_size,
+                             double alpha_du, double alpha_pr, Index ls_trials,
                              const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override;
-  void finalize_solution(Ipopt::SolverReturn, Ipopt::Index n, const Ipopt::Number* x,
-                         const Ipopt::Number* z_L, const Ipopt::Number* z_U, Ipopt::Index m,
-                         const Ipopt::Number* g_values, const Ipopt::Number* lambda,
-                         Ipopt::Number obj_value, const Ipopt::IpoptData*,
+  bool maximization_callback(Index iter, double value) override;
+  void finalize_solution(Ipopt::SolverReturn, Index n, const double* x, const double* z_L,
+                         const double* z_U, Index m, const double* g_values, const double* lambda,
+                         double obj_value, const Ipopt::IpoptData*,
                          Ipopt::IpoptCalculatedQuantities*) override;
 
  private:
@@ -132,6 +129,18 @@ void say_fixed(IpminmaxProblemInfo* problem, const char* text) noexcept;
 /// Of the last call without a problem.
 [[nodiscard]] const char* message_without_problem() noexcept;
 
+/// A function of the model may be called while this lives.
+class Solving {
+ public:
+  explicit Solving(IpminmaxProblemInfo& problem) : problem_(problem) { problem.solving = true; }
+  ~Solving() { problem_.solving = false; }
+  Solving(const Solving&) = delete;
+  Solving& operator=(const Solving&) = delete;
+
+ private:
+  IpminmaxProblemInfo& problem_;
+};
+
 /// Runs action, which returns an error or nothing; 1 when there is none. No exception leaves.
 template <class Action>
 int guarded(IpminmaxProblemInfo* problem, Action action) noexcept {
@@ -154,8 +163,8 @@ int guarded(IpminmaxProblemInfo* problem, Action action) noexcept {
 /// array[i], as messages name it.
 [[nodiscard]] std::string name_of_entry(const char* array, std::size_t i);
 /// Copies count entries; error names the array when it is missing or the entry that is NaN.
-[[nodiscard]] std::vector<double> read_array(const double* values, Ipopt::Index count,
-                                             const char* name, std::string& error);
+[[nodiscard]] std::vector<double> read_array(const double* values, Index count, const char* name,
+                                             std::string& error);
 /// Whether second derivatives are asked of the model: a callback for them then has to answer.
 [[nodiscard]] bool asks_for_hessian(const IpminmaxProblemInfo& problem);
 

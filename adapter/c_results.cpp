@@ -14,7 +14,6 @@ inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 using Problem = ::IpminmaxProblemInfo;
-using Ipopt::Index;
 
 std::size_t size_of(Index n) { return static_cast<std::size_t>(n); }
 
@@ -81,15 +80,9 @@ std::string check_worst_case_of(Problem& problem, const double* x, int starts,
   problem.model->user_data = user_data;
   problem.model->needs_hessian = asks_for_hessian(problem);
   problem.model->start.x = v;
-  problem.solving = true;
+  const Solving solving(problem);
   WorstCaseCheck check;
-  try {
-    error = problem.application->CheckWorstCase(Ipopt::GetRawPtr(problem.model), v, starts, check);
-  } catch (...) {
-    problem.solving = false;
-    throw;
-  }
-  problem.solving = false;
+  error = problem.application->CheckWorstCase(Ipopt::GetRawPtr(problem.model), v, starts, check);
   if (error.empty()) write(problem, check.found, target, worst_x);
   return error;
 }

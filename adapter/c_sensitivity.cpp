@@ -15,7 +15,6 @@ inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
 using Problem = ::IpminmaxProblemInfo;
-using Ipopt::Index;
 
 /// Size of the structure when it was first fixed: that of a caller who does not tell. It stays as
 /// it is when the structure grows.
@@ -24,20 +23,6 @@ constexpr std::size_t kFirstActiveSetChange =
 
 constexpr const char* kNoSensitivity =
     "no sensitivity: IpminmaxUpdateSensitivity has not succeeded since the last solve";
-
-/// Copies bounds' changes; NULL is none.
-BoundChange read_change(const CallbackDefinition& d, const double* dx_L, const double* dx_U,
-                        const double* dg_L, const double* dg_U, std::string& error) {
-  const auto read = [&](const double* values, Index count, const char* name) {
-    return values == nullptr ? std::vector<double>() : read_array(values, count, name, error);
-  };
-  BoundChange change;
-  change.variable_lower = read(dx_L, d.n, "dx_L");
-  change.variable_upper = read(dx_U, d.n, "dx_U");
-  change.constraint_lower = read(dg_L, d.m, "dg_L");
-  change.constraint_upper = read(dg_U, d.m, "dg_U");
-  return change;
-}
 
 /// Runs action with the sensitivity; errors of its arguments are returned.
 template <class Action>
@@ -52,6 +37,38 @@ std::string with_sensitivity(Problem& problem, std::string error, Action action)
     return singular.what();
   }
   return {};
+}
+
+/// Changes of the bounds; NULL is none.
+struct BoundArrays {
+  const double *x_L, *x_U, *g_L, *g_U;
+};
+
+template <class Action>
+int along_bounds(Problem* problem, const BoundArrays& by, Action action) {
+  return guarded(problem, [&] {
+    const CallbackDefinition& d = problem->model->definition();
+    std::string error;
+    const auto read = [&](const double* values, Index count, const char* name) {
+      return values == nullptr ? std::vector<double>() : read_array(values, count, name, error);
+    };
+    BoundChange change;
+    change.variable_lower = read(by.x_L, d.n, "dx_L");
+    change.variable_upper = read(by.x_U, d.n, "dx_U");
+    change.constraint_lower = read(by.g_L, d.m, "dg_L");
+    change.constraint_upper = read(by.g_U, d.m, "dg_U");
+    return with_sensitivity(*problem, error, [&](Sensitivity& of) { action(of, change); });
+  });
+}
+
+template <class Action>
+int after_move(Problem* problem, const double* dx_min, Action action) {
+  return guarded(problem, [&] {
+    std::string error;
+    const std::vector<double> move =
+        read_array(dx_min, problem->model->definition().n, "dx_min", error);
+    return with_sensitivity(*problem, error, [&](Sensitivity& of) { action(of, move); });
+  });
 }
 
 /// Output arrays of a derivative or prediction; all may be null.
@@ -88,6 +105,7 @@ using namespace ipminmax;  // this file ends here
 int IpminmaxUpdateSensitivity(IpminmaxProblem problem) {
   return guarded(problem, [&]() -> std::string {
     if (problem->solving) return "the problem is being solved";
+    const Solving solving(*problem);  // the model's functions are called
     problem->changes.clear();
     problem->sensitivity_fits = false;
     if (!problem->answered) return "no solve has reached a first iterate";
@@ -100,51 +118,31 @@ int IpminmaxUpdateSensitivity(IpminmaxProblem problem) {
 int IpminmaxGetDerivative(IpminmaxProblem problem, const double* dx_L, const double* dx_U,
                           const double* dg_L, const double* dg_U, double* dx, double* dmult_g,
                           double* dmult_x_L, double* dmult_x_U, double* dobj, double* d2obj) {
-  return guarded(problem, [&] {
-    std::string error;
-    const BoundChange change =
-        read_change(problem->model->definition(), dx_L, dx_U, dg_L, dg_U, error);
-    return with_sensitivity(*problem, error, [&](Sensitivity& sensitivity) {
-      write(sensitivity.derivative(change), {dx, dmult_g, dmult_x_L, dmult_x_U, dobj, d2obj});
-    });
+  return along_bounds(problem, {dx_L, dx_U, dg_L, dg_U}, [&](auto& sensitivity, const auto& by) {
+    write(sensitivity.derivative(by), {dx, dmult_g, dmult_x_L, dmult_x_U, dobj, d2obj});
   });
 }
 
 int IpminmaxGetReaction(IpminmaxProblem problem, const double* dx_min, double* dx, double* dmult_g,
                         double* dmult_x_L, double* dmult_x_U, double* dobj, double* d2obj) {
-  return guarded(problem, [&] {
-    std::string error;
-    const std::vector<double> move =
-        read_array(dx_min, problem->model->definition().n, "dx_min", error);
-    return with_sensitivity(*problem, error, [&](Sensitivity& sensitivity) {
-      write(sensitivity.reaction(move), {dx, dmult_g, dmult_x_L, dmult_x_U, dobj, d2obj});
-    });
+  return after_move(problem, dx_min, [&](auto& sensitivity, const auto& move) {
+    write(sensitivity.reaction(move), {dx, dmult_g, dmult_x_L, dmult_x_U, dobj, d2obj});
   });
 }
 
 int IpminmaxPredict(IpminmaxProblem problem, const double* dx_L, const double* dx_U,
                     const double* dg_L, const double* dg_U, double* x, double* mult_g,
                     double* mult_x_L, double* mult_x_U, double* obj, double* share) {
-  return guarded(problem, [&] {
-    std::string error;
-    const BoundChange change =
-        read_change(problem->model->definition(), dx_L, dx_U, dg_L, dg_U, error);
-    return with_sensitivity(*problem, error, [&](Sensitivity& sensitivity) {
-      write(sensitivity.predict(change), *problem, {x, mult_g, mult_x_L, mult_x_U, obj, share});
-    });
+  return along_bounds(problem, {dx_L, dx_U, dg_L, dg_U}, [&](auto& sensitivity, const auto& by) {
+    write(sensitivity.predict(by), *problem, {x, mult_g, mult_x_L, mult_x_U, obj, share});
   });
 }
 
 int IpminmaxPredictReaction(IpminmaxProblem problem, const double* dx_min, double* x,
                             double* mult_g, double* mult_x_L, double* mult_x_U, double* obj,
                             double* share) {
-  return guarded(problem, [&] {
-    std::string error;
-    const std::vector<double> move =
-        read_array(dx_min, problem->model->definition().n, "dx_min", error);
-    return with_sensitivity(*problem, error, [&](Sensitivity& sensitivity) {
-      write(sensitivity.react(move), *problem, {x, mult_g, mult_x_L, mult_x_U, obj, share});
-    });
+  return after_move(problem, dx_min, [&](auto& sensitivity, const auto& move) {
+    write(sensitivity.react(move), *problem, {x, mult_g, mult_x_L, mult_x_U, obj, share});
   });
 }
 

@@ -108,8 +108,7 @@ PlayerOptions take_player_options(std::vector<OptionSetting>& settings) {
 
 std::string read_own_options(const CrossCheckSettings& settings, SolverOptions& options) {
   const Ipopt::SmartPtr<Ipopt::Journalist> silent = new Ipopt::Journalist();
-  const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
-  register_options(*registry);
+  const Ipopt::SmartPtr<Ipopt::RegisteredOptions> registry = new OptionRegistry();
   const Ipopt::SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(registry, silent);
   std::string text;
   for (const OptionSetting& setting : settings.options) {

@@ -49,7 +49,6 @@ void ExactOptionsList::operator=(const Ipopt::OptionsList& source) {
 void ExactOptionsList::clear() {
   ++changes_;
   touched_.clear();
-  touched_marks_ = 0;
   all_touched_ = false;
   Ipopt::OptionsList::clear();
 }
@@ -66,12 +65,12 @@ bool ExactOptionsList::SetIntegerValue(const std::string& tag, Ipopt::Index valu
   return Ipopt::OptionsList::SetIntegerValue(tag, value, allow_clobber, dont_print);
 }
 
-bool ExactOptionsList::SetNumericValue(const std::string& tag, Ipopt::Number value,
-                                       bool allow_clobber, bool dont_print) {
+bool ExactOptionsList::SetNumericValue(const std::string& tag, double value, bool allow_clobber,
+                                       bool dont_print) {
   touch(tag);
   if (!Ipopt::OptionsList::SetNumericValue(tag, value, allow_clobber, dont_print)) return false;
   // True also where an earlier value that must not be overwritten stays.
-  Ipopt::Number rounded = 0.0;
+  double rounded = 0.0;
   if (Ipopt::OptionsList::GetNumericValue(tag, rounded, "") && rounded == as_listed(value)) {
     exact_[lower_case(tag)] = {value, rounded};
   }
@@ -83,23 +82,16 @@ void ExactOptionsList::copy(const Ipopt::OptionsList& other) {
   const auto* exact = dynamic_cast<const ExactOptionsList*>(&other);
   exact_ = exact != nullptr ? exact->exact_ : std::map<std::string, Exact>{};
   touched_ = exact != nullptr ? exact->touched_ : std::vector<std::string>{};
-  touched_marks_ = exact != nullptr ? exact->touched_marks_ : 0;
   all_touched_ = exact == nullptr || exact->all_touched_;
 }
 
 void ExactOptionsList::touch(const std::string& tag) {
   ++changes_;
   std::string name = lower_case(tag);
-  if (is_touched(name)) return;
-  touched_marks_ |= mark(name);
-  touched_.push_back(std::move(name));
+  if (std::ranges::find(touched_, name) == touched_.end()) touched_.push_back(std::move(name));
 }
 
-bool ExactOptionsList::is_touched(std::string_view name) const {
-  return std::ranges::find(touched_, name) != touched_.end();
-}
-
-bool ExactOptionsList::GetNumericValue(const std::string& tag, Ipopt::Number& value,
+bool ExactOptionsList::GetNumericValue(const std::string& tag, double& value,
                                        const std::string& prefix) const {
   if (!Ipopt::OptionsList::GetNumericValue(tag, value, prefix)) return false;
   const auto found = exact_.find(lower_case(prefix + tag));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -41,7 +42,7 @@ class ExactOptionsList : public Ipopt::OptionsList {
   /// Whether the option, by its lower-case name, has ever been set: a look-up that is much cheaper
   /// than asking for the value. True also of what was unset again or came from another list.
   [[nodiscard]] bool may_be_set(std::string_view name) const {
-    return all_touched_ || ((touched_marks_ & mark(name)) != 0 && is_touched(name));
+    return all_touched_ || std::ranges::find(touched_, name) != touched_.end();
   }
 
   /// Takes the other's options, registry and journalist.
@@ -53,24 +54,11 @@ class ExactOptionsList : public Ipopt::OptionsList {
     Ipopt::Number value;
     Ipopt::Number rounded;
   };
-  /// One bit of 64, so that most names that were never set need no comparison.
-  [[nodiscard]] static std::uint64_t mark(std::string_view name) {
-    if (name.empty()) return 1;
-    const auto character = [](char c) {
-      return static_cast<unsigned>(static_cast<unsigned char>(c));
-    };
-    const std::size_t middle = name.size() / 2;
-    return std::uint64_t{1} << ((5 * name.size() + character(name.back()) +
-                                 3 * character(name[middle])) %
-                                64);
-  }
   void touch(const std::string& tag);
-  [[nodiscard]] bool is_touched(std::string_view name) const;
 
   std::map<std::string, Exact> exact_;  ///< by lower-case name
   std::uint64_t changes_ = 0;
   std::vector<std::string> touched_;  ///< lower-case names, few
-  std::uint64_t touched_marks_ = 0;   ///< of all of them
   bool all_touched_ = false;          ///< by a list of another class
 };
 

@@ -140,7 +140,9 @@ typedef int (*IpminmaxEval_H_CB)(int n, double *x, int new_x, double obj_factor,
                                  int *jCol, double *values, void *user_data);
 /* Called after each iteration, the starting point included; 0 stops the solve at that point.
  * alg_mod is 0, or 1 in the iterations of a feasibility restoration, during which iter_count stands
- * still. */
+ * still, or 2 in those of a maximization over y at a held x: obj_value is then what it has reached,
+ * the numbers behind it are 0, there is no current iterate, and a stop returns the best point that
+ * was finished. */
 typedef int (*IpminmaxIntermediate_CB)(int alg_mod, int iter_count, double obj_value, double inf_pr,
                                        double inf_du, double mu, double d_norm,
                                        double regularization_size, double alpha_du, double alpha_pr,
@@ -162,7 +164,7 @@ IpminmaxProblem IpminmaxCreate(int n, const double *x_L, const double *x_U, int 
                                IpminmaxEval_H_CB eval_h, const int *variable_players,
                                const int *constraint_players);
 
-/* NULL is allowed. */
+/* NULL is allowed. Inside a callback of the problem nothing is freed, and IpminmaxMessage says so. */
 void IpminmaxFree(IpminmaxProblem problem);
 
 /* Options by name, for the next solves; a file ipminmax.opt is read by each solve. */

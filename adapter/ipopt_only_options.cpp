@@ -127,6 +127,19 @@ std::optional<std::string_view> find_advice(const std::vector<IpoptOptionAdvice>
   return std::nullopt;
 }
 
+/// Those that only Ipopt has and that were set to another value than its default, by name.
+std::vector<std::pair<std::string_view, std::string>> changed_options(
+    const Ipopt::OptionsList& list) {
+  const MayBeSet may_be_set(list);
+  std::vector<std::pair<std::string_view, std::string>> changed;
+  for (const OptionInfo& option : ipopt_only_options()) {
+    if (!may_be_set(option.name)) continue;
+    const auto value = value_of(option, list);
+    if (value && *value != default_of(option)) changed.emplace_back(option.name, *value);
+  }
+  return changed;
+}
+
 }  // namespace
 
 const std::vector<IpoptOptionAdvice>& refused_ipopt_option_advice() {
@@ -203,9 +216,7 @@ const std::vector<IpoptOptionAdvice>& ignored_ipopt_option_advice() {
   return table;
 }
 
-void register_ipopt_only_options(Ipopt::RegisteredOptions& registry) {
-  for (const OptionInfo& option : ipopt_options().not_ours) register_option(registry, option);
-}
+const std::vector<OptionInfo>& ipopt_only_options() { return ipopt_options().not_ours; }
 
 std::vector<std::string_view> ipopt_only_linear_solvers() {
   const auto names_in = [](const auto& table) {
@@ -221,15 +232,11 @@ std::vector<std::string_view> ipopt_only_linear_solvers() {
 }
 
 std::string refused_ipopt_option(const Ipopt::OptionsList& list) {
-  const MayBeSet may_be_set(list);
-  for (const OptionInfo& option : ipopt_options().not_ours) {
-    if (!may_be_set(option.name)) continue;
-    const auto advice = find_advice(refused_ipopt_option_advice(), option.name);
-    if (!advice) continue;
-    const auto value = value_of(option, list);
-    if (!value || *value == default_of(option)) continue;
-    return std::string(option.name) + " = " + *value +
-           " is an option of Ipopt that is not available: " + std::string(*advice);
+  for (const auto& [name, value] : changed_options(list)) {
+    if (const auto advice = find_advice(refused_ipopt_option_advice(), name)) {
+      return std::string(name) + " = " + value +
+             " is an option of Ipopt that is not available: " + std::string(*advice);
+    }
   }
   return {};
 }
@@ -240,15 +247,12 @@ std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list) {
     messages.push_back(std::string(name) + " = " + value +
                        " has no effect: " + std::string(reason));
   };
-  const MayBeSet may_be_set(list);
-  for (const OptionInfo& option : ipopt_options().not_ours) {
-    if (!may_be_set(option.name)) continue;
-    const auto value = value_of(option, list);
-    if (!value || *value == default_of(option)) continue;
-    add(option.name, *value,
-        find_advice(ignored_ipopt_option_advice(), option.name)
+  for (const auto& [name, value] : changed_options(list)) {
+    add(name, value,
+        find_advice(ignored_ipopt_option_advice(), name)
             .value_or("it steers Ipopt's own algorithm"));
   }
+  const MayBeSet may_be_set(list);
   std::string hessian;
   if (may_be_set("hessian_approximation") &&
       list.GetStringValue("hessian_approximation", hessian, "") && hessian == "limited-memory") {
@@ -265,17 +269,6 @@ std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list) {
     }
   }
   return messages;
-}
-
-std::vector<std::pair<std::string, std::string>> set_ipopt_only_options(
-    const Ipopt::OptionsList& list) {
-  std::vector<std::pair<std::string, std::string>> result;
-  const MayBeSet may_be_set(list);
-  for (const OptionInfo& option : ipopt_options().not_ours) {
-    if (!may_be_set(option.name)) continue;
-    if (auto value = value_of(option, list)) result.emplace_back(option.name, std::move(*value));
-  }
-  return result;
 }
 
 }  // namespace IPMINMAX_IPOPT_ABI

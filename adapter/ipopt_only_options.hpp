@@ -8,6 +8,7 @@
 #include <IpOptionsList.hpp>
 #include <IpRegOptions.hpp>
 
+#include "../core/options.hpp"
 #include "ipopt_version.hpp"
 
 /// @file
@@ -26,9 +27,8 @@
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
-/// Registers those options with Ipopt's types, ranges and values. To be called after the solver's
-/// own are registered.
-void register_ipopt_only_options(Ipopt::RegisteredOptions& registry);
+/// Those options, with Ipopt's types, ranges and values.
+[[nodiscard]] const std::vector<OptionInfo>& ipopt_only_options();
 
 /// Values of linear_solver that only Ipopt has: they are accepted and mean auto.
 [[nodiscard]] std::vector<std::string_view> ipopt_only_linear_solvers();
@@ -40,10 +40,6 @@ void register_ipopt_only_options(Ipopt::RegisteredOptions& registry);
 /// One message for each option set that has no effect, as "mu_strategy = adaptive has no effect:
 /// ...".
 [[nodiscard]] std::vector<std::string> ignored_ipopt_options(const Ipopt::OptionsList& list);
-
-/// Names of the Ipopt-only options that were set and their values, in alphabetical order.
-[[nodiscard]] std::vector<std::pair<std::string, std::string>> set_ipopt_only_options(
-    const Ipopt::OptionsList& list);
 
 /// Name and what to do instead, for the documentation. Names that end with * stand for all options
 /// that begin so.

@@ -10,6 +10,7 @@
 #include "adapter/log.hpp"
 #include "core/answer.hpp"
 #include "core/model/status_table.hpp"
+#include "core/robust/robust_scope.hpp"
 #include "core/version.h"
 #include "core/worst_case.hpp"
 
@@ -233,13 +234,13 @@ std::string ipopt_iteration_header() {
   return "iter    objective    inf_pr   inf_du lg(mu)  ||d||  lg(rg) alpha_du alpha_pr  ls\n";
 }
 
-std::string ipopt_iteration_row(const IterationInfo& info) {
+std::string ipopt_iteration_row(const IterationInfo& info, Index number) {
   constexpr std::string_view kIpoptsLetters = "fFhHkKnNRwSstTr";
   const KktError& error = info.error;
-  std::string text =
-      format("%4d %14.7e %7.2e %7.2e %5s ", info.iteration, info.objective, error.primal,
-             std::max(error.dual_min, error.dual_max), log10_or_dash(info.mu).c_str());
-  if (info.iteration == 0) return text + "0.00e+00    -  0.00e+00 0.00e+00   0\n";
+  std::string text = format("%4d%c%14.7e %7.2e %7.2e %5s ", number, info.restoration ? 'r' : ' ',
+                            info.objective, error.primal, std::max(error.dual_min, error.dual_max),
+                            log10_or_dash(info.mu).c_str());
+  if (number == 0) return text + "0.00e+00    -  0.00e+00 0.00e+00   0\n";
   const bool is_ipopts = kIpoptsLetters.find(info.step_kind) != std::string_view::npos;
   return text + format("%7.2e %5s %7.2e %7.2e%c %3d\n", info.step_norm,
                        log10_or_dash(std::max(info.delta_x, info.delta_y)).c_str(), info.alpha_dual,
@@ -364,20 +365,36 @@ std::string place_text(const std::vector<std::pair<std::string, double>>& values
   return values.size() > kMost ? text + format(", ... (%zu in all)", values.size()) : text;
 }
 
+std::vector<Index> worst_case_variables(const ProblemStructure& structure, Index constraint) {
+  const std::size_t n = structure.variable_players.size();
+  const bool is_f = static_cast<std::size_t>(constraint) >= structure.constraint_players.size();
+  std::vector<bool> reads(n, is_f);
+  const auto mark = [&](const std::vector<Index>& variables, bool value) {
+    for (const Index i : variables) reads[static_cast<std::size_t>(i)] = value;
+  };
+  const RobustScope scope = is_f ? RobustScope() : robust_scope(structure, constraint);
+  if (!scope.followers.empty()) {
+    mark(scope.variables, true);
+    mark(scope.followers, false);
+    mark(scope.idle, false);
+  } else {
+    for (const Triplet& entry : structure.jacobian)
+      if (entry.row == constraint) mark({entry.col}, true);
+  }
+  std::vector<Index> found;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (reads[i] && structure.variable_players[i] == Player::Max)
+      found.push_back(static_cast<Index>(i));
+  }
+  return found;
+}
+
 namespace {
 
-/// The Max variables that the constraint of a worst case reads, f if it is none, with their values.
 std::string place_of(const RobustWorstCase& found, const ProblemStructure& structure) {
-  const std::size_t n = structure.variable_players.size();
-  const bool is_f =
-      static_cast<std::size_t>(found.constraint) >= structure.constraint_players.size();
-  std::vector<bool> reads(n, is_f);
-  for (const Triplet& entry : structure.jacobian) {
-    if (entry.row == found.constraint) reads[static_cast<std::size_t>(entry.col)] = true;
-  }
   std::vector<std::pair<std::string, double>> values;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!reads[i] || structure.variable_players[i] != Player::Max) continue;
+  for (const Index variable : worst_case_variables(structure, found.constraint)) {
+    const auto i = static_cast<std::size_t>(variable);
     const bool named = i < structure.variable_names.size() && !structure.variable_names[i].empty();
     values.emplace_back(named ? structure.variable_names[i] : "variable " + std::to_string(i),
                         found.v[i]);
@@ -411,9 +428,11 @@ std::string robust_summary(const Result& result, const ProblemStructure& structu
   return text;
 }
 
-std::string summary(const Result& result, const ProblemStructure* structure) {
+std::string summary(const Result& result, const ProblemStructure* structure,
+                    std::optional<Index> iterations) {
   const KktError& error = result.error;
-  std::string text = format("\nNumber of Iterations....: %d\n\n", result.iterations);
+  std::string text =
+      format("\nNumber of Iterations....: %d\n\n", iterations.value_or(result.iterations));
   text += format("Objective...............: %24.16e\n", result.objective);
   text += format("Dual infeasibility, Min.: %24.16e\n", error.dual_min);
   text += format("Dual infeasibility, Max.: %24.16e\n", error.dual_max);
@@ -458,7 +477,9 @@ std::string work(const Result& result) {
   text += line("Number of constraint evaluations                     ", counts.constraints);
   text += line("Number of constraint Jacobian evaluations            ", counts.jacobian);
   text += line("Number of Lagrangian Hessian evaluations             ", counts.hessian);
-  text += line("Number of factorizations of K                        ", counts.factorizations_full);
+  text += line(
+      "Number of factorizations of K                        ",
+      counts.factorizations_full + counts.factorizations_for(FactorizationCause::Restoration).full);
   text +=
       line("Number of factorizations of K_yy                     ", counts.factorizations_inner);
   if (counts.factorizations_complement > 0) {

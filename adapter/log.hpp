@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,9 +52,10 @@ namespace ipminmax::log {
 [[nodiscard]] std::string iteration_row(const IterationInfo& info, bool with_info = false);
 
 /// The same in Ipopt's ten columns, for programs that read its log (print_ipopt_log): inf_du and
-/// lg(rg) are the larger of both players', and the letter is one of Ipopt's, n where it has none.
+/// lg(rg) are the larger of both players', and the letter is one of Ipopt's, n where it has none. An
+/// r behind the row's number, from 0, marks a restoration.
 [[nodiscard]] std::string ipopt_iteration_header();
-[[nodiscard]] std::string ipopt_iteration_row(const IterationInfo& info);
+[[nodiscard]] std::string ipopt_iteration_row(const IterationInfo& info, Index number);
 
 /// The final errors as Ipopt prints them. Both columns are unscaled, but for the last line's first:
 /// the scaled overall error.
@@ -98,14 +100,20 @@ class StartsProgress {
 /// "y = 0.5, w = -1", the first few of the values.
 [[nodiscard]] std::string place_text(const std::vector<std::pair<std::string, double>>& values);
 
+/// The variables that say where the worst case of a constraint is: the Max variables that it reads,
+/// of f (beyond the constraints) all; where Max's equations determine these, as dynamics do states,
+/// those that are free instead, as disturbances.
+[[nodiscard]] std::vector<Index> worst_case_variables(const ProblemStructure& structure,
+                                                      Index constraint);
+
 /// The worst cases of robust constraints: constraint, its value there, multiplier, the values of
-/// the Max variables that it reads, and how far the search over y has come.
+/// worst_case_variables, and how far the search over y has come.
 [[nodiscard]] std::string robust_summary(const Result& result, const ProblemStructure& structure);
 
 /// Objective and errors at the returned point, then the certificate. structure, which has the
-/// names, may be null.
-[[nodiscard]] std::string summary(const Result& result,
-                                  const ProblemStructure* structure = nullptr);
+/// names, may be null. iterations: where not all of the result's are meant.
+[[nodiscard]] std::string summary(const Result& result, const ProblemStructure* structure = nullptr,
+                                  std::optional<Index> iterations = {});
 
 /// Numbers of evaluations, factorizations and solves, and the time used.
 [[nodiscard]] std::string work(const Result& result);

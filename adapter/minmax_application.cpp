@@ -47,6 +47,8 @@ using Ipopt::ApplicationReturnStatus;
 using Ipopt::EJournalCategory;
 using Ipopt::EJournalLevel;
 using Ipopt::SmartPtr;
+using enum EJournalCategory;
+using enum EJournalLevel;
 
 namespace {
 
@@ -63,7 +65,7 @@ struct Settings {
   SolverOptions solver;
   PlayerOptions players;
   RowSettings rows;
-  EJournalLevel print_level = Ipopt::J_NONE;
+  EJournalLevel print_level = J_NONE;
   bool without_banner = false, list_options = false, document_options = false, time_stages = false;
   std::string points_file;           ///< empty: none
   std::vector<std::string> ignored;  ///< messages about options without effect
@@ -117,7 +119,7 @@ Settings read_settings(const Ipopt::OptionsList& list) {
     return value;
   };
   Settings settings;
-  Ipopt::Index level = 0;
+  Index level = 0;
   list.GetIntegerValue("print_level", level, "");
   settings.print_level = static_cast<EJournalLevel>(level);
   settings.without_banner = flag("sb");
@@ -152,11 +154,13 @@ class IterationRows {
         with_info_(settings.with_info),
         as_ipopt_(settings.as_ipopt) {}
 
-  /// Empty when the iteration is not due.
-  [[nodiscard]] std::string text(const IterationInfo& info) {
+  /// Empty when the iteration is not due. told: iterations of the solve before it, which Ipopt's
+  /// log numbers its rows by, restorations included.
+  [[nodiscard]] std::string text(const IterationInfo& info, Index told) {
     constexpr Index kRowsPerHeader = 10;
     const auto now = std::chrono::steady_clock::now();
-    if (info.restoration || info.over_y || info.iteration % every_ != 0) return {};
+    if (info.over_y || (info.restoration && !as_ipopt_)) return {};
+    if ((as_ipopt_ ? told : info.iteration) % every_ != 0) return {};
     if (rows_ > 0 && std::chrono::duration<double>(now - last_).count() < pause_) return {};
     last_ = now;
     std::string text;
@@ -164,8 +168,8 @@ class IterationRows {
       text = (rows_ > 0 ? "\n" : "") +
              (as_ipopt_ ? log::ipopt_iteration_header() : log::iteration_header());
     ++rows_;
-    return text +
-           (as_ipopt_ ? log::ipopt_iteration_row(info) : log::iteration_row(info, with_info_));
+    return text + (as_ipopt_ ? log::ipopt_iteration_row(info, told)
+                             : log::iteration_row(info, with_info_));
   }
 
  private:
@@ -227,7 +231,7 @@ bool has_min_variable(const ProblemStructure& s) {
 struct MinMaxApplication::Implementation {
   MinMaxApplication& application;
   SmartPtr<Ipopt::Journalist> journalist = new Ipopt::Journalist();
-  SmartPtr<Ipopt::RegisteredOptions> registry = new Ipopt::RegisteredOptions();
+  SmartPtr<Ipopt::RegisteredOptions> registry = new OptionRegistry();
   SmartPtr<Ipopt::OptionsList> list = new ExactOptionsList(registry, journalist);
   SmartPtr<Ipopt::TNLP> model;
   std::optional<MinMaxStatistics::Extra> solved;  ///< with result for statistics
@@ -247,6 +251,8 @@ struct MinMaxApplication::Implementation {
   bool rethrow = false;
   bool over_ranks = false;
   bool silent = false;  ///< not the rank that prints
+  bool solving = false;
+  Index told = 0;  ///< iterations of the solve so far, without those of maximizations over y
   struct Audience;
   /// What intermediate_callback and finalize_solution may ask about, while they run.
   struct Current {
@@ -270,6 +276,9 @@ struct MinMaxApplication::Implementation {
   decltype(auto) let_ask(Current about, Call&& call);
   /// The factors of what is current; null where they are not known.
   [[nodiscard]] const UserScaling* current_factors();
+  [[nodiscard]] bool may_ask(bool scaled) {
+    return current && !current->at().v.empty() && (!scaled || current_factors() != nullptr);
+  }
 
   double system_seconds_before = 0.0;
 
@@ -283,6 +292,9 @@ struct MinMaxApplication::Implementation {
   [[nodiscard]] ApplicationReturnStatus set_up_output();
   [[nodiscard]] bool open_output_file(const std::string& file_name, EJournalLevel level,
                                       bool append);
+  /// keep: the work of the last solve.
+  [[nodiscard]] ApplicationReturnStatus optimize(const SmartPtr<Ipopt::TNLP>& of, bool keep,
+                                                 bool by_all_ranks = false);
   [[nodiscard]] ApplicationReturnStatus optimize();
   [[nodiscard]] ApplicationReturnStatus run();
   [[nodiscard]] bool call_back(TnlpProblem& problem, const SolverOptions& options,
@@ -326,9 +338,8 @@ struct MinMaxApplication::Implementation {
 
 MinMaxApplication::Implementation::Implementation(MinMaxApplication& owner, bool create_console_out)
     : application(owner) {
-  register_options(*registry);
   if (create_console_out) {
-    journalist->AddFileJournal("console", "stdout", Ipopt::J_ITERSUMMARY);
+    journalist->AddFileJournal("console", "stdout", J_ITERSUMMARY);
     set_console_level(level_option("print_level"));
   }
 }
@@ -349,7 +360,7 @@ bool MinMaxApplication::Implementation::flag(const char* name) const {
 }
 
 EJournalLevel MinMaxApplication::Implementation::level_option(const char* name) const {
-  Ipopt::Index value = 0;
+  Index value = 0;
   list->GetIntegerValue(name, value, "");
   return static_cast<EJournalLevel>(value);
 }
@@ -368,7 +379,7 @@ void MinMaxApplication::Implementation::set_console_level(EJournalLevel level) {
   const SmartPtr<Ipopt::Journal> console = journalist->GetJournal("console");
   if (Ipopt::IsNull(console)) return;
   console->SetAllPrintLevels(level);
-  console->SetPrintLevel(Ipopt::J_DBG, Ipopt::J_NONE);
+  console->SetPrintLevel(J_DBG, J_NONE);
 }
 
 bool MinMaxApplication::Implementation::open_output_file(const std::string& file_name,
@@ -381,7 +392,7 @@ bool MinMaxApplication::Implementation::open_output_file(const std::string& file
     if (!file->open(file_name, append).empty() || !journalist->AddJournal(journal)) return false;
   }
   journal->SetAllPrintLevels(level);
-  journal->SetPrintLevel(Ipopt::J_DBG, Ipopt::J_NONE);
+  journal->SetPrintLevel(J_DBG, J_NONE);
   return true;
 }
 
@@ -389,7 +400,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::set_up_output() {
   set_console_level(level_option("print_level"));
   const std::string file_name = string_option("output_file");
   if (file_name.empty()) return Ipopt::Solve_Succeeded;
-  Ipopt::Index unused = 0;
+  Index unused = 0;
   const bool own_level = list->GetIntegerValue("file_print_level", unused, "");
   if (open_output_file(file_name, level_option(own_level ? "file_print_level" : "print_level"),
                        flag("file_append"))) {
@@ -398,12 +409,12 @@ ApplicationReturnStatus MinMaxApplication::Implementation::set_up_output() {
   result = {};
   result.status = Status::InvalidOption;
   result.message = "Error opening output file \"" + file_name + "\"";
-  print(Ipopt::J_ERROR, Ipopt::J_INITIALIZATION, result.message + "\n");
+  print(J_ERROR, J_INITIALIZATION, result.message + "\n");
   return Ipopt::Invalid_Option;
 }
 
 ApplicationReturnStatus MinMaxApplication::Implementation::refuse_option(std::string error) {
-  print(Ipopt::J_ERROR, Ipopt::J_INITIALIZATION, "Invalid option: " + error + "\n");
+  print(J_ERROR, J_INITIALIZATION, "Invalid option: " + error + "\n");
   result = {};
   result.status = Status::InvalidOption;
   result.message = std::move(error);
@@ -445,21 +456,20 @@ ApplicationReturnStatus MinMaxApplication::Implementation::initialize(std::istre
 }
 
 void MinMaxApplication::Implementation::print_banner() {
-  print(Ipopt::J_SUMMARY, Ipopt::J_MAIN, log::banner());
+  print(J_SUMMARY, J_MAIN, log::banner());
   banner_printed = true;
 }
 
 void MinMaxApplication::Implementation::print_user_options() {
-  print(Ipopt::J_ERROR, Ipopt::J_MAIN,
-        "\nList of user-set options:\n\n" + user_options_text(*list) + "\n");
+  print(J_ERROR, J_MAIN, "\nList of user-set options:\n\n" + user_options_text(*list) + "\n");
 }
 
 void MinMaxApplication::Implementation::print_options_documentation() {
   if (documentation_printed || !flag("print_options_documentation")) return;
-  print(Ipopt::J_SUMMARY, Ipopt::J_MAIN, "\n# List of options\n");
+  print(J_SUMMARY, J_MAIN, "\n# List of options\n");
   std::istringstream lines(options_text());  // line by line: journals of Ipopt may have a buffer
   for (std::string line; std::getline(lines, line);) {
-    print(Ipopt::J_SUMMARY, Ipopt::J_MAIN, line + "\n");
+    print(J_SUMMARY, J_MAIN, line + "\n");
   }
   documentation_printed = true;
 }
@@ -467,7 +477,7 @@ void MinMaxApplication::Implementation::print_options_documentation() {
 void MinMaxApplication::Implementation::print_ignored_options() {
   for (const std::string& message : current_settings().ignored) {
     if (!ignored_options.insert(message).second) continue;
-    print(Ipopt::J_STRONGWARNING, Ipopt::J_MAIN, "Option " + message + ".\n");
+    print(J_STRONGWARNING, J_MAIN, "Option " + message + ".\n");
   }
 }
 
@@ -483,7 +493,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::report_exception() {
   } catch (const Ipopt::IpoptException& error) {
     result.message = error.Message();
     error.ReportException(*journalist);
-    print(Ipopt::J_SUMMARY, Ipopt::J_MAIN, "\nEXIT: Some uncaught Ipopt exception encountered.\n");
+    print(J_SUMMARY, J_MAIN, "\nEXIT: Some uncaught Ipopt exception encountered.\n");
     return Ipopt::Unrecoverable_Exception;
   } catch (const std::bad_alloc&) {
     return stop(Status::OutOfMemory, "out of memory");
@@ -499,8 +509,8 @@ ApplicationReturnStatus MinMaxApplication::Implementation::report_exception() {
       result.message = error.what();
     } catch (...) {  // keeps the message above
     }
-    print(Ipopt::J_ERROR, Ipopt::J_MAIN, "Exception of the model: " + result.message + "\n");
-    print(Ipopt::J_SUMMARY, Ipopt::J_MAIN, "\nEXIT: Exception thrown by the model.\n");
+    print(J_ERROR, J_MAIN, "Exception of the model: " + result.message + "\n");
+    print(J_SUMMARY, J_MAIN, "\nEXIT: Exception thrown by the model.\n");
     return Ipopt::NonIpopt_Exception_Thrown;
   }
 }
@@ -509,7 +519,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::stop(Status status,
                                                                 std::string message) {
   result.status = status;
   result.message = std::move(message);
-  print(Ipopt::J_ERROR, Ipopt::J_MAIN, exit_line());
+  print(J_ERROR, J_MAIN, exit_line());
   return application_status(status);
 }
 
@@ -546,6 +556,7 @@ const UserScaling* MinMaxApplication::Implementation::current_factors() {
 bool MinMaxApplication::Implementation::call_back(TnlpProblem& problem,
                                                   const SolverOptions& options,
                                                   const IterationInfo& info) {
+  if (info.over_y) return problem.report(info);  // not about the point of the solve
   return let_ask({.problem = problem, .options = options, .info = &info},
                  [&] { return problem.report(info); });
 }
@@ -563,11 +574,12 @@ struct MinMaxApplication::Implementation::Audience {
     return {.on_iteration = [this](const IterationInfo& info) { return tell(info); },
             .message =
                 [this](std::string_view text) {
-                  owner.print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
+                  owner.print(J_WARNING, J_MAIN, std::string(text) + "\n");
                 }};
   }
-  [[nodiscard]] bool tell(const IterationInfo& info, EJournalLevel level = Ipopt::J_ITERSUMMARY) {
-    owner.print_made(level, Ipopt::J_MAIN, [&] { return rows.text(info); });
+  [[nodiscard]] bool tell(const IterationInfo& info, EJournalLevel level = J_ITERSUMMARY) {
+    owner.print_made(level, J_MAIN, [&] { return rows.text(info, owner.told); });
+    if (!info.over_y) ++owner.told;
     if (info.iteration == 0 && !info.restoration && !info.over_y && info.scaling) {
       info.scaling(owner.factors);
       owner.factors_known = true;
@@ -580,7 +592,7 @@ struct MinMaxApplication::Implementation::Audience {
 Result MinMaxApplication::Implementation::solve_for_points(TnlpProblem& problem,
                                                            const SolverOptions& options) {
   const bool many = options.minmax_starts > 1 || over_ranks;
-  const EJournalLevel level = many ? Ipopt::J_DETAILED : Ipopt::J_ITERSUMMARY;
+  const EJournalLevel level = many ? J_DETAILED : J_ITERSUMMARY;
   Audience audience{*this, problem, options};
   MultistartObserver observer;
   observer.on_iteration = [&](Index, const IterationInfo& info) {
@@ -591,16 +603,16 @@ Result MinMaxApplication::Implementation::solve_for_points(TnlpProblem& problem,
   // One line that is refreshed on a terminal, else one line per start.
   const bool on_terminal = prints_to_terminal();
   log::StartsProgress progress(options.minmax_starts, !has_min_variable(problem.structure()));
-  observer.on_result = [&, rows = on_terminal ? Ipopt::J_DETAILED : Ipopt::J_ITERSUMMARY](
-                           Index start, const Result& found) {
+  observer.on_result = [&, rows = on_terminal ? J_DETAILED : J_ITERSUMMARY](Index start,
+                                                                            const Result& found) {
     if (as_ipopt || !many) return;
-    if (start == 0) print(rows, Ipopt::J_MAIN, log::start_header());
-    print(rows, Ipopt::J_MAIN, log::start_row(start, found));
+    if (start == 0) print(rows, J_MAIN, log::start_header());
+    print(rows, J_MAIN, log::start_row(start, found));
     progress.add(found);
     show_progress(progress, on_terminal);
   };
   observer.message = [this](Index, std::string_view text) {
-    print(Ipopt::J_WARNING, Ipopt::J_MAIN, std::string(text) + "\n");
+    print(J_WARNING, J_MAIN, std::string(text) + "\n");
   };
   Answer found = over_ranks ? multistart_over_ranks(
                                   [&] { return std::make_unique<ForwardingProblem>(problem); }, 1,
@@ -608,7 +620,7 @@ Result MinMaxApplication::Implementation::solve_for_points(TnlpProblem& problem,
                             : ipminmax::run(problem, options, observer);
   write_points(found);
   if (many && has_iterate(found.best.status) && !as_ipopt) {
-    print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, log::multistart_summary(found));
+    print(J_SUMMARY, J_SOLUTION, log::multistart_summary(found));
   }
   points = std::move(found.points);
   return std::move(found.best);
@@ -616,8 +628,8 @@ Result MinMaxApplication::Implementation::solve_for_points(TnlpProblem& problem,
 
 bool MinMaxApplication::Implementation::prints_to_terminal() const {
   const SmartPtr<Ipopt::Journal> console = journalist->GetJournal("console");
-  return !silent && Ipopt::IsValid(console) &&
-         console->IsAccepted(Ipopt::J_MAIN, Ipopt::J_ITERSUMMARY) && stdout_is_terminal(over_ranks);
+  return !silent && Ipopt::IsValid(console) && console->IsAccepted(J_MAIN, J_ITERSUMMARY) &&
+         stdout_is_terminal(over_ranks);
 }
 
 void MinMaxApplication::Implementation::show_progress(log::StartsProgress& progress,
@@ -629,7 +641,7 @@ void MinMaxApplication::Implementation::show_progress(log::StartsProgress& progr
     return;
   }
   if (!on_terminal) {
-    print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, progress.line() + "\n");
+    print(J_ITERSUMMARY, J_MAIN, progress.line() + "\n");
     return;
   }
   journalist->FlushBuffer();
@@ -640,13 +652,14 @@ void MinMaxApplication::Implementation::show_progress(log::StartsProgress& progr
 void MinMaxApplication::Implementation::write_points(Answer& found) {
   const std::string& name = current_settings().points_file;
   if (name.empty() || silent) return;
-  std::ofstream file(name);
-  file << points_as_csv(found);
-  file.close();
-  if (file) return;
-  const std::string error = "error writing minmax_points_file \"" + name + "\"";
+  OutputFile file(name, J_ITERSUMMARY);
+  std::string error = file.open(name, false);
+  file.Print(J_MAIN, J_ITERSUMMARY, points_as_csv(found).c_str());
+  if (error.empty()) error = file.close();
+  if (error.empty()) return;
+  error.insert(0, kPointsNotWritten);
   found.best.message += "; " + error;  // also where nothing is printed
-  print(Ipopt::J_ERROR, Ipopt::J_MAIN, "E" + error.substr(1) + "\n");
+  print(J_ERROR, J_MAIN, "E" + error.substr(1) + "\n");
 }
 
 ApplicationReturnStatus MinMaxApplication::Implementation::join_ranks() {
@@ -662,7 +675,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::join_ranks() {
 /// A model that is solved again, step by step, is not looked at again unless it is printed.
 void MinMaxApplication::Implementation::remark_on_split(const ProblemStructure& structure,
                                                         const SolverOptions& options) {
-  const bool printed = is_printed(Ipopt::J_WARNING, Ipopt::J_MAIN);
+  const bool printed = is_printed(J_WARNING, J_MAIN);
   if (!printed && model_is_known) return;
   warnings.clear();
   const bool any_max = std::ranges::find(structure.variable_players, Player::Max) !=
@@ -670,13 +683,13 @@ void MinMaxApplication::Implementation::remark_on_split(const ProblemStructure& 
   const bool distributes = dynamic_cast<const MinMaxTNLP*>(Ipopt::GetRawPtr(model)) != nullptr &&
                            dynamic_cast<const OptionalPlayers*>(Ipopt::GetRawPtr(model)) == nullptr;
   if (!any_max && !distributes) {  // an ordinary model
-    print(Ipopt::J_WARNING, Ipopt::J_MAIN,
+    print(J_WARNING, J_MAIN,
           std::string("Note: no Max variable: a ") +
               (options.obj_scaling_factor < 0.0 ? "maximization" : "minimization") + ".\n\n");
     return;
   }
   const auto warn = [&](const std::string& text) {
-    print(Ipopt::J_WARNING, Ipopt::J_MAIN, "Warning: " + text + "\n\n");
+    print(J_WARNING, J_MAIN, "Warning: " + text + "\n\n");
   };
   if (const auto text = one_player_remark(structure); !text.empty()) warn(text);
   warnings = split_remarks(structure);
@@ -687,7 +700,7 @@ void MinMaxApplication::Implementation::remark_on_split(const ProblemStructure& 
 void MinMaxApplication::Implementation::print_linear_solver() {
   const std::string name = string_option("linear_solver");
   if (name != "auto" && current_settings().solver.linear_solver == LinearSolver::Auto) return;
-  print(Ipopt::J_ITERSUMMARY, Ipopt::J_MAIN, log::ipopt_solver_line(name));
+  print(J_ITERSUMMARY, J_MAIN, log::ipopt_solver_line(name));
 }
 
 /// A model may stop because Ipopt's own methods have nothing to tell it.
@@ -707,31 +720,34 @@ ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& p
     if (result.message.find(text) == std::string::npos) result.message += "; " + text;
   }
   if (!has_iterate(result.status)) {
-    print(Ipopt::J_ERROR, Ipopt::J_MAIN, exit_line());
+    print(J_ERROR, J_MAIN, exit_line());
     return application_status(result.status);
   }
   const auto printed = [&](EJournalCategory category, auto&& make) {
-    print_made(Ipopt::J_SUMMARY, category, make);
+    print_made(J_SUMMARY, category, make);
   };
   if (!result.worst_cases.empty()) {
-    printed(Ipopt::J_SOLUTION, [&] { return log::robust_summary(result, problem.structure()); });
+    printed(J_SOLUTION, [&] { return log::robust_summary(result, problem.structure()); });
   }
-  printed(Ipopt::J_SOLUTION, [&] { return log::summary(result, &problem.structure()); });
-  if (is_success(result.status) && is_printed(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION)) {
+  printed(J_SOLUTION, [&] {
+    const bool as_ipopt = current_settings().rows.as_ipopt;
+    return log::summary(result, &problem.structure(), as_ipopt ? told - 1 : result.iterations);
+  });
+  if (is_success(result.status) && is_printed(J_SUMMARY, J_SOLUTION)) {
     for (const std::string& text : idle_bound_remarks(problem.structure(), options, result)) {
-      print(Ipopt::J_SUMMARY, Ipopt::J_SOLUTION, "Note: " + text + "\n");
+      print(J_SUMMARY, J_SOLUTION, "Note: " + text + "\n");
     }
   }
   if (current_settings().rows.as_ipopt)
-    printed(Ipopt::J_SOLUTION, [&] { return log::ipopt_errors(result); });
-  printed(Ipopt::J_STATISTICS, [&] {
+    printed(J_SOLUTION, [&] { return log::ipopt_errors(result); });
+  printed(J_STATISTICS, [&] {
     return current_settings().rows.as_ipopt ? log::ipopt_work(result, problem.structure())
                                             : log::work(result);
   });
   if (current_settings().time_stages) {
-    printed(Ipopt::J_TIMING_STATISTICS, [&] { return log::timing(result.timing); });
+    printed(J_TIMING_STATISTICS, [&] { return log::timing(result.timing); });
   }
-  printed(Ipopt::J_MAIN, [&] { return exit_line(); });
+  printed(J_MAIN, [&] { return exit_line(); });
   solved = {.bound_violation = bound_violation(problem.structure(), result.v),
             .system_seconds = system_seconds() - system_seconds_before};
   if (problem.started()) {
@@ -779,12 +795,12 @@ ApplicationReturnStatus MinMaxApplication::Implementation::run() {
 ApplicationReturnStatus MinMaxApplication::Implementation::solve(TnlpProblem& problem,
                                                                  const SolverOptions& options) {
   if (current_settings().rows.as_ipopt) print_linear_solver();
-  print_made(Ipopt::J_WARNING, Ipopt::J_STATISTICS,
+  print_made(J_WARNING, J_STATISTICS,
              [&] { return log::problem_statistics(problem.structure(), options); });
   remark_on_split(problem.structure(), options);
   try {
     if (options.derivative_test != DerivativeTest::None) {
-      print(Ipopt::J_SUMMARY, Ipopt::J_NLP,
+      print(J_SUMMARY, J_NLP,
             log::derivative_test(test_derivatives(problem, options), problem.structure()));
     }
     if (options.minmax_starts > 1 || over_ranks || !current_settings().points_file.empty()) {
@@ -812,6 +828,7 @@ ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
   room.take_from(result);
   points.clear();
   factors_known = false;
+  told = 0;
   solved.reset();
   statistics = nullptr;
   system_seconds_before = system_seconds();
@@ -829,6 +846,29 @@ ApplicationReturnStatus MinMaxApplication::Implementation::optimize() {
     status = Ipopt::Insufficient_Memory;
   }
   return status;
+}
+
+/// One solve at a time, and the application lives until it ends, whatever the model releases.
+ApplicationReturnStatus MinMaxApplication::Implementation::optimize(const SmartPtr<Ipopt::TNLP>& of,
+                                                                    bool keep, bool by_all_ranks) {
+  if (solving) {
+    print(J_ERROR, J_MAIN, "A solve inside its own model's functions is refused.\n");
+    return Ipopt::Invalid_Problem_Definition;
+  }
+  const SmartPtr<MinMaxApplication> alive =
+      application.ReferenceCount() > 0 ? &application : nullptr;
+  struct End {
+    Implementation& here;
+    ~End() { here.solving = here.over_ranks = here.silent = false; }
+  } const end{*this};
+  solving = true;
+  model = of;
+  if (!keep) solver.reset();
+  if (by_all_ranks) {
+    if (const auto joined = join_ranks(); joined != Ipopt::Solve_Succeeded) return joined;
+    over_ranks = true;
+  }
+  return optimize();
 }
 
 // --- Public methods
@@ -872,8 +912,7 @@ ApplicationReturnStatus MinMaxApplication::Initialize(bool allow_clobber) {
   // print_level may have been set by now.
   implementation_->set_console_level(implementation_->level_option("print_level"));
   if (!file_name.empty() && file_name != "ipminmax.opt") {
-    implementation_->print(Ipopt::J_SUMMARY, Ipopt::J_MAIN,
-                           "Using option file \"" + file_name + "\".\n\n");
+    implementation_->print(J_SUMMARY, J_MAIN, "Using option file \"" + file_name + "\".\n\n");
   }
   return implementation_->initialize_from_file(file_name, allow_clobber, is_set);
 }
@@ -901,26 +940,17 @@ SmartPtr<const Ipopt::OptionsList> MinMaxApplication::Options() const {
 SmartPtr<Ipopt::Journalist> MinMaxApplication::Jnlst() { return implementation_->journalist; }
 
 SmartPtr<Ipopt::RegisteredOptions> MinMaxApplication::RegOptions() {
+  static_cast<void>(implementation_->registry->RegisteredOptionsList());  // all are in it
   return implementation_->registry;
 }
 
 ApplicationReturnStatus MinMaxApplication::OptimizeTNLP(const SmartPtr<Ipopt::TNLP>& model) {
-  implementation_->model = model;
-  implementation_->solver.reset();
-  return implementation_->optimize();
+  return implementation_->optimize(model, false);
 }
 
 ApplicationReturnStatus MinMaxApplication::OptimizeTNLPOverRanks(
     const SmartPtr<Ipopt::TNLP>& model) {
-  implementation_->model = model;
-  implementation_->solver.reset();
-  if (const auto joined = implementation_->join_ranks(); joined != Ipopt::Solve_Succeeded) {
-    return joined;
-  }
-  implementation_->over_ranks = true;
-  const ApplicationReturnStatus status = implementation_->optimize();
-  implementation_->over_ranks = implementation_->silent = false;
-  return status;
+  return implementation_->optimize(model, false, true);
 }
 
 ApplicationReturnStatus MinMaxApplication::ReOptimizeTNLP(const SmartPtr<Ipopt::TNLP>& model) {
@@ -930,7 +960,7 @@ ApplicationReturnStatus MinMaxApplication::ReOptimizeTNLP(const SmartPtr<Ipopt::
   if (Ipopt::GetRawPtr(model) != Ipopt::GetRawPtr(implementation_->model)) {
     THROW_EXCEPTION(Ipopt::INVALID_WARMSTART, "ReOptimizeTNLP called for different TNLP.");
   }
-  return implementation_->optimize();
+  return implementation_->optimize(model, true);
 }
 
 ApplicationReturnStatus MinMaxApplication::OptimizeNLP(const SmartPtr<Ipopt::NLP>&) {
@@ -953,21 +983,18 @@ ApplicationReturnStatus MinMaxApplication::ReOptimizeNLP(const SmartPtr<Ipopt::N
 
 bool MinMaxApplication::GetCurrentIterate(Result& iterate, bool scaled) const {
   Implementation& here = *implementation_;
-  if (!here.current || here.current->at().v.empty()) return false;
-  const UserScaling* const factors = scaled ? here.current_factors() : nullptr;
-  if (scaled && factors == nullptr) return false;
+  if (!here.may_ask(scaled)) return false;
   iterate = here.current->at();
-  if (scaled) scale(here.current->problem.structure(), *factors, iterate);
+  if (scaled) scale(here.current->problem.structure(), *here.current_factors(), iterate);
   return true;
 }
 
 bool MinMaxApplication::GetCurrentViolations(Violations& violations, bool scaled) const {
   Implementation& here = *implementation_;
-  if (!here.current || here.current->at().v.empty()) return false;
-  const UserScaling* const factors = scaled ? here.current_factors() : nullptr;
-  if (scaled && factors == nullptr) return false;
+  if (!here.may_ask(scaled)) return false;
   Implementation::Current& current = *here.current;
-  auto found = violations_at(current.problem, current.at(), current.options, factors);
+  auto found = violations_at(current.problem, current.at(), current.options,
+                             scaled ? here.current_factors() : nullptr);
   if (!found || !is_finite(*found)) return false;
   violations = std::move(*found);
   return true;
@@ -1039,9 +1066,8 @@ bool MinMaxApplication::RethrowNonIpoptException(bool dorethrow) {
 // --- What models ask in their callback
 // ------------------------------------------------------------
 
-bool get_current_iterate(bool scaled, Ipopt::Index n, Ipopt::Number* x, Ipopt::Number* z_L,
-                         Ipopt::Number* z_U, Ipopt::Index m, Ipopt::Number* g,
-                         Ipopt::Number* lambda) {
+bool get_current_iterate(bool scaled, Index n, double* x, double* z_L, double* z_U, Index m,
+                         double* g, double* lambda) {
   Result at;
   if (calling == nullptr || !calling->GetCurrentIterate(at, scaled)) return false;
   if (at.v.size() != static_cast<std::size_t>(n) ||
@@ -1052,10 +1078,9 @@ bool get_current_iterate(bool scaled, Ipopt::Index n, Ipopt::Number* x, Ipopt::N
   return true;
 }
 
-bool get_current_violations(bool scaled, Ipopt::Index n, Ipopt::Number* x_L_violation,
-                            Ipopt::Number* x_U_violation, Ipopt::Number* compl_x_L,
-                            Ipopt::Number* compl_x_U, Ipopt::Number* grad_lag_x, Ipopt::Index m,
-                            Ipopt::Number* nlp_constraint_violation, Ipopt::Number* compl_g) {
+bool get_current_violations(bool scaled, Index n, double* x_L_violation, double* x_U_violation,
+                            double* compl_x_L, double* compl_x_U, double* grad_lag_x, Index m,
+                            double* nlp_constraint_violation, double* compl_g) {
   Violations found;
   if (calling == nullptr || !calling->GetCurrentViolations(found, scaled)) return false;
   if (found.lower_bound.size() != static_cast<std::size_t>(n) ||

@@ -27,6 +27,9 @@ inline namespace IPMINMAX_IPOPT_ABI {
 /// GetCurrentViolations here, answer. As in Ipopt, finalize_solution is not called when the solve
 /// stops before its first iterate (invalid option, invalid problem, too few degrees of freedom).
 ///
+/// A solve inside a function of the model that it solves is refused (Invalid_Problem_Definition);
+/// an application that the model releases then lives until its solve ends.
+///
 /// Exceptions of the model end the solve as in Ipopt: Unrecoverable_Exception for Ipopt's own
 /// types, else NonIpopt_Exception_Thrown, or the exception passes through after
 /// RethrowNonIpoptException(true).

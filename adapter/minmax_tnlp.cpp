@@ -47,9 +47,8 @@ void give(const IndexList& list, Index size, std::vector<std::ptrdiff_t>& first_
 
 bool ObservableTNLP::get_curr_iterate([[maybe_unused]] const Ipopt::IpoptData* ip_data,
                                       [[maybe_unused]] Ipopt::IpoptCalculatedQuantities* ip_cq,
-                                      bool scaled, Ipopt::Index n, Ipopt::Number* x,
-                                      Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m,
-                                      Ipopt::Number* g, Ipopt::Number* lambda) const {
+                                      bool scaled, Index n, double* x, double* z_L, double* z_U,
+                                      Index m, double* g, double* lambda) const {
 #if IPMINMAX_IPOPT_AT_LEAST(3, 14)
   if (ip_data != nullptr) {
     return TNLP::get_curr_iterate(ip_data, ip_cq, scaled, n, x, z_L, z_U, m, g, lambda);
@@ -60,11 +59,10 @@ bool ObservableTNLP::get_curr_iterate([[maybe_unused]] const Ipopt::IpoptData* i
 
 bool ObservableTNLP::get_curr_violations([[maybe_unused]] const Ipopt::IpoptData* ip_data,
                                          [[maybe_unused]] Ipopt::IpoptCalculatedQuantities* ip_cq,
-                                         bool scaled, Ipopt::Index n, Ipopt::Number* x_L_violation,
-                                         Ipopt::Number* x_U_violation, Ipopt::Number* compl_x_L,
-                                         Ipopt::Number* compl_x_U, Ipopt::Number* grad_lag_x,
-                                         Ipopt::Index m, Ipopt::Number* nlp_constraint_violation,
-                                         Ipopt::Number* compl_g) const {
+                                         bool scaled, Index n, double* x_L_violation,
+                                         double* x_U_violation, double* compl_x_L,
+                                         double* compl_x_U, double* grad_lag_x, Index m,
+                                         double* nlp_constraint_violation, double* compl_g) const {
 #if IPMINMAX_IPOPT_AT_LEAST(3, 14)
   if (ip_data != nullptr) {
     return TNLP::get_curr_violations(ip_data, ip_cq, scaled, n, x_L_violation, x_U_violation,
@@ -76,12 +74,12 @@ bool ObservableTNLP::get_curr_violations([[maybe_unused]] const Ipopt::IpoptData
                                 grad_lag_x, m, nlp_constraint_violation, compl_g);
 }
 
-bool MinMaxTNLP::get_constraint_players(Ipopt::Index, Player*) { return true; }
+bool MinMaxTNLP::get_constraint_players(Index, Player*) { return true; }
 
-SplitTNLP::SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model,
-                     std::vector<Ipopt::Index> max_variables,
-                     std::vector<Ipopt::Index> max_constraints,
-                     std::vector<Ipopt::Index> min_constraints)
+bool MinMaxTNLP::maximization_callback(Index, double) { return true; }
+
+SplitTNLP::SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model, std::vector<Index> max_variables,
+                     std::vector<Index> max_constraints, std::vector<Index> min_constraints)
     : model_(model),
       max_variables_(std::move(max_variables)),
       max_constraints_(std::move(max_constraints)),
@@ -94,12 +92,12 @@ const BoxFunctions* SplitTNLP::over_boxes() {
   return model != nullptr ? model->over_boxes() : nullptr;
 }
 
-bool SplitTNLP::get_variable_players(Ipopt::Index n, Player* players) {
+bool SplitTNLP::get_variable_players(Index n, Player* players) {
   give({"max_variables", "variable", max_variables_, Player::Max}, n, first_place_, players);
   return true;
 }
 
-bool SplitTNLP::get_constraint_players(Ipopt::Index m, Player* players) {
+bool SplitTNLP::get_constraint_players(Index m, Player* players) {
   for (const Index j : min_constraints_) {
     if (std::ranges::find(max_constraints_, j) != max_constraints_.end()) {
       THROW_EXCEPTION(
@@ -112,14 +110,14 @@ bool SplitTNLP::get_constraint_players(Ipopt::Index m, Player* players) {
   return true;
 }
 
-bool SplitTNLP::get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
-                             Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) {
+bool SplitTNLP::get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_lag,
+                             IndexStyleEnum& index_style) {
   return model_->get_nlp_info(n, m, nnz_jac_g, nnz_h_lag, index_style);
 }
 
-bool SplitTNLP::get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& var_string_md,
+bool SplitTNLP::get_var_con_metadata(Index n, StringMetaDataMapType& var_string_md,
                                      IntegerMetaDataMapType& var_integer_md,
-                                     NumericMetaDataMapType& var_numeric_md, Ipopt::Index m,
+                                     NumericMetaDataMapType& var_numeric_md, Index m,
                                      StringMetaDataMapType& con_string_md,
                                      IntegerMetaDataMapType& con_integer_md,
                                      NumericMetaDataMapType& con_numeric_md) {
@@ -127,30 +125,28 @@ bool SplitTNLP::get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& var_
                                       con_string_md, con_integer_md, con_numeric_md);
 }
 
-bool SplitTNLP::get_bounds_info(Ipopt::Index n, Ipopt::Number* x_l, Ipopt::Number* x_u,
-                                Ipopt::Index m, Ipopt::Number* g_l, Ipopt::Number* g_u) {
+bool SplitTNLP::get_bounds_info(Index n, double* x_l, double* x_u, Index m, double* g_l,
+                                double* g_u) {
   return model_->get_bounds_info(n, x_l, x_u, m, g_l, g_u);
 }
 
-bool SplitTNLP::get_scaling_parameters(Ipopt::Number& obj_scaling, bool& use_x_scaling,
-                                       Ipopt::Index n, Ipopt::Number* x_scaling,
-                                       bool& use_g_scaling, Ipopt::Index m,
-                                       Ipopt::Number* g_scaling) {
+bool SplitTNLP::get_scaling_parameters(double& obj_scaling, bool& use_x_scaling, Index n,
+                                       double* x_scaling, bool& use_g_scaling, Index m,
+                                       double* g_scaling) {
   return model_->get_scaling_parameters(obj_scaling, use_x_scaling, n, x_scaling, use_g_scaling, m,
                                         g_scaling);
 }
 
-bool SplitTNLP::get_variables_linearity(Ipopt::Index n, LinearityType* var_types) {
+bool SplitTNLP::get_variables_linearity(Index n, LinearityType* var_types) {
   return model_->get_variables_linearity(n, var_types);
 }
 
-bool SplitTNLP::get_constraints_linearity(Ipopt::Index m, LinearityType* const_types) {
+bool SplitTNLP::get_constraints_linearity(Index m, LinearityType* const_types) {
   return model_->get_constraints_linearity(m, const_types);
 }
 
-bool SplitTNLP::get_starting_point(Ipopt::Index n, bool init_x, Ipopt::Number* x, bool init_z,
-                                   Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m,
-                                   bool init_lambda, Ipopt::Number* lambda) {
+bool SplitTNLP::get_starting_point(Index n, bool init_x, double* x, bool init_z, double* z_L,
+                                   double* z_U, Index m, bool init_lambda, double* lambda) {
   return model_->get_starting_point(n, init_x, x, init_z, z_L, z_U, m, init_lambda, lambda);
 }
 
@@ -158,47 +154,41 @@ bool SplitTNLP::get_warm_start_iterate(Ipopt::IteratesVector& warm_start_iterate
   return model_->get_warm_start_iterate(warm_start_iterate);
 }
 
-bool SplitTNLP::eval_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
-                       Ipopt::Number& obj_value) {
+bool SplitTNLP::eval_f(Index n, const double* x, bool new_x, double& obj_value) {
   return model_->eval_f(n, x, new_x, obj_value);
 }
 
-bool SplitTNLP::eval_grad_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
-                            Ipopt::Number* grad_f) {
+bool SplitTNLP::eval_grad_f(Index n, const double* x, bool new_x, double* grad_f) {
   return model_->eval_grad_f(n, x, new_x, grad_f);
 }
 
-bool SplitTNLP::eval_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
-                       Ipopt::Number* g) {
+bool SplitTNLP::eval_g(Index n, const double* x, bool new_x, Index m, double* g) {
   return model_->eval_g(n, x, new_x, m, g);
 }
 
-bool SplitTNLP::eval_jac_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
-                           Ipopt::Index nele_jac, Ipopt::Index* iRow, Ipopt::Index* jCol,
-                           Ipopt::Number* values) {
+bool SplitTNLP::eval_jac_g(Index n, const double* x, bool new_x, Index m, Index nele_jac,
+                           Index* iRow, Index* jCol, double* values) {
   return model_->eval_jac_g(n, x, new_x, m, nele_jac, iRow, jCol, values);
 }
 
-bool SplitTNLP::eval_h(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Number obj_factor,
-                       Ipopt::Index m, const Ipopt::Number* lambda, bool new_lambda,
-                       Ipopt::Index nele_hess, Ipopt::Index* iRow, Ipopt::Index* jCol,
-                       Ipopt::Number* values) {
+bool SplitTNLP::eval_h(Index n, const double* x, bool new_x, double obj_factor, Index m,
+                       const double* lambda, bool new_lambda, Index nele_hess, Index* iRow,
+                       Index* jCol, double* values) {
   return model_->eval_h(n, x, new_x, obj_factor, m, lambda, new_lambda, nele_hess, iRow, jCol,
                         values);
 }
 
-void SplitTNLP::finalize_solution(Ipopt::SolverReturn status, Ipopt::Index n,
-                                  const Ipopt::Number* x, const Ipopt::Number* z_L,
-                                  const Ipopt::Number* z_U, Ipopt::Index m, const Ipopt::Number* g,
-                                  const Ipopt::Number* lambda, Ipopt::Number obj_value,
+void SplitTNLP::finalize_solution(Ipopt::SolverReturn status, Index n, const double* x,
+                                  const double* z_L, const double* z_U, Index m, const double* g,
+                                  const double* lambda, double obj_value,
                                   const Ipopt::IpoptData* ip_data,
                                   Ipopt::IpoptCalculatedQuantities* ip_cq) {
   model_->finalize_solution(status, n, x, z_L, z_U, m, g, lambda, obj_value, ip_data, ip_cq);
 }
 
-void SplitTNLP::finalize_metadata(Ipopt::Index n, const StringMetaDataMapType& var_string_md,
+void SplitTNLP::finalize_metadata(Index n, const StringMetaDataMapType& var_string_md,
                                   const IntegerMetaDataMapType& var_integer_md,
-                                  const NumericMetaDataMapType& var_numeric_md, Ipopt::Index m,
+                                  const NumericMetaDataMapType& var_numeric_md, Index m,
                                   const StringMetaDataMapType& con_string_md,
                                   const IntegerMetaDataMapType& con_integer_md,
                                   const NumericMetaDataMapType& con_numeric_md) {
@@ -206,24 +196,21 @@ void SplitTNLP::finalize_metadata(Ipopt::Index n, const StringMetaDataMapType& v
                             con_integer_md, con_numeric_md);
 }
 
-bool SplitTNLP::intermediate_callback(Ipopt::AlgorithmMode mode, Ipopt::Index iter,
-                                      Ipopt::Number obj_value, Ipopt::Number inf_pr,
-                                      Ipopt::Number inf_du, Ipopt::Number mu, Ipopt::Number d_norm,
-                                      Ipopt::Number regularization_size, Ipopt::Number alpha_du,
-                                      Ipopt::Number alpha_pr, Ipopt::Index ls_trials,
-                                      const Ipopt::IpoptData* ip_data,
+bool SplitTNLP::intermediate_callback(Ipopt::AlgorithmMode mode, Index iter, double obj_value,
+                                      double inf_pr, double inf_du, double mu, double d_norm,
+                                      double regularization_size, double alpha_du, double alpha_pr,
+                                      Index ls_trials, const Ipopt::IpoptData* ip_data,
                                       Ipopt::IpoptCalculatedQuantities* ip_cq) {
   return model_->intermediate_callback(mode, iter, obj_value, inf_pr, inf_du, mu, d_norm,
                                        regularization_size, alpha_du, alpha_pr, ls_trials, ip_data,
                                        ip_cq);
 }
 
-Ipopt::Index SplitTNLP::get_number_of_nonlinear_variables() {
+Index SplitTNLP::get_number_of_nonlinear_variables() {
   return model_->get_number_of_nonlinear_variables();
 }
 
-bool SplitTNLP::get_list_of_nonlinear_variables(Ipopt::Index num_nonlin_vars,
-                                                Ipopt::Index* pos_nonlin_vars) {
+bool SplitTNLP::get_list_of_nonlinear_variables(Index num_nonlin_vars, Index* pos_nonlin_vars) {
   return model_->get_list_of_nonlinear_variables(num_nonlin_vars, pos_nonlin_vars);
 }
 

@@ -60,6 +60,11 @@ class MinMaxTNLP : public ObservableTNLP {
   /// has an entry in a Max variable). Override to give a constraint in Min variables to Max.
   /// False or INVALID_TNLP as in get_variable_players.
   virtual bool get_constraint_players(Ipopt::Index m, Player* players);
+
+  /// In place of intermediate_callback in each iteration of a maximization over y at a held x, of a
+  /// robust constraint or of f; value: what it has reached. False stops the solve, which returns
+  /// the best point that was finished.
+  virtual bool maximization_callback(Ipopt::Index iter, Ipopt::Number value);
 };
 
 /// What an Ipopt model derives from, too, whose functions are known over boxes of its variables:

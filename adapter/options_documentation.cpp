@@ -171,7 +171,9 @@ std::string user_options_text(const Ipopt::OptionsList& list) {
         option.name == "linear_solver" && std::ranges::find(others, *value) != others.end();
     row(std::string(option.name), *value, !foreign);
   }
-  for (const auto& [name, value] : set_ipopt_only_options(list)) row(name, value, false);
+  for (const OptionInfo& option : ipopt_only_options()) {
+    if (const auto value = value_of(option, list)) row(std::string(option.name), *value, false);
+  }
   return text;
 }
 

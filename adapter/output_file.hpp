@@ -10,6 +10,10 @@
 namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 
+/// A descriptor to write the file with; -1: none, see errno. A pipe has to have a reader already,
+/// as opening would else wait for one.
+[[nodiscard]] int open_to_write(const std::string& file, int flags);
+
 /// A journal that writes to a file, from its end on where asked (Ipopt 3.11's cannot), and
 /// remembers whether all was written, which Ipopt's do not. "stdout" and "stderr" are the streams.
 class OutputFile : public Ipopt::Journal {

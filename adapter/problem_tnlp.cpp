@@ -11,9 +11,9 @@ namespace ipminmax {
 inline namespace IPMINMAX_IPOPT_ABI {
 namespace {
 
-std::size_t size(Ipopt::Index n) { return static_cast<std::size_t>(n); }
+std::size_t size(Index n) { return static_cast<std::size_t>(n); }
 
-void copy_structure(const std::vector<Triplet>& triplets, Ipopt::Index* rows, Ipopt::Index* cols) {
+void copy_structure(const std::vector<Triplet>& triplets, Index* rows, Index* cols) {
   for (const auto& [row, col] : triplets) {
     *rows++ = row;
     *cols++ = col;
@@ -45,20 +45,20 @@ class FactorizationCounter : public Ipopt::Journal {
 
 }  // namespace
 
-bool ProblemTnlp::get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
-                               Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) {
+bool ProblemTnlp::get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_lag,
+                               IndexStyleEnum& index_style) {
   const ProblemStructure& structure = problem_.structure();
-  n = static_cast<Ipopt::Index>(structure.variable_lower.size());
-  m = static_cast<Ipopt::Index>(structure.constraint_lower.size());
-  nnz_jac_g = static_cast<Ipopt::Index>(structure.jacobian.size());
-  nnz_h_lag = static_cast<Ipopt::Index>(structure.hessian.size());
+  n = static_cast<Index>(structure.variable_lower.size());
+  m = static_cast<Index>(structure.constraint_lower.size());
+  nnz_jac_g = static_cast<Index>(structure.jacobian.size());
+  nnz_h_lag = static_cast<Index>(structure.hessian.size());
   index_style = C_STYLE;
   return true;
 }
 
-bool ProblemTnlp::get_var_con_metadata(Ipopt::Index, StringMetaDataMapType& var_string_md,
-                                       IntegerMetaDataMapType&, NumericMetaDataMapType&,
-                                       Ipopt::Index, StringMetaDataMapType& con_string_md,
+bool ProblemTnlp::get_var_con_metadata(Index, StringMetaDataMapType& var_string_md,
+                                       IntegerMetaDataMapType&, NumericMetaDataMapType&, Index,
+                                       StringMetaDataMapType& con_string_md,
                                        IntegerMetaDataMapType&, NumericMetaDataMapType&) {
   const ProblemStructure& structure = problem_.structure();
   if (!structure.variable_names.empty()) var_string_md["idx_names"] = structure.variable_names;
@@ -66,8 +66,8 @@ bool ProblemTnlp::get_var_con_metadata(Ipopt::Index, StringMetaDataMapType& var_
   return !structure.variable_names.empty() || !structure.constraint_names.empty();
 }
 
-bool ProblemTnlp::get_bounds_info(Ipopt::Index, Ipopt::Number* x_l, Ipopt::Number* x_u,
-                                  Ipopt::Index, Ipopt::Number* g_l, Ipopt::Number* g_u) {
+bool ProblemTnlp::get_bounds_info(Index, double* x_l, double* x_u, Index, double* g_l,
+                                  double* g_u) {
   const ProblemStructure& structure = problem_.structure();
   std::ranges::copy(structure.variable_lower, x_l);
   std::ranges::copy(structure.variable_upper, x_u);
@@ -76,10 +76,9 @@ bool ProblemTnlp::get_bounds_info(Ipopt::Index, Ipopt::Number* x_l, Ipopt::Numbe
   return true;
 }
 
-bool ProblemTnlp::get_scaling_parameters(Ipopt::Number& obj_scaling, bool& use_x_scaling,
-                                         Ipopt::Index, Ipopt::Number* x_scaling,
-                                         bool& use_g_scaling, Ipopt::Index,
-                                         Ipopt::Number* g_scaling) {
+bool ProblemTnlp::get_scaling_parameters(double& obj_scaling, bool& use_x_scaling, Index,
+                                         double* x_scaling, bool& use_g_scaling, Index,
+                                         double* g_scaling) {
   UserScaling scaling;
   if (!problem_.user_scaling(scaling)) return false;
   obj_scaling = scaling.objective;
@@ -90,9 +89,8 @@ bool ProblemTnlp::get_scaling_parameters(Ipopt::Number& obj_scaling, bool& use_x
   return true;
 }
 
-bool ProblemTnlp::get_starting_point(Ipopt::Index n, bool, Ipopt::Number* x, bool init_z,
-                                     Ipopt::Number* z_L, Ipopt::Number* z_U, Ipopt::Index m,
-                                     bool init_lambda, Ipopt::Number* lambda) {
+bool ProblemTnlp::get_starting_point(Index n, bool, double* x, bool init_z, double* z_L,
+                                     double* z_U, Index m, bool init_lambda, double* lambda) {
   std::fill_n(x, n, 0.0);
   StartingPoint start;
   start.v = {x, size(n)};
@@ -108,27 +106,23 @@ bool ProblemTnlp::get_starting_point(Ipopt::Index n, bool, Ipopt::Number* x, boo
   return problem_.starting_point(start);
 }
 
-bool ProblemTnlp::eval_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
-                         Ipopt::Number& obj_value) {
+bool ProblemTnlp::eval_f(Index n, const double* x, bool new_x, double& obj_value) {
   ++answer_.counts.objective;
   return problem_.objective({x, size(n)}, new_x, obj_value);
 }
 
-bool ProblemTnlp::eval_grad_f(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
-                              Ipopt::Number* grad_f) {
+bool ProblemTnlp::eval_grad_f(Index n, const double* x, bool new_x, double* grad_f) {
   ++answer_.counts.gradient;
   return problem_.gradient({x, size(n)}, new_x, {grad_f, size(n)});
 }
 
-bool ProblemTnlp::eval_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
-                         Ipopt::Number* g) {
+bool ProblemTnlp::eval_g(Index n, const double* x, bool new_x, Index m, double* g) {
   ++answer_.counts.constraints;
   return problem_.constraints({x, size(n)}, new_x, {g, size(m)});
 }
 
-bool ProblemTnlp::eval_jac_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index,
-                             Ipopt::Index nele_jac, Ipopt::Index* iRow, Ipopt::Index* jCol,
-                             Ipopt::Number* values) {
+bool ProblemTnlp::eval_jac_g(Index n, const double* x, bool new_x, Index, Index nele_jac,
+                             Index* iRow, Index* jCol, double* values) {
   if (values == nullptr) {
     copy_structure(problem_.structure().jacobian, iRow, jCol);
     return true;
@@ -137,10 +131,9 @@ bool ProblemTnlp::eval_jac_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
   return problem_.jacobian({x, size(n)}, new_x, {values, size(nele_jac)});
 }
 
-bool ProblemTnlp::eval_h(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
-                         Ipopt::Number obj_factor, Ipopt::Index m, const Ipopt::Number* lambda,
-                         bool new_lambda, Ipopt::Index nele_hess, Ipopt::Index* iRow,
-                         Ipopt::Index* jCol, Ipopt::Number* values) {
+bool ProblemTnlp::eval_h(Index n, const double* x, bool new_x, double obj_factor, Index m,
+                         const double* lambda, bool new_lambda, Index nele_hess, Index* iRow,
+                         Index* jCol, double* values) {
   if (values == nullptr) {
     copy_structure(problem_.structure().hessian, iRow, jCol);
     return true;
@@ -150,11 +143,10 @@ bool ProblemTnlp::eval_h(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
                           {values, size(nele_hess)});
 }
 
-void ProblemTnlp::finalize_solution(Ipopt::SolverReturn, Ipopt::Index n, const Ipopt::Number* x,
-                                    const Ipopt::Number* z_L, const Ipopt::Number* z_U,
-                                    Ipopt::Index m, const Ipopt::Number* g,
-                                    const Ipopt::Number* lambda, Ipopt::Number obj_value,
-                                    const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) {
+void ProblemTnlp::finalize_solution(Ipopt::SolverReturn, Index n, const double* x,
+                                    const double* z_L, const double* z_U, Index m, const double* g,
+                                    const double* lambda, double obj_value, const Ipopt::IpoptData*,
+                                    Ipopt::IpoptCalculatedQuantities*) {
   answer_.v.assign(x, x + n);
   answer_.z_lower.assign(z_L, z_L + n);
   answer_.z_upper.assign(z_U, z_U + n);
@@ -163,12 +155,12 @@ void ProblemTnlp::finalize_solution(Ipopt::SolverReturn, Ipopt::Index n, const I
   answer_.objective = obj_value;
 }
 
-bool GameTNLP::get_variable_players(Ipopt::Index, Player* players) {
+bool GameTNLP::get_variable_players(Index, Player* players) {
   std::ranges::copy(problem_.structure().variable_players, players);
   return true;
 }
 
-bool GameTNLP::get_constraint_players(Ipopt::Index, Player* players) {
+bool GameTNLP::get_constraint_players(Index, Player* players) {
   std::ranges::copy(problem_.structure().constraint_players, players);
   return true;
 }

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <limits>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -193,6 +194,10 @@ class StageGame : public Problem {
   /// Where the next solve starts.
   void set_start(PrimalDual start) {
     need(start.v.size() == start_.v.size(), "a start: one value per variable");
+    need(start.lambda.empty() ||
+             (start.lambda.size() == rows() && start.z_lower.size() == variables() &&
+              start.z_upper.size() == variables()),
+         "a start: no multipliers, or all");
     start_ = std::move(start);
   }
 
@@ -241,6 +246,7 @@ class StageGame : public Problem {
     answer.result = std::move(result);
     const std::vector<double>& v = answer.result.v;
     if (v.empty()) return answer;
+    need(v.size() == variables(), "a result: one value per variable");
     const auto cut = [&](std::size_t begin, std::size_t size) {
       const auto from = v.begin() + static_cast<std::ptrdiff_t>(begin);
       return std::vector<double>(from, from + static_cast<std::ptrdiff_t>(size));
@@ -261,15 +267,19 @@ class StageGame : public Problem {
         free_time() ? v[tail() + shared_ - 1] : h_.step * static_cast<double>(h_.stages);
     return answer;
   }
-  /// The state after a stage, as the discretization has it where it is explicit, else by steps of
-  /// the classical Runge-Kutta method: a plant for closed loops.
+  /// The state after a stage: a plant for closed loops. It goes one step of the game's own
+  /// discretization, or so many equal steps for a plant that is finer than the game; an implicit
+  /// one is replaced by the classical Runge-Kutta method, by default in ten steps. Discrete
+  /// dynamics have one step. std::invalid_argument: lengths that do not fit.
   [[nodiscard]] std::vector<double> simulate(std::span<const double> s, std::span<const double> u,
                                              std::span<const double> w,
-                                             std::span<const double> p = {},
-                                             std::size_t k = 0) const {
-    const bool is_explicit =
-        h_.discretization == Discretization::Discrete || h_.discretization == Discretization::Euler;
-    const std::size_t steps = is_explicit ? 1 : 10;
+                                             std::span<const double> p = {}, std::size_t k = 0,
+                                             std::size_t steps = 0) const {
+    need(s.size() == nx && u.size() == nu && w.size() == nw && p.size() == np,
+         "simulate: one value per state, control, disturbance and parameter");
+    const bool is_explicit = h_.discretization <= Discretization::RungeKutta4;
+    const std::size_t by_default = is_explicit ? 1 : 10;
+    if (steps == 0 || h_.discretization == Discretization::Discrete) steps = by_default;
     std::vector<Plain> state(s.begin(), s.end()), control(u.begin(), u.end()),
         wind(w.begin(), w.end()), parameters(p.begin(), p.end());
     Stage<Plain> stage{*this,
@@ -391,7 +401,10 @@ class StageGame : public Problem {
 
   /// Checks the lengths and writes out what was left empty.
   void fill_in() {
+    constexpr auto kMostIndices = static_cast<std::size_t>(std::numeric_limits<Index>::max());
     need(h_.stages > 0, "stages must be positive");
+    need(h_.stages < kMostIndices / (kBlock + kRows + 1),
+         "more stages than variables have indices");
     need(h_.step > 0.0 && std::isfinite(h_.step), "step must be positive");
     need(h_.initial.size() == nx, "initial: one value per state");
     need(0.0 <= h_.duration_lower && h_.duration_lower <= h_.duration_upper,

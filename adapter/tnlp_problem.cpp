@@ -352,6 +352,10 @@ const BoxFunctions* TnlpProblem::over_boxes() const {
 }
 
 bool TnlpProblem::report(const IterationInfo& info) {
+  if (info.over_y) {
+    auto* model = dynamic_cast<MinMaxTNLP*>(Ipopt::GetRawPtr(model_));
+    return model == nullptr || model->maximization_callback(info.iteration, info.objective);
+  }
   return model_->intermediate_callback(
       info.restoration ? Ipopt::RestorationPhaseMode : Ipopt::RegularMode, info.iteration,
       info.objective, info.error.primal, std::max(info.error.dual_min, info.error.dual_max),

@@ -2,9 +2,11 @@
 
 #include <dlfcn.h>
 
+#include <filesystem>
 #include <map>
 #include <mutex>
 #include <string>
+#include <system_error>
 
 namespace ipminmax {
 namespace {
@@ -51,6 +53,10 @@ void* solver_function(LinearSolver kind, std::initializer_list<const char*> name
   const std::lock_guard lock(libraries_mutex());
   Library& library = library_of(kind);
   if (library.handle == nullptr) {
+    std::error_code unknown;
+    if (std::filesystem::is_fifo(library.file, unknown)) {  // opening it might wait for ever
+      throw SolverUnavailable(library.file + " is a pipe");
+    }
     library.handle = dlopen(library.file.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (library.handle == nullptr) throw SolverUnavailable(dlerror());
   }

@@ -17,6 +17,7 @@
 
 #include "adapter/log.hpp"
 #include "adapter/status.hpp"
+#include "adapter/tnlp_problem.hpp"
 #include "core/answer.hpp"
 #include "core/model/status_table.hpp"
 
@@ -31,36 +32,39 @@ struct IpoptEnd {
 };
 
 IpoptEnd ipopt_end(Status status) {
+  using enum Ipopt::ApplicationReturnStatus;
   // Ipopt 3.11 has no code of its own for it.
   if (status == Status::MaxWallTime) return {402, "Maximum Wallclock Time Exceeded"};
   switch (application_status(status)) {
-    case Ipopt::Solve_Succeeded:
+    case Solve_Succeeded:
       return {0, "Optimal Solution Found"};
-    case Ipopt::Solved_To_Acceptable_Level:
+    case Solved_To_Acceptable_Level:
       return {1, "Solved To Acceptable Level"};
-    case Ipopt::Infeasible_Problem_Detected:
+    case Infeasible_Problem_Detected:
       return {200, "Converged to a locally infeasible point. Problem may be infeasible"};
-    case Ipopt::Diverging_Iterates:
+    case Diverging_Iterates:
       return {300, "Iterates diverging; problem might be unbounded"};
-    case Ipopt::Maximum_Iterations_Exceeded:
+    case Maximum_Iterations_Exceeded:
       return {400, "Maximum Number of Iterations Exceeded"};
-    case Ipopt::Maximum_CpuTime_Exceeded:
+    case Maximum_CpuTime_Exceeded:
       return {401, "Maximum CPU Time Exceeded"};
-    case Ipopt::User_Requested_Stop:
+    case User_Requested_Stop:
       return {403, "User requested stop"};
-    case Ipopt::Search_Direction_Becomes_Too_Small:
+    case Search_Direction_Becomes_Too_Small:
       return {500, "Search Direction becomes Too Small"};
-    case Ipopt::Restoration_Failed:
+    case Restoration_Failed:
       return {501, "Restoration Phase Failed"};
-    case Ipopt::Error_In_Step_Computation:
+    case Error_In_Step_Computation:
       return {502, "Error in step computation"};
-    case Ipopt::Invalid_Number_Detected:
+    case Invalid_Number_Detected:
       return {550, "Invalid number in NLP function or derivative detected"};
-    case Ipopt::Not_Enough_Degrees_Of_Freedom:
+    case Not_Enough_Degrees_Of_Freedom:
       return {551, "NLP has too few degrees of freedom"};
-    case Ipopt::Invalid_Option:
+    case Invalid_Problem_Definition:
+      return {554, "Invalid problem definition"};
+    case Invalid_Option:
       return {552, "Invalid option setting"};
-    case Ipopt::Insufficient_Memory:
+    case Insufficient_Memory:
       return {553, "Out of memory"};
     default:
       return {554, "Internal error"};
@@ -159,14 +163,17 @@ std::string mirrored(const std::string& message, const NlProblem& problem) {
 
 /// Lines that say where the robust constraints that x rests on are worst. Of others y is any.
 void print_worst_cases(std::ostream& out, const std::vector<RobustWorstCase>& worst_cases,
-                       const NlProblem& problem) {
+                       NlProblem& problem) {
   constexpr std::size_t kMost = 20;
   std::size_t active = 0;
+  if (worst_cases.empty()) return;
+  TnlpProblem loaded(&problem);
+  static_cast<void>(loaded.load());
   for (const RobustWorstCase& found : worst_cases) {
     if (!found.active || ++active > kMost) continue;
     const bool is_f = found.constraint >= problem.constraints();
     std::vector<std::pair<std::string, double>> values;
-    for (const int i : problem.max_variables_of(found.constraint))
+    for (const int i : log::worst_case_variables(loaded.structure(), found.constraint))
       values.emplace_back(problem.variable_name(i), found.v[static_cast<std::size_t>(i)]);
     out << "\nworst case of "
         << (is_f ? "the objective" : problem.constraint_name(found.constraint)) << ": "
@@ -196,7 +203,7 @@ int detailed_result(const Result& result) {
 }
 
 std::string message_of(const Result& result, const std::vector<RobustWorstCase>& worst_cases,
-                       const NlProblem& problem) {
+                       NlProblem& problem) {
   std::ostringstream message;
   const bool game = problem.has_player(Player::Max) && problem.has_player(Player::Min);
   const auto spoken = [&](const std::string& text) {
@@ -212,6 +219,11 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
     message << status;
   }
   if (has_details) message << " (" << spoken(result.message) << ")";
+  if (!problem.has_player(Player::Max) && split_warning(problem).empty())
+    message << (problem.maximizes() ? "; no Min variable: a maximization"
+                                    : "; no Max variable: a minimization")
+            << " (neither suffix player nor minmax_max_variables names one; Pyomo: "
+               "Suffix(direction=Suffix.EXPORT))";
   if (!result.v.empty() || problem.players().empty()) {
     message << std::setprecision(10) << "\nobjective "
             << (problem.maximizes() ? -result.objective : result.objective) << ", "
@@ -232,14 +244,8 @@ std::string message_of(const Result& result, const std::vector<RobustWorstCase>&
   }
   if (const std::string warning = integer_warning(problem); !warning.empty())
     message << "\nWARNING: " << warning;
-  const std::string warning = split_warning(problem);
-  if (!warning.empty()) {
+  if (const std::string warning = split_warning(problem); !warning.empty())
     message << "\nWARNING: " << warning;
-  } else if (!problem.has_player(Player::Max)) {
-    message << (problem.maximizes() ? "\nno Min variable: a maximization"
-                                    : "\nno Max variable: a minimization")
-            << " (neither suffix player nor minmax_max_variables names one)";
-  }
   return message.str();
 }
 

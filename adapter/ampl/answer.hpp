@@ -19,7 +19,7 @@ namespace ipminmax {
 /// What the point is, in the words of the model's sense, and how the solve ended.
 [[nodiscard]] std::string message_of(const Result& result,
                                      const std::vector<RobustWorstCase>& worst_cases,
-                                     const NlProblem& problem);
+                                     NlProblem& problem);
 
 /// A message in the lines of Ipopt's .sol files, an empty one and another: some programs count them.
 [[nodiscard]] std::string one_line(const std::string& message);

@@ -6,16 +6,15 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <iomanip>
-#include <limits>
 #include <ostream>
-#include <sstream>
 #include <stdexcept>
 
 #include <IpJournalist.hpp>
 #include <IpOptionsList.hpp>
 
 #include "adapter/application_options.hpp"
+#include "adapter/exact_options.hpp"
+#include "adapter/option_registry.hpp"
 
 namespace ipminmax {
 namespace {
@@ -144,27 +143,14 @@ void add_file(Ipopt::RegisteredOptions& registry, Assignments& assignments) {
   // Ipopt's list keeps the first of several values in a file, and says so.
   const Ipopt::SmartPtr<Ipopt::Journalist> journalist = new Ipopt::Journalist;
   journalist->AddFileJournal("errors", "stderr", Ipopt::J_WARNING);
-  const Ipopt::SmartPtr<Ipopt::OptionsList> list = new Ipopt::OptionsList(&registry, journalist);
+  const Ipopt::SmartPtr<Ipopt::OptionsList> list = new ExactOptionsList(&registry, journalist);
   const std::string error = read_options(file, name, registry, *list);
   if (!error.empty()) throw std::invalid_argument(error);
   assignments.name_file(name);
-  for (const auto& [option, unused] : registry.RegisteredOptionsList()) {
-    std::ostringstream text;
-    text << std::setprecision(std::numeric_limits<double>::max_digits10);
-    double number = 0.0;
-    Ipopt::Index integer = 0;
-    std::string word;
-    const auto type = registry.GetOption(option)->Type();
-    if (type == Ipopt::OT_Number && list->GetNumericValue(option, number, "")) {
-      text << number;
-    } else if (type == Ipopt::OT_Integer && list->GetIntegerValue(option, integer, "")) {
-      text << integer;
-    } else if (type == Ipopt::OT_String && list->GetStringValue(option, word, "")) {
-      text << word;
-    } else {
-      continue;
-    }
-    assignments.add(option, text.str(), Source::File);
+  for (const auto table : option_tables()) {
+    for (const OptionInfo& option : table)
+      if (const auto value = value_of(option, *list))
+        assignments.add(std::string(option.name), *value, Source::File);
   }
 }
 

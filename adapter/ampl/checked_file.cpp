@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "adapter/output_file.hpp"
+
 namespace ipminmax {
 namespace {
 
@@ -48,17 +50,15 @@ std::filesystem::path resolved(std::filesystem::path file) {
 }  // namespace
 
 void write_file(const std::string& file, const std::string& content) {
-  constexpr mode_t kMode = 0666;  // what the umask leaves
   if (!is_regular_or_missing(file)) {
-    const int descriptor = open(file.c_str(), O_WRONLY | O_CLOEXEC);
+    const int descriptor = open_to_write(file, 0);
     const int error = descriptor < 0 ? errno : write_and_close(descriptor, content);
     if (error != 0) throw cannot_write(file, error);
     return;
   }
   const std::string target = resolved(file).string();
   const std::string temporary = target + "." + std::to_string(getpid()) + ".tmp";
-  const int descriptor =
-      open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, kMode);
+  const int descriptor = open_to_write(temporary, O_CREAT | O_TRUNC | O_NOFOLLOW);
   if (descriptor < 0) throw cannot_write(file, errno);
   int error = write_and_close(descriptor, content);
   if (error == 0 && std::rename(temporary.c_str(), target.c_str()) != 0) error = errno;

@@ -229,13 +229,13 @@ Sharing find_sharing(const Assignments& assignments) {
   return ipminmax::join_ranks_for_starts().rank == 0 ? Sharing::Starts : Sharing::Silent;
 }
 
-/// Throws where the solution would be written over the model.
-void require_another_file(const std::string& solution_file, const std::string& stub) {
+/// Throws where a file would be written over the model. by: what names the file.
+void require_another_file(const std::string& by, const std::string& file, const std::string& stub) {
   for (const std::string& model : {stub, stub + ".nl"}) {
     std::error_code unknown;
     if (std::filesystem::is_regular_file(model, unknown) &&
-        std::filesystem::equivalent(solution_file, model, unknown))
-      throw std::invalid_argument("-o" + solution_file + " would write over the model " + model);
+        std::filesystem::equivalent(file, model, unknown))
+      throw std::invalid_argument(by + file + " would write over the model " + model);
   }
 }
 
@@ -253,12 +253,14 @@ int solve(Command command) {
   const std::string solution_file = command.solution_file.empty()
                                         ? ipminmax::solution_file_name(command.stub)
                                         : command.solution_file;
-  require_another_file(solution_file, command.stub);
+  require_another_file("-o", solution_file, command.stub);
   if (command.write || command.called_by_ampl) ipminmax::remove_stale_file(solution_file);
   Assignments& assignments = command.assignments;
   Ipopt::SmartPtr<ipminmax::MinMaxApplication> application = new ipminmax::MinMaxApplication();
   ipminmax::add_file(*application->RegOptions(), assignments);
   assignments.report_overridden(std::cerr);
+  for (const std::string option : {"output_file", "minmax_points_file"})
+    require_another_file(option + " = ", assignments.value(option).value_or(""), command.stub);
   const RunOptions options = take_run_options(command);
   if (options.write) ipminmax::remove_stale_file(solution_file);
   if (command.called_by_ampl && !assignments.value("print_ipopt_log"))
@@ -289,7 +291,8 @@ int solve(Command command) {
   const Ipopt::ApplicationReturnStatus ended = sharing == Sharing::Alone
                                                    ? application->OptimizeTNLP(model)
                                                    : application->OptimizeTNLPOverRanks(model);
-  if (ended == Ipopt::Invalid_Option) return 2;
+  if (ended == Ipopt::Invalid_Option)
+    throw std::invalid_argument(application->LastResult().message);
   if (ended != Ipopt::Solve_Succeeded && ended != Ipopt::Solved_To_Acceptable_Level)
     problem->halt_where_undefined();
   if (silent) return 0;
@@ -303,6 +306,8 @@ int solve(Command command) {
   if (options.write && !as_ipopt_none) write_solution(*problem, solution_file, message, result);
   print_answer(options, print_level, message, result, *problem);
   if (Ipopt::IsValid(log)) require_none(log->close());
+  const std::size_t unwritten = result.message.find(ipminmax::kPointsNotWritten);
+  if (unwritten != std::string::npos) throw std::runtime_error(result.message.substr(unwritten));
   return 0;
 }
 

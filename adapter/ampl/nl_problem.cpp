@@ -23,9 +23,17 @@ namespace {
 
 char player_name[] = "player", robust_name[] = "robust";
 char sosno_name[] = "sosno", sos_name[] = "sos";
+char scaling_name[] = "scaling_factor";
+char lower_name[] = "ipopt_zL_in", upper_name[] = "ipopt_zU_in";
+constexpr int kRealOfVariables = ASL_Sufkind_var | ASL_Sufkind_real;
 SufDecl suffixes[] = {{player_name, nullptr, ASL_Sufkind_var, 0},
                       {player_name, nullptr, ASL_Sufkind_con, 0},
                       {robust_name, nullptr, ASL_Sufkind_con, 0},
+                      {scaling_name, nullptr, kRealOfVariables, 0},
+                      {scaling_name, nullptr, ASL_Sufkind_con | ASL_Sufkind_real, 0},
+                      {scaling_name, nullptr, ASL_Sufkind_obj | ASL_Sufkind_real, 0},
+                      {lower_name, nullptr, kRealOfVariables, 0},
+                      {upper_name, nullptr, kRealOfVariables, 0},
                       {sosno_name, nullptr, ASL_Sufkind_var, 0},
                       {sos_name, nullptr, ASL_Sufkind_var, 0}};
 
@@ -247,20 +255,6 @@ int NlProblem::constraints() const {
   return n_con;
 }
 
-std::vector<int> NlProblem::max_variables_of(int constraint) const {
-  const ASL* asl = asl_;
-  std::vector<int> found;
-  const auto add = [&](int i) {
-    if (variable_players_[static_cast<std::size_t>(i)] == Player::Max) found.push_back(i);
-  };
-  if (constraint >= n_con) {
-    for (int i = 0; i < variables(); ++i) add(i);
-  } else {
-    for (const cgrad* entry = Cgrad[constraint]; entry; entry = entry->next) add(entry->varno);
-  }
-  return found;
-}
-
 /// Calls all that a solve calls, at the start and beside it. Whether the results are defined does
 /// not matter here: a damaged formula crashes.
 void NlProblem::call_everything() {
@@ -363,9 +357,14 @@ void NlProblem::require_linear() {
 }
 
 std::vector<Player> NlProblem::implied_constraint_players() const {
-  std::vector<Player> implied;
-  for (int i = 0; i < constraints(); ++i)
-    implied.push_back(max_variables_of(i).empty() ? Player::Min : Player::Max);
+  const ASL* asl = asl_;
+  std::vector<Player> implied(static_cast<std::size_t>(n_con), Player::Min);
+  for (std::size_t i = 0; i < implied.size(); ++i) {
+    for (const cgrad* entry = Cgrad[i]; entry; entry = entry->next) {
+      if (variable_players_[static_cast<std::size_t>(entry->varno)] == Player::Max)
+        implied[i] = Player::Max;
+    }
+  }
   return implied;
 }
 
@@ -430,28 +429,28 @@ bool NlProblem::has_player(Player player) const {
   return std::ranges::find(variable_players_, player) != variable_players_.end();
 }
 
-bool NlProblem::get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& variable_strings,
-                                     IntegerMetaDataMapType&, NumericMetaDataMapType&,
-                                     Ipopt::Index m, StringMetaDataMapType& constraint_strings,
+bool NlProblem::get_var_con_metadata(Index n, StringMetaDataMapType& variable_strings,
+                                     IntegerMetaDataMapType&, NumericMetaDataMapType&, Index m,
+                                     StringMetaDataMapType& constraint_strings,
                                      IntegerMetaDataMapType&, NumericMetaDataMapType&) {
   for (int i = 0; i < n; ++i) variable_strings["idx_names"].push_back(variable_name(i));
   for (int i = 0; i < m; ++i) constraint_strings["idx_names"].push_back(constraint_name(i));
   return true;
 }
 
-bool NlProblem::get_variable_players(Ipopt::Index, Player* players) {
+bool NlProblem::get_variable_players(Index, Player* players) {
   std::copy(variable_players_.begin(), variable_players_.end(), players);
   return true;
 }
 
-bool NlProblem::get_constraint_players(Ipopt::Index, Player* players) {
+bool NlProblem::get_constraint_players(Index, Player* players) {
   for (const int i : max_constraints_) players[i] = Player::Max;
   for (const int i : robust_constraints_) players[i] = Player::Min;
   return true;
 }
 
-bool NlProblem::get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
-                             Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) {
+bool NlProblem::get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_lag,
+                             IndexStyleEnum& index_style) {
   ASL* asl = asl_;
   n = variables();
   m = n_con;
@@ -461,8 +460,8 @@ bool NlProblem::get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz
   return true;
 }
 
-bool NlProblem::get_bounds_info(Ipopt::Index n, double* x_l, double* x_u, Ipopt::Index m,
-                                double* g_l, double* g_u) {
+bool NlProblem::get_bounds_info(Index n, double* x_l, double* x_u, Index m, double* g_l,
+                                double* g_u) {
   ASL* asl = asl_;
   for (int i = 0; i < n; ++i) {
     x_l[i] = LUv[2 * i];
@@ -475,14 +474,34 @@ bool NlProblem::get_bounds_info(Ipopt::Index n, double* x_l, double* x_u, Ipopt:
   return true;
 }
 
-bool NlProblem::get_starting_point(Ipopt::Index n, bool init_x, double* x, bool init_z, double* z_L,
-                                   double* z_U, Ipopt::Index m, bool init_lambda, double* lambda) {
+bool NlProblem::get_scaling_parameters(double& of_objective, bool& use_x, Index n, double* x,
+                                       bool& use_g, Index m, double* g) {
+  ASL* asl = asl_;
+  // As Ipopt's executable: what is not listed, or not positive, is 1.
+  const auto read = [&](int kind, Index count, double* to) {
+    const double* factors = suf_get(scaling_name, kind)->u.r;
+    for (int i = 0; i < count; ++i) to[i] = factors && factors[i] > 0.0 ? factors[i] : 1.0;
+    return factors != nullptr;
+  };
+  const double* factors = suf_get(scaling_name, ASL_Sufkind_obj)->u.r;
+  of_objective =
+      factors && objective_ >= 0 && factors[objective_] != 0.0 ? factors[objective_] : 1.0;
+  use_x = read(ASL_Sufkind_var, n, x);
+  use_g = read(ASL_Sufkind_con, m, g);
+  return true;
+}
+
+bool NlProblem::get_starting_point(Index n, bool init_x, double* x, bool init_z, double* z_L,
+                                   double* z_U, Index m, bool init_lambda, double* lambda) {
   ASL* asl = asl_;
   for (int i = 0; init_x && i < n; ++i)
     x[i] = X0 ? X0[i] : std::max(LUv[2 * i], std::min(0.0, LUv[2 * i + 1]));
+  const double* lower = suf_get(lower_name, ASL_Sufkind_var)->u.r;
+  const double* upper = suf_get(upper_name, ASL_Sufkind_var)->u.r;
   for (int i = 0; init_z && i < n; ++i) {
     const double side = variable_players_[static_cast<std::size_t>(i)] == Player::Min ? 1.0 : -1.0;
-    z_L[i] = z_U[i] = side;
+    z_L[i] = lower ? sign_ * lower[i] : side;
+    z_U[i] = upper ? -sign_ * upper[i] : side;
   }
   // AMPL: grad f = J' pi; ours: sign grad f + J' lambda = 0.
   for (int i = 0; init_lambda && i < m; ++i) lambda[i] = pi0 ? -sign_ * pi0[i] : 0.0;
@@ -530,13 +549,13 @@ void NlProblem::halt_where_undefined() {
                            " is undefined at a point of the solve (halt_on_ampl_error)");
 }
 
-bool NlProblem::eval_f(Ipopt::Index, const double* x, bool, double& value) {
+bool NlProblem::eval_f(Index, const double* x, bool, double& value) {
   if (!evaluate(x)) return false;
   value = f_;
   return true;
 }
 
-bool NlProblem::eval_grad_f(Ipopt::Index n, const double* x, bool, double* gradient) {
+bool NlProblem::eval_grad_f(Index n, const double* x, bool, double* gradient) {
   ASL* asl = asl_;
   if (!evaluate(x)) return false;
   std::fill(gradient, gradient + n, 0.0);
@@ -547,14 +566,14 @@ bool NlProblem::eval_grad_f(Ipopt::Index n, const double* x, bool, double* gradi
   return is_defined(error != 0);
 }
 
-bool NlProblem::eval_g(Ipopt::Index, const double* x, bool, Ipopt::Index, double* g) {
+bool NlProblem::eval_g(Index, const double* x, bool, Index, double* g) {
   if (!evaluate(x)) return false;
   std::copy(g_.begin(), g_.end(), g);
   return true;
 }
 
-bool NlProblem::eval_jac_g(Ipopt::Index, const double* x, bool, Ipopt::Index m, Ipopt::Index,
-                           Ipopt::Index* rows, Ipopt::Index* columns, double* values) {
+bool NlProblem::eval_jac_g(Index, const double* x, bool, Index m, Index, Index* rows,
+                           Index* columns, double* values) {
   ASL* asl = asl_;
   if (!values) {
     for (int i = 0; i < m; ++i)
@@ -570,9 +589,8 @@ bool NlProblem::eval_jac_g(Ipopt::Index, const double* x, bool, Ipopt::Index m, 
   return is_defined(error != 0);
 }
 
-bool NlProblem::eval_h(Ipopt::Index n, const double* x, bool, double sigma, Ipopt::Index m,
-                       const double* lambda, bool, Ipopt::Index, Ipopt::Index* rows,
-                       Ipopt::Index* columns, double* values) {
+bool NlProblem::eval_h(Index n, const double* x, bool, double sigma, Index m, const double* lambda,
+                       bool, Index, Index* rows, Index* columns, double* values) {
   ASL* asl = asl_;
   if (!values) {
     // ASL stores the upper triangle by columns, which is the lower one by rows.

@@ -65,41 +65,43 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   [[nodiscard]] std::string constraint_name(int i) const;
   [[nodiscard]] const std::vector<Player>& players() const { return variable_players_; }
   [[nodiscard]] int constraints() const;
-  /// Max variables that a constraint reads; all where it is constraints(), which stands for f.
-  [[nodiscard]] std::vector<int> max_variables_of(int constraint) const;
 
   /// Reads the formulas from the file at the first call.
   [[nodiscard]] const BoxFunctions* over_boxes() override;
-  bool get_variable_players(Ipopt::Index n, Player* players) override;
-  bool get_constraint_players(Ipopt::Index m, Player* players) override;
-  bool get_var_con_metadata(Ipopt::Index n, StringMetaDataMapType& variable_strings,
-                            IntegerMetaDataMapType&, NumericMetaDataMapType&, Ipopt::Index m,
+  bool get_variable_players(Index n, Player* players) override;
+  bool get_constraint_players(Index m, Player* players) override;
+  bool get_var_con_metadata(Index n, StringMetaDataMapType& variable_strings,
+                            IntegerMetaDataMapType&, NumericMetaDataMapType&, Index m,
                             StringMetaDataMapType& constraint_strings, IntegerMetaDataMapType&,
                             NumericMetaDataMapType&) override;
-  bool get_nlp_info(Ipopt::Index& n, Ipopt::Index& m, Ipopt::Index& nnz_jac_g,
-                    Ipopt::Index& nnz_h_lag, IndexStyleEnum& index_style) override;
-  bool get_bounds_info(Ipopt::Index n, double* x_l, double* x_u, Ipopt::Index m, double* g_l,
+  bool get_nlp_info(Index& n, Index& m, Index& nnz_jac_g, Index& nnz_h_lag,
+                    IndexStyleEnum& index_style) override;
+  bool get_bounds_info(Index n, double* x_l, double* x_u, Index m, double* g_l,
                        double* g_u) override;
-  bool get_starting_point(Ipopt::Index n, bool init_x, double* x, bool init_z, double* z_L,
-                          double* z_U, Ipopt::Index m, bool init_lambda, double* lambda) override;
-  bool eval_f(Ipopt::Index n, const double* x, bool new_x, double& value) override;
-  bool eval_grad_f(Ipopt::Index n, const double* x, bool new_x, double* gradient) override;
-  bool eval_g(Ipopt::Index n, const double* x, bool new_x, Ipopt::Index m, double* g) override;
-  bool eval_jac_g(Ipopt::Index n, const double* x, bool new_x, Ipopt::Index m,
-                  Ipopt::Index nele_jac, Ipopt::Index* rows, Ipopt::Index* columns,
-                  double* values) override;
-  bool eval_h(Ipopt::Index n, const double* x, bool new_x, double sigma, Ipopt::Index m,
-              const double* lambda, bool new_lambda, Ipopt::Index nele_hess, Ipopt::Index* rows,
-              Ipopt::Index* columns, double* values) override;
-  bool intermediate_callback(Ipopt::AlgorithmMode, Ipopt::Index, double, double, double, double,
-                             double, double, double, double, Ipopt::Index, const Ipopt::IpoptData*,
+  bool get_scaling_parameters(double& of_objective, bool& use_x, Index n, double* x, bool& use_g,
+                              Index m, double* g) override;
+  bool get_starting_point(Index n, bool init_x, double* x, bool init_z, double* z_L, double* z_U,
+                          Index m, bool init_lambda, double* lambda) override;
+  bool eval_f(Index n, const double* x, bool new_x, double& value) override;
+  bool eval_grad_f(Index n, const double* x, bool new_x, double* gradient) override;
+  bool eval_g(Index n, const double* x, bool new_x, Index m, double* g) override;
+  bool eval_jac_g(Index n, const double* x, bool new_x, Index m, Index nele_jac, Index* rows,
+                  Index* columns, double* values) override;
+  bool eval_h(Index n, const double* x, bool new_x, double sigma, Index m, const double* lambda,
+              bool new_lambda, Index nele_hess, Index* rows, Index* columns,
+              double* values) override;
+  bool intermediate_callback(Ipopt::AlgorithmMode, Index, double, double, double, double, double,
+                             double, double, double, Index, const Ipopt::IpoptData*,
                              Ipopt::IpoptCalculatedQuantities*) override {
+    return maximization_callback(0, 0.0);
+  }
+  bool maximization_callback(Index, double) override {
     halt_where_undefined();
     return !stop_ || *stop_ == 0;
   }
-  void finalize_solution(Ipopt::SolverReturn, Ipopt::Index, const double*, const double*,
-                         const double*, Ipopt::Index, const double*, const double*, double,
-                         const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {}
+  void finalize_solution(Ipopt::SolverReturn, Index, const double*, const double*, const double*,
+                         Index, const double*, const double*, double, const Ipopt::IpoptData*,
+                         Ipopt::IpoptCalculatedQuantities*) override {}
 
  private:
   void load(int objective);

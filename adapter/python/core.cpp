@@ -2,8 +2,8 @@
 // what users see.
 //
 // The interpreter's lock is released while a solve runs and taken in every callback. An exception
-// of a Python function ends the solve and is raised by solve(). Ctrl-C and limits of time end it
-// before the next call of a function, at the last iterate.
+// of a Python function ends the solve and is raised by solve(). After Ctrl-C or a limit of time no
+// function is called any more, and the solve returns the best point that it has reached.
 #include <cxxabi.h>
 #include <ipminmax.h>
 #include <pybind11/numpy.h>
@@ -98,6 +98,12 @@ class PythonConsole : public Ipopt::Journal {
 
 // --- Values -------------------------------------------------------------------------------------
 
+/// Of a text that C reads whole.
+const char* c_string(const std::string& text) {
+  if (text.find('\0') != std::string::npos) throw py::value_error("a text has a NUL byte");
+  return text.c_str();
+}
+
 py::array_t<double> to_array(const double* values, int count) {
   return py::array_t<double>(count, values);
 }
@@ -184,6 +190,11 @@ class Problem {
             &hessian_,   &intermediate_, &boxes_.objective(), &boxes_.constraints()};
   }
 
+  /// Of the variables, for messages.
+  void set_names(std::vector<std::string> names) {
+    problem_->model->variable_names = std::move(names);
+  }
+
   /// The same functions for arrays of Interval objects.
   void set_over_boxes(py::object objective, py::object constraints) {
     boxes_.set(std::move(objective), std::move(constraints));
@@ -191,9 +202,10 @@ class Problem {
   }
 
   void add_option(const std::string& name, const py::object& value) {
+    const char* const key = c_string(name);
     if (py::isinstance<py::str>(value)) {
-      return require(
-          IpminmaxAddStrOption(problem_, name.c_str(), value.cast<std::string>().c_str()));
+      const auto text = value.cast<std::string>();
+      return require(IpminmaxAddStrOption(problem_, key, c_string(text)));
     }
     // 1 for a real option and 1.0 for an integer one mean what they say.
     const double number = PyNumber_Check(value.ptr()) != 0 ? PyFloat_AsDouble(value.ptr()) : -1.0;
@@ -205,11 +217,11 @@ class Problem {
     }
     const auto integer = static_cast<int>(std::clamp(number, -2147483648.0, 2147483647.0));
     const bool whole = static_cast<double>(integer) == number;
-    if (whole && IpminmaxAddIntOption(problem_, name.c_str(), integer) == 1) return;
+    if (whole && IpminmaxAddIntOption(problem_, key, integer) == 1) return;
     const std::string message = IpminmaxMessage(problem_);
     const bool is_integer_option = message.find("a number option") == std::string::npos;
     if (whole && is_integer_option) throw py::value_error(message);
-    require(IpminmaxAddNumOption(problem_, name.c_str(), number));
+    require(IpminmaxAddNumOption(problem_, key, number));
   }
 
   void set_scaling(double objective, const py::object& x, const py::object& g) {
@@ -219,28 +231,27 @@ class Problem {
 
   void set_bounds(const py::object& x_l, const py::object& x_u, const py::object& g_l,
                   const py::object& g_u) {
-    const Array lb = optional(x_l, n_, "lb"), ub = optional(x_u, n_, "ub"),
-                cl = optional(g_l, m_, "cl"), cu = optional(g_u, m_, "cu");
-    require(IpminmaxSetBounds(problem_, pointer(x_l, lb), pointer(x_u, ub), pointer(g_l, cl),
-                              pointer(g_u, cu)));
+    const Sides to(*this, x_l, x_u, g_l, g_u);
+    require(IpminmaxSetBounds(problem_, to.lb, to.ub, to.cl, to.cu));
   }
 
   void open_output_file(const std::string& name, int level) {
-    require(IpminmaxOpenOutputFile(problem_, name.c_str(), level));
+    require(IpminmaxOpenOutputFile(problem_, c_string(name), level));
   }
 
   /// log_on_terminal: sys.stdout is the terminal. interrupted: by Ctrl-C before it began.
   py::dict solve(const Array& x0, const Array& lambda0, const Array& z_l0, const Array& z_u0,
                  bool again, bool log_on_terminal, bool interrupted) {
     check_size(x0, n_, "x");
-    Iterate at{std::vector<double>(x0.data(), x0.data() + n_), sized(m_), sized(m_), sized(n_),
-               sized(n_)};
+    Iterate at{
+        std::vector<double>(x0.data(), x0.data() + n_), sized(m_), sized(m_), sized(n_), sized(n_),
+        std::numeric_limits<double>::quiet_NaN()};
     if (!again) {
       start(lambda0, "lagrange", at.lambda);
       start(z_l0, "zl", at.z_l);
       start(z_u0, "zu", at.z_u);
     }
-    begin(at, log_on_terminal);
+    begin(log_on_terminal);
     interrupted_ = interrupted;
     int status = IPMINMAX_INTERNAL_ERROR;
     {
@@ -249,15 +260,15 @@ class Problem {
     }
     rethrow();
     std::string name = IpminmaxStatusName(problem_), message = IpminmaxMessage(problem_);
+    const ipminmax::Result& result = problem_->application->LastResult();
     if (cut_) {
-      at = last_;
       const auto why = interrupted_ ? ipminmax::Status::UserStop : ipminmax::Status::MaxWallTime;
       status = static_cast<int>(ipminmax::application_status(why));
       name = ipminmax::name_of(why);
       message = std::string(interrupted_ ? "Ctrl-C" : "the time limit") +
-                (last_iteration_ < 0 ? " before the first iterate: this is the starting point"
-                                     : " between two calls of the model: this is iterate " +
-                                           std::to_string(last_iteration_) + ", whatever it is");
+                (result.v.empty() ? " before the first iterate: this is the starting point"
+                                  : ": this is the best point that was reached");
+      if (!std::isfinite(at.f) && f_.has(n_, at.x.data())) at.f = f_.values.front();
     }
     py::dict info;
     info["x"] = to_array(at.x);
@@ -270,7 +281,7 @@ class Problem {
     info["status_name"] = name;
     info["status_msg"] = message;
     info["interrupted"] = interrupted_;
-    info["iterations"] = std::max(last_iteration_, 0);
+    info["iterations"] = result.iterations;
     info["history"] = history_array();
     return info;
   }
@@ -278,7 +289,7 @@ class Problem {
   /// Worst cases of the robust constraints, and of f (constraint m) with minmax_epigraph.
   [[nodiscard]] py::list worst_cases() const {
     py::list result;
-    if (cut_ || !problem_->answered) return result;
+    if (!problem_->answered) return result;
     for (const auto& from : problem_->application->LastWorstCases()) {
       py::dict one;
       one["constraint"] = from.constraint;
@@ -294,7 +305,7 @@ class Problem {
   /// Of f (constraint -1) and robust constraints, with minmax_worst_case_proof.
   [[nodiscard]] py::list proofs() const {
     py::list result;
-    if (cut_ || !problem_->answered) return result;
+    if (!problem_->answered) return result;
     for (const auto& from : problem_->application->LastResult().over_y.proofs) {
       py::dict one;
       one["constraint"] = from.constraint;
@@ -312,7 +323,7 @@ class Problem {
 
   /// Why the solve stopped, what the point is, what was looked at over y and over x.
   [[nodiscard]] std::vector<std::string> statements() const {
-    if (cut_ || !problem_->answered) return {};
+    if (!problem_->answered) return {};
     const auto found = ipminmax::statements(problem_->application->LastResult());
     return {found.begin(), found.end()};
   }
@@ -320,7 +331,7 @@ class Problem {
   /// Certified points of a multistart, the best first.
   [[nodiscard]] py::list points() const {
     py::list result;
-    if (cut_ || !problem_->answered) return result;
+    if (!problem_->answered) return result;
     for (const auto& from : problem_->application->LastPoints()) {
       py::dict one;
       one["x"] = to_array(from.result.v);
@@ -335,7 +346,7 @@ class Problem {
 
   [[nodiscard]] py::object certificate() const {
     IpminmaxCertificate c{};
-    if (cut_ || IpminmaxGetCertificate(problem_, &c) == 0) return py::none();
+    if (IpminmaxGetCertificate(problem_, &c) == 0) return py::none();
     const auto inertia = [](const IpminmaxInertia& i) {
       return py::make_tuple(i.positive, i.negative, i.zero);
     };
@@ -354,11 +365,13 @@ class Problem {
     result["finite_differences"] = c.finite_differences != 0;
     result["hessian_error"] = c.hessian_error;
     result["answer"] = static_cast<int>(c.answer);
-    result["reasons"] = std::string(c.reasons);
     result["hessian_disagrees"] = c.hessian_disagrees != 0;
     result["least_curvature"] = c.least_curvature;
     result["least_curvature_variable"] = c.least_curvature_variable;
     const auto& found = problem_->application->LastResult().certificate;
+    py::list reasons;
+    for (const auto& reason : found.reasons) reasons.append(reason.text);
+    result["reasons"] = reasons;
     result["proved"] = found.proved;
     result["proved_within"] = found.proved_within;
     result["proof"] = found.proof;
@@ -368,7 +381,7 @@ class Problem {
   [[nodiscard]] py::object worst_case() const {
     IpminmaxWorstCase found{};
     std::vector<double> x(static_cast<std::size_t>(n_));
-    if (cut_ || IpminmaxGetWorstCase(problem_, &found, x.data()) == 0) return py::none();
+    if (IpminmaxGetWorstCase(problem_, &found, x.data()) == 0) return py::none();
     if (found.starts == 0 && found.higher == 0) return py::none();
     py::dict result;
     result["starts"] = found.starts;
@@ -379,13 +392,13 @@ class Problem {
     result["single_branch"] = found.single_branch != 0;
     result["stated_concave"] = found.stated_concave != 0;
     result["value"] = found.found != 0 ? py::object(py::float_(found.value)) : py::none();
-    result["x"] = found.found != 0 ? py::object(to_array(x.data(), n_)) : py::none();
+    result["x"] = found.found != 0 ? py::object(to_array(x)) : py::none();
     return result;
   }
 
   [[nodiscard]] py::object statistics() const {
     IpminmaxStatistics s{};
-    if (cut_ || IpminmaxGetStatistics(problem_, &s) == 0) return py::none();
+    if (IpminmaxGetStatistics(problem_, &s) == 0) return py::none();
     py::dict result;
     result["iterations"] = s.iterations;
     result["factorizations"] = s.factorizations;
@@ -414,11 +427,11 @@ class Problem {
     rethrow();
     if (found == 0) return py::none();
     py::dict result;
-    result["x"] = to_array(x.data(), n_);
-    result["mult_x_L"] = to_array(z_l.data(), n_);
-    result["mult_x_U"] = to_array(z_u.data(), n_);
-    result["g"] = to_array(g.data(), m_);
-    result["mult_g"] = to_array(lambda.data(), m_);
+    result["x"] = to_array(x);
+    result["mult_x_L"] = to_array(z_l);
+    result["mult_x_U"] = to_array(z_u);
+    result["g"] = to_array(g);
+    result["mult_g"] = to_array(lambda);
     return result;
   }
 
@@ -430,13 +443,13 @@ class Problem {
     rethrow();
     if (found == 0) return py::none();
     py::dict result;
-    result["x_L_violation"] = to_array(xl.data(), n_);
-    result["x_U_violation"] = to_array(xu.data(), n_);
-    result["compl_x_L"] = to_array(cl.data(), n_);
-    result["compl_x_U"] = to_array(cu.data(), n_);
-    result["grad_lag_x"] = to_array(grad.data(), n_);
-    result["g_violation"] = to_array(g.data(), m_);
-    result["compl_g"] = to_array(cg.data(), m_);
+    result["x_L_violation"] = to_array(xl);
+    result["x_U_violation"] = to_array(xu);
+    result["compl_x_L"] = to_array(cl);
+    result["compl_x_U"] = to_array(cu);
+    result["grad_lag_x"] = to_array(grad);
+    result["g_violation"] = to_array(g);
+    result["compl_g"] = to_array(cg);
     return result;
   }
 
@@ -444,41 +457,15 @@ class Problem {
 
   py::dict derivative(const py::object& x_l, const py::object& x_u, const py::object& g_l,
                       const py::object& g_u) {
-    Output out(*this);
-    const Array lb = optional(x_l, n_, "lb"), ub = optional(x_u, n_, "ub"),
-                cl = optional(g_l, m_, "cl"), cu = optional(g_u, m_, "cu");
-    require_sensitivity(IpminmaxGetDerivative(
-        problem_, pointer(x_l, lb), pointer(x_u, ub), pointer(g_l, cl), pointer(g_u, cu),
-        out.x.data(), out.lambda.data(), out.z_l.data(), out.z_u.data(), &out.f, &out.last));
-    return out.dictionary("curvature");
+    return along(IpminmaxGetDerivative, {*this, x_l, x_u, g_l, g_u}, "curvature");
   }
-
-  py::dict reaction(const Array& dx) {
-    Output out(*this);
-    check_size(dx, n_, "dx");
-    require_sensitivity(IpminmaxGetReaction(problem_, dx.data(), out.x.data(), out.lambda.data(),
-                                            out.z_l.data(), out.z_u.data(), &out.f, &out.last));
-    return out.dictionary("curvature");
-  }
-
   py::dict predict(const py::object& x_l, const py::object& x_u, const py::object& g_l,
                    const py::object& g_u) {
-    Output out(*this);
-    const Array lb = optional(x_l, n_, "lb"), ub = optional(x_u, n_, "ub"),
-                cl = optional(g_l, m_, "cl"), cu = optional(g_u, m_, "cu");
-    require_sensitivity(IpminmaxPredict(
-        problem_, pointer(x_l, lb), pointer(x_u, ub), pointer(g_l, cl), pointer(g_u, cu),
-        out.x.data(), out.lambda.data(), out.z_l.data(), out.z_u.data(), &out.f, &out.last));
-    return with_changes(out.dictionary("share"));
+    return with_changes(along(IpminmaxPredict, {*this, x_l, x_u, g_l, g_u}, "share"));
   }
-
+  py::dict reaction(const Array& dx) { return after(IpminmaxGetReaction, dx, "curvature"); }
   py::dict react(const Array& dx) {
-    Output out(*this);
-    check_size(dx, n_, "dx");
-    require_sensitivity(IpminmaxPredictReaction(problem_, dx.data(), out.x.data(),
-                                                out.lambda.data(), out.z_l.data(), out.z_u.data(),
-                                                &out.f, &out.last));
-    return with_changes(out.dictionary("share"));
+    return with_changes(after(IpminmaxPredictReaction, dx, "share"));
   }
 
  private:
@@ -489,16 +476,45 @@ class Problem {
     double f = 0.0, last = 0.0;
     [[nodiscard]] py::dict dictionary(const char* last_name) const {
       py::dict result;
-      result["x"] = py::array_t<double>(static_cast<py::ssize_t>(x.size()), x.data());
-      result["mult_g"] =
-          py::array_t<double>(static_cast<py::ssize_t>(lambda.size()), lambda.data());
-      result["mult_x_L"] = py::array_t<double>(static_cast<py::ssize_t>(z_l.size()), z_l.data());
-      result["mult_x_U"] = py::array_t<double>(static_cast<py::ssize_t>(z_u.size()), z_u.data());
+      result["x"] = to_array(x);
+      result["mult_g"] = to_array(lambda);
+      result["mult_x_L"] = to_array(z_l);
+      result["mult_x_U"] = to_array(z_u);
       result["obj"] = f;
       result[last_name] = last;
       return result;
     }
   };
+
+  /// Of all bounds, or changes of them; None: null.
+  struct Sides {
+    Sides(const Problem& of, const py::object& x_l, const py::object& x_u, const py::object& g_l,
+          const py::object& g_u)
+        : arrays{optional(x_l, of.n_, "lb"), optional(x_u, of.n_, "ub"), optional(g_l, of.m_, "cl"),
+                 optional(g_u, of.m_, "cu")},
+          lb(pointer(x_l, arrays[0])),
+          ub(pointer(x_u, arrays[1])),
+          cl(pointer(g_l, arrays[2])),
+          cu(pointer(g_u, arrays[3])) {}
+    std::array<Array, 4> arrays;
+    const double *lb, *ub, *cl, *cu;
+  };
+  template <class Function>
+  py::dict along(Function function, const Sides& by, const char* last_name) {
+    Output out(*this);
+    require_sensitivity(function(problem_, by.lb, by.ub, by.cl, by.cu, out.x.data(),
+                                 out.lambda.data(), out.z_l.data(), out.z_u.data(), &out.f,
+                                 &out.last));
+    return out.dictionary(last_name);
+  }
+  template <class Function>
+  py::dict after(Function function, const Array& dx, const char* last_name) {
+    Output out(*this);
+    check_size(dx, n_, "dx");
+    require_sensitivity(function(problem_, dx.data(), out.x.data(), out.lambda.data(),
+                                 out.z_l.data(), out.z_u.data(), &out.f, &out.last));
+    return out.dictionary(last_name);
+  }
 
   static constexpr double kNoLimit = 1e19;
   struct Iterate {
@@ -560,12 +576,9 @@ class Problem {
 
   using Clock = std::chrono::steady_clock;
 
-  void begin(const Iterate& at, bool log_on_terminal) {
+  void begin(bool log_on_terminal) {
     error_ = nullptr;
     interrupted_ = timed_out_ = cut_ = false;
-    last_ = at;
-    last_.f = std::numeric_limits<double>::quiet_NaN();
-    last_iteration_ = -1;
     history_.clear();
     f_.known = g_.known = false;
     console_->is_terminal = log_on_terminal;
@@ -594,19 +607,17 @@ class Problem {
     return std::chrono::duration<double>(Clock::now() - wall_start_).count();
   }
 
-  /// Before and after each call of a function: leaves the solver when there is a reason to stop,
-  /// unless it may reach its next iterate.
-  void stop_if_asked() {
+  /// Before each call of a function: whether there is a reason to stop, and time was left to reach
+  /// the next iterate. No function is called any more then; the solver finds all of them undefined
+  /// until it sees its limit, and returns what it has.
+  [[nodiscard]] bool is_cut() {
     if (!interrupted_ && !timed_out_) {
       timed_out_ = limit_passed();
-      if (!timed_out_) return;
+      if (!timed_out_) return false;
       asked_at_ = seconds();
     }
-    if (seconds() - asked_at_ <= patience_ * (interrupted_ ? 1.0 : std::min(1.0, wall_limit_))) {
-      return;
-    }
-    cut_ = true;
-    throw ModelStopped{};
+    cut_ = seconds() - asked_at_ > patience_ * (interrupted_ ? 1.0 : std::min(1.0, wall_limit_));
+    return cut_;
   }
 
   void note_interrupt() {
@@ -617,17 +628,16 @@ class Problem {
   /// Runs a model's function; false: undefined here.
   template <class Function>
   bool run(Function function) {
+    if (cut_) return false;
     const Locked lock;
-    if (error_ || cut_) throw ModelStopped{};
+    if (error_) throw ModelStopped{};
     for (;;) {
       try {
-        stop_if_asked();
+        if (is_cut()) return false;
         function();
         return true;
       } catch (abi::__forced_unwind&) {
         sleep_until_the_end();
-      } catch (ModelStopped&) {
-        throw;
       } catch (py::error_already_set& error) {
         if (error.matches(evaluation_error)) return false;
         if (error.matches(limit_reached)) {
@@ -668,7 +678,6 @@ class Problem {
       *f = p.f_.values.front();
       return 1;
     }
-    p.f_.known = false;
     if (!p.run([&] { take(call(p.objective_, to_array(x, n)), "objective", 1, f); })) return 0;
     p.f_.keep(n, x, 1, f);
     return 1;
@@ -684,7 +693,6 @@ class Problem {
       std::copy_n(p.g_.values.begin(), m, g);
       return 1;
     }
-    p.g_.known = false;
     if (!p.run([&] { take(call(p.constraints_, to_array(x, n)), "constraints", m, g); })) return 0;
     p.g_.keep(n, x, m, g);
     return 1;
@@ -722,9 +730,10 @@ class Problem {
                           double d_norm, double shift, double alpha_du, double alpha_pr, int trials,
                           void* user_data) {
     Problem& p = of(user_data);
-    if (mode == 0) p.save_iterate(iter, f);
-    if (iter == 0) p.history_.clear();  // of a search that begins anew the last part is kept
-    p.history_.insert(p.history_.end(), {static_cast<double>(iter), f, inf_pr, inf_du, mu});
+    if (mode != 2) {                      // not of a maximization over y at a held x
+      if (iter == 0) p.history_.clear();  // of a search that begins anew the last part is kept
+      p.history_.insert(p.history_.end(), {static_cast<double>(iter), f, inf_pr, inf_du, mu});
+    }
     bool go_on = true;
     p.run([&] {
       if (PyErr_CheckSignals() != 0) {
@@ -746,23 +755,6 @@ class Problem {
                                history_.data());
   }
 
-  /// What a solve that is cut off returns.
-  void save_iterate(int iteration, double f) {
-    Iterate& at = saved_;
-    at.x.resize(size(n_));
-    at.z_l.resize(size(n_));
-    at.z_u.resize(size(n_));
-    at.g.resize(size(m_));
-    at.lambda.resize(size(m_));
-    if (IpminmaxGetCurrentIterate(problem_, n_, at.x.data(), at.z_l.data(), at.z_u.data(), m_,
-                                  at.g.data(), at.lambda.data()) == 0) {
-      return;
-    }
-    at.f = f;
-    std::swap(last_, saved_);
-    last_iteration_ = iteration;
-  }
-
   int n_, m_;
   std::vector<int> jac_rows_, jac_cols_, hess_rows_, hess_cols_;
   py::object objective_, gradient_, constraints_, jacobian_, hessian_, intermediate_;
@@ -772,9 +764,7 @@ class Problem {
   Last f_, g_;
   std::exception_ptr error_;
   std::vector<double> history_;  ///< rows of what the intermediate callback was told
-  Iterate last_, saved_;         ///< the last iterate, and room for the next
-  int last_iteration_ = -1;
-  /// Reasons to stop, and whether the solver was left between two iterates for them.
+  /// Reasons to stop, and whether no function is called any more for them.
   bool interrupted_ = false, timed_out_ = false, cut_ = false;
   double asked_at_ = 0.0, patience_ = 0.0, wall_limit_ = kNoLimit, cpu_limit_ = kNoLimit;
   Clock::time_point wall_start_;
@@ -829,6 +819,7 @@ PYBIND11_MODULE(_core, module) {
       .def("set_scaling", &Problem::set_scaling)
       .def("set_bounds", &Problem::set_bounds)
       .def("set_over_boxes", &Problem::set_over_boxes)
+      .def("set_names", &Problem::set_names)
       .def("open_output_file", &Problem::open_output_file)
       .def("solve", &Problem::solve)
       .def("limit_passed", &Problem::limit_passed)

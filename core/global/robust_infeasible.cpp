@@ -101,12 +101,15 @@ void RobustSearch::name_infeasible(std::vector<double> start) {
   const ProblemStructure& s = asked_.structure();
   double largest = 0.0, violation = 0.0;
   const RobustWorstCase* worst = nullptr;
-  for (const RobustWorstCase& found : least.worst_cases) {
+  const auto excess_of = [&](const std::vector<double>& g, std::size_t row) {
+    return std::max(g[row] - s.constraint_upper[row], s.constraint_lower[row] - g[row]);
+  };
+  for (RobustWorstCase& found : least.worst_cases) {
     std::vector<double> g(s.constraint_players.size());
     if (!asked_.constraints(found.v, true, g)) return;
     const auto row = at(found.constraint);
-    const double excess =
-        std::max(g[row] - s.constraint_upper[row], s.constraint_lower[row] - g[row]);
+    found.value = g[row];  // was that of the relaxed row
+    const double excess = excess_of(g, row);
     const double beside = excess * rows.units().factor[row];
     if (beside <= largest) continue;
     largest = beside;
@@ -122,6 +125,8 @@ void RobustSearch::name_infeasible(std::vector<double> start) {
   least.certificate = {};
   least.certificate.kind = PointKind::InfeasiblePoint;
   least.over_y.largest_violation = violation;
+  for (std::size_t row = 0; row < least.constraints.size(); ++row)
+    least.error.primal = std::max(least.error.primal, excess_of(least.constraints, row));
   answer_ = std::move(least);
 }
 

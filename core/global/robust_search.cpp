@@ -12,6 +12,7 @@
 #include "core/model/norms.hpp"
 #include "core/model/parameters.hpp"
 #include "core/model/sampling.hpp"
+#include "core/model/structure_check.hpp"
 #include "core/search/one_start.hpp"
 #include "core/search/outcome.hpp"
 #include "core/search/random_starts.hpp"
@@ -65,7 +66,7 @@ Result RobustSearch::run(std::vector<double> start, const std::vector<RobustWors
   place_.v = std::move(start);
   if (!place_.moved) {
     auto own = model_start(model_);
-    if (!own) {
+    if (!own || !check_structure(model_.structure(), options_).empty()) {
       answer_ =
           solve_from_start(model_, options_, budget_, observer_, nullptr);  // says what is wrong
       cut(asked_.structure().variable_players.size(), asked_.structure().constraint_players.size(),

@@ -68,7 +68,7 @@ bool KktSystem::analyze_or_adopt(const std::optional<KktAnalysis>& kept) {
   const ScopedTimer timer(timing_.analysis);
   counts_.analyses += inner_.empty() ? 1 : 2;
   const Analysis full = full_.analyze(options_);
-  if (!full.ok) return false;
+  if (!full.ok || (limit_ != nullptr && limit_->expired())) return false;
   const Analysis inner = inner_.analyze(options_);
   if (!inner.ok) return false;
   decide_on_schur_complement(full);

@@ -146,7 +146,8 @@ Result Solve::run_checked() {
 
 Result Solve::search() {
   Machinery machinery(*this);
-  if (!analyze(machinery)) {
+  const bool analyzed = !limit_.expired() && analyze(machinery);
+  if (!analyzed && !limit_.exceeded()) {
     return without_point(Status::OutOfMemory, "out of memory in the analysis of the KKT matrix");
   }
   const auto stopped = [&](Status status, const char* why) {
@@ -166,7 +167,13 @@ Result Solve::search() {
       keep_work(machinery, *status);
       return result;
     }
-    return finish(machinery, search_all(machinery, first));
+    if (analyzed) return finish(machinery, search_all(machinery, first));
+    machinery.barrier.emplace(machinery.context, first.point);  // the start is all that is known
+    machinery.search.emplace(machinery.context, purpose_, *machinery.barrier, machinery.observation,
+                             first, arrays_.search);
+    if (kept_ && !kept_->structure_only) kept_->forget();
+    kept_ = nullptr;
+    return stopped(*limit_.exceeded(), "");
   } catch (const FactorsOutOfMemory& error) {
     return stopped(Status::OutOfMemory, error.what());
   } catch (const SolverUnavailable& error) {

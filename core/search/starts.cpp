@@ -33,7 +33,8 @@ std::optional<Status> evaluate_start(const MethodContext& context, const SolverO
   canonical.keep_distances(point.iterate, options.mu_init);
   status = evaluate_first_derivatives(canonical, point);
   if (status != EvaluationStatus::Ok) return undefined(status);
-  if (!options.warm_start_init_point) start_multipliers(canonical, context.kkt, options, point);
+  if (!options.warm_start_init_point && !context.limit.expired())
+    start_multipliers(canonical, context.kkt, options, point);
   status = evaluate_second_derivatives(canonical, point);
   if (status != EvaluationStatus::Ok) return undefined(status);
   measure_anew(canonical, options, point);

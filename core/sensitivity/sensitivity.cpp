@@ -269,7 +269,9 @@ std::optional<Velocity> Sensitivity::State::velocity(const Waypoint& at, const M
     velocity.slope += at.multiplier[k] * moved[k];
     velocity.curvature += velocity.multiplier[k] * moved[k];
   }
-  return velocity;
+  const bool finite = all_finite(velocity.value) && all_finite(velocity.multiplier) &&
+                      std::isfinite(velocity.slope) && std::isfinite(velocity.curvature);
+  return finite ? std::optional(std::move(velocity)) : std::nullopt;
 }
 
 Event Sensitivity::State::next_event(const Waypoint& at, const Velocity& velocity,

@@ -325,6 +325,30 @@ TEST(Application, OutOfMemoryInTheModel) {
   }
 }
 
+TEST(Application, NoSolveInsideItsOwnModel) {
+  const SmartPtr<Model> model = new Model;
+  const auto app = silent_application();
+  auto inner = Ipopt::Solve_Succeeded;
+  model->on_call = [&](const std::string& name) {
+    if (name == "eval_f") inner = app->OptimizeTNLP(split(new Model));
+    return true;
+  };
+  EXPECT_EQ(app->OptimizeTNLP(split(model)), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(inner, Ipopt::Invalid_Problem_Definition);
+}
+
+TEST(Application, AnApplicationThatItsModelReleasesEndsItsSolve) {
+  const SmartPtr<Model> model = new Model;
+  auto app = silent_application();
+  model->on_iteration = [&](Ipopt::Index) {
+    app = nullptr;
+    return true;
+  };
+  MinMaxApplication* const solving = GetRawPtr(app);
+  EXPECT_EQ(solving->OptimizeTNLP(split(model)), Ipopt::Solve_Succeeded);
+  EXPECT_EQ(model->final.status, Ipopt::SUCCESS);
+}
+
 TEST(Application, ModelsAreReleased) {
   class Counted : public Model {
    public:

@@ -420,17 +420,20 @@ TEST(CInterface, NoSolveInsideItsOwnCallback) {
   const auto problem = Arguments().create();
   Recorder model;
   IpminmaxReturnStatus inner = IPMINMAX_SOLVE_SUCCEEDED;
-  std::string text;
+  std::string text, of_free;
   model.on_iteration = [&](int) {
     Recorder other;
     inner = solve(problem, other).status;
     text = message(problem);
+    IpminmaxFree(problem.get());
+    of_free = message(problem);
     return true;
   };
   ASSERT_EQ(IpminmaxSetIntermediateCallback(problem.get(), Callbacks::intermediate), 1);
   EXPECT_EQ(solve(problem, model).status, IPMINMAX_SOLVE_SUCCEEDED);
   EXPECT_EQ(inner, IPMINMAX_INVALID_PROBLEM_DEFINITION);
   EXPECT_TRUE(contains(text, "inside its own callbacks"));
+  EXPECT_TRUE(contains(of_free, "not freed"));
 }
 
 // --- Scaling, warm start, output -----------------------------------------------------------------

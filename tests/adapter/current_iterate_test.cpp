@@ -60,15 +60,16 @@ struct Setting {
   explicit Setting(const Model& formulas, const std::vector<double>& start)
       : problem(formulas, start), watched(new Watched(problem)) {
     const ProblemStructure& s = problem.structure();
-    const auto indices = [](const std::vector<Player>& players) {
-      std::vector<Ipopt::Index> of_max;
+    const auto indices = [](const std::vector<Player>& players, Player player) {
+      std::vector<Ipopt::Index> found;
       for (std::size_t i = 0; i < players.size(); ++i) {
-        if (players[i] == Player::Max) of_max.push_back(static_cast<Ipopt::Index>(i));
+        if (players[i] == player) found.push_back(static_cast<Ipopt::Index>(i));
       }
-      return of_max;
+      return found;
     };
-    model = new SplitTNLP(GetRawPtr(watched), indices(s.variable_players),
-                          indices(s.constraint_players));
+    model = new SplitTNLP(GetRawPtr(watched), indices(s.variable_players, Player::Max),
+                          indices(s.constraint_players, Player::Max),
+                          indices(s.constraint_players, Player::Min));
     EXPECT_EQ(application->Initialize(""), Ipopt::Solve_Succeeded);
   }
   Ipopt::ApplicationReturnStatus solve() { return application->OptimizeTNLP(GetRawPtr(model)); }
@@ -475,6 +476,31 @@ TEST(UserStop, ReturnsTheIterate) {
   }
   // Of several starts the best point so far: here that of the first.
   stop_at(hs071.model, hs071.start, 4, "minmax_starts 3\n");
+}
+
+// Maximizations over y tell of a row, not of f, and of points that no stop returns.
+TEST(UserStop, RobustSearchesTellOfTheirIterates) {
+  Model model;
+  const Expression x = model.variable(Player::Min, "x");
+  const Expression y = model.variable(Player::Max, "y", -2.0, 2.0);
+  model.objective(square(x - 1.0));
+  model.constraint(x + sin(3.0 * y) - 5.0, -kNoBound, 0.0, Player::Min);
+  const std::vector<double> start = {0.0, 0.1};
+  Setting setting(model, start);
+  int calls = 0;
+  setting.watched->on_iteration = [&](const Told& told) {
+    Result at;
+    EXPECT_TRUE(setting.application->GetCurrentIterate(at));
+    EXPECT_EQ(told.objective, (at.v[0] - 1.0) * (at.v[0] - 1.0)) << calls;
+    ++calls;
+    return true;
+  };
+  ASSERT_EQ(setting.solve(), Ipopt::Solve_Succeeded);
+  ASSERT_GT(calls, 3);
+  for (int call = 0; call < calls; ++call) {
+    SCOPED_TRACE(call);
+    stop_at(model, start, call);
+  }
 }
 
 TEST(UserStop, ReturnsTheIterateOfARestoration) {

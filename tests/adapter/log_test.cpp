@@ -97,13 +97,15 @@ TEST(IterationTable, IpoptsColumns) {
                    "alpha_pr", "ls"}));
   IterationInfo info = some_iteration();
   info.delta_y = 1e-2;
-  EXPECT_EQ(words(log::ipopt_iteration_row(info)),
+  EXPECT_EQ(words(log::ipopt_iteration_row(info, info.iteration)),
             (Words{"12", "-1.2345600e+02", "1.00e-03", "2.00e-04", "-5.0", "5.00e-01", "-2.0",
                    "1.00e+00", "2.50e-01f", "3"}));
   info.step_kind = 'j';  // Ipopt has no such letter
-  EXPECT_EQ(words(log::ipopt_iteration_row(info))[8], "2.50e-01n");
+  EXPECT_EQ(words(log::ipopt_iteration_row(info, info.iteration))[8], "2.50e-01n");
   info.iteration = 0;
-  EXPECT_EQ(words(log::ipopt_iteration_row(info)).size(), 10U);
+  EXPECT_EQ(words(log::ipopt_iteration_row(info, info.iteration)).size(), 10U);
+  info.restoration = true;
+  EXPECT_EQ(words(log::ipopt_iteration_row(info, 12))[0], "12r-1.2345600e+02");  // as Ipopt's
 }
 
 TEST(Summary, IpoptsErrors) {
@@ -269,6 +271,9 @@ TEST(Work, CountsAndTimes) {
   result.counts.factorizations_for(FactorizationCause::Certificate) = {1, 2};
   EXPECT_EQ(line_with(log::work(result), "K + K_yy for"),
             "  K + K_yy for steps 4 + 3, certificate 1 + 2");
+  result.counts.factorizations_full = 5;
+  result.counts.factorizations_for(FactorizationCause::Restoration) = {7, 0};
+  EXPECT_EQ(last_two(log::work(result), "factorizations of K ").back(), "12");  // the parts add up
   EXPECT_EQ(last_two(log::timing(result.timing), "Everything else").back(), "1.500");
 }
 

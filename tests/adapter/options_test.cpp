@@ -428,7 +428,6 @@ TEST_F(OwnList, EveryWayToSetAnOptionIsSeen) {
   ASSERT_TRUE(own->ReadFromStream(*journalist, text));
   EXPECT_EQ(tolerance(), 1e-5);
   EXPECT_EQ(ignored_ipopt_options(*own).size(), 1U);
-  EXPECT_EQ(set_ipopt_only_options(*own).size(), 1U);
   const SmartPtr<ExactOptionsList> twin = new ExactOptionsList(registry, journalist);
   twin->copy(*own);
   EXPECT_EQ(ignored_ipopt_options(*twin).size(), 1U);

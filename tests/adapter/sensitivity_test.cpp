@@ -216,6 +216,16 @@ TEST_F(CSensitivity, PredictionsNameTheActiveSetsChanges) {
   EXPECT_EQ(change.enters, 1);
   EXPECT_NEAR(change.share, (5.0 - 2.0 / 7.0) / 15.0, 1e-7);
 
+  const std::array<double, 3> beyond{1e308, 0.0, 0.0};  // f overflows
+  ASSERT_EQ(IpminmaxPredictReaction(problem_, beyond.data(), x.data(), nullptr, nullptr, nullptr,
+                                    &f, &share),
+            1);
+  EXPECT_LT(share, 1.0);
+  EXPECT_TRUE(std::isfinite(x[1]) && std::isfinite(f));
+  EXPECT_EQ(IpminmaxGetReaction(problem_, beyond.data(), x.data(), nullptr, nullptr, nullptr, &f,
+                                nullptr),
+            0);
+
   const std::array<double, 2> one{1.0, 0.0};
   ASSERT_EQ(IpminmaxPredict(problem_, nullptr, nullptr, one.data(), one.data(), x.data(), nullptr,
                             nullptr, nullptr, &f, &share),

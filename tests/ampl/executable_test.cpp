@@ -1,6 +1,7 @@
 // What the executable accepts and refuses, and what it answers.
 
 #include <cstddef>
+#include <cstdio>
 #include <cstring>
 #include <sstream>
 #include <stdexcept>
@@ -428,6 +429,80 @@ TEST_F(AmplExecutable, ConstraintsOfMinThatReadMaxHoldForEveryY) {
       << err_;
 }
 
+TEST_F(AmplExecutable, ARobustEqualityIsRefusedByName) {
+  std::string model = limit_for_every_y("S1 1 robust\n0 1\n");
+  const std::string upper = "r\n1 4\n";
+  ASSERT_NE(model.find(upper), std::string::npos);
+  model.replace(model.find(upper), upper.size(), "r\n4 4\n");
+  put("model.nl", model);
+  put("model.row", "limit\n");
+  put("model.col", "x\ny\n");
+  ASSERT_EQ(run("model.nl -s print_level=0"), 0) << err_;
+  EXPECT_TRUE(printed("Invalid problem definition")) << out_;
+  EXPECT_TRUE(
+      printed("constraint 0 (limit) belongs to the Min player but depends on the Max "
+              "player's variable 1 (y), and an equality"))
+      << out_;
+}
+
+// min -x, s = x + w of Max, w in [-1, 1], s <= 3 for every w: x = 2.
+TEST_F(AmplExecutable, WorstCasesNameTheDisturbance) {
+  put("model.nl",
+      "g3 1 1 0\n 3 2 1 0 1\n 0 0\n 0 0\n 0 0 0\n 0 0 0 1\n 0 0 0 0 0\n 4 1\n 5 1\n 0 0 0 0 0\n"
+      "S0 2 player\n1 1\n2 1\nS1 1 robust\n1 1\nC0\nn0\nC1\nn0\nO0 0\nn0\nr\n4 0\n1 3\n"
+      "b\n3\n0 -1 1\n3\nk2\n1\n2\nJ0 3\n0 -1\n1 -1\n2 1\nJ1 1\n2 1\nG0 1\n0 -1\n");
+  put("model.row", "follow\nlimit\n");
+  put("model.col", "x\nw\ns\n");
+  ASSERT_EQ(run("model.nl -s print_level=5"), 0) << err_;
+  EXPECT_NE(get("model.sol").find("worst case of limit: 3"), std::string::npos);
+  EXPECT_NE(get("model.sol").find(" at w = 1\n"), std::string::npos) << get("model.sol");
+  EXPECT_TRUE(printed("  w = 1\n")) << out_;
+}
+
+TEST_F(AmplExecutable, IpoptsLogHasARowForEachIterationThatItCounts) {
+  Parts infeasible = minimize(kSquare);
+  infeasible.constraints = {kSquare};
+  infeasible.rows = "1 -1\n";
+  for (const std::string& model : {limit_for_every_y("S1 1 robust\n0 1\n"), infeasible.text()}) {
+    put("model.nl", model);
+    ASSERT_EQ(run("model.nl -AMPL print_level=5 minmax_worst_case_starts=3"), 0) << err_;
+    std::istringstream lines(out_);
+    int iterations = -1, rows = 0, restorations = 0;
+    for (std::string line; std::getline(lines, line);) {
+      int number = -1;
+      char mark = 0;
+      if (line.starts_with("Number of Iter"))
+        iterations = std::stoi(line.substr(line.find(':') + 1));
+      if (std::sscanf(line.c_str(), "%4d%c", &number, &mark) != 2 || line.size() < 60) continue;
+      EXPECT_EQ(number, rows++) << line;
+      restorations += mark == 'r';
+    }
+    EXPECT_EQ(rows, iterations + 1) << out_;
+    EXPECT_EQ(restorations > 0, model == infeasible.text()) << out_;
+  }
+}
+
+TEST_F(AmplExecutable, IpoptsSuffixesAreRead) {
+  Parts parts = minimize(kSquare);
+  parts.constraints = {kSquare};
+  parts.rows = "3\n";
+  parts.segments =
+      "S4 1 scaling_factor\n0 2\nS5 1 scaling_factor\n0 0.5\n"
+      "S6 1 scaling_factor\n0 5\nS4 1 ipopt_zL_in\n0 3\nS4 1 ipopt_zU_in\n0 -4\n";
+  for (const bool maximize : {false, true}) {
+    parts.objectives[0].maximize = maximize;
+    NlProblem problem(put("model.nl", parts.text()), -1);
+    double f = 0.0, x = 0.0, g = 0.0, lower = 0.0, upper = 0.0;
+    bool of_x = false, of_g = false;
+    ASSERT_TRUE(problem.get_scaling_parameters(f, of_x, 1, &x, of_g, 1, &g));
+    EXPECT_TRUE(of_x && of_g);
+    EXPECT_EQ(std::vector({f, x, g}), std::vector({5.0, 2.0, 0.5}));
+    ASSERT_TRUE(problem.get_starting_point(1, true, &x, true, &lower, &upper, 1, true, &g));
+    const double sign = maximize ? -1.0 : 1.0;
+    EXPECT_EQ(std::vector({lower, upper}), std::vector({sign * 3.0, sign * 4.0}));
+  }
+}
+
 TEST_F(AmplExecutable, SuffixesOfAConstraintThatContradictAreRefused) {
   put("model.nl", limit_for_every_y("S1 1 player\n0 1\nS1 1 robust\n0 1\n"));
   EXPECT_EQ(run("model.nl"), 1);
@@ -751,7 +826,7 @@ TEST_F(AmplExecutable, NamesInAModelThatMaximizesStay) {
   ASSERT_EQ(solve(parts), 0) << err_;
   EXPECT_TRUE(printed("reason: weakly active: the lower bound of variable 0 (Min) (Max) has"))
       << out_;
-  const NlProblem problem(path("model.nl"), -1);
+  NlProblem problem(path("model.nl"), -1);
   Result result;
   for (const auto& [ours, spoken] : {
            std::pair{"variable 0 (Min@2) of Min", "variable 0 (Min@2) of Max"},

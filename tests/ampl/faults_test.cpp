@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -58,6 +59,39 @@ TEST_F(AmplFaults, FilesThatCannotBeWrittenAreErrors) {
   EXPECT_GT(get("log.txt").size(), once.size());
   ASSERT_EQ(run(again), 0) << err_;
   EXPECT_LT(get("log.txt").size(), 2 * once.size() - 100);
+}
+
+// Opening a pipe waits for its reader, and no signal ends that.
+TEST_F(AmplFaults, PipesThatNobodyReadsAreErrors) {
+  ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+  for (const char* arguments :
+       {"-opipe", "output_file=pipe file_print_level=5", "minmax_points_file=pipe"}) {
+    EXPECT_EQ(run(std::string("model.nl print_level=0 ") + arguments, "timeout 20"), 1)
+        << arguments;
+    EXPECT_NE(err_.find("cannot write pipe"), std::string::npos) << err_;
+  }
+  EXPECT_EQ(run("model.nl print_level=0 linear_solver=ma57 hsllib=./pipe", "timeout 20"), 2);
+  EXPECT_NE(err_.find("hsllib = ./pipe cannot be used: ./pipe is a pipe"), std::string::npos)
+      << err_;
+}
+
+TEST_F(AmplFaults, PointsThatCannotBeWrittenAreErrors) {
+  for (const char* file : {"/dev/full", "nowhere/points.csv"}) {
+    EXPECT_EQ(run(std::string("model.nl -s print_level=0 minmax_points_file=") + file), 1);
+    EXPECT_NE(err_.find(std::string("cannot write ") + file), std::string::npos) << err_;
+    EXPECT_TRUE(has_solution());
+  }
+}
+
+TEST_F(AmplFaults, NothingIsWrittenOverTheModel) {
+  const std::string model = get("model.nl");
+  for (const char* option : {"output_file", "minmax_points_file"}) {
+    EXPECT_EQ(run(std::string("model print_level=0 ") + option + "=./model.nl"), 2);
+    EXPECT_NE(err_.find(std::string(option) + " = ./model.nl would write over the model model.nl"),
+              std::string::npos)
+        << err_;
+    EXPECT_EQ(get("model.nl"), model);
+  }
 }
 
 // The limit on file sizes is 512 or 1024 bytes, the .sol longer: SIGXFSZ ended the program.

@@ -781,6 +781,7 @@ TEST(Limits, ATinyWallTimeStopsEarly) {
     const Result result = solve(problem, options);
     EXPECT_EQ(result.status, Status::MaxWallTime);
     EXPECT_EQ(result.iterations, 0);
+    EXPECT_EQ(result.counts.analyses, 0);
     EXPECT_EQ(result.v, (std::vector<double>{2.0, 1.5}));
     EXPECT_FALSE(result.message.empty());
   }

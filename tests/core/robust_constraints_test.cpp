@@ -57,6 +57,21 @@ TEST(RobustConstraint, WorstDisturbanceAtABound) {
   EXPECT_NEAR(result.v[1], 1.0, 1e-6);
 }
 
+TEST(RobustConstraint, OneThatCannotBeMetTellsItsOwnWorstValue) {
+  // y + 0.3 y^2 + x <= 0.5 with x >= 0: 1.3 at y = 1, whatever x is.
+  Model model;
+  const Expression x = model.variable(kMin, "x", 0.0, 10.0);
+  const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(x);
+  model.constraint(y + 0.3 * square(y) + x, -kNoBound, 0.5, kMin);
+  AutodiffProblem problem(model, {1.0, 0.0});
+  const Result result = solve(problem, {});
+  EXPECT_EQ(result.status, Status::LocallyInfeasible) << result.message;
+  ASSERT_FALSE(result.worst_cases.empty());
+  EXPECT_NEAR(result.worst_cases[0].value, 1.3, 1e-6);
+  EXPECT_NEAR(result.error.primal, 0.8, 1e-6);
+}
+
 TEST(RobustConstraint, LowerBoundHoldsForTheLeastValue) {
   // x + y^2 + y >= 0 for every y: the least is x - 1/4.
   Model model;

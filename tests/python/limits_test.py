@@ -1,5 +1,7 @@
 """Limits of time and Ctrl-C in solves of slow functions without derivatives."""
 
+import contextlib
+import io
 import os
 import signal
 import time
@@ -7,7 +9,7 @@ import unittest
 
 import numpy as np
 
-from ipminmax import Constraint, minimize_minmax
+from ipminmax import Constraint, PointKind, minimize_minmax
 
 
 class Slow:
@@ -65,6 +67,38 @@ class Limits(unittest.TestCase):
     def test_a_limit_that_is_not_reached(self):
         result = Slow(1).solve(options={"max_wall_time": 1000.0})
         self.assertTrue(result.success)
+
+
+    def test_a_limit_in_a_maximization_over_y(self):
+        """The first solve is finished, and its point is the answer, with its value."""
+        def value(x, y):
+            return x[0] ** 2 + x[0] * y[0] - y[0] ** 2 + 0.5 * np.cos(3.0 * y[0])
+
+        def solve(late_at, **options):
+            calls, told = [0], []
+
+            def fun(x, y):
+                calls[0] += 1
+                if calls[0] == late_at:
+                    time.sleep(0.6)
+                return value(x, y)
+
+            return minimize_minmax(fun, [0.0], [0.2], bounds_y=(-3.0, 3.0), options={
+                "minmax_worst_case_starts": 5, **options},
+                callback=lambda x, y: told.append(calls[0])), calls[0], told[-1]
+
+        _, calls, last = solve(None)
+        self.assertLess(last, calls)
+        log = io.StringIO()
+        with contextlib.redirect_stdout(log):
+            late, _, _ = solve((last + 3 * calls) // 4, max_wall_time=0.5, disp=True)
+        self.assertFalse(late.success)
+        self.assertIn("time limit", late.message)
+        self.assertAlmostEqual(late.fun, float(value(late.x, late.y)), delta=1e-12)
+        self.assertEqual(late.certificate.kind, PointKind.FIRST_ORDER_POINT)
+        self.assertIn("a strict local minmax by itself", late.certificate.reasons[0])
+        self.assertAlmostEqual(late.x[0], 0.0, delta=1e-6)
+        self.assertNotIn("xception", log.getvalue())
 
 
 class Interrupt(unittest.TestCase):

@@ -299,7 +299,9 @@ class Interrupts(unittest.TestCase):
                 self.assertTrue(info["interrupted"])
                 self.assertEqual(functions.calls, functions.hit)
                 self.assertEqual(info["status"], 5)
-                self.assertIs(info["certificate"].kind, ipminmax.PointKind.UNKNOWN_POINT)
+                self.assertFalse(info["certificate"].is_local_minmax)
+                if not np.array_equal(info["x"], game.START):
+                    self.assertEqual(info["obj_val"], game.Game().objective(info["x"]))
 
     def test_a_second_one_is_raised(self):
         """Many starts may reach the next iterate after the first, since they have found something."""
@@ -356,6 +358,41 @@ class Threads(unittest.TestCase):
             problem.check_derivatives = check
             with self.assertRaisesRegex(RuntimeError, "being solved"):
                 problem.solve(game.START)
+
+
+    def test_no_solve_in_a_function_that_the_sensitivity_calls(self):
+        class Nested(game.Game):
+            nested = False
+
+            def gradient(self, v):
+                if self.nested:
+                    self.nested = False
+                    problem.solve(game.START)
+                return super().gradient(v)
+
+        functions = Nested()
+        problem = game.problem(functions)
+        problem.solve(game.START)
+        functions.nested = True
+        with self.assertRaisesRegex(RuntimeError, "being solved"):
+            problem.sensitivity()
+
+    def test_no_close_inside_a_function(self):
+        class Closing(game.Game):
+            def intermediate(self, *_):
+                problem.close()
+
+        problem = game.problem(Closing())
+        with self.assertRaisesRegex(RuntimeError, "being solved"):
+            problem.solve(game.START)
+
+    def test_nul_bytes_are_refused(self):
+        problem = game.problem(game.Game())
+        for name, value in (("tol\0x", 1e-9), ("output_file", "a\0b")):
+            with self.assertRaisesRegex(ValueError, "NUL"):
+                problem.add_option(name, value)
+        with self.assertRaisesRegex(ValueError, "NUL"):
+            problem.open_output_file("a\0b")
 
 
 class Memory(unittest.TestCase):

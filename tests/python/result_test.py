@@ -12,7 +12,7 @@ import unittest
 import numpy as np
 
 import ipminmax
-from ipminmax import Constraint, PointKind, minimize_minmax
+from ipminmax import Constraint, LinearConstraint, PointKind, minimize_minmax
 
 PACKAGE = os.path.dirname(ipminmax.__file__)
 
@@ -50,6 +50,31 @@ class Shape(unittest.TestCase):
         for statement in result.statements:  # why it stopped, over y, over x; the kind is a word of its own
             self.assertTrue(statement in repr(result) or statement == "local minmax")
         self.assertEqual(result.certificate.kind, 0)
+
+    def test_reasons_are_a_list_with_the_names_of_variables(self):
+        result = minimize_minmax(lambda x, y: x[0] * y[0], [0.3], [0.2], names_x=["force"],
+                                 names_y=["wind"])
+        self.assertTrue(result.certificate.reasons)
+        for reason in result.certificate.reasons:
+            self.assertIn(reason, str(result))
+        self.assertRegex(" ".join(result.certificate.reasons), "force|wind")
+        self.assertRegex(" ".join(minimize_minmax(lambda x, y: x[0] * y[0], [0.3], [0.2])
+                                  .certificate.reasons), r"x\[0\]|y\[0\]")
+        with self.assertRaisesRegex(ValueError, "names_x"):
+            minimize_minmax(game, [1.0], [0.3], names_x=["a", "b"])
+
+    def test_the_gap_of_a_game_with_many_answers(self):
+        """Two of the minimizer's strategies are the same: no answer is isolated, each is a saddle."""
+        payoff = np.array([[0.0, 1.0, -1.0], [-1.0, 0.0, 1.0], [1.0, -1.0, 0.0], [0.0, 1.0, -1.0]])
+        rows = [LinearConstraint(A_x=np.ones((1, 4)), lb=1.0, ub=1.0),
+                LinearConstraint(A_y=np.ones((1, 3)), lb=1.0, ub=1.0)]
+        result = minimize_minmax(lambda x, y: x @ payoff @ y, np.full(4, 0.25), np.full(3, 1.0 / 3.0),
+                                 bounds_x=(0.0, 1.0), bounds_y=(0.0, 1.0), constraints=rows)
+        self.assertAlmostEqual(result.gap(), 0.0, delta=1e-6)
+        self.assertAlmostEqual(result.problem.gap([1.0, 0, 0, 0, 1.0, 0, 0]), 2.0, delta=1e-6)
+        both = minimize_minmax(game, [1.0], [0.3], constraints=Constraint(lambda x, y: x[0] + y[0], ub=9.0))
+        with self.assertRaisesRegex(ValueError, "both players"):
+            both.gap()
 
     def test_there_is_always_a_certificate(self):
         def undefined(x, y):

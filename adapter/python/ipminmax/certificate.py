@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, Dict, NamedTuple, Optional
+from typing import Any, Dict, List, NamedTuple, Optional
 
 
 class _NamedNumber(IntEnum):
@@ -72,7 +72,7 @@ class Certificate:
     least_curvature: float  #: about the least there is, of at most 1; 0 unless satisfied
     least_curvature_variable: int  #: the one that moves most along it; -1: not known
     answer: InnerAnswer  #: what is known of y
-    reasons: str  #: why the certificate is not more than it is, one a line; may be empty
+    reasons: List[str]  #: why the certificate is not more than it is; may be empty
     proved: bool  #: with minmax_certificate "proved": one strict local minmax is near, see proof
     proved_within: float  #: largest distance of a variable from it; infinite: not proved
     proof: str  #: one sentence, or why not; empty: not asked for
@@ -103,5 +103,5 @@ class Certificate:
             inner_expected=none, full=none, full_expected=none, margin=0.0, licq_min=False,
             licq_max=False, weakly_active_min=0, weakly_active_max=0, finite_differences=False,
             hessian_error=0.0, hessian_disagrees=False, least_curvature=0.0,
-            least_curvature_variable=-1, answer=InnerAnswer.UNKNOWN, reasons=reason,
+            least_curvature_variable=-1, answer=InnerAnswer.UNKNOWN, reasons=[reason],
             proved=False, proved_within=math.inf, proof="")

@@ -60,6 +60,7 @@ class _Game:
             raise TypeError(f"fun is {fun!r:.60}, not a function")
         self.fun, self.args, self.nx, self.n, self.box = fun, args, nx, v0.size, box
         self.v0 = np.clip(v0, box.lower, box.upper)
+        self.names = [f"x[{j}]" for j in range(nx)] + [f"y[{j}]" for j in range(v0.size - nx)]
         self.clock, self.nfev, self.notes = clock, 0, []  # type: _Clock, int, List[str]
         self._last: Tuple[Vector, Any] = (np.full(v0.size, np.nan), None)  # of jac=True
         self.rows: List[Row] = []
@@ -70,7 +71,7 @@ class _Game:
         return v[:self.nx], v[self.nx:]
 
     def variable(self, j: int) -> str:
-        return f"x[{j}]" if j < self.nx else f"y[{j - self.nx}]"
+        return self.names[j]
 
     # --- The objective
 
@@ -316,6 +317,8 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
             raise TypeError(f"callback is {callback!r:.60}, not a function")
         def intermediate(*_: Any) -> bool:
             iterate = of().get_current_iterate()  # type: ignore[union-attr]
+            if iterate is None:  # of a maximization over y at a held x
+                return True
             try:
                 answer = callback(*game.split(iterate["x"]))  # type: ignore[index]
             except StopIteration:
@@ -326,7 +329,7 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
     problem = Problem(game.n, sum(row.size for row in game.rows), functions, game.box.lower,
                       game.box.upper, np.concatenate([s[0] for s in sides]) if sides else None,
                       np.concatenate([s[1] for s in sides]) if sides else None, players,
-                      game.owners())
+                      game.owners(), game.names)
     of = weakref.ref(problem)
     problem.check_derivatives = False  # here it is done for one function after the other
     if not options.pop("disp", False):
@@ -436,7 +439,9 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLik
                     bounds_y: Any = None, constraints: Union[Any, Sequence[Any]] = (),
                     callback: Optional[Callable[..., Any]] = None,
                     options: Optional[Dict[str, Any]] = None, *, hess_pattern: Any = None,
-                    check_derivatives: bool = True, tol: Optional[float] = None) -> MinmaxResult:
+                    check_derivatives: bool = True, tol: Optional[float] = None,
+                    names_x: Optional[Sequence[str]] = None,
+                    names_y: Optional[Sequence[str]] = None) -> MinmaxResult:
     """min over x, max over y of fun(x, y, *args) subject to bounds and constraints.
 
     fun(x, y, *args)   a number; x (nx) and y (ny) are arrays
@@ -461,10 +466,11 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLik
                        at the start and at the answer: four calls of the function each time. What is
                        wrong is a DerivativeWarning, at the answer it takes success and certificate
     tol                the option tol, unless options has it
+    names_x, names_y   names of the variables in messages, instead of x[0], y[0] and so on
 
     Returns a MinmaxResult. Functions may raise EvaluationError where they are undefined; other
     exceptions pass through. Ctrl-C and the options max_wall_time and max_cpu_time end the solve
-    before the next call of a function; the result is the last iterate.
+    before the next call of a function; the result is the best point reached.
     """
     if options is not None and not isinstance(options, dict):
         raise TypeError(f"options is {options!r:.60}, not a dict")
@@ -488,6 +494,12 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLik
             for k, c in enumerate(given)]
     args = args if isinstance(args, tuple) else (args,)
     game = _Game(fun, v0, start_x.size, args, box, _Clock(options))
+    for names, place, name in ((names_x, slice(0, start_x.size), "names_x"),
+                               (names_y, slice(start_x.size, None), "names_y")):
+        if names is not None:
+            if len(names) != len(game.names[place]):
+                raise ValueError(f"{name} has {len(names)} entries, not {len(game.names[place])}")
+            game.names[place] = list(names)
     problem = None
     try:
         game.set_objective(jac)

@@ -139,22 +139,25 @@ class Problem:
         hessian(v, lagrange, obj_factor) -> values of the lower triangle of obj_factor f + lagrange'g
         hessianstructure() -> (rows, cols); without it dense, np.tril's order
         intermediate(alg_mod, iter_count, obj_value, inf_pr, inf_du, mu, d_norm,
-                     regularization_size, alpha_du, alpha_pr, ls_trials) -> False stops
+                     regularization_size, alpha_du, alpha_pr, ls_trials) -> False stops;
+                     alg_mod 1: of a feasibility restoration, 2: of a maximization over y at a held
+                     x, which obj_value tells; there is no current iterate then
 
     constraints and jacobian only with m > 0. Without hessian second derivatives are differences of
     first ones, with the pattern of hessianstructure where that is there, else with one that is
     looked for. players: n entries, 0, False or "min" for the minimizer, 1, True or "max" for the
     maximizer, or one string for all; None is a plain minimization, with a warning.
     constraint_players: m of them, or None: a constraint with an entry in a Max variable is Max's; one
-    that is given to Min nevertheless is robust, it holds for every y.
+    that is given to Min nevertheless is robust, it holds for every y. names: n names of the
+    variables, for messages.
 
     With the option minmax_worst_case_proof objective and constraints are called with arrays of
     Interval objects, too, on which NumPy's operations work; objective_over and constraints_over,
     where there are such methods, take their place.
 
     Exceptions of these methods are raised by solve; EvaluationError says that a function is undefined
-    at a point. Ctrl-C (KeyboardInterrupt) ends the solve before the next call of a method, at the
-    last iterate, which solve returns, with info["interrupted"] True; so do max_wall_time and
+    at a point. Ctrl-C (KeyboardInterrupt) ends the solve before the next call of a method; solve
+    returns the best point that was reached, with info["interrupted"] True; so do max_wall_time and
     max_cpu_time. Solves release the interpreter's lock. While check_derivatives is True (the
     default), gradient and jacobian are compared with differences along one direction at the start
     and at the answer: four calls of objective and constraints each time.
@@ -165,7 +168,7 @@ class Problem:
 
     def __init__(self, n: int, m: int, problem_obj: Any = None, lb: Any = None, ub: Any = None,
                  cl: Any = None, cu: Any = None, players: Any = None,
-                 constraint_players: Any = None) -> None:
+                 constraint_players: Any = None, names: Any = None) -> None:
         n, m = to_count(n, "n"), to_count(m, "m")
         functions = self if problem_obj is None else problem_obj
         methods: Dict[str, Any] = {}
@@ -201,10 +204,10 @@ class Problem:
         self._jacobian_places = jac
         self._bounds = [to_bounds(lb, n, -1e20, "lb"), to_bounds(ub, n, 1e20, "ub"),
                         to_bounds(cl, m, -1e20, "cl"), to_bounds(cu, m, 1e20, "cu")]
-        for low, up, names in ((0, 1, "lb ub variable"), (2, 3, "cl cu constraint")):
+        for low, up, words in ((0, 1, "lb ub variable"), (2, 3, "cl cu constraint")):
             wrong = self._bounds[low] > self._bounds[up]
             if np.any(wrong):
-                at, (a, b, what) = int(np.argmax(wrong)), names.split()
+                at, (a, b, what) = int(np.argmax(wrong)), words.split()
                 raise ValueError(f"{a}[{at}] = {self._bounds[low][at]} is above {b}[{at}] = "
                                  f"{self._bounds[up][at]} ({what} {at})")
         variable_lower, variable_upper, lower, upper = self._bounds
@@ -212,6 +215,11 @@ class Problem:
             n, m, methods, variable_lower, variable_upper, lower, upper, self._players,
             None if owners is None else to_players(owners, m, "constraint_players"), *jac, *hess,
             self._pattern_only)
+        if names is not None:
+            names = [str(name) for name in names]
+            if len(names) != n:
+                raise ValueError(f"names has {len(names)} entries, but there are {n}")
+            self._solver.set_names(names)
         if self._pattern_only:
             self._solver.add_option("hessian_approximation", "finite-difference-values")
         self._solver.set_over_boxes(*[getattr(functions, name + "_over", methods.get(name))
@@ -360,6 +368,29 @@ class Problem:
             raise ArithmeticError  # the solver says what is wrong
         return _Rows(rows, cols, values, self.m)
 
+    def gap(self, v: npt.ArrayLike) -> float:
+        """The largest objective over the maximizer's variables less the least one over the minimizer's,
+        the other player's held at v, by two solves from v. Where the objective is convex in the
+        minimizer's variables and concave in the maximizer's and constraints are linear, the value of
+        the game is within the gap of that at v: near 0 it proves a saddle point, also over all y,
+        whether or not it is the only one. NaN: a solve did not succeed. ValueError: a constraint reads
+        variables of both. sensitivity() then speaks of the last of these solves."""
+        at, is_max = to_floats(v, "v").ravel(), self._players == MAX
+        rows, cols = self._jacobian_places
+        reads = [np.isin(np.arange(self.m), rows[is_max[cols] == side]) for side in (False, True)]
+        if np.any(reads[0] & reads[1]):
+            raise ValueError("there is no gap: a constraint reads variables of both players")
+        own, values = self._bounds, []
+        for held, idle in zip((~is_max, is_max), reads):  # constraints of what is held are constants
+            self.set_bounds(np.where(held, at, own[0]), np.where(held, at, own[1]),
+                            np.where(idle, -1e20, own[2]), np.where(idle, 1e20, own[3]))
+            try:
+                info = self.solve(at)[1]
+            finally:
+                self.set_bounds(*own)
+            values.append(info["obj_val"] if info["status"] in _SUCCESS else np.nan)
+        return float(values[0] - values[1])
+
     def get_current_iterate(self) -> Optional[Dict[str, Any]]:
         """Inside intermediate: dict with x, mult_x_L, mult_x_U (n), g, mult_g (m); None elsewhere."""
         return self._core.current_iterate()
@@ -374,6 +405,8 @@ class Problem:
 
     def close(self) -> None:
         """Frees the solver's memory; the problem cannot be used afterwards."""
+        if self._solving or self._solver is not None and self._solver.solving:
+            raise RuntimeError("the problem is being solved: no close inside its own functions")
         self._solver, self._methods = None, {}
 
 

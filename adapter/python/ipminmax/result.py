@@ -74,6 +74,12 @@ class MinmaxResult:
     info: Dict[str, Any] = field(default_factory=dict)  #: of Problem.solve
     problem: Optional[Problem] = None  #: for sensitivity() and solve_again()
 
+    def gap(self) -> float:
+        """Problem.gap at (x, y): near 0 a saddle point of a game that is convex in x, concave in y."""
+        if self.problem is None:
+            raise ValueError("a result without its problem has no gap")
+        return self.problem.gap(np.concatenate([self.x, self.y]))
+
     def __getitem__(self, key: str) -> Any:
         if key not in self.keys():
             raise KeyError(key)
@@ -105,6 +111,9 @@ class MinmaxResult:
             for name, statement in zip(("over y", "over x"), self.statements[2:]):
                 if statement not in self.message:
                     lines[name] = statement
+            reasons = [r for r in self.certificate.reasons if r not in self.message]
+            if reasons:
+                lines["reasons"] = "; ".join(reasons)
             if self.worst_cases:
                 lines["worst_cases"] = len(self.worst_cases)
             if self.points:
