@@ -430,13 +430,24 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
         derivatives=game.describe_derivatives(), info=info, problem=problem)
 
 
-def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLike,
+def _listed(constraints: Any) -> List[Any]:
+    if isinstance(constraints, dict) or hasattr(constraints, "lb"):
+        return [constraints]
+    try:
+        return list(constraints)
+    except TypeError:
+        raise TypeError(f"constraints is {constraints!r:.60}, not a constraint or a sequence of them"
+                        ) from None
+
+
+def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt.ArrayLike] = None,
                     args: Tuple[Any, ...] = (), jac: Any = None,
                     hess: Optional[Callable[..., Any]] = None, bounds_x: Any = None,
                     bounds_y: Any = None, constraints: Union[Any, Sequence[Any]] = (),
                     callback: Optional[Callable[..., Any]] = None,
                     options: Optional[Dict[str, Any]] = None, *, hess_pattern: Any = None,
-                    check_derivatives: bool = True, tol: Optional[float] = None) -> MinmaxResult:
+                    check_derivatives: bool = True, tol: Optional[float] = None, uncertainty: Any = None,
+                    recourse: Any = None, exact: bool = False) -> MinmaxResult:
     """min over x, max over y of fun(x, y, *args) subject to bounds and constraints.
 
     fun(x, y, *args)   a number; x (nx) and y (ny) are arrays
@@ -461,6 +472,10 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLik
                        at the start and at the answer: four calls of the function each time. What is
                        wrong is a DerivativeWarning, at the answer it takes success and certificate
     tol                the option tol, unless options has it
+    uncertainty        set of ipminmax.sets in which y lies; then y0 need not be given, constraints that
+                       read y hold for every y unless they have player="max", and minmax_epigraph is on
+    recourse           Recourse: fun and constraints take (x, y, z), or (x, y, z, s)
+    exact              rows linear in y are replaced by a formula of their largest value over the set
 
     Returns a MinmaxResult. Functions may raise EvaluationError where they are undefined; other
     exceptions pass through. Ctrl-C and the options max_wall_time and max_cpu_time end the solve
@@ -469,6 +484,16 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLik
     if options is not None and not isinstance(options, dict):
         raise TypeError(f"options is {options!r:.60}, not a dict")
     options = {**({} if tol is None else {"tol": tol}), **(options or {})}
+    if uncertainty is None and (y0 is None or recourse is not None or exact):
+        raise ValueError("without uncertainty= y0 has to be given, and there is no recourse= or exact=")
+    args = args if isinstance(args, tuple) else (args,)
+    if uncertainty is not None:
+        if bounds_y is not None or hess_pattern is not None:
+            raise ValueError("bounds_y and hess_pattern cannot be given with uncertainty=: use "
+                             "sets.Box(...) & ... for bounds")
+        from .uncertain import minimize_over_set
+        return minimize_over_set(fun, x0, y0, args, jac, hess, bounds_x, _listed(constraints), callback,
+                                 options, check_derivatives, uncertainty, recourse, exact)
     start_x, start_y = _start(x0, "x0"), _start(y0, "y0")
     v0 = np.concatenate([start_x, start_y])
     if v0.size == 0:
@@ -477,16 +502,8 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLik
              read_bounds(bounds_y, start_y.size, "bounds_y")]
     box = Box(np.concatenate([sides[0][0], sides[1][0]]), np.concatenate([sides[0][1], sides[1][1]]),
               v0)
-    if isinstance(constraints, dict) or hasattr(constraints, "lb"):
-        constraints = [constraints]
-    try:
-        given = list(constraints)
-    except TypeError:
-        raise TypeError(f"constraints is {constraints!r:.60}, not a constraint or a sequence of them"
-                        ) from None
     rows = [read_constraint(c, f"constraints[{k}]", start_x.size, start_y.size)
-            for k, c in enumerate(given)]
-    args = args if isinstance(args, tuple) else (args,)
+            for k, c in enumerate(_listed(constraints))]
     game = _Game(fun, v0, start_x.size, args, box, _Clock(options))
     problem = None
     try:
