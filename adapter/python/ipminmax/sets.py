@@ -216,14 +216,27 @@ class UncertaintySet:
         return np.array([-self.support(-a) for a in axes]), np.array([self.support(a) for a in axes])
 
     def corners(self) -> Optional[Vector]:
-        """The corners, one a row; None where there is a curved side, or too many of them."""
+        """Points, one a row, among which are all corners; None where a side is curved, or of too many."""
+        found = self.corner_factors()
+        if found is None:
+            return None
+        y = (self.origins[:, None, :] + found @ self.loadings.T).reshape(-1, self.n)
+        places = np.round((y - y.min(axis=0)) / (np.ptp(y, axis=0) + _TINY), 9)
+        corners: Vector = y[np.sort(np.unique(places, axis=0, return_index=True)[1])]
+        return corners
+
+    def corner_factors(self) -> Optional[Vector]:
         matrix, low, up = self.sides
         equal = np.flatnonzero(low == up)
+        if self.smooth:
+            return None
+        if not len(self.matrix) and self.k <= 12 and np.all(np.isfinite(np.r_[self.lower, self.upper])):
+            return np.array(list(itertools.product(*zip(self.lower, self.upper)))).reshape(-1, self.k)
         free = np.setdiff1d(np.flatnonzero(np.isfinite(np.r_[low, up])), [*equal, *(equal + low.size)])
         need, count = self.k - equal.size, 1
         for i in range(need):
             count = count * (free.size - i) // (i + 1)
-        if self.smooth or count > _MOST_BASES:
+        if count > _MOST_BASES:
             return None
         chosen = np.array(list(itertools.combinations(free, need)), dtype=int).reshape(count, need)
         chosen = np.hstack([np.tile(equal, (count, 1)), chosen])
@@ -231,9 +244,8 @@ class UncertaintySet:
         regular = np.abs(np.linalg.det(bases)) > 1e-10 * np.prod(np.linalg.norm(bases, axis=2), axis=1)
         found = np.linalg.solve(bases[regular], values[regular][:, :, None])[:, :, 0]
         found = found[[self.violation(u) <= _INSIDE for u in found]]
-        y = (self.origins[:, None, :] + found @ self.loadings.T).reshape(-1, self.n)
-        places = np.round((y - y.min(axis=0)) / (np.ptp(y, axis=0) + _TINY), 9)
-        corners: Vector = y[np.sort(np.unique(places, axis=0, return_index=True)[1])]
+        places = np.round(found / self.width, 9)
+        corners: Vector = found[np.sort(np.unique(places, axis=0, return_index=True)[1])]
         return corners
 
     def sample(self, n: int, seed: Any = 0) -> Vector:

@@ -6,7 +6,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from .constraints import Constraint, Row, read_bounds, read_constraint
+from .constraints import Constraint, LinearConstraint, read_bounds, read_constraint
 from .differences import DerivativeWarning, Vector
 from .minimize import _number, _start, minimize_minmax
 from .problem import to_floats
@@ -18,6 +18,8 @@ from .sets import UncertaintySet
 _STRAIGHT = 1e-9
 #: Multiplier over the largest one below which a row of a scenario or a formula is not active.
 _ACTIVE = 1e-6
+#: Corners of a set, at most, at each of which a row linear in y is asked for; of more there is a formula.
+_MOST_CORNERS = 64
 
 
 class Regret(NamedTuple):
@@ -57,7 +59,7 @@ class RobustResult(MinmaxResult):
             return [self.x, y, v[:lower.size]] + ([v[lower.size:]] if s0.size else [])
 
         def solved(v: Vector, y: Vector, low: Vector, up: Vector, rows: Any) -> MinmaxResult:
-            wanted = [Constraint(lambda v, _, r=r: r.fun(*parts(v, y)[:r.reads]), r.lb, r.ub)  # type: ignore
+            wanted = [Constraint(lambda v, _, r=r: r.fun(*parts(v, y)), r.lb, r.ub)  # type: ignore
                       for r in rows]
             if s0.size:
                 wanted.append(Constraint(lambda v, _: recourse.equations(*parts(v, y)), 0.0, 0.0))
@@ -71,7 +73,7 @@ class RobustResult(MinmaxResult):
             v = np.r_[z, s0]
             if s0.size:
                 v = solved(v, y, z, z, ()).x
-            values = [(np.ravel(r.fun(*parts(v, y)[:r.reads])), r.lb, r.ub) for r in rows] + [(z, lower, upper)]
+            values = [(np.ravel(r.fun(*parts(v, y))), r.lb, r.ub) for r in rows] + [(z, lower, upper)]
             violation = max(violation, *(float(np.max(np.maximum(low - g, g - up), initial=0.0))
                                          for g, low, up in values))
             best = solved(np.r_[np.clip(z, lower, upper), v[z.size:]], y, lower, upper, rows)
@@ -84,12 +86,30 @@ class RobustResult(MinmaxResult):
         return Regret(losses[worst], float(np.mean(losses)), violation, points[worst], n, n - len(losses))
 
 
+class _Corners:
+    """a'(u - start) at the corners of a set."""
+
+    equations, lower = 0, np.zeros(0)
+
+    def __init__(self, corners: Vector, start: Vector) -> None:
+        self._corners, self._start, self.rows = corners, start, len(corners)
+
+    def value(self, a: Any, _: Any) -> Any:
+        return (self._corners - self._start) @ a
+
+    def worst(self, a: Vector, i: int) -> Vector:
+        """Factors of row i."""
+        return self._corners[i]
+
+
 class _Dual:
-    """max of a'(u - start) over a set as the least value(d) of dual variables d with slopes(d) = a;
-    closed(a) is the same without variables, where there is such a formula."""
+    """max of a'(u - start) over a set as the least value of dual variables d with slopes(d) = a; of an
+    ellipsoid without variables."""
+
+    rows = 1
 
     def __init__(self, given: UncertaintySet) -> None:
-        matrix, low, up = given.sides
+        self._given, (matrix, low, up) = given, given.sides
         equal, above, below = low == up, np.isfinite(up), np.isfinite(low) & (low < up)
         turn = [matrix[above], -matrix[below]]
         cost, lower = [up[above], -low[below]], [np.where(equal[above], -np.inf, 0.0), np.zeros(below.sum())]
@@ -101,28 +121,56 @@ class _Dual:
             lower += [np.full(size, -np.inf), np.full(1, 1e-10)]
             self._smooth.append((s.h, slice(at, at + size), at + size))
             at += size + 1
-        self._turn, self.lower = np.vstack(turn).T, np.concatenate(lower)
+        self._turn, self.lower, self.equations = np.vstack(turn).T, np.concatenate(lower), given.k
         self._cost = np.concatenate(cost) - given.start @ self._turn
-        self.closed: Any = None
         if len(given.smooth) == 1 and at == given.k + 1 and hasattr(given.smooth[0].h, "support"):
-            A, self.lower = self._turn[:, :-1], self.lower[:0]
-            self.closed = lambda a: given.smooth[0].h.support(np.linalg.solve(A, a)) + self._cost[:-1] @ (
-                np.linalg.solve(A, a))
+            self.lower, self.equations = self.lower[:0], 0
 
-    def value(self, d: Any) -> Any:
+    def value(self, a: Any, d: Any) -> Any:
+        if not self.equations:
+            w = np.linalg.solve(self._turn[:, :-1], a)
+            return self._smooth[0][0].support(w) + self._cost[:-1] @ w
         return self._cost @ d + sum(h.scaled_support(d[w], d[t]) for h, w, t in self._smooth)
 
     def slopes(self, d: Any) -> Any:
         return self._turn @ d
+
+    def worst(self, a: Vector, _: int) -> Vector:
+        return self._given.worst_factors(a)
+
+
+class _Function(NamedTuple):
+    """Of X, W and the number of a scenario: values, derivatives (values x (X, W)) and the Hessian of
+    weights'values, as far as there are any."""
+
+    value: Any
+    jac: Any = None
+    hess: Any = None
 
 
 class _Rows(NamedTuple):
     """Robust rows of one constraint of the user (number; None: fun) in the solver's game."""
 
     number: Optional[int]
-    function: Any  #: (X, W, scenario) to values
-    entries: List[Tuple[int, int, float]]  #: per row: scenario, value, sign
+    value: Any  #: of _Function
+    entries: List[Tuple[int, int, float, int]]  #: per row: scenario, value, sign, corner
     exact: bool
+
+
+def _plane(function: Any, size: int) -> Optional[Tuple[Vector, Vector]]:
+    """(values at 0, matrix) of a function that is linear, as it seems at two random points; None of others."""
+    random = np.random.default_rng(7)
+    try:
+        with np.errstate(all="ignore"):
+            constant = function(np.zeros(size))
+            matrix = np.array([function(e) - constant for e in np.eye(size)]).reshape(size, -1).T
+            for point in random.uniform(-2.0, 2.0, (2, size)):
+                gap = np.abs(function(point) - constant - matrix @ point)
+                if not np.all(gap <= 1e-12 * (np.abs(constant) + np.abs(matrix) @ np.abs(point))):
+                    return None
+    except Exception:  # undefined there
+        return None
+    return constant, np.where(np.abs(matrix) > 1e-13 * np.abs(matrix).max(initial=0.0), matrix, 0.0)
 
 
 class _Model:
@@ -139,10 +187,12 @@ class _Model:
             self.extend(self.policy.answer, np.full(self.policy.answer.size, -np.inf))
         self.end = self.start.size  # of x and the rule
         self.w0 = np.r_[given.start, np.tile(self.s0, len(self.scenarios))]
+        self.sizes = [p.size for p in self.parts(self.start, self.w0, 0)]
         self.rows: List[Any] = []
         self.robust: Dict[int, _Rows] = {}  #: by number in rows
         self.place: Dict[int, int] = {}  #: number in rows of the user's constraints
-        self._dual: Optional[_Dual] = None
+        self.dual: Any = None
+        self.reads_y = self.s0.size > 0  #: whether anything but formulas does
         self._random = np.random.default_rng(4)
         self._two = given.sample_factors(2, self._random)
 
@@ -155,7 +205,8 @@ class _Model:
 
     def parts(self, X: Any, W: Any, k: int) -> List[Any]:
         """x, y and, with recourse, z and, where there are states, s."""
-        found = [X[:self.nx], self.given.origins[k] + self.given.loadings @ W[:self.given.k]]
+        u = W[:self.given.k] if np.size(W) else self.given.start
+        found = [X[:self.nx], self.given.origins[k] + self.given.loadings @ u]
         if self.policy is not None:
             found.append(self.policy.of(X[self.nx:self.end], found[1]))
         if self.s0.size:
@@ -163,16 +214,57 @@ class _Model:
             found.append(W[at:at + self.s0.size])
         return found
 
-    def turn(self, X: Any, W: Any) -> Vector:
-        """Derivatives of x and y to X and W."""
-        found = np.zeros((self.nx + self.given.n, X.size + W.size))
+    def price(self, X: Any) -> Any:
+        """Of the rule's slopes."""
+        return 0.0 if self.policy is None else np.sum(self.policy.prices * X[self.nx:self.end] ** 2)
+
+    def turn(self, X: Any, W: Any, k: int, q: Any = None) -> Tuple[Vector, Any]:
+        """Derivatives of the parts to X and W, and second ones of q'z."""
+        loadings = self.given.loadings if W.size else np.zeros((self.given.n, 0))
+        at, u = np.cumsum([0, *self.sizes]), slice(X.size, X.size + loadings.shape[1])
+        found, bend = np.zeros((at[-1], X.size + W.size)), np.zeros((X.size + W.size,) * 2 if q is not None else 0)
         found[:self.nx, :self.nx] = np.eye(self.nx)
-        found[self.nx:, X.size:X.size + self.given.k] = self.given.loadings
-        return found
+        found[at[1]:at[2], u] = loadings
+        if self.policy is not None:
+            rule = slice(self.nx, self.end)
+            to_free, to_y, mixed, twice = self.policy.derivatives(
+                X[rule], self.parts(X, W, k)[1], np.zeros(self.sizes[2]) if q is None else q)
+            found[at[2]:at[3], rule], found[at[2]:at[3], u] = to_free, to_y @ loadings
+            if q is not None:
+                bend[rule, u] = mixed @ loadings
+                bend[u, rule], bend[u, u] = bend[rule, u].T, loadings.T @ twice @ loadings
+        if self.s0.size:
+            first = u.stop + k * self.s0.size
+            found[at[3]:, first:first + self.s0.size] = np.eye(self.s0.size)
+        return found, bend
+
+    def function(self, given: Any, name: str, jac: Any = None, hess: Any = None) -> _Function:
+        """From a function of the parts, with exact derivatives if it is linear in them."""
+        def value(X: Any, W: Any, k: int) -> Any:
+            found = np.ravel(given(*self.parts(X, W, k)))
+            return found if found.dtype.kind in "fcO" else found.astype(float)
+
+        at, total = np.cumsum(self.sizes), sum(self.sizes)
+        plane = _plane(lambda v: np.ravel(given(*np.split(v, at[:-1]))) + 0.0, total)
+        if plane is not None:
+            jac, hess = lambda *_: plane[1], lambda *_: np.zeros((total, total))
+        if jac is None:
+            return _Function(value)
+
+        def jacobian(X: Any, W: Any, k: int) -> Any:
+            return _dense(jac(*self.parts(X, W, k)), total, f"jac of {name}") @ self.turn(X, W, k)[0]
+
+        def hessian(X: Any, W: Any, k: int, weights: Any) -> Any:
+            parts = self.parts(X, W, k)
+            slopes = weights @ _dense(jac(*parts), total, f"jac of {name}")
+            turn, bend = self.turn(X, W, k, slopes[at[1]:at[2]] if self.policy is not None else None)
+            return turn.T @ _dense(hess(*parts, weights), total, f"hess of {name}") @ turn + (
+                bend if self.policy is not None else 0.0)
+        return _Function(value, jacobian, None if hess is None else hessian)
 
     # --- What a function does over y
 
-    def degree(self, function: Any) -> int:
+    def degree(self, value: Any) -> int:
         """0: does not read y, 1: is linear in y, 2: neither, as it seems at two random X."""
         if self.s0.size:
             return 2
@@ -181,8 +273,8 @@ class _Model:
         for k in [*self.scenarios[:3]] * 2:
             X = np.clip(self.start + self._random.uniform(-reach, reach), self.lower, self.upper)
             try:
-                v = np.array([function(X, u, k) for u in (a, b, 0.5 * (a + b), 2.0 * b - a)]
-                             + [function(X, a, j) for j in self.scenarios[:3]])
+                v = np.array([value(X, u, k) for u in (a, b, 0.5 * (a + b), 2.0 * b - a)]
+                             + [value(X, a, j) for j in self.scenarios[:3]])
             except Exception:  # undefined at a point that nobody has asked for
                 return 2
             size = np.abs(v[0]) + np.abs(v[1])
@@ -192,61 +284,77 @@ class _Model:
             degree = max(degree, int(np.any(v != v[0])))
         return degree
 
-    def line(self, function: Any, X: Any, k: int) -> Tuple[Any, Any]:
+    def line(self, value: Any, X: Any, k: int) -> Tuple[Any, Any]:
         """Values at the start of the factors, and slopes (values x factors), of what is linear in y."""
-        step, base = 0.5 * self.given.width, function(X, self.given.start, k)
-        moved = [function(X, self.given.start + step * e, k) - base for e in np.eye(self.given.k)]
+        step, base = 0.5 * self.given.width, value(X, self.given.start, k)
+        moved = [value(X, self.given.start + step * e, k) - base for e in np.eye(self.given.k)]
         return base, np.array(moved).T.reshape(base.size, -1) / step
 
     # --- Rows of the solver's game
 
-    def add(self, number: Optional[int], name: str, function: Any, low: Vector, up: Vector, jac: Any = None,
-            hess: Any = None, player: Optional[str] = None) -> None:
-        """low <= function(X, W, k) <= up: for every y unless it is the other player's."""
+    def add(self, number: Optional[int], name: str, f: _Function, low: Vector, up: Vector,
+            player: Optional[str] = None) -> None:
+        """low <= f <= up: for every y unless it is the other player's."""
         if number is not None:
             self.place[number] = len(self.rows)
-        degree = self.degree(function)
-        scenarios = self.scenarios if degree and player != "max" else self.scenarios[:1]
+        degree = self.degree(f.value)
+        scenarios = self.scenarios if degree else self.scenarios[:1]
         if player != "max" and degree:
             if np.any(low == up):
-                return self._add_equation(name, function, low, up, degree)
+                return self._add_equation(name, f.value, low, up, degree)
             if self.exact and self.given.k and degree == 1:
-                return self._add_formula(number, function, low, up)
+                return self._add_formula(number, f.value, low, up)
             self.robust[len(self.rows)] = _Rows(
-                number, function, [(k, r, 1.0) for k in scenarios for r in range(low.size)], False)
-
-        def stacked_hess(X: Any, W: Any, weights: Vector) -> Any:
-            return sum(hess(X, W, k, w) for k, w in zip(scenarios, weights.reshape(len(scenarios), -1)))
-
+                number, f.value, [(k, r, 1.0, 0) for k in scenarios for r in range(low.size)], False)
+        many, self.reads_y = len(scenarios), self.reads_y or degree > 0
         self.rows.append(Constraint(
-            lambda X, W: np.concatenate([function(X, W, k) for k in scenarios]), np.tile(low, len(scenarios)),
-            np.tile(up, len(scenarios)), None if jac is None else (
-                lambda X, W: np.vstack([jac(X, W, k) for k in scenarios])),
-            None if hess is None else stacked_hess, player or "min"))
+            lambda X, W: np.concatenate([f.value(X, W, k) for k in scenarios]), np.tile(low, many), np.tile(up, many),
+            f.jac and (lambda X, W: np.vstack([f.jac(X, W, k) for k in scenarios])),
+            f.hess and (lambda X, W, weights: sum(f.hess(X, W, k, w) for k, w in zip(
+                scenarios, weights.reshape(many, -1)))), player or "min"))
 
-    def _add_formula(self, number: Optional[int], function: Any, low: Vector, up: Vector) -> None:
-        """The largest value over the set by a formula, with equations of its dual variables."""
-        self._dual = dual = self._dual or _Dual(self.given)
-        entries = [(k, r, sign) for k in self.scenarios for r in range(low.size)
-                   for sign, side in ((1.0, up), (-1.0, low)) if np.isfinite(side[r])]
-        lower, count, size = np.tile(dual.lower, len(entries)), len(entries), dual.lower.size
+    def _add_rows(self, fun: Any, low: Vector, up: Vector) -> Any:
+        """low <= fun(X) <= up, if fun is linear as a matrix, and no row twice; returns which rows stay."""
+        plane = _plane(fun, self.start.size)
+        if plane is None:
+            self.rows.append(Constraint(lambda X, W: fun(X), low, up, player="min"))
+            return range(low.size)
+        every = np.column_stack([plane[1], low - plane[0], up - plane[0]])
+        kept = np.sort(np.unique(np.round(every, 12), axis=0, return_index=True)[1])
+        matrix, low, up = plane[1][kept], every[kept, -2], every[kept, -1]
+        self.rows.append(LinearConstraint(matrix, None, low, up, player="min"))
+        return kept
+
+    def _add_formula(self, number: Optional[int], value: Any, low: Vector, up: Vector) -> None:
+        """The largest value over the set: at its corners if there are few, else by a formula, with equations of
+        dual variables."""
+        if self.dual is None:
+            corners = self.given.corner_factors()
+            self.dual = (_Dual(self.given) if corners is None or len(corners) > _MOST_CORNERS
+                          else _Corners(corners, self.given.start))
+        dual, sides = self.dual, [(r, s) for r in range(low.size) for s, b in ((1.0, up), (-1.0, low))
+                                   if np.isfinite(b[r])]
+        entries = [(k, r, sign, i) for k in self.scenarios for r, sign in sides for i in range(dual.rows)]
+        size, equal = dual.lower.size, dual.equations
+        lower = np.tile(dual.lower, len(entries) // dual.rows)
         first = self.extend(np.ones(lower.size), lower)
 
-        def fun(X: Any, _: Any) -> Any:
-            lines = [self.line(function, X, k) for k in self.scenarios]
-            values, equations = [], []
-            for i, (k, r, sign) in enumerate(entries):
-                slope, d = sign * lines[k][1][r], X[first + i * size:first + (i + 1) * size]
-                values.append(sign * lines[k][0][r] + (dual.closed(slope) if dual.closed else dual.value(d)))
-                equations += [] if dual.closed else [dual.slopes(d) - slope]
-            return np.concatenate([np.array(values), *equations])
+        def fun(X: Any) -> Any:
+            values, equations, at = [], [], first
+            for k in self.scenarios:
+                base, slope = self.line(value, X, k)
+                for r, sign in sides:
+                    a, d, at = sign * slope[r], X[at:at + size], at + size
+                    values.append(sign * base[r] + dual.value(a, d))
+                    equations.append(dual.slopes(d) - a if equal else a[:0])
+            return np.concatenate([np.ravel(values), *equations])
 
-        zeros = np.zeros(0 if dual.closed else count * self.given.k)
-        bound = [up[r] if sign > 0.0 else -low[r] for _, r, sign in entries]
-        self.robust[len(self.rows)] = _Rows(number, function, entries, True)
-        self.rows.append(Constraint(fun, np.r_[np.full(count, -np.inf), zeros], np.r_[bound, zeros], player="min"))
+        zeros = np.zeros(len(entries) // dual.rows * equal)
+        bound = [up[r] if sign > 0.0 else -low[r] for _, r, sign, _ in entries]
+        kept = self._add_rows(fun, np.r_[np.full(len(entries), -np.inf), zeros], np.r_[bound, zeros])
+        self.robust[len(self.rows) - 1] = _Rows(number, value, [entries[i] for i in kept if i < len(entries)], True)
 
-    def _add_equation(self, name: str, function: Any, low: Vector, up: Vector, degree: int) -> None:
+    def _add_equation(self, name: str, value: Any, low: Vector, up: Vector, degree: int) -> None:
         """An equation for every y: at the start of the factors, and its slopes along the set are 0."""
         if np.any(low != up) or degree > 1:
             raise ValueError(f"{name} is an equation that reads y. It can hold for every y only if it is linear in "
@@ -255,15 +363,25 @@ class _Model:
         equal = self.given.matrix[self.given.row_lower == self.given.row_upper]
         values, vectors = np.linalg.eigh(np.eye(self.given.k) - np.linalg.pinv(equal) @ equal)
 
-        def every(X: Any, _: Any) -> Any:
-            lines = [self.line(function, X, k) for k in self.scenarios]
+        def every(X: Any) -> Any:
+            lines = [self.line(value, X, k) for k in self.scenarios]
             return np.concatenate([np.r_[base - low, (slope @ vectors[:, values > 0.5]).ravel()]
                                    for base, slope in lines])
 
-        seen = np.abs([every(self.start + self._random.uniform(-1.0, 1.0, self.start.size), None)
-                       for _ in range(3)])
+        seen = np.abs([every(self.start + self._random.uniform(-1.0, 1.0, self.start.size)) for _ in range(3)])
         use = np.any(seen > 1e-12 * seen.max(), axis=0)  # y that the equation does not read
-        self.rows.append(Constraint(lambda X, W: every(X, W)[use], 0.0, 0.0, player="min"))
+        self._add_rows(lambda X: every(X)[use], np.zeros(use.sum()), np.zeros(use.sum()))
+
+    def game(self) -> List[Any]:
+        """All rows; those of the set, and its factors, only if something reads them."""
+        if not self.reads_y:
+            self.w0 = self.w0[:0]
+        found = self.rows + (self.given.constraints(self.start.size, self.w0.size - self.given.k)
+                             if self.reads_y else [])
+        for row in found:
+            if isinstance(row, LinearConstraint) and row.A_x is not None:
+                row.A_x = np.pad(row.A_x, ((0, 0), (0, self.start.size - row.A_x.shape[1])))
+        return found
 
 
 def _dense(matrix: Any, columns: int, name: str) -> Vector:
@@ -279,10 +397,9 @@ def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: An
                       constraints: Sequence[Any], callback: Any, options: Dict[str, Any], check: bool,
                       given: Any, recourse: Optional[Recourse], exact: bool) -> RobustResult:
     """minimize_minmax with uncertainty=given."""
-    if not isinstance(given, UncertaintySet):
-        raise TypeError(f"uncertainty is {given!r:.60}; it must be a set of ipminmax.sets")
-    if recourse is not None and not isinstance(recourse, Recourse):
-        raise TypeError(f"recourse is {recourse!r:.60}; it must be a Recourse")
+    for what, name, kind in ((given, "uncertainty", UncertaintySet), (recourse, "recourse", (Recourse, type(None)))):
+        if not isinstance(what, kind):
+            raise TypeError(f"{name} is {what!r:.60}; it must be a set of ipminmax.sets, or a Recourse")
     if not callable(fun):
         raise TypeError(f"fun is {fun!r:.60}, not a function")
     model = _Model(_start(x0, "x0"), bounds_x, given, recourse, exact)
@@ -291,92 +408,78 @@ def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: An
         if not given.contains(y0, 1e-6):
             raise ValueError("y0 is not in the uncertainty set (without y0 a point inside is taken)")
         model.w0[:given.k] = given.factors(y0)
-    columns, plain = model.nx + given.n, recourse is None and not exact
-    rows = [read_constraint(c, f"constraints[{i}]", model.nx, given.n) for i, c in enumerate(constraints)]
-    own = [row for row in rows if row.matrix is None]
-    keep_hess = hess is not None and plain and all(row.hess is not None for row in own)
-    if not plain and (callable(jac) or any(row.jac is not None for row in own)) or hess is not None and not keep_hess:
-        warnings.warn("jac and hess are not used with recourse or exact, hess not where a constraint has none: "
-                      "complex steps or differences take their place", DerivativeWarning, stacklevel=3)
 
     def value(*parts: Any) -> Any:
         found = fun(*parts, *args)
         return found[0] if jac is True else found
 
-    def objective(X: Any, W: Any, k: int) -> Any:
-        return np.ravel(value(*model.parts(X, W, k)))
-
-    def pulled(function: Any, name: str) -> Any:
-        return lambda X, W, k: _dense(function(*model.parts(X, W, k)), columns, name) @ model.turn(X, W)
-
-    def bent(function: Any, name: str) -> Any:
-        def hessian(X: Any, W: Any, k: int, weights: Any) -> Any:
-            turn = model.turn(X, W)
-            return turn.T @ _dense(function(*model.parts(X, W, k), weights), columns, name) @ turn
-        return hessian if keep_hess else None
-
     _number(np.real(value(*model.parts(model.start, model.w0, 0))), "fun")  # tells what is wrong with it
+    own_jac = None
+    if jac is True or callable(jac):
+        own_jac = (lambda *p: fun(*p, *args)[1]) if jac is True else (lambda *p: jac(*p, *args))
+    of_parts = objective = model.function(value, "fun", own_jac, hess and (lambda *p: p[-1][0] * _dense(
+        hess(*p[:-1], *args), sum(model.sizes), "hess")))
+    rows = [read_constraint(c, f"constraints[{i}]", model.nx, given.n) for i, c in enumerate(constraints)]
     for i, row in enumerate(rows):
-        row.reads = 4 if row.matrix is None else 2  # type: ignore[attr-defined]
-
-        def function(X: Any, W: Any, k: int, row: Row = row) -> Any:
-            found = np.ravel(row.fun(*model.parts(X, W, k)[:row.reads]))  # type: ignore[attr-defined]
-            return found if found.dtype.kind in "fcO" else found.astype(float)
-
-        row.size = function(model.start, model.w0, 0).size
+        if row.matrix is not None:
+            row.fun = lambda *p, of=row.fun: of(*p[:2])  # type: ignore[misc]
+        f = model.function(row.fun, row.name, row.jac, row.hess)
+        row.size = f.value(model.start, model.w0, 0).size
         row.lb, row.ub = row.bounds(row.size)
         if row.player == "max" and len(model.scenarios) > 1:
             raise ValueError(f"{row.name} is the maximizer's, which a set with Discrete points cannot have: leave "
                              "out the points that it excludes")
-        slopes, curvature = row.jac, row.hess
-        if row.matrix is not None:
-            slopes = lambda *_, row=row: row.matrix  # type: ignore[misc]  # noqa: E731
-            curvature = lambda *_: np.zeros((columns, columns))  # noqa: E731
-        model.add(i, row.name, function, row.lb, row.ub,
-                  pulled(slopes, f"jac of {row.name}") if plain and slopes is not None else None,
-                  bent(curvature, f"hess of {row.name}"), row.player)
+        model.add(i, row.name, f, row.lb, row.ub, row.player)
     limits = [np.zeros(0)] * 2
     if recourse is not None:
         limits = [np.broadcast_to(e if side is None else to_floats(side, f"{name} of Recourse"), recourse.n)
                   for name, side, e in (("lower", recourse.lower, -np.inf), ("upper", recourse.upper, np.inf))]
         use = np.isfinite(limits[0]) | np.isfinite(limits[1])
         if np.any(use):
-            model.add(len(rows), "bounds of Recourse", lambda X, W, k: model.parts(X, W, k)[2][use],
+            model.add(len(rows), "bounds of Recourse", model.function(lambda *p: p[2][use], "bounds of Recourse"),
                       limits[0][use], limits[1][use])
         if model.s0.size:
-            model.rows.append(Constraint(lambda X, W: np.concatenate([np.ravel(
-                recourse.equations(*model.parts(X, W, k))) for k in model.scenarios]), 0.0, 0.0, player="max"))
+            f = model.function(recourse.equations, "equations of Recourse")
+            many = len(model.scenarios)
+            model.rows.append(Constraint(
+                lambda X, W: np.concatenate([f.value(X, W, k) for k in model.scenarios]), 0.0, 0.0,
+                f.jac and (lambda X, W: np.vstack([f.jac(X, W, k) for k in model.scenarios])),
+                f.hess and (lambda X, W, weights: sum(f.hess(X, W, k, w) for k, w in zip(
+                    model.scenarios, weights.reshape(many, -1)))), "max"))
 
     # The objective: of one scenario as it is, else the least t that no scenario exceeds.
-    own_jac = None
-    if plain and (jac is True or callable(jac)):
-        own_jac = pulled((lambda *p: fun(*p, *args)[1]) if jac is True else (lambda *p: jac(*p, *args)), "jac")
-    own_hess = bent(lambda *p: p[-1] * _dense(hess(*p[:-1], *args), columns, "hess"), "hess")
-    degree, t = model.degree(objective), None
+    degree, t = model.degree(objective.value), None
     if degree and (len(model.scenarios) > 1 or exact and degree == 1):
-        t = model.extend(np.max([np.real(objective(model.start, model.w0, k)) for k in model.scenarios],
+        t = model.extend(np.max([np.real(objective.value(model.start, model.w0, k)) for k in model.scenarios],
                                 keepdims=True).ravel(), np.full(1, -np.inf))
-
-        def jac_of_t(X: Any, W: Any, k: int) -> Any:
-            return own_jac(X, W, k) - np.eye(1, X.size + W.size, t)
-        model.add(None, "fun", lambda X, W, k: objective(X, W, k) - X[t], np.full(1, -np.inf), np.zeros(1),
-                  None if own_jac is None else jac_of_t, own_hess)
+        model.add(None, "fun", _Function(
+            lambda X, W, k: of_parts.value(X, W, k) - X[t],
+            of_parts.jac and (lambda X, W, k: of_parts.jac(X, W, k) - np.eye(1, X.size + W.size, t)),
+            of_parts.hess), np.full(1, -np.inf), np.zeros(1))
+        objective = _Function(lambda X, W, k: X[t:t + 1], lambda X, W, k: np.eye(1, X.size + W.size, t),
+                              lambda X, W, k, w: np.zeros((X.size + W.size,) * 2))
     elif degree:
+        model.reads_y = True
         options = {"minmax_epigraph": "yes", **options}
-    low, up = np.maximum(given.lower, -given.reach), np.minimum(given.upper, given.reach)
-    states = np.full(model.w0.size - given.k, np.inf)
-    every = model.rows + given.constraints(model.start.size, states.size)
-    if not keep_hess:
-        for row in every[len(model.rows):]:
+    every = model.game()
+    prices = np.zeros(model.start.size + model.w0.size)
+    if model.policy is not None:
+        prices[model.nx:model.end] = 2.0 * model.policy.prices
+    low, up = (np.clip(side, -given.reach, given.reach)[:model.w0.size] for side in (given.lower, given.upper))
+    states = np.full(model.w0.size - low.size, np.inf)
+    nonlinear = [row for row in every if isinstance(row, Constraint)]
+    if objective.hess is None or any(row.hess is None for row in nonlinear):
+        if hess is not None or any(row.hess is not None for row in rows):
+            warnings.warn("hess is not used, as fun or a constraint has none: second derivatives are differences",
+                          DerivativeWarning, stacklevel=3)
+        objective = objective._replace(hess=None)
+        for row in nonlinear:
             row.hess = None
-    if t is not None:
-        own_jac = lambda X, W, k: np.eye(1, X.size + W.size, t)  # noqa: E731
-        own_hess = (lambda X, W, k, w: np.zeros((X.size + W.size,) * 2)) if keep_hess else None  # noqa: E731
     inner = minimize_minmax(
-        (lambda X, W: X[t]) if t is not None else (lambda X, W: objective(X, W, 0)[0]), model.start, model.w0, (),
-        None if own_jac is None else (lambda X, W: own_jac(X, W, 0).ravel()),
-        None if own_hess is None else (lambda X, W: own_hess(X, W, 0, 1.0)), list(zip(model.lower, model.upper)),
-        list(zip(np.r_[low, -states], np.r_[up, states])), every,
+        lambda X, W: objective.value(X, W, 0)[0] + model.price(X), model.start, model.w0, (),
+        objective.jac and (lambda X, W: objective.jac(X, W, 0).ravel() + prices * np.r_[X, W]),
+        objective.hess and (lambda X, W: objective.hess(X, W, 0, np.ones(1)) + np.diag(prices)),
+        list(zip(model.lower, model.upper)), list(zip(np.r_[low, -states], np.r_[up, states])), every,
         None if callback is None else (lambda X, W: callback(*model.parts(X, W, 0)[:2])), options,
         check_derivatives=check)
     if recourse is None:
@@ -397,14 +500,15 @@ def _result(model: _Model, inner: MinmaxResult, through_t: bool, data: Any) -> R
         if searched and not rows.exact:
             continue
         weights = np.abs(inner.multipliers[place][:len(rows.entries)])
-        for (k, r, sign), weight in zip(rows.entries, weights):
-            u = given.worst_factors(sign * model.line(rows.function, X, k)[1][r]) if rows.exact else given.start
+        for (k, r, sign, i), weight in zip(rows.entries, weights):
+            u = model.dual.worst(sign * model.line(rows.value, X, k)[1][r], i) if rows.exact else given.start
             at, active = np.r_[u, model.w0[given.k:]], bool(weight > _ACTIVE * weights.max())
             if active or not rows.exact and len(rows.entries) <= 100:
-                cases.append(WorstCase(rows.number, r, float(rows.function(X, at, k)[r]), float(sign * weight), active,
+                cases.append(WorstCase(rows.number, r, float(rows.value(X, at, k)[r]), float(sign * weight), active,
                                        X[:model.nx], model.parts(X, at, k)[1]))
+    value = inner.fun - float(model.price(X))
     if through_t:  # of the row of fun its value, not that less t
-        cases = [c._replace(value=c.value + inner.fun) if c.constraint is None else c for c in cases]
+        cases = [c._replace(value=c.value + value) if c.constraint is None else c for c in cases]
     own = [c for c in cases if c.constraint is None and c.active]
     y = max(own, key=lambda c: abs(c.multiplier)).y if through_t and own else model.parts(X, inner.y, 0)[1]
     statements, notes = list(inner.statements), []
@@ -420,7 +524,7 @@ def _result(model: _Model, inner: MinmaxResult, through_t: bool, data: Any) -> R
         model.policy.answer = X[model.nx:model.end]
     values = {f.name: getattr(inner, f.name) for f in fields(inner)}
     values.update(
-        x=X[:model.nx], y=y, worst_cases=cases, statements=statements,
+        x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements,
         points=[p._replace(x=p.x[:model.nx], y=model.parts(p.x, p.y, 0)[1]) for p in inner.points],
         multipliers=[inner.multipliers[model.place[i]] for i in sorted(model.place)])
     return RobustResult(**values, policy=model.policy, uncertainty=given, data=data,
