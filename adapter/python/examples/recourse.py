@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 
-from ipminmax import Constraint, LinearConstraint, Recourse, minimize_minmax
+from ipminmax import Constraint, Recourse, minimize_minmax
 from ipminmax.sets import Ball, Box, Ellipsoid
 
 
@@ -35,7 +35,7 @@ def newsvendor(cost=1.0, hold=0.5, late=3.0):
 
 
 MONTHS = np.arange(6)
-PRICE, DEMAND = 1.0 + 0.5 * np.sin(np.pi * MONTHS / 3.0), 10.0 + 4.0 * np.cos(np.pi * MONTHS / 3.0)
+PRICE, DEMAND = 1.0 + 0.5 * np.sin(MONTHS), 10.0 + 4.0 * np.cos(np.pi * MONTHS / 3.0)
 
 
 def inventory(swing=0.2):
@@ -76,18 +76,17 @@ def power_flow(swing=0.6):
                      Constraint(lambda x, y, z: z.sum() - y.sum(), 0.0, 0.0)])
 
 
-def feedback(stages=3, price=3.0, effort=1e-3):
-    """s <- 1.1 s + z + y from s = 1: gains of z on earlier y against the worst y, which pays for its energy
-    (H-infinity), at the price of what white noise would cost in z (H2)."""
+def feedback(stages=3, price=8.0):
+    """s <- 1.1 s + z + y from s = 1: controls z that know the earlier y against the worst y, which pays for its
+    energy (H-infinity). A gain from y to z has a small price: what it costs in white noise (H2)."""
     def fun(x, y, z):
         s, cost = 1.0, -price * y @ y
         for a, b in zip(y, z):
             s = 1.1 * s + b + a
             cost = cost + s * s + b * b
         return cost
-    return minimize_minmax(
-        fun, [], uncertainty=Box(-np.ones(stages), np.ones(stages)), options={"minmax_epigraph": "no"},
-        recourse=Recourse(stages, stages=[[k] for k in range(stages)], price=effort))
+    return minimize_minmax(fun, [], uncertainty=Box(-2.0, 2.0 * np.ones(stages)), options={"minmax_epigraph": "no"},
+                           recourse=Recourse(stages, stages=[[k] for k in range(stages)], price=0.01))
 
 
 FEATURES, LABELS = np.array([-1.0, -0.4, 0.1, 0.5, 0.9, 1.6]), np.array([-1.7, -0.1, 0.3, 1.2, 1.6, 3.4])
@@ -103,3 +102,38 @@ def truss(shape=((2.0, 0.6), (0.6, 1.0))):
     """The lightest two bars x at right angles whose compliance is at most 1 for all loads of an ellipsoid."""
     return minimize_minmax(lambda x, y: x[0] + x[1], [5.0, 5.0], uncertainty=Ellipsoid([0.0, 0.0], shape),
                            bounds_x=(0.1, 100.0), constraints=Constraint(lambda x, y: y @ (y / x), ub=1.0))
+
+
+EXAMPLES = [transport, newsvendor, inventory, heat_exchangers, power_flow, feedback, regression, truss]
+
+
+def draw(name, result):
+    """Of rules that see one y the rule; of others what is decided in the worst case; of two y the set."""
+    from ipminmax import plot
+    axes = plot.new_axes()
+    if result.policy is None and result.y.size == 2:
+        result.uncertainty.plot(axes)
+        axes.plot(*np.array([case.y for case in result.worst_cases if case.active]).T, "o", label="worst load")
+        axes.set(xlabel="y[0]", ylabel="y[1]")
+    elif result.policy is None:
+        axes.plot(FEATURES, LABELS, "o", label="samples")
+        axes.plot(result.y, LABELS, "x", label="moved by nature")
+        axes.plot(FEATURES, result.x[0] + result.x[1] * FEATURES, label="the line")
+        axes.set(xlabel="t", ylabel="label")
+    else:
+        y = np.linspace(*result.uncertainty.bounds(), 41)
+        at = y[:, 0] if result.y.size == 1 else np.linspace(0.0, 1.0, 41)
+        for k, z in enumerate(np.array([result.policy(v) for v in y]).T):
+            axes.plot(at, z, label=f"z[{k}]")
+        axes.set(xlabel="y" if result.y.size == 1 else "from the lowest y to the highest", ylabel="decision")
+    axes.set_title(name.replace("_", " "))
+    axes.legend()
+    return axes.figure
+
+
+if __name__ == "__main__":
+    for example in EXAMPLES:
+        answer = example()
+        print(f"{example.__name__:16} {answer.certificate.kind} {answer.fun:.6f}")
+        for folder in sys.argv[1:]:
+            draw(example.__name__, answer).savefig(f"{folder}/{example.__name__}.svg", metadata={"Date": None})

@@ -231,7 +231,7 @@ class UncertaintySet:
         if self.smooth:
             return None
         if not len(self.matrix) and self.k <= 12 and np.all(np.isfinite(np.r_[self.lower, self.upper])):
-            return np.array(list(itertools.product(*zip(self.lower, self.upper)))).reshape(-1, self.k)
+            return np.array([*itertools.product(*zip(self.lower, self.upper))]).reshape(2**self.k, self.k)
         free = np.setdiff1d(np.flatnonzero(np.isfinite(np.r_[low, up])), [*equal, *(equal + low.size)])
         need, count = self.k - equal.size, 1
         for i in range(need):
@@ -482,16 +482,18 @@ class Polyhedron(UncertaintySet):
     def __init__(self, A: Any, b: Any) -> None:
         A = _array(A, "A", (None, None))
         b = _array(b, "b", len(A))
-        # Each y in units of its own: where rows meet the axes.
-        size = np.max(np.abs(b)[:, None] / np.where(A != 0.0, np.abs(A), np.inf), axis=0)
-        size = np.where(size > 0.0, size, 1.0)
-        length = np.linalg.norm(A * size, axis=1)
-        if np.any((length == 0.0) & (b < 0.0)):
-            raise ValueError("the polyhedron is empty: a row of A is zero and its b negative")
-        A, b, length = (v[length > 0.0] for v in (A, b, length))
-        free = np.full(size.size, np.inf)
-        super().__init__(0.0 * size, np.diag(size), -free, free, None, (
-            A * size / length[:, None], np.full(b.size, -np.inf), b / length))
+        center, start = np.zeros(A.shape[1]), None
+        for _ in range(2):  # each y in units of its own: where rows meet the axes, then from a point inside
+            room = b - A @ center
+            size = np.max(np.abs(room)[:, None] / np.where(A != 0.0, np.abs(A), np.inf), axis=0)
+            size = np.where(size > 0.0, size, 1.0)
+            length = np.linalg.norm(A * size, axis=1)
+            if np.any((length == 0.0) & (b < 0.0)):
+                raise ValueError("the polyhedron is empty: a row of A is zero and its b negative")
+            use, free = length > 0.0, np.full(size.size, np.inf)
+            super().__init__(center, np.diag(size), -free, free, start, (
+                (A * size)[use] / length[use, None], -free[:1].repeat(use.sum()), (room / (length + _TINY))[use]))
+            center, start = center + size * self.start, 0.0 * size
 
 
 class Simplex(UncertaintySet):
@@ -533,8 +535,8 @@ class Discrete(UncertaintySet):
     """The points, one a row. Each is a scenario of its own: nothing is searched, every point counts."""
 
     def __init__(self, points: Any) -> None:
-        points = _array(np.reshape(to_floats(points, "points"), (np.shape(points)[0], -1))
-                        if np.ndim(points) else points, "points", (None, None))
+        points = to_floats(points, "points")
+        points = _array(points[:, None] if points.ndim == 1 else points, "points", (None, None))
         none = np.zeros(0)
         super().__init__(points, np.zeros((points.shape[1], 0)), none, none, none)
 

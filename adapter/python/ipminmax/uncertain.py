@@ -265,23 +265,21 @@ class _Model:
     # --- What a function does over y
 
     def degree(self, value: Any) -> int:
-        """0: does not read y, 1: is linear in y, 2: neither, as it seems at two random X."""
-        if self.s0.size:
-            return 2
+        """0: does not read y (nor states), 1: is linear in y, 2: neither, as it seems at two random X."""
         degree, (a, b) = 0, self._two
         reach = 0.1 * np.maximum(np.abs(self.start), 1.0)
         for k in [*self.scenarios[:3]] * 2:
             X = np.clip(self.start + self._random.uniform(-reach, reach), self.lower, self.upper)
+            states = [self.w0[self.given.k:] * scale + shift for scale, shift in ((1.0, 0.0), (1.01, 0.01))]
             try:
-                v = np.array([value(X, u, k) for u in (a, b, 0.5 * (a + b), 2.0 * b - a)]
-                             + [value(X, a, j) for j in self.scenarios[:3]])
+                v = np.array([value(X, np.r_[u, states[0]], k) for u in (a, b, 0.5 * (a + b), 2.0 * b - a)]
+                             + [value(X, np.r_[a, states[1]], j) for j in self.scenarios[:3]])
             except Exception:  # undefined at a point that nobody has asked for
                 return 2
-            size = np.abs(v[0]) + np.abs(v[1])
-            bend = np.abs(np.array([v[0] + v[1] - 2.0 * v[2], 0.25 * (v[3] - 2.0 * v[1] + v[0])]))
-            if not np.all(bend <= _STRAIGHT * size):
-                return 2
-            degree = max(degree, int(np.any(v != v[0])))
+            if np.any(v != v[0]):
+                size = np.abs(v[0]) + np.abs(v[1])
+                bend = np.abs(np.array([v[0] + v[1] - 2.0 * v[2], 0.25 * (v[3] - 2.0 * v[1] + v[0])]))
+                degree = max(degree, 1 if np.all(bend <= _STRAIGHT * size) and not self.s0.size else 2)
         return degree
 
     def line(self, value: Any, X: Any, k: int) -> Tuple[Any, Any]:
