@@ -1,5 +1,7 @@
 """Uncertainty sets in the game and decisions that wait: values computed in another way, units, mistakes."""
 
+import contextlib
+import io
 import itertools
 import os
 import pickle
@@ -70,6 +72,20 @@ class Examples(unittest.TestCase):
             rows.append((row, 0.0))
         result = self.check(examples.transport, least(np.eye(11)[10], rows, 11))
         self.assertTrue(all("formula" in s for s in result.statements[2:3]), result.statements)
+
+    def test_what_is_printed(self):
+        result = examples.newsvendor()
+        text = str(result)
+        for words in ("value: 178.571", "local minmax, certified (local", "worst case: fun: 178.571", "active row: constraint 0",
+                      "nothing is searched", "rule: z = ", "iterations"):
+            self.assertIn(words, text)
+        rows = result.worst_case_table()
+        rows = rows if isinstance(rows, list) else rows.to_dict("records")
+        self.assertEqual(len(rows), len(result.worst_cases))
+        self.assertIn("y[0]", rows[0])
+        with contextlib.redirect_stderr(io.StringIO()) as shown:
+            minimize_minmax(lambda x, y: x @ x - y @ y, [1.0], [0.5], options={"progress": True})
+        self.assertRegex(shown.getvalue(), "search 1, iteration 1: value 0.75, violation 0")
 
     def test_newsvendor(self):
         cost, hold, late, low, up = 1.0, 0.5, 3.0, 50.0, 150.0
@@ -182,7 +198,7 @@ class Sets(unittest.TestCase):
             given = Ellipsoid(shift + scale * np.array([0.1, 0.2]), scale**2 * shape)
             with self.subTest(scale=scale, shift=shift):
                 result = minimize_minmax(lambda x, y: (x - 1.0) @ (x - 1.0) + ((y - shift) / scale) @ x, [0.5, 0.3],
-                                         uncertainty=given)
+                                         uncertainty=given, options={"minmax_worst_case_starts": 2})
                 self.assertTrue(result.certificate.is_local_minmax)
                 closed = [(x - 1.0) @ (x - 1.0) + x @ [0.1, 0.2] + np.sqrt(x @ shape @ x) for x in np.vstack(
                     [result.x, result.x + np.random.default_rng(2).uniform(-0.01, 0.01, (50, 2))])]
@@ -244,7 +260,7 @@ class Rules(unittest.TestCase):
     def test_static_affine_quadratic(self):
         """y^2 over [0, 2]: constant 2, a line 1/2, exactly."""
         for rule, value in (("static", 2.0), ("affine", 0.5), ("quadratic", 0.0)):
-            result = self.approximation(rule, Box(0.0, 2.0))
+            result = self.approximation(rule, Box(0.0, 2.0), options={"minmax_worst_case_starts": 2})
             self.assertAlmostEqual(result.fun, value, delta=1e-5, msg=rule)
         z0, z1, z2 = result.policy.coefficients
         for y in (0.3, 1.7):
@@ -258,9 +274,10 @@ class Rules(unittest.TestCase):
 
     def test_states(self):
         """s^3 + s = x + y; s has to be at least 1, so x = 2 - the least y."""
-        for given in (Box(0.5, 2.0), Discrete([0.5, 1.0, 2.0])):
+        for given in (Box(0.5, 2.0), Discrete([0.5, 2.0])):
             recourse = Recourse(0, equations=lambda x, y, z, s: s**3 + s - x - y, states=[1.0])
             result = minimize_minmax(lambda x, y, z, s: x[0], [1.0], uncertainty=given, recourse=recourse,
+                                     options={"minmax_worst_case_starts": 2},
                                      constraints=Constraint(lambda x, y, z, s: s[0], lb=1.0))
             self.assertTrue(result.certificate.is_local_minmax)
             self.assertAlmostEqual(result.x[0], 1.5, delta=1e-6)

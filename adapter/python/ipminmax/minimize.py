@@ -15,6 +15,7 @@ from .constraints import Row, derivative_argument, read_bounds, read_constraint
 from .differences import Box, Derivative, DerivativeWarning, LimitReached, Vector, check_given
 from .pattern import ConstantPattern, Pattern, joined, lower_triangle
 from .problem import MAX, MIN, Problem, refute, to_floats
+from .report import showing
 from .result import MinmaxResult, Point, Proof, WorstCase
 
 
@@ -322,6 +323,8 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
                 return False
             return answer is None or bool(answer)
         functions.intermediate = intermediate
+    if options.pop("progress", False):
+        functions.intermediate = showing(getattr(functions, "intermediate", None))
     players = np.repeat(np.array([MIN, MAX], dtype=np.intc), [game.nx, game.n - game.nx])
     problem = Problem(game.n, sum(row.size for row in game.rows), functions, game.box.lower,
                       game.box.upper, np.concatenate([s[0] for s in sides]) if sides else None,
@@ -467,7 +470,8 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
                        scipy.optimize (in (x, y); fun takes x and y), dict of SciPy's kind, or a
                        sequence of them
     callback           callback(x, y), called at each iterate; False or StopIteration stops
-    options            those of docs/options.md, and "disp": True for the log, written to sys.stdout
+    options            those of docs/options.md, "disp": True for the log, written to sys.stdout, and
+                       "progress": True for a line of progress on sys.stderr
     check_derivatives  whether a jac that is given is compared with differences along one direction,
                        at the start and at the answer: four calls of the function each time. What is
                        wrong is a DerivativeWarning, at the answer it takes success and certificate
