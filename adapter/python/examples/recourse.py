@@ -2,7 +2,7 @@
 """Uncertainty sets and decisions that wait: eight small models. tests/python/recourse_test.py compares each
 with a value computed in another way.
 
-    python3 recourse.py [folder for the pictures]
+    python3 recourse.py [file of the picture]
 """
 import sys
 
@@ -107,33 +107,33 @@ def truss(shape=((2.0, 0.6), (0.6, 1.0))):
 EXAMPLES = [transport, newsvendor, inventory, heat_exchangers, power_flow, feedback, regression, truss]
 
 
-def draw(name, result):
-    """Of rules that see one y the rule; of others what is decided in the worst case; of two y the set."""
-    from ipminmax import plot
-    axes = plot.new_axes()
-    if result.policy is None and result.y.size == 2:
-        result.uncertainty.plot(axes)
-        axes.plot(*np.array([case.y for case in result.worst_cases if case.active]).T, "o", label="worst load")
-        axes.set(xlabel="y[0]", ylabel="y[1]")
-    elif result.policy is None:
-        axes.plot(FEATURES, LABELS, "o", label="samples")
-        axes.plot(result.y, LABELS, "x", label="moved by nature")
-        axes.plot(FEATURES, result.x[0] + result.x[1] * FEATURES, label="the line")
-        axes.set(xlabel="t", ylabel="label")
-    else:
-        y = np.linspace(*result.uncertainty.bounds(), 41)
-        at = y[:, 0] if result.y.size == 1 else np.linspace(0.0, 1.0, 41)
-        for k, z in enumerate(np.array([result.policy(v) for v in y]).T):
-            axes.plot(at, z, label=f"z[{k}]")
-        axes.set(xlabel="y" if result.y.size == 1 else "from the lowest y to the highest", ylabel="decision")
+def panel(axes, name, result):
+    """The rule along y from its lowest to its highest; without a rule the worst case."""
     axes.set_title(name.replace("_", " "))
-    axes.legend()
-    return axes.figure
+    if result.policy is not None:
+        y = np.linspace(*result.uncertainty.bounds(), 41)
+        axes.plot(y[:, 0], [result.policy(v) for v in y])
+        axes.set_xlabel("y, the first of them where there are more")
+    elif result.y.size == 2:
+        result.uncertainty.plot(axes)
+        axes.plot(*result.y, "o", label="worst load")
+        axes.legend()
+    else:
+        axes.plot(FEATURES, LABELS, "o", result.y, LABELS, "x", FEATURES, result.x[0] + result.x[1] * FEATURES)
+        axes.set_xlabel("samples (dots), moved by nature (crosses), the line")
+
+
+def draw(results):
+    from ipminmax import plot
+    figure, axes = plot.new_figure(4, 2)
+    for place, example, result in zip(axes.ravel(), EXAMPLES, results):
+        panel(place, example.__name__, result)
+    return figure
 
 
 if __name__ == "__main__":
-    for example in EXAMPLES:
-        answer = example()
+    answers = [example() for example in EXAMPLES]
+    for example, answer in zip(EXAMPLES, answers):
         print(f"{example.__name__:16} {answer.certificate.kind} {answer.fun:.6f}")
-        for folder in sys.argv[1:]:
-            draw(example.__name__, answer).savefig(f"{folder}/{example.__name__}.svg", metadata={"Date": None})
+    for file in sys.argv[1:]:  # of the picture
+        draw(answers).savefig(file)
