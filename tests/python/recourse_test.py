@@ -309,12 +309,14 @@ class Rules(unittest.TestCase):
                 (ValueError, "2 stages", {"uncertainty": box, "recourse": Recourse(1, stages=[[0], []])}),
                 (ValueError, "start of Recourse", {"uncertainty": box, "recourse": Recourse(1, start=[1.0, 2.0])}),
                 (ValueError, "need states", {"uncertainty": box, "recourse": Recourse(1, equations=fun)}),
+                (ValueError, "3 values, but there are 1", {"uncertainty": box, "recourse": Recourse(
+                    0, states=[1.0], equations=lambda x, y, z, s: np.ones(3)), "fun": lambda x, y, z, s: x[0]}),
                 (ValueError, "an equation that reads y", {"uncertainty": box, "constraints": Constraint(
                     lambda x, y: y[0] ** 2, 0.0, 0.0)}),
                 (ValueError, "maximizer's", {"uncertainty": Discrete([0.0, 1.0]), "constraints": Constraint(
                     lambda x, y: y[0], ub=0.5, player="max")})):
             with self.subTest(words), self.assertRaisesRegex(error, words):
-                minimize_minmax(fun, [1.0], **arguments)
+                minimize_minmax(**{"fun": fun, "x0": [1.0], **arguments})
 
 
 if __name__ == "__main__":

@@ -24,7 +24,8 @@ def transport():
         z = z.reshape(2, 2)
         return np.concatenate([x - z.sum(axis=1), z.sum(axis=0) - [y[0], 60.0 - y[0]]])
     return minimize_minmax(fun, [40.0, 40.0], uncertainty=Box(20.0, 40.0), bounds_x=(0.0, 45.0), exact=True,
-                           recourse=Recourse(4, lower=0.0, start=15.0, price=1e-4), constraints=Constraint(slack, lb=0.0))
+                           recourse=Recourse(4, lower=0.0, start=15.0, price=1e-4),
+                           constraints=Constraint(slack, lb=0.0))
 
 
 def newsvendor(cost=1.0, hold=0.5, late=3.0):

@@ -6,7 +6,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from .constraints import Constraint, LinearConstraint, read_bounds, read_constraint
+from .constraints import Constraint, LinearConstraint, Row, read_bounds, read_constraint
 from .differences import DerivativeWarning, Vector
 from .minimize import _number, _start, minimize_minmax
 from .problem import to_floats
@@ -304,12 +304,17 @@ class _Model:
                 return self._add_formula(number, f.value, low, up)
             self.robust[len(self.rows)] = _Rows(
                 number, f.value, [(k, r, 1.0, 0) for k in scenarios for r in range(low.size)], False)
-        many, self.reads_y = len(scenarios), self.reads_y or degree > 0
+        self.reads_y = self.reads_y or degree > 0
+        self.stack(f, low, up, scenarios, player or "min")
+
+    def stack(self, f: _Function, low: Any, up: Any, scenarios: Sequence[int], player: str) -> None:
+        """low <= f <= up in these scenarios, as rows of one constraint."""
+        many = len(scenarios)
         self.rows.append(Constraint(
             lambda X, W: np.concatenate([f.value(X, W, k) for k in scenarios]), np.tile(low, many), np.tile(up, many),
             f.jac and (lambda X, W: np.vstack([f.jac(X, W, k) for k in scenarios])),
             f.hess and (lambda X, W, weights: sum(f.hess(X, W, k, w) for k, w in zip(
-                scenarios, weights.reshape(many, -1)))), player or "min"))
+                scenarios, weights.reshape(many, -1)))), player))
 
     def _add_rows(self, fun: Any, low: Vector, up: Vector) -> Any:
         """low <= fun(X) <= up, if fun is linear as a matrix, and no row twice; returns which rows stay."""
@@ -391,6 +396,55 @@ def _dense(matrix: Any, columns: int, name: str) -> Vector:
     return found
 
 
+def _add_constraints(model: _Model, constraints: Sequence[Any]) -> List[Row]:
+    """Those of the user; returns them as they were read."""
+    rows = [read_constraint(c, f"constraints[{i}]", model.nx, model.given.n) for i, c in enumerate(constraints)]
+    for i, row in enumerate(rows):
+        if row.matrix is not None:
+            row.fun = lambda *p, of=row.fun: of(*p[:2])  # type: ignore[misc]
+        f = model.function(row.fun, row.name, row.jac, row.hess)
+        row.size = f.value(model.start, model.w0, 0).size
+        row.lb, row.ub = row.bounds(row.size)
+        if row.player == "max" and len(model.scenarios) > 1:
+            raise ValueError(f"{row.name} is the maximizer's, which a set with Discrete points cannot have: leave "
+                             "out the points that it excludes")
+        model.add(i, row.name, f, row.lb, row.ub, row.player)
+    return rows
+
+
+def _add_recourse(model: _Model, recourse: Recourse, number: int) -> List[Vector]:
+    """Bounds of z, and equations of the states; returns the bounds."""
+    limits = [np.broadcast_to(e if side is None else to_floats(side, f"{name} of Recourse"), recourse.n)
+              for name, side, e in (("lower", recourse.lower, -np.inf), ("upper", recourse.upper, np.inf))]
+    use = np.isfinite(limits[0]) | np.isfinite(limits[1])
+    if np.any(use):
+        model.add(number, "bounds of Recourse", model.function(lambda *p: p[2][use], "bounds of Recourse"),
+                  limits[0][use], limits[1][use])
+    if model.s0.size:
+        f = model.function(recourse.equations, "equations of Recourse")
+        if f.value(model.start, model.w0, 0).size != model.s0.size:
+            raise ValueError(f"equations of Recourse has {f.value(model.start, model.w0, 0).size} values, but there "
+                             f"are {model.s0.size} states")
+        model.stack(f, np.zeros(model.s0.size), np.zeros(model.s0.size), model.scenarios, "max")
+    return limits
+
+
+def _add_objective(model: _Model, f: _Function) -> Tuple[_Function, bool]:
+    """fun of one scenario as it is, else the least t that no scenario exceeds; returns what is minimized,
+    and whether it is t."""
+    degree = model.degree(f.value)
+    if not degree or len(model.scenarios) == 1 and not (model.exact and degree == 1):
+        model.reads_y = model.reads_y or degree > 0
+        return f, False
+    t = model.extend(np.array([max(float(f.value(model.start, model.w0, k)[0]) for k in model.scenarios)]),
+                     np.full(1, -np.inf))
+    model.add(None, "fun", _Function(
+        lambda X, W, k: f.value(X, W, k) - X[t],
+        f.jac and (lambda X, W, k: f.jac(X, W, k) - np.eye(1, X.size + W.size, t)), f.hess), np.full(1, -np.inf), np.zeros(1))
+    return _Function(lambda X, W, k: X[t:t + 1], lambda X, W, k: np.eye(1, X.size + W.size, t),
+                     lambda X, W, k, w: np.zeros((X.size + W.size,) * 2)), True
+
+
 def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: Any, hess: Any, bounds_x: Any,
                       constraints: Sequence[Any], callback: Any, options: Dict[str, Any], check: bool,
                       given: Any, recourse: Optional[Recourse], exact: bool) -> RobustResult:
@@ -412,59 +466,16 @@ def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: An
         return found[0] if jac is True else found
 
     _number(np.real(value(*model.parts(model.start, model.w0, 0))), "fun")  # tells what is wrong with it
-    own_jac = None
-    if jac is True or callable(jac):
-        own_jac = (lambda *p: fun(*p, *args)[1]) if jac is True else (lambda *p: jac(*p, *args))
-    of_parts = objective = model.function(value, "fun", own_jac, hess and (lambda *p: p[-1][0] * _dense(
+    own_jac = (lambda *p: fun(*p, *args)[1]) if jac is True else (lambda *p: jac(*p, *args)) if callable(jac) else None
+    of_parts = model.function(value, "fun", own_jac, hess and (lambda *p: p[-1][0] * _dense(
         hess(*p[:-1], *args), sum(model.sizes), "hess")))
-    rows = [read_constraint(c, f"constraints[{i}]", model.nx, given.n) for i, c in enumerate(constraints)]
-    for i, row in enumerate(rows):
-        if row.matrix is not None:
-            row.fun = lambda *p, of=row.fun: of(*p[:2])  # type: ignore[misc]
-        f = model.function(row.fun, row.name, row.jac, row.hess)
-        row.size = f.value(model.start, model.w0, 0).size
-        row.lb, row.ub = row.bounds(row.size)
-        if row.player == "max" and len(model.scenarios) > 1:
-            raise ValueError(f"{row.name} is the maximizer's, which a set with Discrete points cannot have: leave "
-                             "out the points that it excludes")
-        model.add(i, row.name, f, row.lb, row.ub, row.player)
-    limits = [np.zeros(0)] * 2
-    if recourse is not None:
-        limits = [np.broadcast_to(e if side is None else to_floats(side, f"{name} of Recourse"), recourse.n)
-                  for name, side, e in (("lower", recourse.lower, -np.inf), ("upper", recourse.upper, np.inf))]
-        use = np.isfinite(limits[0]) | np.isfinite(limits[1])
-        if np.any(use):
-            model.add(len(rows), "bounds of Recourse", model.function(lambda *p: p[2][use], "bounds of Recourse"),
-                      limits[0][use], limits[1][use])
-        if model.s0.size:
-            f = model.function(recourse.equations, "equations of Recourse")
-            many = len(model.scenarios)
-            model.rows.append(Constraint(
-                lambda X, W: np.concatenate([f.value(X, W, k) for k in model.scenarios]), 0.0, 0.0,
-                f.jac and (lambda X, W: np.vstack([f.jac(X, W, k) for k in model.scenarios])),
-                f.hess and (lambda X, W, weights: sum(f.hess(X, W, k, w) for k, w in zip(
-                    model.scenarios, weights.reshape(many, -1)))), "max"))
-
-    # The objective: of one scenario as it is, else the least t that no scenario exceeds.
-    degree, t = model.degree(objective.value), None
-    if degree and (len(model.scenarios) > 1 or exact and degree == 1):
-        t = model.extend(np.max([np.real(objective.value(model.start, model.w0, k)) for k in model.scenarios],
-                                keepdims=True).ravel(), np.full(1, -np.inf))
-        model.add(None, "fun", _Function(
-            lambda X, W, k: of_parts.value(X, W, k) - X[t],
-            of_parts.jac and (lambda X, W, k: of_parts.jac(X, W, k) - np.eye(1, X.size + W.size, t)),
-            of_parts.hess), np.full(1, -np.inf), np.zeros(1))
-        objective = _Function(lambda X, W, k: X[t:t + 1], lambda X, W, k: np.eye(1, X.size + W.size, t),
-                              lambda X, W, k, w: np.zeros((X.size + W.size,) * 2))
-    elif degree:
-        model.reads_y = True
+    rows = _add_constraints(model, constraints)
+    limits = [model.lower[:model.nx], model.upper[:model.nx]] if recourse is None else _add_recourse(
+        model, recourse, len(rows))
+    objective, through_t = _add_objective(model, of_parts)
+    if not through_t and model.degree(of_parts.value):
         options = {"minmax_epigraph": "yes", **options}
     every = model.game()
-    prices = np.zeros(model.start.size + model.w0.size)
-    if model.policy is not None:
-        prices[model.nx:model.end] = 2.0 * model.policy.prices
-    low, up = (np.clip(side, -given.reach, given.reach)[:model.w0.size] for side in (given.lower, given.upper))
-    states = np.full(model.w0.size - low.size, np.inf)
     nonlinear = [row for row in every if isinstance(row, Constraint)]
     if objective.hess is None or any(row.hess is None for row in nonlinear):
         if hess is not None or any(row.hess is not None for row in rows):
@@ -473,29 +484,30 @@ def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: An
         objective = objective._replace(hess=None)
         for row in nonlinear:
             row.hess = None
+    prices = np.zeros(model.start.size + model.w0.size)
+    if model.policy is not None:
+        prices[model.nx:model.end] = 2.0 * model.policy.prices
+    low, up = (np.clip(side, -given.reach, given.reach)[:model.w0.size] for side in (given.lower, given.upper))
+    states = np.full(model.w0.size - low.size, np.inf)
     inner = minimize_minmax(
         lambda X, W: objective.value(X, W, 0)[0] + model.price(X), model.start, model.w0, (),
         objective.jac and (lambda X, W: objective.jac(X, W, 0).ravel() + prices * np.r_[X, W]),
         objective.hess and (lambda X, W: objective.hess(X, W, 0, np.ones(1)) + np.diag(prices)),
         list(zip(model.lower, model.upper)), list(zip(np.r_[low, -states], np.r_[up, states])), every,
-        None if callback is None else (lambda X, W: callback(*model.parts(X, W, 0)[:2])), options,
-        check_derivatives=check)
-    if recourse is None:
-        limits = [model.lower[:model.nx], model.upper[:model.nx]]
-    robust = [row for row in rows if row.player != "max"]
-    return _result(model, inner, t is not None, (value, robust, recourse, *limits))
+        callback and (lambda X, W: callback(*model.parts(X, W, 0)[:2])), options, check_derivatives=check)
+    return _result(model, inner, through_t, (value, [r for r in rows if r.player != "max"], recourse, *limits))
 
 
-def _result(model: _Model, inner: MinmaxResult, through_t: bool, data: Any) -> RobustResult:
-    given, X, searched = model.given, inner.x, model.w0.size > 0
-    cases: List[WorstCase] = []
+def _worst_cases(model: _Model, inner: MinmaxResult) -> List[WorstCase]:
+    """Those that were searched, and rows of scenarios, corners and formulas with their multipliers."""
+    given, X, cases = model.given, inner.x, []  # type: UncertaintySet, Vector, List[WorstCase]
     for found in inner.worst_cases:
         rows = None if found.constraint is None else model.robust[found.constraint]
         k, r = (0, found.row) if rows is None else rows.entries[found.row][:2]
         cases.append(found._replace(constraint=None if rows is None else rows.number, row=r, x=found.x[:model.nx],
                                     y=model.parts(found.x, found.y, k)[1]))
     for place, rows in model.robust.items():
-        if searched and not rows.exact:
+        if model.w0.size and not rows.exact:
             continue
         weights = np.abs(inner.multipliers[place][:len(rows.entries)])
         for (k, r, sign, i), weight in zip(rows.entries, weights):
@@ -504,6 +516,11 @@ def _result(model: _Model, inner: MinmaxResult, through_t: bool, data: Any) -> R
             if active or not rows.exact and len(rows.entries) <= 100:
                 cases.append(WorstCase(rows.number, r, float(rows.value(X, at, k)[r]), float(sign * weight), active,
                                        X[:model.nx], model.parts(X, at, k)[1]))
+    return cases
+
+
+def _result(model: _Model, inner: MinmaxResult, through_t: bool, data: Any) -> RobustResult:
+    given, X, searched, cases = model.given, inner.x, model.w0.size > 0, _worst_cases(model, inner)
     value = inner.fun - float(model.price(X))
     if through_t:  # of the row of fun its value, not that less t
         cases = [c._replace(value=c.value + value) if c.constraint is None else c for c in cases]
