@@ -20,7 +20,7 @@ sys.path.insert(0, os.path.join(SOURCE, "adapter/python/examples"))
 import recourse as examples  # noqa: E402
 from ipminmax import Constraint, LinearConstraint, Recourse, minimize_minmax  # noqa: E402
 from ipminmax.sets import (Ball, Box, Budget, ChiSquareBall, Discrete, Ellipsoid, KLBall, MomentBox,  # noqa: E402
-                           Polyhedron, Simplex)
+                           Simplex)
 
 
 def least(cost, rows, columns):
@@ -234,6 +234,14 @@ class Sets(unittest.TestCase):
             uncertainty=Ball([0.3, 0.2], 0.5), options={"minmax_epigraph": "no"})
         self.assertTrue(result.success)
         self.assertTrue(calls)
+
+    def test_what_seemed_linear_in_y(self):
+        """A function that reads y elsewhere, or bends there, is no success."""
+        for exact, words in ((False, "fun was without y"), (True, "fun was linear in y")):
+            result = minimize_minmax(lambda x, y: (x[0] - 3.0) ** 2 + exact * 0.1 * y[0] - max(x[0] - 1.0, 0.0) * y[0] ** 2,
+                                     [0.0], uncertainty=Box(-1.0, 1.0), exact=exact)
+            self.assertFalse(result.success or result.certificate.is_local_minmax)
+            self.assertIn(words, result.message)
 
     def test_robust_rows(self):
         """A linear constraint, robust, and one of Max."""

@@ -6,6 +6,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
+from .certificate import Certificate
 from .constraints import Constraint, LinearConstraint, Row, read_bounds, read_constraint
 from .differences import DerivativeWarning, Vector
 from .minimize import _number, _start, minimize_minmax
@@ -193,6 +194,7 @@ class _Model:
         self.place: Dict[int, int] = {}  #: number in rows of the user's constraints
         self.dual: Any = None
         self.reads_y = self.s0.size > 0  #: whether anything but formulas does
+        self._seen: List[Tuple[str, Any, int]] = []  #: functions of degree 0 and 1, as it seemed
         self._random = np.random.default_rng(4)
         self._two = given.sample_factors(2, self._random)
 
@@ -264,7 +266,7 @@ class _Model:
 
     # --- What a function does over y
 
-    def degree(self, value: Any) -> int:
+    def degree(self, name: str, value: Any) -> int:
         """0: does not read y (nor states), 1: is linear in y, 2: neither, as it seems at two random X."""
         degree, (a, b) = 0, self._two
         reach = 0.1 * np.maximum(np.abs(self.start), 1.0)
@@ -280,7 +282,25 @@ class _Model:
                 size = np.abs(v[0]) + np.abs(v[1])
                 bend = np.abs(np.array([v[0] + v[1] - 2.0 * v[2], 0.25 * (v[3] - 2.0 * v[1] + v[0])]))
                 degree = max(degree, 1 if np.all(bend <= _STRAIGHT * size) and not self.s0.size else 2)
+        if degree < 2 and name:
+            self._seen.append((name, value, degree))
         return degree
+
+    def not_as_seen(self, X: Vector) -> str:
+        """What is wrong where a function reads y at X in another way than at the start."""
+        states = np.tile(self.s0, len(self.scenarios))
+        for name, value, degree in self._seen:
+            for k in self.scenarios[:3]:
+                (base, slope), (base0, slope0) = (self.line(value, at, k) if degree else (
+                    value(at, np.r_[self.given.start, states], k), np.zeros((1, self.given.k)))
+                    for at in (X, self.start))
+                size = np.abs(base) + np.abs(base0) + (np.abs(slope) + np.abs(slope0)) @ self.given.width
+                for u in self.given.sample_factors(10, self._random):
+                    gap = value(X, np.r_[u, states], k) - base - slope @ (u - self.given.start)
+                    if np.any(np.abs(gap) > 1e-6 * size):
+                        return (f"{name} was {'linear in' if degree else 'without'} y at the start, but is not at "
+                                "the answer: begin nearer to it" + ", without exact=True" * degree)
+        return ""
 
     def line(self, value: Any, X: Any, k: int) -> Tuple[Any, Any]:
         """Values at the start of the factors, and slopes (values x factors), of what is linear in y."""
@@ -295,7 +315,7 @@ class _Model:
         """low <= f <= up: for every y unless it is the other player's."""
         if number is not None:
             self.place[number] = len(self.rows)
-        degree = self.degree(f.value)
+        degree = self.degree(name, f.value)
         scenarios = self.scenarios if degree else self.scenarios[:1]
         if player != "max" and degree:
             if np.any(low == up):
@@ -432,13 +452,13 @@ def _add_recourse(model: _Model, recourse: Recourse, number: int) -> List[Vector
 def _add_objective(model: _Model, f: _Function) -> Tuple[_Function, bool]:
     """fun of one scenario as it is, else the least t that no scenario exceeds; returns what is minimized,
     and whether it is t."""
-    degree = model.degree(f.value)
+    degree = model.degree("fun", f.value)
     if not degree or len(model.scenarios) == 1 and not (model.exact and degree == 1):
         model.reads_y = model.reads_y or degree > 0
         return f, False
     t = model.extend(np.array([max(float(f.value(model.start, model.w0, k)[0]) for k in model.scenarios)]),
                      np.full(1, -np.inf))
-    model.add(None, "fun", _Function(
+    model.add(None, "", _Function(
         lambda X, W, k: f.value(X, W, k) - X[t],
         f.jac and (lambda X, W, k: f.jac(X, W, k) - np.eye(1, X.size + W.size, t)), f.hess), np.full(1, -np.inf), np.zeros(1))
     return _Function(lambda X, W, k: X[t:t + 1], lambda X, W, k: np.eye(1, X.size + W.size, t),
@@ -473,7 +493,7 @@ def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: An
     limits = [model.lower[:model.nx], model.upper[:model.nx]] if recourse is None else _add_recourse(
         model, recourse, len(rows))
     objective, through_t = _add_objective(model, of_parts)
-    if not through_t and model.degree(of_parts.value):
+    if not through_t and model.degree("fun", of_parts.value):
         options = {"minmax_epigraph": "yes", **options}
     every = model.game()
     nonlinear = [row for row in every if isinstance(row, Constraint)]
@@ -538,6 +558,9 @@ def _result(model: _Model, inner: MinmaxResult, through_t: bool, data: Any) -> R
     if model.policy is not None:
         model.policy.answer = X[model.nx:model.end]
     values = {f.name: getattr(inner, f.name) for f in fields(inner)}
+    wrong = model.not_as_seen(X) if np.all(np.isfinite(X)) else ""
+    if wrong:
+        values.update(success=False, message=wrong, certificate=Certificate.nothing(wrong))
     values.update(
         x=X[:model.nx], y=y, fun=value, worst_cases=cases, statements=statements,
         points=[p._replace(x=p.x[:model.nx], y=model.parts(p.x, p.y, 0)[1]) for p in inner.points],
