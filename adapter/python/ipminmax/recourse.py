@@ -39,7 +39,7 @@ class Recourse:
     equations: Optional[Callable[..., Any]] = None
     states: Any = ()
 
-    def seen(self, ny: int) -> List[Vector]:
+    def seen(self, ny: int) -> List[Any]:
         """Indices of the y that each decision sees."""
         if self.stages is not None:
             if self.depends_on is not None:

@@ -46,7 +46,7 @@ def table(result: Any) -> Any:
     rows: List[Any] = [{"of": _place(c), "value": c.value, "multiplier": c.multiplier, "active": c.active,
                         **{f"y[{i}]": v for i, v in enumerate(c.y)}} for c in result.worst_cases]
     try:
-        import pandas
+        import pandas  # type: ignore[import]
     except ImportError:
         return rows
     return pandas.DataFrame(rows)

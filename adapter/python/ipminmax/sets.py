@@ -71,10 +71,10 @@ class Smooth(NamedTuple):
     def value(self, u: Any) -> Any:
         return np.sum(self.h.terms(self.A @ u + self.b)[0]) - self.h.level
 
-    def gradient(self, u: Vector) -> Vector:
+    def gradient(self, u: Vector) -> Any:
         return self.h.terms(self.A @ u + self.b)[1] @ self.A
 
-    def hessian(self, u: Vector) -> Vector:
+    def hessian(self, u: Vector) -> Any:
         return self.A.T @ (self.h.terms(self.A @ u + self.b)[2][:, None] * self.A)
 
     def turned(self, turn: Vector, move: Any) -> "Smooth":
@@ -191,7 +191,7 @@ class UncertaintySet:
         rounding = 8.0 * np.finfo(float).eps * (np.abs(y) + np.abs(self.origins[0]))
         return bool(np.all(gap <= size + rounding)) and self.violation(u) <= tol
 
-    def worst(self, c: Any) -> Vector:
+    def worst(self, c: Any) -> Any:
         """A y at which c'y is largest."""
         c = _array(c, "c", self.n)
         best: Vector = self.origins[np.argmax(self.origins @ c)]
@@ -202,7 +202,7 @@ class UncertaintySet:
         convex problem for minimize_minmax."""
         return float(_array(c, "c", self.n) @ self.worst(c))
 
-    def worst_factors(self, gain: Vector) -> Vector:
+    def worst_factors(self, gain: Vector) -> Any:
         if self.k == 0 or not np.any(gain):
             return self.start
         found = self._solved(lambda u, _: -(gain / np.max(np.abs(gain))) @ u, self.start)
@@ -248,14 +248,14 @@ class UncertaintySet:
         corners: Vector = found[np.sort(np.unique(places, axis=0, return_index=True)[1])]
         return corners
 
-    def sample(self, n: int, seed: Any = 0) -> Vector:
+    def sample(self, n: int, seed: Any = 0) -> Any:
         """n points of the set, one a row, the same ones for the same seed: along random directions from
         the inside, as far as fills a ball evenly. Corners of many dimensions are rare among them."""
         random = np.random.default_rng(seed)
         found: Vector = self.origins[random.integers(len(self.origins), size=n)]
         return found + self.sample_factors(n, random) @ self.loadings.T
 
-    def sample_factors(self, n: int, random: np.random.Generator) -> Vector:
+    def sample_factors(self, n: int, random: np.random.Generator) -> Any:
         steps = random.standard_normal((n, self.k)) * self.width
         matrix, low, up = self.sides
         equal = matrix[low == up]
@@ -292,7 +292,7 @@ class UncertaintySet:
                                           self.row_upper, player="max"))
         for s in self.smooth:
             found.append(Constraint(
-                lambda x, w, s=s: s.value(w[:self.k]), ub=0.0, player="max",  # type: ignore[misc]
+                lambda x, w, s=s: s.value(w[:self.k]), ub=0.0, player="max",
                 jac=lambda x, w, s=s: np.r_[np.zeros(nx), s.gradient(w[:self.k]), np.zeros(more)][None],
                 hess=lambda x, w, m, s=s: np.pad(m[0] * s.hessian(w[:self.k]), (nx, more))))
         return found
@@ -313,7 +313,7 @@ class UncertaintySet:
         return minimize_minmax(fun, start, [], constraints=rows,
                                bounds_x=[(None, None)] * k + [(-1.0, None)] * (start.size - k))
 
-    def _inside(self) -> Vector:
+    def _inside(self) -> Any:
         """Factors far from all sides; ValueError where there are none."""
         guess = np.clip(0.0, np.maximum(self.lower, -1e19), np.minimum(self.upper, 1e19))
         found = None if np.any(self.lower > self.upper) else self._solved(
@@ -332,7 +332,7 @@ class _Product(UncertaintySet):
         smooth = [s.turned(np.eye(p.k, a.k + b.k, shift), np.zeros(p.k))
                   for p, shift in ((a, 0), (b, a.k)) for s in p.smooth]
         super().__init__(np.array([np.r_[y, z] for y in a.origins for z in b.origins]),
-                         _blocks(a.loadings, b.loadings), *both[:3],
+                         _blocks(a.loadings, b.loadings), both[0], both[1], both[2],
                          (_blocks(a.matrix, b.matrix), *both[3:5]), smooth, both[5])
 
     def _each(self, method: str, values: Vector, size: str, *more: Any) -> List[Any]:
@@ -449,7 +449,7 @@ class Budget(UncertaintySet):
         super().__init__(nominal, np.hstack([s * self._side for s in self._signs]), 0.0 * each, each, start,
                          (matrix, np.full(up.size, -np.inf), up))
 
-    def factors(self, y: Vector) -> Vector:
+    def factors(self, y: Vector) -> Any:
         xi = np.linalg.lstsq(self._side, y - self.origins[0], rcond=None)[0]
         return np.concatenate([np.maximum(s * xi, 0.0) for s in self._signs]) if len(self._signs) > 1 else xi
 
@@ -506,7 +506,7 @@ class Simplex(UncertaintySet):
         super().__init__(0.0 * ones, _number(total, "total", True) * np.eye(ones.size), 0.0 * ones, ones,
                          ones / ones.size, (ones[None, :], np.ones(1), np.ones(1)))
 
-    def worst_factors(self, gain: Vector) -> Vector:
+    def worst_factors(self, gain: Vector) -> Any:
         return np.eye(self.k)[np.argmax(gain)]
 
 
@@ -523,7 +523,7 @@ class FactorModel(UncertaintySet):
         super().__init__(origin, loadings, -ones, ones, 0.0 * ones, (ones[None, :], -self._most, self._most)
                          if self._most < ones.size else None)
 
-    def worst_factors(self, gain: Vector) -> Vector:
+    def worst_factors(self, gain: Vector) -> Any:
         u = np.where(gain < 0.0, -1.0, 1.0)
         side = 1.0 if u.sum() > 0.0 else -1.0
         # What the sum has too much is taken back where it costs least.

@@ -60,7 +60,7 @@ class RobustResult(MinmaxResult):
             return [self.x, y, v[:lower.size]] + ([v[lower.size:]] if s0.size else [])
 
         def solved(v: Vector, y: Vector, low: Vector, up: Vector, rows: Any) -> MinmaxResult:
-            wanted = [Constraint(lambda v, _, r=r: r.fun(*parts(v, y)), r.lb, r.ub)  # type: ignore
+            wanted = [Constraint(lambda v, _, r=r: r.fun(*parts(v, y)), r.lb, r.ub)
                       for r in rows]
             if s0.size:
                 wanted.append(Constraint(lambda v, _: recourse.equations(*parts(v, y)), 0.0, 0.0))
@@ -98,7 +98,7 @@ class _Corners:
     def value(self, a: Any, _: Any) -> Any:
         return (self._corners - self._start) @ a
 
-    def worst(self, a: Vector, i: int) -> Vector:
+    def worst(self, a: Vector, i: int) -> Any:
         """Factors of row i."""
         return self._corners[i]
 
@@ -136,7 +136,7 @@ class _Dual:
     def slopes(self, d: Any) -> Any:
         return self._turn @ d
 
-    def worst(self, a: Vector, _: int) -> Vector:
+    def worst(self, a: Vector, _: int) -> Any:
         return self._given.worst_factors(a)
 
 
@@ -408,8 +408,8 @@ class _Model:
 
 
 def _dense(matrix: Any, columns: int, name: str) -> Vector:
-    blocks = matrix if isinstance(matrix, tuple) else (matrix,)
-    blocks = [np.asarray(b.toarray() if hasattr(b, "toarray") else b, dtype=float) for b in blocks]
+    blocks = [np.asarray(b.toarray() if hasattr(b, "toarray") else b, dtype=float)
+              for b in (matrix if isinstance(matrix, tuple) else (matrix,))]
     found: Vector = np.hstack([b if b.ndim > 1 else b[None, :] for b in map(np.atleast_1d, blocks)])
     if found.shape[1] != columns:
         raise ValueError(f"{name} has {found.shape[1]} columns, expected {columns}")
@@ -421,7 +421,7 @@ def _add_constraints(model: _Model, constraints: Sequence[Any]) -> List[Row]:
     rows = [read_constraint(c, f"constraints[{i}]", model.nx, model.given.n) for i, c in enumerate(constraints)]
     for i, row in enumerate(rows):
         if row.matrix is not None:
-            row.fun = lambda *p, of=row.fun: of(*p[:2])  # type: ignore[misc]
+            row.fun = lambda *p, of=row.fun: of(*p[:2])
         f = model.function(row.fun, row.name, row.jac, row.hess)
         row.size = f.value(model.start, model.w0, 0).size
         row.lb, row.ub = row.bounds(row.size)
@@ -469,9 +469,10 @@ def minimize_over_set(fun: Any, x0: Any, y0: Any, args: Tuple[Any, ...], jac: An
                       constraints: Sequence[Any], callback: Any, options: Dict[str, Any], check: bool,
                       given: Any, recourse: Optional[Recourse], exact: bool) -> RobustResult:
     """minimize_minmax with uncertainty=given."""
-    for what, name, kind in ((given, "uncertainty", UncertaintySet), (recourse, "recourse", (Recourse, type(None)))):
-        if not isinstance(what, kind):
-            raise TypeError(f"{name} is {what!r:.60}; it must be a set of ipminmax.sets, or a Recourse")
+    if not isinstance(given, UncertaintySet):
+        raise TypeError(f"uncertainty is {given!r:.60}; it must be a set of ipminmax.sets")
+    if recourse is not None and not isinstance(recourse, Recourse):
+        raise TypeError(f"recourse is {recourse!r:.60}; it must be a Recourse")
     if not callable(fun):
         raise TypeError(f"fun is {fun!r:.60}, not a function")
     model = _Model(_start(x0, "x0"), bounds_x, given, recourse, exact)
