@@ -276,6 +276,26 @@ class Rules(unittest.TestCase):
             self.assertAlmostEqual(float(z0[0] + z1[0, 0] * y + z2[0, 0, 0] * y * y), result.policy([y])[0], delta=1e-9)
         self.assertIsNone(pickle.loads(pickle.dumps(result)).data)
 
+    def test_regret_without_recourse(self):
+        """max (x - y)^2 over [0, 1] is least at 1/2; each y by itself would cost 0."""
+        result = minimize_minmax(lambda x, y: (x[0] - y[0]) ** 2, [0.1], uncertainty=Box(0.0, 1.0))
+        regret = result.regret(10)
+        y = result.uncertainty.sample(10)[:, 0]
+        self.assertAlmostEqual(regret.largest, np.max((0.5 - y) ** 2), delta=1e-5)
+        self.assertAlmostEqual(regret.average, np.mean((0.5 - y) ** 2), delta=1e-5)
+
+    def test_other_units(self):
+        """The newsvendor in other units of the demand, of money and with a shifted demand."""
+        for scale, shift, money in ((1e3, 0.0, 1.0), (1.0, 0.0, 1e4), (1.0, 1e3, 1.0), (1e-2, 0.0, 1e-2)):
+            low, up = scale * np.array([50.0, 150.0]) + shift
+            result = minimize_minmax(
+                lambda x, y, z: money * (x[0] - shift + z[0]), [70.0 * scale + shift], uncertainty=Box(low, up),
+                recourse=Recourse(1), exact=True, constraints=Constraint(
+                    lambda x, y, z: [z[0] - 0.5 * (x[0] - y[0]), z[0] - 3.0 * (y[0] - x[0])], lb=0.0))
+            with self.subTest(scale=scale, shift=shift, money=money):
+                self.assertTrue(result.certificate.is_local_minmax)
+                self.assertAlmostEqual(result.fun / (money * scale), 178.571428, delta=2e-3)
+
     def test_scenarios(self):
         result = self.approximation("affine", Discrete([0.0, 1.0, 2.0]))
         self.assertAlmostEqual(result.fun, 0.5, delta=1e-6)

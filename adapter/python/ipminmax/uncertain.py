@@ -36,7 +36,8 @@ class Regret(NamedTuple):
 
 @dataclass(eq=False, repr=False)
 class RobustResult(MinmaxResult):
-    """A MinmaxResult over an uncertainty set: y, and that of worst_cases, is a point of the set."""
+    """A MinmaxResult over an uncertainty set: y, and that of worst_cases, is a point of the set. Bounds of
+    Recourse are the constraint after the last one of the user."""
 
     policy: Optional[Policy] = None  #: the rule: policy(y), policy.coefficients
     states: Optional[Vector] = None  #: s at y
