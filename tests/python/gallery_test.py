@@ -178,7 +178,7 @@ class Pictures(unittest.TestCase):
             shown = page.read()
         with tempfile.TemporaryDirectory() as folder:
             names = pictures.draw_all(folder, sizes=(100, 300))
-            self.assertEqual(len(names), 11)
+            self.assertEqual(len(names), 12)
             for name in names:
                 root = xml.etree.ElementTree.parse(os.path.join(folder, f"{name}.svg")).getroot()
                 words = [node.text for node in root.iter("{http://www.w3.org/2000/svg}text")]

@@ -19,6 +19,7 @@ import generator_and_critic  # noqa: E402
 import h_infinity  # noqa: E402
 import matrix_game  # noqa: E402
 import proved_design  # noqa: E402
+import recourse  # noqa: E402
 import robust_polynomial  # noqa: E402
 import robust_portfolio  # noqa: E402
 import robust_regression  # noqa: E402
@@ -35,6 +36,7 @@ def draw_all(folder, sizes=SIZES):
     figures = {game.__name__: game.draw(game.solve()) for game in GAMES}
     figures["two_dimensions"] = two_dimensions.draw(two_dimensions.first_order_points())
     figures["proved_design"] = proved_design.draw(proved_design.solve(False), proved_design.solve(True))
+    figures["recourse"] = recourse.draw([example() for example in recourse.EXAMPLES])
     figures["scaling"] = scaling.draw(sizes, scaling.measure(sizes))
     for name, figure in figures.items():
         figure.savefig(os.path.join(folder, f"{name}.svg"), metadata={"Date": None})

@@ -8,12 +8,14 @@
 scipy.optimize.minimize.
 """
 
+from . import sets
 from ._core import __version__
 from .certificate import Certificate, Inertia, InnerAnswer, PointKind, SecondOrder
 from .constraints import Constraint, LinearConstraint
 from .differences import DerivativeWarning, EvaluationError
 from .minimize import minimize_minmax
 from .problem import MAX, MIN, Problem
+from .recourse import Policy, Recourse
 from .result import MinmaxResult, Point, Proof, WorstCase
 from .sensitivity import ActiveSetChange, NoSensitivity, Sensitivity
 
@@ -31,12 +33,15 @@ __all__ = [
     "NoSensitivity",
     "InnerAnswer",
     "Point",
+    "Policy",
     "PointKind",
     "Problem",
     "Proof",
+    "Recourse",
     "SecondOrder",
     "Sensitivity",
     "WorstCase",
     "__version__",
     "minimize_minmax",
+    "sets",
 ]

@@ -15,6 +15,7 @@ from .constraints import Row, derivative_argument, read_bounds, read_constraint
 from .differences import Box, Derivative, DerivativeWarning, LimitReached, Vector, check_given
 from .pattern import ConstantPattern, Pattern, joined, lower_triangle
 from .problem import MAX, MIN, Problem, refute, to_floats
+from .report import showing
 from .result import MinmaxResult, Point, Proof, WorstCase
 
 
@@ -325,6 +326,8 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
                 return False
             return answer is None or bool(answer)
         functions.intermediate = intermediate
+    if options.pop("progress", False):
+        functions.intermediate = showing(getattr(functions, "intermediate", None))
     players = np.repeat(np.array([MIN, MAX], dtype=np.intc), [game.nx, game.n - game.nx])
     problem = Problem(game.n, sum(row.size for row in game.rows), functions, game.box.lower,
                       game.box.upper, np.concatenate([s[0] for s in sides]) if sides else None,
@@ -433,7 +436,17 @@ def _result(game: _Game, problem: Optional[Problem], v: Vector, info: Dict[str, 
         derivatives=game.describe_derivatives(), info=info, problem=problem)
 
 
-def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLike,
+def _listed(constraints: Any) -> List[Any]:
+    if isinstance(constraints, dict) or hasattr(constraints, "lb"):
+        return [constraints]
+    try:
+        return list(constraints)
+    except TypeError:
+        raise TypeError(f"constraints is {constraints!r:.60}, not a constraint or a sequence of them"
+                        ) from None
+
+
+def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt.ArrayLike] = None,
                     args: Tuple[Any, ...] = (), jac: Any = None,
                     hess: Optional[Callable[..., Any]] = None, bounds_x: Any = None,
                     bounds_y: Any = None, constraints: Union[Any, Sequence[Any]] = (),
@@ -441,7 +454,8 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLik
                     options: Optional[Dict[str, Any]] = None, *, hess_pattern: Any = None,
                     check_derivatives: bool = True, tol: Optional[float] = None,
                     names_x: Optional[Sequence[str]] = None,
-                    names_y: Optional[Sequence[str]] = None) -> MinmaxResult:
+                    names_y: Optional[Sequence[str]] = None, uncertainty: Any = None,
+                    recourse: Any = None, exact: bool = False) -> MinmaxResult:
     """min over x, max over y of fun(x, y, *args) subject to bounds and constraints.
 
     fun(x, y, *args)   a number; x (nx) and y (ny) are arrays
@@ -461,12 +475,17 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLik
                        scipy.optimize (in (x, y); fun takes x and y), dict of SciPy's kind, or a
                        sequence of them
     callback           callback(x, y), called at each iterate; False or StopIteration stops
-    options            those of docs/options.md, and "disp": True for the log, written to sys.stdout
+    options            those of docs/options.md, "disp": True for the log, written to sys.stdout, and
+                       "progress": True for a line of progress on sys.stderr
     check_derivatives  whether a jac that is given is compared with differences along one direction,
                        at the start and at the answer: four calls of the function each time. What is
                        wrong is a DerivativeWarning, at the answer it takes success and certificate
     tol                the option tol, unless options has it
     names_x, names_y   names of the variables in messages, instead of x[0], y[0] and so on
+    uncertainty        set of ipminmax.sets in which y lies; then y0 need not be given, constraints that
+                       read y hold for every y unless they have player="max", and minmax_epigraph is on
+    recourse           Recourse: fun and constraints take (x, y, z), or (x, y, z, s)
+    exact              rows linear in y are replaced by a formula of their largest value over the set
 
     Returns a MinmaxResult. Functions may raise EvaluationError where they are undefined; other
     exceptions pass through. Ctrl-C and the options max_wall_time and max_cpu_time end the solve
@@ -475,6 +494,16 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLik
     if options is not None and not isinstance(options, dict):
         raise TypeError(f"options is {options!r:.60}, not a dict")
     options = {**({} if tol is None else {"tol": tol}), **(options or {})}
+    if uncertainty is None and (y0 is None or recourse is not None or exact):
+        raise ValueError("without uncertainty= y0 has to be given, and there is no recourse= or exact=")
+    args = args if isinstance(args, tuple) else (args,)
+    if uncertainty is not None:
+        if bounds_y is not None or hess_pattern is not None:
+            raise ValueError("bounds_y and hess_pattern cannot be given with uncertainty=: use "
+                             "sets.Box(...) & ... for bounds")
+        from .uncertain import minimize_over_set
+        return minimize_over_set(fun, x0, y0, args, jac, hess, bounds_x, _listed(constraints), callback,
+                                 options, check_derivatives, uncertainty, recourse, exact)
     start_x, start_y = _start(x0, "x0"), _start(y0, "y0")
     v0 = np.concatenate([start_x, start_y])
     if v0.size == 0:
@@ -483,16 +512,8 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: npt.ArrayLik
              read_bounds(bounds_y, start_y.size, "bounds_y")]
     box = Box(np.concatenate([sides[0][0], sides[1][0]]), np.concatenate([sides[0][1], sides[1][1]]),
               v0)
-    if isinstance(constraints, dict) or hasattr(constraints, "lb"):
-        constraints = [constraints]
-    try:
-        given = list(constraints)
-    except TypeError:
-        raise TypeError(f"constraints is {constraints!r:.60}, not a constraint or a sequence of them"
-                        ) from None
     rows = [read_constraint(c, f"constraints[{k}]", start_x.size, start_y.size)
-            for k, c in enumerate(given)]
-    args = args if isinstance(args, tuple) else (args,)
+            for k, c in enumerate(_listed(constraints))]
     game = _Game(fun, v0, start_x.size, args, box, _Clock(options))
     for names, place, name in ((names_x, slice(0, start_x.size), "names_x"),
                                (names_y, slice(start_x.size, None), "names_y")):

@@ -11,13 +11,13 @@ from .minimize import minimize_minmax
 from .result import MinmaxResult
 
 
-def new_figure(columns: int = 1) -> Tuple[Any, Any]:
-    """A figure and its axes, one or one per column."""
+def new_figure(columns: int = 1, rows: int = 1) -> Tuple[Any, Any]:
+    """A figure and its axes, one or one per column and row."""
     try:
         import matplotlib.pyplot as plt
     except ImportError:
         raise ImportError("ipminmax.plot needs Matplotlib") from None
-    return plt.subplots(1, columns, figsize=(5.6 * columns, 4.2), layout="constrained")
+    return plt.subplots(rows, columns, figsize=(5.6 * columns, 4.2 * rows), layout="constrained")
 
 
 def new_axes() -> Any:

@@ -5,6 +5,7 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Optional
 
 import numpy as np
 
+from . import report
 from .certificate import Certificate
 from .differences import Vector
 from .problem import Problem
@@ -102,6 +103,18 @@ class MinmaxResult:
 
     def __getstate__(self) -> Dict[str, Any]:
         return {**self.__dict__, "problem": None}
+
+    def __str__(self) -> str:
+        return report.printed(self)
+
+    def worst_case_table(self) -> Any:
+        """Worst cases as a frame of pandas; without pandas a list of dicts."""
+        return report.table(self)
+
+    def plot(self, axes: Any = None) -> Any:
+        """plot.draw_worst_cases of this result."""
+        from .plot import draw_worst_cases
+        return draw_worst_cases(self, axes)
 
     def __repr__(self) -> str:
         with np.printoptions(precision=6, threshold=10, edgeitems=3):

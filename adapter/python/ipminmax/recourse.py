@@ -1,0 +1,136 @@
+"""Decisions that wait: z follows from y by a rule whose coefficients are Min's."""
+
+from dataclasses import dataclass
+from typing import Any, Callable, List, Optional, Tuple
+
+import numpy as np
+
+from .differences import Vector
+from .problem import to_count, to_floats, to_indices
+
+RULES = ("static", "affine", "quadratic")
+
+
+@dataclass(eq=False)
+class Recourse:
+    """n decisions z that are taken after y, or a part of it, is seen; and states s.
+
+    rule          "static": z = Z0; "affine": z = Z0 + Z1 y; "quadratic": products of two y, too
+    depends_on    indices of the y that the decisions see, or a list of such lists, one per decision;
+                  None: all of y
+    stages        lists of indices of y, in the order in which they become known: the decisions are
+                  shared out evenly, in order, and those of a stage see the y of the stages before it
+    lower, upper  bounds of z, met for every y
+    start         z at the start, whatever y is; None: 0
+    price         of the squares of the slopes of z, y measured in half widths of its set; it makes the rule
+                  unique where others are as good, and is no part of result.fun
+    equations     h(x, y, z, s) = 0, as many as there are states s, which are Max's
+    states        s at the start
+    """
+
+    n: int
+    rule: str = "affine"
+    depends_on: Any = None
+    stages: Any = None
+    lower: Any = None
+    upper: Any = None
+    start: Any = None
+    price: float = 0.0
+    equations: Optional[Callable[..., Any]] = None
+    states: Any = ()
+
+    def seen(self, ny: int) -> List[Any]:
+        """Indices of the y that each decision sees."""
+        if self.stages is not None:
+            if self.depends_on is not None:
+                raise ValueError("depends_on and stages of Recourse say the same: give one of them")
+            known = [to_indices(np.concatenate([[], *self.stages[:k]]), ny, "stages of Recourse")
+                     for k in range(len(self.stages))]
+            if not known or self.n % len(known):
+                raise ValueError(f"n of Recourse is {self.n}, not a multiple of its {len(known)} stages")
+            return [y for y in known for _ in range(self.n // len(known))]
+        given = range(ny) if self.depends_on is None else self.depends_on
+        each = [given] * self.n if all(np.ndim(i) == 0 for i in given) else list(given)
+        if len(each) != self.n:
+            raise ValueError(f"depends_on of Recourse has {len(each)} lists for {self.n} decisions")
+        return [to_indices(list(y), ny, "depends_on of Recourse") for y in each]
+
+    def check(self) -> None:
+        self.n = to_count(self.n, "n of Recourse")
+        if self.rule not in RULES:
+            raise ValueError(f"rule of Recourse is {self.rule!r:.60}; it must be one of {RULES}")
+        if (self.equations is None) != (np.size(self.states) == 0):
+            raise ValueError("equations of Recourse need states at the start, and states need equations")
+
+
+class Policy:
+    """The rule: policy(y) is z. Inside, y is measured from the middle of the set in half widths."""
+
+    def __init__(self, recourse: Recourse, lower: Vector, upper: Vector) -> None:
+        recourse.check()
+        ny, order = lower.size, RULES.index(recourse.rule)
+        self._center, width = 0.5 * (lower + upper), 0.5 * (upper - lower)
+        self._width = np.where(width > 0.0, width, 1.0)
+        self._pairs = np.array([(i, j) for i in range(ny) for j in range(i, ny)] if order > 1 else [],
+                               dtype=int).reshape(-1, 2).T
+        sees = np.zeros((recourse.n, ny), dtype=bool)
+        for row, y in zip(sees, recourse.seen(ny)):
+            row[y] = width[y] > 0.0
+        first, second = self._pairs
+        self._free = np.hstack([np.ones((recourse.n, 1), dtype=bool), sees & (order > 0),
+                                sees[:, first] & sees[:, second]])
+        start = np.zeros(recourse.n) if recourse.start is None else to_floats(
+            recourse.start, "start of Recourse").ravel()
+        if start.size not in (1, recourse.n):
+            raise ValueError(f"start of Recourse has {start.size} entries, expected {recourse.n}")
+        everything = np.zeros(self._free.shape)
+        everything[:, 0] = start
+        self.answer: Vector = everything[self._free]  #: coefficients of the rule, those that are free
+        #: Price of the square of each of them.
+        self.prices = np.where(np.nonzero(self._free)[1] > 0, float(recourse.price), 0.0)
+
+    def _basis(self, y: Any) -> Any:
+        v = (y - self._center) / self._width
+        first, second = self._pairs
+        return np.concatenate([[1.0], v, v[first] * v[second]])
+
+    def _all(self, free: Any) -> Any:
+        matrix = np.zeros(self._free.shape, dtype=free.dtype)
+        matrix[self._free] = free
+        return matrix
+
+    def of(self, free: Any, y: Any) -> Any:
+        return self._all(free) @ self._basis(y)
+
+    def derivatives(self, free: Vector, y: Vector, q: Vector) -> Tuple[Vector, Vector, Vector, Vector]:
+        """Of z to the free coefficients and to y, and the second ones of q'z: to coefficients and y, and
+        to y twice."""
+        (first, second), basis = self._pairs, self._basis(y)
+        v, turn, matrix = (y - self._center) / self._width, np.zeros((basis.size, y.size)), self._all(free)
+        turn[1:1 + y.size], bend = np.eye(y.size), np.zeros((y.size, y.size))
+        pairs = np.arange(1 + y.size, basis.size)
+        turn[pairs, first] += v[second]
+        turn[pairs, second] += v[first]
+        np.add.at(bend, (first, second), (q @ matrix)[pairs])
+        rows, columns = np.nonzero(self._free)
+        to_free = np.zeros((len(matrix), rows.size))
+        to_free[rows, np.arange(rows.size)] = basis[columns]
+        turn = turn / self._width
+        return (to_free, matrix @ turn, q[rows, None] * turn[columns],
+                (bend + bend.T) / np.outer(self._width, self._width))
+
+    def __call__(self, y: Any) -> Vector:
+        z: Vector = self.of(self.answer, to_floats(y, "y").ravel())
+        return z
+
+    @property
+    def coefficients(self) -> List[Vector]:
+        """Z0 (n), Z1 (n x ny), Z2 (n x ny x ny): z = Z0 + Z1 y + y'Z2 y."""
+        matrix, ny = self._all(self.answer), self._center.size
+        constant, linear = matrix[:, 0], matrix[:, 1:1 + ny] / self._width
+        square = np.zeros((len(matrix), ny, ny))
+        for values, i, j in zip(matrix[:, 1 + ny:].T, *self._pairs):
+            square[:, i, j] += 0.5 * values / (self._width[i] * self._width[j])
+            square[:, j, i] += 0.5 * values / (self._width[i] * self._width[j])
+        bent = square @ self._center
+        return [constant - linear @ self._center + bent @ self._center, linear - 2.0 * bent, square]

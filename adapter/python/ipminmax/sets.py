@@ -1,0 +1,592 @@
+"""Uncertainty sets: where y lies, for minimize_minmax(..., uncertainty=Box(...) * Ball(...)).
+
+A set is the image y = origin + loadings u of a convex set of factors u, or a union of such images that
+differ in the origin:
+
+    lower <= u <= upper,  row_lower <= matrix u <= row_upper,  h(A u + b) <= level
+
+with separable convex h. The solver's variables are the factors; their size is near one whatever the
+units of y are. `a & b` is the intersection, `a * b` the product: y is that of a, then that of b.
+"""
+
+import itertools
+from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from .constraints import Constraint, LinearConstraint
+from .differences import Vector
+from .minimize import minimize_minmax
+from .problem import to_floats
+
+#: Largest violation, over the size of the set, at which a point counts as one of the set.
+_INSIDE = 1e-8
+#: Combinations of active rows that corners() solves at most.
+_MOST_BASES = 20000
+#: Factors of a ball lie in [-1, 1]; the solver gets wider bounds, which are never active.
+_BALL_REACH = 1.5
+_TINY = 1e-300
+
+
+class _Squares:
+    """h(v) = v'v <= 1."""
+
+    level = 1.0
+
+    def terms(self, v: Any) -> Tuple[Any, Any, Any]:
+        """Value, first and second derivative of h for each entry of v."""
+        return v * v, 2.0 * v, 2.0 + 0.0 * v
+
+    def support(self, w: Any) -> Any:
+        """max w'v over h(v) <= level."""
+        return np.sqrt(np.sum(w * w))
+
+    def scaled_support(self, w: Any, t: Any) -> Any:
+        """The least over t > 0 is the support; smooth at w = 0, too."""
+        return 0.5 * (t + np.sum(w * w) / t)
+
+
+class _Entropy:
+    """h(v) = sum of v log(v / q) - v + q <= radius; quadratic below a tiny v: defined everywhere."""
+
+    def __init__(self, q: Vector, radius: float) -> None:
+        self.q, self.level = q, radius
+
+    def terms(self, v: Any) -> Tuple[Any, Any, Any]:
+        at = np.where(np.real(v) > 1e-10 * self.q, v, 1e-10 * self.q)
+        below, slope = v - at, np.log(at / self.q)
+        return (at * slope - at + self.q + below * (slope + 0.5 * below / at), slope + below / at, 1.0 / at)
+
+    def scaled_support(self, w: Any, t: Any) -> Any:
+        return t * (self.level + np.sum(self.q * np.expm1(w / t)))
+
+
+class Smooth(NamedTuple):
+    """h(A u + b) <= level."""
+
+    h: Any
+    A: Vector
+    b: Vector
+
+    def value(self, u: Any) -> Any:
+        return np.sum(self.h.terms(self.A @ u + self.b)[0]) - self.h.level
+
+    def gradient(self, u: Vector) -> Any:
+        return self.h.terms(self.A @ u + self.b)[1] @ self.A
+
+    def hessian(self, u: Vector) -> Any:
+        return self.A.T @ (self.h.terms(self.A @ u + self.b)[2][:, None] * self.A)
+
+    def turned(self, turn: Vector, move: Any) -> "Smooth":
+        """With turn u + move in place of u."""
+        return Smooth(self.h, self.A @ turn, self.A @ move + self.b)
+
+
+def _array(values: Any, name: str, size: Any = None, finite: bool = True) -> Vector:
+    """A row of numbers, of one number as many as size says; size (None, n): a matrix of n columns."""
+    array = to_floats(values, name)
+    if isinstance(size, tuple):
+        if array.ndim != 2 or array.size == 0 or size[1] not in (None, array.shape[1]):
+            raise ValueError(f"{name} has shape {array.shape}; it must be a matrix"
+                             + (f" of {size[1]} columns" if size[1] else ""))
+    else:
+        array = np.atleast_1d(array)
+        array = np.full(size, array[0]) if size and array.shape == (1,) else array
+        if array.ndim != 1 or array.size == 0 or size not in (None, array.size):
+            raise ValueError(f"{name} has shape {array.shape}, expected {size or 'one row of'} numbers")
+    if np.any(~np.isfinite(array) if finite else np.isnan(array)):
+        raise ValueError(f"{name} has an entry that is {'not finite' if finite else 'NaN'}")
+    return array
+
+
+def _number(value: Any, name: str, positive: bool = False) -> float:
+    number = float(_array(value, name, 1)[0])
+    if number < 0.0 or positive and number == 0.0:
+        raise ValueError(f"{name} is {number:g}; it must {'be positive' if positive else 'not be negative'}")
+    return number
+
+
+def _knapsack(gain: Vector, room: Vector, total: float) -> Vector:
+    """max gain'u over 0 <= u <= room, sum of u <= total: the largest gains first."""
+    order, u = np.argsort(-gain), np.empty(gain.size)
+    u[order] = np.diff(np.minimum(np.cumsum(room[order]), total), prepend=0.0)
+    return np.where(gain > 0.0, u, 0.0)
+
+
+def _blocks(a: Vector, b: Vector) -> Vector:
+    return np.block([[a, np.zeros((a.shape[0], b.shape[1]))], [np.zeros((b.shape[0], a.shape[1])), b]])
+
+
+class UncertaintySet:
+    """Base of all sets: n numbers y, k factors. origins: one row for each image; rows: (matrix, lower,
+    upper); start: factors inside, looked for if None; reach: the solver's bounds of free factors."""
+
+    def __init__(self, origins: Vector, loadings: Vector, lower: Vector, upper: Vector, start: Any = None,
+                 rows: Any = None, smooth: Sequence[Smooth] = (), reach: Any = np.inf) -> None:
+        self.origins, self.loadings = np.atleast_2d(origins), loadings
+        self.n, self.k = loadings.shape
+        self.smooth, self.reach = list(smooth), np.zeros(self.k) + reach
+        self.lower, self.upper = np.array(lower), np.array(upper)
+        matrix, low, up = (np.zeros((0, self.k)), np.zeros(0), np.zeros(0)) if rows is None else rows
+        single = np.count_nonzero(matrix, axis=1) == 1
+        for row, ends in zip(matrix[single], np.stack([low, up], axis=1)[single]):  # bounds, as they are
+            j = np.flatnonzero(row)[0]
+            ends = np.sort(ends / row[j])
+            self.lower[j], self.upper[j] = max(self.lower[j], ends[0]), min(self.upper[j], ends[1])
+        self.matrix, self.row_lower, self.row_upper = matrix[~single], low[~single], up[~single]
+        width = 0.5 * (self.upper - self.lower)
+        self.width = np.where((width > 0.0) & np.isfinite(width), width, 1.0)
+        self.start: Vector = self._inside() if start is None else start
+
+    @property
+    def sides(self) -> Tuple[Vector, Vector, Vector]:
+        """(M, low, up): low <= M u <= up, rows and bounds."""
+        return (np.vstack([self.matrix, np.eye(self.k)]), np.r_[self.row_lower, self.lower],
+                np.r_[self.row_upper, self.upper])
+
+    # --- Composition
+
+    def __mul__(self, other: "UncertaintySet") -> "UncertaintySet":
+        """Every y of this set with every y of the other."""
+        return _Product(self, other) if isinstance(other, UncertaintySet) else NotImplemented
+
+    def __and__(self, other: "UncertaintySet") -> "UncertaintySet":
+        """The y that lie in both sets."""
+        if not isinstance(other, UncertaintySet):
+            return NotImplemented
+        if self.n != other.n:
+            raise ValueError(f"an intersection of sets of {self.n} and of {other.n} numbers y")
+        for points, rest in ((self, other), (other, self)):
+            if points.k == 0:
+                inside = [rest.contains(y) for y in points.origins]
+                if not any(inside):
+                    raise ValueError("the intersection is empty: the other set has none of the points")
+                return Discrete(points.origins[inside])
+        if len(self.origins) > 1 or len(other.origins) > 1:
+            raise ValueError("an intersection with a product of Discrete: intersect first, then multiply")
+        return _Intersection(self, other)
+
+    # --- What is in it
+
+    def violation(self, u: Vector) -> float:
+        """Largest violation by factors over the size of what is violated; at most 0 inside."""
+        matrix, low, up = self.sides
+        values, size = matrix @ u, np.abs(matrix) @ self.width + _TINY
+        return float(np.max(np.r_[(low - values) / size, (values - up) / size,
+                                  [s.value(u) / s.h.level for s in self.smooth]], initial=-np.inf))
+
+    def factors(self, y: Vector) -> Vector:
+        """Those of y, or of the nearest y where there are none."""
+        found: Vector = np.linalg.lstsq(self.loadings, y - self.origins[0], rcond=None)[0]
+        return found
+
+    def contains(self, y: Any, tol: float = _INSIDE) -> bool:
+        """Whether y is in the set; tol: the violation allowed, over the size of the set."""
+        return self._has(_array(y, "y", self.n), tol)
+
+    def _has(self, y: Vector, tol: float) -> bool:
+        u = self.factors(y)
+        gap = np.abs(self.origins[0] + self.loadings @ u - y)
+        size = tol * np.abs(self.loadings) @ self.width
+        rounding = 8.0 * np.finfo(float).eps * (np.abs(y) + np.abs(self.origins[0]))
+        return bool(np.all(gap <= size + rounding)) and self.violation(u) <= tol
+
+    def worst(self, c: Any) -> Any:
+        """A y at which c'y is largest."""
+        c = _array(c, "c", self.n)
+        best: Vector = self.origins[np.argmax(self.origins @ c)]
+        return best + self.loadings @ self.worst_factors(c @ self.loadings)
+
+    def support(self, c: Any) -> float:
+        """The largest c'y: a formula, or (polyhedra, KLBall, ChiSquareBall, MomentBox, intersections) a
+        convex problem for minimize_minmax."""
+        return float(_array(c, "c", self.n) @ self.worst(c))
+
+    def worst_factors(self, gain: Vector) -> Any:
+        if self.k == 0 or not np.any(gain):
+            return self.start
+        found = self._solved(lambda u, _: -(gain / np.max(np.abs(gain))) @ u, self.start)
+        if not found.success:
+            raise ValueError(f"no largest value over the set was found, it may be unbounded: {found.message}")
+        return found.x
+
+    def bounds(self) -> Tuple[Vector, Vector]:
+        """The least and the largest value of each y; of an intersection those of either set."""
+        axes = np.eye(self.n)
+        return np.array([-self.support(-a) for a in axes]), np.array([self.support(a) for a in axes])
+
+    def corners(self) -> Optional[Vector]:
+        """Points, one a row, among which are all corners; None where a side is curved, or of too many."""
+        found = self.corner_factors()
+        if found is None:
+            return None
+        y = (self.origins[:, None, :] + found @ self.loadings.T).reshape(-1, self.n)
+        places = np.round((y - y.min(axis=0)) / (np.ptp(y, axis=0) + _TINY), 9)
+        corners: Vector = y[np.sort(np.unique(places, axis=0, return_index=True)[1])]
+        return corners
+
+    def corner_factors(self) -> Optional[Vector]:
+        matrix, low, up = self.sides
+        equal = np.flatnonzero(low == up)
+        if self.smooth:
+            return None
+        if not len(self.matrix) and self.k <= 12 and np.all(np.isfinite(np.r_[self.lower, self.upper])):
+            return np.array([*itertools.product(*zip(self.lower, self.upper))]).reshape(2**self.k, self.k)
+        free = np.setdiff1d(np.flatnonzero(np.isfinite(np.r_[low, up])), [*equal, *(equal + low.size)])
+        need, count = self.k - equal.size, 1
+        for i in range(need):
+            count = count * (free.size - i) // (i + 1)
+        if count > _MOST_BASES:
+            return None
+        chosen = np.array(list(itertools.combinations(free, need)), dtype=int).reshape(count, need)
+        chosen = np.hstack([np.tile(equal, (count, 1)), chosen])
+        bases, values = np.vstack([matrix, matrix])[chosen], np.r_[low, up][chosen]
+        regular = np.abs(np.linalg.det(bases)) > 1e-10 * np.prod(np.linalg.norm(bases, axis=2), axis=1)
+        found = np.linalg.solve(bases[regular], values[regular][:, :, None])[:, :, 0]
+        found = found[[self.violation(u) <= _INSIDE for u in found]]
+        places = np.round(found / self.width, 9)
+        corners: Vector = found[np.sort(np.unique(places, axis=0, return_index=True)[1])]
+        return corners
+
+    def sample(self, n: int, seed: Any = 0) -> Any:
+        """n points of the set, one a row, the same ones for the same seed: along random directions from
+        the inside, as far as fills a ball evenly. Corners of many dimensions are rare among them."""
+        random = np.random.default_rng(seed)
+        found: Vector = self.origins[random.integers(len(self.origins), size=n)]
+        return found + self.sample_factors(n, random) @ self.loadings.T
+
+    def sample_factors(self, n: int, random: np.random.Generator) -> Any:
+        steps = random.standard_normal((n, self.k)) * self.width
+        matrix, low, up = self.sides
+        equal = matrix[low == up]
+        steps -= steps @ np.linalg.pinv(equal) @ equal
+        slope, at, loose = steps @ matrix.T, matrix @ self.start, low < up
+        with np.errstate(divide="ignore", invalid="ignore"):
+            room = np.where(slope > 0.0, up - at, at - low) / np.abs(slope)
+        far = np.min(np.maximum(room[:, loose], 0.0), axis=1, initial=1e6)
+        for s in self.smooth:  # by bisection along the direction
+            low, up, at, slope = np.zeros(n), far, s.A @ self.start + s.b, steps @ s.A.T
+            for _ in range(60):
+                middle = 0.5 * (low + up)
+                inside = np.sum(s.h.terms(at + middle[:, None] * slope)[0], axis=1) <= s.h.level
+                low, up = np.where(inside, middle, low), np.where(inside, up, middle)
+            far = low
+        return self.start + (random.random(n) ** (1.0 / max(self.k, 1)) * far)[:, None] * steps
+
+    def plot(self, axes: Any = None, **style: Any) -> Any:
+        """The set in two dimensions, drawn into axes (new ones without); returns them."""
+        if self.n != 2:
+            raise ValueError(f"plot() draws sets of two numbers y, this one has {self.n}")
+        from .plot import new_axes
+        axes, angle = axes or new_axes(), np.linspace(0.0, 2.0 * np.pi, 181)
+        axes.fill(*np.array([self.worst([np.cos(a), np.sin(a)]) for a in angle]).T, **{"alpha": 0.3, **style})
+        return axes
+
+    # --- Its constraints, for the solver
+
+    def constraints(self, nx: int, more: int) -> List[Any]:
+        """Rows as constraints of Max, whose variables are the factors and `more` others; nx of Min's."""
+        found: List[Any] = []
+        if len(self.matrix):
+            found.append(LinearConstraint(None, np.pad(self.matrix, ((0, 0), (0, more))), self.row_lower,
+                                          self.row_upper, player="max"))
+        for s in self.smooth:
+            found.append(Constraint(
+                lambda x, w, s=s: s.value(w[:self.k]), ub=0.0, player="max",
+                jac=lambda x, w, s=s: np.r_[np.zeros(nx), s.gradient(w[:self.k]), np.zeros(more)][None],
+                hess=lambda x, w, m, s=s: np.pad(m[0] * s.hessian(w[:self.k]), (nx, more))))
+        return found
+
+    def _solved(self, fun: Any, start: Vector) -> Any:
+        """min fun(u, ()) over the set, or over (u, t), where rows may be violated by t >= -1."""
+        matrix, low, up = self.sides
+        equal, rows, k = low == up, [], self.k
+        size = (np.abs(matrix) @ self.width * ~equal)[:, None]
+        for A, b, lower in ((np.hstack([matrix, -size]), up, np.where(equal, low, -np.inf)),
+                            (np.hstack([-matrix, -size]), np.where(equal, np.inf, -low), np.full(low.size, -np.inf))):
+            use = np.isfinite(b)
+            if np.any(use):
+                rows.append(LinearConstraint(A[use, :start.size], None, lower[use], b[use], player="min"))
+        for s in self.smooth:
+            rows.append(Constraint(lambda v, _, s=s: s.value(v[:k]) - np.sum(v[k:]) * s.h.level,  # type: ignore
+                                   ub=0.0, player="min"))
+        return minimize_minmax(fun, start, [], constraints=rows,
+                               bounds_x=[(None, None)] * k + [(-1.0, None)] * (start.size - k))
+
+    def _inside(self) -> Any:
+        """Factors far from all sides; ValueError where there are none."""
+        guess = np.clip(0.0, np.maximum(self.lower, -1e19), np.minimum(self.upper, 1e19))
+        found = None if np.any(self.lower > self.upper) else self._solved(
+            lambda v, _: v[self.k], np.r_[guess, 1.0])
+        if found is None or not found.success or found.x[self.k] > _INSIDE:
+            raise ValueError(f"the {type(self).__name__.strip('_').lower()} is empty: no y meets all of its "
+                             "rows" + ("" if found is None or found.success else f" ({found.message})"))
+        return found.x[:self.k]
+
+
+class _Product(UncertaintySet):
+    def __init__(self, a: UncertaintySet, b: UncertaintySet) -> None:
+        self.parts = [a, b]
+        both = [np.r_[getattr(a, name), getattr(b, name)]
+                for name in ("lower", "upper", "start", "row_lower", "row_upper", "reach")]
+        smooth = [s.turned(np.eye(p.k, a.k + b.k, shift), np.zeros(p.k))
+                  for p, shift in ((a, 0), (b, a.k)) for s in p.smooth]
+        super().__init__(np.array([np.r_[y, z] for y in a.origins for z in b.origins]),
+                         _blocks(a.loadings, b.loadings), both[0], both[1], both[2],
+                         (_blocks(a.matrix, b.matrix), *both[3:5]), smooth, both[5])
+
+    def _each(self, method: str, values: Vector, size: str, *more: Any) -> List[Any]:
+        first = getattr(self.parts[0], size)
+        return [getattr(p, method)(v, *more) for p, v in zip(self.parts, (values[:first], values[first:]))]
+
+    def factors(self, y: Vector) -> Vector:
+        return np.concatenate(self._each("factors", y, "n"))
+
+    def _has(self, y: Vector, tol: float) -> bool:
+        return all(self._each("_has", y, "n", tol))
+
+    def worst_factors(self, gain: Vector) -> Vector:
+        return np.concatenate(self._each("worst_factors", gain, "k"))
+
+    def sample_factors(self, n: int, random: np.random.Generator) -> Vector:
+        return np.hstack([p.sample_factors(n, random) for p in self.parts])
+
+
+class _Intersection(UncertaintySet):
+    """Rows of the second set in the factors of the first, if the second's factors follow from y; else
+    both have factors, and equations say that they give the same y."""
+
+    def __init__(self, a: UncertaintySet, b: UncertaintySet) -> None:
+        self.parts = [a, b]
+        follows = [p.k == p.n and np.linalg.matrix_rank(p.loadings) == p.n for p in (a, b)]
+        first, second = (b, a) if follows[0] and not follows[1] else (a, b)
+        shift = first.origins[0] - second.origins[0]
+        more = 0 if any(follows) else second.k
+        place = np.eye(first.k, first.k + more)
+        rows = [(first.matrix @ place, first.row_lower, first.row_upper)]
+        if more:
+            turn, move = np.eye(more, first.k + more, first.k), np.zeros(more)
+            rows.append((first.loadings @ place - second.loadings @ turn, -shift, -shift))
+        else:
+            turn, move = (np.linalg.solve(second.loadings, v) for v in (first.loadings, shift))
+        matrix, low, up = second.sides
+        rows.append((matrix @ turn, low - matrix @ move, up - matrix @ move))
+        lower, upper, reach = (np.r_[v, np.full(more, e)] for v, e in (
+            (first.lower, -np.inf), (first.upper, np.inf), (first.reach, np.inf)))
+        smooth = [s.turned(place, np.zeros(first.k)) for s in first.smooth]
+        super().__init__(first.origins, first.loadings @ place, lower, upper, None, tuple(
+            np.concatenate([r[i] for r in rows]) for i in range(3)),
+            smooth + [s.turned(turn, move) for s in second.smooth], reach)
+
+    def _has(self, y: Vector, tol: float) -> bool:
+        return all(p._has(y, tol) for p in self.parts)
+
+    def bounds(self) -> Tuple[Vector, Vector]:
+        low, up = zip(*[p.bounds() for p in self.parts])
+        return np.maximum(*low), np.minimum(*up)
+
+
+class Box(UncertaintySet):
+    """lower <= y <= upper."""
+
+    def __init__(self, lower: Any, upper: Any) -> None:
+        size = max(np.size(lower), np.size(upper))
+        low, up = _array(lower, "lower", size), _array(upper, "upper", size)
+        if np.any(low > up):
+            i = int(np.argmax(low > up))
+            raise ValueError(f"lower[{i}] = {low[i]:g} is above upper[{i}] = {up[i]:g}: the box is empty")
+        ones = np.ones(np.count_nonzero(low < up))
+        super().__init__(0.5 * (low + up), np.diag(0.5 * (up - low))[:, low < up], -ones, ones, 0.0 * ones)
+
+    def worst_factors(self, gain: Vector) -> Vector:
+        return np.sign(gain)
+
+    def sample_factors(self, n: int, random: np.random.Generator) -> Vector:
+        return random.uniform(-1.0, 1.0, (n, self.k))
+
+
+class Ellipsoid(UncertaintySet):
+    """(y - center)' shape^-1 (y - center) <= 1; shape is symmetric and may be singular: y keeps its
+    value along such directions."""
+
+    def __init__(self, center: Any, shape: Any) -> None:
+        center = _array(center, "center")
+        shape = _array(shape, "shape", (None, center.size))
+        if len(shape) != center.size or not np.allclose(shape, shape.T, rtol=1e-9, atol=0.0):
+            raise ValueError(f"shape is not a symmetric matrix of {center.size} rows")
+        size = np.sqrt(np.maximum(np.diag(shape), _TINY))  # in units of each y
+        values, vectors = np.linalg.eigh(shape / np.outer(size, size))
+        if values[0] < -1e-12 * abs(values[-1]):
+            raise ValueError(f"shape has a negative eigenvalue, {values[0]:g} in units of its diagonal")
+        keep = values > 1e-12 * values[-1]
+        zero = np.zeros(np.count_nonzero(keep))
+        smooth = [Smooth(_Squares(), np.eye(zero.size), zero)] if zero.size else []
+        super().__init__(center, size[:, None] * (vectors * np.sqrt(np.maximum(values, 0.0)))[:, keep],
+                         zero - np.inf, zero + np.inf, zero, None, smooth, _BALL_REACH)
+
+    def worst_factors(self, gain: Vector) -> Vector:
+        return gain / max(float(np.linalg.norm(gain)), _TINY)
+
+
+class Budget(UncertaintySet):
+    """y = nominal + deviation xi, |xi_i| <= 1, sum of |xi_i| <= gamma (Bertsimas and Sim). The factors
+    are the positive and the negative parts of xi."""
+
+    _signs: Tuple[float, ...] = (1.0, -1.0)
+
+    def __init__(self, nominal: Any, deviation: Any, gamma: Any) -> None:
+        nominal, self._gamma = _array(nominal, "nominal"), _number(gamma, "gamma")
+        deviation = _array(deviation, "deviation", nominal.size)
+        if np.any(deviation < 0.0):
+            raise ValueError(f"deviation[{int(np.argmax(deviation < 0.0))}] is negative")
+        self._side = np.diag(deviation)[:, (deviation > 0.0) & (self._gamma > 0.0)]
+        count, parts = self._side.shape[1], len(self._signs)
+        each = np.full(parts * count, min(1.0, self._gamma))
+        matrix, up = np.ones((min(count, 1), each.size)), np.full(min(count, 1), self._gamma)
+        if parts > 1 and self._gamma > 1.0:
+            matrix, up = np.vstack([matrix, np.tile(np.eye(count), parts)]), np.r_[up, np.ones(count)]
+        start = each * 0.5 * min(1.0, self._gamma / max(each.sum(), _TINY)) / parts
+        super().__init__(nominal, np.hstack([s * self._side for s in self._signs]), 0.0 * each, each, start,
+                         (matrix, np.full(up.size, -np.inf), up))
+
+    def factors(self, y: Vector) -> Any:
+        xi = np.linalg.lstsq(self._side, y - self.origins[0], rcond=None)[0]
+        return np.concatenate([np.maximum(s * xi, 0.0) for s in self._signs]) if len(self._signs) > 1 else xi
+
+    def worst_factors(self, gain: Vector) -> Vector:
+        parts = gain.reshape(len(self._signs), -1)
+        best = parts.max(axis=0, initial=0.0)
+        return np.where(parts == best, _knapsack(best, 0.0 * best + min(1.0, self._gamma), self._gamma), 0.0
+                        ).ravel()
+
+
+class Cardinality(Budget):
+    """y = nominal + deviation xi, 0 <= xi_i <= 1, sum of xi_i <= gamma: at most gamma of the numbers
+    rise as far as they can."""
+
+    _signs = (1.0,)
+
+
+def Ball(center: Any, radius: Any, norm: Any = 2) -> UncertaintySet:
+    """The norm (1, 2 or infinity) of y - center is at most radius."""
+    center, radius = _array(center, "center"), _number(radius, "radius")
+    if norm not in (1, 2, np.inf):
+        raise ValueError(f"norm is {norm!r:.60}; it must be 1, 2 or infinity")
+    return (Budget(center, radius, 1.0) if norm == 1 else Box(center - radius, center + radius)
+            if norm == np.inf else Ellipsoid(center, radius**2 * np.eye(center.size)))
+
+
+class Polyhedron(UncertaintySet):
+    """A y <= b."""
+
+    def __init__(self, A: Any, b: Any) -> None:
+        A = _array(A, "A", (None, None))
+        b = _array(b, "b", len(A))
+        center, start = np.zeros(A.shape[1]), None
+        for _ in range(2):  # each y in units of its own: where rows meet the axes, then from a point inside
+            room = b - A @ center
+            size = np.max(np.abs(room)[:, None] / np.where(A != 0.0, np.abs(A), np.inf), axis=0)
+            size = np.where(size > 0.0, size, 1.0)
+            length = np.linalg.norm(A * size, axis=1)
+            if np.any((length == 0.0) & (b < 0.0)):
+                raise ValueError("the polyhedron is empty: a row of A is zero and its b negative")
+            use, free = length > 0.0, np.full(size.size, np.inf)
+            super().__init__(center, np.diag(size), -free, free, start, (
+                (A * size)[use] / length[use, None], -free[:1].repeat(use.sum()), (room / (length + _TINY))[use]))
+            center, start = center + size * self.start, 0.0 * size
+
+
+class Simplex(UncertaintySet):
+    """n numbers y >= 0 whose sum is total."""
+
+    def __init__(self, n: int, total: Any = 1.0) -> None:
+        if int(n) != n or n < 1:
+            raise ValueError(f"n is {n!r:.60}; it must be a positive number of variables")
+        ones = np.ones(int(n))
+        super().__init__(0.0 * ones, _number(total, "total", True) * np.eye(ones.size), 0.0 * ones, ones,
+                         ones / ones.size, (ones[None, :], np.ones(1), np.ones(1)))
+
+    def worst_factors(self, gain: Vector) -> Any:
+        return np.eye(self.k)[np.argmax(gain)]
+
+
+class FactorModel(UncertaintySet):
+    """y = origin + loadings xi with F factors, |xi_i| <= 1, |sum of xi_i| <= beta F."""
+
+    def __init__(self, origin: Any, loadings: Any, beta: Any = 1.0) -> None:
+        origin, loadings = _array(origin, "origin"), _array(loadings, "loadings", (None, None))
+        ones = np.ones(loadings.shape[1])
+        if len(loadings) != origin.size or np.linalg.matrix_rank(loadings) < ones.size:
+            raise ValueError(f"loadings has shape {loadings.shape}; it must have {origin.size} rows and "
+                             "columns that do not depend on each other")
+        self._most = np.array([_number(beta, "beta") * ones.size])
+        super().__init__(origin, loadings, -ones, ones, 0.0 * ones, (ones[None, :], -self._most, self._most)
+                         if self._most < ones.size else None)
+
+    def worst_factors(self, gain: Vector) -> Any:
+        u = np.where(gain < 0.0, -1.0, 1.0)
+        side = 1.0 if u.sum() > 0.0 else -1.0
+        # What the sum has too much is taken back where it costs least.
+        return u - side * _knapsack(2.0 * np.abs(gain).max() - side * gain + 1.0, np.where(u == side, 2.0, 0.0),
+                                    max(abs(u.sum()) - self._most[0], 0.0))
+
+
+class Discrete(UncertaintySet):
+    """The points, one a row. Each is a scenario of its own: nothing is searched, every point counts."""
+
+    def __init__(self, points: Any) -> None:
+        points = to_floats(points, "points")
+        points = _array(points[:, None] if points.ndim == 1 else points, "points", (None, None))
+        none = np.zeros(0)
+        super().__init__(points, np.zeros((points.shape[1], 0)), none, none, none)
+
+    def _has(self, y: Vector, tol: float) -> bool:
+        size = tol * np.ptp(self.origins, axis=0) + 8.0 * np.finfo(float).eps * np.abs(y)
+        return bool(np.any(np.all(np.abs(self.origins - y) <= size, axis=1)))
+
+
+class _Distributions(UncertaintySet):
+    """Probabilities of as many outcomes as q has; those with q = 0 stay 0."""
+
+    def _set(self, q: Vector, start: Any, rows: Any = None, h: Any = None, A: Any = None, b: Any = None) -> None:
+        if np.any(q < 0.0) or abs(q.sum() - 1.0) > 1e-9:
+            raise ValueError(f"q must be probabilities: none negative, of sum 1 (it is {q.sum():g})")
+        alive = np.eye(q.size)[:, q > 0.0]
+        ones = np.ones((1, alive.shape[1]))
+        matrix, low, up = rows or (0.0 * ones[:0], (), ())
+        super().__init__(0.0 * q, alive, 0.0 * ones[0], ones[0], start, (
+            np.vstack([ones, matrix]), np.r_[1.0, low], np.r_[1.0, up]), [Smooth(h, A, b)] if h else [])
+
+
+class KLBall(_Distributions):
+    """Probabilities p with sum of p log(p / q) <= radius."""
+
+    def __init__(self, q: Any, radius: Any) -> None:
+        q, radius = _array(q, "q"), _number(radius, "radius", True)
+        p = q[q > 0.0]
+        self._set(q, p, None, _Entropy(p, radius), np.eye(p.size), 0.0 * p)
+
+
+class ChiSquareBall(_Distributions):
+    """Probabilities p with sum of (p - q)^2 / q <= radius."""
+
+    def __init__(self, q: Any, radius: Any) -> None:
+        q, radius = _array(q, "q"), _number(radius, "radius", True)
+        p = q[q > 0.0]
+        self._set(q, p, None, _Squares(), np.diag(1.0 / np.sqrt(p * radius)), -np.sqrt(p / radius))
+
+
+class MomentBox(_Distributions):
+    """Probabilities of the points (one a row) with lower <= mean of moments(point) <= upper; without
+    moments the mean of the points themselves."""
+
+    def __init__(self, points: Any, lower: Any, upper: Any, moments: Any = None) -> None:
+        points = Discrete(points).origins
+        values = points if moments is None else np.array([np.ravel(moments(p)) for p in points])
+        low, up = (_array(b, name, values.shape[1], False) for b, name in ((lower, "lower"), (upper, "upper")))
+        if np.any(low > up):
+            raise ValueError(f"lower[{int(np.argmax(low > up))}] is above upper: the set is empty")
+        middle, size = values.mean(axis=0), np.ptp(values, axis=0)
+        size = np.where(size > 0.0, size, 1.0)
+        self._set(np.full(len(points), 1.0 / len(points)), None, (
+            ((values - middle) / size).T, (low - middle) / size, (up - middle) / size))
