@@ -37,7 +37,10 @@ struct PrimalDualPoint {
 };
 
 /// The C model as an Ipopt model.
-class CallbackTNLP : public MinMaxTNLP, public OptionalPlayers, public ModelOverBoxes {
+class CallbackTNLP : public MinMaxTNLP,
+                     public OptionalPlayers,
+                     public ModelOverBoxes,
+                     public ModelByRows {
  public:
   explicit CallbackTNLP(CallbackDefinition definition) : d_(std::move(definition)) {}
 
@@ -47,6 +50,7 @@ class CallbackTNLP : public MinMaxTNLP, public OptionalPlayers, public ModelOver
   [[nodiscard]] const BoxFunctions* over_boxes() override { return boxes; }
 
   const BoxFunctions* boxes = nullptr;  ///< the functions over boxes, where they are known
+  IpminmaxEval_Rows_CB rows = nullptr;
   IpminmaxIntermediate_CB intermediate = nullptr;
   bool needs_hessian = true;  ///< whether an eval_h must know its structure
   double objective_scaling = 1.0;
@@ -79,6 +83,9 @@ class CallbackTNLP : public MinMaxTNLP, public OptionalPlayers, public ModelOver
   bool eval_jac_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index m,
                   Ipopt::Index nele_jac, Ipopt::Index* iRow, Ipopt::Index* jCol,
                   Ipopt::Number* values) override;
+  bool eval_rows(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index count,
+                 const Ipopt::Index* which, Ipopt::Index m, Ipopt::Number* values_g,
+                 Ipopt::Index nele_jac, Ipopt::Number* values) override;
   bool eval_h(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Number obj_factor,
               Ipopt::Index m, const Ipopt::Number* lambda, bool new_lambda, Ipopt::Index nele_hess,
               Ipopt::Index* iRow, Ipopt::Index* jCol, Ipopt::Number* values) override;

@@ -137,6 +137,15 @@ bool ProblemTnlp::eval_jac_g(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
   return problem_.jacobian({x, size(n)}, new_x, {values, size(nele_jac)});
 }
 
+bool ProblemTnlp::eval_rows(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index count,
+                            const Ipopt::Index* rows, Ipopt::Index m, Ipopt::Number* g,
+                            Ipopt::Index nele_jac, Ipopt::Number* values) {
+  const std::span asked(rows, size(count));
+  return g != nullptr
+             ? problem_.constraint_rows(asked, {x, size(n)}, new_x, {g, size(m)})
+             : problem_.jacobian_rows(asked, {x, size(n)}, new_x, {values, size(nele_jac)});
+}
+
 bool ProblemTnlp::eval_h(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
                          Ipopt::Number obj_factor, Ipopt::Index m, const Ipopt::Number* lambda,
                          bool new_lambda, Ipopt::Index nele_hess, Ipopt::Index* iRow,

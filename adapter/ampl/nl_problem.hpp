@@ -23,7 +23,10 @@ class NlBoxes;
 /// 0 maximizes f, 1 minimizes it, and objective and gradients here are those of -f. A constraint
 /// that reads variables of player 1 and is listed with 0, or has suffix `robust` 1, must hold for
 /// all of their values.
-class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBoxes {
+class NlProblem : public MinMaxTNLP,
+                  public OptionalPlayers,
+                  public ModelOverBoxes,
+                  public ModelByRows {
  public:
   /// Reads stub.nl (stub with or without its ending). objective: 1-based, 0 for none; -1 takes the
   /// first when there is one. Checks the file's form, then reads it and makes every call of a solve
@@ -88,6 +91,9 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   bool eval_jac_g(Ipopt::Index n, const double* x, bool new_x, Ipopt::Index m,
                   Ipopt::Index nele_jac, Ipopt::Index* rows, Ipopt::Index* columns,
                   double* values) override;
+  bool eval_rows(Ipopt::Index n, const double* x, bool new_x, Ipopt::Index count,
+                 const Ipopt::Index* rows, Ipopt::Index m, double* g, Ipopt::Index nele_jac,
+                 double* values) override;
   bool eval_h(Ipopt::Index n, const double* x, bool new_x, double sigma, Ipopt::Index m,
               const double* lambda, bool new_lambda, Ipopt::Index nele_hess, Ipopt::Index* rows,
               Ipopt::Index* columns, double* values) override;
@@ -118,6 +124,8 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   /// function is nonlinear in one of them.
   void require_linear();
   [[nodiscard]] bool is_linear(const std::vector<double>& from, int first, int last);
+  /// From now on at x.
+  void move_to(const double* x);
   /// Values of f and g at x, which ASL's derivatives build on. False where one is undefined.
   bool evaluate(const double* x);
   [[nodiscard]] bool is_defined(bool failed);
@@ -132,6 +140,7 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   std::vector<Player> variable_players_;
   std::vector<int> max_constraints_, robust_constraints_;
   std::vector<double> x_, g_, undefined_at_;
+  bool evaluated_ = false;  ///< f_ and g_ are those of x_
   double f_ = 0.0;
   bool defined_ = false;
   bool has_player_suffix_ = false;

@@ -58,6 +58,20 @@ class LeastViolation final : public Problem {
     for (std::size_t k = 0; k < relaxed_.size(); ++k) values[own + k] = relaxed_[k].sign;
     return model_.jacobian(v.first(n_), true, values.first(own));
   }
+  [[nodiscard]] bool constraint_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                                     std::span<double> g) override {
+    if (!model_.constraint_rows(rows, v.first(n_), true, g)) return false;
+    for (const auto& [row, sign] : relaxed_) {
+      if (std::ranges::binary_search(rows, row)) g[at(row)] += sign * v.back();
+    }
+    return true;
+  }
+  [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                                   std::span<double> values) override {
+    const std::size_t own = values.size() - relaxed_.size();
+    for (std::size_t k = 0; k < relaxed_.size(); ++k) values[own + k] = relaxed_[k].sign;
+    return model_.jacobian_rows(rows, v.first(n_), true, values.first(own));
+  }
   [[nodiscard]] bool hessian(std::span<const double> v, bool, double,
                              std::span<const double> lambda, bool,
                              std::span<double> values) override {

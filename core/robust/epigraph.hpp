@@ -26,6 +26,10 @@ class Epigraph final : public Problem {
   [[nodiscard]] bool gradient(std::span<const double>, bool, std::span<double> grad) override;
   [[nodiscard]] bool constraints(std::span<const double> v, bool, std::span<double> g) override;
   [[nodiscard]] bool jacobian(std::span<const double> v, bool, std::span<double> values) override;
+  [[nodiscard]] bool constraint_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                                     std::span<double> g) override;
+  [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                                   std::span<double> values) override;
   [[nodiscard]] bool hessian(std::span<const double> v, bool, double,
                              std::span<const double> lambda, bool,
                              std::span<double> values) override;
@@ -56,6 +60,13 @@ class Epigraph final : public Problem {
   };
 
   static std::size_t size(Index i) { return static_cast<std::size_t>(i); }
+  /// The row f - t and its entries.
+  [[nodiscard]] bool own_row(std::span<const double> v, bool new_v, std::span<double> g);
+  [[nodiscard]] bool own_entries(std::span<const double> v, bool new_v, std::span<double> values);
+  /// Of these rows the model's.
+  [[nodiscard]] std::span<const Index> of_model(std::span<const Index> rows) const {
+    return rows.first(rows.size() - (!rows.empty() && rows.back() == m_ ? 1 : 0));
+  }
 
   Problem& model_;
   ProblemStructure structure_;

@@ -57,6 +57,10 @@ class InRowUnits final : public Restructured {
                                  std::span<double> g) override;
   [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
                               std::span<double> values) override;
+  [[nodiscard]] bool constraint_rows(std::span<const Index> rows, std::span<const double> v,
+                                     bool new_v, std::span<double> g) override;
+  [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v,
+                                   bool new_v, std::span<double> values) override;
   [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
                              std::span<const double> lambda, bool new_lambda,
                              std::span<double> values) override;
@@ -83,8 +87,12 @@ class InRowUnits final : public Restructured {
   };
 
   [[nodiscard]] std::span<const double> in_model_units(std::span<const double> lambda);
+  [[nodiscard]] double in_units(std::size_t j, double value) const {
+    return units_.factor[j] * (value - units_.offset[j]);
+  }
 
   RowUnits units_;
+  std::vector<std::vector<std::size_t>> entries_;  ///< of each row, in the Jacobian
   std::vector<double> lambda_;
   std::optional<Boxes> boxes_;
 };

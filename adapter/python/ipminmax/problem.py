@@ -17,7 +17,8 @@ MIN, MAX = 0, 1
 
 _core.set_exceptions(EvaluationError, LimitReached)
 
-_FUNCTIONS = ("objective", "gradient", "constraints", "jacobian", "hessian", "intermediate")
+_FUNCTIONS = ("objective", "gradient", "constraints", "jacobian", "hessian", "intermediate",
+              "constraint_rows", "jacobian_rows")
 _LARGEST_INDEX = np.iinfo(np.intc).max
 _SUCCESS = (0, 1)
 
@@ -141,7 +142,9 @@ class Problem:
         intermediate(alg_mod, iter_count, obj_value, inf_pr, inf_du, mu, d_norm,
                      regularization_size, alpha_du, alpha_pr, ls_trials) -> False stops
 
-    constraints and jacobian only with m > 0. Without hessian second derivatives are differences of
+    constraints and jacobian only with m > 0. Where rows are costly, constraint_rows(v, rows) and
+    jacobian_rows(v, rows) give some of them alone, the latter row by row; robust constraints need
+    them one at a time, and hessian may skip rows whose lagrange is 0. Without hessian second derivatives are differences of
     first ones, with the pattern of hessianstructure where that is there, else with one that is
     looked for. players: n entries, 0, False or "min" for the minimizer, 1, True or "max" for the
     maximizer, or one string for all; None is a plain minimization, with a warning.
