@@ -1,7 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <numeric>
 #include <span>
+#include <vector>
 
 #include "core/problem.hpp"
 #include "core/result.hpp"
@@ -76,6 +78,29 @@ class Restructured : public SameRows {
   [[nodiscard]] const ProblemStructure& structure() const override { return changed; }
 
   ProblemStructure changed;
+};
+
+/// What evaluates some rows evaluates all of them as those.
+template <class Base>
+class ByRows : public Base {
+ public:
+  using Base::Base;
+  [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
+                                 std::span<double> g) override {
+    return this->constraint_rows(all(), v, new_v, g);
+  }
+  [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
+                              std::span<double> values) override {
+    return this->jacobian_rows(all(), v, new_v, values);
+  }
+
+ private:
+  std::span<const Index> all() {
+    all_.resize(this->structure().constraint_players.size());
+    std::iota(all_.begin(), all_.end(), 0);
+    return all_;
+  }
+  std::vector<Index> all_;
 };
 
 /// A model with a result as its starting point; null: its own.

@@ -54,50 +54,31 @@ bool Epigraph::gradient(std::span<const double>, bool, std::span<double> grad) {
   return true;
 }
 
-bool Epigraph::own_row(std::span<const double> v, bool new_v, std::span<double> g) {
+bool Epigraph::constraint_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                               std::span<double> g) {
+  const auto own = v.first(size(n_));
+  const auto asked = of_model(rows);
   double f = 0.0;
-  if (!model_.objective(v.first(size(n_)), new_v, f)) return false;
+  if (!asked.empty() && !model_.constraint_rows(asked, own, true, g.first(size(m_)))) return false;
+  if (asked.size() == rows.size()) return true;
+  if (!model_.objective(own, asked.empty(), f)) return false;
   g.back() = f - v.back();
   return true;
 }
 
-bool Epigraph::own_entries(std::span<const double> v, bool new_v, std::span<double> values) {
-  if (!model_.gradient(v.first(size(n_)), new_v, gradient_)) return false;
+bool Epigraph::jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                             std::span<double> values) {
+  const auto own = v.first(size(n_));
+  const auto asked = of_model(rows);
+  if (!asked.empty() && !model_.jacobian_rows(asked, own, true, values.first(entries_)))
+    return false;
+  if (asked.size() == rows.size()) return true;
+  if (!model_.gradient(own, asked.empty(), gradient_)) return false;
   for (std::size_t k = 0; k < read_.size(); ++k) values[entries_ + k] = gradient_[size(read_[k])];
   values.back() = -1.0;
   reads_more_ = reads_more_ ||
                 std::ranges::any_of(unread_, [&](Index i) { return gradient_[size(i)] != 0.0; });
   return true;
-}
-
-bool Epigraph::constraints(std::span<const double> v, bool, std::span<double> g) {
-  const bool any = m_ > 0;
-  if (any && !model_.constraints(v.first(size(n_)), true, g.first(size(m_)))) return false;
-  return own_row(v, !any, g);
-}
-
-bool Epigraph::jacobian(std::span<const double> v, bool, std::span<double> values) {
-  const bool any = entries_ > 0;
-  if (any && !model_.jacobian(v.first(size(n_)), true, values.first(entries_))) return false;
-  return own_entries(v, !any, values);
-}
-
-bool Epigraph::constraint_rows(std::span<const Index> rows, std::span<const double> v, bool,
-                               std::span<double> g) {
-  const auto own = of_model(rows);
-  if (!own.empty() && !model_.constraint_rows(own, v.first(size(n_)), true, g.first(size(m_)))) {
-    return false;
-  }
-  return own.size() == rows.size() || own_row(v, own.empty(), g);
-}
-
-bool Epigraph::jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool,
-                             std::span<double> values) {
-  const auto own = of_model(rows);
-  if (!own.empty() && !model_.jacobian_rows(own, v.first(size(n_)), true, values.first(entries_))) {
-    return false;
-  }
-  return own.size() == rows.size() || own_entries(v, own.empty(), values);
 }
 
 bool Epigraph::hessian(std::span<const double> v, bool, double, std::span<const double> lambda,

@@ -85,8 +85,8 @@ class RobustCopies final : public Problem {
     Index row = -1;             ///< of the worst case
     bool with_objective = false;
     std::vector<std::size_t> jacobian, hessian;  ///< entries of the model that count here
-    std::vector<Index> serving;         ///< constraints of the model on a y that serves the row
-    std::size_t zeros = 0;              ///< entries behind the others
+    std::vector<Index> serving;  ///< constraints of the model on a y that serves the row
+    std::size_t zeros = 0;       ///< entries behind the others
   };
   void add_base(const std::vector<bool>& reads_y);
   void add_worst_case(std::size_t k);

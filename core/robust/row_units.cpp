@@ -117,7 +117,7 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigr
 }
 
 InRowUnits::InRowUnits(Problem& model, RowUnits units)
-    : Restructured(model),
+    : ByRows(model),
       units_(std::move(units)),
       entries_(units_.factor.size()),
       lambda_(units_.factor.size()) {
@@ -153,23 +153,10 @@ bool InRowUnits::gradient(std::span<const double> v, bool new_v, std::span<doubl
   return true;
 }
 
-bool InRowUnits::constraints(std::span<const double> v, bool new_v, std::span<double> g) {
-  if (!model().constraints(v, new_v, g)) return false;
-  for (std::size_t j = 0; j < g.size(); ++j) g[j] = in_units(j, g[j]);
-  return true;
-}
-
-bool InRowUnits::jacobian(std::span<const double> v, bool new_v, std::span<double> values) {
-  if (!model().jacobian(v, new_v, values)) return false;
-  for (std::size_t k = 0; k < values.size(); ++k)
-    values[k] *= units_.factor[at(changed.jacobian[k].row)];
-  return true;
-}
-
 bool InRowUnits::constraint_rows(std::span<const Index> rows, std::span<const double> v, bool new_v,
                                  std::span<double> g) {
   if (!model().constraint_rows(rows, v, new_v, g)) return false;
-  for (const Index j : rows) g[at(j)] = in_units(at(j), g[at(j)]);
+  for (const Index j : rows) g[at(j)] = units_.factor[at(j)] * (g[at(j)] - units_.offset[at(j)]);
   return true;
 }
 
