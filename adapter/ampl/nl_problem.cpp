@@ -612,13 +612,13 @@ bool NlProblem::eval_h(Ipopt::Index n, const double* x, bool, double sigma, Ipop
     return true;
   }
   move_to(x);
-  std::vector<Ipopt::Index> rows;  // Hessians build on values
+  std::vector<Ipopt::Index> weighted;  // Hessians build on values
   for (Ipopt::Index i = 0; i < m; ++i) {
-    if (lambda[i] != 0.0) rows.push_back(i);
+    if (lambda[i] != 0.0) weighted.push_back(i);
   }
   const bool few = !evaluated_ && sigma == 0.0;
   g_.resize(static_cast<std::size_t>(n_con));
-  if (!(few ? eval_rows(n, x, false, static_cast<Ipopt::Index>(rows.size()), rows.data(), m,
+  if (!(few ? eval_rows(n, x, false, static_cast<Ipopt::Index>(weighted.size()), weighted.data(), m,
                         g_.data(), 0, nullptr)
             : evaluate(x))) {
     return false;
