@@ -422,6 +422,13 @@ int IpminmaxSetBounds(IpminmaxProblem problem, const double* x_L, const double* 
   });
 }
 
+int IpminmaxSetRowsCallback(IpminmaxProblem problem, IpminmaxEval_Rows_CB eval_rows) {
+  return guarded(problem, [&]() -> std::string {
+    problem->model->rows = eval_rows;
+    return {};
+  });
+}
+
 int IpminmaxSetIntermediateCallback(IpminmaxProblem problem,
                                     IpminmaxIntermediate_CB intermediate_cb) {
   return guarded(problem, [&]() -> std::string {

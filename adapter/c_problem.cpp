@@ -105,6 +105,16 @@ bool CallbackTNLP::eval_jac_g(Index n, const Number* x, bool new_x, Index m, Ind
          is_true(d_.eval_jac_g(n, writable(x), new_x, m, nele_jac, iRow, jCol, values, user_data));
 }
 
+bool CallbackTNLP::eval_rows(Index n, const Number* x, bool new_x, Index count, const Index* which,
+                             Index m, Number* values_g, Index nele_jac, Number* values) {
+  if (rows != nullptr) {
+    return is_true(
+        rows(n, writable(x), new_x, count, which, m, values_g, nele_jac, values, user_data));
+  }
+  return values_g != nullptr ? eval_g(n, x, new_x, m, values_g)
+                             : eval_jac_g(n, x, new_x, m, nele_jac, nullptr, nullptr, values);
+}
+
 bool CallbackTNLP::eval_h(Index n, const Number* x, bool new_x, Number obj_factor, Index m,
                           const Number* lambda, bool new_lambda, Index nele_hess, Index* iRow,
                           Index* jCol, Number* values) {

@@ -37,7 +37,10 @@ struct PrimalDualPoint {
 };
 
 /// The C model as an Ipopt model.
-class CallbackTNLP : public MinMaxTNLP, public OptionalPlayers, public ModelOverBoxes {
+class CallbackTNLP : public MinMaxTNLP,
+                     public OptionalPlayers,
+                     public ModelOverBoxes,
+                     public ModelByRows {
  public:
   explicit CallbackTNLP(CallbackDefinition definition) : d_(std::move(definition)) {}
 
@@ -47,6 +50,7 @@ class CallbackTNLP : public MinMaxTNLP, public OptionalPlayers, public ModelOver
   [[nodiscard]] const BoxFunctions* over_boxes() override { return boxes; }
 
   const BoxFunctions* boxes = nullptr;  ///< the functions over boxes, where they are known
+  IpminmaxEval_Rows_CB rows = nullptr;
   IpminmaxIntermediate_CB intermediate = nullptr;
   bool needs_hessian = true;  ///< whether an eval_h must know its structure
   double objective_scaling = 1.0;
@@ -77,6 +81,8 @@ class CallbackTNLP : public MinMaxTNLP, public OptionalPlayers, public ModelOver
   bool eval_g(Index n, const double* x, bool new_x, Index m, double* values) override;
   bool eval_jac_g(Index n, const double* x, bool new_x, Index m, Index nele_jac, Index* iRow,
                   Index* jCol, double* values) override;
+  bool eval_rows(Index n, const double* x, bool new_x, Index count, const Index* which, Index m,
+                 double* values_g, Index nele_jac, double* values) override;
   bool eval_h(Index n, const double* x, bool new_x, double obj_factor, Index m,
               const double* lambda, bool new_lambda, Index nele_hess, Index* iRow, Index* jCol,
               double* values) override;

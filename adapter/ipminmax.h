@@ -138,6 +138,10 @@ typedef int (*IpminmaxEval_Jac_G_CB)(int n, double *x, int new_x, int m, int nel
 typedef int (*IpminmaxEval_H_CB)(int n, double *x, int new_x, double obj_factor, int m,
                                  double *lambda, int new_lambda, int nele_hess, int *iRow,
                                  int *jCol, double *values, void *user_data);
+/* Some rows alone, count of them, 0-based and ascending: their values into g (m entries) or, where
+ * g is NULL, their entries of the Jacobian into values (nele_jac); others may stay as they are. */
+typedef int (*IpminmaxEval_Rows_CB)(int n, double *x, int new_x, int count, const int *rows, int m,
+                                    double *g, int nele_jac, double *values, void *user_data);
 /* Called after each iteration, the starting point included; 0 stops the solve at that point.
  * alg_mod is 0, or 1 in the iterations of a feasibility restoration, during which iter_count stands
  * still, or 2 in those of a maximization over y at a held x: obj_value is then what it has reached,
@@ -184,6 +188,10 @@ int IpminmaxSetScaling(IpminmaxProblem problem, double obj_scaling, const double
  * bounds stay of the same kind (absent, one-sided, equal) IpminmaxSolveAgain needs no analysis. */
 int IpminmaxSetBounds(IpminmaxProblem problem, const double *x_L, const double *x_U,
                       const double *g_L, const double *g_U);
+
+/* For robust constraints, each of which is then maximized without the others; an eval_h that skips
+ * rows with lambda 0 helps, too. NULL: eval_g and eval_jac_g evaluate all rows. */
+int IpminmaxSetRowsCallback(IpminmaxProblem problem, IpminmaxEval_Rows_CB eval_rows);
 
 /* NULL: none. */
 int IpminmaxSetIntermediateCallback(IpminmaxProblem problem,

@@ -87,6 +87,21 @@ SplitTNLP::SplitTNLP(const Ipopt::SmartPtr<Ipopt::TNLP>& model, std::vector<Inde
   if (Ipopt::IsNull(model_)) throw std::invalid_argument("SplitTNLP: the model is null");
 }
 
+bool ModelByRows::eval_rows_of(Ipopt::TNLP& model, Index n, const Ipopt::Number* x, bool new_x,
+                               Index count, const Index* rows, Index m, Ipopt::Number* g,
+                               Index nele_jac, Ipopt::Number* values) {
+  if (auto* by_rows = dynamic_cast<ModelByRows*>(&model))
+    return by_rows->eval_rows(n, x, new_x, count, rows, m, g, nele_jac, values);
+  return g != nullptr ? model.eval_g(n, x, new_x, m, g)
+                      : model.eval_jac_g(n, x, new_x, m, nele_jac, nullptr, nullptr, values);
+}
+
+bool SplitTNLP::eval_rows(Index n, const Ipopt::Number* x, bool new_x, Index count,
+                          const Index* rows, Index m, Ipopt::Number* g, Index nele_jac,
+                          Ipopt::Number* values) {
+  return eval_rows_of(*model_, n, x, new_x, count, rows, m, g, nele_jac, values);
+}
+
 const BoxFunctions* SplitTNLP::over_boxes() {
   auto* model = dynamic_cast<ModelOverBoxes*>(Ipopt::GetRawPtr(model_));
   return model != nullptr ? model->over_boxes() : nullptr;

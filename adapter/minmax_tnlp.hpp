@@ -75,9 +75,29 @@ class ModelOverBoxes {
   [[nodiscard]] virtual const BoxFunctions* over_boxes() = 0;
 };
 
+/// What an Ipopt model derives from, too, that evaluates some of its constraints at less than the
+/// cost of all: maximizing a robust constraint over y asks for its row and Max's. Its eval_h skips
+/// rows with lambda 0.
+class ModelByRows {
+ public:
+  virtual ~ModelByRows() = default;
+  /// Writes the values of `count` rows (0-based, ascending) into g (m entries) or, where that is
+  /// null, their entries of the Jacobian into values (nele_jac); others may stay as they are. False
+  /// as of eval_g and eval_jac_g.
+  [[nodiscard]] virtual bool eval_rows(Ipopt::Index n, const Ipopt::Number* x, bool new_x,
+                                       Ipopt::Index count, const Ipopt::Index* rows, Ipopt::Index m,
+                                       Ipopt::Number* g, Ipopt::Index nele_jac,
+                                       Ipopt::Number* values) = 0;
+  /// The same of any model; one that is not of this class evaluates all rows.
+  [[nodiscard]] static bool eval_rows_of(Ipopt::TNLP& model, Ipopt::Index n, const Ipopt::Number* x,
+                                         bool new_x, Ipopt::Index count, const Ipopt::Index* rows,
+                                         Ipopt::Index m, Ipopt::Number* g, Ipopt::Index nele_jac,
+                                         Ipopt::Number* values);
+};
+
 /// Any unmodified Ipopt model, split from outside. Every call is passed on to the model. An index
 /// that is out of range or given twice stops the solve with Invalid_Problem_Definition.
-class SplitTNLP : public MinMaxTNLP, public ModelOverBoxes {
+class SplitTNLP : public MinMaxTNLP, public ModelOverBoxes, public ModelByRows {
  public:
   /// max_variables: 0-based indices of the variables that the maximizer chooses.
   /// max_constraints: 0-based constraints given to Max besides the implied ones.
@@ -129,6 +149,9 @@ class SplitTNLP : public MinMaxTNLP, public ModelOverBoxes {
   bool eval_h(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Number obj_factor,
               Ipopt::Index m, const Ipopt::Number* lambda, bool new_lambda, Ipopt::Index nele_hess,
               Ipopt::Index* iRow, Ipopt::Index* jCol, Ipopt::Number* values) override;
+  bool eval_rows(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index count,
+                 const Ipopt::Index* rows, Ipopt::Index m, Ipopt::Number* g, Ipopt::Index nele_jac,
+                 Ipopt::Number* values) override;  // the model's
   void finalize_solution(Ipopt::SolverReturn status, Ipopt::Index n, const Ipopt::Number* x,
                          const Ipopt::Number* z_L, const Ipopt::Number* z_U, Ipopt::Index m,
                          const Ipopt::Number* g, const Ipopt::Number* lambda,

@@ -131,6 +131,14 @@ bool ProblemTnlp::eval_jac_g(Index n, const double* x, bool new_x, Index, Index 
   return problem_.jacobian({x, size(n)}, new_x, {values, size(nele_jac)});
 }
 
+bool ProblemTnlp::eval_rows(Index n, const double* x, bool new_x, Index count, const Index* rows,
+                            Index m, double* g, Index nele_jac, double* values) {
+  const std::span asked(rows, size(count));
+  return g != nullptr
+             ? problem_.constraint_rows(asked, {x, size(n)}, new_x, {g, size(m)})
+             : problem_.jacobian_rows(asked, {x, size(n)}, new_x, {values, size(nele_jac)});
+}
+
 bool ProblemTnlp::eval_h(Index n, const double* x, bool new_x, double obj_factor, Index m,
                          const double* lambda, bool new_lambda, Index nele_hess, Index* iRow,
                          Index* jCol, double* values) {

@@ -33,7 +33,7 @@ struct IpoptAnswer {
 
 /// A Problem as Ipopt's model, which minimizes over the variables of both players; what
 /// TnlpProblem does the other way round. Keeps Ipopt's answer.
-class ProblemTnlp : public Ipopt::TNLP, public ModelOverBoxes {
+class ProblemTnlp : public Ipopt::TNLP, public ModelOverBoxes, public ModelByRows {
  public:
   /// The problem has to outlive the model, and its structure has to be valid (see solve).
   explicit ProblemTnlp(Problem& problem) : problem_(problem) {}
@@ -71,6 +71,9 @@ class ProblemTnlp : public Ipopt::TNLP, public ModelOverBoxes {
   bool eval_h(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Number obj_factor,
               Ipopt::Index m, const Ipopt::Number* lambda, bool new_lambda, Ipopt::Index nele_hess,
               Ipopt::Index* iRow, Ipopt::Index* jCol, Ipopt::Number* values) override;
+  bool eval_rows(Ipopt::Index n, const Ipopt::Number* x, bool new_x, Ipopt::Index count,
+                 const Ipopt::Index* rows, Ipopt::Index m, Ipopt::Number* g, Ipopt::Index nele_jac,
+                 Ipopt::Number* values) override;
   void finalize_solution(Ipopt::SolverReturn status, Ipopt::Index n, const Ipopt::Number* x,
                          const Ipopt::Number* z_L, const Ipopt::Number* z_U, Ipopt::Index m,
                          const Ipopt::Number* g, const Ipopt::Number* lambda,

@@ -339,6 +339,18 @@ bool TnlpProblem::jacobian(std::span<const double> v, bool new_v, std::span<doub
                             address(values));
 }
 
+bool TnlpProblem::constraint_rows(std::span<const Index> rows, std::span<const double> v,
+                                  bool new_v, std::span<double> g) {
+  return ModelByRows::eval_rows_of(*model_, n_, address(v), new_v, static_cast<Index>(rows.size()),
+                                   address(rows), m_, address(g), jacobian_entries_, nullptr);
+}
+
+bool TnlpProblem::jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool new_v,
+                                std::span<double> values) {
+  return ModelByRows::eval_rows_of(*model_, n_, address(v), new_v, static_cast<Index>(rows.size()),
+                                   address(rows), m_, nullptr, jacobian_entries_, address(values));
+}
+
 bool TnlpProblem::hessian(std::span<const double> v, bool new_v, double sigma,
                           std::span<const double> lambda, bool new_lambda,
                           std::span<double> values) {

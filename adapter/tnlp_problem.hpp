@@ -61,6 +61,10 @@ class TnlpProblem : public Problem {
                                  std::span<double> g) override;
   [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
                               std::span<double> values) override;
+  [[nodiscard]] bool constraint_rows(std::span<const Index> rows, std::span<const double> v,
+                                     bool new_v, std::span<double> g) override;
+  [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v,
+                                   bool new_v, std::span<double> values) override;
   [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
                              std::span<const double> lambda, bool new_lambda,
                              std::span<double> values) override;

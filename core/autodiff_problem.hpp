@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -52,7 +51,11 @@ struct ModelData {
 ///     template <class T> T objective(std::span<const T> v) const;                       // v: n
 ///     template <class T> void constraints(std::span<const T> v, std::span<T> g) const;  // g: m
 ///
-/// the second only where m > 0.
+/// the second only where m > 0. Instead of it
+///
+///     template <class T> T constraint(std::size_t j, std::span<const T> v) const;       // g_j
+///
+/// so that of many robust constraints only those that are asked for are evaluated.
 /// Values that are not finite make an evaluation undefined (false).
 template <class Functions>
 class AutodiffProblem : public Problem {
@@ -77,8 +80,12 @@ class AutodiffProblem : public Problem {
     structure_.constraint_upper = std::move(data.constraint_upper);
     structure_.variable_names = std::move(data.variable_names);
     structure_.constraint_names = std::move(data.constraint_names);
-    tape_.emplace(static_cast<Index>(n), m + 1);
-    record(start_);
+    for (std::size_t j = 0; j < m; ++j) all_rows_.push_back(static_cast<Index>(j));
+    if constexpr (kByRows) {
+      for (std::size_t j = 0; j <= m; ++j) parts_.push_back({{static_cast<Index>(n), 1}, j});
+    } else {
+      parts_.push_back({{static_cast<Index>(n), m + 1}, 0});
+    }
     find_structure();
     structure_.constraint_players = data.constraint_players.empty()
                                         ? implied_constraint_players(structure_)
@@ -89,7 +96,7 @@ class AutodiffProblem : public Problem {
   /// For the next solves: other numbers, read by the functions; formulas that read the same
   /// variables.
   [[nodiscard]] Functions& functions() {
-    point_.clear();
+    for (Part& part : parts_) part.point.clear();
     return functions_;
   }
   void set_start(std::vector<double> start) {
@@ -107,36 +114,60 @@ class AutodiffProblem : public Problem {
     return std::isfinite(f);
   }
   [[nodiscard]] bool gradient(std::span<const double> v, bool, std::span<double> grad) override {
-    record(v);
     const std::size_t m = structure_.constraint_lower.size();
-    derivatives_.assign(structure_.jacobian.size() + gradient_columns_.size(), 0.0);
-    tape_->jacobian(m, m + 1, derivatives_);
+    derivatives_.assign(begin_.back(), 0.0);
+    slopes(m, v, derivatives_);
     std::ranges::fill(grad, 0.0);
     for (std::size_t k = 0; k < gradient_columns_.size(); ++k) {
-      grad[at(gradient_columns_[k])] = derivatives_[structure_.jacobian.size() + k];
+      grad[at(gradient_columns_[k])] = derivatives_[begin_[m] + k];
     }
     return all_finite(grad);
   }
-  [[nodiscard]] bool constraints(std::span<const double> v, bool, std::span<double> g) override {
-    plain_results_.resize(g.size());
-    run_constraints(plain(v), std::span(plain_results_));
-    for (std::size_t j = 0; j < g.size(); ++j) g[j] = plain_results_[j].value();
-    return all_finite(g);
+  [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
+                                 std::span<double> g) override {
+    return constraint_rows(all_rows_, v, new_v, g);
   }
-  [[nodiscard]] bool jacobian(std::span<const double> v, bool, std::span<double> values) override {
-    record(v);
-    std::ranges::fill(values, 0.0);
-    tape_->jacobian(0, structure_.constraint_lower.size(), values);
-    return all_finite(values);
+  [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
+                              std::span<double> values) override {
+    return jacobian_rows(all_rows_, v, new_v, values);
+  }
+  [[nodiscard]] bool constraint_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                                     std::span<double> g) override {
+    const std::span<const Plain> in = plain(v);
+    if constexpr (kByRows) {
+      for (const Index j : rows)
+        g[at(j)] = functions_.template constraint<Plain>(at(j), in).value();
+    } else {
+      plain_results_.resize(g.size());
+      run_constraints(in, std::span(plain_results_));
+      for (const Index j : rows) g[at(j)] = plain_results_[at(j)].value();
+    }
+    return std::ranges::all_of(rows, [&](Index j) { return std::isfinite(g[at(j)]); });
+  }
+  [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                                   std::span<double> values) override {
+    return std::ranges::all_of(rows, [&](Index j) {
+      const auto own = values.subspan(begin_[at(j)], begin_[at(j) + 1] - begin_[at(j)]);
+      std::ranges::fill(own, 0.0);
+      slopes(at(j), v, values);
+      return all_finite(own);
+    });
   }
   [[nodiscard]] bool hessian(std::span<const double> v, bool, double sigma,
                              std::span<const double> lambda, bool,
                              std::span<double> values) override {
-    record(v);
     weights_.assign(lambda.begin(), lambda.end());
     weights_.push_back(sigma);
     std::ranges::fill(values, 0.0);
-    tape_->hessian(weights_, values);
+    for (Part& part : parts_) {
+      const auto own = kByRows ? std::span(weights_).subspan(part.first, 1) : std::span(weights_);
+      if (kByRows && own[0] == 0.0) continue;
+      record(part, v);
+      derivatives_.assign(part.hessian.size(), 0.0);
+      part.tape.hessian(own, derivatives_);
+      for (std::size_t e = 0; e < part.hessian.size(); ++e)
+        values[part.hessian[e]] += derivatives_[e];
+    }
     return all_finite(values);
   }
 
@@ -159,35 +190,81 @@ class AutodiffProblem : public Problem {
     }
   }
 
-  /// The operations at v: of the constraints, then of the objective.
-  void record(std::span<const double> v) {
-    if (std::ranges::equal(v, point_)) return;
-    point_.clear();
-    tape_->record(v, [&](std::span<const Taped> arguments, std::span<Taped> outputs) {
-      outputs.back() = functions_.template objective<Taped>(arguments);
-      run_constraints(arguments, outputs.first(outputs.size() - 1));
+  /// Whether each constraint has a formula of its own.
+  static constexpr bool kByRows = requires(const Functions& f, std::span<const Plain> v) {
+    f.template constraint<Plain>(std::size_t{}, v);
+  };
+  /// Outputs that are recorded together, of all constraints and, the last, of the objective: all,
+  /// or one.
+  struct Part {
+    autodiff::Tape tape;
+    std::size_t first = 0;
+    std::vector<double> point{};         ///< of the tape; empty: none
+    std::vector<std::size_t> hessian{};  ///< where its entries stand
+  };
+  void record(Part& part, std::span<const double> v) {
+    if (std::ranges::equal(v, part.point)) return;
+    part.point.clear();
+    part.tape.record(v, [&](std::span<const Taped> in, std::span<Taped> out) {
+      if constexpr (kByRows) {
+        out[0] = part.first < all_rows_.size()
+                     ? functions_.template constraint<Taped>(part.first, in)
+                     : functions_.template objective<Taped>(in);
+      } else {
+        out.back() = functions_.template objective<Taped>(in);
+        run_constraints(in, out.first(out.size() - 1));
+      }
     });
-    point_.assign(v.begin(), v.end());
+    part.point.assign(v.begin(), v.end());
+  }
+  /// Of one output at v, to their places among those of all.
+  void slopes(std::size_t output, std::span<const double> v, std::span<double> values) {
+    Part& part = parts_[kByRows ? output : 0];
+    record(part, v);
+    if constexpr (kByRows)
+      part.tape.jacobian(0, 1, values.subspan(begin_[output]));
+    else
+      part.tape.jacobian(output, output + 1, values);
   }
 
   void find_structure() {
-    autodiff::Pattern pattern = tape_->pattern();
-    structure_.hessian = pattern.hessian;
-    structure_.jacobian = pattern.jacobian;
-    const Index m = static_cast<Index>(structure_.constraint_lower.size());
+    const auto before = [](Triplet s, Triplet t) {
+      return std::pair(s.col, s.row) < std::pair(t.col, t.row);
+    };
+    std::vector<Triplet>& all = structure_.hessian;
+    for (Part& part : parts_) {
+      record(part, start_);
+      const autodiff::Pattern& own = part.tape.pattern();
+      all.insert(all.end(), own.hessian.begin(), own.hessian.end());
+      for (const auto& [row, col] : own.jacobian)
+        structure_.jacobian.push_back({row + static_cast<Index>(part.first), col});
+    }
+    std::ranges::sort(all, before);
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    for (Part& part : parts_) {
+      autodiff::Pattern own = part.tape.pattern();
+      for (const Triplet& entry : own.hessian)
+        part.hessian.push_back(
+            static_cast<std::size_t>(std::ranges::lower_bound(all, entry, before) - all.begin()));
+      part.tape.set_pattern(std::move(own));
+    }
+    const Index m = static_cast<Index>(all_rows_.size());
+    begin_.assign(at(m) + 2, 0);
+    for (const auto& [row, col] : structure_.jacobian) begin_[at(row) + 1] += 1;
+    for (std::size_t j = 0; j <= at(m); ++j) begin_[j + 1] += begin_[j];
     while (!structure_.jacobian.empty() && structure_.jacobian.back().row == m) {
       gradient_columns_.push_back(structure_.jacobian.back().col);
       structure_.jacobian.pop_back();
     }
     std::ranges::reverse(gradient_columns_);
-    tape_->set_pattern(std::move(pattern));
   }
 
   Functions functions_;
   ProblemStructure structure_;
   std::vector<double> start_;
-  std::vector<double> point_;  ///< of the tape; empty: none
-  std::optional<autodiff::Tape> tape_;
+  std::vector<Index> all_rows_;
+  std::vector<Part> parts_;
+  std::vector<std::size_t> begin_;       ///< of each output's slopes among those of all
   std::vector<Index> gradient_columns_;  ///< variables that the objective reads
   std::vector<double> derivatives_, weights_;
   std::vector<Plain> plain_, plain_results_;

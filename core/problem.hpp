@@ -91,7 +91,21 @@ class Problem {
                                          std::span<double> g) = 0;
   [[nodiscard]] virtual bool jacobian(std::span<const double> v, bool new_v,
                                       std::span<double> values) = 0;
-  /// Hessian of sigma f + lambda' g.
+  /// Some rows alone, ascending: as constraints() and jacobian(), which evaluate all of them by
+  /// default; only g of these rows and the values of their triplets have to be written. Maximizing a
+  /// robust constraint over y asks for its row and Max's. A class that derives from a model with
+  /// rows of its own and overrides constraints() or jacobian() overrides these, too.
+  [[nodiscard]] virtual bool constraint_rows(std::span<const Index> /*rows*/,
+                                             std::span<const double> v, bool new_v,
+                                             std::span<double> g) {
+    return constraints(v, new_v, g);
+  }
+  [[nodiscard]] virtual bool jacobian_rows(std::span<const Index> /*rows*/,
+                                           std::span<const double> v, bool new_v,
+                                           std::span<double> values) {
+    return jacobian(v, new_v, values);
+  }
+  /// Hessian of sigma f + lambda' g. Where only some rows are asked for, the others' lambda is 0.
   [[nodiscard]] virtual bool hessian(std::span<const double> v, bool new_v, double sigma,
                                      std::span<const double> lambda, bool new_lambda,
                                      std::span<double> values) = 0;

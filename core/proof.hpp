@@ -24,6 +24,9 @@ class ProvableProblem final : public AutodiffProblem<Functions>, public BoxFunct
   void constraints_over(std::span<const IntervalJet> v, std::span<IntervalJet> g) const override {
     if constexpr (requires { this->functions().template constraints<IntervalJet>(v, g); }) {
       this->functions().template constraints<IntervalJet>(v, g);
+    } else if constexpr (requires { this->functions().template constraint<IntervalJet>(0, v); }) {
+      for (std::size_t j = 0; j < g.size(); ++j)
+        g[j] = this->functions().template constraint<IntervalJet>(j, v);
     }
   }
   [[nodiscard]] bool is_concurrent() const override { return true; }

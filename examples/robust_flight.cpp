@@ -123,25 +123,26 @@ class Flight final : public ipminmax::Problem {
     return true;
   }
   [[nodiscard]] bool constraints(std::span<const double> v, bool, std::span<double> g) override {
-    for (Index k = 0; k < t_; ++k) {
-      const std::array<double, 2> pushed = push_of(v[at(thrust(k))], tilt_at(v, k));
-      g[at(7 * k)] = v[at(tilt(k + 1))] - tilt_at(v, k) - kStep * v[at(rate(k))];
-      for (Index i = 0; i < 2; ++i) {
-        const double speed = velocity_at(v, k, i);
-        g[at(row(k, i))] = v[at(push(k, i))] - pushed[at(i)];
-        g[at(row(k, i) + 2)] = v[at(position(k + 1, i))] - position_at(v, k, i) - kStep * speed;
-        g[at(row(k, i) + 4)] =
-            v[at(velocity(k + 1, i))] - speed - kStep * (v[at(push(k, i))] - drag(speed));
-      }
-    }
-    for (Index k = 2; k <= t_; ++k) {
-      for (Index i = 0; i < 2; ++i) g[at(bound_row(k, i))] = flown(v, k, i).place;
-    }
+    for (Index j = 0; j < bound_row(t_ + 1, 0); ++j) g[at(j)] = row_value(v, j);
     return true;
   }
   [[nodiscard]] bool jacobian(std::span<const double> v, bool, std::span<double> values) override {
     std::size_t entry = 0;
-    each_slope(v, [&](Index, Index, double value) { values[entry++] = value; });
+    each_slope(v, all_, [&](Index, Index, double value) { values[entry++] = value; });
+    return true;
+  }
+  /// A position that is maximized over the gusts is evaluated alone.
+  [[nodiscard]] bool constraint_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                                     std::span<double> g) override {
+    for (const Index j : rows) g[at(j)] = row_value(v, j);
+    return true;
+  }
+  [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                                   std::span<double> values) override {
+    std::vector<double> asked(all_.size(), 0.0);
+    for (const Index j : rows) asked[at(j)] = 1.0;
+    std::size_t entry = 0;
+    each_slope(v, asked, [&](Index, Index, double value) { values[entry++] = value; });
     return true;
   }
   [[nodiscard]] bool hessian(std::span<const double> v, bool, double sigma,
@@ -157,6 +158,18 @@ class Flight final : public ipminmax::Problem {
   [[nodiscard]] Index row(Index k, Index i) const { return 7 * k + 1 + i; }
   /// Position at k = 2, ..., T in gusts; at k = 1 it is settled.
   [[nodiscard]] Index bound_row(Index k, Index i) const { return 7 * t_ + 2 * (k - 2) + i; }
+  [[nodiscard]] double row_value(std::span<const double> v, Index j) const {
+    const Index k = j / 7, of_axes = j % 7 - 1, i = (of_axes + 2) % 2;
+    if (j >= bound_row(2, 0)) {
+      const Index position = j - bound_row(2, 0);
+      return flown(v, 2 + position / 2, position % 2, false).place;
+    }
+    if (of_axes < 0) return v[at(tilt(k + 1))] - tilt_at(v, k) - kStep * v[at(rate(k))];
+    const double speed = velocity_at(v, k, i);
+    if (of_axes < 2) return v[at(push(k, i))] - push_of(v[at(thrust(k))], tilt_at(v, k))[at(i)];
+    if (of_axes < 4) return v[at(position(k + 1, i))] - position_at(v, k, i) - kStep * speed;
+    return v[at(velocity(k + 1, i))] - speed - kStep * (v[at(push(k, i))] - drag(speed));
+  }
   [[nodiscard]] double tilt_at(std::span<const double> v, Index k) const {
     return k == 0 ? now_.tilt : v[at(tilt(k))];
   }
@@ -176,7 +189,7 @@ class Flight final : public ipminmax::Problem {
     Eigen::VectorXd gradient;
     Eigen::MatrixXd hessian;
   };
-  [[nodiscard]] Position flown(std::span<const double> v, Index k, Index i) const {
+  [[nodiscard]] Position flown(std::span<const double> v, Index k, Index i, bool bends) const {
     const Index n = 2 * (k - 1);
     Eigen::VectorXd against(k - 1), speed_gradient = Eigen::VectorXd::Zero(n);
     std::vector<Eigen::VectorXd> r;
@@ -190,12 +203,14 @@ class Flight final : public ipminmax::Problem {
       speed_gradient +=
           kStep * (Eigen::VectorXd::Unit(n, 2 * j) - drag_slope(against[j]) * r.back());
     }
-    Position out{place, Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Zero(n, n)};
+    Position out{place, Eigen::VectorXd::Zero(n), {}};
+    if (bends) out.hessian.setZero(n, n);
     double a = kStep;  // a_{k-1}: the last velocity moves the position by h
     for (Index j = k - 2; j >= 0; --j) {
       out.gradient[2 * j] = kStep * a;
       out.gradient[2 * j + 1] = kStep * a * drag_slope(against[j]);
-      out.hessian -= kStep * a * drag_curvature(against[j]) * r[at(j)] * r[at(j)].transpose();
+      if (bends)
+        out.hessian -= kStep * a * drag_curvature(against[j]) * r[at(j)] * r[at(j)].transpose();
       a = kStep + a * (1.0 - kStep * drag_slope(against[j]));
     }
     return out;
@@ -218,8 +233,9 @@ class Flight final : public ipminmax::Problem {
     }
   }
 
+  /// Positions with a weight of zero are not evaluated, here and in each_curvature.
   template <class Emit>
-  void each_slope(std::span<const double> v, Emit emit) const {
+  void each_slope(std::span<const double> v, std::span<const double> weights, Emit emit) const {
     for (Index k = 0; k < t_; ++k) {
       emit(7 * k, tilt(k + 1), 1.0);
       emit(7 * k, rate(k), -kStep);
@@ -241,9 +257,10 @@ class Flight final : public ipminmax::Problem {
     }
     for (Index k = 2; k <= t_; ++k) {
       for (Index i = 0; i < 2; ++i) {
-        const Position p = flown(v, k, i);
-        for (Index c = 0; c < p.gradient.size(); ++c) {
-          emit(bound_row(k, i), flown_variable(c, i), p.gradient[c]);
+        const bool asked = weights[at(bound_row(k, i))] != 0.0;
+        const Position p = asked ? flown(v, k, i, false) : Position{};
+        for (Index c = 0; c < 2 * (k - 1); ++c) {
+          emit(bound_row(k, i), flown_variable(c, i), asked ? p.gradient[c] : 0.0);
         }
       }
     }
@@ -266,11 +283,12 @@ class Flight final : public ipminmax::Problem {
     }
     for (Index k = 2; k <= t_; ++k) {
       for (Index i = 0; i < 2; ++i) {
-        const Position p = flown(v, k, i);
-        for (Index c = 0; c < p.gradient.size(); ++c) {
+        const double weight = lambda[at(bound_row(k, i))];
+        const Position p = weight != 0.0 ? flown(v, k, i, true) : Position{};
+        for (Index c = 0; c < 2 * (k - 1); ++c) {
           for (Index d = 0; d <= c; ++d) {
             emit(flown_variable(c, i), flown_variable(d, i),
-                 lambda[at(bound_row(k, i))] * p.hessian(c, d));
+                 weight != 0.0 ? weight * p.hessian(c, d) : 0.0);
           }
         }
       }
@@ -305,7 +323,10 @@ class Flight final : public ipminmax::Problem {
       s_.constraint_upper[at(bound_row(k, 1))] = 2e19;
     }
     const std::vector<double> zeros(std::max(n, m), 0.0);
-    each_slope(zeros, [&](Index row, Index col, double) { s_.jacobian.push_back({row, col}); });
+    all_.assign(m, 1.0);
+    each_slope(zeros, zeros, [&](Index row, Index col, double) {
+      s_.jacobian.push_back({row, col});
+    });
     each_curvature(zeros, 0.0, zeros, [&](Index row, Index col, double) {
       s_.hessian.push_back({row, col});
     });
@@ -314,6 +335,7 @@ class Flight final : public ipminmax::Problem {
   Index t_;
   State now_;
   std::vector<double> guess_;
+  std::vector<double> all_;  ///< weights of one
   ipminmax::ProblemStructure s_;
 };
 

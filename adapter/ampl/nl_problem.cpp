@@ -281,6 +281,10 @@ void NlProblem::call_everything() {
   for (const double step : {0.0, 0.1}) {
     for (double& value : x) value += step * std::max(1.0, std::abs(value));
     double f = 0.0;
+    for (int j = 0; j < m; ++j) {
+      eval_rows(n, x.data(), true, 1, &j, m, g.data(), jacobian_entries, nullptr);
+      eval_rows(n, x.data(), false, 1, &j, m, nullptr, jacobian_entries, jacobian.data());
+    }
     eval_f(n, x.data(), true, f);
     eval_g(n, x.data(), false, m, g.data());
     eval_grad_f(n, x.data(), false, gradient.data());
@@ -508,13 +512,20 @@ bool NlProblem::get_starting_point(Index n, bool init_x, double* x, bool init_z,
   return true;
 }
 
-bool NlProblem::evaluate(const double* x) {
-  ASL* asl = asl_;
-  if (!x_.empty() && (variables() == 0 || std::equal(x_.begin(), x_.end(), x))) return defined_;
+void NlProblem::move_to(const double* x) {
+  if (!x_.empty() && (variables() == 0 || std::equal(x_.begin(), x_.end(), x))) return;
+  evaluated_ = false;
   if (variables() > 0)
-    x_.assign(x, x + n_var);
+    x_.assign(x, x + variables());
   else
     x_.assign(1, 0.0);
+}
+
+bool NlProblem::evaluate(const double* x) {
+  ASL* asl = asl_;
+  move_to(x);
+  if (evaluated_) return defined_;
+  evaluated_ = true;
   g_.resize(static_cast<std::size_t>(n_con));
   fint error = 0;
   f_ = objective_ >= 0 ? sign_ * objval(objective_, x_.data(), &error) : 0.0;
@@ -589,6 +600,21 @@ bool NlProblem::eval_jac_g(Index, const double* x, bool, Index m, Index, Index* 
   return is_defined(error != 0);
 }
 
+bool NlProblem::eval_rows(Index, const double* x, bool, Index count, const Index* rows, Index,
+                          double* g, Index, double* values) {
+  ASL* asl = asl_;
+  move_to(x);
+  asl->i.congrd_mode = 2;  // congrd writes where jacval does
+  fint error = 0;
+  for (Index k = 0; k < count && error == 0; ++k) {
+    if (g != nullptr)
+      g[rows[k]] = conival(rows[k], x_.data(), &error);
+    else
+      congrd(rows[k], x_.data(), values, &error);
+  }
+  return is_defined(error != 0);
+}
+
 bool NlProblem::eval_h(Index n, const double* x, bool, double sigma, Index m, const double* lambda,
                        bool, Index, Index* rows, Index* columns, double* values) {
   ASL* asl = asl_;
@@ -602,7 +628,18 @@ bool NlProblem::eval_h(Index n, const double* x, bool, double sigma, Index m, co
       }
     return true;
   }
-  if (!evaluate(x)) return false;
+  move_to(x);
+  std::vector<Ipopt::Index> weighted;  // Hessians build on values
+  for (Ipopt::Index i = 0; i < m; ++i) {
+    if (lambda[i] != 0.0) weighted.push_back(i);
+  }
+  const bool few = !evaluated_ && sigma == 0.0;
+  g_.resize(static_cast<std::size_t>(n_con));
+  if (!(few ? eval_rows(n, x, false, static_cast<Ipopt::Index>(weighted.size()), weighted.data(), m,
+                        g_.data(), 0, nullptr)
+            : evaluate(x))) {
+    return false;
+  }
   std::vector<double> weights(static_cast<std::size_t>(n_obj) + 1, 0.0);
   if (objective_ >= 0) weights[static_cast<std::size_t>(objective_)] = sign_ * sigma;
   std::vector<double> multipliers(lambda, lambda + m);

@@ -23,7 +23,10 @@ class NlBoxes;
 /// 0 maximizes f, 1 minimizes it, and objective and gradients here are those of -f. A constraint
 /// that reads variables of player 1 and is listed with 0, or has suffix `robust` 1, must hold for
 /// all of their values.
-class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBoxes {
+class NlProblem : public MinMaxTNLP,
+                  public OptionalPlayers,
+                  public ModelOverBoxes,
+                  public ModelByRows {
  public:
   /// Reads stub.nl (stub with or without its ending). objective: 1-based, 0 for none; -1 takes the
   /// first when there is one. Checks the file's form, then reads it and makes every call of a solve
@@ -87,6 +90,8 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   bool eval_g(Index n, const double* x, bool new_x, Index m, double* g) override;
   bool eval_jac_g(Index n, const double* x, bool new_x, Index m, Index nele_jac, Index* rows,
                   Index* columns, double* values) override;
+  bool eval_rows(Index n, const double* x, bool new_x, Index count, const Index* rows, Index m,
+                 double* g, Index nele_jac, double* values) override;
   bool eval_h(Index n, const double* x, bool new_x, double sigma, Index m, const double* lambda,
               bool new_lambda, Index nele_hess, Index* rows, Index* columns,
               double* values) override;
@@ -120,6 +125,8 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   /// function is nonlinear in one of them.
   void require_linear();
   [[nodiscard]] bool is_linear(const std::vector<double>& from, int first, int last);
+  /// From now on at x.
+  void move_to(const double* x);
   /// Values of f and g at x, which ASL's derivatives build on. False where one is undefined.
   bool evaluate(const double* x);
   [[nodiscard]] bool is_defined(bool failed);
@@ -134,6 +141,7 @@ class NlProblem : public MinMaxTNLP, public OptionalPlayers, public ModelOverBox
   std::vector<Player> variable_players_;
   std::vector<int> max_constraints_, robust_constraints_;
   std::vector<double> x_, g_, undefined_at_;
+  bool evaluated_ = false;  ///< f_ and g_ are those of x_
   double f_ = 0.0;
   bool defined_ = false;
   bool has_player_suffix_ = false;

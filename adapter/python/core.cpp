@@ -155,6 +155,8 @@ class Problem {
     constraints_ = function("constraints");
     jacobian_ = function("jacobian");
     hessian_ = function("hessian");
+    constraint_rows_ = function("constraint_rows");
+    jacobian_rows_ = function("jacobian_rows");
     intermediate_ = function("intermediate");
     IntArray owners;
     if (!constraint_players.is_none()) owners = constraint_players.cast<IntArray>();
@@ -165,6 +167,12 @@ class Problem {
         constraint_players.is_none() ? nullptr : owners.data());
     if (problem_ == nullptr) throw py::value_error(IpminmaxMessage(nullptr));
     IpminmaxSetIntermediateCallback(problem_, intermediate);
+    if (!constraint_rows_.is_none() && !jacobian_rows_.is_none()) {
+      row_entries_.resize(size(m));
+      for (std::size_t k = 0; k < jac_rows_.size(); ++k)
+        row_entries_[size(jac_rows_[k])].push_back(static_cast<int>(k));
+      IpminmaxSetRowsCallback(problem_, eval_rows);
+    }
     const auto journalist = problem_->application->Jnlst();
     journalist->DeleteAllJournals();
     journalist->AddJournal(Ipopt::GetRawPtr(console_));
@@ -185,9 +193,10 @@ class Problem {
   [[nodiscard]] int constraints() const { return m_; }
 
   /// For the garbage collector: functions of the model that hold this problem make a cycle.
-  [[nodiscard]] std::array<py::object*, 8> functions() {
-    return {&objective_, &gradient_,     &constraints_,       &jacobian_,
-            &hessian_,   &intermediate_, &boxes_.objective(), &boxes_.constraints()};
+  [[nodiscard]] std::array<py::object*, 10> functions() {
+    return {&objective_,         &gradient_,           &constraints_,   &jacobian_,
+            &hessian_,           &constraint_rows_,    &jacobian_rows_, &intermediate_,
+            &boxes_.objective(), &boxes_.constraints()};
   }
 
   /// Of the variables, for messages.
@@ -711,6 +720,32 @@ class Problem {
     };
     return p.run(jacobian) ? 1 : 0;
   }
+  /// Asked row by row, the entries of a row in the order of the structure.
+  static int eval_rows(int n, double* x, int, int count, const int* rows, int, double* g, int,
+                       double* values, void* user_data) {
+    Problem& p = of(user_data);
+    std::vector<int>& places = p.row_places_;
+    places.clear();
+    for (int k = 0; k < count; ++k) {
+      if (g != nullptr) {
+        places.push_back(rows[k]);
+      } else {
+        const std::vector<int>& entries = p.row_entries_[size(rows[k])];
+        places.insert(places.end(), entries.begin(), entries.end());
+      }
+    }
+    p.row_values_.resize(places.size());
+    const auto find = [&] {
+      take(call(g != nullptr ? p.constraint_rows_ : p.jacobian_rows_, to_array(x, n),
+                py::array_t<int>(count, rows)),
+           g != nullptr ? "constraint_rows" : "jacobian_rows", static_cast<int>(places.size()),
+           p.row_values_.data());
+    };
+    if (count > 0 && !p.run(find)) return 0;
+    for (std::size_t k = 0; k < places.size(); ++k)
+      (g != nullptr ? g : values)[places[k]] = p.row_values_[k];
+    return 1;
+  }
   static int eval_h(int n, double* x, int, double sigma, int m, double* lambda, int, int entries,
                     int* rows, int* cols, double* values, void* user_data) {
     Problem& p = of(user_data);
@@ -758,6 +793,10 @@ class Problem {
   int n_, m_;
   std::vector<int> jac_rows_, jac_cols_, hess_rows_, hess_cols_;
   py::object objective_, gradient_, constraints_, jacobian_, hessian_, intermediate_;
+  py::object constraint_rows_, jacobian_rows_;
+  std::vector<std::vector<int>> row_entries_;  ///< of the Jacobian; where rows are asked for
+  std::vector<int> row_places_;                ///< of the last call
+  std::vector<double> row_values_;
   ipminmax::python::PythonBoxes boxes_{error_};
   IpminmaxProblem problem_ = nullptr;
   Ipopt::SmartPtr<PythonConsole> console_;

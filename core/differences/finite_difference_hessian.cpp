@@ -233,22 +233,24 @@ bool FiniteDifferenceHessian::jacobian(std::span<const double> v, bool new_v,
 bool FiniteDifferenceHessian::evaluate(std::span<const double> v, const Multipliers& multipliers,
                                        FirstDerivatives& derivatives) {
   moved_ = true;
-  const bool any_constraint =
-      std::ranges::any_of(multipliers.lambda, [](double lambda) { return lambda != 0.0; });
-  return source_.evaluate(v, derivatives, multipliers.sigma != 0.0, any_constraint);
+  return source_.evaluate(v, derivatives, multipliers.sigma != 0.0, multipliers.weigh_any_row());
 }
 
-/// Leaves the first derivatives at v in base_, evaluating only what the last calls did not.
+/// Leaves the first derivatives at v that count in base_, evaluating only what the last calls did
+/// not.
 bool FiniteDifferenceHessian::load_base(std::span<const double> v, const Multipliers& multipliers) {
-  if (std::ranges::equal(v, base_v_) && base_gradient_ &&
-      (base_jacobian_ || multipliers.lambda.empty())) {
-    return true;
-  }
-  base_gradient_ = base_jacobian_ = false;
+  if (!std::ranges::equal(v, base_v_)) base_gradient_ = base_jacobian_ = false;
   base_v_.assign(v.begin(), v.end());
+  const bool gradient = multipliers.sigma != 0.0 && !base_gradient_;
+  const bool jacobian = multipliers.weigh_any_row() && !base_jacobian_;
+  if (!gradient && !jacobian) return true;
   moved_ = true;
-  if (!source_.evaluate(v, base_)) return false;
-  base_gradient_ = base_jacobian_ = true;
+  if (!source_.evaluate(v, base_, gradient, jacobian)) {
+    base_gradient_ = base_jacobian_ = false;
+    return false;
+  }
+  base_gradient_ = base_gradient_ || gradient;
+  base_jacobian_ = base_jacobian_ || jacobian;
   return true;
 }
 

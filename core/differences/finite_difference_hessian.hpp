@@ -73,6 +73,9 @@ class FiniteDifferenceHessian final : public Problem {
   struct Multipliers {
     double sigma;
     std::span<const double> lambda;
+    [[nodiscard]] bool weigh_any_row() const {
+      return std::ranges::any_of(lambda, [](double weight) { return weight != 0.0; });
+    }
   };
   struct Start {
     std::vector<double> v, lambda, z_lower, z_upper;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <numeric>
 #include <random>
 #include <utility>
 
@@ -48,16 +49,19 @@ class Hearing {
         ranges_(s_.constraint_players.size()) {
     see({result.v, result.constraints, result.objective});
     std::mt19937_64 random(20220411);
-    for (int k = 0; k < kSamples; ++k) static_cast<void>(look(sample(random)));
+    for (int k = 0; k < kSamples; ++k) {
+      if (const auto v = answer_with(sample(random)); !v.empty()) static_cast<void>(look(v));
+    }
     measure_changes_by_min();
   }
 
   /// starts: show the ranges of the functions, and refute nothing.
   void hear(const std::vector<std::vector<double>>& witnesses,
             const std::vector<std::vector<double>>& starts) {
-    for (const std::vector<double>& y : starts) static_cast<void>(look(y));
-    for (const std::vector<double>& y : witnesses) {
-      if (auto seen = look(y)) looks_.push_back(std::move(*seen));
+    for (const std::vector<double>& v : distinct(starts, options_.minmax_distinct_tol))
+      static_cast<void>(look(v));
+    for (const std::vector<double>& v : distinct(witnesses, options_.bound_relax_factor)) {
+      if (auto seen = look(v)) looks_.push_back(std::move(*seen));
     }
     std::erase_if(looks_, [&](const Look& seen) { return !max_may_choose(seen); });
     cap_ranges();
@@ -116,24 +120,69 @@ class Hearing {
                         2.0 * relaxation(bound, upper - lower, options_);
   }
 
-  /// y: Max's variables; the bounds cut it.
-  [[nodiscard]] std::optional<Look> look(const std::vector<double>& y) {
-    Look seen{.v = result_.v, .g = std::vector<double>(s_.constraint_players.size())};
+  /// The answer with another y, Max's variables, cut by the bounds; empty: it is the answer's.
+  [[nodiscard]] std::vector<double> answer_with(const std::vector<double>& y) const {
+    std::vector<double> v = result_.v;
     std::size_t k = 0;
-    for (std::size_t i = 0; i < seen.v.size(); ++i) {
+    for (std::size_t i = 0; i < v.size(); ++i) {
       if (s_.variable_players[i] != Player::Max) continue;
       if (k == y.size()) return {};
-      seen.v[i] = std::clamp(y[k++], s_.variable_lower[i], s_.variable_upper[i]);
+      v[i] = std::clamp(y[k++], s_.variable_lower[i], s_.variable_upper[i]);
     }
-    if (seen.v == result_.v || !all_finite(seen.v)) return {};
+    return v != result_.v && all_finite(v) ? v : std::vector<double>{};
+  }
+
+  /// Of y that are equal up to tol of the ranges the first, as far as sorting brings them together:
+  /// maximizations of many constraints end at the same ones.
+  [[nodiscard]] std::vector<std::vector<double>> distinct(
+      const std::vector<std::vector<double>>& all, double tol) const {
+    VariableRanges ranges(s_);
+    std::vector<std::vector<double>> points;
+    for (const std::vector<double>& y : all) {
+      if (auto v = answer_with(y); !v.empty()) points.push_back(std::move(v));
+      if (!points.empty()) ranges.see(points.back());
+    }
+    std::vector<std::size_t> order(points.size()), variables(result_.v.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::iota(variables.begin(), variables.end(), 0U);
+    const auto point = [&](std::size_t k) -> const std::vector<double>& { return points[k]; };
+    std::ranges::stable_sort(order, {}, point);
+    const auto same = [&](std::size_t a, std::size_t b) {
+      return same_point(points[a], points[b], ranges, variables, tol);
+    };
+    order.erase(std::unique(order.begin(), order.end(), same), order.end());
+    std::ranges::sort(order);
+    std::vector<std::vector<double>> first;
+    for (const std::size_t k : order) first.push_back(std::move(points[k]));
+    return first;
+  }
+
+  /// v: n values.
+  [[nodiscard]] std::optional<Look> look(const std::vector<double>& v) {
+    Look seen{.v = v, .g = result_.constraints};
     ++counts_.objective;
     if (!model_.objective(seen.v, true, seen.f)) seen.f = kNaN;
-    if (!seen.g.empty()) {
+    if (!ranges_.empty()) {
       ++counts_.constraints;
-      if (!model_.constraints(seen.v, false, seen.g)) return {};
+      if (!model_.constraint_rows(rows_that_change(seen), seen.v, false, seen.g)) return {};
     }
     see(seen);
     return seen;
+  }
+
+  /// Other constraints have the values that they have at the answer, where these are known.
+  [[nodiscard]] std::vector<Index> rows_that_change(Look& seen) const {
+    const bool all = seen.g.size() != ranges_.size() || !all_finite(seen.g);
+    seen.g.resize(ranges_.size());
+    std::vector<bool> changes(ranges_.size(), all);
+    for (const auto& [row, col] : s_.jacobian) {
+      if (seen.v[at(col)] != result_.v[at(col)]) changes[at(row)] = true;
+    }
+    std::vector<Index> rows;
+    for (std::size_t j = 0; j < changes.size(); ++j) {
+      if (changes[j]) rows.push_back(static_cast<Index>(j));
+    }
+    return rows;
   }
 
   /// What f and the constraints change by at the answer as each Min variable moves by its size.

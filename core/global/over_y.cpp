@@ -98,7 +98,8 @@ class MaximizationOverY {
     for (std::size_t i = 0; i < s.variable_lower.size(); ++i) {
       if (s.variable_lower[i] < s.variable_upper[i]) free_.push_back(i);
     }
-    options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameter;
+    // x is held: its multipliers, a gradient and a Jacobian more, are not read.
+    options_.fixed_variable_treatment = FixedVariableTreatment::MakeParameterNodual;
     options_.warm_start_init_point = false;
   }
 

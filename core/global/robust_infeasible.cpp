@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/global/robust_search.hpp"
+#include "core/model/forwarding_problem.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
 #include "core/robust/extended_structure.hpp"
@@ -20,7 +21,7 @@ constexpr double kClearViolation = 10.0;
 /// min t subject to the model's constraints, robust ones relaxed by t >= 0: g - t <= upper for
 /// every y, or g + t >= lower. t is the last variable. Constraints with two bounds stay as they
 /// are.
-class LeastViolation final : public Problem {
+class LeastViolation final : public ByRows<Problem> {
  public:
   explicit LeastViolation(Problem& model)
       : model_(model), structure_(model.structure()), n_(structure_.variable_players.size()) {
@@ -48,15 +49,19 @@ class LeastViolation final : public Problem {
     grad.back() = 1.0;
     return true;
   }
-  [[nodiscard]] bool constraints(std::span<const double> v, bool, std::span<double> g) override {
-    if (!model_.constraints(v.first(n_), true, g)) return false;
-    for (const auto& [row, sign] : relaxed_) g[at(row)] += sign * v.back();
+  [[nodiscard]] bool constraint_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                                     std::span<double> g) override {
+    if (!model_.constraint_rows(rows, v.first(n_), true, g)) return false;
+    for (const auto& [row, sign] : relaxed_) {
+      if (std::ranges::binary_search(rows, row)) g[at(row)] += sign * v.back();
+    }
     return true;
   }
-  [[nodiscard]] bool jacobian(std::span<const double> v, bool, std::span<double> values) override {
+  [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                                   std::span<double> values) override {
     const std::size_t own = values.size() - relaxed_.size();
     for (std::size_t k = 0; k < relaxed_.size(); ++k) values[own + k] = relaxed_[k].sign;
-    return model_.jacobian(v.first(n_), true, values.first(own));
+    return model_.jacobian_rows(rows, v.first(n_), true, values.first(own));
   }
   [[nodiscard]] bool hessian(std::span<const double> v, bool, double,
                              std::span<const double> lambda, bool,

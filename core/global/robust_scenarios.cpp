@@ -201,7 +201,7 @@ bool RobustSearch::leads_to(const RobustCopies::WorstCase& from, const RobustCop
     for (std::size_t i = 0; i < v.size(); ++i) {
       if (s.variable_players[i] == Player::Max) v[i] = (1.0 - t) * from.v[i] + t * to.v[i];
     }
-    if (!model_.constraints(v, true, g)) return false;
+    if (!model_.constraint_rows({&from.constraint, 1}, v, true, g)) return false;
     const double value = sign * g[at(from.constraint)];
     if (!(value >= highest - parameters::kTrace * side->range.size())) return false;
     highest = std::max(highest, value);

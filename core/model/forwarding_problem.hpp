@@ -1,14 +1,17 @@
 #pragma once
 
 #include <algorithm>
+#include <numeric>
 #include <span>
+#include <vector>
 
 #include "core/problem.hpp"
 #include "core/result.hpp"
 
 namespace ipminmax {
 
-/// Passes everything on to another problem, which must outlive it.
+/// Passes everything on to another problem, which must outlive it, but single rows: what derives
+/// from it may have other ones.
 class ForwardingProblem : public Problem {
  public:
   explicit ForwardingProblem(Problem& model) : model_(model) {}
@@ -54,19 +57,56 @@ class ForwardingProblem : public Problem {
   Problem& model_;
 };
 
-/// A model of which the structure is changed, not its size.
-class Restructured : public ForwardingProblem {
+/// The same with the model's rows.
+class SameRows : public ForwardingProblem {
  public:
-  explicit Restructured(Problem& model) : ForwardingProblem(model), changed(model.structure()) {}
+  using ForwardingProblem::ForwardingProblem;
+  [[nodiscard]] bool constraint_rows(std::span<const Index> rows, std::span<const double> v,
+                                     bool new_v, std::span<double> g) override {
+    return model().constraint_rows(rows, v, new_v, g);
+  }
+  [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v,
+                                   bool new_v, std::span<double> values) override {
+    return model().jacobian_rows(rows, v, new_v, values);
+  }
+};
+
+/// A model of which the structure is changed, not its size.
+class Restructured : public SameRows {
+ public:
+  explicit Restructured(Problem& model) : SameRows(model), changed(model.structure()) {}
   [[nodiscard]] const ProblemStructure& structure() const override { return changed; }
 
   ProblemStructure changed;
 };
 
-/// A model with a result as its starting point; null: its own.
-class AtResult final : public ForwardingProblem {
+/// What evaluates some rows evaluates all of them as those.
+template <class Base>
+class ByRows : public Base {
  public:
-  AtResult(Problem& model, const Result* result) : ForwardingProblem(model), result_(result) {}
+  using Base::Base;
+  [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
+                                 std::span<double> g) override {
+    return this->constraint_rows(all(), v, new_v, g);
+  }
+  [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
+                              std::span<double> values) override {
+    return this->jacobian_rows(all(), v, new_v, values);
+  }
+
+ private:
+  std::span<const Index> all() {
+    all_.resize(this->structure().constraint_players.size());
+    std::iota(all_.begin(), all_.end(), 0);
+    return all_;
+  }
+  std::vector<Index> all_;
+};
+
+/// A model with a result as its starting point; null: its own.
+class AtResult final : public SameRows {
+ public:
+  AtResult(Problem& model, const Result* result) : SameRows(model), result_(result) {}
   [[nodiscard]] bool starting_point(StartingPoint& start) override {
     if (result_ == nullptr) return model().starting_point(start);
     std::ranges::copy(result_->v, start.v.begin());

@@ -54,19 +54,26 @@ bool Epigraph::gradient(std::span<const double>, bool, std::span<double> grad) {
   return true;
 }
 
-bool Epigraph::constraints(std::span<const double> v, bool, std::span<double> g) {
+bool Epigraph::constraint_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                               std::span<double> g) {
   const auto own = v.first(size(n_));
+  const auto asked = of_model(rows);
   double f = 0.0;
-  if (m_ > 0 && !model_.constraints(own, true, g.first(size(m_)))) return false;
-  if (!model_.objective(own, m_ == 0, f)) return false;
+  if (!asked.empty() && !model_.constraint_rows(asked, own, true, g.first(size(m_)))) return false;
+  if (asked.size() == rows.size()) return true;
+  if (!model_.objective(own, asked.empty(), f)) return false;
   g.back() = f - v.back();
   return true;
 }
 
-bool Epigraph::jacobian(std::span<const double> v, bool, std::span<double> values) {
+bool Epigraph::jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                             std::span<double> values) {
   const auto own = v.first(size(n_));
-  if (entries_ > 0 && !model_.jacobian(own, true, values.first(entries_))) return false;
-  if (!model_.gradient(own, entries_ == 0, gradient_)) return false;
+  const auto asked = of_model(rows);
+  if (!asked.empty() && !model_.jacobian_rows(asked, own, true, values.first(entries_)))
+    return false;
+  if (asked.size() == rows.size()) return true;
+  if (!model_.gradient(own, asked.empty(), gradient_)) return false;
   for (std::size_t k = 0; k < read_.size(); ++k) values[entries_ + k] = gradient_[size(read_[k])];
   values.back() = -1.0;
   reads_more_ = reads_more_ ||

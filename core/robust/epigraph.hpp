@@ -5,13 +5,14 @@
 #include <vector>
 
 #include "core/interval.hpp"
+#include "core/model/forwarding_problem.hpp"
 #include "core/problem.hpp"
 
 namespace ipminmax {
 
 /// min t subject to the model's constraints and f(x, y) - t <= 0, a robust constraint. The variable
 /// t is the last one, the constraint too.
-class Epigraph final : public Problem {
+class Epigraph final : public ByRows<Problem> {
  public:
   /// reads_y: n, whether f reads a Max variable, as far as is known; none: it may read all.
   Epigraph(Problem& model, const std::vector<bool>& reads_y);
@@ -24,8 +25,10 @@ class Epigraph final : public Problem {
   [[nodiscard]] bool user_scaling(UserScaling& scaling) override;
   [[nodiscard]] bool objective(std::span<const double> v, bool, double& f) override;
   [[nodiscard]] bool gradient(std::span<const double>, bool, std::span<double> grad) override;
-  [[nodiscard]] bool constraints(std::span<const double> v, bool, std::span<double> g) override;
-  [[nodiscard]] bool jacobian(std::span<const double> v, bool, std::span<double> values) override;
+  [[nodiscard]] bool constraint_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                                     std::span<double> g) override;
+  [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool,
+                                   std::span<double> values) override;
   [[nodiscard]] bool hessian(std::span<const double> v, bool, double,
                              std::span<const double> lambda, bool,
                              std::span<double> values) override;
@@ -56,6 +59,10 @@ class Epigraph final : public Problem {
   };
 
   static std::size_t size(Index i) { return static_cast<std::size_t>(i); }
+  /// Of these rows the model's.
+  [[nodiscard]] std::span<const Index> of_model(std::span<const Index> rows) const {
+    return rows.first(rows.size() - (!rows.empty() && rows.back() == m_ ? 1 : 0));
+  }
 
   Problem& model_;
   ProblemStructure structure_;

@@ -179,6 +179,9 @@ void RobustCopies::add_entries() {
   structure_.jacobian.clear();
   structure_.hessian.clear();
   for (Part& part : parts_) {
+    for (Index j = 0; at(j) < part.row_of.size(); ++j) {
+      if (part.row_of[at(j)] >= 0) part.rows.push_back(j);
+    }
     for (std::size_t k = 0; k < s.jacobian.size(); ++k) {
       const auto [row, col] = s.jacobian[k];
       if (part.row_of[at(row)] < 0) continue;
@@ -193,8 +196,19 @@ void RobustCopies::add_entries() {
       structure_.jacobian.push_back({part.row, part.column[at(col)]});
       ++part.zeros;
     }
-    for (const auto [row, col] : s.hessian) {
-      structure_.hessian.push_back({part.column[at(row)], part.column[at(col)]});
+    std::vector<std::vector<Index>> readers(v_.size());  // rows by variable, ascending
+    for (const std::size_t k : part.jacobian)
+      readers[at(s.jacobian[k].col)].push_back(s.jacobian[k].row);
+    for (std::vector<Index>& rows : readers) std::ranges::sort(rows);
+    const auto are_read_together = [&](Triplet pair) {
+      const std::vector<Index>&a = readers[at(pair.row)], &b = readers[at(pair.col)];
+      return std::ranges::any_of(a, [&](Index row) { return std::ranges::binary_search(b, row); });
+    };
+    for (std::size_t k = 0; k < s.hessian.size(); ++k) {
+      if (!part.with_objective && !are_read_together(s.hessian[k])) continue;
+      part.hessian.push_back(k);
+      structure_.hessian.push_back(
+          {part.column[at(s.hessian[k].row)], part.column[at(s.hessian[k].col)]});
     }
   }
 }
@@ -251,10 +265,9 @@ bool RobustCopies::gradient(std::span<const double> v, bool, std::span<double> g
 bool RobustCopies::constraints(std::span<const double> v, bool, std::span<double> g) {
   std::ranges::fill(g, 0.0);
   for (const Part& part : parts_) {
-    if (!load(v, part) || !model_.constraints(v_, true, g_)) return false;
-    for (std::size_t j = 0; j < g_.size(); ++j) {
-      if (part.row_of[j] >= 0) g[at(part.row_of[j])] = g_[j];
-    }
+    if (part.rows.empty()) continue;
+    if (!load(v, part) || !model_.constraint_rows(part.rows, v_, true, g_)) return false;
+    for (const Index j : part.rows) g[at(part.row_of[at(j)])] = g_[at(j)];
   }
   return true;
 }
@@ -263,7 +276,7 @@ bool RobustCopies::jacobian(std::span<const double> v, bool, std::span<double> v
   auto out = values.begin();
   for (const Part& part : parts_) {
     if (part.jacobian.empty()) continue;
-    if (!load(v, part) || !model_.jacobian(v_, true, jacobian_)) return false;
+    if (!load(v, part) || !model_.jacobian_rows(part.rows, v_, true, jacobian_)) return false;
     for (const std::size_t k : part.jacobian) *out++ = jacobian_[k];
     out = std::fill_n(out, part.zeros, 0.0);
   }
@@ -279,7 +292,7 @@ bool RobustCopies::hessian(std::span<const double> v, bool, double sigma,
         !model_.hessian(v_, true, part.with_objective ? sigma : 0.0, lambda_, true, hessian_)) {
       return false;
     }
-    out = std::ranges::copy(hessian_, out).out;
+    for (const std::size_t k : part.hessian) *out++ = hessian_[k];
   }
   return true;
 }

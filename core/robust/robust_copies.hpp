@@ -82,11 +82,12 @@ class RobustCopies final : public Problem {
   struct Part {
     std::vector<Index> column;  ///< n: variable of this problem
     std::vector<Index> row_of;  ///< m: row of this problem, -1: does not count here
+    std::vector<Index> rows{};  ///< of the model, that count here
     Index row = -1;             ///< of the worst case
     bool with_objective = false;
-    std::vector<std::size_t> jacobian;  ///< entries of the model that count here
-    std::vector<Index> serving;         ///< constraints of the model on a y that serves the row
-    std::size_t zeros = 0;              ///< entries behind the others
+    std::vector<std::size_t> jacobian, hessian;  ///< entries of the model that count here
+    std::vector<Index> serving;  ///< constraints of the model on a y that serves the row
+    std::size_t zeros = 0;       ///< entries behind the others
   };
   [[nodiscard]] std::optional<std::size_t> first_of(Index constraint) const;
   void add_base(const std::vector<bool>& reads_y);

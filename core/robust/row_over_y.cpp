@@ -17,9 +17,10 @@ RowOverY::RowOverY(Problem& model, Index constraint, double side, std::vector<do
       constraint_(constraint),
       side_(side),
       start_(std::move(v)),
+      rows_(scope.constraints),
       g_(changed.constraint_players.size()),
       lambda_(g_.size()),
-      jacobian_(changed.jacobian.size()) {
+      jacobian_(model.structure().jacobian.size()) {
   const ProblemStructure& s = model.structure();
   changed.variable_lower = changed.variable_upper = start_;
   std::ranges::fill(changed.constraint_lower, -kInfinity);
@@ -31,9 +32,17 @@ RowOverY::RowOverY(Problem& model, Index constraint, double side, std::vector<do
   for (const Index i : scope.idle) {
     changed.variable_lower[at(i)] = changed.variable_upper[at(i)] = start_[at(i)];
   }
-  for (const Index j : scope.constraints) {
+  for (const Index j : rows_) {
     changed.constraint_lower[at(j)] = s.constraint_lower[at(j)];
     changed.constraint_upper[at(j)] = s.constraint_upper[at(j)];
+  }
+  changed.jacobian.clear();
+  for (std::size_t k = 0; k < s.jacobian.size(); ++k) {
+    const Index row = s.jacobian[k].row;
+    if (row == constraint_) entries_.push_back(k);
+    if (!std::ranges::binary_search(rows_, row)) continue;
+    rows_entries_.push_back(k);
+    changed.jacobian.push_back(s.jacobian[k]);
   }
   changed.nonlinear_variables.reset();
   if (const BoxFunctions* functions = model.over_boxes()) boxes_.emplace(*functions, *this);
@@ -51,18 +60,22 @@ bool RowOverY::user_scaling(UserScaling& scaling) {
 }
 
 bool RowOverY::objective(std::span<const double> v, bool new_v, double& f) {
-  if (!model().constraints(v, new_v, g_)) return false;
+  if (!model().constraint_rows(row(), v, new_v, g_)) return false;
   f = side_ * g_[at(constraint_)];
   return true;
 }
 
 bool RowOverY::gradient(std::span<const double> v, bool new_v, std::span<double> grad) {
-  if (!model().jacobian(v, new_v, jacobian_)) return false;
+  if (!model().jacobian_rows(row(), v, new_v, jacobian_)) return false;
   std::ranges::fill(grad, 0.0);
-  for (std::size_t k = 0; k < jacobian_.size(); ++k) {
-    const auto [row, col] = changed.jacobian[k];
-    if (row == constraint_) grad[at(col)] += side_ * jacobian_[k];
-  }
+  for (const std::size_t k : entries_)
+    grad[at(model().structure().jacobian[k].col)] += side_ * jacobian_[k];
+  return true;
+}
+
+bool RowOverY::jacobian(std::span<const double> v, bool new_v, std::span<double> values) {
+  if (!model().jacobian_rows(rows_, v, new_v, jacobian_)) return false;
+  for (std::size_t k = 0; k < rows_entries_.size(); ++k) values[k] = jacobian_[rows_entries_[k]];
   return true;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <vector>
@@ -12,7 +13,7 @@ namespace ipminmax {
 
 /// max over y of side * g(x, y) for one robust constraint g of the model, y in Y(x), x held; side
 /// -1 is for its lower bound. Variables and constraints are the model's: those that the row does
-/// not involve are fixed and absent.
+/// not involve are fixed and absent; these constraints are not evaluated but 0.
 class RowOverY final : public Restructured {
  public:
   /// v: n, x and where y starts.
@@ -26,6 +27,13 @@ class RowOverY final : public Restructured {
   [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override;
   [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
                               std::span<double> grad) override;
+  [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
+                                 std::span<double> g) override {
+    std::ranges::fill(g, 0.0);
+    return model().constraint_rows(rows_, v, new_v, g);
+  }
+  [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
+                              std::span<double> values) override;
   [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
                              std::span<const double> lambda, bool new_lambda,
                              std::span<double> values) override;
@@ -57,11 +65,14 @@ class RowOverY final : public Restructured {
   };
 
   [[nodiscard]] std::span<const double> weights(double sigma, std::span<const double> lambda);
+  [[nodiscard]] std::span<const Index> row() const { return {&constraint_, 1}; }
 
   Index constraint_;
   double side_;
   std::vector<double> start_;
-  std::vector<double> g_, lambda_, jacobian_;
+  std::vector<Index> rows_;                          ///< Max's constraints that it involves
+  std::vector<std::size_t> entries_, rows_entries_;  ///< of the row and of these
+  std::vector<double> g_, lambda_, jacobian_;        ///< in the model's shapes
   std::optional<Boxes> boxes_;
 };
 

@@ -117,7 +117,12 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigr
 }
 
 InRowUnits::InRowUnits(Problem& model, RowUnits units)
-    : Restructured(model), units_(std::move(units)), lambda_(units_.factor.size()) {
+    : ByRows(model),
+      units_(std::move(units)),
+      entries_(units_.factor.size()),
+      lambda_(units_.factor.size()) {
+  for (std::size_t k = 0; k < changed.jacobian.size(); ++k)
+    entries_[at(changed.jacobian[k].row)].push_back(k);
   for (std::size_t j = 0; j < units_.factor.size(); ++j) {
     for (auto* bounds : {&changed.constraint_lower, &changed.constraint_upper}) {
       double& bound = (*bounds)[j];
@@ -148,16 +153,19 @@ bool InRowUnits::gradient(std::span<const double> v, bool new_v, std::span<doubl
   return true;
 }
 
-bool InRowUnits::constraints(std::span<const double> v, bool new_v, std::span<double> g) {
-  if (!model().constraints(v, new_v, g)) return false;
-  for (std::size_t j = 0; j < g.size(); ++j) g[j] = units_.factor[j] * (g[j] - units_.offset[j]);
+bool InRowUnits::constraint_rows(std::span<const Index> rows, std::span<const double> v, bool new_v,
+                                 std::span<double> g) {
+  if (!model().constraint_rows(rows, v, new_v, g)) return false;
+  for (const Index j : rows) g[at(j)] = units_.factor[at(j)] * (g[at(j)] - units_.offset[at(j)]);
   return true;
 }
 
-bool InRowUnits::jacobian(std::span<const double> v, bool new_v, std::span<double> values) {
-  if (!model().jacobian(v, new_v, values)) return false;
-  for (std::size_t k = 0; k < values.size(); ++k)
-    values[k] *= units_.factor[at(changed.jacobian[k].row)];
+bool InRowUnits::jacobian_rows(std::span<const Index> rows, std::span<const double> v, bool new_v,
+                               std::span<double> values) {
+  if (!model().jacobian_rows(rows, v, new_v, values)) return false;
+  for (const Index j : rows) {
+    for (const std::size_t k : entries_[at(j)]) values[k] *= units_.factor[at(j)];
+  }
   return true;
 }
 

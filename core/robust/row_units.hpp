@@ -43,7 +43,7 @@ struct RowUnits {
                                      Index epigraph_row = -1);
 
 /// A model with its robust rows and its objective in other units. Variables are the model's.
-class InRowUnits final : public Restructured {
+class InRowUnits final : public ByRows<Restructured> {
  public:
   InRowUnits(Problem& model, RowUnits units);
 
@@ -53,10 +53,10 @@ class InRowUnits final : public Restructured {
   [[nodiscard]] bool objective(std::span<const double> v, bool new_v, double& f) override;
   [[nodiscard]] bool gradient(std::span<const double> v, bool new_v,
                               std::span<double> grad) override;
-  [[nodiscard]] bool constraints(std::span<const double> v, bool new_v,
-                                 std::span<double> g) override;
-  [[nodiscard]] bool jacobian(std::span<const double> v, bool new_v,
-                              std::span<double> values) override;
+  [[nodiscard]] bool constraint_rows(std::span<const Index> rows, std::span<const double> v,
+                                     bool new_v, std::span<double> g) override;
+  [[nodiscard]] bool jacobian_rows(std::span<const Index> rows, std::span<const double> v,
+                                   bool new_v, std::span<double> values) override;
   [[nodiscard]] bool hessian(std::span<const double> v, bool new_v, double sigma,
                              std::span<const double> lambda, bool new_lambda,
                              std::span<double> values) override;
@@ -85,6 +85,7 @@ class InRowUnits final : public Restructured {
   [[nodiscard]] std::span<const double> in_model_units(std::span<const double> lambda);
 
   RowUnits units_;
+  std::vector<std::vector<std::size_t>> entries_;  ///< of each row, in the Jacobian
   std::vector<double> lambda_;
   std::optional<Boxes> boxes_;
 };

@@ -14,11 +14,11 @@
 namespace ipminmax {
 
 /// A model with another starting point.
-class Restarted final : public ForwardingProblem {
+class Restarted final : public SameRows {
  public:
   /// start: n values; empty: the model's, which is then kept in model_start().
   Restarted(Problem& model, std::vector<double> start)
-      : ForwardingProblem(model), start_(std::move(start)) {}
+      : SameRows(model), start_(std::move(start)) {}
 
   [[nodiscard]] const std::vector<double>& model_start() const { return model_start_; }
 

@@ -276,6 +276,92 @@ TEST(CInterface, MinimizesHS071) {
 
 // --- Solves that end otherwise -------------------------------------------------------------------
 
+/// (x - 3)^2 with x + a_k y <= 2 for |y| <= 1, a = 1, .5, .25; calls of all rows and of some.
+struct RobustRows {
+  static constexpr std::array<double, 3> a{1.0, 0.5, 0.25};
+  int of_all = 0, of_some = 0;
+  static int rows(int, double* x, int, int count, const int* which, int, double* g, int,
+                  double* values, void* data) {
+    ++static_cast<RobustRows*>(data)->of_some;
+    for (int k = 0; k < count; ++k) {
+      const auto j = static_cast<std::size_t>(which[k]);
+      if (g != nullptr) {
+        g[j] = x[0] + a[j] * x[1];
+      } else {
+        values[2 * j] = 1.0;
+        values[2 * j + 1] = a[j];
+      }
+    }
+    return 1;
+  }
+  static int g(int n, double* x, int, int m, double* values, void* data) {
+    ++static_cast<RobustRows*>(data)->of_all;
+    constexpr std::array<int, 3> all{0, 1, 2};
+    RobustRows unused;
+    return rows(n, x, 0, m, all.data(), m, values, 6, nullptr, &unused);
+  }
+  static int jacobian(int n, double* x, int, int m, int entries, int* row, int* col, double* values,
+                      void* data) {
+    if (values == nullptr) {
+      for (int k = 0; k < entries; ++k) {
+        row[k] = k / 2;
+        col[k] = k % 2;
+      }
+      return 1;
+    }
+    ++static_cast<RobustRows*>(data)->of_all;
+    constexpr std::array<int, 3> all{0, 1, 2};
+    RobustRows unused;
+    return rows(n, x, 0, m, all.data(), m, nullptr, entries, values, &unused);
+  }
+};
+
+TEST(CInterface, RobustConstraintsAreMaximizedByTheirRowsAlone) {
+  std::array<double, 2> answers{};
+  std::array<RobustRows, 2> calls{};
+  for (const bool by_rows : {false, true}) {
+    const std::array<double, 2> lower{-2e19, -1.0}, upper{2e19, 1.0};
+    const std::array<double, 3> none{-2e19, -2e19, -2e19}, two{2.0, 2.0, 2.0};
+    const std::array<int, 2> players{IPMINMAX_MIN, IPMINMAX_MAX};
+    const std::array<int, 3> owners{IPMINMAX_MIN, IPMINMAX_MIN, IPMINMAX_MIN};
+    const auto f = [](int, double* x, int, double* value, void*) {
+      *value = (x[0] - 3.0) * (x[0] - 3.0);
+      return 1;
+    };
+    const auto gradient = [](int, double* x, int, double* slope, void*) {
+      slope[0] = 2.0 * (x[0] - 3.0);
+      slope[1] = 0.0;
+      return 1;
+    };
+    const auto hessian = [](int, double*, int, double factor, int, double*, int, int, int* row,
+                            int* col, double* values, void*) {
+      if (values == nullptr)
+        *row = *col = 0;
+      else
+        *values = 2.0 * factor;
+      return 1;
+    };
+    const ProblemPtr problem(IpminmaxCreate(
+        2, lower.data(), upper.data(), 3, none.data(), two.data(), 6, 1, IPMINMAX_C_STYLE, f,
+        RobustRows::g, gradient, RobustRows::jacobian, hessian, players.data(), owners.data()));
+    ASSERT_NE(problem, nullptr) << IpminmaxMessage(nullptr);
+    IpminmaxAddIntOption(problem.get(), "print_level", 0);
+    const auto rows = by_rows ? RobustRows::rows : nullptr;
+    ASSERT_EQ(IpminmaxSetRowsCallback(problem.get(), rows), 1);
+    std::array<double, 2> x{0.0, 0.1};
+    EXPECT_EQ(IpminmaxSolve(problem.get(), x.data(), nullptr, nullptr, nullptr, nullptr, nullptr,
+                            &calls[by_rows]),
+              IPMINMAX_SOLVE_SUCCEEDED)
+        << IpminmaxMessage(problem.get());
+    answers[by_rows] = x[0];
+  }
+  EXPECT_NEAR(answers[0], 1.0, 1e-6);
+  EXPECT_EQ(answers[1], answers[0]);
+  EXPECT_EQ(calls[0].of_some, 0);
+  EXPECT_GT(calls[1].of_some, 0);
+  EXPECT_LT(calls[1].of_all, calls[0].of_all / 10);
+}
+
 TEST(CInterface, TheUserStops) {
   Recorder model;
   model.on_iteration = [](int iteration) { return iteration < 2; };

@@ -142,6 +142,33 @@ class AmplSame : public Ampl {
     for (const DerivativeEntry& entry : report.entries)
       ADD_FAILURE() << file << ": " << describe(entry, problem.structure()) << ": " << entry.exact
                     << " differs from " << entry.approximate;
+    compare_rows(problem);
+  }
+
+  /// Constraints evaluated alone at points that are new, and all of them there.
+  void compare_rows(TnlpProblem& problem) {
+    const ProblemStructure& s = problem.structure();
+    const std::size_t n = s.variable_lower.size(), m = s.constraint_lower.size();
+    std::vector<double> v(n), g(m), alone(m), j(s.jacobian.size()), h(s.hessian.size());
+    StartingPoint start{.v = v};
+    ASSERT_TRUE(problem.starting_point(start));
+    for (Index row = 0; static_cast<std::size_t>(row) < m; ++row) {
+      for (double& value : v) value += 1e-3;
+      std::vector<double> j_alone = j, h_alone(h.size()), lambda(m, 0.0);
+      lambda[static_cast<std::size_t>(row)] = 0.7;
+      ASSERT_TRUE(problem.constraint_rows({&row, 1}, v, true, alone));
+      ASSERT_TRUE(problem.jacobian_rows({&row, 1}, v, false, j_alone));
+      ASSERT_TRUE(problem.hessian(v, false, 0.0, lambda, true, h_alone));
+      ASSERT_TRUE(problem.constraints(v, false, g));
+      ASSERT_TRUE(problem.jacobian(v, false, j));
+      ASSERT_TRUE(problem.hessian(v, false, 0.0, lambda, true, h));
+      EXPECT_EQ(alone[static_cast<std::size_t>(row)], g[static_cast<std::size_t>(row)]);
+      EXPECT_EQ(h_alone, h);
+      for (std::size_t k = 0; k < j.size(); ++k) {
+        if (s.jacobian[k].row != row) continue;
+        EXPECT_EQ(j_alone[k], j[k]) << k;
+      }
+    }
   }
 };
 

@@ -255,5 +255,39 @@ class Sparse(unittest.TestCase):
         self.assertFalse(result.certificate.finite_differences)
 
 
+class RobustRows(unittest.TestCase):
+    def solve(self, count, **derivatives):
+        """(x - 3)^2, x + a_k y <= 2 for |y| <= 1, a in (0, 1]; calls of the functions of rows."""
+        calls = 0
+
+        def row(a):
+            def fun(x, y):
+                nonlocal calls
+                calls += 1
+                return x[0] + a * y[0]
+            return Constraint(fun, ub=2.0, player="min", **derivatives)
+
+        slopes = 0.2 + 0.8 * np.linspace(0.0, 1.0, count) if count > 1 else [1.0]
+        result = minimize_minmax(lambda x, y: (x[0] - 3.0) ** 2, [0.0], [0.1], bounds_y=(-1.0, 1.0),
+                                 constraints=[row(a) for a in slopes])
+        self.assertTrue(result.success, result.message)
+        np.testing.assert_allclose(result.x, [1.0], atol=1e-6)
+        return calls / count
+
+    def test_calls_per_row_do_not_grow(self):
+        for count in (1, 10, 30):
+            with self.subTest(count):
+                self.assertLessEqual(self.solve(count), 1600)
+
+    def test_several_values_of_one_constraint(self):
+        a = np.array([1.0, 0.5])
+        result = minimize_minmax(
+            lambda x, y: (x[0] - 3.0) ** 2, [0.0], [0.1], bounds_y=(-1.0, 1.0), constraints=[
+                Constraint(lambda x, y: x[0] + a * y[0], ub=2.0, player="min"),
+                Constraint(lambda x, y: x[0] + 0.1 * y[0] ** 2, ub=5.0, player="min")])
+        self.assertTrue(result.success, result.message)
+        np.testing.assert_allclose(result.x, [1.0], atol=1e-6)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -65,6 +65,7 @@ class _Game:
         self.clock, self.nfev, self.notes = clock, 0, []  # type: _Clock, int, List[str]
         self._last: Tuple[Vector, Any] = (np.full(v0.size, np.nan), None)  # of jac=True
         self.rows: List[Row] = []
+        self.places: List[Tuple[Row, int]] = []  #: of each value of g: its constraint, and which
         self.jac: Optional[Callable[[Vector], Any]] = None
         self.derivatives: Dict[str, Derivative] = {}
 
@@ -160,6 +161,7 @@ class _Game:
         if row.size == 0:
             raise ValueError(f"fun of {row.name} returned no values")
         self.rows.append(row)
+        self.places += [(row, k) for k in range(row.size)]
         if row.matrix is not None:
             row.pattern = ConstantPattern(row.matrix)  # type: ignore[attr-defined]
             return
@@ -187,6 +189,29 @@ class _Game:
         return np.concatenate([np.ravel(np.asarray(self.row_values(row, v), dtype=object))
                                for row in self.rows])
 
+    def constraint_rows(self, v: Vector, rows: Any) -> Vector:
+        return self._joined(rows, lambda row, own: self.real_row_values(row, v)[own])
+
+    def jacobian_rows(self, v: Vector, rows: Any) -> Vector:
+        def entries(row: Row, own: List[int]) -> Vector:
+            data, of_row = self._entries(row, v), row.pattern.rows  # type: ignore[attr-defined]
+            return data if row.size == 1 else np.concatenate([data[of_row == k] for k in own])
+        return self._joined(rows, entries)
+
+    def _joined(self, rows: Any, found: Callable[[Row, List[int]], Vector]) -> Vector:
+        """Of each constraint that has some of these rows what was found there, one after another."""
+        asked: Dict[Row, List[int]] = {}
+        for number in rows.tolist():
+            row, k = self.places[number]
+            asked.setdefault(row, []).append(k)
+        parts = [found(row, own) for row, own in asked.items()]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+    def _entries(self, row: Row, v: Vector) -> Vector:
+        pattern: Any = row.pattern  # type: ignore[attr-defined]
+        return pattern.data if row.matrix is not None else pattern.values(
+            row.derivative(v))  # type: ignore[attr-defined]
+
     def jacobianstructure(self) -> Tuple[Any, Any]:
         offsets = np.cumsum([0] + [row.size for row in self.rows])
         patterns = [row.pattern for row in self.rows]  # type: ignore[attr-defined]
@@ -194,9 +219,7 @@ class _Game:
                 np.concatenate([p.cols for p in patterns]))
 
     def jacobian(self, v: Vector) -> Vector:
-        return np.concatenate([
-            row.pattern.data if row.matrix is not None  # type: ignore[attr-defined]
-            else row.pattern.values(row.derivative(v)) for row in self.rows])  # type: ignore[attr-defined]
+        return np.concatenate([self._entries(row, v) for row in self.rows])
 
     def owners(self) -> Optional[npt.NDArray[np.intc]]:
         """Whose the constraints are: as said, or Max's where the Jacobian can have an entry in y."""
@@ -239,15 +262,17 @@ class _Game:
                             self.v0, self.box, (self.n, self.n), name)
                     for f, size, (name, _) in zip(functions, sizes, given)]
         lower = [lower_triangle(p) for p in patterns]
+        entries = [np.count_nonzero(low) for low in lower]
         offsets = np.cumsum([0] + [row.size for row in self.rows])
         places = [slice(a, a + row.size) for a, row in zip(offsets, self.rows) if row.matrix is None]
 
         def hessian(v: Vector, lagrange: Vector, factor: float) -> Vector:
-            weights = [lagrange[:0]] + [lagrange[place] for place in places]
+            weights = [np.array([factor])] + [lagrange[place] for place in places]
             factors = [factor] + [1.0] * len(places)
             return np.concatenate([
-                scale * p.values(f(v, w))[low]
-                for scale, p, f, w, low in zip(factors, patterns, functions, weights, lower)])
+                scale * p.values(f(v, w))[low] if w.any() else np.zeros(size)
+                for scale, p, f, w, low, size in zip(factors, patterns, functions, weights, lower,
+                                                     entries)])
 
         structure = tuple(np.concatenate([getattr(p, side)[low] for p, low in zip(patterns, lower)])
                           for side in ("rows", "cols"))
@@ -310,6 +335,7 @@ def _problem(game: _Game, hess: Any, hess_pattern: Any, callback: Any, options: 
     functions = types.SimpleNamespace(
         objective=game.objective, gradient=game.gradient, constraints=game.constraints,
         jacobian=game.jacobian, jacobianstructure=game.jacobianstructure,
+        constraint_rows=game.constraint_rows, jacobian_rows=game.jacobian_rows,
         objective_over=game.objective_over, constraints_over=game.constraints_over,
         **game.set_hessian(hess, hess_pattern))
     sides = [row.bounds(row.size) for row in game.rows]
@@ -498,9 +524,9 @@ def minimize_minmax(fun: Callable[..., Any], x0: npt.ArrayLike, y0: Optional[npt
         raise ValueError("without uncertainty= y0 has to be given, and there is no recourse= or exact=")
     args = args if isinstance(args, tuple) else (args,)
     if uncertainty is not None:
-        if bounds_y is not None or hess_pattern is not None:
-            raise ValueError("bounds_y and hess_pattern cannot be given with uncertainty=: use "
-                             "sets.Box(...) & ... for bounds")
+        if not (bounds_y is hess_pattern is names_x is names_y is None):
+            raise ValueError("bounds_y, hess_pattern, names_x and names_y cannot be given with "
+                             "uncertainty=: use sets.Box(...) & ... for bounds")
         from .uncertain import minimize_over_set
         return minimize_over_set(fun, x0, y0, args, jac, hess, bounds_x, _listed(constraints), callback,
                                  options, check_derivatives, uncertainty, recourse, exact)

@@ -17,7 +17,8 @@ MIN, MAX = 0, 1
 
 _core.set_exceptions(EvaluationError, LimitReached)
 
-_FUNCTIONS = ("objective", "gradient", "constraints", "jacobian", "hessian", "intermediate")
+_FUNCTIONS = ("objective", "gradient", "constraints", "jacobian", "hessian", "intermediate",
+              "constraint_rows", "jacobian_rows")
 _LARGEST_INDEX = np.iinfo(np.intc).max
 _SUCCESS = (0, 1)
 
@@ -143,7 +144,9 @@ class Problem:
                      alg_mod 1: of a feasibility restoration, 2: of a maximization over y at a held
                      x, which obj_value tells; there is no current iterate then
 
-    constraints and jacobian only with m > 0. Without hessian second derivatives are differences of
+    constraints and jacobian only with m > 0. Where rows are costly, constraint_rows(v, rows) and
+    jacobian_rows(v, rows) give some of them alone, the latter row by row; robust constraints need
+    them one at a time, and hessian may skip rows whose lagrange is 0. Without hessian second derivatives are differences of
     first ones, with the pattern of hessianstructure where that is there, else with one that is
     looked for. players: n entries, 0, False or "min" for the minimizer, 1, True or "max" for the
     maximizer, or one string for all; None is a plain minimization, with a warning.
