@@ -204,8 +204,13 @@ class Hearing {
     changes_.assign(ranges_.size(), 0.0);
     for (std::size_t k = 0; k < jacobian.size(); ++k) {
       const auto [row, col] = s_.jacobian[k];
-      if (s_.variable_players[at(col)] == Player::Min)
-        changes_[at(row)] += std::abs(jacobian[k]) * sizes.of(at(col));
+      const double change = std::abs(jacobian[k]) * sizes.of(at(col));
+      if (s_.variable_players[at(col)] == Player::Min) {
+        changes_[at(row)] += change;
+      } else if (at(row) < result_.constraints.size() && sizes.of(at(col)) < kUnbounded) {
+        // No samples show what a variable without bounds can do, witnesses may be few.
+        ranges_[at(row)].see(result_.constraints[at(row)] - change);
+      }
     }
   }
 

@@ -63,14 +63,16 @@ TEST(ConstraintRows, MaximizingARowEvaluatesItAndMaxsConstraints) {
 }
 
 TEST(ConstraintRows, CallsPerRowDoNotGrowWithTheirNumber) {
+  double of_one = 0.0;
   for (const std::size_t rows : {1, 10, 60}) {
     std::vector<Index> calls;
     auto problem = make(rows, calls);
     const Result result = solve_robust(problem, {}).result;
     EXPECT_TRUE(is_success(result.status)) << rows << ": " << result.message;
     EXPECT_NEAR(result.v[0], 2.0 - Rows::slope(std::min<std::size_t>(rows - 1, 6)), 1e-6) << rows;
-    constexpr Index kCallsPerRow = 4000;
-    EXPECT_LE(*std::max_element(calls.begin(), calls.end() - 2), kCallsPerRow) << rows;
+    const auto most = static_cast<double>(*std::max_element(calls.begin(), calls.end() - 2));
+    if (rows == 1) of_one = most;
+    EXPECT_LE(most, 1.2 * of_one) << rows;
   }
 }
 
