@@ -20,11 +20,12 @@ bool FirstOrderTest::is_acceptable(const Point& point) {
          std::max(error.dual_min, error.dual_max) <= options_.acceptable_dual_inf_tol &&
          error.primal <= options_.acceptable_constr_viol_tol &&
          error.complementarity <= options_.acceptable_compl_inf_tol &&
-         is_balanced(point, options_.acceptable_tol, kAcceptable);
+         is_balanced(point, options_.acceptable_tol);
 }
 
-bool FirstOrderTest::is_balanced(const Point& point, double tolerance, double of_largest) {
+bool FirstOrderTest::is_balanced(const Point& point, double tolerance) {
   if (std::max(point.error.dual_min, point.error.dual_max) <= tolerance) return true;
+  constexpr double kBalanced = 1e-4;  // |sum| over its largest term
   const Iterate& z = point.iterate;
   const Evaluation& e = point.evaluation;
   terms_ = e.gradient.cwiseAbs().cwiseMax(z.z_lower.cwiseAbs()).cwiseMax(z.z_upper.cwiseAbs());
@@ -36,7 +37,7 @@ bool FirstOrderTest::is_balanced(const Point& point, double tolerance, double of
   for (Index i = 0; i < terms_.size(); ++i) {
     const double own = point.dual[i] / canonical_.weight(i, z);
     const double error = std::abs(own) * canonical_.variable_scale(i) / f_scale;
-    if (error > tolerance && std::abs(point.dual[i]) > of_largest * terms_[i]) return false;
+    if (error > tolerance && std::abs(point.dual[i]) > kBalanced * terms_[i]) return false;
   }
   return true;
 }
@@ -60,7 +61,7 @@ std::optional<Status> FirstOrderTest::claim(const Point& point) {
   const double objective = canonical_.unscaled_objective(point.evaluation.f);
   const double last = std::exchange(last_objective_, objective);
   if (is_within_tolerances(point.error) &&
-      (is_balanced(point, options_.tol, kSolved) || has_settled(point.iterate.v))) {
+      (is_balanced(point, options_.tol) || has_settled(point.iterate.v))) {
     return Status::Solved;
   }
   const double change = std::abs(objective - last) / std::max(1.0, std::abs(objective));

@@ -17,7 +17,7 @@ class FirstOrderTest {
       : canonical_(canonical), options_(options) {}
 
   [[nodiscard]] bool is_met(const Point& point) {
-    return is_within_tolerances(point.error) && is_balanced(point, options_.tol, kSolved);
+    return is_within_tolerances(point.error) && is_balanced(point, options_.tol);
   }
   [[nodiscard]] bool is_acceptable(const Point& point);
 
@@ -27,12 +27,9 @@ class FirstOrderTest {
   void begin_anew() { acceptable_ = settled_ = 0; }
 
  private:
-  /// What an entry of the Lagrangian's gradient may be, over the largest term of its sum.
-  static constexpr double kSolved = 1e-4, kAcceptable = 1e-2;
-
   [[nodiscard]] bool is_within_tolerances(const KktError& error) const;
   /// Of the entries that exceed a tolerance in the model's units.
-  [[nodiscard]] bool is_balanced(const Point& point, double tolerance, double of_largest);
+  [[nodiscard]] bool is_balanced(const Point& point, double tolerance);
 
   /// Whether the model's variables stay where they are while multipliers grow: there are none.
   [[nodiscard]] bool has_settled(const Eigen::VectorXd& v);
