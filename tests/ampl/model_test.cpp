@@ -150,7 +150,8 @@ class AmplSame : public Ampl {
     const ProblemStructure& s = problem.structure();
     const std::size_t n = s.variable_lower.size(), m = s.constraint_lower.size();
     std::vector<double> v(n), g(m), alone(m), j(s.jacobian.size()), h(s.hessian.size());
-    StartingPoint start{.v = v};
+    StartingPoint start;
+    start.v = v;
     ASSERT_TRUE(problem.starting_point(start));
     for (Index row = 0; static_cast<std::size_t>(row) < m; ++row) {
       for (double& value : v) value += 1e-3;
