@@ -845,9 +845,9 @@ TEST(KktFactorizations, AskForNoMoreWorkspaceWhenTimeIsUp) {
   Budget budget(options);
   for (const bool expired : {false, true}) {
     TimeLimit limit(budget);
-    if (expired) limit.exceed(Status::MaxCpuTime);
     KktSystem kkt(canonical, options, counts, timing, &limit);
     ASSERT_TRUE(kkt.analyze());
+    if (expired) limit.exceed(Status::MaxCpuTime);
     kkt.assemble(iterate, evaluation);
     EXPECT_EQ(kkt.factorize({}).status,
               expired ? FactorizationStatus::Failed : FactorizationStatus::Ok);

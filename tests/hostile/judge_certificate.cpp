@@ -165,10 +165,10 @@ class CertificateJudge {
 
   void list_rows(bool relaxed) {
     rows_.clear();
-    const auto relaxation = [&](double bound) {
-      return relaxed ? std::min(options_.bound_relax_factor * std::max(1.0, std::abs(bound)),
-                                options_.constr_viol_tol)
-                     : 0.0;
+    const auto relaxation = [&](double bound, double width) {
+      double size = std::max(1.0, std::abs(bound));
+      if (width > 0.0) size = std::min(size, 100.0 * width);
+      return relaxed ? std::min(options_.bound_relax_factor * size, options_.constr_viol_tol) : 0.0;
     };
     const auto add = [&](Row row, double lower, double upper) {
       const bool below = lower > options_.nlp_lower_bound_inf;
@@ -177,10 +177,10 @@ class CertificateJudge {
       row.bound = lower;
       if (lower == upper) return rows_.push_back(row);
       row.side = -1.0;
-      row.bound = lower - (below ? relaxation(lower) : 0.0);
+      row.bound = lower - (below ? relaxation(lower, upper - lower) : 0.0);
       if (below) rows_.push_back(row);
       row.side = 1.0;
-      row.bound = upper + (above ? relaxation(upper) : 0.0);
+      row.bound = upper + (above ? relaxation(upper, upper - lower) : 0.0);
       if (above) rows_.push_back(row);
     };
     for (const Eigen::Index i : free_) {

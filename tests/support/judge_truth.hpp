@@ -83,9 +83,10 @@ class TruthJudge {
            (t == FixedVariableTreatment::MakeParameter ||
             t == FixedVariableTreatment::MakeParameterNodual);
   }
-  [[nodiscard]] double relaxation(double bound) const {
-    return std::min(options_.bound_relax_factor * std::max(1.0, std::abs(bound)),
-                    options_.constr_viol_tol);
+  [[nodiscard]] double relaxation(double bound, double width) const {
+    double size = std::max(1.0, std::abs(bound));
+    if (width > 0.0) size = std::min(size, 100.0 * width);
+    return std::min(options_.bound_relax_factor * size, options_.constr_viol_tol);
   }
 
   void judge_message() {
@@ -247,8 +248,10 @@ class TruthJudge {
       const bool by_constraint = lower == upper && options_.fixed_variable_treatment ==
                                                        FixedVariableTreatment::MakeConstraint;
       if (is_parameter(i) || by_constraint) continue;
-      if (has_lower(lower)) measure(v - lower + relaxation(lower), result_.z_lower[i], lower, v);
-      if (has_upper(upper)) measure(upper + relaxation(upper) - v, result_.z_upper[i], upper, v);
+      if (has_lower(lower))
+        measure(v - lower + relaxation(lower, upper - lower), result_.z_lower[i], lower, v);
+      if (has_upper(upper))
+        measure(upper + relaxation(upper, upper - lower) - v, result_.z_upper[i], upper, v);
     }
     expect_error("complementarity error", result_.error.complementarity, worst, rounding);
   }
