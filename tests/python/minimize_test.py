@@ -277,7 +277,7 @@ class RobustRows(unittest.TestCase):
     def test_calls_per_row_do_not_grow(self):
         for count in (1, 10, 30):
             with self.subTest(count):
-                self.assertLessEqual(self.solve(count), 2700)
+                self.assertLessEqual(self.solve(count), 1600)
 
     def test_several_values_of_one_constraint(self):
         a = np.array([1.0, 0.5])
