@@ -27,41 +27,51 @@ double finite_bound(const ProblemStructure& s, std::size_t j) {
   return s.constraint_lower[j] > -kUnbounded ? s.constraint_lower[j] : 0.0;
 }
 
+/// The constraints and their Jacobian at one point.
+struct Values {
+  std::vector<double> g, jacobian;
+  bool defined;
+};
+
+Values values_at(Problem& model, const std::vector<double>& v) {
+  const ProblemStructure& s = model.structure();
+  Values at_v{std::vector<double>(s.constraint_players.size()),
+              std::vector<double>(s.jacobian.size()), false};
+  at_v.defined = model.constraints(v, true, at_v.g) && model.jacobian(v, false, at_v.jacobian);
+  return at_v;
+}
+
 /// How far each row is from its bound at v, and by how much each Min variable can change it there:
 /// far away in a wide box of y a row may be anything.
-std::vector<double> sizes_near(Problem& model, const std::vector<double>& v) {
-  const ProblemStructure& s = model.structure();
-  std::vector<double> sizes(s.constraint_players.size(), 0.0), g(sizes.size());
-  std::vector<double> jacobian(s.jacobian.size());
-  if (!model.constraints(v, true, g) || !model.jacobian(v, false, jacobian)) return sizes;
+std::vector<double> sizes_near(const ProblemStructure& s, const std::vector<double>& v,
+                               const Values& here) {
+  std::vector<double> sizes(s.constraint_players.size(), 0.0);
+  if (!here.defined) return sizes;
   VariableRanges ranges(s);
   ranges.see(v);
-  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+  for (std::size_t k = 0; k < here.jacobian.size(); ++k) {
     const auto [row, col] = s.jacobian[k];
     if (s.variable_players[at(col)] == Player::Min)
-      sizes[at(row)] += std::abs(jacobian[k]) * ranges.of(at(col));
+      sizes[at(row)] += std::abs(here.jacobian[k]) * ranges.of(at(col));
   }
-  for (std::size_t j = 0; j < sizes.size(); ++j) sizes[j] += std::abs(g[j] - finite_bound(s, j));
+  for (std::size_t j = 0; j < sizes.size(); ++j)
+    sizes[j] += std::abs(here.g[j] - finite_bound(s, j));
   return sizes;
 }
 
 /// Of variables in a box: its width where that is out of proportion; in a wide one at most what
 /// brings a robust row to its bound.
-std::vector<double> units_of_boxes(Problem& model, const std::vector<double>& v,
-                                   const ProblemStructure& s) {
-  std::vector<double> g(s.constraint_players.size()), jacobian(s.jacobian.size());
-  std::vector<double> reach(v.size(), kUnbounded);
-  if (model.constraints(v, true, g) && model.jacobian(v, false, jacobian)) {
-    for (std::size_t k = 0; k < jacobian.size(); ++k) {
-      const auto [row, col] = s.jacobian[k];
-      if (s.constraint_players[at(row)] == Player::Max) continue;
-      const double distance = std::abs(g[at(row)] - finite_bound(s, at(row)));
-      if (distance > 0.0 && jacobian[k] != 0.0)
-        reach[at(col)] = std::min(reach[at(col)], distance / std::abs(jacobian[k]));
-    }
+std::vector<double> units_of_boxes(const ProblemStructure& s, const Values& here) {
+  std::vector<double> reach(s.variable_players.size(), kUnbounded);
+  for (std::size_t k = 0; here.defined && k < here.jacobian.size(); ++k) {
+    const auto [row, col] = s.jacobian[k];
+    if (s.constraint_players[at(row)] == Player::Max) continue;
+    const double distance = std::abs(here.g[at(row)] - finite_bound(s, at(row)));
+    if (distance > 0.0 && here.jacobian[k] != 0.0)
+      reach[at(col)] = std::min(reach[at(col)], distance / std::abs(here.jacobian[k]));
   }
-  std::vector<double> units(v.size(), 1.0);
-  for (std::size_t i = 0; i < v.size(); ++i) {
+  std::vector<double> units(reach.size(), 1.0);
+  for (std::size_t i = 0; i < units.size(); ++i) {
     const double width = s.variable_upper[i] - s.variable_lower[i];
     if (!(width > 0.0) || width >= kUnbounded) continue;
     const double size = width < 1.0 ? width : std::min(width, std::max(1.0, reach[i]));
@@ -87,7 +97,8 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigr
   RowUnits units = own_units(m);
   std::vector<ValueRange> seen(m);
   std::vector<double> point = v, g(m);
-  const std::vector<double> near = sizes_near(model, v);
+  const Values here = values_at(model, v);
+  const std::vector<double> near = sizes_near(model.structure(), v, here);
   std::mt19937_64 random(20220411);
   for (int k = 0; k <= kSamples; ++k) {
     for (std::size_t i = 0; k > 0 && i < v.size(); ++i) {
@@ -112,7 +123,7 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigr
     units.size[j] = units.factor[j] * size;
     if (row == epigraph_row) units.objective = units.factor[j];
   }
-  units.variables = units_of_boxes(model, v, s);
+  units.variables = units_of_boxes(s, here);
   return units;
 }
 
