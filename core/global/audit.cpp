@@ -278,7 +278,7 @@ class Hearing {
 
 /// f may be maximized over other y, which is no question with a negative factor of the objective.
 bool has_worst_case(const ProblemStructure& s, const Result& result) {
-  return !(result.objective_scale < 0.0) && result.over_y.branches == 0 && has_max_variables(s);
+  return !(result.objective_scale < 0.0) && has_max_variables(s);
 }
 
 void look_at_witnesses(Problem& model, const SolverOptions& options, const Witnesses& witnesses,
@@ -342,6 +342,55 @@ bool rises_beside(Problem& model, const SolverOptions& options, const Result& re
     }
   }
   return false;
+}
+
+/// Says so where f would change by what counts as variables and constraints go back to bounds that
+/// were relaxed: a large bound is moved by much beside the range of a small variable.
+void name_relaxed_bounds(Problem& model, const SolverOptions& options, Result& result,
+                         Counts& counts) {
+  using enum CertificateReason::Kind;
+  const double counts_from = std::max(1e-3 * std::abs(result.objective), options.tol);
+  const ProblemStructure& s = model.structure();
+  std::vector<CertificateReason>& reasons = result.certificate.reasons;
+  if (!is_success(result.status) ||
+      std::ranges::find(reasons, Relaxed, &CertificateReason::kind) != reasons.end()) {
+    return;
+  }
+  const auto add = [&](Player player, const std::string& name, double change) -> auto& {
+    return reasons.emplace_back(
+        CertificateReason{.kind = Relaxed,
+                          .player = player,
+                          .text = "relaxed: bound_relax_factor moved a bound of " + name +
+                                  ", which changes f by about " + number_text(change, 2),
+                          .variables = {},
+                          .constraints = {}});
+  };
+  for (std::size_t j = 0; j < std::min(result.constraints.size(), result.lambda.size()); ++j) {
+    const double g = result.constraints[j];
+    const double leaves_by = std::max(s.constraint_lower[j] - g, g - s.constraint_upper[j]);
+    const double change = leaves_by * std::abs(result.lambda[j]);
+    const auto row = static_cast<Index>(j);
+    if (!(change > counts_from)) continue;
+    return add(s.constraint_players[j], constraint_name(s, row), change).constraints.push_back(row);
+  }
+  std::vector<double> gradient;
+  for (std::size_t i = 0; i < result.v.size(); ++i) {
+    const double v = result.v[i];
+    const double leaves_by = std::max(s.variable_lower[i] - v, v - s.variable_upper[i]);
+    if (leaves_by <= 2.0 * options.bound_relax_factor) continue;
+    if (gradient.empty()) {
+      gradient.resize(result.v.size());
+      ++counts.gradient;
+      if (!model.gradient(result.v, true, gradient)) return;
+    }
+    // Where the multiplier vanishes all between the bound and here are equal, if f reads others.
+    const double change = leaves_by * std::max({std::abs(gradient[i]), std::abs(result.z_lower[i]),
+                                                std::abs(result.z_upper[i])});
+    const auto variable = static_cast<Index>(i);
+    if (!(change > counts_from)) continue;
+    return add(s.variable_players[i], variable_name(s, variable), change)
+        .variables.push_back(variable);
+  }
 }
 
 /// Why a point that passed its own test is no answer to what was asked.
@@ -474,6 +523,7 @@ namespace {
 void judge(Problem& model, const SolverOptions& options, const Witnesses& witnesses,
            std::optional<Status> cut, Result& result, Counts& counts) {
   look_at_witnesses(model, options, witnesses, result, counts);
+  name_relaxed_bounds(model, options, result, counts);
   const SearchOverY& y = result.over_y;
   const Certificate& c = result.certificate;
   const bool seems_wrong = c.inner.positive > c.inner_expected.positive;

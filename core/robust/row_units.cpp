@@ -59,6 +59,20 @@ std::vector<double> sizes_near(const ProblemStructure& s, const std::vector<doub
   return sizes;
 }
 
+/// Largest absolute derivative of each row, besides that of the epigraph's t, the last variable: the
+/// only size that is known of a function of y without bounds.
+std::vector<double> largest_slopes(const ProblemStructure& s, const Values& here,
+                                   Index epigraph_row) {
+  std::vector<double> slopes(s.constraint_players.size(), 0.0);
+  const auto last = static_cast<Index>(s.variable_players.size()) - 1;
+  for (std::size_t k = 0; here.defined && k < here.jacobian.size(); ++k) {
+    const auto [row, col] = s.jacobian[k];
+    if (row != epigraph_row || col != last)
+      slopes[at(row)] = std::max(slopes[at(row)], std::abs(here.jacobian[k]));
+  }
+  return slopes;
+}
+
 /// Of variables in a box: its width where that is out of proportion; in a wide one at most what
 /// brings a robust row to its bound.
 std::vector<double> units_of_boxes(const ProblemStructure& s, const Values& here) {
@@ -99,6 +113,7 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigr
   std::vector<double> point = v, g(m);
   const Values here = values_at(model, v);
   const std::vector<double> near = sizes_near(model.structure(), v, here);
+  const std::vector<double> slopes = largest_slopes(model.structure(), here, epigraph_row);
   std::mt19937_64 random(20220411);
   for (int k = 0; k <= kSamples; ++k) {
     for (std::size_t i = 0; k > 0 && i < v.size(); ++i) {
@@ -114,7 +129,8 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigr
   }
   for (const Index row : robust_constraints(s)) {
     const std::size_t j = at(row);
-    const double size = near[j] > 0.0 ? std::min(seen[j].size(), near[j]) : seen[j].size();
+    double size = seen[j].size() > 0.0 ? seen[j].size() : slopes[j];
+    if (near[j] > 0.0) size = std::min(size, near[j]);
     if (!(size > 0.0) || !std::isfinite(size)) continue;
     if (size < kLeastOrdinarySize || size > kMostOrdinarySize)
       units.factor[j] = std::exp2(-std::round(std::log2(size)));

@@ -161,6 +161,43 @@ AutodiffProblem two_wells(double unit, double shift) {
   return AutodiffProblem(model, {0.5, -0.9});
 }
 
+TEST(Audit, AHigherBranchIsHeardBesideAWideBox) {
+  // Two wells with peaks at y = 1 and -1 in a box of 200: far ends of it are 6e9 lower.
+  Model model;
+  const Expression x = model.variable(kMin, "x", -2.0, 2.0);
+  const Expression y = model.variable(kMax, "y", -2000.0, 2000.0);
+  const Expression u = 0.1 * y;
+  model.objective(square(x - 0.3) - 4.0 * square(square(u) - 1.0) + 3.0 * x * u);
+  AutodiffProblem problem(model, {1.0, -10.0});
+  SolverOptions options;
+  options.minmax_epigraph = true;
+  const Result result = solve(problem, options);
+  ASSERT_EQ(result.v.size(), 2U);
+  if (is_success(result.status)) {
+    EXPECT_NEAR(result.v[0], 0.0, 1e-4) << result.message;
+    EXPECT_NEAR(result.objective, 0.09, 1e-4) << result.message;
+  }
+}
+
+TEST(Audit, AResultSaysWhereRelaxedBoundsDecideIt) {
+  // x >= 0 in a unit of 1e6 and shifted: bound_relax_factor moves the bound of 1e4 by 1e-4.
+  Model model;
+  const Expression u = model.variable(kMin, "u", 1e4, kNoBound);
+  const Expression y = model.variable(kMax, "y");
+  const Expression x = 1e6 * (u - 1e4);
+  model.objective(1.0 + x + x * y - square(y));
+  model.constraint(x + y, -kNoBound, 1e3, kMax);
+  AutodiffProblem problem(model, {1e4 + 1e-6, 0.0});
+  const Result result = solve(problem, {});
+  ASSERT_EQ(result.v.size(), 2U);
+  const bool is_named =
+      std::ranges::any_of(result.certificate.reasons, [](const CertificateReason& reason) {
+        return reason.kind == CertificateReason::Kind::Relaxed;
+      });
+  EXPECT_TRUE(!is_success(result.status) || result.v[0] >= 1e4 - 1e-8 || is_named)
+      << result.message;
+}
+
 TEST(Audit, AWorseYOfAnotherStartCountsInAnyUnits) {
   for (const auto& [unit, shift] :
        {std::pair{1.0, 0.0}, {1e-6, 0.0}, {1e6, 0.0}, {1.0, 1e6}, {1e-3, 1.0}}) {

@@ -48,7 +48,7 @@ class Tolerances {
       dual_.push_back(std::min(dual_tol, std::max(options.tol, kForgiven * term)));
     }
     add_rows(at_start, result, static_cast<std::size_t>(r_.model_rows));
-    add_bounds(result);
+    add_bounds(result, here.gradient);
   }
 
   /// Gain of value along a step that may remain.
@@ -63,7 +63,9 @@ class Tolerances {
     }
     return kSafety * gain / std::abs(r_.f_factor);
   }
-  [[nodiscard]] double of_row(Index j) const { return kSafety * rows_[at(j)]; }
+  [[nodiscard]] double of_row(Index j) const {
+    return kSafety * std::max(finite(below_[at(j)]), finite(above_[at(j)]));
+  }
   [[nodiscard]] double of_bound(Index i) const { return kSafety * bounds_[at(i)]; }
   /// change: of the value, in the model's units.
   void add(double change) { value_ += change * std::abs(r_.f_factor); }
@@ -100,8 +102,10 @@ class Tolerances {
     if (is_bound(upper)) bound = std::max(bound, std::abs(upper));
     return std::min(options_.bound_relax_factor * bound, options_.constr_viol_tol);
   }
+  [[nodiscard]] static double finite(double open) { return open < kInfinite ? open : 0.0; }
   void add_rows(const Steepest& at_start, const Result& result, std::size_t model_rows) {
-    rows_.assign(model_rows, kInfinite);
+    below_.assign(model_rows, kInfinite);
+    above_ = below_;
     bounds_.assign(at(r_.b.size()), 0.0);
     for (std::size_t k = 0; k < r_.rows.size(); ++k) {
       const Rewriting::Row& row = r_.rows[k];
@@ -112,14 +116,20 @@ class Tolerances {
       if (source >= model_rows) {
         bounds_[source - model_rows] += in_model;
       } else if (!row.is_redundant) {
-        rows_[source] = std::min(rows_[source], in_model);
+        if (is_bound(row.lower)) below_[source] = std::min(below_[source], in_model);
+        if (is_bound(row.upper)) above_[source] = std::min(above_[source], in_model);
       }
     }
   }
-  void add_bounds(const Result& result) {
+  /// Multipliers of Max's bounds are 0 where several y are active: then by the slope of f.
+  void add_bounds(const Result& result, const std::vector<double>& slopes) {
     for (std::size_t k = 0; k < r_.variables.size(); ++k) {
       const double open = relaxed(r_.variables[k].lower, r_.variables[k].upper);
-      value_ += (std::abs(result.z_lower[k]) + std::abs(result.z_upper[k])) * open;
+      const double v = result.v[k];
+      const bool leaves = v < r_.variables[k].lower || v > r_.variables[k].upper;
+      value_ += std::max(std::abs(result.z_lower[k]) + std::abs(result.z_upper[k]),
+                         leaves ? slopes[k] : 0.0) *
+                open;
       for (std::size_t i = 0; i < bounds_.size(); ++i) {
         bounds_[i] += open * std::abs(r_.a(static_cast<Index>(i), static_cast<Index>(k)));
       }
@@ -130,7 +140,8 @@ class Tolerances {
   const SolverOptions& options_;
   double value_ = 0.0;                 ///< of the rewritten model
   std::vector<double> dual_;           ///< by variable of the rewritten model
-  std::vector<double> rows_, bounds_;  ///< by row and variable of the model
+  std::vector<double> below_, above_;  ///< by row of the model: of its two sides
+  std::vector<double> bounds_;         ///< by variable of the model
 };
 
 /// Values of one function over a grid of y.

@@ -222,6 +222,14 @@ TEST(Metamorphic, NoClaimIsFalseHoweverTheModelIsWritten) {
   EXPECT_LE(100 * all.in_other_units().lost, 6 * all.in_other_units().certified);
 }
 
+// A higher branch beside a wide box, a small factor of f without a box of y, bounds of 1e4 in small
+// units.
+TEST(Metamorphic, ClaimsThatWereFalseOnceAreNot) {
+  Metamorphic all;
+  for (const std::uint64_t seed : {9002104U, 9002463U, 9002596U, 9006836U, 9006997U}) all.run(seed);
+  EXPECT_EQ(all.all().wrong, 0);
+}
+
 TEST(Metamorphic, TheJudgeRefutesAnswersThatAreMoved) {
   int moved = 0, missed = 0;
   for (const KnownModel& model : known_models()) {
