@@ -214,8 +214,8 @@ class Hearing {
     }
   }
 
-  /// To what matters at the answer: what x can change, how witnesses differ, and what a solve
-  /// leaves undecided.
+  /// To what matters at the answer: what x can change there, or, where it changes nothing, how
+  /// witnesses differ, some of which may be far away; and what a solve leaves undecided.
   void cap_ranges() {
     if (!changes_are_known_) return;
     ValueRange f;
@@ -225,10 +225,12 @@ class Hearing {
       f.see(seen.f);
       for (std::size_t j = 0; j < g.size(); ++j) g[j].see(seen.g[j]);
     }
+    const auto cap = [](double change, const ValueRange& seen, double least) {
+      return std::max(change > 0.0 ? change : seen.size(), least);
+    };
     const double least = options_.tol / options_.minmax_worst_case_tol;
-    range_of_f_.cap = std::max(change_of_f_ + f.size(), least / std::abs(result_.objective_scale));
-    for (std::size_t j = 0; j < g.size(); ++j)
-      ranges_[j].cap = std::max(g[j].size() + changes_[j], least);
+    range_of_f_.cap = cap(change_of_f_, f, least / std::abs(result_.objective_scale));
+    for (std::size_t j = 0; j < g.size(); ++j) ranges_[j].cap = cap(changes_[j], g[j], least);
   }
 
   /// A random point of y's box; of variables without one the answer's value.
