@@ -140,6 +140,10 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigr
     if (row == epigraph_row) units.objective = units.factor[j];
   }
   units.variables = units_of_boxes(s, here);
+  if (units.objective != 1.0) {  // t, so that its own derivative stays 1
+    units.variables.resize(v.size(), 1.0);
+    units.variables.back() = 1.0 / units.objective;
+  }
   return units;
 }
 
