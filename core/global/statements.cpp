@@ -97,7 +97,7 @@ std::string looked_over_y(const Result& result) {
   const SearchOverY& y = result.over_y;
   const std::string of_objective = describe_worst_case(result);
   if (y.functions == 0 && of_objective.empty()) {
-    return y.finished ? "no other y was looked at (minmax_worst_case_starts)"
+    return y.finished ? "worst cases not searched (set minmax_worst_case_starts)"
                       : "cut short before any y was looked at";
   }
   std::string text;
