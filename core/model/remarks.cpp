@@ -226,6 +226,25 @@ std::string remedies(const ProblemStructure& s, const SolverOptions& options,
          (kink ? ", minmax_epigraph_at_kinks, minmax_starts" : "");
 }
 
+std::string coupled_remark(const ProblemStructure& s) {
+  std::vector<std::array<bool, 2>> reads(s.constraint_players.size());
+  for (const auto& [row, col] : s.jacobian) {
+    if (s.variable_lower[at(col)] != s.variable_upper[at(col)])
+      reads[at(row)][player(s.variable_players[at(col)])] = true;
+  }
+  Index coupled = -1;
+  for (std::size_t j = reads.size(); j-- > 0;) {
+    const bool of_max = s.constraint_players[j] == Player::Max;
+    if (!of_max && reads[j][1]) return {};  // robust: the user knows
+    if (of_max && reads[j][0] && reads[j][1] && s.constraint_lower[j] < s.constraint_upper[j])
+      coupled = static_cast<Index>(j);
+  }
+  if (coupled < 0) return {};
+  return constraint_name(s, coupled) +
+         " reads variables of both players and restricts Max. If Min must satisfy it for every y, "
+         "give it to Min.";
+}
+
 std::vector<std::string> idle_bound_remarks(const ProblemStructure& structure,
                                             const SolverOptions& options, const Result& result) {
   struct Group {

@@ -23,6 +23,10 @@ namespace ipminmax {
 [[nodiscard]] std::string remedies(const ProblemStructure& structure, const SolverOptions& options,
                                    const Result& result);
 
+/// Names the first inequality of Max that reads both players' variables, in a model without robust
+/// constraints: such a row is Max's by default, and may have been meant for Min. Empty: there is none.
+[[nodiscard]] std::string coupled_remark(const ProblemStructure& structure);
+
 /// Groups of Max's bounded variables (by their names up to a bracket) that stay far from their
 /// bounds at the point of a result: a disturbance that is priced out rather than bounded. One
 /// sentence each.

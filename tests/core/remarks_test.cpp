@@ -214,5 +214,19 @@ TEST(Structure, ForgottenConstraintPlayersAreNamed) {
       << result.message;
 }
 
+TEST(Remarks, ARowOfMaxThatReadsBothPlayersIsNamedUnlessRowsAreRobust) {
+  // Left to Max by default, -x0 with 2 x0 y0 - y0^2 <= 4 has the answer x0 = 10 for 2.5.
+  Model model;
+  const Expression x = model.variable(kMin, "x", 0.0, 10.0);
+  const Expression y = model.variable(kMax, "y", -1.0, 1.0);
+  model.objective(-x);
+  model.constraint(2.0 * x * y - square(y), -kNoBound, 4.0, kMax);
+  const AutodiffProblem problem(model, {1.0, 0.0});
+  EXPECT_NE(coupled_remark(problem.structure()).find("give it to Min"), std::string::npos);
+  model.constraint(x * y, -kNoBound, 4.0, kMin);
+  const AutodiffProblem with_robust(model, {1.0, 0.0});
+  EXPECT_EQ(coupled_remark(with_robust.structure()), "");
+}
+
 }  // namespace
 }  // namespace ipminmax
