@@ -170,6 +170,23 @@ std::vector<std::string> split_remarks(const ProblemStructure& s) {
 
 namespace {
 
+/// The row of Max that is violated most at the point, if any is: prices would not help.
+std::string violated_by_max(const ProblemStructure& s, const SolverOptions& options,
+                            const Result& result) {
+  std::size_t worst = 0;
+  double most = options.constr_viol_tol;
+  for (std::size_t j = 0; j < result.constraints.size(); ++j) {
+    const double g = result.constraints[j];
+    const double excess = std::max(s.constraint_lower[j] - g, g - s.constraint_upper[j]);
+    if (s.constraint_players[j] == Player::Max && excess > most) most = excess, worst = j;
+  }
+  if (!(most > options.constr_viol_tol)) return {};
+  return "Max's constraints are not met at this x, " +
+         constraint_name(s, static_cast<Index>(worst)) + " by " + number_text(most, 3) +
+         ": no y may satisfy them there. Do they restrict Min instead, or is a variable of "
+         "theirs Max's that should be Min's?";
+}
+
 /// Where curvature refutes every point that is stationary, max over y of f may have a kink.
 std::string at_refuted_point(const ProblemStructure& s) {
   std::string text =
@@ -197,6 +214,7 @@ std::string remedies(const ProblemStructure& s, const SolverOptions& options,
   const Shares counts = count(s);
   if (counts.free[0] == 0 || counts.free[1] == 0) return {};
   if (refuted) return at_refuted_point(s);
+  if (std::string empty = violated_by_max(s, options, result); !empty.empty()) return empty;
   std::string text;
   for (const std::string& mistake : split_remarks(s)) text += (text.empty() ? "" : " ") + mistake;
   if (!text.empty()) return text;

@@ -214,6 +214,24 @@ TEST(Structure, ForgottenConstraintPlayersAreNamed) {
       << result.message;
 }
 
+TEST(Remarks, AnEmptyYIsNamedInPlaceOfPrices) {
+  // HS71 with one variable given to Max, whose constraints then leave no y near the start's x.
+  Model model;
+  const Expression x0 = model.variable(kMin, "x0", 1.0, 5.0);
+  const Expression y = model.variable(kMax, "y", 1.0, 5.0);
+  const Expression x2 = model.variable(kMin, "x2", 1.0, 5.0);
+  const Expression x3 = model.variable(kMin, "x3", 1.0, 5.0);
+  model.objective(x0 * x3 * (x0 + y + x2) + x2);
+  model.constraint(x0 * y * x2 * x3, 25.0, kNoBound, kMax);
+  model.constraint(square(x0) + square(y) + square(x2) + square(x3), 40.0, 40.0, kMax);
+  AutodiffProblem problem(model, {1.0, 5.0, 5.0, 1.0});
+  const Result result = solve(problem, {});
+  EXPECT_FALSE(is_success(result.status)) << result.message;
+  const std::string said = remedies(problem.structure(), {}, result);
+  EXPECT_NE(said.find("Max's constraints are not met"), std::string::npos) << result.message;
+  EXPECT_EQ(said.find("price"), std::string::npos);
+}
+
 TEST(Remarks, ARowOfMaxThatReadsBothPlayersIsNamedUnlessRowsAreRobust) {
   // Left to Max by default, -x0 with 2 x0 y0 - y0^2 <= 4 has the answer x0 = 10 for 2.5.
   Model model;
