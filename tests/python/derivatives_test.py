@@ -153,6 +153,24 @@ class ClosedForms(unittest.TestCase):
         np.testing.assert_allclose([*result.x, *result.y], 2.0, atol=1e-7)
         self.assertEqual(result.derivatives, "fun: complex steps")
 
+    def test_functions_of_columns(self):
+        """One call for all complex steps where columns are treated alike, else one for each."""
+        same = [lambda v: (v[0] - 1.0) ** 2 + v[1] ** 2 + v[0] * v[2] - v[2] ** 2,  # takes columns
+                lambda v: np.sum((v - [1.0, 0.0, 0.0]) ** 2 * [1.0, 1.0, -1.0]) + v[0] * v[2],
+                lambda v: v @ np.diag([1.0, 1.0, -1.0]) @ v - 2.0 * v[0] + 1.0 + v[0] * v[2],
+                lambda v: 3.0 * np.mean(v * v * [1.0, 1.0, -1.0]) - 2.0 * v[0] + 1.0 + v[0] * v[2]]
+        calls = []
+        for fun in same:
+            def counted(x, y, fun=fun):
+                calls[-1] += 1
+                return fun(np.concatenate([x, y]))
+            calls.append(0)
+            result = minimize_minmax(counted, [0.3, 0.4], [0.2])
+            self.assertEqual(result.derivatives, "fun: complex steps")
+            np.testing.assert_allclose([*result.x, *result.y], [0.8, 0.0, 0.4], atol=1e-7)
+        for more in calls[1:]:
+            self.assertLess(1.5 * calls[0], more)
+
 
 class WrongDerivatives(unittest.TestCase):
     @staticmethod

@@ -19,6 +19,8 @@ _SCALES = (1.0, 1e-2, 1e2, 1e-4)
 #: Directions along which complex steps are compared with differences; beyond so many variables each
 #: direction moves several.
 _DIRECTIONS = 64
+#: Variables beyond which an array with a column for each complex step is too large.
+_COLUMNS = 1000
 #: Moves to points at which they are compared, over the lengths.
 _MOVES = (0.1, 1e-3)
 
@@ -134,6 +136,23 @@ def complex_step(function: Function, v: Vector) -> Vector:
         columns.append(np.atleast_1d(np.asarray(function(moved.copy()))).ravel().imag / step)
         moved[j] = v[j]
     return np.stack(columns, axis=-1)
+
+
+def complex_steps_at_once(function: Function, v: Vector, rows: int) -> Optional[Vector]:
+    """The same from one call with a column for each step, of a function that treats columns alike;
+    None where it does not return so many rows of columns."""
+    step = 1e-30
+    moved = np.repeat(v[:, None].astype(complex), v.size, axis=1)
+    moved.imag[np.diag_indices(v.size)] = step
+    try:
+        values = np.asarray(function(moved))
+    except ArithmeticError:  # undefined
+        raise
+    except Exception:  # takes no columns
+        return None
+    if values.shape != (rows, v.size) and (rows, values.shape) != (1, (v.size,)):
+        return None
+    return values.reshape(rows, v.size).imag / step
 
 
 def central(function: Function, v: Vector, box: Box) -> Vector:
@@ -257,6 +276,8 @@ class Derivative:
         self.is_complex = method == "cs" or (method is None and is_analytic(function, v0, box))
         self._may_change = method is None
         self._calls = 0
+        self._takes_columns: Optional[bool] = None  # not known yet
+        self._rows = 0
         self.places: List[Vector] = []  #: where complex steps were taken: the first, second, fourth...
 
     def __call__(self, v: Vector) -> Vector:
@@ -264,10 +285,29 @@ class Derivative:
         if self.is_complex and self._calls & (self._calls - 1) == 0:
             self.places.append(v.copy())
         if self.is_complex:
-            return complex_step(self._function, v)
+            return self._complex(v)
         if self._fitted is None:
             self._fitted = self._box.fitted(self._function, self._v0)
         return central(self._function, v, self._fitted)
+
+    def _complex(self, v: Vector) -> Vector:
+        """The first time in both ways, which have to agree."""
+        if self._takes_columns:
+            found = complex_steps_at_once(self._function, v, self._rows)
+            if found is not None:
+                return found
+        each = complex_step(self._function, v)
+        if self._takes_columns is None and 1 < v.size <= _COLUMNS:
+            self._rows = each.shape[0]
+            try:
+                with warnings.catch_warnings(), np.errstate(all="ignore"):
+                    warnings.simplefilter("ignore")
+                    together = complex_steps_at_once(self._function, v, self._rows)
+            except ArithmeticError:
+                together = None
+            self._takes_columns = together is not None and np.allclose(
+                together, each, rtol=1e-9, atol=0.0, equal_nan=True)
+        return each
 
     def holds_at(self, v: Vector) -> bool:
         """False: complex steps disagree there, and differences are used from now on."""
