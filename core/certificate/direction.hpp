@@ -21,15 +21,6 @@ namespace ipminmax {
                                                                     double margin, double distance,
                                                                     Player owner);
 
-/// The same along a direction in units that leads into the bounds where the other one does not: the
-/// value has to bend by more than a slope explains. Bounds as in the last assemble, K (of Max:
-/// K_yy) factorized.
-[[nodiscard]] std::optional<WrongCurvature> refutes_along(CanonicalProblem& canonical,
-                                                          ActiveSetSystem& system,
-                                                          const Point& point,
-                                                          const Eigen::VectorXd& direction,
-                                                          double distance, Player owner);
-
 /// Directions without curvature beyond the margin.
 struct FlatDirections {
   enum class Verdict : std::uint8_t {

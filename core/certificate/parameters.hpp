@@ -62,7 +62,6 @@ constexpr double kDependent = 1e-7;  ///< a combination of rows of length one th
 /// The same after kFew steps of inverse iteration that is none: 3 times the square root of
 /// kRelaxation.
 constexpr double kClearlyIndependent = 3e-5;
-constexpr Index kMostFaces = 10;  ///< rows of a matrix whose faces are all looked at
 constexpr double kFirm = 1e6;     ///< growth of barrier curvatures that hold bounds
 
 // --- W beside differences of gradients -----------------------------------------------------------

@@ -39,36 +39,13 @@ std::optional<Player> wrong_player(TestContext& c, ActiveSetSystem& system,
   return test.inner ? Player::Min : Player::Max;
 }
 
-/// A direction of one player into weakly active bounds. Of Min after wrong_player, which leaves K
-/// with all help in it.
-bool refute_in_cone(TestContext& c, ActiveSetSystem& system, const Candidate& candidate,
-                    Player owner) {
-  const bool inner = owner == Player::Max;
-  Eigen::VectorXd added =
-      candidate.error + Eigen::VectorXd::Constant(c.canonical.variables(), c.margin(1.0));
-  if (inner) {
-    system.assemble({.min_fixed = true, .max_fixed = true}, candidate.error, 0.0, 1.0);
-    const KktFactors factors = c.kkt.factorize_inner({.y = c.margin(1.0)});
-    if (!c.kkt.has_expected_inner_inertia(factors)) return false;
-    added = -added;
-  }
-  const auto found = least_in_cone(system, added, owner);
-  if (!found || found->least >= -parameter::kZero) return false;
-  c.wrong = refutes_along(c.canonical, system, candidate.point, found->direction,
-                          candidate.newton.step, owner);
-  return c.wrong.has_value();
-}
-
 bool refute(TestContext& c, ActiveSetSystem& system, Candidate& candidate) {
   const std::optional<Player> suspect = wrong_player(c, system, candidate);
   if (suspect) {
     c.wrong = find_refuting_direction(c.canonical, system, candidate.point, c.margin(1.0),
                                       candidate.newton.step, *suspect);
-    if (c.wrong) return true;
   }
-  if (candidate.classes.weak_max > 0) return refute_in_cone(c, system, candidate, Player::Max);
-  return !suspect && candidate.converges && candidate.classes.weak_min > 0 &&
-         refute_in_cone(c, system, candidate, Player::Min);
+  return c.wrong.has_value();
 }
 
 /// Of Min where the inner maximum is strict; of Max where there is no x, else it is a reason alone.
