@@ -206,82 +206,6 @@ bool begin(TestContext& c, const Point& given, const BoundClasses& guess, bool f
   return true;
 }
 
-/// Classes that the Newton step contradicts change, and the next one begins at its end. False: it
-/// leaves the bounds.
-bool change_classes(TestContext& c, Candidate& here) {
-  Iterate& end = here.newton.end.iterate;
-  for (Index i = 0; i < c.canonical.variables(); ++i) {
-    const int side = here.classes.side[static_cast<std::size_t>(i)];
-    if (side == 0) continue;
-    const double distance = here.classes.distance(c.canonical, here.point.iterate, i);
-    const double multiplier = here.classes.multiplier(here.point.iterate, i);
-    BoundClass& found = here.classes.of[static_cast<std::size_t>(i)];
-    if (found == BoundClass::Inactive && here.classes.distance(c.canonical, end, i) <= 0.0) {
-      end.v[i] = here.point.iterate.v[i] + side * parameter::kShareOfWay * distance;
-      found = BoundClass::Active;
-    } else if (found == BoundClass::Active &&
-               here.classes.multiplier(end, i) <= parameter::kTrace * multiplier) {
-      found = BoundClass::Inactive;  // a negative one is kept above zero
-    }
-  }
-  bool inside = true;
-  for_each_bound(c.canonical, end.v,
-                 [&](Index, int, double distance) { inside = inside && distance > 0.0; });
-  here.point.iterate = end;
-  if (!inside || !evaluate(c.canonical, here.point) ||
-      !drop_inactive_multipliers(c.canonical, here.classes, here.point)) {
-    return false;
-  }
-  here.units = certain_units(c.canonical, here);
-  return true;
-}
-
-/// Whether bounds are clearly what they were guessed to be: of a weakly active one nothing but
-/// rounding would be left at the end.
-bool guess_holds(const TestContext& c, const Candidate& here, const Point& given) {
-  const Iterate& end = here.newton.end.iterate;
-  for (Index i = 0; i < c.canonical.variables(); ++i) {
-    if (here.classes.side[static_cast<std::size_t>(i)] == 0) continue;
-    if (here.classes[i] == BoundClass::Doubtful) continue;
-    const bool active = here.classes[i] == BoundClass::Active;
-    const auto left = [&](const Iterate& z) {
-      return active ? here.classes.multiplier(z, i) : here.classes.distance(c.canonical, z, i);
-    };
-    if (!(left(end) >= parameter::kTrace * left(given.iterate))) return false;
-  }
-  return true;
-}
-
-/// Classes by z / s above or below 1, changed as Newton steps show (primal-dual active sets): where
-/// many bounds are nearly weakly active, mu would have to fall far to tell. They serve where all
-/// is right with them, else nothing is concluded.
-std::optional<Candidate> with_guessed_classes(TestContext& c, const Point& given) {
-  BoundClasses guess;
-  c.guess(given.iterate, 1.0, guess);
-  Candidate here;
-  // Of Max those no farther than what they were relaxed by stay doubtful.
-  if (guess.weak_min > 0 || !begin(c, given, guess, false, here)) return {};
-  here.crept = true;
-  for (int steps = 0; c.may_factorize(parameter::kToConfirm);) {
-    ActiveSetSystem system(c.canonical, c.kkt, here.classes, here.units, here.point.evaluation);
-    confirm(c, here, system);
-    if (auto released = release_bounds(c, here)) {
-      here = std::move(*released);
-      continue;
-    }
-    const bool near =
-        here.newton.classes_hold &&
-        is_near(c, here.point.iterate, here.newton.end.iterate.v, here.units, c.far());
-    if (near && here.converges && is_right(c, here, system) &&
-        independent_or_harmless(c, here, system) && guess_holds(c, here, given) &&
-        reports_solution(c, here, given)) {
-      return here;
-    }
-    if (!here.newton.done || ++steps > parameter::kFew || !change_classes(c, here)) break;
-  }
-  return {};
-}
-
 /// Where K_yy is singular but not wrong: phi(x) >= max over y of f - eps |y - y*|^2 / 2, with
 /// equality at x*, for any eps > 0 and lengths |.|. That function's answer is unique, and x* is its
 /// strict minimum, so one of phi, where K with eps is right.
@@ -389,9 +313,6 @@ SecondOrder examine(TestContext& c, const Point& given) {
   c.kkt.begin_pivoting();
   BoundClasses guess;
   c.guess(given.iterate, parameter::kStrictRatio, guess);
-  if (!c.is_far && !guess.clear()) {
-    if (const auto guessed = with_guessed_classes(c, given)) return certified(c, *guessed, given);
-  }
   const bool bounded = !c.canonical.lower_bounded().empty() || !c.canonical.upper_bounded().empty();
   const double mu = c.mu;
   Candidate start, last, first;
