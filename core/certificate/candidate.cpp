@@ -131,7 +131,7 @@ Units certain_units(CanonicalProblem& canonical, Candidate& candidate) {
                           without_inactive(canonical, candidate.classes, lambda));
   const auto measured = [&] {
     return units_of(canonical, point.iterate.v, certain,
-                    {.min_first = candidate.min_first, .by_coupling = candidate.proximal > 0.0});
+                    {.min_first = candidate.min_first});
   };
   if (there == nullptr) return measured();
   const auto keep = [](double changed, double& value) {
