@@ -50,7 +50,7 @@ bool is_stationary_at_end(const CanonicalProblem& canonical, const Candidate& ca
   const Eigen::VectorXd terms = terms_of_gradient(canonical, point, size);
   const double none = parameter::kRounding * terms.cwiseProduct(size).maxCoeff();
   for (Index i = canonical.y().begin; i < canonical.y().end; ++i) {
-    if (candidate.classes[i] > BoundClass::Inactive) continue;
+    if (candidate.classes[i] != BoundClass::Inactive) continue;
     const double slope = std::abs(left[i]);
     if (!(slope <= parameter::kHardly * terms[i] || slope * size[i] <= none)) return false;
   }
@@ -78,7 +78,7 @@ Eigen::VectorXd without_inactive(const CanonicalProblem& canonical, const BoundC
                                  Eigen::VectorXd lambda) {
   for (Index j = 0; j < canonical.constraints(); ++j) {
     const Index slack = canonical.slack_of(j);
-    const bool inactive = slack >= 0 && classes[slack] <= BoundClass::Inactive;
+    const bool inactive = slack >= 0 && classes[slack] == BoundClass::Inactive;
     if (inactive || classes.is_held(j)) lambda[j] = 0.0;
   }
   return lambda;

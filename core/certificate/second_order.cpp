@@ -98,14 +98,6 @@ InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error, doub
   return test;
 }
 
-InertiaTest survives_narrowed(ActiveSetSystem& system, ActiveSetSystem& narrow,
-                              const Eigen::VectorXd& error, double margin) {
-  const Taken taken{margin, 0.0};
-  InertiaTest test = test_inner(system, error, taken, false);
-  if (test.inner) test_full(narrow, error, taken, false, test);
-  return test;
-}
-
 InertiaTest helped(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
                    double multiplier_shift, bool inner_right) {
   KktSystem& kkt = system.kkt();

@@ -22,10 +22,6 @@ struct InertiaTest {
 /// the curvature of all of Max's variables besides, as of f - proximal |y - y*|^2 / 2.
 [[nodiscard]] InertiaTest survives(ActiveSetSystem& system, const Eigen::VectorXd& error,
                                    double margin, double proximal = 0.0);
-/// The same with K from another system, in which Max has fewer answers: phi is at least what these
-/// give.
-[[nodiscard]] InertiaTest survives_narrowed(ActiveSetSystem& system, ActiveSetSystem& narrow,
-                                            const Eigen::VectorXd& error, double margin);
 /// K_yy alone.
 [[nodiscard]] InertiaTest inner_survives(ActiveSetSystem& system, const Eigen::VectorXd& error,
                                          double margin, double proximal = 0.0);
