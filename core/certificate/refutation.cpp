@@ -118,27 +118,6 @@ void explain(TestContext& c, ActiveSetSystem& system, const Candidate& candidate
   }
 }
 
-/// What is known of y at this x alone.
-InnerAnswer answer_alone(TestContext& c, Candidate alone) {
-  if (!c.may_factorize(2)) return InnerAnswer::Unknown;
-  for (const IndexRange own : {c.canonical.x(), c.canonical.x_slacks()}) {
-    for (Index i = own.begin; i < own.end; ++i) alone.classes.hold(i);
-  }
-  count_doubtful(c.canonical, alone.classes);
-  alone.classes.redundant.resize(at(c.canonical.constraints()), false);
-  const IndexRange min_rows = c.canonical.min_constraints();
-  for (Index j = min_rows.begin; j < min_rows.end; ++j) alone.classes.redundant[at(j)] = true;
-  ActiveSetSystem system(c.canonical, c.kkt, alone.classes, alone.units, alone.point.evaluation);
-  confirm(c, alone, system);
-  if (!alone.converges) return InnerAnswer::Unknown;
-  const InertiaTest test = inner_survives(system, alone.error, c.margin(1.0));
-  if (!test.inner || !(test.inner_response <= parameter::kIndependent) ||
-      alone.newton.inner_turn * test.inner_response > parameter::kTurn) {
-    return InnerAnswer::Unknown;
-  }
-  return alone.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
-}
-
 }  // namespace
 
 SecondOrder judge_without_certificate(TestContext& c, Candidate& candidate) {
@@ -164,7 +143,6 @@ SecondOrder judge_without_certificate(TestContext& c, Candidate& candidate) {
   }
   if (c.wrong && c.wrong->owner == Player::Max) return verdict;
   explain(c, system, candidate);
-  if (c.has_x() && c.has_y()) c.certificate.answer = answer_alone(c, candidate);
   return verdict;
 }
 
