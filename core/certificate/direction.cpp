@@ -175,13 +175,10 @@ class FlatSearch : DirectionSearch {
   void find(double margin);
   [[nodiscard]] double change_by_relaxation(const Eigen::VectorXd& step) const;
   [[nodiscard]] bool is_flat(const Eigen::VectorXd& direction);
-  void look_for_descent(const Eigen::VectorXd& step, double length, double bend,
-                        const FeasibleArc::End& end);
 
   const SolverOptions& options_;
   double rounding_;                     ///< of f, by its terms
   std::vector<Eigen::VectorXd> found_;  ///< in units, owned parts orthonormal
-  std::optional<Eigen::VectorXd> descent_;
 };
 
 /// What the variables alone would have.
@@ -232,33 +229,12 @@ bool FlatSearch::is_flat(const Eigen::VectorXd& direction) {
       const double extent = longest(canonical, step, system.units()) * length;
       if (end.moved < parameter::kConfirmed * extent) return false;
       if (!(std::abs(end.change) <= parameter::kConstant * value + rounding_ + relaxed * length)) {
-        look_for_descent(step, signed_length, curvature(direction), end);
         return false;
       }
       if (++constant == parameter::kEnough) return true;
     }
   }
   return false;
-}
-
-/// At the end of an arc that does not stay at the same value, or on the other side, unless the
-/// curvature explains most of a rise: then it rises there, too.
-void FlatSearch::look_for_descent(const Eigen::VectorXd& step, double length, double bend,
-                                  const FeasibleArc::End& end) {
-  if (canonical.y().size() > 0) return;
-  const double explained = 0.5 * bend * length * length;
-  if (explained > 0.0 && std::abs(end.change - explained) <= parameter::kConfirmed * explained) {
-    return;
-  }
-  const auto falls = [&](const FeasibleArc::End& e) {
-    const double value = std::abs(point.evaluation.f) + length * length;
-    return e.reached && e.change < -parameter::kHardly * value;
-  };
-  if (falls(end)) {
-    descent_ = length * step;
-  } else if (length > 0.0 && falls(arc.take(step, -length))) {
-    descent_ = -length * step;
-  }
 }
 
 FlatDirections FlatSearch::run(double margin) {
@@ -285,7 +261,6 @@ FlatDirections FlatSearch::run(double margin) {
         std::abs(bend) <= rounding || (inner && canonical.x().size() > 0 && bend < 0.0);
     if ((none || bend <= margin * size) && is_flat(direction) && none) continue;
     flat.verdict = FlatDirections::Verdict::Neither;
-    flat.descent = std::move(descent_);
     flat.direction = arc.step_along(direction);
     break;
   }

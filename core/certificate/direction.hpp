@@ -33,9 +33,6 @@ struct FlatDirections {
   Verdict verdict = Verdict::None;
   /// The first that is not flat, or the first of all; a step of canonical variables.
   Eigen::VectorXd direction;
-  /// A step of Min along which the value falls clearly, although curvature does not say so; only
-  /// where there is no y.
-  std::optional<Eigen::VectorXd> descent{};
 };
 
 /// At a point that is not refuted, with no doubtful bounds: of Max at this x, of Min with y

@@ -58,7 +58,6 @@ bool is_flat(TestContext& c, ActiveSetSystem& system, const Candidate& candidate
   const double little = std::max(c.margin(1.0), candidate.crept ? max_norm(candidate.error) : 0.0);
   FlatDirections found =
       find_flat_directions(c.canonical, system, candidate.point, c.options, little, player);
-  c.descent = std::move(found.descent);
   if (found.verdict == FlatDirections::Verdict::None) return false;
   const bool flat = found.verdict == FlatDirections::Verdict::Flat;
   c.reasons.add_direction(
