@@ -49,7 +49,6 @@ void set_none(const CanonicalProblem& canonical, BoundClasses& classes) {
   classes.weak_min = classes.weak_max = 0;
   classes.redundant.clear();
   classes.held_rows.clear();
-  classes.dropped.clear();
   classes.of.assign(at(canonical.variables()), BoundClass::Inactive);
   classes.side.assign(at(canonical.variables()), 0);
 }
@@ -116,11 +115,6 @@ void count_doubtful(const CanonicalProblem& canonical, BoundClasses& classes) {
     if (classes[i] != BoundClass::Doubtful) continue;
     ++(canonical.owned_by_max(i) ? classes.weak_max : classes.weak_min);
   }
-}
-
-double BoundClasses::allowed_violation(Index i) const {
-  const auto place = std::ranges::find(dropped, i, &DroppedBound::variable);
-  return place == dropped.end() ? 0.0 : place->violation;
 }
 
 double BoundClasses::distance(const CanonicalProblem& canonical, const Iterate& z, Index i) const {

@@ -24,16 +24,8 @@ namespace ipminmax {
                                        Point& point, StepLength& alpha, bool& dependent);
 
 /// What a bound is at the solution nearby. Doubtful: multiplier and distance are both small, there
-/// is no strict complementarity that could be seen. Dropped: its gradient depends on those of
-/// others, and of the multipliers that balance the same gradient those are taken in which its own
-/// is zero.
-enum class BoundClass : std::uint8_t { Dropped, Inactive, Doubtful, Active };
-
-/// One that is dropped must not be violated at the solution by more than this.
-struct DroppedBound {
-  Index variable = -1;
-  double violation = 0.0;
-};
+/// is no strict complementarity that could be seen.
+enum class BoundClass : std::uint8_t { Inactive, Doubtful, Active };
 
 /// Per canonical variable; a slack stands for its inequality. Of two bounds the more active one
 /// counts.
@@ -46,7 +38,6 @@ struct BoundClasses {
   std::vector<bool> redundant;
   /// The same of Max's rows on copies that are held; their multipliers vanish.
   std::vector<bool> held_rows;
-  std::vector<DroppedBound> dropped;
 
   [[nodiscard]] bool is_redundant(Index constraint) const {
     return !redundant.empty() && redundant[static_cast<std::size_t>(constraint)];
@@ -60,8 +51,6 @@ struct BoundClasses {
   }
   /// Holds a variable where it is, at a bound or not.
   void hold(Index i);
-  /// What a bound may be violated by.
-  [[nodiscard]] double allowed_violation(Index i) const;
   [[nodiscard]] bool clear() const { return weak_min + weak_max == 0; }
   [[nodiscard]] BoundClass operator[](Index i) const { return of[static_cast<std::size_t>(i)]; }
   /// Distance to the bound meant, and its multiplier.

@@ -50,40 +50,11 @@ bool is_stationary_at_end(const CanonicalProblem& canonical, const Candidate& ca
   const Eigen::VectorXd terms = terms_of_gradient(canonical, point, size);
   const double none = parameter::kRounding * terms.cwiseProduct(size).maxCoeff();
   for (Index i = canonical.y().begin; i < canonical.y().end; ++i) {
-    if (candidate.classes[i] > BoundClass::Inactive) continue;
+    if (candidate.classes[i] != BoundClass::Inactive) continue;
     const double slope = std::abs(left[i]);
     if (!(slope <= parameter::kHardly * terms[i] || slope * size[i] <= none)) return false;
   }
   return true;
-}
-
-/// Multipliers cannot be known better than this: rounding of the variables, relative to their
-/// sizes, over what it changes the gradient by that they balance, and what is left of that.
-Eigen::VectorXd rounding_of_multipliers(const CanonicalProblem& canonical,
-                                        const Candidate& candidate, const Eigen::VectorXd& size) {
-  const Point& point = candidate.point;
-  const Evaluation& here = point.evaluation;
-  const Eigen::VectorXd terms = terms_of_gradient(canonical, point, size);
-  Eigen::VectorXd left = here.gradient;
-  const Eigen::VectorXd counted =
-      without_inactive(canonical, candidate.classes, point.iterate.lambda);
-  Eigen::VectorXd balanced = Eigen::VectorXd::Zero(canonical.constraints()), length = balanced;
-  for (std::size_t k = 0; k < here.jacobian.size(); ++k) {
-    const auto [row, col] = canonical.jacobian()[k];
-    left[col] += here.jacobian[k] * counted[row];
-    length[row] = std::max(length[row], std::abs(here.jacobian[k]));
-  }
-  for (std::size_t k = 0; k < here.jacobian.size(); ++k) {
-    const auto [row, col] = canonical.jacobian()[k];
-    if (here.jacobian[k] == 0.0) continue;
-    const bool is_free = candidate.classes[col] <= BoundClass::Inactive;
-    const double residual = is_free ? parameter::kResiduals * std::abs(left[col]) : 0.0;
-    balanced[row] = std::max({balanced[row], parameter::kRounding * terms[col], residual});
-  }
-  for (Index j = 0; j < balanced.size(); ++j) {
-    balanced[j] *= length[j] > 0.0 ? 1.0 / length[j] : 0.0;
-  }
-  return balanced;
 }
 
 /// Of the candidate at v with lambda; null: undefined there.
@@ -107,7 +78,7 @@ Eigen::VectorXd without_inactive(const CanonicalProblem& canonical, const BoundC
                                  Eigen::VectorXd lambda) {
   for (Index j = 0; j < canonical.constraints(); ++j) {
     const Index slack = canonical.slack_of(j);
-    const bool inactive = slack >= 0 && classes[slack] <= BoundClass::Inactive;
+    const bool inactive = slack >= 0 && classes[slack] == BoundClass::Inactive;
     if (inactive || classes.is_held(j)) lambda[j] = 0.0;
   }
   return lambda;
@@ -124,14 +95,12 @@ Units certain_units(CanonicalProblem& canonical, Candidate& candidate) {
   const Eigen::VectorXd size = sizes_of(canonical, point);
   Eigen::VectorXd step = parameter::kRounding * size;
   keep_within_bounds(canonical, point.iterate.v, parameter::kLittle, step);
-  const Eigen::VectorXd lambda =
-      point.iterate.lambda + rounding_of_multipliers(canonical, candidate, size);
   const Evaluation* there =
       rounded_derivatives(canonical, candidate, point.iterate.v + step,
-                          without_inactive(canonical, candidate.classes, lambda));
+                          without_inactive(canonical, candidate.classes, point.iterate.lambda));
   const auto measured = [&] {
     return units_of(canonical, point.iterate.v, certain,
-                    {.min_first = candidate.min_first, .by_coupling = candidate.proximal > 0.0});
+                    {.min_first = candidate.min_first});
   };
   if (there == nullptr) return measured();
   const auto keep = [](double changed, double& value) {

@@ -31,8 +31,6 @@ struct Candidate {
   bool relaxed = false;  ///< bounds were released that bound_relax_factor alone made active
   bool creeps = true;    ///< each of them has contracted, none enough
   std::optional<Dependences> dependences{};
-  /// Fewer answers of Max, in which K is tested: where his active gradients depend.
-  std::optional<BoundClasses> narrow{};
   /// Curvature taken from all of Max's variables, in units, where his best answer is not unique.
   double proximal = 0.0;
   std::optional<RoundedDerivatives> rounded{};  ///< last asked for

@@ -174,7 +174,6 @@ Finding run(TestContext& c, const Point& given) {
           .point = std::move(c.moved),
           .mu = c.mu,
           .wrong = std::move(c.wrong),
-          .descent = std::move(c.descent),
           .remark = std::move(remark)};
 }
 

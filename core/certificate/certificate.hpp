@@ -68,8 +68,6 @@ struct Finding {
   std::optional<Point> point;
   double mu = 0.0;
   std::optional<WrongCurvature> wrong;  ///< why the verdict is Violated
-  /// A step of Min to smaller values, although no curvature was found that refutes the point.
-  std::optional<Eigen::VectorXd> descent;
   std::string remark;  ///< where W is wrong, if it is, without line end
 };
 

@@ -88,14 +88,12 @@ class Refutation : DirectionSearch {
 
   /// With a shift that makes the matrix right, a smaller one where that finds nothing.
   std::optional<WrongCurvature> search(double margin, double distance);
-  std::optional<WrongCurvature> along(const Eigen::VectorXd& direction, double distance);
 
  private:
   [[nodiscard]] bool find_shift(double& shift) const;
   [[nodiscard]] bool gains(double length) { return gain(arc.take(step_, length), length); }
   [[nodiscard]] bool gain(const FeasibleArc::End& end, double length) const;
-  [[nodiscard]] bool gains_beyond_slope(double length);
-  [[nodiscard]] std::optional<WrongCurvature> try_steps(double distance, bool one_way);
+  [[nodiscard]] std::optional<WrongCurvature> try_steps(double distance);
 
   Player owner_;
   Eigen::VectorXd step_;    ///< of canonical variables
@@ -125,22 +123,12 @@ std::optional<WrongCurvature> Refutation::search(double margin, double distance)
       if (curvature_ > 0.0) {
         if (!(curvature_ > parameter::kClearlyWrong * margin * direction->squaredNorm())) return {};
         step_ = arc.step_along(*direction);
-        return try_steps(distance, false);
+        return try_steps(distance);
       }
     }
     if (shift > first) return {};
   }
   return {};
-}
-
-std::optional<WrongCurvature> Refutation::along(const Eigen::VectorXd& direction, double distance) {
-  const double norm = part(direction).norm();
-  if (!(norm > 0.0)) return {};
-  const double curvature = curvature_along(canonical, system.derivatives(), direction / norm);
-  curvature_ = inner ? curvature : -curvature;
-  if (!(curvature_ > 0.0)) return {};
-  step_ = arc.step_along(direction / norm);
-  return try_steps(distance, true);
 }
 
 /// Whether the value changes as the curvature says over an arc of this length.
@@ -154,22 +142,13 @@ bool Refutation::gain(const FeasibleArc::End& end, double length) const {
          (inner ? end.change : -end.change) >= parameter::kLittle * predicted;
 }
 
-/// The same where the way back is closed: the value has to fall, and by more than a slope explains.
-bool Refutation::gains_beyond_slope(double length) {
-  const FeasibleArc::End whole = arc.take(step_, length), half = arc.take(step_, 0.5 * length);
-  const double bend = whole.change - 2.0 * half.change;  // half of the predicted change
-  const double predicted = 0.5 * length * length * curvature_;
-  return gain(whole, length) && half.reached &&
-         (inner ? bend : -bend) >= 0.5 * parameter::kLittle * predicted;
-}
-
-std::optional<WrongCurvature> Refutation::try_steps(double distance, bool one_way) {
+std::optional<WrongCurvature> Refutation::try_steps(double distance) {
   const double size = longest(canonical, point.iterate.v, system.units());
   double length = parameter::kLittle * std::max(1.0, size);
   const double least = distance / parameter::kLittle;
   for (int k = 0; k < parameter::kMany && length >= least; ++k, length *= parameter::kShorter) {
     // In both directions, so that no slope left over counts.
-    if (one_way ? gains_beyond_slope(length) : gains(length) && gains(-length)) {
+    if (gains(length) && gains(-length)) {
       return WrongCurvature{owner_, step_};
     }
   }
@@ -196,13 +175,10 @@ class FlatSearch : DirectionSearch {
   void find(double margin);
   [[nodiscard]] double change_by_relaxation(const Eigen::VectorXd& step) const;
   [[nodiscard]] bool is_flat(const Eigen::VectorXd& direction);
-  void look_for_descent(const Eigen::VectorXd& step, double length, double bend,
-                        const FeasibleArc::End& end);
 
   const SolverOptions& options_;
   double rounding_;                     ///< of f, by its terms
   std::vector<Eigen::VectorXd> found_;  ///< in units, owned parts orthonormal
-  std::optional<Eigen::VectorXd> descent_;
 };
 
 /// What the variables alone would have.
@@ -253,33 +229,12 @@ bool FlatSearch::is_flat(const Eigen::VectorXd& direction) {
       const double extent = longest(canonical, step, system.units()) * length;
       if (end.moved < parameter::kConfirmed * extent) return false;
       if (!(std::abs(end.change) <= parameter::kConstant * value + rounding_ + relaxed * length)) {
-        look_for_descent(step, signed_length, curvature(direction), end);
         return false;
       }
       if (++constant == parameter::kEnough) return true;
     }
   }
   return false;
-}
-
-/// At the end of an arc that does not stay at the same value, or on the other side, unless the
-/// curvature explains most of a rise: then it rises there, too.
-void FlatSearch::look_for_descent(const Eigen::VectorXd& step, double length, double bend,
-                                  const FeasibleArc::End& end) {
-  if (canonical.y().size() > 0) return;
-  const double explained = 0.5 * bend * length * length;
-  if (explained > 0.0 && std::abs(end.change - explained) <= parameter::kConfirmed * explained) {
-    return;
-  }
-  const auto falls = [&](const FeasibleArc::End& e) {
-    const double value = std::abs(point.evaluation.f) + length * length;
-    return e.reached && e.change < -parameter::kHardly * value;
-  };
-  if (falls(end)) {
-    descent_ = length * step;
-  } else if (length > 0.0 && falls(arc.take(step, -length))) {
-    descent_ = -length * step;
-  }
 }
 
 FlatDirections FlatSearch::run(double margin) {
@@ -306,7 +261,6 @@ FlatDirections FlatSearch::run(double margin) {
         std::abs(bend) <= rounding || (inner && canonical.x().size() > 0 && bend < 0.0);
     if ((none || bend <= margin * size) && is_flat(direction) && none) continue;
     flat.verdict = FlatDirections::Verdict::Neither;
-    flat.descent = std::move(descent_);
     flat.direction = arc.step_along(direction);
     break;
   }
@@ -321,12 +275,6 @@ std::optional<WrongCurvature> find_refuting_direction(CanonicalProblem& canonica
                                                       Player owner) {
   system.assemble({.min_fixed = true, .max_fixed = owner == Player::Max});
   return Refutation(canonical, system, point, owner).search(margin, distance);
-}
-
-std::optional<WrongCurvature> refutes_along(CanonicalProblem& canonical, ActiveSetSystem& system,
-                                            const Point& point, const Eigen::VectorXd& direction,
-                                            double distance, Player owner) {
-  return Refutation(canonical, system, point, owner).along(direction, distance);
 }
 
 FlatDirections find_flat_directions(CanonicalProblem& canonical, ActiveSetSystem& system,

@@ -21,15 +21,6 @@ namespace ipminmax {
                                                                     double margin, double distance,
                                                                     Player owner);
 
-/// The same along a direction in units that leads into the bounds where the other one does not: the
-/// value has to bend by more than a slope explains. Bounds as in the last assemble, K (of Max:
-/// K_yy) factorized.
-[[nodiscard]] std::optional<WrongCurvature> refutes_along(CanonicalProblem& canonical,
-                                                          ActiveSetSystem& system,
-                                                          const Point& point,
-                                                          const Eigen::VectorXd& direction,
-                                                          double distance, Player owner);
-
 /// Directions without curvature beyond the margin.
 struct FlatDirections {
   enum class Verdict : std::uint8_t {
@@ -42,9 +33,6 @@ struct FlatDirections {
   Verdict verdict = Verdict::None;
   /// The first that is not flat, or the first of all; a step of canonical variables.
   Eigen::VectorXd direction;
-  /// A step of Min along which the value falls clearly, although curvature does not say so; only
-  /// where there is no y.
-  std::optional<Eigen::VectorXd> descent{};
 };
 
 /// At a point that is not refuted, with no doubtful bounds: of Max at this x, of Min with y

@@ -178,10 +178,6 @@ void ActiveSetNewton::look_at_classes(NewtonTest& test) {
     if (classes[i] == BoundClass::Inactive) {
       expect(i, towards <= parameter::kConfirmed * distance);
     }
-    if (classes[i] == BoundClass::Dropped) {
-      expect(i,
-             (1.0 + parameter::kContraction) * towards <= distance + classes.allowed_violation(i));
-    }
   });
 }
 
@@ -392,9 +388,6 @@ void ActiveSetNewton::look_at_inequalities(const Eigen::VectorXd& c, NewtonTest&
   }
   const BoundClasses& classes = system_.classes();
   const auto most = [&](Index i, double distance) {
-    if (classes[i] == BoundClass::Dropped) {
-      return (distance + classes.allowed_violation(i)) / (1.0 + parameter::kContraction);
-    }
     return (classes[i] == BoundClass::Inactive ? parameter::kConfirmed : 2.0) * distance;
   };
   for_each_bound(canonical_, iterate_.v, [&](Index i, int side, double distance) {

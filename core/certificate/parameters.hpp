@@ -35,7 +35,6 @@ constexpr double kStepIsRounding = 1e-5;  ///< over the distance over which W is
 /// Change of the active gradients over a step times what the matrices amplify, up to which these
 /// are nonsingular all along it.
 constexpr double kTurn = 0.25;
-constexpr double kResiduals = 10.0;   ///< of a gradient, that its multipliers may be off by
 constexpr double kIndependent = 1e5;  ///< amplification by matrices with independent gradients
 constexpr Index kToConfirm = 3;       ///< factorizations of a step and the test at its end
 /// Contraction of more than kFew steps of small systems, to a zero of high order; 1/2 belongs to
@@ -62,7 +61,6 @@ constexpr double kDependent = 1e-7;  ///< a combination of rows of length one th
 /// The same after kFew steps of inverse iteration that is none: 3 times the square root of
 /// kRelaxation.
 constexpr double kClearlyIndependent = 3e-5;
-constexpr Index kMostFaces = 10;  ///< rows of a matrix whose faces are all looked at
 constexpr double kFirm = 1e6;     ///< growth of barrier curvatures that hold bounds
 
 // --- W beside differences of gradients -----------------------------------------------------------

@@ -39,36 +39,13 @@ std::optional<Player> wrong_player(TestContext& c, ActiveSetSystem& system,
   return test.inner ? Player::Min : Player::Max;
 }
 
-/// A direction of one player into weakly active bounds. Of Min after wrong_player, which leaves K
-/// with all help in it.
-bool refute_in_cone(TestContext& c, ActiveSetSystem& system, const Candidate& candidate,
-                    Player owner) {
-  const bool inner = owner == Player::Max;
-  Eigen::VectorXd added =
-      candidate.error + Eigen::VectorXd::Constant(c.canonical.variables(), c.margin(1.0));
-  if (inner) {
-    system.assemble({.min_fixed = true, .max_fixed = true}, candidate.error, 0.0, 1.0);
-    const KktFactors factors = c.kkt.factorize_inner({.y = c.margin(1.0)});
-    if (!c.kkt.has_expected_inner_inertia(factors)) return false;
-    added = -added;
-  }
-  const auto found = least_in_cone(system, added, owner);
-  if (!found || found->least >= -parameter::kZero) return false;
-  c.wrong = refutes_along(c.canonical, system, candidate.point, found->direction,
-                          candidate.newton.step, owner);
-  return c.wrong.has_value();
-}
-
 bool refute(TestContext& c, ActiveSetSystem& system, Candidate& candidate) {
   const std::optional<Player> suspect = wrong_player(c, system, candidate);
   if (suspect) {
     c.wrong = find_refuting_direction(c.canonical, system, candidate.point, c.margin(1.0),
                                       candidate.newton.step, *suspect);
-    if (c.wrong) return true;
   }
-  if (candidate.classes.weak_max > 0) return refute_in_cone(c, system, candidate, Player::Max);
-  return !suspect && candidate.converges && candidate.classes.weak_min > 0 &&
-         refute_in_cone(c, system, candidate, Player::Min);
+  return c.wrong.has_value();
 }
 
 /// Of Min where the inner maximum is strict; of Max where there is no x, else it is a reason alone.
@@ -81,7 +58,6 @@ bool is_flat(TestContext& c, ActiveSetSystem& system, const Candidate& candidate
   const double little = std::max(c.margin(1.0), candidate.crept ? max_norm(candidate.error) : 0.0);
   FlatDirections found =
       find_flat_directions(c.canonical, system, candidate.point, c.options, little, player);
-  c.descent = std::move(found.descent);
   if (found.verdict == FlatDirections::Verdict::None) return false;
   const bool flat = found.verdict == FlatDirections::Verdict::Flat;
   c.reasons.add_direction(
@@ -141,27 +117,6 @@ void explain(TestContext& c, ActiveSetSystem& system, const Candidate& candidate
   }
 }
 
-/// What is known of y at this x alone.
-InnerAnswer answer_alone(TestContext& c, Candidate alone) {
-  if (!c.may_factorize(2)) return InnerAnswer::Unknown;
-  for (const IndexRange own : {c.canonical.x(), c.canonical.x_slacks()}) {
-    for (Index i = own.begin; i < own.end; ++i) alone.classes.hold(i);
-  }
-  count_doubtful(c.canonical, alone.classes);
-  alone.classes.redundant.resize(at(c.canonical.constraints()), false);
-  const IndexRange min_rows = c.canonical.min_constraints();
-  for (Index j = min_rows.begin; j < min_rows.end; ++j) alone.classes.redundant[at(j)] = true;
-  ActiveSetSystem system(c.canonical, c.kkt, alone.classes, alone.units, alone.point.evaluation);
-  confirm(c, alone, system);
-  if (!alone.converges) return InnerAnswer::Unknown;
-  const InertiaTest test = inner_survives(system, alone.error, c.margin(1.0));
-  if (!test.inner || !(test.inner_response <= parameter::kIndependent) ||
-      alone.newton.inner_turn * test.inner_response > parameter::kTurn) {
-    return InnerAnswer::Unknown;
-  }
-  return alone.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
-}
-
 }  // namespace
 
 SecondOrder judge_without_certificate(TestContext& c, Candidate& candidate) {
@@ -187,7 +142,6 @@ SecondOrder judge_without_certificate(TestContext& c, Candidate& candidate) {
   }
   if (c.wrong && c.wrong->owner == Player::Max) return verdict;
   explain(c, system, candidate);
-  if (c.has_x() && c.has_y()) c.certificate.answer = answer_alone(c, candidate);
   return verdict;
 }
 

@@ -4,7 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/certificate/basic_multipliers.hpp"
 #include "core/certificate/parameters.hpp"
 #include "core/method/parameters.hpp"
 #include "core/model/norms.hpp"
@@ -18,30 +17,15 @@ namespace {
 
 using Kind = CertificateReason::Kind;
 
-/// A robust constraint's worst case has to follow x smoothly.
-bool reads_both_players(const CanonicalProblem& canonical) {
-  return std::ranges::any_of(canonical.jacobian(), [&](const auto& entry) {
-    return canonical.min_constraints().contains(entry.row) && canonical.owned_by_max(entry.col);
-  });
-}
-
 // --- What a candidate is -------------------------------------------------------------------------
 
 /// Whether the matrices are right for every W within the error, over the whole step.
 bool is_right(TestContext& c, Candidate& here, ActiveSetSystem& system) {
-  const auto holds = [&](ActiveSetSystem& tested) {
-    if (!here.test.both() || !gradients_hold(here.newton, here.test)) return false;
-    c.examine_curvature(tested, here.point,
-                        without_inactive(c.canonical, here.classes, here.point.iterate.lambda));
-    return true;
-  };
-  if (here.narrow) {
-    ActiveSetSystem narrow(c.canonical, c.kkt, *here.narrow, here.units, here.point.evaluation);
-    here.test = survives_narrowed(system, narrow, here.error, c.margin(1.0));
-    return holds(narrow);
-  }
   here.test = survives(system, here.error, c.margin(1.0), here.proximal);
-  return holds(system);
+  if (!here.test.both() || !gradients_hold(here.newton, here.test)) return false;
+  c.examine_curvature(system, here.point,
+                      without_inactive(c.canonical, here.classes, here.point.iterate.lambda));
+  return true;
 }
 
 void look_for_dependences(TestContext& c, Candidate& here, ActiveSetSystem& system) {
@@ -64,7 +48,7 @@ bool independent_or_harmless(TestContext& c, Candidate& here, ActiveSetSystem& s
   look_for_dependences(c, here, system);
   if (c.canonical.max_constraints().size() == 0) return true;
   // K_yy, which amplifies little, says of Max's gradients what K with Min's does not.
-  const bool inner = !here.narrow && here.test.inner_response <= parameter::kIndependent;
+  const bool inner = here.test.inner_response <= parameter::kIndependent;
   if (!here.dependences) return inner;
   if (!known) here.classes.redundant = droppable(c.canonical, *here.dependences);
   return inner || rows_are_left_out(c.canonical, here, true) || !c.has_x();
@@ -206,82 +190,6 @@ bool begin(TestContext& c, const Point& given, const BoundClasses& guess, bool f
   return true;
 }
 
-/// Classes that the Newton step contradicts change, and the next one begins at its end. False: it
-/// leaves the bounds.
-bool change_classes(TestContext& c, Candidate& here) {
-  Iterate& end = here.newton.end.iterate;
-  for (Index i = 0; i < c.canonical.variables(); ++i) {
-    const int side = here.classes.side[static_cast<std::size_t>(i)];
-    if (side == 0) continue;
-    const double distance = here.classes.distance(c.canonical, here.point.iterate, i);
-    const double multiplier = here.classes.multiplier(here.point.iterate, i);
-    BoundClass& found = here.classes.of[static_cast<std::size_t>(i)];
-    if (found == BoundClass::Inactive && here.classes.distance(c.canonical, end, i) <= 0.0) {
-      end.v[i] = here.point.iterate.v[i] + side * parameter::kShareOfWay * distance;
-      found = BoundClass::Active;
-    } else if (found == BoundClass::Active &&
-               here.classes.multiplier(end, i) <= parameter::kTrace * multiplier) {
-      found = BoundClass::Inactive;  // a negative one is kept above zero
-    }
-  }
-  bool inside = true;
-  for_each_bound(c.canonical, end.v,
-                 [&](Index, int, double distance) { inside = inside && distance > 0.0; });
-  here.point.iterate = end;
-  if (!inside || !evaluate(c.canonical, here.point) ||
-      !drop_inactive_multipliers(c.canonical, here.classes, here.point)) {
-    return false;
-  }
-  here.units = certain_units(c.canonical, here);
-  return true;
-}
-
-/// Whether bounds are clearly what they were guessed to be: of a weakly active one nothing but
-/// rounding would be left at the end.
-bool guess_holds(const TestContext& c, const Candidate& here, const Point& given) {
-  const Iterate& end = here.newton.end.iterate;
-  for (Index i = 0; i < c.canonical.variables(); ++i) {
-    if (here.classes.side[static_cast<std::size_t>(i)] == 0) continue;
-    if (here.classes[i] == BoundClass::Doubtful) continue;
-    const bool active = here.classes[i] == BoundClass::Active;
-    const auto left = [&](const Iterate& z) {
-      return active ? here.classes.multiplier(z, i) : here.classes.distance(c.canonical, z, i);
-    };
-    if (!(left(end) >= parameter::kTrace * left(given.iterate))) return false;
-  }
-  return true;
-}
-
-/// Classes by z / s above or below 1, changed as Newton steps show (primal-dual active sets): where
-/// many bounds are nearly weakly active, mu would have to fall far to tell. They serve where all
-/// is right with them, else nothing is concluded.
-std::optional<Candidate> with_guessed_classes(TestContext& c, const Point& given) {
-  BoundClasses guess;
-  c.guess(given.iterate, 1.0, guess);
-  Candidate here;
-  // Of Max those no farther than what they were relaxed by stay doubtful.
-  if (guess.weak_min > 0 || !begin(c, given, guess, false, here)) return {};
-  here.crept = true;
-  for (int steps = 0; c.may_factorize(parameter::kToConfirm);) {
-    ActiveSetSystem system(c.canonical, c.kkt, here.classes, here.units, here.point.evaluation);
-    confirm(c, here, system);
-    if (auto released = release_bounds(c, here)) {
-      here = std::move(*released);
-      continue;
-    }
-    const bool near =
-        here.newton.classes_hold &&
-        is_near(c, here.point.iterate, here.newton.end.iterate.v, here.units, c.far());
-    if (near && here.converges && is_right(c, here, system) &&
-        independent_or_harmless(c, here, system) && guess_holds(c, here, given) &&
-        reports_solution(c, here, given)) {
-      return here;
-    }
-    if (!here.newton.done || ++steps > parameter::kFew || !change_classes(c, here)) break;
-  }
-  return {};
-}
-
 /// Where K_yy is singular but not wrong: phi(x) >= max over y of f - eps |y - y*|^2 / 2, with
 /// equality at x*, for any eps > 0 and lengths |.|. That function's answer is unique, and x* is its
 /// strict minimum, so one of phi, where K with eps is right.
@@ -297,39 +205,6 @@ std::optional<Candidate> with_many_answers(TestContext& c, const Candidate& star
     return {};
   }
   return trial;
-}
-
-/// Where active gradients depend on each other, the test with one choice of multipliers is enough
-/// for Min, and for Max to say that y is strictly best.
-std::optional<Candidate> with_basic_multipliers(TestContext& c, const Candidate& start) {
-  if (c.canonical.constraints() == 0 || !c.may_factorize(1 + parameter::kToConfirm)) return {};
-  BoundClasses classes = start.classes;
-  ActiveSetSystem system(c.canonical, c.kkt, classes, start.units, start.point.evaluation);
-  system.assemble({.min_fixed = true, .max_fixed = true});
-  const Dependences dependences = find_dependences(c.canonical, system, start.point, c.options);
-  classes.redundant = droppable(c.canonical, dependences);
-  const bool max = !c.has_x() || (c.has_y() && !dependences.independent(c.canonical, true) &&
-                                  !reads_both_players(c.canonical));
-  for (BasicMultipliers& basic :
-       basic_multipliers(system, start.point, dependences, c.options, max)) {
-    if (!c.may_factorize(parameter::kToConfirm)) return {};
-    Candidate trial;
-    trial.point = start.point;
-    trial.point.iterate = std::move(basic.iterate);
-    trial.classes = std::move(basic.classes);
-    trial.narrow = std::move(basic.narrow);
-    if (!evaluate(c.canonical, trial.point) ||
-        !drop_inactive_multipliers(c.canonical, trial.classes, trial.point)) {
-      continue;
-    }
-    trial.units = certain_units(c.canonical, trial);
-    trial.dependences = dependences;
-    if (!passes(c, trial)) continue;
-    c.certificate.licq_min = dependences.independent(c.canonical, false);
-    c.certificate.licq_max = dependences.independent(c.canonical, true);
-    return trial;
-  }
-  return {};
 }
 
 SecondOrder certified(TestContext& c, Candidate found, const Point& given) {
@@ -360,7 +235,6 @@ SecondOrder certified(TestContext& c, Candidate found, const Point& given) {
   c.arrays.classes = found.classes;
   c.certificate.margin = c.margin(1.0);
   c.certificate.answer = found.classes.weak_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
-  if (found.narrow) c.certificate.answer = InnerAnswer::StrictlyBest;
   if (found.proximal > 0.0) {
     c.certificate.answer = InnerAnswer::BestNotUnique;
     c.certificate.least_curvature = 0.0;
@@ -389,9 +263,6 @@ SecondOrder examine(TestContext& c, const Point& given) {
   c.kkt.begin_pivoting();
   BoundClasses guess;
   c.guess(given.iterate, parameter::kStrictRatio, guess);
-  if (!c.is_far && !guess.clear()) {
-    if (const auto guessed = with_guessed_classes(c, given)) return certified(c, *guessed, given);
-  }
   const bool bounded = !c.canonical.lower_bounded().empty() || !c.canonical.upper_bounded().empty();
   const double mu = c.mu;
   Candidate start, last, first;
@@ -412,10 +283,6 @@ SecondOrder examine(TestContext& c, const Point& given) {
   if (const auto many = with_many_answers(c, back ? first : start))
     return certified(c, *many, given);
   if (back) std::swap(followed.first, c.moved), std::swap(followed.second, c.mu);
-  const bool too_many = last.dependences && last.dependences->too_many;
-  if (!too_many) {
-    if (const auto basic = with_basic_multipliers(c, start)) return certified(c, *basic, given);
-  }
   if (last.point.iterate.v != given.iterate.v && !evaluate_objective(c.canonical, last.point)) {
     return undefined();
   }

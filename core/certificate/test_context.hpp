@@ -31,7 +31,6 @@ struct TestContext {
   Reasons reasons;
   std::optional<Point> moved{};  ///< nearer to the solution
   std::optional<WrongCurvature> wrong{};
-  std::optional<Eigen::VectorXd> descent{};
   std::optional<Deviation> wrong_row{};  ///< of W
   Eigen::VectorXd proximal{};  ///< curvature that was taken from Max, canonical units; or empty
   bool is_far = false;         ///< the solution is near enough for the test but not for the user

@@ -93,31 +93,6 @@ void equilibrate_block(const CanonicalProblem& canonical, const Evaluation& eval
   }
 }
 
-/// Variables without curvature from the other player's, whose lengths are known; two that are both
-/// without share the coupling in proportion to their sizes.
-void measure_by_coupling(const CanonicalProblem& canonical, const Evaluation& evaluation,
-                         UnitsArrays& arrays) {
-  Eigen::VectorXd& d = arrays.units.variable;
-  Eigen::VectorXd &known = arrays.norms, &unknown = arrays.coupling;
-  known.setZero(d.size());
-  unknown.setZero(d.size());
-  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
-    const auto [i, j] = canonical.hessian()[k];
-    if (canonical.owned_by_max(i) == canonical.owned_by_max(j)) continue;
-    const double entry = std::abs(evaluation.hessian[k]);
-    for (const auto& [row, col] : {std::pair{i, j}, std::pair{j, i}}) {
-      if (d[row] != kUnknown) continue;
-      if (d[col] != kUnknown) known[row] = std::max(known[row], entry * d[col]);
-      if (d[col] == kUnknown)
-        unknown[row] = std::max(unknown[row], entry * arrays.size_of(i) * arrays.size_of(j));
-    }
-  }
-  for (Index i = 0; i < d.size(); ++i) {
-    if (d[i] != kUnknown) continue;
-    d[i] = known[i] > 0.0 ? inverse(known[i]) : arrays.size_of(i) * inverse(std::sqrt(unknown[i]));
-  }
-}
-
 /// Largest |J_ji| d_i of each row, unknown ones left out.
 void constraint_norms(const CanonicalProblem& canonical, const Evaluation& evaluation,
                       const Eigen::VectorXd& d, Eigen::VectorXd& norms) {
@@ -245,7 +220,6 @@ const Units& units_of(const CanonicalProblem& canonical, const Eigen::VectorXd& 
   arrays.size = v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
   equilibrate_block(canonical, evaluation, !rules.min_first, false, arrays);
   equilibrate_block(canonical, evaluation, rules.min_first, true, arrays);
-  if (rules.by_coupling) measure_by_coupling(canonical, evaluation, arrays);
   spread_by_constraints(canonical, evaluation, arrays);
   cut_by_equations(canonical, evaluation, arrays);
   measure_rows(canonical, evaluation, units, arrays.rows);

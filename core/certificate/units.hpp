@@ -21,9 +21,6 @@ struct LengthRules {
   /// Min's variables are measured by W_xx alone, then Max's by W_yy and W_xy, too: a coupling with
   /// a y that constraints hold is no curvature of x.
   bool min_first = false;
-  /// Variables without curvature of their own get lengths from what couples them to the other
-  /// player's.
-  bool by_coupling = false;
 };
 
 /// Units with what they are found by, kept from call to call.

@@ -202,11 +202,8 @@ bool Search::leave(const Verdict& verdict, StepMethod& method, std::optional<Sea
   // the case that nothing better comes.
   const Certificate& found = verdict.finding.certificate;
   if (found.hessian_disagrees) return false;  // curvature that is wrong leads nowhere
-  // Where curvature decides nothing a minimization leaves if values were seen that do.
   const bool minimization = context_.canonical.max_size() == 0;
-  std::optional<WrongCurvature> wrong = verdict.finding.wrong;
-  if (minimization && verdict.finding.descent)
-    wrong = WrongCurvature{Player::Min, *verdict.finding.descent};
+  const std::optional<WrongCurvature>& wrong = verdict.finding.wrong;
   const bool degenerate = verdict.status == Status::SolvedDegenerate && !kept &&
                           (!minimization || wrong) && found.second_order != SecondOrder::Flat &&
                           (found.inner == found.inner_expected || seems_wrong(found));
