@@ -1,59 +1,109 @@
 #include "core/certificate/active_set.hpp"
 
+#include <algorithm>
+
 #include "core/certificate/parameters.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
-ActiveSetSystem::ActiveSetSystem(const CanonicalProblem& canonical, KktSystem& kkt,
-                                 const BoundClasses& classes, const Units& units,
+void ActiveBounds::reset(const CanonicalProblem& canonical) {
+  redundant.clear();
+  held_rows.clear();
+  of.assign(at(canonical.variables()), BoundClass::Inactive);
+  side.assign(at(canonical.variables()), 0);
+}
+
+void ActiveBounds::include(Index i, int side_of_bound, BoundClass found) {
+  if (side_of(i) != 0 && found <= of[at(i)]) return;
+  of[at(i)] = found;
+  side[at(i)] = static_cast<std::int8_t>(side_of_bound);
+}
+
+void ActiveBounds::hold(Index i) {
+  of[at(i)] = BoundClass::Active;
+  side[at(i)] = 0;
+}
+
+Index ActiveBounds::weak(const CanonicalProblem& canonical, Player player) const {
+  Index count = 0;
+  for (Index i = 0; i < canonical.variables(); ++i) {
+    const bool own = canonical.owned_by_max(i) == (player == Player::Max);
+    if (own && of[at(i)] == BoundClass::WeaklyActive) ++count;
+  }
+  return count;
+}
+
+double ActiveBounds::distance(const CanonicalProblem& canonical, const Iterate& z, Index i) const {
+  return side_of(i) < 0 ? canonical.above_lower(i, z.v[i]) : canonical.below_upper(i, z.v[i]);
+}
+
+bool within_relaxation(const CanonicalProblem& canonical, Index i, int side, double distance,
+                       const SolverOptions& options) {
+  return distance <= 2.0 * relaxation_of(canonical, i, side, options);
+}
+
+void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& options,
+                      const Iterate& iterate, const VariableScaling& scaling, double strict_ratio,
+                      ActiveBounds& set) {
+  set.reset(canonical);
+  for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
+    const double unit = scaling.variable[i];
+    const BoundClass found =
+        class_of(multiplier_of(iterate, i, side) * unit * unit, distance, strict_ratio);
+    const bool relaxed = within_relaxation(canonical, i, side, distance, options);
+    set.include(i, side,
+                found == BoundClass::Inactive && relaxed ? BoundClass::WeaklyActive : found);
+  });
+}
+
+ActiveSetSystem::ActiveSetSystem(const CanonicalProblem& its_canonical, KktSystem& its_kkt,
+                                 const ActiveBounds& its_set, const VariableScaling& its_scaling,
                                  const Evaluation& evaluation, ActiveSetArrays* arrays)
-    : canonical_(canonical),
-      kkt_(kkt),
-      classes_(classes),
-      units_(units),
+    : canonical(its_canonical),
+      kkt(its_kkt),
+      set(its_set),
+      scaling(its_scaling),
       arrays_(arrays != nullptr ? *arrays : own_.emplace()) {
-  set_in_units(canonical, evaluation, units, arrays_.scaled);
+  set_scaled(canonical, evaluation, scaling, arrays_.scaled);
   arrays_.reduced = arrays_.scaled;
   arrays_.fixed.assign(at(canonical.variables()), false);
 }
 
-void ActiveSetSystem::assemble(Doubtful fixed, const Eigen::VectorXd& error, double min_times,
+void ActiveSetSystem::assemble(Weak fixed, const Eigen::VectorXd& error, double min_times,
                                double max_times) {
-  for (Index i = 0; i < canonical_.variables(); ++i) {
-    const bool doubtful = canonical_.owned_by_max(i) ? fixed.max_fixed : fixed.min_fixed;
-    arrays_.fixed[at(i)] =
-        classes_[i] == BoundClass::Active || (classes_[i] == BoundClass::Doubtful && doubtful);
-  }
-  for (std::size_t k = 0; k < arrays_.scaled.hessian.size(); ++k) {
-    const auto [i, j] = canonical_.hessian()[k];
-    arrays_.reduced.hessian[k] =
-        arrays_.fixed[at(i)] || arrays_.fixed[at(j)] ? 0.0 : arrays_.scaled.hessian[k];
-  }
-  for (std::size_t k = 0; k < arrays_.scaled.jacobian.size(); ++k) {
-    const auto [row, col] = canonical_.jacobian()[k];
-    arrays_.reduced.jacobian[k] =
-        arrays_.fixed[at(col)] || !counts(row) ? 0.0 : arrays_.scaled.jacobian[k];
-  }
   Eigen::VectorXd& curvature = arrays_.curvature;
-  curvature.setZero(canonical_.variables());
-  for (Index i = 0; i < canonical_.variables(); ++i) {
+  curvature.setZero(canonical.variables());
+  for (Index i = 0; i < canonical.variables(); ++i) {
+    const bool max = canonical.owned_by_max(i);
+    const bool held = set[i] == BoundClass::Active || (set[i] == BoundClass::WeaklyActive &&
+                                                       (max ? fixed.max_fixed : fixed.min_fixed));
+    arrays_.fixed[at(i)] = held;
     if (is_slack(i)) {
-      curvature[i] = arrays_.fixed[at(i)] ? parameters::certificate::kRigid : 1.0;
-    } else if (arrays_.fixed[at(i)]) {
+      curvature[i] = held ? parameters::certificate::kRigid : 1.0;
+    } else if (held) {
       curvature[i] = 1.0;
     } else if (error.size() > 0) {
-      curvature[i] = (canonical_.owned_by_max(i) ? max_times : min_times) * error[i];
+      curvature[i] = (max ? max_times : min_times) * error[i];
     }
   }
-  const bool any = !classes_.redundant.empty() || !classes_.held_rows.empty();
-  arrays_.left_out.assign(any ? at(canonical_.constraints()) : 0, true);
-  for (Index j = 0; any && j < canonical_.constraints(); ++j) {
-    const Index slack = canonical_.slack_of(j);
-    arrays_.left_out[at(j)] = classes_.is_left_out(j);
-    if (slack >= 0 && classes_.is_left_out(j)) curvature[slack] = 1.0;
+  arrays_.reduced.hessian = arrays_.scaled.hessian;
+  for_each_entry(canonical.hessian(), arrays_.reduced.hessian,
+                 [&](Index i, Index j, double& value) {
+                   if (is_fixed(i) || is_fixed(j)) value = 0.0;
+                 });
+  arrays_.reduced.jacobian = arrays_.scaled.jacobian;
+  for_each_entry(canonical.jacobian(), arrays_.reduced.jacobian,
+                 [&](Index row, Index col, double& value) {
+                   if (is_fixed(col) || !counts(row)) value = 0.0;
+                 });
+  const bool any = !set.redundant.empty() || !set.held_rows.empty();
+  arrays_.left_out.assign(any ? at(canonical.constraints()) : 0, true);
+  for (Index j = 0; any && j < canonical.constraints(); ++j) {
+    arrays_.left_out[at(j)] = set.is_left_out(j);
+    if (canonical.slack_of(j) >= 0 && set.is_left_out(j)) curvature[canonical.slack_of(j)] = 1.0;
   }
-  kkt_.assemble(arrays_.reduced, curvature, arrays_.left_out);
+  kkt.assemble(arrays_.reduced, curvature, arrays_.left_out);
 }
 
 }  // namespace ipminmax

@@ -1,14 +1,76 @@
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
-#include "core/certificate/bound_classes.hpp"
-#include "core/certificate/units.hpp"
+#include "core/certificate/scaling.hpp"
 #include "core/kkt/system.hpp"
-#include "core/point/point.hpp"
 
 namespace ipminmax {
+
+/// What a bound is at the solution nearby. Weakly active: multiplier and distance are both small,
+/// there is no strict complementarity that could be seen.
+enum class BoundClass : std::uint8_t { Inactive, WeaklyActive, Active };
+
+/// The one rule of what is active, by a multiplier and a distance in lengths in which both count
+/// the same: no doubt where one is strict_ratio times the other.
+[[nodiscard]] inline BoundClass class_of(double multiplier, double distance, double strict_ratio) {
+  if (multiplier > strict_ratio * distance) return BoundClass::Active;
+  return strict_ratio * multiplier < distance ? BoundClass::Inactive : BoundClass::WeaklyActive;
+}
+
+/// Per canonical variable; a slack stands for its inequality. Of two bounds the more active one
+/// counts.
+struct ActiveBounds {
+  std::vector<BoundClass> of;
+  std::vector<std::int8_t> side;  ///< -1: the lower bound is meant, +1: the upper one, 0: none
+  /// Per canonical constraint, or empty: rows that say nothing beside others, whose multipliers are
+  /// kept as they are.
+  std::vector<bool> redundant;
+  /// The same of Max's rows on copies that are held; their multipliers vanish.
+  std::vector<bool> held_rows;
+
+  /// All bounds inactive, all rows counted.
+  void reset(const CanonicalProblem& canonical);
+  /// One of a variable's bounds.
+  void include(Index i, int side_of_bound, BoundClass found);
+  /// Holds a variable where it is, at a bound or not.
+  void hold(Index i);
+  [[nodiscard]] bool is_redundant(Index constraint) const {
+    return !redundant.empty() && redundant[static_cast<std::size_t>(constraint)];
+  }
+  [[nodiscard]] bool is_held(Index constraint) const {
+    return !held_rows.empty() && held_rows[static_cast<std::size_t>(constraint)];
+  }
+  [[nodiscard]] bool is_left_out(Index constraint) const {
+    return is_redundant(constraint) || is_held(constraint);
+  }
+  /// Whether no bound is weakly active.
+  [[nodiscard]] bool is_strict() const {
+    return std::ranges::find(of, BoundClass::WeaklyActive) == of.end();
+  }
+  /// Weakly active bounds of a player.
+  [[nodiscard]] Index weak(const CanonicalProblem& canonical, Player player) const;
+  [[nodiscard]] BoundClass operator[](Index i) const { return of[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] int side_of(Index i) const { return side[static_cast<std::size_t>(i)]; }
+  /// Distance to the bound meant, and its multiplier.
+  [[nodiscard]] double distance(const CanonicalProblem& canonical, const Iterate& z, Index i) const;
+  [[nodiscard]] double multiplier(const Iterate& z, Index i) const {
+    return multiplier_of(z, i, side_of(i));
+  }
+};
+
+/// By z / s, scaled: a first guess, which a Newton step has to confirm. A bound no farther than
+/// what it was relaxed by is never inactive. Weakly active where the ratio is no larger than
+/// strict_ratio and no smaller than its inverse.
+void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& options,
+                      const Iterate& iterate, const VariableScaling& scaling, double strict_ratio,
+                      ActiveBounds& set);
+/// Whether a point of the model's own feasible set may lie on the bound: it was relaxed by so much.
+[[nodiscard]] bool within_relaxation(const CanonicalProblem& canonical, Index i, int side,
+                                     double distance, const SolverOptions& options);
 
 /// What an ActiveSetSystem works with, kept from one to the next.
 struct ActiveSetArrays {
@@ -20,53 +82,63 @@ struct ActiveSetArrays {
   Step step;
 };
 
-/// The KKT system of the active set, in units: fixed variables (at active bounds) and the rows of
+/// The scaled KKT system of the active set: fixed variables (at active bounds) and the rows of
 /// inactive inequalities are taken out, active inequalities are equalities. Uses the matrices of a
 /// KktSystem, with rows that are taken out replaced by those of the identity, signs as expected.
 class ActiveSetSystem {
  public:
-  /// Whether doubtful bounds are fixed, per player.
-  struct Doubtful {
+  /// Whether weakly active bounds are fixed, per player.
+  struct Weak {
     bool min_fixed = false, max_fixed = false;
-    friend bool operator==(const Doubtful&, const Doubtful&) = default;
   };
-  /// So that the verdict of the sufficient conditions holds whatever the doubtful bounds are: those
-  /// of Min as inactive, for more directions are open to him; those of Max as active in K, for
-  /// phi(x) is at least what he gets with them.
-  static constexpr Doubtful kSufficient{.min_fixed = false, .max_fixed = true};
+  /// So that the verdict of the sufficient conditions holds whatever the weakly active bounds are:
+  /// those of Min as inactive, for more directions are open to him; those of Max as active in K,
+  /// for phi(x) is at least what he gets with them.
+  static constexpr Weak kSufficient{.min_fixed = false, .max_fixed = true};
 
   /// The point's derivatives are copied. arrays: of no other system that is in use; null: its own.
-  ActiveSetSystem(const CanonicalProblem& canonical, KktSystem& kkt, const BoundClasses& classes,
-                  const Units& units, const Evaluation& evaluation,
-                  ActiveSetArrays* arrays = nullptr);
+  ActiveSetSystem(const CanonicalProblem& its_canonical, KktSystem& its_kkt,
+                  const ActiveBounds& its_set, const VariableScaling& its_scaling,
+                  const Evaluation& evaluation, ActiveSetArrays* arrays = nullptr);
   ActiveSetSystem(const ActiveSetSystem&) = delete;
   ActiveSetSystem& operator=(const ActiveSetSystem&) = delete;
 
-  /// Assembles K and K_yy with min_times, max_times the error (per variable, in units; may be
-  /// empty) added to the curvature of the players' variables: to W for Min, taken from W for Max.
-  void assemble(Doubtful fixed, const Eigen::VectorXd& error = {}, double min_times = 0.0,
+  /// Assembles K and K_yy with min_times, max_times the error (per variable, scaled; may be empty)
+  /// added to the curvature of the players' variables: to W for Min, taken from W for Max.
+  void assemble(Weak fixed, const Eigen::VectorXd& error = {}, double min_times = 0.0,
                 double max_times = 0.0);
 
-  [[nodiscard]] const CanonicalProblem& canonical() const { return canonical_; }
-  [[nodiscard]] KktSystem& kkt() { return kkt_; }
-  [[nodiscard]] const BoundClasses& classes() const { return classes_; }
-  [[nodiscard]] const Units& units() const { return units_; }
+  const CanonicalProblem& canonical;
+  KktSystem& kkt;
+  const ActiveBounds& set;
+  const VariableScaling& scaling;
+
   /// The matrices' derivatives of the last assemble.
   [[nodiscard]] const Evaluation& assembled() const { return arrays_.reduced; }
   /// Rows that are left out, or empty.
   [[nodiscard]] const std::vector<bool>& left_out() const { return arrays_.left_out; }
-  /// Derivatives in units, nothing taken out.
+  /// Scaled derivatives, nothing taken out.
   [[nodiscard]] const Evaluation& derivatives() const { return arrays_.scaled; }
-  /// A right-hand side and solution for the next solve with the system, of any values.
-  [[nodiscard]] NewtonResidual& rhs() { return arrays_.rhs; }
+  /// A right-hand side, zero, and solution for the next solve with the system.
+  [[nodiscard]] NewtonResidual& rhs() {
+    set_zero(canonical, arrays_.step);
+    set_zero(canonical, arrays_.rhs);
+    return arrays_.rhs;
+  }
   [[nodiscard]] Step& step() { return arrays_.step; }
+  /// With K_yy or K as factorized last.
+  [[nodiscard]] bool solve(bool inner, const NewtonResidual& rhs, Step& solution,
+                           const Accuracy& accuracy = {}) {
+    return inner ? kkt.solve_inner(assembled(), rhs, solution, accuracy)
+                 : kkt.solve(assembled(), rhs, solution, accuracy);
+  }
 
-  /// With the doubtful bounds as in the last assemble.
+  /// With the weakly active bounds as in the last assemble.
   [[nodiscard]] bool is_fixed(Index variable) const {
     return arrays_.fixed[static_cast<std::size_t>(variable)] != 0;
   }
   [[nodiscard]] bool is_slack(Index variable) const {
-    return canonical_.x_slacks().contains(variable) || canonical_.y_slacks().contains(variable);
+    return canonical.x_slacks().contains(variable) || canonical.y_slacks().contains(variable);
   }
   /// Neither fixed nor a slack.
   [[nodiscard]] bool is_free(Index variable) const {
@@ -74,16 +146,11 @@ class ActiveSetSystem {
   }
   /// Whether a constraint is an equality or an inequality counted as active, and not left out.
   [[nodiscard]] bool counts(Index constraint) const {
-    if (classes_.is_left_out(constraint)) return false;
-    const Index slack = canonical_.slack_of(constraint);
-    return slack < 0 || is_fixed(slack);
+    const Index slack = canonical.slack_of(constraint);
+    return !set.is_left_out(constraint) && (slack < 0 || is_fixed(slack));
   }
 
  private:
-  const CanonicalProblem& canonical_;
-  KktSystem& kkt_;
-  const BoundClasses& classes_;
-  const Units& units_;
   std::optional<ActiveSetArrays> own_;
   ActiveSetArrays& arrays_;
 };

@@ -4,185 +4,205 @@
 #include <cmath>
 #include <utility>
 
-#include "core/certificate/candidate.hpp"
-#include "core/certificate/corner_check.hpp"
-#include "core/certificate/parameters.hpp"
-#include "core/certificate/robust_rows.hpp"
-#include "core/certificate/test_context.hpp"
+#include "core/certificate/trial.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/structure_check.hpp"
-#include "core/point/residual.hpp"
 
 namespace ipminmax {
 
-namespace parameter = parameters::certificate;
-
 namespace {
+
+using namespace parameters::certificate;
 
 using Kind = CertificateReason::Kind;
 
-/// A first look at a point. Wrong: inertias at clear bounds.
-enum class Look : std::uint8_t { Right, Wrong, Unclear };
-
-std::string percentage(const Deviation& found) {
-  const double size = std::max(std::abs(found.exact), std::abs(found.difference));
-  const double percent = 100.0 * std::abs(found.exact - found.difference) / size;
-  return " by " + number_text(percent, 3) + " percent";
-}
+/// A first look at a point. Wrong: inertias at clear bounds. Far: the solution is near enough for
+/// the test but not for the user.
+enum class FirstLook : std::uint8_t { Right, Wrong, Far, Unclear };
 
 /// At most one factorization of each matrix at a clear point, with the margin in it: right with it
 /// is right without.
-Look first_look(TestContext& c, const Point& point) {
-  const Units& units = units_of(c.canonical, point.iterate.v, point.evaluation, c.arrays.units);
-  BoundClasses& classes = c.arrays.classes;
-  c.guess(point.iterate, parameter::kStrictRatio, classes);
-  if (!classes.clear()) return Look::Unclear;
-  ActiveSetSystem system(c.canonical, c.kkt, classes, units, point.evaluation, &c.arrays.system);
-  const Eigen::VectorXd error = c.hessian_error_in(units);
-  const double asked =
-      std::max({parameter::kInTols * c.options.minmax_curvature_tol, c.margin(1.0),
-                std::min(parameter::kInTols * c.options.tol, parameter::kMostFar)});
-  const InertiaTest test = survives(system, error, asked);
-  if (!test.both()) {
+FirstLook first_look(TestContext& c, TrialPoint& trial) {
+  trial.scaling = variable_scaling(c.canonical, trial.point.iterate.v, trial.point.evaluation,
+                                   c.arrays.scaling);
+  guess_active_set(c, trial);
+  if (!trial.set.is_strict()) return FirstLook::Unclear;
+  ActiveSetSystem system(c.canonical, c.kkt, trial.set, trial.scaling, trial.point.evaluation,
+                         &c.arrays.system);
+  const double asked = std::max({kInTols * c.options.minmax_curvature_tol, c.margin(),
+                                 std::min(kInTols * c.options.tol, kMostFar)});
+  trial.test = second_order_test(system, c.scaled_hessian_error(trial.scaling), asked);
+  if (!trial.test.both()) {
     // Singular beside the margin, it is so without: gradients depend on each other.
-    const KktFactors& last = test.inner ? c.kkt.factors() : c.kkt.inner_factors();
-    return last.status == FactorizationStatus::Singular ? Look::Unclear : Look::Wrong;
+    const KktFactors& last = trial.test.inner ? c.kkt.factors() : c.kkt.inner_factors();
+    return last.status == FactorizationStatus::Singular ? FirstLook::Unclear : FirstLook::Wrong;
   }
-  if (!(std::max(test.inner_response, test.full_response) <= parameter::kIndependent))
-    return Look::Unclear;
-  NewtonTest& newton = c.arrays.newton;
-  const double response = std::max(1.0, test.full_response);
+  if (!(std::max(trial.test.inner_response, trial.test.full_response) <= kIndependent))
+    return FirstLook::Unclear;
+  const double share = kSlight / std::max(1.0, trial.test.full_response);
   // Two references: more would be an allocation of std::function.
-  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step, double share) {
-    return system.kkt().solve_unshifted(system.assembled(), rhs, step, {.ratio = share / response});
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
+    return system.kkt.solve_unshifted(system.assembled(), rhs, step, {.ratio = share});
   };
-  if (!c.newton_confirms(system, point, solve, newton)) return Look::Unclear;
-  if (!gradients_hold(newton, test)) return Look::Unclear;
-  c.is_far = !is_near(c, point.iterate, newton.end.iterate.v, units, c.far());
-  if (c.is_far) return Look::Unclear;
-  const double left = asked - max_norm(newton.error);
-  if (!(left >= c.margin(1.0))) return Look::Unclear;
-  c.examine_curvature(system, point, point.iterate.lambda);
-  report_end(c, point, newton);
-  c.certificate.margin = left;
-  c.certificate.licq_min = c.certificate.licq_max = true;
-  c.certificate.answer = InnerAnswer::Smooth;
-  return Look::Right;
+  if (!newton_confirms(c, trial, system, solve) || !gradients_hold(trial))
+    return FirstLook::Unclear;
+  if (!is_near(c, trial.point.iterate.v, trial.newton.end.v, trial.scaling, c.far()))
+    return FirstLook::Far;
+  trial.margin = asked - max_norm(trial.newton.error);
+  if (!(trial.margin >= c.margin())) return FirstLook::Unclear;
+  c.examine_curvature(system, trial.point, trial.point.iterate.lambda);
+  return FirstLook::Right;
 }
 
-/// With the curvature that idle copies have in the limit: else what is left of it by the barrier
-/// would give them lengths.
-Point without_idle(TestContext& c, const Point& given) {
-  Point point = given;
-  Eigen::VectorXd& lambda = point.iterate.lambda;
-  for (const Index i : c.idle.variables) {
+/// Inactive copies are held, with the curvature that they have in the limit: else what is left of it
+/// by the barrier would give them lengths.
+void hold_inactive_copies(TestContext& c, TrialPoint& trial) {
+  const Iterate& given = c.given.iterate;
+  trial.inactive =
+      inactive_copies(c.canonical, given,
+                      variable_scaling(c.canonical, given.v, c.given.evaluation, c.arrays.scaling));
+  Eigen::VectorXd& lambda = trial.point.iterate.lambda;
+  for (const Index i : trial.inactive.variables)
     lambda[c.canonical.constraint_of_slack(c.canonical.served_slack(i))] = 0.0;
+  for (std::size_t j = 0; j < trial.inactive.rows.size(); ++j) {
+    if (trial.inactive.rows[j]) lambda[static_cast<Index>(j)] = 0.0;
   }
-  for (Index j = 0; j < lambda.size(); ++j) {
-    if (c.idle.rows[static_cast<std::size_t>(j)]) lambda[j] = 0.0;
+  if (!trial.inactive.variables.empty() &&
+      c.canonical.second_derivatives(given.v, lambda, trial.point.evaluation) !=
+          EvaluationStatus::Ok) {
+    trial.point = c.given;
   }
-  const bool known = c.canonical.second_derivatives(point.iterate.v, lambda, point.evaluation) ==
-                     EvaluationStatus::Ok;
-  return known ? point : given;
 }
 
-SecondOrder judge(TestContext& c, const Point& given) {
-  if (c.canonical.has_copies()) {
-    c.idle = idle_copies(c.canonical, given.iterate,
-                         units_of(c.canonical, given.iterate.v, given.evaluation, c.arrays.units));
+/// What curvature does not tell: robust rows, and vertices.
+SecondOrder test_beyond_curvature(TestContext& c, const TrialPoint& trial) {
+  const Point& judged = trial.moved ? *trial.moved : c.given;
+  Eigen::VectorXd proximal;
+  if (trial.proximal > 0.0) {
+    const IndexRange y = c.canonical.y();
+    proximal.setZero(c.canonical.variables());
+    proximal.segment(y.begin, y.size()) =
+        trial.proximal *
+        trial.scaling.variable.segment(y.begin, y.size()).cwiseAbs2().cwiseInverse();
   }
-  const Look look =
-      c.idle.variables.empty() ? first_look(c, given) : first_look(c, without_idle(c, given));
-  if (look == Look::Unclear && c.options.minmax_certificate == CertificateEffort::Quick) {
-    c.reasons.add(Kind::Effort, Player::Min,
-                  "not clear at a quick look (minmax_certificate quick)");
-    return SecondOrder::Undecided;
-  }
-  SecondOrder verdict = look == Look::Right ? SecondOrder::Satisfied : examine(c, given);
-  if (verdict != SecondOrder::Satisfied) return verdict;
-  const Point& judged = c.moved ? *c.moved : given;
-  verdict = test_robust_rows(c.canonical, c.kkt, judged, c.arrays.classes, c.arrays.units.units,
-                             c.idle.variables, c.proximal);
+  const SecondOrder verdict = test_robust_rows(c.canonical, c.kkt, judged, trial.set, trial.scaling,
+                                               trial.inactive.variables, proximal);
   if (verdict != SecondOrder::Satisfied) {
-    c.certificate.answer = InnerAnswer::Unknown;
     c.reasons.add(Kind::RobustRow, Player::Max,
                   "a robust constraint's worst case is no strict maximum of it");
     return verdict;
   }
-  const Index lost =
-      multiplier_lost_inside(c.canonical, judged, c.arrays.classes, c.arrays.units.units, c.options,
-                             c.arrays.newton_step.there, c.arrays.corner);
+  const Index lost = multiplier_lost_inside(c.canonical, judged, trial.set, trial.scaling,
+                                            c.options, c.arrays.newton.there, c.arrays.corner);
   if (lost < 0) return verdict;
-  c.certificate.answer = InnerAnswer::Unknown;
   c.reasons.add_about(Kind::Unsteady, lost,
                       "first derivatives jump next to active bounds: a small step inside them the "
                       "gradient has another sign in ");
   return SecondOrder::Undecided;
 }
 
-Finding run(TestContext& c, const Point& given) {
-  c.certificate.inner_expected = c.kkt.layout().expected_inner();
-  c.certificate.full_expected = c.kkt.layout().expected();
-  c.certificate.inner = c.certificate.inner_expected;
-  c.certificate.full = c.certificate.full_expected;
-  c.hessian_error = c.canonical.hessian_error(given.iterate.v, given.iterate.lambda);
-  c.certificate.finite_differences = c.hessian_error.has_value();
-  if (c.hessian_error) c.certificate.hessian_error = max_norm(*c.hessian_error);
+/// The point's verdict; trial: what it is about, the first look's or own.
+SecondOrder judge(TestContext& c, TrialPoint*& trial, TrialPoint& own) {
   if (c.hessian_error && !c.hessian_error->allFinite()) {
-    c.certificate.second_order = SecondOrder::Undecided;
     c.reasons.add(Kind::Differences, Player::Min,
                   "second derivatives from differences could not be trusted");
-  } else if (c.options.mu_target > 0.0) {
-    c.certificate.second_order = judge_barrier_problem(c, given);
-  } else {
-    c.certificate.second_order = judge(c, given);
+    return SecondOrder::Undecided;
   }
-  // Wrong second derivatives may be why nothing could be decided.
-  if (c.certificate.second_order == SecondOrder::Undecided ||
-      c.certificate.second_order == SecondOrder::Flat) {
-    c.examine_curvature(given, nullptr);
+  if (c.options.mu_target > 0.0) return judge_barrier_problem(c, *trial);
+  if (c.canonical.has_copies()) hold_inactive_copies(c, *trial);
+  const FirstLook look = first_look(c, *trial);
+  if ((look == FirstLook::Unclear || look == FirstLook::Far) &&
+      c.options.minmax_certificate == CertificateEffort::Quick) {
+    c.reasons.add(Kind::Effort, Player::Min,
+                  "not clear at a quick look (minmax_certificate quick)");
+    return SecondOrder::Undecided;
   }
-  std::string remark;
-  if (c.wrong_row && c.certificate.second_order != SecondOrder::Violated) {
-    c.certificate.second_order = SecondOrder::Undecided;
-    c.certificate.hessian_disagrees = true;
-    c.certificate.answer = InnerAnswer::Unknown;
-    remark = "the second derivatives in " + c.canonical.column_name(c.wrong_row->index) +
-             " disagree with differences of the gradient" + percentage(*c.wrong_row) +
-             ": either may be wrong, and no certificate rests on that; try "
-             "derivative_test "
-             "second-order, which tests both";
-    c.reasons.add(Kind::WrongHessian, Player::Min, remark);
+  if (look != FirstLook::Right) {
+    trial = &own;
+    const SecondOrder verdict = correct_and_test(c, look == FirstLook::Far, own);
+    if (verdict != SecondOrder::Satisfied) return verdict;
   }
-  if (c.certificate.second_order != SecondOrder::Satisfied) {
-    c.certificate.margin = c.certificate.least_curvature = 0.0;
-    c.certificate.least_curvature_variable = -1;
+  return test_beyond_curvature(c, *trial);
+}
+
+std::string disagreement(const CanonicalProblem& canonical, const Deviation& found) {
+  const double size = std::max(std::abs(found.exact), std::abs(found.difference));
+  const double percent = 100.0 * std::abs(found.exact - found.difference) / size;
+  return "the second derivatives in " + canonical.column_name(found.index) +
+         " disagree with differences of the gradient by " + number_text(percent, 3) +
+         " percent: either may be wrong, and no certificate rests on that; try derivative_test "
+         "second-order, which tests both";
+}
+
+/// The certificate of a verdict about a trial.
+Certificate write(TestContext& c, const TrialPoint& trial, SecondOrder verdict, bool disagrees) {
+  const auto independent = [&](Player player) {
+    const double response = std::max(trial.test.inner_response, trial.test.full_response);
+    if (trial.dependences) return trial.dependences->independent(c.canonical, player);
+    return c.canonical.constraints() == 0 || (trial.test.both() && response <= kIndependent);
+  };
+  Certificate found;
+  found.second_order = verdict;
+  found.kind = PointKind::FirstOrderPoint;
+  found.inner_expected = c.kkt.layout().expected_inner();
+  found.full_expected = c.kkt.layout().expected();
+  found.inner = trial.inner.value_or(found.inner_expected);
+  found.full = trial.full.value_or(found.full_expected);
+  found.licq_min = independent(Player::Min);
+  found.licq_max = independent(Player::Max);
+  found.weakly_active_min = trial.set.weak(c.canonical, Player::Min);
+  found.weakly_active_max = trial.set.weak(c.canonical, Player::Max);
+  found.finite_differences = c.hessian_error.has_value();
+  if (c.hessian_error) found.hessian_error = max_norm(*c.hessian_error);
+  found.hessian_disagrees = disagrees;
+  if (verdict == SecondOrder::Satisfied) {
+    found.kind = PointKind::LocalMinmax;
+    found.margin = trial.margin;
+    const LittleCurvature& little = c.arrays.curvature.found;
+    if (trial.proximal > 0.0) {
+      found.answer = InnerAnswer::BestNotUnique;
+    } else {
+      if (c.options.mu_target == 0.0)
+        found.answer = found.weakly_active_max == 0 ? InnerAnswer::Smooth : InnerAnswer::Unique;
+      if (little.variable >= 0) {
+        found.least_curvature = little.least;
+        found.least_curvature_variable = c.canonical.model_variable(little.variable);
+      }
+    }
   }
-  if (c.wrong) {
-    c.reasons.add_direction(Kind::WrongCurvature, c.wrong->owner, c.wrong->direction,
-                            c.wrong->owner == Player::Min ? "Min gains along" : "Max gains along");
-  }
-  if (c.certificate.second_order == SecondOrder::Satisfied && c.options.mu_target == 0.0) {
-    const Point& certified = c.moved ? *c.moved : given;
-    c.reasons.add_relaxed(certified.iterate, c.arrays.units.units, c.options);
-  }
-  c.certificate.reasons = c.reasons.take();
-  c.certificate.kind = c.certificate.second_order == SecondOrder::Satisfied
-                           ? PointKind::LocalMinmax
-                           : PointKind::FirstOrderPoint;
-  return {.certificate = c.certificate,
-          .point = std::move(c.moved),
-          .mu = c.mu,
-          .wrong = std::move(c.wrong),
-          .remark = std::move(remark)};
+  found.reasons = c.reasons.take();
+  return found;
 }
 
 }  // namespace
 
 Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point, double mu,
                 const SolverOptions& options, Index factorizations, CertificateArrays& arrays) {
-  TestContext c(canonical, kkt, mu, options, factorizations, arrays);
-  return run(c, point);
+  TestContext c{canonical, kkt,   options,
+                arrays,    point, kkt.factorizations() + factorizations + kToConfirm};
+  c.hessian_error = canonical.hessian_error(point.iterate.v, point.iterate.lambda);
+  TrialPoint own, *trial = &arrays.trial;
+  trial->begin(canonical, point, mu);
+  SecondOrder verdict = judge(c, trial, own);
+  // Wrong second derivatives may be why nothing could be decided.
+  if (verdict == SecondOrder::Undecided || verdict == SecondOrder::Flat)
+    c.examine_curvature(nullptr);
+  Finding finding;
+  const bool disagrees = c.wrong_row && verdict != SecondOrder::Violated;
+  if (disagrees) {
+    verdict = SecondOrder::Undecided;
+    finding.remark = disagreement(canonical, *c.wrong_row);
+    c.reasons.add(Kind::WrongHessian, Player::Min, finding.remark);
+  }
+  if (verdict == SecondOrder::Satisfied && options.mu_target == 0.0) {
+    const Point& certified = trial->moved ? *trial->moved : point;
+    c.reasons.add_relaxed(certified.iterate, trial->scaling, options);
+  }
+  finding.certificate = write(c, *trial, verdict, disagrees);
+  finding.point = std::move(trial->moved);
+  finding.mu = trial->mu;
+  finding.wrong = std::move(trial->wrong);
+  return finding;
 }
 
 Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point, double mu,

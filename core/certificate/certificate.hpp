@@ -4,61 +4,92 @@
 #include <string>
 
 #include "core/certificate/active_set.hpp"
-#include "core/certificate/corner_check.hpp"
-#include "core/certificate/hessian_check.hpp"
-#include "core/certificate/newton_test.hpp"
-#include "core/certificate/units.hpp"
-#include "core/kkt/system.hpp"
+#include "core/certificate/dependence.hpp"
+#include "core/certificate/derivative_checks.hpp"
+#include "core/certificate/newton_step.hpp"
+#include "core/certificate/robust_rows.hpp"
 #include "core/method/step_method.hpp"
-#include "core/model/canonical_problem.hpp"
 #include "core/model/parameters.hpp"
-#include "core/options.hpp"
-#include "core/point/point.hpp"
 #include "core/result.hpp"
 
-// The second-order test, in the order in which it looks. Each part has a file of its name.
+// The second-order test. A TrialPoint is a point near the solution with an active set, a scaling and
+// what the tests found of them; it is all that the parts pass on.
 //
-//  1. judge (certificate). What is known from outside: second derivatives that are differences
-//     have an error (hessian_error); copies of y that only inactive robust rows read are held
-//     (robust_rows).
+//  1. certify (certificate). What is known from outside: second derivatives that are differences
+//     have an error; copies of y that only inactive robust rows read are held (robust_rows).
 //
-//  2. first_look (certificate): two factorizations at a clear point. Lengths in which entries of
-//     W are at most 1 (units). Active bounds by z / s (bound_classes). The KKT system of the
-//     active set (active_set), and the inertias of K_yy and K with the margin taken from both
-//     (second_order). The Newton step to the solution: does it keep the classes, would the next
-//     one be much shorter, what do W and the active gradients change by on the way (newton_test)?
-//     W beside a difference of gradients (hessian_check). All right: certified. minmax_certificate
-//     quick ends here, unless the inertias are wrong.
+//  2. first_look (certificate): two factorizations at a clear point. Variable scaling (scaling).
+//     Active-set identification by z / s and the KKT system of the active set (active_set). The
+//     inertias of K_yy and K with the margin taken from both (trial: second_order_test). The
+//     Newton step to the solution: does it keep the active set, would the next one be much
+//     shorter, what do W and the active gradients change by on the way (newton_step)? W beside a
+//     difference of gradients (derivative_checks). All right: certified. minmax_certificate quick
+//     ends here, unless the inertias are wrong.
 //
-//  3. examine (remedies): the same at other points, with pivoting. A candidate is a point on its
-//     way to a solution, with classes of its bounds (candidate). The first one has those by z / s,
-//     the second one those that show themselves while mu falls (bound_classes: follow_barrier,
-//     barrier_step). One that does not pass is handed to remedies, in this order, until none
-//     applies:
-//       release_bounds    of Max, that he leaves
-//       leave_out_rows    that say nothing beside others (dependence)
-//       measure_min_first lengths of x without what couples x to y
-//       take_newton_step  towards the solution
+//  3. correct_and_test (corrections): the same at other points, with pivoting. A trial that does not
+//     pass is changed by the first correction of a table that applies:
+//       release_bounds       of Max, that he leaves
+//       leave_out_rows       that say nothing beside others (dependence)
+//       scale_min_first      lengths of x without what couples x to y
+//       take_newton_step     towards the solution
+//       follow_path          the active set that shows itself while mu falls (barrier_path)
+//       allow_other_answers  K_yy is singular, y best but not unique: curvature is taken from Max,
+//                            and y has to maximize, by structure or by values (other_answers)
+//     The point that is returned is the one that is spoken of, or moves there.
 //
-//  4. with_many_answers (remedies): K_yy is singular, y best but not unique. The same with
-//     curvature taken from Max, and whether y maximizes: by structure, or by values
-//     (weak_maximum).
+//  4. judge_without_certificate (refutation): refuted, by a direction of wrong curvature; flat, one
+//     of many equally good points (directions); or why neither is known (reasons).
 //
-//  5. with_basic_multipliers (remedies): gradients depend on each other at this point alone. One
-//     choice of multipliers is enough (basic_multipliers).
-//
-//  6. certified (remedies): the point that is returned is the one that is spoken of, or moves
-//     there (reported_point). Robust rows have a condition of their own (robust_rows).
-//
-//  7. judge_without_certificate (refutation): refuted, by a direction of wrong curvature, also
-//     into weakly active bounds of either player; flat, one of many equally good points
-//     (direction); or why neither is known (reasons), and what is known of y at this x.
-//
-// With mu_target > 0 the barrier problem is tested instead (barrier_test). All of them share a
-// TestContext: the problem, the budget of factorizations, and what has been found for the answer.
-// Their numbers stand in parameters.hpp.
+// With mu_target > 0 the barrier problem is tested instead (barrier_path). The certificate is
+// written in one place (certificate: write). Numbers stand in parameters.hpp.
 
 namespace ipminmax {
+
+/// Inertias of the two matrices, and how much a system with each amplifies a generic right-hand
+/// side (inverse-norm estimate): moderate numbers show that the gradients of the equalities are
+/// independent.
+struct InertiaTest {
+  bool inner = false;
+  bool full = false;
+  double inner_response = 0.0;
+  double full_response = 0.0;
+  [[nodiscard]] bool both() const { return inner && full; }
+};
+
+/// A point near the solution with a guess of what is active there, and what was found of them.
+struct TrialPoint {
+  Point point;
+  double mu = 0.0;
+  ActiveBounds set;
+  VariableScaling scaling;
+  bool min_first = false;  ///< rule of the scaling
+  InactiveCopies inactive;
+  /// Curvature taken from all of Max's variables, scaled, where his best answer is not unique.
+  double proximal = 0.0;
+  int steps = 0;          ///< of Newton's method that have led here
+  bool followed = false;  ///< the active set showed itself while mu fell
+  bool relaxed = false;   ///< bounds were released that bound_relax_factor alone made active
+  bool creeps = true;     ///< each step has contracted, none enough
+  /// After many steps: other solutions may be nearer to where they began, so that the certified
+  /// one has to be returned itself.
+  bool crept = false;
+
+  NewtonTest newton;
+  bool converges = false;  ///< Newton's method, to a solution with this active set
+  Eigen::VectorXd error;   ///< of W, scaled
+  InertiaTest test;
+  std::optional<Dependences> dependences{};
+
+  std::optional<Point> moved{};            ///< nearer to the solution than the point given
+  double margin = 0.0;                     ///< that the inertias were right with
+  std::optional<Inertia> inner{}, full{};  ///< measured where the test failed or y is not unique
+  std::optional<WrongCurvature> wrong{};
+
+  /// At a point, with nothing found; arrays keep their room.
+  void begin(const CanonicalProblem& canonical, const Point& here, double its_mu);
+  /// The inactive copies are held, and the rows on them left out.
+  void hold_inactive();
+};
 
 /// What the second-order test found, and where.
 struct Finding {
@@ -68,16 +99,15 @@ struct Finding {
   std::optional<Point> point;
   double mu = 0.0;
   std::optional<WrongCurvature> wrong;  ///< why the verdict is Violated
-  std::string remark;  ///< where W is wrong, if it is, without line end
+  std::string remark;                   ///< where W is wrong, if it is, without line end
 };
 
 /// What the test of a clear point works with, kept from test to test.
 struct CertificateArrays {
-  UnitsArrays units;  ///< at the point that is given
-  BoundClasses classes;
+  ScalingArrays scaling;
+  TrialPoint trial;  ///< of the first look
   ActiveSetArrays system;
-  NewtonTest newton;
-  NewtonArrays newton_step;
+  NewtonArrays newton;
   CurvatureArrays curvature;
   CornerArrays corner;
 };

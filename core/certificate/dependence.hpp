@@ -25,11 +25,14 @@ struct Dependences {
   std::vector<Dependence> found;
   bool complete = true;   ///< false: there are more, or they could not be told from others
   bool too_many = false;  ///< not complete, for there are more than are worth finding
-  [[nodiscard]] bool independent(const CanonicalProblem& canonical, bool max) const;
+  [[nodiscard]] bool independent(const CanonicalProblem& canonical, Player player) const;
+  /// Per constraint: those that say nothing beside others, so that the model without them is the
+  /// same model.
+  [[nodiscard]] std::vector<bool> redundant(const CanonicalProblem& canonical) const;
 };
 
-/// Looks for all of them among the constraints that the system counts, doubtful bounds as in its
-/// last assemble: inverse iteration with [I J'; J -delta I], one factorization. Constraints are
+/// Looks for all of them among the constraints that the system counts, weakly active bounds as in
+/// its last assemble: inverse iteration with [I J'; J -delta I], one factorization. Constraints are
 /// evaluated at a few points nearby. The matrices are left at other values.
 [[nodiscard]] Dependences find_dependences(CanonicalProblem& canonical, ActiveSetSystem& system,
                                            const Point& point, const SolverOptions& options);

@@ -61,7 +61,7 @@ constexpr double kDependent = 1e-7;  ///< a combination of rows of length one th
 /// The same after kFew steps of inverse iteration that is none: 3 times the square root of
 /// kRelaxation.
 constexpr double kClearlyIndependent = 3e-5;
-constexpr double kFirm = 1e6;     ///< growth of barrier curvatures that hold bounds
+constexpr double kFirm = 1e6;  ///< growth of barrier curvatures that hold bounds
 
 // --- W beside differences of gradients -----------------------------------------------------------
 

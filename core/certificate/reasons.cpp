@@ -10,22 +10,19 @@
 namespace ipminmax {
 namespace {
 
-const char* name_of(Player player) { return player == Player::Min ? "Min" : "Max"; }
+using namespace parameters::certificate;
+
+Player player_of(bool max) { return max ? Player::Max : Player::Min; }
+std::string in_brackets(Player player) { return player == Player::Min ? " (Min)" : " (Max)"; }
+std::string and_more(std::size_t named) {
+  return named > kFew ? " and " + std::to_string(named - kFew) + " more" : "";
+}
 
 }  // namespace
 
 void Reasons::add(CertificateReason reason) {
   const auto same = [&](const CertificateReason& other) { return other.kind == reason.kind; };
-  if (std::ranges::count_if(reasons_, same) < parameters::certificate::kMany)
-    reasons_.push_back(std::move(reason));
-}
-
-void Reasons::add(Kind kind, Player player, std::string text) {
-  add({.kind = kind,
-       .player = player,
-       .text = std::move(text),
-       .variables = {},
-       .constraints = {}});
+  if (std::ranges::count_if(reasons_, same) < kMany) reasons_.push_back(std::move(reason));
 }
 
 std::string Reasons::name_of_row(Index constraint) const {
@@ -36,34 +33,33 @@ std::string Reasons::name_of_row(Index constraint) const {
 void Reasons::add_about(Kind kind, Index i, const std::string& before, const std::string& after) {
   const auto slack_of = canonical_.slack_of_constraint();
   const auto row = std::ranges::find(slack_of, i);
-  if (row != slack_of.end()) {
+  if (row != slack_of.end())
     return add_about_row(kind, static_cast<Index>(row - slack_of.begin()), before, after);
-  }
-  const Player player = canonical_.owned_by_max(i) ? Player::Max : Player::Min;
+  const Player player = player_of(canonical_.owned_by_max(i));
   const Index variable = canonical_.model_variable(i);
   add({.kind = kind,
        .player = player,
-       .text = before + canonical_.variable_name(variable) + " (" + name_of(player) + ")" + after,
+       .text = before + canonical_.variable_name(variable) + in_brackets(player) + after,
        .variables = {variable},
        .constraints = {}});
 }
 
 void Reasons::add_about_row(Kind kind, Index j, const std::string& before,
                             const std::string& after) {
-  const Player player = canonical_.max_constraints().contains(j) ? Player::Max : Player::Min;
+  const Player player = player_of(canonical_.max_constraints().contains(j));
   CertificateReason reason{.kind = kind,
                            .player = player,
-                           .text = before + name_of_row(j) + " (" + name_of(player) + ")" + after,
+                           .text = before + name_of_row(j) + in_brackets(player) + after,
                            .variables = {},
                            .constraints = {}};
   if (const Index row = canonical_.model_constraint(j); row >= 0) reason.constraints = {row};
   add(std::move(reason));
 }
 
-void Reasons::add_weakly_active(const BoundClasses& classes) {
+void Reasons::add_weakly_active(const ActiveBounds& set) {
   for (Index i = 0; i < canonical_.variables(); ++i) {
-    if (classes[i] != BoundClass::Doubtful) continue;
-    const std::string side = classes.side[at(i)] < 0 ? "lower" : "upper";
+    if (set[i] != BoundClass::WeaklyActive) continue;
+    const std::string side = set.side_of(i) < 0 ? "lower" : "upper";
     add_about(Kind::WeaklyActive, i, "weakly active: the " + side + " bound of ",
               " has both distance and multiplier near zero");
   }
@@ -71,31 +67,25 @@ void Reasons::add_weakly_active(const BoundClasses& classes) {
 
 void Reasons::add_dependences(const Dependences& dependences) {
   for (const Dependence& dependence : dependences.found) {
-    const bool max = canonical_.max_constraints().contains(dependence.row);
+    const Player player = player_of(canonical_.max_constraints().contains(dependence.row));
     CertificateReason reason{
         .kind = dependence.vanishing ? Kind::VanishingGradient : Kind::Dependent,
-        .player = max ? Player::Max : Player::Min,
+        .player = player,
         .text = {},
         .variables = {},
         .constraints = {}};
     std::string others;
-    std::size_t named = 0, more = 0;
+    std::size_t named = 0;
     const double largest = dependence.weights.cwiseAbs().maxCoeff();
     for (Index j = 0; j < dependence.weights.size(); ++j) {
-      if (std::abs(dependence.weights[j]) < parameters::certificate::kZero * largest) continue;
-      if (canonical_.model_constraint(j) >= 0) {
+      if (std::abs(dependence.weights[j]) < kZero * largest) continue;
+      if (canonical_.model_constraint(j) >= 0)
         reason.constraints.push_back(canonical_.model_constraint(j));
-      }
-      if (j == dependence.row) continue;
-      if (named < parameters::certificate::kFew) {
-        others += (named++ == 0 ? "" : ", ") + name_of_row(j);
-      } else {
-        ++more;
-      }
+      if (j != dependence.row && ++named <= kFew)
+        others += (named == 1 ? "" : ", ") + name_of_row(j);
     }
-    const std::string row = name_of_row(dependence.row) + " (" + name_of(reason.player) + ")";
-    if (more > 0) others += " and " + std::to_string(more) + " more";
-    if (others.empty()) others = "active bounds";
+    others = named == 0 ? "active bounds" : others + and_more(named);
+    const std::string row = name_of_row(dependence.row) + in_brackets(player);
     if (dependence.vanishing) {
       reason.text = "the gradient of active constraint " + row + " is zero";
     } else if (dependence.identical) {
@@ -106,22 +96,21 @@ void Reasons::add_dependences(const Dependences& dependences) {
     }
     add(std::move(reason));
   }
-  if (!dependences.complete) {
+  if (!dependences.complete)
     add(Kind::Dependent, Player::Min, "more active constraints have (nearly) dependent gradients");
-  }
 }
 
-void Reasons::add_relaxed(const Iterate& iterate, const Units& units,
+void Reasons::add_relaxed(const Iterate& iterate, const VariableScaling& scaling,
                           const SolverOptions& options) {
   // Not beside the start, which was pushed off its bounds.
-  const double others = std::max(longest(canonical_, iterate.v, units), 1.0);
-  double most = parameters::certificate::kTrace;
+  const double others = std::max(longest(canonical_, iterate.v, scaling), 1.0);
+  double most = kTrace;
   Index variable = -1;
   for_each_bound(canonical_, iterate.v, [&](Index i, int side, double distance) {
     const double relaxed = relaxation_of(canonical_, i, side, options);
     if (!(relaxed > 0.0) || distance > 2.0 * relaxed) return;
     double size = std::abs(side < 0 ? canonical_.lower()[i] : canonical_.upper()[i]);
-    if (size <= 2.0 * relaxed) size = units.variable[i] * others;
+    if (size <= 2.0 * relaxed) size = scaling.variable[i] * others;
     if (relaxed > most * size) most = relaxed / size, variable = i;
   });
   if (variable < 0) return;
@@ -135,32 +124,26 @@ void Reasons::add_direction(Kind kind, Player player, const Eigen::VectorXd& ste
   std::vector<std::pair<double, Index>> entries;
   double largest = 0.0;
   for (Index i = own.begin; i < own.end; ++i) {
-    const double value = step[i] / canonical_.variable_scale(i);
-    entries.emplace_back(value, i);
-    largest = std::max(largest, std::abs(value));
+    entries.emplace_back(step[i] / canonical_.variable_scale(i), i);
+    largest = std::max(largest, std::abs(entries.back().first));
   }
   if (!(largest > 0.0)) return;
-  std::ranges::sort(entries, [](const auto& a, const auto& b) {
-    return std::abs(a.first) != std::abs(b.first) ? std::abs(a.first) > std::abs(b.first)
-                                                  : a.second < b.second;
-  });
+  std::ranges::stable_sort(
+      entries, [](const auto& a, const auto& b) { return std::abs(a.first) > std::abs(b.first); });
   CertificateReason reason{
       .kind = kind, .player = player, .text = before, .variables = {}, .constraints = {}};
-  std::size_t more = 0;
   for (const auto& [value, i] : entries) {
-    if (std::abs(value) < parameters::certificate::kTrace * largest) break;
+    if (std::abs(value) < kTrace * largest) break;
     const Index variable = canonical_.model_variable(i);
-    if (reason.variables.size() < parameters::certificate::kFew) {
+    if (reason.variables.size() < kFew) {
       char size[32];
       std::snprintf(size, sizeof size, "%s %+.3g ", reason.variables.empty() ? "" : ",",
                     value / largest);
       reason.text += size + canonical_.variable_name(variable);
-    } else {
-      ++more;
     }
     reason.variables.push_back(variable);
   }
-  if (more > 0) reason.text += " and " + std::to_string(more) + " more";
+  reason.text += and_more(reason.variables.size());
   add(std::move(reason));
 }
 

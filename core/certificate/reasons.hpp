@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/certificate/bound_classes.hpp"
+#include "core/certificate/active_set.hpp"
 #include "core/certificate/dependence.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/result.hpp"
@@ -24,24 +24,31 @@ class Reasons {
     return std::ranges::any_of(reasons_,
                                [](const auto& r) { return r.kind != Kind::WeaklyActive; });
   }
-  void add(Kind kind, Player player, std::string text);
+  void add(CertificateReason reason);
+  void add(Kind kind, Player player, std::string text) {
+    add({.kind = kind,
+         .player = player,
+         .text = std::move(text),
+         .variables = {},
+         .constraints = {}});
+  }
   /// With the name of a canonical variable, or of a slack's inequality, in the middle.
   void add_about(Kind kind, Index i, const std::string& before, const std::string& after = {});
   void add_about_row(Kind kind, Index constraint, const std::string& before,
                      const std::string& after = {});
-  /// One for each doubtful bound or inequality.
-  void add_weakly_active(const BoundClasses& classes);
+  /// One for each weakly active bound or inequality.
+  void add_weakly_active(const ActiveBounds& set);
   void add_dependences(const Dependences& dependences);
   /// The bound near the point that was relaxed by most beside what it bounds, if that is much:
   /// bound_relax_factor means the same in no other units.
-  void add_relaxed(const Iterate& iterate, const Units& units, const SolverOptions& options);
-  /// A step of canonical variables; before and after the names of its largest entries.
+  void add_relaxed(const Iterate& iterate, const VariableScaling& scaling,
+                   const SolverOptions& options);
+  /// A step of canonical variables; before the names of its largest entries.
   void add_direction(Kind kind, Player player, const Eigen::VectorXd& step, const char* before);
 
   [[nodiscard]] std::vector<CertificateReason> take() { return std::move(reasons_); }
 
  private:
-  void add(CertificateReason reason);
   [[nodiscard]] std::string name_of_row(Index constraint) const;
 
   const CanonicalProblem& canonical_;

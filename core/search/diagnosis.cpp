@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/certificate/units.hpp"
+#include "core/certificate/scaling.hpp"
 #include "core/differences/directional_check.hpp"
 #include "core/model/canonical_problem.hpp"
 #include "core/model/forwarding_problem.hpp"
@@ -85,11 +85,11 @@ std::string find_wrong_derivative(CanonicalProblem& canonical, bool has_hessian)
   if (!has_hessian || canonical.second_derivatives(v, lambda, here) != EvaluationStatus::Ok) {
     return {};
   }
-  const Units units = units_of(canonical, v, here);
+  const VariableScaling scaling = variable_scaling(canonical, v, here);
   DifferenceArrays arrays;
   if (const auto wrong = compare_second_derivatives(canonical, v, lambda, here,
                                                     generic_step(canonical, v, parameters::kHardly),
-                                                    units.variable, parameters::kTrace, arrays)) {
+                                                    scaling.variable, parameters::kTrace, arrays)) {
     return "the second derivatives in " + canonical.column_name(wrong->index) +
            " look wrong at the last point" + beside(*wrong) + ": try derivative_test second-order";
   }

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <utility>
 
-#include "core/certificate/bound_classes.hpp"
+#include "core/certificate/active_set.hpp"
 #include "core/certificate/parameters.hpp"
-#include "core/certificate/units.hpp"
+#include "core/certificate/scaling.hpp"
 #include "core/kkt/block.hpp"
 #include "core/model/forwarding_problem.hpp"
 #include "core/model/parameters.hpp"
@@ -106,11 +106,11 @@ std::vector<double> lengths_of(Problem& problem, const ProblemStructure& structu
   };
   visit([&](Index i, std::size_t place) { point.iterate.v[i] = v[place]; });
   if (evaluate_derivatives(canonical, point) != EvaluationStatus::Ok) return lengths;
-  const Units units = units_of(canonical, point.iterate.v, point.evaluation);
-  visit([&](Index i, std::size_t place) { lengths[place] = units.variable[i]; });
+  const VariableScaling scaling = variable_scaling(canonical, point.iterate.v, point.evaluation);
+  visit([&](Index i, std::size_t place) { lengths[place] = scaling.variable[i]; });
   for (Index j = 0; j < canonical.constraints(); ++j) {
     const Index row = canonical.model_constraint(j);
-    if (row >= 0) lengths[v.size() + at(row)] = 1.0 / units.constraint[j];
+    if (row >= 0) lengths[v.size() + at(row)] = 1.0 / scaling.constraint[j];
   }
   return lengths;
 }
@@ -123,7 +123,7 @@ Hold hold_of(double value, double lower, double upper, double pressure, double l
                     std::max(side < 0 ? value - lower : upper - value, 0.0), strict_ratio);
   };
   for (const int side : {1, -1}) {
-    if (found(side, parameters::certificate::kStrictRatio) == BoundClass::Doubtful) weak = side;
+    if (found(side, parameters::certificate::kStrictRatio) == BoundClass::WeaklyActive) weak = side;
   }
   if (found(-1, 1.0) == BoundClass::Active) return Hold::Lower;
   return found(1, 1.0) == BoundClass::Active ? Hold::Upper : Hold::Free;

@@ -3,7 +3,6 @@
 #include <optional>
 
 #include "core/certificate/active_set.hpp"
-#include "core/certificate/feasible_arc.hpp"
 #include "core/method/step_method.hpp"
 #include "core/options.hpp"
 #include "core/point/point.hpp"
@@ -13,8 +12,8 @@ namespace ipminmax {
 /// A direction tangent to the active constraints along which the curvature of W (for Min: of phi)
 /// has a wrong sign beyond the margin, and along which trial steps in both directions gain what it
 /// predicts: the maximizer's value rises, or phi falls. Steps are at least ten times distance (to
-/// the solution, in units), so that it is not the point's own error that is seen. Doubtful bounds
-/// are kept. Empty: none was found.
+/// the solution, scaled), so that it is not the point's own error that is seen. Weakly active
+/// bounds are kept. Empty: none was found.
 [[nodiscard]] std::optional<WrongCurvature> find_refuting_direction(CanonicalProblem& canonical,
                                                                     ActiveSetSystem& system,
                                                                     const Point& point,
@@ -35,7 +34,7 @@ struct FlatDirections {
   Eigen::VectorXd direction;
 };
 
-/// At a point that is not refuted, with no doubtful bounds: of Max at this x, of Min with y
+/// At a point that is not refuted, with no weakly active bounds: of Max at this x, of Min with y
 /// answering. Curvature up to ten margins counts as little. A few directions, orthogonal, are found
 /// by inverse iteration with the matrix helped by the margin: of many flat ones these are general
 /// combinations, along which the value changes if it does along any.

@@ -1,0 +1,315 @@
+#include <algorithm>
+
+#include "core/certificate/trial.hpp"
+#include "core/method/parameters.hpp"
+#include "core/model/norms.hpp"
+#include "linalg/numbers.hpp"
+
+namespace ipminmax {
+
+namespace {
+
+using namespace parameters::certificate;
+
+using Kind = CertificateReason::Kind;
+
+// --- What a trial is -----------------------------------------------------------------------------
+
+/// Whether the matrices are right for every W within the error, over the whole step.
+bool is_right(TestContext& c, TrialPoint& here, ActiveSetSystem& system) {
+  here.test = second_order_test(system, here.error, c.margin(), here.proximal);
+  if (!here.test.both() || !gradients_hold(here)) return false;
+  c.examine_curvature(system, here.point,
+                      without_inactive(c.canonical, here.set, here.point.iterate.lambda));
+  return true;
+}
+
+void look_for_dependences(TestContext& c, TrialPoint& here, ActiveSetSystem& system) {
+  if (here.dependences || c.canonical.constraints() == 0 || !c.may_factorize(1)) return;
+  system.assemble(ActiveSetSystem::kSufficient);
+  here.dependences = find_dependences(c.canonical, system, here.point, c.options);
+}
+
+/// Independent Max gradients make the inner maximum follow x; a Min point needs none.
+bool independent_or_harmless(TestContext& c, TrialPoint& here, ActiveSetSystem& system) {
+  const double response = std::max(here.test.inner_response, here.test.full_response);
+  if (response <= kIndependent || c.canonical.constraints() == 0) return true;
+  // What holds with rows that say nothing beside others holds without them.
+  const bool known = here.dependences.has_value();
+  look_for_dependences(c, here, system);
+  if (c.canonical.max_constraints().size() == 0) return true;
+  // K_yy, which amplifies little, says of Max's gradients what K with Min's does not.
+  const bool inner = here.test.inner_response <= kIndependent;
+  if (!here.dependences) return inner;
+  if (!known) here.set.redundant = here.dependences->redundant(c.canonical);
+  return inner || rows_are_left_out(c.canonical, here, true) || !c.has_x();
+}
+
+enum class Look : std::uint8_t { Right, Harmful, Unclear };
+
+/// Whether the sufficient conditions hold: Newton's method converges, and W changes by less than its
+/// curvature on the way.
+Look look_at(TestContext& c, TrialPoint& here) {
+  ActiveSetSystem system(c.canonical, c.kkt, here.set, here.scaling, here.point.evaluation);
+  settle_active_set(c, here, system);
+  if (!here.newton.released.empty()) return Look::Unclear;
+  if (here.converges && is_right(c, here, system))
+    return independent_or_harmless(c, here, system) ? Look::Right : Look::Harmful;
+  // Where all but how far the gradients turn is right the next point settles that.
+  if (!here.converges || !here.test.both()) look_for_dependences(c, here, system);
+  return Look::Unclear;
+}
+
+// --- Corrections ---------------------------------------------------------------------------------
+
+/// At the point given, or where its solution leads while mu falls. False: the model is undefined.
+bool begin(TestContext& c, bool follow, TrialPoint& next) {
+  const TrialPoint& first_look = c.arrays.trial;
+  next = {};
+  next.point = c.given;
+  next.mu = first_look.mu;
+  next.set = first_look.set;
+  next.scaling = first_look.scaling;
+  next.inactive = first_look.inactive;
+  if (follow) follow_barrier(c, next);
+  if (!drop_inactive_multipliers(c, next)) return false;
+  next.scaling = certain_scaling(c, next);
+  return true;
+}
+
+/// A bound of Max that is active only since it was relaxed is weakly active; others are not active.
+bool release_bounds(TestContext& c, TrialPoint& next) {
+  for (const Index i : next.newton.released) {
+    const bool relaxed = next.set[i] == BoundClass::Active;
+    next.relaxed = next.relaxed || relaxed;
+    next.set.of[at(i)] =
+        relaxed && c.canonical.owned_by_max(i) ? BoundClass::WeaklyActive : BoundClass::Inactive;
+  }
+  return drop_inactive_multipliers(c, next);
+}
+
+/// Rows that say nothing beside others.
+bool leave_out_rows(TestContext& c, TrialPoint& next) {
+  next.set.redundant = next.dependences->redundant(c.canonical);
+  next.steps = 0;
+  return std::ranges::find(next.set.redundant, true) != next.set.redundant.end();
+}
+
+/// Lengths of x are too short where they come from a coupling with a y that its constraints hold.
+/// Not where W is what changes: rounding of large entries would decide in longer ones.
+bool has_short_x(TestContext& c, const TrialPoint& here) {
+  return !here.min_first && here.converges && here.test.inner && !here.test.full && c.has_x() &&
+         c.has_y() && max_norm(here.error) <= kLittle;
+}
+
+bool scale_min_first(TestContext& c, TrialPoint& next) {
+  next.min_first = true;
+  next.scaling = certain_scaling(c, next);
+  return true;
+}
+
+/// Whether the Newton step goes no farther than rounding, so that the next one would find the same.
+bool ends_here(const TestContext& c, const TrialPoint& trial) {
+  const Iterate& here = trial.point.iterate;
+  return trial.newton.step <= kRounding * size_of_problem(c.canonical, here.v, trial.scaling) &&
+         max_norm(trial.newton.end.lambda - here.lambda) <=
+             kRounding * (1.0 + max_norm(here.lambda));
+}
+
+/// Newton's method creeps to where derivatives nearly vanish together.
+bool creeps(const TestContext& c, const TrialPoint& here) {
+  return here.creeps && !here.converges && here.newton.contraction <= kCreeping &&
+         c.kkt.layout().dimension() <= kSmallSystem;
+}
+
+bool needs_newton_step(TestContext& c, const TrialPoint& here) {
+  const bool there =
+      here.converges && max_norm(here.newton.error) <= c.margin() && gradients_hold(here);
+  return here.newton.set_holds && !there && here.steps < (creeps(c, here) ? kMany : kFew) &&
+         !(here.steps > 0 && ends_here(c, here));
+}
+
+/// To the end of the Newton step, where W changes by less on the rest of the way.
+bool take_newton_step(TestContext& c, TrialPoint& next) {
+  next.creeps = creeps(c, next);
+  next.crept = next.crept || next.steps >= kFew;
+  ++next.steps;
+  next.point.iterate = next.newton.end;
+  if (!c.evaluate(next.point)) return false;
+  next.scaling = certain_scaling(c, next);
+  return true;
+}
+
+bool has_other_path(TestContext& c, const TrialPoint& here) {
+  const bool bounded = !c.canonical.lower_bounded().empty() || !c.canonical.upper_bounded().empty();
+  return !here.followed && here.proximal == 0.0 && bounded && !here.newton.set_holds &&
+         c.may_factorize(kToConfirm + 1);
+}
+
+/// K_yy is singular but not wrong: phi(x) >= max over y of f - eps |y - y*|^2 / 2, with equality at
+/// x*, for any eps > 0 and lengths |.|. That function's answer is unique, and x* is its strict
+/// minimum, so one of phi, where K with eps is right.
+bool allow_other_answers(TestContext& c, TrialPoint& next) {
+  next.proximal = kSlight;
+  ActiveSetSystem system(c.canonical, c.kkt, next.set, next.scaling, next.point.evaluation);
+  return !second_order_test(system, {}, c.margin(), 0.0, true).inner &&
+         second_order_test(system, {}, c.margin(), next.proximal, true).inner;
+}
+
+struct Correction {
+  bool (*applies)(TestContext& c, const TrialPoint& here);
+  bool (*change)(TestContext& c, TrialPoint& next);  ///< false: it changes nothing
+  bool anew = false;                                 ///< begins where the trials began
+};
+
+constexpr Correction kCorrections[] = {
+    {[](TestContext&, const TrialPoint& here) { return !here.newton.released.empty(); },
+     release_bounds},
+    {[](TestContext&, const TrialPoint& here) {
+       return !(here.converges && here.test.both()) && here.dependences &&
+              here.set.redundant.empty();
+     },
+     leave_out_rows},
+    {has_short_x, scale_min_first},
+    {needs_newton_step, take_newton_step},
+    {has_other_path, [](TestContext& c, TrialPoint& next) { return begin(c, true, next); }, true},
+    {[](TestContext& c, const TrialPoint& here) {
+       return c.has_x() && c.has_y() && here.proximal == 0.0 && c.may_factorize(2 + kToConfirm);
+     },
+     allow_other_answers, true}};
+
+// --- The point that is returned ------------------------------------------------------------------
+
+/// An iterate on the way of the test's Newton steps, with multipliers of open bounds that are
+/// mu / s.
+Iterate solution_of(const CanonicalProblem& canonical, const TrialPoint& trial, Iterate end,
+                    double mu) {
+  // Weakly active ones of Max are in the equations, with multipliers of their own.
+  const auto in_equations = [&](Index i) {
+    return trial.set[i] == BoundClass::Active ||
+           (trial.set[i] == BoundClass::WeaklyActive && canonical.owned_by_max(i));
+  };
+  for_each_bound(canonical, end.v, [&](Index i, int side, double distance) {
+    const bool open = !in_equations(i) || trial.set.side_of(i) != side;
+    if (open && distance > 0.0) multiplier_of(end, i, side) = mu / distance;
+  });
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    const Index slack = canonical.slack_of(j);
+    if (slack >= 0 && !in_equations(slack))
+      end.lambda[j] = canonical.sign(slack) * (end.z_upper[slack] - end.z_lower[slack]);
+  }
+  return end;
+}
+
+/// After Newton steps on the way to the certified solution: whether the point that is returned is
+/// that one, or as near as makes no difference. The trial's moved point and mu may move there.
+bool reports_solution(TestContext& c, TrialPoint& trial) {
+  const Point& reported = trial.moved ? *trial.moved : c.given;
+  const Iterate &here = trial.point.iterate, &last = trial.newton.end;
+  const auto near = [&](const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
+    return is_near(c, from, to, trial.scaling, kTrace);
+  };
+  const bool ends = near(here.v, last.v);
+  if (ends && here.v == reported.iterate.v) return true;
+  const double allowed =
+      std::max(c.error(reported), std::min(c.options.tol, c.options.acceptable_tol));
+  double left = 0.0;
+  const auto moves_to = [&](const Iterate& reached, double mu) {
+    Point end = trial.point;
+    end.iterate = solution_of(c.canonical, trial, reached, mu);
+    if (!c.evaluate(end)) return false;
+    left = c.error(end);
+    if (!(left <= allowed)) return false;
+    trial.moved = std::move(end);
+    trial.mu = mu;
+    return true;
+  };
+  if (ends && moves_to(here, trial.mu)) return true;
+  if (!trial.crept && near(reported.iterate.v, last.v)) return true;
+  // The last step has not been taken yet; then multipliers mu / s may be what is left.
+  const Eigen::VectorXd next = last.v + trial.newton.contraction * (last.v - here.v);
+  return near(last.v, next) &&
+         (moves_to(last, trial.mu) ||
+          (left > 0.0 && moves_to(last, kLittle * allowed / left * trial.mu)));
+}
+
+void explain_distance(TestContext& c, const TrialPoint& trial) {
+  const Point& returned = trial.moved ? *trial.moved : c.given;
+  Index most = 0;
+  Eigen::VectorXd way = trial.newton.end.v - returned.iterate.v;
+  way = way.cwiseQuotient(trial.scaling.variable).cwiseAbs();
+  for (const IndexRange slacks : {c.canonical.x_slacks(), c.canonical.y_slacks()})
+    way.segment(slacks.begin, slacks.size()).setZero();
+  way.maxCoeff(&most);
+  c.reasons.add_about(Kind::NotIsolated, most,
+                      "the solution near by is farther than the point's accuracy allows, most in ");
+}
+
+SecondOrder certified(TestContext& c, bool reported, TrialPoint& trial) {
+  c.reasons.add_weakly_active(trial.set);
+  if (!reported || (trial.moved && !c.evaluate_objective(*trial.moved))) {
+    explain_distance(c, trial);
+    return SecondOrder::Undecided;
+  }
+  trial.margin = c.margin();
+  if (trial.proximal > 0.0) {
+    ActiveSetSystem system(c.canonical, c.kkt, trial.set, trial.scaling, trial.point.evaluation);
+    measure_inertias(c, system, trial);
+  }
+  if (trial.dependences) c.reasons.add_dependences(*trial.dependences);
+  return SecondOrder::Satisfied;
+}
+
+}  // namespace
+
+SecondOrder correct_and_test(TestContext& c, bool is_far, TrialPoint& trial) {
+  const auto undefined = [&] {
+    c.reasons.add(
+        Kind::NotIsolated, Player::Min,
+        "the model is undefined next to here: where active bounds are held, or at the end "
+        "of a Newton step");
+    return SecondOrder::Undecided;
+  };
+  c.kkt.begin_pivoting();
+  TrialPoint start;
+  if (!begin(c, is_far || !c.arrays.trial.set.is_strict(), start)) return undefined();
+  const TrialPoint first = start;
+  TrialPoint here = start;
+  std::optional<TrialPoint> right;  // but farther from the point than its accuracy allows
+  for (bool corrected = true; corrected;) {
+    const bool may = c.may_factorize(here.steps == 0 ? 1 : kToConfirm);
+    Look look = may ? look_at(c, here) : Look::Harmful;
+    if (look == Look::Right && here.proximal > 0.0 && !maximizes_weakly(c, here))
+      look = Look::Harmful;
+    if (look == Look::Right) {
+      if (reports_solution(c, here)) {
+        trial = std::move(here);
+        return certified(c, true, trial);
+      }
+      right = here;
+    }
+    if (here.proximal == 0.0) trial = here;
+    corrected = false;
+    for (const Correction& row : kCorrections) {
+      const bool nearer = look == Look::Right && row.change == take_newton_step &&
+                          here.proximal == 0.0 && here.steps < kFew;
+      if (look != Look::Unclear && !nearer) continue;
+      if ((right && row.anew) || (!nearer && !row.applies(c, here))) continue;
+      TrialPoint next = !row.anew ? here : here.relaxed ? first : start;
+      if (!row.change(c, next)) continue;
+      if (next.followed && !here.followed) start = next;
+      here = std::move(next);
+      corrected = true;
+      break;
+    }
+  }
+  if (right) {
+    trial = std::move(*right);
+    return certified(c, false, trial);
+  }
+  if (trial.point.iterate.v != c.given.iterate.v && !c.evaluate_objective(trial.point))
+    return undefined();
+  return judge_without_certificate(c, trial);
+}
+
+}  // namespace ipminmax

@@ -1,0 +1,252 @@
+#include "core/certificate/derivative_checks.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/certificate/parameters.hpp"
+#include "core/method/curvature_escape.hpp"
+#include "core/model/norms.hpp"
+#include "core/model/products.hpp"
+#include "linalg/numbers.hpp"
+
+namespace ipminmax {
+
+namespace {
+
+using namespace parameters::certificate;
+
+/// Adds a direction of little curvature of one player to the one found, the other one answering.
+void add_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
+                          const Evaluation& assembled, bool inner, CurvatureArrays& arrays) {
+  LittleCurvature& found = arrays.found;
+  const IndexRange own = inner ? canonical.y() : canonical.x();
+  if (own.size() == 0) return;
+  set_zero(canonical, arrays.rhs);
+  set_zero(canonical, arrays.solution);
+  // Of these solutions only the size and the direction matter, and the factors have been tested.
+  const auto solve = [&](const NewtonResidual& rhs, Step& step) {
+    return inner ? kkt.solve_inner(assembled, rhs, step, kUnrefined)
+                 : kkt.solve(assembled, rhs, step, kUnrefined);
+  };
+  const auto prepare = [&](Eigen::VectorXd& d) {
+    for (Index i = 0; i < d.size(); ++i) {
+      if (arrays.held[at(i)]) d[i] = 0.0;
+    }
+  };
+  const auto stop = [&](int k, double growth) {
+    if (k > 0 && (1.0 / growth < found.least || found.variable < 0)) {
+      found.least = std::min(found.least, 1.0 / growth);
+      arrays.solution.v.segment(own.begin, own.size()).cwiseAbs().maxCoeff(&found.variable);
+      found.variable += own.begin;
+    }
+    return k > 0;
+  };
+  if (!turn_to_curvature({.variables = own, .iterations = 2}, arrays.rhs, arrays.solution, solve,
+                         prepare, stop)) {
+    return;
+  }
+  const double length = max_norm(arrays.solution.v);
+  if (length > 0.0) found.direction += arrays.solution.v / length;
+}
+
+/// A vertex of one player, of_max, or the other.
+struct CornerCheck {
+  CanonicalProblem& canonical;
+  const Point& point;
+  const ActiveBounds& set;
+  const VariableScaling& scaling;
+  const SolverOptions& options;
+  CornerArrays& arrays;
+  double off = 0.0;  ///< of active bounds, over the variable's own size
+
+  [[nodiscard]] bool is_active(Index i) const {
+    return set[i] == BoundClass::Active && set.side_of(i) != 0;
+  }
+  [[nodiscard]] bool is_active_row(Index row) const {
+    const Index slack = canonical.slack_of(row);
+    return slack >= 0 && is_active(slack) && !set.is_left_out(row);
+  }
+  [[nodiscard]] bool is_slack(Index i) const {
+    return canonical.x_slacks().contains(i) || canonical.y_slacks().contains(i);
+  }
+  [[nodiscard]] double size(Index i) const {
+    return own_size(canonical, point.iterate.v[i], i, scaling);
+  }
+  void take_gradient(const Evaluation& evaluation, Eigen::VectorXd& gradient) const {
+    gradient = evaluation.gradient;
+    add_transposed_product(canonical, evaluation, point.iterate.lambda, gradient);
+  }
+  /// f(row, col, entry) of active inequalities.
+  template <class Visit>
+  void for_each_active(Visit&& visit) const {
+    for_each_entry(canonical.jacobian(), point.evaluation.jacobian,
+                   [&](Index row, Index col, double value) {
+                     if (is_active_row(row)) visit(row, col, value);
+                   });
+  }
+
+  /// Whether curvature says something of a player: he has more variables, but for free ones that
+  /// nothing reads, than active bounds and rows.
+  [[nodiscard]] bool has_free_variable(bool of_max) const {
+    Eigen::VectorXd& read = arrays.step;
+    read.setZero(canonical.variables());
+    for_each_entry(canonical.hessian(), point.evaluation.hessian,
+                   [&](Index i, Index j, double value) {
+                     if (value != 0.0) read[i] = read[j] = 1.0;
+                   });
+    for_each_entry(canonical.jacobian(), point.evaluation.jacobian,
+                   [&](Index, Index col, double value) {
+                     if (value != 0.0) read[col] = 1.0;
+                   });
+    Index free = 0;
+    for (Index i = 0; i < canonical.variables(); ++i) {
+      if (canonical.owned_by_max(i) != of_max) continue;
+      const bool active = set[i] == BoundClass::Active;
+      if (is_slack(i)) {
+        free -= active ? 1 : 0;
+      } else {
+        free += !active && read[i] != 0.0 ? 1 : 0;
+      }
+    }
+    return free > 0;
+  }
+
+  /// arrays.balanced: what active bounds and inequalities balance of the gradient; 0: nothing.
+  void balance() {
+    take_gradient(point.evaluation, arrays.here);
+    Eigen::VectorXd& balanced = arrays.balanced;
+    balanced.setZero(canonical.variables());
+    for_each_active([&](Index row, Index col, double value) {
+      balanced[col] = std::max(balanced[col], std::abs(point.iterate.lambda[row] * value));
+    });
+    for (Index i = 0; i < canonical.variables(); ++i) {
+      if (!is_active(i)) continue;
+      off = std::max(off, (set.distance(canonical, point.iterate, i) +
+                           relaxation_of(canonical, i, set.side_of(i), options)) /
+                              size(i));
+      if (!is_slack(i)) balanced[i] = set.multiplier(point.iterate, i);
+    }
+  }
+
+  /// Beyond what the point and bound_relax_factor keep from any of the bounds.
+  [[nodiscard]] double reach(Index i) const {
+    constexpr double kBeyond = 10.0;
+    return size(i) * std::min(kHardly + kBeyond * off, kSmall);
+  }
+
+  /// The first direction goes far in every other variable, the second one in those between.
+  void step_inside(bool of_max, int trial) const {
+    constexpr double kShort = 0.05;
+    Eigen::VectorXd &step = arrays.step, &longest = arrays.longest;
+    step.setZero(canonical.variables());
+    longest.setZero(canonical.constraints());
+    const auto next = [&] { return trial++ % 2 == 0 ? 1.0 : kShort; };
+    for (Index i = 0; i < canonical.variables(); ++i) {
+      if (is_active(i) && !is_slack(i) && canonical.owned_by_max(i) == of_max)
+        step[i] = -set.side_of(i) * reach(i) * next();
+    }
+    const auto for_each_slope = [&](auto&& visit) {
+      for_each_active([&](Index row, Index col, double value) {
+        if (!is_active(col) && canonical.owned_by_max(col) == of_max &&
+            canonical.max_constraints().contains(row) == of_max) {
+          visit(row, col, value * scaling.variable[col]);
+        }
+      });
+    };
+    for_each_slope([&](Index row, Index, double slope) {
+      longest[row] = std::max(longest[row], std::abs(slope));
+    });
+    for (double& length : longest) length = length > 0.0 ? next() / length : 0.0;
+    for_each_slope([&](Index row, Index col, double slope) {
+      step[col] -= set.side_of(canonical.slack_of(row)) * longest[row] * slope * reach(col);
+    });
+  }
+
+  [[nodiscard]] Index lost_along(bool of_max, int trial, Evaluation& scratch) const {
+    step_inside(of_max, trial);
+    const Eigen::VectorXd &step = arrays.step, &balanced = arrays.balanced;
+    if (step.isZero(0.0)) return -1;
+    // Of the answers of Max his own multipliers have to stay, of a step of Min all.
+    const auto is_tested = [&](Index i) {
+      return balanced[i] > 0.0 && (canonical.owned_by_max(i) || !of_max);
+    };
+    Eigen::VectorXd& predicted = arrays.predicted;
+    predicted.setZero(step.size());
+    add_hessian_product(canonical, point.evaluation, step, predicted);
+    double shorter = 1.0;
+    for (Index i = 0; i < step.size(); ++i) {
+      const double most = kLittle * balanced[i];
+      if (is_tested(i) && std::abs(predicted[i]) > most)
+        shorter = std::min(shorter, most / std::abs(predicted[i]));
+    }
+    scratch = point.evaluation;
+    Eigen::VectorXd& change = arrays.there;
+    change = point.iterate.v + shorter * step;
+    if (canonical.first_derivatives(change, scratch) != EvaluationStatus::Ok) return -1;
+    take_gradient(scratch, change);
+    change -= arrays.here;
+    for (Index i = 0; i < step.size(); ++i) {
+      if (!is_tested(i)) continue;
+      // Of a bound's multiplier what it gains is no matter.
+      const double lost =
+          is_active(i) ? set.side_of(i) * canonical.sign(i) * change[i] : std::abs(change[i]);
+      if (!(lost <= (1.0 - kLittle) * balanced[i])) return i;
+    }
+    return -1;
+  }
+};
+
+}  // namespace
+
+void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
+                           const VariableScaling& scaling, const Evaluation* assembled,
+                           bool is_scaled, CurvatureArrays& arrays) {
+  LittleCurvature& found = arrays.found;
+  found.direction.setZero(canonical.variables());
+  found.least = 1.0;
+  found.variable = -1;
+  for (const bool inner : {false, true}) {
+    if (assembled) add_little_curvature(canonical, kkt, *assembled, inner, arrays);
+  }
+  for (Index i = 0; i < canonical.variables(); ++i) {
+    if (!arrays.held[at(i)]) found.direction[i] += generic_entry(i);
+  }
+  if (is_scaled) found.direction.array() *= scaling.variable.array();
+}
+
+std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical, const Point& point,
+                                        const Eigen::VectorXd& lambda,
+                                        const VariableScaling& scaling, CurvatureArrays& arrays) {
+  const LittleCurvature& curvature = arrays.found;
+  const double longest = max_norm(curvature.direction.cwiseQuotient(scaling.variable));
+  if (!(longest > 0.0)) return std::nullopt;
+  const double size = ipminmax::longest(canonical, point.iterate.v, scaling);
+  Eigen::VectorXd& step = arrays.step;
+  step = (kHardly + kRootOfRounding * size) / longest * curvature.direction;
+  arrays.largest = kMostFar * point.iterate.v.array().abs().max(1.0);
+  step.array() = step.array().max(-arrays.largest).min(arrays.largest);
+  keep_within_bounds(canonical, point.iterate.v, kLittle, step);
+  return compare_second_derivatives(
+      canonical, point.iterate.v, lambda, point.evaluation, step, scaling.variable,
+      std::clamp(kLittle * curvature.least, kLeastError, kLargestError), arrays.differences);
+}
+
+Index multiplier_lost_inside(CanonicalProblem& canonical, const Point& point,
+                             const ActiveBounds& set, const VariableScaling& scaling,
+                             const SolverOptions& options, Evaluation& scratch,
+                             CornerArrays& arrays) {
+  // A minimization is compared with Ipopt, which looks at no corner.
+  if (canonical.max_size() == 0) return -1;
+  CornerCheck check{canonical, point, set, scaling, options, arrays};
+  const bool x = !check.has_free_variable(false), y = !check.has_free_variable(true);
+  if (x || y) check.balance();
+  for (const bool of_max : {true, false}) {
+    for (int trial = 0; trial < 2 && (of_max ? y : x); ++trial) {
+      const Index lost = check.lost_along(of_max, trial, scratch);
+      if (lost >= 0) return lost;
+    }
+  }
+  return -1;
+}
+
+}  // namespace ipminmax

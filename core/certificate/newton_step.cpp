@@ -1,0 +1,378 @@
+#include "core/certificate/newton_step.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/certificate/parameters.hpp"
+#include "core/model/products.hpp"
+#include "linalg/numbers.hpp"
+
+namespace ipminmax {
+
+namespace {
+
+using namespace parameters::certificate;
+
+double ratio(double a, double b) { return b > 0.0 ? a / b : 0.0; }
+
+/// Newton's method for  grad L = 0 (free variables),  c = 0 (rows that count), v = bound (fixed).
+struct ActiveSetNewton {
+  CanonicalProblem& canonical;
+  ActiveSetSystem& system;
+  const SolverOptions& options;
+  const Iterate& iterate;
+  const Evaluation& evaluation;
+  const KktSolve& solve;
+  NewtonArrays& work;
+  NewtonTest& test;
+  const ActiveBounds& set = system.set;
+  const VariableScaling& scaling = system.scaling;
+
+  [[nodiscard]] double length(const Eigen::VectorXd& v) const {
+    return longest(canonical, v, scaling);
+  }
+
+  /// Longest entry beside the variable's size here or at the start; slacks apart.
+  [[nodiscard]] double length_in_sizes(const Eigen::VectorXd& v) const {
+    const Eigen::VectorXd& start = canonical.starting_point().v;
+    const double others = size_of_problem(canonical, iterate.v, scaling);
+    double longest = 0.0;
+    for (Index i = 0; i < v.size(); ++i) {
+      if (system.is_slack(i)) continue;
+      double size = std::max(std::abs(iterate.v[i]), std::abs(start[i]));
+      if (size == 0.0) size = scaling.variable[i] * std::max(others, 1.0);
+      longest = std::max(longest, std::abs(v[i]) / size);
+    }
+    return longest;
+  }
+
+  /// Right-hand side (-row_v, -row_c) and solution wanted in the canonical problem's lengths.
+  [[nodiscard]] bool solve_scaled(Eigen::VectorXd& v, Eigen::VectorXd& lambda) {
+    NewtonResidual& rhs = system.rhs();
+    for (Index i = 0; i < canonical.variables(); ++i) {
+      if (system.is_free(i)) rhs.v[i] = scaling.variable[i] * -work.row_v[i];
+    }
+    for (Index j = 0; j < canonical.constraints(); ++j) {
+      if (system.counts(j)) rhs.lambda[j] = scaling.constraint[j] * -work.row_c[j];
+    }
+    if (!solve(rhs, system.step())) return false;
+    v = system.step().v.cwiseProduct(scaling.variable);
+    lambda = system.step().lambda.cwiseProduct(scaling.constraint);
+    for (Index i = 0; i < canonical.variables(); ++i) {
+      if (!system.is_free(i)) v[i] = 0.0;
+    }
+    for (Index j = 0; j < canonical.constraints(); ++j) {
+      if (!system.counts(j)) lambda[j] = 0.0;
+    }
+    return v.allFinite() && lambda.allFinite();
+  }
+
+  [[nodiscard]] bool first_step() {
+    work.lambda = iterate.lambda;
+    for (Index j = 0; j < canonical.constraints(); ++j) {
+      if (!system.counts(j) && !set.is_redundant(j)) work.lambda[j] = 0.0;
+    }
+    Eigen::VectorXd& fixed = work.fixed;
+    fixed.setZero(canonical.variables());
+    for (Index i = 0; i < canonical.variables(); ++i) {
+      if (system.is_fixed(i) && set.side_of(i) != 0)
+        fixed[i] = set.side_of(i) * set.distance(canonical, iterate, i);
+    }
+    Eigen::VectorXd& gradient = work.gradient;
+    gradient = evaluation.gradient;
+    add_transposed_product(canonical, evaluation, work.lambda, gradient);
+    work.row_v = gradient;
+    add_hessian_product(canonical, evaluation, fixed, work.row_v);
+    work.row_c = evaluation.c;
+    add_constraint_product(canonical, evaluation, fixed, work.row_c);
+    if (!solve_scaled(work.dv, work.dlambda)) return false;
+    work.dv += fixed;
+    work.change_c = evaluation.c;
+    add_constraint_product(canonical, evaluation, work.dv, work.change_c);
+    for_each_slack([&](Index j, Index slack) {  // of inactive inequalities: follow their constraint
+      if (!system.is_fixed(slack)) work.dv[slack] = work.change_c[j];
+    });
+    add_hessian_product(canonical, evaluation, work.dv, gradient);
+    add_transposed_product(canonical, evaluation, work.dlambda, gradient);
+    for_each_slack(
+        [&](Index j, Index slack) { gradient[slack] = -(work.lambda[j] + work.dlambda[j]); });
+    return true;
+  }
+
+  template <class Visit>
+  void for_each_slack(Visit&& visit) const {
+    for (Index j = 0; j < canonical.constraints(); ++j) {
+      if (canonical.slack_of(j) >= 0) visit(j, canonical.slack_of(j));
+    }
+  }
+
+  void expect(Index i, bool holds) {
+    if (!holds && test.changing < 0) test.changing = i;
+  }
+
+  /// test.changing: the first bound whose class the step changes.
+  void look_at_set() {
+    for (Index i = 0; i < canonical.variables(); ++i) {
+      const int side = set.side_of(i);
+      if (side == 0 || !system.is_fixed(i)) continue;
+      const double before = set.multiplier(iterate, i);
+      const double after = -side * canonical.sign(i) * work.gradient[i];
+      if (set[i] == BoundClass::Active) {
+        expect(i, std::abs(after - before) <= kConfirmed * before);
+      } else if (canonical.owned_by_max(i) && after < -before) {  // else zero, as far as is known
+        test.released.push_back(i);
+        expect(i, false);
+      }
+    }
+    for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
+      if (set[i] == BoundClass::Inactive) expect(i, side * work.dv[i] <= kConfirmed * distance);
+    });
+  }
+
+  /// What bounds are relaxed by must not be what decides: with the model's own bounds the
+  /// multipliers of active ones and the distances of Max's inactive ones stay what they are to a
+  /// half.
+  void look_at_relaxed() {
+    Eigen::VectorXd &back = work.fixed, &outside = work.row_v, &curvature = work.change_v;
+    for (Eigen::VectorXd* v : {&back, &outside, &curvature}) v->setZero(canonical.variables());
+    bool decides = false;  // a bound of a variable without curvature
+    // Curvature of its own makes a variable's best value one, whatever its multiplier is.
+    for_each_entry(canonical.hessian(), evaluation.hessian, [&](Index i, Index j, double value) {
+      if (i == j) curvature[i] += value;
+    });
+    // An inequality between variables without any is as a bound.
+    for (const auto [row, col] : canonical.jacobian()) {
+      if (const Index slack = canonical.slack_of(row); slack >= 0)
+        curvature[slack] += std::abs(curvature[col]);
+    }
+    for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
+      const double own = relaxation_of(canonical, i, side, options);
+      if (!system.is_fixed(i)) {
+        if (distance <= 2.0 * own) outside[i] = own;
+      } else if (set.side_of(i) == side) {
+        back[i] = -side * own;
+        decides = decides || curvature[i] == 0.0;
+      }
+    });
+    if (!decides) return;
+    Eigen::VectorXd& moved = work.change_v;  // of the gradient, by those that no bound holds
+    moved.setZero(canonical.variables());
+    for_each_entry(canonical.hessian(), evaluation.hessian, [&](Index i, Index j, double value) {
+      moved[i] += std::abs(value) * outside[j];
+      if (i != j) moved[j] += std::abs(value) * outside[i];
+    });
+    Eigen::VectorXd &dv = work.second_v, &change = work.row_v;
+    change.setZero(canonical.variables());
+    work.row_c.setZero(canonical.constraints());
+    add_hessian_product(canonical, evaluation, back, change);
+    add_constraint_product(canonical, evaluation, back, work.row_c);
+    if (!solve_scaled(dv, work.second_lambda)) return;
+    dv += back;
+    change.setZero(canonical.variables());
+    add_hessian_product(canonical, evaluation, dv, change);
+    add_transposed_product(canonical, evaluation, work.second_lambda, change);
+    for_each_slack([&](Index j, Index slack) { change[slack] = -work.second_lambda[j]; });
+    for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
+      const bool active = set[i] == BoundClass::Active;
+      const bool near = set[i] == BoundClass::Inactive && canonical.owned_by_max(i);
+      if (set.side_of(i) != side || !(active || near)) return;
+      const double left = active ? set.multiplier(iterate, i) : distance;
+      const double lost = active ? side * canonical.sign(i) * change[i] + moved[i]
+                                 : relaxation_of(canonical, i, side, options) + side * dv[i];
+      if (lost <= kConfirmed * left) return;
+      if (active) test.released.push_back(i);
+      expect(i, false);
+    });
+  }
+
+  void choose_trial() {
+    const double size = std::max(length(iterate.v), kInTols);
+    work.trial = work.dv;
+    for (Index i = 0; i < work.trial.size(); ++i) {
+      if (system.is_fixed(i)) {
+        work.trial[i] *= kShareOfWay;
+      } else if (!system.is_slack(i)) {
+        // Beyond what a contraction leaves of the step: W may jump at the solution itself.
+        const double own =
+            std::min(std::abs(iterate.v[i]), own_size(canonical, iterate.v[i], i, scaling));
+        const double probe = kRootOfRounding * own + kConstant * scaling.variable[i] * size +
+                             kContraction * std::abs(work.dv[i]);
+        work.trial[i] += work.dv[i] < 0.0 ? -probe : probe;
+      }
+    }
+    for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
+      const double step = side * work.dv[i], beyond = (1.0 + kContraction) * step;
+      const double most = std::max(kLittle * distance, beyond < distance ? beyond : step);
+      if (system.is_free(i) && side * work.trial[i] > most) work.trial[i] = side * most;
+    });
+    work.trial_v = iterate.v + work.trial;
+    work.trial_lambda = work.lambda + work.dlambda;
+  }
+
+  /// Derivatives at the trial point beside what the linearized equations predict there.
+  [[nodiscard]] bool compare() {
+    Evaluation& there = work.there;
+    Eigen::VectorXd& probed = work.probed;
+    probed = work.trial_lambda;
+    for (Index j = 0; j < probed.size(); ++j)
+      probed[j] += (work.dlambda[j] < 0.0 ? -kRelaxation : kRelaxation) * std::abs(probed[j]);
+    there = evaluation;
+    if (canonical.constraints(work.trial_v, there.c) != EvaluationStatus::Ok ||
+        canonical.first_derivatives(work.trial_v, there) != EvaluationStatus::Ok ||
+        canonical.second_derivatives(work.trial_v, probed, there) != EvaluationStatus::Ok) {
+      return false;
+    }
+    work.back_v = -work.trial;
+    work.back_lambda = -work.lambda - work.dlambda;
+    work.row_v = there.gradient - evaluation.gradient;
+    add_transposed_product(canonical, there, work.trial_lambda, work.row_v);
+    add_transposed_product(canonical, evaluation, work.back_lambda, work.row_v);
+    add_hessian_product(canonical, evaluation, work.back_v, work.row_v);
+    work.row_c = there.c - evaluation.c;
+    add_constraint_product(canonical, evaluation, work.back_v, work.row_c);
+    Eigen::VectorXd& second_v = work.second_v;
+    if (!solve_scaled(second_v, work.second_lambda)) return false;
+    const double beside_sizes = ratio(length_in_sizes(second_v), length_in_sizes(work.trial));
+    // Any norm will do. It grows with the trial step; of rounding nothing is left.
+    test.contraction =
+        std::min(ratio(length(second_v), length(work.trial)), beside_sizes) / (1.0 + kContraction);
+    if (test.contraction <= kRounding) test.contraction = 0.0;
+    if (second_v.size() > 0)
+      second_v.cwiseQuotient(scaling.variable).cwiseAbs().maxCoeff(&test.left_in);
+    test.hessian_change.assign(there.hessian.size(), 0.0);
+    compare_hessian(there);
+    look_at_other_side();
+    measure_error();
+    look_at_inequalities();
+    measure_turn();
+    return test.error.allFinite() && std::isfinite(test.contraction);
+  }
+
+  void compare_hessian(const Evaluation& other) {
+    for (std::size_t k = 0; k < other.hessian.size(); ++k) {
+      const double change = std::abs(other.hessian[k] - evaluation.hessian[k]);
+      test.hessian_change[k] = std::max(test.hessian_change[k], change);
+    }
+  }
+
+  /// If a step is nothing but rounding, here and the trial point may be on one side of where W
+  /// jumps: W is compared on the other side of the end as well. A model that is undefined there has
+  /// no other W.
+  void look_at_other_side() {
+    bool is_there = false;
+    for (Index i = 0; i < work.trial.size(); ++i) {
+      is_there = is_there || (system.is_free(i) &&
+                              std::abs(work.dv[i]) <= kStepIsRounding * std::abs(work.trial[i]));
+    }
+    if (!is_there) return;
+    Eigen::VectorXd& v = work.change_v;
+    v = work.trial_v;
+    for (Index i = 0; i < v.size(); ++i) {
+      if (!system.is_fixed(i)) v[i] = iterate.v[i] - work.trial[i] + 2.0 * work.dv[i];
+    }
+    work.end = evaluation;
+    if (canonical.second_derivatives(v, work.probed, work.end) == EvaluationStatus::Ok)
+      compare_hessian(work.end);
+  }
+
+  void measure_error() {
+    test.error.setZero(canonical.variables());
+    work.counted = test.hessian_change;
+    for_each_entry(canonical.hessian(), work.counted, [&](Index i, Index j, double& value) {
+      const bool held = set[i] == BoundClass::Active || set[j] == BoundClass::Active;
+      value *= held ? 0.0 : 2.0;
+    });
+    add_row_sums(canonical, work.counted, scaling.variable, test.error);
+  }
+
+  /// Their values at the trial point, where they are not what their gradients predict. A weakly
+  /// active one is violated by no more than it is satisfied now.
+  void look_at_inequalities() {
+    Eigen::VectorXd& change = work.change_v;
+    change.setZero(canonical.variables());
+    for_each_slack([&](Index j, Index slack) {
+      if (!system.is_fixed(slack)) change[slack] = work.trial[slack] + work.there.c[j];
+    });
+    for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
+      const double most = set[i] == BoundClass::Inactive ? kConfirmed : 2.0;
+      expect(i, side * change[i] <= most * distance);
+    });
+  }
+
+  /// Equations turn over the step alone, for they have second derivatives; what bounds are relaxed
+  /// by moves inequalities about as far as the trial point.
+  void measure_turn() {
+    double share = 0.0;  // the Newton step, with its rounding, over the step that is tried
+    for (Index i = 0; i < work.trial.size(); ++i) {
+      if (!system.is_free(i) || work.trial[i] == 0.0) continue;
+      const double step = std::abs(work.dv[i]) + kRounding * std::abs(iterate.v[i]);
+      share = std::max(share, step / std::abs(work.trial[i]));
+    }
+    share = std::min(share, 1.0);
+    Eigen::VectorXd &all = work.row_c, &inner = work.second_lambda;
+    all.setZero(canonical.constraints());
+    inner.setZero(canonical.constraints());
+    for (std::size_t k = 0; k < work.there.jacobian.size(); ++k) {
+      const auto [row, col] = canonical.jacobian()[k];
+      if (!system.counts(row) || system.is_fixed(col)) continue;
+      const double change = (canonical.slack_of(row) < 0 ? share : 1.0) * scaling.constraint[row] *
+                            scaling.variable[col] *
+                            std::abs(work.there.jacobian[k] - evaluation.jacobian[k]);
+      all[row] += change;
+      if (canonical.max_constraints().contains(row) && canonical.owned_by_max(col))
+        inner[row] += change;
+    }
+    if (all.size() == 0) return;
+    test.turn = all.maxCoeff(&test.turning);
+    test.inner_turn = inner.maxCoeff();
+  }
+
+  void place_end() {
+    Iterate& z = test.end;
+    z = iterate;
+    z.v += work.dv;
+    for (Index i = 0; i < work.dv.size(); ++i) {
+      if (system.is_fixed(i)) z.v[i] = iterate.v[i] + kShareOfWay * work.dv[i];
+    }
+    z.lambda = work.lambda + work.dlambda;
+    for_each_bound(canonical, iterate.v, [&](Index i, int side, double before) {
+      double& multiplier = multiplier_of(z, i, side);
+      const double after =
+          side < 0 ? canonical.above_lower(i, z.v[i]) : canonical.below_upper(i, z.v[i]);
+      if (system.is_fixed(i) && set.side_of(i) == side) {
+        multiplier = std::max(-side * canonical.sign(i) * work.gradient[i], kTrace * multiplier);
+      } else if (after > 0.0) {
+        multiplier *= before / after;
+      }
+    });
+  }
+};
+
+}  // namespace
+
+void NewtonTest::clear() {
+  done = set_holds = false;
+  released.clear();
+  hessian_change.clear();
+  error.setZero();
+  contraction = step = turn = inner_turn = 0.0;
+  changing = left_in = turning = -1;
+}
+
+void test_newton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
+                 const KktSolve& solve, const SolverOptions& options, NewtonArrays& arrays,
+                 NewtonTest& test) {
+  ActiveSetNewton newton{canonical,        system, options, point.iterate,
+                         point.evaluation, solve,  arrays,  test};
+  test.clear();
+  if (!newton.first_step()) return;
+  test.step = newton.length(arrays.dv);
+  newton.look_at_set();
+  newton.look_at_relaxed();
+  newton.choose_trial();
+  test.done = newton.compare();
+  test.set_holds = test.done && test.changing < 0;
+  newton.place_end();
+}
+
+}  // namespace ipminmax

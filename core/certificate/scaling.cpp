@@ -1,0 +1,212 @@
+#include "core/certificate/scaling.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/certificate/parameters.hpp"
+#include "linalg/numbers.hpp"
+
+namespace ipminmax {
+namespace {
+
+using namespace parameters::certificate;
+
+constexpr double kUnknown = 0.0;
+/// 1 / norm; unknown for zero and for what would leave the range of numbers.
+double inverse(double norm) { return norm > 1e-150 && norm < 1e150 ? 1.0 / norm : kUnknown; }
+
+struct ScalingRules {
+  const CanonicalProblem& canonical;
+  const Evaluation& evaluation;
+  ScalingArrays& arrays;
+  Eigen::VectorXd& d = arrays.scaling.variable;
+
+  /// The block of one player: diagonal entries first, then rows without one. second: and what
+  /// couples him to the other one, whose lengths are known: the maximizer's answer makes of it
+  /// W_xy^2 / W_yy, which is curvature of x as well.
+  void equilibrate(bool max, bool second) {
+    arrays.diagonal.setZero(d.size());
+    arrays.coupling.setZero(d.size());
+    for_each_entry(canonical.hessian(), evaluation.hessian, [&](Index i, Index j, double value) {
+      const bool row = canonical.owned_by_max(i) == max, col = canonical.owned_by_max(j) == max;
+      if (i == j) arrays.diagonal[i] += std::abs(value);
+      if (row == col || !second) return;
+      double& coupling = arrays.coupling[row ? i : j];
+      coupling = std::max(coupling, std::abs(value) * d[row ? j : i]);
+    });
+    for (Index i = 0; i < d.size(); ++i) {
+      if (canonical.owned_by_max(i) == max)
+        d[i] = inverse(std::max(std::sqrt(arrays.diagonal[i]), arrays.coupling[i]));
+    }
+    // Nothing but products, x_1 x_2: in proportion to their sizes.
+    for_own(max, [&](Index i, Index j, double entry) {
+      if (d[i] == kUnknown && d[j] == kUnknown) {
+        const double both = inverse(std::sqrt(entry * size_of(i) * size_of(j)));
+        d[i] = size_of(i) * both;
+        d[j] = size_of(j) * both;
+      } else if (d[i] == kUnknown || d[j] == kUnknown) {
+        (d[i] == kUnknown ? d[i] : d[j]) = inverse(entry * std::max(d[i], d[j]));
+      }
+    });
+    for (int sweep = 0; sweep < kFew; ++sweep) {
+      Eigen::VectorXd& norms = arrays.norms;
+      norms.setZero(d.size());
+      for_own(max, [&](Index i, Index j, double entry) {
+        norms[i] = std::max(norms[i], entry * (d[i] == kUnknown ? 1.0 : d[i]) * d[j]);
+        norms[j] = std::max(norms[j], entry * (d[j] == kUnknown ? 1.0 : d[j]) * d[i]);
+      });
+      if (!(norms.size() > 0 && norms.maxCoeff() > 1.0)) break;
+      d.array() /= norms.array().max(1.0).sqrt();
+    }
+  }
+
+  /// Variables without curvature, from the constraints that tie them to others, but no less than
+  /// their own size: a short one comes from an entry that vanishes.
+  void spread_by_constraints() {
+    Eigen::VectorXd& columns = arrays.columns;
+    bool found = true;
+    for (int round = 0; found && round < kMany; ++round) {
+      set_row_norms();
+      columns.setZero(d.size());
+      for_each_entry(canonical.jacobian(), evaluation.jacobian,
+                     [&](Index row, Index col, double value) {
+                       if (d[col] == kUnknown && arrays.rows[row] > 0.0)
+                         columns[col] = std::max(columns[col], std::abs(value) / arrays.rows[row]);
+                     });
+      found = false;
+      for (Index i = 0; i < d.size(); ++i) {
+        const double length = inverse(columns[i]);
+        if (length == kUnknown) continue;
+        d[i] = std::max(length, arrays.size[i]);
+        found = true;
+      }
+    }
+    for (double& value : d) {
+      if (value == kUnknown) value = 1.0;
+    }
+  }
+
+  /// An equation ties its owner's variables to others: a length beside which those are nothing is
+  /// cut to what they can make up for, or to the variable's own size. Each equation cuts one
+  /// length, as it determines one variable.
+  void cut_by_equations() {
+    Eigen::VectorXd& has_cut = arrays.rows;
+    has_cut.setZero(canonical.constraints());
+    bool any = true;
+    for (int round = 0; any && round < kMany; ++round) {
+      arrays.terms.assign(at(canonical.constraints()), {});
+      for_each_entry(canonical.jacobian(), evaluation.jacobian,
+                     [&](Index row, Index col, double value) {
+                       if (canonical.slack_of(row) >= 0 || has_cut[row] > 0.0) return;
+                       auto& [largest, second, variable] = arrays.terms[at(row)];
+                       const double term = std::abs(value) * d[col];
+                       second = std::max(second, std::min(term, largest));
+                       if (term > largest) largest = term, variable = col;
+                     });
+      any = false;
+      for (Index j = 0; j < canonical.constraints(); ++j) {
+        const auto [largest, second, i] = arrays.terms[at(j)];
+        if (!(second > 0.0) || kLittle * largest <= second ||
+            canonical.owned_by_max(i) != canonical.max_constraints().contains(j)) {
+          continue;
+        }
+        d[i] = std::min(d[i], std::max(d[i] * second / largest, arrays.size[i]));
+        has_cut[j] = 1.0;
+        any = true;
+      }
+    }
+  }
+
+  /// Rows of length about one, and slacks of their length.
+  void measure_rows() {
+    set_row_norms();
+    for (Index j = 0; j < canonical.constraints(); ++j) {
+      const double length = inverse(arrays.rows[j]);
+      double& unit = arrays.scaling.constraint[j] = length == kUnknown ? 1.0 : length;
+      if (canonical.slack_of(j) >= 0) d[canonical.slack_of(j)] = 1.0 / unit;
+    }
+  }
+
+  /// Entries of W between variables of one player.
+  template <class Visit>
+  void for_own(bool max, Visit&& visit) {
+    for_each_entry(canonical.hessian(), evaluation.hessian, [&](Index i, Index j, double value) {
+      if (canonical.owned_by_max(i) == max && canonical.owned_by_max(j) == max)
+        visit(i, j, std::abs(value));
+    });
+  }
+  /// One where nothing shows it.
+  [[nodiscard]] double size_of(Index i) const {
+    return arrays.size[i] > 0.0 ? arrays.size[i] : 1.0;
+  }
+  /// Largest |J_ji| d_i of each row, unknown ones left out.
+  void set_row_norms() {
+    arrays.rows.setZero(canonical.constraints());
+    for_each_entry(canonical.jacobian(), evaluation.jacobian,
+                   [&](Index row, Index col, double value) {
+                     arrays.rows[row] = std::max(arrays.rows[row], std::abs(value) * d[col]);
+                   });
+  }
+};
+
+}  // namespace
+
+const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+                                        const Evaluation& evaluation, ScalingArrays& arrays,
+                                        bool min_first) {
+  arrays.scaling.variable.setConstant(canonical.variables(), kUnknown);
+  arrays.scaling.constraint.setOnes(canonical.constraints());
+  arrays.size = v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
+  ScalingRules rules{canonical, evaluation, arrays};
+  rules.equilibrate(!min_first, false);
+  rules.equilibrate(min_first, true);
+  rules.spread_by_constraints();
+  rules.cut_by_equations();
+  rules.measure_rows();
+  return arrays.scaling;
+}
+
+VariableScaling variable_scaling(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+                                 const Evaluation& evaluation, bool min_first) {
+  ScalingArrays arrays;
+  variable_scaling(canonical, v, evaluation, arrays, min_first);
+  return std::move(arrays.scaling);
+}
+
+double own_size(const CanonicalProblem& canonical, double v, Index i,
+                const VariableScaling& scaling) {
+  const double start = canonical.starting_point().v[i], unit = scaling.variable[i];
+  const double size = std::max(std::abs(v), std::abs(start));
+  const double width = canonical.upper()[i] - canonical.lower()[i];
+  return std::min({size > 0.0 ? size : unit, width, std::max(std::abs(v - start), unit)});
+}
+
+double longest(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+               const VariableScaling& scaling) {
+  double size = 0.0;
+  for (const IndexRange own : {canonical.x(), canonical.y()}) {
+    for (Index i = own.begin; i < own.end; ++i)
+      size = std::max(size, std::abs(v[i]) / scaling.variable[i]);
+  }
+  return size;
+}
+
+double size_of_problem(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+                       const VariableScaling& scaling) {
+  return std::max(longest(canonical, v, scaling),
+                  longest(canonical, canonical.starting_point().v, scaling));
+}
+
+void set_scaled(const CanonicalProblem& canonical, const Evaluation& evaluation,
+                const VariableScaling& scaling, Evaluation& scaled) {
+  scaled = evaluation;
+  scaled.jacobian_call = scaled.hessian_call = 0;
+  for_each_entry(canonical.hessian(), scaled.hessian, [&](Index i, Index j, double& value) {
+    value *= scaling.variable[i] * scaling.variable[j];
+  });
+  for_each_entry(canonical.jacobian(), scaled.jacobian, [&](Index row, Index col, double& value) {
+    value *= scaling.constraint[row] * scaling.variable[col];
+  });
+}
+
+}  // namespace ipminmax

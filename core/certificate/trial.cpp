@@ -1,0 +1,321 @@
+#include "core/certificate/trial.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/model/norms.hpp"
+#include "core/model/products.hpp"
+#include "core/point/residual.hpp"
+#include "core/point/step_length.hpp"
+#include "linalg/numbers.hpp"
+
+namespace ipminmax {
+
+namespace {
+
+using namespace parameters::certificate;
+
+Eigen::VectorXd sizes_of(const CanonicalProblem& canonical, const Point& point) {
+  return point.iterate.v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
+}
+
+/// Of W, scaled: that of differences, and what weakly active inequalities may give or not.
+Eigen::VectorXd hessian_error_of(TestContext& c, const TrialPoint& trial) {
+  Eigen::VectorXd error = c.scaled_hessian_error(trial.scaling);
+  Eigen::VectorXd lambda = trial.point.iterate.lambda;
+  bool any = false;
+  for (Index j = 0; j < c.canonical.constraints(); ++j) {
+    const Index slack = c.canonical.slack_of(j);
+    if (slack < 0 || trial.set[slack] == BoundClass::Active) continue;
+    any = any || trial.set[slack] == BoundClass::WeaklyActive;
+    lambda[j] = 0.0;
+  }
+  if (error.size() == 0) error.setZero(c.canonical.variables());
+  if (!any) return error;
+  Evaluation without = trial.point.evaluation;
+  if (c.canonical.second_derivatives(trial.point.iterate.v, lambda, without) !=
+      EvaluationStatus::Ok) {
+    return Eigen::VectorXd::Constant(c.canonical.variables(), kInfinity);
+  }
+  for (std::size_t k = 0; k < without.hessian.size(); ++k)
+    without.hessian[k] -= trial.point.evaluation.hessian[k];
+  add_row_sums(c.canonical, without.hessian, trial.scaling.variable, error);
+  return error;
+}
+
+/// Whether the gradient along Max's free variables vanishes at the end of the Newton step: no step
+/// takes the slope away of what f is linear in, and K with it is singular. Along a face of worst
+/// cases all that it is a sum of is rounding of other terms, over the variable's whole size.
+bool is_stationary_at_end(const CanonicalProblem& canonical, const TrialPoint& trial) {
+  const Point& point = trial.point;
+  const Iterate& end = trial.newton.end;
+  const Eigen::VectorXd size = sizes_of(canonical, point);
+  Eigen::VectorXd left = point.evaluation.gradient, terms = left.cwiseAbs();
+  add_hessian_product(canonical, point.evaluation, end.v - point.iterate.v, left);
+  add_transposed_product(canonical, point.evaluation,
+                         without_inactive(canonical, trial.set, end.lambda), left);
+  // What the gradient of L is a sum of.
+  for_each_entry(canonical.hessian(), point.evaluation.hessian,
+                 [&](Index i, Index j, double value) {
+                   terms[i] += std::abs(value) * size[j];
+                   if (i != j) terms[j] += std::abs(value) * size[i];
+                 });
+  for_each_entry(canonical.jacobian(), point.evaluation.jacobian,
+                 [&](Index row, Index col, double value) {
+                   terms[col] += std::abs(value * point.iterate.lambda[row]);
+                 });
+  const double none = kRounding * terms.cwiseProduct(size).maxCoeff();
+  for (Index i = canonical.y().begin; i < canonical.y().end; ++i) {
+    const double slope = std::abs(left[i]);
+    if (trial.set[i] == BoundClass::Inactive &&
+        !(slope <= kHardly * terms[i] || slope * size[i] <= none)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Largest entry of the solution for a generic right-hand side, slacks and bound multipliers apart;
+/// infinite where the factors do not reproduce the matrix. False: without pivoting an inertia is
+/// trusted only when they do.
+bool is_trusted(ActiveSetSystem& system, bool inner, double& response) {
+  constexpr double kHalved = 2.0 / 3.0;  // entries of 1/2 on the average
+  const CanonicalProblem& canonical = system.canonical;
+  NewtonResidual& rhs = system.rhs();
+  for (Index i = 0; i < canonical.variables(); ++i) {
+    if (system.is_free(i)) rhs.v[i] = kHalved * generic_entry(i);
+  }
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    if (system.counts(j)) rhs.lambda[j] = kHalved * generic_entry(canonical.variables() + j);
+  }
+  const Step& step = system.step();
+  response = kInfinity;
+  if (system.solve(inner, rhs, system.step(), system.kkt.least_accuracy())) {
+    response = max_norm(step.lambda, inner ? canonical.max_constraints().begin : 0,
+                        canonical.constraints());
+    for (Index i = inner ? canonical.y().begin : 0; i < canonical.variables(); ++i) {
+      if (!system.is_slack(i)) response = std::max(response, std::abs(step.v[i]));
+    }
+  }
+  return system.kkt.pivots() || std::isfinite(response);
+}
+
+}  // namespace
+
+bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const NewtonResidual& rhs,
+                      Step& step, const Regularization& shift) {
+  for (;;) {
+    // What the inertia is does not matter, and the solution is tested.
+    const KktFactors factors = kkt.factorize_for_solutions(shift, Certainty::Usual);
+    if (factors.status != FactorizationStatus::Ok) return false;
+    if (kkt.solve(evaluation, rhs, step)) return true;
+    if (!kkt.increase_quality()) return false;
+  }
+}
+
+// --- TestContext ---------------------------------------------------------------------------------
+
+double TestContext::margin() const {
+  return std::max(options.minmax_curvature_tol, 2.0 * kkt.perturbation());
+}
+
+double TestContext::far() const { return std::clamp(kInTols * options.tol, kLeastFar, kMostFar); }
+
+bool TestContext::may_factorize(Index more) {
+  const bool may = kkt.factorizations() + more <= last_factorization;
+  stopped = stopped || !may;
+  return may;
+}
+
+double TestContext::error(const Point& point) const {
+  return kkt_error(canonical, point.iterate, point.evaluation, point.dual, options.s_max).total;
+}
+
+Eigen::VectorXd TestContext::scaled_hessian_error(const VariableScaling& scaling) const {
+  if (!hessian_error) return {};
+  return hessian_error->cwiseProduct(scaling.variable.cwiseAbs2());
+}
+
+bool TestContext::evaluate(Point& point) const {
+  return canonical.constraints(point.iterate.v, point.evaluation.c) == EvaluationStatus::Ok &&
+         evaluate_derivatives(canonical, point) == EvaluationStatus::Ok;
+}
+
+bool TestContext::evaluate_objective(Point& point) const {
+  return canonical.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok;
+}
+
+void TestContext::examine_curvature(ActiveSetSystem& system, const Point& point,
+                                    const Eigen::VectorXd& lambda) {
+  arrays.curvature.held.resize(at(canonical.variables()));
+  for (Index i = 0; i < canonical.variables(); ++i)
+    arrays.curvature.held[at(i)] = !system.is_free(i);
+  find_little_curvature(canonical, kkt, system.scaling, &system.assembled(), true,
+                        arrays.curvature);
+  // Differences have errors of their own, which the tests allow for.
+  if (!hessian_error)
+    wrong_row = find_wrong_row(canonical, point, lambda, system.scaling, arrays.curvature);
+}
+
+void TestContext::examine_curvature(const Evaluation* assembled) {
+  const VariableScaling& scaling =
+      variable_scaling(canonical, given.iterate.v, given.evaluation, arrays.scaling);
+  arrays.curvature.held.assign(at(canonical.variables()), false);
+  for (const IndexRange slacks : {canonical.x_slacks(), canonical.y_slacks()}) {
+    for (Index i = slacks.begin; i < slacks.end; ++i) arrays.curvature.held[at(i)] = true;
+  }
+  find_little_curvature(canonical, kkt, scaling, assembled, false, arrays.curvature);
+  if (!hessian_error) {
+    wrong_row = find_wrong_row(canonical, given, given.iterate.lambda, scaling, arrays.curvature);
+  }
+}
+
+// --- TrialPoint ---------------------------------------------------------------------------------------
+
+void TrialPoint::begin(const CanonicalProblem& canonical, const Point& here, double its_mu) {
+  point = here;
+  mu = its_mu;
+  set.reset(canonical);
+  inactive = {};
+  test = {};
+  newton.clear();
+  inner.reset();
+  full.reset();
+  moved.reset();
+}
+
+void TrialPoint::hold_inactive() {
+  for (const Index i : inactive.variables) set.hold(i);
+  set.held_rows = inactive.rows;
+}
+
+void guess_active_set(const TestContext& c, TrialPoint& trial) {
+  guess_active_set(c.canonical, c.options, trial.point.iterate, trial.scaling, kStrictRatio,
+                   trial.set);
+  trial.hold_inactive();
+}
+
+Eigen::VectorXd without_inactive(const CanonicalProblem& canonical, const ActiveBounds& set,
+                                 Eigen::VectorXd lambda) {
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    const Index slack = canonical.slack_of(j);
+    const bool inactive = slack >= 0 && set[slack] == BoundClass::Inactive;
+    if (inactive || set.is_held(j)) lambda[j] = 0.0;
+  }
+  return lambda;
+}
+
+bool drop_inactive_multipliers(TestContext& c, TrialPoint& trial) {
+  const Iterate& z = trial.point.iterate;
+  const Eigen::VectorXd lambda = without_inactive(c.canonical, trial.set, z.lambda);
+  return lambda == z.lambda || c.canonical.second_derivatives(
+                                   z.v, lambda, trial.point.evaluation) == EvaluationStatus::Ok;
+}
+
+VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial) {
+  const Iterate& z = trial.point.iterate;
+  Evaluation certain = trial.point.evaluation, there = certain;
+  for (std::size_t k = 0; k < trial.newton.hessian_change.size(); ++k) {
+    if (std::abs(certain.hessian[k]) < kConfirmed * trial.newton.hessian_change[k])
+      certain.hessian[k] = 0.0;
+  }
+  Eigen::VectorXd step = kRounding * sizes_of(c.canonical, trial.point);
+  keep_within_bounds(c.canonical, z.v, kLittle, step);
+  step += z.v;
+  if (c.canonical.first_derivatives(step, there) == EvaluationStatus::Ok &&
+      c.canonical.second_derivatives(step, without_inactive(c.canonical, trial.set, z.lambda),
+                                     there) == EvaluationStatus::Ok) {
+    const auto keep = [](const std::vector<double>& changed, std::vector<double>& values) {
+      for (std::size_t k = 0; k < values.size(); ++k) {
+        if (!(std::abs(changed[k] - values[k]) <= std::abs(values[k]))) values[k] = 0.0;
+      }
+    };
+    keep(there.hessian, certain.hessian);
+    keep(there.jacobian, certain.jacobian);
+  }
+  return variable_scaling(c.canonical, z.v, certain, trial.min_first);
+}
+
+bool newton_confirms(TestContext& c, TrialPoint& trial, ActiveSetSystem& system,
+                     const KktSolve& solve) {
+  test_newton(c.canonical, system, trial.point, solve, c.options, c.arrays.newton, trial.newton);
+  return trial.newton.set_holds && trial.newton.contraction <= kContraction;
+}
+
+void settle_active_set(TestContext& c, TrialPoint& trial, ActiveSetSystem& system) {
+  system.assemble(ActiveSetSystem::kSufficient);
+  trial.error = hessian_error_of(c, trial);
+  Regularization shift;
+  const KktSolve solve = [&](const NewtonResidual& rhs, Step& step) {
+    return solve_accurately(c.kkt, system.assembled(), rhs, step, shift);
+  };
+  trial.converges = newton_confirms(c, trial, system, solve);
+  if (trial.proximal > 0.0) {
+    if (!trial.converges) {  // to one of several solutions
+      shift.y = trial.proximal;
+      trial.converges = newton_confirms(c, trial, system, solve);
+    }
+    trial.converges = trial.converges && is_stationary_at_end(c.canonical, trial);
+  }
+  if (trial.newton.done) trial.error += trial.newton.error;
+}
+
+InertiaTest second_order_test(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
+                              double proximal, bool inner_alone) {
+  KktSystem& kkt = system.kkt;
+  const Regularization inner{.y = proximal - margin}, full{.x = -margin, .y = margin + proximal};
+  const bool same_values = error.size() == 0 && system.set.weak(system.canonical, Player::Max) == 0;
+  InertiaTest test;
+  // The worst W for the maximizer has + error in y, and no weakly active bound holds him.
+  system.assemble({}, error, 0.0, -1.0);
+  if (same_values && !inner_alone) kkt.factorize_ahead(inner, full);
+  test.inner = kkt.has_expected_inner_inertia(kkt.factorize_inner(inner)) &&
+               is_trusted(system, true, test.inner_response);
+  if (!test.inner || inner_alone) return test;
+  // For the minimizer the worst W has - error everywhere, for then phi'' = W_xx - W_xy W_yy^-1 W_yx
+  // (on the tangent spaces) is smallest.
+  if (!same_values) system.assemble(ActiveSetSystem::kSufficient, error, -1.0, 1.0);
+  test.full = kkt.has_expected_inertia(kkt.factorize(full)) &&
+              is_trusted(system, false, test.full_response);
+  return test;
+}
+
+bool gradients_hold(const TrialPoint& trial) {
+  return trial.newton.inner_turn * trial.test.inner_response <= kTurn &&
+         trial.newton.turn * trial.test.full_response <= kTurn;
+}
+
+void measure_inertias(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
+  trial.inner = trial.full = Inertia{};
+  if (!c.may_factorize(c.has_x() && c.has_y() ? 2 : 1)) return;
+  system.assemble(ActiveSetSystem::kSufficient);
+  c.kkt.factorize_ahead({}, {});
+  trial.inner = c.kkt.factorize_inner({}).inertia;
+  trial.full = c.kkt.factorize({}).inertia;
+}
+
+bool rows_are_left_out(const CanonicalProblem& canonical, const TrialPoint& trial, bool of_max) {
+  if (!trial.dependences) return true;
+  const auto open = [&](const Dependence& d) {
+    const bool max = canonical.max_constraints().contains(d.row);
+    return (max || !of_max) && !trial.set.is_redundant(d.row);
+  };
+  return trial.dependences->complete && std::ranges::none_of(trial.dependences->found, open);
+}
+
+bool is_near(const TestContext& c, const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+             const VariableScaling& scaling, double share) {
+  const double size = size_of_problem(c.canonical, from, scaling);
+  const Eigen::VectorXd& start = c.canonical.starting_point().v;
+  for (const IndexRange own : {c.canonical.x(), c.canonical.y()}) {
+    for (Index i = own.begin; i < own.end; ++i) {
+      const double length = std::abs(to[i] - from[i]), unit = size * scaling.variable[i];
+      if (!(length <= share * unit)) return false;
+      const double own_size = std::max(std::abs(from[i]), std::abs(start[i]));
+      if (length > kTrace * own_size && (length > kTrace || length > c.far() * unit)) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace ipminmax
