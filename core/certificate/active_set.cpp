@@ -70,16 +70,16 @@ ActiveSetSystem::ActiveSetSystem(const CanonicalProblem& its_canonical, KktSyste
   arrays_.fixed.assign(at(canonical.variables()), false);
 }
 
-void ActiveSetSystem::assemble(Weak fixed, const Eigen::VectorXd& error, double min_times,
+void ActiveSetSystem::assemble(Weak fixed, const Vector& error, double min_times,
                                double max_times) {
-  Eigen::VectorXd& curvature = arrays_.curvature;
+  Vector& curvature = arrays_.curvature;
   curvature.setZero(canonical.variables());
   for (Index i = 0; i < canonical.variables(); ++i) {
     const bool max = canonical.owned_by_max(i);
     const bool held = set[i] == BoundClass::Active || (set[i] == BoundClass::WeaklyActive &&
                                                        (max ? fixed.max_fixed : fixed.min_fixed));
     arrays_.fixed[at(i)] = held;
-    if (is_slack(i)) {
+    if (is_slack(canonical, i)) {
       curvature[i] = held ? parameters::certificate::kRigid : 1.0;
     } else if (held) {
       curvature[i] = 1.0;

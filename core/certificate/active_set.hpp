@@ -7,6 +7,7 @@
 
 #include "core/certificate/scaling.hpp"
 #include "core/kkt/system.hpp"
+#include "linalg/numbers.hpp"
 
 namespace ipminmax {
 
@@ -39,10 +40,10 @@ struct ActiveBounds {
   /// Holds a variable where it is, at a bound or not.
   void hold(Index i);
   [[nodiscard]] bool is_redundant(Index constraint) const {
-    return !redundant.empty() && redundant[static_cast<std::size_t>(constraint)];
+    return !redundant.empty() && redundant[at(constraint)];
   }
   [[nodiscard]] bool is_held(Index constraint) const {
-    return !held_rows.empty() && held_rows[static_cast<std::size_t>(constraint)];
+    return !held_rows.empty() && held_rows[at(constraint)];
   }
   [[nodiscard]] bool is_left_out(Index constraint) const {
     return is_redundant(constraint) || is_held(constraint);
@@ -53,8 +54,8 @@ struct ActiveBounds {
   }
   /// Weakly active bounds of a player.
   [[nodiscard]] Index weak(const CanonicalProblem& canonical, Player player) const;
-  [[nodiscard]] BoundClass operator[](Index i) const { return of[static_cast<std::size_t>(i)]; }
-  [[nodiscard]] int side_of(Index i) const { return side[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] BoundClass operator[](Index i) const { return of[at(i)]; }
+  [[nodiscard]] int side_of(Index i) const { return side[at(i)]; }
   /// Distance to the bound meant, and its multiplier.
   [[nodiscard]] double distance(const CanonicalProblem& canonical, const Iterate& z, Index i) const;
   [[nodiscard]] double multiplier(const Iterate& z, Index i) const {
@@ -72,12 +73,23 @@ void guess_active_set(const CanonicalProblem& canonical, const SolverOptions& op
 [[nodiscard]] bool within_relaxation(const CanonicalProblem& canonical, Index i, int side,
                                      double distance, const SolverOptions& options);
 
+[[nodiscard]] inline bool is_slack(const CanonicalProblem& canonical, Index variable) {
+  return canonical.x_slacks().contains(variable) || canonical.y_slacks().contains(variable);
+}
+/// visit(constraint, slack) for every inequality.
+template <class Visit>
+void for_each_slack(const CanonicalProblem& canonical, Visit&& visit) {
+  for (Index j = 0; j < canonical.constraints(); ++j) {
+    if (canonical.slack_of(j) >= 0) visit(j, canonical.slack_of(j));
+  }
+}
+
 /// What an ActiveSetSystem works with, kept from one to the next.
 struct ActiveSetArrays {
   Evaluation scaled, reduced;
   std::vector<char> fixed;     ///< as bool, read often
   std::vector<bool> left_out;  ///< rows, or empty
-  Eigen::VectorXd curvature;
+  Vector curvature;
   NewtonResidual rhs;  ///< of whoever solves with the system
   Step step;
 };
@@ -105,7 +117,7 @@ class ActiveSetSystem {
 
   /// Assembles K and K_yy with min_times, max_times the error (per variable, scaled; may be empty)
   /// added to the curvature of the players' variables: to W for Min, taken from W for Max.
-  void assemble(Weak fixed, const Eigen::VectorXd& error = {}, double min_times = 0.0,
+  void assemble(Weak fixed, const Vector& error = {}, double min_times = 0.0,
                 double max_times = 0.0);
 
   const CanonicalProblem& canonical;
@@ -134,15 +146,10 @@ class ActiveSetSystem {
   }
 
   /// With the weakly active bounds as in the last assemble.
-  [[nodiscard]] bool is_fixed(Index variable) const {
-    return arrays_.fixed[static_cast<std::size_t>(variable)] != 0;
-  }
-  [[nodiscard]] bool is_slack(Index variable) const {
-    return canonical.x_slacks().contains(variable) || canonical.y_slacks().contains(variable);
-  }
+  [[nodiscard]] bool is_fixed(Index variable) const { return arrays_.fixed[at(variable)] != 0; }
   /// Neither fixed nor a slack.
   [[nodiscard]] bool is_free(Index variable) const {
-    return !is_fixed(variable) && !is_slack(variable);
+    return !is_fixed(variable) && !is_slack(canonical, variable);
   }
   /// Whether a constraint is an equality or an inequality counted as active, and not left out.
   [[nodiscard]] bool counts(Index constraint) const {

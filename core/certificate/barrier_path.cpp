@@ -87,7 +87,7 @@ bool barrier_newton_contracts(TestContext& c, double mu) {
   bool dependent = false;
   double last = kInfinity;
   for (int k = 0; k < 2; ++k) {
-    const Eigen::VectorXd before = point.iterate.v;
+    const Vector before = point.iterate.v;
     if (!barrier_newton_step(c, mu, point, alpha, dependent)) return false;
     const double step = max_norm(point.iterate.v - before);
     if (step <= kContraction * last && k > 0) return true;
@@ -138,7 +138,7 @@ SecondOrder judge_barrier_problem(TestContext& c, TrialPoint& trial) {
   if (c.kkt.has_expected_inner_inertia(c.kkt.factorize_inner({.y = -spare})) &&
       c.kkt.has_expected_inertia(c.kkt.factorize({.x = -spare}))) {
     trial.margin = spare;
-    c.examine_curvature(&c.given.evaluation);
+    examine_unclear_curvature(c, &c.given.evaluation);
     return barrier_newton_contracts(c, trial.mu) ? SecondOrder::Satisfied : SecondOrder::Undecided;
   }
   c.kkt.begin_pivoting();

@@ -50,7 +50,7 @@ FirstLook first_look(TestContext& c, TrialPoint& trial) {
     return FirstLook::Far;
   trial.margin = asked - max_norm(trial.newton.error);
   if (!(trial.margin >= c.margin())) return FirstLook::Unclear;
-  c.examine_curvature(system, trial.point, trial.point.iterate.lambda);
+  c.examine_curvature(trial.point, trial.point.iterate.lambda, trial.scaling, &system);
   return FirstLook::Right;
 }
 
@@ -61,7 +61,7 @@ void hold_inactive_copies(TestContext& c, TrialPoint& trial) {
   trial.inactive =
       inactive_copies(c.canonical, given,
                       variable_scaling(c.canonical, given.v, c.given.evaluation, c.arrays.scaling));
-  Eigen::VectorXd& lambda = trial.point.iterate.lambda;
+  Vector& lambda = trial.point.iterate.lambda;
   for (const Index i : trial.inactive.variables)
     lambda[c.canonical.constraint_of_slack(c.canonical.served_slack(i))] = 0.0;
   for (std::size_t j = 0; j < trial.inactive.rows.size(); ++j) {
@@ -77,23 +77,13 @@ void hold_inactive_copies(TestContext& c, TrialPoint& trial) {
 /// What curvature does not tell: robust rows, and vertices.
 SecondOrder test_beyond_curvature(TestContext& c, const TrialPoint& trial) {
   const Point& judged = trial.moved ? *trial.moved : c.given;
-  Eigen::VectorXd proximal;
-  if (trial.proximal > 0.0) {
-    const IndexRange y = c.canonical.y();
-    proximal.setZero(c.canonical.variables());
-    proximal.segment(y.begin, y.size()) =
-        trial.proximal *
-        trial.scaling.variable.segment(y.begin, y.size()).cwiseAbs2().cwiseInverse();
-  }
-  const SecondOrder verdict = test_robust_rows(c.canonical, c.kkt, judged, trial.set, trial.scaling,
-                                               trial.inactive.variables, proximal);
+  const SecondOrder verdict = test_robust_rows(c, trial, judged);
   if (verdict != SecondOrder::Satisfied) {
     c.reasons.add(Kind::RobustRow, Player::Max,
                   "a robust constraint's worst case is no strict maximum of it");
     return verdict;
   }
-  const Index lost = multiplier_lost_inside(c.canonical, judged, trial.set, trial.scaling,
-                                            c.options, c.arrays.newton.there, c.arrays.corner);
+  const Index lost = multiplier_lost_inside(c, trial, judged);
   if (lost < 0) return verdict;
   c.reasons.add_about(Kind::Unsteady, lost,
                       "first derivatives jump next to active bounds: a small step inside them the "
@@ -186,7 +176,7 @@ Finding certify(CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
   SecondOrder verdict = judge(c, trial, own);
   // Wrong second derivatives may be why nothing could be decided.
   if (verdict == SecondOrder::Undecided || verdict == SecondOrder::Flat)
-    c.examine_curvature(nullptr);
+    examine_unclear_curvature(c, nullptr);
   Finding finding;
   const bool disagrees = c.wrong_row && verdict != SecondOrder::Violated;
   if (disagrees) {

@@ -69,14 +69,11 @@ struct TrialPoint {
   int steps = 0;          ///< of Newton's method that have led here
   bool followed = false;  ///< the active set showed itself while mu fell
   bool relaxed = false;   ///< bounds were released that bound_relax_factor alone made active
-  bool creeps = true;     ///< each step has contracted, none enough
-  /// After many steps: other solutions may be nearer to where they began, so that the certified
-  /// one has to be returned itself.
-  bool crept = false;
+  bool is_far = false;    ///< the conditions hold, at a solution that is farther than allowed
 
   NewtonTest newton;
   bool converges = false;  ///< Newton's method, to a solution with this active set
-  Eigen::VectorXd error;   ///< of W, scaled
+  Vector error;            ///< of W, scaled
   InertiaTest test;
   std::optional<Dependences> dependences{};
 

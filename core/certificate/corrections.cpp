@@ -1,7 +1,6 @@
 #include <algorithm>
 
 #include "core/certificate/trial.hpp"
-#include "core/method/parameters.hpp"
 #include "core/model/norms.hpp"
 #include "linalg/numbers.hpp"
 
@@ -19,15 +18,16 @@ using Kind = CertificateReason::Kind;
 bool is_right(TestContext& c, TrialPoint& here, ActiveSetSystem& system) {
   here.test = second_order_test(system, here.error, c.margin(), here.proximal);
   if (!here.test.both() || !gradients_hold(here)) return false;
-  c.examine_curvature(system, here.point,
-                      without_inactive(c.canonical, here.set, here.point.iterate.lambda));
+  c.examine_curvature(here.point,
+                      without_inactive(c.canonical, here.set, here.point.iterate.lambda),
+                      here.scaling, &system);
   return true;
 }
 
 void look_for_dependences(TestContext& c, TrialPoint& here, ActiveSetSystem& system) {
   if (here.dependences || c.canonical.constraints() == 0 || !c.may_factorize(1)) return;
   system.assemble(ActiveSetSystem::kSufficient);
-  here.dependences = find_dependences(c.canonical, system, here.point, c.options);
+  here.dependences = find_dependences(c, system, here.point);
 }
 
 /// Independent Max gradients make the inner maximum follow x; a Min point needs none.
@@ -108,32 +108,16 @@ bool scale_min_first(TestContext& c, TrialPoint& next) {
   return true;
 }
 
-/// Whether the Newton step goes no farther than rounding, so that the next one would find the same.
-bool ends_here(const TestContext& c, const TrialPoint& trial) {
-  const Iterate& here = trial.point.iterate;
-  return trial.newton.step <= kRounding * size_of_problem(c.canonical, here.v, trial.scaling) &&
-         max_norm(trial.newton.end.lambda - here.lambda) <=
-             kRounding * (1.0 + max_norm(here.lambda));
-}
-
-/// Newton's method creeps to where derivatives nearly vanish together.
-bool creeps(const TestContext& c, const TrialPoint& here) {
-  return here.creeps && !here.converges && here.newton.contraction <= kCreeping &&
-         c.kkt.layout().dimension() <= kSmallSystem;
-}
-
 bool needs_newton_step(TestContext& c, const TrialPoint& here) {
-  const bool there =
-      here.converges && max_norm(here.newton.error) <= c.margin() && gradients_hold(here);
-  return here.newton.set_holds && !there && here.steps < (creeps(c, here) ? kMany : kFew) &&
-         !(here.steps > 0 && ends_here(c, here));
+  const bool there = here.converges && max_norm(here.newton.error) <= c.margin() &&
+                     gradients_hold(here) && !here.is_far;
+  return here.newton.set_holds && !there && here.steps < kFew;
 }
 
 /// To the end of the Newton step, where W changes by less on the rest of the way.
 bool take_newton_step(TestContext& c, TrialPoint& next) {
-  next.creeps = creeps(c, next);
-  next.crept = next.crept || next.steps >= kFew;
   ++next.steps;
+  next.is_far = false;
   next.point.iterate = next.newton.end;
   if (!c.evaluate(next.point)) return false;
   next.scaling = certain_scaling(c, next);
@@ -193,11 +177,10 @@ Iterate solution_of(const CanonicalProblem& canonical, const TrialPoint& trial, 
     const bool open = !in_equations(i) || trial.set.side_of(i) != side;
     if (open && distance > 0.0) multiplier_of(end, i, side) = mu / distance;
   });
-  for (Index j = 0; j < canonical.constraints(); ++j) {
-    const Index slack = canonical.slack_of(j);
-    if (slack >= 0 && !in_equations(slack))
+  for_each_slack(canonical, [&](Index j, Index slack) {
+    if (!in_equations(slack))
       end.lambda[j] = canonical.sign(slack) * (end.z_upper[slack] - end.z_lower[slack]);
-  }
+  });
   return end;
 }
 
@@ -206,7 +189,7 @@ Iterate solution_of(const CanonicalProblem& canonical, const TrialPoint& trial, 
 bool reports_solution(TestContext& c, TrialPoint& trial) {
   const Point& reported = trial.moved ? *trial.moved : c.given;
   const Iterate &here = trial.point.iterate, &last = trial.newton.end;
-  const auto near = [&](const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
+  const auto near = [&](const Vector& from, const Vector& to) {
     return is_near(c, from, to, trial.scaling, kTrace);
   };
   const bool ends = near(here.v, last.v);
@@ -225,30 +208,19 @@ bool reports_solution(TestContext& c, TrialPoint& trial) {
     return true;
   };
   if (ends && moves_to(here, trial.mu)) return true;
-  if (!trial.crept && near(reported.iterate.v, last.v)) return true;
+  if (near(reported.iterate.v, last.v)) return true;
   // The last step has not been taken yet; then multipliers mu / s may be what is left.
-  const Eigen::VectorXd next = last.v + trial.newton.contraction * (last.v - here.v);
+  const Vector next = last.v + trial.newton.contraction * (last.v - here.v);
   return near(last.v, next) &&
          (moves_to(last, trial.mu) ||
           (left > 0.0 && moves_to(last, kLittle * allowed / left * trial.mu)));
 }
 
-void explain_distance(TestContext& c, const TrialPoint& trial) {
-  const Point& returned = trial.moved ? *trial.moved : c.given;
-  Index most = 0;
-  Eigen::VectorXd way = trial.newton.end.v - returned.iterate.v;
-  way = way.cwiseQuotient(trial.scaling.variable).cwiseAbs();
-  for (const IndexRange slacks : {c.canonical.x_slacks(), c.canonical.y_slacks()})
-    way.segment(slacks.begin, slacks.size()).setZero();
-  way.maxCoeff(&most);
-  c.reasons.add_about(Kind::NotIsolated, most,
-                      "the solution near by is farther than the point's accuracy allows, most in ");
-}
-
 SecondOrder certified(TestContext& c, bool reported, TrialPoint& trial) {
   c.reasons.add_weakly_active(trial.set);
   if (!reported || (trial.moved && !c.evaluate_objective(*trial.moved))) {
-    explain_distance(c, trial);
+    c.reasons.add(Kind::NotIsolated, Player::Min,
+                  "the solution near by is farther than the point's accuracy allows");
     return SecondOrder::Undecided;
   }
   trial.margin = c.margin();
@@ -279,22 +251,21 @@ SecondOrder correct_and_test(TestContext& c, bool is_far, TrialPoint& trial) {
   for (bool corrected = true; corrected;) {
     const bool may = c.may_factorize(here.steps == 0 ? 1 : kToConfirm);
     Look look = may ? look_at(c, here) : Look::Harmful;
-    if (look == Look::Right && here.proximal > 0.0 && !maximizes_weakly(c, here))
+    if (here.proximal > 0.0 && look == Look::Right && !maximizes_weakly(c, here))
       look = Look::Harmful;
     if (look == Look::Right) {
       if (reports_solution(c, here)) {
         trial = std::move(here);
         return certified(c, true, trial);
       }
+      here.is_far = true;
       right = here;
     }
     if (here.proximal == 0.0) trial = here;
+    if (look == Look::Harmful || (right && here.proximal > 0.0)) break;
     corrected = false;
     for (const Correction& row : kCorrections) {
-      const bool nearer = look == Look::Right && row.change == take_newton_step &&
-                          here.proximal == 0.0 && here.steps < kFew;
-      if (look != Look::Unclear && !nearer) continue;
-      if ((right && row.anew) || (!nearer && !row.applies(c, here))) continue;
+      if ((right && row.anew) || !row.applies(c, here)) continue;
       TrialPoint next = !row.anew ? here : here.relaxed ? first : start;
       if (!row.change(c, next)) continue;
       if (next.followed && !here.followed) start = next;

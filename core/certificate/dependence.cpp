@@ -1,10 +1,8 @@
-#include "core/certificate/dependence.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "core/certificate/parameters.hpp"
+#include "core/certificate/trial.hpp"
 #include "core/model/products.hpp"
 #include "core/point/residual.hpp"
 #include "linalg/numbers.hpp"
@@ -16,18 +14,18 @@ namespace {
 using namespace parameters::certificate;
 
 struct DependenceSearch {
-  CanonicalProblem& canonical;
+  TestContext& c;
   ActiveSetSystem& system;
   const Point& point;
-  const SolverOptions& options;
-  const Eigen::VectorXd& here = point.iterate.v;
+  CanonicalProblem& canonical = c.canonical;
+  const Vector& here = point.iterate.v;
   Evaluation rows =
       system.derivatives();      ///< gradients of length one in the owner's free variables
   std::vector<bool> vanishes{};  ///< of each row, in all its owner's variables
-  Eigen::VectorXd factor{};      ///< of each row, to the canonical constraint
-  std::vector<Eigen::VectorXd> null{};
+  Vector factor{};               ///< of each row, to the canonical constraint
+  std::vector<Vector> null{};
 
-  [[nodiscard]] bool same_owner(Index row, Index col) const {
+  bool same_owner(Index row, Index col) const {
     return canonical.owned_by_max(col) == canonical.max_constraints().contains(row);
   }
 
@@ -45,9 +43,9 @@ struct DependenceSearch {
   void normalize() {
     take_gradients();
     vanishes.assign(at(canonical.constraints()), true);
-    Eigen::VectorXd free = Eigen::VectorXd::Zero(canonical.constraints()), all = free;
+    Vector free = Vector::Zero(canonical.constraints()), all = free;
     // The scaling of a robust constraint may be that of its worst case.
-    Eigen::VectorXd least = Eigen::VectorXd::Ones(canonical.constraints());
+    Vector least = Vector::Ones(canonical.constraints());
     for (const auto& [row, col] : canonical.jacobian()) {
       if (canonical.min_constraints().contains(row) && !same_owner(row, col)) least[row] = 0.0;
     }
@@ -69,25 +67,25 @@ struct DependenceSearch {
     factor = (factor.array() == 0.0).select(1.0, factor);
   }
 
-  [[nodiscard]] bool factorize() {
-    Eigen::VectorXd curvature = Eigen::VectorXd::Ones(canonical.variables());
-    for (Index j = 0; j < canonical.constraints(); ++j) {
-      if (canonical.slack_of(j) >= 0 && system.counts(j)) curvature[canonical.slack_of(j)] = kRigid;
-    }
+  bool factorize() {
+    Vector curvature = Vector::Ones(canonical.variables());
+    for_each_slack(canonical, [&](Index j, Index slack) {
+      if (system.counts(j)) curvature[slack] = kRigid;
+    });
     system.kkt.assemble(rows, curvature, system.left_out());
     return system.kkt.factorize_for_solutions({.lambda_x = kRelaxation, .lambda_y = kRelaxation})
                .status == FactorizationStatus::Ok;
   }
 
   /// Length of the combination of gradients of a vector of length one.
-  [[nodiscard]] double length_of(const Eigen::VectorXd& w) const {
-    Eigen::VectorXd sum = Eigen::VectorXd::Zero(canonical.variables());
+  double length_of(const Vector& w) const {
+    Vector sum = Vector::Zero(canonical.variables());
     add_transposed_product(canonical, rows, w, sum);
     return sum.norm();
   }
 
   /// Inverse iteration from a vector of its own, orthogonal to those found.
-  [[nodiscard]] bool next_null_vector(Eigen::VectorXd& w) {
+  bool next_null_vector(Vector& w) {
     NewtonResidual rhs = zero_step(canonical);
     Step step = zero_step(canonical);
     const auto number = static_cast<int>(null.size());
@@ -96,7 +94,7 @@ struct DependenceSearch {
       if (system.counts(j)) w[j] = std::sin(1.0 + number + 1.7 * (number + 1) * j);
     }
     const auto orthogonalize = [&] {
-      for (const Eigen::VectorXd& other : null) w -= other.dot(w) * other;
+      for (const Vector& other : null) w -= other.dot(w) * other;
     };
     orthogonalize();
     // To rounding: constraints that follow from others are known by a sum that stays what it is.
@@ -121,9 +119,9 @@ struct DependenceSearch {
   }
 
   /// Each null vector gets a row of its own: Gauss and Jordan with the largest pivots.
-  [[nodiscard]] std::vector<Dependence> reduce() {
+  std::vector<Dependence> reduce() {
     std::vector<Dependence> found;
-    std::vector<Eigen::VectorXd>& rest = null;
+    std::vector<Vector>& rest = null;
     for (std::size_t k = 0; k < rest.size(); ++k) {
       std::size_t best = k;
       Index row = 0;
@@ -143,7 +141,7 @@ struct DependenceSearch {
       found.push_back({.row = row, .weights = {}});
     }
     for (std::size_t k = 0; k < rest.size(); ++k) {
-      Eigen::VectorXd& weights = found[k].weights;
+      Vector& weights = found[k].weights;
       weights = rest[k].cwiseProduct(factor).cwiseProduct(system.scaling.constraint);
       weights /= weights[found[k].row];
     }
@@ -151,7 +149,7 @@ struct DependenceSearch {
   }
 
   /// Rounding of the combination of constraints at v.
-  [[nodiscard]] double size_of(const Eigen::VectorXd& weights, const Eigen::VectorXd& v) const {
+  double size_of(const Vector& weights, const Vector& v) const {
     double size = 0.01 * weights.lpNorm<1>();
     for_each_entry(canonical.jacobian(), point.evaluation.jacobian,
                    [&](Index row, Index col, double value) {
@@ -161,30 +159,28 @@ struct DependenceSearch {
   }
 
   /// Zero where bounds stand at their values, within what they were relaxed by. value: at the point.
-  [[nodiscard]] bool consistent(const Eigen::VectorXd& weights, double value) const {
-    Eigen::VectorXd slope = Eigen::VectorXd::Zero(canonical.variables());
+  bool consistent(const Vector& weights, double value) const {
+    Vector slope = Vector::Zero(canonical.variables());
     add_transposed_product(canonical, point.evaluation, weights, slope);
-    for (Index j = 0; j < weights.size(); ++j) {
-      if (canonical.slack_of(j) >= 0) slope[canonical.slack_of(j)] -= weights[j];
-    }
+    for_each_slack(canonical, [&](Index j, Index slack) { slope[slack] -= weights[j]; });
     double at_bounds = value, allowed = kConstant * size_of(weights, here);
     for (Index i = 0; i < slope.size(); ++i) {
       const int side = system.set.side_of(i);
       if (!system.is_fixed(i) || slope[i] == 0.0 || side == 0) continue;
       at_bounds += slope[i] * side * system.set.distance(canonical, point.iterate, i);
-      allowed += 2.0 * std::abs(slope[i]) * relaxation_of(canonical, i, side, options);
+      allowed += 2.0 * std::abs(slope[i]) * relaxation_of(canonical, i, side, c.options);
     }
     return std::abs(at_bounds) <= allowed;
   }
 
   /// Free variables moved inside their bounds; of_max: all x, for Max's rows must agree whatever x
   /// is.
-  [[nodiscard]] Eigen::VectorXd moved(int trial, double length, bool of_max) const {
+  Vector moved(int trial, double length, bool of_max) const {
     const double size = std::max(1.0, longest(canonical, here, system.scaling));
-    Eigen::VectorXd v = here;
+    Vector v = here;
     for (Index i = 0; i < canonical.variables(); ++i) {
       const bool held = system.is_fixed(i) && (canonical.owned_by_max(i) || !of_max);
-      if (held || system.is_slack(i)) continue;
+      if (held || is_slack(canonical, i)) continue;
       const double most =
           0.05 * std::abs(v[i]) + std::min(0.01 * system.scaling.variable[i] * size, 1.0);
       const double way = length * most * std::sin(1.0 + trial + 1.3 * (trial + 1) * i);
@@ -201,7 +197,7 @@ struct DependenceSearch {
 
   /// Rows that are the same have copies of y of their own, which stand at one place: they move as
   /// one.
-  void join_copies(Eigen::VectorXd& v) const {
+  void join_copies(Vector& v) const {
     if (!canonical.has_copies()) return;
     std::vector<std::vector<Index>> places;  // copies of each rank among those of their row
     std::vector<std::size_t> rank(at(canonical.variables()), 0);
@@ -221,23 +217,23 @@ struct DependenceSearch {
     }
   }
 
-  [[nodiscard]] bool constant(const Eigen::VectorXd& weights, double value, bool of_max) {
-    Eigen::VectorXd c = Eigen::VectorXd::Zero(canonical.constraints());
+  bool constant(const Vector& weights, double value, bool of_max) {
+    Vector values = Vector::Zero(canonical.constraints());
     for (int trial = 0; trial < kEnough; ++trial) {
       double length = 1.0;
-      Eigen::VectorXd v = moved(trial, length, of_max);
-      for (int k = 0; canonical.constraints(v, c) != EvaluationStatus::Ok; ++k) {
+      Vector v = moved(trial, length, of_max);
+      for (int k = 0; canonical.constraints(v, values) != EvaluationStatus::Ok; ++k) {
         if (k == kFew) return false;
         length *= 0.1;
         v = moved(trial, length, of_max);
       }
-      if (!(std::abs(weights.dot(c) - value) <= kConstant * size_of(weights, v))) return false;
+      if (!(std::abs(weights.dot(values) - value) <= kConstant * size_of(weights, v))) return false;
     }
     return true;
   }
 
   void examine(Dependence& dependence) {
-    Eigen::VectorXd& weights = dependence.weights;
+    Vector& weights = dependence.weights;
     // Rounding of the null vector.
     const double largest = weights.cwiseAbs().maxCoeff();
     for (double& weight : weights) {
@@ -258,16 +254,12 @@ struct DependenceSearch {
     const Index variables = canonical.x().size() + canonical.y().size();
     const Index most =
         std::max<Index>(kMany, kDependentEntries / (variables + canonical.constraints()));
-    answer.too_many = counted - variables > most;
     normalize();
-    if (answer.too_many || !factorize()) {
-      answer.complete = false;
-      return answer;
-    }
-    Eigen::VectorXd w;
+    answer.complete = counted - variables <= most && factorize();
+    if (!answer.complete) return answer;
+    Vector w;
     while (next_null_vector(w)) {
-      answer.too_many = static_cast<Index>(null.size()) == most;
-      answer.complete = !answer.too_many && length_of(w) <= kDependent;
+      answer.complete = static_cast<Index>(null.size()) < most && length_of(w) <= kDependent;
       if (!answer.complete) break;
       null.push_back(w);
     }
@@ -291,9 +283,8 @@ std::vector<bool> Dependences::redundant(const CanonicalProblem& canonical) cons
   return rows;
 }
 
-Dependences find_dependences(CanonicalProblem& canonical, ActiveSetSystem& system,
-                             const Point& point, const SolverOptions& options) {
-  return DependenceSearch{canonical, system, point, options}.run();
+Dependences find_dependences(TestContext& c, ActiveSetSystem& system, const Point& point) {
+  return DependenceSearch{c, system, point}.run();
 }
 
 }  // namespace ipminmax

@@ -1,9 +1,7 @@
-#include "core/certificate/derivative_checks.hpp"
-
 #include <algorithm>
 #include <cmath>
 
-#include "core/certificate/parameters.hpp"
+#include "core/certificate/trial.hpp"
 #include "core/method/curvature_escape.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/products.hpp"
@@ -28,7 +26,7 @@ void add_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
     return inner ? kkt.solve_inner(assembled, rhs, step, kUnrefined)
                  : kkt.solve(assembled, rhs, step, kUnrefined);
   };
-  const auto prepare = [&](Eigen::VectorXd& d) {
+  const auto prepare = [&](Vector& d) {
     for (Index i = 0; i < d.size(); ++i) {
       if (arrays.held[at(i)]) d[i] = 0.0;
     }
@@ -51,28 +49,21 @@ void add_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
 
 /// A vertex of one player, of_max, or the other.
 struct CornerCheck {
-  CanonicalProblem& canonical;
+  TestContext& c;
+  const TrialPoint& trial;
   const Point& point;
-  const ActiveBounds& set;
-  const VariableScaling& scaling;
-  const SolverOptions& options;
-  CornerArrays& arrays;
+  CanonicalProblem& canonical = c.canonical;
+  const ActiveBounds& set = trial.set;
+  CornerArrays& arrays = c.arrays.corner;
   double off = 0.0;  ///< of active bounds, over the variable's own size
 
-  [[nodiscard]] bool is_active(Index i) const {
-    return set[i] == BoundClass::Active && set.side_of(i) != 0;
-  }
-  [[nodiscard]] bool is_active_row(Index row) const {
+  bool is_active(Index i) const { return set[i] == BoundClass::Active && set.side_of(i) != 0; }
+  bool is_active_row(Index row) const {
     const Index slack = canonical.slack_of(row);
     return slack >= 0 && is_active(slack) && !set.is_left_out(row);
   }
-  [[nodiscard]] bool is_slack(Index i) const {
-    return canonical.x_slacks().contains(i) || canonical.y_slacks().contains(i);
-  }
-  [[nodiscard]] double size(Index i) const {
-    return own_size(canonical, point.iterate.v[i], i, scaling);
-  }
-  void take_gradient(const Evaluation& evaluation, Eigen::VectorXd& gradient) const {
+  double size(Index i) const { return own_size(canonical, point.iterate.v[i], i, trial.scaling); }
+  void take_gradient(const Evaluation& evaluation, Vector& gradient) const {
     gradient = evaluation.gradient;
     add_transposed_product(canonical, evaluation, point.iterate.lambda, gradient);
   }
@@ -87,8 +78,8 @@ struct CornerCheck {
 
   /// Whether curvature says something of a player: he has more variables, but for free ones that
   /// nothing reads, than active bounds and rows.
-  [[nodiscard]] bool has_free_variable(bool of_max) const {
-    Eigen::VectorXd& read = arrays.step;
+  bool has_free_variable(bool of_max) const {
+    Vector& read = arrays.step;
     read.setZero(canonical.variables());
     for_each_entry(canonical.hessian(), point.evaluation.hessian,
                    [&](Index i, Index j, double value) {
@@ -102,7 +93,7 @@ struct CornerCheck {
     for (Index i = 0; i < canonical.variables(); ++i) {
       if (canonical.owned_by_max(i) != of_max) continue;
       const bool active = set[i] == BoundClass::Active;
-      if (is_slack(i)) {
+      if (is_slack(canonical, i)) {
         free -= active ? 1 : 0;
       } else {
         free += !active && read[i] != 0.0 ? 1 : 0;
@@ -114,7 +105,7 @@ struct CornerCheck {
   /// arrays.balanced: what active bounds and inequalities balance of the gradient; 0: nothing.
   void balance() {
     take_gradient(point.evaluation, arrays.here);
-    Eigen::VectorXd& balanced = arrays.balanced;
+    Vector& balanced = arrays.balanced;
     balanced.setZero(canonical.variables());
     for_each_active([&](Index row, Index col, double value) {
       balanced[col] = std::max(balanced[col], std::abs(point.iterate.lambda[row] * value));
@@ -122,34 +113,34 @@ struct CornerCheck {
     for (Index i = 0; i < canonical.variables(); ++i) {
       if (!is_active(i)) continue;
       off = std::max(off, (set.distance(canonical, point.iterate, i) +
-                           relaxation_of(canonical, i, set.side_of(i), options)) /
+                           relaxation_of(canonical, i, set.side_of(i), c.options)) /
                               size(i));
-      if (!is_slack(i)) balanced[i] = set.multiplier(point.iterate, i);
+      if (!is_slack(canonical, i)) balanced[i] = set.multiplier(point.iterate, i);
     }
   }
 
   /// Beyond what the point and bound_relax_factor keep from any of the bounds.
-  [[nodiscard]] double reach(Index i) const {
+  double reach(Index i) const {
     constexpr double kBeyond = 10.0;
     return size(i) * std::min(kHardly + kBeyond * off, kSmall);
   }
 
   /// The first direction goes far in every other variable, the second one in those between.
-  void step_inside(bool of_max, int trial) const {
+  void step_inside(bool of_max, int turn) const {
     constexpr double kShort = 0.05;
-    Eigen::VectorXd &step = arrays.step, &longest = arrays.longest;
+    Vector &step = arrays.step, &longest = arrays.longest;
     step.setZero(canonical.variables());
     longest.setZero(canonical.constraints());
-    const auto next = [&] { return trial++ % 2 == 0 ? 1.0 : kShort; };
+    const auto next = [&] { return turn++ % 2 == 0 ? 1.0 : kShort; };
     for (Index i = 0; i < canonical.variables(); ++i) {
-      if (is_active(i) && !is_slack(i) && canonical.owned_by_max(i) == of_max)
+      if (is_active(i) && !is_slack(canonical, i) && canonical.owned_by_max(i) == of_max)
         step[i] = -set.side_of(i) * reach(i) * next();
     }
     const auto for_each_slope = [&](auto&& visit) {
       for_each_active([&](Index row, Index col, double value) {
         if (!is_active(col) && canonical.owned_by_max(col) == of_max &&
             canonical.max_constraints().contains(row) == of_max) {
-          visit(row, col, value * scaling.variable[col]);
+          visit(row, col, value * trial.scaling.variable[col]);
         }
       });
     };
@@ -162,15 +153,16 @@ struct CornerCheck {
     });
   }
 
-  [[nodiscard]] Index lost_along(bool of_max, int trial, Evaluation& scratch) const {
-    step_inside(of_max, trial);
-    const Eigen::VectorXd &step = arrays.step, &balanced = arrays.balanced;
+  Index lost_along(bool of_max, int turn) const {
+    step_inside(of_max, turn);
+    Evaluation& scratch = c.arrays.newton.there;
+    const Vector &step = arrays.step, &balanced = arrays.balanced;
     if (step.isZero(0.0)) return -1;
     // Of the answers of Max his own multipliers have to stay, of a step of Min all.
     const auto is_tested = [&](Index i) {
       return balanced[i] > 0.0 && (canonical.owned_by_max(i) || !of_max);
     };
-    Eigen::VectorXd& predicted = arrays.predicted;
+    Vector& predicted = arrays.predicted;
     predicted.setZero(step.size());
     add_hessian_product(canonical, point.evaluation, step, predicted);
     double shorter = 1.0;
@@ -180,7 +172,7 @@ struct CornerCheck {
         shorter = std::min(shorter, most / std::abs(predicted[i]));
     }
     scratch = point.evaluation;
-    Eigen::VectorXd& change = arrays.there;
+    Vector& change = arrays.there;
     change = point.iterate.v + shorter * step;
     if (canonical.first_derivatives(change, scratch) != EvaluationStatus::Ok) return -1;
     take_gradient(scratch, change);
@@ -215,13 +207,13 @@ void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
 }
 
 std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical, const Point& point,
-                                        const Eigen::VectorXd& lambda,
-                                        const VariableScaling& scaling, CurvatureArrays& arrays) {
+                                        const Vector& lambda, const VariableScaling& scaling,
+                                        CurvatureArrays& arrays) {
   const LittleCurvature& curvature = arrays.found;
   const double longest = max_norm(curvature.direction.cwiseQuotient(scaling.variable));
   if (!(longest > 0.0)) return std::nullopt;
   const double size = ipminmax::longest(canonical, point.iterate.v, scaling);
-  Eigen::VectorXd& step = arrays.step;
+  Vector& step = arrays.step;
   step = (kHardly + kRootOfRounding * size) / longest * curvature.direction;
   arrays.largest = kMostFar * point.iterate.v.array().abs().max(1.0);
   step.array() = step.array().max(-arrays.largest).min(arrays.largest);
@@ -231,18 +223,15 @@ std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical, const Point
       std::clamp(kLittle * curvature.least, kLeastError, kLargestError), arrays.differences);
 }
 
-Index multiplier_lost_inside(CanonicalProblem& canonical, const Point& point,
-                             const ActiveBounds& set, const VariableScaling& scaling,
-                             const SolverOptions& options, Evaluation& scratch,
-                             CornerArrays& arrays) {
+Index multiplier_lost_inside(TestContext& c, const TrialPoint& trial, const Point& point) {
   // A minimization is compared with Ipopt, which looks at no corner.
-  if (canonical.max_size() == 0) return -1;
-  CornerCheck check{canonical, point, set, scaling, options, arrays};
+  if (c.canonical.max_size() == 0) return -1;
+  CornerCheck check{c, trial, point};
   const bool x = !check.has_free_variable(false), y = !check.has_free_variable(true);
   if (x || y) check.balance();
   for (const bool of_max : {true, false}) {
-    for (int trial = 0; trial < 2 && (of_max ? y : x); ++trial) {
-      const Index lost = check.lost_along(of_max, trial, scratch);
+    for (int turn = 0; turn < 2 && (of_max ? y : x); ++turn) {
+      const Index lost = check.lost_along(of_max, turn);
       if (lost >= 0) return lost;
     }
   }

@@ -12,7 +12,7 @@ namespace ipminmax {
 /// Little curvature of the two matrices, by two inverse iterations each: an upper estimate of the
 /// least, scaled (no entry of W_yy exceeds 1, nor does one of W_xx).
 struct LittleCurvature {
-  Eigen::VectorXd direction;  ///< canonical lengths; with a generic part, so that all of W counts
+  Vector direction;  ///< canonical lengths; with a generic part, so that all of W counts
   double least = 1.0;
   Index variable = -1;  ///< canonical, the one that moves most along the least; -1: no factors
 };
@@ -21,7 +21,7 @@ struct CurvatureArrays {
   LittleCurvature found;
   NewtonResidual rhs;
   Step solution;
-  Eigen::VectorXd step;
+  Vector step;
   Eigen::ArrayXd largest;
   std::vector<bool> held;  ///< variables at active bounds, and slacks
   DifferenceArrays differences;
@@ -37,26 +37,14 @@ void find_little_curvature(const CanonicalProblem& canonical, KktSystem& kkt,
 /// the model is undefined on both sides of the point. lambda: for which W was evaluated. arrays:
 /// after find_little_curvature.
 [[nodiscard]] std::optional<Deviation> find_wrong_row(CanonicalProblem& canonical,
-                                                      const Point& point,
-                                                      const Eigen::VectorXd& lambda,
+                                                      const Point& point, const Vector& lambda,
                                                       const VariableScaling& scaling,
                                                       CurvatureArrays& arrays);
 
 /// What the check of a vertex works with, kept from one to the next.
 struct CornerArrays {
-  Eigen::VectorXd here, there;  ///< gradients of the Lagrangian
-  Eigen::VectorXd balanced, step, predicted, longest;
+  Vector here, there;  ///< gradients of the Lagrangian
+  Vector balanced, step, predicted, longest;
 };
-
-/// At a vertex no curvature shows where gradients jump, so these are compared with what W predicts
-/// a small step inside the active bounds and inequalities of each player of a game who has no free
-/// variable, in two directions. One gradient and Jacobian for each of them.
-///
-/// Returns a variable whose gradient no longer has the sign that its multipliers balance, or -1.
-/// scratch: of the model's sizes, values are overwritten.
-[[nodiscard]] Index multiplier_lost_inside(CanonicalProblem& canonical, const Point& point,
-                                           const ActiveBounds& set, const VariableScaling& scaling,
-                                           const SolverOptions& options, Evaluation& scratch,
-                                           CornerArrays& arrays);
 
 }  // namespace ipminmax

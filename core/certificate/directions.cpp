@@ -1,10 +1,8 @@
-#include "core/certificate/directions.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "core/certificate/parameters.hpp"
+#include "core/certificate/trial.hpp"
 #include "core/method/curvature_escape.hpp"
 #include "core/model/norms.hpp"
 #include "core/model/products.hpp"
@@ -20,15 +18,16 @@ using namespace parameters::certificate;
 /// system counts and to the inner maximum, with the matrix at hand. They tell what the value does
 /// along a direction. Max: y moves, x is held, with K_yy; Min: x moves, y answers, with K.
 struct DirectionSearch {
-  CanonicalProblem& canonical;
+  TestContext& c;
   ActiveSetSystem& system;
   const Point& point;
   Player owner;
   /// Arcs are brought back to where the value is stationary in all directions but those found.
   bool stationary;
+  CanonicalProblem& canonical = c.canonical;
   bool inner = owner == Player::Max;
   IndexRange own = inner ? canonical.y() : canonical.x();
-  std::vector<Eigen::VectorXd> found{};  ///< scaled, owned parts orthonormal
+  std::vector<Vector> found{};  ///< scaled, owned parts orthonormal
 
   struct Arc {
     bool reached = false;  ///< corrections converged, inside all bounds
@@ -37,21 +36,17 @@ struct DirectionSearch {
     double moved = 0.0;    ///< longest entry of the way, scaled
   };
   struct Moved {
-    Eigen::VectorXd v, lambda;
+    Vector v, lambda;
     Evaluation evaluation;
   };
 
   /// The owned part of a vector.
-  [[nodiscard]] auto part(const Eigen::VectorXd& d) const {
-    return d.segment(own.begin, own.size());
-  }
-  [[nodiscard]] double length(const Eigen::VectorXd& v) const {
-    return longest(canonical, v, system.scaling);
-  }
-  [[nodiscard]] double curvature(const Eigen::VectorXd& d) const {
+  auto part(const Vector& d) const { return d.segment(own.begin, own.size()); }
+  double length(const Vector& v) const { return longest(canonical, v, system.scaling); }
+  double curvature(const Vector& d) const {
     return curvature_along(canonical, system.assembled(), d);
   }
-  [[nodiscard]] bool right_with(const Regularization& shift) const {
+  bool right_with(const Regularization& shift) const {
     KktSystem& kkt = system.kkt;
     return inner ? kkt.has_expected_inner_inertia(kkt.factorize_inner(shift))
                  : kkt.has_expected_inertia(kkt.factorize(shift));
@@ -59,18 +54,17 @@ struct DirectionSearch {
 
   /// Orthogonal to those found, scaled, with an owned part of length one. Without a tangent
   /// direction, or with curvature along all, solutions grow little: empty.
-  [[nodiscard]] std::optional<Eigen::VectorXd> least_curvature(double least_growth,
-                                                               int most_solves) const {
+  std::optional<Vector> least_curvature(double least_growth, int most_solves) const {
     NewtonResidual rhs = zero_step(canonical);
     Step step = zero_step(canonical);
     const auto solve = [&](const NewtonResidual& right, Step& solution) {
       return system.solve(inner, right, solution);
     };
-    const auto prepare = [&](Eigen::VectorXd& d) {
+    const auto prepare = [&](Vector& d) {
       for (Index i = 0; i < d.size(); ++i) {
         if (!system.is_free(i)) d[i] = 0.0;
       }
-      for (const Eigen::VectorXd& other : found) d -= part(other).dot(part(d)) * other;
+      for (const Vector& other : found) d -= part(other).dot(part(d)) * other;
     };
     bool grew = true;
     double last = 0.0;
@@ -90,8 +84,8 @@ struct DirectionSearch {
   // --- Arcs --------------------------------------------------------------------------------------
 
   /// A scaled direction as a step of canonical variables; slacks of open inequalities move along.
-  [[nodiscard]] Eigen::VectorXd step_along(const Eigen::VectorXd& direction) const {
-    Eigen::VectorXd step = direction.cwiseProduct(system.scaling.variable);
+  Vector step_along(const Vector& direction) const {
+    Vector step = direction.cwiseProduct(system.scaling.variable);
     for_each_entry(canonical.jacobian(), point.evaluation.jacobian,
                    [&](Index row, Index col, double value) {
                      const Index slack = canonical.slack_of(row);
@@ -101,11 +95,10 @@ struct DirectionSearch {
   }
 
   /// Bounds and open inequalities, of which c tells by how much their slack is off.
-  [[nodiscard]] bool is_inside(Eigen::VectorXd v, const Eigen::VectorXd& c) const {
-    for (Index j = 0; j < c.size(); ++j) {
-      const Index slack = canonical.slack_of(j);
-      if (slack >= 0 && !system.is_fixed(slack)) v[slack] += c[j];
-    }
+  bool is_inside(Vector v, const Vector& values) const {
+    for_each_slack(canonical, [&](Index j, Index slack) {
+      if (!system.is_fixed(slack)) v[slack] += values[j];
+    });
     bool inside = true;
     for_each_bound(canonical, v, [&](Index i, int side, double) {
       inside = inside && (side < 0 ? v[i] >= canonical.lower()[i] : v[i] <= canonical.upper()[i]);
@@ -114,13 +107,13 @@ struct DirectionSearch {
   }
 
   /// Without f, which corrections do not need.
-  [[nodiscard]] bool evaluate(Moved& trial) const {
+  bool evaluate(Moved& trial) const {
     return canonical.constraints(trial.v, trial.evaluation.c) == EvaluationStatus::Ok &&
            canonical.first_derivatives(trial.v, trial.evaluation) == EvaluationStatus::Ok;
   }
 
   /// f with what the violation left over is worth.
-  [[nodiscard]] double lagrangian(const Evaluation& evaluation) const {
+  double lagrangian(const Evaluation& evaluation) const {
     double value = evaluation.f;
     for (Index j = 0; j < canonical.constraints(); ++j) {
       if (system.counts(j)) value += point.iterate.lambda[j] * evaluation.c[j];
@@ -128,18 +121,18 @@ struct DirectionSearch {
     return value;
   }
 
-  [[nodiscard]] bool corrects(Index constraint) const {
+  bool corrects(Index constraint) const {
     return system.counts(constraint) && !(inner && constraint < canonical.max_constraints().begin);
   }
 
   /// Of the constraints and the stationarity of those who answer, negative, scaled.
-  [[nodiscard]] NewtonResidual residual_of(const Moved& trial) const {
+  NewtonResidual residual_of(const Moved& trial) const {
     NewtonResidual rhs = zero_step(canonical);
     for (Index j = 0; j < canonical.constraints(); ++j) {
       if (corrects(j)) rhs.lambda[j] = -system.scaling.constraint[j] * trial.evaluation.c[j];
     }
     if (inner && !stationary) return rhs;
-    Eigen::VectorXd gradient = trial.evaluation.gradient;
+    Vector gradient = trial.evaluation.gradient;
     for_each_entry(canonical.jacobian(), trial.evaluation.jacobian,
                    [&](Index row, Index col, double value) {
                      if (system.counts(row) || system.set.is_redundant(row))
@@ -150,13 +143,12 @@ struct DirectionSearch {
       if (answers && system.is_free(i)) rhs.v[i] = -system.scaling.variable[i] * gradient[i];
     }
     auto rest = rhs.v.segment(own.begin, own.size());
-    for (const Eigen::VectorXd& direction : found)
-      rest -= part(direction).dot(rest) * part(direction);
+    for (const Vector& direction : found) rest -= part(direction).dot(rest) * part(direction);
     return rhs;
   }
 
   /// One Newton step with the matrix at hand. residual: what was left before, scaled.
-  [[nodiscard]] bool correct(Moved& trial, double& residual) const {
+  bool correct(Moved& trial, double& residual) const {
     const NewtonResidual rhs = residual_of(trial);
     residual = std::max(max_norm(rhs.v), max_norm(rhs.lambda));
     if (residual == 0.0) return true;
@@ -173,10 +165,10 @@ struct DirectionSearch {
 
   /// step: canonical variables; corrections end below negligible times the length, squared where
   /// not stationary.
-  [[nodiscard]] Arc take(const Eigen::VectorXd& step, double along) const {
+  Arc take(const Vector& step, double along) const {
     Arc arc;
     Moved trial{point.iterate.v + along * step, point.iterate.lambda, point.evaluation};
-    const Eigen::VectorXd none = Eigen::VectorXd::Zero(canonical.constraints());
+    const Vector none = Vector::Zero(canonical.constraints());
     if (!is_inside(trial.v, none) || !evaluate(trial)) return arc;  // corrections are small
     const double scale = stationary ? std::abs(along) : along * along;
     const double small = stationary ? kRootOfRounding : kSmall;
@@ -200,7 +192,7 @@ struct DirectionSearch {
   // --- Directions that refute a point ------------------------------------------------------------
 
   /// Whether the value changes as the curvature, of the wrong sign, says over an arc of this length.
-  [[nodiscard]] bool gains(const Eigen::VectorXd& step, double wrong, double along) const {
+  bool gains(const Vector& step, double wrong, double along) const {
     const double predicted = 0.5 * along * along * wrong;
     if (!(predicted > kRounding * std::abs(point.evaluation.f))) return false;
     const Arc arc = take(step, along);
@@ -211,7 +203,7 @@ struct DirectionSearch {
   }
 
   /// With a shift that makes the matrix right, a smaller one where that finds nothing.
-  [[nodiscard]] std::optional<WrongCurvature> refute(double margin, double distance) const {
+  std::optional<WrongCurvature> refute(double margin, double distance) const {
     for (const double first : {1e-2, 1e-4, 1e-6}) {
       double shift = first;
       const auto is_right = [&] {
@@ -235,8 +227,7 @@ struct DirectionSearch {
     return {};
   }
 
-  [[nodiscard]] std::optional<WrongCurvature> try_steps(const Eigen::VectorXd& step, double wrong,
-                                                        double distance) const {
+  std::optional<WrongCurvature> try_steps(const Vector& step, double wrong, double distance) const {
     double along = kLittle * std::max(1.0, length(point.iterate.v));
     for (int k = 0; k < kMany && along >= distance / kLittle; ++k, along *= kShorter) {
       // In both directions, so that no slope left over counts.
@@ -249,27 +240,26 @@ struct DirectionSearch {
   // --- Directions without curvature --------------------------------------------------------------
 
   /// Of the value, over a step of length one: bounds that are relaxed give it multipliers' changes.
-  [[nodiscard]] double change_by_relaxation(const Eigen::VectorXd& step,
-                                            const SolverOptions& options) const {
-    Eigen::VectorXd change = Eigen::VectorXd::Zero(step.size());
+  double change_by_relaxation(const Vector& step) const {
+    Vector change = Vector::Zero(step.size());
     add_hessian_product(canonical, point.evaluation, step, change);
     double sum = 0.0;
     for (Index i = 0; i < step.size(); ++i) {
       const int side = system.set.side_of(i);
       if (system.is_fixed(i) && side != 0)
-        sum += std::abs(change[i]) * relaxation_of(canonical, i, side, options);
+        sum += std::abs(change[i]) * relaxation_of(canonical, i, side, c.options);
     }
     return sum;
   }
 
-  [[nodiscard]] bool is_flat(const Eigen::VectorXd& step, const SolverOptions& options) const {
+  bool is_flat(const Vector& step) const {
     // As far as the start, if that is farther: lengths may be short beside the variables. Bounds
     // that are near leave shorter arcs.
     const double most =
         kLittle * std::max(1.0, size_of_problem(canonical, point.iterate.v, system.scaling));
     const double rounding =
         kEpsilon * point.evaluation.gradient.cwiseProduct(point.iterate.v).lpNorm<1>();
-    const double relaxed = change_by_relaxation(step, options);
+    const double relaxed = change_by_relaxation(step);
     int constant = 0;
     for (double along = most; along >= kLeastFar * most; along *= kShorter) {
       const double value = std::abs(point.evaluation.f) + along * along;
@@ -286,7 +276,7 @@ struct DirectionSearch {
     return false;
   }
 
-  [[nodiscard]] FlatDirections look_for_flat(double margin, const SolverOptions& options) {
+  FlatDirections look_for_flat(double margin) {
     FlatDirections flat;
     if (!right_with({.x = inner ? 0.0 : margin, .y = inner ? margin : -margin})) return flat;
     const double most = margin / kLittle;
@@ -298,13 +288,13 @@ struct DirectionSearch {
     if (found.empty()) return flat;
     flat.verdict = FlatDirections::Verdict::Flat;
     flat.direction = step_along(found.front());
-    std::vector<Eigen::VectorXd> tried = {found.front()};
+    std::vector<Vector> tried = {found.front()};
     if (found.size() > 1) {  // all together, as each costs evaluations
-      tried.push_back(Eigen::VectorXd::Zero(canonical.variables()));
+      tried.push_back(Vector::Zero(canonical.variables()));
       for (std::size_t k = 0; k < found.size(); ++k)
         tried.back() += std::cos(1.0 + static_cast<double>(k)) * found[k];
     }
-    for (const Eigen::VectorXd& direction : tried) {
+    for (const Vector& direction : tried) {
       const double size = direction.squaredNorm(), bend = curvature(direction);
       double own_curvature = 0.0;  // what the variables alone would have
       for_each_entry(canonical.hessian(), system.assembled().hessian,
@@ -314,8 +304,8 @@ struct DirectionSearch {
       // Beside x, an answer of Max is as good where it is better than those next to it.
       const bool none = std::abs(bend) <= kHardly * own_curvature + kRounding * size ||
                         (inner && canonical.x().size() > 0 && bend < 0.0);
-      const Eigen::VectorXd step = step_along(direction);
-      if (none && is_flat(step, options)) continue;
+      const Vector step = step_along(direction);
+      if (none && is_flat(step)) continue;
       flat.verdict = FlatDirections::Verdict::Neither;
       flat.direction = step;
       break;
@@ -326,19 +316,17 @@ struct DirectionSearch {
 
 }  // namespace
 
-std::optional<WrongCurvature> find_refuting_direction(CanonicalProblem& canonical,
-                                                      ActiveSetSystem& system, const Point& point,
-                                                      double margin, double distance,
-                                                      Player owner) {
+std::optional<WrongCurvature> find_refuting_direction(TestContext& c, ActiveSetSystem& system,
+                                                      const TrialPoint& trial, Player owner) {
   system.assemble({.min_fixed = true, .max_fixed = owner == Player::Max});
-  return DirectionSearch{canonical, system, point, owner, false}.refute(margin, distance);
+  return DirectionSearch{c, system, trial.point, owner, false}.refute(c.margin(),
+                                                                      trial.newton.step);
 }
 
-FlatDirections find_flat_directions(CanonicalProblem& canonical, ActiveSetSystem& system,
-                                    const Point& point, const SolverOptions& options, double margin,
-                                    Player owner) {
+FlatDirections find_flat_directions(TestContext& c, ActiveSetSystem& system, const Point& point,
+                                    double margin, Player owner) {
   system.assemble({.min_fixed = true, .max_fixed = true});
-  return DirectionSearch{canonical, system, point, owner, true}.look_for_flat(margin, options);
+  return DirectionSearch{c, system, point, owner, true}.look_for_flat(margin);
 }
 
 }  // namespace ipminmax

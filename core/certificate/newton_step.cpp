@@ -1,9 +1,7 @@
-#include "core/certificate/newton_step.hpp"
-
 #include <algorithm>
 #include <cmath>
 
-#include "core/certificate/parameters.hpp"
+#include "core/certificate/trial.hpp"
 #include "core/model/products.hpp"
 #include "linalg/numbers.hpp"
 
@@ -17,28 +15,27 @@ double ratio(double a, double b) { return b > 0.0 ? a / b : 0.0; }
 
 /// Newton's method for  grad L = 0 (free variables),  c = 0 (rows that count), v = bound (fixed).
 struct ActiveSetNewton {
-  CanonicalProblem& canonical;
+  TestContext& c;
+  TrialPoint& trial;
   ActiveSetSystem& system;
-  const SolverOptions& options;
-  const Iterate& iterate;
-  const Evaluation& evaluation;
   const KktSolve& solve;
-  NewtonArrays& work;
-  NewtonTest& test;
-  const ActiveBounds& set = system.set;
-  const VariableScaling& scaling = system.scaling;
+  CanonicalProblem& canonical = c.canonical;
+  const Iterate& iterate = trial.point.iterate;
+  const Evaluation& evaluation = trial.point.evaluation;
+  NewtonArrays& work = c.arrays.newton;
+  NewtonTest& test = trial.newton;
+  const ActiveBounds& set = trial.set;
+  const VariableScaling& scaling = trial.scaling;
 
-  [[nodiscard]] double length(const Eigen::VectorXd& v) const {
-    return longest(canonical, v, scaling);
-  }
+  double length(const Vector& v) const { return longest(canonical, v, scaling); }
 
   /// Longest entry beside the variable's size here or at the start; slacks apart.
-  [[nodiscard]] double length_in_sizes(const Eigen::VectorXd& v) const {
-    const Eigen::VectorXd& start = canonical.starting_point().v;
+  double length_in_sizes(const Vector& v) const {
+    const Vector& start = canonical.starting_point().v;
     const double others = size_of_problem(canonical, iterate.v, scaling);
     double longest = 0.0;
     for (Index i = 0; i < v.size(); ++i) {
-      if (system.is_slack(i)) continue;
+      if (is_slack(canonical, i)) continue;
       double size = std::max(std::abs(iterate.v[i]), std::abs(start[i]));
       if (size == 0.0) size = scaling.variable[i] * std::max(others, 1.0);
       longest = std::max(longest, std::abs(v[i]) / size);
@@ -47,7 +44,7 @@ struct ActiveSetNewton {
   }
 
   /// Right-hand side (-row_v, -row_c) and solution wanted in the canonical problem's lengths.
-  [[nodiscard]] bool solve_scaled(Eigen::VectorXd& v, Eigen::VectorXd& lambda) {
+  bool solve_scaled(Vector& v, Vector& lambda) {
     NewtonResidual& rhs = system.rhs();
     for (Index i = 0; i < canonical.variables(); ++i) {
       if (system.is_free(i)) rhs.v[i] = scaling.variable[i] * -work.row_v[i];
@@ -67,18 +64,18 @@ struct ActiveSetNewton {
     return v.allFinite() && lambda.allFinite();
   }
 
-  [[nodiscard]] bool first_step() {
+  bool first_step() {
     work.lambda = iterate.lambda;
     for (Index j = 0; j < canonical.constraints(); ++j) {
       if (!system.counts(j) && !set.is_redundant(j)) work.lambda[j] = 0.0;
     }
-    Eigen::VectorXd& fixed = work.fixed;
+    Vector& fixed = work.fixed;
     fixed.setZero(canonical.variables());
     for (Index i = 0; i < canonical.variables(); ++i) {
       if (system.is_fixed(i) && set.side_of(i) != 0)
         fixed[i] = set.side_of(i) * set.distance(canonical, iterate, i);
     }
-    Eigen::VectorXd& gradient = work.gradient;
+    Vector& gradient = work.gradient;
     gradient = evaluation.gradient;
     add_transposed_product(canonical, evaluation, work.lambda, gradient);
     work.row_v = gradient;
@@ -89,21 +86,16 @@ struct ActiveSetNewton {
     work.dv += fixed;
     work.change_c = evaluation.c;
     add_constraint_product(canonical, evaluation, work.dv, work.change_c);
-    for_each_slack([&](Index j, Index slack) {  // of inactive inequalities: follow their constraint
-      if (!system.is_fixed(slack)) work.dv[slack] = work.change_c[j];
-    });
+    for_each_slack(canonical,
+                   [&](Index j, Index slack) {  // of inactive inequalities: follow their constraint
+                     if (!system.is_fixed(slack)) work.dv[slack] = work.change_c[j];
+                   });
     add_hessian_product(canonical, evaluation, work.dv, gradient);
     add_transposed_product(canonical, evaluation, work.dlambda, gradient);
-    for_each_slack(
-        [&](Index j, Index slack) { gradient[slack] = -(work.lambda[j] + work.dlambda[j]); });
+    for_each_slack(canonical, [&](Index j, Index slack) {
+      gradient[slack] = -(work.lambda[j] + work.dlambda[j]);
+    });
     return true;
-  }
-
-  template <class Visit>
-  void for_each_slack(Visit&& visit) const {
-    for (Index j = 0; j < canonical.constraints(); ++j) {
-      if (canonical.slack_of(j) >= 0) visit(j, canonical.slack_of(j));
-    }
   }
 
   void expect(Index i, bool holds) {
@@ -133,8 +125,8 @@ struct ActiveSetNewton {
   /// multipliers of active ones and the distances of Max's inactive ones stay what they are to a
   /// half.
   void look_at_relaxed() {
-    Eigen::VectorXd &back = work.fixed, &outside = work.row_v, &curvature = work.change_v;
-    for (Eigen::VectorXd* v : {&back, &outside, &curvature}) v->setZero(canonical.variables());
+    Vector &back = work.fixed, &outside = work.row_v, &curvature = work.change_v;
+    for (Vector* v : {&back, &outside, &curvature}) v->setZero(canonical.variables());
     bool decides = false;  // a bound of a variable without curvature
     // Curvature of its own makes a variable's best value one, whatever its multiplier is.
     for_each_entry(canonical.hessian(), evaluation.hessian, [&](Index i, Index j, double value) {
@@ -146,7 +138,7 @@ struct ActiveSetNewton {
         curvature[slack] += std::abs(curvature[col]);
     }
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
-      const double own = relaxation_of(canonical, i, side, options);
+      const double own = relaxation_of(canonical, i, side, c.options);
       if (!system.is_fixed(i)) {
         if (distance <= 2.0 * own) outside[i] = own;
       } else if (set.side_of(i) == side) {
@@ -155,13 +147,13 @@ struct ActiveSetNewton {
       }
     });
     if (!decides) return;
-    Eigen::VectorXd& moved = work.change_v;  // of the gradient, by those that no bound holds
+    Vector& moved = work.change_v;  // of the gradient, by those that no bound holds
     moved.setZero(canonical.variables());
     for_each_entry(canonical.hessian(), evaluation.hessian, [&](Index i, Index j, double value) {
       moved[i] += std::abs(value) * outside[j];
       if (i != j) moved[j] += std::abs(value) * outside[i];
     });
-    Eigen::VectorXd &dv = work.second_v, &change = work.row_v;
+    Vector &dv = work.second_v, &change = work.row_v;
     change.setZero(canonical.variables());
     work.row_c.setZero(canonical.constraints());
     add_hessian_product(canonical, evaluation, back, change);
@@ -171,14 +163,15 @@ struct ActiveSetNewton {
     change.setZero(canonical.variables());
     add_hessian_product(canonical, evaluation, dv, change);
     add_transposed_product(canonical, evaluation, work.second_lambda, change);
-    for_each_slack([&](Index j, Index slack) { change[slack] = -work.second_lambda[j]; });
+    for_each_slack(canonical,
+                   [&](Index j, Index slack) { change[slack] = -work.second_lambda[j]; });
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
       const bool active = set[i] == BoundClass::Active;
       const bool near = set[i] == BoundClass::Inactive && canonical.owned_by_max(i);
       if (set.side_of(i) != side || !(active || near)) return;
       const double left = active ? set.multiplier(iterate, i) : distance;
       const double lost = active ? side * canonical.sign(i) * change[i] + moved[i]
-                                 : relaxation_of(canonical, i, side, options) + side * dv[i];
+                                 : relaxation_of(canonical, i, side, c.options) + side * dv[i];
       if (lost <= kConfirmed * left) return;
       if (active) test.released.push_back(i);
       expect(i, false);
@@ -191,7 +184,7 @@ struct ActiveSetNewton {
     for (Index i = 0; i < work.trial.size(); ++i) {
       if (system.is_fixed(i)) {
         work.trial[i] *= kShareOfWay;
-      } else if (!system.is_slack(i)) {
+      } else if (!is_slack(canonical, i)) {
         // Beyond what a contraction leaves of the step: W may jump at the solution itself.
         const double own =
             std::min(std::abs(iterate.v[i]), own_size(canonical, iterate.v[i], i, scaling));
@@ -210,9 +203,9 @@ struct ActiveSetNewton {
   }
 
   /// Derivatives at the trial point beside what the linearized equations predict there.
-  [[nodiscard]] bool compare() {
+  bool compare() {
     Evaluation& there = work.there;
-    Eigen::VectorXd& probed = work.probed;
+    Vector& probed = work.probed;
     probed = work.trial_lambda;
     for (Index j = 0; j < probed.size(); ++j)
       probed[j] += (work.dlambda[j] < 0.0 ? -kRelaxation : kRelaxation) * std::abs(probed[j]);
@@ -230,7 +223,7 @@ struct ActiveSetNewton {
     add_hessian_product(canonical, evaluation, work.back_v, work.row_v);
     work.row_c = there.c - evaluation.c;
     add_constraint_product(canonical, evaluation, work.back_v, work.row_c);
-    Eigen::VectorXd& second_v = work.second_v;
+    Vector& second_v = work.second_v;
     if (!solve_scaled(second_v, work.second_lambda)) return false;
     const double beside_sizes = ratio(length_in_sizes(second_v), length_in_sizes(work.trial));
     // Any norm will do. It grows with the trial step; of rounding nothing is left.
@@ -265,7 +258,7 @@ struct ActiveSetNewton {
                               std::abs(work.dv[i]) <= kStepIsRounding * std::abs(work.trial[i]));
     }
     if (!is_there) return;
-    Eigen::VectorXd& v = work.change_v;
+    Vector& v = work.change_v;
     v = work.trial_v;
     for (Index i = 0; i < v.size(); ++i) {
       if (!system.is_fixed(i)) v[i] = iterate.v[i] - work.trial[i] + 2.0 * work.dv[i];
@@ -288,9 +281,9 @@ struct ActiveSetNewton {
   /// Their values at the trial point, where they are not what their gradients predict. A weakly
   /// active one is violated by no more than it is satisfied now.
   void look_at_inequalities() {
-    Eigen::VectorXd& change = work.change_v;
+    Vector& change = work.change_v;
     change.setZero(canonical.variables());
-    for_each_slack([&](Index j, Index slack) {
+    for_each_slack(canonical, [&](Index j, Index slack) {
       if (!system.is_fixed(slack)) change[slack] = work.trial[slack] + work.there.c[j];
     });
     for_each_bound(canonical, iterate.v, [&](Index i, int side, double distance) {
@@ -309,7 +302,7 @@ struct ActiveSetNewton {
       share = std::max(share, step / std::abs(work.trial[i]));
     }
     share = std::min(share, 1.0);
-    Eigen::VectorXd &all = work.row_c, &inner = work.second_lambda;
+    Vector &all = work.row_c, &inner = work.second_lambda;
     all.setZero(canonical.constraints());
     inner.setZero(canonical.constraints());
     for (std::size_t k = 0; k < work.there.jacobian.size(); ++k) {
@@ -359,20 +352,20 @@ void NewtonTest::clear() {
   changing = left_in = turning = -1;
 }
 
-void test_newton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
-                 const KktSolve& solve, const SolverOptions& options, NewtonArrays& arrays,
-                 NewtonTest& test) {
-  ActiveSetNewton newton{canonical,        system, options, point.iterate,
-                         point.evaluation, solve,  arrays,  test};
+bool newton_confirms(TestContext& c, TrialPoint& trial, ActiveSetSystem& system,
+                     const KktSolve& solve) {
+  ActiveSetNewton newton{c, trial, system, solve};
+  NewtonTest& test = trial.newton;
   test.clear();
-  if (!newton.first_step()) return;
-  test.step = newton.length(arrays.dv);
+  if (!newton.first_step()) return false;
+  test.step = newton.length(c.arrays.newton.dv);
   newton.look_at_set();
   newton.look_at_relaxed();
   newton.choose_trial();
   test.done = newton.compare();
   test.set_holds = test.done && test.changing < 0;
   newton.place_end();
+  return test.set_holds && test.contraction <= kContraction;
 }
 
 }  // namespace ipminmax

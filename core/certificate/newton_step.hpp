@@ -19,9 +19,9 @@ struct NewtonTest {
   /// the step. Newton's method converges from a point where that is below 1/4 (it is 1/4 for x^3
   /// at 0).
   double contraction = 0.0;
-  Index changing = -1;    ///< bound whose class changes, if one does
-  Index left_in = -1;     ///< variable that the second step moves most
-  Eigen::VectorXd error;  ///< per variable, scaled: bounds what W changes by on the way, twice
+  Index changing = -1;  ///< bound whose class changes, if one does
+  Index left_in = -1;   ///< variable that the second step moves most
+  Vector error;         ///< per variable, scaled: bounds what W changes by on the way, twice
   std::vector<double> hessian_change;  ///< on the way, per triplet, canonical units
   double step = 0.0;                   ///< longest entry of the step, scaled
   /// Jacobian variation: what the rows of active constraints change by on the way, sum of the
@@ -38,26 +38,19 @@ struct NewtonTest {
 
 /// What test_newton works with, kept from call to call.
 struct NewtonArrays {
-  Eigen::VectorXd lambda;       ///< without those of rows that do not count
-  Eigen::VectorXd dv, dlambda;  ///< Newton step
-  Eigen::VectorXd gradient;     ///< of the Lagrangian, as predicted for its end; of slacks: -lambda
-  Eigen::VectorXd trial, trial_v, trial_lambda;  ///< step that is tried, and its end
-  Eigen::VectorXd fixed;                         ///< way to the bounds of fixed variables
-  Eigen::VectorXd row_v, row_c;                  ///< minus a right-hand side
-  Eigen::VectorXd change_v, change_c, back_v, back_lambda;
-  Eigen::VectorXd second_v, second_lambda, probed;
+  Vector lambda;       ///< without those of rows that do not count
+  Vector dv, dlambda;  ///< Newton step
+  Vector gradient;     ///< of the Lagrangian, as predicted for its end; of slacks: -lambda
+  Vector trial, trial_v, trial_lambda;  ///< step that is tried, and its end
+  Vector fixed;                         ///< way to the bounds of fixed variables
+  Vector row_v, row_c;                  ///< minus a right-hand side
+  Vector change_v, change_c, back_v, back_lambda;
+  Vector second_v, second_lambda, probed;
   Evaluation there, end;        ///< at the end of the trial step; where W is compared besides
   std::vector<double> counted;  ///< changes of W between free variables
 };
 
 /// Solves with the matrix K of the system, assembled as kSufficient, at zero shift.
 using KktSolve = std::function<bool(const NewtonResidual& rhs, Step& step)>;
-
-/// W at the end of the step has no lambda of inactive inequalities. The change is measured at least
-/// over a distance that rounding of the derivatives could explain. Of the point: iterate and
-/// evaluation.
-void test_newton(CanonicalProblem& canonical, ActiveSetSystem& system, const Point& point,
-                 const KktSolve& solve, const SolverOptions& options, NewtonArrays& arrays,
-                 NewtonTest& test);
 
 }  // namespace ipminmax

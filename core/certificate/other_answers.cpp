@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "core/certificate/directions.hpp"
 #include "core/certificate/trial.hpp"
 #include "linalg/numbers.hpp"
 
@@ -65,8 +64,7 @@ bool maximizes_weakly_at(TestContext& c, Point point, const TrialPoint& trial) {
   const bool shown = by_structure(c, trial, system);
   if (!shown && (trial.set.weak(c.canonical, Player::Max) > 0 || is_saddle(c.canonical, system)))
     return false;
-  const FlatDirections flat =
-      find_flat_directions(c.canonical, system, point, c.options, c.margin(), Player::Max);
+  const FlatDirections flat = find_flat_directions(c, system, point, c.margin(), Player::Max);
   if (!shown && flat.verdict != FlatDirections::Verdict::Flat) return false;
   if (flat.direction.size() > 0) {
     c.reasons.add_direction(CertificateReason::Kind::FlatDirection, Player::Max, flat.direction,

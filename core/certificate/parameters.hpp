@@ -37,9 +37,6 @@ constexpr double kStepIsRounding = 1e-5;  ///< over the distance over which W is
 constexpr double kTurn = 0.25;
 constexpr double kIndependent = 1e5;  ///< amplification by matrices with independent gradients
 constexpr Index kToConfirm = 3;       ///< factorizations of a step and the test at its end
-/// Contraction of more than kFew steps of small systems, to a zero of high order; 1/2 belongs to
-/// weakly active bounds.
-constexpr double kCreeping = 0.4;
 
 // --- How far a solution may be from the point ----------------------------------------------------
 

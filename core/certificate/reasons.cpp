@@ -118,8 +118,7 @@ void Reasons::add_relaxed(const Iterate& iterate, const VariableScaling& scaling
             " by " + number_text(most, 2) + " of its size");
 }
 
-void Reasons::add_direction(Kind kind, Player player, const Eigen::VectorXd& step,
-                            const char* before) {
+void Reasons::add_direction(Kind kind, Player player, const Vector& step, const char* before) {
   const IndexRange own = player == Player::Min ? canonical_.x() : canonical_.y();
   std::vector<std::pair<double, Index>> entries;
   double largest = 0.0;

@@ -44,7 +44,7 @@ class Reasons {
   void add_relaxed(const Iterate& iterate, const VariableScaling& scaling,
                    const SolverOptions& options);
   /// A step of canonical variables; before the names of its largest entries.
-  void add_direction(Kind kind, Player player, const Eigen::VectorXd& step, const char* before);
+  void add_direction(Kind kind, Player player, const Vector& step, const char* before);
 
   [[nodiscard]] std::vector<CertificateReason> take() { return std::move(reasons_); }
 

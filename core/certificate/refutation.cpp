@@ -1,8 +1,6 @@
 #include <algorithm>
 
-#include "core/certificate/directions.hpp"
 #include "core/certificate/trial.hpp"
-#include "core/model/norms.hpp"
 
 namespace ipminmax {
 
@@ -15,8 +13,7 @@ bool refute(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
   const KktLayout& layout = c.kkt.layout();
   const bool max = trial.inner->positive > layout.expected_inner().positive;
   if (max || trial.full->negative > layout.expected().negative) {
-    trial.wrong = find_refuting_direction(c.canonical, system, trial.point, c.margin(),
-                                          trial.newton.step, max ? Player::Max : Player::Min);
+    trial.wrong = find_refuting_direction(c, system, trial, max ? Player::Max : Player::Min);
   }
   if (trial.wrong) {
     c.reasons.add_direction(Kind::WrongCurvature, trial.wrong->owner, trial.wrong->direction,
@@ -32,10 +29,7 @@ bool is_flat(TestContext& c, ActiveSetSystem& system, const TrialPoint& trial) {
       (c.has_y() && !second_order_test(system, trial.error, c.margin(), 0.0, true).inner);
   if (inner && !c.may_factorize(1)) return false;
   const Player player = inner ? Player::Max : Player::Min;
-  // On the way to where derivatives nearly vanish together curvature is what W changes by.
-  const double little = std::max(c.margin(), trial.crept ? max_norm(trial.error) : 0.0);
-  const FlatDirections found =
-      find_flat_directions(c.canonical, system, trial.point, c.options, little, player);
+  const FlatDirections found = find_flat_directions(c, system, trial.point, c.margin(), player);
   if (found.verdict == FlatDirections::Verdict::None) return false;
   const bool flat = found.verdict == FlatDirections::Verdict::Flat;
   c.reasons.add_direction(
@@ -66,8 +60,8 @@ void explain(TestContext& c, ActiveSetSystem& system, TrialPoint& trial) {
                             "solution, most that of ");
   } else if (!c.reasons.has_obstacle() && c.may_factorize(2)) {
     measure_inertias(c, system, trial);
-    c.examine_curvature(system, trial.point,
-                        without_inactive(c.canonical, trial.set, newton.end.lambda));
+    c.examine_curvature(trial.point, without_inactive(c.canonical, trial.set, newton.end.lambda),
+                        trial.scaling, &system);
     const Index least = std::max(c.arrays.curvature.found.variable, 0);
     c.reasons.add_about(
         Kind::LittleCurvature, least,
@@ -85,13 +79,11 @@ SecondOrder judge_without_certificate(TestContext& c, TrialPoint& trial) {
   ActiveSetSystem system(c.canonical, c.kkt, trial.set, trial.scaling, trial.point.evaluation);
   measure_inertias(c, system, trial);
   c.reasons.add_weakly_active(trial.set);
-  // Too many dependent rows: K is singular with any help for W.
-  const bool too_many = trial.dependences && trial.dependences->too_many;
   SecondOrder verdict = SecondOrder::Undecided;
   // What is wrong is left whatever that costs.
   if (refute(c, system, trial)) {
     verdict = SecondOrder::Violated;
-  } else if (!too_many && c.may_factorize(1) && is_flat(c, system, trial)) {
+  } else if (c.may_factorize(1) && is_flat(c, system, trial)) {
     verdict = SecondOrder::Flat;
   }
   explain(c, system, trial);

@@ -1,11 +1,9 @@
-#include "core/certificate/robust_rows.hpp"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "core/certificate/parameters.hpp"
+#include "core/certificate/trial.hpp"
 #include "linalg/numbers.hpp"
 
 namespace ipminmax {
@@ -16,11 +14,11 @@ using namespace parameters::certificate;
 
 /// Barrier curvatures at which active bounds hold firmly and others not at all. set: of bounds that
 /// hold however small their multipliers are; null: not known.
-Eigen::VectorXd firm_curvature(const CanonicalProblem& canonical, const Iterate& iterate,
-                               const ActiveBounds* set, const VariableScaling& scaling) {
-  Eigen::VectorXd curvature = Eigen::VectorXd::Zero(canonical.variables());
+Vector firm_curvature(const CanonicalProblem& canonical, const Iterate& iterate,
+                      const ActiveBounds* set, const VariableScaling& scaling) {
+  Vector curvature = Vector::Zero(canonical.variables());
   // Of a quadratic term that is one at one scaled unit.
-  const Eigen::VectorXd one = scaling.variable.cwiseAbs2().cwiseInverse();
+  const Vector one = scaling.variable.cwiseAbs2().cwiseInverse();
   for (const IndexRange slacks : {canonical.x_slacks(), canonical.y_slacks()}) {
     for (Index i = slacks.begin; i < slacks.end; ++i) curvature[i] = kConstant * one[i];
   }
@@ -38,7 +36,7 @@ struct ActiveRow {
   double compliance;  ///< D = s / z
 };
 
-std::vector<ActiveRow> active_rows(const CanonicalProblem& canonical, const Eigen::VectorXd& firm,
+std::vector<ActiveRow> active_rows(const CanonicalProblem& canonical, const Vector& firm,
                                    const VariableScaling& scaling) {
   std::vector<ActiveRow> rows;
   for (const Index j : canonical.robust_constraints()) {
@@ -87,19 +85,20 @@ std::optional<Eigen::MatrixXd> schur_complement(const CanonicalProblem& canonica
 
 }  // namespace
 
-SecondOrder test_robust_rows(const CanonicalProblem& canonical, KktSystem& kkt, const Point& point,
-                             const ActiveBounds& set, const VariableScaling& scaling,
-                             const std::vector<Index>& inactive, const Eigen::VectorXd& proximal) {
-  if (canonical.robust_constraints().empty()) return SecondOrder::Satisfied;
-  Eigen::VectorXd firm = firm_curvature(canonical, point.iterate, &set, scaling);
-  for (const Index i : inactive) firm[i] += kFirm / (scaling.variable[i] * scaling.variable[i]);
-  const std::vector<ActiveRow> rows = active_rows(canonical, firm, scaling);
+SecondOrder test_robust_rows(TestContext& c, const TrialPoint& trial, const Point& point) {
+  if (c.canonical.robust_constraints().empty()) return SecondOrder::Satisfied;
+  const Vector& length = trial.scaling.variable;
+  Vector firm = firm_curvature(c.canonical, point.iterate, &trial.set, trial.scaling);
+  for (const Index i : trial.inactive.variables) firm[i] += kFirm / (length[i] * length[i]);
+  const std::vector<ActiveRow> rows = active_rows(c.canonical, firm, trial.scaling);
   if (rows.empty()) return SecondOrder::Satisfied;
-  if (proximal.size() > 0) firm += proximal;
-  kkt.assemble(point.evaluation, firm);
-  if (!kkt.has_expected_inner_inertia(kkt.factorize_inner({}))) return SecondOrder::Undecided;
+  const IndexRange y = c.canonical.y();
+  firm.segment(y.begin, y.size()) +=
+      trial.proximal * length.segment(y.begin, y.size()).cwiseAbs2().cwiseInverse();
+  c.kkt.assemble(point.evaluation, firm);
+  if (!c.kkt.has_expected_inner_inertia(c.kkt.factorize_inner({}))) return SecondOrder::Undecided;
 
-  const auto left = schur_complement(canonical, kkt, point.evaluation, rows);
+  const auto left = schur_complement(c.canonical, c.kkt, point.evaluation, rows);
   if (!left) return SecondOrder::Undecided;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(*left, Eigen::EigenvaluesOnly);
   const double least = eigen.eigenvalues()[0];
@@ -118,7 +117,7 @@ InactiveCopies inactive_copies(const CanonicalProblem& canonical, const Iterate&
                                const VariableScaling& scaling) {
   if (!canonical.has_copies()) return {};
   std::vector<bool> active(at(canonical.variables()), false);
-  const Eigen::VectorXd firm = firm_curvature(canonical, iterate, nullptr, scaling);
+  const Vector firm = firm_curvature(canonical, iterate, nullptr, scaling);
   for (const ActiveRow& row : active_rows(canonical, firm, scaling))
     active[at(canonical.slack_of(row.constraint))] = true;
   const auto serves_inactive = [&](Index slack) { return slack >= 0 && !active[at(slack)]; };

@@ -19,7 +19,7 @@ struct ScalingRules {
   const CanonicalProblem& canonical;
   const Evaluation& evaluation;
   ScalingArrays& arrays;
-  Eigen::VectorXd& d = arrays.scaling.variable;
+  Vector& d = arrays.scaling.variable;
 
   /// The block of one player: diagonal entries first, then rows without one. second: and what
   /// couples him to the other one, whose lengths are known: the maximizer's answer makes of it
@@ -49,7 +49,7 @@ struct ScalingRules {
       }
     });
     for (int sweep = 0; sweep < kFew; ++sweep) {
-      Eigen::VectorXd& norms = arrays.norms;
+      Vector& norms = arrays.norms;
       norms.setZero(d.size());
       for_own(max, [&](Index i, Index j, double entry) {
         norms[i] = std::max(norms[i], entry * (d[i] == kUnknown ? 1.0 : d[i]) * d[j]);
@@ -63,7 +63,7 @@ struct ScalingRules {
   /// Variables without curvature, from the constraints that tie them to others, but no less than
   /// their own size: a short one comes from an entry that vanishes.
   void spread_by_constraints() {
-    Eigen::VectorXd& columns = arrays.columns;
+    Vector& columns = arrays.columns;
     bool found = true;
     for (int round = 0; found && round < kMany; ++round) {
       set_row_norms();
@@ -90,7 +90,7 @@ struct ScalingRules {
   /// cut to what they can make up for, or to the variable's own size. Each equation cuts one
   /// length, as it determines one variable.
   void cut_by_equations() {
-    Eigen::VectorXd& has_cut = arrays.rows;
+    Vector& has_cut = arrays.rows;
     has_cut.setZero(canonical.constraints());
     bool any = true;
     for (int round = 0; any && round < kMany; ++round) {
@@ -136,9 +136,7 @@ struct ScalingRules {
     });
   }
   /// One where nothing shows it.
-  [[nodiscard]] double size_of(Index i) const {
-    return arrays.size[i] > 0.0 ? arrays.size[i] : 1.0;
-  }
+  double size_of(Index i) const { return arrays.size[i] > 0.0 ? arrays.size[i] : 1.0; }
   /// Largest |J_ji| d_i of each row, unknown ones left out.
   void set_row_norms() {
     arrays.rows.setZero(canonical.constraints());
@@ -151,7 +149,7 @@ struct ScalingRules {
 
 }  // namespace
 
-const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const Vector& v,
                                         const Evaluation& evaluation, ScalingArrays& arrays,
                                         bool min_first) {
   arrays.scaling.variable.setConstant(canonical.variables(), kUnknown);
@@ -166,7 +164,7 @@ const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const
   return arrays.scaling;
 }
 
-VariableScaling variable_scaling(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+VariableScaling variable_scaling(const CanonicalProblem& canonical, const Vector& v,
                                  const Evaluation& evaluation, bool min_first) {
   ScalingArrays arrays;
   variable_scaling(canonical, v, evaluation, arrays, min_first);
@@ -181,8 +179,7 @@ double own_size(const CanonicalProblem& canonical, double v, Index i,
   return std::min({size > 0.0 ? size : unit, width, std::max(std::abs(v - start), unit)});
 }
 
-double longest(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
-               const VariableScaling& scaling) {
+double longest(const CanonicalProblem& canonical, const Vector& v, const VariableScaling& scaling) {
   double size = 0.0;
   for (const IndexRange own : {canonical.x(), canonical.y()}) {
     for (Index i = own.begin; i < own.end; ++i)
@@ -191,7 +188,7 @@ double longest(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
   return size;
 }
 
-double size_of_problem(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+double size_of_problem(const CanonicalProblem& canonical, const Vector& v,
                        const VariableScaling& scaling) {
   return std::max(longest(canonical, v, scaling),
                   longest(canonical, canonical.starting_point().v, scaling));

@@ -9,20 +9,22 @@
 
 namespace ipminmax {
 
+using Vector = Eigen::VectorXd;
+
 /// Lengths of variables in which no entry of W_yy exceeds 1, then none of W_xx and W_xy, and
 /// variables with curvature have an entry of about that size, so that "little curvature" means the
 /// same whatever the units of the model.
 struct VariableScaling {
-  Eigen::VectorXd variable;    ///< per canonical variable; a slack's is its constraint's
-  Eigen::VectorXd constraint;  ///< per canonical constraint
+  Vector variable;    ///< per canonical variable; a slack's is its constraint's
+  Vector constraint;  ///< per canonical constraint
 };
 
 /// A scaling with what it is found by, kept from call to call.
 struct ScalingArrays {
   VariableScaling scaling;
-  Eigen::VectorXd size;                       ///< of variables, here or at the start
-  Eigen::VectorXd diagonal, coupling, norms;  ///< of rows of W
-  Eigen::VectorXd rows, columns;              ///< of the Jacobian
+  Vector size;                       ///< of variables, here or at the start
+  Vector diagonal, coupling, norms;  ///< of rows of W
+  Vector rows, columns;              ///< of the Jacobian
   struct Terms {
     double largest = 0.0, second = 0.0;
     Index variable = -1;  ///< of the largest
@@ -37,11 +39,10 @@ struct ScalingArrays {
 /// it, down to the variable's size at v or at the start.
 /// min_first: Min's variables are measured by W_xx alone, then Max's by W_yy and W_xy, too: a
 /// coupling with a y that constraints hold is no curvature of x.
-const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const Vector& v,
                                         const Evaluation& evaluation, ScalingArrays& arrays,
                                         bool min_first = false);
-[[nodiscard]] VariableScaling variable_scaling(const CanonicalProblem& canonical,
-                                               const Eigen::VectorXd& v,
+[[nodiscard]] VariableScaling variable_scaling(const CanonicalProblem& canonical, const Vector& v,
                                                const Evaluation& evaluation,
                                                bool min_first = false);
 
@@ -51,10 +52,10 @@ const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const
                               const VariableScaling& scaling);
 
 /// Longest entry of a vector of variables, slacks apart.
-[[nodiscard]] double longest(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+[[nodiscard]] double longest(const CanonicalProblem& canonical, const Vector& v,
                              const VariableScaling& scaling);
 /// Of the point or the starting point, whichever is larger.
-[[nodiscard]] double size_of_problem(const CanonicalProblem& canonical, const Eigen::VectorXd& v,
+[[nodiscard]] double size_of_problem(const CanonicalProblem& canonical, const Vector& v,
                                      const VariableScaling& scaling);
 
 /// Of right-hand sides and directions without the symmetries that a problem may have: of size 1/2

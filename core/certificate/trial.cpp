@@ -15,27 +15,26 @@ namespace {
 
 using namespace parameters::certificate;
 
-Eigen::VectorXd sizes_of(const CanonicalProblem& canonical, const Point& point) {
+Vector sizes_of(const CanonicalProblem& canonical, const Point& point) {
   return point.iterate.v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
 }
 
 /// Of W, scaled: that of differences, and what weakly active inequalities may give or not.
-Eigen::VectorXd hessian_error_of(TestContext& c, const TrialPoint& trial) {
-  Eigen::VectorXd error = c.scaled_hessian_error(trial.scaling);
-  Eigen::VectorXd lambda = trial.point.iterate.lambda;
+Vector hessian_error_of(TestContext& c, const TrialPoint& trial) {
+  Vector error = c.scaled_hessian_error(trial.scaling);
+  Vector lambda = trial.point.iterate.lambda;
   bool any = false;
-  for (Index j = 0; j < c.canonical.constraints(); ++j) {
-    const Index slack = c.canonical.slack_of(j);
-    if (slack < 0 || trial.set[slack] == BoundClass::Active) continue;
+  for_each_slack(c.canonical, [&](Index j, Index slack) {
+    if (trial.set[slack] == BoundClass::Active) return;
     any = any || trial.set[slack] == BoundClass::WeaklyActive;
     lambda[j] = 0.0;
-  }
+  });
   if (error.size() == 0) error.setZero(c.canonical.variables());
   if (!any) return error;
   Evaluation without = trial.point.evaluation;
   if (c.canonical.second_derivatives(trial.point.iterate.v, lambda, without) !=
       EvaluationStatus::Ok) {
-    return Eigen::VectorXd::Constant(c.canonical.variables(), kInfinity);
+    return Vector::Constant(c.canonical.variables(), kInfinity);
   }
   for (std::size_t k = 0; k < without.hessian.size(); ++k)
     without.hessian[k] -= trial.point.evaluation.hessian[k];
@@ -49,8 +48,8 @@ Eigen::VectorXd hessian_error_of(TestContext& c, const TrialPoint& trial) {
 bool is_stationary_at_end(const CanonicalProblem& canonical, const TrialPoint& trial) {
   const Point& point = trial.point;
   const Iterate& end = trial.newton.end;
-  const Eigen::VectorXd size = sizes_of(canonical, point);
-  Eigen::VectorXd left = point.evaluation.gradient, terms = left.cwiseAbs();
+  const Vector size = sizes_of(canonical, point);
+  Vector left = point.evaluation.gradient, terms = left.cwiseAbs();
   add_hessian_product(canonical, point.evaluation, end.v - point.iterate.v, left);
   add_transposed_product(canonical, point.evaluation,
                          without_inactive(canonical, trial.set, end.lambda), left);
@@ -94,7 +93,7 @@ bool is_trusted(ActiveSetSystem& system, bool inner, double& response) {
     response = max_norm(step.lambda, inner ? canonical.max_constraints().begin : 0,
                         canonical.constraints());
     for (Index i = inner ? canonical.y().begin : 0; i < canonical.variables(); ++i) {
-      if (!system.is_slack(i)) response = std::max(response, std::abs(step.v[i]));
+      if (!is_slack(canonical, i)) response = std::max(response, std::abs(step.v[i]));
     }
   }
   return system.kkt.pivots() || std::isfinite(response);
@@ -115,62 +114,27 @@ bool solve_accurately(KktSystem& kkt, const Evaluation& evaluation, const Newton
 
 // --- TestContext ---------------------------------------------------------------------------------
 
-double TestContext::margin() const {
-  return std::max(options.minmax_curvature_tol, 2.0 * kkt.perturbation());
-}
-
-double TestContext::far() const { return std::clamp(kInTols * options.tol, kLeastFar, kMostFar); }
-
-bool TestContext::may_factorize(Index more) {
-  const bool may = kkt.factorizations() + more <= last_factorization;
-  stopped = stopped || !may;
-  return may;
-}
-
-double TestContext::error(const Point& point) const {
-  return kkt_error(canonical, point.iterate, point.evaluation, point.dual, options.s_max).total;
-}
-
-Eigen::VectorXd TestContext::scaled_hessian_error(const VariableScaling& scaling) const {
-  if (!hessian_error) return {};
-  return hessian_error->cwiseProduct(scaling.variable.cwiseAbs2());
-}
-
-bool TestContext::evaluate(Point& point) const {
-  return canonical.constraints(point.iterate.v, point.evaluation.c) == EvaluationStatus::Ok &&
-         evaluate_derivatives(canonical, point) == EvaluationStatus::Ok;
-}
-
-bool TestContext::evaluate_objective(Point& point) const {
-  return canonical.objective(point.iterate.v, point.evaluation.f) == EvaluationStatus::Ok;
-}
-
-void TestContext::examine_curvature(ActiveSetSystem& system, const Point& point,
-                                    const Eigen::VectorXd& lambda) {
+void TestContext::examine_curvature(const Point& point, const Vector& lambda,
+                                    const VariableScaling& scaling, ActiveSetSystem* system,
+                                    const Evaluation* assembled) {
   arrays.curvature.held.resize(at(canonical.variables()));
   for (Index i = 0; i < canonical.variables(); ++i)
-    arrays.curvature.held[at(i)] = !system.is_free(i);
-  find_little_curvature(canonical, kkt, system.scaling, &system.assembled(), true,
-                        arrays.curvature);
+    arrays.curvature.held[at(i)] = system ? !system->is_free(i) : is_slack(canonical, i);
+  find_little_curvature(canonical, kkt, scaling, system ? &system->assembled() : assembled,
+                        system != nullptr, arrays.curvature);
   // Differences have errors of their own, which the tests allow for.
   if (!hessian_error)
-    wrong_row = find_wrong_row(canonical, point, lambda, system.scaling, arrays.curvature);
-}
-
-void TestContext::examine_curvature(const Evaluation* assembled) {
-  const VariableScaling& scaling =
-      variable_scaling(canonical, given.iterate.v, given.evaluation, arrays.scaling);
-  arrays.curvature.held.assign(at(canonical.variables()), false);
-  for (const IndexRange slacks : {canonical.x_slacks(), canonical.y_slacks()}) {
-    for (Index i = slacks.begin; i < slacks.end; ++i) arrays.curvature.held[at(i)] = true;
-  }
-  find_little_curvature(canonical, kkt, scaling, assembled, false, arrays.curvature);
-  if (!hessian_error) {
-    wrong_row = find_wrong_row(canonical, given, given.iterate.lambda, scaling, arrays.curvature);
-  }
+    wrong_row = find_wrong_row(canonical, point, lambda, scaling, arrays.curvature);
 }
 
 // --- TrialPoint ---------------------------------------------------------------------------------------
+
+void examine_unclear_curvature(TestContext& c, const Evaluation* assembled) {
+  const Iterate& given = c.given.iterate;
+  c.examine_curvature(c.given, given.lambda,
+                      variable_scaling(c.canonical, given.v, c.given.evaluation, c.arrays.scaling),
+                      nullptr, assembled);
+}
 
 void TrialPoint::begin(const CanonicalProblem& canonical, const Point& here, double its_mu) {
   point = here;
@@ -195,8 +159,7 @@ void guess_active_set(const TestContext& c, TrialPoint& trial) {
   trial.hold_inactive();
 }
 
-Eigen::VectorXd without_inactive(const CanonicalProblem& canonical, const ActiveBounds& set,
-                                 Eigen::VectorXd lambda) {
+Vector without_inactive(const CanonicalProblem& canonical, const ActiveBounds& set, Vector lambda) {
   for (Index j = 0; j < canonical.constraints(); ++j) {
     const Index slack = canonical.slack_of(j);
     const bool inactive = slack >= 0 && set[slack] == BoundClass::Inactive;
@@ -207,7 +170,7 @@ Eigen::VectorXd without_inactive(const CanonicalProblem& canonical, const Active
 
 bool drop_inactive_multipliers(TestContext& c, TrialPoint& trial) {
   const Iterate& z = trial.point.iterate;
-  const Eigen::VectorXd lambda = without_inactive(c.canonical, trial.set, z.lambda);
+  const Vector lambda = without_inactive(c.canonical, trial.set, z.lambda);
   return lambda == z.lambda || c.canonical.second_derivatives(
                                    z.v, lambda, trial.point.evaluation) == EvaluationStatus::Ok;
 }
@@ -219,7 +182,7 @@ VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial) {
     if (std::abs(certain.hessian[k]) < kConfirmed * trial.newton.hessian_change[k])
       certain.hessian[k] = 0.0;
   }
-  Eigen::VectorXd step = kRounding * sizes_of(c.canonical, trial.point);
+  Vector step = kRounding * sizes_of(c.canonical, trial.point);
   keep_within_bounds(c.canonical, z.v, kLittle, step);
   step += z.v;
   if (c.canonical.first_derivatives(step, there) == EvaluationStatus::Ok &&
@@ -234,12 +197,6 @@ VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial) {
     keep(there.jacobian, certain.jacobian);
   }
   return variable_scaling(c.canonical, z.v, certain, trial.min_first);
-}
-
-bool newton_confirms(TestContext& c, TrialPoint& trial, ActiveSetSystem& system,
-                     const KktSolve& solve) {
-  test_newton(c.canonical, system, trial.point, solve, c.options, c.arrays.newton, trial.newton);
-  return trial.newton.set_holds && trial.newton.contraction <= kContraction;
 }
 
 void settle_active_set(TestContext& c, TrialPoint& trial, ActiveSetSystem& system) {
@@ -260,7 +217,7 @@ void settle_active_set(TestContext& c, TrialPoint& trial, ActiveSetSystem& syste
   if (trial.newton.done) trial.error += trial.newton.error;
 }
 
-InertiaTest second_order_test(ActiveSetSystem& system, const Eigen::VectorXd& error, double margin,
+InertiaTest second_order_test(ActiveSetSystem& system, const Vector& error, double margin,
                               double proximal, bool inner_alone) {
   KktSystem& kkt = system.kkt;
   const Regularization inner{.y = proximal - margin}, full{.x = -margin, .y = margin + proximal};
@@ -303,10 +260,10 @@ bool rows_are_left_out(const CanonicalProblem& canonical, const TrialPoint& tria
   return trial.dependences->complete && std::ranges::none_of(trial.dependences->found, open);
 }
 
-bool is_near(const TestContext& c, const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+bool is_near(const TestContext& c, const Vector& from, const Vector& to,
              const VariableScaling& scaling, double share) {
   const double size = size_of_problem(c.canonical, from, scaling);
-  const Eigen::VectorXd& start = c.canonical.starting_point().v;
+  const Vector& start = c.canonical.starting_point().v;
   for (const IndexRange own : {c.canonical.x(), c.canonical.y()}) {
     for (Index i = own.begin; i < own.end; ++i) {
       const double length = std::abs(to[i] - from[i]), unit = size * scaling.variable[i];
