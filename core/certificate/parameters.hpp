@@ -35,6 +35,7 @@ constexpr double kStepIsRounding = 1e-5;  ///< over the distance over which W is
 /// Change of the active gradients over a step times what the matrices amplify, up to which these
 /// are nonsingular all along it.
 constexpr double kTurn = 0.25;
+constexpr double kResiduals = 10.0;   ///< of a gradient, that its multipliers may be off by
 constexpr double kIndependent = 1e5;  ///< amplification by matrices with independent gradients
 constexpr Index kToConfirm = 3;       ///< factorizations of a step and the test at its end
 

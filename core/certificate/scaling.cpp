@@ -15,7 +15,7 @@ constexpr double kUnknown = 0.0;
 /// 1 / norm; unknown for zero and for what would leave the range of numbers.
 double inverse(double norm) { return norm > 1e-150 && norm < 1e150 ? 1.0 / norm : kUnknown; }
 
-struct ScalingRules {
+struct Scaler {
   const CanonicalProblem& canonical;
   const Evaluation& evaluation;
   ScalingArrays& arrays;
@@ -57,6 +57,26 @@ struct ScalingRules {
       });
       if (!(norms.size() > 0 && norms.maxCoeff() > 1.0)) break;
       d.array() /= norms.array().max(1.0).sqrt();
+    }
+  }
+
+  /// Variables without curvature from the other player's, whose lengths are known; two that are
+  /// both without share the coupling in proportion to their sizes.
+  void measure_by_coupling() {
+    Vector &known = arrays.norms, &unknown = arrays.coupling;
+    known.setZero(d.size());
+    unknown.setZero(d.size());
+    for_each_entry(canonical.hessian(), evaluation.hessian, [&](Index i, Index j, double value) {
+      if (canonical.owned_by_max(i) == canonical.owned_by_max(j)) return;
+      for (const auto& [row, col] : {std::pair{i, j}, std::pair{j, i}}) {
+        const bool is_known = d[col] != kUnknown;
+        double& norm = is_known ? known[row] : unknown[row];
+        norm = std::max(norm, std::abs(value) * (is_known ? d[col] : size_of(i) * size_of(j)));
+      }
+    });
+    for (Index i = 0; i < d.size(); ++i) {
+      if (d[i] == kUnknown)
+        d[i] = known[i] > 0.0 ? inverse(known[i]) : size_of(i) * inverse(std::sqrt(unknown[i]));
     }
   }
 
@@ -151,23 +171,24 @@ struct ScalingRules {
 
 const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const Vector& v,
                                         const Evaluation& evaluation, ScalingArrays& arrays,
-                                        bool min_first) {
+                                        ScalingRules rules) {
   arrays.scaling.variable.setConstant(canonical.variables(), kUnknown);
   arrays.scaling.constraint.setOnes(canonical.constraints());
   arrays.size = v.cwiseAbs().cwiseMax(canonical.starting_point().v.cwiseAbs());
-  ScalingRules rules{canonical, evaluation, arrays};
-  rules.equilibrate(!min_first, false);
-  rules.equilibrate(min_first, true);
-  rules.spread_by_constraints();
-  rules.cut_by_equations();
-  rules.measure_rows();
+  Scaler scaler{canonical, evaluation, arrays};
+  scaler.equilibrate(!rules.min_first, false);
+  scaler.equilibrate(rules.min_first, true);
+  if (rules.by_coupling) scaler.measure_by_coupling();
+  scaler.spread_by_constraints();
+  scaler.cut_by_equations();
+  scaler.measure_rows();
   return arrays.scaling;
 }
 
 VariableScaling variable_scaling(const CanonicalProblem& canonical, const Vector& v,
-                                 const Evaluation& evaluation, bool min_first) {
+                                 const Evaluation& evaluation, ScalingRules rules) {
   ScalingArrays arrays;
-  variable_scaling(canonical, v, evaluation, arrays, min_first);
+  variable_scaling(canonical, v, evaluation, arrays, rules);
   return std::move(arrays.scaling);
 }
 

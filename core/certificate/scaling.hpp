@@ -19,6 +19,15 @@ struct VariableScaling {
   Vector constraint;  ///< per canonical constraint
 };
 
+struct ScalingRules {
+  /// Min's variables are measured by W_xx alone, then Max's by W_yy and W_xy, too: a coupling with
+  /// a y that constraints hold is no curvature of x.
+  bool min_first = false;
+  /// Variables without curvature of their own get lengths from what couples them to the other
+  /// player's.
+  bool by_coupling = false;
+};
+
 /// A scaling with what it is found by, kept from call to call.
 struct ScalingArrays {
   VariableScaling scaling;
@@ -37,14 +46,12 @@ struct ScalingArrays {
 /// model by the factor that it should. Variables that nothing ties keep the model's. Finally, a
 /// variable's length is reduced if the other terms of one of its equations are negligible beside
 /// it, down to the variable's size at v or at the start.
-/// min_first: Min's variables are measured by W_xx alone, then Max's by W_yy and W_xy, too: a
-/// coupling with a y that constraints hold is no curvature of x.
 const VariableScaling& variable_scaling(const CanonicalProblem& canonical, const Vector& v,
                                         const Evaluation& evaluation, ScalingArrays& arrays,
-                                        bool min_first = false);
+                                        ScalingRules rules = {});
 [[nodiscard]] VariableScaling variable_scaling(const CanonicalProblem& canonical, const Vector& v,
                                                const Evaluation& evaluation,
-                                               bool min_first = false);
+                                               ScalingRules rules = {});
 
 /// A variable's own size, which does not grow with a shift of its origin: the least of its values,
 /// the width of its box, and the way from the starting point or its length, whichever is longer.

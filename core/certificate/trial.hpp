@@ -77,8 +77,9 @@ void guess_active_set(const TestContext& c, TrialPoint& trial);
 /// lambda with zero for inactive inequalities.
 [[nodiscard]] Vector without_inactive(const CanonicalProblem& canonical, const ActiveBounds& set,
                                       Vector lambda);
-/// From entries of W and the Jacobian that neither rounding of the variables nor the last Newton
-/// step changes by more than they are: what is left of a cancellation gives no length.
+/// From entries of W and the Jacobian that neither rounding of the variables and errors of the
+/// multipliers nor the last Newton step changes by more than they are: what is left of a
+/// cancellation gives no length.
 [[nodiscard]] VariableScaling certain_scaling(TestContext& c, const TrialPoint& trial);
 
 /// The Newton step to the solution with the trial's active set: whether Newton's method converges,
