@@ -72,7 +72,7 @@ enum IpminmaxSecondOrder {
   IPMINMAX_FLAT = 4 /* not refuted, the value is constant along directions without curvature */
 };
 
-/* What was shown of the maximizer's answer y, whatever is known of x. */
+/* What was shown of the maximizer's answer y; unknown where x is not certified. */
 enum IpminmaxAnswer {
   IPMINMAX_ANSWER_UNKNOWN = 0,
   IPMINMAX_ANSWER_STRICTLY_BEST = 1,  /* nearby, to this x */

@@ -34,7 +34,7 @@ class SecondOrder(_NamedNumber):
 
 
 class InnerAnswer(_NamedNumber):
-    """What was shown of the maximizer's answer y, whatever is known of x."""
+    """What was shown of the maximizer's answer y; unknown where x is not certified."""
 
     UNKNOWN = 0
     STRICTLY_BEST = 1  #: nearby, to this x
