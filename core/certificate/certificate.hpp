@@ -95,8 +95,9 @@ struct Finding {
   /// it, of which the certificate speaks; empty: of the point that was given.
   std::optional<Point> point;
   double mu = 0.0;
-  std::optional<WrongCurvature> wrong;  ///< why the verdict is Violated
-  std::string remark;                   ///< where W is wrong, if it is, without line end
+  /// Why the verdict is Violated; or, of an undecided minimization, a step to smaller values.
+  std::optional<WrongCurvature> wrong;
+  std::string remark;  ///< where W is wrong, if it is, without line end
 };
 
 /// What the test of a clear point works with, kept from test to test.

@@ -153,6 +153,9 @@ struct FlatDirections {
   Verdict verdict = Verdict::None;
   /// The first that is not flat, or the first of all; a step of canonical variables.
   Vector direction;
+  /// A step of Min along which the value falls clearly, although curvature does not say so; only
+  /// where there is no y.
+  std::optional<Vector> descent{};
 };
 
 /// At a point that is not refuted, with no weakly active bounds: of Max at this x, of Min with y

@@ -99,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(Regression, IllPosedModel,
                          ::testing::Range<std::size_t>(0, ill_posed().size()),
                          [](const auto& instance) { return ill_posed()[instance.param].name; });
 
-// Where curvature leads away from what Ipopt calls solved, ours is a certified minimum below it.
+// Whatever Ipopt calls solved there, ours is a certified minimum below it.
 TEST(NotMinimaTable, OursAreCertifiedMinima) {
   int ipopt_solved = 0, certified = 0;
   std::printf("%-26s %-18s %12s   %-10s %12s  %-14s %s\n", "model", "Ipopt", "objective",
@@ -121,8 +121,6 @@ TEST(NotMinimaTable, OursAreCertifiedMinima) {
                               ours.certificate.kind == PointKind::LocalMinmax &&
                               found.verdict != Verdict::NotLocalMinmax;
     certified += is_certified;
-    EXPECT_NE(found.verdict, Verdict::NotLocalMinmax) << known.name;
-    if (!known.second_order) continue;  // no curvature leads away
     EXPECT_TRUE(is_certified) << known.name;
     EXPECT_LT(ours.objective, ipopt.objective - 1e-4) << known.name;
   }
