@@ -219,7 +219,11 @@ struct DirectionSearch {
       if (const auto direction = least_curvature(kTrace / shift, kMany)) {
         const double wrong = (inner ? 1.0 : -1.0) * curvature(*direction);
         if (wrong > 0.0) {
-          if (!(wrong > kClearlyWrong * margin * direction->squaredNorm())) return {};
+          double least = kClearlyWrong * margin * direction->squaredNorm();
+          // Differences may be wrong by as much.
+          if (c.hessian_error)
+            least += c.scaled_hessian_error(system.scaling).dot(direction->cwiseAbs2());
+          if (!(wrong > least)) return {};
           return try_steps(step_along(*direction), wrong, distance);
         }
       }
