@@ -289,7 +289,8 @@ void KktBlock::shift_by(const Regularization& shift) {
     const Index row = pattern_->row_of_variable[at(i)];
     if (row < 0) continue;
     values[at(arrays_.matrix.diagonal_position(row))] =
-        arrays_.diagonal[at(row)] + (canonical_.owned_by_max(i) ? -shift.of_max(i) : shift.x);
+        arrays_.diagonal[at(row)] +
+        (canonical_.owned_by_max(i) ? shift.of_max(i) : shift.of_min(i));
   }
   for (Index j = pattern_->constraints.begin; j < pattern_->constraints.end; ++j) {
     const Index row = pattern_->row_of_constraint[at(j)];

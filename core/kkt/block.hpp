@@ -27,10 +27,11 @@ struct Regularization {
   double lambda_x = 0.0;
   double lambda_y = 0.0;
   double slacks = 0.0;  ///< of Min's slacks
-  /// Curvature taken from Max besides, per canonical variable; null: none. The KktSystem's.
-  const Eigen::VectorXd* proximal = nullptr;
-  /// Curvature taken from a variable of Max.
-  [[nodiscard]] double of_max(Index i) const { return y + (proximal ? (*proximal)[i] : 0.0); }
+  /// Proximal terms of the players besides, per canonical variable; null: none. The KktSystem's.
+  const Eigen::VectorXd *proximal_x = nullptr, *proximal_y = nullptr;
+  /// What is added to the diagonal of a variable.
+  [[nodiscard]] double of_min(Index i) const { return x + (proximal_x ? (*proximal_x)[i] : 0.0); }
+  [[nodiscard]] double of_max(Index i) const { return -y - (proximal_y ? (*proximal_y)[i] : 0.0); }
   friend bool operator==(const Regularization&, const Regularization&) = default;
 };
 

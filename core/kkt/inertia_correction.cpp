@@ -60,37 +60,53 @@ double InertiaCorrection::outer_multiplier_shift(double mu) {
   return (stuck_.small_share ? parameters::kSlight : 1.0) * multiplier_shift(mu);
 }
 
-/// K_yy without shift of y or, where it is right with that alone, with the proximal term; first what
-/// was right last. Where neither is: as it is without.
-KktFactors InertiaCorrection::factorize_unshifted(const Evaluation* at, Regularization& shift) {
-  if (at == nullptr) return factorize_inner(shift);
-  KktFactors plain;
-  for (const bool singular : {last_.singular, !last_.singular}) {
+KktFactors InertiaCorrection::factorize_unshifted(Matrix which, double mu, const Evaluation& at,
+                                                  Regularization& shift) {
+  const bool inner = which == Matrix::Inner;
+  const KktLayout& layout = kkt_.layout();
+  const IndexRange variables = inner ? layout.y : layout.x;
+  // A set of inequalities without interior has multipliers that grow, which tells.
+  const bool has_equations =
+      inner ? layout.lambda_y.size() > layout.y_slacks : layout.lambda_x.size() > layout.x_slacks;
+  ShiftMemory::Singular& last = inner ? last_.inner : last_.full;
+  for (ShiftMemory::Singular needed = last;;) {
     Regularization tried = shift;
-    if (singular) {
-      tried.proximal = kkt_.proximal_curvature(*at, kSingularShift);
-      // Of a K_yy that is singular a pivot vanishes.
-      if (plain.smallest_pivot > tried.proximal->maxCoeff()) break;
-    }
-    const KktFactors found = factorize_inner(tried);
-    if (kkt_.has_expected_inner_inertia(found)) {
-      last_.singular = singular;
+    const auto proximal = [&] { return kkt_.proximal_curvature(at, kSingularShift); };
+    if (needed.flat) (inner ? tried.proximal_y : tried.proximal_x) = proximal();
+    if (needed.dependent) (inner ? tried.lambda_y : tried.lambda_x) = multiplier_shift(mu);
+    const KktFactors found = inner ? factorize_inner(tried) : factorize(tried);
+    const bool right =
+        inner ? kkt_.has_expected_inner_inertia(found) : kkt_.has_expected_inertia(found);
+    if (right) {
+      last = needed;
       shift = tried;
       return found;
     }
-    if (!singular) plain = found;
+    // Eigenvalues missing of the sign of the multipliers' rows, or of that of the variables.
+    const Inertia& expected = inner ? layout.expected_inner() : layout.expected();
+    const bool rows_lack = inner ? found.inertia.positive < expected.positive
+                                 : found.inertia.negative < expected.negative;
+    if (rows_lack && has_equations && !needed.dependent && multiplier_shift(mu) > 0.0) {
+      needed.dependent = true;
+    } else if (!needed.flat && variables.size() > 0 &&
+               found.smallest_pivot <=
+                   proximal()->segment(variables.begin, variables.size()).maxCoeff()) {
+      needed.flat = true;  // of a matrix that is singular a pivot vanishes
+    } else {
+      return found;
+    }
   }
-  return plain;
 }
 
 bool InertiaCorrection::correct_inner(double mu, Regularization& shift, const Evaluation* at) {
   failed_y_ = 0.0;
   // They are known to depend on each other then, as in Ipopt.
-  if (economical() && dependent_y_ >= parameters::kEnough) shift.lambda_y = multiplier_shift(mu);
+  if (economical() && last_.inner.dependent) shift.lambda_y = multiplier_shift(mu);
   std::optional<KktSystem::Counting> search;
   for (int raises = 0;; ++raises) {
-    const Factorization f =
-        shift.y == 0.0 ? factorize_unshifted(at, shift) : factorize_inner(shift);
+    const Factorization f = shift.y == 0.0 && at
+                                ? factorize_unshifted(Matrix::Inner, mu, *at, shift)
+                                : factorize_inner(shift);
     if (shift.y == 0.0) findings_.inner_at_zero = inertia_of(f);
     if (kkt_.has_expected_inner_inertia(f)) break;
     if (f.status == FactorizationStatus::OutOfMemory || out_of_time()) return false;
@@ -102,7 +118,6 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift, const Ev
     if (dependent && shift.lambda_y == 0.0 && multiplier_shift(mu) > 0.0 &&
         kkt_.layout().lambda_y.size() > 0) {
       shift.lambda_y = multiplier_shift(mu);
-      dependent_y_ += f.inertia.zero > 0 ? 1 : 0;
       continue;
     }
     failed_y_ = shift.y;
@@ -110,11 +125,11 @@ bool InertiaCorrection::correct_inner(double mu, Regularization& shift, const Ev
     if (shift.y > options_.max_hessian_perturbation) return false;
   }
   if (shift.y > 0.0) last_.y = shift.y;
-  if (shift.lambda_y == 0.0) dependent_y_ = 0;
   return true;
 }
 
-bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero_fails) {
+bool InertiaCorrection::correct_full(double mu, Regularization& shift, const Evaluation* at,
+                                     bool zero_fails) {
   // Where the last first guess was too small, zero is not worth a factorization; minimizations try
   // it all the same, as Ipopt does.
   const double first = first_shift(last_.x);
@@ -124,7 +139,9 @@ bool InertiaCorrection::correct_full(double mu, Regularization& shift, bool zero
     shift.lambda_x = outer_multiplier_shift(mu);
   std::optional<KktSystem::Counting> search;
   for (int raises = 0;; ++raises) {
-    Factorization f = factorize(shift);
+    Factorization f = at && raises == 0 && shift.x == 0.0 && shift.y == 0.0
+                          ? factorize_unshifted(Matrix::Full, mu, *at, shift)
+                          : factorize(shift);
     if (shift.x == 0.0 && shift.y == 0.0) findings_.full_at_zero = inertia_of(f);
     if (kkt_.has_expected_inertia(f)) break;
     if (raises == 0) {

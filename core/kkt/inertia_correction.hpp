@@ -15,7 +15,11 @@ struct ShiftMemory {
   double x = 0.0;
   double raised_x = 0.0;  ///< of line 7; kept apart, it says nothing about K's own need
   double y = 0.0;
-  bool singular = false;  ///< K_yy was right with the proximal term when it was right last
+  /// What K_yy and K needed when they were right last: the models that count as unshifted.
+  struct Singular {
+    bool flat = false;       ///< a proximal term
+    bool dependent = false;  ///< a shift of the multipliers' rows
+  } inner{}, full{};
 };
 
 /// Chooses the shifts of the KKT matrices: the paper's (ConsLQAC) and line 7 of Algorithm 1.
@@ -36,28 +40,31 @@ class InertiaCorrection {
   /// up to max_hessian_perturbation gave the inertias, or the time limit is exceeded.
   [[nodiscard]] std::optional<Regularization> correct(double mu);
 
-  /// K_yy alone. at: where it was assembled, for shifts to begin with the proximal term; or null.
+  /// K_yy alone. at: where it was assembled, for shifts to begin as factorize_unshifted; or null.
   [[nodiscard]] bool correct_inner(double mu, Regularization& shift,
                                    const Evaluation* at = nullptr);
-  /// Whether K_yy, assembled there, is right, so that an inner maximum may be in sight: without
-  /// shift or, where it is only singular, with the proximal term.
-  [[nodiscard]] bool sees_maximum(const Evaluation& at, Regularization& shift) {
-    shift = {};
-    return kkt_.has_expected_inner_inertia(factorize_unshifted(&at, shift));
-  }
-  /// K, given shifts that are right for K_yy.
+  /// K, given shifts that are right for K_yy. at: where it was assembled, as above; or null.
   /// zero_fails: the inertia without shift is known to be wrong already.
-  [[nodiscard]] bool correct_full(double mu, Regularization& shift, bool zero_fails = false);
+  [[nodiscard]] bool correct_full(double mu, Regularization& shift, const Evaluation* at = nullptr,
+                                  bool zero_fails = false);
+
+  enum class Matrix : std::uint8_t { Full, Inner };
+  /// K or K_yy, assembled there, without shift or, where it is only singular, with what that takes:
+  /// a proximal term of its player for flat directions, a shift of the multipliers' rows for
+  /// dependent ones. shift: of the other player on entry, right for K_yy.
+  [[nodiscard]] KktFactors factorize_unshifted(Matrix which, double mu, const Evaluation& at,
+                                               Regularization& shift);
 
   /// The last shifts, to be taken up by the next solve.
   [[nodiscard]] const ShiftMemory& memory() const { return last_; }
   void remember(const ShiftMemory& memory) { last_ = memory; }
+
   /// Forgets all that earlier corrections have shown.
   void begin_anew() {
     last_ = {};
     failed_y_ = 0.0;
     findings_ = {};
-    dependent_x_ = dependent_y_ = 0;
+    dependent_x_ = 0;
     stuck_ = {};
   }
 
@@ -76,7 +83,6 @@ class InertiaCorrection {
   [[nodiscard]] KktFactors factorize_inner(const Regularization& shift) {
     return kkt_.factorize_inner(shift, certainty_);
   }
-  [[nodiscard]] KktFactors factorize_unshifted(const Evaluation* at, Regularization& shift);
   [[nodiscard]] bool out_of_time() const { return limit_ != nullptr && limit_->expired(); }
   [[nodiscard]] bool raise_for_instability(Regularization& shift);
   [[nodiscard]] double failing_inner_shift(const Regularization& shift);
@@ -100,8 +106,7 @@ class InertiaCorrection {
   ShiftMemory last_;
   double failed_y_ = 0.0;
   ShiftFindings findings_;
-  /// Corrections in a row for which (K, K_yy) had zero eigenvalues until delta_l came.
-  Index dependent_x_ = 0, dependent_y_ = 0;
+  Index dependent_x_ = 0;  ///< corrections in a row: K had zero eigenvalues until delta_l came
   /// Corrections of a minimization at one mu that needed a shift of the multipliers' rows.
   struct Stuck {
     double mu = 0.0;

@@ -7,12 +7,13 @@
 namespace ipminmax {
 
 const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluation, double share) {
-  const Index n = canonical_.variables();
+  const Index n = canonical_.variables(), y = canonical_.y().begin;
   // Of variables and then of constraints; zero where it is not known.
   Eigen::VectorXd &size = arrays_.known, &fill = arrays_.found;
   size.setZero(n + canonical_.constraints());
   const auto take = [&](Index i, Index j, double entry) {
-    if (entry == 0.0) return;
+    // What rows would give x by elimination has no bound where Max has no room left.
+    if (entry == 0.0 || (i < y && j >= n)) return;
     if (i == j) fill[i] = std::abs(entry);
     if (size[i] > 0.0 || size[j] == 0.0) return;
     const double found = entry * (entry / size[j]);
@@ -30,11 +31,14 @@ const Eigen::VectorXd* KktSystem::proximal_curvature(const Evaluation& evaluatio
     take_all(n, canonical_.jacobian(), evaluation.jacobian);
     size = fill;
   }
-  double largest = 0.0;
-  for (const double entry : evaluation.hessian) largest = std::max(largest, std::abs(entry));
-  const auto y = canonical_.y();
-  for (Index i = y.begin; i < y.end; ++i)
-    arrays_.proximal[i] = share * (size[i] > 0.0 ? size[i] : largest);
+  double largest_x = 0.0, largest = 0.0;
+  for (std::size_t k = 0; k < evaluation.hessian.size(); ++k) {
+    const double entry = std::abs(evaluation.hessian[k]);
+    largest = std::max(largest, entry);
+    if (canonical_.hessian()[k].col < y) largest_x = std::max(largest_x, entry);
+  }
+  for (Index i = 0; i < n; ++i)
+    arrays_.proximal[i] = share * (size[i] > 0.0 ? size[i] : i < y ? largest_x : largest);
   return &arrays_.proximal;
 }
 

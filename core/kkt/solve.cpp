@@ -261,8 +261,8 @@ void KktSystem::subtract_product(const KktBlock& block, const Regularization& sh
     const Index row = block.row_of_variable(i);
     if (row < 0) continue;
     const double length = block.length(row);
-    dz[i] +=
-        (canonical_.owned_by_max(i) ? -shift.of_max(i) : shift.x) / (length * length) * step.v[i];
+    dz[i] += (canonical_.owned_by_max(i) ? shift.of_max(i) : shift.of_min(i)) / (length * length) *
+             step.v[i];
   }
   residual.v.tail(variables.size()) -= dz.tail(variables.size());
   for (Index j = block.constraints().begin; j < block.constraints().end; ++j) {

@@ -193,9 +193,9 @@ class KktSystem {
   [[nodiscard]] bool least_squares_multipliers(const Iterate& iterate, const Evaluation& evaluation,
                                                Eigen::VectorXd& lambda);
 
-  /// That share of the curvature of each variable of Max; of one without curvature, of that which it
+  /// That share of the curvature of each variable; of one without curvature, of that which it
   /// would get by elimination of others: the same in all units of the model. Of one that nothing
-  /// measures the share of the largest entry of W.
+  /// measures the share of the largest entry of W, of x of its rows of x.
   /// Valid until the next call.
   [[nodiscard]] const Eigen::VectorXd* proximal_curvature(const Evaluation& evaluation,
                                                           double share);

@@ -69,7 +69,6 @@ Filter::Verdict correct_to_second_order(Block& block, const Test& test, double s
 ///   evaluate(slope, alpha)        moves trial() along the step: its merit
 ///   correct(c)                    moves trial() along a corrected step: its lengths
 ///   evaluate_corrected(slope, a)  the merit there
-///   corrects(from, to)            whether such violations are worth a correction
 ///   passed(dominated)             told of a trial point accepted, and whether the filter alone
 ///                                 rejected the one before
 ///   complete()                    derivatives at the trial point; false: undefined
@@ -93,7 +92,8 @@ SearchEnd filter_search(Block& block, Filter& filter, const SearchLine& line, Ti
     auto verdict = Filter::Verdict::Reject;
     if (trial.usable) {
       verdict = test(trial.merit);
-      if (!Filter::accepted(verdict) && end.cuts == 0 && block.corrects(line.from, trial.merit)) {
+      const double before = line.from.theta, after = trial.merit.theta;
+      if (!Filter::accepted(verdict) && end.cuts == 0 && after >= before && before + after > 0.0) {
         verdict =
             correct_to_second_order(block, test, line.slope, alpha.primal, trial.merit.theta, end);
       }

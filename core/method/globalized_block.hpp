@@ -34,9 +34,6 @@ struct GlobalizedMethod::Block {
   [[nodiscard]] Trial evaluate_corrected(double slope, double alpha) const {
     return owner.outer_.evaluate_trial(run.mu, slope, alpha, {});
   }
-  [[nodiscard]] static bool corrects(const Merit& from, const Merit& to) {
-    return to.theta >= from.theta && from.theta + to.theta > 0.0;
-  }
   void passed(bool dominated) const { owner.count_dominated(dominated); }
   [[nodiscard]] bool complete() const {
     return owner.has_max() ||

@@ -17,7 +17,7 @@ StepReport GlobalizedMethod::escape(const Point& from, double mu, const EscapeRe
   if (has_max() && !outer_.inner.direction(from, mu, outer_.direction)) return {};
   const Regularization& shift = outer_.direction.shift;
   // A direction that looks flat may rise all the same.
-  const bool along_y = inner_wrong || shift.y > 0.0 || (shift.proximal && !request.wrong);
+  const bool along_y = inner_wrong || shift.y > 0.0 || (shift.proximal_y && !request.wrong);
   run.report.moved = along_y ? escape_inner(run, request, inner_wrong) : escape_outer(run, request);
   return std::move(run.report);
 }
@@ -25,7 +25,7 @@ StepReport GlobalizedMethod::escape(const Point& from, double mu, const EscapeRe
 bool GlobalizedMethod::escape_inner(Run& run, const EscapeRequest& request, bool along_given) {
   run.to = *run.here;
   InnerMaximizer& inner = outer_.inner;
-  if (along_given || outer_.direction.shift.proximal) {
+  if (along_given || outer_.direction.shift.proximal_y) {
     const bool left = along_given ? inner.leave(run.to, run.mu, request.wrong->direction)
                                   : inner.escape(run.to, run.mu, outer_.direction.factors);
     if (!left || !inner.direction(run.to, run.mu, outer_.direction)) return false;

@@ -178,12 +178,18 @@ bool GlobalizedMethod::fast_step(Run& run) {
   const double mu = run.mu;
   outer_.assemble(from, mu);
   run.unshifted_step = UnshiftedStep::Wrong;
-  outer_.factors = kkt_.factorize({.proximal = outer_.direction.shift.proximal}, Certainty::Usual);
+  Regularization shift = outer_.direction.shift;
+  shift.y = 0.0;
+  outer_.factors =
+      correction_.factorize_unshifted(InertiaCorrection::Matrix::Full, mu, from.evaluation, shift);
   const double before = measured_barrier_error(canonical_, from, mu).norm();
   if (!kkt_.has_expected_inertia(outer_.factors) || !outer_.solve(from, forcing(before))) {
     return false;
   }
   run.unshifted_step = UnshiftedStep::Right;
+  // No untested step far out of the neighbourhood, as from where curvature nearly vanishes.
+  if (max_norm(outer_.step.v) > parameters::kLongStep * (1.0 + max_norm(from.iterate.v)))
+    return false;
   const StepLength alpha = outer_.longest_step(from, mu);
   Point& trial = outer_.trial;
   outer_.set_trial(from, outer_.step, alpha, mu);
@@ -204,7 +210,7 @@ bool GlobalizedMethod::fast_step(Run& run) {
   const bool frozen =
       full && contraction <= std::min(parameter::kFreezeContraction, fast_contraction_);
   if (!frozen) {
-    if (!outer_.has_trial_maximum_in_sight()) return false;
+    if (!outer_.has_trial_maximum_in_sight(mu)) return false;
     outer_.direction.shift = outer_.trial_direction.shift;  // for K there
   }
   fast_contraction_ = full ? contraction : 0.0;

@@ -20,9 +20,9 @@ bool GlobalizedMethod::find_outer_step(Run& run) {
     shift.x = shift.lambda_x = 0.0;
   }
   // The fast step's solution may be a rough one.
-  const bool at_hand = run.unshifted_step == UnshiftedStep::Right &&
-                       shift == Regularization{.proximal = shift.proximal} &&
-                       outer_.solve(*run.here);
+  const bool at_hand =
+      run.unshifted_step == UnshiftedStep::Right && shift.y == 0.0 && outer_.solve(*run.here);
+  if (at_hand) shift = outer_.factors.shift;
   if (!at_hand &&
       !outer_.find_step(*run.here, run.mu, shift, run.unshifted_step == UnshiftedStep::Wrong)) {
     return false;

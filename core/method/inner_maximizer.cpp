@@ -83,13 +83,15 @@ bool InnerMaximizer::direction(const Point& point, double mu, InnerDirection& ou
   }
 }
 
-bool InnerMaximizer::has_maximum_in_sight(const Point& point, Regularization& shift) {
+bool InnerMaximizer::has_maximum_in_sight(const Point& point, double mu, Regularization& shift) {
   kkt_.assemble_inner(point.iterate, point.evaluation);
-  return correction_.sees_maximum(point.evaluation, shift);
+  shift = {};
+  return kkt_.has_expected_inner_inertia(correction_.factorize_unshifted(
+      InertiaCorrection::Matrix::Inner, mu, point.evaluation, shift));
 }
 
 bool InnerMaximizer::unshifted_direction(const Point& point, double mu, InnerDirection& out) {
-  return has_maximum_in_sight(point, out.shift) && solve(point, mu, out);
+  return has_maximum_in_sight(point, mu, out.shift) && solve(point, mu, out);
 }
 
 bool InnerMaximizer::solve(const Point& point, double mu, InnerDirection& out) {
@@ -186,9 +188,6 @@ struct InnerMaximizer::Block {
   }
   [[nodiscard]] Trial evaluate_corrected(double /*slope*/, double /*alpha*/) const {
     return merit();
-  }
-  [[nodiscard]] static bool corrects(const Merit& from, const Merit& to) {
-    return to.theta >= from.theta;
   }
   static void passed(bool /*dominated*/) {}
   [[nodiscard]] bool complete() const {
@@ -290,7 +289,7 @@ InnerMaximizer::Outcome InnerMaximizer::maximize(Point& point, double mu, double
       return Outcome::AboveBound;
     }
     const double moved = (point.iterate.v - arrays_.start_v).tail(n).lpNorm<Eigen::Infinity>();
-    const bool shifted = !in_sight || out.shift.proximal;
+    const bool shifted = !in_sight || out.shift.proximal_y;
     if (shifted && moved > parameters::kLongStep * (1.0 + start_norm) &&
         ++far_shifted_steps > parameters::kEnough) {
       return Outcome::Unbounded;

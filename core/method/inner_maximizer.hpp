@@ -73,8 +73,8 @@ class InnerMaximizer {
   [[nodiscard]] bool direction(const Point& point, double mu, InnerDirection& out);
   /// The same where a maximum is in sight; false where none is.
   [[nodiscard]] bool unshifted_direction(const Point& point, double mu, InnerDirection& out);
-  /// InertiaCorrection::sees_maximum at the point.
-  [[nodiscard]] bool has_maximum_in_sight(const Point& point, Regularization& shift);
+  /// Whether K_yy is right at the point, up to what InertiaCorrection::factorize_unshifted adds.
+  [[nodiscard]] bool has_maximum_in_sight(const Point& point, double mu, Regularization& shift);
 
   /// Moves y, s_y and their multipliers of the point; out is the direction at its end, and is used
   /// at its beginning where it is_known there.

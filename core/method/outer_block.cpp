@@ -56,9 +56,8 @@ bool OuterBlock::find_step(const Point& point, double mu, Regularization& shift,
   assemble(point, mu);
   for (;;) {
     Regularization found = shift;
-    if (!correction_.correct_full(
-            mu, found, zero_fails && shift == Regularization{.proximal = shift.proximal}))
-      return false;
+    const Evaluation* at = has_max() ? &point.evaluation : nullptr;
+    if (!correction_.correct_full(mu, found, at, zero_fails && shift.y == 0.0)) return false;
     factors = kkt_.factors();
     if (solve(point)) {
       shift = found;

@@ -68,9 +68,9 @@ class OuterBlock {
   [[nodiscard]] double slope(const Point& point, double mu);
 
   /// Of the trial point; the shift in trial_direction.
-  [[nodiscard]] bool has_trial_maximum_in_sight() {
+  [[nodiscard]] bool has_trial_maximum_in_sight(double mu) {
     const KktSystem::Counting counting(kkt_, FactorizationCause::TrialPoint);
-    return inner.has_maximum_in_sight(trial, trial_direction.shift);
+    return inner.has_maximum_in_sight(trial, mu, trial_direction.shift);
   }
 
   void set_trial(const Point& from, const Step& along, StepLength alpha, double mu);

@@ -187,15 +187,20 @@ std::string violated_by_max(const ProblemStructure& s, const SolverOptions& opti
          "theirs Max's that should be Min's?";
 }
 
-/// Where curvature refutes every point that is stationary, max over y of f may have a kink.
-std::string at_refuted_point(const ProblemStructure& s) {
+/// Where no stationary point withstands, or branches of y end, max over y of f may have a kink.
+std::string at_possible_kink(const ProblemStructure& s) {
   std::string text =
       "if another y is as good here, max over y of f has a kink: minmax_epigraph yes minimizes "
       "over "
       "the branches of y";
   for (std::size_t j = 0; j < s.constraint_players.size(); ++j) {
-    if (s.constraint_players[j] != Player::Max || s.constraint_lower[j] != s.constraint_upper[j])
+    const auto reads_min = [&](const auto& entry) {
+      return at(entry.row) == j && s.variable_players[at(entry.col)] == Player::Min;
+    };
+    if (s.constraint_players[j] != Player::Max || s.constraint_lower[j] != s.constraint_upper[j] ||
+        std::ranges::any_of(s.jacobian, reads_min)) {
       continue;
+    }
     return text + "; an inequality in place of Max's equation " +
            constraint_name(s, static_cast<Index>(j)) + " may have no kink";
   }
@@ -213,7 +218,7 @@ std::string remedies(const ProblemStructure& s, const SolverOptions& options,
   if ((!kink && !runs_away && !refuted) || result.v.size() != n) return {};
   const Shares counts = count(s);
   if (counts.free[0] == 0 || counts.free[1] == 0) return {};
-  if (refuted) return at_refuted_point(s);
+  if (refuted) return at_possible_kink(s);
   if (std::string empty = violated_by_max(s, options, result); !empty.empty()) return empty;
   std::string text;
   for (const std::string& mistake : split_remarks(s)) text += (text.empty() ? "" : " ") + mistake;
@@ -241,7 +246,7 @@ std::string remedies(const ProblemStructure& s, const SolverOptions& options,
   return text +
          "What may help: a higher price of Max's variables in f (find_price: from which on), "
          "tighter bounds for them, feedback for Min" +
-         (kink ? ", minmax_epigraph_at_kinks, minmax_starts" : "");
+         (kink ? ", minmax_starts; " + at_possible_kink(s) : "");
 }
 
 std::string coupled_remark(const ProblemStructure& s) {

@@ -155,6 +155,48 @@ bool runs_to_infinity(const MethodContext& context, const Point& from, double mu
          gets_better(canonical, point, drift.matrix(), {y, canonical.variables()});
 }
 
+bool is_on_plateau(const MethodContext& context, const Point& found, double mu) {
+  CanonicalProblem& canonical = context.canonical;
+  KktSystem& kkt = context.kkt;
+  Point there = found;
+  if (evaluate_derivatives(canonical, there) != EvaluationStatus::Ok) return false;
+  const Evaluation matrix = there.evaluation;
+  kkt.assemble_inner(there.iterate, matrix);
+  const Regularization shift{.proximal_y = kkt.proximal_curvature(matrix, parameters::kZero)};
+  if (!kkt.has_expected_inner_inertia(kkt.factorize_inner(shift))) return false;
+  NewtonResidual rhs = zero_step(canonical);
+  Step way = rhs, along = rhs;
+  // Minus the part of d along flat directions: where K_yy has curvature next to nothing is left.
+  const auto take_part_along = [&](const Eigen::VectorXd& d, Step& part) {
+    set_zero(rhs);
+    for (Index i = canonical.y().begin; i < canonical.y().end; ++i)
+      rhs.v[i] = (*shift.proximal_y)[i] * d[i];
+    return kkt.solve_inner(matrix, rhs, part);
+  };
+  ValueRange range;
+  range.see(found.evaluation.f);
+  const auto look_at = [&](const Eigen::VectorXd& v) {
+    there.iterate.v = v.cwiseMax(canonical.lower()).cwiseMin(canonical.upper());
+    evaluate_where_defined(canonical, there);
+    range.see(there.evaluation.f);
+    range.terms += there.evaluation.gradient.cwiseAbs().dot(there.iterate.v.cwiseAbs());
+  };
+  const Eigen::VectorXd& start = canonical.starting_point().v;
+  look_at(start);
+  if (!take_part_along(found.iterate.v - start, way)) return false;
+  const Eigen::VectorXd back = way.v;
+  look_at(found.iterate.v + back);
+  // What is flat may bend: Newton steps across.
+  for (int k = 0; k < parameters::kFew; ++k) {
+    newton_residual(canonical, there, mu, rhs);
+    if (!kkt.solve_inner(matrix, rhs, way) || !take_part_along(way.v, along)) return false;
+    look_at(there.iterate.v + way.v + along.v);
+  }
+  const double slope = there.dual.dot(back), change = there.evaluation.f - found.evaluation.f;
+  return clearly_greater(std::max(std::abs(change), std::abs(slope)), 0.0, range,
+                         parameters::kHardly);
+}
+
 namespace {
 
 bool may_be_infeasible(const MethodContext& context, const SearchOutcome& outcome) {

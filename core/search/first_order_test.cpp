@@ -2,16 +2,16 @@
 #include <cmath>
 #include <utility>
 
+#include "core/model/compare.hpp"
 #include "core/model/parameters.hpp"
 #include "core/search/first_order_test.hpp"
 
 namespace ipminmax {
 
-bool FirstOrderTest::is_within_tolerances(const KktError& error) const {
-  return error.total <= options_.tol &&
-         std::max(error.dual_min, error.dual_max) <= options_.dual_inf_tol &&
-         error.primal <= options_.constr_viol_tol &&
-         error.complementarity <= options_.compl_inf_tol;
+bool is_within_tolerances(const KktError& error, const SolverOptions& options) {
+  return error.total <= options.tol &&
+         std::max(error.dual_min, error.dual_max) <= options.dual_inf_tol &&
+         error.primal <= options.constr_viol_tol && error.complementarity <= options.compl_inf_tol;
 }
 
 bool FirstOrderTest::is_acceptable(const Point& point) {
@@ -33,11 +33,21 @@ bool FirstOrderTest::is_balanced(const Point& point, double tolerance) {
   const auto jacobian = canonical_.jacobian();
   for (std::size_t k = 0; k < jacobian.size(); ++k)
     add(jacobian[k].col, e.jacobian[k] * z.lambda[jacobian[k].row]);
+  // The rounding of v changes the gradient, too.
+  by_rounding_.setZero(terms_.size());
+  const auto hessian = canonical_.hessian();
+  for (std::size_t k = 0; k < e.hessian.size(); ++k) {
+    const auto [row, col] = hessian[k];
+    by_rounding_[row] += std::abs(e.hessian[k] * z.v[col]);
+    if (row != col) by_rounding_[col] += std::abs(e.hessian[k] * z.v[row]);
+  }
   const double f_scale = std::abs(canonical_.objective_scale());
   for (Index i = 0; i < terms_.size(); ++i) {
     const double own = point.dual[i] / canonical_.weight(i, z);
     const double error = std::abs(own) * canonical_.variable_scale(i) / f_scale;
-    if (error > tolerance && std::abs(point.dual[i]) > kBalanced * terms_[i]) return false;
+    const ValueRange range{.least = 0.0, .most = terms_[i], .terms = by_rounding_[i]};
+    if (error > tolerance && clearly_greater(std::abs(point.dual[i]), 0.0, range, kBalanced))
+      return false;
   }
   return true;
 }
@@ -60,7 +70,7 @@ bool FirstOrderTest::has_settled(const Eigen::VectorXd& v) {
 std::optional<Status> FirstOrderTest::claim(const Point& point) {
   const double objective = canonical_.unscaled_objective(point.evaluation.f);
   const double last = std::exchange(last_objective_, objective);
-  if (is_within_tolerances(point.error) &&
+  if (is_within_tolerances(point.error, options_) &&
       (is_balanced(point, options_.tol) || has_settled(point.iterate.v))) {
     return Status::Solved;
   }

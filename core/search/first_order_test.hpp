@@ -8,6 +8,9 @@
 
 namespace ipminmax {
 
+/// Ipopt's termination test.
+[[nodiscard]] bool is_within_tolerances(const KktError& error, const SolverOptions& options);
+
 /// Whether the iterates meet the tolerances of the first-order conditions, or the acceptable ones
 /// for long enough. As Ipopt's, and the gradient of the Lagrangian is small beside its terms: s_d
 /// and the scaling of f can hide any gradient.
@@ -17,7 +20,7 @@ class FirstOrderTest {
       : canonical_(canonical), options_(options) {}
 
   [[nodiscard]] bool is_met(const Point& point) {
-    return is_within_tolerances(point.error) && is_balanced(point, options_.tol);
+    return is_within_tolerances(point.error, options_) && is_balanced(point, options_.tol);
   }
   [[nodiscard]] bool is_acceptable(const Point& point);
 
@@ -27,7 +30,6 @@ class FirstOrderTest {
   void begin_anew() { acceptable_ = settled_ = 0; }
 
  private:
-  [[nodiscard]] bool is_within_tolerances(const KktError& error) const;
   /// Of the entries that exceed a tolerance in the model's units.
   [[nodiscard]] bool is_balanced(const Point& point, double tolerance);
 
@@ -36,7 +38,7 @@ class FirstOrderTest {
 
   const CanonicalProblem& canonical_;
   const SolverOptions& options_;
-  Eigen::VectorXd terms_;
+  Eigen::VectorXd terms_, by_rounding_;
   Index acceptable_ = 0;  ///< iterates in a row
   Index settled_ = 0;     ///< iterates at settled_at_
   Eigen::VectorXd settled_at_;

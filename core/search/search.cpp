@@ -44,7 +44,11 @@ SearchOutcome Search::run(StepMethod& method, std::optional<SearchOutcome>& kept
       escaped = leave(verdict, method, kept);
       if (!escaped) return ended(std::move(verdict));
     }
-    if (const auto status = limit_reached()) return ended(*status);
+    // For a balanced point as long again as to the first that met the tolerances.
+    if (met_at_ < 0 && !arrays_.best.rank().is_unmet) met_at_ = context_.budget.iteration;
+    if (met_at_ >= 0 && context_.budget.iteration > 2 * met_at_ + parameters::kPlenty)
+      return given_up(Status::MaxIterations);
+    if (const auto status = limit_reached()) return given_up(*status);
     if (escaped) continue;
     if (deadline_ && context_.budget.iteration >= deadline_->iteration)
       return ended(deadline_->status);
@@ -70,6 +74,24 @@ SearchOutcome Search::ended(Status status, std::string message) const {
                         .iterations = context_.budget.iteration};
   outcome.point = arrays_.point;
   return outcome;
+}
+
+/// Without a solution. Unless it diverges, a minimization ends at a point that met the tolerances
+/// and was refused, if there is one.
+SearchOutcome Search::given_up(Status status, std::string message) {
+  if (arrays_.best.rank().is_unmet || purpose_ != Purpose::Solution ||
+      stopped_from_outside(status) || status == Status::OuterUnbounded ||
+      status == Status::DivergingIterates) {
+    return ended(status, std::move(message));
+  }
+  arrays_.point = arrays_.best.point();
+  Verdict verdict = judge(Status::SolvedToAcceptableLevel);
+  if (verdict.message.empty()) {
+    verdict.message = std::string(name_of(verdict.status)) +
+                      ": the scaled tolerances are met, but the gradient of the Lagrangian is not "
+                      "small beside its terms";
+  }
+  return ended(std::move(verdict));
 }
 
 SearchOutcome Search::ended(Verdict&& verdict) const {
@@ -112,7 +134,7 @@ SearchOutcome Search::after_failed_step() {
   if (stuck) drop_idle_multipliers(context_.options.acceptable_tol);
   if (enough && test_.is_acceptable(arrays_.point))
     return ended(judge(Status::SolvedToAcceptableLevel));
-  return ended(*step_.failure, step_.message);
+  return given_up(*step_.failure, step_.message);
 }
 
 std::optional<Status> Search::limit_reached() {
@@ -161,6 +183,14 @@ Search::Verdict Search::judge(Status claim) {
                     context_.options, factorizations_for_test(), arrays_.certificate);
   context_.kkt.allow_factorizations(context_.budget.factorizations_of_steps());
   context_.budget.tests += context_.kkt.factorizations() - before;
+  const Point& certified = finding.point ? *finding.point : arrays_.point;
+  const bool plateau = finding.certificate.answer == InnerAnswer::BestNotUnique &&
+                       is_on_plateau(context_, certified, finding.mu);
+  if (plateau) {
+    finding.certificate = {};
+    finding.certificate.kind = PointKind::FirstOrderPoint;
+    finding.certificate.second_order = SecondOrder::Undecided;
+  }
   if (finding.certificate.second_order != SecondOrder::Satisfied) finding.point.reset();
   if (finding.certificate.second_order == SecondOrder::Violated) {
     verdict.status = Status::NotLocalMinmax;
@@ -169,7 +199,7 @@ Search::Verdict Search::judge(Status claim) {
              purpose_ == Purpose::Solution) {
     // The test of a point that was not certified has gone over to pivoting.
     context_.kkt.reset_quality();
-    if (runs_to_infinity(context_, arrays_.point, barrier_.mu(), test_)) {
+    if (plateau || runs_to_infinity(context_, arrays_.point, barrier_.mu(), test_)) {
       verdict.status = Status::DivergingIterates;
       verdict.message = kToInfinity;
     } else if (finding.certificate.hessian_disagrees) {

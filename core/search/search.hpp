@@ -56,6 +56,7 @@ class Search {
   [[nodiscard]] SearchOutcome ended(Verdict&& verdict) const;
   [[nodiscard]] bool leave(const Verdict& verdict, StepMethod& method,
                            std::optional<SearchOutcome>& kept);
+  [[nodiscard]] SearchOutcome given_up(Status status, std::string message = {});
   [[nodiscard]] std::optional<Status> limit_reached();
   void make_step(StepMethod& method);
   [[nodiscard]] SearchOutcome after_failed_step();
@@ -71,6 +72,7 @@ class Search {
   StepReport step_;  ///< that led to arrays_.point, or failed there
   std::optional<Deadline> deadline_;
   Index runaway_iterations_ = 0;  ///< in a row
+  Index met_at_ = -1;             ///< the first iteration that met the tolerances
 };
 
 }  // namespace ipminmax

@@ -26,9 +26,6 @@ class Listed {
   [[nodiscard]] Trial evaluate_corrected(double, double) {
     return {true, corrections_.at(corrected_++)};
   }
-  [[nodiscard]] static bool corrects(const Merit& from, const Merit& to) {
-    return to.theta >= from.theta;
-  }
   void passed(bool dominated) { told.push_back(dominated); }
   [[nodiscard]] static bool complete() { return true; }
 

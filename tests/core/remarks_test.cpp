@@ -56,8 +56,9 @@ TEST(Remedies, AreInTheUsersTerms) {
   result.status = Status::NoLocalMinmaxFound;
   std::string text = remedies(game.structure(), {}, result);
   EXPECT_NE(text.find("1 of Max's 1 bounded variable at a bound"), std::string::npos) << text;
-  for (const char* way : {"price", "find_price", "feedback", "minmax_epigraph_at_kinks", "starts"})
+  for (const char* way : {"price", "find_price", "feedback", "kink", "minmax_epigraph", "starts"})
     EXPECT_NE(text.find(way), std::string::npos) << text;
+  EXPECT_EQ(text.find("inequality"), std::string::npos) << text;  // s is a state
   result.v[1] = 0.0;
   text = remedies(game.structure(), {}, result);
   EXPECT_NE(text.find("0 of Max's 1 bounded variable"), std::string::npos) << text;
@@ -65,6 +66,24 @@ TEST(Remedies, AreInTheUsersTerms) {
   text = remedies(game.structure(), {}, result);
   EXPECT_NE(text.find("the disturbance wins: f grows with variable 2 (s)"), std::string::npos)
       << text;
+}
+
+// max over |y| = 1 of x'y has a kink at 0, which max over |y| <= 1 has as a saddle of f.
+TEST(Remedies, AtAKinkNameAnEquationThatIsMaxsAlone) {
+  Model model;
+  const Expression x = model.variable(kMin, "x");
+  const Expression y = model.variable(kMax, "y"), z = model.variable(kMax, "z");
+  model.objective(x * (y + z));
+  model.constraint(square(y) + square(z), 1.0, 1.0);
+  const AutodiffProblem game(model, {1.0, 0.6, 0.8});
+  Result result;
+  result.v = {0.0, 0.6, 0.8};
+  for (const Status status : {Status::NoLocalMinmaxFound, Status::NotLocalMinmax}) {
+    result.status = status;
+    const std::string text = remedies(game.structure(), {}, result);
+    for (const char* way : {"kink", "minmax_epigraph yes", "an inequality in place of"})
+      EXPECT_NE(text.find(way), std::string::npos) << text;
+  }
 }
 
 TEST(Remedies, MistakesOfThePlayersComeFirst) {

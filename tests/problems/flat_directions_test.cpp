@@ -177,14 +177,15 @@ TEST(FlatDirections, BilinearGamesTakeFullSteps) {
 }
 
 /// x^2 + x y - y^2 and what it has of w, a variable of Max.
-Result solve_with(Expression (*of_w)(const Expression& w), double start) {
+Result solve_with(Expression (*of_w)(const Expression& w), double start,
+                  const SolverOptions& options = {}) {
   Model model;
   const Expression x = model.variable(Player::Min, "x");
   const Expression y = model.variable(Player::Max, "y");
   const Expression w = model.variable(Player::Max, "w");
   model.objective(square(x) + x * y - square(y) + of_w(w));
   AutodiffProblem problem(model, {0.7, 0.4, start});
-  return solve(problem, SolverOptions{});
+  return solve(problem, options);
 }
 
 TEST(FlatDirections, ThatRiseAreNone) {
@@ -196,6 +197,115 @@ TEST(FlatDirections, ThatRiseAreNone) {
   EXPECT_EQ(solve_with(quartic, 0.5).status, Status::InnerUnbounded);
   // Where it stands still, too.
   EXPECT_NE(solve_with(quartic, 0.0).certificate.kind, PointKind::LocalMinmax);
+}
+
+// Towards a plateau the value changes on the way: it is no maximum, and no step leads there at once.
+TEST(FlatDirections, APlateauIsNone) {
+  const auto bell = [](const Expression& w) { return exp(-square(w)); };
+  for (const double start : {0.7, std::sqrt(0.5), 0.8})
+    EXPECT_NEAR(solve_with(bell, start).objective, 1.0, 1e-8) << start;
+  const auto wave = [](const Expression& w) { return w * exp(-0.5 * square(w)); };
+  EXPECT_NEAR(solve_with(wave, 0.0).objective, std::exp(-0.5), 1e-8);
+  for (const double start : {0.0, 0.3}) {
+    const auto step = [](const Expression& w) { return w * pow(1.0 + square(w), -0.5); };
+    EXPECT_NE(solve_with(step, start).certificate.kind, PointKind::LocalMinmax) << start;
+    // Steps without a line search lead far out.
+    SolverOptions options;
+    options.minmax_globalization = Globalization::None;
+    EXPECT_NE(solve_with(step, start, options).certificate.kind, PointKind::LocalMinmax) << start;
+    EXPECT_NE(solve_with(wave, start, options).objective, 0.0) << start;
+  }
+}
+
+// Bent ones stay maxima back to the start.
+TEST(FlatDirections, MayBend) {
+  for (const double start : {0.3, 1.5}) {
+    Model model;
+    const Expression x = model.variable(Player::Min, "x");
+    const Expression p = model.variable(Player::Max, "p");
+    const Expression q = model.variable(Player::Max, "q");
+    const Expression y = p - 0.2 * square(q);
+    model.objective(square(x - 1.0) + x * y - square(y));
+    AutodiffProblem problem(model, {0.7, 0.4, start});
+    const Result result = solve(problem, SolverOptions{});
+    EXPECT_EQ(result.certificate.answer, InnerAnswer::BestNotUnique) << result.message;
+  }
+}
+
+/// (x - 0.3)^2 + 2 x y + y with |y| <= 1, whose max over y has a kink at the answer, x = -0.5; x as
+/// a sum of so many variables, beside so many that nothing reads.
+Result at_a_kink(int terms, int unread, double shift = 0.0) {
+  Model model;
+  std::vector<double> start;
+  Expression x(0.0);
+  for (int k = 0; k < terms; ++k) {
+    x = x + model.variable(Player::Min, "x" + std::to_string(k)) - shift;
+    start.push_back(0.7 / terms + shift);
+  }
+  for (int k = 0; k < unread; ++k) {
+    static_cast<void>(model.variable(Player::Min, "unread" + std::to_string(k)));
+    start.push_back(1.0 + k);
+  }
+  const Expression y = model.variable(Player::Max, "y", -1.0, 1.0);
+  start.push_back(0.4);
+  model.objective(square(x - 0.3) + 2.0 * x * y + y);
+  AutodiffProblem problem(model, start);
+  return solve(problem, SolverOptions{});
+}
+
+TEST(FlatDirections, OfMinLeaveAKinkInReach) {
+  const Result plain = at_a_kink(1, 0);
+  ASSERT_EQ(plain.certificate.kind, PointKind::LocalMinmax) << plain.message;
+  for (const Result& flat :
+       {at_a_kink(1, 1), at_a_kink(1, 3), at_a_kink(2, 0), at_a_kink(3, 1), at_a_kink(2, 0, 1e4)}) {
+    EXPECT_TRUE(is_success(flat.status)) << flat.message;
+    EXPECT_NEAR(flat.objective, plain.objective, 1e-6);
+    EXPECT_LE(factorizations(flat), 2 * factorizations(plain));
+  }
+}
+
+/// A matrix game on two simplices, with Max's equation so many times.
+Result on_simplices(const Eigen::MatrixXd& payoff, int rows) {
+  Model model;
+  std::vector<Expression> x, y;
+  std::vector<double> start;
+  const auto add = [&](Player player, Eigen::Index size, std::vector<Expression>& v) {
+    Expression sum(0.0);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      v.push_back(model.variable(player, (player == Player::Min ? "x" : "y") + std::to_string(i),
+                                 0.0, kNoBound));
+      start.push_back(i == 0 ? 1.0 : 0.0);
+      sum = sum + v.back();
+    }
+    return sum;
+  };
+  model.constraint(add(Player::Min, payoff.rows(), x), 1.0, 1.0);
+  const Expression sum = add(Player::Max, payoff.cols(), y);
+  for (int k = 1; k <= rows; ++k) model.constraint(k * sum, k, k);
+  Expression value(0.0);
+  for (Eigen::Index i = 0; i < payoff.rows(); ++i) {
+    for (Eigen::Index j = 0; j < payoff.cols(); ++j)
+      value =
+          value + payoff(i, j) * x[static_cast<std::size_t>(i)] * y[static_cast<std::size_t>(j)];
+  }
+  model.objective(value);
+  AutodiffProblem problem(model, start);
+  return solve(problem, SolverOptions{});
+}
+
+TEST(DependentRows, OfMaxAreAsOne) {
+  const Eigen::MatrixXd cycle{{0.0, -1.0, 1.0}, {1.0, 0.0, -1.0}, {-1.0, 1.0, 0.0}};
+  const Eigen::MatrixXd wide{{0.3, -0.2, 0.9, 0.1}, {-0.5, 0.8, -0.4, 0.2}};
+  for (const Eigen::MatrixXd& payoff : {cycle, wide}) {
+    const Result once = on_simplices(payoff, 1);
+    ASSERT_TRUE(is_success(once.status)) << once.message;
+    for (const int rows : {2, 3}) {
+      const Result more = on_simplices(payoff, rows);
+      EXPECT_TRUE(is_success(more.status)) << more.message;
+      EXPECT_NEAR(more.objective, once.objective, 1e-7);
+      EXPECT_LE(factorizations(more), 2 * factorizations(once)) << rows;
+    }
+  }
 }
 
 /// x'y + |x|^2 with |y| = 1, or |y| <= 1: max over y is |x| + |x|^2.
