@@ -733,8 +733,10 @@ ApplicationReturnStatus MinMaxApplication::Implementation::finish(TnlpProblem& p
     const bool as_ipopt = current_settings().rows.as_ipopt;
     return log::summary(result, &problem.structure(), as_ipopt ? told - 1 : result.iterations);
   });
-  if (const std::string text = coupled_remark(problem.structure()); !text.empty())
-    printed(J_SOLUTION, [&] { return "Note: " + text + "\n"; });
+  if (is_printed(J_SUMMARY, J_SOLUTION)) {
+    if (const std::string text = coupled_remark(problem.structure()); !text.empty())
+      print(J_SUMMARY, J_SOLUTION, "Note: " + text + "\n");
+  }
   if (is_success(result.status) && is_printed(J_SUMMARY, J_SOLUTION)) {
     for (const std::string& text : idle_bound_remarks(problem.structure(), options, result)) {
       print(J_SUMMARY, J_SOLUTION, "Note: " + text + "\n");
