@@ -140,7 +140,7 @@ RowUnits units_of_rows(Problem& model, const std::vector<double>& v, Index epigr
     if (row == epigraph_row) units.objective = units.factor[j];
   }
   units.variables = units_of_boxes(s, here);
-  if (units.objective != 1.0) {  // t, so that its own derivative stays 1
+  if (units.objective < 1.0) {  // t, so that its own derivative is not small
     units.variables.resize(v.size(), 1.0);
     units.variables.back() = 1.0 / units.objective;
   }
