@@ -193,7 +193,8 @@ bool is_on_plateau(const MethodContext& context, const Point& found, double mu) 
     look_at(there.iterate.v + way.v + along.v);
   }
   const double slope = there.dual.dot(back), change = there.evaluation.f - found.evaluation.f;
-  return clearly_greater(std::max(std::abs(change), std::abs(slope)), 0.0, range,
+  // A solve leaves tol in the value, and a start beside the solution shows no range.
+  return clearly_greater(std::max(std::abs(change), std::abs(slope)), context.options.tol, range,
                          parameters::kHardly);
 }
 
