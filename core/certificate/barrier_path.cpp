@@ -43,8 +43,8 @@ bool has_digits(const CanonicalProblem& canonical, const Iterate& z) {
   return all;
 }
 
-/// From the relative changes over a full step to kDecrease mu. True: all bounds have shown what they
-/// are.
+/// From the relative changes over a full step to kDecrease mu. True: all bounds have shown what
+/// they are.
 bool identify_by_trend(const TestContext& c, const Iterate& before, const Iterate& after,
                        ActiveBounds& set) {
   bool resolved = true;

@@ -54,8 +54,8 @@ FirstLook first_look(TestContext& c, TrialPoint& trial) {
   return FirstLook::Right;
 }
 
-/// Inactive copies are held, with the curvature that they have in the limit: else what is left of it
-/// by the barrier would give them lengths.
+/// Inactive copies are held, with the curvature that they have in the limit: else what is left of
+/// it by the barrier would give them lengths.
 void hold_inactive_copies(TestContext& c, TrialPoint& trial) {
   const Iterate& given = c.given.iterate;
   trial.inactive =

@@ -12,8 +12,8 @@
 #include "core/model/parameters.hpp"
 #include "core/result.hpp"
 
-// The second-order test. A TrialPoint is a point near the solution with an active set, a scaling and
-// what the tests found of them; it is all that the parts pass on.
+// The second-order test. A TrialPoint is a point near the solution with an active set, a scaling
+// and what the tests found of them; it is all that the parts pass on.
 //
 //  1. certify (certificate). What is known from outside: second derivatives that are differences
 //     have an error; copies of y that only inactive robust rows read are held (robust_rows).
@@ -26,8 +26,9 @@
 //     difference of gradients (derivative_checks). All right: certified. minmax_certificate quick
 //     ends here, unless the inertias are wrong.
 //
-//  3. correct_and_test (corrections): the same at other points, with pivoting. A trial that does not
-//     pass is changed by the first correction of a table that applies:
+//  3. correct_and_test (corrections): the same at other points, with pivoting. Where bounds are not
+//     clear the active set by z / s alone is tried first. A trial that does not pass is changed by
+//     the first correction of a table that applies:
 //       release_bounds       of Max, that he leaves
 //       leave_out_rows       that say nothing beside others (dependence)
 //       scale_min_first      lengths of x without what couples x to y

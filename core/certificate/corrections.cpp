@@ -47,8 +47,8 @@ bool independent_or_harmless(TestContext& c, TrialPoint& here, ActiveSetSystem& 
 
 enum class Look : std::uint8_t { Right, Harmful, Unclear };
 
-/// Whether the sufficient conditions hold: Newton's method converges, and W changes by less than its
-/// curvature on the way.
+/// Whether the sufficient conditions hold: Newton's method converges, and W changes by less than
+/// its curvature on the way.
 Look look_at(TestContext& c, TrialPoint& here) {
   ActiveSetSystem system(c.canonical, c.kkt, here.set, here.scaling, here.point.evaluation);
   settle_active_set(c, here, system);
@@ -62,19 +62,30 @@ Look look_at(TestContext& c, TrialPoint& here) {
 
 // --- Corrections ---------------------------------------------------------------------------------
 
-/// At the point given, or where its solution leads while mu falls. False: the model is undefined.
-bool begin(TestContext& c, bool follow, TrialPoint& next) {
+/// At the point given, as the first look left it.
+TrialPoint trial_at_given(const TestContext& c) {
   const TrialPoint& first_look = c.arrays.trial;
-  next = {};
-  next.point = c.given;
-  next.mu = first_look.mu;
-  next.set = first_look.set;
-  next.scaling = first_look.scaling;
-  next.inactive = first_look.inactive;
-  if (follow) follow_barrier(c, next);
+  TrialPoint trial;
+  trial.point = c.given;
+  trial.mu = first_look.mu;
+  trial.set = first_look.set;
+  trial.scaling = first_look.scaling;
+  trial.inactive = first_look.inactive;
+  return trial;
+}
+
+/// Second derivatives and scaling that belong to the set. False: the model is undefined.
+bool take_up_set(TestContext& c, TrialPoint& next) {
   if (!drop_inactive_multipliers(c, next)) return false;
   next.scaling = certain_scaling(c, next);
   return true;
+}
+
+/// At the point given, or where its solution leads while mu falls. False: the model is undefined.
+bool begin(TestContext& c, bool follow, TrialPoint& next) {
+  next = trial_at_given(c);
+  if (follow) follow_barrier(c, next);
+  return take_up_set(c, next);
 }
 
 /// A bound of Max that is active only since it was relaxed is weakly active; others are not active.
@@ -256,9 +267,7 @@ bool change_set(TestContext& c, TrialPoint& here) {
   for_each_bound(c.canonical, end.v,
                  [&](Index, int, double distance) { inside = inside && distance > 0.0; });
   here.point.iterate = end;
-  if (!inside || !c.evaluate(here.point) || !drop_inactive_multipliers(c, here)) return false;
-  here.scaling = certain_scaling(c, here);
-  return true;
+  return inside && c.evaluate(here.point) && take_up_set(c, here);
 }
 
 /// Whether bounds are clearly what they were guessed to be: of a weakly active one nothing but
@@ -275,19 +284,15 @@ bool guess_holds(const TestContext& c, const TrialPoint& here) {
   return true;
 }
 
-/// By z / s above or below 1, changed as Newton steps show (a primal-dual active-set method): if many
-/// bounds are nearly weakly active, as on long horizons, mu would have to fall far to tell. Empty:
-/// not all is right with such a set, and nothing is concluded.
+/// By z / s above or below 1, changed as Newton steps show (a primal-dual active-set method): if
+/// many bounds are nearly weakly active, as on long horizons, mu would have to fall far to tell.
+/// Empty: not all is right with such a set, and nothing is concluded.
 std::optional<TrialPoint> with_guessed_set(TestContext& c) {
-  TrialPoint here;
-  here.begin(c.canonical, c.given, c.arrays.trial.mu);
-  here.scaling = c.arrays.trial.scaling;
-  here.inactive = c.arrays.trial.inactive;
+  TrialPoint here = trial_at_given(c);
   guess_active_set(c.canonical, c.options, c.given.iterate, here.scaling, 1.0, here.set);
   here.hold_inactive();
   // Of Max those no farther than what they were relaxed by stay weakly active.
-  if (here.set.weak(c.canonical, Player::Min) > 0 || !drop_inactive_multipliers(c, here)) return {};
-  here.scaling = certain_scaling(c, here);
+  if (here.set.weak(c.canonical, Player::Min) > 0 || !take_up_set(c, here)) return {};
   for (int steps = 0; c.may_factorize(kToConfirm);) {
     ActiveSetSystem system(c.canonical, c.kkt, here.set, here.scaling, here.point.evaluation);
     settle_active_set(c, here, system);

@@ -158,7 +158,8 @@ struct DependenceSearch {
     return size;
   }
 
-  /// Zero where bounds stand at their values, within what they were relaxed by. value: at the point.
+  /// Zero where bounds stand at their values, within what they were relaxed by. value: at the
+  /// point.
   bool consistent(const Vector& weights, double value) const {
     Vector slope = Vector::Zero(canonical.variables());
     add_transposed_product(canonical, point.evaluation, weights, slope);

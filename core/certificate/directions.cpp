@@ -192,7 +192,8 @@ struct DirectionSearch {
 
   // --- Directions that refute a point ------------------------------------------------------------
 
-  /// Whether the value changes as the curvature, of the wrong sign, says over an arc of this length.
+  /// Whether the value changes as the curvature, of the wrong sign, says over an arc of this
+  /// length.
   bool gains(const Vector& step, double wrong, double along) const {
     const double predicted = 0.5 * along * along * wrong;
     if (!(predicted > kRounding * std::abs(point.evaluation.f))) return false;

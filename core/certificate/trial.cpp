@@ -143,14 +143,14 @@ void TestContext::examine_curvature(const Point& point, const Vector& lambda,
     wrong_row = find_wrong_row(canonical, point, lambda, scaling, arrays.curvature);
 }
 
-// --- TrialPoint ---------------------------------------------------------------------------------------
-
 void examine_unclear_curvature(TestContext& c, const Evaluation* assembled) {
   const Iterate& given = c.given.iterate;
   c.examine_curvature(c.given, given.lambda,
                       variable_scaling(c.canonical, given.v, c.given.evaluation, c.arrays.scaling),
                       nullptr, assembled);
 }
+
+// --- TrialPoint ----------------------------------------------------------------------------------
 
 void TrialPoint::begin(const CanonicalProblem& canonical, const Point& here, double its_mu) {
   point = here;

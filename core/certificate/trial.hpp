@@ -85,9 +85,9 @@ void guess_active_set(const TestContext& c, TrialPoint& trial);
 /// The Newton step to the solution with the trial's active set: whether Newton's method converges,
 /// and the error of W over the step.
 void settle_active_set(TestContext& c, TrialPoint& trial, ActiveSetSystem& system);
-/// Whether a Newton step with this solver of the system keeps the active set, and the next one would
-/// be much shorter. W at the end of the step has no lambda of inactive inequalities. The change is
-/// measured at least over a distance that rounding of the derivatives could explain.
+/// Whether a Newton step with this solver of the system keeps the active set, and the next one
+/// would be much shorter. W at the end of the step has no lambda of inactive inequalities. The
+/// change is measured at least over a distance that rounding of the derivatives could explain.
 [[nodiscard]] bool newton_confirms(TestContext& c, TrialPoint& trial, ActiveSetSystem& system,
                                    const KktSolve& solve);
 
@@ -126,9 +126,9 @@ void measure_inertias(TestContext& c, ActiveSetSystem& system, TrialPoint& trial
 
 /// Whether y is a best answer to x nearby, maybe one of many, at a point whose K_yy has no
 /// curvature of the wrong sign beyond the trial's proximal term. Either by structure: W has no
-/// entries between some of his free variables, Z, and any of them; L is affine in Z then, with slope
-/// zero, and constant; without Z and the rows that read it K_yy is right. Or by values: these are
-/// constant along all directions without curvature. Reasons name such a direction.
+/// entries between some of his free variables, Z, and any of them; L is affine in Z then, with
+/// slope zero, and constant; without Z and the rows that read it K_yy is right. Or by values:
+/// these are constant along all directions without curvature. Reasons name such a direction.
 [[nodiscard]] bool maximizes_weakly(TestContext& c, const TrialPoint& trial);
 
 /// A direction tangent to the active constraints along which the curvature of W (for Min: of phi)
@@ -171,8 +171,8 @@ struct FlatDirections {
 
 /// Follows the solution to smaller barrier parameters, where the distance of an active bound falls
 /// as mu and its multiplier stays, and the other way round at an inactive one: until every bound
-/// has shown what it is and the point hardly moves, a distance has lost its digits, or the budget is
-/// spent.
+/// has shown what it is and the point hardly moves, a distance has lost its digits, or the budget
+/// is spent.
 void follow_barrier(TestContext& c, TrialPoint& trial);
 
 /// Of the point given, whose active set is not known. assembled: null where no factors are.

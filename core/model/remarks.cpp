@@ -187,18 +187,26 @@ std::string violated_by_max(const ProblemStructure& s, const SolverOptions& opti
          "theirs Max's that should be Min's?";
 }
 
+/// Whether each constraint reads variables of (Min, Max).
+template <class Counts>
+std::vector<std::array<bool, 2>> readers(const ProblemStructure& s, Counts&& counts) {
+  std::vector<std::array<bool, 2>> reads(s.constraint_players.size());
+  for (const auto& [row, col] : s.jacobian) {
+    if (counts(at(col))) reads[at(row)][player(s.variable_players[at(col)])] = true;
+  }
+  return reads;
+}
+
 /// Where no stationary point withstands, or branches of y end, max over y of f may have a kink.
 std::string at_possible_kink(const ProblemStructure& s) {
   std::string text =
       "if another y is as good here, max over y of f has a kink: minmax_epigraph yes minimizes "
       "over "
       "the branches of y";
-  for (std::size_t j = 0; j < s.constraint_players.size(); ++j) {
-    const auto reads_min = [&](const auto& entry) {
-      return at(entry.row) == j && s.variable_players[at(entry.col)] == Player::Min;
-    };
+  const auto reads = readers(s, [](std::size_t) { return true; });
+  for (std::size_t j = 0; j < reads.size(); ++j) {
     if (s.constraint_players[j] != Player::Max || s.constraint_lower[j] != s.constraint_upper[j] ||
-        std::ranges::any_of(s.jacobian, reads_min)) {
+        reads[j][0]) {
       continue;
     }
     return text + "; an inequality in place of Max's equation " +
@@ -250,11 +258,8 @@ std::string remedies(const ProblemStructure& s, const SolverOptions& options,
 }
 
 std::string coupled_remark(const ProblemStructure& s) {
-  std::vector<std::array<bool, 2>> reads(s.constraint_players.size());
-  for (const auto& [row, col] : s.jacobian) {
-    if (s.variable_lower[at(col)] != s.variable_upper[at(col)])
-      reads[at(row)][player(s.variable_players[at(col)])] = true;
-  }
+  const auto is_free = [&](std::size_t i) { return s.variable_lower[i] != s.variable_upper[i]; };
+  const auto reads = readers(s, is_free);
   Index coupled = -1;
   for (std::size_t j = reads.size(); j-- > 0;) {
     const bool of_max = s.constraint_players[j] == Player::Max;

@@ -13,6 +13,8 @@ _ComplexWarning = getattr(np, "exceptions", np).ComplexWarning
 
 #: Step of second-order differences over the length of a variable: the cube root of rounding.
 _STEP = 6e-6
+#: Complex step: whatever it is, nothing is subtracted.
+_IMAGINARY = 1e-30
 _EPSILON = np.finfo(float).eps
 #: Over the step, those with which slopes are compared until they are accurate enough to tell.
 _SCALES = (1.0, 1e-2, 1e2, 1e-4)
@@ -128,12 +130,11 @@ class Box:
 
 def complex_step(function: Function, v: Vector) -> Vector:
     """f'(v) e_j = Im f(v + i h e_j) / h: no cancellation, exact to rounding where f is analytic."""
-    step = 1e-30
     columns = []
     moved = v.astype(complex)
     for j in range(v.size):
-        moved[j] += 1j * step
-        columns.append(np.atleast_1d(np.asarray(function(moved.copy()))).ravel().imag / step)
+        moved[j] += 1j * _IMAGINARY
+        columns.append(np.atleast_1d(np.asarray(function(moved.copy()))).ravel().imag / _IMAGINARY)
         moved[j] = v[j]
     return np.stack(columns, axis=-1)
 
@@ -141,9 +142,8 @@ def complex_step(function: Function, v: Vector) -> Vector:
 def complex_steps_at_once(function: Function, v: Vector, rows: int) -> Optional[Vector]:
     """The same from one call with a column for each step, of a function that treats columns alike;
     None where it does not return so many rows of columns."""
-    step = 1e-30
     moved = np.repeat(v[:, None].astype(complex), v.size, axis=1)
-    moved.imag[np.diag_indices(v.size)] = step
+    moved.imag[np.diag_indices(v.size)] = _IMAGINARY
     try:
         values = np.asarray(function(moved))
     except ArithmeticError:  # undefined
@@ -152,7 +152,7 @@ def complex_steps_at_once(function: Function, v: Vector, rows: int) -> Optional[
         return None
     if values.shape != (rows, v.size) and (rows, values.shape) != (1, (v.size,)):
         return None
-    return values.reshape(rows, v.size).imag / step
+    return values.reshape(rows, v.size).imag / _IMAGINARY
 
 
 def central(function: Function, v: Vector, box: Box) -> Vector:
@@ -232,11 +232,10 @@ def _directions(size: int, random: np.random.Generator) -> Iterator[Vector]:
 
 def _analytic_at(function: Function, v: Vector, box: Box, random: np.random.Generator) -> bool:
     """Whether complex steps along directions at v agree with differences."""
-    step = 1e-30
 
     def along(direction: Vector) -> Vector:
-        moved = v.astype(complex) + 1j * step * direction
-        return np.atleast_1d(np.asarray(function(moved))).ravel().imag / step
+        moved = v.astype(complex) + 1j * _IMAGINARY * direction
+        return np.atleast_1d(np.asarray(function(moved))).ravel().imag / _IMAGINARY
 
     return all(mismatch(function, along, v, direction, box) is None
                for direction in _directions(v.size, random))
