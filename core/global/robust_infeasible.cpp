@@ -133,7 +133,6 @@ void RobustSearch::name_infeasible(std::vector<double> start) {
   for (std::size_t row = 0; row < least.constraints.size(); ++row)
     least.error.primal = std::max(least.error.primal, excess_of(least.constraints, row));
   answer_ = std::move(least);
-  infeasible_ = false;  // said, no longer supposed
 }
 
 }  // namespace ipminmax

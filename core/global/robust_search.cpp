@@ -3,6 +3,7 @@
 #include <random>
 #include <utility>
 
+#include "core/global/choice.hpp"
 #include "core/global/places_over_y.hpp"
 #include "core/global/robust_search.hpp"
 #include "core/model/canonical_problem.hpp"
@@ -105,11 +106,30 @@ void RobustSearch::start_at_known(const std::vector<RobustWorstCase>& known) {
   place_.near = true;
 }
 
+/// x against scenarios, then the worst cases at the x that these give move with it. The y of the
+/// start may leave x unbounded, or no x may stand up to it: then more scenarios are taken, and last
+/// the y of the start moves from there.
 Result RobustSearch::solve_from(const Place& first) {
-  if (!solve_rounds() && !infeasible_ && starts_ > 0 && !budget_.used_up()) exchange_from(first);
+  const Place own = place_;
+  bool found = false;
+  if (starts_ > 0) {
+    for (RobustCopies::WorstCase& one : place_.worst_cases) {
+      if (can_be_held(model_.structure(), scopes_.of(one.constraint))) one.held = one.copied = true;
+    }
+    found = exchange_from();
+    if (!found && !budget_.used_up() && verified_.empty()) {
+      place_ = {first.v, own.worst_cases, first.moved, false};
+      take_scenarios();
+      found = exchange_from();
+    }
+  }
+  if (!found && !budget_.used_up()) {
+    place_ = own;
+    static_cast<void>(solve_rounds());
+  }
   if (names_infeasible_) name_infeasible(first.v);
   if (names_infeasible_ && starts_ > 0 && search_failed(answer_.status) &&
-      (infeasible_ || answer_.status != Status::LocallyInfeasible) && !budget_.used_up()) {
+      answer_.status != Status::LocallyInfeasible && !budget_.used_up()) {
     begin_anew(first);
   }
   return finish();
@@ -129,7 +149,7 @@ Result RobustSearch::run_from_maxima(std::vector<double> start) {
   const Place first = place_;
   choose_copies();
   std::vector<RobustCopies::WorstCase> own = std::move(place_.worst_cases);
-  release(scan(own), kNearlyActive);
+  release(scan(starts_, own), kNearlyActive);
   for (const auto& one : own) {
     if (std::ranges::find(place_.worst_cases, one.constraint,
                           &RobustCopies::WorstCase::constraint) == place_.worst_cases.end()) {
@@ -148,7 +168,6 @@ bool RobustSearch::solve_rounds() {
     work_.over_y.functions = 0;
     work_.over_y.proofs.clear();
     Solved solved = solve_worst_cases();
-    hold_idle(solved);
     if (!is_success(solved.result.status)) {
       if (verified_.empty()) report(*solved.copies, solved.result);
       return !verified_.empty();
@@ -157,74 +176,42 @@ bool RobustSearch::solve_rounds() {
     const auto& [copies, result] = solved;
     if (starts_ == 0) {
       report(*copies, result);
+      if (!is_certified(result)) hold_inactive(*copies, result);
       return true;
     }
     if (!look_further(*copies, result, round)) return !verified_.empty();
   }
 }
 
-/// With the worst cases at hand, near an answer if there is one. Where x has far to go from it, x
-/// goes alone first: copies would forget where they began, and where no x stands up to all of them
-/// as they are, some would become others.
+/// A copy on which x does not rest has no multiplier and so no curvature in the second-order test.
+/// Where that is undecided such copies are held, if this decides it.
+void RobustSearch::hold_inactive(const RobustCopies& copies, const Result& result) {
+  bool any = false;
+  for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
+    RobustCopies::WorstCase& one = place_.worst_cases[k];
+    if (copies.is_active(result, k) || !can_be_held(model_.structure(), scopes_.of(one.constraint)))
+      continue;
+    one.held = one.copied = any = true;
+  }
+  if (!any || budget_.used_up()) return;
+  const Solved settled = solve_once(true);
+  if (is_certified(settled.result)) report(*settled.copies, settled.result);
+}
+
+/// With the worst cases at hand, near an answer if there is one.
 RobustSearch::Solved RobustSearch::solve_worst_cases() {
-  const auto over = [&](const Solved& solved) {
-    return is_success(solved.result.status) || budget_.used_up();
-  };
   if (place_.near) {
     Solved solved = solve_once(true);
-    if (over(solved)) return solved;
-    if (auto alone = go_alone()) {
-      infeasible_ = alone->result.status == Status::LocallyInfeasible;
-      if (infeasible_ || budget_.used_up()) return std::move(*alone);
-      if (is_success(alone->result.status)) solved = solve_once(true);
-      if (over(solved)) return solved;
-    }
+    if (is_success(solved.result.status) || budget_.used_up()) return solved;
   }
   return solve_once(false);
-}
-
-/// Moves x to where it stands up to the worst cases as they are. Empty: all of them follow x.
-std::optional<RobustSearch::Solved> RobustSearch::go_alone() {
-  const std::vector<RobustCopies::WorstCase> free = place_.worst_cases;
-  for (RobustCopies::WorstCase& one : place_.worst_cases) {
-    if (can_be_held(model_.structure(), scopes_.of(one.constraint))) one.held = one.copied = true;
-  }
-  if (std::ranges::none_of(place_.worst_cases, &RobustCopies::WorstCase::held)) return {};
-  Solved solved = solve_once(false);
-  if (is_success(solved.result.status)) keep_point(*solved.copies, solved.result);
-  for (std::size_t k = 0; k < free.size(); ++k) {
-    place_.worst_cases[k].held = free[k].held;
-    place_.worst_cases[k].copied = free[k].copied;
-  }
-  return solved;
-}
-
-/// Corners of y where what follows y diverges become worst cases, and x moves to where it does not.
-/// Whether there were any and there is such an x. More than there are corners of three variables
-/// are the same ones again, which copies have left.
-bool RobustSearch::go_to_values(const std::vector<SideScan>& scans) {
-  const std::vector<RobustCopies::WorstCase> before = place_.worst_cases;
-  if (corners_added_ >= (1U << kMostHeld)) return false;
-  for (const SideScan& side : scans) {
-    place_.worst_cases.insert(place_.worst_cases.end(), side.valueless_corners.begin(),
-                              side.valueless_corners.end());
-  }
-  if (place_.worst_cases.size() == before.size()) return false;
-  const auto alone = go_alone();
-  if (alone && is_success(alone->result.status)) {
-    corners_added_ += place_.worst_cases.size() - before.size();
-    return true;
-  }
-  place_.worst_cases = before;
-  return false;
 }
 
 /// Checks a success over all of y. Whether another solve is to follow.
 bool RobustSearch::look_further(const RobustCopies& copies, const Result& result, Index round) {
   const std::vector<RobustCopies::WorstCase> known = place_.worst_cases;
-  std::vector<SideScan> scans = scan(known);
-  if (wants_last_look(scans)) scans = scan(known, &scans);
-  if (round < kMostRounds && !budget_.used_up() && go_to_values(scans)) return true;
+  std::vector<SideScan> scans = scan(starts_, known);
+  if (wants_last_look(scans)) scans = scan(starts_, known, &scans);
   const std::vector<RobustCopies::WorstCase> solved = place_.worst_cases;
   if (add_violated(scans, options_.minmax_worst_case_tol, false)) {
     if (round < kMostRounds && !budget_.used_up()) return true;
@@ -345,8 +332,8 @@ bool RobustSearch::is_same(const RobustCopies::WorstCase& a, const RobustCopies:
   return same_point(a.v, b.v, ranges_, scopes_.of(a.constraint).variables, tol);
 }
 
-/// Drops worst cases whose multiplier vanishes or that have met another one; each constraint keeps
-/// at least one. Whether there were any.
+/// Drops worst cases whose multiplier vanishes or that have met another one, but for one. Whether
+/// there were any.
 bool RobustSearch::drop_inactive(const RobustCopies& copies, const Result& result) {
   double largest = 0.0;
   for (std::size_t k = 0; k < place_.worst_cases.size(); ++k) {
@@ -362,10 +349,7 @@ bool RobustSearch::drop_inactive(const RobustCopies& copies, const Result& resul
     });
     if ((active && !met) || !worst_case.copied) kept.push_back(worst_case);
   }
-  for (const auto& worst_case : place_.worst_cases) {
-    const auto is_of_same = [&](const auto& other) { return other.is_of_same(worst_case); };
-    if (std::ranges::none_of(kept, is_of_same)) kept.push_back(worst_case);
-  }
+  if (kept.empty()) kept.push_back(place_.worst_cases.front());
   const bool fewer = kept.size() < place_.worst_cases.size();
   place_.worst_cases = std::move(kept);
   return fewer;
@@ -373,7 +357,8 @@ bool RobustSearch::drop_inactive(const RobustCopies& copies, const Result& resul
 
 /// At the x of place_.v; maximizations begin at the known worst cases, too. before: of this x, for
 /// the last look.
-std::vector<SideScan> RobustSearch::scan(const std::vector<RobustCopies::WorstCase>& known,
+std::vector<SideScan> RobustSearch::scan(Index starts,
+                                         const std::vector<RobustCopies::WorstCase>& known,
                                          const std::vector<SideScan>* before) {
   MaximizationContext context{options_, budget_, start_, asked_.structure(), work_, work_.over_y};
   context.before = before;
@@ -383,13 +368,24 @@ std::vector<SideScan> RobustSearch::scan(const std::vector<RobustCopies::WorstCa
   // None looks from where a scan before it did.
   context.drawn = std::max(Index{parameters::kPlenty}, starts_) * scans_++;
   std::vector<SideScan> scans =
-      scan_robust_constraints(model_, place_.v, starts_, known, scopes_, units_, context);
+      scan_robust_constraints(model_, place_.v, starts, known, scopes_, units_, context);
   violation_ = 0.0;
   for (const SideScan& side : scans) {
     for (const RobustCopies::WorstCase& maximum : side.maxima) ranges_.see(maximum.v);
     if (side.maxima.empty()) continue;
     violation_ =
         std::max(violation_, (side.values[0] - side.bound) / units_.factor[at(side.constraint)]);
+  }
+  const std::size_t n = asked_.structure().variable_players.size();
+  highest_.clear();
+  for (const Index row : robust_constraints(asked_.structure())) {
+    const SideScan* side = worst_side(scans, row);
+    if (side == nullptr) continue;
+    const double sign = side->maxima.front().side < 0 ? -1.0 : 1.0;
+    highest_.push_back({.constraint = row,
+                        .v = side->maxima.front().v,
+                        .value = units_.value(at(row), 1.0, sign * side->values.front())});
+    highest_.back().v.resize(n);
   }
   return scans;
 }

@@ -63,32 +63,32 @@ class RobustSearch {
     Result result;
   };
   [[nodiscard]] Result solve_from(const Place& first);
-  void exchange_from(const Place& first);
   void begin_anew(const Place& first);
   void choose_copies();
   void start_at_known(const std::vector<RobustWorstCase>& known);
   [[nodiscard]] bool solve_rounds();
   [[nodiscard]] Solved solve_worst_cases();
   [[nodiscard]] Solved solve_once(bool near);
-  [[nodiscard]] std::optional<Solved> go_alone();
-  [[nodiscard]] bool go_to_values(const std::vector<SideScan>& scans);
+  void hold_inactive(const RobustCopies& copies, const Result& result);
   void keep_point(const RobustCopies& copies, const Result& result);
   [[nodiscard]] bool look_further(const RobustCopies& copies, const Result& result, Index round);
   [[nodiscard]] bool add_violated(const std::vector<SideScan>& scans, double tolerance, bool held);
   [[nodiscard]] bool drop_inactive(const RobustCopies& copies, const Result& result);
-  [[nodiscard]] std::vector<SideScan> scan(const std::vector<RobustCopies::WorstCase>& known,
+  [[nodiscard]] std::vector<SideScan> scan(Index starts,
+                                           const std::vector<RobustCopies::WorstCase>& known,
                                            const std::vector<SideScan>* before = nullptr);
   [[nodiscard]] bool wants_last_look(const std::vector<SideScan>& scans) const;
   [[nodiscard]] bool is_same(const RobustCopies::WorstCase& a, const RobustCopies::WorstCase& b,
                              double tol) const;
 
-  void hold_idle(Solved& solved);  // copies on which x does not rest; robust_answer.cpp
-
   // Scenarios; robust_scenarios.cpp.
+  [[nodiscard]] bool exchange_from();
+  [[nodiscard]] bool add_corners(const std::vector<SideScan>& scans);
   [[nodiscard]] std::optional<std::vector<SideScan>> exchange(double tolerance, bool reports);
   void take_scenarios();
   [[nodiscard]] std::vector<RobustCopies::WorstCase> active_scenarios(const RobustCopies& copies,
                                                                       const Result& result) const;
+  [[nodiscard]] std::vector<double> gradient_in_x(const RobustCopies::WorstCase& one);
   void release(const std::vector<SideScan>& scans, double nearly);
   void add_missed(const std::vector<RobustCopies::WorstCase>& active,
                   const std::vector<SideScan>& scans);
@@ -121,16 +121,15 @@ class RobustSearch {
   SolveObserver observer_;
   RobustScopes scopes_;
   Place place_;
-  std::size_t corners_added_ = 0;                ///< to the worst cases, by go_to_values
+  std::size_t corners_added_ = 0;                ///< to the scenarios
   std::vector<RobustCopies::WorstCase> active_;  ///< scenarios that hold x, of the last exchange
   std::vector<bool> reads_y_;
   bool names_infeasible_ = true;
-  bool measures_units_ = true;    ///< where x has come to rest
   bool restarts_ = false;         ///< searches that fail begin anew
-  bool infeasible_ = false;       ///< no x near stands up to the worst cases as they are
   std::vector<double> verified_;  ///< where the answer was checked over all of y; empty: was not
   Index scans_ = 0;               ///< made
-  double violation_;              ///< largest of the last scan; NaN: none was made
+  std::vector<RobustWorstCase> highest_;  ///< of each constraint, as the last scan saw it
+  double violation_;                      ///< largest of the last scan; NaN: none was made
   Result answer_;
   Result work_;  ///< of all solves and maximizations
 };

@@ -48,6 +48,13 @@ RobustCopies::RobustCopies(Problem& model, std::vector<WorstCase> worst_cases,
   add_entries();
 }
 
+/// The first worst case of a constraint; empty: none, the constraint does not count.
+std::optional<std::size_t> RobustCopies::first_of(Index constraint) const {
+  const auto first = std::ranges::find(worst_cases_, constraint, &WorstCase::constraint);
+  if (first == worst_cases_.end()) return {};
+  return static_cast<std::size_t>(first - worst_cases_.begin());
+}
+
 void RobustCopies::add_base(const std::vector<bool>& reads_y) {
   const ProblemStructure& s = model_.structure();
   Part base;
@@ -61,6 +68,11 @@ void RobustCopies::add_base(const std::vector<bool>& reads_y) {
     }
   }
   parts_.push_back(std::move(base));
+  for (const Index row : robust_constraints(s)) {
+    if (first_of(row)) continue;
+    structure_.constraint_lower[at(row)] = -kInfinity;
+    structure_.constraint_upper[at(row)] = kInfinity;
+  }
   // Of Max's variables count those that f reads or that a robust constraint has to itself, and
   // whatever is tied to them.
   std::vector<bool> read = reads_y;
@@ -72,11 +84,13 @@ void RobustCopies::add_base(const std::vector<bool>& reads_y) {
 }
 
 void RobustCopies::drop_unread(const std::vector<bool>& read) {
-  for (std::size_t r = 0; r < worst_cases_.size(); ++r) {
-    if (!worst_cases_[r].copied) continue;
-    const RobustScope& scope = scopes_[r];
+  const RobustScopes scopes(model_.structure());
+  for (const Index row : robust_constraints(model_.structure())) {
+    const auto first = first_of(row);
+    if (first && !worst_cases_[*first].copied) continue;
+    const RobustScope scope = scopes.of(row);
     if (std::ranges::any_of(scope.variables, [&](Index i) { return read[at(i)]; })) continue;
-    hold(scope.variables, worst_cases_[r]);
+    hold(scope.variables, worst_cases_[first.value_or(0)]);
     for (const Index j : scope.constraints) {
       structure_.constraint_lower[at(j)] = -kInfinity;
       structure_.constraint_upper[at(j)] = kInfinity;
@@ -143,9 +157,7 @@ void RobustCopies::serve_rows(const std::vector<bool>& reads_y) {
   served.assign(structure_.variable_players.size(), -1);
   std::vector<Index> readers(v_.size(), 0);
   for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
-    const auto first =
-        std::ranges::find(worst_cases_, worst_cases_[k].constraint, &WorstCase::constraint);
-    if (first != worst_cases_.begin() + static_cast<std::ptrdiff_t>(k)) continue;
+    if (first_of(worst_cases_[k].constraint) != k) continue;
     for (const Index i : scopes_[k].variables) ++readers[at(i)];
   }
   for (std::size_t k = 0; k < worst_cases_.size(); ++k) {
@@ -251,6 +263,7 @@ bool RobustCopies::gradient(std::span<const double> v, bool, std::span<double> g
 }
 
 bool RobustCopies::constraints(std::span<const double> v, bool, std::span<double> g) {
+  std::ranges::fill(g, 0.0);
   for (const Part& part : parts_) {
     if (part.rows.empty()) continue;
     if (!load(v, part) || !model_.constraint_rows(part.rows, v_, true, g_)) return false;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -30,7 +31,7 @@ class RobustCopies final : public Problem {
       return constraint == other.constraint && side * other.side >= 0;
     }
   };
-  /// reads_y: n, whether f reads a Max variable. Every robust constraint has a worst case. Where
+  /// reads_y: n, whether f reads a Max variable. Robust constraints without a worst case are left out. Where
   /// the budget is interrupted it is undefined: one evaluation is many of the model.
   RobustCopies(Problem& model, std::vector<WorstCase> worst_cases, const std::vector<bool>& reads_y,
                Budget& budget);
@@ -88,6 +89,7 @@ class RobustCopies final : public Problem {
     std::vector<Index> serving;  ///< constraints of the model on a y that serves the row
     std::size_t zeros = 0;       ///< entries behind the others
   };
+  [[nodiscard]] std::optional<std::size_t> first_of(Index constraint) const;
   void add_base(const std::vector<bool>& reads_y);
   void add_worst_case(std::size_t k);
   [[nodiscard]] Index copy_variable(Index model_variable, std::size_t copy,
