@@ -104,8 +104,10 @@ Result RobustSearch::in_asked_shape(const RobustCopies& copies, const Result& re
       if (copy == i || !free || !(weight > largest[i])) continue;
       largest[i] = weight;
       own.v[i] = result.v[copy];
-      own.z_lower[i] = result.z_lower[copy];
-      own.z_upper[i] = result.z_upper[copy];
+      // No bound of the model's holds the y of a scenario.
+      const bool held = place_.worst_cases[k].held;
+      own.z_lower[i] = held ? 0.0 : result.z_lower[copy];
+      own.z_upper[i] = held ? 0.0 : result.z_upper[copy];
     }
   }
   take_units_back(own);

@@ -61,11 +61,13 @@ std::optional<std::vector<SideScan>> RobustSearch::exchange(double tolerance, bo
     active_ = active_scenarios(*copies, result);
     std::vector<SideScan> scans =
         scan(decides ? starts_ : std::min(starts_, kCoarseStarts), active_);
+    const std::vector<RobustCopies::WorstCase> solved = place_.worst_cases;
     const bool violated = add_violated(scans, tolerance, true);
     const bool more = add_corners(scans) || (violated && round < rounds);
     if (more && !budget_.used_up()) continue;
     const bool settled = std::ranges::all_of(scans, &SideScan::settled);
     if (budget_.used_up() || (decides && (violated || !settled))) {
+      place_.worst_cases = solved;
       if (verified_.empty()) report(*copies, result);
       return {};
     }

@@ -148,6 +148,7 @@ Result RobustSearch::run_from_maxima(std::vector<double> start) {
   place_.v = std::move(start);
   const Place first = place_;
   choose_copies();
+  place_.near = true;  // the answer of a solve, whose valley is not to be left
   std::vector<RobustCopies::WorstCase> own = std::move(place_.worst_cases);
   release(scan(starts_, own), kNearlyActive);
   for (const auto& one : own) {
